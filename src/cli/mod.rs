@@ -1,0 +1,188 @@
+//! The command line: one file per subcommand. Exit 0 = done, 1 = found wanting, 2 = usage or bad input.
+//!
+//! Results go to standard output, everything else to standard error.
+
+use std::fmt;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+mod arm;
+mod bridge;
+mod check;
+mod compare;
+mod control;
+mod demo;
+mod design;
+mod diagnose;
+mod disarm;
+mod doctor;
+mod effects;
+mod emulate;
+mod experiment;
+mod export;
+mod extend;
+mod identify;
+mod import;
+mod jitter;
+mod monitor;
+mod paper;
+mod record;
+mod replay;
+mod run;
+mod stop;
+
+/// How a command ended when nothing was wrong with its input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Exit 0.
+    Done,
+    /// Exit 1: it worked, and what it looked at was found wanting.
+    FoundWanting,
+}
+
+/// Bad usage or bad input: exit 2, one clear sentence with the place.
+#[derive(Debug)]
+pub struct CliError(String);
+
+impl CliError {
+    /// An error that says `sentence`.
+    pub fn new(sentence: impl Into<String>) -> Self {
+        Self(sentence.into())
+    }
+}
+
+impl fmt::Display for CliError {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(&self.0)
+    }
+}
+
+// `CliError` does not implement `Error`, so that every room's error converts with `?`, causes included.
+impl<E: std::error::Error> From<E> for CliError {
+    fn from(error: E) -> Self {
+        let mut sentence = error.to_string();
+        let mut source = error.source();
+        while let Some(cause) = source {
+            let cause_text = cause.to_string();
+            if !sentence.contains(&cause_text) {
+                sentence.push_str(": ");
+                sentence.push_str(&cause_text);
+            }
+            source = cause.source();
+        }
+        Self(sentence)
+    }
+}
+
+/// What every subcommand's `run` answers.
+pub type CliResult = Result<Outcome, CliError>;
+
+/// A hardware-in-the-loop CAN bench that closes the loop, and tells you what your model is missing.
+#[derive(Debug, Parser)]
+#[command(name = "rotorbench", version, max_term_width = 110)]
+struct CommandLine {
+    #[command(subcommand)]
+    subcommand: Subcommand,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum Subcommand {
+    /// The whole story with no hardware, in under a minute
+    Demo(demo::Arguments),
+    /// Own the CAN bus: frames to sensors, commands through the guard to frames
+    Bridge(bridge::Arguments),
+    /// Run one controller on a fixed period
+    Control(control::Arguments),
+    /// Bridge and control in one process
+    Run(run::Arguments),
+    /// Stand in for the hardware, behind shared memory or on a CAN bus
+    Emulate(emulate::Arguments),
+    /// Record a running bench
+    Record(record::Arguments),
+    /// Watch a running bench
+    Monitor(monitor::Arguments),
+    /// Arm a running bench
+    Arm(arm::Arguments),
+    /// Disarm a running bench
+    Disarm(disarm::Arguments),
+    /// Emergency stop of a running bench
+    Stop(stop::Arguments),
+    /// Resolve and check a bench file: signals, units, bus load
+    Check(check::Arguments),
+    /// What this machine can and cannot do, and the command that mends it
+    Doctor(doctor::Arguments),
+    /// Drive the bench with a test signal and record
+    Experiment(experiment::Arguments),
+    /// Read a foreign log into the CSV log format
+    Import(import::Arguments),
+    /// Write a recording as CSV or candump log
+    Export(export::Arguments),
+    /// Identify actuator and body from logs
+    Identify(identify::Arguments),
+    /// Eigenvalues, gains and margins from a model
+    Design(design::Arguments),
+    /// Where the model fails
+    Compare(compare::Arguments),
+    /// Which physical effect is missing
+    Diagnose(diagnose::Arguments),
+    /// Add an effect to a model and show the fall of the error
+    Extend(extend::Arguments),
+    /// The catalogue of physical effects
+    Effects(effects::Arguments),
+    /// Every table and figure of the paper, ours beside the printed one
+    Paper(paper::Arguments),
+    /// Run the controller again on recorded input
+    Replay(replay::Arguments),
+    /// What this machine's timing is, in cyclictest's terms
+    Jitter(jitter::Arguments),
+}
+
+/// Parses the command line, runs the subcommand, prints its error.
+pub fn main() -> ExitCode {
+    start_log();
+    match dispatch(CommandLine::parse().subcommand) {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::FoundWanting) => ExitCode::from(1),
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn dispatch(subcommand: Subcommand) -> CliResult {
+    match subcommand {
+        Subcommand::Demo(arguments) => demo::run(&arguments),
+        Subcommand::Bridge(arguments) => bridge::run(&arguments),
+        Subcommand::Control(arguments) => control::run(&arguments),
+        Subcommand::Run(arguments) => run::run(&arguments),
+        Subcommand::Emulate(arguments) => emulate::run(&arguments),
+        Subcommand::Record(arguments) => record::run(&arguments),
+        Subcommand::Monitor(arguments) => monitor::run(&arguments),
+        Subcommand::Arm(arguments) => arm::run(&arguments),
+        Subcommand::Disarm(arguments) => disarm::run(&arguments),
+        Subcommand::Stop(arguments) => stop::run(&arguments),
+        Subcommand::Check(arguments) => check::run(&arguments),
+        Subcommand::Doctor(arguments) => doctor::run(&arguments),
+        Subcommand::Experiment(arguments) => experiment::run(&arguments),
+        Subcommand::Import(arguments) => import::run(&arguments),
+        Subcommand::Export(arguments) => export::run(&arguments),
+        Subcommand::Identify(arguments) => identify::run(&arguments),
+        Subcommand::Design(arguments) => design::run(&arguments),
+        Subcommand::Compare(arguments) => compare::run(&arguments),
+        Subcommand::Diagnose(arguments) => diagnose::run(&arguments),
+        Subcommand::Extend(arguments) => extend::run(&arguments),
+        Subcommand::Effects(arguments) => effects::run(&arguments),
+        Subcommand::Paper(arguments) => paper::run(&arguments),
+        Subcommand::Replay(arguments) => replay::run(&arguments),
+        Subcommand::Jitter(arguments) => jitter::run(&arguments),
+    }
+}
+
+/// Log records go to standard error; `ROTORBENCH_LOG` filters them (`debug`, `rotorbench::can=trace`, ...).
+fn start_log() {
+    let filter = tracing_subscriber::EnvFilter::try_from_env("ROTORBENCH_LOG")
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn,rotorbench=info"));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false).init();
+}

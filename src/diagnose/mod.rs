@@ -1,0 +1,1 @@
+//! Residuals, comparison, search for the missing effect, extension.

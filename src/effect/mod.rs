@@ -1,0 +1,1 @@
+//! Physical effects: the card, the catalogue, one file per effect.

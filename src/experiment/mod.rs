@@ -1,0 +1,1 @@
+//! Constant, ramp, step, PRBS and chirp commands.

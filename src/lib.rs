@@ -1,0 +1,50 @@
+//! A hardware-in-the-loop CAN bench for rotor actuators and single-axis attitude control.
+//!
+//! It closes the loop (ESC telemetry and IMU from a CAN bus, EMC or PID, ESC commands, a guard that
+//! nothing gets past), and it tells its user what the model is missing (compare, diagnose, extend).
+//! The science is Lotufo, Perez-Montenegro, Colangelo, Canuto, Novara, "Identification and control of
+//! a quadrotor from experimental data", MED 2016, 10.1109/MED.2016.7535956, cited as `[LPC16] Eq. (n)`.
+//!
+//! # Signs
+//!
+//! This drawing fixes every sign in the crate. The body turns about one axis, seen here end on; the
+//! lever arm of each rotor is `d`.
+//!
+//! ```text
+//!                 f1 (thrust, up)              f2 (thrust, up)
+//!                  ^                            ^
+//!                  |                            |
+//!             [rotor 1]----- d ----(o)---- d ---[rotor 2]
+//!                                 pivot
+//!
+//!       positive angle θ, rate ω_b, torque τ: rotor 1 goes up, rotor 2 goes down
+//!       torque = d (f1 - f2)
+//! ```
+//!
+//! **Deviation:** [LPC16] Eq. (1) prints `f_p2 - f_p1`, its Eqs. (12)-(16) `f_p1 - f_p2`; the second is used
+//! throughout, so that `u_x = g(u1) - g(u2) > 0` drives the angle up.
+//!
+//! # Units
+//!
+//! Inside: SI `f64` (rad, rad/s, s, kg m², N, N m, V, A); each public field's doc starts with its unit. Other
+//! units exist only at edges and always show in the name (`_deg`, `_rpm`, `_ms`, `_ns`).
+
+pub mod bench;
+pub mod can;
+pub mod cli;
+pub mod clock;
+pub mod control;
+pub mod diagnose;
+pub mod effect;
+pub mod emulate;
+pub mod experiment;
+pub mod guard;
+pub mod identify;
+pub mod model;
+pub mod process;
+pub mod record;
+pub mod report;
+pub mod rt;
+pub mod shm;
+pub mod signal;
+pub mod unit;

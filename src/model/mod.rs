@@ -1,0 +1,1 @@
+//! Model file, actuator and body equations, simulation.

@@ -1,0 +1,1 @@
+//! The bodies of the processes: bridge, control, run, record.

@@ -1,0 +1,1 @@
+//! Recordings and logs: write, read, import, `Dataset`.

@@ -1,0 +1,1 @@
+//! The iceoryx2 services of a bench, their names, heartbeats.

@@ -1,0 +1,104 @@
+//! Unit names and conversions to SI, used at the edges only.
+
+use std::f64::consts::TAU;
+
+/// Standard gravity, for thrust in gram-force. [m/s²]
+pub const STANDARD_GRAVITY: f64 = 9.806_65;
+
+/// A unit somebody wrote does not exist here, or does not measure what the signal needs.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum UnitError {
+    /// No unit has this spelling.
+    #[error("unknown unit `{0}`")]
+    Unknown(String),
+    /// The unit exists and measures something else.
+    #[error("unit `{unit}` measures {measures}, but {needed} is needed")]
+    Mismatch {
+        /// Spelling found.
+        unit: String,
+        /// SI unit of what it measures.
+        measures: &'static str,
+        /// SI unit of what is needed.
+        needed: &'static str,
+    },
+}
+
+/// A named unit: `si = value * scale + offset`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unit {
+    /// Spelling in files.
+    pub name: &'static str,
+    /// What it measures, by the SI unit's name: `rad/s`, `V`, ...
+    pub si: &'static str,
+    /// Factor to SI.
+    pub scale: f64,
+    /// Offset in SI after scaling.
+    pub offset: f64,
+}
+
+const fn unit(name: &'static str, si: &'static str, scale: f64) -> Unit {
+    Unit { name, si, scale, offset: 0.0 }
+}
+
+/// Every unit the house knows. Spellings are those of DBC files, data sheets and vendors' logs.
+#[rustfmt::skip]
+pub const UNITS: &[Unit] = &[
+    unit("", "-", 1.0), unit("-", "-", 1.0), unit("1", "-", 1.0), unit("%", "-", 0.01),
+    unit("s", "s", 1.0), unit("ms", "s", 1e-3), unit("us", "s", 1e-6), unit("µs", "s", 1e-6), unit("ns", "s", 1e-9),
+    unit("rad", "rad", 1.0), unit("deg", "rad", TAU / 360.0), unit("°", "rad", TAU / 360.0), unit("rev", "rad", TAU),
+    unit("rad/s", "rad/s", 1.0), unit("deg/s", "rad/s", TAU / 360.0), unit("°/s", "rad/s", TAU / 360.0),
+    unit("dps", "rad/s", TAU / 360.0), unit("rpm", "rad/s", TAU / 60.0), unit("RPM", "rad/s", TAU / 60.0),
+    unit("Hz", "rad/s", TAU), unit("rev/s", "rad/s", TAU), unit("krpm", "rad/s", TAU * 1000.0 / 60.0),
+    unit("m/s^2", "m/s^2", 1.0), unit("m/s²", "m/s^2", 1.0), unit("g", "m/s^2", STANDARD_GRAVITY),
+    unit("m/s", "m/s", 1.0), unit("m", "m", 1.0), unit("mm", "m", 1e-3), unit("cm", "m", 1e-2),
+    unit("N", "N", 1.0), unit("mN", "N", 1e-3), unit("gf", "N", STANDARD_GRAVITY * 1e-3), unit("kgf", "N", STANDARD_GRAVITY),
+    unit("lbf", "N", 4.448_221_615_260_5), unit("ozf", "N", 0.278_013_850_953_781_2),
+    unit("N m", "N m", 1.0), unit("Nm", "N m", 1.0), unit("N·m", "N m", 1.0), unit("mN m", "N m", 1e-3), unit("mNm", "N m", 1e-3),
+    unit("V", "V", 1.0), unit("mV", "V", 1e-3), unit("A", "A", 1.0), unit("mA", "A", 1e-3),
+    unit("kg m^2", "kg m^2", 1.0), unit("g", "kg", 1e-3), unit("kg", "kg", 1.0),
+    Unit { name: "degC", si: "K", scale: 1.0, offset: 273.15 }, Unit { name: "°C", si: "K", scale: 1.0, offset: 273.15 },
+];
+
+impl Unit {
+    /// The unit spelled `name` that measures the same as the SI unit `si`.
+    ///
+    /// # Errors
+    /// [`UnitError`] when no unit has that spelling, or the ones that have measure something else.
+    pub fn parse(name: &str, si: &'static str) -> Result<Self, UnitError> {
+        let name = name.trim();
+        let mut other = None;
+        for candidate in UNITS.iter().filter(|unit| unit.name == name) {
+            if candidate.si == si {
+                return Ok(*candidate);
+            }
+            other = Some(candidate.si);
+        }
+        Err(match other {
+            Some(measures) => UnitError::Mismatch { unit: name.to_owned(), measures, needed: si },
+            None => UnitError::Unknown(name.to_owned()),
+        })
+    }
+
+    /// A value of this unit, in SI.
+    #[must_use]
+    pub fn to_si(&self, value: f64) -> f64 {
+        value.mul_add(self.scale, self.offset)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_the_unit_that_does_not_fit() {
+        assert!((Unit::parse("rpm", "rad/s").expect("known").to_si(60.0) - TAU).abs() < 1e-12);
+        assert_eq!(
+            Unit::parse("V", "rad/s").unwrap_err().to_string(),
+            "unit `V` measures V, but rad/s is needed"
+        );
+        assert_eq!(Unit::parse("furlong", "m").unwrap_err().to_string(), "unknown unit `furlong`");
+        assert!((Unit::parse("g", "m/s^2").expect("known").to_si(1.0) - STANDARD_GRAVITY).abs() < 1e-12);
+        assert!((Unit::parse("degC", "K").expect("known").to_si(20.0) - 293.15).abs() < 1e-12);
+    }
+}
