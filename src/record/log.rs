@@ -1,0 +1,218 @@
+//! The CSV log format: a header of signal names with units, one line per sample, empty cells where a value is
+//! missing. Foreign files go through `import`; this reader refuses what it would have to guess.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use super::dataset::{Dataset, DatasetError};
+
+/// Why a log file cannot be read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum LogError {
+    /// The file system said no.
+    #[error("{path}")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// Not a CSV file of UTF-8 text.
+    #[error("{path}, line {line}: {reason}")]
+    Syntax {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: u64,
+        /// What is wrong there.
+        reason: String,
+    },
+    /// The header is empty or lacks time.
+    #[error("{path}: the header has no column `time_s`; it reads `{header}`")]
+    NoTime {
+        /// The file.
+        path: PathBuf,
+        /// The header found.
+        header: String,
+    },
+    /// A cell is not a number.
+    #[error("{path}, line {line}, column `{column}`: `{cell}` is not a number")]
+    Cell {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: u64,
+        /// Name of the column.
+        column: String,
+        /// What is there.
+        cell: String,
+    },
+    /// The cells are numbers, but no log.
+    #[error(transparent)]
+    Dataset(#[from] DatasetError),
+}
+
+/// SHA-256 of `bytes` in hexadecimal.
+#[must_use]
+pub fn content_hash(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().fold(String::with_capacity(64), |mut text, byte| {
+        // Writing to a `String` cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+/// Reads a log.
+///
+/// # Errors
+/// [`LogError`] with file, line and column.
+pub fn read(path: &Path) -> Result<Dataset, LogError> {
+    let bytes = fs::read(path).map_err(|source| LogError::File { path: path.to_owned(), source })?;
+    parse(&bytes, path)
+}
+
+/// Parses the bytes of a log; `path` is for messages.
+///
+/// # Errors
+/// [`LogError`] with file, line and column.
+pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
+    let text = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
+    let mut reader = csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).from_reader(text);
+    let syntax = |error: csv::Error| LogError::Syntax {
+        path: path.to_owned(),
+        line: error.position().map_or(1, csv::Position::line),
+        reason: match error.kind() {
+            csv::ErrorKind::Utf8 { .. } => "not UTF-8 text".to_owned(),
+            _ => error.to_string(),
+        },
+    };
+    let header: Vec<String> = reader.headers().map_err(syntax)?.iter().map(str::to_owned).collect();
+    let Some(time_at) = header.iter().position(|name| name == "time_s") else {
+        return Err(LogError::NoTime { path: path.to_owned(), header: header.join(",") });
+    };
+    let mut columns: Vec<Vec<f64>> = vec![Vec::new(); header.len()];
+    let mut record = csv::StringRecord::new();
+    while reader.read_record(&mut record).map_err(syntax)? {
+        let line = record.position().map_or(0, csv::Position::line);
+        if record.len() > header.len() {
+            let reason = format!("{} cells under a header of {}", record.len(), header.len());
+            return Err(LogError::Syntax { path: path.to_owned(), line, reason });
+        }
+        for (index, (column, name)) in columns.iter_mut().zip(&header).enumerate() {
+            let cell = record.get(index).unwrap_or("");
+            column.push(number(cell).ok_or_else(|| LogError::Cell {
+                path: path.to_owned(),
+                line,
+                column: name.clone(),
+                cell: cell.to_owned(),
+            })?);
+        }
+    }
+    let time = std::mem::take(&mut columns[time_at]);
+    let mut log = Dataset::new(path.display().to_string(), content_hash(bytes), time)?;
+    for (index, (name, values)) in header.into_iter().zip(columns).enumerate() {
+        if index != time_at && !name.is_empty() {
+            log.insert(name, values)?;
+        }
+    }
+    Ok(log)
+}
+
+/// A cell's number; an empty cell is a missing value. `None` when it is neither.
+fn number(cell: &str) -> Option<f64> {
+    if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
+        return Some(f64::NAN);
+    }
+    cell.parse().ok().filter(|value: &f64| value.is_finite())
+}
+
+/// Emits a log as CSV text; each number in the shortest spelling that reads back the same.
+#[must_use]
+pub fn emit(log: &Dataset) -> String {
+    let columns: Vec<&[f64]> = log.names().filter_map(|name| log.column(name)).collect();
+    let names = log.names().filter(|name| log.column(name).is_some());
+    let mut text = std::iter::once("time_s").chain(names).collect::<Vec<_>>().join(",");
+    text.push('\n');
+    for (row, time) in log.time().iter().enumerate() {
+        // Writing to a `String` cannot fail.
+        let _ = write!(text, "{time}");
+        for column in &columns {
+            text.push(',');
+            if column[row].is_finite() {
+                let _ = write!(text, "{}", column[row]);
+            }
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Writes a log; the file appears complete or not at all.
+///
+/// # Errors
+/// [`LogError::File`] when the system refuses.
+pub fn write(log: &Dataset, path: &Path) -> Result<(), LogError> {
+    write_atomically(path, emit(log).as_bytes())
+        .map_err(|source| LogError::File { path: path.to_owned(), source })
+}
+
+/// Writes `bytes` beside `path` and renames: what was there stays until the new file is complete.
+///
+/// # Errors
+/// What the system says.
+pub fn write_atomically(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    let mut name = path.file_name().ok_or(io::ErrorKind::InvalidInput)?.to_owned();
+    name.push(format!(".{}.part", std::process::id()));
+    let part = path.with_file_name(name);
+    let written = fs::File::create(&part).and_then(|mut file| file.write_all(bytes).and(file.sync_all()));
+    written.and_then(|()| fs::rename(&part, path)).inspect_err(|_| {
+        // The first error is the one to tell; a leftover part file is harmless.
+        let _ = fs::remove_file(&part);
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse_text(text: &str) -> Result<Dataset, LogError> {
+        parse(text.as_bytes(), Path::new("log.csv"))
+    }
+
+    #[test]
+    fn reads_what_it_wrote() {
+        let text = "time_s,command_1,propeller_rate_1_rad_s\n0,0.1,\n0.02,,617.25\n";
+        let log = parse_text(text).expect("a good log");
+        assert_eq!(emit(&log), text);
+        assert_eq!(log.column("propeller_rate_1_rad_s").expect("there")[1], 617.25);
+        assert_eq!(log.sha256().len(), 64);
+    }
+
+    #[test]
+    fn byte_order_mark_spaces_and_short_rows_are_read() {
+        let log = parse_text("\u{feff}time_s, command_1\r\n0, 0.5\r\n1\r\n").expect("a good log");
+        assert_eq!(log.column("command_1").expect("there")[0], 0.5);
+        assert!(log.column("command_1").expect("there")[1].is_nan());
+    }
+
+    #[test]
+    fn errors_show_the_place() {
+        let cases = [
+            ("time_s,a\n0,1\n1,x\n", "log.csv, line 3, column `a`: `x` is not a number"),
+            ("time_s,a\n0,inf\n", "log.csv, line 2, column `a`: `inf` is not a number"),
+            ("time_s,a\n0,1,2\n", "log.csv, line 2: 3 cells under a header of 2"),
+            ("t,a\n0,1\n", "log.csv: the header has no column `time_s`; it reads `t,a`"),
+            ("", "log.csv: the header has no column `time_s`; it reads ``"),
+            ("time_s,a,a\n0,1,1\n", "log.csv: column `a` is there twice"),
+            ("time_s\n1\n0\n", "log.csv: time goes from 1 s to 0 s at sample 2; it must rise"),
+        ];
+        for (text, message) in cases {
+            assert_eq!(parse_text(text).unwrap_err().to_string(), message);
+        }
+        assert!(parse(b"time_s,a\n0,\xff\n", Path::new("log.csv")).is_err());
+    }
+}
