@@ -1,1 +1,111 @@
-//! Tables and plots for people.
+//! Tables and plots for people: one self-contained page that works offline, pictures, terminal tables.
+//!
+//! A [`Page`] is a list of blocks. It is saved as a single HTML file with everything inside (no network, no
+//! second file): plots zoom, show values under the cursor and hide a curve by a click on its name.
+//!
+//! ```
+//! use rotorbench::report::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone, number};
+//!
+//! let time: Vec<f64> = (0..500).map(|k| f64::from(k) * 0.02).collect();
+//! let measured: Vec<f64> = time.iter().map(|t| (t * 2.0).sin() * 600.0).collect();
+//! let modelled: Vec<f64> = time.iter().map(|t| (t * 2.0 - 0.05).sin() * 590.0).collect();
+//! let residual: Vec<f64> = measured.iter().zip(&modelled).map(|(a, b)| a - b).collect();
+//!
+//! let mut page = Page::new("Where the model fails");
+//! page.verdict(Mark::Bad, "The actuator model misses 58 rad/s of the rotor's rate.")
+//!     .heading("Rotor 1")
+//!     .paragraph("Free run on `step.csv`, driven by the measured command.")
+//!     .table(
+//!         Table::new(["quantity", "value", "standard error", "unit"])
+//!             .caption("Fitted parameters")
+//!             .row(["pole p".to_owned(), number(16.012, 4), number(0.02, 2), "rad/s".to_owned()]),
+//!     )
+//!     .plot(
+//!         Plot::new("Rotor rate", Axis::new("time", "s"), Axis::new("ω_p", "rad/s"))
+//!             .group("rotor 1") // plots of one group zoom together
+//!             .series(Series::line("measured", &time, &measured).tone(Tone::Measured))
+//!             .series(Series::line("model", &time, &modelled).tone(Tone::Model))
+//!             .span("hole in the log", 3.1, 3.4),
+//!     )
+//!     .plot(
+//!         Plot::new("Residual", Axis::new("time", "s"), Axis::new("error", "rad/s"))
+//!             .group("rotor 1")
+//!             .height(160)
+//!             .series(Series::line("measured - model", &time, &residual).tone(Tone::Residual))
+//!             .level("noise floor", 1.5),
+//!     )
+//!     .bars(
+//!         Bars::new("Held-out error of every candidate", "rad/s")
+//!             .bar("transport_delay", 24.0, Mark::Good)
+//!             .bar("motor_heating", 46.8, Mark::Plain)
+//!             .level("noise floor", 20.1)
+//!             .level("best by luck", 44.9),
+//!     );
+//! let html = page.emit();
+//! assert!(html.contains("Where the model fails"));
+//! ```
+//!
+//! The same [`Plot`] becomes a picture with [`Plot::svg`], the same [`Table`] terminal text with
+//! [`Table::text`]; [`sparkline`] draws a signal in one line of text.
+
+mod bars;
+mod decimate;
+mod page;
+mod picture;
+mod plot;
+mod table;
+
+pub use bars::Bars;
+pub use page::Page;
+pub use plot::{Axis, Plot, Series, Tone};
+pub use table::{Mark, Table, number, sparkline};
+
+/// A report could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// The file could not be written; what was there before is untouched.
+    #[error("cannot write report {path}")]
+    Write {
+        /// File it was for.
+        path: String,
+        /// The operating system's answer.
+        source: std::io::Error,
+    },
+    /// The drawing library refused.
+    #[error("cannot draw picture `{title}`: {reason}")]
+    Draw {
+        /// Title of the plot.
+        title: String,
+        /// The drawing library's words.
+        reason: String,
+    },
+}
+
+/// Writes `text` beside `path` and renames it over: a failure leaves the old file as it was.
+fn write_atomically(path: &std::path::Path, text: &str) -> Result<(), ReportError> {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let beside = path.with_file_name(format!(".{name}.{}", std::process::id()));
+    std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, path)).map_err(|source| {
+        // The first error is the one to report; the leftover, if any, is hidden and tiny.
+        let _ = std::fs::remove_file(&beside);
+        ReportError::Write { path: path.display().to_string(), source }
+    })
+}
+
+/// Text safe inside HTML and SVG, in elements and in quoted attributes.
+fn escape(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '>' => safe.push_str("&gt;"),
+            '"' => safe.push_str("&quot;"),
+            '\'' => safe.push_str("&#39;"),
+            // Control characters are not text; a log's column name may hold any byte.
+            letter if letter.is_control() && letter != '\n' && letter != '\t' => safe.push('\u{fffd}'),
+            letter => safe.push(letter),
+        }
+    }
+    safe
+}

@@ -1,0 +1,280 @@
+//! The page: blocks in, one HTML file out.
+
+use std::path::Path;
+
+use super::bars::Bars;
+use super::plot::Plot;
+use super::table::{Mark, Table};
+use super::{ReportError, escape, write_atomically};
+
+const UPLOT_SCRIPT: &str = include_str!("assets/uPlot.iife.min.js");
+const UPLOT_STYLE: &str = include_str!("assets/uPlot.min.css");
+const UPLOT_LICENSE: &str = include_str!("assets/LICENSE-uPlot");
+const SCRIPT: &str = include_str!("assets/page.js");
+const STYLE: &str = include_str!("assets/page.css");
+
+#[derive(Debug, Clone)]
+enum Block {
+    Heading(String),
+    Subheading(String),
+    Paragraph(String),
+    Formula(String),
+    Preformatted(String),
+    Verdict(Mark, String),
+    List(Vec<String>),
+    KeyNumbers(Vec<(String, String)>),
+    Table(Table),
+    Plot(Box<Plot>),
+    Bars(Bars),
+    Details(String, Vec<Block>),
+}
+
+/// A report: a title and blocks, emitted as one self-contained HTML file.
+///
+/// Text is escaped; inside it, `` `code` `` and `**bold**` work.
+#[derive(Debug, Clone)]
+pub struct Page {
+    title: String,
+    blocks: Vec<Block>,
+}
+
+impl Page {
+    /// An empty page.
+    #[must_use]
+    pub fn new(title: impl Into<String>) -> Self {
+        Self { title: title.into(), blocks: Vec::new() }
+    }
+
+    /// Starts a section; sections are listed at the top.
+    pub fn heading(&mut self, text: impl Into<String>) -> &mut Self {
+        self.push(Block::Heading(text.into()))
+    }
+
+    /// Starts a part of a section.
+    pub fn subheading(&mut self, text: impl Into<String>) -> &mut Self {
+        self.push(Block::Subheading(text.into()))
+    }
+
+    /// Adds a paragraph.
+    pub fn paragraph(&mut self, text: impl Into<String>) -> &mut Self {
+        self.push(Block::Paragraph(text.into()))
+    }
+
+    /// Adds an equation on a line of its own, as plain text: `ω̇_p = -p ω_p + p z`.
+    pub fn formula(&mut self, text: impl Into<String>) -> &mut Self {
+        self.push(Block::Formula(text.into()))
+    }
+
+    /// Adds text as it is, in a fixed-width font: a file, a command.
+    pub fn preformatted(&mut self, text: impl Into<String>) -> &mut Self {
+        self.push(Block::Preformatted(text.into()))
+    }
+
+    /// Adds a boxed sentence that the reader must not miss.
+    pub fn verdict(&mut self, mark: Mark, text: impl Into<String>) -> &mut Self {
+        self.push(Block::Verdict(mark, text.into()))
+    }
+
+    /// Adds a bulleted list; an empty one leaves no trace.
+    pub fn list<T: Into<String>>(&mut self, items: impl IntoIterator<Item = T>) -> &mut Self {
+        let items: Vec<String> = items.into_iter().map(Into::into).collect();
+        if items.is_empty() { self } else { self.push(Block::List(items)) }
+    }
+
+    /// Adds a row of large numbers, each with a few words below it: `("error left", "0.26 rad/s")`.
+    pub fn key_numbers<N: Into<String>, V: Into<String>>(
+        &mut self,
+        numbers: impl IntoIterator<Item = (N, V)>,
+    ) -> &mut Self {
+        let numbers = numbers.into_iter().map(|(name, value)| (name.into(), value.into())).collect();
+        self.push(Block::KeyNumbers(numbers))
+    }
+
+    /// Adds a table.
+    pub fn table(&mut self, table: Table) -> &mut Self {
+        self.push(Block::Table(table))
+    }
+
+    /// Adds a plot.
+    pub fn plot(&mut self, plot: Plot) -> &mut Self {
+        self.push(Block::Plot(Box::new(plot)))
+    }
+
+    /// Adds a bar chart.
+    pub fn bars(&mut self, bars: Bars) -> &mut Self {
+        self.push(Block::Bars(bars))
+    }
+
+    /// Adds what `fill` writes, folded away under `summary`.
+    pub fn details(&mut self, summary: impl Into<String>, fill: impl FnOnce(&mut Self)) -> &mut Self {
+        let mut inner = Self::new("");
+        fill(&mut inner);
+        self.push(Block::Details(summary.into(), inner.blocks))
+    }
+
+    fn push(&mut self, block: Block) -> &mut Self {
+        self.blocks.push(block);
+        self
+    }
+
+    /// The whole page as HTML.
+    #[must_use]
+    pub fn emit(&self) -> String {
+        let title = escape(&self.title);
+        let mut body = String::new();
+        let mut headings = Vec::new();
+        emit_blocks(&self.blocks, &mut body, &mut headings);
+        let contents = if headings.len() < 3 {
+            String::new()
+        } else {
+            let links: Vec<String> = headings
+                .iter()
+                .enumerate()
+                .map(|(index, text)| format!("<a href=\"#section-{}\">{}</a>", index + 1, inline(text)))
+                .collect();
+            format!("<nav aria-label=\"contents\">{}</nav>", links.join(""))
+        };
+        format!(
+            "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <meta name=\"generator\" content=\"rotorbench {version}\">\n<title>{title}</title>\n\
+             <style>{UPLOT_STYLE}\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n{contents}\n{body}\
+             <footer>rotorbench {version}. Plots: drag to zoom, double-click for all, click a name to hide it. \
+             Drawn by uPlot (MIT licence, in this file's source).</footer>\n</main>\n\
+             <noscript><p>The plots of this report need JavaScript; nothing is loaded from the network.</p></noscript>\n\
+             <!--\n{license}\n-->\n<script>{UPLOT_SCRIPT}</script>\n<script>{SCRIPT}</script>\n</body>\n</html>\n",
+            version = env!("CARGO_PKG_VERSION"),
+            license = UPLOT_LICENSE.trim(),
+        )
+    }
+
+    /// Writes the page; a file that was there is replaced only when all is written.
+    ///
+    /// # Errors
+    /// [`ReportError::Write`] with the path.
+    pub fn save(&self, path: &Path) -> Result<(), ReportError> {
+        write_atomically(path, &self.emit())
+    }
+}
+
+fn emit_blocks(blocks: &[Block], html: &mut String, headings: &mut Vec<String>) {
+    for block in blocks {
+        let text = match block {
+            Block::Heading(text) => {
+                headings.push(text.clone());
+                format!("<h2 id=\"section-{}\">{}</h2>\n", headings.len(), inline(text))
+            }
+            Block::Subheading(text) => format!("<h3>{}</h3>\n", inline(text)),
+            Block::Paragraph(text) => format!("<p>{}</p>\n", inline(text)),
+            Block::Formula(text) => format!("<p class=\"formula\">{}</p>\n", escape(text)),
+            Block::Preformatted(text) => format!("<pre>{}</pre>\n", escape(text)),
+            Block::Verdict(mark, text) => {
+                format!("<p class=\"verdict {}\">{}</p>\n", mark.class(), inline(text))
+            }
+            Block::List(items) => {
+                let items: String = items.iter().map(|item| format!("<li>{}</li>", inline(item))).collect();
+                format!("<ul>{items}</ul>\n")
+            }
+            Block::KeyNumbers(numbers) => {
+                let cards: String = numbers
+                    .iter()
+                    .map(|(name, value)| {
+                        format!("<div><strong>{}</strong><span>{}</span></div>", inline(value), inline(name))
+                    })
+                    .collect();
+                format!("<div class=\"key-numbers\">{cards}</div>\n")
+            }
+            Block::Table(table) => table.html(),
+            Block::Plot(plot) => plot_html(plot),
+            Block::Bars(bars) => bars.html(),
+            Block::Details(summary, inner) => {
+                let mut folded = String::new();
+                emit_blocks(inner, &mut folded, headings);
+                format!("<details><summary>{}</summary>\n{folded}</details>\n", inline(summary))
+            }
+        };
+        html.push_str(&text);
+    }
+}
+
+fn plot_html(plot: &Plot) -> String {
+    // "<" would let a curve's name end the script element.
+    let data = plot.json().to_string().replace('<', "\\u003c");
+    let title = inline(&plot.title);
+    format!(
+        "<figure class=\"plot\"><figcaption>{title}</figcaption><div class=\"drawing\"></div>\
+         <script type=\"application/json\">{data}</script></figure>\n"
+    )
+}
+
+/// Escaped text with `` `code` `` and `**bold**` set; an unpaired mark stays as it is.
+pub(super) fn inline(text: &str) -> String {
+    let mut html = String::new();
+    for (index, part) in paired(&escape(text), "`").into_iter().enumerate() {
+        if index % 2 == 1 {
+            html.push_str(&format!("<code>{part}</code>"));
+            continue;
+        }
+        for (index, part) in paired(&part, "**").into_iter().enumerate() {
+            if index % 2 == 1 {
+                html.push_str(&format!("<b>{part}</b>"));
+            } else {
+                html.push_str(&part);
+            }
+        }
+    }
+    html
+}
+
+/// Parts of `text` between marks: the odd ones were inside a pair.
+fn paired(text: &str, mark: &str) -> Vec<String> {
+    let mut parts: Vec<String> = text.split(mark).map(str::to_owned).collect();
+    if parts.len() % 2 == 0
+        && let Some(last) = parts.pop()
+        && let Some(before) = parts.last_mut()
+    {
+        before.push_str(mark);
+        before.push_str(&last);
+    }
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::{Axis, Series};
+
+    #[test]
+    fn one_file_with_everything_inside_and_all_text_escaped() {
+        let mut page = Page::new("a <script> & \"b\"");
+        page.heading("<h>").paragraph("`x<y` and **bold** and 2 * 3 and a ` alone").plot(
+            Plot::new("p", Axis::new("t", "s"), Axis::new("</script>", "-")).series(Series::line(
+                "</script><b>",
+                &[0.0, 1.0],
+                &[0.0, f64::NAN],
+            )),
+        );
+        let html = page.emit();
+        assert!(html.contains("<title>a &lt;script&gt; &amp; &quot;b&quot;</title>"));
+        assert!(html.contains("<code>x&lt;y</code> and <b>bold</b> and 2 * 3 and a ` alone"));
+        assert!(html.contains("\\u003c/script>\\u003cb>"));
+        // The scripts that belong there: the data, the library, the page's own.
+        assert_eq!(html.matches("</script>").count(), 3);
+        for outside in ["src=", "href=\"http", "@import", "url("] {
+            assert!(!html.contains(outside), "the page would load something: {outside}");
+        }
+    }
+
+    #[test]
+    fn a_failed_save_names_the_file_and_keeps_the_old_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("report.html");
+        std::fs::write(&path, "old").unwrap();
+        let missing = folder.path().join("nowhere").join("report.html");
+        let error = Page::new("x").save(&missing).unwrap_err();
+        assert!(error.to_string().contains("nowhere"), "{error}");
+        Page::new("x").save(&path).unwrap();
+        assert!(std::fs::read_to_string(&path).unwrap().starts_with("<!doctype html>"));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1, "no leftover beside the report");
+    }
+}
