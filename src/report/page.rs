@@ -229,7 +229,7 @@ pub(super) fn inline(text: &str) -> String {
 /// Parts of `text` between marks: the odd ones were inside a pair.
 fn paired(text: &str, mark: &str) -> Vec<String> {
     let mut parts: Vec<String> = text.split(mark).map(str::to_owned).collect();
-    if parts.len() % 2 == 0
+    if parts.len().is_multiple_of(2)
         && let Some(last) = parts.pop()
         && let Some(before) = parts.last_mut()
     {
