@@ -1,8 +1,408 @@
 //! The plant that stands in for the hardware, behind shared memory or CAN.
+//!
+//! [`Emulator`] is the whole bench without a bus: rotors, battery, body, hidden effects, scripted torque and
+//! sensors. It runs on virtual time in whole nanoseconds and is a function of its settings alone: the same
+//! seed gives the same bits, run after run. The doors put it behind shared memory or on a CAN bus.
 
 use serde::{Deserialize, Serialize};
 
+use crate::clock;
+use crate::signal::{ROTORS, Sensors};
+use crate::unit::STANDARD_GRAVITY;
+
+mod battery;
+mod hidden;
+mod history;
+mod plant;
+mod sensor;
+
+pub use battery::BatteryConfig;
+pub use hidden::{HiddenConfig, catalogue};
+pub use plant::{Plant, PlantConfig, PlantState, Truth};
+pub use sensor::{SensorConfig, SensorsConfig};
+
+use hidden::{Kind, Law, Laws};
+use history::CommandLine;
+use plant::Inputs;
+use sensor::Channel;
+
+/// What the emulator refuses.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum EmulateError {
+    /// A parameter that must be above zero.
+    #[error("emulator: `{name}` must be above zero, not {value}")]
+    NotPositive {
+        /// Key in its table.
+        name: &'static str,
+        /// Value found.
+        value: f64,
+    },
+    /// A parameter that must not be negative.
+    #[error("emulator: `{name}` must be zero or more, not {value}")]
+    Negative {
+        /// Key in its table.
+        name: &'static str,
+        /// Value found.
+        value: f64,
+    },
+    /// A parameter outside its range.
+    #[error("emulator: `{name}` must lie in {low}..{high}, not {value}")]
+    Range {
+        /// Key in its table.
+        name: &'static str,
+        /// Value found.
+        value: f64,
+        /// Lowest value allowed.
+        low: f64,
+        /// Highest value allowed.
+        high: f64,
+    },
+    /// A hidden effect that cannot be.
+    #[error("emulator: hidden effect `{effect}`: {reason}")]
+    Hidden {
+        /// Its id.
+        effect: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A sensor with an impossible rate, noise or quantization.
+    #[error(
+        "emulator: sensor `{name}` cannot have rate_hz = {}, noise = {}, quantization = {}",
+        config.rate_hz, config.noise, config.quantization
+    )]
+    Sensor {
+        /// Key in `[emulator.sensors]`.
+        name: String,
+        /// What was found.
+        config: SensorConfig,
+    },
+}
+
+/// One `[[emulator.impulse]]` table: a rectangular torque from outside.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Impulse {
+    /// [s] since the start of the emulator.
+    pub at_s: f64,
+    /// [s]
+    pub duration_s: f64,
+    /// [N m]
+    pub torque: f64,
+}
+
 /// The `[emulator]` table of the bench file.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct EmulatorConfig {}
+pub struct EmulatorConfig {
+    /// Seed of every random number.
+    pub seed: u64,
+    /// [s] longest integration step.
+    pub integration_step_s: f64,
+    /// [s] transport delay of commands on their way to the ESCs.
+    pub command_delay_s: f64,
+    /// [s] after which an emulated ESC stops its rotor when no command comes, as real ones do.
+    pub esc_timeout_s: f64,
+    /// [rad] body angle at the start.
+    pub initial_angle: f64,
+    /// [s] after which the script of impulses begins again; 0 = it runs once.
+    pub impulse_period_s: f64,
+    /// What the bench is made of.
+    pub plant: PlantConfig,
+    /// Battery.
+    pub battery: BatteryConfig,
+    /// Sensors.
+    pub sensors: SensorsConfig,
+    /// Torques from outside.
+    pub impulse: Vec<Impulse>,
+    /// Effects the bench has and nobody is told of.
+    pub hidden: Vec<HiddenConfig>,
+}
+
+impl Default for EmulatorConfig {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            integration_step_s: 0.0005,
+            command_delay_s: 0.0,
+            esc_timeout_s: 0.5,
+            initial_angle: 0.0,
+            impulse_period_s: 0.0,
+            plant: PlantConfig::default(),
+            battery: BatteryConfig::default(),
+            sensors: SensorsConfig::default(),
+            impulse: Vec::new(),
+            hidden: Vec::new(),
+        }
+    }
+}
+
+/// Number of sensor channels; the accelerometer's three axes are one.
+const CHANNELS: usize = 10;
+
+/// The emulated bench as built.
+#[derive(Debug, Clone)]
+pub struct Emulator {
+    plant: Plant,
+    sensors: SensorsConfig,
+    periods_ns: [u64; CHANNELS],
+    impulses: Vec<(u64, u64, f64)>,
+    impulse_period_ns: u64,
+    step_ns: u64,
+    delay_ns: u64,
+    esc_timeout_ns: u64,
+    initial_angle: f64,
+    seed: u64,
+}
+
+/// The emulated bench at one instant.
+#[derive(Debug, Clone)]
+pub struct EmulatorState {
+    origin_ns: u64,
+    now_ns: u64,
+    plant: PlantState,
+    lines: [CommandLine; ROTORS],
+    commanded_ns: [u64; ROTORS],
+    channels: [Channel; CHANNELS],
+    sensors: Sensors,
+}
+
+impl EmulatorConfig {
+    /// Checks the settings and builds the emulated bench.
+    ///
+    /// # Errors
+    /// [`EmulateError`] naming the key that cannot be.
+    pub fn build(&self) -> Result<Emulator, EmulateError> {
+        let spans = [
+            ("integration_step_s", self.integration_step_s, 1e-6, 0.005),
+            ("command_delay_s", self.command_delay_s, 0.0, 0.5),
+            ("esc_timeout_s", self.esc_timeout_s, 0.001, 3600.0),
+            ("initial_angle", self.initial_angle, -3.2, 3.2),
+            ("impulse_period_s", self.impulse_period_s, 0.0, 1e6),
+        ];
+        for (name, value, low, high) in spans {
+            if !(low..=high).contains(&value) {
+                return Err(EmulateError::Range { name, value, low, high });
+            }
+        }
+        let laws = self.hidden.iter().map(Law::build).collect::<Result<Vec<_>, _>>()?;
+        let laws = Laws(laws);
+        let delay = self.command_delay_s + laws.number(Kind::TransportDelay).unwrap_or(0.0);
+        Ok(Emulator {
+            plant: Plant::build(&self.plant, &self.battery, laws)?,
+            periods_ns: self.periods_ns()?,
+            sensors: self.sensors.clone(),
+            impulses: self.impulses_ns()?,
+            impulse_period_ns: clock::span_ns(self.impulse_period_s),
+            step_ns: clock::span_ns(self.integration_step_s).max(1),
+            delay_ns: clock::span_ns(delay),
+            esc_timeout_ns: clock::span_ns(self.esc_timeout_s),
+            initial_angle: self.initial_angle,
+            seed: self.seed,
+        })
+    }
+
+    fn periods_ns(&self) -> Result<[u64; CHANNELS], EmulateError> {
+        let sensors = &self.sensors;
+        let rate = sensors.propeller_rate.period_ns("propeller_rate")?;
+        let current = sensors.current.period_ns("current")?;
+        let thrust = sensors.thrust.period_ns("thrust")?;
+        Ok([
+            sensors.body_rate.period_ns("body_rate")?,
+            sensors.body_angle.period_ns("body_angle")?,
+            sensors.acceleration.period_ns("acceleration")?,
+            sensors.battery_voltage.period_ns("battery_voltage")?,
+            rate,
+            rate,
+            current,
+            current,
+            thrust,
+            thrust,
+        ])
+    }
+
+    fn impulses_ns(&self) -> Result<Vec<(u64, u64, f64)>, EmulateError> {
+        let check = |name, value: f64, low: f64, high: f64| {
+            let inside = (low..=high).contains(&value);
+            if inside { Ok(value) } else { Err(EmulateError::Range { name, value, low, high }) }
+        };
+        let edges = |impulse: &Impulse| {
+            let start = check("impulse.at_s", impulse.at_s, 0.0, 1e6)?;
+            let span = check("impulse.duration_s", impulse.duration_s, 1e-4, 1e6)?;
+            let torque = check("impulse.torque", impulse.torque, -100.0, 100.0)?;
+            Ok((clock::span_ns(start), clock::span_ns(start + span), torque))
+        };
+        self.impulse.iter().map(edges).collect()
+    }
+}
+
+impl Emulator {
+    /// The bench at rest. Stamps of its sensors count from `origin_ns`, which must not be zero: zero means never.
+    #[must_use]
+    pub fn start(&self, origin_ns: u64) -> EmulatorState {
+        let mut stream = 0;
+        let channels = self.periods_ns.map(|period| {
+            stream += 1;
+            Channel::new(self.seed, stream, period)
+        });
+        let mut state = EmulatorState {
+            origin_ns,
+            now_ns: 0,
+            plant: self.plant.start(self.initial_angle),
+            lines: [CommandLine::new(self.delay_ns), CommandLine::new(self.delay_ns)],
+            commanded_ns: [0; ROTORS],
+            channels,
+            sensors: Sensors::default(),
+        };
+        self.sample(&mut state);
+        state
+    }
+
+    /// Commands both rotors, now.
+    pub fn command(&self, state: &mut EmulatorState, rotor: [f64; ROTORS]) {
+        for (index, command) in rotor.into_iter().enumerate() {
+            self.command_rotor(state, index, command);
+        }
+    }
+
+    /// Commands one rotor, now: what an ESC does with its frame. A command that is not a number stops it.
+    pub fn command_rotor(&self, state: &mut EmulatorState, rotor: usize, command: f64) {
+        let command = if command.is_finite() { command.clamp(0.0, 1.0) } else { 0.0 };
+        if let (Some(line), Some(stamp)) = (state.lines.get_mut(rotor), state.commanded_ns.get_mut(rotor)) {
+            line.send(state.now_ns, command);
+            *stamp = state.now_ns;
+        }
+    }
+
+    /// Runs to `until_ns` since the start, and takes every sample that falls due, the last instant included.
+    pub fn advance(&self, state: &mut EmulatorState, until_ns: u64) {
+        while state.now_ns < until_ns {
+            let event_ns = self.next_event_ns(state).min(until_ns);
+            self.integrate(state, event_ns);
+            for line in &mut state.lines {
+                line.arrive(event_ns);
+            }
+            self.time_out(state);
+            self.sample(state);
+        }
+    }
+
+    /// The next instant at which an input changes or a sensor samples.
+    fn next_event_ns(&self, state: &EmulatorState) -> u64 {
+        let now = state.now_ns;
+        let channel = state.channels.iter().map(|channel| channel.next_ns).min().unwrap_or(u64::MAX);
+        let line = state.lines.iter().map(CommandLine::next_ns).min().unwrap_or(u64::MAX);
+        let (phase, cycle) = self.script_phase(now);
+        let edge = self
+            .impulses
+            .iter()
+            .flat_map(|&(start, end, _)| [start, end])
+            .filter(|&edge| edge > phase)
+            .min()
+            .map_or(u64::MAX, |edge| edge.saturating_add(cycle));
+        let again = if self.impulse_period_ns > 0 { cycle + self.impulse_period_ns } else { u64::MAX };
+        let timeout = state.commanded_ns.iter().map(|stamp| stamp + self.esc_timeout_ns);
+        let timeout = timeout.filter(|&at| at > now).min().unwrap_or(u64::MAX);
+        channel.min(line).min(edge).min(again).min(timeout).max(now + 1)
+    }
+
+    /// [ns] into the script of impulses, and when this round of it began.
+    fn script_phase(&self, now_ns: u64) -> (u64, u64) {
+        if self.impulse_period_ns == 0 {
+            return (now_ns, 0);
+        }
+        let phase = now_ns % self.impulse_period_ns;
+        (phase, now_ns - phase)
+    }
+
+    fn disturbance(&self, now_ns: u64) -> f64 {
+        let (phase, _) = self.script_phase(now_ns);
+        let acting = |&&(start, end, _): &&(u64, u64, f64)| start <= phase && phase < end;
+        self.impulses.iter().filter(acting).map(|&(_, _, torque)| torque).sum()
+    }
+
+    fn integrate(&self, state: &mut EmulatorState, until_ns: u64) {
+        let span_ns = until_ns - state.now_ns;
+        let steps = span_ns.div_ceil(self.step_ns);
+        let step = clock::span_s(span_ns) / steps as f64;
+        let torque = self.disturbance(state.now_ns);
+        let rotor = [state.lines[0].arrived(), state.lines[1].arrived()];
+        let start = clock::span_s(state.now_ns);
+        for index in 0..steps {
+            let inputs = Inputs { rotor, torque, time: start + step * index as f64 };
+            self.plant.step(&mut state.plant, &inputs, step);
+        }
+        state.now_ns = until_ns;
+    }
+
+    /// An ESC that has heard nothing for its timeout stops its rotor, whatever was said last.
+    fn time_out(&self, state: &mut EmulatorState) {
+        for (line, stamp) in state.lines.iter_mut().zip(state.commanded_ns) {
+            if state.now_ns >= stamp + self.esc_timeout_ns && line.arrived() > 0.0 {
+                line.stop();
+            }
+        }
+    }
+
+    fn sample(&self, state: &mut EmulatorState) {
+        let now = state.now_ns;
+        if state.channels.iter().all(|channel| channel.next_ns > now) {
+            return;
+        }
+        let stamp = state.origin_ns + now;
+        let truth = self.truth(state);
+        let told = [
+            self.plant.told_propeller_rate(&state.plant, 0),
+            self.plant.told_propeller_rate(&state.plant, 1),
+        ];
+        let gyro = self.plant.told_body_rate(&state.plant);
+        let (sin, cos) = truth.body_angle.sin_cos();
+        let gravity = [0.0, STANDARD_GRAVITY * sin, STANDARD_GRAVITY * cos];
+        let (sensors, config) = (&mut state.sensors, &self.sensors);
+        for (index, (channel, period)) in state.channels.iter_mut().zip(self.periods_ns).enumerate() {
+            if channel.next_ns > now {
+                continue;
+            }
+            channel.advance(period);
+            let (config, value, into) = match index {
+                0 => (&config.body_rate, gyro, &mut sensors.body_rate),
+                1 => (&config.body_angle, truth.body_angle, &mut sensors.body_angle),
+                2 => {
+                    for (axis, into) in gravity.into_iter().zip(&mut sensors.acceleration) {
+                        *into = channel.sample(&config.acceleration, axis, stamp);
+                    }
+                    continue;
+                }
+                3 => (&config.battery_voltage, truth.battery_voltage, &mut sensors.battery_voltage),
+                4 | 5 => (&config.propeller_rate, told[index - 4], &mut sensors.propeller_rate[index - 4]),
+                6 | 7 => (&config.current, truth.current[index - 6], &mut sensors.current[index - 6]),
+                _ => (&config.thrust, truth.thrust[index - 8], &mut sensors.thrust[index - 8]),
+            };
+            *into = channel.sample(config, value, stamp);
+        }
+        sensors.sequence += 1;
+        sensors.stamp_ns = stamp;
+    }
+
+    /// What really is, now.
+    #[must_use]
+    pub fn truth(&self, state: &EmulatorState) -> Truth {
+        self.plant.truth(&state.plant, self.disturbance(state.now_ns))
+    }
+}
+
+impl EmulatorState {
+    /// Newest value of each sensor.
+    #[must_use]
+    pub fn sensors(&self) -> &Sensors {
+        &self.sensors
+    }
+
+    /// [ns] of virtual time since the start.
+    #[must_use]
+    pub fn now_ns(&self) -> u64 {
+        self.now_ns
+    }
+}
+
+#[cfg(test)]
+mod tests;

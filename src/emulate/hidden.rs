@@ -1,0 +1,321 @@
+//! What the emulator hides from the diagnosis: every law of the catalogue a second time, in a few lines each.
+//!
+//! Independent on purpose: no code of `effect` or `model` is used, so that a law coded wrongly there
+//! cannot hide behind the same mistake here. Ids and parameter names are the catalogue's.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
+
+use super::EmulateError;
+use super::plant::PlantConfig;
+
+/// One `[[emulator.hidden]]` table: an effect's id and its parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HiddenConfig {
+    /// Id of the effect in the catalogue.
+    pub effect: String,
+    /// Parameters by the catalogue's names, SI; one left out takes the middle of its usual range.
+    #[serde(default)]
+    pub parameters: std::collections::BTreeMap<String, f64>,
+}
+
+impl HiddenConfig {
+    /// From the command line: `id` or `id:name=value,name=value`.
+    ///
+    /// # Errors
+    /// [`EmulateError::Hidden`] with the part that could not be read.
+    pub fn parse(text: &str) -> Result<Self, EmulateError> {
+        let (effect, list) = text.split_once(':').unwrap_or((text, ""));
+        let mut parameters = std::collections::BTreeMap::new();
+        for pair in list.split(',').filter(|pair| !pair.trim().is_empty()) {
+            let (name, value) = pair.split_once('=').unwrap_or((pair, ""));
+            let number = value.trim().parse().map_err(|_| EmulateError::Hidden {
+                effect: effect.to_owned(),
+                reason: format!("`{pair}` is not name=number"),
+            })?;
+            parameters.insert(name.trim().to_owned(), number);
+        }
+        Ok(Self { effect: effect.trim().to_owned(), parameters })
+    }
+
+    /// An effect and a strength drawn from `seed`, among the laws whose id `admit` lets pass.
+    #[must_use]
+    pub fn draw(seed: u64, admit: impl Fn(&str) -> bool) -> Option<Self> {
+        let entries: Vec<&Entry> = LAWS.iter().filter(|entry| admit(entry.id)).collect();
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let entry = entries.get(random.random_range(0..entries.len().max(1)))?;
+        let mut parameters = std::collections::BTreeMap::new();
+        for range in entry.parameters {
+            let size = range.low + (range.high - range.low) * random.random::<f64>();
+            let sign = if range.signed && random.random::<bool>() { -1.0 } else { 1.0 };
+            parameters.insert(range.name.to_owned(), sign * size);
+        }
+        Some(Self { effect: entry.id.to_owned(), parameters })
+    }
+}
+
+impl std::fmt::Display for HiddenConfig {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(&self.effect)?;
+        for (index, (name, value)) in self.parameters.iter().enumerate() {
+            write!(formatter, "{}{name}={value:.4}", if index == 0 { ":" } else { "," })?;
+        }
+        Ok(())
+    }
+}
+
+/// Ids the emulator can hide, with their parameters' names.
+pub fn catalogue() -> impl Iterator<Item = (&'static str, Vec<&'static str>)> {
+    LAWS.iter().map(|entry| (entry.id, entry.parameters.iter().map(|range| range.name).collect()))
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    BatterySag,
+    BatteryScaling,
+    TransportDelay,
+    AsymmetricPole,
+    SpeedDependentPole,
+    QuadraticRotorDrag,
+    SecondOrderLag,
+    TelemetryLag,
+    CommandDeadZone,
+    CommandSaturation,
+    CommandQuantization,
+    SlewRateLimit,
+    MotorHeating,
+    StaticOffset,
+    StaticCubic,
+    PivotCoulombFriction,
+    PivotViscousFriction,
+    QuadraticAirDrag,
+    GravityPendulum,
+    TorqueBias,
+    CableStiffness,
+    InflowDamping,
+    ActuatorMismatch,
+    GroundEffect,
+    RotorLag,
+    TorqueDelay,
+    GyroBias,
+    GyroScale,
+    GyroLag,
+}
+
+/// A parameter's name and the range a random draw takes its size from.
+struct Range {
+    name: &'static str,
+    low: f64,
+    high: f64,
+    signed: bool,
+}
+
+struct Entry {
+    id: &'static str,
+    kind: Kind,
+    parameters: &'static [Range],
+}
+
+const fn size(name: &'static str, low: f64, high: f64) -> Range {
+    Range { name, low, high, signed: false }
+}
+
+const fn either(name: &'static str, low: f64, high: f64) -> Range {
+    Range { name, low, high, signed: true }
+}
+
+#[rustfmt::skip]
+const LAWS: &[Entry] = &[
+    Entry { id: "battery_sag", kind: Kind::BatterySag, parameters: &[size("gain", 15.0, 60.0)] },
+    Entry { id: "battery_scaling", kind: Kind::BatteryScaling, parameters: &[] },
+    Entry { id: "transport_delay", kind: Kind::TransportDelay, parameters: &[size("delay", 0.01, 0.04)] },
+    Entry { id: "asymmetric_pole", kind: Kind::AsymmetricPole, parameters: &[size("ratio", 1.2, 2.0)] },
+    Entry { id: "speed_dependent_pole", kind: Kind::SpeedDependentPole, parameters: &[either("slope", 0.3, 0.9)] },
+    Entry { id: "quadratic_rotor_drag", kind: Kind::QuadraticRotorDrag, parameters: &[size("coefficient", 0.002, 0.01)] },
+    Entry { id: "second_order_lag", kind: Kind::SecondOrderLag, parameters: &[size("pole", 25.0, 80.0)] },
+    Entry { id: "telemetry_lag", kind: Kind::TelemetryLag, parameters: &[size("pole", 20.0, 80.0)] },
+    Entry { id: "command_dead_zone", kind: Kind::CommandDeadZone, parameters: &[size("width", 0.02, 0.08)] },
+    Entry { id: "command_saturation", kind: Kind::CommandSaturation, parameters: &[size("limit", 0.5, 0.6)] },
+    Entry { id: "command_quantization", kind: Kind::CommandQuantization, parameters: &[size("step", 0.01, 0.04)] },
+    Entry { id: "slew_rate_limit", kind: Kind::SlewRateLimit, parameters: &[size("rate", 600.0, 2500.0)] },
+    Entry { id: "motor_heating", kind: Kind::MotorHeating, parameters: &[size("gain", 0.02, 0.08), size("time_constant", 8.0, 40.0)] },
+    Entry { id: "static_offset", kind: Kind::StaticOffset, parameters: &[either("coefficient", 10.0, 50.0)] },
+    Entry { id: "static_cubic", kind: Kind::StaticCubic, parameters: &[either("coefficient", 1500.0, 6000.0)] },
+    Entry { id: "pivot_coulomb_friction", kind: Kind::PivotCoulombFriction, parameters: &[size("torque", 0.02, 0.08)] },
+    Entry { id: "pivot_viscous_friction", kind: Kind::PivotViscousFriction, parameters: &[size("coefficient", 0.03, 0.15)] },
+    Entry { id: "quadratic_air_drag", kind: Kind::QuadraticAirDrag, parameters: &[size("coefficient", 0.02, 0.1)] },
+    Entry { id: "gravity_pendulum", kind: Kind::GravityPendulum, parameters: &[size("moment", 0.2, 0.6), either("angle_offset", 0.0, 0.2)] },
+    Entry { id: "torque_bias", kind: Kind::TorqueBias, parameters: &[either("torque", 0.05, 0.2)] },
+    Entry { id: "cable_stiffness", kind: Kind::CableStiffness, parameters: &[size("stiffness", 0.15, 0.6)] },
+    Entry { id: "inflow_damping", kind: Kind::InflowDamping, parameters: &[size("coefficient", 2.0, 8.0)] },
+    Entry { id: "actuator_mismatch", kind: Kind::ActuatorMismatch, parameters: &[either("ratio", 0.02, 0.08)] },
+    Entry { id: "ground_effect", kind: Kind::GroundEffect, parameters: &[size("radius", 0.10, 0.15), size("height", 0.2, 0.3)] },
+    Entry { id: "rotor_lag", kind: Kind::RotorLag, parameters: &[size("pole", 25.0, 80.0)] },
+    Entry { id: "torque_delay", kind: Kind::TorqueDelay, parameters: &[size("delay", 0.01, 0.04)] },
+    Entry { id: "gyro_bias", kind: Kind::GyroBias, parameters: &[either("bias", 0.02, 0.1)] },
+    Entry { id: "gyro_scale", kind: Kind::GyroScale, parameters: &[size("scale", 1.05, 1.2)] },
+    Entry { id: "gyro_lag", kind: Kind::GyroLag, parameters: &[size("pole", 20.0, 80.0)] },
+];
+
+/// A law with its numbers, as the plant's equations use it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Law {
+    pub kind: Kind,
+    /// Parameters in the order of the table; unused ones are zero.
+    pub p: [f64; 2],
+}
+
+impl Law {
+    pub fn build(config: &HiddenConfig) -> Result<Self, EmulateError> {
+        let fault = |reason: String| EmulateError::Hidden { effect: config.effect.clone(), reason };
+        let entry = LAWS.iter().find(|entry| entry.id == config.effect).ok_or_else(|| {
+            let ids: Vec<&str> = LAWS.iter().map(|entry| entry.id).collect();
+            fault(format!("the emulator knows no such effect; it knows {}", ids.join(", ")))
+        })?;
+        if let Some(name) =
+            config.parameters.keys().find(|name| !entry.parameters.iter().any(|range| range.name == **name))
+        {
+            let names: Vec<&str> = entry.parameters.iter().map(|range| range.name).collect();
+            return Err(fault(format!("it has no parameter `{name}`, only [{}]", names.join(", "))));
+        }
+        let mut p = [0.0; 2];
+        for (slot, range) in p.iter_mut().zip(entry.parameters) {
+            *slot =
+                config.parameters.get(range.name).copied().unwrap_or(f64::midpoint(range.low, range.high));
+            // The sign of a size is part of the law: a negative delay or pole has no meaning.
+            if !slot.is_finite() || (!range.signed && *slot < 0.0) {
+                return Err(fault(format!("`{}` = {slot} cannot be", range.name)));
+            }
+        }
+        if entry.kind == Kind::GroundEffect && p[0] >= 2.0 * p[1] {
+            return Err(fault(format!("radius {} m is too large for a height of {} m", p[0], p[1])));
+        }
+        if matches!(entry.kind, Kind::AsymmetricPole | Kind::MotorHeating | Kind::CommandQuantization)
+            && p[usize::from(entry.kind == Kind::MotorHeating)] <= 0.0
+        {
+            return Err(fault("ratio, step and time_constant must be above zero".to_owned()));
+        }
+        Ok(Self { kind: entry.kind, p })
+    }
+}
+
+/// The hidden laws of one plant, each applied where it acts.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Laws(pub Vec<Law>);
+
+impl Laws {
+    /// First number of the law of this kind, where the plant hides one.
+    pub fn number(&self, kind: Kind) -> Option<f64> {
+        self.0.iter().find(|law| law.kind == kind).map(|law| law.p[0])
+    }
+
+    /// What the ESC makes of a command.
+    pub fn command(&self, mut u: f64) -> f64 {
+        for Law { kind, p } in &self.0 {
+            match kind {
+                Kind::CommandDeadZone => u = (u - p[0]).max(0.0) / (1.0 - p[0]).max(0.01),
+                Kind::CommandSaturation => u = u.min(p[0]),
+                Kind::CommandQuantization => u = (u / p[0]).round() * p[0],
+                _ => {}
+            }
+        }
+        u
+    }
+
+    /// [rad/s] Steady rate z of the effective command `u` at `voltage`, with the heat state `heat`.
+    pub fn steady_rate(&self, plant: &PlantConfig, u: f64, voltage: f64, heat: f64) -> f64 {
+        let mut u_motor = u;
+        let mut sag = plant.voltage_gain;
+        let mut added = 0.0;
+        let mut factor = 1.0;
+        for Law { kind, p } in &self.0 {
+            match kind {
+                Kind::BatteryScaling => {
+                    u_motor = u * voltage / plant.full_voltage;
+                    sag = 0.0;
+                }
+                Kind::BatterySag => added -= p[0] * (plant.full_voltage - voltage),
+                Kind::StaticOffset => added += p[0],
+                Kind::StaticCubic => {
+                    let du = u - plant.hover_command();
+                    added += p[0] * du * du * du;
+                }
+                Kind::MotorHeating => factor -= p[0] * heat,
+                _ => {}
+            }
+        }
+        let g = (plant.steady_rate_quadratic * u_motor + plant.steady_rate_linear) * u_motor;
+        factor * (g - sag * (plant.full_voltage - voltage) + added)
+    }
+
+    /// [rad/s²] Acceleration of a rotor at rate `w` towards `z`.
+    pub fn rotor_acceleration(&self, plant: &PlantConfig, z: f64, w: f64) -> f64 {
+        let mut pole = plant.pole;
+        let mut drag = 0.0;
+        for Law { kind, p } in &self.0 {
+            match kind {
+                Kind::AsymmetricPole => pole *= if z > w { p[0] } else { 1.0 / p[0] },
+                Kind::SpeedDependentPole => {
+                    pole *= (1.0 + p[0] * (w - plant.hover_rate) / plant.hover_rate).max(0.05);
+                }
+                Kind::QuadraticRotorDrag => drag += p[0] * w * w.abs(),
+                _ => {}
+            }
+        }
+        pole * (z - w) - drag
+    }
+
+    /// [N] Thrust of the rotor on `side` (+1 rotor 1, -1 rotor 2) turning at `w`.
+    pub fn thrust(&self, plant: &PlantConfig, side: f64, w: f64, angle: f64, body_rate: f64) -> f64 {
+        let mut thrust = plant.thrust_coefficient * w * w;
+        for Law { kind, p } in &self.0 {
+            match kind {
+                // The rotor's own speed upwards thins its inflow.
+                Kind::InflowDamping => {
+                    thrust -= p[0] * plant.thrust_coefficient * w * (side * plant.arm * body_rate);
+                }
+                Kind::ActuatorMismatch => thrust *= 1.0 + side * p[0],
+                Kind::GroundEffect => {
+                    let height = (p[1] + side * plant.arm * angle.sin()).max(0.55 * p[0]);
+                    let q = p[0] / (4.0 * height);
+                    thrust /= 1.0 - q * q;
+                }
+                _ => {}
+            }
+        }
+        thrust
+    }
+
+    /// [N m] Torque on the body besides the rotors'.
+    pub fn body_torque(&self, angle: f64, rate: f64) -> f64 {
+        /// [rad/s] Rate at which the Coulomb friction has all but reached its level.
+        const COULOMB_RATE: f64 = 0.02;
+        let mut torque = 0.0;
+        for Law { kind, p } in &self.0 {
+            torque += match kind {
+                Kind::PivotCoulombFriction => -p[0] * (rate / COULOMB_RATE).tanh(),
+                Kind::PivotViscousFriction => -p[0] * rate,
+                Kind::QuadraticAirDrag => -p[0] * rate * rate.abs(),
+                Kind::GravityPendulum => -p[0] * (angle + p[1]).sin(),
+                Kind::TorqueBias => p[0],
+                Kind::CableStiffness => -p[0] * angle,
+                _ => 0.0,
+            };
+        }
+        torque
+    }
+
+    /// [rad/s] What the gyro makes of the (perhaps filtered) body rate, before its noise.
+    pub fn gyro(&self, mut rate: f64) -> f64 {
+        for Law { kind, p } in &self.0 {
+            match kind {
+                Kind::GyroBias => rate += p[0],
+                Kind::GyroScale => rate *= p[0],
+                _ => {}
+            }
+        }
+        rate
+    }
+}

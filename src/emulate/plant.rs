@@ -1,0 +1,355 @@
+//! The truth: rotors, battery and body, integrated by the classical Runge-Kutta method of fourth order, at
+//! a step far below the control period. [LPC16] Eqs. (1), (2), with the thrust curve f = c ω².
+//!
+//! Shares no integrator and no law with `model`, which fits: see [`super::hidden`].
+
+use serde::{Deserialize, Serialize};
+
+use crate::signal::ROTORS;
+
+use super::EmulateError;
+use super::battery::BatteryConfig;
+use super::hidden::{Kind, Law, Laws};
+use super::history::TorqueHistory;
+
+/// The `[emulator.plant]` table: what the emulated bench is made of. Defaults are [LPC16] Tables I and IV.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PlantConfig {
+    /// [kg m²] J.
+    pub inertia: f64,
+    /// [m] d, lever arm of each rotor.
+    pub arm: f64,
+    /// [rad/s] p.
+    pub pole: f64,
+    /// [N s²/rad²] c of f = c ω².
+    ///
+    /// **Deviation:** [LPC16] Table IV gives only the tangent c_p1 ω + c_p0 of its Fig. 4; this is the parabola
+    /// through the origin that has this tangent: c = c_p1² / (4 |c_p0|).
+    pub thrust_coefficient: f64,
+    /// [rad/s] c_g1, of u². [LPC16] Eq. (7).
+    pub steady_rate_quadratic: f64,
+    /// [rad/s] c_g2, of u.
+    pub steady_rate_linear: f64,
+    /// [rad/(s V)] k_V.
+    pub voltage_gain: f64,
+    /// [V] v_bmax.
+    pub full_voltage: f64,
+    /// [rad/s] ω_0, rotor rate at hover.
+    pub hover_rate: f64,
+    /// [rad] of the mechanical stops on both sides; 0 = none.
+    pub angle_stop: f64,
+    /// Whether the body is held still, as for experiments on the actuators alone.
+    pub clamped: bool,
+}
+
+impl Default for PlantConfig {
+    fn default() -> Self {
+        let (slope, offset) = (0.0197, 6.0771); // c_p1, |c_p0|
+        Self {
+            inertia: 0.032,
+            arm: 0.25,
+            pole: 16.0,
+            thrust_coefficient: slope * slope / (4.0 * offset),
+            steady_rate_quadratic: 447.1,
+            steady_rate_linear: 1124.5,
+            voltage_gain: 40.0,
+            full_voltage: 12.6,
+            hover_rate: 2.0 * offset / slope,
+            angle_stop: 1.2,
+            clamped: false,
+        }
+    }
+}
+
+impl PlantConfig {
+    /// [-] u_0: command that holds the hover rate at full battery, from g(u_0) = ω_0.
+    #[must_use]
+    pub fn hover_command(&self) -> f64 {
+        let (a, b) = (self.steady_rate_quadratic, self.steady_rate_linear);
+        // This root is the one that stays finite as the quadratic coefficient vanishes.
+        2.0 * self.hover_rate / (b + (b * b + 4.0 * a * self.hover_rate).sqrt())
+    }
+
+    fn check(&self) -> Result<(), EmulateError> {
+        let positive = [
+            ("inertia", self.inertia),
+            ("arm", self.arm),
+            ("pole", self.pole),
+            ("thrust_coefficient", self.thrust_coefficient),
+            ("steady_rate_linear", self.steady_rate_linear),
+            ("full_voltage", self.full_voltage),
+            ("hover_rate", self.hover_rate),
+        ];
+        for (name, value) in positive {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(EmulateError::NotPositive { name, value });
+            }
+        }
+        let finite = [
+            ("steady_rate_quadratic", self.steady_rate_quadratic),
+            ("voltage_gain", self.voltage_gain),
+            ("angle_stop", self.angle_stop),
+        ];
+        for (name, value) in finite {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(EmulateError::Negative { name, value });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Number of continuous states.
+const STATES: usize = 13;
+/// Places in the state vector. Pairs belong to rotor 1, rotor 2.
+const PROPELLER: usize = 0;
+const SECOND_LAG: usize = 2;
+const HEAT: usize = 4;
+const TELEMETRY: usize = 6;
+const ANGLE: usize = 8;
+const RATE: usize = 9;
+const TORQUE: usize = 10;
+const GYRO: usize = 11;
+const USED: usize = 12;
+
+/// What acts on the plant from outside during one integration step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Inputs {
+    /// [-] commands at the ESCs, after every delay.
+    pub rotor: [f64; ROTORS],
+    /// [N m] disturbance torque on the body.
+    pub torque: f64,
+    /// [s] since the start, at the beginning of the step.
+    pub time: f64,
+}
+
+/// The plant as built: parameters, battery, hidden laws.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plant {
+    pub(super) config: PlantConfig,
+    pub(super) battery: BatteryConfig,
+    pub(super) laws: Laws,
+}
+
+/// The plant's state.
+#[derive(Debug, Clone)]
+pub struct PlantState {
+    x: [f64; STATES],
+    /// [rad/s] steady rate behind the slew-rate limit, at the beginning and at the end of the step.
+    slewed: [[f64; 2]; ROTORS],
+    history: TorqueHistory,
+}
+
+/// What really is, noise-free: for tests and pictures, never for a controller.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Truth {
+    /// [rad]
+    pub body_angle: f64,
+    /// [rad/s]
+    pub body_rate: f64,
+    /// [rad/s²] without the disturbance scripted from outside.
+    pub body_acceleration: f64,
+    /// [rad/s]
+    pub propeller_rate: [f64; ROTORS],
+    /// [N]
+    pub thrust: [f64; ROTORS],
+    /// [V]
+    pub battery_voltage: f64,
+    /// [A]
+    pub current: [f64; ROTORS],
+    /// [N m] scripted disturbance acting now.
+    pub disturbance_torque: f64,
+}
+
+impl Plant {
+    pub(super) fn build(
+        config: &PlantConfig,
+        battery: &BatteryConfig,
+        laws: Laws,
+    ) -> Result<Self, EmulateError> {
+        config.check()?;
+        battery.check(config.full_voltage)?;
+        Ok(Self { config: config.clone(), battery: battery.clone(), laws })
+    }
+
+    pub(super) fn start(&self, angle: f64) -> PlantState {
+        let mut x = [0.0; STATES];
+        x[ANGLE] = angle;
+        x[USED] = self.battery.used;
+        let delay = self.laws.number(Kind::TorqueDelay).unwrap_or(0.0);
+        PlantState { x, slewed: [[0.0; 2]; ROTORS], history: TorqueHistory::new(delay) }
+    }
+
+    /// Advances by `span` [s] with constant inputs.
+    pub(super) fn step(&self, state: &mut PlantState, inputs: &Inputs, span: f64) {
+        self.prepare_slew(state, inputs, span);
+        let at = |x: &[f64; STATES], k: &[f64; STATES], h: f64| {
+            let mut y = *x;
+            for (y, k) in y.iter_mut().zip(k) {
+                *y += h * k;
+            }
+            y
+        };
+        let x = state.x;
+        let k1 = self.derivative(state, &x, inputs, 0.0, span);
+        let k2 = self.derivative(state, &at(&x, &k1, 0.5 * span), inputs, 0.5, span);
+        let k3 = self.derivative(state, &at(&x, &k2, 0.5 * span), inputs, 0.5, span);
+        let k4 = self.derivative(state, &at(&x, &k3, span), inputs, 1.0, span);
+        for (index, x) in state.x.iter_mut().enumerate() {
+            *x += span / 6.0 * (k1[index] + 2.0 * (k2[index] + k3[index]) + k4[index]);
+        }
+        self.meet_stops(&mut state.x);
+        for slew in &mut state.slewed {
+            slew[0] = slew[1];
+        }
+        if self.laws.number(Kind::TorqueDelay).is_some() {
+            let torque = self.rotor_torque(&state.x);
+            state.history.push(inputs.time + span, torque);
+        }
+    }
+
+    /// The limiter has no derivative where it switches, so it moves once a step and is straight inside it.
+    fn prepare_slew(&self, state: &mut PlantState, inputs: &Inputs, span: f64) {
+        let Some(rate) = self.laws.number(Kind::SlewRateLimit) else { return };
+        let voltage = self.voltage(&state.x);
+        for rotor in 0..ROTORS {
+            let target = self.steady_rate(&state.x, rotor, inputs.rotor[rotor], voltage);
+            let [from, to] = &mut state.slewed[rotor];
+            *to = *from + (target - *from).clamp(-rate * span, rate * span);
+        }
+    }
+
+    /// A body at its stop stays there until something drives it back: a plastic impact.
+    fn meet_stops(&self, x: &mut [f64; STATES]) {
+        let stop = self.config.angle_stop;
+        if stop > 0.0 && x[ANGLE].abs() >= stop {
+            x[ANGLE] = x[ANGLE].clamp(-stop, stop);
+            if x[RATE] * x[ANGLE] > 0.0 {
+                x[RATE] = 0.0;
+            }
+        }
+    }
+
+    fn derivative(
+        &self,
+        state: &PlantState,
+        x: &[f64; STATES],
+        inputs: &Inputs,
+        part: f64,
+        span: f64,
+    ) -> [f64; STATES] {
+        let mut slope = [0.0; STATES];
+        let voltage = self.voltage(x);
+        for rotor in 0..ROTORS {
+            let [from, to] = state.slewed[rotor];
+            let z = match self.laws.number(Kind::SlewRateLimit) {
+                Some(_) => from + part * (to - from),
+                None => self.steady_rate(x, rotor, inputs.rotor[rotor], voltage),
+            };
+            self.rotor_derivative(x, rotor, z, &mut slope);
+        }
+        let rotor_torque = match self.laws.number(Kind::TorqueDelay) {
+            Some(delay) => state.history.at(inputs.time + part * span - delay),
+            None => self.rotor_torque(x),
+        };
+        let torque = match self.laws.number(Kind::RotorLag) {
+            Some(pole) => {
+                slope[TORQUE] = pole * (rotor_torque - x[TORQUE]);
+                x[TORQUE]
+            }
+            None => rotor_torque,
+        };
+        if !self.config.clamped {
+            slope[ANGLE] = x[RATE];
+            slope[RATE] =
+                (torque + inputs.torque + self.laws.body_torque(x[ANGLE], x[RATE])) / self.config.inertia;
+        }
+        if let Some(pole) = self.laws.number(Kind::GyroLag) {
+            slope[GYRO] = pole * (x[RATE] - x[GYRO]);
+        }
+        slope[USED] = self.battery.drain(self.total_current(x));
+        slope
+    }
+
+    fn rotor_derivative(&self, x: &[f64; STATES], rotor: usize, z: f64, slope: &mut [f64; STATES]) {
+        let w = x[PROPELLER + rotor];
+        let mut driven = z;
+        for Law { kind, p } in &self.laws.0 {
+            match kind {
+                Kind::SecondOrderLag => {
+                    slope[SECOND_LAG + rotor] = p[0] * (z - x[SECOND_LAG + rotor]);
+                    driven = x[SECOND_LAG + rotor];
+                }
+                Kind::MotorHeating => {
+                    let ratio = w / self.config.hover_rate;
+                    slope[HEAT + rotor] = (ratio * ratio * ratio - x[HEAT + rotor]) / p[1];
+                }
+                Kind::TelemetryLag => {
+                    slope[TELEMETRY + rotor] = p[0] * (w - x[TELEMETRY + rotor]);
+                }
+                _ => {}
+            }
+        }
+        slope[PROPELLER + rotor] = self.laws.rotor_acceleration(&self.config, driven, w);
+    }
+
+    /// [rad/s] A standing motor is not driven backwards by a weak battery.
+    fn steady_rate(&self, x: &[f64; STATES], rotor: usize, command: f64, voltage: f64) -> f64 {
+        let u = self.laws.command(command.clamp(0.0, 1.0));
+        self.laws.steady_rate(&self.config, u, voltage, x[HEAT + rotor]).max(0.0)
+    }
+
+    /// [N m] [LPC16] Eq. (1).
+    ///
+    /// **Deviation:** (1) prints f_p2 - f_p1; the sign is that of its Eqs. (12)-(16).
+    fn rotor_torque(&self, x: &[f64; STATES]) -> f64 {
+        let [f1, f2] = self.thrust(x);
+        self.config.arm * (f1 - f2)
+    }
+
+    fn thrust(&self, x: &[f64; STATES]) -> [f64; ROTORS] {
+        let of = |side, rotor| self.laws.thrust(&self.config, side, x[PROPELLER + rotor], x[ANGLE], x[RATE]);
+        [of(1.0, 0), of(-1.0, 1)]
+    }
+
+    fn rotor_current(&self, x: &[f64; STATES], rotor: usize) -> f64 {
+        self.battery.rotor_current(x[PROPELLER + rotor] / self.config.hover_rate)
+    }
+
+    fn total_current(&self, x: &[f64; STATES]) -> f64 {
+        self.battery.idle_current + self.rotor_current(x, 0) + self.rotor_current(x, 1)
+    }
+
+    fn voltage(&self, x: &[f64; STATES]) -> f64 {
+        self.battery.voltage(self.config.full_voltage, x[USED], self.total_current(x))
+    }
+
+    /// What is true now, for a sensor to spoil.
+    pub(super) fn truth(&self, state: &PlantState, disturbance_torque: f64) -> Truth {
+        let x = &state.x;
+        Truth {
+            body_angle: x[ANGLE],
+            body_rate: x[RATE],
+            body_acceleration: (self.rotor_torque(x) + self.laws.body_torque(x[ANGLE], x[RATE]))
+                / self.config.inertia,
+            propeller_rate: [x[PROPELLER], x[PROPELLER + 1]],
+            thrust: self.thrust(x),
+            battery_voltage: self.voltage(x),
+            current: [self.rotor_current(x, 0), self.rotor_current(x, 1)],
+            disturbance_torque,
+        }
+    }
+
+    /// [rad/s] what a noise-free ESC would tell of a rotor.
+    pub(super) fn told_propeller_rate(&self, state: &PlantState, rotor: usize) -> f64 {
+        let lagged = self.laws.number(Kind::TelemetryLag).is_some();
+        state.x[if lagged { TELEMETRY } else { PROPELLER } + rotor]
+    }
+
+    /// [rad/s] what a noise-free gyro would tell.
+    pub(super) fn told_body_rate(&self, state: &PlantState) -> f64 {
+        let lagged = self.laws.number(Kind::GyroLag).is_some();
+        self.laws.gyro(state.x[if lagged { GYRO } else { RATE }])
+    }
+}
