@@ -272,3 +272,86 @@ pub struct CycleSample {
     /// Zero; keeps the layout free of padding.
     pub reserved: u32,
 }
+
+/// One step of the controller: everything it consumed, and what it answered. The recorder's food: `replay` runs
+/// the step again on it and expects the same bits.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, ZeroCopySend)]
+#[type_name("rotorbench::ControlStep")]
+pub struct ControlStep {
+    /// The sensors it was given.
+    pub sensors: Sensors,
+    /// The reference it was given.
+    pub reference: Reference,
+    /// What the guard had let through, as fed back to it.
+    pub applied: Applied,
+    /// What it answered, stamped as published.
+    pub command: Command,
+}
+
+/// One period of the guard: everything it consumed, and what it let through.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, ZeroCopySend)]
+#[type_name("rotorbench::GuardStep")]
+pub struct GuardStep {
+    /// [ns] the time it was given.
+    pub now_ns: u64,
+    /// Bits of [`GuardStepInputs`]: which of `newest` and `request` it was given.
+    pub inputs: u32,
+    /// Zero; keeps the layout free of padding.
+    pub reserved: u32,
+    /// The sensors it was given.
+    pub sensors: Sensors,
+    /// The newest command it was given.
+    pub newest: Command,
+    /// The operator's act it was given.
+    pub request: Request,
+    /// What it let through.
+    pub applied: Applied,
+}
+
+/// Bits of [`GuardStep::inputs`].
+pub struct GuardStepInputs;
+
+impl GuardStepInputs {
+    /// `newest` was given.
+    pub const COMMAND: u32 = 1;
+    /// `request` was given.
+    pub const REQUEST: u32 = 1 << 1;
+}
+
+impl GuardStep {
+    /// The record of `Guard::step(now_ns, sensors, newest, request) -> applied`.
+    #[must_use]
+    pub fn new(
+        now_ns: u64,
+        sensors: &Sensors,
+        newest: Option<&Command>,
+        request: Option<&Request>,
+        applied: &Applied,
+    ) -> Self {
+        let given = |present: bool, bit: u32| if present { bit } else { 0 };
+        Self {
+            now_ns,
+            inputs: given(newest.is_some(), GuardStepInputs::COMMAND)
+                | given(request.is_some(), GuardStepInputs::REQUEST),
+            reserved: 0,
+            sensors: *sensors,
+            newest: newest.copied().unwrap_or_default(),
+            request: request.copied().unwrap_or_default(),
+            applied: *applied,
+        }
+    }
+
+    /// The newest command, if one was given.
+    #[must_use]
+    pub fn newest(&self) -> Option<&Command> {
+        (self.inputs & GuardStepInputs::COMMAND != 0).then_some(&self.newest)
+    }
+
+    /// The operator's act, if one was given.
+    #[must_use]
+    pub fn request(&self) -> Option<&Request> {
+        (self.inputs & GuardStepInputs::REQUEST != 0).then_some(&self.request)
+    }
+}

@@ -1,6 +1,85 @@
 //! Recordings and logs: write, read, import, `Dataset`.
+//!
+//! A recording is an MCAP file. Its topics are `/sensors`, `/command`, `/applied`, `/request`, `/guard_event`,
+//! `/heartbeat`, `/cycle`, `/frame`, and `/control_step` and `/guard_step`, which say what each step consumed and
+//! answered by naming messages of the other topics; `/recorder` counts what was written and what was lost. Messages
+//! are CDR with `ros2msg` schemas. One metadata record, `rotorbench`, holds the bench file, the model, DBC files,
+//! seeds and versions: all that is needed to run it again.
+
+use std::io;
+use std::path::PathBuf;
 
 pub mod dataset;
 pub mod log;
 
+mod disk;
+mod frame;
+mod handle;
+mod provenance;
+mod reader;
+mod topic;
+mod wire;
+mod writer;
+
 pub use dataset::{Dataset, DatasetError};
+pub use disk::Disk;
+pub use frame::{FrameFlags, RawFrame};
+pub use handle::{Record, RecorderHandle};
+pub use provenance::{METADATA_NAME, Provenance};
+pub use reader::{End, Recording};
+pub use wire::{RecorderStatus, WireError};
+pub use writer::{Recorder, RecorderOptions, RecorderSummary};
+
+/// Why a recording cannot be written or read.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordError {
+    /// The file to record into cannot be made, or is there already.
+    #[error("{path}")]
+    Create {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The disk failed while recording.
+    #[error("the recording cannot be written")]
+    Write(#[from] mcap::McapError),
+    /// The file cannot be opened or read.
+    #[error("{path}")]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The file is no recording of ours.
+    #[error("{path}: not a recording: {reason}")]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// What is missing or wrong.
+        reason: String,
+    },
+    /// A whole, undamaged chunk holds a message that cannot be understood.
+    #[error("{path}, byte {byte}, topic {topic}, message {ordinal}: {reason}")]
+    Message {
+        /// The file.
+        path: PathBuf,
+        /// Place in the file up to which was read.
+        byte: u64,
+        /// Name of the topic.
+        topic: String,
+        /// Ordinal of the message in its topic, from 1.
+        ordinal: u64,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A metadata value is not a number.
+    #[error("metadata `{key}` reads `{value}`, which is not a whole number")]
+    Metadata {
+        /// The key.
+        key: String,
+        /// What is there.
+        value: String,
+    },
+}

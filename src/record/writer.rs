@@ -1,0 +1,417 @@
+//! The recorder's own thread: takes records from the queues, writes chunks of MCAP.
+//!
+//! A chunk is closed and handed to the kernel at least once a second, so that `kill -9` costs at most the last
+//! second. Chunks are built in memory and written whole, front to back: a file that was cut off can be read up to
+//! the last whole chunk.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::fs::OpenOptions;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use mcap::records::{MessageHeader, Metadata};
+use mcap::write::NoSeek;
+
+use crate::clock::monotonic_ns;
+
+use super::RecordError;
+use super::disk::{Disk, PatientDisk, Progress};
+use super::handle::{Lane, Record, RecorderHandle};
+use super::provenance::{METADATA_NAME, Provenance};
+use super::topic::{PerTopic, TOPICS, Topic, WINDOW};
+use super::wire::{ControlStepLine, GuardStepLine, Noun, RecorderStatus, encode};
+
+/// How often the queues are looked into. Polling costs the sending threads nothing; waking us would.
+const POLL: Duration = Duration::from_millis(5);
+
+/// Settings of a recorder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct RecorderOptions {
+    /// Records each sending thread may be ahead of the disk; about 560 bytes each.
+    pub queue_records: usize,
+    /// [ms] longest time between a record and its way to the kernel.
+    pub chunk_ms: u64,
+}
+
+impl Default for RecorderOptions {
+    /// Four seconds of a 1 kHz bench with eight records a period; a chunk each half second, so that with the
+    /// writing itself a killed recorder has lost less than one.
+    fn default() -> Self {
+        Self { queue_records: 32_768, chunk_ms: 500 }
+    }
+}
+
+/// What a recording amounted to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct RecorderSummary {
+    /// Records written.
+    pub written: u64,
+    /// Records refused because the queue was full, or lost because the disk failed.
+    pub dropped: u64,
+    /// [ns] time in which the disk was full.
+    pub disk_full_ns: u64,
+}
+
+type Lanes = Arc<Mutex<Vec<Arc<Lane>>>>;
+
+/// A recording in progress.
+#[derive(Debug)]
+pub struct Recorder {
+    lanes: Lanes,
+    progress: Arc<Progress>,
+    options: RecorderOptions,
+    thread: Option<JoinHandle<Result<(), RecordError>>>,
+}
+
+impl Recorder {
+    /// Starts recording into a new file. Call it before the process becomes real-time: the recorder's thread
+    /// inherits priority and affinity, and takes off only the priority.
+    ///
+    /// # Errors
+    /// [`RecordError::Create`] when `path` exists already or cannot be written.
+    pub fn start(
+        path: &Path,
+        provenance: &Provenance,
+        options: RecorderOptions,
+    ) -> Result<Self, RecordError> {
+        let file = OpenOptions::new()
+            .write(true)
+            .create_new(true)
+            .open(path)
+            .map_err(|source| RecordError::Create { path: path.to_owned(), source })?;
+        Self::start_on(Box::new(file), provenance, options)
+    }
+
+    /// Starts recording on any [`Disk`].
+    ///
+    /// # Errors
+    /// [`RecordError::Write`] when the file's beginning cannot be written or no thread can be started.
+    pub fn start_on(
+        disk: Box<dyn Disk>,
+        provenance: &Provenance,
+        options: RecorderOptions,
+    ) -> Result<Self, RecordError> {
+        let lanes = Lanes::default();
+        let progress = Arc::new(Progress::default());
+        let provenance = provenance.stamped();
+        let sink = Sink::create(PatientDisk::new(disk, Arc::clone(&progress)), provenance)?;
+        let worker = Worker { lanes: Arc::clone(&lanes), progress: Arc::clone(&progress), options };
+        let thread = std::thread::Builder::new()
+            .name("recorder".to_owned())
+            .spawn(move || {
+                leave_real_time();
+                worker.run(sink)
+            })
+            .map_err(|error| RecordError::Write(error.into()))?;
+        Ok(Self { lanes, progress, options, thread: Some(thread) })
+    }
+
+    /// A way in for one more thread. Allocates: ask for it at start-up.
+    #[must_use]
+    pub fn handle(&self) -> RecorderHandle {
+        let lane = Arc::new(Lane::new(self.options.queue_records));
+        self.lanes.lock().unwrap_or_else(PoisonError::into_inner).push(Arc::clone(&lane));
+        RecorderHandle::new(lane)
+    }
+
+    /// What has been written so far.
+    #[must_use]
+    pub fn summary(&self) -> RecorderSummary {
+        let lanes = self.lanes.lock().unwrap_or_else(PoisonError::into_inner);
+        RecorderSummary {
+            written: self.progress.written.load(Ordering::Relaxed),
+            dropped: dropped(&lanes),
+            disk_full_ns: self.progress.disk_full_ns.load(Ordering::Relaxed),
+        }
+    }
+
+    /// Whether the disk has failed for good. Recording has ended; the loop goes on.
+    #[must_use]
+    pub fn has_failed(&self) -> bool {
+        self.progress.failed.load(Ordering::Relaxed)
+    }
+
+    /// Writes what is queued, closes the file and waits until it is on the medium.
+    ///
+    /// # Errors
+    /// [`RecordError::Write`] when the disk failed or stayed full; the file then ends with its last whole chunk.
+    pub fn finish(mut self) -> Result<RecorderSummary, RecordError> {
+        self.close()?;
+        Ok(self.summary())
+    }
+
+    fn close(&mut self) -> Result<(), RecordError> {
+        self.progress.closing.store(true, Ordering::Relaxed);
+        match self.thread.take().map(JoinHandle::join) {
+            None => Ok(()),
+            Some(Ok(result)) => result,
+            Some(Err(_)) => {
+                Err(RecordError::Write(std::io::Error::other("the recorder's thread died").into()))
+            }
+        }
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        if let Err(error) = self.close() {
+            tracing::error!("{error}");
+        }
+    }
+}
+
+fn dropped(lanes: &[Arc<Lane>]) -> u64 {
+    lanes.iter().map(|lane| lane.dropped.load(Ordering::Relaxed)).sum()
+}
+
+/// The recorder must never compete with the loop: whoever started it, it runs at ordinary priority.
+fn leave_real_time() {
+    let ordinary = libc::sched_param { sched_priority: 0 };
+    // SAFETY: `ordinary` is a valid sched_param for the duration of the call; id 0 names this thread only.
+    let code = unsafe { libc::sched_setscheduler(0, libc::SCHED_OTHER, &raw const ordinary) };
+    if code != 0 {
+        tracing::debug!("the recorder keeps its scheduling class: {}", std::io::Error::last_os_error());
+    }
+}
+
+/// What the recorder's thread works on.
+struct Worker {
+    lanes: Lanes,
+    progress: Arc<Progress>,
+    options: RecorderOptions,
+}
+
+impl Worker {
+    fn run(&self, sink: Sink) -> Result<(), RecordError> {
+        let result = self.write_until_closed(sink);
+        if let Err(error) = &result {
+            tracing::error!("the recording has ended: {error}");
+            self.count_what_is_lost();
+        }
+        result
+    }
+
+    fn write_until_closed(&self, mut sink: Sink) -> Result<(), RecordError> {
+        let chunk = Duration::from_millis(self.options.chunk_ms);
+        let mut last_chunk = Instant::now();
+        loop {
+            // Read before draining: what was sent before the closing is still written.
+            let closing = self.progress.closing.load(Ordering::Acquire);
+            let lanes = self.lanes();
+            let mut seen = 0;
+            for lane in &lanes {
+                // At most one queue's length, so that a busy lane cannot keep the others waiting.
+                for _ in 0..lane.queue.capacity() {
+                    let Some(record) = lane.queue.pop() else { break };
+                    sink.write(&record)?;
+                    self.progress.written.fetch_add(1, Ordering::Relaxed);
+                    seen += 1;
+                }
+            }
+            if closing && seen == 0 {
+                sink.write(&Record::Status(self.status(&lanes)))?;
+                return sink.finish();
+            }
+            if last_chunk.elapsed() >= chunk {
+                sink.write(&Record::Status(self.status(&lanes)))?;
+                sink.flush()?;
+                last_chunk = Instant::now();
+            }
+            if seen == 0 {
+                std::thread::sleep(POLL);
+            }
+        }
+    }
+
+    /// After a failure of the disk: keeps emptying the queues, so that every record lost is counted.
+    fn count_what_is_lost(&self) {
+        self.progress.failed.store(true, Ordering::Relaxed);
+        loop {
+            let closing = self.progress.closing.load(Ordering::Acquire);
+            for lane in self.lanes() {
+                let lost = std::iter::from_fn(|| lane.queue.pop()).take(lane.queue.capacity()).count();
+                lane.dropped.fetch_add(lost as u64, Ordering::Relaxed);
+            }
+            if closing {
+                return;
+            }
+            std::thread::sleep(POLL);
+        }
+    }
+
+    fn lanes(&self) -> Vec<Arc<Lane>> {
+        self.lanes.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    fn status(&self, lanes: &[Arc<Lane>]) -> RecorderStatus {
+        RecorderStatus {
+            stamp_ns: monotonic_ns(),
+            written: self.progress.written.load(Ordering::Relaxed),
+            dropped: dropped(lanes),
+            disk_full_ns: self.progress.disk_full_ns.load(Ordering::Relaxed),
+        }
+    }
+}
+
+/// The MCAP file under construction.
+struct Sink {
+    mcap: mcap::Writer<NoSeek<BufWriter<SharedDisk>>>,
+    disk: SharedDisk,
+    provenance: Provenance,
+    topics: PerTopic<TopicState>,
+    bytes: Vec<u8>,
+}
+
+/// What the writer knows of one topic.
+#[derive(Debug, Default)]
+struct TopicState {
+    channel: u16,
+    /// Messages written.
+    count: u64,
+    /// The last messages, with their ordinals, if steps refer to them.
+    recent: VecDeque<(u64, Vec<u8>)>,
+}
+
+/// The disk, reachable also behind the MCAP writer, which owns its output.
+#[derive(Clone)]
+struct SharedDisk(Arc<Mutex<PatientDisk>>);
+
+impl SharedDisk {
+    fn with<T>(&self, act: impl FnOnce(&mut PatientDisk) -> T) -> T {
+        act(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl Write for SharedDisk {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.with(|disk| disk.write(bytes))
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.with(PatientDisk::flush)
+    }
+}
+
+impl Sink {
+    fn create(disk: PatientDisk, provenance: Provenance) -> Result<Self, RecordError> {
+        let disk = SharedDisk(Arc::new(Mutex::new(disk)));
+        let mut mcap = mcap::WriteOptions::new()
+            .compression(None)
+            .profile("ros2")
+            .library(concat!("rotorbench ", env!("CARGO_PKG_VERSION")))
+            .chunk_size(Some(4 << 20))
+            // Chunks are built in memory and written once, whole: a seeking writer would leave a chunk
+            // without a length behind when killed.
+            .disable_seeking(true)
+            .create(NoSeek::new(BufWriter::with_capacity(1 << 16, disk.clone())))?;
+        mcap.write_metadata(&Metadata {
+            name: METADATA_NAME.to_owned(),
+            metadata: provenance.to_metadata(),
+        })?;
+        let mut topics = PerTopic::new(|_| TopicState::default());
+        for info in &TOPICS {
+            let name = format!("rotorbench/msg/{}", info.noun);
+            let schema = mcap.add_schema(&name, "ros2msg", (info.schema)().as_bytes())?;
+            topics.of(info.topic).channel = mcap.add_channel(schema, info.name, "cdr", &BTreeMap::new())?;
+        }
+        let mut sink = Self { mcap, disk, provenance, topics, bytes: Vec::new() };
+        sink.flush()?;
+        Ok(sink)
+    }
+
+    fn write(&mut self, record: &Record) -> Result<(), RecordError> {
+        let stamp = record.stamp_ns();
+        match record {
+            Record::Sensors(it) => self.refer(Topic::Sensors, stamp, it).map(drop),
+            Record::Command(it) => self.refer(Topic::Command, stamp, it).map(drop),
+            Record::Applied(it) => self.refer(Topic::Applied, stamp, it).map(drop),
+            Record::Request(it) => self.refer(Topic::Request, stamp, it).map(drop),
+            Record::GuardEvent(it) => self.append(Topic::GuardEvent, stamp, it),
+            Record::Heartbeat(it) => self.append(Topic::Heartbeat, stamp, it),
+            Record::Cycle(it) => self.append(Topic::Cycle, stamp, it),
+            Record::Frame(it) => self.append(Topic::Frame, stamp, it),
+            Record::Status(it) => self.append(Topic::Recorder, stamp, it),
+            Record::ControlStep(it) => {
+                let line = ControlStepLine {
+                    sensors: self.refer(Topic::Sensors, it.sensors.stamp_ns, &it.sensors)?,
+                    applied: self.refer(Topic::Applied, it.applied.stamp_ns, &it.applied)?,
+                    command: self.refer(Topic::Command, it.command.stamp_ns, &it.command)?,
+                    reference: it.reference,
+                };
+                self.append(Topic::ControlStep, stamp, &line)
+            }
+            Record::GuardStep(it) => {
+                let mut line = GuardStepLine {
+                    now_ns: it.now_ns,
+                    sensors: self.refer(Topic::Sensors, it.sensors.stamp_ns, &it.sensors)?,
+                    ..GuardStepLine::default()
+                };
+                if let Some(newest) = it.newest() {
+                    line.newest = self.refer(Topic::Command, newest.stamp_ns, newest)?;
+                }
+                if let Some(request) = it.request() {
+                    line.request = self.refer(Topic::Request, request.stamp_ns, request)?;
+                }
+                line.applied = self.refer(Topic::Applied, it.applied.stamp_ns, &it.applied)?;
+                self.append(Topic::GuardStep, stamp, &line)
+            }
+        }
+    }
+
+    fn append<N: Noun>(&mut self, topic: Topic, stamp_ns: u64, noun: &N) -> Result<(), RecordError> {
+        encode(noun, &mut self.bytes);
+        self.put(topic, stamp_ns).map(drop)
+    }
+
+    /// The ordinal of `noun` in its topic: of the recent message with the same bytes, else of a new one. The same
+    /// value reaches the recorder by several ways (published, consumed by a step) and is written once.
+    fn refer<N: Noun>(&mut self, topic: Topic, stamp_ns: u64, noun: &N) -> Result<u64, RecordError> {
+        encode(noun, &mut self.bytes);
+        let known = self.topics.of(topic).recent.iter().rev().find(|(_, bytes)| *bytes == self.bytes);
+        if let Some((ordinal, _)) = known {
+            return Ok(*ordinal);
+        }
+        let ordinal = self.put(topic, stamp_ns)?;
+        let recent = &mut self.topics.of(topic).recent;
+        // The oldest message's buffer becomes the newest's: memory stays flat.
+        let oldest = if recent.len() == WINDOW { recent.pop_front() } else { None };
+        let mut bytes = oldest.map_or_else(Vec::new, |(_, bytes)| bytes);
+        bytes.clone_from(&self.bytes);
+        recent.push_back((ordinal, bytes));
+        Ok(ordinal)
+    }
+
+    fn put(&mut self, topic: Topic, stamp_ns: u64) -> Result<u64, RecordError> {
+        let state = self.topics.of(topic);
+        state.count += 1;
+        let ordinal = state.count;
+        let time = self.provenance.wall_ns(stamp_ns);
+        let header = MessageHeader {
+            channel_id: state.channel,
+            // MCAP keeps 32 bits of it; they wrap.
+            sequence: ordinal as u32,
+            log_time: time,
+            publish_time: time,
+        };
+        self.mcap.write_to_known_channel(&header, &self.bytes)?;
+        Ok(ordinal)
+    }
+
+    fn flush(&mut self) -> Result<(), RecordError> {
+        self.mcap.flush()?;
+        self.disk.with(PatientDisk::mark_whole);
+        Ok(())
+    }
+
+    fn finish(mut self) -> Result<(), RecordError> {
+        self.flush()?;
+        self.mcap.finish()?;
+        let output = self.mcap.into_inner().into_inner();
+        let closed = output.into_inner().map_err(std::io::IntoInnerError::into_error);
+        Ok(closed.and_then(|disk| disk.with(PatientDisk::sync)).map_err(mcap::McapError::from)?)
+    }
+}
