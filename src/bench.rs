@@ -8,6 +8,7 @@ use crate::control::ControllerConfig;
 use crate::emulate::EmulatorConfig;
 use crate::guard::GuardConfig;
 use crate::rt::RealTimeConfig;
+use crate::shm::SharedMemoryConfig;
 
 /// What starts a control step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -34,6 +35,8 @@ pub struct BenchConfig {
     pub model: String,
     /// Real-time settings.
     pub real_time: RealTimeConfig,
+    /// Who may open the bench's services.
+    pub shared_memory: SharedMemoryConfig,
     /// Controller, its gains and its reference.
     pub controller: ControllerConfig,
     /// Guard limits.
@@ -52,6 +55,7 @@ impl Default for BenchConfig {
             trigger: Trigger::default(),
             model: "paper".to_owned(),
             real_time: RealTimeConfig::default(),
+            shared_memory: SharedMemoryConfig::default(),
             controller: ControllerConfig::default(),
             guard: GuardConfig::default(),
             bus: BusConfig::default(),

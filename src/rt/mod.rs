@@ -1,8 +1,11 @@
 //! Real-time thread set-up, the periodic cycle, its statistics.
 
-use serde::{Deserialize, Serialize};
+mod cycle;
+mod log;
+mod thread;
+mod wait;
 
-/// The `[real_time]` table of the bench file.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct RealTimeConfig {}
+pub use cycle::{Cycle, Percentiles, Release, Statistics, Summary};
+pub use log::{Clerk, LogLine, LogQueue, Severity};
+pub use thread::{Granted, RealTimeConfig, RealTimeError};
+pub use wait::{Wake, wait};

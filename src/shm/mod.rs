@@ -1,1 +1,179 @@
 //! The iceoryx2 services of a bench, their names, heartbeats.
+//!
+//! A process [`joins`](Bench::join) a bench in a [`Role`], publishes topics and subscribes to topics:
+//!
+//! ```no_run
+//! use rotorbench::shm::{Bench, Role, SENSORS, SharedMemoryConfig};
+//!
+//! let bench = Bench::join("bench", &SharedMemoryConfig::default(), Role::Monitor)?;
+//! let mut sensors = bench.subscribe(&SENSORS)?;
+//! if let Some(newest) = sensors.newest() {
+//!     println!("{:.3} rad/s", newest.body_rate.value);
+//! }
+//! # Ok::<(), rotorbench::shm::ShmError>(())
+//! ```
+//!
+//! Each topic has one publisher at a time, any number of subscribers, and no history before their coming. A publisher
+//! or subscriber may be killed and started again at any time: the others go on, and meet it again by themselves.
+
+mod bell;
+mod channel;
+mod claim;
+mod liaison;
+mod place;
+mod topic;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crossbeam::queue::ArrayQueue;
+use iceoryx2::node::{Node, NodeBuilder};
+use iceoryx2::prelude::{LogLevel, SignalHandlingMode, ipc_threadsafe, set_log_level};
+
+pub use bell::{Bell, Waiter};
+pub use channel::{Payload, Publisher, Subscriber};
+pub use place::{Place, SharedMemoryConfig};
+pub use topic::{APPLIED, COMMAND, GUARD_EVENTS, REQUEST, Role, SENSORS, Topic};
+
+/// What can go wrong with the shared memory of a bench.
+#[derive(Debug, thiserror::Error)]
+pub enum ShmError {
+    /// The name of the bench cannot be a file name.
+    #[error("`{bench}` cannot name a bench: 1 to 32 letters, digits, `-` or `_`")]
+    Name {
+        /// The name.
+        bench: String,
+    },
+    /// The group of the bench does not exist.
+    #[error("there is no Unix group `{name}` (shared_memory.group)")]
+    Group {
+        /// The name.
+        name: String,
+    },
+    /// A file or directory of the bench could not be used.
+    #[error("{}: {error}", path.display())]
+    Place {
+        /// Where.
+        path: PathBuf,
+        /// Why.
+        #[source]
+        error: std::io::Error,
+    },
+    /// Somebody else's file or directory is where the bench's should be, or the bench's is open to others.
+    #[error("{} belongs to user {user} with mode {mode:o}: not ours, or open to others; not used", path.display())]
+    NotOurs {
+        /// Where.
+        path: PathBuf,
+        /// Its owner's number.
+        user: u32,
+        /// Its permission bits.
+        mode: u32,
+    },
+    /// The topic has a publisher.
+    #[error("bench `{bench}` already has one: `{topic}` is published by {role} (process {process_id})")]
+    Claimed {
+        /// Name of the bench.
+        bench: String,
+        /// Name of the topic.
+        topic: String,
+        /// Role of the holder.
+        role: String,
+        /// Its process, 0 when it is not known.
+        process_id: u32,
+    },
+    /// iceoryx2 refused.
+    #[error("shared-memory service `{topic}`: {what}")]
+    Service {
+        /// Name of the topic, or `node`.
+        topic: String,
+        /// What iceoryx2 says.
+        what: String,
+    },
+}
+
+/// This process's membership of a bench.
+pub struct Bench {
+    place: Place,
+    role: Role,
+    // Before the node, so that its thread has ended when the node goes.
+    liaison: liaison::Liaison,
+    node: Arc<Node<ipc_threadsafe::Service>>,
+}
+
+impl std::fmt::Debug for Bench {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("Bench")
+            .field("place", &self.place)
+            .field("role", &self.role)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Bench {
+    /// Joins the bench called `bench`. Removes what killed processes left behind.
+    ///
+    /// # Errors
+    /// A place that is not ours; iceoryx2's refusals.
+    pub fn join(bench: &str, config: &SharedMemoryConfig, role: Role) -> Result<Self, ShmError> {
+        // Its messages are formatted where they happen; in a cycle that would allocate. Errors come back as values.
+        set_log_level(LogLevel::Fatal);
+        let place = Place::open(bench, config)?;
+        let node = NodeBuilder::new()
+            .config(&place.iceoryx()?)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<ipc_threadsafe::Service>()
+            .map_err(|error| ShmError::Service { topic: "node".to_owned(), what: error.to_string() })?;
+        place.settle()?;
+        let node = Arc::new(node);
+        let liaison = liaison::Liaison::start(Arc::clone(&node), place.clone())?;
+        Ok(Self { place, role, liaison, node })
+    }
+
+    /// Where the bench lives.
+    #[must_use]
+    pub fn place(&self) -> &Place {
+        &self.place
+    }
+
+    /// In which role this process joined.
+    #[must_use]
+    pub fn role(&self) -> Role {
+        self.role
+    }
+
+    /// Becomes the publisher of `topic`.
+    ///
+    /// # Errors
+    /// [`ShmError::Claimed`] when the topic has one; iceoryx2's refusals.
+    pub fn publish<T: Payload>(&self, topic: &Topic<T>) -> Result<Publisher<T>, ShmError> {
+        Publisher::create(&self.node, &self.place, topic, self.role)
+    }
+
+    /// Reads `topic`, from its publisher if there is one and from every later one.
+    ///
+    /// # Errors
+    /// None today; a topic without a publisher is not an error.
+    pub fn subscribe<T: Payload>(&self, topic: &Topic<T>) -> Result<Subscriber<T>, ShmError> {
+        let claimant = claim::read(&self.place, topic.name());
+        let opened = claimant
+            .and_then(|it| channel::Life::open(&self.node, topic, &it.life).ok().map(|life| (life, it.life)));
+        let (life, name) = opened.unzip();
+        let (arriving, leaving) = (Arc::new(ArrayQueue::new(2)), Arc::new(ArrayQueue::new(8)));
+        self.liaison.add(Box::new(liaison::TopicWatch {
+            topic: topic.clone(),
+            life: name,
+            arriving: Arc::clone(&arriving),
+            leaving: Arc::clone(&leaving),
+        }));
+        Ok(Subscriber::new(life, arriving, leaving))
+    }
+
+    /// The bell of `waiter`.
+    ///
+    /// # Errors
+    /// The operating system's, with the path.
+    pub fn bell(&self, waiter: Waiter) -> Result<Bell, ShmError> {
+        Bell::open(&self.place, waiter)
+    }
+}

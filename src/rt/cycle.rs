@@ -1,0 +1,322 @@
+//! The periodic cycle on an absolute-time grid, and what is known about its timing.
+//!
+//! Slot k is due at `start + k * period`. A slot is run, or skipped because an earlier one took too long or because
+//! the thread was not woken; slots = run + skipped, whatever the machine's load. Late slots are not run in a burst.
+
+use hdrhistogram::Histogram;
+use serde::Serialize;
+
+use crate::signal::CycleSample;
+
+/// [ns] longest span a histogram tells apart; longer ones count as this one.
+const LONGEST_NS: u64 = 60_000_000_000;
+/// Significant decimal digits of a histogram.
+const DIGITS: u8 = 3;
+
+/// A slot that has begun.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Release {
+    /// Number of the slot, from 0.
+    pub slot: u64,
+    /// [ns] CLOCK_MONOTONIC when it should have begun.
+    pub due_ns: u64,
+    /// [ns] CLOCK_MONOTONIC when it began.
+    pub released_ns: u64,
+}
+
+/// The grid, and where we are on it. Reads no clock: every instant is handed in.
+#[derive(Debug)]
+pub struct Cycle {
+    period_ns: u64,
+    start_ns: u64,
+    next_slot: u64,
+    statistics: Statistics,
+}
+
+impl Cycle {
+    /// A grid of `period_ns` (at least 1) whose slot 0 is due at `start_ns`. Allocates everything it will need.
+    #[must_use]
+    pub fn new(period_ns: u64, start_ns: u64) -> Self {
+        Self { period_ns: period_ns.max(1), start_ns, next_slot: 0, statistics: Statistics::new() }
+    }
+
+    /// [ns] period.
+    #[must_use]
+    pub fn period_ns(&self) -> u64 {
+        self.period_ns
+    }
+
+    /// [ns] CLOCK_MONOTONIC when the next slot is due: the deadline of the wait.
+    #[must_use]
+    pub fn due_ns(&self) -> u64 {
+        self.start_ns.saturating_add(self.next_slot.saturating_mul(self.period_ns))
+    }
+
+    /// Number of slots that have gone by, run or skipped.
+    #[must_use]
+    pub fn slots(&self) -> u64 {
+        self.next_slot
+    }
+
+    /// Begins the slot that is due at `now_ns`; `None` when none is due yet.
+    pub fn begin(&mut self, now_ns: u64) -> Option<Release> {
+        if now_ns < self.due_ns() {
+            return None;
+        }
+        let slot = (now_ns - self.start_ns) / self.period_ns;
+        self.statistics.skipped += slot - self.next_slot;
+        self.next_slot = slot + 1;
+        Some(self.release(slot, self.start_ns + slot * self.period_ns, now_ns))
+    }
+
+    /// Begins a slot now because a frame arrived, and lets the grid start again from here: slot k + 1 is due one
+    /// period after this instant.
+    pub fn begin_at_arrival(&mut self, now_ns: u64) -> Release {
+        let slot = self.next_slot;
+        self.next_slot += 1;
+        self.start_ns = now_ns.saturating_sub(slot.saturating_mul(self.period_ns));
+        self.release(slot, now_ns, now_ns)
+    }
+
+    /// The slot that was due has gone by without anything to run for.
+    pub fn skip(&mut self) {
+        self.next_slot += 1;
+        self.statistics.skipped += 1;
+    }
+
+    fn release(&mut self, slot: u64, due_ns: u64, released_ns: u64) -> Release {
+        self.statistics.run += 1;
+        record(&mut self.statistics.lateness, released_ns - due_ns);
+        Release { slot, due_ns, released_ns }
+    }
+
+    /// Ends the slot: its command was out at `finished_ns`, made from a gyro sample stamped `sensor_ns` (0 = none).
+    /// The sample is what recorder and monitor get; its `role` is theirs to set.
+    pub fn finish(&mut self, release: Release, finished_ns: u64, sensor_ns: u64) -> CycleSample {
+        let statistics = &mut self.statistics;
+        let response = finished_ns.saturating_sub(release.due_ns);
+        record(&mut statistics.execution, finished_ns.saturating_sub(release.released_ns));
+        record(&mut statistics.response, response);
+        let mut sensor_age_ns = 0;
+        if sensor_ns != 0 {
+            sensor_age_ns = release.released_ns.saturating_sub(sensor_ns);
+            record(&mut statistics.sensor_age, sensor_age_ns);
+            record(&mut statistics.sensor_to_command, finished_ns.saturating_sub(sensor_ns));
+        }
+        if response > self.period_ns {
+            statistics.overruns += 1;
+            statistics.overruns_in_a_row += 1;
+            statistics.longest_overrun = statistics.longest_overrun.max(statistics.overruns_in_a_row);
+        } else {
+            statistics.overruns_in_a_row = 0;
+        }
+        CycleSample {
+            slot: release.slot,
+            due_ns: release.due_ns,
+            released_ns: release.released_ns,
+            finished_ns,
+            sensor_age_ns,
+            skipped: statistics.skipped,
+            overruns: statistics.overruns,
+            role: 0,
+            reserved: 0,
+        }
+    }
+
+    /// What is known about the timing so far.
+    #[must_use]
+    pub fn statistics(&self) -> &Statistics {
+        &self.statistics
+    }
+}
+
+/// Counters and histograms of a cycle. No outlier is removed.
+#[derive(Debug, Clone)]
+pub struct Statistics {
+    /// Slots that ran.
+    pub run: u64,
+    /// Slots that did not.
+    pub skipped: u64,
+    /// Slots whose command was out after the next slot was due.
+    pub overruns: u64,
+    /// Longest sequence of overruns.
+    pub longest_overrun: u64,
+    overruns_in_a_row: u64,
+    /// [ns] from due to released.
+    pub lateness: Histogram<u64>,
+    /// [ns] from released to command out.
+    pub execution: Histogram<u64>,
+    /// [ns] from due to command out: what the deadline is on.
+    pub response: Histogram<u64>,
+    /// [ns] from the gyro sample's arrival to released.
+    pub sensor_age: Histogram<u64>,
+    /// [ns] from the gyro sample's arrival to command out.
+    pub sensor_to_command: Histogram<u64>,
+}
+
+impl Statistics {
+    fn new() -> Self {
+        Self {
+            run: 0,
+            skipped: 0,
+            overruns: 0,
+            longest_overrun: 0,
+            overruns_in_a_row: 0,
+            lateness: histogram(),
+            execution: histogram(),
+            response: histogram(),
+            sensor_age: histogram(),
+            sensor_to_command: histogram(),
+        }
+    }
+
+    /// The numbers a person or a program reads.
+    #[must_use]
+    pub fn summary(&self) -> Summary {
+        Summary {
+            slots: self.run + self.skipped,
+            run: self.run,
+            skipped: self.skipped,
+            overruns: self.overruns,
+            longest_overrun: self.longest_overrun,
+            lateness: Percentiles::of(&self.lateness),
+            execution: Percentiles::of(&self.execution),
+            response: Percentiles::of(&self.response),
+            sensor_age: Percentiles::of(&self.sensor_age),
+            sensor_to_command: Percentiles::of(&self.sensor_to_command),
+        }
+    }
+}
+
+fn histogram() -> Histogram<u64> {
+    // Bounds within what the crate takes; fixed bounds make it allocate here and never again.
+    Histogram::new_with_bounds(1, LONGEST_NS, DIGITS)
+        .unwrap_or_else(|_| unreachable!("constant bounds are valid"))
+}
+
+fn record(histogram: &mut Histogram<u64>, span_ns: u64) {
+    histogram.saturating_record(span_ns.max(1));
+}
+
+/// Timing of a cycle, in numbers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Slots that have gone by; = run + skipped.
+    pub slots: u64,
+    /// Slots that ran.
+    pub run: u64,
+    /// Slots that did not.
+    pub skipped: u64,
+    /// Slots whose command was out after the next slot was due.
+    pub overruns: u64,
+    /// Longest sequence of overruns.
+    pub longest_overrun: u64,
+    /// From due to released.
+    pub lateness: Percentiles,
+    /// From released to command out.
+    pub execution: Percentiles,
+    /// From due to command out: what the deadline is on.
+    pub response: Percentiles,
+    /// From the gyro sample's arrival to released.
+    pub sensor_age: Percentiles,
+    /// From the gyro sample's arrival to command out.
+    pub sensor_to_command: Percentiles,
+}
+
+/// What a histogram says.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Percentiles {
+    /// Number of values.
+    pub count: u64,
+    /// [µs]
+    pub p50_us: f64,
+    /// [µs]
+    pub p90_us: f64,
+    /// [µs]
+    pub p99_us: f64,
+    /// [µs]
+    pub p99_9_us: f64,
+    /// [µs]
+    pub p99_99_us: f64,
+    /// [µs]
+    pub max_us: f64,
+}
+
+impl Percentiles {
+    /// Of a histogram of nanoseconds; all zero when it is empty.
+    #[must_use]
+    pub fn of(histogram: &Histogram<u64>) -> Self {
+        let at = |quantile| {
+            if histogram.is_empty() { 0.0 } else { histogram.value_at_quantile(quantile) as f64 * 1e-3 }
+        };
+        Self {
+            count: histogram.len(),
+            p50_us: at(0.5),
+            p90_us: at(0.9),
+            p99_us: at(0.99),
+            p99_9_us: at(0.999),
+            p99_99_us: at(0.9999),
+            max_us: at(1.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// Whatever the waking and the working take: every slot is run once or skipped, and none twice.
+        #[test]
+        fn slots_are_run_or_skipped(
+            period in 1_u64..2_000,
+            steps in prop::collection::vec((0_u64..7_000, 0_u64..7_000), 1..200),
+        ) {
+            let start = 1_000_000;
+            let mut cycle = Cycle::new(period, start);
+            let mut now = start;
+            let mut ran = Vec::new();
+            for (sleep, work) in steps {
+                now += sleep;
+                if let Some(release) = cycle.begin(now) {
+                    prop_assert_eq!(release.due_ns, start + release.slot * period);
+                    prop_assert!(release.due_ns <= now && now < release.due_ns + period);
+                    ran.push(release.slot);
+                    now += work;
+                    cycle.finish(release, now, 0);
+                } else {
+                    prop_assert!(now < cycle.due_ns());
+                }
+            }
+            prop_assert!(ran.windows(2).all(|pair| pair[0] < pair[1]));
+            let summary = cycle.statistics().summary();
+            prop_assert_eq!(summary.run, ran.len() as u64);
+            prop_assert_eq!(cycle.slots(), ran.last().map_or(0, |last| last + 1));
+            prop_assert_eq!(summary.slots, cycle.slots());
+        }
+    }
+
+    #[test]
+    fn an_overrun_is_a_command_after_the_next_slot_is_due() {
+        let mut cycle = Cycle::new(100, 1_000);
+        for (begin, end) in [(1_000, 1_100), (1_100, 1_201), (1_201, 1_301), (1_301, 1_390)] {
+            let release = cycle.begin(begin).expect("due");
+            cycle.finish(release, end, 0);
+        }
+        let summary = cycle.statistics().summary();
+        assert_eq!((summary.run, summary.skipped), (4, 0));
+        assert_eq!((summary.overruns, summary.longest_overrun), (2, 2));
+    }
+
+    #[test]
+    fn an_arrival_moves_the_grid() {
+        let mut cycle = Cycle::new(100, 1_000);
+        assert_eq!(cycle.begin_at_arrival(1_030).slot, 0);
+        assert_eq!(cycle.due_ns(), 1_130);
+        cycle.skip();
+        assert_eq!(cycle.begin_at_arrival(1_260).slot, 2);
+        assert_eq!(cycle.statistics().summary().slots, 3);
+    }
+}

@@ -1,0 +1,243 @@
+//! One writer, many readers, a ring of the last values: built from the entries of an iceoryx2 blackboard.
+//!
+//! iceoryx2's publish-subscribe allocates for every sample it sends; a blackboard entry does not, nor does it make
+//! the writer wait. A ring of entries, each holding its own number, adds what a blackboard lacks: a reader that
+//! wants every value gets every value, and one that falls a whole ring behind knows how many it lost.
+
+use std::sync::Arc;
+
+use crossbeam::queue::ArrayQueue;
+use iceoryx2::node::Node;
+use iceoryx2::port::reader::{EntryHandle, Reader};
+use iceoryx2::port::writer::{EntryHandleMut, Writer};
+use iceoryx2::prelude::{ServiceName, ZeroCopySend, ipc_threadsafe};
+
+use super::claim::Claim;
+use super::{Place, Role, ShmError, Topic};
+
+type Service = ipc_threadsafe::Service;
+
+/// Key of the entry that holds the number of the newest value; the others are slots of the ring.
+const HEAD: u32 = u32::MAX;
+const MAX_READERS: usize = 32;
+
+/// A value that may cross shared memory.
+pub trait Payload: ZeroCopySend + Copy + Default + Send + std::fmt::Debug + 'static {}
+impl<T: ZeroCopySend + Copy + Default + Send + std::fmt::Debug + 'static> Payload for T {}
+
+/// A value and its number, counted from 1; 0 = never written.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default)]
+struct Slot<T> {
+    number: u64,
+    value: T,
+}
+
+// SAFETY: `repr(C)`, an integer and a value that is itself fit for shared memory. The name is the value's, so that a
+// reader of another type is refused.
+unsafe impl<T: ZeroCopySend> ZeroCopySend for Slot<T> {
+    unsafe fn type_name() -> &'static str {
+        // SAFETY: the value's own promise.
+        unsafe { <T as ZeroCopySend>::type_name() }
+    }
+}
+
+/// The one writer of a topic. [`Publisher::send`] neither allocates nor waits.
+pub struct Publisher<T: Payload> {
+    newest: u64,
+    head: EntryHandleMut<Service, u32, u64>,
+    slots: Vec<EntryHandleMut<Service, u32, Slot<T>>>,
+    _writer: Writer<Service, u32>,
+    _claim: Claim,
+}
+
+impl<T: Payload> std::fmt::Debug for Publisher<T> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.debug_struct("Publisher").field("newest", &self.newest).finish_non_exhaustive()
+    }
+}
+
+impl<T: Payload> Publisher<T> {
+    pub(super) fn create(
+        node: &Node<Service>,
+        place: &Place,
+        topic: &Topic<T>,
+        role: Role,
+    ) -> Result<Self, ShmError> {
+        let mut claim = Claim::take(place, topic.name(), role)?;
+        let failed = |what: String| ShmError::Service { topic: topic.name().to_owned(), what };
+        let name = service_name(topic.name(), claim.life())?;
+        let depth = topic.depth();
+        let mut creator = node
+            .service_builder(&name)
+            .blackboard_creator::<u32>()
+            .max_readers(MAX_READERS)
+            .max_nodes(MAX_READERS);
+        creator = creator.add_with_default::<u64>(HEAD);
+        for key in 0..depth {
+            creator = creator.add_with_default::<Slot<T>>(key);
+        }
+        let service = creator.create().map_err(|error| failed(error.to_string()))?;
+        let writer = service.writer_builder().create().map_err(|error| failed(error.to_string()))?;
+        let head = writer.entry(&HEAD).map_err(|error| failed(error.to_string()))?;
+        let slots = (0..depth)
+            .map(|key| writer.entry(&key).map_err(|error| failed(error.to_string())))
+            .collect::<Result<Vec<_>, _>>()?;
+        place.settle()?;
+        claim.announce()?;
+        Ok(Self { newest: 0, head, slots, _writer: writer, _claim: claim })
+    }
+
+    /// Publishes `value`.
+    pub fn send(&mut self, value: &T) {
+        let at = (self.newest % self.slots.len() as u64) as usize;
+        self.newest += 1;
+        if let Some(slot) = self.slots.get(at) {
+            slot.update_with_copy(Slot { number: self.newest, value: *value });
+            self.head.update_with_copy(self.newest);
+        }
+    }
+}
+
+/// One life of a topic, as a reader holds it.
+pub(super) struct Life<T: Payload> {
+    head: EntryHandle<Service, u32, u64>,
+    slots: Vec<EntryHandle<Service, u32, Slot<T>>>,
+    _reader: Reader<Service, u32>,
+}
+
+impl<T: Payload> Life<T> {
+    pub(super) fn open(node: &Node<Service>, topic: &Topic<T>, life: &str) -> Result<Self, ShmError> {
+        let failed = |what: String| ShmError::Service { topic: topic.name().to_owned(), what };
+        let name = service_name(topic.name(), life)?;
+        let service = node
+            .service_builder(&name)
+            .blackboard_opener::<u32>()
+            .open()
+            .map_err(|error| failed(error.to_string()))?;
+        let reader = service.reader_builder().create().map_err(|error| failed(error.to_string()))?;
+        let head = reader.entry(&HEAD).map_err(|error| failed(error.to_string()))?;
+        let slots = (0..topic.depth())
+            .map(|key| reader.entry(&key).map_err(|error| failed(error.to_string())))
+            .collect::<Result<Vec<_>, _>>()?;
+        Ok(Self { head, slots, _reader: reader })
+    }
+
+    fn newest(&self) -> u64 {
+        *self.head.get()
+    }
+
+    /// The slot where value `number` belongs; it may hold an older or a newer one.
+    fn slot(&self, number: u64) -> Slot<T> {
+        let at = (number.wrapping_sub(1) % self.slots.len() as u64) as usize;
+        self.slots.get(at).map_or_else(Slot::default, |entry| *entry.get())
+    }
+}
+
+fn service_name(topic: &str, life: &str) -> Result<ServiceName, ShmError> {
+    ServiceName::new(&format!("{topic}/{life}"))
+        .map_err(|error| ShmError::Service { topic: topic.to_owned(), what: error.to_string() })
+}
+
+/// A reader of a topic, through all lives of its publisher. Neither of its two reads allocates, waits or locks.
+pub struct Subscriber<T: Payload> {
+    life: Option<Life<T>>,
+    /// Number of the value to be read next.
+    next: u64,
+    lost: u64,
+    lives: u64,
+    arriving: Arc<ArrayQueue<Life<T>>>,
+    leaving: Arc<ArrayQueue<Life<T>>>,
+}
+
+impl<T: Payload> std::fmt::Debug for Subscriber<T> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { next, lost, lives, .. } = self;
+        formatter
+            .debug_struct("Subscriber")
+            .field("next", next)
+            .field("lost", lost)
+            .field("lives", lives)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<T: Payload> Subscriber<T> {
+    pub(super) fn new(
+        life: Option<Life<T>>,
+        arriving: Arc<ArrayQueue<Life<T>>>,
+        leaving: Arc<ArrayQueue<Life<T>>>,
+    ) -> Self {
+        // Who comes late starts with the newest value, not with the history.
+        let next = life.as_ref().map_or(1, |life| life.newest().max(1));
+        let lives = u64::from(life.is_some());
+        Self { life, next, lost: 0, lives, arriving, leaving }
+    }
+
+    /// The newest value, if it was not read before; older ones are passed over.
+    pub fn newest(&mut self) -> Option<T> {
+        self.adopt();
+        let life = self.life.as_ref()?;
+        let newest = life.newest();
+        if newest < self.next {
+            return None;
+        }
+        let slot = life.slot(newest);
+        self.next = slot.number + 1;
+        Some(slot.value)
+    }
+
+    /// The next value in order; `None` when there is no newer one yet. A life that ended is read to its end
+    /// before its successor.
+    pub fn next_in_order(&mut self) -> Option<T> {
+        if let Some(value) = self.next_of_this_life() {
+            return Some(value);
+        }
+        if self.adopt() { self.next_of_this_life() } else { None }
+    }
+
+    fn next_of_this_life(&mut self) -> Option<T> {
+        let life = self.life.as_ref()?;
+        loop {
+            let slot = life.slot(self.next);
+            if slot.number < self.next {
+                return None;
+            }
+            if slot.number == self.next {
+                self.next += 1;
+                return Some(slot.value);
+            }
+            // Overtaken: go on in the younger half of the ring, which the writer reaches last.
+            let onward = (slot.number + 1).saturating_sub(life.slots.len() as u64 / 2).max(self.next + 1);
+            self.lost += onward - self.next;
+            self.next = onward;
+        }
+    }
+
+    /// Number of values that [`Subscriber::next_in_order`] could not get because it came too late.
+    #[must_use]
+    pub fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    /// Number of publishers met so far, one after the other: a restart shows as one more.
+    #[must_use]
+    pub fn lives(&self) -> u64 {
+        self.lives
+    }
+
+    /// Takes over the newest life the liaison has opened, if there is one.
+    fn adopt(&mut self) -> bool {
+        let mut adopted = false;
+        while let Some(life) = self.arriving.pop() {
+            adopted = true;
+            self.next = 1;
+            self.lives += 1;
+            if let Some(old) = self.life.replace(life) {
+                // The liaison closes it; should its queue be full, it is closed here.
+                drop(self.leaving.push(old));
+            }
+        }
+        adopted
+    }
+}

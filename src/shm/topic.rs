@@ -1,0 +1,96 @@
+//! The topics of a bench: what is published, by whom, and how much of it a slow reader can catch up on.
+
+use std::borrow::Cow;
+use std::marker::PhantomData;
+
+use super::Payload;
+use crate::signal::{Applied, Command, CycleSample, GuardEvent, Heartbeat, Request, Sensors};
+
+/// A process's part on the bench. The numbers are those of [`Heartbeat::role`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u32)]
+pub enum Role {
+    /// Owns the CAN bus and the guard.
+    Bridge = 1,
+    /// Runs the controller.
+    Control = 2,
+    /// Stands in for bridge and hardware.
+    Emulate = 3,
+    /// Bridge and control in one process.
+    Run = 4,
+    /// Writes a recording.
+    Record = 5,
+    /// Shows the bench to a person.
+    Monitor = 6,
+    /// Carries an operator's act: arm, disarm, stop.
+    Operator = 7,
+}
+
+impl Role {
+    /// All roles.
+    pub const ALL: [Self; 7] =
+        [Self::Bridge, Self::Control, Self::Emulate, Self::Run, Self::Record, Self::Monitor, Self::Operator];
+
+    /// The role's command.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bridge => "bridge",
+            Self::Control => "control",
+            Self::Emulate => "emulate",
+            Self::Run => "run",
+            Self::Record => "record",
+            Self::Monitor => "monitor",
+            Self::Operator => "operator",
+        }
+    }
+
+    /// Where this role says that it is alive.
+    #[must_use]
+    pub fn heartbeat(self) -> Topic<Heartbeat> {
+        Topic { name: Cow::Owned(format!("heartbeat-{}", self.name())), depth: 8, payload: PhantomData }
+    }
+
+    /// Where this role publishes what its cycle did.
+    #[must_use]
+    pub fn cycle(self) -> Topic<CycleSample> {
+        Topic { name: Cow::Owned(format!("cycle-{}", self.name())), depth: 1024, payload: PhantomData }
+    }
+}
+
+/// A named stream of values of one type.
+#[derive(Debug, Clone)]
+pub struct Topic<T> {
+    name: Cow<'static, str>,
+    depth: u32,
+    payload: PhantomData<fn() -> T>,
+}
+
+/// What the bench measured; by bridge, run or emulator.
+pub const SENSORS: Topic<Sensors> = Topic::fixed("sensors", 1024);
+/// What the controller wants; by control or run.
+pub const COMMAND: Topic<Command> = Topic::fixed("command", 1024);
+/// What the guard let through; by bridge, run or emulator.
+pub const APPLIED: Topic<Applied> = Topic::fixed("applied", 1024);
+/// What the guard decided and refused; by bridge, run or emulator.
+pub const GUARD_EVENTS: Topic<GuardEvent> = Topic::fixed("guard-events", 1024);
+/// An operator's acts; by one short-lived process at a time.
+pub const REQUEST: Topic<Request> = Topic::fixed("request", 8);
+
+impl<T: Payload> Topic<T> {
+    const fn fixed(name: &'static str, depth: u32) -> Self {
+        Self { name: Cow::Borrowed(name), depth, payload: PhantomData }
+    }
+
+    /// Name of the topic.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Number of values a reader may be behind without losing one.
+    #[must_use]
+    pub fn depth(&self) -> u32 {
+        self.depth
+    }
+}
