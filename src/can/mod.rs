@@ -1,8 +1,32 @@
 //! Frames, DBC files, the compiled codec, signal roles, the SocketCAN port, candump logs.
+//!
+//! ```text
+//! DBC file → Database ┐
+//! [bus] table ────────┴→ Roles:  Frame → Sensors (bridge)      Applied → frames (bridge)
+//!                                frames ← Sensors (emulator)   RotorCommands ← Frame (emulator)
+//! Port: frames with stamps from and to a SocketCAN interface
+//! ```
 
-use serde::{Deserialize, Serialize};
+mod codec;
+mod config;
+mod counter;
+mod database;
+mod error;
+mod field;
+mod frame;
+mod load;
+mod resolve;
+mod roles;
+mod route;
+mod source;
+pub mod walk;
 
-/// The `[bus]` table of the bench file: interface, DBC files, roles of signals.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct BusConfig {}
+pub use codec::{ByteOrder, Layout, LayoutError, Number, SignalCodec};
+pub use config::{BusConfig, DatabaseConfig, MessageConfig, SignalConfig};
+pub use database::{Database, Message, Selector, Signal};
+pub use error::CanError;
+pub use field::{CommandField, SensorField};
+pub use frame::{Frame, Id, Kind, MAXIMUM_LENGTH, Payload, is_fd_length};
+pub use load::{BusLoad, MAXIMUM_PERCENT, MessageLoad, WARNING_PERCENT, classic_bits, fd_bits, worst_case};
+pub use roles::{CommandFrames, Counts, Decoded, ReceiverState, Roles, RotorCommands, SenderState};
+pub use route::{Binding, Refusal, Route};

@@ -1,0 +1,318 @@
+//! Signals in their roles: a received frame into [`Sensors`] or into rotor commands, and back into frames.
+//!
+//! Both ends of the bus are here, from the same table: the bridge decodes sensors and encodes commands; an
+//! emulated bench decodes commands and encodes sensors. Nothing here allocates after `build`.
+
+use crate::signal::{Applied, ROTORS, Sensors};
+
+use super::counter::Counter;
+use super::error::CanError;
+use super::field::{CommandField, SensorField};
+use super::frame::Frame;
+use super::resolve;
+use super::route::{Reading, Refusal, Route, Routes};
+use super::{BusConfig, Database};
+
+/// The `[bus]` table, resolved against its DBC files.
+#[derive(Debug, Clone)]
+pub struct Roles {
+    pub(super) sensors: Routes<SensorField>,
+    pub(super) commands: Routes<CommandField>,
+}
+
+/// What the receiver of frames remembers: each sender's counter, and what it refused, by cause.
+#[derive(Debug, Clone)]
+pub struct ReceiverState {
+    counters: Vec<Counter>,
+    /// Frames and values received, by what became of them.
+    pub counts: Counts,
+}
+
+/// What the sender of frames remembers: the counter of each message.
+#[derive(Debug, Clone)]
+pub struct SenderState {
+    counters: Vec<u64>,
+}
+
+/// Frames and values received, by what became of them. All wrap.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Counts {
+    /// Frames offered to the decoder.
+    pub frames: u64,
+    /// Frames that gave at least one good value.
+    pub accepted: u64,
+    /// Frames with an identifier that no role names, and remote requests.
+    pub unknown_id: u64,
+    /// Frames with the right identifier and the wrong number of bytes.
+    pub wrong_length: u64,
+    /// Frames refused because the sender's counter repeated, went back or jumped too far.
+    pub counter: u64,
+    /// Frames lost on the way, by the gaps in the senders' counters.
+    pub lost: u64,
+    /// Values that are not a number.
+    pub not_a_number: u64,
+    /// Values outside the allowed range.
+    pub out_of_range: u64,
+}
+
+/// What one frame did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Decoded {
+    /// Fields that got a good new value: bits of [`SensorField::bit`], or `1 << rotor` for commands.
+    pub updated: u32,
+    /// Why the frame, or its last refused value, was refused.
+    pub refused: Option<Refusal>,
+}
+
+/// Rotor commands as an ESC understands them.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RotorCommands {
+    /// [-] u_1, u_2; the last good ones.
+    pub rotor: [f64; ROTORS],
+    /// [ns] CLOCK_MONOTONIC when each arrived; 0 = never.
+    pub stamp_ns: [u64; ROTORS],
+    /// Guard state code that came along, where the bus carries it.
+    pub state: u32,
+}
+
+/// The command frames of one period, in the order of sending.
+#[derive(Debug, Clone, Copy)]
+pub struct CommandFrames {
+    frames: [Frame; CommandField::ALL.len()],
+    length: usize,
+}
+
+impl std::ops::Deref for CommandFrames {
+    type Target = [Frame];
+
+    fn deref(&self) -> &[Frame] {
+        self.frames.get(..self.length).unwrap_or(&[])
+    }
+}
+
+impl Roles {
+    /// Loads the DBC files and finds every signal the roles name. `period_s` is the control period, the period of
+    /// every message that names none.
+    ///
+    /// # Errors
+    /// What loading says, [`CanError::Role`] for a role that cannot be filled, and [`CanError::Overload`] when
+    /// the frames cannot all be on the bus.
+    pub fn build(config: &BusConfig, period_s: f64) -> Result<Self, CanError> {
+        resolve::resolve(config, &resolve::load(config)?, period_s)
+    }
+
+    /// The same with DBC files already loaded, in the order of `config.database`.
+    ///
+    /// # Errors
+    /// See [`Self::build`].
+    pub fn resolve(config: &BusConfig, databases: &[Database], period_s: f64) -> Result<Self, CanError> {
+        resolve::resolve(config, databases, period_s)
+    }
+
+    /// Messages that carry sensors, in order of priority.
+    #[must_use]
+    pub fn sensor_messages(&self) -> &[Route<SensorField>] {
+        self.sensors.messages()
+    }
+
+    /// Messages that carry commands, in order of priority.
+    #[must_use]
+    pub fn command_messages(&self) -> &[Route<CommandField>] {
+        self.commands.messages()
+    }
+
+    /// State of a fresh receiver of sensor frames.
+    #[must_use]
+    pub fn sensor_receiver(&self) -> ReceiverState {
+        ReceiverState::new(self.sensors.messages().len())
+    }
+
+    /// State of a fresh receiver of command frames.
+    #[must_use]
+    pub fn command_receiver(&self) -> ReceiverState {
+        ReceiverState::new(self.commands.messages().len())
+    }
+
+    /// State of a fresh sender of command frames.
+    #[must_use]
+    pub fn command_sender(&self) -> SenderState {
+        SenderState { counters: vec![0; self.commands.messages().len()] }
+    }
+
+    /// State of a fresh sender of sensor frames.
+    #[must_use]
+    pub fn sensor_sender(&self) -> SenderState {
+        SenderState { counters: vec![0; self.sensors.messages().len()] }
+    }
+
+    /// Takes a received frame's good values into `sensors`; flags the bad ones there and keeps their last good
+    /// value and stamp. `stamp_ns` is CLOCK_MONOTONIC at reception.
+    #[inline]
+    pub fn decode_sensors(
+        &self,
+        state: &mut ReceiverState,
+        frame: &Frame,
+        stamp_ns: u64,
+        sensors: &mut Sensors,
+    ) -> Decoded {
+        let mut updated = 0;
+        let refused = state.receive(&self.sensors, frame, |field, reading| {
+            let sample = field.of_mut(sensors);
+            sample.count = sample.count.wrapping_add(1);
+            match reading {
+                Reading::Value(value) => {
+                    sample.value = value;
+                    sample.stamp_ns = stamp_ns;
+                    sample.health = 0;
+                    updated |= field.bit();
+                }
+                Reading::Refused(refusal) => sample.health |= refusal.health(),
+            }
+        });
+        state.counts.accepted = state.counts.accepted.wrapping_add(u64::from(updated != 0));
+        Decoded { updated, refused }
+    }
+
+    /// Takes a received command frame's good values into `commands`; the bad ones leave it as it was.
+    #[inline]
+    pub fn decode_commands(
+        &self,
+        state: &mut ReceiverState,
+        frame: &Frame,
+        stamp_ns: u64,
+        commands: &mut RotorCommands,
+    ) -> Decoded {
+        let mut updated = 0;
+        let refused = state.receive(&self.commands, frame, |field, reading| {
+            let Reading::Value(value) = reading else { return };
+            let rotor = match field {
+                CommandField::Rotor1 => 0,
+                CommandField::Rotor2 => 1,
+                CommandField::State => {
+                    commands.state = value as u32;
+                    return;
+                }
+            };
+            commands.rotor[rotor] = value;
+            commands.stamp_ns[rotor] = stamp_ns;
+            updated |= 1 << rotor;
+        });
+        state.counts.accepted = state.counts.accepted.wrapping_add(u64::from(updated != 0));
+        Decoded { updated, refused }
+    }
+
+    /// The frames that carry `applied`. A rotor command that is not a number becomes 0; others are cut to 0..1.
+    #[must_use]
+    #[inline]
+    pub fn encode_commands(&self, state: &mut SenderState, applied: &Applied) -> CommandFrames {
+        let empty = Frame::EMPTY;
+        let mut out = CommandFrames { frames: [empty; CommandField::ALL.len()], length: 0 };
+        for (route, (counter, frame)) in
+            self.commands.messages().iter().zip(state.counters.iter_mut().zip(&mut out.frames))
+        {
+            *frame = route.emit(counter, |field| match field {
+                CommandField::Rotor1 => safe_command(applied.rotor[0]),
+                CommandField::Rotor2 => safe_command(applied.rotor[1]),
+                CommandField::State => f64::from(applied.state),
+            });
+            out.length += 1;
+        }
+        out
+    }
+
+    /// The frame of the sensor message with this index in [`Self::sensor_messages`], from `sensors`; `None` when
+    /// there is no such message.
+    #[must_use]
+    #[inline]
+    pub fn encode_sensors(&self, state: &mut SenderState, index: usize, sensors: &Sensors) -> Option<Frame> {
+        let route = self.sensors.messages().get(index)?;
+        let counter = state.counters.get_mut(index)?;
+        Some(route.emit(counter, |field| field.of(sensors).value))
+    }
+}
+
+fn safe_command(value: f64) -> f64 {
+    if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) }
+}
+
+impl ReceiverState {
+    fn new(messages: usize) -> Self {
+        Self { counters: vec![Counter::default(); messages], counts: Counts::default() }
+    }
+
+    /// Hands every bound value of the frame to `take`; counts what is refused and says the last cause.
+    #[inline]
+    fn receive<F: Copy>(
+        &mut self,
+        routes: &Routes<F>,
+        frame: &Frame,
+        mut take: impl FnMut(F, Reading),
+    ) -> Option<Refusal> {
+        self.counts.frames = self.counts.frames.wrapping_add(1);
+        let refusal = match routes.find(frame) {
+            Err(refusal) => refusal,
+            Ok((index, route)) => {
+                let counter = self.counters.get_mut(index);
+                let verdict = counter.map_or(Ok(0), |counter| route.check_counter(counter, frame));
+                match verdict {
+                    Ok(lost) => {
+                        self.counts.lost = self.counts.lost.wrapping_add(lost);
+                        return self.read(route, frame, take);
+                    }
+                    Err(refusal) => {
+                        route.bindings().iter().for_each(|binding| {
+                            take(binding.field, Reading::Refused(refusal));
+                        });
+                        refusal
+                    }
+                }
+            }
+        };
+        self.counts.add(refusal);
+        Some(refusal)
+    }
+
+    #[inline]
+    fn read<F: Copy>(
+        &mut self,
+        route: &Route<F>,
+        frame: &Frame,
+        mut take: impl FnMut(F, Reading),
+    ) -> Option<Refusal> {
+        let mut last = None;
+        for binding in route.bindings() {
+            let Some(reading) = binding.read(frame.payload()) else { continue };
+            if let Reading::Refused(refusal) = reading {
+                self.counts.add(refusal);
+                last = Some(refusal);
+            }
+            take(binding.field, reading);
+        }
+        last
+    }
+}
+
+impl Counts {
+    fn add(&mut self, refusal: Refusal) {
+        let count = match refusal {
+            Refusal::UnknownId => &mut self.unknown_id,
+            Refusal::WrongLength => &mut self.wrong_length,
+            Refusal::Counter => &mut self.counter,
+            Refusal::NotANumber => &mut self.not_a_number,
+            Refusal::OutOfRange => &mut self.out_of_range,
+        };
+        *count = count.wrapping_add(1);
+    }
+
+    /// Everything refused, by cause.
+    #[must_use]
+    pub fn refused(&self) -> [(Refusal, u64); 5] {
+        [
+            (Refusal::UnknownId, self.unknown_id),
+            (Refusal::WrongLength, self.wrong_length),
+            (Refusal::Counter, self.counter),
+            (Refusal::NotANumber, self.not_a_number),
+            (Refusal::OutOfRange, self.out_of_range),
+        ]
+    }
+}

@@ -1,0 +1,226 @@
+//! One message in its roles: which of its signals are bound to which field, and how to read and write them.
+
+use std::fmt;
+
+use crate::signal::Health;
+
+use super::codec::SignalCodec;
+use super::counter::Counter;
+use super::database::needs_fd;
+use super::frame::{Frame, Id, Kind, Payload};
+
+/// Why a frame or a value was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Refusal {
+    /// No role names the identifier, or it is a remote request.
+    UnknownId,
+    /// The right identifier with the wrong number of bytes.
+    WrongLength,
+    /// The sender's counter repeated, went back or jumped too far.
+    Counter,
+    /// Not a number, or infinite.
+    NotANumber,
+    /// Outside the allowed range.
+    OutOfRange,
+}
+
+impl Refusal {
+    /// The bit of [`Health`] a refused value gets.
+    pub(super) fn health(self) -> u32 {
+        match self {
+            Self::UnknownId | Self::WrongLength => 0,
+            Self::Counter => Health::COUNTER,
+            Self::NotANumber => Health::NOT_A_NUMBER,
+            Self::OutOfRange => Health::OUT_OF_RANGE,
+        }
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::UnknownId => "unknown identifier",
+            Self::WrongLength => "wrong length",
+            Self::Counter => "counter",
+            Self::NotANumber => "not a number",
+            Self::OutOfRange => "out of range",
+        })
+    }
+}
+
+/// A value read from a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Reading {
+    /// Good, in SI.
+    Value(f64),
+    /// Bad.
+    Refused(Refusal),
+}
+
+/// A DBC signal bound to a field.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Binding<F> {
+    /// The field it feeds or carries.
+    pub field: F,
+    /// Its name in the DBC file.
+    pub signal: String,
+    /// Its unit, as the role reads it.
+    pub unit: String,
+    /// Its place and scaling in the DBC file.
+    pub codec: SignalCodec,
+    /// SI value = DBC value * `scale` + `offset`.
+    pub scale: f64,
+    /// Offset in SI after scaling.
+    pub offset: f64,
+    /// Least and greatest allowed value in SI.
+    pub range: (f64, f64),
+    /// The multiplexers above it, with the raw values that select it; the nearest first.
+    pub(super) selectors: Vec<(SignalCodec, Vec<(u64, u64)>)>,
+}
+
+/// A message with its bound signals.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Route<F> {
+    /// Name in the DBC file, with the node where one is substituted.
+    pub name: String,
+    /// Identifier on the bus.
+    pub id: Id,
+    /// Bytes of payload.
+    pub length: usize,
+    /// [s] period at which it is sent.
+    pub period_s: f64,
+    /// Name and place of its counter.
+    pub counter: Option<(String, SignalCodec)>,
+    pub(super) bindings: Vec<Binding<F>>,
+}
+
+impl<F: Copy> Binding<F> {
+    /// The value in SI, or why not; `None` when the payload does not carry the signal.
+    #[inline]
+    pub(super) fn read(&self, payload: &Payload) -> Option<Reading> {
+        for (multiplexer, values) in &self.selectors {
+            let raw = multiplexer.decode_raw(payload);
+            if !values.iter().any(|(first, last)| (*first..=*last).contains(&raw)) {
+                return None;
+            }
+        }
+        let value = self.codec.decode(payload) * self.scale + self.offset;
+        Some(if !value.is_finite() {
+            Reading::Refused(Refusal::NotANumber)
+        } else if value < self.range.0 || value > self.range.1 {
+            Reading::Refused(Refusal::OutOfRange)
+        } else {
+            Reading::Value(value)
+        })
+    }
+
+    #[inline]
+    fn write(&self, payload: &mut Payload, value: f64) {
+        for (multiplexer, values) in &self.selectors {
+            if let Some((first, _)) = values.first() {
+                multiplexer.encode_raw(payload, *first);
+            }
+        }
+        self.codec.encode(payload, (value - self.offset) / self.scale);
+    }
+}
+
+impl<F: Copy> Route<F> {
+    /// Its signals in their roles.
+    #[must_use]
+    pub fn bindings(&self) -> &[Binding<F>] {
+        &self.bindings
+    }
+
+    /// Whether it can only be sent as CAN FD.
+    #[must_use]
+    pub fn needs_fd(&self) -> bool {
+        needs_fd(self.length)
+    }
+
+    /// Frames missing before this one; [`Refusal::Counter`] when it does not go on from the one before.
+    #[inline]
+    pub(super) fn check_counter(&self, counter: &mut Counter, frame: &Frame) -> Result<u64, Refusal> {
+        let Some((_, codec)) = &self.counter else { return Ok(0) };
+        let mask = u64::MAX >> (64 - codec.layout().size);
+        counter.accept(codec.decode_raw(frame.payload()), mask).ok_or(Refusal::Counter)
+    }
+
+    /// The frame with these values, its counter stepped.
+    #[inline]
+    pub(super) fn emit(&self, counter: &mut u64, value: impl Fn(F) -> f64) -> Frame {
+        let mut frame = Frame::zeros(self.id, self.kind(), self.length);
+        for binding in &self.bindings {
+            binding.write(frame.payload_mut(), value(binding.field));
+        }
+        if let Some((_, codec)) = &self.counter {
+            codec.encode_raw(frame.payload_mut(), *counter);
+            *counter = counter.wrapping_add(1);
+        }
+        frame
+    }
+
+    fn kind(&self) -> Kind {
+        if self.needs_fd() { Kind::Fd { bit_rate_switch: true, error_state: false } } else { Kind::Classic }
+    }
+}
+
+/// Messages by identifier: a table for 11 bits, a sorted list for 29.
+#[derive(Debug, Clone)]
+pub(super) struct Routes<F> {
+    messages: Vec<Route<F>>,
+    standard: Box<[u16]>,
+    extended: Vec<(u32, u16)>,
+}
+
+/// No message has this 11-bit identifier.
+const NONE: u16 = u16::MAX;
+
+impl<F: Copy> Routes<F> {
+    /// The messages, sorted by priority here.
+    pub(super) fn new(mut messages: Vec<Route<F>>) -> Self {
+        // The base identifier's 11 bits decide first; at a tie the 11-bit frame wins.
+        messages.sort_by_key(|route| match route.id {
+            Id::Standard(short) => (u32::from(short), 0),
+            Id::Extended(long) => (long >> 18, 1 + (long & 0x3FFFF)),
+        });
+        let mut standard = vec![NONE; 0x800].into_boxed_slice();
+        let mut extended = Vec::new();
+        for (index, route) in messages.iter().enumerate() {
+            let index = u16::try_from(index).unwrap_or(NONE);
+            match route.id {
+                Id::Standard(short) => {
+                    if let Some(entry) = standard.get_mut(usize::from(short)) {
+                        *entry = index;
+                    }
+                }
+                Id::Extended(long) => extended.push((long, index)),
+            }
+        }
+        extended.sort_unstable();
+        Self { messages, standard, extended }
+    }
+
+    pub(super) fn messages(&self) -> &[Route<F>] {
+        &self.messages
+    }
+
+    /// The message of a received frame, if a role names it and its length is right.
+    #[inline]
+    pub(super) fn find(&self, frame: &Frame) -> Result<(usize, &Route<F>), Refusal> {
+        let index = match frame.id() {
+            Id::Standard(short) => self.standard.get(usize::from(short)).copied(),
+            Id::Extended(long) => {
+                let found = self.extended.binary_search_by_key(&long, |(id, _)| *id).ok();
+                found.and_then(|place| self.extended.get(place)).map(|(_, index)| *index)
+            }
+        };
+        let index = usize::from(index.unwrap_or(NONE));
+        match self.messages.get(index) {
+            Some(_) if frame.kind() == Kind::Remote => Err(Refusal::UnknownId),
+            Some(route) if frame.length() == route.length => Ok((index, route)),
+            Some(_) => Err(Refusal::WrongLength),
+            None => Err(Refusal::UnknownId),
+        }
+    }
+}
