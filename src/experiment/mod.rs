@@ -1,1 +1,442 @@
-//! Constant, ramp, step, PRBS and chirp commands.
+//! Commands that excite: constant levels, slow ramps, steps, PRBS, chirp, on one rotor or on both.
+//!
+//! An [`Experiment`] is a function of the slot number alone. It runs open loop (controller code 3), or its
+//! differential part is added to a closed loop. Before it starts it is held against the guard's limits: an
+//! experiment that the guard would clip identifies the guard, not the rotor.
+
+use std::f64::consts::TAU;
+
+use serde::{Deserialize, Serialize};
+
+use crate::signal::ROTORS;
+
+mod limit;
+mod prbs;
+
+pub use limit::{Limits, Refusal};
+
+/// Why an experiment cannot be run.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ExperimentError {
+    /// A setting outside its range.
+    #[error("experiment: `{name}` must lie in {low}..{high}, not {value}")]
+    Range {
+        /// Name of the setting.
+        name: &'static str,
+        /// Value found.
+        value: f64,
+        /// Lowest value allowed.
+        low: f64,
+        /// Highest value allowed.
+        high: f64,
+    },
+    /// It would command a rotor beyond 0..1.
+    #[error(
+        "experiment: rotor {rotor} would be commanded to {value:.3} at {time_s:.2} s; a command lies in 0..1"
+    )]
+    Impossible {
+        /// Rotor, from 1.
+        rotor: usize,
+        /// Command asked for.
+        value: f64,
+        /// [s] since the start.
+        time_s: f64,
+    },
+    /// More chips than the longest sequence has.
+    #[error("experiment: the PRBS would need {needed} chips; the longest sequence has {longest}")]
+    TooLong {
+        /// Chips asked for.
+        needed: u64,
+        /// Chips there are.
+        longest: u64,
+    },
+    /// The guard would change it.
+    #[error(transparent)]
+    Clipped(#[from] Refusal),
+}
+
+/// What the command does over time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+pub enum Shape {
+    /// Levels, one after another. [LPC16] section III.A, Eq. (3).
+    Constant {
+        /// [-] commands.
+        levels: Vec<f64>,
+        /// [s] at each.
+        hold_s: f64,
+    },
+    /// Slow ramps up and down. [LPC16] section III.A, Eq. (8).
+    Ramp {
+        /// [-] lowest command.
+        low: f64,
+        /// [-] highest command.
+        high: f64,
+        /// [1/s] slope; slow against the rotor's pole.
+        slope: f64,
+        /// Times up and down.
+        cycles: u32,
+    },
+    /// Up- and down-steps of several sizes around the operating point, in a fixed pattern.
+    Steps {
+        /// [-] largest step from the operating point.
+        amplitude: f64,
+        /// [s] at each level.
+        hold_s: f64,
+        /// Number of steps.
+        count: u32,
+    },
+    /// Pseudo-random binary sequence of maximum length. [LPC16] section III.B.
+    Prbs {
+        /// [-] distance of both levels from the operating point.
+        amplitude: f64,
+        /// [Hz] up to which the power is flat within 3 dB; 0 = as high as the period allows.
+        bandwidth_hz: f64,
+        /// [s]
+        duration_s: f64,
+        /// Chooses where in its period the sequence begins.
+        seed: u64,
+    },
+    /// A sine whose frequency rises exponentially.
+    Chirp {
+        /// [-]
+        amplitude: f64,
+        /// [Hz] at the start.
+        from_hz: f64,
+        /// [Hz] at the end.
+        to_hz: f64,
+        /// [s]
+        duration_s: f64,
+    },
+}
+
+/// Which rotors take part.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Rotors {
+    /// Rotor 1; the other one stands.
+    #[default]
+    One,
+    /// Rotor 2; the other one stands.
+    Two,
+    /// Both the same.
+    Both,
+    /// Rotor 1 up when rotor 2 goes down: torque.
+    Differential,
+}
+
+/// What people write.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExperimentConfig {
+    /// What the command does.
+    pub shape: Shape,
+    /// Which rotors take part.
+    pub rotors: Rotors,
+    /// [-] operating point.
+    pub around: f64,
+    /// [s] from standstill to the first command: a ramp over the first half, then waiting for the transient to go.
+    pub lead_in_s: f64,
+}
+
+/// An experiment as built: a command for each slot.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Experiment {
+    config: ExperimentConfig,
+    period_s: f64,
+    lead_in: u64,
+    slots: u64,
+    /// One whole period of the PRBS; empty for other shapes.
+    chips: Vec<i8>,
+    /// Slots that one chip lasts.
+    chip_slots: u64,
+}
+
+/// A chip held for T has its power within 3 dB up to 0.443 / T: sinc²(0.443) = 1/2.
+const FLAT_SHARE: f64 = 0.443;
+
+impl ExperimentConfig {
+    /// Checks the settings and builds the experiment for a control period of `period_s`.
+    ///
+    /// # Errors
+    /// [`ExperimentError`] naming the setting that cannot be.
+    pub fn build(&self, period_s: f64) -> Result<Experiment, ExperimentError> {
+        range("period_s", period_s, 1e-4, 1.0)?;
+        range("around", self.around, 0.0, 1.0)?;
+        range("lead_in_s", self.lead_in_s, 0.0, 600.0)?;
+        let duration = self.shape.check(period_s)?;
+        let mut experiment = Experiment {
+            config: self.clone(),
+            period_s,
+            lead_in: (self.lead_in_s / period_s).ceil() as u64,
+            slots: (duration / period_s).round().max(1.0) as u64,
+            chips: Vec::new(),
+            chip_slots: 1,
+        };
+        if let Shape::Prbs { bandwidth_hz, seed, .. } = self.shape {
+            if bandwidth_hz > 0.0 {
+                experiment.chip_slots = (FLAT_SHARE / (bandwidth_hz * period_s)).floor().max(1.0) as u64;
+            }
+            let needed = experiment.slots.div_ceil(experiment.chip_slots);
+            if needed > prbs::LONGEST {
+                return Err(ExperimentError::TooLong { needed, longest: prbs::LONGEST });
+            }
+            experiment.chips = prbs::maximum_length_sequence(needed, seed);
+        }
+        experiment.check_commands()?;
+        Ok(experiment)
+    }
+}
+
+fn range(name: &'static str, value: f64, low: f64, high: f64) -> Result<(), ExperimentError> {
+    if (low..=high).contains(&value) {
+        return Ok(());
+    }
+    Err(ExperimentError::Range { name, value, low, high })
+}
+
+impl Shape {
+    /// [s] Duration; every setting checked on the way.
+    fn check(&self, period_s: f64) -> Result<f64, ExperimentError> {
+        const LONGEST_S: f64 = 24.0 * 3600.0;
+        let nyquist = 0.5 / period_s;
+        match self {
+            Self::Constant { levels, hold_s } => {
+                range("levels (how many)", levels.len() as f64, 1.0, 1000.0)?;
+                range("hold_s", *hold_s, period_s, LONGEST_S)?;
+                Ok(levels.len() as f64 * hold_s)
+            }
+            Self::Ramp { low, high, slope, cycles } => {
+                range("high", *high, 0.0, 1.0)?;
+                range("low", *low, 0.0, *high)?;
+                range("slope", *slope, 1e-4, 100.0)?;
+                range("cycles", f64::from(*cycles), 1.0, 1000.0)?;
+                Ok(2.0 * (high - low) / slope * f64::from(*cycles))
+            }
+            Self::Steps { amplitude, hold_s, count } => {
+                range("amplitude", *amplitude, 0.0, 1.0)?;
+                range("hold_s", *hold_s, period_s, LONGEST_S)?;
+                range("count", f64::from(*count), 1.0, 10_000.0)?;
+                Ok(f64::from(*count) * hold_s)
+            }
+            Self::Prbs { amplitude, bandwidth_hz, duration_s, .. } => {
+                range("amplitude", *amplitude, 0.0, 1.0)?;
+                range("bandwidth_hz", *bandwidth_hz, 0.0, nyquist)?;
+                range("duration_s", *duration_s, period_s, LONGEST_S)?;
+                Ok(*duration_s)
+            }
+            Self::Chirp { amplitude, from_hz, to_hz, duration_s } => {
+                range("amplitude", *amplitude, 0.0, 1.0)?;
+                range("from_hz", *from_hz, 1e-4, nyquist)?;
+                range("to_hz", *to_hz, *from_hz, nyquist)?;
+                range("duration_s", *duration_s, period_s, LONGEST_S)?;
+                Ok(*duration_s)
+            }
+        }
+    }
+}
+
+impl Experiment {
+    /// What it was built from.
+    #[must_use]
+    pub fn config(&self) -> &ExperimentConfig {
+        &self.config
+    }
+
+    /// [s]
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    /// Number of slots before the first excited one.
+    #[must_use]
+    pub fn lead_in(&self) -> u64 {
+        self.lead_in
+    }
+
+    /// Number of slots, lead-in included.
+    #[must_use]
+    pub fn slots(&self) -> u64 {
+        self.lead_in + self.slots
+    }
+
+    /// [-] Commands of both rotors in a slot; after the end, those of the last one.
+    #[must_use]
+    pub fn command(&self, slot: u64) -> [f64; ROTORS] {
+        let deviation = self.deviation(slot);
+        let around = self.config.around;
+        let ramp = (2.0 * (slot + 1) as f64 / (self.lead_in.max(1)) as f64).min(1.0);
+        let level = if slot < self.lead_in { ramp } else { 1.0 };
+        match self.config.rotors {
+            Rotors::One => [level * (around + deviation), 0.0],
+            Rotors::Two => [0.0, level * (around + deviation)],
+            Rotors::Both => [level * (around + deviation); ROTORS],
+            Rotors::Differential => [level * (around + deviation), level * (around - deviation)],
+        }
+    }
+
+    /// [-] Distance from the operating point in a slot; during the lead-in that of the first excited slot.
+    #[must_use]
+    pub fn deviation(&self, slot: u64) -> f64 {
+        let slot = slot.saturating_sub(self.lead_in).min(self.slots - 1);
+        let time = slot as f64 * self.period_s;
+        let at = |duration: f64| (time / duration + 1e-9).floor() as usize;
+        match &self.config.shape {
+            Shape::Constant { levels, hold_s } => {
+                let level = levels.get(at(*hold_s)).or(levels.last());
+                level.map_or(0.0, |level| level - self.config.around)
+            }
+            Shape::Ramp { low, high, slope, .. } => {
+                let half = (high - low) / slope;
+                let phase = if half > 0.0 { (time / half) % 2.0 } else { 0.0 };
+                let up = if phase < 1.0 { phase } else { 2.0 - phase };
+                low + (high - low) * up - self.config.around
+            }
+            Shape::Steps { amplitude, hold_s, .. } => {
+                const PATTERN: [f64; 12] =
+                    [0.0, 1.0, 0.0, -1.0, 1.0, -1.0, 0.5, -0.5, 0.25, -0.25, 0.75, -0.75];
+                amplitude * PATTERN[at(*hold_s) % PATTERN.len()]
+            }
+            Shape::Prbs { amplitude, .. } => {
+                let chip = usize::try_from(slot / self.chip_slots).unwrap_or(usize::MAX);
+                amplitude * self.chips.get(chip).copied().map_or(0.0, f64::from)
+            }
+            Shape::Chirp { amplitude, from_hz, to_hz, duration_s } => {
+                let growth = (to_hz / from_hz).ln();
+                let share = time / duration_s;
+                let turns = if growth < 1e-9 {
+                    from_hz * time
+                } else {
+                    from_hz * duration_s / growth * ((growth * share).exp() - 1.0)
+                };
+                amplitude * (TAU * turns).sin()
+            }
+        }
+    }
+
+    fn check_commands(&self) -> Result<(), ExperimentError> {
+        for slot in 0..self.slots() {
+            for (rotor, value) in self.command(slot).into_iter().enumerate() {
+                if !(0.0..=1.0).contains(&value) {
+                    let time_s = slot as f64 * self.period_s;
+                    return Err(ExperimentError::Impossible { rotor: rotor + 1, value, time_s });
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn config(shape: Shape) -> ExperimentConfig {
+        ExperimentConfig { shape, rotors: Rotors::One, around: 0.46, lead_in_s: 2.0 }
+    }
+
+    fn levels(experiment: &Experiment) -> Vec<f64> {
+        (experiment.lead_in()..experiment.slots()).map(|slot| experiment.command(slot)[0]).collect()
+    }
+
+    #[test]
+    fn constant_levels_are_held_one_after_another() {
+        let shape = Shape::Constant { levels: vec![0.3, 0.5, 0.4], hold_s: 0.06 };
+        let experiment = config(shape).build(0.02).expect("valid");
+        let expected = [0.3, 0.3, 0.3, 0.5, 0.5, 0.5, 0.4, 0.4, 0.4];
+        for (value, expected) in levels(&experiment).iter().zip(expected) {
+            assert!((value - expected).abs() < 1e-12);
+        }
+        assert_eq!(experiment.slots() - experiment.lead_in(), 9);
+    }
+
+    #[test]
+    fn the_lead_in_rises_from_rest_and_waits_at_the_first_command() {
+        let shape = Shape::Constant { levels: vec![0.4], hold_s: 1.0 };
+        let experiment = config(shape).build(0.02).expect("valid");
+        assert_eq!(experiment.lead_in(), 100);
+        assert!(experiment.command(0)[0] < 0.01);
+        assert!((experiment.command(49)[0] - 0.4).abs() < 1e-12);
+        assert!((experiment.command(99)[0] - 0.4).abs() < 1e-12);
+    }
+
+    #[test]
+    fn ramps_meet_both_ends_with_their_slope() {
+        let shape = Shape::Ramp { low: 0.2, high: 0.6, slope: 0.1, cycles: 2 };
+        let experiment = config(shape).build(0.02).expect("valid");
+        let levels = levels(&experiment);
+        assert_eq!(levels.len(), 800);
+        let (low, high) = levels.iter().fold((1.0_f64, 0.0_f64), |(l, h), v| (l.min(*v), h.max(*v)));
+        assert!((low - 0.2).abs() < 1e-12 && (high - 0.6).abs() < 1e-12);
+        for pair in levels.windows(2) {
+            assert!(((pair[1] - pair[0]).abs() - 0.002).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_prbs_keeps_its_levels_bandwidth_and_seed() {
+        let shape = |bandwidth_hz, seed| Shape::Prbs { amplitude: 0.1, bandwidth_hz, duration_s: 20.0, seed };
+        let full = levels(&config(shape(0.0, 1)).build(0.02).expect("valid"));
+        assert_eq!(full.len(), 1000);
+        assert!(full.iter().all(|v| (v - 0.56).abs() < 1e-12 || (v - 0.36).abs() < 1e-12));
+        assert_ne!(full, levels(&config(shape(0.0, 2)).build(0.02).expect("valid")));
+        // 0.443 / 5 Hz = 88 ms: four periods of 20 ms.
+        let slow = levels(&config(shape(5.0, 1)).build(0.02).expect("valid"));
+        assert!(slow.chunks(4).all(|chip| chip.iter().all(|value| *value == chip[0])));
+    }
+
+    #[test]
+    fn a_chirp_begins_and_ends_at_its_frequencies() {
+        let shape = Shape::Chirp { amplitude: 0.05, from_hz: 0.5, to_hz: 8.0, duration_s: 30.0 };
+        let experiment = config(shape).build(0.002).expect("valid");
+        let values: Vec<f64> = levels(&experiment).iter().map(|value| value - 0.46).collect();
+        let crossings = |part: &[f64]| part.windows(2).filter(|w| w[0] < 0.0 && w[1] >= 0.0).count();
+        assert_eq!(crossings(&values[..1500]) + 1, 2, "1.5 turns or so in the first 3 s");
+        assert!((7..=8).contains(&crossings(&values[14_500..])), "8 Hz in the last second");
+    }
+
+    #[test]
+    fn differential_commands_are_symmetric() {
+        let shape = Shape::Steps { amplitude: 0.05, hold_s: 0.5, count: 12 };
+        let experiment =
+            ExperimentConfig { rotors: Rotors::Differential, ..config(shape) }.build(0.02).expect("valid");
+        for slot in experiment.lead_in()..experiment.slots() {
+            let [first, second] = experiment.command(slot);
+            assert!((first + second - 0.92).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_by_name() {
+        let refuse = |shape| config(shape).build(0.02).expect_err("must be refused").to_string();
+        let prbs = |amplitude, bandwidth_hz, duration_s| Shape::Prbs {
+            amplitude,
+            bandwidth_hz,
+            duration_s,
+            seed: 1,
+        };
+        assert!(refuse(prbs(0.6, 0.0, 10.0)).contains("a command lies in 0..1"));
+        assert!(refuse(prbs(0.1, 30.0, 10.0)).contains("`bandwidth_hz` must lie in 0..25"));
+        assert!(refuse(prbs(0.1, 0.0, f64::NAN)).contains("`duration_s`"));
+        assert!(refuse(Shape::Constant { levels: vec![], hold_s: 1.0 }).contains("levels"));
+        assert!(refuse(Shape::Constant { levels: vec![f64::NAN], hold_s: 1.0 }).contains("0..1"));
+    }
+
+    #[test]
+    fn the_guards_limits_are_named_when_they_would_clip() {
+        let limits = Limits { highest: 0.5, lowest: 0.05, slew: 3.0 };
+        let check = |shape| config(shape).build(0.02).expect("valid").check(&limits);
+        assert_eq!(check(Shape::Constant { levels: vec![0.48], hold_s: 1.0 }), Ok(()));
+        let high = check(Shape::Constant { levels: vec![0.48, 0.52], hold_s: 1.0 }).unwrap_err();
+        assert_eq!(
+            high.to_string(),
+            "the guard's limit `command_max` = 0.5 would clip the experiment: rotor 1 is commanded to 0.5200 at 3.00 s"
+        );
+        let fast = check(Shape::Constant { levels: vec![0.40, 0.48], hold_s: 1.0 }).unwrap_err();
+        assert!(
+            fast.to_string().contains("`slew_per_s` = 3 1/s") && fast.to_string().contains("4.00 1/s"),
+            "{fast}"
+        );
+    }
+}

@@ -1,1 +1,4 @@
 //! The bodies of the processes: bridge, control, run, record.
+
+pub mod lockstep;
+pub mod trace;

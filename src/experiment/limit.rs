@@ -1,0 +1,97 @@
+//! Holds an experiment against the guard's limits before it starts.
+
+use super::Experiment;
+
+/// The limits of the guard that an experiment can meet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// [-] highest rotor command.
+    pub highest: f64,
+    /// [-] lowest rotor command of a turning rotor.
+    pub lowest: f64,
+    /// [1/s] fastest change of a rotor command.
+    pub slew: f64,
+}
+
+/// Which limit the guard would clip an experiment at, and where.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    /// A command beyond the highest or lowest.
+    #[error(
+        "the guard's limit `{limit}` = {allowed} would clip the experiment: rotor {rotor} is commanded to {value:.4} at {time_s:.2} s"
+    )]
+    Level {
+        /// Key in `[guard]`.
+        limit: &'static str,
+        /// [-] its value.
+        allowed: f64,
+        /// Rotor, from 1.
+        rotor: usize,
+        /// [-] command asked for.
+        value: f64,
+        /// [s] since the start.
+        time_s: f64,
+    },
+    /// A change faster than the slew limit.
+    #[error(
+        "the guard's limit `{limit}` = {allowed} 1/s would clip the experiment: rotor {rotor} moves by {step:.4} in one period of {period_s} s at {time_s:.2} s, which is {rate:.2} 1/s"
+    )]
+    Slew {
+        /// Key in `[guard]`.
+        limit: &'static str,
+        /// [1/s] its value.
+        allowed: f64,
+        /// Rotor, from 1.
+        rotor: usize,
+        /// [-] change in one period.
+        step: f64,
+        /// [1/s] rate asked for.
+        rate: f64,
+        /// [s]
+        period_s: f64,
+        /// [s] since the start.
+        time_s: f64,
+    },
+}
+
+impl Experiment {
+    /// Refuses what the guard would clip.
+    ///
+    /// # Errors
+    /// [`Refusal`], naming the first limit that is met and where.
+    pub fn check(&self, limits: &Limits) -> Result<(), Refusal> {
+        // Rounding of slot times must not turn a slope that just fits into one that does not.
+        const ROUNDING: f64 = 1e-9;
+        let period_s = self.period_s();
+        let mut before = [0.0; 2];
+        for slot in 0..self.slots() {
+            let time_s = slot as f64 * period_s;
+            for (index, value) in self.command(slot).into_iter().enumerate() {
+                let rotor = index + 1;
+                let level = |limit, allowed| Err(Refusal::Level { limit, allowed, rotor, value, time_s });
+                if value > limits.highest + ROUNDING {
+                    return level("command_max", limits.highest);
+                }
+                if slot >= self.lead_in() && value > 0.0 && value < limits.lowest - ROUNDING {
+                    return level("command_min", limits.lowest);
+                }
+                let step = value - before[index];
+                let rate = step.abs() / period_s;
+                if rate > limits.slew * (1.0 + ROUNDING) {
+                    let allowed = limits.slew;
+                    return Err(Refusal::Slew {
+                        limit: "slew_per_s",
+                        allowed,
+                        rotor,
+                        step,
+                        rate,
+                        period_s,
+                        time_s,
+                    });
+                }
+                before[index] = value;
+            }
+        }
+        Ok(())
+    }
+}
