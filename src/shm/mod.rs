@@ -33,7 +33,7 @@ use iceoryx2::prelude::{LogLevel, SignalHandlingMode, ipc_threadsafe, set_log_le
 pub use bell::{Bell, Waiter};
 pub use channel::{Payload, Publisher, Subscriber};
 pub use place::{Place, SharedMemoryConfig};
-pub use topic::{APPLIED, COMMAND, GUARD_EVENTS, REQUEST, Role, SENSORS, Topic};
+pub use topic::{APPLIED, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, REQUEST, Role, SENSORS, Topic};
 
 /// What can go wrong with the shared memory of a bench.
 #[derive(Debug, thiserror::Error)]

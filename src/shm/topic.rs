@@ -4,7 +4,9 @@ use std::borrow::Cow;
 use std::marker::PhantomData;
 
 use super::Payload;
-use crate::signal::{Applied, Command, CycleSample, GuardEvent, Heartbeat, Request, Sensors};
+use crate::signal::{
+    Applied, Command, ControlStep, CycleSample, GuardEvent, GuardStep, Heartbeat, Request, Sensors,
+};
 
 /// A process's part on the bench. The numbers are those of [`Heartbeat::role`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -74,6 +76,10 @@ pub const COMMAND: Topic<Command> = Topic::fixed("command", 1024);
 pub const APPLIED: Topic<Applied> = Topic::fixed("applied", 1024);
 /// What the guard decided and refused; by bridge, run or emulator.
 pub const GUARD_EVENTS: Topic<GuardEvent> = Topic::fixed("guard-events", 1024);
+/// What each controller step consumed and answered, for the recorder; by control or run.
+pub const CONTROL_STEPS: Topic<ControlStep> = Topic::fixed("control-steps", 1024);
+/// What each period of the guard consumed and let through, for the recorder; by bridge, run or emulator.
+pub const GUARD_STEPS: Topic<GuardStep> = Topic::fixed("guard-steps", 1024);
 /// An operator's acts; by one short-lived process at a time.
 pub const REQUEST: Topic<Request> = Topic::fixed("request", 8);
 
