@@ -1,13 +1,34 @@
 //! The shared memory of a bench, between threads and processes.
 
+use std::fs::{self, OpenOptions};
+use std::io::{ErrorKind, Write};
+use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use rotorbench::shm::{Bench, COMMAND, Role, SENSORS, SharedMemoryConfig, ShmError, Waiter};
+use rotorbench::shm::{Bench, COMMAND, Place, Role, SENSORS, SharedMemoryConfig, ShmError, Waiter};
 use rotorbench::signal::{Command, Sensors};
 
-/// A bench of its own for each test, so that tests of one machine never meet.
-fn name(test: &str) -> String {
-    format!("t{}-{test}", std::process::id())
+/// A bench of its own for each test, so that tests of one machine never meet; removed at the end.
+struct Name(String);
+
+impl std::ops::Deref for Name {
+    type Target = str;
+    fn deref(&self) -> &str {
+        &self.0
+    }
+}
+
+impl Drop for Name {
+    fn drop(&mut self) {
+        if let Ok(place) = Place::open(&self.0, &SharedMemoryConfig::default()) {
+            place.remove().expect("the bench can be removed");
+        }
+    }
+}
+
+fn name(test: &str) -> Name {
+    Name(format!("t{}-{test}", std::process::id()))
 }
 
 fn join(name: &str, role: Role) -> Bench {
@@ -101,8 +122,8 @@ fn a_second_publisher_is_refused_and_a_second_life_is_met() {
 
 #[test]
 fn two_benches_never_meet() {
-    let (one, two) = (name("one"), name("two"));
-    let (one, two) = (join(&one, Role::Control), join(&two, Role::Control));
+    let (first, second) = (name("one"), name("two"));
+    let (one, two) = (join(&first, Role::Control), join(&second, Role::Control));
     let mut from_one = one.publish(&COMMAND).expect("first publisher");
     let _from_two = two.publish(&COMMAND).expect("first publisher of the other bench");
     let mut at_two = two.subscribe(&COMMAND).expect("subscribed");
@@ -139,4 +160,140 @@ fn a_name_that_is_no_file_name_is_refused() {
         let refused = Bench::join(name, &SharedMemoryConfig::default(), Role::Control).expect_err("refused");
         assert!(matches!(refused, ShmError::Name { .. }), "{refused}");
     }
+}
+
+/// Runs `act` as another user. Credentials of a Linux thread are its own, as long as libc's wrappers, which set those
+/// of all threads, are not used. `None` where this process may not change its user.
+fn as_user<T: Send>(user: u32, group: u32, act: impl FnOnce() -> T + Send) -> Option<T> {
+    std::thread::scope(|scope| {
+        let other = scope.spawn(move || {
+            let (user, group) = (libc::c_long::from(user), libc::c_long::from(group));
+            // SAFETY: raw system calls without pointers to be written; they change this thread's credentials only.
+            let changed = unsafe {
+                libc::syscall(libc::SYS_setgroups, 0, std::ptr::null::<libc::gid_t>()) == 0
+                    && libc::syscall(libc::SYS_setresgid, group, group, group) == 0
+                    && libc::syscall(libc::SYS_setresuid, user, user, user) == 0
+            };
+            changed.then(act)
+        });
+        other.join().expect("no panic as the other user")
+    })
+}
+
+/// Says what a test did not show, where the test runner does not swallow it.
+fn not_shown(what: &str) {
+    writeln!(std::io::stderr(), "NOT SHOWN (needs root): {what}").expect("standard error can be written");
+}
+
+/// Everything of a bench in the file system, except below directories that cannot be listed.
+fn files(place: &Place) -> Vec<PathBuf> {
+    let mut found: Vec<PathBuf> = fs::read_dir("/dev/shm")
+        .expect("listed")
+        .flatten()
+        .filter(|entry| entry.file_name().to_string_lossy().starts_with(place.prefix()))
+        .map(|entry| entry.path())
+        .collect();
+    let mut directories = vec![place.directory().to_owned()];
+    while let Some(directory) = directories.pop() {
+        for entry in fs::read_dir(directory).expect("listed").flatten() {
+            let path = entry.path();
+            if path.is_dir() { directories.push(path) } else { found.push(path) }
+        }
+    }
+    found
+}
+
+/// A bench with everything it can have, at work.
+fn busy_bench(name: &str, config: &SharedMemoryConfig) -> impl Sized + use<> {
+    let bench = Bench::join(name, config, Role::Emulate).expect("joined");
+    let mut sensors_out = bench.publish(&SENSORS).expect("published");
+    let commands = bench.publish(&COMMAND).expect("published");
+    let reader = bench.subscribe(&SENSORS).expect("subscribed");
+    let bells = (bench.bell(Waiter::Control).expect("bell"), bench.bell(Waiter::Gate).expect("bell"));
+    sensors_out.send(&sensors(1));
+    (sensors_out, commands, reader, bells, bench)
+}
+
+#[test]
+fn another_user_can_neither_command_nor_listen() {
+    const NOBODY: u32 = 65_534;
+    let name = name("alien");
+    let _bench = busy_bench(&name, &SharedMemoryConfig::default());
+    let place = Place::open(&name, &SharedMemoryConfig::default()).expect("there");
+    let files = files(&place);
+    assert!(files.len() > 10, "the test looks at segments, claims, bells and services: {files:?}");
+    let attempt = as_user(NOBODY, NOBODY, || {
+        let denied = |path: &PathBuf, write: bool| {
+            let opened = OpenOptions::new().read(!write).write(write).open(path);
+            matches!(opened, Err(error) if error.kind() == ErrorKind::PermissionDenied)
+        };
+        let open: Vec<&PathBuf> =
+            files.iter().filter(|path| !denied(path, false) || !denied(path, true)).collect();
+        let listed = fs::read_dir(place.directory()).is_ok();
+        // The same name, joined by another user, is another bench.
+        let own =
+            Bench::join(&name, &SharedMemoryConfig::default(), Role::Control).expect("a bench of their own");
+        let heard = own.subscribe(&SENSORS).expect("subscribed").newest();
+        let commanding = own.publish(&COMMAND).is_ok();
+        let own_place = own.place().clone();
+        drop(own);
+        own_place.remove().expect("removed");
+        (open.into_iter().cloned().collect::<Vec<_>>(), listed, heard, commanding)
+    });
+    let Some((open, listed, heard, commanding)) = attempt else {
+        return not_shown("another user can neither command nor listen");
+    };
+    assert!(open.is_empty(), "open to another user: {open:?}");
+    assert!(!listed && heard.is_none() && commanding);
+}
+
+#[test]
+fn with_a_group_its_members_join_and_others_do_not() {
+    let config = SharedMemoryConfig { group: Some("games".to_owned()) };
+    let name = format!("t{}-group", std::process::id());
+    // Debian's `games` has number 60 everywhere; the test asks the system what it is.
+    let Ok(place) = Place::open(&name, &config) else {
+        return not_shown("a group shares a bench (no group `games`, or not a member)");
+    };
+    let games = std::os::unix::fs::MetadataExt::gid(&fs::metadata(place.directory()).expect("there"));
+    let bench = busy_bench(&name, &config);
+    let member = as_user(20_001, games, || {
+        let mine = Bench::join(&name, &config, Role::Record).expect("a member joins");
+        mine.bell(Waiter::Control).expect("a member rings").ring();
+        let refused = mine.publish(&COMMAND).expect_err("there is one");
+        let heard = mine.subscribe(&SENSORS).expect("subscribed").newest().map(|it| it.sequence);
+        (refused.to_string(), heard)
+    });
+    let stranger = as_user(20_002, 20_002, || {
+        Bench::join(&name, &config, Role::Record).map(|_| ()).map_err(|it| it.to_string())
+    });
+    drop(bench);
+    let (Some((refused, heard)), Some(stranger)) = (member, stranger) else {
+        place.remove().expect("removed");
+        return not_shown("a group shares a bench");
+    };
+    place.remove().expect("removed");
+    assert!(refused.contains("published by emulate"), "{refused}");
+    assert_eq!(heard, Some(1));
+    assert!(stranger.expect_err("a stranger is kept out").contains("Permission denied"));
+}
+
+#[test]
+fn a_directory_that_somebody_put_in_the_way_is_refused() {
+    let name = name("squat");
+    let place = Place::open(&name, &SharedMemoryConfig::default()).expect("made");
+    fs::set_permissions(place.directory(), fs::Permissions::from_mode(0o707)).expect("opened to others");
+    let refused =
+        Bench::join(&name, &SharedMemoryConfig::default(), Role::Control).expect_err("open to others");
+    assert!(matches!(refused, ShmError::NotOurs { .. }), "{refused}");
+    place.remove().expect("removed");
+    let squatted = as_user(65_534, 65_534, || {
+        fs::DirBuilder::new().mode(0o700).create(place.directory()).expect("anybody may write to /dev/shm");
+    });
+    if squatted.is_none() {
+        return not_shown("a directory of another user is refused");
+    }
+    let refused = Bench::join(&name, &SharedMemoryConfig::default(), Role::Control).expect_err("not ours");
+    assert!(matches!(refused, ShmError::NotOurs { user: 65_534, .. }), "{refused}");
+    fs::remove_dir(place.directory()).expect("removed");
 }

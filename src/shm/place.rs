@@ -132,6 +132,26 @@ impl Place {
         }
     }
 
+    /// Removes everything the bench left on this machine: its directory and its segments. For a bench that nobody
+    /// is on any more; who still is keeps what it has open, and meets nobody.
+    ///
+    /// # Errors
+    /// The operating system's, with the path.
+    pub fn remove(&self) -> Result<usize, ShmError> {
+        let shared = Path::new(SHARED_MEMORY);
+        let mut removed = 0;
+        for entry in fs::read_dir(shared).into_iter().flatten().flatten() {
+            if entry.file_name().to_string_lossy().starts_with(&self.prefix) {
+                let at = |error| ShmError::Place { path: entry.path(), error };
+                fs::remove_file(entry.path()).map_err(at)?;
+                removed += 1;
+            }
+        }
+        let at = |error| ShmError::Place { path: self.directory.clone(), error };
+        fs::remove_dir_all(&self.directory).map_err(at)?;
+        Ok(removed + 1)
+    }
+
     fn give(&self, path: &Path, mode: u32) -> io::Result<()> {
         if let Some(group) = self.group {
             std::os::unix::fs::lchown(path, None, Some(group))?;

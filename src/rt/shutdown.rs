@@ -1,0 +1,79 @@
+//! How a process is told to end: Ctrl-C, SIGTERM, a closed terminal, a panic on any of its threads.
+//!
+//! None of them ends it at once. Each sets one flag, which the cycle sees within a period; the cycle then sends the
+//! safe command and returns.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
+
+/// What the flag holds when a thread panicked.
+const PANIC: usize = usize::MAX;
+
+/// The flag.
+#[derive(Debug, Clone, Default)]
+pub struct Shutdown {
+    reason: Arc<AtomicUsize>,
+}
+
+impl Shutdown {
+    /// Listens from now on.
+    ///
+    /// # Errors
+    /// The operating system's.
+    pub fn listen() -> io::Result<Self> {
+        let shutdown = Self::default();
+        for signal in [SIGINT, SIGTERM, SIGHUP, SIGQUIT] {
+            // Whoever starts a bench with `nohup` wants it to outlive the terminal.
+            if signal == SIGHUP && is_ignored(signal) {
+                continue;
+            }
+            let number = usize::try_from(signal).unwrap_or(PANIC);
+            signal_hook::flag::register_usize(signal, Arc::clone(&shutdown.reason), number)?;
+        }
+        let reason = Arc::clone(&shutdown.reason);
+        let report = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |panic| {
+            reason.store(PANIC, Ordering::Relaxed);
+            report(panic);
+        }));
+        Ok(shutdown)
+    }
+
+    /// Whether the process is to end.
+    #[must_use]
+    pub fn is_requested(&self) -> bool {
+        self.reason.load(Ordering::Relaxed) != 0
+    }
+
+    /// Asks for the end from inside.
+    pub fn request(&self) {
+        self.reason.store(PANIC - 1, Ordering::Relaxed);
+    }
+
+    /// Why, in plain words.
+    #[must_use]
+    pub fn reason(&self) -> &'static str {
+        let signal = i32::try_from(self.reason.load(Ordering::Relaxed));
+        match signal {
+            Ok(0) => "running",
+            Ok(SIGINT) => "interrupted (Ctrl-C)",
+            Ok(SIGTERM) => "told to end (SIGTERM)",
+            Ok(SIGHUP) => "the terminal was closed (SIGHUP)",
+            Ok(SIGQUIT) => "told to quit (SIGQUIT)",
+            Err(_) if self.reason.load(Ordering::Relaxed) == PANIC => "a thread panicked",
+            _ => "done",
+        }
+    }
+}
+
+fn is_ignored(signal: i32) -> bool {
+    // SAFETY: a sigaction is plain data for which zero is valid; the call only writes it.
+    let (code, action) = unsafe {
+        let mut action: libc::sigaction = std::mem::zeroed();
+        (libc::sigaction(signal, std::ptr::null(), &raw mut action), action)
+    };
+    code == 0 && action.sa_sigaction == libc::SIG_IGN
+}
