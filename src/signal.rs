@@ -136,6 +136,14 @@ impl CommandFlags {
     pub const SENSOR_MISSING: u32 = 1 << 1;
     /// The battery voltage was not good; the last good (or full) one was used.
     pub const VOLTAGE_ASSUMED: u32 = 1 << 2;
+
+    /// The bits for what happened in a step.
+    #[must_use]
+    pub fn of(saturated: bool, sensor_missing: bool, voltage_assumed: bool) -> u32 {
+        u32::from(saturated) * Self::SATURATED
+            | u32::from(sensor_missing) * Self::SENSOR_MISSING
+            | u32::from(voltage_assumed) * Self::VOLTAGE_ASSUMED
+    }
 }
 
 /// What the controller believes, in SI units.
@@ -174,10 +182,24 @@ pub struct Applied {
     pub state: u32,
     /// Code of the cause of the last transition, see `guard::Cause`.
     pub cause: u32,
-    /// Bits: 1 limited, 2 slewed, 4 held, 8 ramping to safe.
+    /// Bits of [`AppliedFlags`].
     pub flags: u32,
     /// Consecutive periods without a fresh command.
     pub misses: u32,
+}
+
+/// Bits of [`Applied::flags`]: what the guard changed.
+pub struct AppliedFlags;
+
+impl AppliedFlags {
+    /// Clipped at the absolute limit, or at the rising limit of the spin-up after arming.
+    pub const LIMITED: u32 = 1;
+    /// Clipped at the slew limit.
+    pub const SLEWED: u32 = 1 << 1;
+    /// No fresh command in this period: the last one is held.
+    pub const HELD: u32 = 1 << 2;
+    /// On the way to zero.
+    pub const RAMPING: u32 = 1 << 3;
 }
 
 /// What the angle should do now.

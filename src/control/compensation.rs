@@ -1,0 +1,135 @@
+//! Known physics beyond [LPC16], which a controller may cancel instead of estimating it.
+//!
+//! The process layer fills this from the effects of an extended model; the controllers know nothing of
+//! effects or models. Everything defaults to "not there".
+
+use super::{ControlError, PlantParameters};
+
+/// Known torques on the body, and known faults of the actuator's command. All zero = the paper's plant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Compensation {
+    /// [N m] m of the torque -m sin(θ + θ_0).
+    pub pendulum_moment: f64,
+    /// [rad] θ_0.
+    pub pendulum_offset: f64,
+    /// [N m/rad] k of the torque -k θ.
+    pub stiffness: f64,
+    /// [N m] constant torque.
+    pub torque_bias: f64,
+    /// [N m] τ_c of the torque -τ_c tanh(ω_b / ω_s).
+    pub coulomb_torque: f64,
+    /// [rad/s] ω_s, how fast the Coulomb torque turns over; must be positive where `coulomb_torque` is not zero.
+    pub coulomb_rate: f64,
+    /// [N m s/rad] b of the torque -b ω_b.
+    pub viscous_friction: f64,
+    /// [N m s²/rad²] c of the torque -c ω_b |ω_b|.
+    pub quadratic_drag: f64,
+    /// [-] u_d: the rotor sees max(0, u - u_d) / (1 - u_d).
+    pub dead_zone: f64,
+    /// [-] u_max: the rotor sees min(u, u_max).
+    pub command_limit: f64,
+    /// [rad/s] c_0 in g(u) + c_0.
+    pub steady_rate_offset: f64,
+    /// [rad/s] c_3 in g(u) + c_3 (u - u_0)³.
+    pub steady_rate_cubic: f64,
+    /// [-] u_0 of the cubic.
+    pub cubic_center: f64,
+    /// The battery scales the command, z = g(u v_b / v_bmax), in place of z = g(u) - k_V (v_bmax - v_b).
+    pub battery_scaling: bool,
+}
+
+impl Default for Compensation {
+    fn default() -> Self {
+        Self {
+            pendulum_moment: 0.0,
+            pendulum_offset: 0.0,
+            stiffness: 0.0,
+            torque_bias: 0.0,
+            coulomb_torque: 0.0,
+            coulomb_rate: 0.05,
+            viscous_friction: 0.0,
+            quadratic_drag: 0.0,
+            dead_zone: 0.0,
+            command_limit: 1.0,
+            steady_rate_offset: 0.0,
+            steady_rate_cubic: 0.0,
+            cubic_center: 0.0,
+            battery_scaling: false,
+        }
+    }
+}
+
+impl Compensation {
+    /// Refuses what cannot be cancelled.
+    ///
+    /// # Errors
+    /// [`ControlError::Parameter`] names the number.
+    pub fn validate(&self) -> Result<(), ControlError> {
+        let numbers = [
+            ("pendulum_moment", self.pendulum_moment),
+            ("pendulum_offset", self.pendulum_offset),
+            ("stiffness", self.stiffness),
+            ("torque_bias", self.torque_bias),
+            ("coulomb_torque", self.coulomb_torque),
+            ("viscous_friction", self.viscous_friction),
+            ("quadratic_drag", self.quadratic_drag),
+            ("steady_rate_offset", self.steady_rate_offset),
+            ("steady_rate_cubic", self.steady_rate_cubic),
+            ("cubic_center", self.cubic_center),
+        ];
+        for (name, value) in numbers {
+            if !value.is_finite() {
+                return Err(ControlError::Parameter { name, value, rule: "must be a number" });
+            }
+        }
+        if !(self.coulomb_rate.is_finite() && self.coulomb_rate > 0.0) {
+            let rule = "must be a positive number";
+            return Err(ControlError::Parameter { name: "coulomb_rate", value: self.coulomb_rate, rule });
+        }
+        if !(0.0..1.0).contains(&self.dead_zone) {
+            let rule = "must be at least 0 and below 1";
+            return Err(ControlError::Parameter { name: "dead_zone", value: self.dead_zone, rule });
+        }
+        if !(self.command_limit > self.dead_zone && self.command_limit <= 1.0) {
+            let rule = "must be above the dead zone and at most 1";
+            return Err(ControlError::Parameter { name: "command_limit", value: self.command_limit, rule });
+        }
+        Ok(())
+    }
+
+    /// Whether any torque is known.
+    #[must_use]
+    pub fn acts_on_body(&self) -> bool {
+        [
+            self.pendulum_moment,
+            self.stiffness,
+            self.torque_bias,
+            self.coulomb_torque,
+            self.viscous_friction,
+            self.quadratic_drag,
+        ]
+        .iter()
+        .any(|value| *value != 0.0)
+    }
+
+    /// [N m] known torque on the body at the angle [rad] and the rate [rad/s].
+    #[must_use]
+    pub fn torque(&self, angle: f64, rate: f64) -> f64 {
+        self.torque_bias
+            - self.pendulum_moment * (angle + self.pendulum_offset).sin()
+            - self.stiffness * angle
+            - self.coulomb_torque * (rate / self.coulomb_rate).tanh()
+            - (self.viscous_friction + self.quadratic_drag * rate.abs()) * rate
+    }
+
+    /// [rad/s] g(u) + c_0 + c_3 (u - u_0)³, and its slope.
+    pub(super) fn curve(&self, plant: &PlantParameters, u: f64) -> (f64, f64) {
+        let away = u - self.cubic_center;
+        let value =
+            plant.steady_rate(u) + self.steady_rate_offset + self.steady_rate_cubic * away * away * away;
+        let slope = 2.0 * plant.steady_rate_quadratic * u
+            + plant.steady_rate_linear
+            + 3.0 * self.steady_rate_cubic * away * away;
+        (value, slope)
+    }
+}

@@ -1,0 +1,1 @@
+//! Design of the discrete loop: margins, eigenvalues, advice.

@@ -1,0 +1,251 @@
+//! Embedded Model Control. [LPC16] section IV.A.
+
+use serde::{Deserialize, Serialize};
+
+use super::gains::{
+    Beta, complementary_eigenvalues, feedback_gains, feedback_matrix, observer_gains, predictor_matrix,
+    require_stable,
+};
+use super::intake::{AngleCorrection, Intake};
+use super::{
+    Allocator, Compensation, ControlError, Controller, ControllerConfig, PlantParameters, check_period, code,
+};
+use crate::signal::{Applied, Command, CommandFlags, Estimate, Reference, Sensors};
+
+/// The `[controller.emc]` table.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct EmcConfig {
+    /// [-] discrete pole of the embedded actuator: `"zero_order_hold"` (default), `"euler"`, or a number.
+    pub beta: Beta,
+    /// [-] γ_0, the fastest complementary eigenvalue of predictor and feedback; unset = β, so that the
+    /// actuator's own dynamics is left as it is.
+    pub gamma_0: Option<f64>,
+    /// [-] α ≥ 0 spreads the predictor's eigenvalues: larger = slower, less noise. [LPC16] Eq. (27).
+    pub alpha: f64,
+    /// [-] α_c ≥ 0 does the same for the feedback.
+    pub alpha_c: f64,
+    /// [-] K as given, in place of the pole placement.
+    pub feedback_gain: Option<[f64; 3]>,
+}
+
+impl Default for EmcConfig {
+    fn default() -> Self {
+        Self { beta: Beta::default(), gamma_0: None, alpha: 1.2, alpha_c: 0.0, feedback_gain: None }
+    }
+}
+
+/// The gains of a built EMC, all dimensionless.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EmcGains {
+    /// β, discrete pole of the embedded actuator.
+    pub beta: f64,
+    /// l_0..l_3 of the noise estimator.
+    pub l: [f64; 4],
+    /// k_1..k_3 of the state feedback.
+    pub k: [f64; 3],
+}
+
+impl EmcConfig {
+    /// Gains for the actuator pole [rad/s] and the period [s].
+    ///
+    /// # Errors
+    /// [`ControlError::Parameter`] for a number out of its range, [`ControlError::Unstable`] when predictor or
+    /// feedback has an eigenvalue outside.
+    pub fn gains(&self, pole: f64, period_s: f64) -> Result<EmcGains, ControlError> {
+        check_period(period_s)?;
+        let beta = self.beta.value(pole, period_s);
+        let gamma_0 = self.gamma_0.unwrap_or(beta);
+        for (name, value) in [("beta", beta), ("gamma_0", gamma_0)] {
+            if !(value > 0.0 && value < 2.0) {
+                return Err(ControlError::Parameter { name, value, rule: "must be above 0 and below 2" });
+            }
+        }
+        for (name, value) in [("alpha", self.alpha), ("alpha_c", self.alpha_c)] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(ControlError::Parameter {
+                    name,
+                    value,
+                    rule: "must be zero or a positive number",
+                });
+            }
+        }
+        let l = observer_gains(beta, complementary_eigenvalues(gamma_0, self.alpha));
+        let k = match self.feedback_gain {
+            Some(given) => given,
+            None => feedback_gains(beta, complementary_eigenvalues(gamma_0, self.alpha_c)),
+        };
+        if let Some(value) = k.iter().find(|value| !value.is_finite()) {
+            return Err(ControlError::Parameter {
+                name: "feedback_gain",
+                value: *value,
+                rule: "must be a number",
+            });
+        }
+        let predictor = predictor_matrix(beta, l).complex_eigenvalues();
+        require_stable("state predictor", predictor.iter().copied())?;
+        let feedback = feedback_matrix(beta, k).complex_eigenvalues();
+        require_stable("state feedback A_c - B_c K", feedback.iter().copied())?;
+        Ok(EmcGains { beta, l, k })
+    }
+}
+
+/// A built EMC.
+///
+/// Inside, everything has the unit of the angle, as in [LPC16]: rates times T_c, accelerations times T_c².
+#[derive(Debug, Clone, PartialEq)]
+pub struct Emc {
+    gains: EmcGains,
+    /// [s] T_c.
+    period_s: f64,
+    /// [N m] J / T_c²: torque of one unit of u*. [LPC16] Eq. (19).
+    torque_unit: f64,
+    /// [rad/s] 1 / (T_c² b): rotor difference of one unit of u*. [LPC16] Eq. (18).
+    difference_unit: f64,
+    allocator: Allocator,
+    known: Option<Compensation>,
+    angle: AngleCorrection,
+    start_angle: f64,
+    full_voltage: f64,
+}
+
+/// The embedded model's state x̂, and what the intake remembers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EmcState {
+    /// x̂_c1, x̂_c2, x̂_c3. [LPC16] Eq. (20).
+    x_c: [f64; 3],
+    /// x̂_d1, x̂_d2.
+    x_d: [f64; 2],
+    sequence: u64,
+    intake: Intake,
+}
+
+impl Emc {
+    /// Builds from the whole controller configuration, since reference and angle settings belong to it.
+    ///
+    /// # Errors
+    /// [`ControlError`] names the parameter or the eigenvalue.
+    pub fn build(
+        config: &ControllerConfig,
+        plant: &PlantParameters,
+        known: &Compensation,
+        period_s: f64,
+    ) -> Result<Self, ControlError> {
+        let allocator = Allocator::build(plant, known)?;
+        let gains = config.emc.gains(plant.pole, period_s)?;
+        config.reference.build(period_s)?;
+        Ok(Self {
+            gains,
+            period_s,
+            torque_unit: plant.inertia / (period_s * period_s),
+            difference_unit: 1.0 / (period_s * period_s * plant.torque_gain()),
+            allocator,
+            known: known.acts_on_body().then_some(*known),
+            angle: AngleCorrection::build(config.use_body_angle, period_s),
+            start_angle: config.reference.angle_rad,
+            full_voltage: plant.full_voltage,
+        })
+    }
+
+    /// The gains in use.
+    #[must_use]
+    pub fn gains(&self) -> EmcGains {
+        self.gains
+    }
+
+    /// Known acceleration h(θ, ω_b) in the model's unit, and its growth over the coming period.
+    fn known_disturbance(&self, x_c: [f64; 3], x_d1: f64) -> (f64, f64) {
+        let Some(known) = &self.known else { return (0.0, 0.0) };
+        let scaled = |angle: f64, rate: f64| known.torque(angle, rate / self.period_s) / self.torque_unit;
+        let h = scaled(x_c[0], x_c[1]);
+        let ahead = scaled(x_c[0] + x_c[1], x_c[1] + x_c[2] + x_d1 + h);
+        (h, ahead - h)
+    }
+
+    /// Completes the prediction of this period with the command that the rotors really got, or rests.
+    fn take_applied(
+        &self,
+        state: &mut EmcState,
+        sensors: &Sensors,
+        y: Option<f64>,
+        applied: &Applied,
+        voltage: f64,
+    ) {
+        if applied.command_sequence == 0 {
+            let angle = self.angle.measured(sensors).unwrap_or(self.start_angle);
+            state.x_c = [angle, y.unwrap_or(0.0), 0.0];
+            state.x_d = [0.0; 2];
+            return;
+        }
+        let got = self.allocator.difference(applied.rotor, voltage) / self.difference_unit;
+        if got.is_finite() {
+            state.x_c[2] += self.gains.beta * got;
+        }
+        state.x_c[0] = self.angle.correct(state.x_c[0], sensors);
+    }
+}
+
+impl Controller for Emc {
+    type State = EmcState;
+
+    fn start(&self) -> EmcState {
+        EmcState {
+            x_c: [self.start_angle, 0.0, 0.0],
+            x_d: [0.0; 2],
+            sequence: 0,
+            intake: Intake::start(self.full_voltage),
+        }
+    }
+
+    fn step(
+        &self,
+        state: &mut EmcState,
+        sensors: &Sensors,
+        reference: &Reference,
+        applied: &Applied,
+    ) -> Command {
+        let t_c = self.period_s;
+        let EmcGains { beta, l, k } = self.gains;
+        let (voltage, voltage_assumed) = state.intake.voltage(sensors);
+        let y = state.intake.body_rate(sensors).map(|rate| t_c * rate);
+        self.take_applied(state, sensors, y, applied, voltage);
+        let ([x_1, x_2, x_3], [x_d1, x_d2]) = (state.x_c, state.x_d);
+
+        // Known physics is a disturbance that need not be estimated: it joins x_d in model and law.
+        let (h, h_growth) = self.known_disturbance(state.x_c, x_d1);
+        let (d_1, d_2) = (x_d1 + h, x_d2 + h_growth);
+
+        // [LPC16] Eq. (28) with M and Q of Eq. (29): e = x̲_c - x̂_c - Q x̂_d, u* = u̲ + K e - M x̂_d.
+        // **Deviation:** the print has lost the underline of the reference x̲_c.
+        let r = [reference.angle, t_c * reference.rate, t_c * t_c * reference.acceleration];
+        let nominal = r[2] + t_c * t_c * t_c * reference.jerk / beta;
+        let e = [r[0] - x_1, r[1] - x_2, r[2] - x_3 - d_1];
+        let u = nominal + (k[0] * e[0] + k[1] * e[1] + k[2] * e[2]) - (d_1 + d_2 / beta);
+        let allocation = self.allocator.allocate(u * self.difference_unit, voltage);
+
+        // [LPC16] Eq. (24); without a measurement the model predicts alone.
+        let e_m = y.map_or(0.0, |y| x_2 - y);
+        // [LPC16] Eq. (25); the command's part of x̂_c3 follows when it is known what the guard let through.
+        state.x_c = [x_1 + x_2, x_2 + x_3 + d_1 - l[1] * e_m, (1.0 - beta) * x_3 - beta * l[0] * e_m];
+        state.x_d = [x_d1 + x_d2 - l[2] * e_m, x_d2 - l[3] * e_m];
+        state.sequence += 1;
+
+        Command {
+            sequence: state.sequence,
+            stamp_ns: 0,
+            sensors_sequence: sensors.sequence,
+            rotor: allocation.rotor,
+            torque: u * self.torque_unit,
+            flags: CommandFlags::of(allocation.saturated, y.is_none(), voltage_assumed),
+            controller: code::EMC,
+            estimate: Estimate {
+                reference_angle: reference.angle,
+                body_angle: x_1,
+                body_rate: x_2 / t_c,
+                actuator_acceleration: x_3 / (t_c * t_c),
+                disturbance_torque: x_d1 * self.torque_unit,
+                model_error: e_m / t_c,
+            },
+        }
+    }
+}

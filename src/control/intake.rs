@@ -1,0 +1,72 @@
+//! What a controller takes from the sensors: only what is new and good.
+
+use crate::signal::{Sample, Sensors};
+
+/// [rad/s] how fast a measured angle corrects the integrated one: far below the loop's own bandwidth.
+const ANGLE_CORRECTION_RATE: f64 = 1.0;
+
+/// The last values a controller took.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Intake {
+    /// Count and stamp of the gyro sample used last; `None` before the first.
+    gyro: Option<(u32, u64)>,
+    /// [V] last good voltage, or full.
+    voltage: f64,
+}
+
+impl Intake {
+    pub(super) fn start(full_voltage: f64) -> Self {
+        Self { gyro: None, voltage: full_voltage }
+    }
+
+    /// [rad/s] the gyro's rate, unless it is bad or was used before.
+    pub(super) fn body_rate(&mut self, sensors: &Sensors) -> Option<f64> {
+        let sample = &sensors.body_rate;
+        let identity = Some((sample.count, sample.stamp_ns));
+        if !usable(sample) || self.gyro == identity {
+            return None;
+        }
+        self.gyro = identity;
+        Some(sample.value)
+    }
+
+    /// [V] battery voltage, and whether it had to be assumed.
+    pub(super) fn voltage(&mut self, sensors: &Sensors) -> (f64, bool) {
+        let sample = &sensors.battery_voltage;
+        let good = usable(sample) && sample.value > 0.0;
+        if good {
+            self.voltage = sample.value;
+        }
+        (self.voltage, !good)
+    }
+}
+
+/// Slow correction of the integrated angle by the measured one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct AngleCorrection {
+    /// [-] share of the difference taken in each period; 0 = not used.
+    gain: f64,
+}
+
+impl AngleCorrection {
+    pub(super) fn build(used: bool, period_s: f64) -> Self {
+        Self { gain: if used { -(-ANGLE_CORRECTION_RATE * period_s).exp_m1() } else { 0.0 } }
+    }
+
+    /// [rad] the angle after one period's correction.
+    pub(super) fn correct(&self, angle: f64, sensors: &Sensors) -> f64 {
+        match self.measured(sensors) {
+            Some(measured) => angle + self.gain * (measured - angle),
+            None => angle,
+        }
+    }
+
+    /// [rad] the measured angle, when it is good and to be used.
+    pub(super) fn measured(&self, sensors: &Sensors) -> Option<f64> {
+        (self.gain > 0.0 && usable(&sensors.body_angle)).then_some(sensors.body_angle.value)
+    }
+}
+
+fn usable(sample: &Sample) -> bool {
+    sample.is_good() && sample.value.is_finite()
+}

@@ -1,0 +1,116 @@
+//! What a controller must know of the plant.
+
+use super::ControlError;
+
+/// Plant parameters that gains and allocation are made of: [LPC16] Tables I and IV, or an identified model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlantParameters {
+    /// [kg m²] J, inertia about the bench's axis.
+    pub inertia: f64,
+    /// [m] d, lever arm of each rotor.
+    pub arm: f64,
+    /// [rad/s] p, actuator pole.
+    pub pole: f64,
+    /// [N s/rad] c_p1, slope of the thrust curve at `hover_rate`. [LPC16] Eq. (13).
+    pub thrust_slope: f64,
+    /// [N s²/rad²] c, thrust is c ω².
+    pub thrust_coefficient: f64,
+    /// [rad/s] ω_0, rotor speed both rotors are commanded around.
+    pub hover_rate: f64,
+    /// [rad/s] c_g1, quadratic coefficient of the steady rate g(u). [LPC16] Eq. (7).
+    pub steady_rate_quadratic: f64,
+    /// [rad/s] c_g2, linear coefficient of g(u).
+    pub steady_rate_linear: f64,
+    /// [rad/(s V)] k_V, what a rotor loses for each volt that the battery is below full.
+    pub voltage_gain: f64,
+    /// [V] v_bmax, voltage of the full battery.
+    pub full_voltage: f64,
+}
+
+impl PlantParameters {
+    /// [LPC16] Tables I and IV.
+    ///
+    /// **Deviation:** the thrust curve of Fig. 4 is not given; f = c ω² with the tangent of Table IV
+    /// (slope c_p1, intercept c_p0 = -6.0771 N) gives c = c_p1² / (4 · 6.0771) and hover at 2 · 6.0771 / c_p1.
+    #[must_use]
+    pub fn paper() -> Self {
+        let (c_p1, c_p0) = (0.0197, -6.0771);
+        Self {
+            inertia: 0.032,
+            arm: 0.25,
+            pole: 16.0,
+            thrust_slope: c_p1,
+            thrust_coefficient: c_p1 * c_p1 / (-4.0 * c_p0),
+            hover_rate: -2.0 * c_p0 / c_p1,
+            steady_rate_quadratic: 447.1,
+            steady_rate_linear: 1124.5,
+            voltage_gain: 40.0,
+            full_voltage: 12.6,
+        }
+    }
+
+    /// [1/s per rad/s] b = d c_p1 / J, angular acceleration for each rad/s of rotor difference. [LPC16] Eq. (14).
+    #[must_use]
+    pub fn torque_gain(&self) -> f64 {
+        self.arm * self.thrust_slope / self.inertia
+    }
+
+    /// [rad/s] g(u), rotor speed that the command `u` settles at on a full battery. [LPC16] Eq. (7).
+    #[must_use]
+    pub fn steady_rate(&self, u: f64) -> f64 {
+        (self.steady_rate_quadratic * u + self.steady_rate_linear) * u
+    }
+
+    /// [-] inverse of g, for the rate that g should give. Not clipped: above 1 means out of reach.
+    #[must_use]
+    pub fn command_for(&self, steady_rate: f64) -> f64 {
+        let (c_g1, c_g2) = (self.steady_rate_quadratic, self.steady_rate_linear);
+        // This form of the root has no cancellation near zero and also holds for c_g1 = 0.
+        2.0 * steady_rate / (c_g2 + (c_g2 * c_g2 + 4.0 * c_g1 * steady_rate).max(0.0).sqrt())
+    }
+
+    /// Refuses what no controller can be built on.
+    ///
+    /// # Errors
+    /// [`ControlError::Parameter`] names the parameter.
+    pub fn validate(&self) -> Result<(), ControlError> {
+        let positive = [
+            ("inertia", self.inertia),
+            ("arm", self.arm),
+            ("pole", self.pole),
+            ("thrust_slope", self.thrust_slope),
+            ("thrust_coefficient", self.thrust_coefficient),
+            ("hover_rate", self.hover_rate),
+            ("steady_rate_linear", self.steady_rate_linear),
+            ("full_voltage", self.full_voltage),
+        ];
+        for (name, value) in positive {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(ControlError::Parameter { name, value, rule: "must be a positive number" });
+            }
+        }
+        if !(self.voltage_gain.is_finite() && self.voltage_gain >= 0.0) {
+            return Err(ControlError::Parameter {
+                name: "voltage_gain",
+                value: self.voltage_gain,
+                rule: "must be zero or a positive number",
+            });
+        }
+        let slope_at_full = 2.0 * self.steady_rate_quadratic + self.steady_rate_linear;
+        if !(slope_at_full.is_finite() && slope_at_full > 0.0) {
+            return Err(ControlError::Parameter {
+                name: "steady_rate_quadratic",
+                value: self.steady_rate_quadratic,
+                rule: "must keep g(u) rising from 0 to 1, or g has no inverse",
+            });
+        }
+        if self.steady_rate(1.0) <= self.hover_rate {
+            return Err(ControlError::Parameter {
+                name: "hover_rate",
+                value: self.hover_rate,
+                rule: "must be below g(1), or full command does not reach it",
+            });
+        }
+        Ok(())
+    }
+}

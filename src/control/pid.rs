@@ -1,0 +1,189 @@
+//! PID. [LPC16] section IV.B.
+
+use serde::{Deserialize, Serialize};
+
+use super::intake::{AngleCorrection, Intake};
+use super::{
+    Allocator, Compensation, ControlError, Controller, ControllerConfig, PlantParameters, check_period, code,
+};
+use crate::signal::{Applied, Command, CommandFlags, Estimate, Reference, Sensors};
+
+/// The `[controller.pid]` table. The defaults are those of [LPC16] Table III.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PidConfig {
+    /// [N m/rad] k_P.
+    pub k_p: f64,
+    /// [N m/(rad s)] k_I.
+    pub k_i: f64,
+    /// [N m s/rad] k_D, on the measured rate.
+    pub k_d: f64,
+}
+
+impl Default for PidConfig {
+    fn default() -> Self {
+        Self { k_p: 2.248, k_i: 0.985, k_d: 0.574 }
+    }
+}
+
+impl PidConfig {
+    /// Refuses gains that are negative or no numbers.
+    ///
+    /// # Errors
+    /// [`ControlError::Parameter`] names the gain.
+    pub fn validate(&self) -> Result<(), ControlError> {
+        for (name, value) in [("k_p", self.k_p), ("k_i", self.k_i), ("k_d", self.k_d)] {
+            if !(value.is_finite() && value >= 0.0) {
+                return Err(ControlError::Parameter {
+                    name,
+                    value,
+                    rule: "must be zero or a positive number",
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A built PID.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pid {
+    gains: PidConfig,
+    /// [s] T_c.
+    period_s: f64,
+    /// [N m s/rad] torque of one rad/s of rotor difference.
+    torque_slope: f64,
+    allocator: Allocator,
+    known: Option<Compensation>,
+    angle: AngleCorrection,
+    start_angle: f64,
+    full_voltage: f64,
+}
+
+/// The integrated angle, the integral, and what the last step asked for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PidState {
+    /// [rad] integral of the gyro.
+    angle: f64,
+    /// [rad/s] last rate used.
+    rate: f64,
+    /// [rad] x_I, sum of the errors.
+    x_i: f64,
+    /// [N m] torque asked for in the last step.
+    asked: f64,
+    saturated: bool,
+    sequence: u64,
+    intake: Intake,
+}
+
+impl Pid {
+    /// Builds from the whole controller configuration, since reference and angle settings belong to it.
+    ///
+    /// # Errors
+    /// [`ControlError`] names the parameter.
+    pub fn build(
+        config: &ControllerConfig,
+        plant: &PlantParameters,
+        known: &Compensation,
+        period_s: f64,
+    ) -> Result<Self, ControlError> {
+        check_period(period_s)?;
+        config.pid.validate()?;
+        config.reference.build(period_s)?;
+        Ok(Self {
+            gains: config.pid,
+            period_s,
+            torque_slope: plant.inertia * plant.torque_gain(),
+            allocator: Allocator::build(plant, known)?,
+            known: known.acts_on_body().then_some(*known),
+            angle: AngleCorrection::build(config.use_body_angle, period_s),
+            start_angle: config.reference.angle_rad,
+            full_voltage: plant.full_voltage,
+        })
+    }
+
+    /// The gains in use.
+    #[must_use]
+    pub fn gains(&self) -> PidConfig {
+        self.gains
+    }
+
+    /// Whether the rotors gave less than was asked for, in the direction in which `error` would ask for more.
+    fn winds_up(&self, state: &PidState, applied: &Applied, voltage: f64, error: f64) -> bool {
+        if applied.flags == 0 && !state.saturated {
+            return false;
+        }
+        let got = self.allocator.difference(applied.rotor, voltage) * self.torque_slope;
+        (state.asked - got) * error >= 0.0
+    }
+}
+
+impl Controller for Pid {
+    type State = PidState;
+
+    fn start(&self) -> PidState {
+        PidState {
+            angle: self.start_angle,
+            rate: 0.0,
+            x_i: 0.0,
+            asked: 0.0,
+            saturated: false,
+            sequence: 0,
+            intake: Intake::start(self.full_voltage),
+        }
+    }
+
+    fn step(
+        &self,
+        state: &mut PidState,
+        sensors: &Sensors,
+        reference: &Reference,
+        applied: &Applied,
+    ) -> Command {
+        let (t_c, PidConfig { k_p, k_i, k_d }) = (self.period_s, self.gains);
+        let (voltage, voltage_assumed) = state.intake.voltage(sensors);
+        let measured = state.intake.body_rate(sensors);
+        let resting = applied.command_sequence == 0;
+        if resting {
+            state.angle = self.angle.measured(sensors).unwrap_or(self.start_angle);
+            state.x_i = 0.0;
+        } else {
+            state.angle = self.angle.correct(state.angle, sensors);
+        }
+        state.rate = measured.unwrap_or(state.rate);
+
+        // [LPC16] Eq. (30), with x_2 / T_c the body rate; a slew's own rate is no reason to brake.
+        let e = reference.angle - state.angle;
+        let integral = k_i * t_c * state.x_i;
+        let feedback = k_p * e - k_d * (state.rate - reference.rate) + integral;
+        let torque = feedback - self.known.map_or(0.0, |known| known.torque(state.angle, state.rate));
+        let allocation = self.allocator.allocate(torque / self.torque_slope, voltage);
+
+        let estimate = Estimate {
+            reference_angle: reference.angle,
+            body_angle: state.angle,
+            body_rate: state.rate,
+            actuator_acceleration: 0.0,
+            disturbance_torque: integral,
+            model_error: 0.0,
+        };
+        if !resting && !self.winds_up(state, applied, voltage, e) {
+            state.x_i += e;
+        }
+        state.angle += t_c * state.rate;
+        state.asked = torque;
+        state.saturated = allocation.saturated;
+        state.sequence += 1;
+
+        Command {
+            sequence: state.sequence,
+            stamp_ns: 0,
+            sensors_sequence: sensors.sequence,
+            rotor: allocation.rotor,
+            torque,
+            flags: CommandFlags::of(allocation.saturated, measured.is_none(), voltage_assumed),
+            controller: code::PID,
+            estimate,
+        }
+    }
+}
