@@ -140,9 +140,9 @@ impl CommandFlags {
     /// The bits for what happened in a step.
     #[must_use]
     pub fn of(saturated: bool, sensor_missing: bool, voltage_assumed: bool) -> u32 {
-        u32::from(saturated) * Self::SATURATED
-            | u32::from(sensor_missing) * Self::SENSOR_MISSING
-            | u32::from(voltage_assumed) * Self::VOLTAGE_ASSUMED
+        (if saturated { Self::SATURATED } else { 0 })
+            | (if sensor_missing { Self::SENSOR_MISSING } else { 0 })
+            | (if voltage_assumed { Self::VOLTAGE_ASSUMED } else { 0 })
     }
 }
 

@@ -113,12 +113,17 @@ pub fn require_stable(
     what: &'static str,
     eigenvalues: impl IntoIterator<Item = nalgebra::Complex<f64>>,
 ) -> Result<(), ControlError> {
-    let worst = eigenvalues.into_iter().max_by(|a, b| a.norm().total_cmp(&b.norm()));
-    match worst {
-        // Not `>= 1.0`: a modulus that is not a number is no stable one either.
-        Some(worst) if !(worst.norm() < 1.0) => {
-            Err(ControlError::Unstable { what, real: worst.re, imaginary: worst.im, modulus: worst.norm() })
+    for eigenvalue in eigenvalues {
+        let modulus = eigenvalue.norm();
+        // A modulus that is not a number is no stable one either.
+        if modulus >= 1.0 || modulus.is_nan() {
+            return Err(ControlError::Unstable {
+                what,
+                real: eigenvalue.re,
+                imaginary: eigenvalue.im,
+                modulus,
+            });
         }
-        _ => Ok(()),
     }
+    Ok(())
 }
