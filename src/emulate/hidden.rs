@@ -143,7 +143,7 @@ const LAWS: &[Entry] = &[
     Entry { id: "motor_heating", kind: Kind::MotorHeating, parameters: &[size("gain", 0.02, 0.08), size("time_constant", 8.0, 40.0)] },
     Entry { id: "static_offset", kind: Kind::StaticOffset, parameters: &[either("coefficient", 10.0, 50.0)] },
     Entry { id: "static_cubic", kind: Kind::StaticCubic, parameters: &[either("coefficient", 1500.0, 6000.0)] },
-    Entry { id: "pivot_coulomb_friction", kind: Kind::PivotCoulombFriction, parameters: &[size("torque", 0.02, 0.08)] },
+    Entry { id: "pivot_coulomb_friction", kind: Kind::PivotCoulombFriction, parameters: &[size("torque", 0.02, 0.08), size("smoothing_rate", 0.02, 0.04)] },
     Entry { id: "pivot_viscous_friction", kind: Kind::PivotViscousFriction, parameters: &[size("coefficient", 0.03, 0.15)] },
     Entry { id: "quadratic_air_drag", kind: Kind::QuadraticAirDrag, parameters: &[size("coefficient", 0.02, 0.1)] },
     Entry { id: "gravity_pendulum", kind: Kind::GravityPendulum, parameters: &[size("moment", 0.2, 0.6), either("angle_offset", 0.0, 0.2)] },
@@ -192,10 +192,13 @@ impl Law {
         if entry.kind == Kind::GroundEffect && p[0] >= 2.0 * p[1] {
             return Err(fault(format!("radius {} m is too large for a height of {} m", p[0], p[1])));
         }
-        if matches!(entry.kind, Kind::AsymmetricPole | Kind::MotorHeating | Kind::CommandQuantization)
-            && p[usize::from(entry.kind == Kind::MotorHeating)] <= 0.0
-        {
-            return Err(fault("ratio, step and time_constant must be above zero".to_owned()));
+        let divisor = match entry.kind {
+            Kind::AsymmetricPole | Kind::CommandQuantization => p[0],
+            Kind::MotorHeating | Kind::PivotCoulombFriction => p[1],
+            _ => 1.0,
+        };
+        if divisor <= 0.0 {
+            return Err(fault("ratio, step, time_constant and smoothing_rate must be above zero".to_owned()));
         }
         Ok(Self { kind: entry.kind, p })
     }
@@ -290,12 +293,10 @@ impl Laws {
 
     /// [N m] Torque on the body besides the rotors'.
     pub fn body_torque(&self, angle: f64, rate: f64) -> f64 {
-        /// [rad/s] Rate at which the Coulomb friction has all but reached its level.
-        const COULOMB_RATE: f64 = 0.02;
         let mut torque = 0.0;
         for Law { kind, p } in &self.0 {
             torque += match kind {
-                Kind::PivotCoulombFriction => -p[0] * (rate / COULOMB_RATE).tanh(),
+                Kind::PivotCoulombFriction => -p[0] * (rate / p[1]).tanh(),
                 Kind::PivotViscousFriction => -p[0] * rate,
                 Kind::QuadraticAirDrag => -p[0] * rate * rate.abs(),
                 Kind::GravityPendulum => -p[0] * (angle + p[1]).sin(),
