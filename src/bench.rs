@@ -1,6 +1,9 @@
 //! The bench file: one TOML that every process of a bench reads. Each table belongs to the room that
 //! uses it; this room only puts them together and checks what spans several.
 
+use std::fs;
+use std::path::{Path, PathBuf};
+
 use serde::{Deserialize, Serialize};
 
 use crate::can::BusConfig;
@@ -47,6 +50,103 @@ pub struct BenchConfig {
     pub emulator: EmulatorConfig,
 }
 
+/// What is wrong with a bench file as a whole; what is wrong inside a table, that table's room says.
+#[derive(Debug, thiserror::Error)]
+pub enum BenchError {
+    /// The file cannot be read.
+    #[error("{}: {error}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        #[source]
+        error: std::io::Error,
+    },
+    /// The file is not a bench file.
+    #[error("{}, line {line}, column {column}: {reason}", path.display())]
+    Parse {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// What is wrong there.
+        reason: String,
+    },
+    /// The period cannot be kept, or is no number.
+    #[error("period_s: {period_s} is outside {SHORTEST_PERIOD_S}..{LONGEST_PERIOD_S} s")]
+    Period {
+        /// What was found.
+        period_s: f64,
+    },
+}
+
+const SHORTEST_PERIOD_S: f64 = 0.0001;
+const LONGEST_PERIOD_S: f64 = 1.0;
+
+impl BenchConfig {
+    /// The bench file at `path`, or the bench that is built in.
+    ///
+    /// # Errors
+    /// [`BenchError`] with the place.
+    pub fn load(path: Option<&Path>) -> Result<Self, BenchError> {
+        let Some(path) = path else { return Ok(Self::default()) };
+        let text =
+            fs::read_to_string(path).map_err(|error| BenchError::Read { path: path.to_owned(), error })?;
+        let mut config = Self::parse(&text, path)?;
+        config.resolve_paths(path.parent().unwrap_or(Path::new("")));
+        Ok(config)
+    }
+
+    /// The bench file with the content `text`; `path` is for the errors.
+    ///
+    /// # Errors
+    /// [`BenchError`] with the place.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, BenchError> {
+        let config: Self = toml::from_str(text).map_err(|error| {
+            let (line, column) = place(text, error.span().map_or(0, |span| span.start));
+            BenchError::Parse { path: path.to_owned(), line, column, reason: one_line(error.message()) }
+        })?;
+        config.check()?;
+        Ok(config)
+    }
+
+    /// Checks what no single table can.
+    ///
+    /// # Errors
+    /// [`BenchError::Period`].
+    pub fn check(&self) -> Result<(), BenchError> {
+        if !(SHORTEST_PERIOD_S..=LONGEST_PERIOD_S).contains(&self.period_s) {
+            return Err(BenchError::Period { period_s: self.period_s });
+        }
+        Ok(())
+    }
+
+    /// Files named in a bench file are found from where the bench file is.
+    fn resolve_paths(&mut self, folder: &Path) {
+        let resolve = |file: &mut String| {
+            if Path::new(file.as_str()).extension().is_some() && !Path::new(file.as_str()).is_absolute() {
+                *file = folder.join(file.as_str()).to_string_lossy().into_owned();
+            }
+        };
+        resolve(&mut self.model);
+        self.bus.database.iter_mut().for_each(|database| resolve(&mut database.file));
+    }
+}
+
+/// Line and column, from 1, of byte `at`.
+fn place(text: &str, at: usize) -> (usize, usize) {
+    let before = text.get(..at).unwrap_or(text);
+    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    let column = before.get(line_start..).map_or(0, |line| line.chars().count());
+    (before.matches('\n').count() + 1, column + 1)
+}
+
+fn one_line(message: &str) -> String {
+    message.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 impl Default for BenchConfig {
     fn default() -> Self {
         Self {
@@ -60,6 +160,66 @@ impl Default for BenchConfig {
             guard: GuardConfig::default(),
             bus: BusConfig::default(),
             emulator: EmulatorConfig::default(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn refused(text: &str) -> String {
+        BenchConfig::parse(text, Path::new("bench.toml")).expect_err("refused").to_string()
+    }
+
+    #[test]
+    fn the_built_in_bench_is_written_and_read_back() {
+        let built_in = BenchConfig::default();
+        built_in.check().expect("valid");
+        let text = toml::to_string(&built_in).expect("written");
+        assert_eq!(BenchConfig::parse(&text, Path::new("bench.toml")).expect("read"), built_in);
+    }
+
+    #[test]
+    fn an_error_names_file_line_and_column() {
+        assert!(
+            refused("period_s = 0.02\n  nmae = 'x'\n")
+                .starts_with("bench.toml, line 2, column 3: unknown field `nmae`")
+        );
+        assert!(refused("period_s = \n").starts_with("bench.toml, line 1, column 12"));
+        assert!(refused("trigger = 'gyro'").contains("line 1, column 11: unknown variant `gyro`"));
+        assert!(refused("[real_time]\npriority = 300").contains("line 2, column 12"));
+        for period in ["0.0", "-0.02", "nan", "inf", "1.5"] {
+            let sentence = refused(&format!("period_s = {period}"));
+            assert!(sentence.starts_with("period_s: "), "{sentence}");
+        }
+    }
+
+    #[test]
+    fn files_are_found_from_the_bench_file() {
+        let mut config = BenchConfig { model: "fitted.toml".to_owned(), ..BenchConfig::default() };
+        let built_in = config.bus.database.clone();
+        config.resolve_paths(Path::new("/benches/one"));
+        assert_eq!(config.model, "/benches/one/fitted.toml");
+        assert_eq!(config.bus.database, built_in, "names of built-in files stay");
+    }
+
+    proptest! {
+        /// Fuzz of the loader: any text is read or refused, never a panic.
+        #[test]
+        fn any_text_is_read_or_refused(text in "\\PC{0,200}") {
+            let _ = BenchConfig::parse(&text, Path::new("bench.toml"));
+        }
+
+        /// The same on texts that look like a bench file.
+        #[test]
+        fn any_likely_text_is_read_or_refused(
+            key in "(name|period_s|trigger|real_time|guard|bus|emulator|controller)(\\.[a-z_]{1,12})?",
+            value in "(-?[0-9]{1,20}(\\.[0-9]{1,5})?|'[a-z]{0,40}'|\\[\\]|\\{\\}|nan|inf|true)",
+        ) {
+            let _ = BenchConfig::parse(&format!("{key} = {value}\n"), Path::new("bench.toml"));
         }
     }
 }
