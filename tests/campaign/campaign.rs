@@ -1,0 +1,162 @@
+//! The blind campaign: hides effects in a plant of its own, writes logs in the form of the development cases,
+//! asks `rotorbench diagnose` about them and keeps the score.
+//!
+//! `campaign generate --out DIR [--draws 20] [--seed 1]`, `campaign score DIR [--binary PATH] [--jobs 2]`
+
+mod answer;
+mod case;
+mod catalogue;
+mod experiment;
+mod motion;
+mod plant;
+mod score;
+mod strength;
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod verify;
+
+use std::error::Error;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use clap::Parser;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde_json::{Map, Value};
+
+use case::{CHANGES, OUTSIDE_ACTUATOR, OUTSIDE_ATTITUDE, Question};
+use catalogue::Kind;
+use score::Judged;
+
+#[derive(Parser)]
+enum CommandLine {
+    /// Write cases and their truth
+    Generate {
+        /// Folder to write into
+        #[arg(long)]
+        out: PathBuf,
+        /// Cases of each effect on each bench where it shows
+        #[arg(long, default_value_t = 20)]
+        draws: u64,
+        /// First seed
+        #[arg(long, default_value_t = 1)]
+        seed: u64,
+    },
+    /// Ask the program about every case of a folder, and print the score
+    Score {
+        /// Folder with `truth.json`
+        folder: PathBuf,
+        /// The program
+        #[arg(long, default_value = "target/release/rotorbench")]
+        binary: PathBuf,
+        /// Diagnoses at a time
+        #[arg(long, default_value_t = 2)]
+        jobs: usize,
+        /// Only cases whose truth contains this
+        #[arg(long)]
+        only: Option<String>,
+        /// Leave the line for each case out
+        #[arg(long)]
+        brief: bool,
+    },
+}
+
+fn main() -> ExitCode {
+    let done = match CommandLine::parse() {
+        CommandLine::Generate { out, draws, seed } => generate(&out, draws, seed).map(|()| true),
+        CommandLine::Score { folder, binary, jobs, only, brief } => {
+            score(&folder, &binary, jobs.max(1), only.as_deref(), brief)
+        }
+    };
+    match done {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(1),
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Everything a campaign of `draws` asks: each single effect, as many pairs, nothing, changes, strangers.
+fn questions(draws: u64, seed: u64) -> Vec<Question> {
+    let mut out = Vec::new();
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    for _ in 0..draws {
+        out.extend(Question::singles());
+        out.extend((0..6).map(|_| Question::pair(&mut rng)));
+        for kind in [Kind::Actuator, Kind::Attitude] {
+            out.extend([Question::Nothing(kind), Question::Nothing(kind), Question::Nothing(kind)]);
+        }
+        out.extend(CHANGES.iter().map(|(name, kind)| Question::Changed(name, *kind)));
+        out.extend((0..OUTSIDE_ACTUATOR).map(|number| Question::Outside(number, Kind::Actuator)));
+        out.extend((0..OUTSIDE_ATTITUDE).map(|number| Question::Outside(number, Kind::Attitude)));
+    }
+    out
+}
+
+fn generate(out: &Path, draws: u64, seed: u64) -> Result<(), Box<dyn Error>> {
+    fs::create_dir_all(out)?;
+    let mut truths = Map::new();
+    for (number, question) in questions(draws, seed).iter().enumerate() {
+        let Some(case) = question.make(seed.wrapping_mul(1_000_003) + number as u64) else { continue };
+        let name = format!("case_{:04}", truths.len());
+        case.write(&out.join(&name))?;
+        truths.insert(name, case.truth);
+    }
+    fs::write(out.join("truth.json"), serde_json::to_string_pretty(&Value::Object(truths))?)?;
+    Ok(())
+}
+
+fn score(
+    folder: &Path,
+    binary: &Path,
+    jobs: usize,
+    only: Option<&str>,
+    brief: bool,
+) -> Result<bool, Box<dyn Error>> {
+    let binary = fs::canonicalize(binary).map_err(|error| format!("{}: {error}", binary.display()))?;
+    let truth_path = folder.join("truth.json");
+    let text =
+        fs::read_to_string(&truth_path).map_err(|error| format!("{}: {error}", truth_path.display()))?;
+    let truths: Map<String, Value> = serde_json::from_str(&text)?;
+    let asked: Vec<(&String, &Value)> = truths
+        .iter()
+        .filter(|(_, truth)| {
+            only.is_none_or(|only| truth["effect"].as_str().is_some_and(|e| e.contains(only)))
+        })
+        .collect();
+    let (next, judged) = (AtomicUsize::new(0), Mutex::new(Vec::<(usize, Judged)>::new()));
+    std::thread::scope(|scope| {
+        for _ in 0..jobs {
+            scope.spawn(|| {
+                while let Some((number, (name, truth))) = {
+                    let at = next.fetch_add(1, Ordering::Relaxed);
+                    asked.get(at).map(|case| (at, *case))
+                } {
+                    let answer = answer::ask(&binary, &folder.join(name)).unwrap_or_else(|error| {
+                        answer::Answer { json: Err(error.to_string()), seconds: 0.0 }
+                    });
+                    let one = score::judge(name, truth, &answer);
+                    eprintln!("{name} {}: {:?}, {}", one.truth, one.mark, one.said);
+                    if let Ok(mut all) = judged.lock() {
+                        all.push((number, one));
+                    }
+                }
+            });
+        }
+    });
+    let mut judged = judged.into_inner().map_err(|_| "a judge gave up")?;
+    judged.sort_by_key(|(number, _)| *number);
+    let judged: Vec<Judged> = judged.into_iter().map(|(_, one)| one).collect();
+    if !brief {
+        println!("{}", score::case_table(&judged));
+    }
+    let (goals, reached) = score::goals(&judged);
+    println!("{}\n{goals}", score::summary_table(&judged));
+    Ok(reached)
+}

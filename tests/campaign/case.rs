@@ -1,0 +1,307 @@
+//! One case: what is hidden, the two logs, and the truth beside them.
+
+use std::f64::consts::TAU;
+use std::path::Path;
+use std::{fs, io};
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use serde_json::{Map, Value, json};
+
+use crate::catalogue::{ENTRIES, Entry, Kind};
+use crate::experiment::{Noise, Truth, actuator, attitude};
+use crate::plant::{Base, Hidden, Outside};
+use crate::strength::{ROUNDS, Rest, without};
+
+/// What a case is about.
+#[derive(Clone)]
+pub enum Question {
+    Nothing(Kind),
+    Single(&'static Entry, Kind),
+    Pair(&'static Entry, &'static Entry, Kind),
+    /// A parameter of the base: its name, and the bench.
+    Changed(&'static str, Kind),
+    /// A law outside the catalogue, by number.
+    Outside(usize, Kind),
+}
+
+/// Parameters of the base that a case may change, as the diagnosis calls them.
+pub const CHANGES: &[(&str, Kind)] = &[
+    ("inertia", Kind::Attitude),
+    ("thrust_coefficient", Kind::Attitude),
+    ("pole", Kind::Actuator),
+    ("pole", Kind::Attitude),
+    ("voltage_gain", Kind::Actuator),
+    ("steady_rate_quadratic", Kind::Actuator),
+    ("steady_rate_linear", Kind::Actuator),
+];
+
+/// Laws outside the catalogue on each bench.
+pub const OUTSIDE_ATTITUDE: usize = 7;
+pub const OUTSIDE_ACTUATOR: usize = 6;
+
+/// Base parameters that a case with an effect leaves as they are, most of the time: a bench whose inertia is
+/// not the drawing's and that has friction as well is still a bench with friction.
+const BASE_CHANGED_AS_WELL: f64 = 0.15;
+
+/// Error over the noise floor below which an effect is drawn again.
+const BARELY_VISIBLE: f64 = 1.03;
+
+/// A made case.
+pub struct Case {
+    pub train: Truth,
+    pub validate: Truth,
+    pub noise: Noise,
+    pub truth: Value,
+}
+
+fn path(samples: usize, mut value: impl FnMut(usize) -> f64) -> Vec<f64> {
+    (0..samples).map(&mut value).collect()
+}
+
+/// A random walk that forgets, with the standard deviation asked for.
+fn wander(rng: &mut ChaCha8Rng, samples: usize, size: f64, memory: f64) -> Vec<f64> {
+    let keep = (-1.0 / memory).exp();
+    let mut at = 0.0;
+    path(samples, |_| {
+        let kick: f64 = StandardNormal.sample(rng);
+        at = keep * at + (1.0 - keep * keep).sqrt() * kick * size;
+        at
+    })
+}
+
+fn outside(number: usize, kind: Kind, rng: &mut ChaCha8Rng) -> (&'static str, Outside) {
+    let u = |rng: &mut ChaCha8Rng, low: f64, high: f64| rng.random_range(low..high);
+    match (kind, number) {
+        (Kind::Attitude, 0) => {
+            let (size, rate, gate) = (u(rng, 0.03, 0.12), u(rng, 1.2, 4.0), u(rng, 4.0, 9.0));
+            (
+                "intermittent vibration",
+                Outside::TorquePath(path(6_000, |k| {
+                    let t = 0.01 * k as f64;
+                    if (t / gate).rem_euclid(2.0) < 1.0 { size * (TAU * rate * t).sin() } else { 0.0 }
+                })),
+            )
+        }
+        (Kind::Attitude, 1) => {
+            let size = u(rng, 0.02, 0.1);
+            let memory = u(rng, 20.0, 150.0);
+            ("gusts", Outside::TorquePath(wander(rng, 6_000, size, memory)))
+        }
+        (Kind::Attitude, 2) => {
+            let (size, rate, drift) = (u(rng, 0.03, 0.12), u(rng, 0.8, 3.0), u(rng, 0.002, 0.02));
+            (
+                "swept vibration",
+                Outside::TorquePath(path(6_000, |k| {
+                    let t = 0.01 * k as f64;
+                    size * (TAU * (rate * t + drift * t * t)).sin()
+                })),
+            )
+        }
+        (Kind::Attitude, 3) => ("cogging", Outside::Cogging(u(rng, 0.02, 0.09), u(rng, 25.0, 60.0))),
+        (Kind::Attitude, 4) => {
+            ("stick-slip", Outside::StickSlip([u(rng, 0.03, 0.08), u(rng, 2.0, 3.5), u(rng, 3.0, 10.0)]))
+        }
+        (Kind::Attitude, 5) => {
+            ("hysteretic spring", Outside::Hysteresis([u(rng, 0.06, 0.2), u(rng, 0.08, 0.2)]))
+        }
+        (Kind::Attitude, _) => ("soft stops", Outside::Stops([u(rng, 0.25, 0.36), u(rng, 3.0, 12.0)])),
+        (Kind::Actuator, 0) => {
+            let size = u(rng, 4.0, 25.0);
+            let memory = u(rng, 25.0, 400.0);
+            ("wandering controller", Outside::RatePath(wander(rng, 6_000, size, memory)))
+        }
+        (Kind::Actuator, 1) => {
+            let (size, rate) = (u(rng, 5.0, 30.0), u(rng, 0.3, 2.5));
+            ("ripple", Outside::RatePath(path(6_000, |k| size * (TAU * rate * 0.02 * k as f64).sin())))
+        }
+        (Kind::Actuator, 2) => {
+            let (size, every) = (u(rng, 60.0, 250.0), rng.random_range(80..300));
+            let starts: Vec<usize> = (0..6_000 / every).map(|_| rng.random_range(0..6_000)).collect();
+            let length = rng.random_range(3..12);
+            (
+                "desynchronisation",
+                Outside::RatePath(path(6_000, |k| {
+                    if starts.iter().any(|s| (*s..*s + length).contains(&k)) { -size } else { 0.0 }
+                })),
+            )
+        }
+        (Kind::Actuator, 3) => {
+            ("resonance", Outside::Resonance([u(rng, 12.0, 40.0), u(rng, 0.05, 0.25), u(rng, 0.3, 0.8)]))
+        }
+        (Kind::Actuator, 4) => ("backlash", Outside::Backlash(u(rng, 0.006, 0.03))),
+        (Kind::Actuator, _) => {
+            ("pole that warms", Outside::WarmPole([u(rng, 0.15, 0.35), u(rng, 5.0, 30.0)]))
+        }
+    }
+}
+
+fn change(base: &mut Base, name: &str, factor: f64) {
+    match name {
+        "inertia" => base.inertia *= factor,
+        "thrust_coefficient" => base.thrust *= factor,
+        "pole" => base.pole *= factor,
+        "voltage_gain" => base.voltage_gain *= factor,
+        "steady_rate_quadratic" => base.steady[0] *= factor,
+        "steady_rate_linear" => base.steady[1] *= factor,
+        other => unreachable!("no base parameter is called {other}"),
+    }
+}
+
+impl Question {
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::Nothing(kind)
+            | Self::Single(_, kind)
+            | Self::Pair(_, _, kind)
+            | Self::Changed(_, kind)
+            | Self::Outside(_, kind) => *kind,
+        }
+    }
+
+    /// All singles on every bench where they show, in the catalogue's order.
+    pub fn singles() -> Vec<Self> {
+        let benches = [Kind::Actuator, Kind::Attitude];
+        ENTRIES
+            .iter()
+            .flat_map(|entry| benches.map(|kind| (entry, kind)))
+            .filter(|(entry, kind)| entry.shows_on(*kind))
+            .map(|(entry, kind)| Self::Single(entry, kind))
+            .collect()
+    }
+
+    /// A random pair of different effects that both show on one bench.
+    pub fn pair(rng: &mut ChaCha8Rng) -> Self {
+        let kind = if rng.random_bool(0.5) { Kind::Actuator } else { Kind::Attitude };
+        // On the attitude bench at least one of the two is the body's own.
+        let all: Vec<&'static Entry> = ENTRIES.iter().filter(|entry| entry.shows_on(kind)).collect();
+        loop {
+            let (a, b) = (all[rng.random_range(0..all.len())], all[rng.random_range(0..all.len())]);
+            if a.id < b.id && (kind == Kind::Actuator || !a.actuator || !b.actuator) {
+                return Self::Pair(a, b, kind);
+            }
+        }
+    }
+
+    /// Makes the case of `seed`, drawing again where the loop left its bench or an effect cannot be seen.
+    /// `None` where that goes on: two effects that do the same cannot be a pair.
+    pub fn make(&self, seed: u64) -> Option<Case> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        (0..25).find_map(|_| self.draw(&mut rng, seed))
+    }
+
+    fn draw(&self, rng: &mut ChaCha8Rng, seed: u64) -> Option<Case> {
+        let kind = self.kind();
+        let mut base = Base::PAPER;
+        let mut hidden = Hidden::nothing();
+        let mut effects: Vec<(&'static Entry, Vec<f64>)> = Vec::new();
+        let mut named = Map::new();
+        let effect = match self {
+            Self::Nothing(_) => "none".to_owned(),
+            Self::Single(entry, _) => {
+                effects.push((*entry, draw_parameters(entry, rng)));
+                entry.id.to_owned()
+            }
+            Self::Pair(a, b, _) => {
+                for entry in [a, b] {
+                    effects.push((*entry, draw_parameters(entry, rng)));
+                }
+                format!("{}+{}", a.id, b.id)
+            }
+            Self::Changed(name, _) => {
+                let size = 0.06 * 8.0_f64.powf(rng.random::<f64>());
+                let factor = if rng.random_bool(0.5) { 1.0 + size } else { 1.0 / (1.0 + size) };
+                change(&mut base, name, factor);
+                named.insert("ratio".to_owned(), json!(factor));
+                format!("{name}_change")
+            }
+            Self::Outside(number, _) => {
+                let (name, law) = outside(*number, kind, rng);
+                hidden.outside = law;
+                named.insert("law".to_owned(), json!(name));
+                "unknown".to_owned()
+            }
+        };
+        for (entry, values) in &effects {
+            (entry.hide)(&mut hidden, values);
+            for ((name, _), value) in entry.parameters.iter().zip(values) {
+                let key = if effects.len() > 1 { format!("{}.{name}", entry.id) } else { (*name).to_owned() };
+                named.insert(key, json!(value));
+            }
+        }
+        let mut also = Map::new();
+        if matches!(self, Self::Single(..) | Self::Pair(..)) && rng.random_bool(BASE_CHANGED_AS_WELL) {
+            let name = if kind == Kind::Attitude { "inertia" } else { "pole" };
+            let factor = rng.random_range(0.85..1.2);
+            change(&mut base, name, factor);
+            also.insert(name.to_owned(), json!(factor));
+        }
+        let spread = rng.random_range(0.6..1.6);
+        let noise = Noise {
+            rate: Noise::USUAL.rate * spread,
+            gyro: Noise::USUAL.gyro * spread,
+            angle: Noise::USUAL.angle * spread,
+            ..Noise::USUAL
+        };
+        let mut run = |validate| match kind {
+            Kind::Actuator => actuator(&base, &hidden, rng, validate),
+            Kind::Attitude => attitude(&base, &hidden, rng, validate),
+        };
+        let (train, validate) = (run(false)?, run(true)?);
+        let removal = self.removal(&train, &base, &effects, noise);
+        // What nobody can see is not hidden but absent.
+        if removal.values().filter_map(Value::as_f64).any(|ratio| ratio < BARELY_VISIBLE) {
+            return None;
+        }
+        let truth = json!({
+            "bench": kind.name(), "effect": effect, "parameters": named,
+            "base_changed_as_well": also, "seed": seed, "removal": removal,
+            "noise": {"propeller_rate_rad_s": noise.rate, "body_rate_rad_s": noise.gyro, "body_angle_rad": noise.angle},
+        });
+        Some(Case { train, validate, noise, truth })
+    }
+
+    /// Error over the noise floor with each effect left out, by its name; with the base as printed, where a
+    /// parameter of it has changed; with the base fitted, where the law is outside the catalogue.
+    fn removal(
+        &self,
+        train: &Truth,
+        base: &Base,
+        effects: &[(&'static Entry, Vec<f64>)],
+        noise: Noise,
+    ) -> Map<String, Value> {
+        let bare = |base: Base| Rest { effects: Vec::new(), base };
+        let mut out = Map::new();
+        for left_out in effects {
+            let rest = effects.iter().filter(|effect| effect.0.id != left_out.0.id).cloned().collect();
+            let error = without(train, &Rest { effects: rest, base: *base }, noise, ROUNDS);
+            out.insert(left_out.0.id.to_owned(), json!(error));
+        }
+        match self {
+            Self::Changed(name, _) => {
+                out.insert((*name).to_owned(), json!(without(train, &bare(Base::PAPER), noise, 0)));
+            }
+            Self::Outside(..) => {
+                out.insert("unknown".to_owned(), json!(without(train, &bare(*base), noise, ROUNDS)));
+            }
+            _ => {}
+        }
+        out
+    }
+}
+
+fn draw_parameters(entry: &Entry, rng: &mut ChaCha8Rng) -> Vec<f64> {
+    entry.parameters.iter().map(|(_, draw)| draw.take(rng)).collect()
+}
+
+impl Case {
+    /// Writes `train.csv` and `validate.csv` into `folder`.
+    pub fn write(&self, folder: &Path) -> io::Result<()> {
+        fs::create_dir_all(folder)?;
+        let seed = self.truth["seed"].as_u64().unwrap_or_default();
+        let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x006E_6F69_7365);
+        fs::write(folder.join("train.csv"), self.train.csv(self.noise, &mut rng))?;
+        fs::write(folder.join("validate.csv"), self.validate.csv(self.noise, &mut rng))
+    }
+}

@@ -1,0 +1,331 @@
+//! Judges an answer against the truth, and tells apart the ways of being right and wrong.
+
+use serde_json::Value;
+
+use crate::answer::{Answer, set_of};
+
+/// How an answer stands to the truth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mark {
+    /// The right set, and nothing else; or `adequate`, the right parameter, `unknown`, where that is the truth.
+    Named,
+    /// Another set, and the right one among at most two alternatives.
+    Twin,
+    /// The right effects and others that are not there.
+    TooMany,
+    /// Of several effects some, and none that is not there.
+    Part,
+    /// Something is hidden, and the answer sees nothing wrong or cannot tell.
+    Missed,
+    /// Nothing is hidden, and the answer names something.
+    FalseAlarm,
+    /// An effect of the catalogue is hidden, and the answer knows nothing that explains it.
+    Unknown,
+    /// Something else is named.
+    Wrong,
+    /// No answer that keeps the contract.
+    Broken,
+}
+
+impl Mark {
+    pub fn is_right(self) -> bool {
+        matches!(self, Self::Named | Self::Twin)
+    }
+}
+
+/// One case judged.
+pub struct Judged {
+    pub name: String,
+    pub bench: String,
+    pub truth: String,
+    pub said: String,
+    pub mark: Mark,
+    /// Fitted parameters within 10 % or three standard errors, of those that the truth gives and the answer names.
+    pub parameters: (usize, usize),
+    pub parameter_text: String,
+    /// Extended validation error over the noise floor.
+    pub over_floor: Option<f64>,
+    /// Error over noise floor if the effect is left out, the smallest of several; where the truth says.
+    pub removal: Option<f64>,
+    pub seconds: f64,
+}
+
+/// Sets named beside the first that may still count.
+const ALTERNATIVES: usize = 2;
+
+pub fn judge(name: &str, truth: &Value, answer: &Answer) -> Judged {
+    let effect = truth["effect"].as_str().unwrap_or_default();
+    let mut wanted: Vec<String> = match truth["effects"].as_array() {
+        Some(_) => set_of(&truth["effects"]),
+        None => effect.split('+').map(str::to_owned).collect(),
+    };
+    wanted.sort();
+    let mut judged = Judged {
+        name: name.to_owned(),
+        bench: truth["bench"].as_str().unwrap_or_default().to_owned(),
+        truth: wanted.join(" + "),
+        said: String::new(),
+        mark: Mark::Broken,
+        parameters: (0, 0),
+        parameter_text: String::new(),
+        over_floor: None,
+        removal: truth["removal"]
+            .as_object()
+            .and_then(|by_effect| by_effect.values().filter_map(Value::as_f64).reduce(f64::min)),
+        seconds: answer.seconds,
+    };
+    match &answer.json {
+        Err(reason) => judged.said = reason.clone(),
+        Ok(json) => {
+            judged.said = said(json);
+            judged.mark = mark(effect, &wanted, json);
+            judged.over_floor = over_floor(json);
+            (judged.parameters, judged.parameter_text) = parameters(&wanted, truth, json);
+        }
+    }
+    judged
+}
+
+fn said(json: &Value) -> String {
+    let verdict = json["verdict"].as_str().unwrap_or_default();
+    let mut text = match verdict {
+        "missing_effect" => set_of(&json["effects"]).join(" + "),
+        "parameters_changed" => {
+            let names = json["changed_parameters"].as_array().into_iter().flatten();
+            format!("changed: {}", names.filter_map(|p| p["name"].as_str()).collect::<Vec<_>>().join(", "))
+        }
+        other => other.to_owned(),
+    };
+    for other in json["alternatives"].as_array().into_iter().flatten() {
+        text.push_str(&format!("; or {}", set_of(other).join(" + ")));
+    }
+    text
+}
+
+fn mark(effect: &str, wanted: &[String], json: &Value) -> Mark {
+    let verdict = json["verdict"].as_str().unwrap_or_default();
+    let expected = match effect {
+        "none" => "adequate",
+        "unknown" => "unknown",
+        changed if changed.ends_with("_change") => "parameters_changed",
+        _ => "missing_effect",
+    };
+    match (expected, verdict) {
+        ("parameters_changed", "parameters_changed") => changed_parameter(effect, json),
+        (e, v) if e == v && e != "missing_effect" => Mark::Named,
+        ("missing_effect", "missing_effect") => named_set(wanted, json),
+        ("adequate", "insufficient_data") => Mark::Missed,
+        ("adequate", _) => Mark::FalseAlarm,
+        (_, "adequate" | "insufficient_data") => Mark::Missed,
+        (_, "unknown") => Mark::Unknown,
+        _ => Mark::Wrong,
+    }
+}
+
+fn changed_parameter(effect: &str, json: &Value) -> Mark {
+    let wanted = effect.trim_end_matches("_change");
+    let named: Vec<&str> = json["changed_parameters"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .filter_map(|parameter| parameter["name"].as_str())
+        .collect();
+    // Without a measured thrust only d c / J is seen, and the inertia is its name.
+    let right = |name: &&str| *name == wanted || (wanted == "thrust_coefficient" && *name == "inertia");
+    match (named.iter().any(right), named.len()) {
+        (true, 1) => Mark::Named,
+        (true, _) => Mark::TooMany,
+        (false, _) => Mark::Wrong,
+    }
+}
+
+fn named_set(wanted: &[String], json: &Value) -> Mark {
+    let named = set_of(&json["effects"]);
+    if named == wanted {
+        return Mark::Named;
+    }
+    let alternatives: Vec<Vec<String>> =
+        json["alternatives"].as_array().into_iter().flatten().map(set_of).collect();
+    if alternatives.len() <= ALTERNATIVES && alternatives.iter().any(|set| set == wanted) {
+        return Mark::Twin;
+    }
+    if wanted.iter().all(|effect| named.contains(effect)) {
+        return Mark::TooMany;
+    }
+    if named.iter().all(|effect| wanted.contains(effect)) {
+        return Mark::Part;
+    }
+    Mark::Wrong
+}
+
+fn over_floor(json: &Value) -> Option<f64> {
+    let floor = json["error"]["noise_floor"].as_f64()?;
+    Some(json["error"]["extended"]["validate"].as_f64()? / floor)
+}
+
+/// Of the true parameters that the answer gives: how many are close, how many there are; and which are not.
+fn parameters(wanted: &[String], truth: &Value, json: &Value) -> ((usize, usize), String) {
+    let (mut close, mut given, mut text) = (0, 0, Vec::new());
+    for (name, value) in truth["parameters"].as_object().into_iter().flatten() {
+        let Some(value) = value.as_f64() else { continue };
+        let (fitted, error, value) = if let Some(parameter) = wanted[0].strip_suffix("_change") {
+            let changed = json["changed_parameters"].as_array().into_iter().flatten();
+            let Some(found) = changed.into_iter().find(|p| p["name"] == parameter) else { continue };
+            let (Some(from), Some(to)) = (found["from"].as_f64(), found["to"].as_f64()) else { continue };
+            (to, found["standard_error"].as_f64(), value * from)
+        } else {
+            let key = if name.contains('.') { name.clone() } else { format!("{}.{name}", wanted[0]) };
+            let Some(fitted) = json["parameters"][&key]["value"].as_f64() else { continue };
+            (fitted, json["parameters"][&key]["standard_error"].as_f64(), value)
+        };
+        given += 1;
+        let off = (fitted - value).abs();
+        let error = error.unwrap_or(0.0);
+        if off <= 0.1 * value.abs() || off <= 3.0 * error {
+            close += 1;
+        } else {
+            text.push(format!("{name} {fitted:.4} ± {error:.2e}, true {value:.4}"));
+        }
+    }
+    ((close, given), text.join("; "))
+}
+
+fn count(cases: &[&Judged], mark: Mark) -> usize {
+    cases.iter().filter(|case| case.mark == mark).count()
+}
+
+fn per_cent(part: usize, whole: usize) -> String {
+    if whole == 0 { "-".to_owned() } else { format!("{:.0} %", 100.0 * part as f64 / whole as f64) }
+}
+
+/// A line a case.
+pub fn case_table(cases: &[Judged]) -> String {
+    let mut out = String::from(
+        "| case | bench | hidden | without it, error / floor | answer | mark | parameters close | extended error / floor | s |\n\
+         |---|---|---|---|---|---|---|---|---|\n",
+    );
+    for case in cases {
+        let ratio = |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.3}"));
+        let (close, given) = case.parameters;
+        let mut parameters = if given == 0 { "-".to_owned() } else { format!("{close} of {given}") };
+        if !case.parameter_text.is_empty() {
+            parameters.push_str(&format!(" ({})", case.parameter_text));
+        }
+        out.push_str(&format!(
+            "| {} | {} | {} | {} | {} | {:?} | {} | {} | {:.1} |\n",
+            case.name,
+            case.bench,
+            case.truth,
+            ratio(case.removal),
+            case.said,
+            case.mark,
+            parameters,
+            ratio(case.over_floor),
+            case.seconds
+        ));
+    }
+    out
+}
+
+/// A line per hidden thing; weak cases, which hardly rise above the noise, in their own column.
+pub fn summary_table(cases: &[Judged]) -> String {
+    let mut out = String::from(
+        "| hidden | bench | cases | named | twin | too many | part | missed | false alarm | unknown | wrong | broken \
+         | weak: right of | parameters close | extended error / floor: median, worst |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    let group = |case: &Judged| -> (String, String) {
+        let hidden = if case.truth.contains(" + ") { "two effects".to_owned() } else { case.truth.clone() };
+        (hidden, case.bench.clone())
+    };
+    let mut groups: Vec<(String, String)> = Vec::new();
+    for case in cases {
+        if !groups.contains(&group(case)) {
+            groups.push(group(case));
+        }
+    }
+    for key in groups {
+        let all: Vec<&Judged> = cases.iter().filter(|case| group(case) == key).collect();
+        let (strong, weak): (Vec<&Judged>, Vec<&Judged>) = all.iter().partition(|case| is_strong(case));
+        let marks = [
+            Mark::Named,
+            Mark::Twin,
+            Mark::TooMany,
+            Mark::Part,
+            Mark::Missed,
+            Mark::FalseAlarm,
+            Mark::Unknown,
+            Mark::Wrong,
+            Mark::Broken,
+        ];
+        let counts: Vec<String> = marks.iter().map(|mark| count(&strong, *mark).to_string()).collect();
+        let right = weak.iter().filter(|case| case.mark.is_right()).count();
+        let mut ratios: Vec<f64> =
+            strong.iter().filter(|c| c.mark.is_right()).filter_map(|c| c.over_floor).collect();
+        ratios.sort_by(f64::total_cmp);
+        let ratio = match ratios.last() {
+            Some(worst) => format!("{:.3}, {worst:.3}", ratios[ratios.len() / 2]),
+            None => "-".to_owned(),
+        };
+        let (close, given) =
+            strong.iter().fold((0, 0), |sum, case| (sum.0 + case.parameters.0, sum.1 + case.parameters.1));
+        out.push_str(&format!(
+            "| {} | {} | {} | {} | {right} of {} | {close} of {given} | {ratio} |\n",
+            key.0,
+            key.1,
+            strong.len(),
+            counts.join(" | "),
+            weak.len()
+        ));
+    }
+    out
+}
+
+/// Removal costs at least 20 % of error over the noise floor; a truth that does not say counts in full.
+fn is_strong(case: &Judged) -> bool {
+    case.removal.is_none_or(|ratio| ratio > 1.2)
+}
+
+/// The goals, and whether all are reached.
+pub fn goals(cases: &[Judged]) -> (String, bool) {
+    let strong: Vec<&Judged> = cases.iter().filter(|case| is_strong(case)).collect();
+    let of = |pick: &dyn Fn(&str) -> bool| -> Vec<&Judged> {
+        strong.iter().filter(|case| pick(&case.truth)).copied().collect()
+    };
+    let special = |truth: &str| truth == "none" || truth == "unknown" || truth.ends_with("_change");
+    let pair = |truth: &str| truth.contains(" + ");
+    let mut out = String::from("| goal | reached | of | |\n|---|---|---|---|\n");
+    let mut all_reached = true;
+    let mut line = |name: &str, group: &[&Judged], least: f64| {
+        let right = group.iter().filter(|case| case.mark.is_right()).count();
+        if !group.is_empty() {
+            let reached = right as f64 >= least * group.len() as f64;
+            all_reached &= reached;
+            let verdict = if reached { "yes" } else { "**no**" };
+            out.push_str(&format!(
+                "| {name} | {} | {} | {verdict} |\n",
+                per_cent(right, group.len()),
+                group.len()
+            ));
+        }
+    };
+    line("one effect: named or twin ≥ 95 %", &of(&|t| !special(t) && !pair(t)), 0.95);
+    line("two effects: named or twin ≥ 85 %", &of(&pair), 0.85);
+    line("nothing hidden: quiet ≥ 98 %", &of(&|t| t == "none"), 0.98);
+    line("law outside the catalogue: unknown ≥ 90 %", &of(&|t| t == "unknown"), 0.90);
+    line("parameter of the base changed: told ≥ 95 %", &of(&|t| t.ends_with("_change")), 0.95);
+    let named: Vec<&Judged> =
+        strong.iter().filter(|c| c.mark.is_right() && !special(&c.truth)).copied().collect();
+    let at_floor = named.iter().filter(|c| c.over_floor.is_some_and(|r| r <= 1.1)).count();
+    out.push_str(&format!(
+        "| where named: extended error within 10 % of the floor | {} | {} | |\n",
+        per_cent(at_floor, named.len()),
+        named.len()
+    ));
+    let (close, given) = named.iter().fold((0, 0), |s, c| (s.0 + c.parameters.0, s.1 + c.parameters.1));
+    out.push_str(&format!(
+        "| where named: parameters within 10 % or 3 standard errors | {} | {given} | |\n",
+        per_cent(close, given)
+    ));
+    (out, all_reached)
+}

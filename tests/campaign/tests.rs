@@ -1,0 +1,173 @@
+//! Holds the adversary honest: its plant makes the development cases, its two steps agree, its strengths mean
+//! what they say, its judge cannot be flattered.
+
+use std::path::{Path, PathBuf};
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use serde_json::{Value, json};
+
+use crate::answer::Answer;
+use crate::case::Question;
+use crate::catalogue::{ENTRIES, Kind};
+use crate::experiment::{Noise, SUBSTEP, actuator, attitude};
+use crate::plant::{Base, Hidden};
+use crate::score::{Mark, judge};
+use crate::strength::{ROUNDS, Rest, without};
+use crate::verify::left_over;
+
+fn development_cases() -> Option<PathBuf> {
+    let shared = std::env::var_os("ROTORBENCH_DATA")
+        .map(PathBuf::from)
+        .unwrap_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"));
+    let folder = shared.join("hidden_effects");
+    folder.join("truth.json").exists().then_some(folder)
+}
+
+/// The development cases come from another hand. If this plant, given their truth, leaves nothing but their
+/// noise (1.5 rad/s and 0.004 rad/s), then its conventions of time, sign and law are theirs.
+#[test]
+fn the_plant_makes_the_development_cases() {
+    let Some(folder) = development_cases() else {
+        eprintln!("development cases are absent (../shared/data or ROTORBENCH_DATA): not compared");
+        return;
+    };
+    let text = std::fs::read_to_string(folder.join("truth.json")).unwrap();
+    let truths: Value = serde_json::from_str(&text).unwrap();
+    let mut compared = 0;
+    for (name, truth) in truths.as_object().unwrap() {
+        let Some((rate, body)) = left_over(&folder.join(name), truth) else { continue };
+        // 6,000 samples know their standard deviation to 1 %; the rounded battery adds k_V 0.003 V = 0.12 rad/s.
+        assert!((1.44..1.56).contains(&rate), "{name}: rotor rate is left with {rate} rad/s");
+        // 1,000 samples: 2.2 %, and up to a tenth for the battery's rounding, integrated over 10 s.
+        assert!(truth["bench"] == "actuator" || (0.0037..0.0045).contains(&body), "{name}: body rate {body}");
+        compared += 1;
+    }
+    assert!(compared >= 13, "only {compared} cases could be compared");
+}
+
+/// Half the step changes nothing that a sensor could see: what is written is the law, not the integrator.
+#[test]
+fn a_finer_step_changes_less_than_the_noise() {
+    for entry in ENTRIES {
+        for kind in [Kind::Actuator, Kind::Attitude] {
+            if !entry.shows_on(kind) {
+                continue;
+            }
+            let mut rng = ChaCha8Rng::seed_from_u64(5);
+            let values: Vec<f64> = entry.parameters.iter().map(|(_, draw)| draw.take(&mut rng)).collect();
+            let mut hidden = Hidden::nothing();
+            (entry.hide)(&mut hidden, &values);
+            let base = Base::PAPER;
+            let truth = match kind {
+                Kind::Actuator => actuator(&base, &hidden, &mut rng, true),
+                Kind::Attitude => attitude(&base, &hidden, &mut rng, true),
+            };
+            let truth = truth.unwrap_or_else(|| panic!("{} {values:?} leaves its bench", entry.id));
+            // 3 s: an attitude bench is unstable by itself and magnifies any difference in open loop.
+            let start = truth.inputs.first((3.0 / truth.inputs.period) as usize);
+            let finer = start.replay(&base, &hidden, SUBSTEP / 2.0, None);
+            for (a, b) in truth.rows.iter().zip(&finer) {
+                let apart = (a.rate[0] - b.rate[0]).abs() / Noise::USUAL.rate;
+                let body = (a.body_rate - b.body_rate).abs() / Noise::USUAL.gyro;
+                // A switch of the pole or of a slew limit inside a step costs first order: a tenth of the noise.
+                assert!(apart < 0.1 && body < 0.1, "{}: {apart} and {body} of the noise", entry.id);
+            }
+        }
+    }
+}
+
+/// What the fitted base absorbs is not hidden; what it cannot absorb is.
+#[test]
+fn strength_is_what_the_base_cannot_absorb() {
+    let mut rng = ChaCha8Rng::seed_from_u64(11);
+    let bare = || Rest { effects: Vec::new(), base: Base::PAPER };
+    let slower = Base { pole: 11.0, ..Base::PAPER };
+    let truth = actuator(&slower, &Hidden::nothing(), &mut rng, false).unwrap();
+    let stale = without(&truth, &bare(), Noise::USUAL, 0);
+    let fitted = without(&truth, &bare(), Noise::USUAL, ROUNDS);
+    assert!(stale > 3.0, "a pole of 11 instead of 16 shows: {stale}");
+    // The search works with a coarser step; 1 % over the floor is a seventh of the noise.
+    assert!(fitted < 1.01, "and is absorbed: {fitted}");
+
+    let late = Hidden { transport_delay: 0.03, ..Hidden::nothing() };
+    let truth = actuator(&Base::PAPER, &late, &mut rng, false).unwrap();
+    let fitted = without(&truth, &bare(), Noise::USUAL, ROUNDS);
+    assert!(fitted > 2.0, "a delay of 30 ms is not a pole: {fitted}");
+}
+
+#[test]
+fn the_same_seed_makes_the_same_case() {
+    let question = Question::Single(&ENTRIES[1], Kind::Actuator);
+    let (a, b) = (question.make(7).unwrap(), question.make(7).unwrap());
+    let other = question.make(8).unwrap();
+    assert_eq!(a.truth, b.truth);
+    let folder = tempfile::tempdir().unwrap();
+    for (case, name) in [(&a, "a"), (&b, "b"), (&other, "c")] {
+        case.write(&folder.path().join(name)).unwrap();
+    }
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name).join("train.csv")).unwrap();
+    assert_eq!(read("a"), read("b"));
+    assert_ne!(read("a"), read("c"));
+    assert_eq!(read("a").lines().count(), 6_001);
+}
+
+/// An answer of the contract's shape.
+fn answer(verdict: &str, effects: &[&str], alternatives: &[&[&str]], changed: &[&str]) -> Answer {
+    let changed: Vec<Value> = changed
+        .iter()
+        .map(|name| json!({"name": name, "from": 0.032, "to": 0.025, "standard_error": 1e-4}))
+        .collect();
+    let json = json!({
+        "verdict": verdict, "effects": effects, "alternatives": alternatives, "changed_parameters": changed,
+        "parameters": {"cable_stiffness.stiffness": {"value": 0.2, "standard_error": 0.001}},
+        "error": {"noise_floor": 1.0, "extended": {"validate": 1.2}},
+    });
+    Answer { json: Ok(json), seconds: 0.0 }
+}
+
+#[test]
+fn the_judge_cannot_be_flattered() {
+    let mark = |effect: &str, said: Answer| {
+        judge("case", &json!({"effect": effect, "bench": "attitude", "parameters": {}}), &said).mark
+    };
+    let missing =
+        |effects: &[&str], alternatives: &[&[&str]]| answer("missing_effect", effects, alternatives, &[]);
+    assert_eq!(mark("cable_stiffness", missing(&["cable_stiffness"], &[])), Mark::Named);
+    assert_eq!(mark("cable_stiffness", missing(&["torque_bias"], &[&["cable_stiffness"]])), Mark::Twin);
+    assert_eq!(
+        mark("cable_stiffness", missing(&["a"], &[&["b"], &["c"], &["cable_stiffness"]])),
+        Mark::Wrong,
+        "naming the catalogue is not naming the effect"
+    );
+    assert_eq!(mark("cable_stiffness", missing(&["cable_stiffness", "gyro_bias"], &[])), Mark::TooMany);
+    assert_eq!(mark("cable_stiffness", answer("adequate", &[], &[], &[])), Mark::Missed);
+    assert_eq!(mark("cable_stiffness", answer("unknown", &[], &[], &[])), Mark::Unknown);
+    assert_eq!(mark("cable_stiffness", answer("parameters_changed", &[], &[], &["inertia"])), Mark::Wrong);
+    assert_eq!(mark("a+b", missing(&["b", "a"], &[])), Mark::Named);
+    assert_eq!(mark("a+b", missing(&["b"], &[])), Mark::Part);
+    assert_eq!(mark("none", missing(&["a"], &[])), Mark::FalseAlarm);
+    assert_eq!(mark("none", answer("unknown", &[], &[], &[])), Mark::FalseAlarm);
+    assert_eq!(mark("none", answer("adequate", &[], &[], &[])), Mark::Named);
+    assert_eq!(mark("unknown", missing(&["a"], &[])), Mark::Wrong);
+    assert_eq!(mark("inertia_change", answer("parameters_changed", &[], &[], &["inertia"])), Mark::Named);
+    assert_eq!(
+        mark("inertia_change", answer("parameters_changed", &[], &[], &["pole", "inertia"])),
+        Mark::TooMany
+    );
+    assert_eq!(mark("inertia_change", answer("parameters_changed", &[], &[], &["pole"])), Mark::Wrong);
+}
+
+#[test]
+fn parameters_are_close_by_ten_per_cent_or_three_standard_errors() {
+    let truth = |value: f64| json!({"effect": "cable_stiffness", "bench": "attitude", "parameters": {"stiffness": value}});
+    let said = || answer("missing_effect", &["cable_stiffness"], &[], &[]);
+    assert_eq!(judge("case", &truth(0.182), &said()).parameters, (1, 1));
+    assert_eq!(judge("case", &truth(0.15), &said()).parameters, (0, 1));
+    let changed = answer("parameters_changed", &[], &[], &["inertia"]);
+    let ratio =
+        |value: f64| json!({"effect": "inertia_change", "bench": "attitude", "parameters": {"ratio": value}});
+    assert_eq!(judge("case", &ratio(0.78), &changed).parameters, (1, 1));
+    assert_eq!(judge("case", &ratio(0.9), &changed).parameters, (0, 1), "0.0288 was true, 0.0250 was said");
+    assert_eq!(judge("case", &truth(0.2), &said()).over_floor, Some(1.2));
+}
