@@ -1,0 +1,283 @@
+//! A SocketCAN interface: frames in with their stamps, frames out without waiting.
+//!
+//! What is sent is only ever the newest: a frame the interface cannot take now is dropped and counted, never kept
+//! or tried again, and the socket may hold no more than a few, so that a bus that comes back does not carry out
+//! commands of the past.
+
+use std::fmt;
+use std::io;
+use std::os::fd::{AsRawFd, RawFd};
+
+use socketcan::{CanSocket, Socket, SocketOptions};
+
+use crate::clock;
+
+use super::error::CanError;
+use super::error_frame::ErrorFrame;
+use super::frame::Frame;
+use super::interface::InterfaceStatus;
+use super::socket::{self, BATCH, Batch, RawArrival};
+use super::stamp::StampClock;
+
+/// Most frames that one [`Port::receive`] takes, so that a flood cannot hold the cycle.
+const MOST: usize = 16 * BATCH;
+
+/// What arrived.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Arrival {
+    /// A frame of another sender.
+    Frame {
+        /// The frame.
+        frame: Frame,
+        /// [ns] CLOCK_MONOTONIC of its arrival, by the adapter's clock where it stamps, else by the kernel's.
+        stamp_ns: u64,
+        /// [ns] the adapter's own stamp, in its own time.
+        hardware_ns: Option<u64>,
+    },
+    /// A frame this port sent has been on the bus.
+    Echo {
+        /// The frame.
+        frame: Frame,
+        /// [ns] CLOCK_MONOTONIC.
+        stamp_ns: u64,
+    },
+    /// The controller reports an error.
+    Error {
+        /// What it says.
+        error: ErrorFrame,
+        /// [ns] CLOCK_MONOTONIC.
+        stamp_ns: u64,
+    },
+}
+
+/// Why nothing was sent or received.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    /// The interface has no room: the bus is busy, or dead. The frame is dropped.
+    Full,
+    /// The interface is down.
+    Down,
+    /// The interface is gone from the machine.
+    Gone,
+    /// Another error number of the operating system.
+    Other(i32),
+}
+
+/// Totals of a port since it was opened.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub struct PortCounts {
+    /// Frames of other senders received.
+    pub received: u64,
+    /// Frames lost because this process did not take them in time (`SO_RXQ_OVFL`).
+    pub dropped: u64,
+    /// Error frames.
+    pub errors: u64,
+    /// Frames given to the interface.
+    pub sent: u64,
+    /// Frames of ours that have been on the bus.
+    pub echoed: u64,
+    /// Frames dropped because the interface had no room.
+    pub full: u64,
+    /// Frames dropped because the interface was down or gone.
+    pub down: u64,
+    /// Frames dropped for another reason.
+    pub failed: u64,
+}
+
+/// An open, non-blocking port. Belongs to one thread at a time.
+pub struct Port {
+    socket: CanSocket,
+    batch: Box<Batch>,
+    stamps: StampClock,
+    counts: PortCounts,
+    last_dropped: u32,
+    /// [ns] when the first frame since the last echo was sent.
+    waiting_since_ns: Option<u64>,
+}
+
+impl Port {
+    /// Opens `interface`, which must be up.
+    ///
+    /// # Errors
+    /// [`CanError::Interface`] when it is missing, down or, for `fd`, carries no FD frames, with what mends it;
+    /// [`CanError::Socket`] when the operating system refuses something.
+    pub fn open(interface: &str, fd: bool) -> Result<Self, CanError> {
+        let fail = |reason: String| CanError::Interface { interface: interface.to_owned(), reason };
+        if !kernel_has_can() {
+            return Err(fail("this machine's kernel has no CAN (tools/vcan gives a virtual bus)".to_owned()));
+        }
+        let status = InterfaceStatus::read(interface)?;
+        if !status.is_up {
+            return Err(fail(format!("it is down (sudo ip link set {interface} up)")));
+        }
+        if fd && !status.fd {
+            return Err(fail(format!("it carries no FD frames (sudo ip link set {interface} mtu 72)")));
+        }
+        let refuse = |action: &'static str| {
+            move |source: io::Error| CanError::Socket { interface: interface.to_owned(), action, source }
+        };
+        let socket = CanSocket::open(interface).map_err(refuse("cannot be opened"))?;
+        configure(&socket, fd).map_err(refuse("refuses a socket option"))?;
+        let stamps = StampClock::new(clock::monotonic_ns());
+        Ok(Self {
+            socket,
+            batch: Batch::new(),
+            stamps,
+            counts: PortCounts::default(),
+            last_dropped: 0,
+            waiting_since_ns: None,
+        })
+    }
+
+    /// Hands every arrival that is there now to `take`, the oldest first; the number taken. When it is a few
+    /// hundred there may be more: wait again, `ppoll` returns at once.
+    ///
+    /// # Errors
+    /// [`Fault`], once for each time the interface goes down; receiving goes on when it is up again.
+    pub fn receive(&mut self, mut take: impl FnMut(Arrival)) -> Result<usize, Fault> {
+        let mut total = 0;
+        while total < MOST {
+            let (monotonic_ns, realtime_ns) = (clock::monotonic_ns(), clock::realtime_ns());
+            let Self { socket, batch, stamps, counts, last_dropped, waiting_since_ns } = self;
+            let received = batch.receive(socket.as_raw_fd(), |raw| {
+                let software_ns = stamps.software(raw.software_ns, monotonic_ns, realtime_ns);
+                if let Some(dropped) = raw.dropped {
+                    counts.dropped += u64::from(dropped.wrapping_sub(*last_dropped));
+                    *last_dropped = dropped;
+                }
+                if let Some(arrival) = sort(&raw, stamps, counts, software_ns) {
+                    if matches!(arrival, Arrival::Echo { .. }) {
+                        *waiting_since_ns = None;
+                    }
+                    take(arrival);
+                }
+            });
+            let received = received.map_err(|error| Fault::of(&error))?;
+            total += received;
+            if received < BATCH {
+                self.stamps.empty_ns = monotonic_ns;
+                break;
+            }
+        }
+        Ok(total)
+    }
+
+    /// Sends a frame now, or drops it.
+    ///
+    /// # Errors
+    /// [`Fault`]: the frame is dropped and counted. The next one, newer, is the retry.
+    pub fn send(&mut self, frame: &Frame) -> Result<(), Fault> {
+        match socket::send(self.socket.as_raw_fd(), frame) {
+            Ok(()) => {
+                self.counts.sent += 1;
+                self.waiting_since_ns.get_or_insert_with(clock::monotonic_ns);
+                Ok(())
+            }
+            Err(error) => {
+                let fault = Fault::of(&error);
+                *match fault {
+                    Fault::Full => &mut self.counts.full,
+                    Fault::Down | Fault::Gone => &mut self.counts.down,
+                    Fault::Other(_) => &mut self.counts.failed,
+                } += 1;
+                Err(fault)
+            }
+        }
+    }
+
+    /// [ns] since the first frame that was sent after the last one seen on the bus; 0 when the last one was seen.
+    /// A few periods: a stall. Many: the bus is dead, even where nothing else says so.
+    #[must_use]
+    pub fn echo_age_ns(&self, now_ns: u64) -> u64 {
+        self.waiting_since_ns.map_or(0, |since| now_ns.saturating_sub(since))
+    }
+
+    /// Totals since it was opened.
+    #[must_use]
+    pub fn counts(&self) -> PortCounts {
+        self.counts
+    }
+}
+
+/// Readable when something arrived: for `ppoll`.
+impl AsRawFd for Port {
+    fn as_raw_fd(&self) -> RawFd {
+        self.socket.as_raw_fd()
+    }
+}
+
+impl fmt::Debug for Port {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.debug_struct("Port").field("socket", &self.socket).field("counts", &self.counts).finish()
+    }
+}
+
+/// Whether this kernel has CAN at all.
+#[must_use]
+pub fn kernel_has_can() -> bool {
+    // An interface index no machine has: a kernel with CAN answers "no such device".
+    match CanSocket::open_iface(u32::MAX >> 1) {
+        Ok(_) => true,
+        Err(error) => !matches!(error.raw_os_error(), Some(libc::EAFNOSUPPORT | libc::EPROTONOSUPPORT)),
+    }
+}
+
+fn configure(socket: &CanSocket, fd: bool) -> io::Result<()> {
+    socket.set_nonblocking(true)?;
+    socket.set_socket_option_int(libc::SOL_CAN_RAW, libc::CAN_RAW_FD_FRAMES, i32::from(fd))?;
+    socket.set_error_filter_accept_all()?;
+    socket.set_recv_own_msgs(true)?;
+    socket.set_timestamping(
+        libc::SOF_TIMESTAMPING_RX_SOFTWARE
+            | libc::SOF_TIMESTAMPING_SOFTWARE
+            | libc::SOF_TIMESTAMPING_RX_HARDWARE
+            | libc::SOF_TIMESTAMPING_RAW_HARDWARE,
+    )?;
+    socket.set_socket_option_int(libc::SOL_SOCKET, libc::SO_RXQ_OVFL, 1)?;
+    // The kernel raises this to its least, room for a handful of frames: see the head of this file.
+    socket.set_socket_option_int(libc::SOL_SOCKET, libc::SO_SNDBUF, 0)
+}
+
+fn sort(
+    raw: &RawArrival,
+    stamps: &mut StampClock,
+    counts: &mut PortCounts,
+    software_ns: u64,
+) -> Option<Arrival> {
+    if raw.id & libc::CAN_ERR_FLAG != 0 {
+        counts.errors += 1;
+        let error = ErrorFrame { class: raw.id & libc::CAN_ERR_MASK, data: raw.data };
+        return Some(Arrival::Error { error, stamp_ns: software_ns });
+    }
+    let frame = raw.frame?;
+    if raw.own {
+        counts.echoed += 1;
+        return Some(Arrival::Echo { frame, stamp_ns: software_ns });
+    }
+    counts.received += 1;
+    let hardware_ns = (raw.hardware_ns != 0).then_some(raw.hardware_ns);
+    let stamp_ns = hardware_ns.map_or(software_ns, |stamp| stamps.hardware(stamp, software_ns));
+    Some(Arrival::Frame { frame, stamp_ns, hardware_ns })
+}
+
+impl Fault {
+    fn of(error: &io::Error) -> Self {
+        match error.raw_os_error().unwrap_or(0) {
+            libc::ENOBUFS | libc::EAGAIN => Self::Full,
+            libc::ENETDOWN | libc::ENETUNREACH => Self::Down,
+            libc::ENXIO | libc::ENODEV => Self::Gone,
+            number => Self::Other(number),
+        }
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Full => formatter.write_str("the interface has no room for a frame"),
+            Self::Down => formatter.write_str("the interface is down"),
+            Self::Gone => formatter.write_str("the interface is gone"),
+            Self::Other(number) => io::Error::from_raw_os_error(*number).fmt(formatter),
+        }
+    }
+}
