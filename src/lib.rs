@@ -38,6 +38,7 @@ pub mod diagnose;
 pub mod effect;
 pub mod emulate;
 pub mod experiment;
+pub mod file;
 pub mod guard;
 pub mod identify;
 pub mod model;

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 /// Room, and the rooms it may import from. `*` = every room above it.
 const TABLE: &[(&str, &[&str])] = &[
+    // Files that appear complete or not at all: recordings, models, reports and logs need the same.
+    ("file", &[]),
     ("unit", &[]),
     ("clock", &[]),
     ("signal", &[]),
@@ -15,8 +17,8 @@ const TABLE: &[(&str, &[&str])] = &[
     ("control", &["unit", "clock", "signal"]),
     ("guard", &["unit", "clock", "signal"]),
     ("effect", &["unit", "signal"]),
-    ("model", &["unit", "signal", "effect"]),
-    ("record", &["unit", "clock", "signal", "can", "control", "guard", "model"]),
+    ("model", &["file", "unit", "signal", "effect"]),
+    ("record", &["file", "unit", "clock", "signal", "can", "control", "guard", "model"]),
     ("experiment", &["unit", "clock", "signal", "control", "guard"]),
     ("identify", &["unit", "signal", "effect", "model", "record", "experiment"]),
     ("diagnose", &["unit", "signal", "effect", "model", "record", "experiment", "identify"]),

@@ -1,0 +1,38 @@
+//! The cables pull the body back.
+
+use super::{Card, Law, Parameter, Point, Site, Symmetry};
+
+/// The card.
+pub(super) static CARD: Card = Card {
+    id: "cable_stiffness",
+    meaning: "The cables pull the body back.",
+    equation: "-k θ",
+    source: "torsion of the supply and signal cables",
+    site: Site::Torque,
+    parameters: &[Parameter {
+        name: "stiffness",
+        symbol: "k",
+        unit: "N m/rad",
+        lower: -50.0,
+        upper: 50.0,
+        start: 0.1,
+        others: &[],
+        neutral: 0.0,
+        meaning: "torque per angle",
+    }],
+    law: Law::Static(add),
+    needs: &["body_rate_rad_s", "body_angle_rad"],
+    symmetry: Symmetry::OddInBodyMotion,
+    report: [
+        "Cables pull the body back in proportion to its angle.",
+        "They act like a weak spring about the axis.",
+    ],
+    residual: "An unknown torque in proportion to the body angle.",
+    confused_with: &["gravity_pendulum"],
+    experiment: "Large angles: a cable keeps to a straight line, a pendulum bends away from it.",
+};
+
+fn add(parameters: &[f64], point: &Point) -> f64 {
+    let [stiffness] = *parameters else { return 0.0 };
+    -stiffness * point.body_angle
+}

@@ -1,0 +1,37 @@
+//! The gyroscope is off by a constant.
+
+use super::{Card, Law, Parameter, Point, Site, Symmetry};
+
+/// The card.
+pub(super) static CARD: Card = Card {
+    id: "gyro_bias",
+    meaning: "The gyroscope is off by a constant.",
+    equation: "y = ω_b + β",
+    source: "zero-rate offset of the sensor",
+    site: Site::BodyRateSensor,
+    parameters: &[Parameter {
+        name: "bias",
+        symbol: "β",
+        unit: "rad/s",
+        lower: -3.0,
+        upper: 3.0,
+        start: 0.01,
+        others: &[],
+        neutral: 0.0,
+        meaning: "reading at rest",
+    }],
+    law: Law::Static(add),
+    needs: &["body_rate_rad_s", "body_angle_rad"],
+    symmetry: Symmetry::None,
+    report: [
+        "The gyroscope reads a constant rate when the body rests.",
+        "An angle integrated from it walks away.",
+    ],
+    residual: "A constant difference between the body rate and the slope of the measured angle.",
+    confused_with: &["torque_bias"],
+    experiment: "Rest with the rotors off and read the gyroscope.",
+};
+
+fn add(parameters: &[f64], _: &Point) -> f64 {
+    parameters.first().copied().unwrap_or(0.0)
+}

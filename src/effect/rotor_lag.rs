@@ -1,0 +1,50 @@
+//! The torque lags behind what was commanded.
+
+use super::{Card, Law, Memory, Parameter, Point, Site, Symmetry, followed};
+
+/// The card.
+pub(super) static CARD: Card = Card {
+    id: "rotor_lag",
+    meaning: "The torque lags behind what was commanded.",
+    equation: "τ' = p_r (τ_cmd - τ)",
+    source: "rotors that the torque command does not wait for",
+    site: Site::Torque,
+    parameters: &[Parameter {
+        name: "pole",
+        symbol: "p_r",
+        unit: "rad/s",
+        lower: 1.0,
+        upper: 2e3,
+        start: 50.0,
+        others: &[15.0, 200.0],
+        neutral: f64::INFINITY,
+        meaning: "pole of the lag",
+    }],
+    law: Law::Memory(Memory { settle, advance, add, rate, slow: false }),
+    needs: &["body_rate_rad_s"],
+    symmetry: Symmetry::None,
+    report: [
+        "The torque builds up gradually after it was commanded.",
+        "The rotors need time to change their speed.",
+    ],
+    residual: "The error follows the rate of change of the commanded torque.",
+    confused_with: &["torque_delay", "gyro_lag"],
+    experiment: "Torque steps with fast sampling: a lag starts at once and bends, a delay starts late.",
+};
+
+fn settle(_: &[f64], point: &Point) -> f64 {
+    point.torque
+}
+
+fn advance(parameters: &[f64], state: f64, point: &Point, span: f64) -> f64 {
+    let [pole] = *parameters else { return point.torque };
+    (point.torque - state).mul_add(followed(pole, span), state)
+}
+
+fn add(_: &[f64], state: f64, point: &Point) -> f64 {
+    state - point.torque
+}
+
+fn rate(parameters: &[f64]) -> f64 {
+    parameters.first().copied().filter(|pole| pole.is_finite()).unwrap_or(0.0)
+}

@@ -1,0 +1,50 @@
+//! The rotor follows with two poles, not one.
+
+use super::{Card, Law, Memory, Parameter, Point, Site, Symmetry, followed};
+
+/// The card.
+pub(super) static CARD: Card = Card {
+    id: "second_order_lag",
+    meaning: "The rotor follows with two poles, not one.",
+    equation: "z2' = p_2 (z - z2), ω_p' = p (z2 - ω_p)",
+    source: "electrical or controller lag ahead of the mechanical one",
+    site: Site::SteadyRate,
+    parameters: &[Parameter {
+        name: "pole",
+        symbol: "p_2",
+        unit: "rad/s",
+        lower: 1.0,
+        upper: 2e3,
+        start: 60.0,
+        others: &[20.0, 200.0],
+        neutral: f64::INFINITY,
+        meaning: "the second pole",
+    }],
+    law: Law::Memory(Memory { settle, advance, add, rate, slow: false }),
+    needs: &["command_*", "propeller_rate_*_rad_s"],
+    symmetry: Symmetry::None,
+    report: [
+        "The rotor does not start at full acceleration after a step; something ahead of it lags.",
+        "A second, faster lag sits between the command and the rotor.",
+    ],
+    residual: "Spikes right after each change of the command that bend the start of the step response.",
+    confused_with: &["telemetry_lag", "transport_delay"],
+    experiment: "Steps with fast sampling for the delay; a body rate driven by the rotors for the telemetry: it sees the true rotor, not the telemetry.",
+};
+
+fn settle(_: &[f64], point: &Point) -> f64 {
+    point.steady_rate
+}
+
+fn advance(parameters: &[f64], state: f64, point: &Point, span: f64) -> f64 {
+    let [pole] = *parameters else { return point.steady_rate };
+    (point.steady_rate - state).mul_add(followed(pole, span), state)
+}
+
+fn add(_: &[f64], state: f64, point: &Point) -> f64 {
+    state - point.steady_rate
+}
+
+fn rate(parameters: &[f64]) -> f64 {
+    parameters.first().copied().filter(|pole| pole.is_finite()).unwrap_or(0.0)
+}

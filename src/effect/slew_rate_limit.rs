@@ -1,0 +1,52 @@
+//! The speed controller ramps its target instead of stepping it.
+
+use super::{Card, Law, Memory, Parameter, Point, Site, Symmetry};
+
+/// The card.
+pub(super) static CARD: Card = Card {
+    id: "slew_rate_limit",
+    meaning: "The speed controller ramps its target instead of stepping it.",
+    equation: "abs(dz/dt) ≤ r",
+    source: "acceleration limit set in the speed controller",
+    site: Site::SteadyRate,
+    parameters: &[Parameter {
+        name: "rate",
+        symbol: "r",
+        unit: "rad/s^2",
+        lower: 10.0,
+        upper: 1e5,
+        start: 3e3,
+        others: &[500.0, 1.5e3, 8e3],
+        neutral: f64::INFINITY,
+        meaning: "fastest change of the steady rate",
+    }],
+    law: Law::Memory(Memory { settle, advance, add, rate, slow: false }),
+    needs: &["command_*", "propeller_rate_*_rad_s"],
+    symmetry: Symmetry::None,
+    report: [
+        "Large steps are answered by a ramp, small ones as the model says.",
+        "The speed controller limits how fast its target may change.",
+    ],
+    residual: "Errors after large steps that last longer the larger the step; none after small ones.",
+    confused_with: &["second_order_lag", "transport_delay"],
+    experiment: "Steps of very different size: a limit slows only the large ones.",
+};
+
+fn settle(_: &[f64], point: &Point) -> f64 {
+    point.steady_rate
+}
+
+fn advance(parameters: &[f64], state: f64, point: &Point, span: f64) -> f64 {
+    let [rate] = *parameters else { return point.steady_rate };
+    let most = (rate * span).abs();
+    state + (point.steady_rate - state).clamp(-most, most)
+}
+
+fn add(_: &[f64], state: f64, point: &Point) -> f64 {
+    state - point.steady_rate
+}
+
+/// The corners of a ramp are resolved to a few milliseconds.
+fn rate(_: &[f64]) -> f64 {
+    100.0
+}

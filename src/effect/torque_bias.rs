@@ -1,0 +1,37 @@
+//! A constant torque.
+
+use super::{Card, Law, Parameter, Point, Site, Symmetry};
+
+/// The card.
+pub(super) static CARD: Card = Card {
+    id: "torque_bias",
+    meaning: "A constant torque.",
+    equation: "+τ_0",
+    source: "unequal rotors, a taut cable, a steady draught",
+    site: Site::Torque,
+    parameters: &[Parameter {
+        name: "torque",
+        symbol: "τ_0",
+        unit: "N m",
+        lower: -20.0,
+        upper: 20.0,
+        start: 0.01,
+        others: &[],
+        neutral: 0.0,
+        meaning: "the torque",
+    }],
+    law: Law::Static(add),
+    needs: &["body_rate_rad_s"],
+    symmetry: Symmetry::None,
+    report: [
+        "Something pushes the body with a constant torque.",
+        "The controller has to hold against it all the time.",
+    ],
+    residual: "A constant unknown torque.",
+    confused_with: &["actuator_mismatch", "gyro_bias"],
+    experiment: "Two collectives: a mismatch of the rotors grows with thrust, a bias does not.",
+};
+
+fn add(parameters: &[f64], _: &Point) -> f64 {
+    parameters.first().copied().unwrap_or(0.0)
+}

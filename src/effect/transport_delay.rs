@@ -1,0 +1,37 @@
+//! The command reaches the motor late.
+
+use super::{Card, Law, Parameter, Site, Symmetry};
+
+/// The card.
+pub(super) static CARD: Card = Card {
+    id: "transport_delay",
+    meaning: "The command reaches the motor late.",
+    equation: "u(t - τ)",
+    source: "pure delay of link and speed controller",
+    site: Site::Command,
+    parameters: &[Parameter {
+        name: "delay",
+        symbol: "τ",
+        unit: "s",
+        lower: 0.0,
+        upper: 0.3,
+        start: 0.01,
+        others: &[0.03, 0.06, 0.12],
+        neutral: 0.0,
+        meaning: "how late",
+    }],
+    law: Law::Delay(delay),
+    needs: &["command_*", "propeller_rate_*_rad_s"],
+    symmetry: Symmetry::None,
+    report: [
+        "Every command takes effect a fixed time after it was sent.",
+        "The rotor repeats exactly what the model says, only later.",
+    ],
+    residual: "Spikes right after each change of the command, in the direction of the old value, the same up and down.",
+    confused_with: &["second_order_lag", "telemetry_lag"],
+    experiment: "Steps with fast sampling: a delay leaves the rotor untouched at first, a lag bends its start.",
+};
+
+fn delay(parameters: &[f64]) -> f64 {
+    parameters.first().copied().unwrap_or(0.0)
+}

@@ -1,0 +1,230 @@
+//! Free run of the body: from the actuators' torque to rate and angle.
+
+use super::equations::{Equations, Hook};
+use crate::effect::Point;
+
+/// Inputs of the body over a stretch without holes. Means are over the interval after each sample.
+#[derive(Debug, Clone, Default)]
+pub struct BodyInput {
+    /// [s] rising.
+    pub time: Vec<f64>,
+    /// [N m] mean torque of the actuators, late and lagged as the model says.
+    pub torque: Vec<f64>,
+    /// [rad/s] mean rate of each rotor; empty when the log has none.
+    pub propeller_rate: [Vec<f64>; 2],
+}
+
+/// Where a free run starts.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BodyStart {
+    /// [rad] θ.
+    pub angle: f64,
+    /// [rad/s] ω_b.
+    pub rate: f64,
+    /// [rad/s] by how much a sensor with memory reads beside the true rate.
+    pub sensor: f64,
+}
+
+/// What a free run gives, at the samples.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BodyTrace {
+    /// [rad/s] what the gyroscope would read.
+    pub rate: Vec<f64>,
+    /// [rad] θ.
+    pub angle: Vec<f64>,
+}
+
+/// [s] a step of integration is at most so long: friction turns round within a few milliseconds.
+const LONGEST_STEP: f64 = 5.5e-3;
+/// Most steps between two samples.
+const MOST_STEPS: f64 = 64.0;
+/// Steps per interval for laws with memory on the torque.
+const STREAM_STEPS: usize = 4;
+/// Most states of laws with memory.
+const MOST_STATES: usize = 4;
+
+impl Equations {
+    /// [N m] torque of two rotors at the given rates, before any effect. [LPC16] Eqs. (1), (12).
+    #[must_use]
+    pub fn rotor_torque(&self, rate_1: f64, rate_2: f64) -> f64 {
+        self.constants.arm * self.constants.thrust_coefficient * (rate_1 * rate_1 - rate_2 * rate_2)
+    }
+
+    /// Whether the torque is late or lagged, so that [`Equations::torque_means`] depends on the model.
+    #[must_use]
+    pub fn has_torque_stream(&self) -> bool {
+        self.torque_delay != 0.0 || !self.torque_stream.is_empty()
+    }
+
+    /// [N m] mean torque over the interval after each sample, from the torque at the samples: straight lines
+    /// between them when `continuous`, held otherwise. Lateness and lag of the model included.
+    #[must_use]
+    pub fn torque_means(&self, time: &[f64], torque: &[f64], continuous: bool) -> Vec<f64> {
+        let mut means = delayed_means(time, torque, self.torque_delay, continuous);
+        for hook in &self.torque_stream {
+            let Some((memory, parameters)) = hook.memory() else { continue };
+            let mut point = self.constants;
+            point.torque = means.first().copied().unwrap_or(0.0);
+            let mut state = (memory.settle)(parameters, &point);
+            for (mean, pair) in means.iter_mut().zip(time.windows(2)) {
+                let step = (pair[1] - pair[0]) / STREAM_STEPS as f64;
+                point.torque = *mean;
+                let mut sum = 0.0;
+                for _ in 0..STREAM_STEPS {
+                    // The middle of the step stands for its mean.
+                    let middle = (memory.advance)(parameters, state, &point, 0.5 * step);
+                    sum += (memory.add)(parameters, middle, &point);
+                    state = (memory.advance)(parameters, state, &point, step);
+                }
+                *mean += sum / STREAM_STEPS as f64;
+            }
+        }
+        means
+    }
+
+    /// Runs the body freely over the rows `from..to` of its inputs; appends to `trace`.
+    pub fn simulate_body(
+        &self,
+        input: &BodyInput,
+        from: usize,
+        to: usize,
+        start: &BodyStart,
+        trace: &mut BodyTrace,
+    ) {
+        let (mut angle, mut rate) = (start.angle, start.rate);
+        let mut sensor = [0.0; MOST_STATES];
+        let at_start = Point { body_rate: rate, body_angle: angle, ..self.constants };
+        for (hook, state) in self.rate_sensor.iter().zip(&mut sensor) {
+            if let Some((memory, parameters)) = hook.memory() {
+                *state = (memory.settle)(parameters, &at_start) + start.sensor;
+            }
+        }
+        for row in from..to {
+            trace.angle.push(angle);
+            trace.rate.push(self.sensed_rate(rate, angle, &sensor));
+            let (Some(now), Some(next)) = (input.time.get(row), input.time.get(row + 1)) else { break };
+            let held = self.body_point(input, row);
+            let steps = ((next - now) / LONGEST_STEP).ceil().clamp(1.0, MOST_STEPS);
+            let step = (next - now) / steps;
+            for _ in 0..steps as usize {
+                let before = rate;
+                (angle, rate) = self.turn(angle, rate, &held, step);
+                if !self.rate_sensor.is_empty() {
+                    let mean = Point { body_rate: 0.5 * (before + rate), body_angle: angle, ..held };
+                    self.advance_rate_sensor(&mut sensor, mean, step);
+                }
+            }
+        }
+    }
+
+    fn body_point(&self, input: &BodyInput, row: usize) -> Point {
+        let at = |values: &Vec<f64>| values.get(row).copied().unwrap_or(0.0);
+        Point {
+            time: at(&input.time),
+            torque: at(&input.torque),
+            propeller_rate_1: at(&input.propeller_rate[0]),
+            propeller_rate_2: at(&input.propeller_rate[1]),
+            ..self.constants
+        }
+    }
+
+    /// [rad/s²] of the body. [LPC16] Eq. (1).
+    fn body_acceleration(&self, angle: f64, rate: f64, held: &Point) -> f64 {
+        let mut point = Point { body_angle: angle, body_rate: rate, ..*held };
+        if !self.thrust.is_empty() {
+            for (side, propeller_rate) in [(1.0, held.propeller_rate_1), (-1.0, held.propeller_rate_2)] {
+                let bare = held.thrust_coefficient * propeller_rate * propeller_rate;
+                (point.side, point.propeller_rate, point.thrust) = (side, propeller_rate, bare);
+                for hook in &self.thrust {
+                    point.thrust += hook.add(&point);
+                }
+                point.torque += side * held.arm * (point.thrust - bare);
+            }
+        }
+        let extra: f64 = self.torque.iter().map(|hook| hook.add(&point)).sum();
+        (point.torque + extra) / self.inertia
+    }
+
+    /// One classical Runge-Kutta step.
+    fn turn(&self, angle: f64, rate: f64, held: &Point, step: f64) -> (f64, f64) {
+        if self.thrust.is_empty() && self.torque.is_empty() {
+            let acceleration = held.torque / self.inertia;
+            let turned = step.mul_add(0.5 * acceleration, rate);
+            return (step.mul_add(turned, angle), step.mul_add(acceleration, rate));
+        }
+        let half = 0.5 * step;
+        let first = self.body_acceleration(angle, rate, held);
+        let rate_2 = half.mul_add(first, rate);
+        let second = self.body_acceleration(half.mul_add(rate, angle), rate_2, held);
+        let rate_3 = half.mul_add(second, rate);
+        let third = self.body_acceleration(half.mul_add(rate_2, angle), rate_3, held);
+        let rate_4 = step.mul_add(third, rate);
+        let fourth = self.body_acceleration(step.mul_add(rate_3, angle), rate_4, held);
+        let sixth = step / 6.0;
+        (
+            sixth.mul_add(rate + 2.0 * (rate_2 + rate_3) + rate_4, angle),
+            sixth.mul_add(first + 2.0 * (second + third) + fourth, rate),
+        )
+    }
+
+    fn sensed_rate(&self, rate: f64, angle: f64, states: &[f64]) -> f64 {
+        let mut point = Point { body_rate: rate, body_angle: angle, ..self.constants };
+        for (hook, state) in self.rate_sensor.iter().zip(states) {
+            point.body_rate += match hook {
+                Hook::Memory(memory, parameters) => (memory.add)(parameters, *state, &point),
+                hook => hook.add(&point),
+            };
+        }
+        point.body_rate
+    }
+
+    fn advance_rate_sensor(&self, states: &mut [f64], mut mean: Point, step: f64) {
+        for (hook, state) in self.rate_sensor.iter().zip(states) {
+            mean.body_rate += match hook {
+                Hook::Memory(memory, parameters) => {
+                    *state = (memory.advance)(parameters, *state, &mean, step);
+                    (memory.add)(parameters, *state, &mean)
+                }
+                hook => hook.add(&mean),
+            };
+        }
+    }
+
+    /// Whether a sensor of the body has a state, so that a window has one more unknown at its start.
+    #[must_use]
+    pub fn rate_sensor_remembers(&self) -> bool {
+        self.rate_sensor.iter().any(|hook| hook.memory().is_some())
+    }
+}
+
+/// Mean over the interval after each sample of a signal that comes `delay` late.
+fn delayed_means(time: &[f64], values: &[f64], delay: f64, continuous: bool) -> Vec<f64> {
+    let (Some(first_time), Some(first_value)) = (time.first(), values.first()) else { return Vec::new() };
+    // The integral from the first sample to each sample; before it the first value held.
+    let mut integral = vec![0.0; time.len()];
+    for row in 1..time.len() {
+        let mean = if continuous { 0.5 * (values[row - 1] + values[row]) } else { values[row - 1] };
+        integral[row] = mean.mul_add(time[row] - time[row - 1], integral[row - 1]);
+    }
+    let mut row = 0;
+    let mut integral_at = |at: f64| {
+        if at <= *first_time {
+            return first_value * (at - first_time);
+        }
+        while row + 2 < time.len() && time[row + 1] <= at {
+            row += 1;
+        }
+        let span = at - time[row];
+        let slope = match (continuous, values.get(row + 1)) {
+            (true, Some(next)) => (next - values[row]) / (time[row + 1] - time[row]),
+            _ => 0.0,
+        };
+        integral[row] + span * (0.5 * slope).mul_add(span, values[row])
+    };
+    let late: Vec<f64> = time.iter().map(|at| integral_at(at - delay)).collect();
+    let means =
+        late.windows(2).zip(time.windows(2)).map(|(sum, span)| (sum[1] - sum[0]) / (span[1] - span[0]));
+    let mut means: Vec<f64> = means.collect();
+    means.push(values.last().copied().unwrap_or(0.0));
+    means
+}

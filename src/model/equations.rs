@@ -1,0 +1,143 @@
+//! A model ready to run: its effects sorted by where they act, their parameters bound.
+
+use std::sync::Arc;
+
+use super::{Model, ModelError};
+use crate::effect::{Expression, Law, Memory, Point, Site, StaticLaw};
+
+/// One effect at its site.
+#[derive(Debug, Clone)]
+pub(super) enum Hook {
+    /// Without memory.
+    Static(StaticLaw, Vec<f64>),
+    /// A user's expression.
+    Expression(Arc<Expression>, Vec<f64>),
+    /// With a state.
+    Memory(Memory, Vec<f64>),
+}
+
+impl Hook {
+    /// What a law without memory adds; a law with memory answers zero.
+    pub(super) fn add(&self, point: &Point) -> f64 {
+        match self {
+            Self::Static(law, parameters) => law(parameters, point),
+            Self::Expression(expression, parameters) => expression.value(parameters, point),
+            Self::Memory(..) => 0.0,
+        }
+    }
+
+    /// Whether it has a state.
+    pub(super) fn memory(&self) -> Option<(&Memory, &[f64])> {
+        match self {
+            Self::Memory(memory, parameters) => Some((memory, parameters)),
+            _ => None,
+        }
+    }
+}
+
+/// A model ready to run.
+#[derive(Debug, Clone)]
+pub struct Equations {
+    pub(super) steady_rate: Vec<f64>,
+    pub(super) voltage_gain: f64,
+    pub(super) pole: f64,
+    pub(super) inertia: f64,
+    /// The constants every law may look at.
+    pub(super) constants: Point,
+    pub(super) command_delay: f64,
+    pub(super) command: Vec<Hook>,
+    pub(super) steady: Vec<Hook>,
+    pub(super) acceleration: Vec<Hook>,
+    pub(super) rotor_sensor: Vec<Hook>,
+    pub(super) thrust: Vec<Hook>,
+    pub(super) torque_delay: f64,
+    /// Laws with memory on the actuators' torque, before the body.
+    pub(super) torque_stream: Vec<Hook>,
+    pub(super) torque: Vec<Hook>,
+    pub(super) rate_sensor: Vec<Hook>,
+}
+
+impl Model {
+    /// Binds the model's effects to their laws.
+    ///
+    /// # Errors
+    /// [`ModelError`] when an effect is unknown.
+    pub fn equations(&self) -> Result<Equations, ModelError> {
+        let mut equations = Equations {
+            steady_rate: self.actuator.steady_rate.clone(),
+            voltage_gain: self.actuator.voltage_gain,
+            pole: self.actuator.pole,
+            inertia: self.body.inertia,
+            constants: Point {
+                full_voltage: self.actuator.full_voltage,
+                battery_voltage: self.actuator.full_voltage,
+                pole: self.actuator.pole,
+                hover_rate: self.actuator.hover_rate,
+                hover_command: self.hover_command(),
+                arm: self.body.arm,
+                thrust_coefficient: self.actuator.thrust_coefficient,
+                side: 1.0,
+                ..Point::default()
+            },
+            command_delay: 0.0,
+            command: Vec::new(),
+            steady: Vec::new(),
+            acceleration: Vec::new(),
+            rotor_sensor: Vec::new(),
+            thrust: Vec::new(),
+            torque_delay: 0.0,
+            torque_stream: Vec::new(),
+            torque: Vec::new(),
+            rate_sensor: Vec::new(),
+        };
+        for added in &self.effects {
+            let effect = self.effect(&added.id)?;
+            let value = |name: &String| added.parameters.get(name).copied().unwrap_or(f64::NAN);
+            let parameters = effect.parameters.iter().map(|parameter| value(&parameter.name)).collect();
+            equations.bind(effect.site, &effect.law, parameters);
+        }
+        Ok(equations)
+    }
+}
+
+impl Equations {
+    fn bind(&mut self, site: Site, law: &Law, parameters: Vec<f64>) {
+        let hook = match law {
+            Law::Delay(delay) => {
+                let late = delay(&parameters);
+                if site == Site::Torque {
+                    self.torque_delay += late
+                } else {
+                    self.command_delay += late
+                }
+                return;
+            }
+            Law::Static(law) => Hook::Static(*law, parameters),
+            Law::Expression(expression) => Hook::Expression(Arc::clone(expression), parameters),
+            Law::Memory(memory) => Hook::Memory(*memory, parameters),
+        };
+        let remembers = hook.memory().is_some();
+        match site {
+            Site::Command => self.command.push(hook),
+            Site::SteadyRate => self.steady.push(hook),
+            Site::RotorAcceleration => self.acceleration.push(hook),
+            Site::RotorRateSensor => self.rotor_sensor.push(hook),
+            Site::Thrust => self.thrust.push(hook),
+            Site::Torque if remembers => self.torque_stream.push(hook),
+            Site::Torque => self.torque.push(hook),
+            Site::BodyRateSensor => self.rate_sensor.push(hook),
+        }
+    }
+
+    /// [rad/s] z and the point it belongs to, before the laws that act on z. [LPC16] Eq. (2).
+    pub(super) fn steady_point(&self, command: f64, voltage: f64, side: f64) -> Point {
+        let mut point = Point { command, battery_voltage: voltage, side, ..self.constants };
+        for hook in &self.command {
+            point.command += hook.add(&point);
+        }
+        let curve = self.steady_rate.iter().rev().fold(0.0, |sum, c| f64::mul_add(sum, point.command, *c));
+        // **Deviation:** minus, see the room's page.
+        point.steady_rate = curve - self.voltage_gain * (point.full_voltage - voltage);
+        point
+    }
+}

@@ -1,0 +1,78 @@
+//! The ladder: what was added to a model, from which log, and what it did to the error.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::Model;
+
+/// A log that a step was made from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LogReference {
+    /// File name.
+    pub file: String,
+    /// SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+}
+
+/// What a step did to the error, in the unit of its measure.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ErrorFall {
+    /// What the error is, with its unit.
+    pub measure: String,
+    /// What sensor noise alone would leave.
+    pub noise_floor: f64,
+    /// On the training logs before the step.
+    pub train_before: f64,
+    /// On the training logs after it.
+    pub train_after: f64,
+    /// On held-out data before the step.
+    pub validate_before: f64,
+    /// On held-out data after it.
+    pub validate_after: f64,
+}
+
+/// One step of the ladder.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Step {
+    /// Ids of the effects added; empty: only parameters were refitted.
+    pub added: Vec<String>,
+    /// Training logs.
+    pub logs: Vec<LogReference>,
+    /// Validation logs; empty: blocks of the training logs were held out.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub validation: Vec<LogReference>,
+    /// The error before and after.
+    pub error: ErrorFall,
+    /// Every parameter before the step, by name: what stepping back restores.
+    pub before: BTreeMap<String, f64>,
+}
+
+impl Model {
+    /// Every parameter a fit may change, by name.
+    #[must_use]
+    pub fn parameters(&self) -> BTreeMap<String, f64> {
+        let base = self.rotor_parameters().into_iter().chain(self.body_parameters()).map(str::to_owned);
+        let effects = self
+            .effects
+            .iter()
+            .flat_map(|added| added.parameters.keys().map(move |name| format!("{}.{name}", added.id)));
+        base.chain(effects).filter_map(|name| self.parameter(&name).map(|value| (name, value))).collect()
+    }
+
+    /// Undoes the last step of the ladder; `None` when there is none.
+    #[must_use]
+    pub fn step_back(&self) -> Option<Self> {
+        let mut model = self.clone();
+        let step = model.ladder.pop()?;
+        model.effects.retain(|added| !step.added.contains(&added.id));
+        model.standard_errors.clear();
+        for (name, value) in &step.before {
+            model.set_parameter(name, *value);
+        }
+        Some(model)
+    }
+}

@@ -1,0 +1,207 @@
+//! Free run of a rotor: from command and battery to its rate, exact between samples where the law is linear.
+
+use super::equations::{Equations, Hook};
+use crate::effect::{Point, followed};
+
+/// Inputs of a rotor over a stretch without holes; each value holds until the next sample.
+#[derive(Debug, Clone, Copy)]
+pub struct RotorInput<'a> {
+    /// [s] rising.
+    pub time: &'a [f64],
+    /// [-] u.
+    pub command: &'a [f64],
+    /// [V] v_b; `None` = full battery.
+    pub voltage: Option<&'a [f64]>,
+    /// +1 rotor 1, -1 rotor 2.
+    pub side: f64,
+}
+
+/// Where a free run starts.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct RotorStart {
+    /// [rad/s] rate at the first sample; `None` = settled.
+    pub rate: Option<f64>,
+    /// Departure of slow states (heat) from settled at the first sample.
+    pub slow: f64,
+}
+
+/// What a free run gives, at the samples.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RotorTrace {
+    /// [rad/s] the rotor's rate.
+    pub rate: Vec<f64>,
+    /// [rad/s] what its sensor would read.
+    pub measured: Vec<f64>,
+}
+
+/// A step of integration covers at most this share of the fastest time constant.
+const STEP_SHARE: f64 = 0.35;
+/// Most steps between two samples: a bound for absurd parameters on the way of a fit.
+const MOST_STEPS: f64 = 200.0;
+/// Most states of laws with memory.
+const MOST_STATES: usize = 8;
+
+/// Everything that moves.
+struct State {
+    rate: f64,
+    steady: [f64; MOST_STATES],
+    sensor: [f64; MOST_STATES],
+}
+
+impl Equations {
+    /// Runs a rotor freely over its inputs.
+    pub fn simulate_rotor(&self, input: &RotorInput, start: &RotorStart, trace: &mut RotorTrace) {
+        trace.rate.clear();
+        trace.measured.clear();
+        let Some(first) = self.rotor_point(input, 0, 0) else { return };
+        let linear = self.steady.is_empty() && self.acceleration.is_empty() && self.rotor_sensor.is_empty();
+        let mut state = self.settle(first, start);
+        let mut known = (f64::NAN, 0.0);
+        // Index of the command in force: behind the row by the delay.
+        let mut late = 0;
+        for row in 0..input.time.len() {
+            trace.rate.push(state.rate);
+            trace.measured.push(self.sensed(&state, first));
+            let (Some(now), Some(next)) = (input.time.get(row), input.time.get(row + 1)) else { break };
+            let mut from = *now;
+            while from < *next {
+                while input.time.get(late + 1).is_some_and(|change| change + self.command_delay <= from) {
+                    late += 1;
+                }
+                let change = input.time.get(late + 1).map_or(*next, |change| change + self.command_delay);
+                let to = change.min(*next);
+                let Some(point) = self.rotor_point(input, late, row) else { return };
+                if linear {
+                    let span = to - from;
+                    // Rows of one interval share the exponential.
+                    if known.0 != span {
+                        known = (span, followed(self.pole, span));
+                    }
+                    state.rate = (point.steady_rate - state.rate).mul_add(known.1, state.rate);
+                } else {
+                    self.advance(&mut state, point, to - from);
+                }
+                from = to;
+            }
+        }
+    }
+
+    fn rotor_point(&self, input: &RotorInput, command_row: usize, row: usize) -> Option<Point> {
+        let command = *input.command.get(command_row)?;
+        let voltage = input.voltage.map_or(Some(self.constants.full_voltage), |v| v.get(row).copied())?;
+        let mut point = self.steady_point(command, voltage, input.side);
+        point.time = *input.time.get(row)?;
+        Some(point)
+    }
+
+    /// Every state settled at a held point, but for what the start says.
+    fn settle(&self, first: Point, start: &RotorStart) -> State {
+        let mut point = first;
+        point.propeller_rate = start.rate.unwrap_or(first.steady_rate);
+        let mut state =
+            State { rate: point.propeller_rate, steady: [0.0; MOST_STATES], sensor: [0.0; MOST_STATES] };
+        for (hook, memory_state) in self.steady.iter().zip(&mut state.steady) {
+            if let Some((memory, parameters)) = hook.memory() {
+                let departure = if memory.slow { start.slow } else { 0.0 };
+                *memory_state = (memory.settle)(parameters, &point) + departure;
+                point.steady_rate += (memory.add)(parameters, *memory_state, &point);
+            } else {
+                point.steady_rate += hook.add(&point);
+            }
+        }
+        if start.rate.is_none() {
+            state.rate = point.steady_rate;
+            point.propeller_rate = state.rate;
+        }
+        for (hook, memory_state) in self.rotor_sensor.iter().zip(&mut state.sensor) {
+            if let Some((memory, parameters)) = hook.memory() {
+                *memory_state = (memory.settle)(parameters, &point);
+            }
+        }
+        state
+    }
+
+    fn sensed(&self, state: &State, at: Point) -> f64 {
+        let mut point = Point { propeller_rate: state.rate, ..at };
+        for (hook, memory_state) in self.rotor_sensor.iter().zip(&state.sensor) {
+            point.propeller_rate += match hook {
+                Hook::Memory(memory, parameters) => (memory.add)(parameters, *memory_state, &point),
+                hook => hook.add(&point),
+            };
+        }
+        point.propeller_rate
+    }
+
+    /// Advances every state over a span in which command and voltage hold.
+    fn advance(&self, state: &mut State, held: Point, span: f64) {
+        let hooks = self.steady.iter().chain(&self.rotor_sensor);
+        let rates =
+            hooks.filter_map(|hook| hook.memory().map(|(memory, parameters)| (memory.rate)(parameters)));
+        // The laws on the acceleration move the pole by a small factor at most.
+        let pole = if self.acceleration.is_empty() { 0.5 * self.pole } else { self.pole };
+        let fastest = rates.fold(pole, f64::max);
+        let steps = (span * fastest / STEP_SHARE).ceil().clamp(1.0, MOST_STEPS);
+        let step = span / steps;
+        for _ in 0..steps as usize {
+            let before = state.rate;
+            let target = self.steady_over(state, held, step);
+            state.rate = self.accelerate(before, held, target, step);
+            self.advance_sensor(state, Point { propeller_rate: 0.5 * (before + state.rate), ..held }, step);
+        }
+    }
+
+    /// z at the begin, the middle and the end of a step, the memories on the way advanced.
+    fn steady_over(&self, state: &mut State, held: Point, step: f64) -> [f64; 3] {
+        let mut z = [held.steady_rate; 3];
+        let mut point = Point { propeller_rate: state.rate, ..held };
+        for (hook, memory_state) in self.steady.iter().zip(&mut state.steady) {
+            let Some((memory, parameters)) = hook.memory() else {
+                for value in &mut z {
+                    point.steady_rate = *value;
+                    *value += hook.add(&point);
+                }
+                continue;
+            };
+            let mut added = [0.0; 3];
+            for (node, add) in added.iter_mut().enumerate() {
+                if node > 0 {
+                    point.steady_rate = 0.5 * (z[node - 1] + z[node]);
+                    *memory_state = (memory.advance)(parameters, *memory_state, &point, 0.5 * step);
+                }
+                point.steady_rate = z[node];
+                *add = (memory.add)(parameters, *memory_state, &point);
+            }
+            for (value, add) in z.iter_mut().zip(added) {
+                *value += add;
+            }
+        }
+        z
+    }
+
+    /// One classical Runge-Kutta step of the rate.
+    fn accelerate(&self, rate: f64, held: Point, z: [f64; 3], step: f64) -> f64 {
+        let acceleration = |rate: f64, z: f64| {
+            let point = Point { propeller_rate: rate, steady_rate: z, ..held };
+            let extra: f64 = self.acceleration.iter().map(|hook| hook.add(&point)).sum();
+            // [LPC16] Eq. (2).
+            self.pole.mul_add(z - rate, extra)
+        };
+        let first = acceleration(rate, z[0]);
+        let second = acceleration((0.5 * step).mul_add(first, rate), z[1]);
+        let third = acceleration((0.5 * step).mul_add(second, rate), z[1]);
+        let fourth = acceleration(step.mul_add(third, rate), z[2]);
+        (step / 6.0).mul_add(first + 2.0 * (second + third) + fourth, rate)
+    }
+
+    fn advance_sensor(&self, state: &mut State, mut mean: Point, step: f64) {
+        for (hook, memory_state) in self.rotor_sensor.iter().zip(&mut state.sensor) {
+            mean.propeller_rate += match hook {
+                Hook::Memory(memory, parameters) => {
+                    *memory_state = (memory.advance)(parameters, *memory_state, &mean, step);
+                    (memory.add)(parameters, *memory_state, &mean)
+                }
+                hook => hook.add(&mean),
+            };
+        }
+    }
+}

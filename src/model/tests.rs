@@ -1,0 +1,138 @@
+use super::*;
+
+#[test]
+fn the_paper_has_its_printed_numbers() {
+    let model = Model::paper();
+    // paper-given: b = d c_p1 / J with c_p1 = 2 c ω_0, hover at 617 rad/s and 0.4633.
+    let slope = 2.0 * model.actuator.thrust_coefficient * model.actuator.hover_rate;
+    assert!((slope - 0.0197).abs() < 1e-12);
+    assert!((model.body.arm * slope / model.body.inertia - 0.15391).abs() < 1e-5);
+    assert!((model.hover_command() - 0.4633).abs() < 5e-5);
+    assert!((model.actuator.hover_rate - 617.0).abs() < 0.05);
+}
+
+#[test]
+fn a_model_file_reads_back_the_same() {
+    let mut model = Model::paper().with(&Model::paper().effect("gravity_pendulum").expect("known"));
+    model.user_effects.push(UserEffect {
+        id: "creak".to_owned(),
+        site: Site::Torque,
+        expression: "-k*body_rate^3".to_owned(),
+        parameters: vec![UserParameter {
+            name: "k".to_owned(),
+            unit: String::new(),
+            start: 0.1,
+            lower: 0.0,
+            upper: 1.0,
+        }],
+        meaning: String::new(),
+    });
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("model.toml");
+    model.save(&path).expect("saved");
+    assert_eq!(Model::load(&path).expect("reads"), model);
+}
+
+#[test]
+fn a_wrong_model_file_says_where() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("model.toml");
+    let base = Model::paper().emit().expect("emits");
+    let cases = [
+        (
+            "[[effects]]\nid = \"gravity_pendulun\"\n",
+            "unknown effect `gravity_pendulun`; did you mean `gravity_pendulum`?",
+        ),
+        ("[[effects]]\nid = \"torque_bias\"\n", "lacks its parameter `torque`"),
+        (
+            "[[effects]]\nid = \"torque_bias\"\n[effects.parameters]\ntorque = 1.0\ntork = 2.0\n",
+            "no parameter `tork`",
+        ),
+        (
+            "[[user_effects]]\nid = \"mine\"\nsite = \"torque\"\nexpression = \"-k*body_rat\"\n",
+            "^ `body_rat` is neither",
+        ),
+        ("bodyy = 3\n", "unknown field `bodyy`"),
+    ];
+    for (text, words) in cases {
+        let text =
+            if text.starts_with("bodyy") { format!("{text}{base}") } else { format!("{base}\n{text}") };
+        std::fs::write(&path, text).expect("written");
+        let message = Model::load(&path).unwrap_err().to_string();
+        assert!(message.contains(words) && message.contains("model.toml"), "{message}");
+    }
+}
+
+/// A step of a first-order rotor is known in closed form, whatever the sampling.
+#[test]
+fn the_bare_rotor_is_exact_between_irregular_samples() {
+    let model = Model::paper();
+    let time: Vec<f64> = (0..200).map(|k| 0.02 * f64::from(k) + 0.007 * f64::from(k % 3)).collect();
+    let command = vec![0.5; time.len()];
+    let input = RotorInput { time: &time, command: &command, voltage: None, side: 1.0 };
+    let mut trace = RotorTrace::default();
+    let start = RotorStart { rate: Some(100.0), slow: 0.0 };
+    model.equations().expect("binds").simulate_rotor(&input, &start, &mut trace);
+    let target = model.steady_rate(0.5);
+    for (at, rate) in time.iter().zip(&trace.rate) {
+        let exact = target + (100.0 - target) * (-16.0 * at).exp();
+        assert!((rate - exact).abs() < 1e-9);
+    }
+}
+
+/// A delay of two and a half samples moves the response by just that.
+#[test]
+fn a_delay_between_samples_is_exact() {
+    let mut model = Model::paper().with(&Model::paper().effect("transport_delay").expect("known"));
+    model.set_parameter("transport_delay.delay", 0.05);
+    let time: Vec<f64> = (0..100).map(|k| 0.02 * f64::from(k)).collect();
+    let command: Vec<f64> = (0..100).map(|k| if k < 10 { 0.4 } else { 0.5 }).collect();
+    let input = RotorInput { time: &time, command: &command, voltage: None, side: 1.0 };
+    let mut trace = RotorTrace::default();
+    model.equations().expect("binds").simulate_rotor(&input, &RotorStart::default(), &mut trace);
+    let (low, high) = (model.steady_rate(0.4), model.steady_rate(0.5));
+    for (at, rate) in time.iter().zip(&trace.rate) {
+        let exact = high + (low - high) * (-16.0 * (at - 0.25).max(0.0)).exp();
+        assert!((rate - exact).abs() < 1e-9, "{at}");
+    }
+}
+
+/// The body under a constant torque: half t squared.
+#[test]
+fn the_rigid_body_is_exact() {
+    let equations = Model::paper().equations().expect("binds");
+    let time: Vec<f64> = (0..50).map(|k| 0.01 * f64::from(k)).collect();
+    let torque = equations.torque_means(&time, &vec![0.064; time.len()], false);
+    let input = BodyInput { time: time.clone(), torque, ..BodyInput::default() };
+    let mut trace = BodyTrace::default();
+    equations.simulate_body(
+        &input,
+        0,
+        time.len(),
+        &BodyStart { angle: 0.1, rate: -1.0, sensor: 0.0 },
+        &mut trace,
+    );
+    for (row, at) in time.iter().enumerate() {
+        assert!((trace.rate[row] - (-1.0 + 2.0 * at)).abs() < 1e-12);
+        assert!((trace.angle[row] - (0.1 - at + at * at)).abs() < 1e-12);
+    }
+}
+
+/// A ramp of torque through delay and lag, against the closed form of a lagged, late ramp.
+#[test]
+fn torque_lag_and_delay_follow_a_ramp() {
+    let mut model = Model::paper();
+    for id in ["torque_delay", "rotor_lag"] {
+        model = model.with(&model.effect(id).expect("known"));
+    }
+    model.set_parameter("torque_delay.delay", 0.013);
+    model.set_parameter("rotor_lag.pole", 20.0);
+    let time: Vec<f64> = (0..200).map(|k| 0.01 * f64::from(k)).collect();
+    let means = model.equations().expect("binds").torque_means(&time, &time, true);
+    for row in 100..199 {
+        // Long after the start a lagged ramp is the ramp 1/p later. The mean over a quarter of a sample is
+        // taken at its middle: (p h)² / 24 of its growth, below 1e-5 here.
+        let expected = time[row] + 0.005 - 0.013 - 1.0 / 20.0;
+        assert!((means[row] - expected).abs() < 1e-5, "{row}: {} {expected}", means[row]);
+    }
+}
