@@ -1,8 +1,10 @@
 //! The closed loop and experiments in lockstep: the bench on virtual time.
 
-use rotorbench::emulate::{EmulatorConfig, SensorsConfig};
+use rotorbench::control::{ControllerConfig, ControllerKind, PlantParameters};
+use rotorbench::emulate::{EmulatorConfig, Impulse, SensorsConfig};
 use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
-use rotorbench::process::lockstep;
+use rotorbench::process::lockstep::{self, Lockstep, Slot};
+use rotorbench::process::pilot::Pilot;
 use rotorbench::record::Dataset;
 
 fn prbs(duration_s: f64) -> ExperimentConfig {
@@ -58,5 +60,50 @@ fn runs_repeat_bit_for_bit() {
             log.column(name).expect("there").iter().map(|value| value.to_bits()).collect()
         };
         assert_eq!(bits(&first), bits(&second), "{name}");
+    }
+}
+
+/// A bench of the default emulator with one torque impulse each 5 s, and the controller of `kind`.
+fn attitude(kind: ControllerKind, emulator: &EmulatorConfig, period_s: f64) -> Lockstep {
+    let controller = ControllerConfig { kind, ..ControllerConfig::default() };
+    let built = controller.build(&PlantParameters::paper(), period_s).expect("stable");
+    let reference = controller.reference.build(period_s).expect("valid");
+    let emulator = emulator.build().expect("valid");
+    Lockstep::new(emulator, Pilot::controller(built, reference), period_s)
+}
+
+fn with_impulses() -> EmulatorConfig {
+    EmulatorConfig {
+        impulse: vec![
+            Impulse { at_s: 5.0, duration_s: 0.05, torque: 0.6 },
+            Impulse { at_s: 10.0, duration_s: 0.05, torque: -0.6 },
+        ],
+        impulse_period_s: 10.0,
+        ..EmulatorConfig::default()
+    }
+}
+
+fn peak_angle(slots: &[Slot], from: f64, to: f64) -> f64 {
+    slots
+        .iter()
+        .filter(|slot| (from..to).contains(&slot.time))
+        .fold(0.0, |peak: f64, slot| peak.max(slot.truth.body_angle.abs()))
+}
+
+#[test]
+fn both_controllers_hold_the_angle_through_torque_impulses_at_three_rates() {
+    for kind in [ControllerKind::Emc, ControllerKind::Pid] {
+        for period_s in [0.02, 0.005, 0.001] {
+            let slots = attitude(kind, &with_impulses(), period_s).run(60.0, &mut ());
+            let struck = peak_angle(&slots, 5.0, 6.0);
+            assert!(
+                (0.02..0.2).contains(&struck),
+                "{kind:?} at {period_s} s: {struck} rad after the impulse"
+            );
+            let settled = peak_angle(&slots, 57.0, 60.0);
+            // The angle is the integral of the gyro: its noise of 0.004 rad/s alone makes it walk by
+            // 0.004 √(0.02 s · 60 s) = 0.0044 rad rms; four times that.
+            assert!(settled < 0.018, "{kind:?} at {period_s} s: {settled} rad at the end");
+        }
     }
 }

@@ -1,15 +1,128 @@
-//! The bench on virtual time: emulator, guard and controller step by step in one thread, bit-identical from
-//! run to run and as fast as the machine can.
+//! The bench on virtual time: emulator, guard and pilot step by step in one thread, bit-identical from run to
+//! run and as fast as the machine can. Timeouts are counted in virtual time, so that failsafe paths repeat too.
 
 use crate::clock;
-use crate::emulate::Emulator;
+use crate::emulate::{Emulator, EmulatorState, Truth};
 use crate::experiment::Experiment;
-use crate::signal::Applied;
+use crate::signal::{Applied, Command, ROTORS, Request, Sensors};
 
+use super::pilot::{Pilot, PilotState};
 use super::trace::Trace;
 
 /// [ns] at which virtual time begins; zero would mean "never".
 pub const ORIGIN_NS: u64 = clock::NANOSECONDS_PER_SECOND;
+
+/// The bench as built.
+#[derive(Debug, Clone)]
+pub struct Lockstep {
+    emulator: Emulator,
+    pilot: Pilot,
+    period_ns: u64,
+}
+
+/// The bench between two slots.
+#[derive(Debug, Clone)]
+pub struct LockstepState {
+    emulator: EmulatorState,
+    pilot: PilotState,
+    applied: Applied,
+    newest: Option<Command>,
+    slot: u64,
+}
+
+/// What happened in one slot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slot {
+    /// Number, from 0.
+    pub slot: u64,
+    /// [s] when it began.
+    pub time: f64,
+    /// What the controller saw.
+    pub sensors: Sensors,
+    /// What the controller said; `None` when it was silent.
+    pub command: Option<Command>,
+    /// What the rotors got, from this slot's beginning to its end.
+    pub applied: Applied,
+    /// What really was, at the slot's beginning.
+    pub truth: Truth,
+}
+
+/// Interferes with a run: injects faults, and acts as the operator. `()` does nothing.
+pub trait Interference {
+    /// Changes what is measured on its way to controller and guard.
+    fn sensors(&mut self, _slot: u64, _sensors: &mut Sensors) {}
+
+    /// Changes what is commanded on its way to the guard; `None` loses it.
+    fn command(&mut self, _slot: u64, command: Command) -> Option<Command> {
+        Some(command)
+    }
+
+    /// An operator's act in this slot.
+    fn request(&mut self, _slot: u64) -> Option<Request> {
+        None
+    }
+}
+
+impl Interference for () {}
+
+impl Lockstep {
+    /// A bench of `emulator` and `pilot`, stepped every `period_s`.
+    #[must_use]
+    pub fn new(emulator: Emulator, pilot: Pilot, period_s: f64) -> Self {
+        Self { emulator, pilot, period_ns: clock::span_ns(period_s).max(1) }
+    }
+
+    /// The bench at rest.
+    #[must_use]
+    pub fn start(&self) -> LockstepState {
+        LockstepState {
+            emulator: self.emulator.start(ORIGIN_NS),
+            pilot: self.pilot.start(),
+            applied: Applied::default(),
+            newest: None,
+            slot: 0,
+        }
+    }
+
+    /// One slot: measure, decide, let through, turn.
+    pub fn step(&self, state: &mut LockstepState, interference: &mut impl Interference) -> Slot {
+        let slot = state.slot;
+        let mut sensors = *state.emulator.sensors();
+        interference.sensors(slot, &mut sensors);
+        let now_ns = ORIGIN_NS + state.emulator.now_ns();
+        let mut command = self.pilot.step(&mut state.pilot, &sensors, &state.applied);
+        command.stamp_ns = now_ns;
+        let command = interference.command(slot, command);
+        state.newest = command.or(state.newest);
+        let truth = self.emulator.truth(&state.emulator);
+        state.applied = open_gate(state.applied.sequence + 1, now_ns, state.newest.as_ref());
+        self.emulator.command(&mut state.emulator, state.applied.rotor);
+        state.slot += 1;
+        self.emulator.advance(&mut state.emulator, state.slot.saturating_mul(self.period_ns));
+        let time = clock::span_s(slot.saturating_mul(self.period_ns));
+        Slot { slot, time, sensors, command, applied: state.applied, truth }
+    }
+
+    /// Runs from rest for `seconds` and keeps every slot.
+    #[must_use]
+    pub fn run(&self, seconds: f64, interference: &mut impl Interference) -> Vec<Slot> {
+        let slots = clock::span_ns(seconds).div_ceil(self.period_ns);
+        let mut state = self.start();
+        (0..slots).map(|_| self.step(&mut state, interference)).collect()
+    }
+}
+
+/// Lets everything within 0..1 through: for the study of a controller alone.
+fn open_gate(sequence: u64, now_ns: u64, newest: Option<&Command>) -> Applied {
+    let pass = |u: f64| if u.is_finite() { u.clamp(0.0, 1.0) } else { 0.0 };
+    Applied {
+        sequence,
+        stamp_ns: now_ns,
+        command_sequence: newest.map_or(0, |command| command.sequence),
+        rotor: newest.map_or([0.0; ROTORS], |command| command.rotor.map(pass)),
+        ..Applied::default()
+    }
+}
 
 /// Drives the emulated rotors with an experiment, open loop and without a guard, and gives the log from the
 /// first excited slot on. For what a guard may say to it, see [`Experiment::check`].
@@ -17,19 +130,14 @@ pub const ORIGIN_NS: u64 = clock::NANOSECONDS_PER_SECOND;
 pub fn drive(emulator: &Emulator, experiment: &Experiment) -> Trace {
     let mut state = emulator.start(ORIGIN_NS);
     let mut trace = Trace::default();
+    let period_ns = clock::span_ns(experiment.period_s()).max(1);
     for slot in 0..experiment.slots() {
         let applied = Applied { rotor: experiment.command(slot), ..Applied::default() };
         if let Some(logged) = slot.checked_sub(experiment.lead_in()) {
-            let time_ns = slot_ns(experiment.period_s(), logged);
-            trace.push(time_ns, state.sensors(), &applied);
+            trace.push(logged.saturating_mul(period_ns), state.sensors(), &applied);
         }
         emulator.command(&mut state, applied.rotor);
-        emulator.advance(&mut state, slot_ns(experiment.period_s(), slot + 1));
+        emulator.advance(&mut state, (slot + 1).saturating_mul(period_ns));
     }
     trace
-}
-
-/// [ns] when a slot begins, on the grid of `period_s`.
-fn slot_ns(period_s: f64, slot: u64) -> u64 {
-    clock::span_ns(period_s).saturating_mul(slot)
 }
