@@ -39,6 +39,7 @@ pub mod effect;
 pub mod emulate;
 pub mod experiment;
 pub mod file;
+pub mod gate;
 pub mod guard;
 pub mod identify;
 pub mod model;

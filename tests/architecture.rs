@@ -23,7 +23,9 @@ const TABLE: &[(&str, &[&str])] = &[
     ("identify", &["unit", "signal", "effect", "model", "record", "experiment"]),
     ("diagnose", &["unit", "signal", "effect", "model", "record", "experiment", "identify"]),
     ("rt", &["clock", "signal"]),
-    ("emulate", &["unit", "clock", "signal", "can", "shm", "guard", "effect", "model", "rt"]),
+    // The guard on the running bench; bridge and emulator both own one.
+    ("gate", &["clock", "signal", "shm", "guard", "rt"]),
+    ("emulate", &["unit", "clock", "signal", "can", "shm", "guard", "effect", "model", "rt", "gate"]),
     // The bench file puts the tables of the other rooms together.
     ("bench", &["*"]),
     // The bodies of bridge, control, run, record: what a process does, apart from how it is called.

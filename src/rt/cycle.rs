@@ -66,15 +66,16 @@ impl Cycle {
         let slot = (now_ns - self.start_ns) / self.period_ns;
         self.statistics.skipped += slot - self.next_slot;
         self.next_slot = slot + 1;
-        Some(self.release(slot, self.start_ns + slot * self.period_ns, now_ns))
+        Some(self.release(slot, self.start_ns.saturating_add(slot.saturating_mul(self.period_ns)), now_ns))
     }
 
-    /// Begins a slot now because a frame arrived, and lets the grid start again from here: slot k + 1 is due one
-    /// period after this instant.
-    pub fn begin_at_arrival(&mut self, now_ns: u64) -> Release {
+    /// Begins a slot now because what it waited for arrived, and lets the grid start again from here: the next slot is
+    /// due, should nothing arrive, `grace_ns` later than a period from now.
+    pub fn begin_at_arrival(&mut self, now_ns: u64, grace_ns: u64) -> Release {
         let slot = self.next_slot;
         self.next_slot += 1;
-        self.start_ns = now_ns.saturating_sub(slot.saturating_mul(self.period_ns));
+        let next_ns = now_ns.saturating_add(self.period_ns).saturating_add(grace_ns);
+        self.start_ns = next_ns.saturating_sub(self.next_slot.saturating_mul(self.period_ns));
         self.release(slot, now_ns, now_ns)
     }
 
@@ -313,10 +314,11 @@ mod tests {
     #[test]
     fn an_arrival_moves_the_grid() {
         let mut cycle = Cycle::new(100, 1_000);
-        assert_eq!(cycle.begin_at_arrival(1_030).slot, 0);
-        assert_eq!(cycle.due_ns(), 1_130);
+        assert_eq!(cycle.begin_at_arrival(1_030, 50).slot, 0);
+        assert_eq!(cycle.due_ns(), 1_180);
         cycle.skip();
-        assert_eq!(cycle.begin_at_arrival(1_260).slot, 2);
+        assert_eq!(cycle.due_ns(), 1_280);
+        assert_eq!(cycle.begin_at_arrival(1_260, 50).slot, 2);
         assert_eq!(cycle.statistics().summary().slots, 3);
     }
 }

@@ -1,0 +1,256 @@
+//! The guard on a running bench: commands and operator's acts in, what the rotors get out, everything published.
+//!
+//! Bridge and emulator both own a gate; it is the same guard in both. A gate steps when a command comes. When none
+//! comes it steps half a period late, and counts a miss: the command of a healthy controller may be that unpunctual.
+//! Commands that come faster than twice a period wait, so that a controller gone wild cannot buy itself a higher
+//! slew rate. An emergency stop waits for nothing.
+
+use crate::clock;
+use crate::guard::{Cause, Guard, GuardState, OperatorAct, State};
+use crate::rt::{Cycle, Release};
+use crate::shm::{
+    APPLIED, Bell, Bench, COMMAND, GUARD_EVENTS, GUARD_STEPS, Publisher, REQUEST, SENSORS, ShmError,
+    Subscriber, Waiter,
+};
+use crate::signal::{
+    Applied, Command, CycleSample, GuardEvent, GuardStep, Heartbeat, ROTORS, Request, Sensors,
+};
+
+/// The guard, its cycle and its topics.
+#[derive(Debug)]
+pub struct Gate {
+    guard: Guard,
+    state: GuardState,
+    cycle: Cycle,
+    /// [ns] when the guard stepped last.
+    stepped_ns: u64,
+    newest: Option<Command>,
+    is_pending: bool,
+    request: Option<Request>,
+    arming: Option<Arming>,
+    applied: Applied,
+    topics: Topics,
+}
+
+#[derive(Debug)]
+struct Topics {
+    role: u32,
+    sensors: Publisher<Sensors>,
+    applied: Publisher<Applied>,
+    events: Publisher<GuardEvent>,
+    steps: Publisher<GuardStep>,
+    cycles: Publisher<CycleSample>,
+    heartbeats: Publisher<Heartbeat>,
+    commands: Subscriber<Command>,
+    requests: Subscriber<Request>,
+    control_bell: Bell,
+    bell: Bell,
+    heartbeat: Heartbeat,
+}
+
+impl Gate {
+    /// Takes the bench's guard over: from now on nobody else can.
+    ///
+    /// # Errors
+    /// [`ShmError::Claimed`] when the bench has a bridge or emulator.
+    pub fn open(bench: &Bench, guard: Guard, period_ns: u64) -> Result<Self, ShmError> {
+        let now_ns = clock::monotonic_ns();
+        Ok(Self {
+            guard,
+            state: GuardState::new(),
+            cycle: Cycle::new(period_ns, now_ns.saturating_add(period_ns)),
+            stepped_ns: now_ns,
+            newest: None,
+            is_pending: false,
+            request: None,
+            arming: None,
+            applied: Applied::default(),
+            topics: Topics::open(bench, now_ns)?,
+        })
+    }
+
+    /// Lets the gate ask its guard to arm, again and again until it is armed once: for scripted runs on the emulator.
+    pub fn arm_by_itself(&mut self) {
+        self.arming = Some(Arming { sequence: 0, next_ns: 0 });
+    }
+
+    /// Rung when there may be something to do: for the wait.
+    #[must_use]
+    pub fn bell(&self) -> &Bell {
+        &self.topics.bell
+    }
+
+    /// [ns] when to call [`Gate::poll`] at the latest.
+    #[must_use]
+    pub fn deadline_ns(&self) -> u64 {
+        if self.is_pending { self.cycle.due_ns().min(self.earliest_ns()) } else { self.cycle.due_ns() }
+    }
+
+    /// [ns] before which no command makes the guard step.
+    fn earliest_ns(&self) -> u64 {
+        self.stepped_ns.saturating_add(self.cycle.period_ns() / 2)
+    }
+
+    /// Publishes what was measured, and wakes the controller when `wake` says so.
+    pub fn publish_sensors(&mut self, sensors: &Sensors, wake: bool) {
+        self.topics.sensors.send(sensors);
+        if wake {
+            self.topics.control_bell.ring();
+        }
+    }
+
+    /// Takes in what came through shared memory. Returns whether the operator wants an emergency stop.
+    fn take_in(&mut self, now_ns: u64) -> bool {
+        if let Some(command) = self.topics.commands.newest() {
+            self.newest = Some(command);
+            self.is_pending = true;
+        }
+        if self.request.is_none() {
+            self.request = self.topics.requests.next_in_order().or_else(|| self.own_request(now_ns));
+        }
+        self.request.is_some_and(|request| request.act == OperatorAct::Stop as u32)
+    }
+
+    /// Steps the guard if it is time to. What it lets through is to be sent at once, then [`Gate::finish`] called.
+    pub fn poll(&mut self, now_ns: u64, sensors: &Sensors) -> Option<(Release, Applied)> {
+        let stop = self.take_in(now_ns);
+        let release = if stop || (self.is_pending && now_ns >= self.earliest_ns()) {
+            self.cycle.begin_at_arrival(now_ns, self.cycle.period_ns() / 2)
+        } else {
+            self.cycle.begin(now_ns)?
+        };
+        Some((release, self.step(now_ns, sensors)))
+    }
+
+    /// Steps the guard with a command of this very thread: for the process that is bridge and control in one. Such a
+    /// process begins the slots itself, see [`Gate::cycle_mut`]. Without a command it is a miss.
+    pub fn step_with(&mut self, now_ns: u64, sensors: &Sensors, command: Option<&Command>) -> Applied {
+        self.take_in(now_ns);
+        if let Some(command) = command {
+            self.newest = Some(*command);
+        }
+        self.step(now_ns, sensors)
+    }
+
+    /// Whether the operator wants an emergency stop; the next step makes it.
+    pub fn is_stop_wanted(&mut self, now_ns: u64) -> bool {
+        self.take_in(now_ns)
+    }
+
+    fn step(&mut self, now_ns: u64, sensors: &Sensors) -> Applied {
+        let request = self.request.take();
+        let applied =
+            self.guard.step(&mut self.state, now_ns, sensors, self.newest.as_ref(), request.as_ref());
+        let topics = &mut self.topics;
+        topics.applied.send(&applied);
+        topics.steps.send(&GuardStep::new(now_ns, sensors, self.newest.as_ref(), request.as_ref(), &applied));
+        for event in self.state.take_events() {
+            topics.events.send(&event);
+        }
+        self.stepped_ns = now_ns;
+        self.is_pending = false;
+        self.applied = applied;
+        applied
+    }
+
+    /// Ends the period: what the guard let through was out at `finished_ns`.
+    pub fn finish(&mut self, release: Release, finished_ns: u64, sensors: &Sensors) {
+        let sample = self.cycle.finish(release, finished_ns, sensors.body_rate.stamp_ns);
+        let topics = &mut self.topics;
+        topics.cycles.send(&CycleSample { role: topics.role, ..sample });
+        topics.heartbeat.count += 1;
+        topics.heartbeat.stamp_ns = finished_ns;
+        topics.heartbeats.send(&topics.heartbeat);
+    }
+
+    /// Latches from outside: the bus died, the process is ending. The next step begins the ramp to zero.
+    pub fn trip(&mut self, now_ns: u64, cause: Cause) {
+        self.guard.trip(&mut self.state, now_ns, cause);
+    }
+
+    /// Whether the rotors are commanded to stand still.
+    #[must_use]
+    pub fn is_safe(&self) -> bool {
+        self.applied.rotor == [0.0; ROTORS]
+    }
+
+    /// How many commands and requests the guard refused for `cause`.
+    #[must_use]
+    pub fn refusals(&self, cause: Cause) -> u64 {
+        self.state.refusals(cause)
+    }
+
+    /// What the guard let through last.
+    #[must_use]
+    pub fn applied(&self) -> &Applied {
+        &self.applied
+    }
+
+    /// The slots of the gate and their timing.
+    #[must_use]
+    pub fn cycle(&self) -> &Cycle {
+        &self.cycle
+    }
+
+    /// The slots, for the process that begins them itself.
+    pub fn cycle_mut(&mut self) -> &mut Cycle {
+        &mut self.cycle
+    }
+
+    /// The next wish to arm of a gate that arms by itself. Only a bench that was never armed is: what ended in a
+    /// failsafe, or was disarmed, waits for a person.
+    fn own_request(&mut self, now_ns: u64) -> Option<Request> {
+        let arming = self.arming.as_mut()?;
+        if self.applied.state != State::Disarmed as u32 && self.applied.state != State::PreArm as u32 {
+            self.arming = None;
+            return None;
+        }
+        if now_ns < arming.next_ns {
+            return None;
+        }
+        arming.next_ns = now_ns.saturating_add(ARMING_PERIOD_NS);
+        arming.sequence += 1;
+        Some(Request {
+            sequence: arming.sequence,
+            stamp_ns: now_ns,
+            act: OperatorAct::Arm as u32,
+            reserved: 0,
+        })
+    }
+}
+
+/// [ns] between two wishes to arm.
+const ARMING_PERIOD_NS: u64 = 100_000_000;
+
+/// A gate that asks its guard to arm.
+#[derive(Debug, Clone, Copy)]
+struct Arming {
+    sequence: u64,
+    next_ns: u64,
+}
+
+impl Topics {
+    fn open(bench: &Bench, now_ns: u64) -> Result<Self, ShmError> {
+        let role = bench.role();
+        Ok(Self {
+            role: role as u32,
+            sensors: bench.publish(&SENSORS)?,
+            applied: bench.publish(&APPLIED)?,
+            events: bench.publish(&GUARD_EVENTS)?,
+            steps: bench.publish(&GUARD_STEPS)?,
+            cycles: bench.publish(&role.cycle())?,
+            heartbeats: bench.publish(&role.heartbeat())?,
+            commands: bench.subscribe(&COMMAND)?,
+            requests: bench.subscribe(&REQUEST)?,
+            control_bell: bench.bell(Waiter::Control)?,
+            bell: bench.bell(Waiter::Gate)?,
+            heartbeat: Heartbeat {
+                count: 0,
+                stamp_ns: now_ns,
+                born_ns: now_ns,
+                role: role as u32,
+                process_id: std::process::id(),
+            },
+        })
+    }
+}
