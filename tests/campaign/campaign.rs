@@ -3,6 +3,8 @@
 //!
 //! `campaign generate --out DIR [--draws 20] [--seed 1]`, `campaign score DIR [--binary PATH] [--jobs 2]`
 
+#[cfg(test)]
+mod agreement;
 mod answer;
 mod case;
 mod catalogue;

@@ -42,7 +42,8 @@ pub struct Row {
     pub rate: [f64; 2],
     pub body_rate: f64,
     pub angle: f64,
-    /// The body's own rate, which no sensor law has touched.
+    /// The rates themselves, which no sensor law has touched.
+    pub true_rate: [f64; 2],
     pub true_body_rate: f64,
 }
 
@@ -289,6 +290,7 @@ impl<'a> Motion<'a> {
             rate: [s[seen], s[seen + 1]],
             body_rate: h.gyro_scale * gyro + h.gyro_bias,
             angle: s[ANGLE],
+            true_rate: [s[RATE], s[RATE + 1]],
             true_body_rate: s[BODY_RATE],
         }
     }

@@ -34,9 +34,12 @@ fn read(path: &Path) -> Option<(Inputs, Vec<Row>)> {
     let commands = cells.iter().map(|c| [c[1], if kind == Kind::Attitude { c[2] } else { c[1] }]).collect();
     let rows = cells
         .iter()
-        .map(|c| match kind {
-            Kind::Actuator => Row { rate: [c[3]; 2], body_rate: 0.0, angle: 0.0, true_body_rate: 0.0 },
-            Kind::Attitude => Row { rate: [c[4], c[5]], body_rate: c[6], angle: c[7], true_body_rate: c[6] },
+        .map(|c| {
+            let (rate, body_rate, angle) = match kind {
+                Kind::Actuator => ([c[3]; 2], 0.0, 0.0),
+                Kind::Attitude => ([c[4], c[5]], c[6], c[7]),
+            };
+            Row { rate, body_rate, angle, true_rate: rate, true_body_rate: body_rate }
         })
         .collect();
     Some((Inputs { kind, period: cells[1][0] - cells[0][0], commands, voltages }, rows))
