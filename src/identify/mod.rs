@@ -1,1 +1,3 @@
 //! Section III of the paper, then general fitting.
+
+pub mod fit;
