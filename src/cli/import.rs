@@ -1,12 +1,137 @@
-//! `rotorbench import`: read a foreign log into the CSV log format.
+//! `rotorbench import`: read a foreign log into the CSV log format, and say what it is like.
 
-use super::{CliError, CliResult};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::{CliError, CliResult, Outcome};
+use crate::record::findings::Findings;
+use crate::record::{Dataset, Mapping, Notes, foreign, log};
 
 /// Arguments of `import`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    /// The foreign log
+    log: PathBuf,
+    /// What its columns mean: a mapping file, or the name of a shipped mapping (`rcbenchmark`)
+    #[arg(long, value_name = "FILE|NAME")]
+    mapping: Option<String>,
+    /// Which log of the file, from 1, where time begins anew inside it
+    #[arg(long, value_name = "N")]
+    part: Option<usize>,
+    /// Write the log here; without it only the report is made
+    #[arg(short, long, value_name = "FILE.csv")]
+    output: Option<PathBuf>,
+    /// Report as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `import` found.
+#[derive(Serialize)]
+struct Report<'a> {
+    source: &'a str,
+    sha256: &'a str,
+    notes: &'a Notes,
+    findings: &'a Findings,
+    output: Option<&'a Path>,
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> CliResult {
-    Err(CliError::new("`import` is not part of this build"))
+pub fn run(arguments: &Arguments) -> CliResult {
+    let (log, notes) = read(arguments)?;
+    let findings = Findings::of(&log);
+    if let Some(output) = &arguments.output {
+        log::write(&log, output)?;
+    }
+    if arguments.json {
+        let report = Report {
+            source: log.source_name(),
+            sha256: log.sha256(),
+            notes: &notes,
+            findings: &findings,
+            output: arguments.output.as_deref(),
+        };
+        println!("{}", serde_json::to_string_pretty(&report)?);
+    } else {
+        print!("{}", text(&log, &notes, &findings));
+        if let Some(output) = &arguments.output {
+            println!("written: {}", output.display());
+        }
+    }
+    Ok(Outcome::Done)
+}
+
+fn read(arguments: &Arguments) -> Result<(Dataset, Notes), CliError> {
+    if let Some(mapping) = &arguments.mapping {
+        return Ok(foreign::read(&arguments.log, &Mapping::load(mapping)?, arguments.part)?);
+    }
+    Ok((log::read(&arguments.log)?, Notes::default()))
+}
+
+/// The report in words.
+fn text(log: &Dataset, notes: &Notes, findings: &Findings) -> String {
+    let mut lines = Vec::new();
+    let [start, end] = findings.time_s;
+    let rate = if findings.median_interval_s > 0.0 { 1.0 / findings.median_interval_s } else { 0.0 };
+    let [low, high, longest] = findings.interval_s.map(|interval| 1e3 * interval);
+    lines.push(format!("{} (sha256 {:.12})", log.source_name(), log.sha256()));
+    lines.push(format!(
+        "{} samples from {start:.3} s to {end:.3} s, {rate:.1} Hz; intervals 5-95 %: {low:.2} to {high:.2} ms, longest \
+         {longest:.2} ms, holes apart",
+        findings.samples
+    ));
+    lines.push(format!(
+        "{:<24}{:>9}{:>9}{:>10}{:>14}{:>14}",
+        "channel", "values", "missing", "every ms", "least", "greatest"
+    ));
+    for channel in &findings.channels {
+        let [least, greatest] = channel.range;
+        lines.push(format!(
+            "{:<24}{:>9}{:>9}{:>10.2}{:>14.6}{:>14.6}",
+            channel.name,
+            channel.samples,
+            channel.missing,
+            1e3 * channel.median_interval_s,
+            least,
+            greatest
+        ));
+    }
+    lines.extend(note_lines(notes));
+    lines.extend(findings.warnings.iter().map(|warning| format!("warning: {warning}")));
+    lines.join("\n") + "\n"
+}
+
+/// What the reader left out, cut or merged, in words.
+fn note_lines(notes: &Notes) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut say = |places: &foreign::Places, what: &str| {
+        if places.count > 0 {
+            let shown: Vec<String> = places.first_lines.iter().map(u64::to_string).collect();
+            let more = if places.count > shown.len() { ", ..." } else { "" };
+            lines.push(format!("note: {} {what} (line {}{more})", places.count, shown.join(", ")));
+        }
+    };
+    say(&notes.short_rows, "rows end before the header does: the rest of their cells is missing");
+    say(&notes.long_rows, "rows go on behind the header: the surplus is not read");
+    say(&notes.without_time, "rows without a time, left out");
+    say(&notes.repeated_time, "rows repeat the time of the row before: merged into it");
+    say(&notes.conflicting_cells, "cells contradict the row of the same time: left out");
+    say(&notes.backward_time, "rows whose time lies before an earlier row's: left out");
+    for (signal, places) in &notes.clamped {
+        say(places, &format!("values of `{signal}` cut to the mapping's `clamp`"));
+    }
+    for (signal, places) in &notes.invalid {
+        say(places, &format!("values of `{signal}` outside the mapping's `valid`: left out"));
+    }
+    if notes.remarks > 0 {
+        lines.push(format!("note: {} remarks between the rows, not read", notes.remarks));
+    }
+    if !notes.absent.is_empty() {
+        lines.push(format!("note: columns absent for {}", notes.absent.join(", ")));
+    }
+    if !notes.unused_columns.is_empty() {
+        lines.push(format!("note: columns not used: {}", notes.unused_columns.join(", ")));
+    }
+    lines
 }

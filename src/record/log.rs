@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use super::dataset::{Dataset, DatasetError};
+use super::lines::Lines;
 use crate::file::write_atomically;
 
 /// Why a log file cannot be read or written.
@@ -96,9 +97,10 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
         return Err(LogError::NoTime { path: path.to_owned(), header: header.join(",") });
     };
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); header.len()];
+    let mut lines = Lines::new(text, None, 1);
     let mut record = csv::StringRecord::new();
     while reader.read_record(&mut record).map_err(syntax)? {
-        let line = record.position().map_or(0, csv::Position::line);
+        let line = lines.of(record.position());
         if record.len() > header.len() {
             let reason = format!("{} cells under a header of {}", record.len(), header.len());
             return Err(LogError::Syntax { path: path.to_owned(), line, reason });
@@ -189,6 +191,7 @@ mod tests {
     fn errors_show_the_place() {
         let cases = [
             ("time_s,a\n0,1\n1,x\n", "log.csv, line 3, column `a`: `x` is not a number"),
+            ("time_s,a\r\n\r\n0,1\r\n\r\n1,x\r\n", "log.csv, line 5, column `a`: `x` is not a number"),
             ("time_s,a\n0,inf\n", "log.csv, line 2, column `a`: `inf` is not a number"),
             ("time_s,a\n0,1,2\n", "log.csv, line 2: 3 cells under a header of 2"),
             ("t,a\n0,1\n", "log.csv: the header has no column `time_s`; it reads `t,a`"),

@@ -10,11 +10,15 @@ use std::io;
 use std::path::PathBuf;
 
 pub mod dataset;
+pub mod findings;
+pub mod foreign;
 pub mod log;
+pub mod mapping;
 
 mod disk;
 mod frame;
 mod handle;
+mod lines;
 mod provenance;
 mod reader;
 mod topic;
@@ -23,8 +27,11 @@ mod writer;
 
 pub use dataset::{Dataset, DatasetError};
 pub use disk::Disk;
+pub use findings::Findings;
+pub use foreign::{ForeignError, Notes};
 pub use frame::{FrameFlags, RawFrame};
 pub use handle::{Record, RecorderHandle};
+pub use mapping::{Mapping, MappingError};
 pub use provenance::{METADATA_NAME, Provenance};
 pub use reader::{End, Recording};
 pub use wire::{RecorderStatus, WireError};

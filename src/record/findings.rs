@@ -1,0 +1,411 @@
+//! What a log looks like before anybody fits anything to it: rate, jitter, holes, channels that are frozen, clipped
+//! or drop out, starts from standstill.
+
+use serde::Serialize;
+
+use super::dataset::{Dataset, LOG_SIGNALS};
+
+/// A stretch without a value is a dropout when longer than this many of the channel's own median intervals.
+const DROPOUT_FACTOR: f64 = 2.5;
+/// How unlikely a run of equal values must be, over the whole channel, to be called frozen.
+const FROZEN_CHANCE: f64 = 1e-3;
+/// No run shorter than this is called frozen.
+const FROZEN_LEAST: usize = 10;
+/// A channel with fewer distinct values than this is a switch; it cannot clip.
+const LEVELS_LEAST: usize = 20;
+/// A channel is clipped when its extreme value occurs this many times as often as the next one inside.
+const CLIPPED_FACTOR: usize = 5;
+/// No fewer samples at the extreme than this are called clipped.
+const CLIPPED_LEAST: usize = 10;
+/// A rotor slower than this share of its fastest stands still.
+const STANDSTILL_SHARE: f64 = 0.05;
+/// [s] a change of command this long before a hole, or inside it, is named with it.
+const BEFORE_HOLE_S: f64 = 0.1;
+
+/// Which way the commands went around a hole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Step {
+    /// A command rose.
+    Up,
+    /// A command fell.
+    Down,
+}
+
+/// A gap in time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct HoleFinding {
+    /// [s] when it begins.
+    pub start_s: f64,
+    /// [s] how long it is.
+    pub length_s: f64,
+    /// Which way a command stepped just before or inside it.
+    pub at_step: Option<Step>,
+}
+
+/// A stretch of time in one channel.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Stretch {
+    /// [s] when it begins.
+    pub start_s: f64,
+    /// [s] how long it is.
+    pub length_s: f64,
+    /// The value held; for a dropout the last one before it.
+    pub value: f64,
+}
+
+/// A channel that piles up at its end.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Clip {
+    /// The value it does not pass.
+    pub at: f64,
+    /// Samples there.
+    pub samples: usize,
+}
+
+/// What one channel looks like.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChannelFindings {
+    /// Name in the log.
+    pub name: String,
+    /// Cells with a value.
+    pub samples: usize,
+    /// Cells without.
+    pub missing: usize,
+    /// [s] median time between values.
+    pub median_interval_s: f64,
+    /// Least and greatest value.
+    pub range: [f64; 2],
+    /// It never changes.
+    pub constant: bool,
+    /// Stretches in which it repeats a value longer than its own liveliness explains.
+    pub frozen: Vec<Stretch>,
+    /// Ends at which it piles up.
+    pub clipped: Vec<Clip>,
+    /// Stretches without a value, holes in time apart.
+    pub dropouts: Vec<Stretch>,
+}
+
+/// What a log looks like.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Findings {
+    /// Rows.
+    pub samples: usize,
+    /// [s] first and last time.
+    pub time_s: [f64; 2],
+    /// [s] median time between rows.
+    pub median_interval_s: f64,
+    /// [s] 5th and 95th percentile and greatest time between rows, holes apart.
+    pub interval_s: [f64; 3],
+    /// Gaps in time.
+    pub holes: Vec<HoleFinding>,
+    /// [s] when a rotor began to turn from standstill.
+    pub standstill_starts_s: Vec<f64>,
+    /// Channel by channel.
+    pub channels: Vec<ChannelFindings>,
+    /// The same in sentences: what somebody who fits a model to this log must know.
+    pub warnings: Vec<String>,
+}
+
+impl Findings {
+    /// Looks through a log.
+    #[must_use]
+    pub fn of(log: &Dataset) -> Self {
+        let time = log.time();
+        let median = log.median_interval();
+        let limit = 2.5 * median;
+        let mut intervals: Vec<f64> =
+            time.windows(2).map(|pair| pair[1] - pair[0]).filter(|interval| *interval <= limit).collect();
+        intervals.sort_by(f64::total_cmp);
+        let channels = log.names().filter_map(|name| Some(channel(log, name, log.column(name)?))).collect();
+        let mut findings = Self {
+            samples: log.len(),
+            time_s: [time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0)],
+            median_interval_s: median,
+            interval_s: [quantile(&intervals, 0.05), quantile(&intervals, 0.95), quantile(&intervals, 1.0)],
+            holes: holes(log),
+            standstill_starts_s: standstill_starts(log),
+            channels,
+            warnings: Vec::new(),
+        };
+        findings.warnings = findings.sentences();
+        findings
+    }
+
+    fn sentences(&self) -> Vec<String> {
+        let mut said = Vec::new();
+        if let Some(longest) = self.holes.iter().map(|hole| hole.length_s).max_by(f64::total_cmp) {
+            let count = |step| self.holes.iter().filter(|hole| hole.at_step == Some(step)).count();
+            let typical = 1e3 * self.median_interval_s;
+            said.push(format!(
+                "{} holes in time (rows are {typical:.1} ms apart, the longest hole is {:.0} ms): {} at up-steps of a \
+                 command, {} at down-steps",
+                self.holes.len(),
+                1e3 * longest,
+                count(Step::Up),
+                count(Step::Down)
+            ));
+        }
+        if !self.standstill_starts_s.is_empty() {
+            let first = self.standstill_starts_s[0];
+            said.push(format!(
+                "{} starts from standstill, the first at {first:.3} s: what happens there is not in the model's range",
+                self.standstill_starts_s.len()
+            ));
+        }
+        for channel in &self.channels {
+            channel.sentences(&mut said);
+        }
+        said
+    }
+}
+
+impl ChannelFindings {
+    fn sentences(&self, said: &mut Vec<String>) {
+        let name = &self.name;
+        if self.constant {
+            said.push(format!("`{name}` is {} throughout", self.range[0]));
+        }
+        if let Some(longest) = longest(&self.frozen) {
+            let (length, start, value) = (longest.length_s, longest.start_s, longest.value);
+            let count = self.frozen.len();
+            said.push(format!(
+                "`{name}` is frozen {count} times, longest for {length:.3} s from {start:.3} s at {value}"
+            ));
+        }
+        for clip in &self.clipped {
+            said.push(format!("`{name}` is clipped at {}: {} samples stand there", clip.at, clip.samples));
+        }
+        if let Some(longest) = longest(&self.dropouts) {
+            let (length, start) = (longest.length_s, longest.start_s);
+            let count = self.dropouts.len();
+            said.push(format!(
+                "`{name}` drops out {count} times, longest for {length:.3} s from {start:.3} s"
+            ));
+        }
+    }
+}
+
+fn longest(stretches: &[Stretch]) -> Option<&Stretch> {
+    stretches.iter().max_by(|a, b| a.length_s.total_cmp(&b.length_s))
+}
+
+/// The quantile `share` of sorted values; 0 of none.
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let place = (share * sorted.len().saturating_sub(1) as f64).round() as usize;
+    sorted.get(place).copied().unwrap_or(0.0)
+}
+
+/// Commands hold by nature: they neither freeze nor clip.
+fn is_command(name: &str) -> bool {
+    name.contains("command") || !LOG_SIGNALS.iter().any(|known| known.name == name)
+}
+
+fn channel(log: &Dataset, name: &str, values: &[f64]) -> ChannelFindings {
+    // Time, value and place of each cell that holds one.
+    let present: Vec<(f64, f64, usize)> = log
+        .time()
+        .iter()
+        .zip(values)
+        .enumerate()
+        .filter(|(_, (_, value))| value.is_finite())
+        .map(|(row, (time, value))| (*time, *value, row))
+        .collect();
+    let mut intervals: Vec<f64> = present.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
+    intervals.sort_by(f64::total_cmp);
+    let median = quantile(&intervals, 0.5);
+    let mut sorted: Vec<f64> = present.iter().map(|(_, value, _)| *value).collect();
+    sorted.sort_by(f64::total_cmp);
+    let range = [quantile(&sorted, 0.0), quantile(&sorted, 1.0)];
+    let constant = present.len() > 2 && range[0] == range[1];
+    let measured = !is_command(name) && !constant;
+    ChannelFindings {
+        name: name.to_owned(),
+        samples: present.len(),
+        missing: values.len() - present.len(),
+        median_interval_s: median,
+        range,
+        constant,
+        frozen: if measured { frozen(name, &present) } else { Vec::new() },
+        clipped: if measured { clipped(&sorted) } else { Vec::new() },
+        dropouts: dropouts(log, &present, median),
+    }
+}
+
+/// Runs of equal values that are too long for a channel that repeats itself as often as this one does.
+fn frozen(name: &str, present: &[(f64, f64, usize)]) -> Vec<Stretch> {
+    let pairs = present.len().saturating_sub(1);
+    let equal = present.windows(2).filter(|pair| pair[0].1 == pair[1].1).count();
+    if pairs == 0 || equal == 0 {
+        return Vec::new();
+    }
+    // A run of n equal values has about the chance share^(n - 1) at each place.
+    let share = equal as f64 / pairs as f64;
+    let run = (FROZEN_CHANCE / pairs as f64).ln() / share.ln();
+    let least = (run.ceil() as usize).saturating_add(1).max(FROZEN_LEAST);
+    let runs = present.chunk_by(|a, b| a.1 == b.1);
+    // A rotor that stands still reads zero, rightly.
+    let stands = |value: f64| name.starts_with("propeller_rate") && value == 0.0;
+    runs.filter(|run| run.len() >= least && !stands(run[0].1))
+        .map(|run| Stretch { start_s: run[0].0, length_s: run[run.len() - 1].0 - run[0].0, value: run[0].1 })
+        .collect()
+}
+
+/// Ends of the range at which far more samples stand than just inside.
+fn clipped(sorted: &[f64]) -> Vec<Clip> {
+    let levels: Vec<&[f64]> = sorted.chunk_by(|a, b| a == b).collect();
+    if levels.len() < LEVELS_LEAST {
+        return Vec::new();
+    }
+    let ends = [(levels[0], levels[1]), (levels[levels.len() - 1], levels[levels.len() - 2])];
+    // Nothing below zero is nothing to clip: currents, thrusts and speeds of a rotor at rest pile up there.
+    ends.into_iter()
+        .filter(|(end, next)| end.len() >= CLIPPED_LEAST && end.len() > CLIPPED_FACTOR * next.len())
+        .filter(|(end, _)| end[0] != 0.0)
+        .map(|(end, _)| Clip { at: end[0], samples: end.len() })
+        .collect()
+}
+
+/// Stretches between two values of a channel that are too long for it, where the log itself has rows.
+fn dropouts(log: &Dataset, present: &[(f64, f64, usize)], median: f64) -> Vec<Stretch> {
+    let hole_after: std::collections::BTreeSet<usize> = log.holes().iter().map(|hole| hole.after).collect();
+    let holds_hole = |from: usize, to: usize| hole_after.range(from..to).next().is_some();
+    present
+        .windows(2)
+        .filter(|pair| pair[1].0 - pair[0].0 > DROPOUT_FACTOR * median && pair[1].2 > pair[0].2 + 1)
+        .filter(|pair| !holds_hole(pair[0].2, pair[1].2))
+        .map(|pair| Stretch { start_s: pair[0].0, length_s: pair[1].0 - pair[0].0, value: pair[0].1 })
+        .collect()
+}
+
+fn holes(log: &Dataset) -> Vec<HoleFinding> {
+    let commands: Vec<&[f64]> =
+        ["command_1", "command_2", "torque_command_nm"].iter().filter_map(|name| log.column(name)).collect();
+    let step_around = |after: usize, start: f64| {
+        let first = log.time().partition_point(|time| *time < start - BEFORE_HOLE_S);
+        commands.iter().find_map(|command| {
+            let before = command.get(first.saturating_sub(1))?;
+            let behind = command.get(after + 1)?;
+            (behind != before).then_some(if behind > before { Step::Up } else { Step::Down })
+        })
+    };
+    log.holes()
+        .iter()
+        .map(|hole| HoleFinding {
+            start_s: hole.start,
+            length_s: hole.length,
+            at_step: step_around(hole.after, hole.start),
+        })
+        .collect()
+}
+
+fn standstill_starts(log: &Dataset) -> Vec<f64> {
+    let mut starts = Vec::new();
+    for name in ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"] {
+        let Some(rates) = log.column(name) else { continue };
+        let limit =
+            STANDSTILL_SHARE * rates.iter().copied().filter(|rate| rate.is_finite()).fold(0.0, f64::max);
+        let known: Vec<(f64, bool)> = log
+            .time()
+            .iter()
+            .zip(rates)
+            .filter(|(_, rate)| rate.is_finite())
+            .map(|(time, rate)| (*time, *rate < limit))
+            .collect();
+        // Three samples at rest before it starts: one slow reading is noise.
+        starts.extend(
+            known.windows(4).filter(|it| it[0].1 && it[1].1 && it[2].1 && !it[3].1).map(|it| it[3].0),
+        );
+    }
+    starts.sort_by(f64::total_cmp);
+    starts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 100 Hz, 10 s, a lively gyro.
+    fn log(change: impl Fn(usize, &mut f64)) -> Dataset {
+        let time: Vec<f64> = (0..1000).map(|row| f64::from(row) * 0.01).collect();
+        let rate = (0..1000)
+            .map(|row| {
+                let mut value = (row as f64 * 0.37).sin() + 1e-4 * (row % 7) as f64;
+                change(row, &mut value);
+                value
+            })
+            .collect();
+        let mut log = Dataset::new("test", "", time).expect("time rises");
+        log.insert("body_rate_rad_s", rate).expect("right length");
+        log
+    }
+
+    #[test]
+    fn a_good_log_raises_nothing() {
+        let findings = Findings::of(&log(|_, _| {}));
+        assert_eq!(findings.warnings, Vec::<String>::new());
+        assert!((findings.median_interval_s - 0.01).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_frozen_stretch_is_found_once_and_measured() {
+        let findings = Findings::of(&log(|row, value| {
+            if (300..340).contains(&row) {
+                *value = 0.5;
+            }
+        }));
+        let frozen = &findings.channels[0].frozen;
+        assert_eq!(frozen.len(), 1);
+        assert!((frozen[0].start_s - 3.0).abs() < 1e-9 && (frozen[0].length_s - 0.39).abs() < 1e-9);
+        assert_eq!(frozen[0].value, 0.5);
+    }
+
+    #[test]
+    fn a_clipped_channel_and_a_dropout_are_found() {
+        let findings = Findings::of(&log(|_, value| *value = value.min(0.8)));
+        assert_eq!(findings.channels[0].clipped.len(), 1);
+        assert_eq!(findings.channels[0].clipped[0].at, 0.8);
+        let findings = Findings::of(&log(|row, value| {
+            if (500..520).contains(&row) {
+                *value = f64::NAN;
+            }
+        }));
+        let dropouts = &findings.channels[0].dropouts;
+        assert_eq!(dropouts.len(), 1);
+        assert!((dropouts[0].length_s - 0.21).abs() < 1e-9);
+        assert_eq!(findings.channels[0].missing, 20);
+    }
+
+    #[test]
+    fn a_quantized_channel_is_neither_frozen_nor_clipped() {
+        let findings = Findings::of(&log(|row, value| *value = 15.0 - (row / 20) as f64 * 0.01));
+        assert_eq!(findings.warnings, Vec::<String>::new(), "{:?}", findings.channels[0]);
+    }
+
+    #[test]
+    fn a_slow_channel_does_not_drop_out() {
+        let findings = Findings::of(&log(|row, value| {
+            if row % 10 != 0 {
+                *value = f64::NAN;
+            }
+        }));
+        assert!(findings.channels[0].dropouts.is_empty());
+    }
+
+    #[test]
+    fn holes_name_the_step_and_starts_from_standstill_are_counted() {
+        let rows = 200;
+        let time = (0..rows).map(|row| f64::from(row) * 0.01 + if row >= 100 { 0.2 } else { 0.0 }).collect();
+        let mut log = Dataset::new("test", "", time).expect("time rises");
+        let turns = |row: i32| row >= 98;
+        log.insert("command_1", (0..rows).map(|row| if turns(row) { 0.5 } else { 0.0 }).collect())
+            .expect("right length");
+        let rate = (0..rows).map(|row| if turns(row) { 400.0 + f64::from(row) } else { 0.0 }).collect();
+        log.insert("propeller_rate_1_rad_s", rate).expect("right length");
+        let findings = Findings::of(&log);
+        assert_eq!(findings.holes.len(), 1);
+        assert_eq!(findings.holes[0].at_step, Some(Step::Up));
+        assert_eq!(findings.standstill_starts_s.len(), 1);
+        assert_eq!(findings.warnings.len(), 2, "{:?}", findings.warnings);
+    }
+}
