@@ -113,17 +113,12 @@ pub fn require_stable(
     what: &'static str,
     eigenvalues: impl IntoIterator<Item = nalgebra::Complex<f64>>,
 ) -> Result<(), ControlError> {
-    for eigenvalue in eigenvalues {
-        let modulus = eigenvalue.norm();
-        // A modulus that is not a number is no stable one either.
-        if modulus >= 1.0 || modulus.is_nan() {
-            return Err(ControlError::Unstable {
-                what,
-                real: eigenvalue.re,
-                imaginary: eigenvalue.im,
-                modulus,
-            });
+    // `total_cmp` puts what is not a number above every number: no stable one either.
+    let worst = eigenvalues.into_iter().max_by(|a, b| a.norm().total_cmp(&b.norm()));
+    match worst.map(|worst| (worst, worst.norm())) {
+        Some((worst, modulus)) if modulus >= 1.0 || modulus.is_nan() => {
+            Err(ControlError::Unstable { what, real: worst.re, imaginary: worst.im, modulus })
         }
+        _ => Ok(()),
     }
-    Ok(())
 }
