@@ -3,9 +3,11 @@
 use rotorbench::control::{ControllerConfig, ControllerKind, PlantParameters};
 use rotorbench::emulate::{EmulatorConfig, Impulse, SensorsConfig};
 use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
-use rotorbench::process::lockstep::{self, Lockstep, Slot};
+use rotorbench::guard::{Cause, GuardConfig, OperatorAct, State};
+use rotorbench::process::lockstep::{self, Interference, Lockstep, Slot};
 use rotorbench::process::pilot::Pilot;
 use rotorbench::record::Dataset;
+use rotorbench::signal::{Command, GuardEvent, Health, Sensors};
 
 fn prbs(duration_s: f64) -> ExperimentConfig {
     let shape = Shape::Prbs { amplitude: 0.1, bandwidth_hz: 0.0, duration_s, seed: 1 };
@@ -83,6 +85,11 @@ fn with_impulses() -> EmulatorConfig {
     }
 }
 
+fn guarded(kind: ControllerKind, emulator: &EmulatorConfig, period_s: f64) -> Lockstep {
+    let guard = GuardConfig::default().build(period_s).expect("valid");
+    attitude(kind, emulator, period_s).guarded(guard)
+}
+
 fn peak_angle(slots: &[Slot], from: f64, to: f64) -> f64 {
     slots
         .iter()
@@ -94,7 +101,10 @@ fn peak_angle(slots: &[Slot], from: f64, to: f64) -> f64 {
 fn both_controllers_hold_the_angle_through_torque_impulses_at_three_rates() {
     for kind in [ControllerKind::Emc, ControllerKind::Pid] {
         for period_s in [0.02, 0.005, 0.001] {
-            let slots = attitude(kind, &with_impulses(), period_s).run(60.0, &mut ());
+            let slots = guarded(kind, &with_impulses(), period_s).run(60.0, &mut ());
+            assert!(
+                slots.iter().skip_while(|slot| slot.applied.state < 2).all(|slot| slot.applied.state == 2)
+            );
             let struck = peak_angle(&slots, 5.0, 6.0);
             assert!(
                 (0.02..0.2).contains(&struck),
@@ -104,6 +114,103 @@ fn both_controllers_hold_the_angle_through_torque_impulses_at_three_rates() {
             // The angle is the integral of the gyro: its noise of 0.004 rad/s alone makes it walk by
             // 0.004 √(0.02 s · 60 s) = 0.0044 rad rms; four times that.
             assert!(settled < 0.018, "{kind:?} at {period_s} s: {settled} rad at the end");
+        }
+    }
+}
+
+/// One fault from a slot on; remembers what the guard said.
+struct Fault {
+    from: u64,
+    kind: FaultKind,
+    events: Vec<GuardEvent>,
+    stuck: Option<Sensors>,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum FaultKind {
+    ControllerSilent,
+    ControllerResends,
+    CommandNotANumber,
+    GyroSilent,
+    GyroFrozen,
+    EmergencyStop,
+}
+
+impl Interference for Fault {
+    fn sensors(&mut self, slot: u64, sensors: &mut Sensors) {
+        let stuck = *self.stuck.get_or_insert(*sensors);
+        if slot < self.from {
+            self.stuck = Some(*sensors);
+            return;
+        }
+        match self.kind {
+            FaultKind::GyroSilent => sensors.body_rate = stuck.body_rate,
+            FaultKind::GyroFrozen => sensors.body_rate.value = stuck.body_rate.value,
+            _ => {}
+        }
+        assert_eq!(sensors.body_rate.health & Health::NEVER, 0);
+    }
+
+    fn command(&mut self, slot: u64, command: Command) -> Option<Command> {
+        match self.kind {
+            FaultKind::ControllerSilent if slot >= self.from => None,
+            // The same sequence for ever, however lively it is stamped.
+            FaultKind::ControllerResends if slot >= self.from => {
+                Some(Command { sequence: self.from, ..command })
+            }
+            FaultKind::CommandNotANumber if slot >= self.from => {
+                Some(Command { rotor: [f64::NAN, command.rotor[1]], ..command })
+            }
+            _ => Some(command),
+        }
+    }
+
+    fn act(&mut self, slot: u64) -> Option<OperatorAct> {
+        match self.kind {
+            _ if slot == 0 => Some(OperatorAct::Arm),
+            FaultKind::EmergencyStop if slot == self.from => Some(OperatorAct::Stop),
+            _ => None,
+        }
+    }
+
+    fn event(&mut self, event: &GuardEvent) {
+        self.events.push(*event);
+    }
+}
+
+/// Every fault ends in the safe command, for its own reason, within the hold limit and two periods; the run
+/// neither hangs nor differs from the next one.
+#[test]
+fn failsafe_paths_run_in_virtual_time_and_repeat() {
+    use FaultKind as F;
+    let expected = [
+        (F::ControllerSilent, State::FailsafeLatched, Cause::CommandMissing),
+        (F::ControllerResends, State::FailsafeLatched, Cause::CommandRepeated),
+        (F::CommandNotANumber, State::FailsafeLatched, Cause::CommandNotANumber),
+        (F::GyroSilent, State::FailsafeLatched, Cause::SignalStale),
+        (F::GyroFrozen, State::FailsafeLatched, Cause::SignalFrozen),
+        (F::EmergencyStop, State::EmergencyStop, Cause::OperatorStop),
+    ];
+    for period_s in [0.02, 0.001] {
+        let from = (2.0 / period_s) as u64;
+        for (kind, state, cause) in expected {
+            let fly = || {
+                let mut fault = Fault { from, kind, events: Vec::new(), stuck: None };
+                let slots = guarded(ControllerKind::Emc, &with_impulses(), period_s).run(3.0, &mut fault);
+                (slots, fault.events)
+            };
+            let (slots, events) = fly();
+            let last = slots.last().expect("slots");
+            assert_eq!((last.applied.state, last.applied.cause), (state as u32, cause as u32), "{kind:?}");
+            let safe = slots.iter().position(|slot| slot.slot >= from && slot.applied.rotor == [0.0; 2]);
+            let periods = safe.expect("safe") as u64 - from;
+            let guard = GuardConfig::default().build(period_s).expect("valid");
+            let limit = u64::from(guard.hold_periods()) + 2;
+            assert!(periods <= limit, "{kind:?} at {period_s} s: safe after {periods} of {limit} periods");
+            println!("{kind:?} at {period_s} s: safe after {periods} periods");
+            assert!(slots.iter().skip(safe.expect("safe")).all(|slot| slot.applied.rotor == [0.0; 2]));
+            // As text: one command is not a number, which equals nothing.
+            assert!(format!("{:?}", (slots, events)) == format!("{:?}", fly()), "{kind:?} does not repeat");
         }
     }
 }

@@ -1,22 +1,12 @@
 //! Holds an experiment against the guard's limits before it starts.
 
 use super::Experiment;
-
-/// The limits of the guard that an experiment can meet.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits {
-    /// [-] highest rotor command.
-    pub highest: f64,
-    /// [-] lowest rotor command of a turning rotor.
-    pub lowest: f64,
-    /// [1/s] fastest change of a rotor command.
-    pub slew: f64,
-}
+use crate::guard::Limits;
 
 /// Which limit the guard would clip an experiment at, and where.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Refusal {
-    /// A command beyond the highest or lowest.
+    /// A command beyond the highest.
     #[error(
         "the guard's limit `{limit}` = {allowed} would clip the experiment: rotor {rotor} is commanded to {value:.4} at {time_s:.2} s"
     )]
@@ -68,26 +58,15 @@ impl Experiment {
             let time_s = slot as f64 * period_s;
             for (index, value) in self.command(slot).into_iter().enumerate() {
                 let rotor = index + 1;
-                let level = |limit, allowed| Err(Refusal::Level { limit, allowed, rotor, value, time_s });
-                if value > limits.highest + ROUNDING {
-                    return level("command_max", limits.highest);
-                }
-                if slot >= self.lead_in() && value > 0.0 && value < limits.lowest - ROUNDING {
-                    return level("command_min", limits.lowest);
+                if value > limits.maximum + ROUNDING {
+                    let (limit, allowed) = ("rotor_maximum", limits.maximum);
+                    return Err(Refusal::Level { limit, allowed, rotor, value, time_s });
                 }
                 let step = value - before[index];
                 let rate = step.abs() / period_s;
-                if rate > limits.slew * (1.0 + ROUNDING) {
-                    let allowed = limits.slew;
-                    return Err(Refusal::Slew {
-                        limit: "slew_per_s",
-                        allowed,
-                        rotor,
-                        step,
-                        rate,
-                        period_s,
-                        time_s,
-                    });
+                if rate > limits.slew_per_s * (1.0 + ROUNDING) {
+                    let (limit, allowed) = ("slew_per_s", limits.slew_per_s);
+                    return Err(Refusal::Slew { limit, allowed, rotor, step, rate, period_s, time_s });
                 }
                 before[index] = value;
             }

@@ -13,7 +13,7 @@ use crate::signal::ROTORS;
 mod limit;
 mod prbs;
 
-pub use limit::{Limits, Refusal};
+pub use limit::Refusal;
 
 /// Why an experiment cannot be run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -331,6 +331,7 @@ impl Experiment {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::guard::Limits;
 
     fn config(shape: Shape) -> ExperimentConfig {
         ExperimentConfig { shape, rotors: Rotors::One, around: 0.46, lead_in_s: 2.0 }
@@ -425,13 +426,13 @@ mod tests {
 
     #[test]
     fn the_guards_limits_are_named_when_they_would_clip() {
-        let limits = Limits { highest: 0.5, lowest: 0.05, slew: 3.0 };
+        let limits = Limits { maximum: 0.5, slew_per_s: 3.0 };
         let check = |shape| config(shape).build(0.02).expect("valid").check(&limits);
         assert_eq!(check(Shape::Constant { levels: vec![0.48], hold_s: 1.0 }), Ok(()));
         let high = check(Shape::Constant { levels: vec![0.48, 0.52], hold_s: 1.0 }).unwrap_err();
         assert_eq!(
             high.to_string(),
-            "the guard's limit `command_max` = 0.5 would clip the experiment: rotor 1 is commanded to 0.5200 at 3.00 s"
+            "the guard's limit `rotor_maximum` = 0.5 would clip the experiment: rotor 1 is commanded to 0.5200 at 3.00 s"
         );
         let fast = check(Shape::Constant { levels: vec![0.40, 0.48], hold_s: 1.0 }).unwrap_err();
         assert!(

@@ -4,7 +4,8 @@
 use crate::clock;
 use crate::emulate::{Emulator, EmulatorState, Truth};
 use crate::experiment::Experiment;
-use crate::signal::{Applied, Command, ROTORS, Request, Sensors};
+use crate::guard::{Guard, GuardState, OperatorAct};
+use crate::signal::{Applied, Command, GuardEvent, ROTORS, Request, Sensors};
 
 use super::pilot::{Pilot, PilotState};
 use super::trace::Trace;
@@ -17,6 +18,7 @@ pub const ORIGIN_NS: u64 = clock::NANOSECONDS_PER_SECOND;
 pub struct Lockstep {
     emulator: Emulator,
     pilot: Pilot,
+    guard: Option<Guard>,
     period_ns: u64,
 }
 
@@ -25,6 +27,7 @@ pub struct Lockstep {
 pub struct LockstepState {
     emulator: EmulatorState,
     pilot: PilotState,
+    guard: GuardState,
     applied: Applied,
     newest: Option<Command>,
     slot: u64,
@@ -57,19 +60,28 @@ pub trait Interference {
         Some(command)
     }
 
-    /// An operator's act in this slot.
-    fn request(&mut self, _slot: u64) -> Option<Request> {
-        None
+    /// The operator's act in this slot; by default he arms in the first one, as `--arm` does.
+    fn act(&mut self, slot: u64) -> Option<OperatorAct> {
+        (slot == 0).then_some(OperatorAct::Arm)
     }
+
+    /// Looks on at what the guard decided and refused.
+    fn event(&mut self, _event: &GuardEvent) {}
 }
 
 impl Interference for () {}
 
 impl Lockstep {
-    /// A bench of `emulator` and `pilot`, stepped every `period_s`.
+    /// A bench of `emulator` and `pilot`, stepped every `period_s`. No guard: for the study of a controller alone.
     #[must_use]
     pub fn new(emulator: Emulator, pilot: Pilot, period_s: f64) -> Self {
-        Self { emulator, pilot, period_ns: clock::span_ns(period_s).max(1) }
+        Self { emulator, pilot, guard: None, period_ns: clock::span_ns(period_s).max(1) }
+    }
+
+    /// The same bench with `guard` in front of its rotors, as every running bench has it.
+    #[must_use]
+    pub fn guarded(self, guard: Guard) -> Self {
+        Self { guard: Some(guard), ..self }
     }
 
     /// The bench at rest.
@@ -78,6 +90,7 @@ impl Lockstep {
         LockstepState {
             emulator: self.emulator.start(ORIGIN_NS),
             pilot: self.pilot.start(),
+            guard: GuardState::new(),
             applied: Applied::default(),
             newest: None,
             slot: 0,
@@ -95,12 +108,35 @@ impl Lockstep {
         let command = interference.command(slot, command);
         state.newest = command.or(state.newest);
         let truth = self.emulator.truth(&state.emulator);
-        state.applied = open_gate(state.applied.sequence + 1, now_ns, state.newest.as_ref());
+        state.applied = self.let_through(state, now_ns, &sensors, interference);
         self.emulator.command(&mut state.emulator, state.applied.rotor);
         state.slot += 1;
         self.emulator.advance(&mut state.emulator, state.slot.saturating_mul(self.period_ns));
         let time = clock::span_s(slot.saturating_mul(self.period_ns));
         Slot { slot, time, sensors, command, applied: state.applied, truth }
+    }
+
+    fn let_through(
+        &self,
+        state: &mut LockstepState,
+        now_ns: u64,
+        sensors: &Sensors,
+        interference: &mut impl Interference,
+    ) -> Applied {
+        let newest = state.newest.as_ref();
+        let Some(guard) = &self.guard else {
+            return open_gate(state.applied.sequence + 1, now_ns, newest);
+        };
+        let sequence = state.slot + 1;
+        let request = interference.act(state.slot).map(|act| Request {
+            sequence,
+            stamp_ns: now_ns,
+            act: act as u32,
+            ..Request::default()
+        });
+        let applied = guard.step(&mut state.guard, now_ns, sensors, newest, request.as_ref());
+        state.guard.take_events().for_each(|event| interference.event(&event));
+        applied
     }
 
     /// Runs from rest for `seconds` and keeps every slot.
