@@ -28,6 +28,8 @@ pub struct Gate {
     is_pending: bool,
     request: Option<Request>,
     arming: Option<Arming>,
+    /// Time and cause of the first trip since the last step: the recorder must know it.
+    tripped: Option<(u64, u32)>,
     applied: Applied,
     topics: Topics,
 }
@@ -64,6 +66,7 @@ impl Gate {
             is_pending: false,
             request: None,
             arming: None,
+            tripped: None,
             applied: Applied::default(),
             topics: Topics::open(bench, now_ns)?,
         })
@@ -143,7 +146,8 @@ impl Gate {
             self.guard.step(&mut self.state, now_ns, sensors, self.newest.as_ref(), request.as_ref());
         let topics = &mut self.topics;
         topics.applied.send(&applied);
-        topics.steps.send(&GuardStep::new(now_ns, sensors, self.newest.as_ref(), request.as_ref(), &applied));
+        let consumed = GuardStep::new(now_ns, sensors, self.newest.as_ref(), request.as_ref(), &applied);
+        topics.steps.send(&consumed.tripped(self.tripped.take()));
         for event in self.state.take_events() {
             topics.events.send(&event);
         }
@@ -166,6 +170,7 @@ impl Gate {
     /// Latches from outside: the bus died, the process is ending. The next step begins the ramp to zero.
     pub fn trip(&mut self, now_ns: u64, cause: Cause) {
         self.guard.trip(&mut self.state, now_ns, cause);
+        self.tripped = self.tripped.or(Some((now_ns, cause as u32)));
     }
 
     /// Whether the rotors are commanded to stand still.

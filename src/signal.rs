@@ -296,15 +296,14 @@ pub struct CycleSample {
 }
 
 /// One step of the controller: everything it consumed, and what it answered. The recorder's food: `replay` runs
-/// the step again on it and expects the same bits.
+/// the step again on it and expects the same bits. The reference is not among it: it follows from the bench file and
+/// from what was applied.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, ZeroCopySend)]
 #[type_name("rotorbench::ControlStep")]
 pub struct ControlStep {
     /// The sensors it was given.
     pub sensors: Sensors,
-    /// The reference it was given.
-    pub reference: Reference,
     /// What the guard had let through, as fed back to it.
     pub applied: Applied,
     /// What it answered, stamped as published.
@@ -320,8 +319,10 @@ pub struct GuardStep {
     pub now_ns: u64,
     /// Bits of [`GuardStepInputs`]: which of `newest` and `request` it was given.
     pub inputs: u32,
-    /// Zero; keeps the layout free of padding.
-    pub reserved: u32,
+    /// Code of the cause it was tripped for from outside before this step, see `guard::Guard::trip`; 0 = it was not.
+    pub trip_cause: u32,
+    /// [ns] the time it was tripped with; 0 = it was not.
+    pub trip_ns: u64,
     /// The sensors it was given.
     pub sensors: Sensors,
     /// The newest command it was given.
@@ -357,12 +358,26 @@ impl GuardStep {
             now_ns,
             inputs: given(newest.is_some(), GuardStepInputs::COMMAND)
                 | given(request.is_some(), GuardStepInputs::REQUEST),
-            reserved: 0,
+            trip_cause: 0,
+            trip_ns: 0,
             sensors: *sensors,
             newest: newest.copied().unwrap_or_default(),
             request: request.copied().unwrap_or_default(),
             applied: *applied,
         }
+    }
+
+    /// The same, after a trip from outside, given as time and code of the cause.
+    #[must_use]
+    pub fn tripped(self, trip: Option<(u64, u32)>) -> Self {
+        let (trip_ns, trip_cause) = trip.unwrap_or_default();
+        Self { trip_ns, trip_cause, ..self }
+    }
+
+    /// Time and code of the cause of the trip from outside before this step, if there was one.
+    #[must_use]
+    pub fn trip(&self) -> Option<(u64, u32)> {
+        (self.trip_cause != 0).then_some((self.trip_ns, self.trip_cause))
     }
 
     /// The newest command, if one was given.

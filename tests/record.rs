@@ -9,8 +9,7 @@ use rotorbench::record::{
     Disk, End, FrameFlags, Provenance, RawFrame, Record, Recorder, RecorderOptions, Recording,
 };
 use rotorbench::signal::{
-    Applied, Command, ControlStep, CycleSample, GuardEvent, GuardStep, Heartbeat, Reference, Request, Sample,
-    Sensors,
+    Applied, Command, ControlStep, CycleSample, GuardEvent, GuardStep, Heartbeat, Request, Sample, Sensors,
 };
 
 const ODD_NAN: u64 = 0x7ff8_0000_dead_beef;
@@ -43,18 +42,15 @@ fn applied(sequence: u64) -> Applied {
 /// One period of a bench: what its threads would send.
 fn period(sequence: u64) -> Vec<Record> {
     let (seen, wanted, sent) = (sensors(sequence), command(sequence), applied(sequence));
-    let control = ControlStep {
-        sensors: seen,
-        reference: Reference { angle: 0.2, ..Reference::default() },
-        applied: applied(sequence - 1),
-        command: wanted,
-    };
+    let control = ControlStep { sensors: seen, applied: applied(sequence - 1), command: wanted };
     let request = Request { sequence: 1, stamp_ns: 5, act: 1, reserved: 0 };
     let request = (sequence == 3).then_some(&request);
     vec![
         seen.into(),
         control.into(),
-        GuardStep::new(sequence * 1_000_000 + 7, &seen, Some(&wanted), request, &sent).into(),
+        GuardStep::new(sequence * 1_000_000 + 7, &seen, Some(&wanted), request, &sent)
+            .tripped((sequence == 5).then_some((6, 7)))
+            .into(),
         CycleSample { slot: sequence, finished_ns: sequence * 1_000_000, ..CycleSample::default() }.into(),
     ]
 }

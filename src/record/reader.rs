@@ -234,7 +234,6 @@ impl Recent {
                 let line = decode::<ControlStepLine>(data).map_err(|error| error.to_string())?;
                 Record::ControlStep(ControlStep {
                     sensors: self.sensors.find(line.sensors)?,
-                    reference: line.reference,
                     applied: self.applied.find(line.applied)?,
                     command: self.command.find(line.command)?,
                 })
@@ -244,13 +243,10 @@ impl Recent {
                 let given = |ordinal: u64| (ordinal != 0).then_some(ordinal);
                 let newest = given(line.newest).map(|it| self.command.find(it)).transpose()?;
                 let request = given(line.request).map(|it| self.request.find(it)).transpose()?;
-                Record::GuardStep(GuardStep::new(
-                    line.now_ns,
-                    &self.sensors.find(line.sensors)?,
-                    newest.as_ref(),
-                    request.as_ref(),
-                    &self.applied.find(line.applied)?,
-                ))
+                let (sensors, applied) = (self.sensors.find(line.sensors)?, self.applied.find(line.applied)?);
+                let trip = (line.trip_cause != 0).then_some((line.trip_ns, line.trip_cause));
+                let step = GuardStep::new(line.now_ns, &sensors, newest.as_ref(), request.as_ref(), &applied);
+                Record::GuardStep(step.tripped(trip))
             }
         })
     }

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use crate::signal::{
-    Applied, Command, CycleSample, Estimate, GuardEvent, Heartbeat, Reference, Request, Sample, Sensors,
+    Applied, Command, CycleSample, Estimate, GuardEvent, Heartbeat, Request, Sample, Sensors,
 };
 
 use super::frame::RawFrame;
@@ -278,7 +278,7 @@ noun!(RawFrame {
 });
 
 /// One controller step by reference: ordinals of messages of this file, counted from 1 within their topic.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ControlStepLine {
     /// Which `/sensors` message it was given.
     pub sensors: u64,
@@ -286,14 +286,11 @@ pub struct ControlStepLine {
     pub applied: u64,
     /// Which `/command` message it answered.
     pub command: u64,
-    /// The reference it was given.
-    pub reference: Reference,
 }
 noun!(ControlStepLine {
     sensors: u64 = "ordinal from 1 of the /sensors message it was given",
     applied: u64 = "ordinal of the /applied message fed back to it",
     command: u64 = "ordinal of the /command message it answered",
-    reference: Reference = "what the angle should do",
 });
 
 /// One period of the guard by reference; ordinals as in [`ControlStepLine`], 0 = not given.
@@ -309,6 +306,10 @@ pub struct GuardStepLine {
     pub request: u64,
     /// Which `/applied` message it answered.
     pub applied: u64,
+    /// [ns] the time it was tripped with from outside before this step; 0 = it was not.
+    pub trip_ns: u64,
+    /// Code of the cause of that trip.
+    pub trip_cause: u32,
 }
 noun!(GuardStepLine {
     now_ns: u64 = "ns, the time it was given",
@@ -316,6 +317,8 @@ noun!(GuardStepLine {
     newest: u64 = "ordinal of the /command message it was given; 0 = none",
     request: u64 = "ordinal of the /request message it was given; 0 = none",
     applied: u64 = "ordinal of the /applied message it answered",
+    trip_ns: u64 = "ns, when it was tripped from outside before this step; 0 = it was not",
+    trip_cause: u32 = "cause code of that trip",
 });
 
 /// What the recorder says about itself, once a second.

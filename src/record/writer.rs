@@ -340,13 +340,14 @@ impl Sink {
                     sensors: self.refer(Topic::Sensors, it.sensors.stamp_ns, &it.sensors)?,
                     applied: self.refer(Topic::Applied, it.applied.stamp_ns, &it.applied)?,
                     command: self.refer(Topic::Command, it.command.stamp_ns, &it.command)?,
-                    reference: it.reference,
                 };
                 self.append(Topic::ControlStep, stamp, &line)
             }
             Record::GuardStep(it) => {
                 let mut line = GuardStepLine {
                     now_ns: it.now_ns,
+                    trip_ns: it.trip_ns,
+                    trip_cause: it.trip_cause,
                     sensors: self.refer(Topic::Sensors, it.sensors.stamp_ns, &it.sensors)?,
                     ..GuardStepLine::default()
                 };
