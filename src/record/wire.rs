@@ -228,12 +228,6 @@ noun!(Applied {
     flags: u32 = "bits: 1 limited, 2 slewed, 4 held, 8 ramping to safe",
     misses: u32 = "consecutive periods without a fresh command",
 });
-noun!(Reference {
-    angle: f64 = "rad",
-    rate: f64 = "rad/s",
-    acceleration: f64 = "rad/s^2",
-    jerk: f64 = "rad/s^3"
-});
 noun!(Request {
     sequence: u64 = "requests of this sender from 1",
     stamp_ns: u64 = "ns, CLOCK_MONOTONIC",
