@@ -1,12 +1,37 @@
 //! `rotorbench bridge`: own the CAN bus: frames to sensors, commands through the guard to frames.
 
-use super::{CliError, CliResult};
+use super::operate::BenchArguments;
+use super::{CliResult, Outcome, timing};
+use crate::process::bridge;
+use crate::rt::Shutdown;
 
 /// Arguments of `bridge`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    #[command(flatten)]
+    bench: BenchArguments,
+    /// Arm as soon as the checks pass; on a virtual interface only, for scripted runs on the emulator
+    #[arg(long)]
+    arm: bool,
+    /// End after this many seconds
+    #[arg(long, value_name = "S")]
+    seconds: Option<f64>,
+    /// Write the summary as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> CliResult {
-    Err(CliError::new("`bridge` is not part of this build"))
+pub fn run(arguments: &Arguments) -> CliResult {
+    let config = arguments.bench.load()?;
+    let shutdown = Shutdown::listen()?;
+    let summary = bridge::bridge(&config, arguments.arm, arguments.seconds, &shutdown)?;
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&summary)?);
+        return Ok(Outcome::Done);
+    }
+    println!("guard at the end: {} ({})", summary.state, summary.cause);
+    print!("{}", timing::bus(&summary.bus));
+    print!("{}", timing::table(&summary.timing));
+    Ok(Outcome::Done)
 }

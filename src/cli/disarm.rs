@@ -1,12 +1,17 @@
-//! `rotorbench disarm`: disarm a running bench.
+//! `rotorbench disarm`: disarm a running bench, and acknowledge what it latched.
 
-use super::{CliError, CliResult};
+use super::CliResult;
+use super::operate::{self, BenchArguments};
+use crate::guard::OperatorAct;
 
 /// Arguments of `disarm`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    #[command(flatten)]
+    bench: BenchArguments,
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> CliResult {
-    Err(CliError::new("`disarm` is not part of this build"))
+pub fn run(arguments: &Arguments) -> CliResult {
+    operate::run(&arguments.bench, OperatorAct::Disarm)
 }

@@ -26,11 +26,13 @@ mod identify;
 mod import;
 mod jitter;
 mod monitor;
+mod operate;
 mod paper;
 mod record;
 mod replay;
 mod run;
 mod stop;
+mod timing;
 
 /// How a command ended when nothing was wrong with its input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,12 +1,42 @@
 //! `rotorbench run`: bridge and control in one process.
 
-use super::{CliError, CliResult};
+use super::operate::BenchArguments;
+use super::{CliResult, Outcome, timing};
+use crate::process::{plant, run};
+use crate::rt::Shutdown;
 
 /// Arguments of `run`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    #[command(flatten)]
+    bench: BenchArguments,
+    /// Arm as soon as the checks pass; on a virtual interface only, for scripted runs on the emulator
+    #[arg(long)]
+    arm: bool,
+    /// End after this many seconds
+    #[arg(long, value_name = "S")]
+    seconds: Option<f64>,
+    /// Write the summary as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> CliResult {
-    Err(CliError::new("`run` is not part of this build"))
+pub fn run(arguments: &Arguments) -> CliResult {
+    let config = arguments.bench.load()?;
+    let pilot = plant::pilot(&config)?;
+    let shutdown = Shutdown::listen()?;
+    let summary = run::run(&config, pilot, arguments.arm, arguments.seconds, &shutdown)?;
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&summary)?);
+        return Ok(Outcome::Done);
+    }
+    println!("{}", timing::angle(&summary.angle));
+    println!("guard: {}", summary.state);
+    for event in &summary.guard_events {
+        println!("  {:9.3} s  {} -> {}: {}", event.time_s, event.from, event.to, event.cause);
+    }
+    print!("{}", timing::bus(&summary.bus));
+    print!("{}", timing::table(&summary.timing));
+    Ok(Outcome::Done)
 }

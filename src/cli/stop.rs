@@ -1,12 +1,17 @@
 //! `rotorbench stop`: emergency stop of a running bench.
 
-use super::{CliError, CliResult};
+use super::CliResult;
+use super::operate::{self, BenchArguments};
+use crate::guard::OperatorAct;
 
 /// Arguments of `stop`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    #[command(flatten)]
+    bench: BenchArguments,
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> CliResult {
-    Err(CliError::new("`stop` is not part of this build"))
+pub fn run(arguments: &Arguments) -> CliResult {
+    operate::run(&arguments.bench, OperatorAct::Stop)
 }

@@ -1,5 +1,71 @@
 //! The bodies of the processes: bridge, control, run, record.
 
+pub mod bridge;
+pub mod control;
+pub mod flight;
 pub mod lockstep;
+pub mod operator;
 pub mod pilot;
+pub mod plant;
+pub mod run;
 pub mod trace;
+pub mod wire;
+
+use crate::bench::BenchError;
+use crate::can::CanError;
+use crate::control::ControlError;
+use crate::guard::GuardError;
+use crate::model::ModelError;
+use crate::rt::RealTimeError;
+use crate::shm::ShmError;
+
+/// Why a process of the bench cannot run.
+#[derive(Debug, thiserror::Error)]
+pub enum ProcessError {
+    /// The bench file.
+    #[error(transparent)]
+    Bench(#[from] BenchError),
+    /// The model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The bus.
+    #[error(transparent)]
+    Can(#[from] CanError),
+    /// The controller.
+    #[error(transparent)]
+    Control(#[from] ControlError),
+    /// The guard.
+    #[error(transparent)]
+    Guard(#[from] GuardError),
+    /// The shared memory.
+    #[error(transparent)]
+    Shm(#[from] ShmError),
+    /// The real-time settings.
+    #[error(transparent)]
+    RealTime(#[from] RealTimeError),
+    /// The operating system has no thread, or no signal handler, to give.
+    #[error("cannot start: {0}")]
+    Start(#[from] std::io::Error),
+    /// The static curve has a term that no controller can invert.
+    #[error(
+        "model `{model}`: steady_rate has {terms} coefficients; a controller inverts at most 4 (a cubic)"
+    )]
+    SteadyRate {
+        /// Name of the model.
+        model: String,
+        /// How many it has.
+        terms: usize,
+    },
+    /// `--arm` on what may be real hardware.
+    #[error("--arm is for the emulator: `{interface}` is not a virtual interface; use `rotorbench arm`")]
+    ArmOnHardware {
+        /// The interface.
+        interface: String,
+    },
+    /// Nobody guards the bench.
+    #[error("bench `{bench}` is not running: no bridge, run or emulate --shm answers")]
+    NotRunning {
+        /// Name of the bench.
+        bench: String,
+    },
+}

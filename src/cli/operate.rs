@@ -1,0 +1,36 @@
+//! What `arm`, `disarm` and `stop` have in common.
+
+use std::path::PathBuf;
+
+use super::{CliResult, Outcome};
+use crate::bench::{BenchConfig, BenchError};
+use crate::guard::OperatorAct;
+use crate::process::operator;
+
+/// Which bench.
+#[derive(Debug, clap::Args)]
+pub struct BenchArguments {
+    /// Bench file; without one, the bench that is built in
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+}
+
+impl BenchArguments {
+    /// The bench file, read and checked.
+    ///
+    /// # Errors
+    /// [`BenchError`] with the place.
+    pub fn load(&self) -> Result<BenchConfig, BenchError> {
+        BenchConfig::load(self.config.as_deref())
+    }
+}
+
+/// Asks, and says what came of it.
+pub fn run(bench: &BenchArguments, act: OperatorAct) -> CliResult {
+    let answer = operator::act(&bench.load()?, act)?;
+    for line in &answer.said {
+        eprintln!("{line}");
+    }
+    println!("{}", answer.state);
+    Ok(if answer.obeyed { Outcome::Done } else { Outcome::FoundWanting })
+}

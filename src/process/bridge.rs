@@ -1,0 +1,131 @@
+//! `bridge`: owns the bus and the guard. Frames to sensors, commands through the guard to frames.
+
+use super::ProcessError;
+use super::control::end_after;
+use super::wire::{Wire, WireSummary, is_virtual};
+use crate::bench::BenchConfig;
+use crate::clock;
+use crate::gate::Gate;
+use crate::guard::{Cause, State};
+use crate::rt::{self, Clerk, Granted, LogQueue, Shutdown, Summary, Wake};
+use crate::shm::{Bench, Role};
+
+/// Log lines of the cycle that may wait for the thread that writes them.
+const LOG_LINES: usize = 256;
+/// [s] after which a process that is to end does, whatever the guard says.
+const LONGEST_END_S: f64 = 1.0;
+
+/// The bridge process before its thread is made real-time.
+#[derive(Debug)]
+pub struct BridgeLoop {
+    gate: Gate,
+    wire: Wire,
+    /// [ns] without an own frame on the bus after which the bus is dead.
+    dead_after_ns: u64,
+    // Last: everything above lives on it.
+    _bench: Bench,
+}
+
+/// What the bridge ends with.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct BridgeSummary {
+    /// The bus.
+    pub bus: WireSummary,
+    /// State of the guard at the end.
+    pub state: String,
+    /// Cause of its last transition.
+    pub cause: String,
+    /// Timing of the cycle.
+    pub timing: Summary,
+    /// What the system granted.
+    pub granted: Granted,
+}
+
+impl BridgeLoop {
+    /// Opens the bus and takes the bench's guard.
+    ///
+    /// # Errors
+    /// A second bridge on the same bench; a bus, DBC file or role that cannot be.
+    pub fn open(config: &BenchConfig, log: LogQueue) -> Result<Self, ProcessError> {
+        config.check()?;
+        let guard = config.guard.build(config.period_s)?;
+        let period_ns = clock::span_ns(config.period_s);
+        let dead_after_ns = period_ns.saturating_mul(u64::from(guard.hold_periods()));
+        let wire = Wire::open(config, log)?;
+        let bench = Bench::join(&config.name, &config.shared_memory, Role::Bridge)?;
+        Ok(Self { gate: Gate::open(&bench, guard, period_ns)?, wire, dead_after_ns, _bench: bench })
+    }
+
+    /// Waits for the socket, the command or the timer, whichever comes first, and does what is to be done.
+    pub fn turn(&mut self) {
+        let woken =
+            rt::wait([self.wire.descriptor(), self.gate.bell().descriptor()], self.gate.deadline_ns());
+        let ready = if let Wake::Ready(bits) = woken { bits } else { 0 };
+        let look = self.wire.receive(ready & 1 != 0);
+        if look.updated {
+            self.gate.publish_sensors(self.wire.sensors(), look.gyro);
+        }
+        if ready & 2 != 0 {
+            self.gate.bell().quiet();
+        }
+        let now_ns = clock::monotonic_ns();
+        if look.bus_off || self.wire.silent_ns(now_ns) > self.dead_after_ns {
+            self.gate.trip(now_ns, Cause::BusDead);
+        }
+        if let Some((release, applied)) = self.gate.poll(now_ns, self.wire.sensors()) {
+            self.wire.send(&applied);
+            self.gate.finish(release, clock::monotonic_ns(), self.wire.sensors());
+        }
+    }
+
+    /// The guard on its bench.
+    pub fn gate_mut(&mut self) -> &mut Gate {
+        &mut self.gate
+    }
+
+    fn end(&mut self) {
+        let now_ns = clock::monotonic_ns();
+        self.gate.trip(now_ns, Cause::Shutdown);
+        let latest_ns = now_ns.saturating_add(clock::span_ns(LONGEST_END_S));
+        self.turn();
+        while !self.gate.is_safe() && clock::monotonic_ns() < latest_ns {
+            self.turn();
+        }
+    }
+}
+
+/// Runs the bridge until `shutdown`, for `seconds` at most; the last frames are the safe command.
+///
+/// # Errors
+/// [`ProcessError`] before the first cycle.
+pub fn bridge(
+    config: &BenchConfig,
+    arm: bool,
+    seconds: Option<f64>,
+    shutdown: &Shutdown,
+) -> Result<BridgeSummary, ProcessError> {
+    if arm && !is_virtual(&config.bus.interface) {
+        return Err(ProcessError::ArmOnHardware { interface: config.bus.interface.clone() });
+    }
+    let clerk = Clerk::start(LOG_LINES)?;
+    let mut bridge = BridgeLoop::open(config, clerk.queue())?;
+    if arm {
+        bridge.gate.arm_by_itself();
+    }
+    let granted = config.real_time.apply()?;
+    tracing::info!(bench = config.name, interface = config.bus.interface, "bridge: {granted}");
+    let end_ns = end_after(seconds);
+    while !shutdown.is_requested() && clock::monotonic_ns() < end_ns {
+        bridge.turn();
+    }
+    tracing::info!("bridge ends: {}", shutdown.reason());
+    bridge.end();
+    let applied = bridge.gate.applied();
+    Ok(BridgeSummary {
+        bus: bridge.wire.summary(),
+        state: State::from_code(applied.state).unwrap_or_default().to_string(),
+        cause: Cause::from_code(applied.cause).unwrap_or_default().to_string(),
+        timing: bridge.gate.cycle().statistics().summary(),
+        granted,
+    })
+}

@@ -1,0 +1,174 @@
+//! `control`: one controller on a fixed period, or on the arrival of the IMU frame, between shared memory and
+//! shared memory.
+
+use super::ProcessError;
+use super::flight::{AngleError, Flight};
+use super::pilot::Pilot;
+use crate::bench::{BenchConfig, Trigger};
+use crate::clock;
+use crate::rt::{self, Cycle, Granted, Shutdown, Summary};
+use crate::shm::{APPLIED, Bell, Bench, Publisher, Role, SENSORS, Subscriber, Waiter};
+use crate::signal::{Applied, CycleSample, Heartbeat, Sensors};
+
+/// Periods without news of the guard after which it is taken as closed.
+const SILENT_PERIODS: u64 = 10;
+
+/// The control process before its thread is made real-time.
+#[derive(Debug)]
+pub struct ControlLoop {
+    trigger: Trigger,
+    cycle: Cycle,
+    flight: Flight,
+    sensors: Subscriber<Sensors>,
+    newest: Sensors,
+    /// Number of gyro values that the last step had seen.
+    gyro_count: u32,
+    applied: Subscriber<Applied>,
+    passed: Applied,
+    cycles: Publisher<CycleSample>,
+    heartbeats: Publisher<Heartbeat>,
+    heartbeat: Heartbeat,
+    gate_bell: Bell,
+    bell: Bell,
+    // Last: everything above lives on it.
+    _bench: Bench,
+}
+
+/// What the control process ends with.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct ControlSummary {
+    /// How well the angle was held.
+    pub angle: AngleError,
+    /// Timing of the cycle.
+    pub timing: Summary,
+    /// What the system granted.
+    pub granted: Granted,
+}
+
+impl ControlLoop {
+    /// Joins the bench and takes its controls.
+    ///
+    /// # Errors
+    /// A second controller on the same bench; a bench that cannot be joined.
+    pub fn open(config: &BenchConfig, pilot: Pilot) -> Result<Self, ProcessError> {
+        config.check()?;
+        let bench = Bench::join(&config.name, &config.shared_memory, Role::Control)?;
+        let period_ns = clock::span_ns(config.period_s);
+        let flight = Flight::open(&bench, pilot)?;
+        let now_ns = clock::monotonic_ns();
+        Ok(Self {
+            trigger: config.trigger,
+            cycle: Cycle::new(period_ns, now_ns.saturating_add(period_ns)),
+            flight,
+            sensors: bench.subscribe(&SENSORS)?,
+            newest: Sensors::default(),
+            gyro_count: 0,
+            applied: bench.subscribe(&APPLIED)?,
+            passed: Applied::default(),
+            cycles: bench.publish(&Role::Control.cycle())?,
+            heartbeats: bench.publish(&Role::Control.heartbeat())?,
+            heartbeat: Heartbeat {
+                count: 0,
+                stamp_ns: now_ns,
+                born_ns: now_ns,
+                role: Role::Control as u32,
+                process_id: std::process::id(),
+            },
+            gate_bell: bench.bell(Waiter::Gate)?,
+            bell: bench.bell(Waiter::Control)?,
+            _bench: bench,
+        })
+    }
+
+    /// Waits for the next slot and runs it. Returns whether a command went out.
+    pub fn turn(&mut self) -> bool {
+        let is_imu = self.trigger == Trigger::Imu;
+        if is_imu {
+            let _ = rt::wait([self.bell.descriptor()], self.cycle.due_ns());
+            self.bell.quiet();
+        } else {
+            let _ = rt::wait([], self.cycle.due_ns());
+        }
+        let now_ns = clock::monotonic_ns();
+        if let Some(newest) = self.sensors.newest() {
+            self.newest = newest;
+        }
+        let arrived = self.newest.body_rate.count != self.gyro_count;
+        let release = if is_imu && arrived {
+            self.cycle.begin_at_arrival(now_ns, self.cycle.period_ns() / 2)
+        } else if is_imu {
+            // A slot without an IMU frame has nothing to run for: the guard sees that no command comes.
+            if now_ns >= self.cycle.due_ns() {
+                self.cycle.skip();
+            }
+            return false;
+        } else if let Some(release) = self.cycle.begin(now_ns) {
+            release
+        } else {
+            return false;
+        };
+        self.gyro_count = self.newest.body_rate.count;
+        let has_sensors = self.newest.sequence > 0;
+        if has_sensors {
+            self.fly(now_ns);
+        }
+        let finished_ns = clock::monotonic_ns();
+        let sample = self.cycle.finish(release, finished_ns, self.newest.body_rate.stamp_ns);
+        self.cycles.send(&CycleSample { role: Role::Control as u32, ..sample });
+        self.heartbeat.count += 1;
+        self.heartbeat.stamp_ns = finished_ns;
+        self.heartbeats.send(&self.heartbeat);
+        has_sensors
+    }
+
+    fn fly(&mut self, now_ns: u64) {
+        if let Some(applied) = self.applied.newest() {
+            self.passed = applied;
+        }
+        let silent_ns = self.cycle.period_ns().saturating_mul(SILENT_PERIODS);
+        if now_ns.saturating_sub(self.passed.stamp_ns) > silent_ns {
+            self.passed = Applied::default();
+        }
+        let command = self.flight.step(now_ns, &self.newest, &self.passed);
+        self.flight.publish(&self.newest, &self.passed, &command);
+        self.gate_bell.ring();
+    }
+
+    /// The slots and their timing.
+    #[must_use]
+    pub fn cycle(&self) -> &Cycle {
+        &self.cycle
+    }
+
+    /// How well the angle was held so far.
+    #[must_use]
+    pub fn angle(&self) -> AngleError {
+        self.flight.angle()
+    }
+}
+
+/// Runs the controller until `shutdown`, for `seconds` at most. The guard sees the commands stop, and stops the rotors.
+///
+/// # Errors
+/// [`ProcessError`] before the first cycle.
+pub fn control(
+    config: &BenchConfig,
+    pilot: Pilot,
+    seconds: Option<f64>,
+    shutdown: &Shutdown,
+) -> Result<ControlSummary, ProcessError> {
+    let mut control = ControlLoop::open(config, pilot)?;
+    let granted = config.real_time.apply()?;
+    tracing::info!(bench = config.name, period_s = config.period_s, "control: {granted}");
+    let end_ns = end_after(seconds);
+    while !shutdown.is_requested() && clock::monotonic_ns() < end_ns && !control.flight.is_finished() {
+        control.turn();
+    }
+    tracing::info!("control ends: {}", shutdown.reason());
+    Ok(ControlSummary { angle: control.angle(), timing: control.cycle.statistics().summary(), granted })
+}
+
+/// [ns] CLOCK_MONOTONIC when a run of `seconds` that begins now ends.
+pub(super) fn end_after(seconds: Option<f64>) -> u64 {
+    seconds.map_or(u64::MAX, |seconds| clock::monotonic_ns().saturating_add(clock::span_ns(seconds)))
+}

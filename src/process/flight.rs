@@ -1,0 +1,94 @@
+//! The flying half of a loop: the pilot, what it publishes, and how well it holds the angle.
+
+use serde::Serialize;
+
+use super::ProcessError;
+use super::pilot::{Pilot, PilotState};
+use crate::shm::{Bench, COMMAND, CONTROL_STEPS, Publisher};
+use crate::signal::{Applied, Command, ControlStep, Sensors};
+
+/// The pilot at work on a bench.
+#[derive(Debug)]
+pub struct Flight {
+    pilot: Pilot,
+    state: PilotState,
+    commands: Publisher<Command>,
+    steps: Publisher<ControlStep>,
+    angle: AngleError,
+}
+
+impl Flight {
+    /// Takes the bench's controls: from now on nobody else can.
+    ///
+    /// # Errors
+    /// [`crate::shm::ShmError::Claimed`] when the bench has a controller.
+    pub fn open(bench: &Bench, pilot: Pilot) -> Result<Self, ProcessError> {
+        Ok(Self {
+            state: pilot.start(),
+            pilot,
+            commands: bench.publish(&COMMAND)?,
+            steps: bench.publish(&CONTROL_STEPS)?,
+            angle: AngleError::default(),
+        })
+    }
+
+    /// One step of the pilot; the command is stamped with `now_ns` and not published yet.
+    pub fn step(&mut self, now_ns: u64, sensors: &Sensors, applied: &Applied) -> Command {
+        let mut command = self.pilot.step(&mut self.state, sensors, applied);
+        command.stamp_ns = now_ns;
+        if applied.command_sequence > 0 {
+            let measured = sensors.body_angle.is_good().then_some(sensors.body_angle.value);
+            self.angle.add(command.estimate.reference_angle, measured, command.estimate.body_angle);
+        }
+        command
+    }
+
+    /// Publishes a step with all it consumed.
+    pub fn publish(&mut self, sensors: &Sensors, applied: &Applied, command: &Command) {
+        self.commands.send(command);
+        let (sensors, applied, command) = (*sensors, *applied, *command);
+        self.steps.send(&ControlStep { sensors, applied, command });
+    }
+
+    /// How well the angle was held so far.
+    #[must_use]
+    pub fn angle(&self) -> AngleError {
+        self.angle
+    }
+
+    /// Whether an experiment was flown to its end.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        self.pilot.finished(&self.state)
+    }
+}
+
+/// How far the angle was from its reference while the guard was open.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct AngleError {
+    /// Periods counted.
+    pub count: u64,
+    /// Whether the angle was measured at the pivot in all of them; else it is the controller's own estimate.
+    pub measured: bool,
+    sum_of_squares: f64,
+    /// [rad] greatest error.
+    pub greatest: f64,
+    /// [rad] error of the last period.
+    pub last: f64,
+}
+
+impl AngleError {
+    fn add(&mut self, reference: f64, measured: Option<f64>, estimated: f64) {
+        self.measured = measured.is_some() && (self.measured || self.count == 0);
+        self.count += 1;
+        self.last = measured.unwrap_or(estimated) - reference;
+        self.sum_of_squares += self.last * self.last;
+        self.greatest = self.greatest.max(self.last.abs());
+    }
+
+    /// [rad] root of the mean square; zero before the first period.
+    #[must_use]
+    pub fn rms(&self) -> f64 {
+        if self.count == 0 { 0.0 } else { (self.sum_of_squares / self.count as f64).sqrt() }
+    }
+}

@@ -1,0 +1,108 @@
+//! `arm`, `disarm`, `stop`: an operator's act on a running bench, and what became of it.
+
+use std::time::Duration;
+
+use super::ProcessError;
+use crate::bench::BenchConfig;
+use crate::clock::{self, NANOSECONDS_PER_SECOND};
+use crate::guard::{Cause, OperatorAct, Signal, State};
+use crate::shm::{APPLIED, Bench, GUARD_EVENTS, REQUEST, Role, Subscriber, Waiter};
+use crate::signal::{Applied, GuardEvent, Request};
+
+/// What became of an act.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Answer {
+    /// State of the guard afterwards.
+    pub state: State,
+    /// Whether it is what was asked for.
+    pub obeyed: bool,
+    /// What the guard said meanwhile.
+    pub said: Vec<String>,
+}
+
+/// How often to look for the answer.
+const LOOK_PERIOD: Duration = Duration::from_millis(2);
+/// [ns] a running guard publishes at least this often: the longest period and some.
+const SILENCE_NS: u64 = 2 * NANOSECONDS_PER_SECOND;
+
+/// Asks the guard of a running bench, and waits for what it does.
+///
+/// # Errors
+/// [`ProcessError::NotRunning`] when nobody guards the bench.
+pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessError> {
+    let bench = Bench::join(&config.name, &config.shared_memory, Role::Operator)?;
+    let mut applied = bench.subscribe(&APPLIED)?;
+    let mut events = bench.subscribe(&GUARD_EVENTS)?;
+    let not_running = || ProcessError::NotRunning { bench: config.name.clone() };
+    let before = running(&mut applied).ok_or_else(not_running)?;
+    let bell = bench.bell(Waiter::Gate)?;
+    let mut requests = bench.publish(&REQUEST)?;
+    let sent_ns = clock::monotonic_ns();
+    requests.send(&Request { sequence: 1, stamp_ns: sent_ns, act: act as u32, reserved: 0 });
+    bell.ring();
+    let patience_s = 1.0 + if act == OperatorAct::Arm { config.guard.arm_timeout_s } else { 0.0 };
+    let deadline_ns = sent_ns.saturating_add(clock::span_ns(patience_s));
+    let mut answer = Answer { state: state(&before), obeyed: false, said: Vec::new() };
+    while clock::monotonic_ns() < deadline_ns {
+        // Ringing again costs nothing, and reaches a gate that had not opened the request yet.
+        bell.ring();
+        std::thread::sleep(LOOK_PERIOD);
+        if let Some(applied) = applied.newest() {
+            answer.state = state(&applied);
+        }
+        let mut refused = false;
+        for event in std::iter::from_fn(|| events.next_in_order()).filter(|it| it.stamp_ns >= sent_ns) {
+            refused |= is_refusal(&event);
+            answer.said.push(sentence(&event));
+        }
+        answer.obeyed = !refused && !answer.said.is_empty() && answer.state == wanted(act);
+        if answer.obeyed || refused || answer.state == wanted(act) && state(&before) == wanted(act) {
+            answer.obeyed = answer.state == wanted(act);
+            break;
+        }
+    }
+    Ok(answer)
+}
+
+fn wanted(act: OperatorAct) -> State {
+    match act {
+        OperatorAct::Arm => State::Armed,
+        OperatorAct::Disarm => State::Disarmed,
+        OperatorAct::Stop => State::EmergencyStop,
+    }
+}
+
+/// A sign of life of the guard, if it gives one: the value a dead one left behind does not count.
+fn running(applied: &mut Subscriber<Applied>) -> Option<Applied> {
+    let start_ns = clock::monotonic_ns();
+    while clock::monotonic_ns().saturating_sub(start_ns) < SILENCE_NS {
+        if let Some(found) = applied.newest().filter(|it| it.stamp_ns >= start_ns) {
+            return Some(found);
+        }
+        std::thread::sleep(LOOK_PERIOD);
+    }
+    None
+}
+
+fn state(applied: &Applied) -> State {
+    State::from_code(applied.state).unwrap_or_default()
+}
+
+fn is_refusal(event: &GuardEvent) -> bool {
+    let refusals = [Cause::RequestRefused, Cause::RequestStale, Cause::RequestUnknown];
+    let checks_failed = event.from == State::PreArm as u32 && event.to == State::Disarmed as u32;
+    checks_failed || refusals.iter().any(|cause| *cause as u32 == event.cause)
+}
+
+/// A guard event in plain words.
+#[must_use]
+pub fn sentence(event: &GuardEvent) -> String {
+    let name = |code| State::from_code(code).unwrap_or_default();
+    let cause = Cause::from_code(event.cause).unwrap_or_default();
+    let subject = Signal::from_code(event.subject).map_or_else(String::new, |signal| format!(" ({signal})"));
+    if event.from == event.to {
+        format!("{}: {cause}{subject}", name(event.to))
+    } else {
+        format!("{} -> {}: {cause}{subject}", name(event.from), name(event.to))
+    }
+}

@@ -1,0 +1,98 @@
+//! What a controller must know of the plant, from a model.
+
+use std::path::Path;
+
+use super::ProcessError;
+use super::pilot::Pilot;
+use crate::bench::BenchConfig;
+use crate::control::{Compensation, PlantParameters};
+use crate::model::Model;
+
+/// The plant of `model`, and what of its effects a controller can cancel.
+///
+/// # Errors
+/// [`ProcessError::SteadyRate`] when its static curve is of a higher degree than a controller inverts.
+pub fn of_model(model: &Model) -> Result<(PlantParameters, Compensation), ProcessError> {
+    let actuator = &model.actuator;
+    let curve = |power: usize| actuator.steady_rate.get(power).copied().unwrap_or(0.0);
+    if actuator.steady_rate.iter().skip(4).any(|coefficient| *coefficient != 0.0) {
+        let terms = actuator.steady_rate.len();
+        return Err(ProcessError::SteadyRate { model: model.name.clone(), terms });
+    }
+    let effect = |name: &str| model.parameter(name).unwrap_or(0.0);
+    let plant = PlantParameters {
+        inertia: model.body.inertia,
+        arm: model.body.arm,
+        pole: actuator.pole,
+        // The tangent of f = c ω² at hover. [LPC16] Eq. (13).
+        thrust_slope: 2.0 * actuator.thrust_coefficient * actuator.hover_rate,
+        thrust_coefficient: actuator.thrust_coefficient,
+        hover_rate: actuator.hover_rate,
+        steady_rate_quadratic: curve(2),
+        steady_rate_linear: curve(1),
+        voltage_gain: actuator.voltage_gain + effect("battery_sag.gain"),
+        full_voltage: actuator.full_voltage,
+    };
+    let nothing = Compensation::default();
+    let (own_cubic, added_cubic) = (curve(3), effect("static_cubic.coefficient"));
+    let compensation = Compensation {
+        pendulum_moment: effect("gravity_pendulum.moment"),
+        pendulum_offset: effect("gravity_pendulum.angle_offset"),
+        stiffness: effect("cable_stiffness.stiffness"),
+        torque_bias: effect("torque_bias.torque"),
+        coulomb_torque: effect("pivot_coulomb_friction.torque"),
+        coulomb_rate: model
+            .parameter("pivot_coulomb_friction.smoothing_rate")
+            .unwrap_or(nothing.coulomb_rate),
+        viscous_friction: effect("pivot_viscous_friction.coefficient"),
+        quadratic_drag: effect("quadratic_air_drag.coefficient"),
+        dead_zone: effect("command_dead_zone.width"),
+        command_limit: model.parameter("command_saturation.limit").unwrap_or(nothing.command_limit),
+        steady_rate_offset: curve(0) + effect("static_offset.coefficient"),
+        // One cubic can be cancelled: the curve's own about zero, or else the added one about hover.
+        steady_rate_cubic: if own_cubic == 0.0 { added_cubic } else { own_cubic },
+        cubic_center: if own_cubic == 0.0 { model.hover_command() } else { 0.0 },
+        battery_scaling: model.has("battery_scaling"),
+    };
+    Ok((plant, compensation))
+}
+
+/// The controller of a bench with its reference, made for the bench's model.
+///
+/// # Errors
+/// A model that cannot be read or inverted; a controller that cannot be built.
+pub fn pilot(config: &BenchConfig) -> Result<Pilot, ProcessError> {
+    let (plant, known) = of_model(&Model::load(Path::new(&config.model))?)?;
+    let controller = config.controller.build_compensated(&plant, &known, config.period_s)?;
+    Ok(Pilot::controller(controller, config.controller.reference.build(config.period_s)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_papers_model_gives_the_papers_plant() {
+        let (plant, known) = of_model(&Model::paper()).expect("a parabola");
+        let paper = PlantParameters::paper();
+        let close = |ours: f64, printed: f64| (ours - printed).abs() <= 1e-12 * printed.abs();
+        assert!(close(plant.inertia, paper.inertia) && close(plant.arm, paper.arm));
+        assert!(close(plant.pole, paper.pole) && close(plant.thrust_slope, paper.thrust_slope));
+        assert!(close(plant.thrust_coefficient, paper.thrust_coefficient));
+        assert!(close(plant.hover_rate, paper.hover_rate));
+        assert!(close(plant.steady_rate_quadratic, paper.steady_rate_quadratic));
+        assert!(close(plant.steady_rate_linear, paper.steady_rate_linear));
+        assert!(close(plant.voltage_gain, paper.voltage_gain));
+        assert!(close(plant.full_voltage, paper.full_voltage));
+        assert!(!known.acts_on_body() && !known.battery_scaling);
+    }
+
+    #[test]
+    fn a_curve_that_cannot_be_inverted_is_refused() {
+        let mut model = Model::paper();
+        model.actuator.steady_rate.resize(5, 0.0);
+        assert!(of_model(&model).is_ok(), "a zero is a term the model does not have");
+        model.actuator.steady_rate[4] = 10.0;
+        assert!(matches!(of_model(&model), Err(ProcessError::SteadyRate { terms: 5, .. })));
+    }
+}

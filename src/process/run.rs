@@ -1,0 +1,194 @@
+//! `run`: bridge and control in one process. With `trigger = "imu"` the way from frame to frame is on one thread
+//! without a wake-up in between; shared memory is written beside it, after the frames are out.
+
+use super::ProcessError;
+use super::control::end_after;
+use super::flight::{AngleError, Flight};
+use super::pilot::Pilot;
+use super::wire::{Wire, WireSummary, is_virtual};
+use crate::bench::{BenchConfig, Trigger};
+use crate::clock;
+use crate::gate::Gate;
+use crate::guard::{Cause, State};
+use crate::rt::{self, Clerk, Granted, LogQueue, Shutdown, Summary, Wake};
+use crate::shm::{Bench, GUARD_EVENTS, Role, Subscriber};
+use crate::signal::GuardEvent;
+
+const LOG_LINES: usize = 256;
+const LONGEST_END_S: f64 = 1.0;
+
+/// The run process before its thread is made real-time.
+#[derive(Debug)]
+pub struct RunLoop {
+    trigger: Trigger,
+    gate: Gate,
+    flight: Flight,
+    wire: Wire,
+    dead_after_ns: u64,
+    events: Subscriber<GuardEvent>,
+    // Last: everything above lives on it.
+    _bench: Bench,
+}
+
+/// One line of the summary: what the guard decided.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct EventLine {
+    /// [s] since the run began.
+    pub time_s: f64,
+    /// State before.
+    pub from: String,
+    /// State after.
+    pub to: String,
+    /// Why.
+    pub cause: String,
+}
+
+/// What a run ends with.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct RunSummary {
+    /// How well the angle was held.
+    pub angle: AngleError,
+    /// [rad] root of the mean square of the angle error.
+    pub angle_rms: f64,
+    /// State of the guard at the end.
+    pub state: String,
+    /// What the guard decided and refused, in order; refusals of one kind in a row count once.
+    pub guard_events: Vec<EventLine>,
+    /// The bus.
+    pub bus: WireSummary,
+    /// Timing of the cycle, frame to frame.
+    pub timing: Summary,
+    /// What the system granted.
+    pub granted: Granted,
+}
+
+impl RunLoop {
+    /// Opens the bus, takes the bench's guard and its controls.
+    ///
+    /// # Errors
+    /// A second bridge or controller on the same bench; a bus, DBC file or role that cannot be.
+    pub fn open(config: &BenchConfig, pilot: Pilot, log: LogQueue) -> Result<Self, ProcessError> {
+        config.check()?;
+        let guard = config.guard.build(config.period_s)?;
+        let period_ns = clock::span_ns(config.period_s);
+        let dead_after_ns = period_ns.saturating_mul(u64::from(guard.hold_periods()));
+        let wire = Wire::open(config, log)?;
+        let bench = Bench::join(&config.name, &config.shared_memory, Role::Run)?;
+        Ok(Self {
+            trigger: config.trigger,
+            flight: Flight::open(&bench, pilot)?,
+            gate: Gate::open(&bench, guard, period_ns)?,
+            wire,
+            dead_after_ns,
+            events: bench.subscribe(&GUARD_EVENTS)?,
+            _bench: bench,
+        })
+    }
+
+    /// Waits for the socket, a request or the timer, and does what is to be done.
+    pub fn turn(&mut self) {
+        let deadline_ns = self.gate.cycle().due_ns();
+        let woken = rt::wait([self.wire.descriptor(), self.gate.bell().descriptor()], deadline_ns);
+        let ready = if let Wake::Ready(bits) = woken { bits } else { 0 };
+        let look = self.wire.receive(ready & 1 != 0);
+        if ready & 2 != 0 {
+            self.gate.bell().quiet();
+        }
+        let now_ns = clock::monotonic_ns();
+        if look.bus_off || self.wire.silent_ns(now_ns) > self.dead_after_ns {
+            self.gate.trip(now_ns, Cause::BusDead);
+        }
+        let is_imu = self.trigger == Trigger::Imu;
+        let stop = self.gate.is_stop_wanted(now_ns);
+        let release = if is_imu && look.gyro {
+            let grace_ns = self.gate.cycle().period_ns() / 2;
+            Some(self.gate.cycle_mut().begin_at_arrival(now_ns, grace_ns))
+        } else {
+            self.gate.cycle_mut().begin(now_ns)
+        };
+        // With the IMU as trigger a slot without its frame steps the guard, which counts a miss, and nothing else.
+        let flies = release.is_some() && (!is_imu || look.gyro) && self.wire.sensors().sequence > 0;
+        let sensors = *self.wire.sensors();
+        let before = *self.gate.applied();
+        let command = flies.then(|| self.flight.step(now_ns, &sensors, &before));
+        if release.is_some() || stop {
+            let applied = self.gate.step_with(now_ns, &sensors, command.as_ref());
+            self.wire.send(&applied);
+        }
+        if let Some(release) = release {
+            self.gate.finish(release, clock::monotonic_ns(), &sensors);
+        }
+        if let Some(command) = command {
+            self.flight.publish(&sensors, &before, &command);
+        }
+        if look.updated {
+            self.gate.publish_sensors(&sensors, false);
+        }
+    }
+
+    /// The slots and their timing.
+    #[must_use]
+    pub fn gate(&self) -> &Gate {
+        &self.gate
+    }
+
+    fn end(&mut self) {
+        let now_ns = clock::monotonic_ns();
+        self.gate.trip(now_ns, Cause::Shutdown);
+        let latest_ns = now_ns.saturating_add(clock::span_ns(LONGEST_END_S));
+        self.turn();
+        while !self.gate.is_safe() && clock::monotonic_ns() < latest_ns {
+            self.turn();
+        }
+    }
+
+    fn event_lines(&mut self, start_ns: u64) -> Vec<EventLine> {
+        let state = |code| State::from_code(code).unwrap_or_default().to_string();
+        let line = |event: GuardEvent| EventLine {
+            time_s: clock::span_s(event.stamp_ns.saturating_sub(start_ns)),
+            from: state(event.from),
+            to: state(event.to),
+            cause: Cause::from_code(event.cause).unwrap_or_default().to_string(),
+        };
+        std::iter::from_fn(|| self.events.next_in_order()).map(line).collect()
+    }
+}
+
+/// Runs bridge and controller until `shutdown`, for `seconds` at most; the last frames are the safe command.
+///
+/// # Errors
+/// [`ProcessError`] before the first cycle.
+pub fn run(
+    config: &BenchConfig,
+    pilot: Pilot,
+    arm: bool,
+    seconds: Option<f64>,
+    shutdown: &Shutdown,
+) -> Result<RunSummary, ProcessError> {
+    if arm && !is_virtual(&config.bus.interface) {
+        return Err(ProcessError::ArmOnHardware { interface: config.bus.interface.clone() });
+    }
+    let clerk = Clerk::start(LOG_LINES)?;
+    let mut run = RunLoop::open(config, pilot, clerk.queue())?;
+    if arm {
+        run.gate.arm_by_itself();
+    }
+    let granted = config.real_time.apply()?;
+    tracing::info!(bench = config.name, interface = config.bus.interface, "run: {granted}");
+    let (start_ns, end_ns) = (clock::monotonic_ns(), end_after(seconds));
+    while !shutdown.is_requested() && clock::monotonic_ns() < end_ns && !run.flight.is_finished() {
+        run.turn();
+    }
+    tracing::info!("run ends: {}", shutdown.reason());
+    let state = State::from_code(run.gate.applied().state).unwrap_or_default().to_string();
+    run.end();
+    Ok(RunSummary {
+        angle: run.flight.angle(),
+        angle_rms: run.flight.angle().rms(),
+        state,
+        guard_events: run.event_lines(start_ns),
+        bus: run.wire.summary(),
+        timing: run.gate.cycle().statistics().summary(),
+        granted,
+    })
+}

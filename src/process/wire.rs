@@ -1,0 +1,183 @@
+//! The bus half of a loop: frames to sensors, what the guard let through to frames, and whether the bus is alive.
+
+use serde::Serialize;
+
+use super::ProcessError;
+use crate::bench::BenchConfig;
+use crate::can::{Arrival, Counts, Fault, InterfaceStatus, InterfaceWatch, Port, PortCounts, ReceiverState};
+use crate::can::{Roles, SenderState, SensorField};
+use crate::clock;
+use crate::rt::{LogQueue, Severity};
+use crate::signal::{Applied, Sensors};
+use std::os::fd::{AsRawFd, RawFd};
+
+/// The bus, its codec, and the newest value of everything measured.
+#[derive(Debug)]
+pub struct Wire {
+    port: Port,
+    roles: Roles,
+    receiver: ReceiverState,
+    sender: SenderState,
+    watch: InterfaceWatch,
+    log: LogQueue,
+    sensors: Sensors,
+    /// [ns] since when no command frame was delivered; 0 = they are.
+    undelivered_since_ns: u64,
+    /// The descriptor was ready and gave nothing: not waited for until the next slot.
+    is_quiet: bool,
+}
+
+/// What a look at the bus brought.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Look {
+    /// A sensor has a new value.
+    pub updated: bool,
+    /// The gyro has.
+    pub gyro: bool,
+    /// The controller says that it left the bus.
+    pub bus_off: bool,
+}
+
+/// What the bus did, and what was refused of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct WireSummary {
+    /// Frames of the port.
+    pub port: PortCounts,
+    /// Frames and values by what became of them.
+    pub decoded: Counts,
+}
+
+impl Wire {
+    /// Opens the bus of the bench file.
+    ///
+    /// # Errors
+    /// A DBC file, a role or an interface that cannot be, with its name.
+    pub fn open(config: &BenchConfig, log: LogQueue) -> Result<Self, ProcessError> {
+        let roles = Roles::build(&config.bus, config.period_s)?;
+        let interface = &config.bus.interface;
+        let port = Port::open(interface, config.bus.fd)?;
+        let status = InterfaceStatus::read(interface)?;
+        tracing::info!(?status.state, ?status.bit_rate, ?status.restart_ms, "interface {interface}");
+        Ok(Self {
+            port,
+            receiver: roles.sensor_receiver(),
+            sender: roles.command_sender(),
+            roles,
+            watch: InterfaceWatch::start(interface)?,
+            log,
+            sensors: Sensors::default(),
+            undelivered_since_ns: 0,
+            is_quiet: false,
+        })
+    }
+
+    /// For the wait; -1, which `ppoll` ignores, while there is no point in waiting for it.
+    #[must_use]
+    pub fn descriptor(&self) -> RawFd {
+        if self.is_quiet { -1 } else { self.port.as_raw_fd() }
+    }
+
+    /// Newest value of everything measured.
+    #[must_use]
+    pub fn sensors(&self) -> &Sensors {
+        &self.sensors
+    }
+
+    /// Takes in what is on the bus. `was_ready` says that the wait ended because of it.
+    pub fn receive(&mut self, was_ready: bool) -> Look {
+        let Self { port, roles, receiver, sensors, watch, log, .. } = self;
+        let gyro = SensorField::BodyRate.bit();
+        let mut look = Look::default();
+        let received = port.receive(|arrival| match arrival {
+            Arrival::Frame { frame, stamp_ns, .. } => {
+                let updated = roles.decode_sensors(receiver, &frame, stamp_ns, sensors).updated;
+                look.updated |= updated != 0;
+                look.gyro |= updated & gyro != 0;
+            }
+            Arrival::Echo { .. } => {}
+            Arrival::Error { error, .. } => {
+                look.bus_off |= error.is_bus_off();
+                log.say(Severity::Warning, "error frame on the bus, of class", f64::from(error.class));
+                watch.ask();
+            }
+        });
+        match received {
+            Ok(count) => self.is_quiet = was_ready && count == 0,
+            Err(fault) => {
+                self.log.say(Severity::Error, describe(fault), 0.0);
+                self.watch.ask();
+            }
+        }
+        while let Some(status) = self.watch.answer() {
+            let bad = status.state.is_some_and(|state| state != socketcan::nl::CanState::ErrorActive);
+            let severity = if bad || !status.is_up { Severity::Error } else { Severity::Info };
+            let text = if status.is_up {
+                "interface is up; its restart-ms"
+            } else {
+                "interface is down; its restart-ms"
+            };
+            self.log.say(severity, text, status.restart_ms.map_or(0.0, f64::from));
+        }
+        if look.updated {
+            self.sensors.sequence += 1;
+            self.sensors.stamp_ns = clock::monotonic_ns();
+        }
+        look
+    }
+
+    /// Sends what the guard let through; the newest wins, nothing is queued or tried again.
+    pub fn send(&mut self, applied: &Applied) {
+        self.is_quiet = false;
+        let mut fault = None;
+        for frame in self.roles.encode_commands(&mut self.sender, applied).iter() {
+            fault = fault.or(self.port.send(frame).err());
+        }
+        match fault {
+            None => self.undelivered_since_ns = 0,
+            Some(fault) if self.undelivered_since_ns == 0 => {
+                self.undelivered_since_ns = applied.stamp_ns;
+                self.log.say(Severity::Error, describe(fault), 0.0);
+                self.watch.ask();
+            }
+            Some(_) => {}
+        }
+    }
+
+    /// [ns] for which no command has been seen on the bus.
+    #[must_use]
+    pub fn silent_ns(&self, now_ns: u64) -> u64 {
+        let refused_ns = match self.undelivered_since_ns {
+            0 => 0,
+            since_ns => now_ns.saturating_sub(since_ns),
+        };
+        refused_ns.max(self.port.echo_age_ns(now_ns))
+    }
+
+    /// Totals so far.
+    #[must_use]
+    pub fn summary(&self) -> WireSummary {
+        WireSummary { port: self.port.counts(), decoded: self.receiver.counts }
+    }
+}
+
+impl Drop for Wire {
+    /// However the process ends, as long as it ends by itself: the last frames say zero.
+    fn drop(&mut self) {
+        self.send(&Applied::default());
+    }
+}
+
+fn describe(fault: Fault) -> &'static str {
+    match fault {
+        Fault::Full => "the bus takes no command: no room",
+        Fault::Down => "the interface is down",
+        Fault::Gone => "the interface is gone",
+        Fault::Other(_) => "the bus takes no command: refused by the system",
+    }
+}
+
+/// Whether `interface` is virtual: no wire leaves this machine.
+#[must_use]
+pub fn is_virtual(interface: &str) -> bool {
+    std::path::Path::new("/sys/devices/virtual/net").join(interface).exists()
+}
