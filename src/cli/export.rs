@@ -1,12 +1,69 @@
 //! `rotorbench export`: write a recording as CSV or candump log.
 
-use super::{CliError, CliResult};
+use std::path::PathBuf;
+
+use serde_json::json;
+
+use super::{CliError, CliResult, Outcome};
+use crate::record::{End, export};
 
 /// Arguments of `export`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    /// The recording
+    recording: PathBuf,
+    /// Write the CSV log here: one row for each period of the guard
+    #[arg(short, long, value_name = "FILE.csv")]
+    output: Option<PathBuf>,
+    /// Write the raw frames here, as `candump -L` does
+    #[arg(long, value_name = "FILE.log")]
+    candump: Option<PathBuf>,
+    /// Summary as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> CliResult {
-    Err(CliError::new("`export` is not part of this build"))
+pub fn run(arguments: &Arguments) -> CliResult {
+    let outputs = [
+        ("rows", arguments.output.as_ref(), export::write_log as fn(&_, &_) -> _),
+        ("frames", arguments.candump.as_ref(), export::write_candump),
+    ];
+    if outputs.iter().all(|(_, output, _)| output.is_none()) {
+        return Err(CliError::new("export: nothing to write; give -o FILE.csv, --candump FILE.log or both"));
+    }
+    let mut written = serde_json::Map::new();
+    for (what, output, write) in outputs {
+        let Some(output) = output else { continue };
+        if output.canonicalize().is_ok_and(|it| arguments.recording.canonicalize().is_ok_and(|own| own == it)) {
+            return Err(CliError::new(format!("{}: this is the recording itself", output.display())));
+        }
+        let summary = write(&arguments.recording, output)?;
+        let cut_off = match &summary.end {
+            End::Whole => None,
+            End::CutOff { byte, reason } => Some(format!("cut off at byte {byte}: {reason}")),
+        };
+        if arguments.json {
+            let summary = json!({
+                "file": output, "written": summary.written, "out_of_order": summary.out_of_order,
+                "lost_by_recorder": summary.lost, "cut_off": cut_off,
+            });
+            written.insert(what.to_owned(), summary);
+            continue;
+        }
+        println!("{} {what} → {}", summary.written, output.display());
+        if summary.lost > 0 {
+            println!("warning: the recorder lost {} records: the disk was too slow or full", summary.lost);
+        }
+        if summary.out_of_order > 0 {
+            println!("warning: {} periods out of order, left out", summary.out_of_order);
+        }
+        if let Some(cut_off) = cut_off {
+            println!("warning: the recording is {cut_off}; everything before it is here");
+        }
+    }
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&written)?);
+    }
+    Ok(Outcome::Done)
 }

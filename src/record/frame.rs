@@ -1,5 +1,7 @@
 //! A raw frame as the recorder keeps it.
 
+use crate::can::{Arrival, ErrorFrame, Frame, Id, Kind};
+
 /// One CAN frame, received or sent, with its stamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RawFrame {
@@ -54,5 +56,70 @@ impl RawFrame {
     #[must_use]
     pub fn is(&self, flag: u32) -> bool {
         self.flags & flag != 0
+    }
+}
+
+impl RawFrame {
+    /// A data or remote frame; `sent` by this machine, or received.
+    #[must_use]
+    pub fn new(frame: &Frame, stamp_ns: u64, hardware_ns: Option<u64>, sent: bool) -> Self {
+        let flag = |set: bool, flag: u32| if set { flag } else { 0 };
+        let kind = match frame.kind() {
+            Kind::Classic => 0,
+            Kind::Remote => FrameFlags::REMOTE,
+            Kind::Fd { bit_rate_switch, error_state } => {
+                FrameFlags::FD
+                    | flag(bit_rate_switch, FrameFlags::BIT_RATE_SWITCH)
+                    | flag(error_state, FrameFlags::ERROR_STATE)
+            }
+        };
+        Self {
+            stamp_ns,
+            hardware_ns: hardware_ns.unwrap_or(0),
+            id: frame.id().number(),
+            flags: kind | flag(frame.id().is_extended(), FrameFlags::EXTENDED) | flag(sent, FrameFlags::SENT),
+            length: frame.length() as u8,
+            data: *frame.payload(),
+        }
+    }
+
+    /// An error frame of the controller.
+    #[must_use]
+    pub fn error(error: &ErrorFrame, stamp_ns: u64) -> Self {
+        let mut frame =
+            Self { stamp_ns, id: error.class, flags: FrameFlags::ERROR, length: 8, ..Self::default() };
+        for (to, from) in frame.data.iter_mut().zip(error.data) {
+            *to = from;
+        }
+        frame
+    }
+
+    /// What came in through a port.
+    #[must_use]
+    pub fn arrived(arrival: &Arrival) -> Self {
+        match arrival {
+            Arrival::Frame { frame, stamp_ns, hardware_ns } => {
+                Self::new(frame, *stamp_ns, *hardware_ns, false)
+            }
+            Arrival::Echo { frame, stamp_ns } => Self::new(frame, *stamp_ns, None, true),
+            Arrival::Error { error, stamp_ns } => Self::error(error, *stamp_ns),
+        }
+    }
+
+    /// The data or remote frame; `None` for an error frame, and for what no bus can carry.
+    #[must_use]
+    pub fn frame(&self) -> Option<Frame> {
+        let id = Id::new(self.id, self.is(FrameFlags::EXTENDED))?;
+        if self.is(FrameFlags::ERROR) {
+            None
+        } else if self.is(FrameFlags::REMOTE) {
+            Frame::remote(id, self.length)
+        } else if self.is(FrameFlags::FD) {
+            let bit_rate_switch = self.is(FrameFlags::BIT_RATE_SWITCH);
+            let error_state = self.is(FrameFlags::ERROR_STATE);
+            Frame::new(id, Kind::Fd { bit_rate_switch, error_state }, self.payload())
+        } else {
+            Frame::classic(id, self.payload())
+        }
     }
 }

@@ -9,7 +9,9 @@
 use std::io;
 use std::path::PathBuf;
 
+pub mod candump;
 pub mod dataset;
+pub mod export;
 pub mod findings;
 pub mod foreign;
 pub mod log;
