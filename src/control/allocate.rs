@@ -24,6 +24,14 @@ impl Allocator {
     pub fn build(plant: &PlantParameters, known: &Compensation) -> Result<Self, ControlError> {
         plant.validate()?;
         known.validate()?;
+        let falls = |percent: i32| known.curve(plant, f64::from(percent) / 100.0).1 <= 0.0;
+        if (0..=100).any(falls) {
+            return Err(ControlError::Parameter {
+                name: "steady_rate_cubic",
+                value: known.steady_rate_cubic,
+                rule: "must keep the steady rate rising from 0 to 1, or it has no inverse",
+            });
+        }
         Ok(Self { plant: *plant, known: *known })
     }
 
@@ -72,7 +80,7 @@ impl Allocator {
         let target = steady_rate - known.steady_rate_offset;
         let mut u = self.plant.command_for(target);
         if known.steady_rate_cubic != 0.0 {
-            // Newton, a fixed number of steps; `validate` made sure that the curve rises from 0 to 1.
+            // Newton, a fixed number of steps; `build` made sure that the curve rises from 0 to 1.
             for _ in 0..6 {
                 let (value, slope) = known.curve(&self.plant, u);
                 u = (u - (value - steady_rate) / slope.max(1e-3 * self.plant.steady_rate_linear))

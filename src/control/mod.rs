@@ -140,6 +140,16 @@ pub enum ControlError {
         /// [s] when the move before it ends.
         free_from_s: f64,
     },
+    /// Margins that no PID has on this plant.
+    #[error(
+        "no PID has a phase margin of {phase_margin_deg:.0}° and a gain margin of {gain_margin:.2} on this plant"
+    )]
+    Unreachable {
+        /// [°] asked for.
+        phase_margin_deg: f64,
+        /// [-] asked for.
+        gain_margin: f64,
+    },
     /// A design with an eigenvalue on or outside the unit circle.
     #[error(
         "the {what} is unstable: eigenvalue {real:.4}{imaginary:+.4}i has modulus {modulus:.4}, not below 1"

@@ -1,1 +1,0 @@
-//! Design of the discrete loop: margins, eigenvalues, advice.

@@ -1,0 +1,116 @@
+//! Design of the discrete loop: eigenvalues, frequency response, margins, tuning.
+//!
+//! The plant is discretized exactly, with its actuator pole and with a transport delay of any fraction of a
+//! period; the controllers are the linear form of what [`super::Emc`] and [`super::Pid`] compute.
+
+mod compensator;
+mod frequency;
+mod plant;
+mod tune;
+
+pub use compensator::Compensator;
+pub use frequency::{LoopResponse, Margins};
+pub use plant::LoopPlant;
+pub use tune::{Advice, advise, pid_by_margins};
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use super::gains::require_stable;
+use super::{Compensation, ControlError, PlantParameters, check_period};
+
+/// A discrete linear system with one input and one output: x⁺ = A x + b u, y = cᵀ x + d u.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Linear {
+    /// A.
+    pub a: DMatrix<f64>,
+    /// b.
+    pub b: DVector<f64>,
+    /// c.
+    pub c: DVector<f64>,
+    /// d.
+    pub d: f64,
+}
+
+impl Linear {
+    fn zeros(states: usize) -> Self {
+        let zeros = DVector::zeros(states);
+        Self { a: DMatrix::zeros(states, states), b: zeros.clone(), c: zeros, d: 0.0 }
+    }
+
+    /// cᵀ (z I - A)⁻¹ b + d; not a number at a pole.
+    #[must_use]
+    pub fn response(&self, z: Complex<f64>) -> Complex<f64> {
+        let complex = |value: f64| Complex::new(value, 0.0);
+        let states = self.b.len();
+        let matrix = DMatrix::from_diagonal_element(states, states, z) - self.a.map(complex);
+        match matrix.lu().solve(&self.b.map(complex)) {
+            Some(x) => self.c.map(complex).dot(&x) + self.d,
+            None => Complex::new(f64::NAN, f64::NAN),
+        }
+    }
+}
+
+/// A stable closed loop, opened at the plant's input for its margins.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiscreteLoop {
+    plant: Linear,
+    compensator: Linear,
+    period_s: f64,
+    eigenvalues: Vec<Complex<f64>>,
+}
+
+impl DiscreteLoop {
+    /// Closes the loop at rest at `angle` [rad]; `known` is what the controller cancels.
+    ///
+    /// # Errors
+    /// [`ControlError::Unstable`] names the eigenvalue that is outside.
+    pub fn build(
+        plant: &PlantParameters,
+        loop_plant: &LoopPlant,
+        compensator: &Compensator,
+        known: &Compensation,
+        angle: f64,
+        period_s: f64,
+    ) -> Result<Self, ControlError> {
+        check_period(period_s)?;
+        let compensator = compensator.sampled(plant, known, angle, period_s);
+        let sampled = loop_plant.sampled(period_s)?;
+        let mut eigenvalues = closed(&sampled, &compensator).complex_eigenvalues().as_slice().to_vec();
+        if loop_plant.stiffness != 0.0 {
+            drop_angle_offset(&mut eigenvalues);
+        }
+        eigenvalues.sort_by(|a, b| b.norm().total_cmp(&a.norm()).then(b.im.total_cmp(&a.im)));
+        require_stable("closed loop", eigenvalues.iter().copied())?;
+        Ok(Self { plant: sampled, compensator, period_s, eigenvalues })
+    }
+
+    /// Eigenvalues of the closed loop, largest modulus first.
+    #[must_use]
+    pub fn eigenvalues(&self) -> &[Complex<f64>] {
+        &self.eigenvalues
+    }
+}
+
+/// Plant and controller in one matrix.
+fn closed(plant: &Linear, controller: &Linear) -> DMatrix<f64> {
+    let (n, m) = (plant.b.len(), controller.b.len());
+    let mut a = DMatrix::zeros(n + m, n + m);
+    a.view_mut((0, 0), (n, n)).copy_from(&(&plant.a + &plant.b * plant.c.transpose() * controller.d));
+    a.view_mut((0, n), (n, m)).copy_from(&(&plant.b * controller.c.transpose()));
+    a.view_mut((n, 0), (m, n)).copy_from(&(&controller.b * plant.c.transpose()));
+    a.view_mut((n, n), (m, m)).copy_from(&controller.a);
+    a
+}
+
+/// The angle is not observable from the gyro: where the true angle is a state, its difference from the
+/// integrated one stays what it is, an eigenvalue of exactly 1 that no controller can move and no motion shows.
+fn drop_angle_offset(eigenvalues: &mut Vec<Complex<f64>>) {
+    let nearest = eigenvalues
+        .iter()
+        .enumerate()
+        .min_by(|(_, a), (_, b)| (*a - 1.0).norm().total_cmp(&(*b - 1.0).norm()));
+    // Its own rounding: the eigenvalue is simple, the matrix has entries up to some hundred.
+    if let Some((index, _)) = nearest.filter(|(_, value)| (*value - 1.0).norm() < 1e-6) {
+        eigenvalues.swap_remove(index);
+    }
+}

@@ -1,0 +1,123 @@
+//! Tuning: PID gains by margins, and the simplest advice for γ_0, α and α_c.
+
+use std::f64::consts::PI;
+
+use nalgebra::Complex;
+
+use super::{Compensator, DiscreteLoop, LoopPlant, Margins};
+use crate::control::{Compensation, ControlError, EmcConfig, PidConfig, PlantParameters};
+
+/// [-] k_I over k_P, as a part of the crossover frequency: slow enough to cost 3° of phase. Table III of
+/// [LPC16] has about the same.
+const INTEGRAL_SHARE: f64 = 0.05;
+/// [-] sensitivity peak above which a loop is called nervous; the usual limit.
+const NERVOUS: f64 = 2.0;
+/// [-] and up to which it may be made faster.
+const CALM: f64 = 1.7;
+
+/// Gains of the fastest PID with this phase margin [rad] and gain margin [-].
+///
+/// # Errors
+/// [`ControlError::Unreachable`] when no crossover frequency has both.
+pub fn pid_by_margins(
+    plant: &PlantParameters,
+    loop_plant: &LoopPlant,
+    period_s: f64,
+    phase_margin: f64,
+    gain_margin: f64,
+) -> Result<PidConfig, ControlError> {
+    let sampled = loop_plant.sampled(period_s)?;
+    let nyquist = PI / period_s;
+    // From fast to slow in steps of 3 %: the first that holds both margins is the fastest.
+    for step in 0..250 {
+        let crossover = 0.9 * nyquist * 0.97f64.powi(step);
+        let z = Complex::from_polar(1.0, crossover * period_s);
+        // -C P = e^(i (margin - π)) at the crossover, with -C = k_D + k_P a and a = T/(z-1) (1 + r T/(z-1)).
+        let target = Complex::from_polar(1.0, phase_margin - PI) / sampled.response(z);
+        let sum = (z - 1.0).inv() * period_s;
+        let a = sum * (sum * (INTEGRAL_SHARE * crossover) + 1.0);
+        let k_p = target.im / a.im;
+        let gains = PidConfig { k_p, k_i: INTEGRAL_SHARE * crossover * k_p, k_d: target.re - k_p * a.re };
+        if gains.validate().is_err() {
+            continue;
+        }
+        let compensator = Compensator::Pid(gains);
+        let Ok(closed) =
+            DiscreteLoop::build(plant, loop_plant, &compensator, &Compensation::default(), 0.0, period_s)
+        else {
+            continue;
+        };
+        let margins = closed.margins();
+        if margins.phase_rad >= phase_margin - 1e-3 && margins.gain_up >= gain_margin {
+            return Ok(gains);
+        }
+    }
+    Err(ControlError::Unreachable { phase_margin_deg: phase_margin.to_degrees(), gain_margin })
+}
+
+/// Turns one knob.
+type Turn = fn(&mut EmcConfig, f64);
+
+/// One change of one knob, and what it would do.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Advice {
+    /// In plain words.
+    pub sentence: String,
+    /// The settings it would lead to.
+    pub config: EmcConfig,
+}
+
+/// The one change of γ_0, α or α_c that helps most; `None` where the loop is well as it is.
+#[must_use]
+pub fn advise(
+    config: &EmcConfig,
+    margins: &Margins,
+    pole: f64,
+    period_s: f64,
+    look: impl Fn(&EmcConfig) -> Option<Margins>,
+) -> Option<Advice> {
+    let gamma_0 = config.gamma_0.unwrap_or_else(|| config.beta.value(pole, period_s));
+    let knobs: [(&str, f64, [f64; 2], Turn); 3] = [
+        ("γ_0", gamma_0, [0.8 * gamma_0, 1.25 * gamma_0], |config, value| config.gamma_0 = Some(value)),
+        ("α", config.alpha, [config.alpha - 0.2, config.alpha + 0.2], |config, value| config.alpha = value),
+        ("α_c", config.alpha_c, [config.alpha_c - 0.2, config.alpha_c + 0.2], |config, value| {
+            config.alpha_c = value;
+        }),
+    ];
+    let mut best: Option<(f64, Advice)> = None;
+    for (name, from, values, set) in knobs {
+        for to in values {
+            let mut changed = *config;
+            set(&mut changed, to);
+            let Some(then) = look(&changed) else { continue };
+            let Some((gain, why)) = worth(margins, &then) else { continue };
+            if best.as_ref().is_none_or(|(most, _)| gain > *most) {
+                let verb = if to > from { "raise" } else { "lower" };
+                let sentence = format!("{verb} {name} from {from:.3} to {to:.3}: {why}");
+                best = Some((gain, Advice { sentence, config: changed }));
+            }
+        }
+    }
+    best.map(|(_, advice)| advice)
+}
+
+/// How much better a changed loop is, and why; `None` = not at all.
+fn worth(now: &Margins, then: &Margins) -> Option<(f64, String)> {
+    let peaks = (now.sensitivity_peak, then.sensitivity_peak);
+    let bands = (now.bandwidth_rad_s, then.bandwidth_rad_s);
+    if peaks.0 > NERVOUS && peaks.1 < peaks.0 {
+        let why = format!(
+            "the sensitivity peak falls from {:.2} to {:.2}, below {NERVOUS} is calm",
+            peaks.0, peaks.1
+        );
+        return Some((peaks.0 - peaks.1, why));
+    }
+    if peaks.0 <= CALM && peaks.1 <= CALM && bands.1 > 1.02 * bands.0 {
+        let why = format!(
+            "the bandwidth grows from {:.1} to {:.1} rad/s, and the sensitivity peak stays at {:.2}",
+            bands.0, bands.1, peaks.1
+        );
+        return Some((bands.1 / bands.0 - 1.0, why));
+    }
+    None
+}
