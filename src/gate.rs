@@ -72,6 +72,12 @@ impl Gate {
         })
     }
 
+    /// Begins with the first slot a period after `now_ns`: for after the real-time set-up.
+    pub fn start_at(&mut self, now_ns: u64) {
+        self.cycle.start_at(now_ns.saturating_add(self.cycle.period_ns()));
+        self.stepped_ns = now_ns;
+    }
+
     /// Lets the gate ask its guard to arm, again and again until it is armed once: for scripted runs on the emulator.
     pub fn arm_by_itself(&mut self) {
         self.arming = Some(Arming { sequence: 0, next_ns: 0 });
@@ -169,8 +175,10 @@ impl Gate {
 
     /// Latches from outside: the bus died, the process is ending. The next step begins the ramp to zero.
     pub fn trip(&mut self, now_ns: u64, cause: Cause) {
-        self.guard.trip(&mut self.state, now_ns, cause);
-        self.tripped = self.tripped.or(Some((now_ns, cause as u32)));
+        if self.tripped.is_none() {
+            self.guard.trip(&mut self.state, now_ns, cause);
+            self.tripped = Some((now_ns, cause as u32));
+        }
     }
 
     /// Whether the rotors are commanded to stand still.

@@ -113,11 +113,13 @@ pub fn bridge(
         bridge.gate.arm_by_itself();
     }
     let granted = config.real_time.apply()?;
+    bridge.gate.start_at(clock::monotonic_ns());
     tracing::info!(bench = config.name, interface = config.bus.interface, "bridge: {granted}");
     let end_ns = end_after(seconds);
     while !shutdown.is_requested() && clock::monotonic_ns() < end_ns {
         bridge.turn();
     }
+    shutdown.request();
     tracing::info!("bridge ends: {}", shutdown.reason());
     bridge.end();
     let applied = bridge.gate.applied();

@@ -159,11 +159,13 @@ pub fn control(
 ) -> Result<ControlSummary, ProcessError> {
     let mut control = ControlLoop::open(config, pilot)?;
     let granted = config.real_time.apply()?;
+    control.cycle.start_at(clock::monotonic_ns().saturating_add(control.cycle.period_ns()));
     tracing::info!(bench = config.name, period_s = config.period_s, "control: {granted}");
     let end_ns = end_after(seconds);
     while !shutdown.is_requested() && clock::monotonic_ns() < end_ns && !control.flight.is_finished() {
         control.turn();
     }
+    shutdown.request();
     tracing::info!("control ends: {}", shutdown.reason());
     Ok(ControlSummary { angle: control.angle(), timing: control.cycle.statistics().summary(), granted })
 }

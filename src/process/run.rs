@@ -174,11 +174,13 @@ pub fn run(
         run.gate.arm_by_itself();
     }
     let granted = config.real_time.apply()?;
+    run.gate.start_at(clock::monotonic_ns());
     tracing::info!(bench = config.name, interface = config.bus.interface, "run: {granted}");
     let (start_ns, end_ns) = (clock::monotonic_ns(), end_after(seconds));
     while !shutdown.is_requested() && clock::monotonic_ns() < end_ns && !run.flight.is_finished() {
         run.turn();
     }
+    shutdown.request();
     tracing::info!("run ends: {}", shutdown.reason());
     let state = State::from_code(run.gate.applied().state).unwrap_or_default().to_string();
     run.end();

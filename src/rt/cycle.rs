@@ -40,6 +40,13 @@ impl Cycle {
         Self { period_ns: period_ns.max(1), start_ns, next_slot: 0, statistics: Statistics::new() }
     }
 
+    /// Moves slot 0 to `start_ns`; only before the first slot: real-time set-up may take longer than a period.
+    pub fn start_at(&mut self, start_ns: u64) {
+        if self.next_slot == 0 {
+            self.start_ns = start_ns;
+        }
+    }
+
     /// [ns] period.
     #[must_use]
     pub fn period_ns(&self) -> u64 {

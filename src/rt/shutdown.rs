@@ -11,6 +11,8 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
 
 /// What the flag holds when a thread panicked.
 const PANIC: usize = usize::MAX;
+/// What it holds when the process had nothing left to do.
+const DONE: usize = PANIC - 1;
 
 /// The flag.
 #[derive(Debug, Clone, Default)]
@@ -48,9 +50,9 @@ impl Shutdown {
         self.reason.load(Ordering::Relaxed) != 0
     }
 
-    /// Asks for the end from inside.
+    /// Asks for the end from inside, unless it was asked for before.
     pub fn request(&self) {
-        self.reason.store(PANIC - 1, Ordering::Relaxed);
+        let _ = self.reason.compare_exchange(0, DONE, Ordering::Relaxed, Ordering::Relaxed);
     }
 
     /// Why, in plain words.
