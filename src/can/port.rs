@@ -91,7 +91,7 @@ pub struct Port {
     stamps: StampClock,
     counts: PortCounts,
     last_dropped: u32,
-    /// [ns] when the first frame since the last echo was sent.
+    /// [ns] of the first attempt to send since the last echo.
     waiting_since_ns: Option<u64>,
 }
 
@@ -167,10 +167,11 @@ impl Port {
     /// # Errors
     /// [`Fault`]: the frame is dropped and counted. The next one, newer, is the retry.
     pub fn send(&mut self, frame: &Frame) -> Result<(), Fault> {
+        // A frame that finds no room waits for its echo, too: on a dead bus no other ever does.
+        self.waiting_since_ns.get_or_insert_with(clock::monotonic_ns);
         match socket::send(self.socket.as_raw_fd(), frame) {
             Ok(()) => {
                 self.counts.sent += 1;
-                self.waiting_since_ns.get_or_insert_with(clock::monotonic_ns);
                 Ok(())
             }
             Err(error) => {
@@ -185,7 +186,7 @@ impl Port {
         }
     }
 
-    /// [ns] since the first frame that was sent after the last one seen on the bus; 0 when the last one was seen.
+    /// [ns] since the first attempt to send after the last echo; 0 when there was none since.
     /// A few periods: a stall. Many: the bus is dead, even where nothing else says so.
     #[must_use]
     pub fn echo_age_ns(&self, now_ns: u64) -> u64 {

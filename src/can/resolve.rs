@@ -231,6 +231,8 @@ fn bind<F>(
     if range.0.is_nan() || range.1.is_nan() || range.0 >= range.1 {
         return Err(format!("no value lies between the minimum {} and the maximum {}", range.0, range.1));
     }
+    // A limit that lies on the signal's grid must not be missed by the rounding of f64.
+    let slack = 1e-9 * (range.1 - range.0);
     Ok(Binding {
         field,
         signal: signal.name.clone(),
@@ -239,6 +241,7 @@ fn bind<F>(
         scale,
         offset,
         range,
+        slack: if slack.is_finite() { slack } else { 0.0 },
         selectors: selectors(message, signal),
     })
 }

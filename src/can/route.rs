@@ -74,6 +74,8 @@ pub struct Binding<F> {
     pub offset: f64,
     /// Least and greatest allowed value in SI.
     pub range: (f64, f64),
+    /// By how much a value may miss the range.
+    pub(super) slack: f64,
     /// The multiplexers above it, with the raw values that select it; the nearest first.
     pub(super) selectors: Vec<(SignalCodec, Vec<(u64, u64)>)>,
 }
@@ -107,7 +109,7 @@ impl<F: Copy> Binding<F> {
         let value = self.codec.decode(payload) * self.scale + self.offset;
         Some(if !value.is_finite() {
             Reading::Refused(Refusal::NotANumber)
-        } else if value < self.range.0 || value > self.range.1 {
+        } else if value < self.range.0 - self.slack || value > self.range.1 + self.slack {
             Reading::Refused(Refusal::OutOfRange)
         } else {
             Reading::Value(value)

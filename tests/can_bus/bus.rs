@@ -1,0 +1,78 @@
+//! A virtual bus of a test's own, so that tests can run side by side and pull their interfaces down.
+
+use std::process::Command;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+use rotorbench::can::{Arrival, Port};
+
+static MADE: AtomicU32 = AtomicU32::new(0);
+
+/// A `vcan` interface that is there as long as the value.
+pub struct Bus {
+    pub name: String,
+}
+
+impl Bus {
+    pub fn new() -> Self {
+        let number = MADE.fetch_add(1, Ordering::Relaxed);
+        let name = format!("vt{}n{number}", std::process::id());
+        ip(&["link", "add", "dev", &name, "type", "vcan"]);
+        ip(&["link", "set", &name, "mtu", "72", "up"]);
+        Self { name }
+    }
+
+    pub fn up(&self) {
+        ip(&["link", "set", &self.name, "up"]);
+    }
+
+    pub fn down(&self) {
+        ip(&["link", "set", &self.name, "down"]);
+    }
+
+    pub fn port(&self) -> Port {
+        Port::open(&self.name, true).expect("the bus is up")
+    }
+}
+
+impl Drop for Bus {
+    fn drop(&mut self) {
+        // A test may have deleted it.
+        let _ = as_root("ip").args(["link", "delete", &self.name]).output();
+    }
+}
+
+pub fn ip(arguments: &[&str]) {
+    run("ip", arguments);
+}
+
+pub fn run(program: &str, arguments: &[&str]) {
+    let output = as_root(program).args(arguments).output().expect("the program is there");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        output.status.success(),
+        "{program} {arguments:?} failed, as it does without CAN or root: {text}"
+    );
+}
+
+fn as_root(program: &str) -> Command {
+    // SAFETY: a plain question to the kernel.
+    if unsafe { libc::geteuid() } == 0 {
+        return Command::new(program);
+    }
+    let mut command = Command::new("sudo");
+    command.args(["-n", program]);
+    command
+}
+
+/// Everything that arrives until `enough` says so. Ten seconds without are a failure, not a measurement.
+pub fn receive(port: &mut Port, enough: impl Fn(&[Arrival]) -> bool) -> Vec<Arrival> {
+    let mut arrivals = Vec::new();
+    let deadline = Instant::now() + Duration::from_secs(10);
+    while !enough(&arrivals) {
+        assert!(Instant::now() < deadline, "only {} arrived: {arrivals:?}", arrivals.len());
+        port.receive(|arrival| arrivals.push(arrival)).expect("the interface is up");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    arrivals
+}

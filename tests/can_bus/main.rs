@@ -1,0 +1,5 @@
+//! Tests on a real CAN bus. They need a kernel with `vcan` and the right to make interfaces, and fail without:
+//! `tools/test` runs them under `tools/vcan`, and a bare `cargo test` leaves them out (`test = false`).
+
+mod bus;
+mod port;

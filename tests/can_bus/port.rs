@@ -1,0 +1,176 @@
+//! The port on a real bus.
+
+use rotorbench::can::{
+    Arrival, BusConfig, CanError, Fault, Frame, Id, InterfaceStatus, InterfaceWatch, Kind, Port, Roles,
+    RotorCommands,
+};
+use rotorbench::clock::monotonic_ns;
+use rotorbench::signal::Applied;
+use socketcan::{CanErrorFrame, CanSocket, Socket, SocketOptions};
+
+use crate::bus::{Bus, receive, run};
+
+fn frame(number: u32, data: &[u8]) -> Frame {
+    Frame::classic(Id::new(number, number > 0x7FF).expect("valid"), data).expect("fits")
+}
+
+#[test]
+fn frames_of_every_kind_cross_with_stamps_and_come_back_as_echo() {
+    let bus = Bus::new();
+    let (mut one, mut other) = (bus.port(), bus.port());
+    let fd = Kind::Fd { bit_rate_switch: true, error_state: false };
+    let long = Frame::new(Id::Extended(0x1234_5678), fd, &[0xA5; 64]).expect("fits");
+    let remote = Frame::remote(Id::Standard(7), 4).expect("fits");
+    let sent = [frame(0x7FF, &[1, 2, 3]), frame(0x1ABC_DEF0, &[0xFF; 8]), frame(1, &[]), long, remote];
+    let before = monotonic_ns();
+    for frame in &sent {
+        one.send(frame).expect("there is room");
+    }
+    let arrived = receive(&mut other, |arrivals| arrivals.len() == sent.len());
+    let after = monotonic_ns();
+    for (arrival, sent) in arrived.iter().zip(&sent) {
+        let Arrival::Frame { frame, stamp_ns, hardware_ns } = arrival else { panic!("{arrival:?}") };
+        assert_eq!(frame, sent);
+        assert!((before..=after).contains(stamp_ns), "{stamp_ns} is not in {before}..{after}");
+        assert_eq!(*hardware_ns, None, "a virtual bus has no clock");
+    }
+    let echoes = receive(&mut one, |arrivals| arrivals.len() == sent.len());
+    assert!(echoes.iter().all(|arrival| matches!(arrival, Arrival::Echo { .. })), "{echoes:?}");
+    assert_eq!(one.echo_age_ns(monotonic_ns()), 0);
+    assert_eq!((one.counts().sent, one.counts().echoed, one.counts().received), (5, 5, 0));
+    assert_eq!((other.counts().received, other.counts().echoed), (5, 0));
+}
+
+#[test]
+fn a_stamp_is_when_the_frame_came_and_not_when_it_was_read() {
+    let bus = Bus::new();
+    let (mut one, mut other) = (bus.port(), bus.port());
+    one.send(&frame(1, &[])).expect("there is room");
+    let sent = monotonic_ns();
+    std::thread::sleep(std::time::Duration::from_millis(200));
+    let arrived = receive(&mut other, |arrivals| arrivals.len() == 1);
+    let Some(Arrival::Frame { stamp_ns, .. }) = arrived.first() else { panic!("{arrived:?}") };
+    // Half of the 200 ms for a machine that is busy elsewhere.
+    assert!(*stamp_ns < sent + 100_000_000, "stamped {} ns after it was sent", stamp_ns - sent);
+}
+
+#[test]
+fn what_a_slow_receiver_loses_is_counted() {
+    const FLOOD: u64 = 3_000;
+    let bus = Bus::new();
+    let (mut one, mut other) = (bus.port(), bus.port());
+    for number in 0..FLOOD {
+        one.send(&frame((number & 0x3FF) as u32, &number.to_le_bytes())).expect("a virtual bus has room");
+    }
+    // The drop count comes with the next frame that finds room: make room, then send it.
+    other.receive(|_| ()).expect("up");
+    one.send(&frame(0x7FF, &[])).expect("there is room");
+    let is_last = |arrival: &Arrival| matches!(arrival, Arrival::Frame { frame, .. } if frame.id() == Id::Standard(0x7FF));
+    receive(&mut other, |arrivals| arrivals.last().is_some_and(is_last));
+    let counts = other.counts();
+    assert!(counts.dropped > 0, "the default buffer cannot hold {FLOOD} frames: {counts:?}");
+    assert_eq!(counts.received + counts.dropped, FLOOD + 1, "{counts:?}");
+}
+
+#[test]
+fn an_interface_that_goes_down_and_up_is_said_and_used_again() {
+    let bus = Bus::new();
+    let (mut one, mut other) = (bus.port(), bus.port());
+    bus.down();
+    assert_eq!(one.send(&frame(1, &[])), Err(Fault::Down));
+    assert_eq!(other.receive(|_| ()), Err(Fault::Down));
+    assert_eq!(other.receive(|_| ()), Ok(0), "said once");
+    assert!(!InterfaceStatus::read(&bus.name).expect("there").is_up);
+    assert!(matches!(Port::open(&bus.name, false), Err(CanError::Interface { .. })));
+    bus.up();
+    one.send(&frame(2, &[])).expect("up again");
+    let arrived = receive(&mut other, |arrivals| !arrivals.is_empty());
+    assert!(matches!(arrived.first(), Some(Arrival::Frame { frame, .. }) if frame.id() == Id::Standard(2)));
+    assert_eq!(one.counts().down, 1);
+}
+
+#[test]
+fn an_interface_that_is_not_there_or_goes_away_is_said_by_name() {
+    let Err(error) = Port::open("nope0", false) else { panic!("there is no such interface") };
+    assert!(error.to_string().contains("`nope0`: there is none of that name"), "{error}");
+    let bus = Bus::new();
+    let mut port = bus.port();
+    let name = bus.name.clone();
+    drop(bus);
+    assert_eq!(port.send(&frame(1, &[])), Err(Fault::Gone), "{name}");
+    assert!(InterfaceStatus::read(&name).is_err());
+}
+
+#[test]
+fn error_frames_are_decoded_and_the_interface_is_asked() {
+    let bus = Bus::new();
+    let mut port = bus.port();
+    let other = CanSocket::open(&bus.name).expect("the bus is up");
+    other.set_error_filter_drop_all().expect("an option every kernel has");
+    // CAN_ERR_CRTL | CAN_ERR_BUSOFF | CAN_ERR_CNT, transmitter passive: a virtual bus carries what it is given.
+    let sent = CanErrorFrame::new_error(0x244, &[0, 0x20, 0, 0, 0, 0, 255, 3]).expect("eight bytes");
+    other.write_frame(&sent).expect("there is room");
+    let arrived = receive(&mut port, |arrivals| !arrivals.is_empty());
+    let Some(Arrival::Error { error, .. }) = arrived.first() else { panic!("{arrived:?}") };
+    assert!(error.is_bus_off() && error.is_passive());
+    assert_eq!((error.counters(), port.counts().errors), (Some((255, 3)), 1));
+
+    let watch = InterfaceWatch::start(&bus.name).expect("a thread");
+    watch.ask();
+    let deadline = std::time::Instant::now() + std::time::Duration::from_secs(10);
+    let status = loop {
+        if let Some(status) = watch.answer() {
+            break status;
+        }
+        assert!(std::time::Instant::now() < deadline, "no answer");
+        std::thread::yield_now();
+    };
+    assert!(status.is_up && status.fd && status.state.is_none(), "{status:?}");
+}
+
+/// A bus that carries nothing: a bucket of 1 bit/s behind a deep queue, as a dead bus with its transmit queue.
+#[test]
+fn a_dead_bus_holds_a_handful_of_old_frames_at_most_and_its_silence_shows() {
+    const SENT: u64 = 100;
+    let bus = Bus::new();
+    let mut port = bus.port();
+    run(
+        "tc",
+        &["qdisc", "add", "dev", &bus.name, "root", "tbf", "rate", "8bit", "burst", "17b", "limit", "100000"],
+    );
+    let outcomes: Vec<_> = (0..SENT).map(|number| port.send(&frame(1, &number.to_le_bytes()))).collect();
+    let accepted = outcomes.iter().filter(|outcome| outcome.is_ok()).count() as u64;
+    // The kernel's least send buffer, 4,608 bytes, holds six to eight frames with their book-keeping.
+    assert!((1..=10).contains(&accepted), "{accepted} frames wait to be sent");
+    assert!(
+        outcomes.iter().skip(accepted as usize).all(|outcome| *outcome == Err(Fault::Full)),
+        "{outcomes:?}"
+    );
+    assert_eq!(port.counts().full, SENT - accepted);
+    port.receive(|_| ()).expect("up");
+    assert!(port.counts().echoed <= 1, "the bucket lets one frame through: {:?}", port.counts());
+    assert_eq!(port.send(&frame(1, &[])), Err(Fault::Full));
+    assert!(port.echo_age_ns(monotonic_ns() + 1_000_000_000) >= 1_000_000_000);
+}
+
+#[test]
+fn commands_cross_from_the_bridges_roles_to_the_emulators() {
+    let bus = Bus::new();
+    let (mut bridge, mut bench) = (bus.port(), bus.port());
+    let roles = Roles::build(&BusConfig::default(), 0.02).expect("sound");
+    let (mut sender, mut receiver) = (roles.command_sender(), roles.command_receiver());
+    let applied = Applied { rotor: [0.25, 0.75], state: 3, ..Applied::default() };
+    for frame in roles.encode_commands(&mut sender, &applied).iter() {
+        bridge.send(frame).expect("there is room");
+    }
+    let mut commands = RotorCommands::default();
+    for arrival in receive(&mut bench, |arrivals| !arrivals.is_empty()) {
+        let Arrival::Frame { frame, stamp_ns, .. } = arrival else { panic!("{arrival:?}") };
+        roles.decode_commands(&mut receiver, &frame, stamp_ns, &mut commands);
+    }
+    assert_eq!((commands.state, receiver.counts.accepted), (3, 1));
+    for (got, sent) in commands.rotor.iter().zip(applied.rotor) {
+        // Both are on the grid of 0.00002; what is left is the rounding of f64.
+        assert!((got - sent).abs() < 1e-12, "{commands:?}");
+    }
+}
