@@ -35,7 +35,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let mut written = serde_json::Map::new();
     for (what, output, write) in outputs {
         let Some(output) = output else { continue };
-        if output.canonicalize().is_ok_and(|it| arguments.recording.canonicalize().is_ok_and(|own| own == it)) {
+        if output.canonicalize().is_ok_and(|it| arguments.recording.canonicalize().is_ok_and(|own| own == it))
+        {
             return Err(CliError::new(format!("{}: this is the recording itself", output.display())));
         }
         let summary = write(&arguments.recording, output)?;

@@ -1,0 +1,172 @@
+//! After start-up the cycles allocate nothing: neither the controller's nor the guard's, not even when a peer comes
+//! back from the dead. Counted by the allocator itself, per thread.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::time::{Duration, Instant};
+
+use rotorbench::bench::{BenchConfig, Trigger};
+use rotorbench::clock;
+use rotorbench::gate::Gate;
+use rotorbench::guard::GuardConfig;
+use rotorbench::process::control::ControlLoop;
+use rotorbench::process::plant;
+use rotorbench::shm::{Bench, Place, Role, SENSORS, SharedMemoryConfig};
+use rotorbench::signal::{Sample, Sensors};
+
+thread_local! {
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+// SAFETY: hands everything to the system's allocator; counting touches a thread-local without a destructor only.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        count();
+        // SAFETY: the caller's promise.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: the caller's promise.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+fn count() {
+    let _ = COUNT.try_with(|count| count.set(count.get() + 1));
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+const PERIOD_S: f64 = 0.002;
+const PERIOD_NS: u64 = 2_000_000;
+/// State code of an armed guard, as a bit.
+const ARMED: u32 = 1 << 2;
+
+/// How often this thread asked the allocator for something, or gave something back, during `act`.
+fn allocations<T>(act: impl FnOnce() -> T) -> (T, u64) {
+    let before = COUNT.with(Cell::get);
+    let value = act();
+    (value, COUNT.with(Cell::get) - before)
+}
+
+fn config(test: &str, trigger: Trigger) -> BenchConfig {
+    // Short pre-arm checks: on a loaded machine 200 ms without one late command at 500 Hz may never come.
+    let guard = GuardConfig { arm_checks_s: 0.02, ..GuardConfig::default() };
+    BenchConfig {
+        name: format!("t{}-{test}", std::process::id()),
+        period_s: PERIOD_S,
+        trigger,
+        guard,
+        ..BenchConfig::default()
+    }
+}
+
+fn remove(config: &BenchConfig) {
+    Place::open(&config.name, &SharedMemoryConfig::default()).expect("there").remove().expect("removed");
+}
+
+fn sensors(sequence: u64) -> Sensors {
+    let stamp_ns = clock::monotonic_ns();
+    // A count that changes and a value that does too: live, fresh and not frozen.
+    let sample = |value: f64| Sample::good(value + sequence as f64 * 1e-6, stamp_ns, sequence as u32);
+    Sensors {
+        sequence,
+        stamp_ns,
+        body_rate: sample(0.01),
+        battery_voltage: sample(12.4),
+        propeller_rate: [sample(600.0), sample(610.0)],
+        ..Sensors::default()
+    }
+}
+
+#[test]
+fn the_counter_counts() {
+    let (kept, count) = allocations(|| vec![0_u8; 100]);
+    assert_eq!((kept.len(), count), (100, 1));
+}
+
+/// Controller and guard on two threads, as in two processes: hundreds of cycles of each, armed, through a restart of each peer.
+fn cycles_do_not_allocate(test: &str, trigger: Trigger) {
+    let config = config(test, trigger);
+    let lives = 3;
+    let gate_config = config.clone();
+    let gate_thread = std::thread::spawn(move || {
+        let guard = gate_config.guard.build(gate_config.period_s).expect("valid");
+        for _ in 0..lives {
+            let bench = Bench::join(&gate_config.name, &SharedMemoryConfig::default(), Role::Emulate)
+                .expect("joined");
+            let mut gate = Gate::open(&bench, guard.clone(), PERIOD_NS).expect("the only guard");
+            gate.arm_by_itself();
+            let (states, count) = allocations(|| {
+                let mut states = 0_u32;
+                for sequence in 1..20_000 {
+                    // The range only ends a test that hangs.
+                    if sequence > 500 && states & ARMED != 0 {
+                        break;
+                    }
+                    let sensors = sensors(sequence);
+                    gate.publish_sensors(&sensors, true);
+                    let end_ns = sensors.stamp_ns + PERIOD_NS;
+                    while clock::monotonic_ns() < end_ns {
+                        let _ =
+                            rotorbench::rt::wait([gate.bell().descriptor()], gate.deadline_ns().min(end_ns));
+                        gate.bell().quiet();
+                        let now_ns = clock::monotonic_ns();
+                        if let Some((release, applied)) = gate.poll(now_ns, &sensors) {
+                            gate.finish(release, clock::monotonic_ns(), &sensors);
+                            states |= 1 << applied.state;
+                        }
+                    }
+                }
+                states
+            });
+            assert_eq!(count, 0, "allocations in the cycle of the guard");
+            assert_ne!(states & ARMED, 0, "the bench was armed, so the test went the whole way");
+        }
+    });
+    let pilot = plant::pilot(&config).expect("the built-in bench");
+    let mut control = ControlLoop::open(&config, pilot).expect("the only controller");
+    let observer = Bench::join(&config.name, &SharedMemoryConfig::default(), Role::Monitor).expect("joined");
+    let mut lives_seen = observer.subscribe(&SENSORS).expect("subscribed");
+    let start = Instant::now();
+    let (commands, count) = allocations(|| {
+        let mut commands = 0;
+        while !gate_thread.is_finished() && start.elapsed() < Duration::from_secs(60) {
+            commands += u64::from(control.turn());
+        }
+        commands
+    });
+    gate_thread.join().expect("no panic at the guard");
+    let _ = lives_seen.newest();
+    assert_eq!(count, 0, "allocations in the cycle of the controller");
+    let summary = control.cycle().statistics().summary();
+    assert_eq!(summary.slots, summary.run + summary.skipped);
+    assert_eq!(summary.slots, control.cycle().slots());
+    assert!(
+        commands > 100 && lives_seen.lives() > 0,
+        "{commands} commands through {lives} lives of the guard"
+    );
+    drop((control, observer));
+    remove(&config);
+}
+
+#[test]
+fn cycles_on_a_timer_do_not_allocate() {
+    cycles_do_not_allocate("timer", Trigger::Timer);
+}
+
+#[test]
+fn cycles_on_the_imu_frame_do_not_allocate() {
+    cycles_do_not_allocate("imu", Trigger::Imu);
+}
