@@ -3,22 +3,32 @@
 //! Independent on purpose: no code of `effect` or `model` is used, so that a law coded wrongly there
 //! cannot hide behind the same mistake here. Ids and parameter names are the catalogue's.
 
+use std::collections::BTreeMap;
+
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
+
+use crate::effect::{Expression, Point, Site};
 
 use super::EmulateError;
 use super::plant::PlantConfig;
 
 /// One `[[emulator.hidden]]` table: an effect's id and its parameters.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HiddenConfig {
-    /// Id of the effect in the catalogue.
+    /// Id of the effect in the catalogue, or any name for an expression.
     pub effect: String,
     /// Parameters by the catalogue's names, SI; one left out takes the middle of its usual range.
     #[serde(default)]
-    pub parameters: std::collections::BTreeMap<String, f64>,
+    pub parameters: BTreeMap<String, f64>,
+    /// Where an expression acts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub site: Option<Site>,
+    /// What it adds there, in signal names and parameters: a law that no catalogue has.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expression: Option<String>,
 }
 
 impl HiddenConfig {
@@ -28,7 +38,7 @@ impl HiddenConfig {
     /// [`EmulateError::Hidden`] with the part that could not be read.
     pub fn parse(text: &str) -> Result<Self, EmulateError> {
         let (effect, list) = text.split_once(':').unwrap_or((text, ""));
-        let mut parameters = std::collections::BTreeMap::new();
+        let mut parameters = BTreeMap::new();
         for pair in list.split(',').filter(|pair| !pair.trim().is_empty()) {
             let (name, value) = pair.split_once('=').unwrap_or((pair, ""));
             let number = value.trim().parse().map_err(|_| EmulateError::Hidden {
@@ -37,7 +47,7 @@ impl HiddenConfig {
             })?;
             parameters.insert(name.trim().to_owned(), number);
         }
-        Ok(Self { effect: effect.trim().to_owned(), parameters })
+        Ok(Self { effect: effect.trim().to_owned(), parameters, ..Self::default() })
     }
 
     /// An effect and a strength drawn from `seed`, among the laws whose id `admit` lets pass.
@@ -46,13 +56,13 @@ impl HiddenConfig {
         let entries: Vec<&Entry> = LAWS.iter().filter(|entry| admit(entry.id)).collect();
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let entry = entries.get(random.random_range(0..entries.len().max(1)))?;
-        let mut parameters = std::collections::BTreeMap::new();
+        let mut parameters = BTreeMap::new();
         for range in entry.parameters {
             let size = range.low + (range.high - range.low) * random.random::<f64>();
             let sign = if range.signed && random.random::<bool>() { -1.0 } else { 1.0 };
             parameters.insert(range.name.to_owned(), sign * size);
         }
-        Some(Self { effect: entry.id.to_owned(), parameters })
+        Some(Self { effect: entry.id.to_owned(), parameters, ..Self::default() })
     }
 }
 
@@ -204,19 +214,67 @@ impl Law {
     }
 }
 
+/// A law that only an expression knows.
+#[derive(Debug, Clone)]
+struct OwnLaw {
+    site: Site,
+    expression: Expression,
+    parameters: Vec<f64>,
+}
+
+impl OwnLaw {
+    fn build(config: &HiddenConfig, text: &str) -> Result<Self, EmulateError> {
+        let fault = |reason: String| EmulateError::Hidden { effect: config.effect.clone(), reason };
+        let site = config.site.ok_or_else(|| fault("an expression needs its `site`".to_owned()))?;
+        let names: Vec<&str> = config.parameters.keys().map(String::as_str).collect();
+        let expression = Expression::parse(text, &names).map_err(|error| fault(error.to_string()))?;
+        Ok(Self { site, expression, parameters: config.parameters.values().copied().collect() })
+    }
+}
+
 /// The hidden laws of one plant, each applied where it acts.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Laws(pub Vec<Law>);
+#[derive(Debug, Clone, Default)]
+pub(super) struct Laws {
+    known: Vec<Law>,
+    own: Vec<OwnLaw>,
+    hover_command: f64,
+}
 
 impl Laws {
+    pub fn build(hidden: &[HiddenConfig], plant: &PlantConfig) -> Result<Self, EmulateError> {
+        let mut laws = Self { hover_command: plant.hover_command(), ..Self::default() };
+        for config in hidden {
+            match &config.expression {
+                Some(text) => laws.own.push(OwnLaw::build(config, text)?),
+                None => laws.known.push(Law::build(config)?),
+            }
+        }
+        Ok(laws)
+    }
+
     /// First number of the law of this kind, where the plant hides one.
     pub fn number(&self, kind: Kind) -> Option<f64> {
-        self.0.iter().find(|law| law.kind == kind).map(|law| law.p[0])
+        self.known.iter().find(|law| law.kind == kind).map(|law| law.p[0])
+    }
+
+    pub fn known(&self) -> &[Law] {
+        &self.known
+    }
+
+    /// Whether there is any expression, for which a point has to be filled.
+    pub fn has_own(&self) -> bool {
+        !self.own.is_empty()
+    }
+
+    /// What the expressions add at `site`; one without a value adds nothing.
+    pub fn own(&self, site: Site, point: &Point) -> f64 {
+        let here = self.own.iter().filter(|law| law.site == site);
+        here.map(|law| law.expression.value(&law.parameters, point)).filter(|value| value.is_finite()).sum()
     }
 
     /// What the ESC makes of a command.
     pub fn command(&self, mut u: f64) -> f64 {
-        for Law { kind, p } in &self.0 {
+        for Law { kind, p } in &self.known {
             match kind {
                 Kind::CommandDeadZone => u = (u - p[0]).max(0.0) / (1.0 - p[0]).max(0.01),
                 Kind::CommandSaturation => u = u.min(p[0]),
@@ -233,7 +291,7 @@ impl Laws {
         let mut sag = plant.voltage_gain;
         let mut added = 0.0;
         let mut factor = 1.0;
-        for Law { kind, p } in &self.0 {
+        for Law { kind, p } in &self.known {
             match kind {
                 Kind::BatteryScaling => {
                     u_motor = u * voltage / plant.full_voltage;
@@ -242,22 +300,21 @@ impl Laws {
                 Kind::BatterySag => added -= p[0] * (plant.full_voltage - voltage),
                 Kind::StaticOffset => added += p[0],
                 Kind::StaticCubic => {
-                    let du = u - plant.hover_command();
+                    let du = u - self.hover_command;
                     added += p[0] * du * du * du;
                 }
                 Kind::MotorHeating => factor -= p[0] * heat,
                 _ => {}
             }
         }
-        let g = (plant.steady_rate_quadratic * u_motor + plant.steady_rate_linear) * u_motor;
-        factor * (g - sag * (plant.full_voltage - voltage) + added)
+        factor * (plant.steady_rate(u_motor) - sag * (plant.full_voltage - voltage) + added)
     }
 
     /// [rad/s²] Acceleration of a rotor at rate `w` towards `z`.
     pub fn rotor_acceleration(&self, plant: &PlantConfig, z: f64, w: f64) -> f64 {
         let mut pole = plant.pole;
         let mut drag = 0.0;
-        for Law { kind, p } in &self.0 {
+        for Law { kind, p } in &self.known {
             match kind {
                 Kind::AsymmetricPole => pole *= if z > w { p[0] } else { 1.0 / p[0] },
                 Kind::SpeedDependentPole => {
@@ -273,7 +330,7 @@ impl Laws {
     /// [N] Thrust of the rotor on `side` (+1 rotor 1, -1 rotor 2) turning at `w`.
     pub fn thrust(&self, plant: &PlantConfig, side: f64, w: f64, angle: f64, body_rate: f64) -> f64 {
         let mut thrust = plant.thrust_coefficient * w * w;
-        for Law { kind, p } in &self.0 {
+        for Law { kind, p } in &self.known {
             match kind {
                 // The rotor's own speed upwards thins its inflow.
                 Kind::InflowDamping => {
@@ -294,7 +351,7 @@ impl Laws {
     /// [N m] Torque on the body besides the rotors'.
     pub fn body_torque(&self, angle: f64, rate: f64) -> f64 {
         let mut torque = 0.0;
-        for Law { kind, p } in &self.0 {
+        for Law { kind, p } in &self.known {
             torque += match kind {
                 Kind::PivotCoulombFriction => -p[0] * (rate / p[1]).tanh(),
                 Kind::PivotViscousFriction => -p[0] * rate,
@@ -310,7 +367,7 @@ impl Laws {
 
     /// [rad/s] What the gyro makes of the (perhaps filtered) body rate, before its noise.
     pub fn gyro(&self, mut rate: f64) -> f64 {
-        for Law { kind, p } in &self.0 {
+        for Law { kind, p } in &self.known {
             match kind {
                 Kind::GyroBias => rate += p[0],
                 Kind::GyroScale => rate *= p[0],

@@ -11,17 +11,20 @@ use crate::signal::{ROTORS, Sensors};
 use crate::unit::STANDARD_GRAVITY;
 
 mod battery;
+mod bus;
+mod door;
 mod hidden;
 mod history;
 mod plant;
 mod sensor;
 
 pub use battery::BatteryConfig;
+pub use bus::{BusDoor, BusSummary};
+pub use door::{BodySummary, DoorOptions, run as run_behind_gate};
 pub use hidden::{HiddenConfig, catalogue};
 pub use plant::{Plant, PlantConfig, PlantState, Truth};
 pub use sensor::{SensorConfig, SensorsConfig};
 
-use hidden::{Kind, Law, Laws};
 use history::CommandLine;
 use plant::Inputs;
 use sensor::Channel;
@@ -57,6 +60,9 @@ pub enum EmulateError {
         /// Highest value allowed.
         high: f64,
     },
+    /// A static curve that is none.
+    #[error("emulator: `steady_rate` must hold at most 8 numbers, by ascending power of the command")]
+    Curve,
     /// A hidden effect that cannot be.
     #[error("emulator: hidden effect `{effect}`: {reason}")]
     Hidden {
@@ -184,11 +190,10 @@ impl EmulatorConfig {
                 return Err(EmulateError::Range { name, value, low, high });
             }
         }
-        let laws = self.hidden.iter().map(Law::build).collect::<Result<Vec<_>, _>>()?;
-        let laws = Laws(laws);
-        let delay = self.command_delay_s + laws.number(Kind::TransportDelay).unwrap_or(0.0);
+        let plant = Plant::build(&self.plant, &self.battery, &self.hidden)?;
+        let delay = self.command_delay_s + plant.command_delay();
         Ok(Emulator {
-            plant: Plant::build(&self.plant, &self.battery, laws)?,
+            plant,
             periods_ns: self.periods_ns()?,
             sensors: self.sensors.clone(),
             impulses: self.impulses_ns()?,
@@ -320,15 +325,22 @@ impl Emulator {
         self.impulses.iter().filter(acting).map(|&(_, _, torque)| torque).sum()
     }
 
+    /// What acts on the plant now.
+    fn inputs(&self, state: &EmulatorState) -> Inputs {
+        Inputs {
+            rotor: [state.lines[0].arrived(), state.lines[1].arrived()],
+            torque: self.disturbance(state.now_ns),
+            time: clock::span_s(state.now_ns),
+        }
+    }
+
     fn integrate(&self, state: &mut EmulatorState, until_ns: u64) {
         let span_ns = until_ns - state.now_ns;
         let steps = span_ns.div_ceil(self.step_ns);
         let step = clock::span_s(span_ns) / steps as f64;
-        let torque = self.disturbance(state.now_ns);
-        let rotor = [state.lines[0].arrived(), state.lines[1].arrived()];
-        let start = clock::span_s(state.now_ns);
+        let start = self.inputs(state);
         for index in 0..steps {
-            let inputs = Inputs { rotor, torque, time: start + step * index as f64 };
+            let inputs = Inputs { time: start.time + step * index as f64, ..start };
             self.plant.step(&mut state.plant, &inputs, step);
         }
         state.now_ns = until_ns;
@@ -349,12 +361,10 @@ impl Emulator {
             return;
         }
         let stamp = state.origin_ns + now;
-        let truth = self.truth(state);
-        let told = [
-            self.plant.told_propeller_rate(&state.plant, 0),
-            self.plant.told_propeller_rate(&state.plant, 1),
-        ];
-        let gyro = self.plant.told_body_rate(&state.plant);
+        let inputs = self.inputs(state);
+        let truth = self.plant.truth(&state.plant, &inputs);
+        let told = [0, 1].map(|rotor| self.plant.told_propeller_rate(&state.plant, &inputs, rotor));
+        let gyro = self.plant.told_body_rate(&state.plant, &inputs);
         let (sin, cos) = truth.body_angle.sin_cos();
         let gravity = [0.0, STANDARD_GRAVITY * sin, STANDARD_GRAVITY * cos];
         let (sensors, config) = (&mut state.sensors, &self.sensors);
@@ -386,7 +396,7 @@ impl Emulator {
     /// What really is, now.
     #[must_use]
     pub fn truth(&self, state: &EmulatorState) -> Truth {
-        self.plant.truth(&state.plant, self.disturbance(state.now_ns))
+        self.plant.truth(&state.plant, &self.inputs(state))
     }
 }
 
@@ -395,6 +405,12 @@ impl EmulatorState {
     #[must_use]
     pub fn sensors(&self) -> &Sensors {
         &self.sensors
+    }
+
+    /// [ns] since the start when the next sensor samples; `u64::MAX` = none ever does.
+    #[must_use]
+    pub fn next_sample_ns(&self) -> u64 {
+        self.channels.iter().map(|channel| channel.next_ns).min().unwrap_or(u64::MAX)
     }
 
     /// [ns] of virtual time since the start.

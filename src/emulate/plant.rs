@@ -5,11 +5,13 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::effect::{Point, Site};
+use crate::model::Model;
 use crate::signal::ROTORS;
 
 use super::EmulateError;
 use super::battery::BatteryConfig;
-use super::hidden::{Kind, Law, Laws};
+use super::hidden::{HiddenConfig, Kind, Law, Laws};
 use super::history::TorqueHistory;
 
 /// The `[emulator.plant]` table: what the emulated bench is made of. Defaults are [LPC16] Tables I and IV.
@@ -27,10 +29,8 @@ pub struct PlantConfig {
     /// **Deviation:** [LPC16] Table IV gives only the tangent c_p1 ω + c_p0 of its Fig. 4; this is the parabola
     /// through the origin that has this tangent: c = c_p1² / (4 |c_p0|).
     pub thrust_coefficient: f64,
-    /// [rad/s] c_g1, of u². [LPC16] Eq. (7).
-    pub steady_rate_quadratic: f64,
-    /// [rad/s] c_g2, of u.
-    pub steady_rate_linear: f64,
+    /// [rad/s] g(u): coefficients by ascending power of the command. [LPC16] Eq. (7).
+    pub steady_rate: Vec<f64>,
     /// [rad/(s V)] k_V.
     pub voltage_gain: f64,
     /// [V] v_bmax.
@@ -51,8 +51,7 @@ impl Default for PlantConfig {
             arm: 0.25,
             pole: 16.0,
             thrust_coefficient: slope * slope / (4.0 * offset),
-            steady_rate_quadratic: 447.1,
-            steady_rate_linear: 1124.5,
+            steady_rate: vec![0.0, 1124.5, 447.1],
             voltage_gain: 40.0,
             full_voltage: 12.6,
             hover_rate: 2.0 * offset / slope,
@@ -63,12 +62,48 @@ impl Default for PlantConfig {
 }
 
 impl PlantConfig {
-    /// [-] u_0: command that holds the hover rate at full battery, from g(u_0) = ω_0.
+    /// The parameters of a model file: its numbers, none of its code.
+    #[must_use]
+    pub fn from_model(model: &Model) -> Self {
+        let (actuator, body) = (&model.actuator, &model.body);
+        Self {
+            inertia: body.inertia,
+            arm: body.arm,
+            pole: actuator.pole,
+            thrust_coefficient: actuator.thrust_coefficient,
+            steady_rate: actuator.steady_rate.clone(),
+            voltage_gain: actuator.voltage_gain,
+            full_voltage: actuator.full_voltage,
+            hover_rate: actuator.hover_rate,
+            ..Self::default()
+        }
+    }
+
+    /// [rad/s] g(u).
+    pub(super) fn steady_rate(&self, u: f64) -> f64 {
+        let mut power = 1.0;
+        let mut rate = 0.0;
+        for coefficient in &self.steady_rate {
+            rate += coefficient * power;
+            power *= u;
+        }
+        rate
+    }
+
+    /// [-] u_0: command that holds the hover rate at full battery, from g(u_0) = ω_0; 1 when none does.
     #[must_use]
     pub fn hover_command(&self) -> f64 {
-        let (a, b) = (self.steady_rate_quadratic, self.steady_rate_linear);
-        // This root is the one that stays finite as the quadratic coefficient vanishes.
-        2.0 * self.hover_rate / (b + (b * b + 4.0 * a * self.hover_rate).sqrt())
+        // Regula falsi would be faster, but halving cannot fail on any rising curve.
+        let (mut low, mut high) = (0.0, 1.0);
+        while high - low > 1e-12 {
+            let middle = f64::midpoint(low, high);
+            if self.steady_rate(middle) < self.hover_rate {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        high
     }
 
     fn check(&self) -> Result<(), EmulateError> {
@@ -77,7 +112,6 @@ impl PlantConfig {
             ("arm", self.arm),
             ("pole", self.pole),
             ("thrust_coefficient", self.thrust_coefficient),
-            ("steady_rate_linear", self.steady_rate_linear),
             ("full_voltage", self.full_voltage),
             ("hover_rate", self.hover_rate),
         ];
@@ -86,15 +120,14 @@ impl PlantConfig {
                 return Err(EmulateError::NotPositive { name, value });
             }
         }
-        let finite = [
-            ("steady_rate_quadratic", self.steady_rate_quadratic),
-            ("voltage_gain", self.voltage_gain),
-            ("angle_stop", self.angle_stop),
-        ];
+        let finite = [("voltage_gain", self.voltage_gain), ("angle_stop", self.angle_stop)];
         for (name, value) in finite {
             if !(value >= 0.0 && value.is_finite()) {
                 return Err(EmulateError::Negative { name, value });
             }
+        }
+        if !self.steady_rate.iter().all(|coefficient| coefficient.is_finite()) || self.steady_rate.len() > 8 {
+            return Err(EmulateError::Curve);
         }
         Ok(())
     }
@@ -125,11 +158,11 @@ pub(super) struct Inputs {
 }
 
 /// The plant as built: parameters, battery, hidden laws.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Plant {
-    pub(super) config: PlantConfig,
-    pub(super) battery: BatteryConfig,
-    pub(super) laws: Laws,
+    config: PlantConfig,
+    battery: BatteryConfig,
+    laws: Laws,
 }
 
 /// The plant's state.
@@ -148,8 +181,6 @@ pub struct Truth {
     pub body_angle: f64,
     /// [rad/s]
     pub body_rate: f64,
-    /// [rad/s²] without the disturbance scripted from outside.
-    pub body_acceleration: f64,
     /// [rad/s]
     pub propeller_rate: [f64; ROTORS],
     /// [N]
@@ -166,11 +197,17 @@ impl Plant {
     pub(super) fn build(
         config: &PlantConfig,
         battery: &BatteryConfig,
-        laws: Laws,
+        hidden: &[HiddenConfig],
     ) -> Result<Self, EmulateError> {
         config.check()?;
         battery.check(config.full_voltage)?;
+        let laws = Laws::build(hidden, config)?;
         Ok(Self { config: config.clone(), battery: battery.clone(), laws })
+    }
+
+    /// [s] that commands are late, by hidden laws.
+    pub(super) fn command_delay(&self) -> f64 {
+        self.laws.number(Kind::TransportDelay).unwrap_or(0.0)
     }
 
     pub(super) fn start(&self, angle: f64) -> PlantState {
@@ -204,7 +241,7 @@ impl Plant {
             slew[0] = slew[1];
         }
         if self.laws.number(Kind::TorqueDelay).is_some() {
-            let torque = self.rotor_torque(&state.x);
+            let torque = self.rotor_torque(&state.x, inputs);
             state.history.push(inputs.time + span, torque);
         }
     }
@@ -214,7 +251,7 @@ impl Plant {
         let Some(rate) = self.laws.number(Kind::SlewRateLimit) else { return };
         let voltage = self.voltage(&state.x);
         for rotor in 0..ROTORS {
-            let target = self.steady_rate(&state.x, rotor, inputs.rotor[rotor], voltage);
+            let target = self.steady_rate(&state.x, rotor, inputs, voltage);
             let [from, to] = &mut state.slewed[rotor];
             *to = *from + (target - *from).clamp(-rate * span, rate * span);
         }
@@ -245,13 +282,13 @@ impl Plant {
             let [from, to] = state.slewed[rotor];
             let z = match self.laws.number(Kind::SlewRateLimit) {
                 Some(_) => from + part * (to - from),
-                None => self.steady_rate(x, rotor, inputs.rotor[rotor], voltage),
+                None => self.steady_rate(x, rotor, inputs, voltage),
             };
-            self.rotor_derivative(x, rotor, z, &mut slope);
+            self.rotor_derivative(x, rotor, z, inputs, &mut slope);
         }
         let rotor_torque = match self.laws.number(Kind::TorqueDelay) {
             Some(delay) => state.history.at(inputs.time + part * span - delay),
-            None => self.rotor_torque(x),
+            None => self.rotor_torque(x, inputs),
         };
         let torque = match self.laws.number(Kind::RotorLag) {
             Some(pole) => {
@@ -262,8 +299,7 @@ impl Plant {
         };
         if !self.config.clamped {
             slope[ANGLE] = x[RATE];
-            slope[RATE] =
-                (torque + inputs.torque + self.laws.body_torque(x[ANGLE], x[RATE])) / self.config.inertia;
+            slope[RATE] = (inputs.torque + self.body_torque(x, inputs, torque)) / self.config.inertia;
         }
         if let Some(pole) = self.laws.number(Kind::GyroLag) {
             slope[GYRO] = pole * (x[RATE] - x[GYRO]);
@@ -272,10 +308,17 @@ impl Plant {
         slope
     }
 
-    fn rotor_derivative(&self, x: &[f64; STATES], rotor: usize, z: f64, slope: &mut [f64; STATES]) {
+    fn rotor_derivative(
+        &self,
+        x: &[f64; STATES],
+        rotor: usize,
+        z: f64,
+        inputs: &Inputs,
+        slope: &mut [f64; STATES],
+    ) {
         let w = x[PROPELLER + rotor];
         let mut driven = z;
-        for Law { kind, p } in &self.laws.0 {
+        for Law { kind, p } in self.laws.known() {
             match kind {
                 Kind::SecondOrderLag => {
                     slope[SECOND_LAG + rotor] = p[0] * (z - x[SECOND_LAG + rotor]);
@@ -292,25 +335,73 @@ impl Plant {
             }
         }
         slope[PROPELLER + rotor] = self.laws.rotor_acceleration(&self.config, driven, w);
+        if self.laws.has_own() {
+            let point = Point { steady_rate: driven, ..self.point(x, rotor, inputs) };
+            slope[PROPELLER + rotor] += self.laws.own(Site::RotorAcceleration, &point);
+        }
     }
 
     /// [rad/s] A standing motor is not driven backwards by a weak battery.
-    fn steady_rate(&self, x: &[f64; STATES], rotor: usize, command: f64, voltage: f64) -> f64 {
-        let u = self.laws.command(command.clamp(0.0, 1.0));
-        self.laws.steady_rate(&self.config, u, voltage, x[HEAT + rotor]).max(0.0)
+    fn steady_rate(&self, x: &[f64; STATES], rotor: usize, inputs: &Inputs, voltage: f64) -> f64 {
+        let mut u = self.laws.command(inputs.rotor[rotor].clamp(0.0, 1.0));
+        let rate = |u| self.laws.steady_rate(&self.config, u, voltage, x[HEAT + rotor]);
+        if !self.laws.has_own() {
+            return rate(u).max(0.0);
+        }
+        let mut point = Point { command: u, ..self.point(x, rotor, inputs) };
+        u += self.laws.own(Site::Command, &point);
+        point.command = u;
+        point.steady_rate = rate(u);
+        (point.steady_rate + self.laws.own(Site::SteadyRate, &point)).max(0.0)
+    }
+
+    /// What an expression may look at, of one rotor.
+    fn point(&self, x: &[f64; STATES], rotor: usize, inputs: &Inputs) -> Point {
+        Point {
+            time: inputs.time,
+            command: inputs.rotor[rotor],
+            battery_voltage: self.voltage(x),
+            full_voltage: self.config.full_voltage,
+            propeller_rate: x[PROPELLER + rotor],
+            pole: self.config.pole,
+            hover_rate: self.config.hover_rate,
+            side: if rotor == 0 { 1.0 } else { -1.0 },
+            arm: self.config.arm,
+            thrust_coefficient: self.config.thrust_coefficient,
+            propeller_rate_1: x[PROPELLER],
+            propeller_rate_2: x[PROPELLER + 1],
+            body_angle: x[ANGLE],
+            body_rate: x[RATE],
+            ..Point::default()
+        }
     }
 
     /// [N m] [LPC16] Eq. (1).
     ///
     /// **Deviation:** (1) prints f_p2 - f_p1; the sign is that of its Eqs. (12)-(16).
-    fn rotor_torque(&self, x: &[f64; STATES]) -> f64 {
-        let [f1, f2] = self.thrust(x);
+    fn rotor_torque(&self, x: &[f64; STATES], inputs: &Inputs) -> f64 {
+        let [f1, f2] = self.thrust(x, inputs);
         self.config.arm * (f1 - f2)
     }
 
-    fn thrust(&self, x: &[f64; STATES]) -> [f64; ROTORS] {
-        let of = |side, rotor| self.laws.thrust(&self.config, side, x[PROPELLER + rotor], x[ANGLE], x[RATE]);
+    fn thrust(&self, x: &[f64; STATES], inputs: &Inputs) -> [f64; ROTORS] {
+        let of = |side, rotor| {
+            let thrust = self.laws.thrust(&self.config, side, x[PROPELLER + rotor], x[ANGLE], x[RATE]);
+            if !self.laws.has_own() {
+                return thrust;
+            }
+            thrust + self.laws.own(Site::Thrust, &Point { thrust, ..self.point(x, rotor, inputs) })
+        };
         [of(1.0, 0), of(-1.0, 1)]
+    }
+
+    /// [N m] on the body, with `torque` of it from the rotors.
+    fn body_torque(&self, x: &[f64; STATES], inputs: &Inputs, torque: f64) -> f64 {
+        let known = torque + self.laws.body_torque(x[ANGLE], x[RATE]);
+        if !self.laws.has_own() {
+            return known;
+        }
+        known + self.laws.own(Site::Torque, &Point { torque, ..self.point(x, 0, inputs) })
     }
 
     fn rotor_current(&self, x: &[f64; STATES], rotor: usize) -> f64 {
@@ -326,30 +417,36 @@ impl Plant {
     }
 
     /// What is true now, for a sensor to spoil.
-    pub(super) fn truth(&self, state: &PlantState, disturbance_torque: f64) -> Truth {
+    pub(super) fn truth(&self, state: &PlantState, inputs: &Inputs) -> Truth {
         let x = &state.x;
         Truth {
             body_angle: x[ANGLE],
             body_rate: x[RATE],
-            body_acceleration: (self.rotor_torque(x) + self.laws.body_torque(x[ANGLE], x[RATE]))
-                / self.config.inertia,
             propeller_rate: [x[PROPELLER], x[PROPELLER + 1]],
-            thrust: self.thrust(x),
+            thrust: self.thrust(x, inputs),
             battery_voltage: self.voltage(x),
             current: [self.rotor_current(x, 0), self.rotor_current(x, 1)],
-            disturbance_torque,
+            disturbance_torque: inputs.torque,
         }
     }
 
     /// [rad/s] what a noise-free ESC would tell of a rotor.
-    pub(super) fn told_propeller_rate(&self, state: &PlantState, rotor: usize) -> f64 {
+    pub(super) fn told_propeller_rate(&self, state: &PlantState, inputs: &Inputs, rotor: usize) -> f64 {
         let lagged = self.laws.number(Kind::TelemetryLag).is_some();
-        state.x[if lagged { TELEMETRY } else { PROPELLER } + rotor]
+        let rate = state.x[if lagged { TELEMETRY } else { PROPELLER } + rotor];
+        if !self.laws.has_own() {
+            return rate;
+        }
+        rate + self.laws.own(Site::RotorRateSensor, &self.point(&state.x, rotor, inputs))
     }
 
     /// [rad/s] what a noise-free gyro would tell.
-    pub(super) fn told_body_rate(&self, state: &PlantState) -> f64 {
+    pub(super) fn told_body_rate(&self, state: &PlantState, inputs: &Inputs) -> f64 {
         let lagged = self.laws.number(Kind::GyroLag).is_some();
-        self.laws.gyro(state.x[if lagged { GYRO } else { RATE }])
+        let rate = self.laws.gyro(state.x[if lagged { GYRO } else { RATE }]);
+        if !self.laws.has_own() {
+            return rate;
+        }
+        rate + self.laws.own(Site::BodyRateSensor, &self.point(&state.x, 0, inputs))
     }
 }

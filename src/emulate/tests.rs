@@ -1,3 +1,6 @@
+use crate::effect::Site;
+
+use super::hidden::Law;
 use super::*;
 
 const SECOND: u64 = clock::NANOSECONDS_PER_SECOND;
@@ -248,4 +251,32 @@ fn what_cannot_be_is_refused_by_name() {
     let misnamed = HiddenConfig::parse("gravity_pendulum:mass=1").expect("readable");
     assert!(Law::build(&misnamed).unwrap_err().to_string().contains("no parameter `mass`"));
     assert!(HiddenConfig::parse("gravity_pendulum:moment").is_err());
+}
+
+#[test]
+fn an_expression_acts_where_it_says_and_a_typo_is_marked() {
+    let own = |site, expression: &str| {
+        let parameters = [("k".to_owned(), 0.032)].into();
+        let expression = Some(expression.to_owned());
+        let law = HiddenConfig { effect: "own".to_owned(), parameters, site: Some(site), expression };
+        let mut config = EmulatorConfig { hidden: vec![law], ..ideal() };
+        config.impulse = vec![Impulse { at_s: 0.0, duration_s: 0.01, torque: 3.2 }];
+        config
+    };
+    let viscous = hidden("pivot_viscous_friction:coefficient=0.032");
+    let viscous = EmulatorConfig { impulse: own(Site::Torque, "0").impulse, ..viscous };
+    let difference = truth(&own(Site::Torque, "-k*body_rate"), [0.0; 2], 1.0).body_rate
+        - truth(&viscous, [0.0; 2], 1.0).body_rate;
+    assert!(difference.abs() < 1e-12, "{difference}");
+    let faster = truth(&own(Site::SteadyRate, "1000*k"), [0.5; 2], 2.0).propeller_rate[0]
+        - truth(&ideal(), [0.5; 2], 2.0).propeller_rate[0];
+    assert!((faster - 32.0).abs() < 1e-6, "{faster}");
+    let sentence = own(Site::Torque, "-k*body_rat").build().expect_err("a typo").to_string();
+    assert!(sentence.contains("`body_rat` is neither a signal nor a parameter"), "{sentence}");
+}
+
+#[test]
+fn a_model_file_gives_its_numbers() {
+    let paper = PlantConfig::from_model(&crate::model::Model::paper());
+    assert_eq!(paper, PlantConfig::default(), "two hands wrote Tables I and IV");
 }

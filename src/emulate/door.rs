@@ -1,0 +1,87 @@
+//! The emulator behind shared memory: in the place of bridge and hardware.
+
+use crate::clock;
+use crate::gate::Gate;
+use crate::guard::Cause;
+use crate::rt::{self, Shutdown, Wake};
+
+use super::{Emulator, Truth};
+
+/// How a door runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DoorOptions {
+    /// [s] after which it ends by itself; not a number or infinite = never.
+    pub duration_s: f64,
+    /// Wake the controller with each new gyro sample.
+    pub wakes_control: bool,
+}
+
+/// What a door saw of the body.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
+pub struct BodySummary {
+    /// [s] it ran.
+    pub duration_s: f64,
+    /// [rad] root mean square of the true angle while the rotors were commanded.
+    pub angle_rms_rad: f64,
+    /// [rad] largest true angle while the rotors were commanded.
+    pub angle_peak_rad: f64,
+    /// [V] at the end.
+    pub battery_voltage_v: f64,
+    #[serde(skip)]
+    square_sum: f64,
+    #[serde(skip)]
+    count: u64,
+}
+
+impl BodySummary {
+    pub(super) fn add(&mut self, truth: &Truth, is_flown: bool, time_s: f64) {
+        self.duration_s = time_s;
+        self.battery_voltage_v = truth.battery_voltage;
+        if is_flown {
+            self.square_sum += truth.body_angle * truth.body_angle;
+            self.count += 1;
+            self.angle_rms_rad = (self.square_sum / self.count as f64).sqrt();
+            self.angle_peak_rad = self.angle_peak_rad.max(truth.body_angle.abs());
+        }
+    }
+}
+
+/// Runs the emulated bench in real time behind `gate`, until told to end. The last thing it does is what a
+/// bridge does: the ramp to zero.
+pub fn run(emulator: &Emulator, gate: &mut Gate, options: DoorOptions, shutdown: &Shutdown) -> BodySummary {
+    let start_ns = clock::monotonic_ns();
+    let end_ns = end_ns(start_ns, options.duration_s);
+    let mut state = emulator.start(start_ns);
+    let mut summary = BodySummary::default();
+    let (mut published, mut woken_by, mut is_ending) = (0, 0, false);
+    loop {
+        let now_ns = clock::monotonic_ns();
+        if !is_ending && (shutdown.is_requested() || now_ns >= end_ns) {
+            is_ending = true;
+            gate.trip(now_ns, Cause::Shutdown);
+        } else if is_ending && gate.is_safe() {
+            return summary;
+        }
+        emulator.advance(&mut state, now_ns - start_ns);
+        let sensors = *state.sensors();
+        if sensors.sequence != published {
+            let is_new_gyro = sensors.body_rate.count != woken_by;
+            gate.publish_sensors(&sensors, options.wakes_control && is_new_gyro);
+            (published, woken_by) = (sensors.sequence, sensors.body_rate.count);
+        }
+        if let Some((release, applied)) = gate.poll(now_ns, &sensors) {
+            emulator.command(&mut state, applied.rotor);
+            gate.finish(release, clock::monotonic_ns(), &sensors);
+            summary.add(&emulator.truth(&state), !gate.is_safe(), clock::span_s(now_ns - start_ns));
+        }
+        let due_ns = gate.deadline_ns().min(start_ns.saturating_add(state.next_sample_ns()));
+        if matches!(rt::wait([gate.bell().descriptor()], due_ns), Wake::Ready(_)) {
+            gate.bell().quiet();
+        }
+    }
+}
+
+/// [ns] when a door that runs for `duration_s` ends.
+pub(super) fn end_ns(start_ns: u64, duration_s: f64) -> u64 {
+    if duration_s.is_finite() { start_ns.saturating_add(clock::span_ns(duration_s)) } else { u64::MAX }
+}
