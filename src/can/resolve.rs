@@ -21,6 +21,21 @@ use super::route::{Binding, Route, Routes};
 const BUILT_IN: [(&str, &str); 2] =
     [("bench", include_str!("../../dbc/bench.dbc")), ("vesc", include_str!("../../dbc/vesc.dbc"))];
 
+impl DatabaseConfig {
+    /// The bytes of the DBC file: what somebody needs to understand recorded frames later.
+    ///
+    /// # Errors
+    /// [`CanError::Read`].
+    pub fn bytes(&self) -> Result<Vec<u8>, CanError> {
+        match BUILT_IN.iter().find(|(name, _)| *name == self.file) {
+            Some((_, text)) => Ok(text.as_bytes().to_vec()),
+            None => {
+                std::fs::read(&self.file).map_err(|source| CanError::Read { file: self.file.clone(), source })
+            }
+        }
+    }
+}
+
 /// Loads the DBC files of the table, in its order.
 ///
 /// # Errors

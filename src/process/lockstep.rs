@@ -5,7 +5,7 @@ use crate::clock;
 use crate::emulate::{Emulator, EmulatorState, Truth};
 use crate::experiment::Experiment;
 use crate::guard::{Guard, GuardState, OperatorAct};
-use crate::signal::{Applied, Command, GuardEvent, ROTORS, Request, Sensors};
+use crate::signal::{Applied, Command, ControlStep, GuardEvent, GuardStep, ROTORS, Request, Sensors};
 
 use super::pilot::{Pilot, PilotState};
 use super::trace::Trace;
@@ -67,6 +67,12 @@ pub trait Interference {
 
     /// Looks on at what the guard decided and refused.
     fn event(&mut self, _event: &GuardEvent) {}
+
+    /// Looks on at a step of the controller, with all it consumed.
+    fn control_step(&mut self, _step: &ControlStep) {}
+
+    /// Looks on at a period of the guard, with all it consumed.
+    fn guard_step(&mut self, _step: &GuardStep) {}
 }
 
 impl Interference for () {}
@@ -105,6 +111,7 @@ impl Lockstep {
         let now_ns = ORIGIN_NS + state.emulator.now_ns();
         let mut command = self.pilot.step(&mut state.pilot, &sensors, &state.applied);
         command.stamp_ns = now_ns;
+        interference.control_step(&ControlStep { sensors, applied: state.applied, command });
         let command = interference.command(slot, command);
         state.newest = command.or(state.newest);
         let truth = self.emulator.truth(&state.emulator);
@@ -135,6 +142,7 @@ impl Lockstep {
             ..Request::default()
         });
         let applied = guard.step(&mut state.guard, now_ns, sensors, newest, request.as_ref());
+        interference.guard_step(&GuardStep::new(now_ns, sensors, newest, request.as_ref(), &applied));
         state.guard.take_events().for_each(|event| interference.event(&event));
         applied
     }

@@ -7,6 +7,8 @@ pub mod lockstep;
 pub mod operator;
 pub mod pilot;
 pub mod plant;
+pub mod record;
+pub mod replay;
 pub mod run;
 pub mod trace;
 pub mod wire;
@@ -16,6 +18,7 @@ use crate::can::CanError;
 use crate::control::ControlError;
 use crate::guard::GuardError;
 use crate::model::ModelError;
+use crate::record::RecordError;
 use crate::rt::RealTimeError;
 use crate::shm::ShmError;
 
@@ -43,6 +46,9 @@ pub enum ProcessError {
     /// The real-time settings.
     #[error(transparent)]
     RealTime(#[from] RealTimeError),
+    /// The recording.
+    #[error(transparent)]
+    Record(#[from] RecordError),
     /// The operating system has no thread, or no signal handler, to give.
     #[error("cannot start: {0}")]
     Start(#[from] std::io::Error),

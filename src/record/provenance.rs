@@ -20,6 +20,8 @@ pub struct Provenance {
     pub bench: String,
     /// The model in force, as TOML text.
     pub model: String,
+    /// The experiment flown, as TOML text; empty without one.
+    pub experiment: String,
     /// Seeds of whatever was random: `emulator`, ...
     pub seeds: BTreeMap<String, u64>,
     /// DBC files by name, as text: what the raw frames mean.
@@ -69,6 +71,7 @@ impl Provenance {
             ("process".to_owned(), self.process.clone()),
             ("bench.toml".to_owned(), self.bench.clone()),
             ("model.toml".to_owned(), self.model.clone()),
+            ("experiment.toml".to_owned(), self.experiment.clone()),
             ("interface".to_owned(), self.interface.clone()),
             ("realtime_ns".to_owned(), self.realtime_ns.to_string()),
             ("monotonic_ns".to_owned(), self.monotonic_ns.to_string()),
@@ -93,6 +96,7 @@ impl Provenance {
             process: text("process"),
             bench: text("bench.toml"),
             model: text("model.toml"),
+            experiment: text("experiment.toml"),
             interface: text("interface"),
             seeds: below("seed:")
                 .map(|(name, value)| Ok((name.clone(), number(&name, &value)?)))

@@ -63,6 +63,8 @@ pub trait Field: Sized {
     fn emit(&self, to: &mut Emitter<'_>);
     /// Reads it.
     fn parse(from: &mut Parser<'_>) -> Option<Self>;
+    /// Calls `with` for each number in it: name of the field, bits, text.
+    fn numbers(&self, name: &str, with: &mut dyn FnMut(String, u64, String));
 }
 
 /// A type that can be a whole message.
@@ -116,6 +118,36 @@ pub fn decode<N: Noun>(message: &[u8]) -> Result<N, WireError> {
         .ok_or(WireError { noun: N::NAME, length: message.len() })
 }
 
+/// Two values of one field that differ in a bit.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Difference {
+    /// Name of the field, with its path.
+    pub field: String,
+    /// The value in the recording, in the shortest spelling that reads back the same.
+    pub recorded: String,
+    /// The value that came now.
+    pub replayed: String,
+}
+
+/// The first field in which two nouns differ in a bit.
+pub fn first_difference<N: Noun>(recorded: &N, replayed: &N) -> Option<Difference> {
+    let numbers = |noun: &N| {
+        let mut numbers = Vec::new();
+        noun.numbers("", &mut |name, bits, text| numbers.push((name, bits, text)));
+        numbers
+    };
+    let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+    encode(recorded, &mut ours);
+    encode(replayed, &mut theirs);
+    if ours == theirs {
+        return None;
+    }
+    let mut pairs = numbers(recorded).into_iter().zip(numbers(replayed));
+    pairs
+        .find(|((_, bits, _), (_, other, _))| bits != other)
+        .map(|((field, _, recorded), (_, _, replayed))| Difference { field, recorded, replayed })
+}
+
 macro_rules! primitive {
     ($($rust:ty => $ros:literal),*) => {$(
         impl Field for $rust {
@@ -128,6 +160,11 @@ macro_rules! primitive {
             }
             fn parse(from: &mut Parser<'_>) -> Option<Self> {
                 from.take().map(<$rust>::from_le_bytes)
+            }
+            fn numbers(&self, name: &str, with: &mut dyn FnMut(String, u64, String)) {
+                let mut bits = [0; 8];
+                bits.iter_mut().zip(self.to_le_bytes()).for_each(|(to, from)| *to = from);
+                with(name.to_owned(), u64::from_le_bytes(bits), format!("{self:?}"));
             }
         }
     )*};
@@ -148,6 +185,11 @@ impl<F: Field, const N: usize> Field for [F; N] {
         let items: Vec<F> = (0..N).map_while(|_| F::parse(from)).collect();
         items.try_into().ok()
     }
+    fn numbers(&self, name: &str, with: &mut dyn FnMut(String, u64, String)) {
+        for (index, item) in self.iter().enumerate() {
+            item.numbers(&format!("{name}[{index}]"), with);
+        }
+    }
 }
 
 /// Names the fields of a noun, in order, each with its unit or meaning; a forgotten field does not compile.
@@ -166,6 +208,10 @@ macro_rules! noun {
             }
             fn parse(from: &mut Parser<'_>) -> Option<Self> {
                 Some(Self { $($field: Field::parse(from)?),* })
+            }
+            fn numbers(&self, name: &str, with: &mut dyn FnMut(String, u64, String)) {
+                let dot = if name.is_empty() { "" } else { "." };
+                $(self.$field.numbers(&format!("{name}{dot}{}", stringify!($field)), with);)*
             }
         }
         impl Noun for $type {
