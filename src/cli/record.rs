@@ -1,12 +1,57 @@
 //! `rotorbench record`: record a running bench.
 
-use super::{CliError, CliResult};
+use std::path::PathBuf;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+
+use super::operate::BenchArguments;
+use super::{CliResult, Outcome};
+use crate::process::record;
+use crate::record::RecorderSummary;
+use crate::rt::Shutdown;
 
 /// Arguments of `record`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    #[command(flatten)]
+    bench: BenchArguments,
+    /// The recording to make; a file that is there already is never overwritten
+    #[arg(short, long, value_name = "FILE.mcap")]
+    output: PathBuf,
+    /// End after this many seconds
+    #[arg(long, value_name = "S")]
+    seconds: Option<f64>,
+    /// Summary as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> CliResult {
-    Err(CliError::new("`record` is not part of this build"))
+pub fn run(arguments: &Arguments) -> CliResult {
+    let config = arguments.bench.load()?;
+    let shutdown = Shutdown::listen()?;
+    let line = ProgressBar::new_spinner().with_style(ProgressStyle::with_template("{elapsed} {msg}")?);
+    let show = |summary: RecorderSummary| line.set_message(words(summary));
+    let summary = record::record(&config, &arguments.output, arguments.seconds, &shutdown, show)?;
+    line.finish_and_clear();
+    if arguments.json {
+        let RecorderSummary { written, dropped, disk_full_ns } = summary;
+        let disk_full_s = crate::clock::span_s(disk_full_ns);
+        println!("{}", json!({ "written": written, "dropped": dropped, "disk_full_s": disk_full_s }));
+    } else {
+        println!("{}: {}", arguments.output.display(), words(summary));
+    }
+    Ok(if summary.dropped == 0 { Outcome::Done } else { Outcome::FoundWanting })
+}
+
+fn words(summary: RecorderSummary) -> String {
+    let mut words = format!("{} records", summary.written);
+    if summary.dropped > 0 {
+        words += &format!(", {} LOST", summary.dropped);
+    }
+    if summary.disk_full_ns > 0 {
+        words += &format!(", disk full for {:.1} s", crate::clock::span_s(summary.disk_full_ns));
+    }
+    words
 }

@@ -1,12 +1,169 @@
-//! `rotorbench replay`: run the controller again on recorded input.
+//! `rotorbench replay`: run the controller and the guard again on recorded input.
 
-use super::{CliError, CliResult};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::{CliError, CliResult, Outcome};
+use crate::bench::BenchConfig;
+use crate::model::Model;
+use crate::process::plant::{self, FlightPlan};
+use crate::process::replay::{Replay, Verdict};
+use crate::record::{End, Provenance, Record, Recording};
 
 /// Arguments of `replay`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    /// The recording
+    recording: PathBuf,
+    /// Replay with this bench file instead of the recorded one
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Replay with this model instead of the recorded one
+    #[arg(long, value_name = "FILE")]
+    model: Option<PathBuf>,
+    /// Change one setting of the bench file, such as `controller.emc.alpha=1.1`; may be given again
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Verdict as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    recording: &'a Path,
+    controller: &'a Verdict,
+    guard: &'a Verdict,
+    equal_guard_events: u64,
+    lost_by_recorder: u64,
+    cut_off: Option<String>,
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> CliResult {
-    Err(CliError::new("`replay` is not part of this build"))
+pub fn run(arguments: &Arguments) -> CliResult {
+    let mut recording = Recording::open(&arguments.recording)?;
+    let (config, model) = settings(arguments, recording.provenance())?;
+    let plan = plan(&arguments.recording, recording.provenance())?;
+    let pilot = plant::pilot_of(&config, &model, plan.as_ref())?;
+    let guard = config.guard.build(config.period_s)?;
+    let mut lost = 0;
+    let mut replay = Replay::new(&pilot, &guard);
+    replay.run(recording.by_ref().inspect(|record| {
+        if let Ok(Record::Status(status)) = record {
+            lost = status.dropped;
+        }
+    }))?;
+    let (controller, guard) = (&replay.controller, &replay.guard_verdict);
+    if controller.equal + controller.unknown + guard.equal + guard.unknown == 0
+        && controller.first_difference.is_none()
+        && guard.first_difference.is_none()
+    {
+        let file = arguments.recording.display();
+        return Err(CliError::new(format!("{file}: it holds no step of a controller or guard to replay")));
+    }
+    let cut_off = match recording.end() {
+        Some(End::CutOff { byte, reason }) => Some(format!("at byte {byte}: {reason}")),
+        _ => None,
+    };
+    if arguments.json {
+        let report = Report {
+            recording: &arguments.recording,
+            controller,
+            guard,
+            equal_guard_events: replay.equal_events,
+            lost_by_recorder: lost,
+            cut_off,
+        };
+        println!("{}", serde_json::to_string_pretty(&report)?);
+    } else {
+        print(controller, "controller", "step");
+        print(guard, "guard", "period");
+        println!("guard: {} events equal", replay.equal_events);
+        if lost > 0 {
+            println!("the recorder lost {lost} records");
+        }
+        if let Some(cut_off) = cut_off {
+            println!("the recording is cut off {cut_off}");
+        }
+    }
+    Ok(if controller.is_equal() && guard.is_equal() { Outcome::Done } else { Outcome::FoundWanting })
+}
+
+fn print(verdict: &Verdict, who: &str, step: &str) {
+    println!("{who}: {} {step}s equal, bit for bit", verdict.equal);
+    if verdict.unknown > 0 {
+        println!(
+            "{who}: {} {step}s cannot be replayed: their beginning is not in the recording, or records were lost",
+            verdict.unknown
+        );
+    }
+    if let Some(first) = &verdict.first_difference {
+        println!(
+            "{who}: first difference at {step} {} ({:.6} s): `{}` was {}, is {} now",
+            first.sequence,
+            first.time_s,
+            first.difference.field,
+            first.difference.recorded,
+            first.difference.replayed
+        );
+    }
+}
+
+/// Bench and model of the recording, with what the arguments change.
+fn settings(arguments: &Arguments, provenance: &Provenance) -> Result<(BenchConfig, Model), CliError> {
+    let inside = PathBuf::from(format!("{}: bench.toml", arguments.recording.display()));
+    let mut config = match &arguments.config {
+        Some(path) => BenchConfig::load(Some(path))?,
+        None => BenchConfig::parse(&provenance.bench, &inside)?,
+    };
+    if !arguments.set.is_empty() {
+        let mut table = toml::Table::try_from(&config)?;
+        for assignment in &arguments.set {
+            set(&mut table, assignment)?;
+        }
+        config = BenchConfig::parse(&toml::to_string(&table)?, Path::new("--set"))?;
+    }
+    let model = match &arguments.model {
+        Some(path) => Model::load(path)?,
+        None => Model::parse(
+            &provenance.model,
+            Path::new(&format!("{}: model.toml", arguments.recording.display())),
+        )?,
+    };
+    Ok((config, model))
+}
+
+/// The experiment of the recording, if one was flown.
+fn plan(recording: &Path, provenance: &Provenance) -> Result<Option<FlightPlan>, CliError> {
+    if provenance.experiment.is_empty() {
+        return Ok(None);
+    }
+    toml::from_str(&provenance.experiment).map(Some).map_err(|error| {
+        CliError::new(format!("{}: experiment.toml: {}", recording.display(), error.message()))
+    })
+}
+
+/// Applies `key.of.table=value` to the bench file's table; the key must be there.
+fn set(table: &mut toml::Table, assignment: &str) -> Result<(), CliError> {
+    let (path, text) = assignment
+        .split_once('=')
+        .ok_or_else(|| CliError::new(format!("--set {assignment}: write KEY=VALUE")))?;
+    let wrong = |what: &str| CliError::new(format!("--set {assignment}: {what}"));
+    let value: toml::Value = toml::from_str::<toml::Table>(&format!("value = {}", text.trim()))
+        .ok()
+        .and_then(|mut table| table.remove("value"))
+        .ok_or_else(|| wrong("the value is not one of TOML (text needs quotes)"))?;
+    let mut keys = path.trim().split('.').peekable();
+    let mut here = table;
+    while let Some(key) = keys.next() {
+        let there =
+            here.get_mut(key).ok_or_else(|| wrong(&format!("the bench file has no `{key}` there")))?;
+        if keys.peek().is_none() {
+            *there = value;
+            return Ok(());
+        }
+        here = there.as_table_mut().ok_or_else(|| wrong(&format!("`{key}` is not a table")))?;
+    }
+    Err(wrong("the key is empty"))
 }

@@ -67,9 +67,17 @@ impl Model {
         }
         let text =
             fs::read_to_string(path).map_err(|source| ModelError::File { path: path.to_owned(), source })?;
+        Self::parse(&text, path)
+    }
+
+    /// The model in `text`; `path` is for the errors.
+    ///
+    /// # Errors
+    /// [`ModelError`] naming the place.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, ModelError> {
         let in_file = |reason: String| ModelError::Syntax { path: path.to_owned(), reason };
         let model: Self =
-            toml::from_str(&text).map_err(|error| in_file(error.to_string().trim_end().to_owned()))?;
+            toml::from_str(text).map_err(|error| in_file(error.to_string().trim_end().to_owned()))?;
         model.check().map_err(|error| in_file(error.to_string()))?;
         Ok(model)
     }

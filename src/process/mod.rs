@@ -16,6 +16,7 @@ pub mod wire;
 use crate::bench::BenchError;
 use crate::can::CanError;
 use crate::control::ControlError;
+use crate::experiment::ExperimentError;
 use crate::guard::GuardError;
 use crate::model::ModelError;
 use crate::record::RecordError;
@@ -46,6 +47,9 @@ pub enum ProcessError {
     /// The real-time settings.
     #[error(transparent)]
     RealTime(#[from] RealTimeError),
+    /// The experiment.
+    #[error(transparent)]
+    Experiment(#[from] ExperimentError),
     /// The recording.
     #[error(transparent)]
     Record(#[from] RecordError),

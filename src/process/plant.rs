@@ -2,10 +2,13 @@
 
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 use super::ProcessError;
 use super::pilot::Pilot;
 use crate::bench::BenchConfig;
 use crate::control::{Compensation, PlantParameters};
+use crate::experiment::ExperimentConfig;
 use crate::model::Model;
 
 /// The plant of `model`, and what of its effects a controller can cancel.
@@ -57,14 +60,44 @@ pub fn of_model(model: &Model) -> Result<(PlantParameters, Compensation), Proces
     Ok((plant, compensation))
 }
 
+/// An experiment and how it is flown: written into a recording, so that it can be flown again.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FlightPlan {
+    /// Whether its deviation rides on the controller; else it commands the rotors alone.
+    pub closed_loop: bool,
+    /// The experiment.
+    pub experiment: ExperimentConfig,
+}
+
 /// The controller of a bench with its reference, made for the bench's model.
 ///
 /// # Errors
 /// A model that cannot be read or inverted; a controller that cannot be built.
 pub fn pilot(config: &BenchConfig) -> Result<Pilot, ProcessError> {
-    let (plant, known) = of_model(&Model::load(Path::new(&config.model))?)?;
+    pilot_of(config, &Model::load(Path::new(&config.model))?, None)
+}
+
+/// Whatever flies a bench of `model`: its controller, or what `plan` says.
+///
+/// # Errors
+/// A model that cannot be inverted; a controller or experiment that cannot be built.
+pub fn pilot_of(
+    config: &BenchConfig,
+    model: &Model,
+    plan: Option<&FlightPlan>,
+) -> Result<Pilot, ProcessError> {
+    let experiment = plan.map(|plan| plan.experiment.build(config.period_s)).transpose()?;
+    if let (Some(experiment), Some(FlightPlan { closed_loop: false, .. })) = (&experiment, plan) {
+        return Ok(Pilot::experiment(experiment.clone()));
+    }
+    let (plant, known) = of_model(model)?;
     let controller = config.controller.build_compensated(&plant, &known, config.period_s)?;
-    Ok(Pilot::controller(controller, config.controller.reference.build(config.period_s)?))
+    let pilot = Pilot::controller(controller, config.controller.reference.build(config.period_s)?);
+    Ok(match experiment {
+        Some(experiment) => pilot.excited_by(experiment),
+        None => pilot,
+    })
 }
 
 #[cfg(test)]

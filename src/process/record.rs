@@ -11,10 +11,11 @@ use std::time::Duration;
 
 use super::ProcessError;
 use super::control::end_after;
+use super::lockstep::Interference;
+use super::plant::FlightPlan;
 use crate::bench::BenchConfig;
 use crate::can::Port;
 use crate::clock;
-use crate::experiment::ExperimentConfig;
 use crate::model::Model;
 use crate::record::{
     Provenance, RawFrame, Record, RecordError, Recorder, RecorderHandle, RecorderOptions, RecorderSummary,
@@ -42,7 +43,7 @@ const ROLES: [Role; 4] = [Role::Bridge, Role::Control, Role::Emulate, Role::Run]
 pub fn provenance(
     config: &BenchConfig,
     process: &str,
-    experiment: Option<&ExperimentConfig>,
+    plan: Option<&FlightPlan>,
 ) -> Result<Provenance, ProcessError> {
     let text = |text: Result<String, toml::ser::Error>| {
         text.map_err(|error| {
@@ -58,7 +59,7 @@ pub fn provenance(
         process: process.to_owned(),
         bench: text(toml::to_string(config))?,
         model: Model::load(Path::new(&config.model))?.emit()?,
-        experiment: experiment.map_or_else(|| Ok(String::new()), |it| text(toml::to_string(it)))?,
+        experiment: plan.map_or_else(|| Ok(String::new()), |it| text(toml::to_string(it)))?,
         seeds: [("emulator".to_owned(), config.emulator.seed)].into(),
         dbc_files,
         interface: config.bus.interface.clone(),
@@ -230,9 +231,9 @@ impl Background {
         config: &BenchConfig,
         path: &Path,
         process: &str,
-        experiment: Option<&ExperimentConfig>,
+        plan: Option<&FlightPlan>,
     ) -> Result<Self, ProcessError> {
-        let provenance = provenance(config, process, experiment)?;
+        let provenance = provenance(config, process, plan)?;
         let recorder = Recorder::start(path, &provenance, RecorderOptions::default())?;
         let shutdown = Shutdown::default();
         let (ready, is_ready) = mpsc::channel();
@@ -282,5 +283,20 @@ impl Drop for Background {
             // The error was the disk's; whoever wanted to know has called `finish`.
             let _ = thread.join();
         }
+    }
+}
+
+/// A bench on virtual time records every step; it waits for the disk, as a real one never may.
+impl Interference for RecorderHandle {
+    fn control_step(&mut self, step: &ControlStep) {
+        self.send_patiently(*step);
+    }
+
+    fn guard_step(&mut self, step: &GuardStep) {
+        self.send_patiently(*step);
+    }
+
+    fn event(&mut self, event: &GuardEvent) {
+        self.send_patiently(*event);
     }
 }
