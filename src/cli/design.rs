@@ -1,12 +1,367 @@
 //! `rotorbench design`: eigenvalues, gains and margins from a model.
 
-use super::{CliError, CliResult};
+use std::path::{Path, PathBuf};
 
-/// Arguments of `design`.
+use nalgebra::Complex;
+use serde::Serialize;
+
+use super::operate::BenchArguments;
+use super::{CliError, CliResult, Outcome};
+use crate::control::design::{
+    Advice, Compensator, DiscreteLoop, LoopPlant, LoopResponse, Margins, advise, pid_by_margins,
+};
+use crate::control::gains::{complementary_eigenvalues, feedback_matrix, predictor_matrix};
+use crate::control::{
+    Beta, BetaRule, Compensation, ControlError, ControllerConfig, ControllerKind, EmcConfig, EmcGains,
+    PidConfig, PlantParameters,
+};
+use crate::model::Model;
+use crate::process::plant;
+use crate::report::{Axis, Mark, Page, Plot, Series, Table, number};
+
+/// Arguments of `design`. What is not given here comes from the bench file.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    #[command(flatten)]
+    bench: BenchArguments,
+    /// Model file, or `paper` for the built-in Tables I and IV; default: the bench's
+    #[arg(long, value_name = "M")]
+    model: Option<PathBuf>,
+    /// Control period T_c [s]
+    #[arg(long, value_name = "S")]
+    period_s: Option<f64>,
+    /// Which controller: emc or pid
+    #[arg(long, value_enum)]
+    controller: Option<Kind>,
+    /// β: zoh (1 - exp(-p T_c)), euler (p T_c), or a number
+    #[arg(long, value_name = "B", value_parser = parse_beta)]
+    beta: Option<Beta>,
+    /// γ_0, the fastest complementary eigenvalue; default: β
+    #[arg(long, value_name = "G")]
+    gamma_0: Option<f64>,
+    /// α spreads the predictor's eigenvalues
+    #[arg(long, value_name = "A")]
+    alpha: Option<f64>,
+    /// α_c spreads the feedback's eigenvalues
+    #[arg(long, value_name = "A")]
+    alpha_c: Option<f64>,
+    /// K as given in place of the pole placement, such as 0.276,0.120,0.052
+    #[arg(long, value_name = "K1,K2,K3", value_parser = parse_numbers::<3>, allow_hyphen_values = true)]
+    feedback_gain: Option<[f64; 3]>,
+    /// PID gains from a phase margin [degrees] and a gain margin [factor], such as 55,2.5
+    #[arg(long, value_name = "DEG,FACTOR", value_parser = parse_numbers::<2>)]
+    pid_margins: Option<[f64; 2]>,
+    /// Measured transport delay from the controller's step to the actuator [ms], besides the model's own
+    #[arg(long, value_name = "MS", default_value_t = 0.0)]
+    delay_ms: f64,
+    /// Angle at which the model's effects are linearized [degrees]
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
+    angle_deg: f64,
+    /// Write the design as JSON on standard output
+    #[arg(long)]
+    json: bool,
+    /// Write a report with the loop's frequency response
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+}
+
+/// Controllers by name.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Kind {
+    Emc,
+    Pid,
+}
+
+fn parse_beta(text: &str) -> Result<Beta, String> {
+    match text {
+        "zoh" => Ok(Beta::Rule(BetaRule::ZeroOrderHold)),
+        "euler" => Ok(Beta::Rule(BetaRule::Euler)),
+        number => {
+            number.parse().map(Beta::Value).map_err(|_| "must be `zoh`, `euler` or a number".to_owned())
+        }
+    }
+}
+
+fn parse_numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+    let wrong = || format!("must be {N} numbers with commas between them");
+    numbers.map_err(|_| wrong())?.try_into().map_err(|_| wrong())
+}
+
+/// What the design starts from.
+struct Task {
+    model: String,
+    plant: PlantParameters,
+    known: Compensation,
+    loop_plant: LoopPlant,
+    config: ControllerConfig,
+    angle: f64,
+    period_s: f64,
+}
+
+/// The answer, as `--json` writes it.
+#[derive(Debug, Serialize)]
+struct Design {
+    model: String,
+    controller: ControllerKind,
+    period_s: f64,
+    delay_s: f64,
+    stable: bool,
+    refusal: Option<String>,
+    emc: Option<EmcDesign>,
+    pid: Option<PidConfig>,
+    closed_loop: Vec<Eigenvalue>,
+    margins: Option<Margins>,
+    advice: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct EmcDesign {
+    beta: f64,
+    gamma: [f64; 4],
+    gamma_c: [f64; 3],
+    observer_gain: [f64; 4],
+    feedback_gain: [f64; 3],
+    predictor: Vec<Eigenvalue>,
+    feedback: Vec<Eigenvalue>,
+}
+
+#[derive(Debug, Clone, Copy, Serialize)]
+struct Eigenvalue {
+    real: f64,
+    imaginary: f64,
+    modulus: f64,
+}
+
+impl From<&Complex<f64>> for Eigenvalue {
+    fn from(value: &Complex<f64>) -> Self {
+        Self { real: value.re, imaginary: value.im, modulus: value.norm() }
+    }
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> CliResult {
-    Err(CliError::new("`design` is not part of this build"))
+pub fn run(arguments: &Arguments) -> CliResult {
+    let task = arguments.task()?;
+    let mut design = Design {
+        model: task.model.clone(),
+        controller: task.config.kind,
+        period_s: task.period_s,
+        delay_s: task.loop_plant.delay_s,
+        stable: false,
+        refusal: None,
+        emc: None,
+        pid: None,
+        closed_loop: Vec::new(),
+        margins: None,
+        advice: None,
+    };
+    let closed = match task.close(&mut design) {
+        Ok(closed) => Some(closed),
+        Err(error @ (ControlError::Unstable { .. } | ControlError::Unreachable { .. })) => {
+            design.refusal = Some(error.to_string());
+            None
+        }
+        Err(error) => return Err(error.into()),
+    };
+    if let Some(path) = &arguments.report {
+        page(&design, closed.as_ref()).save(path)?;
+    }
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&design)?);
+    } else {
+        tables(&design).iter().for_each(|table| println!("{}", table.text()));
+        design.refusal.iter().for_each(|refusal| println!("refused: {refusal}"));
+        design.advice.iter().for_each(|advice| println!("advice: {advice}"));
+    }
+    Ok(if design.stable { Outcome::Done } else { Outcome::FoundWanting })
+}
+
+impl Arguments {
+    /// The bench file with what the command line says instead.
+    fn task(&self) -> Result<Task, CliError> {
+        let bench = self.bench.load()?;
+        let path = self.model.clone().unwrap_or_else(|| PathBuf::from(&bench.model));
+        let model = Model::load(Path::new(&path))?;
+        let (plant, known) = plant::of_model(&model)?;
+        let mut config = bench.controller.clone();
+        config.kind = match self.controller {
+            Some(Kind::Emc) => ControllerKind::Emc,
+            Some(Kind::Pid) => ControllerKind::Pid,
+            None if self.pid_margins.is_some() => ControllerKind::Pid,
+            None => config.kind,
+        };
+        let emc = &mut config.emc;
+        emc.beta = self.beta.unwrap_or(emc.beta);
+        emc.gamma_0 = self.gamma_0.or(emc.gamma_0);
+        emc.alpha = self.alpha.unwrap_or(emc.alpha);
+        emc.alpha_c = self.alpha_c.unwrap_or(emc.alpha_c);
+        emc.feedback_gain = self.feedback_gain.or(emc.feedback_gain);
+        let period_s = self.period_s.unwrap_or(bench.period_s);
+        let angle = self.angle_deg.to_radians();
+        let mut loop_plant = plant::loop_of_model(&model, &plant, &known, angle);
+        loop_plant.delay_s += 1e-3 * self.delay_ms;
+        if let Some([phase_deg, gain]) = self.pid_margins {
+            if !(phase_deg > 0.0 && phase_deg < 180.0 && gain >= 1.0) {
+                return Err(CliError::new(
+                    "--pid-margins needs degrees between 0 and 180 and a factor of at least 1",
+                ));
+            }
+            config.pid = pid_by_margins(&plant, &loop_plant, period_s, phase_deg.to_radians(), gain)?;
+        }
+        let known = if config.compensate { known } else { Compensation::default() };
+        Ok(Task { model: model.name, plant, known, loop_plant, config, angle, period_s })
+    }
+}
+
+impl Task {
+    /// Gains, closed loop, margins and advice, as far as they go.
+    fn close(&self, design: &mut Design) -> Result<DiscreteLoop, ControlError> {
+        let compensator = match self.config.kind {
+            ControllerKind::Emc => {
+                let gains = self.config.emc.gains(self.plant.pole, self.period_s)?;
+                design.emc = Some(emc_design(&self.config.emc, &gains));
+                Compensator::Emc(gains)
+            }
+            ControllerKind::Pid => {
+                self.config.pid.validate()?;
+                design.pid = Some(self.config.pid);
+                Compensator::Pid(self.config.pid)
+            }
+        };
+        let closed = self.closed(&compensator)?;
+        let margins = closed.margins();
+        design.stable = true;
+        design.closed_loop = closed.eigenvalues().iter().map(Eigenvalue::from).collect();
+        design.margins = Some(margins);
+        if self.config.kind == ControllerKind::Emc {
+            design.advice = self.advice(&margins).map(|advice| advice.sentence);
+        }
+        Ok(closed)
+    }
+
+    fn closed(&self, compensator: &Compensator) -> Result<DiscreteLoop, ControlError> {
+        let Self { plant, loop_plant, known, angle, period_s, .. } = self;
+        DiscreteLoop::build(plant, loop_plant, compensator, known, *angle, *period_s)
+    }
+
+    fn advice(&self, margins: &Margins) -> Option<Advice> {
+        advise(&self.config.emc, margins, self.plant.pole, self.period_s, |changed| {
+            let gains = changed.gains(self.plant.pole, self.period_s).ok()?;
+            Some(self.closed(&Compensator::Emc(gains)).ok()?.margins())
+        })
+    }
+}
+
+fn emc_design(config: &EmcConfig, gains: &EmcGains) -> EmcDesign {
+    let gamma_0 = config.gamma_0.unwrap_or(gains.beta);
+    let values = |eigenvalues: &[Complex<f64>]| eigenvalues.iter().map(Eigenvalue::from).collect();
+    EmcDesign {
+        beta: gains.beta,
+        gamma: complementary_eigenvalues(gamma_0, config.alpha),
+        gamma_c: complementary_eigenvalues(gamma_0, config.alpha_c),
+        observer_gain: gains.l,
+        feedback_gain: gains.k,
+        predictor: values(predictor_matrix(gains.beta, gains.l).complex_eigenvalues().as_slice()),
+        feedback: values(feedback_matrix(gains.beta, gains.k).complex_eigenvalues().as_slice()),
+    }
+}
+
+/// The design as tables, for terminal and report alike.
+fn tables(design: &Design) -> Vec<Table> {
+    let mut tables = Vec::new();
+    if let Some(emc) = &design.emc {
+        let caption = format!(
+            "EMC for model `{}`, T_c = {} s, β = {}",
+            design.model,
+            number(design.period_s, 4),
+            number(emc.beta, 4)
+        );
+        let mut table =
+            Table::new(["k", "predictor γ_k", "gain l_k", "feedback γ_k", "gain k_k+1"]).caption(caption);
+        for (k, (gamma, l)) in emc.gamma.iter().zip(emc.observer_gain).enumerate() {
+            let [gamma_c, gain] = [emc.gamma_c.get(k), emc.feedback_gain.get(k)]
+                .map(|value| value.map_or(String::new(), |v| number(*v, 4)));
+            // Zero but for rounding, when γ_0 = β.
+            let l = if l.abs() < 1e-12 { 0.0 } else { l };
+            table = table.row([k.to_string(), number(*gamma, 4), number(l, 4), gamma_c, gain]);
+        }
+        tables.push(table);
+    }
+    if let Some(pid) = design.pid {
+        let caption = format!("PID for model `{}`, T_c = {} s", design.model, number(design.period_s, 4));
+        tables.push(
+            Table::new(["gain", "value", "unit"])
+                .caption(caption)
+                .row(["k_P".to_owned(), number(pid.k_p, 4), "N m/rad".to_owned()])
+                .row(["k_I".to_owned(), number(pid.k_i, 4), "N m/(rad s)".to_owned()])
+                .row(["k_D".to_owned(), number(pid.k_d, 4), "N m s/rad".to_owned()]),
+        );
+    }
+    if let Some(margins) = &design.margins {
+        tables.push(margin_table(design, margins));
+    }
+    if !design.closed_loop.is_empty() {
+        let mut table =
+            Table::new(["real", "imaginary", "modulus"]).caption("Eigenvalues of the closed loop");
+        for value in design.closed_loop.iter().filter(|value| value.modulus > 1e-3) {
+            table = table.row([value.real, value.imaginary, value.modulus].map(|part| number(part, 4)));
+        }
+        tables.push(table);
+    }
+    tables
+}
+
+fn margin_table(design: &Design, margins: &Margins) -> Table {
+    let decibel = |factor: f64| format!("{} ({} dB)", number(factor, 3), number(20.0 * factor.log10(), 3));
+    let caption = format!("Discrete loop with {} ms of transport delay", number(1e3 * design.delay_s, 3));
+    let rows = [
+        ("gain may grow by", decibel(margins.gain_up)),
+        ("gain may fall to", decibel(margins.gain_down)),
+        ("phase margin [°]", number(margins.phase_rad.to_degrees(), 3)),
+        ("at [rad/s]", number(margins.crossover_rad_s, 3)),
+        ("further delay up to [ms]", number(1e3 * margins.delay_s, 3)),
+        ("sensitivity peak", number(margins.sensitivity_peak, 3)),
+        ("complementary sensitivity peak", number(margins.complementary_peak, 3)),
+        ("bandwidth (-3 dB) [rad/s]", number(margins.bandwidth_rad_s, 3)),
+    ];
+    rows.into_iter().fold(Table::new(["margin", "value"]).caption(caption), |table, (name, value)| {
+        table.row([name.to_owned(), value])
+    })
+}
+
+fn page(design: &Design, closed: Option<&DiscreteLoop>) -> Page {
+    let mut page = Page::new(format!("Controller design for `{}`", design.model));
+    match (&design.refusal, &design.margins) {
+        (Some(refusal), _) => page.verdict(Mark::Bad, format!("Refused: {refusal}.")),
+        (None, Some(margins)) if margins.sensitivity_peak > 2.0 => {
+            page.verdict(Mark::Warning, "The closed loop is stable, and its sensitivity peak is above 2.")
+        }
+        _ => page.verdict(Mark::Good, "The closed loop is stable."),
+    };
+    design.advice.iter().for_each(|advice| {
+        page.paragraph(format!("Advice: {advice}."));
+    });
+    tables(design).into_iter().for_each(|table| {
+        page.table(table);
+    });
+    if let Some(closed) = closed {
+        let sweep = closed.sweep();
+        let frequency: Vec<f64> = sweep.iter().map(|point| point.frequency).collect();
+        let decibel = |value: Complex<f64>| 20.0 * value.norm().log10();
+        let curve = |name: &str, pick: fn(&LoopResponse) -> Complex<f64>| {
+            let values: Vec<f64> = sweep.iter().map(|point| decibel(pick(point))).collect();
+            Series::line(name, &frequency, &values)
+        };
+        let plot = Plot::new(
+            "Frequency response",
+            Axis::new("frequency", "rad/s").logarithmic(),
+            Axis::new("magnitude", "dB").range(-60.0, 60.0),
+        )
+        .series(curve("open loop L", |point| point.open))
+        .series(curve("sensitivity S", LoopResponse::sensitivity))
+        .series(curve("complementary sensitivity T", LoopResponse::complementary))
+        .level("|L| = 1", 0.0);
+        page.plot(plot);
+    }
+    page
 }

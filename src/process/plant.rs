@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::ProcessError;
 use super::pilot::Pilot;
 use crate::bench::BenchConfig;
+use crate::control::design::LoopPlant;
 use crate::control::{Compensation, PlantParameters};
 use crate::experiment::ExperimentConfig;
 use crate::model::Model;
@@ -68,6 +69,24 @@ pub struct FlightPlan {
     pub closed_loop: bool,
     /// The experiment.
     pub experiment: ExperimentConfig,
+}
+
+/// The linear plant of `model` at rest at `angle` [rad], with the effects that change the loop: delays, lags, and
+/// the slopes of the torques on the body.
+#[must_use]
+pub fn loop_of_model(model: &Model, plant: &PlantParameters, known: &Compensation, angle: f64) -> LoopPlant {
+    let delays = ["transport_delay.delay", "torque_delay.delay"];
+    let lags = ["second_order_lag.pole", "rotor_lag.pole"];
+    let inflow = model.parameter("inflow_damping.coefficient").unwrap_or(0.0);
+    let mut linear = LoopPlant {
+        delay_s: delays.iter().filter_map(|name| model.parameter(name)).sum(),
+        lags: lags.iter().filter_map(|name| model.parameter(name)).collect(),
+        gyro_pole: model.parameter("gyro_lag.pole"),
+        ..LoopPlant::new(plant)
+    };
+    // Each rotor loses k c ω_p v of its thrust at its own speed v = ± d ω_b.
+    linear.damping += 2.0 * plant.arm * plant.arm * inflow * plant.thrust_coefficient * plant.hover_rate;
+    linear.with_torques(known, angle)
 }
 
 /// The controller of a bench with its reference, made for the bench's model.
