@@ -1,12 +1,140 @@
 //! `rotorbench emulate`: stand in for the hardware, behind shared memory or on a CAN bus.
 
-use super::{CliError, CliResult};
+use std::path::PathBuf;
+
+use super::operate::BenchArguments;
+use super::{CliError, CliResult, Outcome, timing};
+use crate::bench::BenchConfig;
+use crate::emulate::{HiddenConfig, Impulse, PlantConfig};
+use crate::model::Model;
+use crate::process::emulate;
+use crate::rt::Shutdown;
 
 /// Arguments of `emulate`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    #[command(flatten)]
+    bench: BenchArguments,
+    #[command(flatten)]
+    door: Door,
+    #[command(flatten)]
+    plant: PlantArguments,
+    /// Arm as soon as the checks pass, for scripted runs
+    #[arg(long, requires = "shm")]
+    arm: bool,
+    /// End after this many seconds
+    #[arg(long, value_name = "S")]
+    seconds: Option<f64>,
+    /// Write the summary as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// On which side of the guard.
+#[derive(Debug, clap::Args)]
+#[group(required = true, multiple = false)]
+struct Door {
+    /// In the place of bridge and hardware: behind shared memory, with the guard
+    #[arg(long)]
+    shm: bool,
+    /// As ESCs and IMU on this CAN interface, which a bridge uses
+    #[arg(long, value_name = "IFACE")]
+    can: Option<String>,
+}
+
+/// What the emulated bench is made of, over what the bench file says.
+#[derive(Debug, Default, clap::Args)]
+pub struct PlantArguments {
+    /// Take parameters and effects of the plant from a model file (`paper` is built in)
+    #[arg(long, value_name = "MODEL")]
+    model: Option<PathBuf>,
+    /// Hide an effect: `id` or `id:parameter=value,...`; may be given several times
+    #[arg(long, value_name = "EFFECT")]
+    hide: Vec<String>,
+    /// Hide an effect, and how strong it is, drawn from this seed
+    #[arg(long, value_name = "N")]
+    hide_seed: Option<u64>,
+    /// Strike the body: `at_s:duration_s:torque_nm`; may be given several times
+    #[arg(long, value_name = "IMPULSE", allow_hyphen_values = true)]
+    impulse: Vec<String>,
+    /// Seed of the sensors' noise
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+}
+
+impl PlantArguments {
+    /// Writes them over the bench file's `[emulator]`.
+    ///
+    /// # Errors
+    /// A model that cannot be read; an effect or impulse that cannot be understood.
+    pub fn apply(&self, config: &mut BenchConfig) -> Result<(), CliError> {
+        let emulator = &mut config.emulator;
+        if let Some(path) = &self.model {
+            let model = Model::load(path)?;
+            emulator.plant =
+                PlantConfig { angle_stop: emulator.plant.angle_stop, ..PlantConfig::from_model(&model) };
+            emulator.hidden.extend(HiddenConfig::of_model(&model));
+        }
+        for text in &self.hide {
+            emulator.hidden.push(HiddenConfig::parse(text)?);
+        }
+        if let Some(seed) = self.hide_seed {
+            emulator.hidden.extend(HiddenConfig::draw(seed, |_| true));
+        }
+        for text in &self.impulse {
+            emulator.impulse.push(impulse(text)?);
+        }
+        if let Some(seed) = self.seed {
+            emulator.seed = seed;
+        }
+        Ok(())
+    }
+}
+
+fn impulse(text: &str) -> Result<Impulse, CliError> {
+    let numbers: Vec<f64> = text.split(':').filter_map(|number| number.trim().parse().ok()).collect();
+    let [at_s, duration_s, torque] = *numbers.as_slice() else {
+        return Err(CliError::new(format!(
+            "--impulse {text}: write at_s:duration_s:torque_nm, as in 3:0.05:0.6"
+        )));
+    };
+    Ok(Impulse { at_s, duration_s, torque })
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> CliResult {
-    Err(CliError::new("`emulate` is not part of this build"))
+pub fn run(arguments: &Arguments) -> CliResult {
+    let mut config = arguments.bench.load()?;
+    arguments.plant.apply(&mut config)?;
+    let shutdown = Shutdown::listen()?;
+    if let Some(interface) = &arguments.door.can {
+        config.bus.interface.clone_from(interface);
+        let summary = emulate::on_bus(&config, arguments.seconds, &shutdown)?;
+        if arguments.json {
+            println!("{}", serde_json::to_string_pretty(&summary)?);
+            return Ok(Outcome::Done);
+        }
+        body(&summary.body);
+        println!("frames sent {}, not sent {}", summary.sent, summary.not_sent);
+        println!(
+            "command frames received {}, accepted {}",
+            summary.commands.frames, summary.commands.accepted
+        );
+        return Ok(Outcome::Done);
+    }
+    let summary = emulate::behind_gate(&config, arguments.arm, arguments.seconds, &shutdown)?;
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&summary)?);
+        return Ok(Outcome::Done);
+    }
+    body(&summary.body);
+    println!("guard at the end: {} ({})", summary.state, summary.cause);
+    print!("{}", timing::table(&summary.timing));
+    Ok(Outcome::Done)
+}
+
+fn body(body: &crate::emulate::BodySummary) {
+    println!(
+        "ran {:.1} s; true angle while the rotors turned: rms {:.4} rad, greatest {:.4} rad; battery {:.2} V",
+        body.duration_s, body.angle_rms_rad, body.angle_peak_rad, body.battery_voltage_v
+    );
 }

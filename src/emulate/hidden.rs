@@ -10,6 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use crate::effect::{Expression, Point, Site};
+use crate::model::{AddedEffect, Model};
 
 use super::EmulateError;
 use super::plant::PlantConfig;
@@ -48,6 +49,21 @@ impl HiddenConfig {
             parameters.insert(name.trim().to_owned(), number);
         }
         Ok(Self { effect: effect.trim().to_owned(), parameters, ..Self::default() })
+    }
+
+    /// The effects of a model file, by the emulator's own laws; the user's own expressions as they stand.
+    #[must_use]
+    pub fn of_model(model: &Model) -> Vec<Self> {
+        let of = |added: &AddedEffect| {
+            let own = model.user_effects.iter().find(|own| own.id == added.id);
+            Self {
+                effect: added.id.clone(),
+                parameters: added.parameters.clone(),
+                site: own.map(|own| own.site),
+                expression: own.map(|own| own.expression.clone()),
+            }
+        };
+        model.effects.iter().map(of).collect()
     }
 
     /// An effect and a strength drawn from `seed`, among the laws whose id `admit` lets pass.

@@ -2,6 +2,7 @@
 
 pub mod bridge;
 pub mod control;
+pub mod emulate;
 pub mod flight;
 pub mod lockstep;
 pub mod operator;
@@ -16,6 +17,7 @@ pub mod wire;
 use crate::bench::BenchError;
 use crate::can::CanError;
 use crate::control::ControlError;
+use crate::emulate::EmulateError;
 use crate::experiment::ExperimentError;
 use crate::guard::GuardError;
 use crate::model::ModelError;
@@ -38,6 +40,9 @@ pub enum ProcessError {
     /// The controller.
     #[error(transparent)]
     Control(#[from] ControlError),
+    /// The emulator.
+    #[error(transparent)]
+    Emulate(#[from] EmulateError),
     /// The guard.
     #[error(transparent)]
     Guard(#[from] GuardError),
