@@ -197,10 +197,6 @@ impl Guard {
         self.advance(state, now_ns, finding);
         let misses = if fresh { 0 } else { misses };
         let applied = state.output.emit(self, &state.gate, state.state, now_ns, step_ns);
-        if state.state.is_active() && state.output.swings() >= self.swing_limit {
-            // The command of this step still leaves: it is within the limits, and the ramp begins with the next.
-            self.fire(state, now_ns, Trigger::Trip, Cause::Oscillation, NO_SUBJECT, state.output.swings());
-        }
         Applied { state: state.state as u32, cause: state.cause as u32, misses, ..applied }
     }
 
@@ -295,6 +291,10 @@ impl Guard {
         if active && step_ns > self.hold_ns {
             let value = step_ns as f64 * 1e-9;
             worst = Some(Finding { cause: Cause::GuardPaused, subject: NO_SUBJECT, value, trips: true });
+        }
+        if active && state.output.swings() >= self.swing_limit {
+            let value = state.output.swings();
+            worst = Some(Finding { cause: Cause::Oscillation, subject: NO_SUBJECT, value, trips: true });
         }
         let turning = active && state.output.turns();
         for ((limit, track), signal) in self.signals.iter().zip(&mut state.signals).zip(Signal::ALL) {

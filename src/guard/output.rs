@@ -11,9 +11,12 @@ pub(super) struct Output {
     sequence: u64,
     /// [ns] when the bench was armed: the spin-up's beginning.
     armed_ns: u64,
-    /// [ns] when the ramp began, and from where.
+    /// [ns] when the ramp began, and from where; down at zero it stays there.
     ramp_ns: u64,
     ramp_from: [f64; ROTORS],
+    /// Sequence and stamp [ns] of the command that the rotors got last. Not the gate's: commands go on
+    /// passing the gate in a latch, and must not make a ramp young again.
+    source: (u64, u64),
     sides: [Side; ROTORS],
     swings: [f64; ROTORS],
 }
@@ -63,7 +66,7 @@ impl Output {
         self.sequence += 1;
         let flags = match state {
             State::Armed | State::Degraded => self.follow(guard, gate, now_ns, step_ns),
-            State::FailsafeLatched => self.ramp(guard, gate, now_ns),
+            State::FailsafeLatched => self.ramp(guard, now_ns),
             State::Disarmed | State::PreArm | State::EmergencyStop => {
                 self.rotor = [0.0; ROTORS];
                 0
@@ -73,7 +76,7 @@ impl Output {
         Applied {
             sequence: self.sequence,
             stamp_ns: now_ns,
-            command_sequence: if follows { gate.sequence } else { 0 },
+            command_sequence: if follows { self.source.0 } else { 0 },
             rotor: self.rotor,
             flags,
             ..Applied::default()
@@ -82,6 +85,7 @@ impl Output {
 
     /// The gate's command, within the limits.
     fn follow(&mut self, guard: &Guard, gate: &Gate, now_ns: u64, step_ns: u64) -> u32 {
+        self.source = (gate.sequence, gate.stamp_ns);
         let maximum = guard.limits.maximum;
         let spun_up_ns = now_ns.saturating_sub(self.armed_ns);
         let spin_up =
@@ -113,15 +117,16 @@ impl Output {
     }
 
     /// Down in equal steps; at once when the command it came from is too old even for that.
-    fn ramp(&mut self, guard: &Guard, gate: &Gate, now_ns: u64) -> u32 {
+    fn ramp(&mut self, guard: &Guard, now_ns: u64) -> u32 {
         let ramp_ns = guard.period_ns.saturating_mul(u64::from(guard.ramp_periods));
         // A quarter period early is not early: the ramp's last step must not slip by a period.
         let since_ns = now_ns.saturating_sub(self.ramp_ns).saturating_add(guard.period_ns / 4);
         let steps = since_ns / guard.period_ns + 1;
-        let age_ns = now_ns.saturating_sub(gate.stamp_ns);
+        let age_ns = now_ns.saturating_sub(self.source.1);
         let expired = age_ns > guard.time_to_live_ns.saturating_add(ramp_ns);
         if steps >= u64::from(guard.ramp_periods) || expired {
             self.rotor = [0.0; ROTORS];
+            self.ramp_from = self.rotor;
             return 0;
         }
         let share = 1.0 - steps as f64 / f64::from(guard.ramp_periods);
