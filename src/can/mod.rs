@@ -24,6 +24,7 @@ mod route;
 mod socket;
 mod source;
 mod stamp;
+mod timestamps;
 pub mod walk;
 
 pub use codec::{ByteOrder, Layout, LayoutError, Number, SignalCodec};
@@ -38,3 +39,4 @@ pub use load::{BusLoad, MAXIMUM_PERCENT, MessageLoad, WARNING_PERCENT, classic_b
 pub use port::{Arrival, Fault, Port, PortCounts, kernel_has_can};
 pub use roles::{CommandFrames, Counts, Decoded, ReceiverState, Roles, RotorCommands, SenderState};
 pub use route::{Binding, Refusal, Route};
+pub use timestamps::{Timestamps, timestamps};

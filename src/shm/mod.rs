@@ -19,6 +19,7 @@
 mod bell;
 mod channel;
 mod claim;
+mod leftover;
 mod liaison;
 mod place;
 mod topic;
@@ -32,6 +33,7 @@ use iceoryx2::prelude::{LogLevel, SignalHandlingMode, ipc_threadsafe, set_log_le
 
 pub use bell::{Bell, Waiter};
 pub use channel::{Payload, Publisher, Subscriber};
+pub use leftover::{Leftover, leftovers};
 pub use place::{Place, SharedMemoryConfig};
 pub use topic::{APPLIED, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, REQUEST, Role, SENSORS, Topic};
 

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use super::ShmError;
 
 /// Memory-backed on every Linux, never on a network or on the recorder's disk.
-const SHARED_MEMORY: &str = "/dev/shm";
+pub(super) const SHARED_MEMORY: &str = "/dev/shm";
 
 /// The `[shared_memory]` table of the bench file.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -214,7 +214,7 @@ impl Place {
     }
 }
 
-fn effective_user() -> u32 {
+pub(super) fn effective_user() -> u32 {
     // SAFETY: geteuid has no arguments and cannot fail.
     unsafe { libc::geteuid() }
 }
