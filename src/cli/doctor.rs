@@ -14,7 +14,7 @@ mod machine;
 /// Arguments of `doctor`.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// Bench file whose interface is looked at; without one, the bench that is built in
+    /// Bench file: its interface and what it left; without one, the built-in bench's interface and what any bench left
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
     /// Remove what dead benches left in shared memory
@@ -71,7 +71,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let mut findings = machine::versions();
     findings.extend(bus::findings(&config.bus));
     findings.extend(machine::findings(&config));
-    findings.extend(leftovers(arguments.fix));
+    let only = arguments.config.as_ref().map(|_| config.name.as_str());
+    findings.extend(leftovers(only, arguments.fix));
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&findings)?);
     } else {
@@ -93,9 +94,10 @@ pub fn run(arguments: &Arguments) -> CliResult {
 }
 
 /// Benches that nobody is on any more.
-fn leftovers(fix: bool) -> Vec<Finding> {
+fn leftovers(only: Option<&str>, fix: bool) -> Vec<Finding> {
     const CHECK: &str = "dead benches";
-    let left = shm::leftovers();
+    let mut left = shm::leftovers();
+    left.retain(|it| only.is_none_or(|only| it.bench == only));
     if left.is_empty() {
         return vec![Finding::good(CHECK, "none has left anything in shared memory")];
     }

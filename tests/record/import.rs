@@ -1,8 +1,8 @@
 //! Foreign logs: every kind of bad habit, read without inventing anything, refused with the place.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
+use super::rotorbench;
 use rotorbench::record::{Dataset, ForeignError, Mapping, Notes, foreign, log};
 
 const MAPPING: &str = r##"
@@ -195,10 +195,6 @@ proptest::proptest! {
             proptest::prop_assert!(log.time().windows(2).all(|pair| pair[0] < pair[1]));
         }
     }
-}
-
-fn rotorbench(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rotorbench")).args(arguments).output().expect("the program starts")
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! What was recorded runs again, bit for bit; what was changed is named at the first sample that differs.
 
 use std::path::Path;
-use std::process::{Command, Output};
 
+use super::rotorbench;
 use rotorbench::bench::BenchConfig;
 use rotorbench::emulate::Impulse;
 use rotorbench::process::lockstep::Lockstep;
@@ -155,10 +155,6 @@ fn an_export_holds_what_was_measured_and_what_the_rotors_got() {
             assert!(rate.is_nan(), "no value that was not measured");
         }
     }
-}
-
-fn rotorbench(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rotorbench")).args(arguments).output().expect("the program starts")
 }
 
 #[test]

@@ -1,0 +1,13 @@
+//! Recordings, their replay and export, foreign logs, and the doctor: one binary, because each links everything.
+
+use std::process::{Command, Output};
+
+mod doctor;
+mod import;
+mod recording;
+mod replay;
+
+/// Runs the program to its end.
+fn rotorbench(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rotorbench")).args(arguments).output().expect("the program starts")
+}
