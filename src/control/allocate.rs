@@ -16,6 +16,10 @@ pub struct Allocation {
 pub struct Allocator {
     plant: PlantParameters,
     known: Compensation,
+    /// [s/rad] 1 / (2 ω_0).
+    per_two_hover: f64,
+    /// Nothing is known of the actuators beyond the paper's g and battery: the short way, and the usual one.
+    plain: bool,
 }
 
 impl Allocator {
@@ -32,22 +36,25 @@ impl Allocator {
                 rule: "must keep the steady rate rising from 0 to 1, or it has no inverse",
             });
         }
-        Ok(Self { plant: *plant, known: *known })
+        Ok(Self {
+            plant: *plant,
+            known: *known,
+            per_two_hover: 0.5 / plant.hover_rate,
+            plain: !known.acts_on_actuators(),
+        })
     }
 
     /// [-] commands whose rotor speeds differ by `difference` [rad/s] around hover on a battery of `voltage` [V].
     #[must_use]
+    #[inline]
     pub fn allocate(&self, difference: f64, voltage: f64) -> Allocation {
         let hover = self.plant.hover_rate;
         // Symmetric about hover, so that the torque d c (ω_1² - ω_2²) is linear in the difference.
         let half = (0.5 * difference).clamp(-hover, hover);
-        let mut saturated = (0.5 * difference).abs() > hover;
-        let rotor = [hover + half, hover - half].map(|rate| {
-            let wanted = self.command(rate, voltage);
-            let possible = wanted.clamp(0.0, self.known.command_limit);
-            saturated |= wanted != possible;
-            possible
-        });
+        let wanted = self.commands([hover + half, hover - half], voltage);
+        let limit = self.known.command_limit;
+        let rotor = [wanted[0].clamp(0.0, limit), wanted[1].clamp(0.0, limit)];
+        let saturated = (0.5 * difference).abs() > hover || rotor != wanted;
         Allocation { rotor, saturated }
     }
 
@@ -56,26 +63,52 @@ impl Allocator {
     /// **Deviation:** [LPC16] Eq. (16) has g(u_1) - g(u_2), which is the same for commands symmetric about hover.
     /// When the guard limits them, their sum changes too, and with f = c ω² so does the torque of a difference.
     #[must_use]
+    #[inline]
     pub fn difference(&self, rotor: [f64; 2], voltage: f64) -> f64 {
-        let [z_1, z_2] = rotor.map(|u| self.rate(u, voltage));
-        (z_1 - z_2) * (z_1 + z_2) / (2.0 * self.plant.hover_rate)
+        let (z_1, z_2) = (self.rate(rotor[0], voltage), self.rate(rotor[1], voltage));
+        (z_1 - z_2) * (z_1 + z_2) * self.per_two_hover
     }
 
-    /// [-] command that a rotor settles with at `rate` [rad/s]; below 0 and above 1 are out of reach.
-    fn command(&self, rate: f64, voltage: f64) -> f64 {
+    /// [-] commands that rotors settle with at `rates` [rad/s]; below 0 and above 1 are out of reach.
+    #[inline]
+    fn commands(&self, rates: [f64; 2], voltage: f64) -> [f64; 2] {
+        if !self.plain {
+            return [self.known_command(rates[0], voltage), self.known_command(rates[1], voltage)];
+        }
+        // **Deviation:** [LPC16] Eq. (2) adds k_V (v_bmax - v_b); a rotor slows down as its battery drops.
+        let drop = self.drop(voltage);
+        self.plant.commands_for([rates[0] + drop, rates[1] + drop])
+    }
+
+    /// [rad/s] z, the speed a rotor settles at under the command `u`.
+    #[inline]
+    fn rate(&self, u: f64, voltage: f64) -> f64 {
+        if self.plain {
+            return (self.plant.steady_rate(u.clamp(0.0, 1.0)) - self.drop(voltage)).max(0.0);
+        }
+        self.known_rate(u, voltage)
+    }
+
+    /// [rad/s] what the battery takes from a rotor's speed.
+    #[inline]
+    fn drop(&self, voltage: f64) -> f64 {
+        self.plant.voltage_gain * (self.plant.full_voltage - voltage)
+    }
+
+    /// The inverse of [`Self::known_rate`].
+    fn known_command(&self, rate: f64, voltage: f64) -> f64 {
         let known = &self.known;
         let effective = if known.battery_scaling {
             // z = g(u v_b / v_bmax)
-            self.known_command(rate) * self.plant.full_voltage / voltage
+            self.known_inverse(rate) * self.plant.full_voltage / voltage
         } else {
-            // **Deviation:** [LPC16] Eq. (2) adds k_V (v_bmax - v_b); a rotor slows down as its battery drops.
-            self.known_command(rate + self.plant.voltage_gain * (self.plant.full_voltage - voltage))
+            self.known_inverse(rate + self.drop(voltage))
         };
         if effective > 0.0 { known.dead_zone + effective * (1.0 - known.dead_zone) } else { effective }
     }
 
     /// [-] inverse of g(u) + c_0 + c_3 (u - u_0)³.
-    fn known_command(&self, steady_rate: f64) -> f64 {
+    fn known_inverse(&self, steady_rate: f64) -> f64 {
         let known = &self.known;
         let target = steady_rate - known.steady_rate_offset;
         let mut u = self.plant.command_for(target);
@@ -90,12 +123,12 @@ impl Allocator {
         u
     }
 
-    /// [rad/s] z, the speed a rotor settles at under the command `u`.
-    fn rate(&self, u: f64, voltage: f64) -> f64 {
+    /// [rad/s] z with what is known of the actuators' faults.
+    fn known_rate(&self, u: f64, voltage: f64) -> f64 {
         let known = &self.known;
         let u = u.min(known.command_limit);
         let mut effective = ((u - known.dead_zone) / (1.0 - known.dead_zone)).max(0.0);
-        let mut drop = self.plant.voltage_gain * (self.plant.full_voltage - voltage);
+        let mut drop = self.drop(voltage);
         if known.battery_scaling {
             effective *= voltage / self.plant.full_voltage;
             drop = 0.0;

@@ -112,6 +112,14 @@ impl Compensation {
         .any(|value| *value != 0.0)
     }
 
+    /// Whether anything is known of the actuators beyond [`PlantParameters`].
+    #[must_use]
+    pub fn acts_on_actuators(&self) -> bool {
+        let numbers =
+            [self.dead_zone, 1.0 - self.command_limit, self.steady_rate_offset, self.steady_rate_cubic];
+        self.battery_scaling || numbers.iter().any(|value| *value != 0.0)
+    }
+
     /// [N m] known torque on the body at the angle [rad] and the rate [rad/s].
     #[must_use]
     pub fn torque(&self, angle: f64, rate: f64) -> f64 {

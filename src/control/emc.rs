@@ -102,6 +102,10 @@ pub struct Emc {
     torque_unit: f64,
     /// [rad/s] 1 / (T_c² b): rotor difference of one unit of u*. [LPC16] Eq. (18).
     difference_unit: f64,
+    // Reciprocals, made once: a division is what a step would spend most of its time on.
+    per_difference_unit: f64,
+    per_beta: f64,
+    per_period: f64,
     allocator: Allocator,
     known: Option<Compensation>,
     angle: AngleCorrection,
@@ -134,11 +138,15 @@ impl Emc {
         let allocator = Allocator::build(plant, known)?;
         let gains = config.emc.gains(plant.pole, period_s)?;
         config.reference.build(period_s)?;
+        let difference_unit = 1.0 / (period_s * period_s * plant.torque_gain());
         Ok(Self {
             gains,
+            per_difference_unit: 1.0 / difference_unit,
+            per_beta: 1.0 / gains.beta,
+            per_period: 1.0 / period_s,
             period_s,
             torque_unit: plant.inertia / (period_s * period_s),
-            difference_unit: 1.0 / (period_s * period_s * plant.torque_gain()),
+            difference_unit,
             allocator,
             known: known.acts_on_body().then_some(*known),
             angle: AngleCorrection::build(config.use_body_angle, period_s),
@@ -155,7 +163,12 @@ impl Emc {
 
     /// Known acceleration h(θ, ω_b) in the model's unit, and its growth over the coming period.
     fn known_disturbance(&self, x_c: [f64; 3], x_d1: f64) -> (f64, f64) {
-        let Some(known) = &self.known else { return (0.0, 0.0) };
+        self.known.as_ref().map_or((0.0, 0.0), |known| self.disturbance_of(known, x_c, x_d1))
+    }
+
+    // Apart, so that the sines of the few do not spill the registers of the many.
+    #[inline(never)]
+    fn disturbance_of(&self, known: &Compensation, x_c: [f64; 3], x_d1: f64) -> (f64, f64) {
         let scaled = |angle: f64, rate: f64| known.torque(angle, rate / self.period_s) / self.torque_unit;
         let h = scaled(x_c[0], x_c[1]);
         let ahead = scaled(x_c[0] + x_c[1], x_c[1] + x_c[2] + x_d1 + h);
@@ -177,7 +190,7 @@ impl Emc {
             state.x_d = [0.0; 2];
             return;
         }
-        let got = self.allocator.difference(applied.rotor, voltage) / self.difference_unit;
+        let got = self.allocator.difference(applied.rotor, voltage) * self.per_difference_unit;
         if got.is_finite() {
             state.x_c[2] += self.gains.beta * got;
         }
@@ -204,7 +217,7 @@ impl Controller for Emc {
         reference: &Reference,
         applied: &Applied,
     ) -> Command {
-        let t_c = self.period_s;
+        let (t_c, per_t) = (self.period_s, self.per_period);
         let EmcGains { beta, l, k } = self.gains;
         let (voltage, voltage_assumed) = state.intake.voltage(sensors);
         let y = state.intake.body_rate(sensors).map(|rate| t_c * rate);
@@ -218,9 +231,9 @@ impl Controller for Emc {
         // [LPC16] Eq. (28) with M and Q of Eq. (29): e = x̲_c - x̂_c - Q x̂_d, u* = u̲ + K e - M x̂_d.
         // **Deviation:** the print has lost the underline of the reference x̲_c.
         let r = [reference.angle, t_c * reference.rate, t_c * t_c * reference.acceleration];
-        let nominal = r[2] + t_c * t_c * t_c * reference.jerk / beta;
+        let nominal = r[2] + t_c * t_c * t_c * reference.jerk * self.per_beta;
         let e = [r[0] - x_1, r[1] - x_2, r[2] - x_3 - d_1];
-        let u = nominal + (k[0] * e[0] + k[1] * e[1] + k[2] * e[2]) - (d_1 + d_2 / beta);
+        let u = nominal + (k[0] * e[0] + k[1] * e[1] + k[2] * e[2]) - (d_1 + d_2 * self.per_beta);
         let allocation = self.allocator.allocate(u * self.difference_unit, voltage);
 
         // [LPC16] Eq. (24); without a measurement the model predicts alone.
@@ -241,10 +254,10 @@ impl Controller for Emc {
             estimate: Estimate {
                 reference_angle: reference.angle,
                 body_angle: x_1,
-                body_rate: x_2 / t_c,
-                actuator_acceleration: x_3 / (t_c * t_c),
+                body_rate: x_2 * per_t,
+                actuator_acceleration: x_3 * per_t * per_t,
                 disturbance_torque: x_d1 * self.torque_unit,
-                model_error: e_m / t_c,
+                model_error: e_m * per_t,
             },
         }
     }

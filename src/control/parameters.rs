@@ -57,6 +57,7 @@ impl PlantParameters {
 
     /// [rad/s] g(u), rotor speed that the command `u` settles at on a full battery. [LPC16] Eq. (7).
     #[must_use]
+    #[inline]
     pub fn steady_rate(&self, u: f64) -> f64 {
         (self.steady_rate_quadratic * u + self.steady_rate_linear) * u
     }
@@ -64,9 +65,18 @@ impl PlantParameters {
     /// [-] inverse of g, for the rate that g should give. Not clipped: above 1 means out of reach.
     #[must_use]
     pub fn command_for(&self, steady_rate: f64) -> f64 {
+        self.commands_for([steady_rate; 2])[0]
+    }
+
+    /// [-] inverse of g for both rotors at once, which is one packed root and one packed division.
+    #[must_use]
+    #[inline]
+    pub(super) fn commands_for(&self, rates: [f64; 2]) -> [f64; 2] {
         let (c_g1, c_g2) = (self.steady_rate_quadratic, self.steady_rate_linear);
+        let inside = [c_g2 * c_g2 + 4.0 * c_g1 * rates[0], c_g2 * c_g2 + 4.0 * c_g1 * rates[1]];
+        let root = [inside[0].max(0.0).sqrt(), inside[1].max(0.0).sqrt()];
         // This form of the root has no cancellation near zero and also holds for c_g1 = 0.
-        2.0 * steady_rate / (c_g2 + (c_g2 * c_g2 + 4.0 * c_g1 * steady_rate).max(0.0).sqrt())
+        [2.0 * rates[0] / (c_g2 + root[0]), 2.0 * rates[1] / (c_g2 + root[1])]
     }
 
     /// Refuses what no controller can be built on.

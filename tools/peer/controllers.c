@@ -9,7 +9,7 @@ struct plant { double inertia, arm, pole, slope, hover, c_g1, c_g2, k_v, full; }
 
 /* What a step answers: command, flags and the controller's view of its state, as the Rust step does. */
 struct command {
-    uint64_t sequence, answers;
+    uint64_t sequence;
     double rotor[2], torque;
     uint32_t flags, controller;
     double reference, angle, rate, acceleration, disturbance, error;
@@ -46,62 +46,93 @@ static double back(const double rotor[2], double volt) {
     return (z[0] - z[1]) * (z[0] + z[1]) / (2.0 * P.hover);
 }
 
-static void keep(const struct command *command) { __asm__ volatile("" : : "r"(command) : "memory"); }
+/* A step is a function of settings, state, sensors and what was applied, as in any control loop: it is called once a
+ * period, and its state lives in memory between two calls. */
+struct sensors { double rate, voltage; };
+struct emc { double beta, l[4], k[3], period, unit; };
+struct emc_state { double x[3], d[2]; uint64_t sequence; };
+struct pid { double k_p, k_i, k_d, period, slope; };
+struct pid_state { double angle, integral, asked; int saturated; uint64_t sequence; };
+
+__attribute__((noinline)) static void emc_step(const struct emc *c, struct emc_state *s, const struct sensors *in,
+                                               const struct command *applied, struct command *out) {
+    double y = c->period * in->rate;
+    if (!applied->sequence) {
+        s->x[0] = 0.0; s->x[1] = y; s->x[2] = 0.0; s->d[0] = s->d[1] = 0.0;
+    } else {
+        s->x[2] += c->beta * (back(applied->rotor, in->voltage) / c->unit);
+    }
+    double x0 = s->x[0], x1 = s->x[1], x2 = s->x[2], d0 = s->d[0], d1 = s->d[1];
+    double u = c->k[0] * (0.0 - x0) + c->k[1] * (0.0 - x1) + c->k[2] * (0.0 - x2 - d0) - (d0 + d1 / c->beta);
+    out->flags = (uint32_t)allocate(u * c->unit, in->voltage, out->rotor);
+    double e = x1 - y, torque = P.inertia / (c->period * c->period);
+    s->x[0] = x0 + x1;
+    s->x[1] = x1 + x2 + d0 - c->l[1] * e;
+    s->x[2] = (1.0 - c->beta) * x2 - c->beta * c->l[0] * e;
+    s->d[0] = d0 + d1 - c->l[2] * e;
+    s->d[1] = d1 - c->l[3] * e;
+    out->sequence = ++s->sequence;
+    out->torque = u * torque;
+    out->controller = 1;
+    out->reference = 0.0;
+    out->angle = x0;
+    out->rate = x1 / c->period;
+    out->acceleration = x2 / (c->period * c->period);
+    out->disturbance = d0 * torque;
+    out->error = e / c->period;
+}
+
+__attribute__((noinline)) static void pid_step(const struct pid *c, struct pid_state *s, const struct sensors *in,
+                                               const struct command *applied, struct command *out) {
+    if (!applied->sequence) s->angle = s->integral = 0.0;
+    double e = 0.0 - s->angle, part = c->k_i * c->period * s->integral;
+    double torque = c->k_p * e - c->k_d * in->rate + part;
+    int saturated = allocate(torque / c->slope, in->voltage, out->rotor);
+    int winds_up = s->saturated && (s->asked - back(applied->rotor, in->voltage) * c->slope) * e >= 0.0;
+    out->sequence = ++s->sequence;
+    out->torque = torque;
+    out->flags = (uint32_t)saturated;
+    out->controller = 2;
+    out->reference = 0.0;
+    out->angle = s->angle;
+    out->rate = in->rate;
+    out->acceleration = 0.0;
+    out->disturbance = part;
+    out->error = 0.0;
+    if (applied->sequence && !winds_up) s->integral += e;
+    s->angle += c->period * in->rate;
+    s->asked = torque;
+    s->saturated = saturated;
+}
 
 /* gains: beta, l0..l3, k1..k3. inputs: n pairs of body rate [rad/s] and battery voltage [V]. Returns the sum of
  * the first rotor's commands, so that the two languages can be held together. */
 double peer_emc(const double *gains, double period, const double *inputs, uint64_t n, uint64_t rounds) {
-    double beta = gains[0];
-    const double *l = gains + 1, *k = gains + 5;
-    double b = P.arm * P.slope / P.inertia;
-    double unit = 1.0 / (period * period * b);
-    double x[3] = {0, 0, 0}, d[2] = {0, 0}, rotor[2] = {0, 0}, sum = 0.0;
-    int applied = 0;
-    for (uint64_t step = 0; step < n * rounds; step++) {
-        double rate = inputs[2 * (step % n)], volt = inputs[2 * (step % n) + 1];
-        double y = period * rate;
-        if (!applied) {
-            x[0] = 0.0; x[1] = y; x[2] = 0.0; d[0] = d[1] = 0.0; applied = 1;
-        } else {
-            x[2] += beta * (back(rotor, volt) / unit);
+    struct emc c = {gains[0], {gains[1], gains[2], gains[3], gains[4]}, {gains[5], gains[6], gains[7]}, period,
+        1.0 / (period * period * P.arm * P.slope / P.inertia)};
+    struct emc_state s = {{0}};
+    struct command applied = {0}, out;
+    double sum = 0.0;
+    for (uint64_t round = 0; round < rounds; round++)
+        for (uint64_t i = 0; i < n; i++) {
+            emc_step(&c, &s, (const struct sensors *)(inputs + 2 * i), &applied, &out);
+            applied = out;
+            sum += out.rotor[0];
         }
-        double u = k[0] * (0.0 - x[0]) + k[1] * (0.0 - x[1]) + k[2] * (0.0 - x[2] - d[0]) - (d[0] + d[1] / beta);
-        int saturated = allocate(u * unit, volt, rotor);
-        double e = x[1] - y;
-        struct command command = {step + 1, step % n, {rotor[0], rotor[1]}, u * P.inertia / (period * period),
-            (uint32_t)saturated, 1, 0.0, x[0], x[1] / period, x[2] / (period * period),
-            d[0] * P.inertia / (period * period), e / period};
-        keep(&command);
-        double x0 = x[0] + x[1], x1 = x[1] + x[2] + d[0] - l[1] * e;
-        x[2] = (1.0 - beta) * x[2] - beta * l[0] * e;
-        x[0] = x0; x[1] = x1;
-        d[0] = d[0] + d[1] - l[2] * e;
-        d[1] -= l[3] * e;
-        sum += rotor[0];
-    }
     return sum;
 }
 
 /* gains: k_P, k_I, k_D. */
 double peer_pid(const double *gains, double period, const double *inputs, uint64_t n, uint64_t rounds) {
-    double slope = P.inertia * (P.arm * P.slope / P.inertia);
-    double angle = 0.0, integral = 0.0, asked = 0.0, rotor[2] = {0, 0}, sum = 0.0;
-    int applied = 0, saturated = 0;
-    for (uint64_t step = 0; step < n * rounds; step++) {
-        double rate = inputs[2 * (step % n)], volt = inputs[2 * (step % n) + 1];
-        if (!applied) { angle = 0.0; integral = 0.0; }
-        double e = 0.0 - angle;
-        double torque = gains[0] * e - gains[2] * rate + gains[1] * period * integral;
-        int now = allocate(torque / slope, volt, rotor);
-        if (applied && !(saturated && (asked - back(rotor, volt) * slope) * e >= 0.0)) integral += e;
-        struct command command = {step + 1, step % n, {rotor[0], rotor[1]}, torque, (uint32_t)now, 2, 0.0, angle,
-            rate, 0.0, gains[1] * period * integral, 0.0};
-        keep(&command);
-        angle += period * rate;
-        asked = torque;
-        saturated = now;
-        applied = 1;
-        sum += rotor[0];
-    }
+    struct pid c = {gains[0], gains[1], gains[2], period, P.arm * P.slope};
+    struct pid_state s = {0};
+    struct command applied = {0}, out;
+    double sum = 0.0;
+    for (uint64_t round = 0; round < rounds; round++)
+        for (uint64_t i = 0; i < n; i++) {
+            pid_step(&c, &s, (const struct sensors *)(inputs + 2 * i), &applied, &out);
+            applied = out;
+            sum += out.rotor[0];
+        }
     return sum;
 }
