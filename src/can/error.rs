@@ -1,4 +1,4 @@
-//! What can be wrong with a DBC file, a role, a bus or a log of it.
+//! What can be wrong with a DBC file, a role or a bus.
 
 use std::io;
 
@@ -33,16 +33,6 @@ pub enum CanError {
         /// Line of the message or signal, from 1.
         line: usize,
         /// What is wrong with which message and signal.
-        reason: String,
-    },
-    /// A line of a candump log cannot be read.
-    #[error("{file}:{line}: {reason}")]
-    Log {
-        /// File name.
-        file: String,
-        /// Line, from 1.
-        line: usize,
-        /// What is wrong with it.
         reason: String,
     },
     /// A role of the `[bus]` table cannot be filled.
