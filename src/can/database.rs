@@ -8,11 +8,8 @@ use can_dbc::{AttributeValue, Dbc, MultiplexIndicator, NumericValue, SignalExten
 use super::codec::{ByteOrder, Layout, LayoutError, Number, SignalCodec};
 use super::error::CanError;
 use super::frame::{Id, MAXIMUM_LENGTH, Payload, is_fd_length};
-use super::source::Source;
+use super::source::{NO_MESSAGE, Source};
 use super::walk;
-
-/// The message in which some tools keep signals that belong to no message.
-const NO_MESSAGE: &str = "VECTOR__INDEPENDENT_SIG_MSG";
 
 /// The messages of one DBC file.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,6 +85,7 @@ impl Database {
         let source = Source::scan(file, &text);
         let tree = Dbc::try_from(text.as_str()).map_err(|error| source.syntax_error(&error))?;
         source.check_ids()?;
+        check_references(&tree, &source)?;
         let mut messages = Vec::with_capacity(tree.messages.len());
         let mut lines = HashMap::new();
         for message in tree.messages.iter().filter(|message| message.name != NO_MESSAGE) {
@@ -116,11 +114,16 @@ impl Message {
         self.signals.iter().find(|signal| signal.name == name)
     }
 
-    /// Whether the signal with this index is in this payload, through all its multiplexers.
+    /// Whether the signal with this index is in a payload of which `length` bytes are there: whole, with all its
+    /// multiplexers, and selected by them.
     #[must_use]
-    pub fn carries(&self, index: usize, payload: &Payload) -> bool {
+    pub fn carries(&self, index: usize, payload: &Payload, length: usize) -> bool {
+        let bits = 8 * length.min(self.length);
         let mut next = self.signals.get(index);
         while let Some(signal) = next {
+            if signal.last_bit() >= bits {
+                return false;
+            }
             let Some(selector) = &signal.selector else { return true };
             next = self.signals.get(selector.multiplexer);
             let Some(multiplexer) = next else { return false };
@@ -138,9 +141,9 @@ impl Message {
         for (to, from) in payload.iter_mut().zip(data) {
             *to = *from;
         }
-        let bits = 8 * data.len().min(self.length);
+        let length = data.len();
         self.signals.iter().enumerate().filter_map(move |(index, signal)| {
-            let present = signal.last_bit() < bits && self.carries(index, &payload);
+            let present = self.carries(index, &payload, length);
             let raw = signal.codec.decode_raw(&payload);
             present.then(|| (signal, raw, signal.codec.scale(raw)))
         })
@@ -235,6 +238,23 @@ fn read_signal(
         range: (range.0 < range.1).then_some(range),
         selector: None,
     })
+}
+
+/// `SIG_VALTYPE_` and `SG_MUL_VAL_` must name a signal that is there: of a misspelt one, floats would be read as
+/// integers.
+fn check_references(tree: &Dbc, source: &Source) -> Result<(), CanError> {
+    let types = tree.signal_extended_value_type_list.iter();
+    let types = types.map(|entry| ("SIG_VALTYPE_", entry.message_id, &entry.signal_name));
+    let selectors = tree.extended_multiplex.iter();
+    let selectors = selectors.map(|entry| ("SG_MUL_VAL_", entry.message_id, &entry.signal_name));
+    for (keyword, id, name) in types.chain(selectors) {
+        if tree.signal_by_name(id, name).is_none() {
+            let reason =
+                format!("{keyword} names the signal `{name}`, which message {} does not have", id.raw());
+            return Err(source.error(source.message_line(id.raw()), reason));
+        }
+    }
+    Ok(())
 }
 
 /// What selects the signal: `SG_MUL_VAL_` where the file has it, else the indicator and the only multiplexer.

@@ -6,8 +6,8 @@ use super::error::CanError;
 
 /// Marks a 29-bit identifier in a DBC file.
 const EXTENDED: u64 = 1 << 31;
-/// Identifier of the message that is none.
-const NO_MESSAGE: u64 = 0xC000_0000;
+/// The message in which some tools keep signals that belong to no message. Its identifier does not exist.
+pub(super) const NO_MESSAGE: &str = "VECTOR__INDEPENDENT_SIG_MSG";
 
 /// Lines of the messages and signals of a DBC text.
 pub(super) struct Source {
@@ -34,7 +34,8 @@ impl Source {
             match (quoted, words.next(), words.next()) {
                 (false, Some("BO_"), Some(id)) => {
                     message = id.parse::<u64>().ok();
-                    if let Some(id) = message {
+                    let is_none = words.next().is_some_and(|name| name.starts_with(NO_MESSAGE));
+                    if let Some(id) = message.filter(|_| !is_none) {
                         source.ids.push((index + 1, id));
                         source.messages.entry(id).or_insert(index + 1);
                     }
@@ -52,7 +53,7 @@ impl Source {
 
     /// Refuses identifiers with more than 11 bits, or 29 where bit 31 says so.
     pub(super) fn check_ids(&self) -> Result<(), CanError> {
-        for &(line, id) in self.ids.iter().filter(|(_, id)| *id != NO_MESSAGE) {
+        for &(line, id) in &self.ids {
             let fits = if id & EXTENDED == 0 { id <= 0x7FF } else { id < EXTENDED | 0x2000_0000 };
             if !fits {
                 let reason = if id & EXTENDED == 0 {

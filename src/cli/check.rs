@@ -1,12 +1,279 @@
 //! `rotorbench check`: resolve and check a bench file: signals, units, bus load.
 
-use super::{CliError, CliResult};
+use serde::Serialize;
+
+use super::operate::BenchArguments;
+use super::{CliResult, Outcome};
+use crate::bench::BenchConfig;
+use crate::can::{
+    Binding, BusLoad, ByteOrder, InterfaceStatus, Number, Roles, Route, SensorField, WARNING_PERCENT,
+    kernel_has_can, worst_case,
+};
+use crate::clock::span_s;
+use crate::guard::Guard;
+use crate::process::plant;
+use crate::report::Table;
+use crate::signal::Sensors;
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    #[command(flatten)]
+    bench: BenchArguments,
+    /// Write the result as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// The resolved bench.
+#[derive(Debug, Serialize)]
+struct Resolved {
+    bench: String,
+    period_s: f64,
+    interface: String,
+    interface_state: String,
+    bit_rate: u32,
+    messages: Vec<MessageRow>,
+    signals: Vec<SignalRow>,
+    bus_load_percent: f64,
+    /// What keeps the bench from being armed.
+    obstacles: Vec<String>,
+    warnings: Vec<String>,
+}
+
+/// A message of the bench.
+#[derive(Debug, Serialize)]
+struct MessageRow {
+    message: String,
+    direction: &'static str,
+    id: String,
+    bytes: usize,
+    period_s: f64,
+    counter: Option<String>,
+    worst_case_bits: f64,
+    load_percent: f64,
+}
+
+/// A signal in its role.
+#[derive(Debug, Serialize)]
+struct SignalRow {
+    role: String,
+    signal: String,
+    place: String,
+    unit: String,
+    si_unit: &'static str,
+    si_factor: f64,
+    si_offset: f64,
+    minimum: f64,
+    maximum: f64,
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> CliResult {
-    Err(CliError::new("`check` is not part of this build"))
+pub fn run(arguments: &Arguments) -> CliResult {
+    let config = arguments.bench.load()?;
+    let roles = Roles::build(&config.bus, config.period_s)?;
+    let guard = config.guard.build(config.period_s)?;
+    plant::pilot(&config)?;
+    let resolved = resolve(&config, &roles, &guard)?;
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&resolved)?);
+    } else {
+        print!("{}", text(&resolved));
+    }
+    resolved.warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
+    resolved.obstacles.iter().for_each(|obstacle| eprintln!("found wanting: {obstacle}"));
+    Ok(if resolved.obstacles.is_empty() { Outcome::Done } else { Outcome::FoundWanting })
+}
+
+fn resolve(config: &BenchConfig, roles: &Roles, guard: &Guard) -> Result<Resolved, super::CliError> {
+    let load = worst_case(roles, &config.bus);
+    let mut messages = Vec::new();
+    let mut signals = Vec::new();
+    for route in roles.command_messages() {
+        messages.push(message_row(route, "sent", &load, messages.len()));
+        signals.extend(route.bindings().iter().map(|binding| {
+            signal_row(route, binding, format!("commands.{}", binding.field), binding.field.si())
+        }));
+    }
+    for route in roles.sensor_messages() {
+        messages.push(message_row(route, "received", &load, messages.len()));
+        signals.extend(route.bindings().iter().map(|binding| {
+            signal_row(route, binding, format!("sensors.{}", binding.field), binding.field.si())
+        }));
+    }
+    let mut warnings = Vec::new();
+    if load.percent > WARNING_PERCENT {
+        warnings.push(format!(
+            "the bus is {:.1} % loaded at worst, over {WARNING_PERCENT:.0} %: retransmissions and other nodes have \
+             little room",
+            load.percent
+        ));
+    }
+    Ok(Resolved {
+        bench: config.name.clone(),
+        period_s: config.period_s,
+        interface: config.bus.interface.clone(),
+        interface_state: interface_state(config, &mut warnings)?,
+        bit_rate: config.bus.bit_rate,
+        messages,
+        signals,
+        bus_load_percent: load.percent,
+        obstacles: obstacles(config, roles, guard),
+        warnings,
+    })
+}
+
+fn message_row<F: Copy>(
+    route: &Route<F>,
+    direction: &'static str,
+    load: &BusLoad,
+    index: usize,
+) -> MessageRow {
+    let load = load.messages.get(index);
+    MessageRow {
+        message: route.name.clone(),
+        direction,
+        id: route.id.to_string(),
+        bytes: route.length,
+        period_s: route.period_s,
+        counter: route.counter.as_ref().map(|(name, _)| name.clone()),
+        worst_case_bits: load.map_or(0.0, |load| load.bits),
+        load_percent: load.map_or(0.0, |load| load.percent),
+    }
+}
+
+fn signal_row<F: Copy>(
+    route: &Route<F>,
+    binding: &Binding<F>,
+    role: String,
+    si_unit: &'static str,
+) -> SignalRow {
+    let layout = binding.codec.layout();
+    let order = if layout.order == ByteOrder::Little { "little" } else { "big" };
+    let number = match layout.number {
+        Number::Unsigned => format!("u{}", layout.size),
+        Number::Signed => format!("i{}", layout.size),
+        Number::Float32 => "f32".to_owned(),
+        Number::Float64 => "f64".to_owned(),
+    };
+    SignalRow {
+        role,
+        signal: format!("{}.{}", route.name, binding.signal),
+        place: format!("{number} {order} at {}", layout.start),
+        unit: if binding.unit.is_empty() { "-".to_owned() } else { binding.unit.clone() },
+        si_unit,
+        si_factor: binding.codec.factor() * binding.scale,
+        si_offset: binding.codec.offset() * binding.scale + binding.offset,
+        minimum: binding.range.0,
+        maximum: binding.range.1,
+    }
+}
+
+/// What the guard needs and the bus does not bring, or brings too rarely: such a bench is never armed.
+fn obstacles(config: &BenchConfig, roles: &Roles, guard: &Guard) -> Vec<String> {
+    let sensors = Sensors::default();
+    let mut obstacles = Vec::new();
+    for (signal, stale_after_ns) in guard.requirements() {
+        let is_it = |field: SensorField| std::ptr::eq(field.of(&sensors), signal.sample(&sensors));
+        let route = roles
+            .sensor_messages()
+            .iter()
+            .find(|route| route.bindings().iter().any(|binding| is_it(binding.field)));
+        let stale_after_s = span_s(stale_after_ns);
+        match route {
+            None => obstacles.push(format!(
+                "the guard requires {signal}, and no signal of bus.sensors feeds it: `{}` could never be armed",
+                config.name
+            )),
+            Some(route) if route.period_s > stale_after_s => obstacles.push(format!(
+                "{signal} comes with `{}` every {} s, and the guard calls it stale after {stale_after_s} s",
+                route.name, route.period_s
+            )),
+            Some(_) => {}
+        }
+    }
+    obstacles
+}
+
+/// What the kernel says of the interface. A machine whose kernel has no CAN at all is not the bench: there the file
+/// is checked alone.
+fn interface_state(config: &BenchConfig, warnings: &mut Vec<String>) -> Result<String, super::CliError> {
+    let bus = &config.bus;
+    if !kernel_has_can() {
+        return Ok("not looked for: this kernel has no CAN".to_owned());
+    }
+    let status = InterfaceStatus::read(&bus.interface)?;
+    if !status.is_up {
+        warnings.push(format!("{0} is down (sudo ip link set {0} up)", bus.interface));
+    }
+    if bus.fd && !status.fd {
+        warnings.push(format!("{0} carries no FD frames (sudo ip link set {0} mtu 72)", bus.interface));
+    }
+    if let Some(rate) = status.bit_rate.filter(|rate| *rate != bus.bit_rate) {
+        warnings
+            .push(format!("{} runs at {rate} bit/s, and bus.bit_rate says {}", bus.interface, bus.bit_rate));
+    }
+    if status.state.is_some() && status.restart_ms == Some(0) {
+        let mend = format!("sudo ip link set {} type can restart-ms 100", bus.interface);
+        warnings.push(format!("{} stays off the bus after a bus-off (restart-ms 0: {mend})", bus.interface));
+    }
+    let state = status.state.map_or_else(|| "virtual".to_owned(), |state| format!("{state:?}"));
+    Ok(format!("{}, {state}", if status.is_up { "up" } else { "down" }))
+}
+
+fn text(resolved: &Resolved) -> String {
+    let mut messages = Table::new([
+        "message",
+        "direction",
+        "id",
+        "bytes",
+        "period [ms]",
+        "counter",
+        "bits at worst",
+        "load [%]",
+    ]);
+    for row in &resolved.messages {
+        messages = messages.row([
+            row.message.clone(),
+            row.direction.to_owned(),
+            row.id.clone(),
+            row.bytes.to_string(),
+            format!("{}", round(row.period_s * 1e3)),
+            row.counter.clone().unwrap_or_default(),
+            format!("{:.0}", row.worst_case_bits),
+            format!("{:.2}", row.load_percent),
+        ]);
+    }
+    let mut signals =
+        Table::new(["role", "signal", "bits", "unit", "SI", "factor to SI", "offset", "least", "greatest"]);
+    for row in &resolved.signals {
+        signals = signals.row([
+            row.role.clone(),
+            row.signal.clone(),
+            row.place.clone(),
+            row.unit.clone(),
+            row.si_unit.to_owned(),
+            format!("{}", round(row.si_factor)),
+            format!("{}", round(row.si_offset)),
+            format!("{}", round(row.minimum)),
+            format!("{}", round(row.maximum)),
+        ]);
+    }
+    format!(
+        "bench `{}`, control period {} ms, bus {} ({}) at {} bit/s\n\n{}\n{}\nworst-case bus load {:.1} %\n",
+        resolved.bench,
+        round(resolved.period_s * 1e3),
+        resolved.interface,
+        resolved.interface_state,
+        resolved.bit_rate,
+        messages.text(),
+        signals.text(),
+        resolved.bus_load_percent
+    )
+}
+
+/// To six digits, for people.
+fn round(value: f64) -> f64 {
+    // Adding zero turns -0 into 0.
+    format!("{value:.5e}").parse().unwrap_or(value) + 0.0
 }

@@ -154,6 +154,13 @@ impl Guard {
         self.limits
     }
 
+    /// Signals without which the bench is neither armed nor kept running, each with the age [ns] at which it is
+    /// stale.
+    pub fn requirements(&self) -> impl Iterator<Item = (Signal, u64)> + '_ {
+        let signals = Signal::ALL.into_iter().zip(&self.signals);
+        signals.filter(|(_, limit)| limit.required).map(|(signal, limit)| (signal, limit.stale_after_ns))
+    }
+
     /// N: periods that a command is held.
     #[must_use]
     pub fn hold_periods(&self) -> u32 {

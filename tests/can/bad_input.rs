@@ -70,6 +70,10 @@ fn a_dbc_file_that_cannot_be_is_refused_with_its_line() {
             "x.dbc:9: identifier 65537 has more than 11 bits (a 29-bit identifier has bit 31 set)",
         ),
         ("BO_ 2684354561 M: 8 A", "x.dbc:9: identifier 2684354561 has more than 29 bits"),
+        (
+            "BO_ 1 M: 8 A\n SG_ a : 0|32@1- (1,0) [0|0] \"\" A\n\nSIG_VALTYPE_ 1 A : 1;",
+            "x.dbc:9: SIG_VALTYPE_ names the signal `A`, which message 1 does not have",
+        ),
         ("BO_ 1 M: 65 A", "x.dbc:9: message `M`: 65 bytes, and a frame carries at most 64"),
     ];
     for (body, sentence) in cases {
