@@ -987,6 +987,7 @@ fn a_million_random_steps_break_no_promise() {
             arm_checks_s: 0.1 * dice.unit(),
             bucket_limit: (dice.roll(3) == 0).then_some(2.0),
             bucket_leak: 0.1 + 0.4 * dice.unit(),
+            swing_limit: 2 + dice.roll(9) as u32,
             ..defaults()
         };
         let mut rig = Rig::new(&config);
