@@ -485,6 +485,19 @@ fn every_required_signal_is_watched_and_no_other() {
 }
 
 #[test]
+fn the_required_signals_are_told_with_their_times() {
+    let required: Vec<(Signal, u64)> = defaults().build(0.02).expect("valid").requirements().collect();
+    let hold = 100_000_000;
+    let expected = [
+        (Signal::BodyRate, hold),
+        (Signal::BatteryVoltage, 1_000_000_000),
+        (Signal::PropellerRate1, hold),
+        (Signal::PropellerRate2, hold),
+    ];
+    assert_eq!(required, expected);
+}
+
+#[test]
 fn limits_of_a_signal_are_inclusive_and_its_times_its_own() {
     let body_rate = SignalConfig {
         minimum: Some(-1.0),
