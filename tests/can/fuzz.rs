@@ -10,7 +10,11 @@ use rotorbench::can::{
 use rotorbench::signal::Sensors;
 
 fn fixed(cases: u32) -> ProptestConfig {
-    ProptestConfig { rng_seed: RngSeed::Fixed(0xCA4), ..ProptestConfig::with_cases(cases) }
+    ProptestConfig {
+        rng_seed: RngSeed::Fixed(0xCA4),
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(cases)
+    }
 }
 
 fn payload() -> impl Strategy<Value = Payload> {

@@ -211,7 +211,7 @@ fn commands_go_first_on_the_bus_then_gyro_accelerometer_escs() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { rng_seed: proptest::test_runner::RngSeed::Fixed(0xCA4), ..ProptestConfig::with_cases(2_000) })]
+    #![proptest_config(ProptestConfig { rng_seed: proptest::test_runner::RngSeed::Fixed(0xCA4), failure_persistence: None, ..ProptestConfig::with_cases(2_000) })]
 
     /// Whatever arrives, a value the roles pass on is finite, in range and stamped now; no other changes.
     #[test]
