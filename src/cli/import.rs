@@ -1,17 +1,23 @@
 //! `rotorbench import`: read a foreign log into the CSV log format, and say what it is like.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use super::{CliError, CliResult, Outcome};
+use crate::bench::BenchConfig;
+use crate::can::Roles;
+use crate::record::capture::CaptureNotes;
 use crate::record::findings::Findings;
-use crate::record::{Dataset, Mapping, Notes, foreign, log};
+use crate::record::{Dataset, Mapping, Notes, capture, export, foreign, log};
 
 /// Arguments of `import`.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// The foreign log
+    /// The log: foreign CSV with --mapping, a `candump -L` log (its DBC files and roles from --config), a recording of
+    /// ours, or a log that is in our format already
     log: PathBuf,
     /// What its columns mean: a mapping file, or the name of a shipped mapping (`rcbenchmark`)
     #[arg(long, value_name = "FILE|NAME")]
@@ -19,6 +25,12 @@ pub struct Arguments {
     /// Which log of the file, from 1, where time begins anew inside it
     #[arg(long, value_name = "N")]
     part: Option<usize>,
+    /// Bench file with the DBC files and roles that say what the frames of a candump log mean
+    #[arg(long, value_name = "FILE", conflicts_with = "mapping")]
+    config: Option<PathBuf>,
+    /// Only frames of this interface of a candump log
+    #[arg(long, value_name = "IFACE")]
+    interface: Option<String>,
     /// Write the log here; without it only the report is made
     #[arg(short, long, value_name = "FILE.csv")]
     output: Option<PathBuf>,
@@ -33,13 +45,15 @@ struct Report<'a> {
     source: &'a str,
     sha256: &'a str,
     notes: &'a Notes,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frames: Option<&'a CaptureNotes>,
     findings: &'a Findings,
     output: Option<&'a Path>,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
-    let (log, notes) = read(arguments)?;
+    let (log, notes, frames) = read(arguments)?;
     let findings = Findings::of(&log);
     if let Some(output) = &arguments.output {
         log::write(&log, output)?;
@@ -49,12 +63,16 @@ pub fn run(arguments: &Arguments) -> CliResult {
             source: log.source_name(),
             sha256: log.sha256(),
             notes: &notes,
+            frames: frames.as_ref(),
             findings: &findings,
             output: arguments.output.as_deref(),
         };
         println!("{}", serde_json::to_string_pretty(&report)?);
     } else {
         print!("{}", text(&log, &notes, &findings));
+        if let Some(frames) = &frames {
+            print!("{}", frame_lines(frames));
+        }
         if let Some(output) = &arguments.output {
             println!("written: {}", output.display());
         }
@@ -62,11 +80,26 @@ pub fn run(arguments: &Arguments) -> CliResult {
     Ok(Outcome::Done)
 }
 
-fn read(arguments: &Arguments) -> Result<(Dataset, Notes), CliError> {
+fn read(arguments: &Arguments) -> Result<(Dataset, Notes, Option<CaptureNotes>), CliError> {
+    let path = &arguments.log;
     if let Some(mapping) = &arguments.mapping {
-        return Ok(foreign::read(&arguments.log, &Mapping::load(mapping)?, arguments.part)?);
+        let (log, notes) = foreign::read(path, &Mapping::load(mapping)?, arguments.part)?;
+        return Ok((log, notes, None));
     }
-    Ok((log::read(&arguments.log)?, Notes::default()))
+    let mut start = [0; 8];
+    let length = File::open(path)
+        .and_then(|mut file| file.read(&mut start))
+        .map_err(|error| CliError::new(format!("{}: {error}", path.display())))?;
+    match start.get(..length) {
+        Some([0x89, b'M', b'C', b'A', b'P', ..]) => Ok((export::dataset(path)?, Notes::default(), None)),
+        Some([b'(', ..]) => {
+            let config = BenchConfig::load(arguments.config.as_deref())?;
+            let roles = Roles::build(&config.bus, config.period_s)?;
+            let (log, notes) = capture::read(path, &roles, arguments.interface.as_deref())?;
+            Ok((log, Notes::default(), Some(notes)))
+        }
+        _ => Ok((log::read(path)?, Notes::default(), None)),
+    }
 }
 
 /// The report in words.
@@ -100,6 +133,28 @@ fn text(log: &Dataset, notes: &Notes, findings: &Findings) -> String {
     lines.extend(note_lines(notes));
     lines.extend(findings.warnings.iter().map(|warning| format!("warning: {warning}")));
     lines.join("\n") + "\n"
+}
+
+/// What became of the frames, in words.
+fn frame_lines(notes: &CaptureNotes) -> String {
+    let CaptureNotes { frames, other_interfaces, sensors, commands, rows_by, out_of_order } = notes;
+    let mut text = format!(
+        "note: {frames} frames; {} carry sensors, {} commands; a row for each `{rows_by}`\n",
+        sensors.accepted, commands.accepted
+    );
+    let counts = [
+        (*other_interfaces as u64, "frames of other interfaces, left out"),
+        (sensors.wrong_length + commands.wrong_length, "frames of the wrong length"),
+        (sensors.counter + commands.counter, "frames whose counter is wrong"),
+        (sensors.lost + commands.lost, "frames missing by their counters"),
+        (sensors.not_a_number + commands.not_a_number, "values that are not a number"),
+        (sensors.out_of_range + commands.out_of_range, "values out of range"),
+        (*out_of_order, "rows out of order, left out"),
+    ];
+    for (count, what) in counts.into_iter().filter(|(count, _)| *count > 0) {
+        text += &format!("note: {count} {what}\n");
+    }
+    text
 }
 
 /// What the reader left out, cut or merged, in words.

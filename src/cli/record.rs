@@ -6,7 +6,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use super::operate::BenchArguments;
-use super::{CliResult, Outcome};
+use super::{CliError, CliResult, Outcome};
 use crate::process::record;
 use crate::record::RecorderSummary;
 use crate::rt::Shutdown;
@@ -43,6 +43,14 @@ pub fn run(arguments: &Arguments) -> CliResult {
         println!("{}: {}", arguments.output.display(), words(summary));
     }
     Ok(if summary.dropped == 0 { Outcome::Done } else { Outcome::FoundWanting })
+}
+
+/// Ends a recording made beside a run, and says on standard error what it amounted to.
+pub(super) fn end(recording: Option<record::Background>) -> Result<(), CliError> {
+    if let Some(recording) = recording {
+        eprintln!("recorded: {}", words(recording.finish()?));
+    }
+    Ok(())
 }
 
 fn words(summary: RecorderSummary) -> String {

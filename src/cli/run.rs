@@ -2,6 +2,7 @@
 
 use super::operate::BenchArguments;
 use super::{CliResult, Outcome, timing};
+use crate::process::record::Background;
 use crate::process::{plant, run};
 use crate::rt::Shutdown;
 
@@ -16,6 +17,9 @@ pub struct Arguments {
     /// End after this many seconds
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
+    /// Record the bench into this new file
+    #[arg(long, value_name = "FILE.mcap")]
+    record: Option<std::path::PathBuf>,
     /// Write the summary as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -26,7 +30,10 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let config = arguments.bench.load()?;
     let pilot = plant::pilot(&config)?;
     let shutdown = Shutdown::listen()?;
+    let recording = arguments.record.as_ref();
+    let recording = recording.map(|path| Background::start(&config, path, "run", None)).transpose()?;
     let summary = run::run(&config, pilot, arguments.arm, arguments.seconds, &shutdown)?;
+    super::record::end(recording)?;
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&summary)?);
         return Ok(Outcome::Done);

@@ -12,7 +12,7 @@ use super::candump;
 use super::frame::RawFrame;
 use super::handle::Record;
 use super::reader::{End, Recording};
-use super::{Dataset, RecordError};
+use super::{Dataset, DatasetError, RecordError};
 
 /// Columns of an exported log behind `time_s`.
 pub const COLUMNS: [&str; 20] = [
@@ -194,38 +194,67 @@ pub fn write_log(recording: &Path, log: &Path) -> Result<ExportSummary, RecordEr
     Ok(ExportSummary { written, out_of_order: rows.out_of_order, lost, end: end(&source) })
 }
 
+/// Rows collected into a log in memory.
+pub(super) struct Collected {
+    rows: Rows,
+    time: Vec<f64>,
+    columns: Vec<Vec<f64>>,
+}
+
+impl Collected {
+    pub(super) fn new() -> Self {
+        Self { rows: Rows::new(), time: Vec::new(), columns: vec![Vec::new(); COLUMNS.len()] }
+    }
+
+    pub(super) fn push(&mut self, step: &GuardStep) {
+        if let Some((seconds, cells)) = self.rows.row(step) {
+            self.time.push(seconds);
+            self.columns.iter_mut().zip(cells).for_each(|(column, cell)| column.push(cell));
+        }
+    }
+
+    /// Rows left out because time did not rise.
+    pub(super) fn out_of_order(&self) -> u64 {
+        self.rows.out_of_order
+    }
+
+    /// The log, with those of `columns` that hold a value.
+    pub(super) fn dataset(
+        self,
+        path: &Path,
+        hash: String,
+        columns: impl Fn(&str) -> bool,
+    ) -> Result<Dataset, DatasetError> {
+        let mut log = Dataset::new(path.display().to_string(), hash, self.time)?;
+        for (name, values) in COLUMNS.into_iter().zip(self.columns) {
+            if columns(name) && values.iter().any(|value| value.is_finite()) {
+                log.insert(name, values)?;
+            }
+        }
+        Ok(log)
+    }
+}
+
 /// A recording as a log in memory.
 ///
 /// # Errors
 /// [`RecordError`] when the recording cannot be read or holds no period of the guard.
 pub fn dataset(path: &Path) -> Result<Dataset, RecordError> {
     let foreign = |reason: String| RecordError::Foreign { path: path.to_owned(), reason };
-    let mut rows = Rows::new();
-    let mut time = Vec::new();
-    let mut columns = vec![Vec::new(); COLUMNS.len()];
+    let mut collected = Collected::new();
     for record in Recording::open(path)? {
-        if let Record::GuardStep(step) = record?
-            && let Some((seconds, cells)) = rows.row(&step)
-        {
-            time.push(seconds);
-            columns.iter_mut().zip(cells).for_each(|(column, cell)| column.push(cell));
+        if let Record::GuardStep(step) = record? {
+            collected.push(&step);
         }
     }
-    if time.is_empty() {
+    if collected.time.is_empty() {
         return Err(foreign(
             "it holds no period of a guard, so that there is nothing to tabulate".to_owned(),
         ));
     }
     let hash =
         super::log::file_hash(path).map_err(|source| RecordError::Open { path: path.to_owned(), source })?;
-    let mut log =
-        Dataset::new(path.display().to_string(), hash, time).map_err(|error| foreign(error.to_string()))?;
-    for (name, values) in COLUMNS.into_iter().zip(columns) {
-        if values.iter().any(|value: &f64| value.is_finite()) {
-            log.insert(name, values).map_err(|error| foreign(error.to_string()))?;
-        }
-    }
-    Ok(log)
+    collected.dataset(path, hash, |_| true).map_err(|error| foreign(error.to_string()))
 }
 
 /// Writes the raw frames of a recording as a candump log, by their stamps.

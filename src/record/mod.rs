@@ -10,6 +10,7 @@ use std::io;
 use std::path::PathBuf;
 
 pub mod candump;
+pub mod capture;
 pub mod dataset;
 pub mod export;
 pub mod findings;

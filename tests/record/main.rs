@@ -2,6 +2,7 @@
 
 use std::process::{Command, Output};
 
+mod capture;
 mod doctor;
 mod import;
 mod recording;

@@ -1,0 +1,136 @@
+//! Captures of the bus: written for others to read, and read back into a log.
+
+use std::path::Path;
+
+use rotorbench::can::{BusConfig, Roles};
+use rotorbench::record::{
+    FrameFlags, Provenance, RawFrame, Recorder, RecorderOptions, Recording, candump, capture, export,
+};
+use rotorbench::signal::{Applied, Sample, Sensors};
+
+/// What a recording of these frames must export, to the letter: read by canplayer (can-utils) and python-can.
+const GOLDEN: [&str; 5] = [
+    "117#0000C738",
+    "00000117#0000C738",
+    "123#R4",
+    "120##1112233445566778899AABBCC",
+    "20000004#000C000000000000",
+];
+
+fn golden_frames() -> Vec<RawFrame> {
+    GOLDEN
+        .iter()
+        .enumerate()
+        .map(|(index, body)| {
+            let line = format!("(1000000000.000000) vcan0 {body}");
+            let frame = candump::parse(&line).expect("a line").frame;
+            RawFrame { stamp_ns: 1_000_000 * (index as u64 + 1), ..frame }
+        })
+        .collect()
+}
+
+#[test]
+fn raw_frames_leave_as_candump_writes_them_by_their_stamps() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, log) = (folder.path().join("run.mcap"), folder.path().join("run.log"));
+    let provenance = Provenance { interface: "vcan0".to_owned(), ..Provenance::default() };
+    let recorder = Recorder::start(&path, &provenance, RecorderOptions::default()).expect("a new file");
+    let (mut first, mut second) = (recorder.handle(), recorder.handle());
+    // Two threads: their frames come in another order than they were on the bus.
+    for (index, frame) in golden_frames().into_iter().enumerate().rev() {
+        assert!(if index % 2 == 0 { first.send(frame) } else { second.send(frame) });
+    }
+    recorder.finish().expect("the disk works");
+    let summary = export::write_candump(&path, &log).expect("exported");
+    assert_eq!(summary.written, 5);
+    let wall = Recording::open(&path).expect("a recording").provenance().wall_ns(0);
+    let expected: Vec<String> = GOLDEN
+        .iter()
+        .enumerate()
+        .map(|(index, body)| {
+            let microseconds = (wall + 1_000_000 * (index as u64 + 1)) / 1000;
+            format!("({}.{:06}) vcan0 {body}", microseconds / 1_000_000, microseconds % 1_000_000)
+        })
+        .collect();
+    assert_eq!(std::fs::read_to_string(&log).expect("text").lines().collect::<Vec<_>>(), expected);
+    for (read, frame) in candump::read(&log).expect("our own log").iter().zip(golden_frames()) {
+        assert_eq!(RawFrame { stamp_ns: 0, ..read.frame }, RawFrame { stamp_ns: 0, ..frame });
+    }
+}
+
+/// Frames of a bench for `periods` of 20 ms, as the bus would carry them.
+fn bus_log(roles: &Roles, periods: u64) -> String {
+    let (mut sensor_sender, mut command_sender) = (roles.sensor_sender(), roles.command_sender());
+    let mut text = String::new();
+    let mut line = |frame: &rotorbench::can::Frame, microseconds: u64| {
+        let raw = RawFrame::new(frame, 0, None, false);
+        let wall_ns = 1_700_000_000_000_000_000 + microseconds * 1000;
+        text += &(candump::emit(&raw, wall_ns, "can0").expect("it fits") + "\n");
+    };
+    for period in 0..periods {
+        let start = period * 20_000;
+        let value = |value: f64| Sample::good(value, 1, 1);
+        let sensors = Sensors {
+            body_rate: value((period as f64 * 0.1).sin()),
+            battery_voltage: value(14.8),
+            propeller_rate: [value(600.0 + period as f64), value(610.0)],
+            ..Sensors::default()
+        };
+        for index in 0..roles.sensor_messages().len() {
+            if let Some(frame) = roles.encode_sensors(&mut sensor_sender, index, &sensors) {
+                line(&frame, start + 100 * index as u64);
+            }
+        }
+        let applied = Applied { rotor: [0.25, 0.5], ..Applied::default() };
+        for frame in roles.encode_commands(&mut command_sender, &applied).iter() {
+            line(frame, start + 1000);
+        }
+    }
+    text
+}
+
+#[test]
+fn a_candump_log_becomes_a_log_through_dbc_and_roles() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("bus.log");
+    let roles = Roles::build(&BusConfig::default(), 0.02).expect("the built-in bench");
+    std::fs::write(&path, bus_log(&roles, 50)).expect("written");
+    let (log, notes) = capture::read(&path, &roles, None).expect("understood");
+    assert_eq!(notes.rows_by, "command");
+    assert_eq!((log.len(), notes.out_of_order), (50, 0));
+    assert_eq!(log.time()[1], 0.02);
+    assert!(log.holes().is_empty());
+    let near = |name: &str, row: usize, value: f64, step: f64| {
+        let found = log.column(name).expect(name)[row];
+        // The bus carries whole steps of the DBC file's scale.
+        assert!((found - value).abs() <= step, "{name}: {found} for {value}");
+    };
+    near("command_1", 7, 0.25, 1e-3);
+    near("command_2", 7, 0.5, 1e-3);
+    near("body_rate_rad_s", 7, 0.7_f64.sin(), 5e-3);
+    near("propeller_rate_1_rad_s", 7, 607.0, 0.5);
+    near("battery_voltage_v", 7, 14.8, 0.05);
+
+    let none = capture::read(&path, &roles, Some("can9")).expect_err("no frame of that interface");
+    assert!(none.to_string().contains("carries a signal"), "{none}");
+    std::fs::write(&path, "(1735270496.916858) can0 110#00\nnonsense\n").expect("written");
+    let wrong = capture::read(&path, &roles, None).expect_err("line 2").to_string();
+    assert!(wrong.contains("bus.log, line 2: "), "{wrong}");
+}
+
+#[test]
+fn import_tells_the_kinds_of_log_apart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (path, csv) = (folder.path().join("bus.log"), folder.path().join("bus.csv"));
+    let roles = Roles::build(&BusConfig::default(), 0.02).expect("the built-in bench");
+    std::fs::write(&path, bus_log(&roles, 50)).expect("written");
+    let text = |path: &Path| path.display().to_string();
+    let done = super::rotorbench(&["import", &text(&path), "-o", &text(&csv), "--json"]);
+    let report: serde_json::Value = serde_json::from_slice(&done.stdout).expect("JSON and nothing else");
+    assert_eq!(report["frames"]["rows_by"], "command");
+    assert_eq!(report["findings"]["samples"], 50);
+    let again = super::rotorbench(&["import", &text(&csv), "--json"]);
+    let report: serde_json::Value = serde_json::from_slice(&again.stdout).expect("JSON and nothing else");
+    assert_eq!(report["findings"]["samples"], 50);
+    assert!(report["frames"].is_null());
+}
