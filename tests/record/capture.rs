@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rotorbench::can::{BusConfig, Roles};
 use rotorbench::record::{
-    FrameFlags, Provenance, RawFrame, Recorder, RecorderOptions, Recording, candump, capture, export,
+    Provenance, RawFrame, Recorder, RecorderOptions, Recording, candump, capture, export,
 };
 use rotorbench::signal::{Applied, Sample, Sensors};
 
@@ -13,7 +13,7 @@ const GOLDEN: [&str; 5] = [
     "117#0000C738",
     "00000117#0000C738",
     "123#R4",
-    "120##1112233445566778899AABBCC",
+    "120##5112233445566778899AABBCC",
     "20000004#000C000000000000",
 ];
 
