@@ -1,12 +1,64 @@
 //! `rotorbench compare`: where the model fails.
 
-use super::{CliError, CliResult};
+use std::path::PathBuf;
+
+use super::{CliResult, Outcome};
+use crate::diagnose::compare::{CompareConfig, compare};
+use crate::model::Model;
+use crate::record::log;
+use crate::report::comparison;
 
 /// Arguments of `compare`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    /// Model file, or `paper`; several are held side by side
+    #[arg(long, default_value = "paper")]
+    model: Vec<PathBuf>,
+    /// Log (CSV); several are compared one by one
+    #[arg(long, required = true, num_args = 1..)]
+    log: Vec<PathBuf>,
+    /// Horizon of the windows over which the body runs freely [s]
+    #[arg(long, default_value_t = CompareConfig::default().horizon_s)]
+    horizon: f64,
+    /// JSON on standard output
+    #[arg(long)]
+    json: bool,
+    /// Write a page with every signal (HTML)
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+    /// Write measured, modelled and unknown signals as columns beside the log's own (CSV; one log, last model)
+    #[arg(long, value_name = "FILE")]
+    signals: Option<PathBuf>,
+}
 
-/// Runs the command.
-pub fn run(_arguments: &Arguments) -> CliResult {
-    Err(CliError::new("`compare` is not part of this build"))
+/// Runs the command: exit 1 when no model is at the noise floor of every log.
+pub fn run(arguments: &Arguments) -> CliResult {
+    if arguments.signals.is_some() && arguments.log.len() > 1 {
+        return Err(super::CliError::new("--signals writes the signals of one log; several were given"));
+    }
+    let models = arguments.model.iter().map(|path| Model::load(path)).collect::<Result<Vec<_>, _>>()?;
+    let config = CompareConfig { horizon_s: arguments.horizon };
+    let mut found = Vec::new();
+    let mut logs = Vec::new();
+    for path in &arguments.log {
+        let log = log::read(path)?;
+        found.push(compare(&models, &log, &config)?);
+        logs.push(log);
+    }
+    if let Some(path) = &arguments.report {
+        comparison::page(&found, &logs).save(path)?;
+    }
+    if let (Some(path), Some(log), Some(comparison)) =
+        (&arguments.signals, logs.first(), found.first().and_then(|models| models.last()))
+    {
+        log::write(&comparison.signals(log)?, path)?;
+    }
+    if arguments.json {
+        let comparisons: Vec<_> = found.iter().flatten().collect();
+        println!("{}", serde_json::to_string_pretty(&serde_json::json!({ "comparisons": comparisons }))?);
+    } else {
+        print!("{}", comparison::text(&found, &logs));
+    }
+    let adequate = found.iter().all(|models| models.iter().any(|comparison| comparison.is_adequate()));
+    Ok(if adequate { Outcome::Done } else { Outcome::FoundWanting })
 }

@@ -1,1 +1,3 @@
 //! Residuals, comparison, search for the missing effect, extension.
+
+pub mod compare;

@@ -50,6 +50,39 @@ impl Equations {
         self.constants.arm * self.constants.thrust_coefficient * (rate_1 * rate_1 - rate_2 * rate_2)
     }
 
+    /// [N] thrust of one rotor at `rate` [rad/s], effects included; `side` is +1 for rotor 1, -1 for rotor 2.
+    #[must_use]
+    pub fn rotor_thrust(&self, rate: f64, side: f64, angle: f64, body_rate: f64) -> f64 {
+        let mut point = Point { propeller_rate: rate, side, body_angle: angle, body_rate, ..self.constants };
+        point.thrust = point.thrust_coefficient * rate * rate;
+        for hook in &self.thrust {
+            point.thrust += hook.add(&point);
+        }
+        point.thrust
+    }
+
+    /// [rad/s] what the gyroscope would show of a given motion, true rate [rad/s] and angle [rad] at `time` [s].
+    #[must_use]
+    pub fn gyroscope(&self, time: &[f64], rate: &[f64], angle: &[f64]) -> Vec<f64> {
+        let mut states = [0.0; MOST_STATES];
+        let mut shown = Vec::with_capacity(rate.len());
+        for (row, (rate_now, angle_now)) in rate.iter().zip(angle).enumerate() {
+            let here = Point { body_rate: *rate_now, body_angle: *angle_now, ..self.constants };
+            if row == 0 {
+                for (hook, state) in self.rate_sensor.iter().zip(&mut states) {
+                    if let Some((memory, parameters)) = hook.memory() {
+                        *state = (memory.settle)(parameters, &here);
+                    }
+                }
+            } else {
+                let mean = Point { body_rate: 0.5 * (rate[row - 1] + rate_now), ..here };
+                self.advance_rate_sensor(&mut states, mean, time[row] - time[row - 1]);
+            }
+            shown.push(self.sensed_rate(*rate_now, *angle_now, &states));
+        }
+        shown
+    }
+
     /// Whether the torque is late or lagged, so that [`Equations::torque_means`] depends on the model.
     #[must_use]
     pub fn has_torque_stream(&self) -> bool {

@@ -49,6 +49,7 @@
 //! [`Table::text`]; [`sparkline`] draws a signal in one line of text.
 
 mod bars;
+pub mod comparison;
 mod decimate;
 mod page;
 mod picture;

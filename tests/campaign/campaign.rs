@@ -8,6 +8,8 @@ mod agreement;
 mod answer;
 mod case;
 mod catalogue;
+#[cfg(test)]
+mod compare;
 mod experiment;
 mod motion;
 mod plant;

@@ -1,0 +1,182 @@
+//! Where a model fails: each block by itself, driven by *measured* inputs, so that one block's error does not
+//! hide in the next; then the whole chain.
+//!
+//! | block | driven by | answers | how |
+//! |---|---|---|---|
+//! | `actuator_1`, `actuator_2` | command, battery | rotor rate | free run |
+//! | `thrust_1`, `thrust_2` | measured rotor rate | thrust | at each sample |
+//! | `body` | measured rotor rates, or the torque command | body rate, angle | windows of a horizon |
+//! | `sensors` | measured angle | body rate | at each sample, smoothed |
+//! | `chain` | commands, battery | body rate, angle | windows of a horizon |
+//!
+//! The body is unstable by itself, so it is run over windows, each started at the measured state. One step
+//! ahead is given beside it as a diagnostic only: it ranks models wrongly where the noise is white.
+
+mod block;
+mod dependence;
+mod failure;
+mod noise;
+mod run;
+mod sensors;
+mod spectrum;
+mod stretch;
+mod torque;
+
+use serde::Serialize;
+
+use crate::model::{Model, ModelError};
+use crate::record::{Dataset, DatasetError};
+
+pub use block::{Block, Error, Trace};
+pub use dependence::{Correlation, Dependence, Direction};
+pub use failure::{Failure, Group};
+pub use spectrum::Spectrum;
+pub use torque::UnknownTorque;
+
+/// How to compare.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CompareConfig {
+    /// [s] horizon of the windows of the body.
+    pub horizon_s: f64,
+}
+
+impl Default for CompareConfig {
+    fn default() -> Self {
+        Self { horizon_s: 0.3 }
+    }
+}
+
+/// Why nothing could be compared.
+#[derive(Debug, thiserror::Error)]
+pub enum CompareError {
+    /// No block finds both its inputs and its output.
+    #[error("{log}: no block of the model can be compared; needed are command_* with propeller_rate_*_rad_s, or rotor rates or torque_command_nm with body_rate_rad_s; it holds {}", present.join(", "))]
+    NothingToCompare {
+        /// The log.
+        log: String,
+        /// Its columns.
+        present: Vec<String>,
+    },
+    /// Too few samples.
+    #[error("{log}: {samples} samples; at least {needed} are needed")]
+    TooShort {
+        /// The log.
+        log: String,
+        /// How many there are.
+        samples: usize,
+        /// How many are needed.
+        needed: usize,
+    },
+    /// The horizon is not a time.
+    #[error("horizon {0} s: it must be above zero")]
+    Horizon(f64),
+    /// The model cannot run.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+}
+
+/// One model on one log.
+#[derive(Debug, Clone, Serialize)]
+pub struct Comparison {
+    /// Name of the model.
+    pub model: String,
+    /// Ids of its effects.
+    pub effects: Vec<String>,
+    /// The log.
+    pub log: String,
+    /// Blocks that could be compared, upstream first.
+    pub blocks: Vec<Block>,
+    /// What torque the model lacks, over time; where a body rate was measured.
+    pub unknown_torque: Option<UnknownTorque>,
+}
+
+impl Comparison {
+    /// The block whose error stands highest over its noise floor. The whole chain is no block of its own.
+    #[must_use]
+    pub fn worst(&self) -> Option<&Block> {
+        let single = self.blocks.iter().filter(|block| block.name != "chain");
+        single.max_by(|a, b| a.error.over_floor().total_cmp(&b.error.over_floor()))
+    }
+
+    /// The log with what the model says beside it: `modelled_<block>_<signal>`, and the unknown torque.
+    ///
+    /// # Errors
+    /// [`DatasetError`] when the log has columns of these names already.
+    pub fn signals(&self, log: &Dataset) -> Result<Dataset, DatasetError> {
+        let mut out = log.clone();
+        let spread = |rows: &[usize], values: &[f64]| {
+            let mut column = vec![f64::NAN; log.len()];
+            for (row, value) in rows.iter().zip(values) {
+                if let Some(cell) = column.get_mut(*row) {
+                    *cell = *value;
+                }
+            }
+            column
+        };
+        for block in &self.blocks {
+            let name = format!("modelled_{}_{}", block.name, block.signal);
+            out.insert(name, spread(&block.trace.rows, &block.trace.modelled))?;
+        }
+        if let Some(torque) = &self.unknown_torque {
+            out.insert("unknown_torque_nm", spread(&torque.rows, &torque.torque))?;
+            out.insert("unknown_torque_error_nm", spread(&torque.rows, &torque.standard_error))?;
+        }
+        Ok(out)
+    }
+
+    /// Whether every block is at its noise floor.
+    #[must_use]
+    pub fn is_adequate(&self) -> bool {
+        self.blocks.iter().all(|block| block.error.is_noise())
+    }
+}
+
+/// Fewer samples than this say nothing.
+const FEWEST: usize = 50;
+
+/// Compares every model with one log. The noise of each sensor is estimated once, from what no model and no
+/// smooth curve explains, so that the models are held against the same floor.
+///
+/// # Errors
+/// [`CompareError`] when the log is too short, or nothing in it can be compared.
+pub fn compare(
+    models: &[Model],
+    log: &Dataset,
+    config: &CompareConfig,
+) -> Result<Vec<Comparison>, CompareError> {
+    if !(config.horizon_s > 0.0 && config.horizon_s.is_finite()) {
+        return Err(CompareError::Horizon(config.horizon_s));
+    }
+    if log.len() < FEWEST {
+        return Err(CompareError::TooShort {
+            log: log.source_name().to_owned(),
+            samples: log.len(),
+            needed: FEWEST,
+        });
+    }
+    let mut runs = Vec::new();
+    for model in models {
+        runs.push(run::blocks(model, log, config)?);
+    }
+    if runs.iter().all(Vec::is_empty) {
+        return Err(CompareError::NothingToCompare {
+            log: log.source_name().to_owned(),
+            present: log.names().map(str::to_owned).collect(),
+        });
+    }
+    let noise = noise::Noise::estimate(log, &runs);
+    let mut comparisons = Vec::new();
+    for (model, run) in models.iter().zip(runs) {
+        let unknown_torque = torque::smooth(model, log, &noise)?;
+        let blocks =
+            run.into_iter().map(|raw| raw.judge(model, log, &noise, config, unknown_torque.as_ref()));
+        comparisons.push(Comparison {
+            model: model.name.clone(),
+            effects: model.effects.iter().map(|added| added.id.clone()).collect(),
+            log: log.source_name().to_owned(),
+            blocks: blocks.collect(),
+            unknown_torque,
+        });
+    }
+    Ok(comparisons)
+}

@@ -1,0 +1,118 @@
+//! The noise of each sensor, estimated from the data.
+
+use std::collections::BTreeMap;
+
+use super::block::Raw;
+use crate::record::Dataset;
+
+/// Standard deviation of the white noise of each measured signal, by column.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Noise(BTreeMap<String, f64>);
+
+/// Median of the size of a standard normal variable.
+const NORMAL_MEDIAN: f64 = 0.674_489_75;
+/// A model's residual shows the noise better than the signal itself where its estimate is below this share.
+const CLEARLY: f64 = 0.9;
+/// Sum of the squares of the third difference's weights 1, -3, 3, -1.
+const THIRD_DIFFERENCE: f64 = 20.0;
+
+impl Noise {
+    /// The smallest of what the signal itself shows and what each model leaves of it: a model that follows a
+    /// fast signal uncovers the noise below it, and no model can make noise smaller.
+    pub(super) fn estimate(log: &Dataset, runs: &[Vec<Raw>]) -> Self {
+        let mut sizes = BTreeMap::new();
+        for name in log.names() {
+            if let Some(values) = log.column(name) {
+                let pieces = log.segments().into_iter().map(|rows| &values[rows]);
+                sizes.insert(name.to_owned(), white_noise(pieces));
+            }
+        }
+        // Only free runs leave the sensor's noise as it is; windows start from noisy samples.
+        for raw in runs.iter().flatten().filter(|raw| raw.free_run) {
+            let residual: Vec<f64> = raw.measured.iter().zip(&raw.modelled).map(|(y, m)| y - m).collect();
+            let left = white_noise(raw.pieces.iter().map(|piece| &residual[piece.clone()]));
+            if let Some(size) = sizes.get_mut(&raw.signal) {
+                // The smaller of two estimates of one noise would lie below both: only a clear fall counts.
+                if left < CLEARLY * *size {
+                    *size = left;
+                }
+            }
+        }
+        Self(sizes)
+    }
+
+    /// Of a column; zero when it is not there.
+    pub(super) fn of(&self, column: &str) -> f64 {
+        self.0.get(column).copied().unwrap_or(0.0)
+    }
+}
+
+/// Samples of one estimate.
+const BLOCK: usize = 200;
+/// Rank among the blocks' estimates that stands for the noise: a third of the record may be too fast to see it.
+const RANK: f64 = 0.4;
+/// Blocks up to this many times the ranked one count as noise: their estimates scatter by a few per cent.
+const ALIKE: f64 = 1.15;
+/// Differences beyond this many standard deviations are steps and spikes.
+const OUTLIER: f64 = 3.5;
+
+/// Standard deviation of the part of a signal that no parabola through neighbouring samples explains, from
+/// third differences over blocks: steps and spikes, being few, do not count, and neither do stretches that
+/// move too fast.
+pub(super) fn white_noise<'a>(pieces: impl Iterator<Item = &'a [f64]>) -> f64 {
+    let differences: Vec<f64> = pieces
+        .flat_map(|piece| piece.windows(4))
+        .map(|w| (w[0] - 3.0 * w[1] + 3.0 * w[2] - w[3]).abs())
+        .filter(|size| size.is_finite())
+        .collect();
+    let blocks = (differences.len() / BLOCK).max(1);
+    let mut estimates: Vec<f64> =
+        differences.chunks(differences.len().div_ceil(blocks).max(1)).map(of_block).collect();
+    estimates.sort_by(f64::total_cmp);
+    let Some(ranked) = estimates.get((RANK * estimates.len() as f64) as usize) else { return 0.0 };
+    let alike: Vec<f64> = estimates.iter().copied().take_while(|size| *size <= ALIKE * ranked).collect();
+    (alike.iter().map(|size| size * size).sum::<f64>() / alike.len() as f64).sqrt()
+}
+
+/// Rms without what the median calls outliers.
+fn of_block(differences: &[f64]) -> f64 {
+    let mut sizes = differences.to_vec();
+    let middle = sizes.len() / 2;
+    let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+    // On a coarse grid most neighbours are equal: then every flip between steps counts.
+    let limit = if median > 0.0 { OUTLIER * median / NORMAL_MEDIAN } else { f64::INFINITY };
+    let (sum, count) = sizes
+        .iter()
+        .filter(|size| **size <= limit)
+        .fold((0.0, 0.0), |(sum, count), size| (sum + size * size, count + 1.0));
+    f64::sqrt(sum / count / THIRD_DIFFERENCE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, Normal};
+
+    #[test]
+    fn white_noise_is_found_below_a_smooth_signal_with_steps() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(4);
+        let normal = Normal::new(0.0, 1.5).unwrap();
+        let signal: Vec<f64> = (0..6_000)
+            .map(|k| {
+                let t = 0.02 * f64::from(k);
+                600.0 + 100.0 * t.sin() + if k % 100 < 50 { 80.0 } else { 0.0 } + normal.sample(&mut rng)
+            })
+            .collect();
+        let found = white_noise(std::iter::once(signal.as_slice()));
+        // 6,000 correlated differences know it to about 1.5 %; steps and the choice of blocks add a little.
+        assert!((found / 1.5 - 1.0).abs() < 0.05, "{found}");
+    }
+
+    #[test]
+    fn nothing_measured_has_no_noise() {
+        assert_eq!(white_noise(std::iter::empty()), 0.0);
+        assert_eq!(white_noise(std::iter::once([f64::NAN; 9].as_slice())), 0.0);
+        assert_eq!(white_noise(std::iter::once([1.0; 3].as_slice())), 0.0);
+    }
+}

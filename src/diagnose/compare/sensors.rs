@@ -1,0 +1,66 @@
+//! The gyroscope against the angle: two sensors of one motion.
+//!
+//! The angle's slope over a short window is the true rate, smoothed; the model's gyroscope turns it into a
+//! reading. The measured reading is smoothed by the same weights: integrated, then its slope taken alike.
+
+use super::block::{Floor, Raw};
+use super::run::{BODY_ANGLE, BODY_RATE};
+use super::stretch::stretches;
+use crate::model::Equations;
+use crate::record::Dataset;
+
+/// [s] the slope's window reaches so far to both sides.
+const REACH: f64 = 0.08;
+
+/// Runs the block; `None` where one of the two sensors is missing.
+pub(super) fn run(equations: &Equations, log: &Dataset) -> Option<Raw> {
+    let (rate, angle) = (log.column(BODY_RATE)?, log.column(BODY_ANGLE)?);
+    let half = ((REACH / log.median_interval()).round() as usize).clamp(2, 100);
+    let mut raw = Raw::new("sensors", BODY_RATE, "rad/s", &[BODY_ANGLE], Floor::Slope(half));
+    for stretch in stretches(log, &[rate, angle]) {
+        let time = &log.time()[stretch.rows.clone()];
+        if time.len() < 4 * half {
+            continue;
+        }
+        let true_rate = slopes(time, &stretch.inputs[1], half);
+        let mut turned = 0.0;
+        let integral: Vec<f64> = (0..time.len())
+            .map(|k| {
+                if k > 0 {
+                    turned +=
+                        0.5 * (stretch.inputs[0][k] + stretch.inputs[0][k - 1]) * (time[k] - time[k - 1]);
+                }
+                turned
+            })
+            .collect();
+        let measured = slopes(time, &integral, half);
+        let modelled = equations.gyroscope(time, &true_rate, &stretch.inputs[1]);
+        // Windows at the ends are lopsided and noisier.
+        let kept = half..time.len() - half;
+        let rows = stretch.rows.start + kept.start..stretch.rows.start + kept.end;
+        raw.add(rows, &measured[kept.clone()], &modelled[kept]);
+    }
+    (!raw.measured.is_empty()).then_some(raw)
+}
+
+/// Slope of the straight line through `half` samples to both sides, [unit/s].
+fn slopes(time: &[f64], values: &[f64], half: usize) -> Vec<f64> {
+    (0..values.len())
+        .map(|k| {
+            let window = k.saturating_sub(half)..(k + half + 1).min(values.len());
+            let count = window.len() as f64;
+            let mean = time[window.clone()].iter().sum::<f64>() / count;
+            let spread: f64 = time[window.clone()].iter().map(|t| (t - mean).powi(2)).sum();
+            window.map(|j| (time[j] - mean) * values[j]).sum::<f64>() / spread
+        })
+        .collect()
+}
+
+/// [rad/s] what noise of gyroscope [rad/s] and angle [rad] leaves after the slopes.
+pub(super) fn noise(half: usize, interval: f64, gyro: f64, angle: f64) -> f64 {
+    let n = half as f64;
+    let spread = interval * interval * n * (n + 1.0) * (2.0 * n + 1.0) / 3.0;
+    // The weights on the rate are a parabola over the window, whose squares integrate to 3 / (5 reach).
+    let smoothed = gyro * (0.6 / n).sqrt();
+    (angle / spread.sqrt()).hypot(smoothed)
+}
