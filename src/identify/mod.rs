@@ -1,3 +1,175 @@
 //! Section III of the paper, then general fitting.
+//!
+//! [`identify`] takes logs of any kind, sees for itself what each of them permits, and goes the paper's way as
+//! far as they reach:
+//!
+//! 1. k_V from stretches of constant command, [LPC16] Eq. (6) (`battery`);
+//! 2. g(u) from slow ramps, Eq. (9), its degree by cross-validation, and whether the ramps were slow enough for
+//!    Eq. (4) (`static_curve`);
+//! 3. p from lively commands, section III.B, by output error (`pole`), against a delay and a second pole
+//!    (`rivals`), with the frequency response of Fig. 5 (`frequency`);
+//! 4. the thrust curve where thrust was measured, Eq. (13) (`thrust`), the body from attitude logs, Eq. (1)
+//!    (`body`);
+//! 5. validation on other logs as in Fig. 3 (`validate`).
+//!
+//! Where ramps or constant commands are missing, pole, curve and battery gain come from one joint fit (`joint`).
+//! Standard errors allow for correlated residuals. Models with effects of the catalogue are fitted by [`fit`].
 
+mod battery;
+mod body;
 pub mod fit;
+mod frequency;
+mod joint;
+mod linear;
+mod pole;
+mod procedure;
+mod record_of;
+mod rivals;
+mod rotor_log;
+mod static_curve;
+mod thrust;
+mod validate;
+
+use serde::Serialize;
+
+pub use battery::{BatteryGain, LevelGain};
+pub use body::Body;
+pub use frequency::{ResponsePoint, continuous_lag, sampled_lag};
+pub use joint::JointFit;
+pub use procedure::{Identification, IdentifySettings, Part, PoleFit, identify};
+pub use rivals::Rival;
+pub use static_curve::{DegreeScore, HIGHEST_DEGREE, RampCheck, StaticCurve};
+pub use thrust::ThrustCurve;
+pub use validate::Validation;
+
+/// Why nothing could be identified.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum IdentifyError {
+    /// No log was given.
+    #[error("no log to identify from")]
+    NoLog,
+    /// The logs permit none of the steps.
+    #[error("nothing can be identified: {}", .reasons.join("; "))]
+    Nothing {
+        /// What each step lacks.
+        reasons: Vec<String>,
+    },
+    /// A setting outside its range.
+    #[error("the degree of g(u) must lie in 1..{HIGHEST_DEGREE}, not {0}")]
+    Degree(usize),
+}
+
+/// A value with its standard error, in the unit of the value.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Estimate {
+    /// The value.
+    pub value: f64,
+    /// Its standard error; infinite = taken as given, not estimated.
+    pub standard_error: f64,
+}
+
+impl Estimate {
+    /// Nothing known.
+    fn unknown() -> Self {
+        Self { value: f64::NAN, standard_error: f64::NAN }
+    }
+
+    /// The estimate of a multiple.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { value: self.value * factor, standard_error: self.standard_error * factor.abs() }
+    }
+
+    /// Distance from `truth` in standard errors.
+    #[must_use]
+    pub fn distance(&self, truth: f64) -> f64 {
+        (self.value - truth).abs() / self.standard_error
+    }
+}
+
+/// Mean of several estimates of the same quantity.
+struct Weighted {
+    estimate: Estimate,
+    /// Standard deviation over the estimates.
+    spread: f64,
+}
+
+impl Weighted {
+    /// Weights by the inverse variances. Where the estimates scatter more than their standard errors allow,
+    /// the standard error of the mean grows with the scatter (Birge 1932).
+    fn mean(estimates: &[Estimate]) -> Self {
+        let weight = |estimate: &Estimate| estimate.standard_error.powi(-2);
+        let total: f64 = estimates.iter().map(weight).sum();
+        let value = estimates.iter().map(|estimate| weight(estimate) * estimate.value).sum::<f64>() / total;
+        let count = estimates.len() as f64;
+        let chi_squared: f64 =
+            estimates.iter().map(|estimate| weight(estimate) * (estimate.value - value).powi(2)).sum();
+        let scatter = if count > 1.0 { (chi_squared / (count - 1.0)).sqrt() } else { 1.0 };
+        let plain = estimates.iter().map(|estimate| estimate.value).sum::<f64>() / count;
+        let squares: f64 = estimates.iter().map(|estimate| (estimate.value - plain).powi(2)).sum();
+        let spread = if count > 1.0 { (squares / (count - 1.0)).sqrt() } else { 0.0 };
+        Self { estimate: Estimate { value, standard_error: scatter.max(1.0) / total.sqrt() }, spread }
+    }
+}
+
+/// The rotor as identified: what the model file gets.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct IdentifiedActuator {
+    /// [rad/s] `c_gj` of u^j, from j = 1: linear, quadratic, ...
+    pub coefficients: Vec<f64>,
+    /// [rad/(s V)]
+    pub voltage_gain: f64,
+    /// [V]
+    pub full_voltage: f64,
+    /// [rad/s]
+    pub pole: f64,
+    /// [N s²/rad²]
+    pub thrust_coefficient: f64,
+}
+
+impl IdentifiedActuator {
+    /// [rad/s] z = g(u) - k_V (v_bmax - v_b). [LPC16] Eq. (2).
+    ///
+    /// **Deviation:** the print has `+ k_V`, which contradicts its Eq. (6).
+    #[must_use]
+    pub fn steady_rate(&self, command: f64, voltage: Option<f64>) -> f64 {
+        let drop =
+            voltage.filter(|voltage| voltage.is_finite()).map_or(0.0, |voltage| self.full_voltage - voltage);
+        static_curve::polynomial(&self.coefficients, command) - self.voltage_gain * drop
+    }
+
+    /// [rad/s] free run over `time` with commands and voltages held between samples, from the steady rate of the
+    /// first command. Missing cells hold the value before.
+    #[must_use]
+    pub fn simulate(&self, time: &[f64], command: &[f64], voltage: Option<&[f64]>) -> Vec<f64> {
+        self.simulate_from(None, time, command, voltage)
+    }
+
+    /// The same from a given rate.
+    fn simulate_from(
+        &self,
+        start: Option<f64>,
+        time: &[f64],
+        command: &[f64],
+        voltage: Option<&[f64]>,
+    ) -> Vec<f64> {
+        let mut rates = Vec::with_capacity(time.len());
+        let mut rate = start;
+        let first_known = |values: &[f64]| values.iter().copied().find(|value| value.is_finite());
+        let mut held = first_known(command).unwrap_or(0.0);
+        let mut held_voltage = voltage.and_then(first_known);
+        for row in 0..time.len() {
+            held = command.get(row).copied().filter(|command| command.is_finite()).unwrap_or(held);
+            let cell = voltage.and_then(|voltage| voltage.get(row)).copied();
+            held_voltage = cell.filter(|voltage| voltage.is_finite()).or(held_voltage);
+            let steady = self.steady_rate(held, held_voltage);
+            let now = rate.unwrap_or(steady);
+            rates.push(now);
+            if let Some(next) = time.get(row + 1) {
+                // Exact with the input held: [LPC16] Eq. (2), second line.
+                rate = Some(steady + (now - steady) * (-self.pole * (next - time[row])).exp());
+            }
+        }
+        rates
+    }
+}

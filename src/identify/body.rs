@@ -1,0 +1,211 @@
+//! The body from an attitude log: d/J, and J where the arm is known, from `ω̇_b = (d/J)(f_1 - f_2)`,
+//! [LPC16] Eq. (1) with the sign of its Eq. (12); or 1/J from a logged torque.
+//!
+//! The rate is compared over short windows, each with a free start, so that nothing has to be differentiated
+//! and a drift of the gyro does not add up. A constant torque is fitted beside. Where the actuator is known the
+//! measured rotor rates are replaced, as instruments, by those it predicts from the commands: the noise of the
+//! rates would otherwise make the body look heavier.
+
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use super::linear;
+use super::rotor_log::bounds;
+use super::{Estimate, IdentifiedActuator};
+use crate::record::Dataset;
+
+/// [s] length of a window.
+const WINDOW: f64 = 0.5;
+/// Fewest samples of the gyro in a window.
+const FEWEST: usize = 5;
+
+/// What the attitude log says about the body.
+#[derive(Debug, Clone, Serialize)]
+pub struct Body {
+    /// File it comes from.
+    pub source: String,
+    /// [1/(kg m)] d/J; for a logged torque, with the arm given, d times 1/J.
+    pub arm_over_inertia: Estimate,
+    /// [kg m²] J, with the arm as given.
+    pub inertia: Estimate,
+    /// [m] arm d it holds for.
+    pub arm: f64,
+    /// [rad/s²] constant angular acceleration fitted beside: a torque bias over J.
+    pub bias: Estimate,
+    /// [rad/s] rms of the residual over windows of half a second.
+    pub residual_rms: f64,
+    /// Samples used.
+    pub samples: usize,
+    /// Where the torque came from, in words.
+    pub driven_by: &'static str,
+}
+
+/// The angular impulse per lever arm and mass moment: integral of (f_1 - f_2) over time, measured and predicted.
+struct Drive {
+    measured: Vec<f64>,
+    predicted: Option<Vec<f64>>,
+    words: &'static str,
+    /// d in front of it: the arm, or 1 for a logged torque.
+    lever: f64,
+}
+
+/// Identifies the body from one log; `None` where the log holds no attitude or nothing that drives it.
+pub(super) fn identify(
+    log: &Dataset,
+    actuator: &IdentifiedActuator,
+    arm: f64,
+    warnings: &mut Vec<String>,
+) -> Option<Body> {
+    let rate = log.column("body_rate_rad_s")?;
+    let source = log.source_name().to_owned();
+    check_rate_unit(log, rate, warnings);
+    let drive = drive(log, actuator, arm)?;
+    let windows = windows(log, rate);
+    let rows: usize = windows.iter().map(Vec::len).sum();
+    if rows < 10 * FEWEST {
+        warnings.push(format!("{source}: too few samples of the body rate to identify the inertia"));
+        return None;
+    }
+    // Columns: lever-arm impulse and time, each less its mean over the window.
+    let mut design = DMatrix::zeros(rows, 2);
+    let mut instruments = DMatrix::zeros(rows, 2);
+    let mut y = DVector::zeros(rows);
+    let predicted = drive.predicted.as_deref().unwrap_or(&drive.measured);
+    let mut at = 0;
+    for window in &windows {
+        let mean = |values: &[f64]| window.iter().map(|&row| values[row]).sum::<f64>() / window.len() as f64;
+        let means = [mean(&drive.measured), mean(predicted), mean(log.time()), mean(rate)];
+        for &row in window {
+            design[(at, 0)] = drive.measured[row] - means[0];
+            instruments[(at, 0)] = predicted[row] - means[1];
+            design[(at, 1)] = log.time()[row] - means[2];
+            instruments[(at, 1)] = design[(at, 1)];
+            y[at] = rate[row] - means[3];
+            at += 1;
+        }
+    }
+    let fit = linear::instrumental(&design, &instruments, &y)?;
+    let slope = Estimate { value: fit.coefficients[0], standard_error: fit.standard_error(0) };
+    if slope.value < 3.0 * slope.standard_error || slope.value <= 0.0 {
+        warnings.push(format!(
+            "{source}: the torque hardly shows in the body rate (d/J = {:.3} ± {:.3}); excite the attitude more, \
+             or check that the body may turn and that its rate has the sign of torque = d (f1 - f2)",
+            slope.value, slope.standard_error
+        ));
+        return None;
+    }
+    let arm_over_inertia = slope.scaled(arm / drive.lever);
+    let inertia = Estimate {
+        value: arm / arm_over_inertia.value,
+        standard_error: arm * arm_over_inertia.standard_error / arm_over_inertia.value.powi(2),
+    };
+    Some(Body {
+        source,
+        arm_over_inertia,
+        inertia,
+        arm,
+        bias: Estimate { value: fit.coefficients[1], standard_error: fit.standard_error(1) },
+        residual_rms: fit.residual_rms,
+        samples: rows,
+        driven_by: drive.words,
+    })
+}
+
+/// The rate against the angle's own slope: a factor of 57 is a unit.
+fn check_rate_unit(log: &Dataset, rate: &[f64], warnings: &mut Vec<String>) {
+    let Some(angle) = log.column("body_angle_rad") else { return };
+    let (low, high) = bounds(angle);
+    let peak = bounds(rate);
+    let rms = |values: &[f64]| {
+        let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+        (finite.iter().map(|value| value * value).sum::<f64>() / finite.len().max(1) as f64).sqrt()
+    };
+    // Slope over ten samples, so that the noise of the angle does not count.
+    let slopes: Vec<f64> = (10..log.len())
+        .map(|row| (angle[row] - angle[row - 10]) / (log.time()[row] - log.time()[row - 10]))
+        .collect();
+    let ratio = rms(rate) / rms(&slopes).max(1e-9);
+    if ratio > 20.0 || high - low > 20.0 || peak.1 > 60.0 {
+        warnings.push(format!(
+            "{}: the body rate is {ratio:.0} times the slope of the angle, and reaches {:.0}; if a column is in \
+             degrees, import it with unit `deg/s` or `deg`",
+            log.source_name(),
+            peak.1
+        ));
+    }
+}
+
+fn drive(log: &Dataset, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive> {
+    let commands = log.column("command_1").zip(log.column("command_2"));
+    let predicted = commands.map(|(first, second)| {
+        let voltage = log.column("battery_voltage_v");
+        let rates = [first, second].map(|command| actuator.simulate(log.time(), command, voltage));
+        integral(log, &difference(&rates[0], &rates[1], actuator.thrust_coefficient))
+    });
+    let measured = log.column("propeller_rate_1_rad_s").zip(log.column("propeller_rate_2_rad_s"));
+    if let Some((first, second)) = measured {
+        let (first, second) = (filled(log, first), filled(log, second));
+        let measured = integral(log, &difference(&first, &second, actuator.thrust_coefficient));
+        return Some(Drive { measured, predicted, words: "measured rotor rates", lever: arm });
+    }
+    if let Some(torque) = log.column("torque_command_nm") {
+        let measured = integral(log, &filled(log, torque));
+        return Some(Drive { measured, predicted: None, words: "commanded torque", lever: 1.0 });
+    }
+    let words = "rotor rates predicted from the commands";
+    predicted.map(|measured| Drive { measured, predicted: None, words, lever: arm })
+}
+
+fn difference(first: &[f64], second: &[f64], thrust_coefficient: f64) -> Vec<f64> {
+    first.iter().zip(second).map(|(a, b)| thrust_coefficient * (a * a - b * b)).collect()
+}
+
+/// Straight lines between known values; what precedes the first keeps it. Holes are cut out by [`windows`].
+fn filled(log: &Dataset, values: &[f64]) -> Vec<f64> {
+    let time = log.time();
+    let known: Vec<usize> = (0..values.len()).filter(|&row| values[row].is_finite()).collect();
+    let mut next = 0;
+    (0..values.len())
+        .map(|row| {
+            while next < known.len() && known[next] < row {
+                next += 1;
+            }
+            match (next.checked_sub(1).and_then(|at| known.get(at)), known.get(next)) {
+                (Some(&before), Some(&after)) => {
+                    let share = (time[row] - time[before]) / (time[after] - time[before]);
+                    values[before] + share * (values[after] - values[before])
+                }
+                (None, Some(&only)) | (Some(&only), None) => values[only],
+                (None, None) => f64::NAN,
+            }
+        })
+        .collect()
+}
+
+/// Running integral by the trapezoidal rule.
+fn integral(log: &Dataset, values: &[f64]) -> Vec<f64> {
+    let mut sum = 0.0;
+    let mut running = vec![0.0; values.len()];
+    for (row, step) in log.time().windows(2).enumerate() {
+        sum += 0.5 * (values[row] + values[row + 1]) * (step[1] - step[0]);
+        running[row + 1] = sum;
+    }
+    running
+}
+
+/// Rows with a body rate, cut into windows that hold no hole.
+fn windows(log: &Dataset, rate: &[f64]) -> Vec<Vec<usize>> {
+    let mut windows: Vec<Vec<usize>> = Vec::new();
+    for segment in log.segments() {
+        let mut window: Vec<usize> = Vec::new();
+        for row in segment.filter(|&row| rate[row].is_finite()) {
+            if window.first().is_some_and(|&first| log.time()[row] - log.time()[first] >= WINDOW) {
+                windows.push(std::mem::take(&mut window));
+            }
+            window.push(row);
+        }
+        windows.push(window);
+    }
+    windows.retain(|window| window.len() >= FEWEST);
+    windows
+}

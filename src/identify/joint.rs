@@ -1,0 +1,173 @@
+//! Everything of the rotor at once: pole, polynomial and battery gain from one record with lively commands.
+//!
+//! The paper goes step by step; where a log holds what all steps need, this is the efficient way, and it is the
+//! only way where constant commands and ramps are missing.
+
+use serde::Serialize;
+
+use super::Estimate;
+use super::linear::blocks;
+use super::pole::{self, LagFit, Record};
+use super::record_of::record_of;
+use super::rivals::{self, Rival};
+use super::rotor_log::RotorLog;
+use super::static_curve::{DegreeScore, HIGHEST_DEGREE};
+
+/// Folds of the cross-validation over the degree.
+const FOLDS: usize = 3;
+/// Rows that decide on the degree: eight minutes at 50 Hz.
+const DEGREE_ROWS: usize = 24_000;
+
+/// The joint fit.
+#[derive(Debug, Clone, Serialize)]
+pub struct JointFit {
+    /// `c_gj` of u^j, from j = 1.
+    pub coefficients: Vec<Estimate>,
+    /// [rad/(s V)] k_V; `None` when there is no voltage, or it does not show.
+    pub voltage_gain: Option<Estimate>,
+    /// [rad/s]
+    pub pole: Estimate,
+    /// [rad/s] rms of the residual.
+    pub residual_rms: f64,
+    /// Lag-one correlation of the residual: near zero when nothing is missing.
+    pub residual_correlation: f64,
+    /// Samples used.
+    pub samples: usize,
+    /// Degrees side by side, where they could be told apart.
+    pub degrees: Vec<DegreeScore>,
+    /// A delay and a second pole, tried.
+    pub rivals: Vec<Rival>,
+}
+
+/// What is fitted.
+#[derive(Debug, Clone, Copy)]
+struct Problem<'a> {
+    rotors: &'a [RotorLog],
+    full_voltage: f64,
+    degree: usize,
+    battery: bool,
+}
+
+/// Inputs u, u², ..., and -(v_bmax - v_b) last where the battery takes part.
+fn columns<const M: usize>(degree: usize, u: f64, drop: f64) -> [f64; M] {
+    let mut power = 1.0;
+    std::array::from_fn(|column| {
+        if column < degree {
+            power *= u;
+            power
+        } else {
+            -drop
+        }
+    })
+}
+
+/// Calls a method that is generic over the number of columns with the number this problem has.
+macro_rules! sized {
+    ($problem:expr, $method:ident ( $($argument:expr),* )) => {
+        match $problem.degree + usize::from($problem.battery) {
+            1 => $problem.$method::<1>($($argument),*),
+            2 => $problem.$method::<2>($($argument),*),
+            3 => $problem.$method::<3>($($argument),*),
+            4 => $problem.$method::<4>($($argument),*),
+            _ => $problem.$method::<5>($($argument),*),
+        }
+    };
+}
+
+impl Problem<'_> {
+    fn record<const M: usize>(&self, delay: f64) -> Record<M> {
+        record_of(self.rotors, self.full_voltage, delay, |u, drop| columns(self.degree, u, drop))
+    }
+
+    fn fit<const M: usize>(&self, rows: usize) -> Option<LagFit> {
+        let record = self.record::<M>(0.0);
+        if rows < record.time.len() { pole::fit(&record.head(rows)) } else { pole::fit(&record) }
+    }
+
+    fn rivals<const M: usize>(&self, fit: &LagFit) -> Vec<Rival> {
+        let interval = self.rotors.first().map_or(0.0, |rotor| rotor.interval);
+        rivals::both::<M>(fit, interval, |delay| self.record(delay))
+    }
+
+    /// Squared error of each block when it was held out.
+    fn held_out<const M: usize>(&self) -> Option<Vec<f64>> {
+        let full = self.record::<M>(0.0).head(DEGREE_ROWS);
+        let blocks: Vec<std::ops::Range<usize>> = blocks(full.time.len()).collect();
+        let mut squares = vec![0.0; blocks.len()];
+        for fold in 0..FOLDS {
+            let held = || blocks.iter().enumerate().filter(move |(index, _)| index % FOLDS == fold);
+            let mut kept = full.clone();
+            held().for_each(|(_, rows)| kept.output[rows.clone()].fill(f64::NAN));
+            let errors = pole::errors(&full, &pole::fit(&kept)?);
+            for (index, rows) in held() {
+                let scored: Vec<f64> =
+                    errors[rows.clone()].iter().copied().filter(|e| e.is_finite()).collect();
+                squares[index] = scored.iter().map(|e| e * e).sum::<f64>() / scored.len().max(1) as f64;
+            }
+        }
+        Some(squares)
+    }
+}
+
+/// Fits all rotors' records together. Without `degree` cross-validation chooses it.
+pub(super) fn identify(
+    rotors: &[RotorLog],
+    full_voltage: f64,
+    battery: bool,
+    degree: Option<usize>,
+    warnings: &mut Vec<String>,
+) -> Option<JointFit> {
+    let (degrees, preferred) = compare_degrees(rotors, full_voltage, battery);
+    // Where no comparison succeeds, the curve of one coefficient is the last thing to try.
+    let degree = degree.or(preferred).unwrap_or(1);
+    let mut problem = Problem { rotors, full_voltage, degree, battery };
+    let mut fit = sized!(problem, fit(usize::MAX));
+    if battery && fit.as_ref().is_none_or(|fit| fit.coefficients[degree].abs() < 3.0 * fit.error(degree)) {
+        warnings.push(
+            "the battery's effect does not show beside the command in these logs: k_V is left out of the joint \
+             fit; record a longer discharge, or constant commands"
+                .to_owned(),
+        );
+        problem.battery = false;
+        fit = sized!(problem, fit(usize::MAX));
+    }
+    let fit = fit?;
+    let estimate =
+        |index: usize| Estimate { value: fit.coefficients[index], standard_error: fit.error(index) };
+    Some(JointFit {
+        coefficients: (0..degree).map(estimate).collect(),
+        voltage_gain: problem.battery.then(|| estimate(degree)),
+        pole: Estimate { value: fit.pole, standard_error: fit.pole_error() },
+        residual_rms: fit.residual_rms,
+        residual_correlation: fit.residual_correlation,
+        samples: fit.samples,
+        degrees,
+        rivals: sized!(problem, rivals(&fit)),
+    })
+}
+
+/// Degrees side by side, and the lowest whose held-out error is not significantly above the best.
+fn compare_degrees(
+    rotors: &[RotorLog],
+    full_voltage: f64,
+    battery: bool,
+) -> (Vec<DegreeScore>, Option<usize>) {
+    let mut scores = Vec::new();
+    let mut blocks: Vec<Vec<f64>> = Vec::new();
+    for degree in 1..=HIGHEST_DEGREE {
+        let problem = Problem { rotors, full_voltage, degree, battery };
+        let (Some(fit), Some(squares)) = (sized!(problem, fit(DEGREE_ROWS)), sized!(problem, held_out()))
+        else {
+            continue;
+        };
+        scores.push(DegreeScore {
+            degree,
+            train: fit.residual_rms,
+            held_out: (squares.iter().sum::<f64>() / squares.len() as f64).sqrt(),
+            coefficients: fit.coefficients[..degree].to_vec(),
+        });
+        blocks.push(squares);
+    }
+    let preferred = super::static_curve::simplest(&scores, &blocks);
+    (scores, preferred)
+}

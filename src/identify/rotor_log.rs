@@ -1,0 +1,313 @@
+//! One rotor's part of a log, made ready: commands held between samples, stretches without holes, what was
+//! excited and how, and whether the numbers can be what their names say.
+
+use std::ops::Range;
+
+use crate::record::Dataset;
+
+/// [-] below this command a rotor may stand still; the model does not speak of starting from standstill.
+pub(super) const LEAST_COMMAND: f64 = 0.05;
+/// [s] after leaving standstill before samples count.
+const STARTING: f64 = 0.5;
+/// [-] change of command within [`FAST_SPAN`] that is a jump, not a ramp.
+const JUMP: f64 = 0.02;
+/// [s]
+const FAST_SPAN: f64 = 0.1;
+/// [s] after a jump before the rotor counts as settled: more than ten times 1/p of a slow rotor of 6 rad/s.
+const SETTLING: f64 = 2.0;
+/// [s] shortest settled stretch worth using.
+const SHORTEST: f64 = 5.0;
+
+/// How the command moves over a stretch of rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Motion {
+    /// One value.
+    Constant,
+    /// Slow change, no jumps.
+    Ramp,
+}
+
+/// One rotor of one log.
+#[derive(Debug, Clone)]
+pub(super) struct RotorLog {
+    /// File and rotor, for people.
+    pub source: String,
+    /// [s]
+    pub time: Vec<f64>,
+    /// [-] each command held until the next.
+    pub command: Vec<f64>,
+    /// [rad/s] not-a-number = not measured, or the rotor is standing or starting.
+    pub rate: Vec<f64>,
+    /// [V] each reading held until the next.
+    pub voltage: Option<Vec<f64>>,
+    /// [N] not-a-number = not measured.
+    pub thrust: Option<Vec<f64>>,
+    /// Stretches without holes.
+    pub segments: Vec<Range<usize>>,
+    /// [s] median sampling interval.
+    pub interval: f64,
+}
+
+impl RotorLog {
+    /// The part of rotor `rotor` (from 1); `None` when the log does not hold its command and rate.
+    pub fn of(log: &Dataset, rotor: usize, warnings: &mut Vec<String>) -> Option<Self> {
+        let column = |stem: &str, unit: &str| log.column(&format!("{stem}_{rotor}{unit}"));
+        let command = column("command", "")?;
+        let rate = column("propeller_rate", "_rad_s")?;
+        let voltage = log.column("battery_voltage_v");
+        let source = format!("{}, rotor {rotor}", log.source_name());
+        let mut segments = log.segments();
+        for segment in &mut segments {
+            // Before the first command of a stretch nobody knows what the rotor was told.
+            segment.start = segment.clone().find(|&row| command[row].is_finite()).unwrap_or(segment.end);
+        }
+        segments.retain(|segment| segment.len() > 2);
+        let mut this = Self {
+            source,
+            time: log.time().to_vec(),
+            command: held(command, &segments),
+            rate: rate.to_vec(),
+            voltage: voltage.map(held_everywhere),
+            thrust: column("thrust", "_n").map(<[f64]>::to_vec),
+            segments,
+            interval: log.median_interval(),
+        };
+        this.check(warnings);
+        this.leave_out_starts(warnings);
+        Some(this)
+    }
+
+    /// Rows that have both a command and a scored rate.
+    pub fn scored(&self) -> impl Iterator<Item = usize> + '_ {
+        self.segments.iter().cloned().flatten().filter(|&row| self.rate[row].is_finite())
+    }
+
+    /// Says so where a column can hardly be in the unit of its name, or is at its limits.
+    fn check(&self, warnings: &mut Vec<String>) {
+        let source = &self.source;
+        let (low, high) = bounds(&self.command);
+        if high > 1.0 + 1e-9 || low < -1e-9 {
+            warnings.push(format!(
+                "{source}: commands reach from {low:.4} to {high:.4}, but 0 to 1 is expected; scale them with \
+                 `import` (microseconds of a servo pulse: scale 0.001, offset -1)"
+            ));
+        }
+        let saturated = self.command.iter().filter(|&&u| u >= 1.0 - 1e-9).count() as f64;
+        let share = saturated / self.command.len().max(1) as f64;
+        if share > 0.02 && low < high {
+            warnings.push(format!(
+                "{source}: the command is at its limit 1 in {:.0} % of the samples; the curve g(u) is not \
+                 excited there, and a controller that asked for more does not show",
+                100.0 * share
+            ));
+        }
+        let (slowest, fastest) = bounds(&self.rate);
+        if fastest > 5000.0 {
+            warnings.push(format!(
+                "{source}: rates reach {fastest:.0} rad/s ({:.0} rpm); if the column is in rpm, import it with \
+                 unit `rpm`",
+                fastest * 60.0 / std::f64::consts::TAU
+            ));
+        }
+        if slowest < -0.05 * fastest.abs() {
+            warnings
+                .push(format!("{source}: rates are negative down to {slowest:.0} rad/s; is the sign right?"));
+        }
+        if let Some((low, high)) = self.voltage.as_deref().map(bounds)
+            && !(low > 2.0 && high < 100.0)
+        {
+            warnings.push(format!(
+                "{source}: battery voltages from {low:.3} to {high:.3} V are not those of a battery; if the \
+                 column is in millivolts, import it with unit `mV`"
+            ));
+        }
+    }
+
+    /// Takes out of the score where the rotor stands or starts: the model has no law for that.
+    fn leave_out_starts(&mut self, warnings: &mut Vec<String>) {
+        let mut left = 0;
+        for segment in &self.segments {
+            let mut waiting_until = f64::NEG_INFINITY;
+            for row in segment.clone() {
+                if self.command[row] < LEAST_COMMAND {
+                    waiting_until = self.time[row] + STARTING;
+                }
+                if self.time[row] <= waiting_until && self.rate[row].is_finite() {
+                    self.rate[row] = f64::NAN;
+                    left += 1;
+                }
+            }
+        }
+        if left > 0 {
+            warnings.push(format!(
+                "{}: {left} samples at commands below {LEAST_COMMAND} or within {STARTING} s after are left \
+                 out: a rotor that stands or starts does not follow the model",
+                self.source
+            ));
+        }
+    }
+
+    /// Rows right after which the command jumps.
+    pub fn jumps(&self) -> Vec<usize> {
+        let jump = |row: &usize| (self.command[row + 1] - self.command[*row]).abs() > JUMP;
+        let inside = self.segments.iter().flat_map(|segment| segment.start..segment.end - 1);
+        inside.filter(jump).collect()
+    }
+
+    /// Stretches over which the rotor follows slowly enough to be called steady, [LPC16] Eq. (4).
+    pub fn steady(&self) -> Vec<(Motion, Range<usize>)> {
+        let mut stretches = Vec::new();
+        for segment in &self.segments {
+            for calm in self.calm(segment) {
+                self.split_by_motion(calm, &mut stretches);
+            }
+        }
+        stretches
+    }
+
+    /// Parts of a segment that begin `SETTLING` after a fast change and hold no other.
+    fn calm(&self, segment: &Range<usize>) -> Vec<Range<usize>> {
+        let mut parts = Vec::new();
+        let mut start = segment.start;
+        let mut behind = segment.start;
+        for row in segment.clone() {
+            while self.time[row] - self.time[behind] > FAST_SPAN && behind + 1 < row {
+                behind += 1;
+            }
+            if (self.command[row] - self.command[behind]).abs() > JUMP {
+                parts.push(start..row);
+                start = segment
+                    .clone()
+                    .find(|&r| self.time[r] > self.time[row] + SETTLING)
+                    .unwrap_or(segment.end);
+            }
+        }
+        parts.push(start.min(segment.end)..segment.end);
+        parts.retain(|part| !part.is_empty() && self.span(part) >= SHORTEST);
+        parts
+    }
+
+    /// [s]
+    fn span(&self, rows: &Range<usize>) -> f64 {
+        if rows.is_empty() { 0.0 } else { self.time[rows.end - 1] - self.time[rows.start] }
+    }
+
+    fn split_by_motion(&self, calm: Range<usize>, into: &mut Vec<(Motion, Range<usize>)>) {
+        let mut start = calm.start;
+        let mut constants = Vec::new();
+        for row in calm.clone() {
+            let last = row + 1 == calm.end;
+            if last || (self.command[row + 1] - self.command[start]).abs() > 1e-6 {
+                if self.span(&(start..row + 1)) >= SHORTEST {
+                    constants.push(start..row + 1);
+                }
+                start = row + 1;
+            }
+        }
+        let mut from = calm.start;
+        for constant in constants {
+            if self.span(&(from..constant.start)) >= SHORTEST {
+                into.push((Motion::Ramp, from..constant.start));
+            }
+            from = constant.end;
+            into.push((Motion::Constant, constant));
+        }
+        if self.span(&(from..calm.end)) >= SHORTEST {
+            into.push((Motion::Ramp, from..calm.end));
+        }
+    }
+}
+
+/// Smallest and largest finite value; (0, 0) of none.
+pub(super) fn bounds(values: &[f64]) -> (f64, f64) {
+    let finite = || values.iter().copied().filter(|value| value.is_finite());
+    let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+    if low > high { (0.0, 0.0) } else { (low, high) }
+}
+
+/// Each value held over missing cells, inside each stretch only.
+fn held(values: &[f64], segments: &[Range<usize>]) -> Vec<f64> {
+    let mut held = values.to_vec();
+    for segment in segments {
+        for row in segment.clone().skip(1) {
+            if !held[row].is_finite() {
+                held[row] = held[row - 1];
+            }
+        }
+    }
+    held
+}
+
+/// Each value held over missing cells, the first one also backwards: a battery changes slowly.
+fn held_everywhere(values: &[f64]) -> Vec<f64> {
+    let mut last = values.iter().copied().find(|value| value.is_finite()).unwrap_or(f64::NAN);
+    values
+        .iter()
+        .map(|&value| {
+            last = if value.is_finite() { value } else { last };
+            last
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn log(command: impl Fn(f64) -> f64, seconds: f64) -> Dataset {
+        let time: Vec<f64> = (0..(seconds * 50.0) as usize).map(|k| k as f64 * 0.02).collect();
+        let u: Vec<f64> = time.iter().map(|&t| command(t)).collect();
+        let rate: Vec<f64> = u.iter().map(|u| 1400.0 * u).collect();
+        let mut log = Dataset::new("log.csv", "", time).unwrap();
+        log.insert("command_1", u).unwrap();
+        log.insert("propeller_rate_1_rad_s", rate).unwrap();
+        log
+    }
+
+    fn rotor(log: &Dataset) -> (RotorLog, Vec<String>) {
+        let mut warnings = Vec::new();
+        (RotorLog::of(log, 1, &mut warnings).unwrap(), warnings)
+    }
+
+    #[test]
+    fn tells_levels_from_ramps_from_jumps() {
+        let staircase = log(|t| 0.3 + 0.1 * (t / 20.0).floor(), 60.0);
+        let motions: Vec<Motion> = rotor(&staircase).0.steady().iter().map(|part| part.0).collect();
+        assert_eq!(motions, [Motion::Constant; 3]);
+        assert_eq!(rotor(&staircase).0.jumps().len(), 2);
+        let ramp = log(|t| 0.3 + 0.01 * t, 30.0);
+        assert_eq!(rotor(&ramp).0.steady(), [(Motion::Ramp, 0..1500)]);
+        let binary = log(|t| 0.4 + 0.1 * f64::from((t * 1.7).sin() > 0.0), 60.0);
+        assert!(rotor(&binary).0.steady().is_empty());
+        assert!(rotor(&binary).0.jumps().len() > 20);
+    }
+
+    #[test]
+    fn standstill_is_left_out_and_said() {
+        let (rotor, warnings) = rotor(&log(|t| if t < 5.0 { 0.0 } else { 0.5 }, 20.0));
+        assert!(rotor.scored().all(|row| rotor.time[row] > 5.4));
+        assert!(warnings.iter().any(|warning| warning.contains("stands or starts")), "{warnings:?}");
+    }
+
+    #[test]
+    fn wrong_units_get_a_sentence() {
+        let (_, warnings) = rotor(&log(|t| 1000.0 + t, 20.0));
+        assert!(warnings.iter().any(|warning| warning.contains("0 to 1 is expected")), "{warnings:?}");
+        assert!(warnings.iter().any(|warning| warning.contains("rpm")), "{warnings:?}");
+    }
+
+    #[test]
+    fn commands_are_held_over_missing_cells_but_not_over_holes() {
+        let mut time: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.02).collect();
+        time.extend((0..100).map(|k| 10.0 + f64::from(k) * 0.02));
+        let mut u = vec![f64::NAN; 200];
+        u[0] = 0.4;
+        u[120] = 0.6;
+        let mut log = Dataset::new("log.csv", "", time).unwrap();
+        log.insert("command_1", u).unwrap();
+        log.insert("propeller_rate_1_rad_s", vec![500.0; 200]).unwrap();
+        let (rotor, _) = rotor(&log);
+        assert_eq!(rotor.segments, [0..100, 120..200]);
+        assert_eq!((rotor.command[99], rotor.command[199]), (0.4, 0.6));
+    }
+}

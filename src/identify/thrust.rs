@@ -1,0 +1,85 @@
+//! The thrust curve where thrust was measured: f = c ω² through the origin, and the tangent at hover,
+//! [LPC16] Eq. (13), f ≈ c_p1 ω + c_p0.
+
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use super::Estimate;
+use super::linear;
+use super::rotor_log::RotorLog;
+
+/// Share of the thrust that a linear part may add before the quadratic is called wrong.
+const NOT_QUADRATIC: f64 = 0.03;
+
+/// The fitted thrust curve.
+#[derive(Debug, Clone, Serialize)]
+pub struct ThrustCurve {
+    /// [N s²/rad²] c.
+    pub coefficient: Estimate,
+    /// [rad/s] hover rate ω_0 at which the tangent is taken.
+    pub hover_rate: f64,
+    /// [N s/rad] c_p1 = 2 c ω_0.
+    pub slope: Estimate,
+    /// [N] c_p0 = -c ω_0².
+    pub offset: Estimate,
+    /// [N] rms of the residual.
+    pub residual_rms: f64,
+    /// Samples used.
+    pub samples: usize,
+    /// [-] linear part at hover, as a share of the thrust, if one is allowed beside the quadratic.
+    pub linear_share: Estimate,
+}
+
+/// Fits the thrust curve over all rotors; `None` where no thrust was measured.
+pub(super) fn identify(
+    rotors: &[RotorLog],
+    hover_rate: f64,
+    warnings: &mut Vec<String>,
+) -> Option<ThrustCurve> {
+    let mut rows: Vec<(f64, f64)> = Vec::new();
+    for rotor in rotors {
+        let Some(thrust) = &rotor.thrust else { continue };
+        rows.extend(rotor.scored().map(|row| (rotor.rate[row], thrust[row])).filter(|row| row.1.is_finite()));
+    }
+    if rows.len() < 20 {
+        return None;
+    }
+    let y = DVector::from_iterator(rows.len(), rows.iter().map(|row| row.1));
+    let square = DMatrix::from_fn(rows.len(), 1, |row, _| rows[row].0.powi(2));
+    let fit = linear::least_squares(&square, &y)?;
+    let coefficient = Estimate { value: fit.coefficients[0], standard_error: fit.standard_error(0) };
+    let both = DMatrix::from_fn(rows.len(), 2, |row, column| {
+        let ratio = rows[row].0 / hover_rate;
+        if column == 0 { ratio } else { ratio * ratio }
+    });
+    let linear_share = linear::least_squares(&both, &y).map_or(Estimate::unknown(), |fit| {
+        let thrust = fit.coefficients[0] + fit.coefficients[1];
+        Estimate { value: fit.coefficients[0] / thrust, standard_error: fit.standard_error(0) / thrust.abs() }
+    });
+    if linear_share.value.abs() > NOT_QUADRATIC
+        && linear_share.value.abs() > 4.0 * linear_share.standard_error
+    {
+        warnings.push(format!(
+            "thrust is not c ω² alone: a linear part of {:.0} % at hover fits better (an offset of the load cell, \
+             its lag during fast changes, or the propeller)",
+            100.0 * linear_share.value
+        ));
+    }
+    if coefficient.value <= 0.0 {
+        warnings.push("thrust falls with the rate: is the sign of the load cell right?".to_owned());
+    } else if coefficient.value * hover_rate * hover_rate > 500.0 {
+        warnings.push(format!(
+            "thrust at {hover_rate:.0} rad/s would be {:.0} N; if the column is in grams, import it with unit `gf`",
+            coefficient.value * hover_rate * hover_rate
+        ));
+    }
+    Some(ThrustCurve {
+        coefficient,
+        hover_rate,
+        slope: coefficient.scaled(2.0 * hover_rate),
+        offset: coefficient.scaled(-hover_rate * hover_rate),
+        residual_rms: fit.residual_rms,
+        samples: rows.len(),
+        linear_share,
+    })
+}
