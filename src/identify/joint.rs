@@ -15,8 +15,8 @@ use super::static_curve::{DegreeScore, HIGHEST_DEGREE};
 
 /// Folds of the cross-validation over the degree.
 const FOLDS: usize = 3;
-/// Rows that decide on the degree: eight minutes at 50 Hz.
-const DEGREE_ROWS: usize = 24_000;
+/// Rows of each log that decide on the degree: four minutes at 50 Hz.
+const DEGREE_ROWS: usize = 12_000;
 
 /// The joint fit.
 #[derive(Debug, Clone, Serialize)]
@@ -75,30 +75,29 @@ macro_rules! sized {
 }
 
 impl Problem<'_> {
-    fn record<const M: usize>(&self, delay: f64) -> Record<M> {
-        record_of(self.rotors, self.full_voltage, delay, |u, drop| columns(self.degree, u, drop))
+    fn record<const M: usize>(&self, rotors: &[RotorLog], delay: f64) -> Record<M> {
+        record_of(rotors, self.full_voltage, delay, |u, drop| columns(self.degree, u, drop))
     }
 
-    fn fit<const M: usize>(&self, rows: usize) -> Option<LagFit> {
-        let record = self.record::<M>(0.0);
-        if rows < record.time.len() { pole::fit(&record.head(rows)) } else { pole::fit(&record) }
+    fn fit<const M: usize>(&self) -> Option<LagFit> {
+        pole::fit(&self.record::<M>(self.rotors, 0.0))
     }
 
     fn rivals<const M: usize>(&self, fit: &LagFit) -> Vec<Rival> {
-        let interval = self.rotors.first().map_or(0.0, |rotor| rotor.interval);
-        rivals::both::<M>(fit, interval, |delay| self.record(delay))
+        rivals::both::<M>(fit, self.rotors, |rotors, delay| self.record(rotors, delay))
     }
 
     /// Squared error of each block when it was held out.
     fn held_out<const M: usize>(&self) -> Option<Vec<f64>> {
-        let full = self.record::<M>(0.0).head(DEGREE_ROWS);
+        let full = self.record::<M>(self.rotors, 0.0);
+        let near = pole::fit(&full)?.pole;
         let blocks: Vec<std::ops::Range<usize>> = blocks(full.time.len()).collect();
         let mut squares = vec![0.0; blocks.len()];
         for fold in 0..FOLDS {
             let held = || blocks.iter().enumerate().filter(move |(index, _)| index % FOLDS == fold);
             let mut kept = full.clone();
             held().for_each(|(_, rows)| kept.output[rows.clone()].fill(f64::NAN));
-            let errors = pole::errors(&full, &pole::fit(&kept)?);
+            let errors = pole::errors(&full, &pole::fit_from(&kept, near)?);
             for (index, rows) in held() {
                 let scored: Vec<f64> =
                     errors[rows.clone()].iter().copied().filter(|e| e.is_finite()).collect();
@@ -121,7 +120,7 @@ pub(super) fn identify(
     // Where no comparison succeeds, the curve of one coefficient is the last thing to try.
     let degree = degree.or(preferred).unwrap_or(1);
     let mut problem = Problem { rotors, full_voltage, degree, battery };
-    let mut fit = sized!(problem, fit(usize::MAX));
+    let mut fit = sized!(problem, fit());
     if battery && fit.as_ref().is_none_or(|fit| fit.coefficients[degree].abs() < 3.0 * fit.error(degree)) {
         warnings.push(
             "the battery's effect does not show beside the command in these logs: k_V is left out of the joint \
@@ -129,7 +128,7 @@ pub(super) fn identify(
                 .to_owned(),
         );
         problem.battery = false;
-        fit = sized!(problem, fit(usize::MAX));
+        fit = sized!(problem, fit());
     }
     let fit = fit?;
     let estimate =
@@ -154,10 +153,11 @@ fn compare_degrees(
 ) -> (Vec<DegreeScore>, Option<usize>) {
     let mut scores = Vec::new();
     let mut blocks: Vec<Vec<f64>> = Vec::new();
+    let heads: Vec<RotorLog> = rotors.iter().map(|rotor| rotor.head(DEGREE_ROWS)).collect();
+    let rotors = heads.as_slice();
     for degree in 1..=HIGHEST_DEGREE {
         let problem = Problem { rotors, full_voltage, degree, battery };
-        let (Some(fit), Some(squares)) = (sized!(problem, fit(DEGREE_ROWS)), sized!(problem, held_out()))
-        else {
+        let (Some(fit), Some(squares)) = (sized!(problem, fit()), sized!(problem, held_out())) else {
             continue;
         };
         scores.push(DegreeScore {

@@ -85,7 +85,12 @@ impl LagFit {
 
 /// Fits pole and coefficients; `None` when the record does not determine them.
 pub(super) fn fit<const M: usize>(record: &Record<M>) -> Option<LagFit> {
-    let mut at = Projection::new(record, coarse_pole(record)?)?;
+    fit_from(record, coarse_pole(record)?)
+}
+
+/// The same from a pole [rad/s] that is known to be near.
+pub(super) fn fit_from<const M: usize>(record: &Record<M>, near: f64) -> Option<LagFit> {
+    let mut at = Projection::new(record, near)?;
     for _ in 0..MOST_STEPS {
         // At most a factor of two per step: the profile is not a parabola far from its minimum.
         let mut step = (at.step / at.pole).clamp(-0.5, 1.0);

@@ -306,14 +306,13 @@ impl<'a> Work<'a> {
         let steady = |u: f64, drop: f64| {
             static_curve::polynomial(&actuator.coefficients, u) - actuator.voltage_gain * drop
         };
-        let record = |delay: f64| {
-            record_of(&self.lively, actuator.full_voltage, delay, |u, drop| [steady(u, drop), 1.0])
+        let record = |rotors: &[RotorLog], delay: f64| {
+            record_of(rotors, actuator.full_voltage, delay, |u, drop| [steady(u, drop), 1.0])
         };
-        let Some(fit) = pole::fit(&record(0.0)) else {
+        let Some(fit) = pole::fit(&record(&self.lively, 0.0)) else {
             return self.note(STEP, false, "the commands do not move z enough");
         };
-        let interval = self.lively.first().map_or(0.0, |rotor| rotor.interval);
-        let rivals = rivals::both(&fit, interval, record);
+        let rivals = rivals::both(&fit, &self.lively, record);
         self.note(STEP, true, format!("{} samples", fit.samples));
         let estimate =
             |index: usize| Estimate { value: fit.coefficients[index], standard_error: fit.error(index) };

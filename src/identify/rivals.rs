@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::Estimate;
 use super::linear::invert;
 use super::pole::{self, LagFit, Record};
+use super::rotor_log::RotorLog;
 
 use nalgebra::DMatrix;
 
@@ -12,10 +13,10 @@ use nalgebra::DMatrix;
 const SIGNIFICANT: f64 = 4.0;
 /// Share of the rms error it must take away to be worth a word.
 const WORTH: f64 = 0.01;
-/// Delays tried, in sampling intervals.
-const LONGEST_DELAY: f64 = 6.0;
-/// Rows that decide on a rival: four minutes at 50 Hz.
-const DECIDING_ROWS: usize = 12_000;
+/// Longest delay tried, in half sampling intervals.
+const LONGEST_DELAY: usize = 12;
+/// Rows of each log that decide on a rival: two minutes at 50 Hz.
+const DECIDING_ROWS: usize = 6_000;
 
 /// A rival model of the same record.
 #[derive(Debug, Clone, Serialize)]
@@ -32,46 +33,34 @@ pub struct Rival {
     pub needed: bool,
 }
 
-/// Both rivals on the first [`DECIDING_ROWS`] rows: `record(τ)` is the record with commands delayed by τ.
+/// Both rivals on the first [`DECIDING_ROWS`] rows of each log: `record(rotors, τ)` is the record of `rotors`
+/// with commands delayed by τ.
 pub(super) fn both<const M: usize>(
     whole: &LagFit,
-    interval: f64,
-    record: impl Fn(f64) -> Record<M>,
+    rotors: &[RotorLog],
+    record: impl Fn(&[RotorLog], f64) -> Record<M>,
 ) -> Vec<Rival> {
-    let head = |delay: f64| record(delay).head(DECIDING_ROWS);
-    let Some(lag) = pole::fit(&head(0.0)) else { return Vec::new() };
-    let delayed = delay(&lag, interval, head);
-    let mut rivals: Vec<Rival> = delayed.into_iter().chain(second_order(&lag, &head(0.0))).collect();
+    let heads: Vec<RotorLog> = rotors.iter().map(|rotor| rotor.head(DECIDING_ROWS)).collect();
+    let interval = rotors.first().map_or(0.0, |rotor| rotor.interval);
+    let record = |delay: f64| record(&heads, delay);
+    let head = record(0.0);
+    let Some(lag) = pole::fit_from(&head, whole.pole) else { return Vec::new() };
+    let mut rivals: Vec<Rival> =
+        delay(&lag, interval, record).into_iter().chain(second_order(&lag, &head)).collect();
     // As errors over the whole record, so that they can be read beside that of the lag alone.
     rivals.iter_mut().for_each(|rival| rival.residual_rms *= whole.residual_rms / lag.residual_rms);
     rivals
 }
 
 /// Fits a delay in front of the lag.
-fn delay<const M: usize>(
-    first_order: &LagFit,
-    interval: f64,
-    record: impl Fn(f64) -> Record<M>,
-) -> Option<Rival> {
-    let cost = |delay: f64| {
-        pole::fit(&record(delay)).map_or(f64::INFINITY, |fit| fit.residual_rms.powi(2) * fit.samples as f64)
-    };
-    let steps = 2.0 * LONGEST_DELAY;
-    let grid = |index: f64| index * LONGEST_DELAY * interval / steps;
-    let coarse = (0..=steps as usize)
-        .map(|index| index as f64)
-        .min_by(|a, b| cost(grid(*a)).total_cmp(&cost(grid(*b))))?;
-    let (time, least) = golden(cost, grid((coarse - 1.0).max(0.0)), grid((coarse + 1.0).min(steps)));
-    let fit = pole::fit(&record(time))?;
-    Some(rival(
-        "transport_delay",
-        time,
-        least,
-        first_order,
-        fit.pole,
-        |time| cost(time.max(0.0)),
-        interval * 0.2,
-    ))
+fn delay<const M: usize>(lag: &LagFit, interval: f64, record: impl Fn(f64) -> Record<M>) -> Option<Rival> {
+    let fit = |delay: f64| pole::fit_from(&record(delay), lag.pole);
+    let cost =
+        |delay: f64| fit(delay).map_or(f64::INFINITY, |fit| fit.residual_rms.powi(2) * fit.samples as f64);
+    let step = 0.5 * interval;
+    let coarse = least((0..=LONGEST_DELAY).map(|index| index as f64 * step), cost)?;
+    let (time, least) = golden(cost, (coarse - step).max(0.0), coarse + step);
+    Some(rival("transport_delay", time, least, lag, fit(time)?.pole, cost, interval * 0.2))
 }
 
 /// Fits a second pole behind the first.
@@ -81,13 +70,18 @@ fn second_order<const M: usize>(lag: &LagFit, record: &Record<M>) -> Option<Riva
         let centre = 1.0 / (1.0 / lag.pole - time).max(0.3 / lag.pole);
         golden(|pole| two_pole_cost(record, pole, 1.0 / time), 0.6 * centre, (1.6 * centre).min(0.95 / time))
     };
-    let fastest = 1e-4 / lag.pole;
-    let times: Vec<f64> = (0..10).map(|power| fastest * 2.5f64.powi(power)).collect();
-    let coarse = times.iter().copied().min_by(|a, b| best(*a).1.total_cmp(&best(*b).1))?;
+    let times = (0..10).map(|power| 1e-4 / lag.pole * 2.5f64.powi(power));
+    let coarse = least(times, |time| best(time).1)?;
     let (log_time, least) =
         golden(|log| best(log.exp()).1, (coarse / 2.5).ln(), (coarse * 2.5).min(0.9 / lag.pole).ln());
     let time = log_time.exp();
     Some(rival("second_order_lag", time, least, lag, best(time).0, |time| best(time).1, 0.2 * time))
+}
+
+/// The candidate with the least cost.
+fn least(candidates: impl Iterator<Item = f64>, cost: impl Fn(f64) -> f64) -> Option<f64> {
+    let costs = candidates.map(|candidate| (candidate, cost(candidate)));
+    costs.min_by(|a, b| a.1.total_cmp(&b.1)).map(|best| best.0)
 }
 
 /// Judges a rival by its parameter's standard error, from the curvature of the cost around it and stretched by
@@ -125,6 +119,7 @@ fn two_pole_cost<const M: usize>(record: &Record<M>, slow: f64, fast: f64) -> f6
         let (mut a, mut b) = ([0.0; M], [0.0; M]);
         let mut states = [1.0, 1.0];
         let mut values = [0.0; WIDEST];
+        let (mut interval, mut decays) = (f64::NAN, (1.0, 1.0));
         for row in segment.clone() {
             if record.output[row].is_finite() {
                 for j in 0..M {
@@ -133,15 +128,19 @@ fn two_pole_cost<const M: usize>(record: &Record<M>, slow: f64, fast: f64) -> f6
                 values[M] = states[0];
                 values[M + 1] = states[1];
                 values[M + 2] = record.output[row];
-                for i in 0..WIDEST {
-                    for j in 0..WIDEST {
+                for i in 0..columns {
+                    for j in 0..=i {
                         gram[i][j] += values[i] * values[j];
                     }
                 }
             }
             if row + 1 < segment.end {
                 let span = record.time[row + 1] - record.time[row];
-                let (slow_decay, fast_decay) = ((-slow * span).exp(), (-fast * span).exp());
+                if (span - interval).abs() > 1e-9 * span || interval.is_nan() {
+                    interval = span;
+                    decays = ((-slow * span).exp(), (-fast * span).exp());
+                }
+                let (slow_decay, fast_decay) = decays;
                 for j in 0..M {
                     let input = record.inputs[row][j];
                     a[j] = slow_decay * (a[j] - input) + input;
@@ -150,7 +149,7 @@ fn two_pole_cost<const M: usize>(record: &Record<M>, slow: f64, fast: f64) -> f6
                 states = [states[0] * slow_decay, states[1] * fast_decay];
             }
         }
-        let mut gram = DMatrix::from_fn(columns, columns, |i, j| gram[i][j]);
+        let mut gram = DMatrix::from_fn(columns, columns, |i, j| gram[i.max(j)][i.min(j)]);
         eliminate(&mut gram, M);
         eliminate(&mut gram, M + 1);
         let kept = |index: usize| if index < M { index } else { M + 2 };
@@ -170,12 +169,14 @@ fn eliminate(gram: &mut DMatrix<f64>, index: usize) {
     }
 }
 
-/// Minimum of a function with one valley between two ends: golden section, to a 1e-4 part of the span.
+const GOLDEN_STEPS: usize = 16;
+
+/// Minimum of a function with one valley between two ends: golden section, to a 5e-4 part of the span.
 fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (f64, f64) {
     const SHARE: f64 = 0.618_033_988_749_895;
     let (mut left, mut right) = (high - SHARE * (high - low), low + SHARE * (high - low));
     let (mut f_left, mut f_right) = (f(left), f(right));
-    for _ in 0..18 {
+    for _ in 0..GOLDEN_STEPS {
         if f_left <= f_right {
             (high, right, f_right) = (right, left, f_left);
             left = high - SHARE * (high - low);

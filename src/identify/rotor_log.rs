@@ -77,6 +77,17 @@ impl RotorLog {
         Some(this)
     }
 
+    /// The first `rows` rows.
+    pub fn head(&self, rows: usize) -> Self {
+        let mut head = self.clone();
+        let columns = [&mut head.time, &mut head.command, &mut head.rate];
+        let optional = [&mut head.voltage, &mut head.thrust].into_iter().flatten();
+        columns.into_iter().chain(optional).for_each(|column| column.truncate(rows));
+        head.segments.iter_mut().for_each(|segment| segment.end = segment.end.min(rows));
+        head.segments.retain(|segment| segment.start < segment.end);
+        head
+    }
+
     /// Rows that have both a command and a scored rate.
     pub fn scored(&self) -> impl Iterator<Item = usize> + '_ {
         self.segments.iter().cloned().flatten().filter(|&row| self.rate[row].is_finite())
@@ -170,19 +181,20 @@ impl RotorLog {
         let mut parts = Vec::new();
         let mut start = segment.start;
         let mut behind = segment.start;
+        let mut settled_at = f64::NEG_INFINITY;
         for row in segment.clone() {
             while self.time[row] - self.time[behind] > FAST_SPAN && behind + 1 < row {
                 behind += 1;
             }
             if (self.command[row] - self.command[behind]).abs() > JUMP {
                 parts.push(start..row);
-                start = segment
-                    .clone()
-                    .find(|&r| self.time[r] > self.time[row] + SETTLING)
-                    .unwrap_or(segment.end);
+                settled_at = self.time[row] + SETTLING;
+            }
+            if self.time[row] <= settled_at {
+                start = row + 1;
             }
         }
-        parts.push(start.min(segment.end)..segment.end);
+        parts.push(start..segment.end);
         parts.retain(|part| !part.is_empty() && self.span(part) >= SHORTEST);
         parts
     }
