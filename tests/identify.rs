@@ -5,7 +5,6 @@ use rand_chacha::ChaCha8Rng;
 use rotorbench::emulate::{Emulator, EmulatorConfig};
 use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
 use rotorbench::identify::{IdentifySettings, identify};
-use rotorbench::model::Model;
 use rotorbench::process::lockstep::drive;
 use rotorbench::record::Dataset;
 
@@ -88,19 +87,26 @@ fn section_three_of_the_paper_comes_out() {
     let validation =
         [run(&bench(6), Shape::Ramp { low: 0.3, high: 0.65, slope: 0.02, cycles: 2 }, "validation")];
     let found = identify(&logs, &validation, &IdentifySettings::default()).expect("identified");
-    for part in &found.parts {
-        println!("{part:?}");
+    let curve = found.static_curve.expect("ramps");
+    let battery = found.battery.expect("constant levels");
+    let pole = found.pole.expect("a PRBS");
+    for (name, estimate, printed) in [
+        ("k_V", battery.gain, 40.0),
+        ("c_g2", curve.coefficients[0], 1124.5),
+        ("c_g1", curve.coefficients[1], 447.1),
+        ("p", pole.pole, 16.0),
+        ("gain", pole.gain, 1.0),
+    ] {
+        println!("{name}: {estimate:?} against {printed}");
+        assert!(estimate.distance(printed) < 3.0, "{name}: {estimate:?} against {printed}");
     }
-    for warning in &found.warnings {
-        println!("{warning}");
-    }
-    println!("{:#?}", found.battery);
-    println!("{:#?}", found.static_curve);
-    println!("{:#?}", found.pole);
-    println!("{:#?}", found.joint);
-    for v in found.validation.iter().chain(&found.training) {
-        println!("{} {} {} {} {}", v.source, v.rms, v.rms_percent, v.worst_percent, v.fit_percent);
-    }
-    let paper = Model::paper();
-    let _ = paper;
+    assert_eq!(curve.preferred_degree, 2, "as the paper chose");
+    assert_eq!(curve.degrees.len(), 4);
+    let check = curve.ramp_check.expect("made from ramps");
+    assert!(check.slow_enough, "{check:?}");
+    // 1/p behind, and half a sampling interval more because the command is held: 72.5 ms.
+    assert!(check.lag.distance(1.0 / 16.0 + 0.01) < 3.0, "{check:?}");
+    assert!(pole.rivals.iter().all(|rival| !rival.needed), "{:?}", pole.rivals);
+    // Fig. 3: what is left on another ramp is the noise of the sensor, 1.5 rad/s in 600.
+    assert!(found.validation[0].rms < 1.6 && found.validation[0].rms_percent < 0.4);
 }

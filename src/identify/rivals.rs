@@ -206,7 +206,8 @@ mod tests {
     fn two_poles(slow: f64, fast: f64) -> Record<1> {
         let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(2);
         let (mut first, mut second) = (600.0, 600.0);
-        let mut record = Record { time: vec![], output: vec![], inputs: vec![], segments: vec![0..6000] };
+        let whole = std::iter::once(0..6000).collect();
+        let mut record = Record { time: vec![], output: vec![], inputs: vec![], segments: whole };
         for row in 0..6000 {
             let noise: f64 = random.sample(StandardNormal);
             let input = if random.random::<bool>() { 700.0 } else { 500.0 };
