@@ -14,7 +14,7 @@ pub fn angle(angle: &AngleError) -> String {
     }
     format!(
         "angle error: rms {:.4} rad, greatest {:.4} rad, last {:+.4} rad ({}, {} periods)",
-        angle.rms(),
+        angle.rms,
         angle.greatest,
         angle.last,
         if angle.measured { "measured" } else { "estimated from the gyro" },

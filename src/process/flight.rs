@@ -70,7 +70,10 @@ pub struct AngleError {
     pub count: u64,
     /// Whether the angle was measured at the pivot in all of them; else it is the controller's own estimate.
     pub measured: bool,
+    #[serde(skip)]
     sum_of_squares: f64,
+    /// [rad] root of the mean square.
+    pub rms: f64,
     /// [rad] greatest error.
     pub greatest: f64,
     /// [rad] error of the last period.
@@ -83,12 +86,7 @@ impl AngleError {
         self.count += 1;
         self.last = measured.unwrap_or(estimated) - reference;
         self.sum_of_squares += self.last * self.last;
+        self.rms = (self.sum_of_squares / self.count as f64).sqrt();
         self.greatest = self.greatest.max(self.last.abs());
-    }
-
-    /// [rad] root of the mean square; zero before the first period.
-    #[must_use]
-    pub fn rms(&self) -> f64 {
-        if self.count == 0 { 0.0 } else { (self.sum_of_squares / self.count as f64).sqrt() }
     }
 }

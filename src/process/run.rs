@@ -48,8 +48,6 @@ pub struct EventLine {
 pub struct RunSummary {
     /// How well the angle was held.
     pub angle: AngleError,
-    /// [rad] root of the mean square of the angle error.
-    pub angle_rms: f64,
     /// State of the guard at the end.
     pub state: String,
     /// What the guard decided and refused, in order; refusals of one kind in a row count once.
@@ -186,7 +184,6 @@ pub fn run(
     run.end();
     Ok(RunSummary {
         angle: run.flight.angle(),
-        angle_rms: run.flight.angle().rms(),
         state,
         guard_events: run.event_lines(start_ns),
         bus: run.wire.summary(),

@@ -2,4 +2,8 @@
 //! `tools/test` runs them under `tools/vcan`, and a bare `cargo test` leaves them out (`test = false`).
 
 mod bus;
+mod faults;
 mod port;
+#[path = "../processes/mod.rs"]
+mod processes;
+mod three_processes;

@@ -1,0 +1,155 @@
+//! Faults on the running bench over shared memory: real processes, killed and stopped. Each ends in the safe command,
+//! after a number of periods that the test prints. The same on a CAN bus: tests/can_bus/faults.rs.
+
+#[path = "../processes/mod.rs"]
+mod processes;
+
+use std::time::Duration;
+
+use processes::{TestBench, Watcher, say};
+use rotorbench::clock;
+use rotorbench::guard::{Cause, State};
+
+fn flying(test: &str) -> (TestBench, processes::Process, processes::Process, Watcher) {
+    let bench = TestBench::new(test, |_| {});
+    let emulator = bench.start(&["emulate", "--shm", "--arm"]);
+    let control = bench.start(&["control"]);
+    let mut watcher = bench.watch();
+    watcher.until_flying();
+    (bench, emulator, control, watcher)
+}
+
+#[test]
+fn a_killed_controller_is_noticed_and_may_come_back() {
+    let (bench, _emulator, control, mut watcher) = flying("kill");
+    let at_ns = clock::monotonic_ns();
+    control.signal(libc::SIGKILL);
+    let safe = watcher.until_safe(at_ns);
+    bench.judge("SIGKILL of control", at_ns, safe.stamp_ns);
+    watcher.assert_latched(&[Cause::CommandMissing]);
+    // A latch is the operator's to acknowledge: a new controller alone moves nothing.
+    let _control = bench.start(&["control"]);
+    std::thread::sleep(Duration::from_millis(500));
+    watcher.assert_latched(&[Cause::CommandMissing]);
+    let refused = bench.run(&["arm"]);
+    assert_eq!(refused.status.code(), Some(1), "a latched bench is not armed: {refused:?}");
+    assert_eq!(bench.run(&["disarm"]).status.code(), Some(0));
+    let armed = bench.run(&["arm"]);
+    assert_eq!(armed.status.code(), Some(0), "{armed:?}");
+    watcher.until_flying();
+    let at_ns = clock::monotonic_ns();
+    assert_eq!(bench.run(&["stop"]).status.code(), Some(0));
+    let stopped = watcher.until_safe(at_ns);
+    assert_eq!(stopped.state, State::EmergencyStop as u32);
+    say(&format!(
+        "stop: rotors commanded to zero {:.1} ms after the command was typed",
+        (stopped.stamp_ns - at_ns) as f64 * 1e-6
+    ));
+}
+
+#[test]
+fn a_stopped_controller_is_noticed_and_its_return_moves_nothing() {
+    let (bench, _emulator, control, mut watcher) = flying("pause");
+    let at_ns = clock::monotonic_ns();
+    control.signal(libc::SIGSTOP);
+    let safe = watcher.until_safe(at_ns);
+    bench.judge("SIGSTOP of control", at_ns, safe.stamp_ns);
+    watcher.assert_latched(&[Cause::CommandMissing]);
+    std::thread::sleep(Duration::from_millis(800));
+    control.signal(libc::SIGCONT);
+    watcher.assert_latched(&[Cause::CommandMissing]);
+}
+
+#[test]
+fn an_emulator_that_stood_still_latches_when_it_goes_on() {
+    let (bench, emulator, _control, mut watcher) = flying("still");
+    emulator.signal(libc::SIGSTOP);
+    std::thread::sleep(Duration::from_secs(1));
+    // What was let through before the pause does not count.
+    watcher.each(|_| {});
+    let at_ns = clock::monotonic_ns();
+    emulator.signal(libc::SIGCONT);
+    let safe = watcher.until_safe(at_ns);
+    bench.judge("the guard's process paused for 1 s, from its waking", at_ns, safe.stamp_ns);
+    watcher.assert_latched(&[Cause::GuardPaused, Cause::CommandMissing]);
+}
+
+#[test]
+fn an_emulator_that_was_killed_comes_back_disarmed() {
+    let (bench, emulator, mut control, mut watcher) = flying("back");
+    emulator.signal(libc::SIGKILL);
+    std::thread::sleep(Duration::from_millis(300));
+    let _emulator = bench.start(&["emulate", "--shm"]);
+    let at_ns = clock::monotonic_ns();
+    let back = watcher.until("the new life of the emulator", |it| it.stamp_ns > at_ns && it.sequence < 100);
+    assert_eq!((back.state, back.rotor), (State::Disarmed as u32, [0.0, 0.0]));
+    assert!(control.is_running(), "the controller lives on");
+    assert_eq!(bench.run(&["arm"]).status.code(), Some(0), "and flies the new one");
+    watcher.until_flying();
+}
+
+#[test]
+fn every_way_to_end_the_emulator_ends_in_the_safe_command() {
+    for (signal, name) in
+        [(libc::SIGINT, "Ctrl-C"), (libc::SIGTERM, "SIGTERM"), (libc::SIGHUP, "closed terminal")]
+    {
+        let (bench, mut emulator, _control, mut watcher) = flying("end");
+        let at_ns = clock::monotonic_ns();
+        emulator.signal(signal);
+        let safe = watcher.until_safe(at_ns);
+        bench.judge(name, at_ns, safe.stamp_ns);
+        assert!(emulator.wait().success());
+        assert_eq!(Cause::from_code(safe.cause), Some(Cause::Shutdown));
+    }
+}
+
+#[test]
+fn a_second_one_of_either_kind_is_refused_in_one_sentence() {
+    let (bench, _emulator, _control, mut watcher) = flying("second");
+    for (command, other) in [(["control"].as_slice(), "control"), (&["emulate", "--shm"], "emulate")] {
+        let refused = bench.run(command);
+        let sentence = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert_eq!(refused.status.code(), Some(2), "{sentence}");
+        assert_eq!(sentence.lines().count(), 1, "{sentence}");
+        assert!(sentence.contains(&format!("is published by {other} (process ")), "{sentence}");
+    }
+    watcher.each(|_| {});
+    assert_eq!(watcher.newest.state, State::Armed as u32, "and nobody noticed");
+}
+
+/// The bench at both ends of its speeds: what was asked for happens, and every slot is accounted for.
+#[test]
+fn the_angle_is_held_through_torque_impulses_at_50_hz_and_at_1_khz() {
+    for period_s in [0.02, 0.001] {
+        let bench = TestBench::new("hold", |config| {
+            config.period_s = period_s;
+            config.guard.arm_checks_s = 0.05;
+            config.emulator.impulse =
+                vec![rotorbench::emulate::Impulse { at_s: 1.0, duration_s: 0.05, torque: 0.6 }];
+            config.emulator.impulse_period_s = 2.0;
+        });
+        let emulator = bench.start(&["emulate", "--shm", "--arm"]);
+        let mut control = bench.start(&["control", "--seconds", "8", "--json"]);
+        bench.watch().until_flying();
+        assert!(control.wait().success(), "{}", control.log());
+        let summary: serde_json::Value = serde_json::from_str(&control.output()).expect("JSON");
+        let (angle, timing) = (&summary["angle"], &summary["timing"]);
+        say(&format!(
+            "{} Hz over shared memory: greatest angle error {:.4} rad, late p99 {} µs, skipped {} of {}",
+            1.0 / period_s,
+            angle["greatest"].as_f64().unwrap_or(f64::NAN),
+            timing["lateness"]["p99_us"],
+            timing["skipped"],
+            timing["slots"],
+        ));
+        let number = |value: &serde_json::Value| value.as_u64().expect("a number");
+        assert_eq!(number(&timing["slots"]), number(&timing["run"]) + number(&timing["skipped"]));
+        assert!(number(&angle["count"]) > 100, "{summary:#}");
+        // An impulse of 0.6 N m for 50 ms turns the body at 0.94 rad/s: unheld, it would be past 0.5 rad in half a
+        // second, and against its stop in two.
+        let greatest = angle["greatest"].as_f64().expect("a number");
+        assert!(greatest < 0.5, "{summary:#}");
+        assert!(greatest > 0.02, "the impulses were felt: {summary:#}");
+        drop(emulator);
+    }
+}

@@ -1,0 +1,359 @@
+//! Faults on the running bench on a real bus: bridge and controller are processes, the ESCs and the IMU are played by
+//! this test (which can make them lie) or by a third process (which can be killed). Each fault ends in the safe command
+//! as frames on the bus, after a number of periods that the test prints.
+
+use std::os::fd::AsRawFd;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+
+use rotorbench::can::{Arrival, Frame, Id, Port, Roles, RotorCommands};
+use rotorbench::clock;
+use rotorbench::emulate::Emulator;
+use rotorbench::guard::{Cause, State};
+use rotorbench::rt;
+
+use crate::bus::Bus;
+use crate::processes::{Process, TestBench, Watcher, say};
+
+/// What is wrong with the bench.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u64)]
+enum Lie {
+    Nothing,
+    ImuSilent,
+    EscSilent,
+    ImuFrozen,
+    NotANumber,
+}
+
+/// ESCs and IMU in a thread of this test.
+struct Hardware {
+    lie: Arc<AtomicU64>,
+    stop: Arc<AtomicBool>,
+    thread: Option<std::thread::JoinHandle<()>>,
+}
+
+impl Hardware {
+    fn start(bench: &TestBench) -> Self {
+        let (lie, stop) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
+        let roles = Roles::build(&bench.config.bus, bench.config.period_s).expect("valid");
+        let port = Port::open(&bench.config.bus.interface, false).expect("the bus is up");
+        let emulator = bench.config.emulator.build().expect("valid");
+        let period_ns = bench.period_ns();
+        let thread = std::thread::spawn({
+            let (lie, stop) = (Arc::clone(&lie), Arc::clone(&stop));
+            move || play(&emulator, &roles, port, period_ns, &lie, &stop)
+        });
+        Self { lie, stop, thread: Some(thread) }
+    }
+
+    /// Begins to lie; when.
+    fn lie(&self, lie: Lie) -> u64 {
+        self.lie.store(lie as u64, Ordering::Relaxed);
+        clock::monotonic_ns()
+    }
+}
+
+impl Drop for Hardware {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn play(
+    emulator: &Emulator,
+    roles: &Roles,
+    mut port: Port,
+    period_ns: u64,
+    lie: &AtomicU64,
+    stop: &AtomicBool,
+) {
+    let start_ns = clock::monotonic_ns();
+    let mut state = emulator.start(start_ns);
+    let (mut receiver, mut sender) = (roles.command_receiver(), roles.sensor_sender());
+    let mut commands = RotorCommands::default();
+    let mut due_ns = start_ns;
+    let mut frozen = None;
+    while !stop.load(Ordering::Relaxed) {
+        let _ = rt::wait([port.as_raw_fd()], due_ns);
+        let now_ns = clock::monotonic_ns();
+        emulator.advance(&mut state, now_ns - start_ns);
+        let _ = port.receive(|arrival| {
+            if let Arrival::Frame { frame, stamp_ns, .. } = arrival {
+                let updated = roles.decode_commands(&mut receiver, &frame, stamp_ns, &mut commands).updated;
+                if updated != 0 {
+                    emulator.command(&mut state, commands.rotor);
+                }
+            }
+        });
+        if now_ns < due_ns {
+            continue;
+        }
+        due_ns += period_ns;
+        let lie = lie.load(Ordering::Relaxed);
+        let mut told = *state.sensors();
+        if lie == Lie::NotANumber as u64 {
+            told.body_rate.value = f64::NAN;
+        }
+        if lie == Lie::ImuFrozen as u64 {
+            told.body_rate.value = *frozen.get_or_insert(told.body_rate.value);
+        }
+        for (index, message) in roles.sensor_messages().iter().enumerate() {
+            let silent = match message.name.as_str() {
+                "GYRO" => lie == Lie::ImuSilent as u64,
+                "ESC_2_STATUS" => lie == Lie::EscSilent as u64,
+                _ => false,
+            };
+            if let Some(frame) = roles.encode_sensors(&mut sender, index, &told).filter(|_| !silent) {
+                let _ = port.send(&frame);
+            }
+        }
+    }
+}
+
+/// A bench on a bus of its own, with ESCs whose own timeout is the guard's hold limit: what `SIGKILL` of the bridge
+/// leaves is theirs to end.
+fn bench(test: &str, bus: &Bus) -> TestBench {
+    TestBench::new(test, |config| {
+        config.bus.interface.clone_from(&bus.name);
+        config.emulator.esc_timeout_s = config.guard.hold_s;
+        config.emulator.sensors = config.emulator.sensors.clone().at_rate(200.0);
+    })
+}
+
+fn flying(bench: &TestBench) -> (Process, Process, Watcher) {
+    let bridge = bench.start(&["bridge", "--arm"]);
+    let control = bench.start(&["control"]);
+    let mut watcher = bench.watch();
+    watcher.until_flying();
+    (bridge, control, watcher)
+}
+
+/// Listens to the bus itself, as the ESCs do, until both commands are zero after `since_ns`.
+fn safe_on_the_bus(bench: &TestBench, port: &mut Port, since_ns: u64) -> u64 {
+    let roles = Roles::build(&bench.config.bus, bench.config.period_s).expect("valid");
+    let (mut receiver, mut commands) = (roles.command_receiver(), RotorCommands::default());
+    let mut at_ns = 0;
+    while at_ns == 0 {
+        let now_ns = clock::monotonic_ns();
+        assert!(now_ns < since_ns + 10_000_000_000, "no safe command on the bus");
+        let _ = rt::wait([port.as_raw_fd()], now_ns + 100_000_000);
+        let _ = port.receive(|arrival| {
+            if let Arrival::Frame { frame, stamp_ns, .. } = arrival {
+                let updated = roles.decode_commands(&mut receiver, &frame, stamp_ns, &mut commands).updated;
+                if updated != 0 && stamp_ns >= since_ns && commands.rotor == [0.0, 0.0] && at_ns == 0 {
+                    at_ns = stamp_ns;
+                }
+            }
+        });
+    }
+    at_ns
+}
+
+#[test]
+fn every_lie_of_the_sensors_ends_in_the_safe_command() {
+    for (lie, name, causes) in [
+        (Lie::ImuSilent, "IMU silent", [Cause::SignalStale, Cause::CommandAnswersOldSensors]),
+        (Lie::EscSilent, "one ESC silent", [Cause::SignalStale, Cause::SignalStale]),
+        (Lie::ImuFrozen, "gyro frozen, frames live", [Cause::SignalFrozen, Cause::SignalFrozen]),
+        (Lie::NotANumber, "gyro not a number", [Cause::SignalNotANumber, Cause::SignalStale]),
+    ] {
+        let bus = Bus::new();
+        let bench = bench("lie", &bus);
+        let hardware = Hardware::start(&bench);
+        let mut port = bus.port();
+        let (_bridge, _control, mut watcher) = flying(&bench);
+        let at_ns = hardware.lie(lie);
+        let safe_ns = safe_on_the_bus(&bench, &mut port, at_ns);
+        bench.judge(name, at_ns, safe_ns);
+        watcher.assert_latched(&causes);
+        // The truth again arms nothing.
+        hardware.lie(Lie::Nothing);
+        watcher.assert_latched(&causes);
+    }
+}
+
+#[test]
+fn processes_that_die_or_stand_still_end_in_the_safe_command() {
+    for (signal, name) in [(libc::SIGKILL, "SIGKILL"), (libc::SIGSTOP, "SIGSTOP")] {
+        for victim in ["control", "emulator"] {
+            let bus = Bus::new();
+            let bench = bench("die", &bus);
+            let emulator = bench.start(&["emulate", "--can", &bus.name]);
+            let mut port = bus.port();
+            let (_bridge, control, mut watcher) = flying(&bench);
+            let at_ns = clock::monotonic_ns();
+            if victim == "control" {
+                control.signal(signal)
+            } else {
+                emulator.signal(signal)
+            }
+            let safe_ns = safe_on_the_bus(&bench, &mut port, at_ns);
+            bench.judge(&format!("{name} of {victim}"), at_ns, safe_ns);
+            let causes = [Cause::CommandMissing, Cause::SignalStale, Cause::CommandAnswersOldSensors];
+            watcher.assert_latched(&causes);
+            if signal == libc::SIGSTOP {
+                std::thread::sleep(Duration::from_millis(800));
+                if victim == "control" {
+                    control.signal(libc::SIGCONT)
+                } else {
+                    emulator.signal(libc::SIGCONT)
+                }
+                watcher.assert_latched(&causes);
+            }
+        }
+    }
+}
+
+/// [rad/s] the speeds that the ESCs tell, the newest of each, and when the newer came.
+fn speeds(bench: &TestBench, port: &mut Port, mut enough: impl FnMut([f64; 2], u64) -> bool) -> u64 {
+    let roles = Roles::build(&bench.config.bus, bench.config.period_s).expect("valid");
+    let (mut receiver, mut sensors) = (roles.sensor_receiver(), rotorbench::signal::Sensors::default());
+    let end_ns = clock::monotonic_ns() + 10_000_000_000;
+    let mut done = 0;
+    while done == 0 {
+        let now_ns = clock::monotonic_ns();
+        assert!(now_ns < end_ns, "it never happened: {:?}", sensors.propeller_rate);
+        let _ = rt::wait([port.as_raw_fd()], now_ns + 100_000_000);
+        let _ = port.receive(|arrival| {
+            if let Arrival::Frame { frame, stamp_ns, .. } = arrival {
+                roles.decode_sensors(&mut receiver, &frame, stamp_ns, &mut sensors);
+                if done == 0 && enough(sensors.propeller_rate.map(|it| it.value), stamp_ns) {
+                    done = stamp_ns;
+                }
+            }
+        });
+    }
+    done
+}
+
+#[test]
+fn rotors_stop_by_their_own_timeout_when_the_bridge_is_gone() {
+    for (signal, name) in [(libc::SIGKILL, "SIGKILL"), (libc::SIGSTOP, "SIGSTOP")] {
+        let bus = Bus::new();
+        let bench = bench("bridge", &bus);
+        let _emulator = bench.start(&["emulate", "--can", &bus.name]);
+        let mut port = bus.port();
+        let (bridge, _control, mut watcher) = flying(&bench);
+        speeds(&bench, &mut port, |speed, _| speed.iter().all(|it| *it > 500.0));
+        let at_ns = clock::monotonic_ns();
+        bridge.signal(signal);
+        // With its time constant of 62 ms a rotor that was told to stop has lost a tenth of its speed after 7 ms.
+        let slowing_ns =
+            speeds(&bench, &mut port, |speed, at| at > at_ns && speed.iter().all(|it| *it < 540.0));
+        bench.judge(&format!("{name} of bridge, seen at the rotors' speed"), at_ns, slowing_ns);
+        if signal == libc::SIGSTOP {
+            std::thread::sleep(Duration::from_millis(500));
+            watcher.each(|_| {});
+            let at_ns = clock::monotonic_ns();
+            bridge.signal(libc::SIGCONT);
+            let safe_ns = safe_on_the_bus(&bench, &mut port, at_ns);
+            bench.judge("bridge paused, from its waking", at_ns, safe_ns);
+            watcher.assert_latched(&[
+                Cause::GuardPaused,
+                Cause::SignalStale,
+                Cause::CommandMissing,
+                Cause::BusDead,
+            ]);
+        }
+    }
+}
+
+#[test]
+fn an_interface_that_goes_down_latches_and_carries_zeros_when_it_is_back() {
+    let bus = Bus::new();
+    let bench = bench("down", &bus);
+    let _hardware = Hardware::start(&bench);
+    let (mut bridge, _control, mut watcher) = flying(&bench);
+    let at_ns = clock::monotonic_ns();
+    bus.down();
+    let safe = watcher.until_safe(at_ns);
+    bench.judge("interface down", at_ns, safe.stamp_ns);
+    bus.up();
+    assert!(bridge.is_running(), "the bridge lives through it");
+    let mut port = bus.port();
+    safe_on_the_bus(&bench, &mut port, clock::monotonic_ns());
+    watcher.assert_latched(&[Cause::BusDead, Cause::SignalStale, Cause::CommandAnswersOldSensors]);
+}
+
+#[test]
+fn a_flood_and_garbage_move_no_rotor_and_are_counted_by_cause() {
+    let bus = Bus::new();
+    let bench = bench("flood", &bus);
+    let _hardware = Hardware::start(&bench);
+    let mut bridge = bench.start(&["bridge", "--arm", "--json"]);
+    let control = bench.start(&["control"]);
+    let mut watcher = bench.watch();
+    watcher.until_flying();
+    let mut port = bus.port();
+    let frame =
+        |id: u32, data: &[u8]| Frame::classic(Id::new(id, false).expect("an id"), data).expect("fits");
+    let flood = frame(0x555, &[0xAA; 8]);
+    let maximum = bench.config.guard.rotor_maximum;
+    let mut highest = 0.0_f64;
+    let mut sent = 0_u32;
+    while sent < 20_000 {
+        sent += u32::from(port.send(&flood).is_ok());
+        let _ = port.receive(|_| {});
+        if sent.is_multiple_of(64) {
+            watcher.each(|applied| highest = applied.rotor.into_iter().fold(highest, f64::max));
+        }
+    }
+    // The right ids: wrong length, not a number, out of range; and the same of an ESC.
+    let not_a_number = f32::NAN.to_le_bytes();
+    let too_fast = 1e6_f32.to_le_bytes();
+    for _ in 0..3 {
+        let _ = port.send(&frame(0x20, &[1, 2, 3]));
+        let _ = port.send(&frame(0x41, &[]));
+        for rate in [not_a_number, too_fast] {
+            let _ = port.send(&frame(0x20, &[0, 0, 0, 0, rate[0], rate[1], rate[2], rate[3]]));
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(100));
+    watcher.each(|applied| highest = applied.rotor.into_iter().fold(highest, f64::max));
+    assert!(highest <= maximum, "a rotor got {highest}");
+    let state = State::from_code(watcher.newest.state).unwrap_or_default();
+    say(&format!(
+        "{sent} frames of flood, then garbage with right ids: highest command {highest:.3}, guard {state}"
+    ));
+    drop(control);
+    let at_ns = clock::monotonic_ns();
+    bridge.signal(libc::SIGTERM);
+    let safe_ns = safe_on_the_bus(&bench, &mut port, at_ns);
+    bench.judge("SIGTERM of bridge after the flood", at_ns, safe_ns);
+    assert!(bridge.wait().success());
+    let summary: serde_json::Value = serde_json::from_str(&bridge.output()).expect("JSON");
+    let decoded = &summary["bus"]["decoded"];
+    say(&format!("counted by cause: {decoded}"));
+    let count = |cause: &str| decoded[cause].as_u64().expect("a number");
+    let lost = summary["bus"]["port"]["dropped"].as_u64().expect("a number");
+    assert!(
+        count("unknown_id") + lost >= u64::from(sent),
+        "each frame of the flood is seen or counted as lost"
+    );
+    assert_eq!(count("wrong_length"), 6);
+    assert!(count("not_a_number") + count("out_of_range") + count("counter") >= 6);
+}
+
+#[test]
+fn every_way_to_end_the_bridge_ends_in_frames_that_say_zero() {
+    for (signal, name) in
+        [(libc::SIGINT, "Ctrl-C"), (libc::SIGTERM, "SIGTERM"), (libc::SIGHUP, "closed terminal")]
+    {
+        let bus = Bus::new();
+        let bench = bench("end", &bus);
+        let _hardware = Hardware::start(&bench);
+        let mut port = bus.port();
+        let (mut bridge, _control, _watcher) = flying(&bench);
+        let at_ns = clock::monotonic_ns();
+        bridge.signal(signal);
+        let safe_ns = safe_on_the_bus(&bench, &mut port, at_ns);
+        bench.judge(name, at_ns, safe_ns);
+        assert!(bridge.wait().success());
+    }
+}

@@ -1,0 +1,139 @@
+//! Three processes on a real bus: emulated ESCs and IMU, bridge, controller. The angle is held through torque impulses,
+//! and two parties that share no code with the house see it: `candump` and cantools, with `dbc/bench.dbc`.
+//!
+//! `ROTORBENCH_SOAK_S` makes each run that long; `tools/soak` uses 60.
+
+use std::process::{Command, Stdio};
+
+use rotorbench::emulate::Impulse;
+use rotorbench::guard::State;
+
+use crate::bus::{Bus, run};
+use crate::processes::{TestBench, say};
+
+/// What cantools makes of the log: per message the number of frames, of `COMMAND` the range of the commands, of
+/// `GYRO` the greatest rate; and every counter must step by one.
+const DECODE: &str = r##"
+import sys, json, cantools
+dbc = cantools.database.load_file(sys.argv[1])
+names = {m.frame_id: m for m in dbc.messages}
+count, last, jumps, high, low, rate, other = {}, {}, 0, 0.0, 1.0, 0.0, 0
+for line in open(sys.argv[2]):
+    stamp, _, text = line.split()[:3]
+    number, _, data = text.partition("#")
+    message = names.get(int(number, 16)) if len(number) == 3 and not data.startswith("#") else None
+    payload = bytes.fromhex(data) if message and "R" not in data else b""
+    if message is None or len(payload) != message.length:
+        other += 1
+        continue
+    values = message.decode(payload, decode_choices=False)
+    count[message.name] = count.get(message.name, 0) + 1
+    if message.name == "COMMAND":
+        high = max(high, values["rotor_1"], values["rotor_2"])
+        if count[message.name] > 100: low = min(low, values["rotor_1"], values["rotor_2"])
+        if message.name in last and (last[message.name] + 1) % 256 != values["counter"]: jumps += 1
+        last[message.name] = values["counter"]
+    if message.name == "GYRO" and abs(values["rate"]) < 40: rate = max(rate, abs(values["rate"]))
+print(json.dumps(dict(count=count, jumps=jumps, high=high, rate=rate, other=other)))
+"##;
+
+#[test]
+fn the_angle_is_held_and_others_see_it() {
+    let seconds: f64 = std::env::var("ROTORBENCH_SOAK_S").ok().and_then(|it| it.parse().ok()).unwrap_or(6.0);
+    for rate_hz in [50.0, 200.0] {
+        hold(rate_hz, seconds);
+    }
+}
+
+fn hold(rate_hz: f64, seconds: f64) {
+    let bus = Bus::new();
+    let bench = TestBench::new("three", |config| {
+        config.period_s = 1.0 / rate_hz;
+        config.bus.interface.clone_from(&bus.name);
+        config.emulator.impulse = vec![
+            Impulse { at_s: 1.0, duration_s: 0.05, torque: 0.6 },
+            Impulse { at_s: 3.0, duration_s: 0.05, torque: -0.6 },
+        ];
+        config.emulator.impulse_period_s = 4.0;
+    });
+    let folder = tempfile::tempdir().expect("a folder");
+    let log = folder.path().join("bus.log");
+    let mut candump = Command::new("candump")
+        .args(["-L", &bus.name])
+        .stdout(std::fs::File::create(&log).expect("created"))
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("candump (can-utils) is installed");
+    let length = format!("{}", seconds + 4.0);
+    let mut emulator = bench.start(&["emulate", "--can", &bus.name, "--seconds", &length, "--json"]);
+    let bridge = bench.start(&["bridge", "--json"]);
+    let mut control = bench.start(&["control", "--seconds", &length, "--json"]);
+    let mut watcher = bench.watch();
+    watcher.until("a guard", |it| it.sequence > 10);
+    let armed = bench.run(&["arm"]);
+    assert!(armed.status.success(), "{}", String::from_utf8_lossy(&armed.stderr));
+    watcher.until_flying();
+    // Garbage from a third program, with and without our ids, while it flies.
+    for frame in [
+        "123#DEADBEEF",
+        "020#01",
+        "010#",
+        "041#0102030405060708",
+        "020#00000000FFFFFFFF",
+        "1FFFFFFF#00",
+        "7DF#R",
+    ] {
+        run("cansend", &[&bus.name, frame]);
+    }
+    let mut highest = 0.0_f64;
+    let end = std::time::Instant::now() + std::time::Duration::from_secs_f64(seconds);
+    while std::time::Instant::now() < end {
+        watcher.each(|applied| highest = applied.rotor.into_iter().fold(highest, f64::max));
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    let state = State::from_code(watcher.newest.state).unwrap_or_default();
+    assert_eq!(state, State::Armed, "it flew to the end; {:?}", watcher.said);
+    assert!(highest <= bench.config.guard.rotor_maximum);
+    assert!(control.wait().success() && emulator.wait().success());
+    let mut bridge = bridge;
+    bridge.signal(libc::SIGTERM);
+    assert!(bridge.wait().success());
+    let _ = candump.kill();
+    let _ = candump.wait();
+
+    let json = |text: String| serde_json::from_str::<serde_json::Value>(&text).expect("JSON");
+    let (control, emulator, bridge) =
+        (json(control.output()), json(emulator.output()), json(bridge.output()));
+    let greatest = control["angle"]["greatest"].as_f64().expect("a number");
+    assert!(control["angle"]["count"].as_f64().expect("a number") > seconds * rate_hz * 0.8, "{control:#}");
+    // Unheld, an impulse of 0.6 N m for 50 ms would turn the body past 0.5 rad in half a second.
+    assert!(greatest < 0.5, "{control:#}");
+    assert!(greatest > 0.02, "the impulses were felt: {control:#}");
+    let decoded = &bridge["bus"]["decoded"];
+    assert!(
+        decoded["wrong_length"].as_u64() >= Some(1) && decoded["unknown_id"].as_u64() >= Some(3),
+        "{decoded}"
+    );
+    assert!(decoded["not_a_number"].as_u64() >= Some(1), "{decoded}");
+    let dbc = concat!(env!("CARGO_MANIFEST_DIR"), "/dbc/bench.dbc");
+    let log = log.to_str().expect("UTF-8");
+    let seen = Command::new("python3").args(["-c", DECODE, dbc, log]).output().expect("python3 is installed");
+    assert!(seen.status.success(), "{}", String::from_utf8_lossy(&seen.stderr));
+    let seen = json(String::from_utf8_lossy(&seen.stdout).into_owned());
+    let commands = seen["count"]["COMMAND"].as_f64().expect("cantools saw commands");
+    let sent = bridge["bus"]["port"]["sent"].as_f64().expect("a number");
+    assert!((commands - sent).abs() <= 2.0, "cantools saw {commands} of the {sent} commands");
+    // The garbage with the command's id has the wrong length; no other frame of that id is there to break the count.
+    assert_eq!(seen["jumps"].as_u64(), Some(0), "{seen}");
+    assert!((seen["high"].as_f64().expect("a number") - highest).abs() < 0.01, "{seen}, applied {highest}");
+    say(&format!(
+        "{rate_hz} Hz, {seconds} s, three processes: angle error rms {:.4}, greatest {greatest:.4} rad (body {}); {} of \
+         {} control slots run, late p99 {} µs; candump and cantools saw {commands} commands, {} gyro frames, not taken: {decoded}",
+        control["angle"]["rms"].as_f64().or(emulator["body"]["angle_rms_rad"].as_f64()).unwrap_or(f64::NAN),
+        emulator["body"]["angle_peak_rad"],
+        control["timing"]["run"],
+        control["timing"]["slots"],
+        control["timing"]["lateness"]["p99_us"],
+        seen["count"]["GYRO"],
+    ));
+}

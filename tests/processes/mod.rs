@@ -1,0 +1,221 @@
+//! A bench of real processes: started, armed, hurt, and watched from outside.
+
+use std::path::PathBuf;
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+use rotorbench::bench::BenchConfig;
+use rotorbench::clock;
+use rotorbench::guard::{Cause, State};
+use rotorbench::shm::{APPLIED, Bench, GUARD_EVENTS, Place, Role, SharedMemoryConfig, Subscriber};
+use rotorbench::signal::{Applied, GuardEvent};
+
+static MADE: AtomicU32 = AtomicU32::new(0);
+
+/// The bench of one test: its file, its processes; all gone at the end.
+pub struct TestBench {
+    pub config: BenchConfig,
+    pub file: PathBuf,
+    folder: tempfile::TempDir,
+}
+
+impl TestBench {
+    /// The built-in bench with a name of its own, changed by `change`.
+    pub fn new(test: &str, change: impl FnOnce(&mut BenchConfig)) -> Self {
+        let number = MADE.fetch_add(1, Ordering::Relaxed);
+        let mut config = BenchConfig {
+            name: format!("t{}n{number}-{test}", std::process::id()),
+            ..BenchConfig::default()
+        };
+        change(&mut config);
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let file = folder.path().join("bench.toml");
+        std::fs::write(&file, toml::to_string(&config).expect("written")).expect("written");
+        Self { config, file, folder }
+    }
+
+    /// Starts a process of the bench. What it says goes to a file, shown when the test fails.
+    pub fn start(&self, command: &[&str]) -> Process {
+        let log = self.folder.path().join(format!("{}.log", MADE.fetch_add(1, Ordering::Relaxed)));
+        let output = |path: &PathBuf| std::fs::File::create(path).expect("created");
+        let child = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
+            .args(command)
+            .arg("--config")
+            .arg(&self.file)
+            .stdin(Stdio::null())
+            .stdout(output(&log.with_extension("out")))
+            .stderr(output(&log))
+            .spawn()
+            .expect("the program starts");
+        Process { child, log, name: command.join(" ") }
+    }
+
+    /// Runs a command of the bench to its end.
+    pub fn run(&self, command: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_rotorbench"))
+            .args(command)
+            .arg("--config")
+            .arg(&self.file)
+            .output()
+            .expect("the program runs")
+    }
+
+    /// Listens.
+    pub fn watch(&self) -> Watcher {
+        let bench =
+            Bench::join(&self.config.name, &SharedMemoryConfig::default(), Role::Monitor).expect("joined");
+        Watcher {
+            applied: bench.subscribe(&APPLIED).expect("subscribed"),
+            events: bench.subscribe(&GUARD_EVENTS).expect("subscribed"),
+            newest: Applied::default(),
+            said: Vec::new(),
+            _bench: bench,
+        }
+    }
+
+    pub fn period_ns(&self) -> u64 {
+        clock::span_ns(self.config.period_s)
+    }
+
+    /// N, the periods that the guard holds a command.
+    pub fn hold_periods(&self) -> f64 {
+        let guard = self.config.guard.build(self.config.period_s).expect("valid");
+        f64::from(guard.hold_periods())
+    }
+
+    /// Prints how many periods a reaction took, where the test runner does not swallow it, and holds it against the
+    /// promise: hold limit + 2.
+    pub fn judge(&self, fault: &str, since_ns: u64, until_ns: u64) {
+        let periods = until_ns.saturating_sub(since_ns) as f64 / self.period_ns() as f64;
+        let limit = self.hold_periods() + 2.0;
+        say(&format!("{fault}: rotors commanded to zero after {periods:.1} periods (at most {limit:.0})"));
+        assert!(periods <= limit, "{fault}: {periods:.1} periods, more than {limit}");
+    }
+}
+
+impl Drop for TestBench {
+    fn drop(&mut self) {
+        if let Ok(place) = Place::open(&self.config.name, &SharedMemoryConfig::default()) {
+            let _ = place.remove();
+        }
+    }
+}
+
+/// Says something that a passing test says, too.
+pub fn say(line: &str) {
+    use std::io::Write;
+    writeln!(std::io::stderr(), "    {line}").expect("standard error can be written");
+}
+
+/// A process of a bench; killed at the end.
+pub struct Process {
+    child: Child,
+    log: PathBuf,
+    name: String,
+}
+
+impl Process {
+    pub fn signal(&self, signal: i32) {
+        // SAFETY: a child of this process that was not waited for: its number is its own.
+        let code = unsafe { libc::kill(self.child.id() as libc::pid_t, signal) };
+        assert_eq!(code, 0, "{} is there to be signalled:\n{}", self.name, self.log());
+    }
+
+    /// Waits for the end; the exit status.
+    pub fn wait(&mut self) -> std::process::ExitStatus {
+        let start = Instant::now();
+        loop {
+            if let Some(status) = self.child.try_wait().expect("a child") {
+                return status;
+            }
+            assert!(start.elapsed() < Duration::from_secs(20), "{} does not end:\n{}", self.name, self.log());
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    pub fn is_running(&mut self) -> bool {
+        self.child.try_wait().expect("a child").is_none()
+    }
+
+    /// What it has said on standard error.
+    pub fn log(&self) -> String {
+        std::fs::read_to_string(&self.log).unwrap_or_default()
+    }
+
+    /// What it has said on standard output.
+    pub fn output(&self) -> String {
+        std::fs::read_to_string(self.log.with_extension("out")).unwrap_or_default()
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            eprintln!("--- {}\n{}", self.name, self.log());
+        }
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Sees what the guard lets through.
+pub struct Watcher {
+    applied: Subscriber<Applied>,
+    events: Subscriber<GuardEvent>,
+    pub newest: Applied,
+    pub said: Vec<GuardEvent>,
+    _bench: Bench,
+}
+
+impl Watcher {
+    /// Everything the guard let through since the last call, each looked at.
+    pub fn each(&mut self, mut look: impl FnMut(&Applied)) {
+        while let Some(applied) = self.applied.next_in_order() {
+            look(&applied);
+            self.newest = applied;
+        }
+        while let Some(event) = self.events.next_in_order() {
+            self.said.push(event);
+        }
+    }
+
+    /// Waits until the guard lets through what `wanted` accepts. The limit only ends a test that hangs.
+    pub fn until(&mut self, what: &str, wanted: impl Fn(&Applied) -> bool) -> Applied {
+        let start = Instant::now();
+        loop {
+            let mut found = None;
+            self.each(|applied| found = found.or(wanted(applied).then_some(*applied)));
+            if let Some(found) = found {
+                return found;
+            }
+            let causes: Vec<String> = self.said.iter().map(rotorbench::process::operator::sentence).collect();
+            let waited = start.elapsed();
+            assert!(waited < Duration::from_secs(30), "{what} never came; {:?}; {causes:#?}", self.newest);
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    /// Waits until the bench flies: armed, spun up, both rotors turning.
+    pub fn until_flying(&mut self) -> Applied {
+        self.until("a flying bench", |it| {
+            it.state == State::Armed as u32 && it.rotor.iter().all(|command| *command > 0.3)
+        })
+    }
+
+    /// Waits for the safe command after `since_ns`: both rotors at zero.
+    pub fn until_safe(&mut self, since_ns: u64) -> Applied {
+        self.until("the safe command", |it| it.stamp_ns >= since_ns && it.rotor == [0.0, 0.0])
+    }
+
+    /// Asserts that the guard has latched, for `cause`, and stays so.
+    pub fn assert_latched(&mut self, causes: &[Cause]) {
+        std::thread::sleep(Duration::from_millis(200));
+        let mut turned = false;
+        self.each(|applied| turned |= applied.rotor != [0.0, 0.0]);
+        assert!(!turned, "the rotors got a command after the latch");
+        assert_eq!(self.newest.state, State::FailsafeLatched as u32, "{:?}", self.newest);
+        let cause = Cause::from_code(self.newest.cause).unwrap_or_default();
+        assert!(causes.contains(&cause), "latched for another cause: {cause}");
+    }
+}
