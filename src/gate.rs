@@ -13,7 +13,7 @@ use crate::shm::{
     Subscriber, Waiter,
 };
 use crate::signal::{
-    Applied, Command, CycleSample, GuardEvent, GuardStep, Heartbeat, ROTORS, Request, Sensors,
+    Applied, AppliedFlags, Command, CycleSample, GuardEvent, GuardStep, Heartbeat, ROTORS, Request, Sensors,
 };
 
 /// The guard, its cycle and its topics.
@@ -92,7 +92,13 @@ impl Gate {
     /// [ns] when to call [`Gate::poll`] at the latest.
     #[must_use]
     pub fn deadline_ns(&self) -> u64 {
-        if self.is_pending { self.cycle.due_ns().min(self.earliest_ns()) } else { self.cycle.due_ns() }
+        let is_soon = self.is_pending || self.is_in_trouble();
+        if is_soon { self.cycle.due_ns().min(self.earliest_ns()) } else { self.cycle.due_ns() }
+    }
+
+    /// Whether the guard is on its ladder: then it steps twice a period, so that its times end when they end.
+    fn is_in_trouble(&self) -> bool {
+        self.applied.state == State::Degraded as u32 || self.applied.flags & AppliedFlags::RAMPING != 0
     }
 
     /// [ns] before which no command makes the guard step.
@@ -123,7 +129,8 @@ impl Gate {
     /// Steps the guard if it is time to. What it lets through is to be sent at once, then [`Gate::finish`] called.
     pub fn poll(&mut self, now_ns: u64, sensors: &Sensors) -> Option<(Release, Applied)> {
         let stop = self.take_in(now_ns);
-        let release = if stop || (self.is_pending && now_ns >= self.earliest_ns()) {
+        let is_early = now_ns < self.earliest_ns();
+        let release = if stop || (!is_early && (self.is_pending || self.is_in_trouble())) {
             self.cycle.begin_at_arrival(now_ns, self.cycle.period_ns() / 2)
         } else {
             self.cycle.begin(now_ns)?

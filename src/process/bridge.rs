@@ -20,8 +20,8 @@ const LONGEST_END_S: f64 = 1.0;
 pub struct BridgeLoop {
     gate: Gate,
     wire: Wire,
-    /// [ns] without an own frame on the bus after which the bus is dead.
-    dead_after_ns: u64,
+    /// Periods without an own frame on the bus after which the bus is dead.
+    hold_periods: u32,
     // Last: everything above lives on it.
     _bench: Bench,
 }
@@ -50,10 +50,10 @@ impl BridgeLoop {
         config.check()?;
         let guard = config.guard.build(config.period_s)?;
         let period_ns = clock::span_ns(config.period_s);
-        let dead_after_ns = period_ns.saturating_mul(u64::from(guard.hold_periods()));
+        let hold_periods = guard.hold_periods();
         let wire = Wire::open(config, log)?;
         let bench = Bench::join(&config.name, &config.shared_memory, Role::Bridge)?;
-        Ok(Self { gate: Gate::open(&bench, guard, period_ns)?, wire, dead_after_ns, _bench: bench })
+        Ok(Self { gate: Gate::open(&bench, guard, period_ns)?, wire, hold_periods, _bench: bench })
     }
 
     /// Waits for the socket, the command or the timer, whichever comes first, and does what is to be done.
@@ -69,7 +69,7 @@ impl BridgeLoop {
             self.gate.bell().quiet();
         }
         let now_ns = clock::monotonic_ns();
-        if look.bus_off || self.wire.silent_ns(now_ns) > self.dead_after_ns {
+        if look.bus_off || self.wire.is_dead(now_ns, self.hold_periods, self.gate.cycle().period_ns()) {
             self.gate.trip(now_ns, Cause::BusDead);
         }
         if let Some((release, applied)) = self.gate.poll(now_ns, self.wire.sensors()) {

@@ -21,7 +21,7 @@ pub struct Answer {
 }
 
 /// How often to look for the answer.
-const LOOK_PERIOD: Duration = Duration::from_millis(2);
+const LOOK_PERIOD: Duration = Duration::from_millis(5);
 /// [ns] a running guard publishes at least this often: the longest period and some.
 const SILENCE_NS: u64 = 2 * NANOSECONDS_PER_SECOND;
 
@@ -40,7 +40,7 @@ pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessErro
     let sent_ns = clock::monotonic_ns();
     requests.send(&Request { sequence: 1, stamp_ns: sent_ns, act: act as u32, reserved: 0 });
     bell.ring();
-    let patience_s = 1.0 + if act == OperatorAct::Arm { config.guard.arm_timeout_s } else { 0.0 };
+    let patience_s = 3.0 + if act == OperatorAct::Arm { config.guard.arm_timeout_s } else { 0.0 };
     let deadline_ns = sent_ns.saturating_add(clock::span_ns(patience_s));
     let mut answer = Answer { state: state(&before), obeyed: false, said: Vec::new() };
     while clock::monotonic_ns() < deadline_ns {

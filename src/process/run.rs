@@ -24,7 +24,7 @@ pub struct RunLoop {
     gate: Gate,
     flight: Flight,
     wire: Wire,
-    dead_after_ns: u64,
+    hold_periods: u32,
     events: Subscriber<GuardEvent>,
     // Last: everything above lives on it.
     _bench: Bench,
@@ -69,7 +69,7 @@ impl RunLoop {
         config.check()?;
         let guard = config.guard.build(config.period_s)?;
         let period_ns = clock::span_ns(config.period_s);
-        let dead_after_ns = period_ns.saturating_mul(u64::from(guard.hold_periods()));
+        let hold_periods = guard.hold_periods();
         let wire = Wire::open(config, log)?;
         let bench = Bench::join(&config.name, &config.shared_memory, Role::Run)?;
         Ok(Self {
@@ -77,7 +77,7 @@ impl RunLoop {
             flight: Flight::open(&bench, pilot)?,
             gate: Gate::open(&bench, guard, period_ns)?,
             wire,
-            dead_after_ns,
+            hold_periods,
             events: bench.subscribe(&GUARD_EVENTS)?,
             _bench: bench,
         })
@@ -93,7 +93,7 @@ impl RunLoop {
             self.gate.bell().quiet();
         }
         let now_ns = clock::monotonic_ns();
-        if look.bus_off || self.wire.silent_ns(now_ns) > self.dead_after_ns {
+        if look.bus_off || self.wire.is_dead(now_ns, self.hold_periods, self.gate.cycle().period_ns()) {
             self.gate.trip(now_ns, Cause::BusDead);
         }
         let is_imu = self.trigger == Trigger::Imu;

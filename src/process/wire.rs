@@ -21,8 +21,8 @@ pub struct Wire {
     watch: InterfaceWatch,
     log: LogQueue,
     sensors: Sensors,
-    /// [ns] since when no command frame was delivered; 0 = they are.
-    undelivered_since_ns: u64,
+    /// Command frames in a row that the interface did not take.
+    refused_in_a_row: u32,
     /// The descriptor was ready and gave nothing: not waited for until the next slot.
     is_quiet: bool,
 }
@@ -66,7 +66,7 @@ impl Wire {
             watch: InterfaceWatch::start(interface)?,
             log,
             sensors: Sensors::default(),
-            undelivered_since_ns: 0,
+            refused_in_a_row: 0,
             is_quiet: false,
         })
     }
@@ -132,25 +132,23 @@ impl Wire {
         for frame in self.roles.encode_commands(&mut self.sender, applied).iter() {
             fault = fault.or(self.port.send(frame).err());
         }
-        match fault {
-            None => self.undelivered_since_ns = 0,
-            Some(fault) if self.undelivered_since_ns == 0 => {
-                self.undelivered_since_ns = applied.stamp_ns;
-                self.log.say(Severity::Error, describe(fault), 0.0);
-                self.watch.ask();
-            }
-            Some(_) => {}
+        let Some(fault) = fault else {
+            self.refused_in_a_row = 0;
+            return;
+        };
+        self.refused_in_a_row = self.refused_in_a_row.saturating_add(1);
+        if self.refused_in_a_row == 1 {
+            self.log.say(Severity::Error, describe(fault), 0.0);
+            self.watch.ask();
         }
     }
 
-    /// [ns] for which no command has been seen on the bus.
+    /// Whether commands no longer reach the bus: `most` in a row were refused, or none was seen there for as many
+    /// periods. Counted, not timed, where it can be: a pause of this very process is no fault of the bus.
     #[must_use]
-    pub fn silent_ns(&self, now_ns: u64) -> u64 {
-        let refused_ns = match self.undelivered_since_ns {
-            0 => 0,
-            since_ns => now_ns.saturating_sub(since_ns),
-        };
-        refused_ns.max(self.port.echo_age_ns(now_ns))
+    pub fn is_dead(&self, now_ns: u64, most: u32, period_ns: u64) -> bool {
+        let silent_ns = self.port.echo_age_ns(now_ns);
+        self.refused_in_a_row >= most || silent_ns > period_ns.saturating_mul(u64::from(most))
     }
 
     /// Totals so far.

@@ -84,8 +84,7 @@ fn an_emulator_that_was_killed_comes_back_disarmed() {
     let back = watcher.until("the new life of the emulator", |it| it.stamp_ns > at_ns && it.sequence < 100);
     assert_eq!((back.state, back.rotor), (State::Disarmed as u32, [0.0, 0.0]));
     assert!(control.is_running(), "the controller lives on");
-    assert_eq!(bench.run(&["arm"]).status.code(), Some(0), "and flies the new one");
-    watcher.until_flying();
+    bench.fly(&mut watcher);
 }
 
 #[test]
