@@ -167,7 +167,7 @@ fn every_lie_of_the_sensors_ends_in_the_safe_command() {
         (Lie::ImuSilent, "IMU silent", [Cause::SignalStale, Cause::CommandAnswersOldSensors]),
         (Lie::EscSilent, "one ESC silent", [Cause::SignalStale, Cause::SignalStale]),
         (Lie::ImuFrozen, "gyro frozen, frames live", [Cause::SignalFrozen, Cause::SignalFrozen]),
-        (Lie::NotANumber, "gyro not a number", [Cause::SignalNotANumber, Cause::SignalStale]),
+        (Lie::NotANumber, "gyro not a number", [Cause::SignalNotANumber, Cause::SignalFrozen]),
     ] {
         let bus = Bus::new();
         let bench = bench("lie", &bus);

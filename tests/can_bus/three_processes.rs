@@ -97,7 +97,7 @@ fn hold(rate_hz: f64, seconds: f64) {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
     let state = State::from_code(watcher.newest.state).unwrap_or_default();
-    assert_eq!(state, State::Armed, "it flew to the end; {:?}", watcher.said);
+    assert!(state.is_active(), "it flew to the end, and is {state}: {:?}", watcher.said);
     assert!(highest <= bench.config.guard.rotor_maximum);
     assert!(bench.run(&["disarm"]).status.success(), "the operator ends the flight");
     assert!(control.wait().success() && emulator.wait().success());
