@@ -1,12 +1,106 @@
 //! `rotorbench identify`: identify actuator and body from logs.
 
-use super::{CliError, CliResult};
+use std::path::{Path, PathBuf};
+
+use super::{CliError, CliResult, Outcome};
+use crate::identify::{IdentifySettings, identify};
+use crate::model::Model;
+use crate::record::{Dataset, log};
+use crate::signal::ROTORS;
 
 /// Arguments of `identify`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    /// Logs to identify from, in the CSV log format: constant commands, ramps, PRBS, attitude, in any order
+    #[arg(long, value_name = "FILE", num_args = 1.., required = true)]
+    log: Vec<PathBuf>,
+    /// Logs to validate on
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    validate: Vec<PathBuf>,
+    /// Where to write the model file
+    #[arg(long, short, value_name = "M.toml")]
+    output: Option<PathBuf>,
+    /// Model that gives what the logs do not: arm, full voltage, hover rate; a file, or `paper`
+    #[arg(long, value_name = "M", default_value = "paper")]
+    template: PathBuf,
+    /// Degree of g(u), 1 to 4; default: cross-validation chooses
+    #[arg(long, value_name = "N")]
+    degree: Option<usize>,
+    /// Leave the battery out, also where its voltage was logged
+    #[arg(long)]
+    no_battery: bool,
+    /// Use this rotor's columns only, 1 or 2; default: all, taken as identical
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=2))]
+    rotor: Option<u8>,
+    /// Lever arm d [m]
+    #[arg(long, value_name = "M")]
+    arm_m: Option<f64>,
+    /// Voltage of the full battery [V]
+    #[arg(long, value_name = "V")]
+    full_voltage_v: Option<f64>,
+    /// Rotor rate in hover [rad/s], where the tangent of the thrust curve is taken
+    #[arg(long, value_name = "W")]
+    hover_rate: Option<f64>,
+    /// Write the result as JSON on standard output
+    #[arg(long)]
+    json: bool,
+    /// Write a report with tables and interactive plots
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> CliResult {
-    Err(CliError::new("`identify` is not part of this build"))
+pub fn run(arguments: &Arguments) -> CliResult {
+    let settings = settings(arguments)?;
+    let logs = read(&arguments.log)?;
+    let validation = read(&arguments.validate)?;
+    let found = identify(&logs, &validation, &settings)?;
+    if let Some(path) = &arguments.output {
+        found.model.save(path)?;
+    }
+    if let Some(path) = &arguments.report {
+        found.page().save(path)?;
+    }
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&found)?);
+        return Ok(Outcome::Done);
+    }
+    println!(
+        "{}\n{}\n{}",
+        found.part_table().text(),
+        found.parameter_table().text(),
+        found.error_table().text()
+    );
+    for table in [found.degree_table(), found.rival_table()].into_iter().flatten() {
+        println!("{}", table.text());
+    }
+    for warning in &found.warnings {
+        println!("warning: {warning}");
+    }
+    Ok(Outcome::Done)
+}
+
+fn settings(arguments: &Arguments) -> Result<IdentifySettings, CliError> {
+    let mut template = if arguments.template == Path::new("paper") {
+        Model::paper()
+    } else {
+        Model::load(&arguments.template)?
+    };
+    for (given, place, name) in [
+        (arguments.arm_m, &mut template.body.arm, "--arm-m"),
+        (arguments.full_voltage_v, &mut template.actuator.full_voltage, "--full-voltage-v"),
+        (arguments.hover_rate, &mut template.actuator.hover_rate, "--hover-rate"),
+    ] {
+        match given {
+            Some(value) if value.is_finite() && value > 0.0 => *place = value,
+            Some(value) => return Err(CliError::new(format!("{name} must be above zero, not {value}"))),
+            None => {}
+        }
+    }
+    let rotors = arguments.rotor.map_or((1..=ROTORS).collect(), |rotor| vec![usize::from(rotor)]);
+    Ok(IdentifySettings { template, degree: arguments.degree, battery: !arguments.no_battery, rotors })
+}
+
+fn read(paths: &[PathBuf]) -> Result<Vec<Dataset>, CliError> {
+    paths.iter().map(|path| log::read(path).map_err(CliError::from)).collect()
 }

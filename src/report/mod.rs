@@ -51,6 +51,7 @@
 mod bars;
 pub mod comparison;
 mod decimate;
+mod identification;
 mod page;
 mod picture;
 mod plot;

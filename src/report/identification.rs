@@ -1,0 +1,277 @@
+//! The report of `identify`: the tables of section III, its figures, and what the reader must know.
+
+use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
+use crate::identify::{
+    DegreeScore, Estimate, Identification, Rival, Validation, continuous_lag, sampled_lag,
+};
+
+/// Value and 95 % interval as cells of a row.
+fn cells(name: &str, estimate: Estimate, unit: &str, from: &str) -> [String; 6] {
+    let reach = 1.96 * estimate.standard_error;
+    [
+        name.to_owned(),
+        number(estimate.value, 6),
+        number(estimate.standard_error, 2),
+        format!("{} to {}", number(estimate.value - reach, 6), number(estimate.value + reach, 6)),
+        unit.to_owned(),
+        from.to_owned(),
+    ]
+}
+
+const SYMBOLS: [&str; 4] = ["c_g2 (linear)", "c_g1 (quadratic)", "c_g3 (cubic)", "c_g4 (quartic)"];
+
+impl Identification {
+    /// Everything identified, with standard errors, as one table.
+    #[must_use]
+    pub fn parameter_table(&self) -> Table {
+        let mut table = Table::new(["parameter", "value", "standard error", "95 % interval", "unit", "from"])
+            .caption("Identified");
+        if let Some(battery) = &self.battery {
+            table = table.row(cells("k_V", battery.gain, "rad/(s V)", "constant commands, Eq. (6)"));
+        }
+        if let Some(curve) = &self.static_curve {
+            let from = if curve.from_ramps { "ramps, Eq. (9)" } else { "constant levels, Eq. (9)" };
+            for (estimate, name) in curve.coefficients.iter().zip(SYMBOLS) {
+                table = table.row(cells(name, *estimate, "rad/s", from));
+            }
+        }
+        if let Some(pole) = &self.pole {
+            table = table.row(cells("p", pole.pole, "rad/s", "lively commands, section III.B"));
+            table = table.row(cells("gain from z", pole.gain, "-", "beside p: 1 when g(u) holds in motion"));
+        }
+        if let Some(joint) = &self.joint {
+            let from = "all at once";
+            for (estimate, name) in joint.coefficients.iter().zip(SYMBOLS) {
+                table = table.row(cells(name, *estimate, "rad/s", from));
+            }
+            if let Some(gain) = joint.voltage_gain {
+                table = table.row(cells("k_V", gain, "rad/(s V)", from));
+            }
+            table = table.row(cells("p", joint.pole, "rad/s", from));
+        }
+        if let Some(thrust) = &self.thrust {
+            table = table.row(cells("c", thrust.coefficient, "N s²/rad²", "measured thrust"));
+            table = table.row(cells("c_p1", thrust.slope, "N s/rad", "tangent at hover, Eq. (13)"));
+            table = table.row(cells("c_p0", thrust.offset, "N", "tangent at hover, Eq. (13)"));
+        }
+        if let Some(body) = &self.body {
+            table = table.row(cells("d/J", body.arm_over_inertia, "1/(kg m)", body.driven_by));
+            table = table.row(cells("J", body.inertia, "kg m²", "with the arm as given"));
+        }
+        table
+    }
+
+    /// Which steps of section III the logs permit.
+    #[must_use]
+    pub fn part_table(&self) -> Table {
+        let table = Table::new(["step of section III", "outcome"]).caption("What the logs permit");
+        self.parts.iter().fold(table, |table, part| {
+            let mark = if part.done { Mark::Good } else { Mark::Plain };
+            let outcome = if part.done {
+                format!("done: {}", part.outcome)
+            } else {
+                format!("not done: {}", part.outcome)
+            };
+            table.marked_row(mark, [part.step.to_owned(), outcome])
+        })
+    }
+
+    /// Errors of the identified rotor on training and validation logs.
+    #[must_use]
+    pub fn error_table(&self) -> Table {
+        let headers = ["log", "rms [rad/s]", "rms [%]", "99 % within [%]", "fit [%]", "samples"];
+        let row = |table: Table, (kind, run): (&str, &Validation)| {
+            let name = format!("{} ({kind})", run.source);
+            let numbers =
+                [run.rms, run.rms_percent, run.worst_percent, run.fit_percent].map(|value| number(value, 4));
+            table.row([name].into_iter().chain(numbers).chain([run.samples.to_string()]))
+        };
+        let training = self.training.iter().map(|run| ("training", run));
+        let all = training.chain(self.validation.iter().map(|run| ("validation", run)));
+        all.fold(Table::new(headers).caption("Free run from the measured commands"), row)
+    }
+
+    /// Degrees of g(u) side by side.
+    #[must_use]
+    pub fn degree_table(&self) -> Option<Table> {
+        let curve = self.static_curve.as_ref().map(|curve| &curve.degrees);
+        let degrees: &Vec<DegreeScore> = curve.or(self.joint.as_ref().map(|joint| &joint.degrees))?;
+        let used = self.actuator.coefficients.len();
+        let table = Table::new([
+            "degree",
+            "fitted rms [rad/s]",
+            "held-out rms [rad/s]",
+            "coefficients from u [rad/s]",
+        ])
+        .caption("Degree of g(u)");
+        Some(degrees.iter().fold(table, |table, score| {
+            let mark = if score.degree == used { Mark::Good } else { Mark::Plain };
+            let coefficients: Vec<String> = score.coefficients.iter().map(|c| number(*c, 5)).collect();
+            table.marked_row(
+                mark,
+                [
+                    score.degree.to_string(),
+                    number(score.train, 4),
+                    number(score.held_out, 4),
+                    coefficients.join(", "),
+                ],
+            )
+        }))
+    }
+
+    /// The first-order lag against a delay and a second pole.
+    #[must_use]
+    pub fn rival_table(&self) -> Option<Table> {
+        let alone = self.pole.as_ref().map(|fit| (fit.residual_rms, &fit.rivals));
+        let (rms, rivals): (f64, &Vec<Rival>) =
+            alone.or(self.joint.as_ref().map(|fit| (fit.residual_rms, &fit.rivals)))?;
+        let table = Table::new([
+            "model",
+            "time [ms]",
+            "standard error [ms]",
+            "rms left [rad/s]",
+            "asked for by the data",
+        ])
+        .caption("First order against its rivals")
+        .row([
+            "first-order lag".to_owned(),
+            String::new(),
+            String::new(),
+            number(rms, 4),
+            String::new(),
+        ]);
+        Some(rivals.iter().fold(table, |table, rival| {
+            let mark = if rival.needed { Mark::Warning } else { Mark::Plain };
+            table.marked_row(
+                mark,
+                [
+                    rival.effect.to_owned(),
+                    number(1e3 * rival.time.value, 3),
+                    number(1e3 * rival.time.standard_error, 2),
+                    number(rival.residual_rms, 4),
+                    if rival.needed { "yes" } else { "no" }.to_owned(),
+                ],
+            )
+        }))
+    }
+
+    /// The whole report.
+    #[must_use]
+    pub fn page(&self) -> Page {
+        let mut page = Page::new("Identification");
+        page.paragraph(
+            "Section III of Lotufo et al., MED 2016, as far as the logs permit. Standard errors allow for correlated \
+             residuals.",
+        );
+        for warning in &self.warnings {
+            page.verdict(Mark::Warning, warning.as_str());
+        }
+        page.heading("Result").table(self.parameter_table()).table(self.part_table());
+        page.formula("z = g(u) - k_V (v_bmax - v_b),   ω̇_p = p (z - ω_p),   f = c ω_p²");
+        page.heading("Static curve");
+        self.degree_table().into_iter().for_each(|table| {
+            page.table(table);
+        });
+        if let Some(battery) = &self.battery {
+            let table = Table::new([
+                "log",
+                "command [-]",
+                "k_V [rad/(s V)]",
+                "standard error",
+                "Eq. (6) as printed",
+                "voltage moved [V]",
+            ])
+            .caption("k_V level by level");
+            page.table(battery.levels.iter().fold(table, |table, level| {
+                table.row([
+                    level.source.clone(),
+                    number(level.command, 4),
+                    number(level.gain.value, 4),
+                    number(level.gain.standard_error, 2),
+                    number(level.as_printed, 4),
+                    number(level.voltage_change, 3),
+                ])
+            }));
+            page.paragraph(
+                "The print's least squares of Eq. (6) carries the noise of the voltage reading and of its first sample \
+                 in the regressor, which pulls k_V towards zero; the estimate used replaces the reading by its smooth \
+                 course.",
+            );
+        }
+        page.heading("Dynamics");
+        self.rival_table().into_iter().for_each(|table| {
+            page.table(table);
+        });
+        self.response_plots(&mut page);
+        page.heading("Validation").table(self.error_table());
+        let shown = if self.validation.is_empty() { &self.training } else { &self.validation };
+        for run in shown {
+            error_plots(&mut page, run);
+        }
+        page
+    }
+
+    /// Fig. 5: frequency response of data and model.
+    pub fn response_plots(&self, page: &mut Page) {
+        let good: Vec<_> = self.frequency_response.iter().filter(|point| point.coherence > 0.3).collect();
+        if good.is_empty() {
+            return;
+        }
+        let frequency: Vec<f64> = good.iter().map(|point| point.frequency).collect();
+        let of = |pick: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..good.len()).map(pick).collect() };
+        let pole = self.actuator.pole;
+        let sampled = |k: usize| sampled_lag(pole, self.interval, frequency[k]);
+        let continuous = |k: usize| continuous_lag(pole, frequency[k]);
+        let axis = || Axis::new("frequency", "Hz").logarithmic();
+        let low = of(&|k| good[k].magnitude - 1.96 * good[k].magnitude_error);
+        let high = of(&|k| good[k].magnitude + 1.96 * good[k].magnitude_error);
+        page.plot(
+            Plot::new("Magnitude from z to ω_p (Fig. 5)", axis(), Axis::new("magnitude", "-").logarithmic())
+                .group("bode")
+                .series(Series::band("95 %", &frequency, &low, &high).tone(Tone::Quiet))
+                .series(Series::points("data", &frequency, &of(&|k| good[k].magnitude)).tone(Tone::Measured))
+                .series(Series::line("model, sampled", &frequency, &of(&|k| sampled(k).0)).tone(Tone::Model))
+                .series(Series::line("model, continuous", &frequency, &of(&|k| continuous(k).0)).dashed()),
+        )
+        .plot(
+            Plot::new("Phase", axis(), Axis::new("phase", "deg"))
+                .group("bode")
+                .height(180)
+                .series(Series::points("data", &frequency, &of(&|k| good[k].phase_deg)).tone(Tone::Measured))
+                .series(Series::line("model, sampled", &frequency, &of(&|k| sampled(k).1)).tone(Tone::Model))
+                .series(Series::line("model, continuous", &frequency, &of(&|k| continuous(k).1)).dashed()),
+        )
+        .plot(
+            Plot::new("Coherence", axis(), Axis::new("coherence", "-").range(0.0, 1.05))
+                .group("bode")
+                .height(140)
+                .series(
+                    Series::line("coherence", &frequency, &of(&|k| good[k].coherence)).tone(Tone::Measured),
+                ),
+        );
+    }
+}
+
+/// Fig. 3: measured and modelled rate, percentage error below.
+pub(super) fn error_plots(page: &mut Page, run: &Validation) {
+    let column =
+        |pick: &dyn Fn(&(f64, f64, f64)) -> f64| -> Vec<f64> { run.traces.iter().map(pick).collect() };
+    let time = column(&|row| row.0);
+    let percent = column(&|row| 100.0 * (row.2 - row.1) / row.1);
+    page.plot(
+        Plot::new(
+            format!("Rotor rate (Fig. 3): {}", run.source),
+            Axis::new("time", "s"),
+            Axis::new("ω_p", "rad/s"),
+        )
+        .group(run.source.as_str())
+        .series(Series::line("measured", &time, &column(&|row| row.1)).tone(Tone::Measured))
+        .series(Series::line("model", &time, &column(&|row| row.2)).tone(Tone::Model)),
+    )
+    .plot(
+        Plot::new("Simulation error", Axis::new("time", "s"), Axis::new("error", "%"))
+            .group(run.source.as_str())
+            .height(160)
+            .series(Series::line("(model - measured) / measured", &time, &percent).tone(Tone::Residual)),
+    );
+}
