@@ -2,16 +2,25 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::{Child, Command as Program, Stdio};
+use std::time::Duration;
 
-use super::{CliError, CliResult, Outcome};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::{CliError, CliResult, Outcome, timing};
 use crate::bench::BenchConfig;
-use crate::control::PlantParameters;
-use crate::emulate::Impulse;
-use crate::process::lockstep::{Lockstep, Slot};
-use crate::process::pilot::Pilot;
-use crate::process::trace::Trace;
-use crate::record::log;
+use crate::clock;
+use crate::control::MoveConfig;
+use crate::emulate::{HiddenConfig, Impulse};
+use crate::file::write_atomically;
+use crate::process::control::{self, ControlSummary};
+use crate::process::plant;
+use crate::process::record::Background;
+use crate::record::{Record, Recording, export, log};
 use crate::report::{Axis, Page, Plot, Series, Table, Tone};
+use crate::rt::Shutdown;
+use crate::shm::{APPLIED, Bench, CONTROL_STEPS, Role};
+use crate::signal::ControlStep;
 
 /// Arguments of `demo`.
 #[derive(Debug, clap::Args)]
@@ -19,94 +28,213 @@ pub struct Arguments {
     /// Folder for everything it writes
     #[arg(long, value_name = "DIR", default_value = "rotorbench-demo")]
     out: PathBuf,
-    /// Seed of the emulator
+    /// Seed of the sensors' noise and of the effect that the emulator hides
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
 }
 
 /// [s] that the bench flies.
-const FLIGHT_S: f64 = 30.0;
+const FLIGHT_S: f64 = 24.0;
+/// [s] that the emulator outlives the flight: the guard must be seen to stop the rotors.
+const AFTER_S: f64 = 1.0;
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let out = &arguments.out;
-    fs::create_dir_all(out).map_err(|error| CliError::new(format!("{}: {error}", out.display())))?;
-    let bench = bench(arguments.seed);
-    let slots = fly(&bench)?;
-    save_log(&slots, &out.join("loop.csv"))?;
-    let (angle, torque) = pictures(&slots);
+    fs::create_dir_all(out).map_err(|error| at(out, &error))?;
+    let (bench, emulator) = benches(arguments.seed);
+    let recording = out.join("loop.mcap");
+    let shutdown = Shutdown::listen()?;
+    let summary = fly(&bench, &emulator, out, &recording, &shutdown)?;
+    log::write(&export::dataset(&recording)?, &out.join("loop.csv"))?;
+    let steps = steps(&recording)?;
+    let (angle, torque) = pictures(&steps, &emulator);
     angle.save_svg(&out.join("angle.svg"))?;
     torque.save_svg(&out.join("disturbance.svg"))?;
-    let table = summary(&slots);
-    print!("{}", table.text());
+    println!("{}", timing::angle(&summary.angle));
+    print!("{}", timing::table(&summary.timing));
     let report = out.join("index.html");
-    let mut page = Page::new("rotorbench demo");
-    page.heading("The loop holds the angle").table(table).plot(angle).plot(torque);
-    page.save(&report)?;
-    println!("report: {}", report.display());
+    page(&summary, angle, torque).save(&report)?;
+    println!("recording: {}   report: {}", recording.display(), report.display());
     Ok(Outcome::Done)
 }
 
-/// The embedded default bench, struck by torque impulses.
-fn bench(seed: u64) -> BenchConfig {
-    let mut bench = BenchConfig::default();
-    bench.emulator.seed = seed;
-    bench.emulator.impulse = vec![
-        Impulse { at_s: 5.0, duration_s: 0.05, torque: 0.6 },
-        Impulse { at_s: 10.0, duration_s: 0.05, torque: -0.6 },
+fn at(path: &Path, error: &std::io::Error) -> CliError {
+    CliError::new(format!("{}: {error}", path.display()))
+}
+
+/// The bench as its controller knows it, and as it really is. Only the emulator's process is told the second.
+fn benches(seed: u64) -> (BenchConfig, BenchConfig) {
+    let mut bench = BenchConfig { name: format!("demo-{}", std::process::id()), ..BenchConfig::default() };
+    bench.controller.reference.moves = vec![
+        MoveConfig { at_s: 12.0, angle_rad: 0.25, duration_s: 1.5 },
+        MoveConfig { at_s: 17.0, angle_rad: -0.15, duration_s: 1.5 },
     ];
-    bench.emulator.impulse_period_s = 10.0;
-    bench
+    let mut emulator = bench.clone();
+    emulator.emulator.seed = seed;
+    emulator.emulator.impulse = vec![
+        Impulse { at_s: 4.0, duration_s: 0.05, torque: 0.6 },
+        Impulse { at_s: 8.0, duration_s: 0.05, torque: -0.6 },
+    ];
+    let shows_in_flight = |id: &str| {
+        matches!(id, "gravity_pendulum" | "pivot_viscous_friction" | "torque_bias" | "cable_stiffness")
+    };
+    emulator.emulator.hidden.extend(HiddenConfig::draw(seed, shows_in_flight));
+    (bench, emulator)
 }
 
-fn fly(bench: &BenchConfig) -> Result<Vec<Slot>, CliError> {
-    let controller = bench.controller.build(&PlantParameters::paper(), bench.period_s)?;
-    let reference = bench.controller.reference.build(bench.period_s)?;
-    let pilot = Pilot::controller(controller, reference);
-    Ok(Lockstep::new(bench.emulator.build()?, pilot, bench.period_s).run(FLIGHT_S, &mut ()))
-}
+/// The emulator's process; ends with this one, however this one ends.
+struct EmulatorProcess(Child);
 
-fn save_log(slots: &[Slot], path: &Path) -> Result<(), CliError> {
-    let mut trace = Trace::default();
-    for slot in slots {
-        trace.push(crate::clock::span_ns(slot.time), &slot.sensors, &slot.applied);
+impl EmulatorProcess {
+    fn start(config: &BenchConfig, out: &Path) -> Result<Self, CliError> {
+        let file = out.join("emulator.toml");
+        write_atomically(&file, toml::to_string(config)?.as_bytes()).map_err(|error| at(&file, &error))?;
+        let seconds = FLIGHT_S + AFTER_S;
+        let program = std::env::current_exe()?;
+        let child = Program::new(program)
+            .args(["emulate", "--shm", "--arm", "--json", "--seconds", &seconds.to_string(), "--config"])
+            .arg(&file)
+            .env("ROTORBENCH_LOG", "warn")
+            .stdout(Stdio::null())
+            .spawn()?;
+        Ok(Self(child))
     }
-    Ok(log::write(&trace.into_dataset("demo")?, path)?)
+
+    /// Waits for its end; a failure is this command's failure.
+    fn finish(mut self) -> Result<(), CliError> {
+        let status = self.0.wait()?;
+        if status.success() {
+            Ok(())
+        } else {
+            Err(CliError::new(format!("the emulator's process: {status}")))
+        }
+    }
 }
 
-fn column(slots: &[Slot], of: impl Fn(&Slot) -> f64) -> Vec<f64> {
-    slots.iter().map(of).collect()
+impl Drop for EmulatorProcess {
+    fn drop(&mut self) {
+        // Already waited for, unless this process is on its way out; then nothing must be left running.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// The loop in real time: emulator in a process of its own, EMC here, shared memory between them.
+fn fly(
+    bench: &BenchConfig,
+    emulator: &BenchConfig,
+    out: &Path,
+    recording: &Path,
+    shutdown: &Shutdown,
+) -> Result<ControlSummary, CliError> {
+    let pilot = plant::pilot(bench)?;
+    if recording.exists() {
+        fs::remove_file(recording).map_err(|error| at(recording, &error))?;
+    }
+    let background = Background::start(bench, recording, "demo", None)?;
+    let process = EmulatorProcess::start(emulator, out)?;
+    let ended = Shutdown::default();
+    let summary = std::thread::scope(|scope| {
+        scope.spawn(|| watch(bench, &ended));
+        let summary = control::control(bench, pilot, Some(FLIGHT_S), shutdown);
+        ended.request();
+        summary
+    })?;
+    process.finish()?;
+    background.finish()?;
+    Ok(summary)
+}
+
+/// The live line.
+fn watch(bench: &BenchConfig, ended: &Shutdown) {
+    let Ok(bench) = Bench::join(&bench.name, &bench.shared_memory, Role::Monitor) else { return };
+    let (Ok(mut steps), Ok(mut applied)) = (bench.subscribe(&CONTROL_STEPS), bench.subscribe(&APPLIED))
+    else {
+        return;
+    };
+    let style = ProgressStyle::with_template("{bar:24} {msg}");
+    let bar = ProgressBar::new((FLIGHT_S * 10.0) as u64)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let start_ns = clock::monotonic_ns();
+    while !ended.is_requested() {
+        std::thread::sleep(Duration::from_millis(50));
+        let flown_s = clock::span_s(clock::monotonic_ns().saturating_sub(start_ns));
+        bar.set_position((flown_s * 10.0) as u64);
+        if let (Some(ControlStep { command, .. }), Some(applied)) = (steps.newest(), applied.newest()) {
+            let estimate = &command.estimate;
+            bar.set_message(format!(
+                "{flown_s:4.1} s  angle {:+.3} rad (wanted {:+.3})  disturbance {:+.3} N m  u {:.3} {:.3}",
+                estimate.body_angle,
+                estimate.reference_angle,
+                estimate.disturbance_torque,
+                applied.rotor[0],
+                applied.rotor[1],
+            ));
+        }
+    }
+    bar.finish_and_clear();
+}
+
+/// The controller's steps, from the recording.
+fn steps(recording: &Path) -> Result<Vec<ControlStep>, CliError> {
+    let mut steps = Vec::new();
+    for record in Recording::open(recording)? {
+        if let Record::ControlStep(step) = record? {
+            steps.push(step);
+        }
+    }
+    Ok(steps)
 }
 
 /// The angle, and the disturbance with its estimate.
-fn pictures(slots: &[Slot]) -> (Plot, Plot) {
-    let time = column(slots, |slot| slot.time);
-    let estimate = |of: fn(&crate::signal::Estimate) -> f64| {
-        column(slots, |slot| slot.command.as_ref().map_or(f64::NAN, |command| of(&command.estimate)))
-    };
-    let seconds = || Axis::new("time", "s");
-    let angle = Plot::new("Angle", seconds(), Axis::new("body angle", "rad"))
+fn pictures(steps: &[ControlStep], emulator: &BenchConfig) -> (Plot, Plot) {
+    let begun_ns = steps.first().map_or(0, |step| step.command.stamp_ns);
+    let seconds = |step: &ControlStep| clock::span_s(step.command.stamp_ns.saturating_sub(begun_ns));
+    let column = |of: fn(&ControlStep) -> f64| -> Vec<f64> { steps.iter().map(of).collect() };
+    let time: Vec<f64> = steps.iter().map(seconds).collect();
+    let axis = || Axis::new("time", "s");
+    let angle = Plot::new("Angle", axis(), Axis::new("body angle", "rad"))
         .group("time")
         .series(
-            Series::line("true", &time, &column(slots, |slot| slot.truth.body_angle)).tone(Tone::Measured),
-        )
-        .series(Series::line("estimated", &time, &estimate(|it| it.body_angle)).tone(Tone::Model));
-    let torque = Plot::new("Disturbance", seconds(), Axis::new("torque", "N m"))
-        .group("time")
-        .series(
-            Series::line("true", &time, &column(slots, |slot| slot.truth.disturbance_torque))
+            Series::line("measured", &time, &column(|step| step.sensors.body_angle.value))
                 .tone(Tone::Measured),
         )
-        .series(Series::line("estimated", &time, &estimate(|it| it.disturbance_torque)).tone(Tone::Model));
-    (angle, torque)
+        .series(
+            Series::line("estimated", &time, &column(|step| step.command.estimate.body_angle))
+                .tone(Tone::Model),
+        )
+        .series(
+            Series::line("reference", &time, &column(|step| step.command.estimate.reference_angle))
+                .tone(Tone::Quiet)
+                .dashed(),
+        );
+    let torque = Plot::new("Disturbance estimate", axis(), Axis::new("torque", "N m")).group("time").series(
+        Series::line("estimated by EMC", &time, &column(|step| step.command.estimate.disturbance_torque))
+            .tone(Tone::Model),
+    );
+    let strike =
+        |plot: Plot, impulse: &Impulse| plot.span("impulse", impulse.at_s, impulse.at_s + impulse.duration_s);
+    let impulses = &emulator.emulator.impulse;
+    (impulses.iter().fold(angle, strike), impulses.iter().fold(torque, strike))
 }
 
-fn summary(slots: &[Slot]) -> Table {
-    let angles = column(slots, |slot| slot.truth.body_angle);
-    let square: f64 = angles.iter().map(|angle| angle * angle).sum();
-    let peak = angles.iter().fold(0.0_f64, |peak, angle| peak.max(angle.abs()));
-    Table::new(["", "value", "unit"])
-        .row(["angle error, rms", &format!("{:.4}", (square / angles.len() as f64).sqrt()), "rad"])
-        .row(["angle error, largest", &format!("{peak:.4}"), "rad"])
-        .row(["flown", &format!("{FLIGHT_S}"), "s"])
+fn page(summary: &ControlSummary, angle: Plot, torque: Plot) -> Page {
+    let angle_error = &summary.angle;
+    let table = Table::new(["", "value", "unit"])
+        .row(["angle error, rms", &format!("{:.4}", angle_error.rms()), "rad"])
+        .row(["angle error, greatest", &format!("{:.4}", angle_error.greatest), "rad"])
+        .row(["periods flown", &angle_error.count.to_string(), ""])
+        .row(["command out after due, p99", &format!("{:.0}", summary.timing.response.p99_us), "µs"])
+        .row(["slots skipped", &summary.timing.skipped.to_string(), ""]);
+    let mut page = Page::new("rotorbench demo");
+    page.heading("The loop holds the angle")
+        .paragraph(
+            "An emulated bench in a process of its own, the controller in this one, shared memory between \
+             them, the guard in front of the rotors. Somebody strikes the body twice; then the angle is moved.",
+        )
+        .table(table)
+        .plot(angle)
+        .plot(torque);
+    page
 }

@@ -1,12 +1,262 @@
 //! `rotorbench experiment`: drive the bench with a test signal and record.
 
-use super::{CliError, CliResult};
+use std::path::{Path, PathBuf};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use super::emulate::PlantArguments;
+use super::operate::BenchArguments;
+use super::{CliError, CliResult, Outcome};
+use crate::bench::BenchConfig;
+use crate::clock;
+use crate::experiment::{ExperimentConfig, Rotors, Shape};
+use crate::file::write_atomically;
+use crate::process::experiment::{self, Ending};
+use crate::process::plant::FlightPlan;
+use crate::record::{export, log};
+use crate::rt::Shutdown;
 
 /// Arguments of `experiment`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+#[command(mut_args(|argument| argument.global(true)))]
+pub struct Arguments {
+    #[command(subcommand)]
+    shape: ShapeArguments,
+    #[command(flatten)]
+    bench: BenchArguments,
+    #[command(flatten)]
+    plant: PlantArguments,
+    /// Rotors that take part: one, two, both, differential
+    #[arg(long, value_name = "ROTORS", default_value = "one", value_parser = rotors)]
+    rotors: Rotors,
+    /// Operating point of the rotor command
+    #[arg(long, value_name = "U", default_value_t = 0.4633)]
+    around: f64,
+    /// Time from standstill to the first excited period
+    #[arg(long, value_name = "S", default_value_t = 3.0)]
+    lead_in: f64,
+    /// Add the signal differentially to the running controller, instead of flying open loop
+    #[arg(long)]
+    closed_loop: bool,
+    /// On the emulator in virtual time, as fast as it can; without it, on the running bench, which has to be armed
+    #[arg(long)]
+    lockstep: bool,
+    /// In lockstep and open loop, let the body swing instead of holding it still
+    #[arg(long, requires = "lockstep")]
+    free_body: bool,
+    /// The log; beside it go FILE.toml, which says what was run, and on a running bench the recording FILE.mcap
+    #[arg(short, long, value_name = "FILE.csv", default_value = "experiment.csv")]
+    output: PathBuf,
+    /// Say what was run as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// The test signals.
+#[derive(Debug, clap::Subcommand)]
+enum ShapeArguments {
+    /// Constant levels, one after another
+    Constant {
+        /// Commands, separated by commas
+        #[arg(long, value_delimiter = ',', default_value = "0.3,0.4,0.5,0.6")]
+        levels: Vec<f64>,
+        /// [s] at each
+        #[arg(long, default_value_t = 20.0)]
+        hold: f64,
+    },
+    /// Slow ramps up and down
+    Ramp {
+        /// Lowest command
+        #[arg(long, default_value_t = 0.25)]
+        low: f64,
+        /// Highest command
+        #[arg(long, default_value_t = 0.7)]
+        high: f64,
+        /// [1/s] slope
+        #[arg(long, default_value_t = 0.02)]
+        slope: f64,
+        /// Times up and down
+        #[arg(long, default_value_t = 2)]
+        cycles: u32,
+    },
+    /// Up- and down-steps of several sizes
+    Steps {
+        /// Largest step from the operating point
+        #[arg(long, default_value_t = 0.08)]
+        amplitude: f64,
+        /// [s] at each level
+        #[arg(long, default_value_t = 1.0)]
+        hold: f64,
+        /// Number of steps
+        #[arg(long, default_value_t = 48)]
+        count: u32,
+    },
+    /// Pseudo-random binary sequence of maximum length
+    Prbs {
+        /// Distance of both levels from the operating point
+        #[arg(long, default_value_t = 0.08)]
+        amplitude: f64,
+        /// [Hz] up to which the power is flat within 3 dB; 0 = as high as the period allows
+        #[arg(long, default_value_t = 0.0)]
+        bandwidth: f64,
+        /// [s]
+        #[arg(long, default_value_t = 120.0)]
+        duration: f64,
+        /// Chooses where in its period the sequence begins
+        #[arg(long, default_value_t = 1)]
+        sequence: u64,
+    },
+    /// A sine of rising frequency
+    Chirp {
+        /// Amplitude
+        #[arg(long, default_value_t = 0.05)]
+        amplitude: f64,
+        /// [Hz] at the start
+        #[arg(long, default_value_t = 0.1)]
+        from: f64,
+        /// [Hz] at the end
+        #[arg(long, default_value_t = 10.0)]
+        to: f64,
+        /// [s]
+        #[arg(long, default_value_t = 60.0)]
+        duration: f64,
+    },
+}
+
+impl ShapeArguments {
+    fn shape(&self) -> Shape {
+        match *self {
+            Self::Constant { ref levels, hold } => Shape::Constant { levels: levels.clone(), hold_s: hold },
+            Self::Ramp { low, high, slope, cycles } => Shape::Ramp { low, high, slope, cycles },
+            Self::Steps { amplitude, hold, count } => Shape::Steps { amplitude, hold_s: hold, count },
+            Self::Prbs { amplitude, bandwidth, duration, sequence } => {
+                Shape::Prbs { amplitude, bandwidth_hz: bandwidth, duration_s: duration, seed: sequence }
+            }
+            Self::Chirp { amplitude, from, to, duration } => {
+                Shape::Chirp { amplitude, from_hz: from, to_hz: to, duration_s: duration }
+            }
+        }
+    }
+}
+
+fn rotors(text: &str) -> Result<Rotors, String> {
+    match text {
+        "one" => Ok(Rotors::One),
+        "two" => Ok(Rotors::Two),
+        "both" => Ok(Rotors::Both),
+        "differential" => Ok(Rotors::Differential),
+        _ => Err("one, two, both or differential".to_owned()),
+    }
+}
+
+/// The file that says what was run.
+#[derive(Debug, Serialize)]
+struct Protocol<'a> {
+    bench: &'a str,
+    period_s: f64,
+    model: &'a str,
+    lockstep: bool,
+    /// [s] since 1970 when it began.
+    began_unix_s: u64,
+    #[serde(flatten)]
+    ending: &'a Ending,
+    samples: usize,
+    log: String,
+    log_sha256: String,
+    plan: &'a FlightPlan,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    emulator: Option<&'a crate::emulate::EmulatorConfig>,
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> CliResult {
-    Err(CliError::new("`experiment` is not part of this build"))
+pub fn run(arguments: &Arguments) -> CliResult {
+    let mut config = arguments.bench.load()?;
+    arguments.plant.apply(&mut config)?;
+    let plan = FlightPlan {
+        closed_loop: arguments.closed_loop,
+        experiment: ExperimentConfig {
+            shape: arguments.shape.shape(),
+            rotors: if arguments.closed_loop { Rotors::Differential } else { arguments.rotors },
+            around: arguments.around,
+            lead_in_s: arguments.lead_in,
+        },
+    };
+    let began_unix_s = clock::realtime_ns() / clock::NANOSECONDS_PER_SECOND;
+    let shutdown = Shutdown::listen()?;
+    let output = &arguments.output;
+    let (dataset, ending) = if arguments.lockstep {
+        config.emulator.plant.clamped = !plan.closed_loop && !arguments.free_body;
+        in_lockstep(&config, &plan, &shutdown)?
+    } else {
+        on_bench(&config, &plan, output, &shutdown)?
+    };
+    log::write(&dataset, output)?;
+    let protocol = Protocol {
+        bench: &config.name,
+        period_s: config.period_s,
+        model: &config.model,
+        lockstep: arguments.lockstep,
+        began_unix_s,
+        ending: &ending,
+        samples: dataset.len(),
+        log: output.display().to_string(),
+        log_sha256: log::content_hash(log::emit(&dataset).as_bytes()),
+        plan: &plan,
+        emulator: arguments.lockstep.then_some(&config.emulator),
+    };
+    write_protocol(&protocol, &output.with_extension("toml"))?;
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&protocol)?);
+    } else {
+        println!("{}: {} samples, {}", output.display(), dataset.len(), ending.reason);
+    }
+    Ok(if ending.complete { Outcome::Done } else { Outcome::FoundWanting })
+}
+
+fn write_protocol(protocol: &Protocol, path: &Path) -> Result<(), CliError> {
+    let text = toml::to_string(protocol)?;
+    let failed = |error| CliError::new(format!("{}: {error}", path.display()));
+    write_atomically(path, text.as_bytes()).map_err(failed)
+}
+
+/// A bar on a terminal, nothing elsewhere.
+fn bar() -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed} of about {duration}");
+    ProgressBar::new(1000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+fn in_lockstep(
+    config: &BenchConfig,
+    plan: &FlightPlan,
+    shutdown: &Shutdown,
+) -> Result<(crate::record::Dataset, Ending), CliError> {
+    let bar = bar();
+    let (trace, ending) = experiment::in_lockstep(config, plan, &mut (), |share| {
+        bar.set_position((share * 1000.0) as u64);
+        !shutdown.is_requested()
+    })?;
+    bar.finish_and_clear();
+    if trace.is_empty() {
+        return Err(CliError::new(format!("nothing was recorded: {}", ending.reason)));
+    }
+    Ok((trace.into_dataset("experiment")?, ending))
+}
+
+fn on_bench(
+    config: &BenchConfig,
+    plan: &FlightPlan,
+    output: &Path,
+    shutdown: &Shutdown,
+) -> Result<(crate::record::Dataset, Ending), CliError> {
+    let bar = bar();
+    eprintln!(
+        "waiting for the bench to be armed (`rotorbench arm`, in another terminal); Ctrl-C stops at any time"
+    );
+    let recording = output.with_extension("mcap");
+    let ending = experiment::on_bench(config, plan, &recording, shutdown, |share| {
+        bar.set_position((share * 1000.0) as u64);
+    })?;
+    bar.finish_and_clear();
+    Ok((export::dataset(&recording)?, ending))
 }

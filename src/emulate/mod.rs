@@ -110,6 +110,8 @@ pub struct EmulatorConfig {
     pub esc_timeout_s: f64,
     /// [rad] body angle at the start.
     pub initial_angle: f64,
+    /// Somebody holds the body still until a rotor is first commanded, as one does on a bench with a pendulum.
+    pub hold_until_commanded: bool,
     /// [s] after which the script of impulses begins again; 0 = it runs once.
     pub impulse_period_s: f64,
     /// What the bench is made of.
@@ -132,6 +134,7 @@ impl Default for EmulatorConfig {
             command_delay_s: 0.0,
             esc_timeout_s: 0.5,
             initial_angle: 0.0,
+            hold_until_commanded: true,
             impulse_period_s: 0.0,
             plant: PlantConfig::default(),
             battery: BatteryConfig::default(),
@@ -157,6 +160,7 @@ pub struct Emulator {
     delay_ns: u64,
     esc_timeout_ns: u64,
     initial_angle: f64,
+    hold_until_commanded: bool,
     seed: u64,
 }
 
@@ -168,6 +172,7 @@ pub struct EmulatorState {
     plant: PlantState,
     lines: [CommandLine; ROTORS],
     commanded_ns: [u64; ROTORS],
+    is_held: bool,
     channels: [Channel; CHANNELS],
     sensors: Sensors,
 }
@@ -202,6 +207,7 @@ impl EmulatorConfig {
             delay_ns: clock::span_ns(delay),
             esc_timeout_ns: clock::span_ns(self.esc_timeout_s),
             initial_angle: self.initial_angle,
+            hold_until_commanded: self.hold_until_commanded,
             seed: self.seed,
         })
     }
@@ -255,6 +261,7 @@ impl Emulator {
             plant: self.plant.start(self.initial_angle),
             lines: [CommandLine::new(self.delay_ns), CommandLine::new(self.delay_ns)],
             commanded_ns: [0; ROTORS],
+            is_held: self.hold_until_commanded,
             channels,
             sensors: Sensors::default(),
         };
@@ -331,6 +338,7 @@ impl Emulator {
             rotor: [state.lines[0].arrived(), state.lines[1].arrived()],
             torque: self.disturbance(state.now_ns),
             time: clock::span_s(state.now_ns),
+            is_held: state.is_held,
         }
     }
 
@@ -338,6 +346,7 @@ impl Emulator {
         let span_ns = until_ns - state.now_ns;
         let steps = span_ns.div_ceil(self.step_ns);
         let step = clock::span_s(span_ns) / steps as f64;
+        state.is_held &= state.lines.iter().all(|line| line.arrived() == 0.0);
         let start = self.inputs(state);
         for index in 0..steps {
             let inputs = Inputs { time: start.time + step * index as f64, ..start };

@@ -155,6 +155,8 @@ pub(super) struct Inputs {
     pub torque: f64,
     /// [s] since the start, at the beginning of the step.
     pub time: f64,
+    /// Whether somebody holds the body still.
+    pub is_held: bool,
 }
 
 /// The plant as built: parameters, battery, hidden laws.
@@ -297,7 +299,7 @@ impl Plant {
             }
             None => rotor_torque,
         };
-        if !self.config.clamped {
+        if !self.config.clamped && !inputs.is_held {
             slope[ANGLE] = x[RATE];
             slope[RATE] = (inputs.torque + self.body_torque(x, inputs, torque)) / self.config.inertia;
         }

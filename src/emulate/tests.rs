@@ -21,6 +21,7 @@ fn ideal() -> EmulatorConfig {
     config.battery.capacity_ah = 1e9;
     config.plant.angle_stop = 0.0;
     config.esc_timeout_s = 3600.0;
+    config.hold_until_commanded = false;
     config
 }
 
@@ -279,4 +280,17 @@ fn an_expression_acts_where_it_says_and_a_typo_is_marked() {
 fn a_model_file_gives_its_numbers() {
     let paper = PlantConfig::from_model(&crate::model::Model::paper());
     assert_eq!(paper, PlantConfig::default(), "two hands wrote Tables I and IV");
+}
+
+#[test]
+fn a_held_body_falls_only_when_the_rotors_are_commanded() {
+    let config = EmulatorConfig { hold_until_commanded: true, ..hidden("torque_bias:torque=0.1") };
+    assert_eq!(truth(&config, [0.0; 2], 2.0).body_angle, 0.0);
+    let (emulator, mut state) = run(&config, [0.3; 2], 1.0);
+    let angle = emulator.truth(&state).body_angle;
+    // θ = τ t² / (2 J)
+    assert!((angle - 0.1 / 0.064).abs() < 1e-6, "{angle}");
+    emulator.command(&mut state, [0.0; 2]);
+    emulator.advance(&mut state, 2 * SECOND);
+    assert!(emulator.truth(&state).body_angle > angle, "let go once, it is not caught again");
 }

@@ -147,6 +147,18 @@ impl Lockstep {
         applied
     }
 
+    /// Slot of the experiment that the last step commanded, lead-in included; `None` when it commanded none.
+    #[must_use]
+    pub fn experiment_slot(&self, state: &LockstepState) -> Option<u64> {
+        self.pilot.experiment_slot(&state.pilot)
+    }
+
+    /// Whether the experiment has run to its end.
+    #[must_use]
+    pub fn is_finished(&self, state: &LockstepState) -> bool {
+        self.pilot.finished(&state.pilot)
+    }
+
     /// Runs from rest for `seconds` and keeps every slot.
     #[must_use]
     pub fn run(&self, seconds: f64, interference: &mut impl Interference) -> Vec<Slot> {

@@ -2,7 +2,9 @@
 
 pub mod bridge;
 pub mod control;
+pub mod duet;
 pub mod emulate;
+pub mod experiment;
 pub mod flight;
 pub mod lockstep;
 pub mod operator;
