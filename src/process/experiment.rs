@@ -74,7 +74,7 @@ pub fn in_lockstep(
         if let Some(reason) = refusal(&slot.applied, flown, slot.slot, config) {
             return Ok((trace, Ending { complete: false, reason }));
         }
-        if slot.slot % TELL == 0 && !progress(flown as f64 / experiment.slots() as f64) {
+        if slot.slot.is_multiple_of(TELL) && !progress(flown as f64 / experiment.slots() as f64) {
             let reason = "stopped by the operator".to_owned();
             return Ok((trace, Ending { complete: false, reason }));
         }
