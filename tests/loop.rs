@@ -1,16 +1,12 @@
 //! The closed loop and experiments in lockstep: the bench on virtual time.
 
-use rotorbench::bench::BenchConfig;
 use rotorbench::control::{ControllerConfig, ControllerKind, PlantParameters};
 use rotorbench::emulate::{EmulatorConfig, Impulse, SensorsConfig};
 use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
 use rotorbench::guard::{Cause, GuardConfig, OperatorAct, State};
 use rotorbench::process::lockstep::{self, Interference, Lockstep, Slot};
 use rotorbench::process::pilot::Pilot;
-use rotorbench::process::plant::{self, FlightPlan};
-use rotorbench::process::{duet, experiment};
 use rotorbench::record::Dataset;
-use rotorbench::rt::Shutdown;
 use rotorbench::signal::{Command, GuardEvent, Health, Sensors};
 
 fn prbs(duration_s: f64) -> ExperimentConfig {
@@ -217,90 +213,4 @@ fn failsafe_paths_run_in_virtual_time_and_repeat() {
             assert!(format!("{:?}", (slots, events)) == format!("{:?}", fly()), "{kind:?} does not repeat");
         }
     }
-}
-
-fn duet_bench(name: &str) -> BenchConfig {
-    let mut config = BenchConfig { name: format!("{name}-{}", std::process::id()), ..BenchConfig::default() };
-    config.emulator = with_impulses();
-    config
-}
-
-/// Two sides over shared memory, each waiting for the other, give the bits of the one-thread run.
-#[test]
-fn lockstep_over_shared_memory_gives_the_same_bits_as_in_one_thread() {
-    let config = duet_bench("duet");
-    let shutdown = Shutdown::default();
-    let summary = std::thread::scope(|scope| {
-        let pilot = plant::pilot(&config).expect("valid");
-        let (config, shutdown) = (&config, &shutdown);
-        scope.spawn(move || duet::answer(config, pilot, 5.0, shutdown).expect("joins"));
-        let summary = duet::conduct(config, 10.0, 5.0, shutdown).expect("joins");
-        shutdown.request();
-        summary
-    });
-    assert_eq!((summary.slots, summary.answered), (500, 500));
-    let alone = Lockstep::new(
-        config.emulator.build().expect("valid"),
-        plant::pilot(&config).expect("valid"),
-        config.period_s,
-    )
-    .guarded(config.guard.build(config.period_s).expect("valid"));
-    let slots = alone.run(10.02, &mut ());
-    assert_eq!(slots.last().expect("slots").truth, summary.truth);
-    assert_eq!(slots[499].applied, summary.applied);
-}
-
-/// A controller that ends in the middle drives the failsafe in virtual time; the emulator's side does not hang.
-#[test]
-fn a_peer_that_vanishes_drives_the_failsafe() {
-    let config = duet_bench("vanish");
-    let (theirs, ours) = (Shutdown::default(), Shutdown::default());
-    let summary = std::thread::scope(|scope| {
-        let pilot = plant::pilot(&config).expect("valid");
-        let (config, theirs) = (&config, &theirs);
-        scope.spawn(move || duet::answer(config, pilot, 5.0, theirs).expect("joins"));
-        scope.spawn(move || {
-            std::thread::sleep(std::time::Duration::from_millis(300));
-            theirs.request();
-        });
-        duet::conduct(config, 3600.0, 0.3, &ours).expect("joins")
-    });
-    assert_eq!(summary.applied.rotor, [0.0; 2]);
-    assert_eq!(summary.applied.state, State::FailsafeLatched as u32);
-    assert_eq!(summary.applied.cause, Cause::CommandMissing as u32);
-    let guard = config.guard.build(config.period_s).expect("valid");
-    assert!(summary.slots - summary.answered <= u64::from(guard.hold_periods()) + 3, "{summary:?}");
-}
-
-/// The command's own way, in virtual time: the guard lets the whole experiment pass as it is.
-#[test]
-fn an_experiment_through_the_guard_is_logged_unclipped_and_one_that_would_be_clipped_is_refused() {
-    let mut config = BenchConfig::default();
-    config.emulator.plant.clamped = true;
-    let mut plan = FlightPlan { closed_loop: false, experiment: prbs(20.0) };
-    let (trace, ending) = experiment::in_lockstep(&config, &plan, &mut (), |_| true).expect("fits");
-    assert!(ending.complete, "{ending:?}");
-    let log = trace.into_dataset("experiment").expect("time rises");
-    let built = plan.experiment.build(config.period_s).expect("valid");
-    let asked: Vec<f64> = (built.lead_in()..built.slots()).map(|slot| built.command(slot)[0]).collect();
-    assert_eq!(log.column("command_1").expect("commanded"), asked);
-    plan.experiment.around = 0.85;
-    let refused = experiment::in_lockstep(&config, &plan, &mut (), |_| true).expect_err("clipped");
-    assert!(refused.to_string().contains("`rotor_maximum` = 0.9"), "{refused}");
-}
-
-#[test]
-fn an_experiment_on_top_of_the_controller_keeps_the_angle_and_stops_when_told() {
-    let config = BenchConfig::default();
-    let shape = Shape::Prbs { amplitude: 0.03, bandwidth_hz: 5.0, duration_s: 20.0, seed: 1 };
-    let experiment = ExperimentConfig { shape, rotors: Rotors::Differential, around: 0.46, lead_in_s: 3.0 };
-    let plan = FlightPlan { closed_loop: true, experiment };
-    let (trace, ending) = experiment::in_lockstep(&config, &plan, &mut (), |_| true).expect("fits");
-    assert!(ending.complete, "{ending:?}");
-    let log = trace.into_dataset("experiment").expect("time rises");
-    let angle = log.column("body_angle_rad").expect("measured");
-    let largest = angle.iter().fold(0.0_f64, |largest, angle| largest.max(angle.abs()));
-    assert!((0.01..0.4).contains(&largest), "{largest}");
-    let (_, stopped) = experiment::in_lockstep(&config, &plan, &mut (), |_| false).expect("fits");
-    assert_eq!((stopped.complete, stopped.reason.as_str()), (false, "stopped by the operator"));
 }
