@@ -222,7 +222,7 @@ fn pictures(steps: &[ControlStep], emulator: &BenchConfig) -> (Plot, Plot) {
 fn page(summary: &ControlSummary, angle: Plot, torque: Plot) -> Page {
     let angle_error = &summary.angle;
     let table = Table::new(["", "value", "unit"])
-        .row(["angle error, rms", &format!("{:.4}", angle_error.rms()), "rad"])
+        .row(["angle error, rms", &format!("{:.4}", angle_error.rms), "rad"])
         .row(["angle error, greatest", &format!("{:.4}", angle_error.greatest), "rad"])
         .row(["periods flown", &angle_error.count.to_string(), ""])
         .row(["command out after due, p99", &format!("{:.0}", summary.timing.response.p99_us), "µs"])
