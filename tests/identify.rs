@@ -44,8 +44,8 @@ fn twenty_benches_drawn_at_random_are_found() {
         let mut config = bench(100 + draw);
         let mut around = |value: &mut f64, share: f64| *value *= 1.0 + share * random.random_range(-1.0..1.0);
         around(&mut config.plant.pole, 0.4);
-        around(&mut config.plant.steady_rate_quadratic, 0.2);
-        around(&mut config.plant.steady_rate_linear, 0.2);
+        around(&mut config.plant.steady_rate[2], 0.2);
+        around(&mut config.plant.steady_rate[1], 0.2);
         around(&mut config.plant.voltage_gain, 0.3);
         let log = run(&config, prbs(2400.0, draw), "prbs");
         assert_eq!(log.len(), 120_000);
@@ -55,8 +55,8 @@ fn twenty_benches_drawn_at_random_are_found() {
         let plant = &config.plant;
         for (name, estimate, truth) in [
             ("p", joint.pole, plant.pole),
-            ("c_g2", joint.coefficients[0], plant.steady_rate_linear),
-            ("c_g1", joint.coefficients[1], plant.steady_rate_quadratic),
+            ("c_g2", joint.coefficients[0], plant.steady_rate[1]),
+            ("c_g1", joint.coefficients[1], plant.steady_rate[2]),
             ("k_V", joint.voltage_gain.expect("voltage was logged"), plant.voltage_gain),
         ] {
             let share = estimate.value / truth - 1.0;
