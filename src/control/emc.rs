@@ -36,7 +36,7 @@ impl Default for EmcConfig {
 }
 
 /// The gains of a built EMC, all dimensionless.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct EmcGains {
     /// β, discrete pole of the embedded actuator.
     pub beta: f64,

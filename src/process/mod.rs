@@ -8,6 +8,7 @@ pub mod experiment;
 pub mod flight;
 pub mod lockstep;
 pub mod operator;
+pub mod paper;
 pub mod pilot;
 pub mod plant;
 pub mod record;

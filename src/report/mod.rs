@@ -53,6 +53,7 @@ pub mod comparison;
 mod decimate;
 mod identification;
 mod page;
+mod paper;
 mod picture;
 mod plot;
 mod table;
