@@ -1,12 +1,99 @@
-//! `rotorbench effects`: the catalogue of physical effects.
+//! `rotorbench effects`: the catalogue of physical effects, or one card.
 
-use super::{CliError, CliResult};
+use std::path::PathBuf;
+
+use serde_json::json;
+
+use super::{CliError, CliResult, Outcome};
+use crate::effect::{CATALOGUE, Card, find};
+use crate::model::Model;
 
 /// Arguments of `effects`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    /// Show the card of this effect
+    id: Option<String>,
+    /// Model file, whose own effects are listed too
+    #[arg(long, default_value = "paper")]
+    model: PathBuf,
+    /// Answer as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> CliResult {
-    Err(CliError::new("`effects` is not part of this build"))
+pub fn run(arguments: &Arguments) -> CliResult {
+    let model = Model::load(&arguments.model)?;
+    let Some(id) = &arguments.id else {
+        if arguments.json {
+            println!(
+                "{}",
+                serde_json::to_string_pretty(
+                    &CATALOGUE.iter().map(|card| as_json(card)).collect::<Vec<_>>()
+                )?
+            );
+        } else {
+            list(&model);
+        }
+        return Ok(Outcome::Done);
+    };
+    let Some(card) = find(id) else {
+        let own = model.user_effects.iter().find(|user| user.id == *id);
+        let own = own.ok_or_else(|| {
+            model.effect(id).err().map_or_else(|| CliError::new("unknown effect"), CliError::from)
+        })?;
+        println!("{} ({}): {}\n  {}", own.id, own.site.name(), own.expression, own.meaning);
+        return Ok(Outcome::Done);
+    };
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&as_json(card))?)
+    } else {
+        show(card)
+    }
+    Ok(Outcome::Done)
+}
+
+fn as_json(card: &Card) -> serde_json::Value {
+    let parameters: Vec<_> = card
+        .parameters
+        .iter()
+        .map(|parameter| {
+            json!({ "name": parameter.name, "symbol": parameter.symbol, "unit": parameter.unit, "lower": parameter.lower,
+                    "upper": parameter.upper, "start": parameter.start, "meaning": parameter.meaning })
+        })
+        .collect();
+    json!({ "id": card.id, "meaning": card.meaning, "equation": card.equation, "source": card.source, "site": card.site,
+            "parameters": parameters, "needs": card.needs, "report": card.report, "residual": card.residual,
+            "confused_with": card.confused_with, "experiment": card.experiment })
+}
+
+fn list(model: &Model) {
+    for card in CATALOGUE {
+        println!("{:<24} {:<18} {}", card.id, card.site.name(), card.meaning);
+    }
+    for user in &model.user_effects {
+        println!("{:<24} {:<18} {} (your own)", user.id, user.site.name(), user.expression);
+    }
+}
+
+fn show(card: &Card) {
+    println!("{}: {}\n", card.id, card.meaning);
+    println!("  {} {}\n", card.report[0], card.report[1]);
+    println!("  equation       {}", card.equation);
+    println!("  acts on        {}", card.site.name());
+    println!("  source         {}", card.source);
+    for parameter in card.parameters {
+        let range = format!("{} to {}, from {}", parameter.lower, parameter.upper, parameter.start);
+        println!(
+            "  parameter      {} ({}) [{}]: {}; {range}",
+            parameter.name, parameter.symbol, parameter.unit, parameter.meaning
+        );
+    }
+    println!("  needs          {}", card.needs.join(", "));
+    println!("  in the error   {}", card.residual);
+    println!(
+        "  confused with  {}",
+        if card.confused_with.is_empty() { "-".to_owned() } else { card.confused_with.join(", ") }
+    );
+    println!("  experiment     {}", card.experiment);
 }

@@ -1,12 +1,98 @@
-//! `rotorbench extend`: add an effect to a model and show the fall of the error.
+//! `rotorbench extend`: adds an effect to a model and shows the fall of the error.
 
-use super::{CliError, CliResult};
+use std::path::PathBuf;
+
+use serde_json::json;
+
+use super::{CliError, CliResult, Outcome};
+use crate::diagnose::{DiagnoseConfig, extend};
+use crate::model::Model;
+use crate::record::log;
 
 /// Arguments of `extend`.
 #[derive(Debug, clap::Args)]
-pub struct Arguments {}
+pub struct Arguments {
+    /// Model file to start from, or `paper`
+    #[arg(long, default_value = "paper")]
+    model: PathBuf,
+    /// Effects to add
+    #[arg(long, num_args = 1.., required_unless_present = "step_back")]
+    effect: Vec<String>,
+    /// Logs to fit on
+    #[arg(long, num_args = 1.., required_unless_present = "step_back")]
+    log: Vec<PathBuf>,
+    /// Logs to judge on
+    #[arg(long, num_args = 1..)]
+    validate: Vec<PathBuf>,
+    /// Undo the last step of the model's ladder instead
+    #[arg(long, conflicts_with_all = ["effect", "log", "validate"])]
+    step_back: bool,
+    /// Windows over which the body runs freely [s]
+    #[arg(long, default_value_t = DiagnoseConfig::default().horizon)]
+    horizon_s: f64,
+    /// Model file to write
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Answer as JSON on standard output
+    #[arg(long)]
+    json: bool,
+}
 
 /// Runs the command.
-pub fn run(_arguments: &Arguments) -> CliResult {
-    Err(CliError::new("`extend` is not part of this build"))
+pub fn run(arguments: &Arguments) -> CliResult {
+    let model = Model::load(&arguments.model)?;
+    if arguments.step_back {
+        let back = model.step_back().ok_or_else(|| {
+            CliError::new(format!(
+                "{}: the ladder is empty, there is no step to undo",
+                arguments.model.display()
+            ))
+        })?;
+        back.save(&arguments.output)?;
+        println!("{}: {} steps on the ladder", arguments.output.display(), back.ladder.len());
+        return Ok(Outcome::Done);
+    }
+    let train = arguments.log.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
+    let validate = arguments.validate.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
+    let config = DiagnoseConfig { horizon: arguments.horizon_s };
+    let extension = extend(&model, &arguments.effect, &train, &validate, &config)?;
+    extension.model.save(&arguments.output)?;
+    if arguments.json {
+        let answer = json!({ "added": arguments.effect, "error": extension.error, "model": extension.model });
+        println!("{}", serde_json::to_string_pretty(&answer)?);
+    } else {
+        tell(&extension.model, &extension.error);
+    }
+    let falls = extension.error.extended.validate < extension.error.recalibrated.validate;
+    Ok(if falls { Outcome::Done } else { Outcome::FoundWanting })
+}
+
+fn tell(model: &Model, error: &crate::diagnose::answer::ErrorStory) {
+    println!("{}\n", error.measure);
+    println!("{:<16} {:>12} {:>12}", "", "fitted on", "held out");
+    let rows =
+        [("model as it was", error.base), ("recalibrated", error.recalibrated), ("extended", error.extended)];
+    for (name, both) in rows {
+        println!("{name:<16} {:>12.5} {:>12.5}", both.train, both.validate);
+    }
+    println!("{:<16} {:>12} {:>12.5}\n", "noise floor", "", error.noise_floor);
+    for added in &model.effects {
+        for (parameter, value) in &added.parameters {
+            let name = format!("{}.{parameter}", added.id);
+            let error =
+                model.standard_errors.get(&name).map_or(String::new(), |error| format!(" ± {error:.2e}"));
+            println!("  {name} = {value:.6}{error}");
+        }
+    }
+    println!("\nladder:");
+    for (number, step) in model.ladder.iter().enumerate() {
+        let fall = &step.error;
+        println!(
+            "  {} + {}: {:.5} -> {:.5} held out",
+            number + 1,
+            step.added.join(" + "),
+            fall.validate_before,
+            fall.validate_after
+        );
+    }
 }

@@ -1,3 +1,19 @@
 //! Residuals, comparison, search for the missing effect, extension.
 
+pub mod answer;
+pub mod body;
 pub mod compare;
+pub mod dependence;
+mod extend;
+pub mod noise;
+pub mod prepare;
+pub mod problem;
+pub mod rotor;
+mod run;
+pub mod search;
+pub mod surrogate;
+pub mod trial;
+
+pub use answer::{Diagnosis, Verdict};
+pub use extend::{Extension, extend};
+pub use run::{DiagnoseConfig, DiagnoseError, diagnose};

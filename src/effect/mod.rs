@@ -201,8 +201,6 @@ pub enum Symmetry {
     OddInBodyMotion,
     /// Odd in the body's motion, and it never feeds energy in.
     Dissipative,
-    /// Exchanging the rotors turns the sign of what it adds to the torque.
-    OddInRotors,
 }
 
 /// What people read about an effect, and its law.

@@ -89,11 +89,11 @@ impl Equations {
         self.torque_delay != 0.0 || !self.torque_stream.is_empty()
     }
 
-    /// [N m] mean torque over the interval after each sample, from the torque at the samples: straight lines
-    /// between them when `continuous`, held otherwise. Lateness and lag of the model included.
+    /// [N m] mean torque over the interval after each sample, late and lagged as the model says. `means` are those
+    /// of the bare torque, `slopes` [N m/s] how it rises within each interval.
     #[must_use]
-    pub fn torque_means(&self, time: &[f64], torque: &[f64], continuous: bool) -> Vec<f64> {
-        let mut means = delayed_means(time, torque, self.torque_delay, continuous);
+    pub fn torque_means(&self, time: &[f64], means: &[f64], slopes: &[f64]) -> Vec<f64> {
+        let mut means = delayed_means(time, means, slopes, self.torque_delay);
         for hook in &self.torque_stream {
             let Some((memory, parameters)) = hook.memory() else { continue };
             let mut point = self.constants;
@@ -231,33 +231,30 @@ impl Equations {
 }
 
 /// Mean over the interval after each sample of a signal that comes `delay` late.
-fn delayed_means(time: &[f64], values: &[f64], delay: f64, continuous: bool) -> Vec<f64> {
-    let (Some(first_time), Some(first_value)) = (time.first(), values.first()) else { return Vec::new() };
+fn delayed_means(time: &[f64], means: &[f64], slopes: &[f64], delay: f64) -> Vec<f64> {
+    let (Some(first_time), Some(first), false) = (time.first(), means.first(), delay == 0.0) else {
+        return means.to_vec();
+    };
     // The integral from the first sample to each sample; before it the first value held.
     let mut integral = vec![0.0; time.len()];
     for row in 1..time.len() {
-        let mean = if continuous { 0.5 * (values[row - 1] + values[row]) } else { values[row - 1] };
-        integral[row] = mean.mul_add(time[row] - time[row - 1], integral[row - 1]);
+        integral[row] = means[row - 1].mul_add(time[row] - time[row - 1], integral[row - 1]);
     }
     let mut row = 0;
     let mut integral_at = |at: f64| {
         if at <= *first_time {
-            return first_value * (at - first_time);
+            return first * (at - first_time);
         }
         while row + 2 < time.len() && time[row + 1] <= at {
             row += 1;
         }
         let span = at - time[row];
-        let slope = match (continuous, values.get(row + 1)) {
-            (true, Some(next)) => (next - values[row]) / (time[row + 1] - time[row]),
-            _ => 0.0,
-        };
-        integral[row] + span * (0.5 * slope).mul_add(span, values[row])
+        let rest = time.get(row + 1).map_or(0.0, |next| next - at);
+        // A straight line with the interval's mean and slope.
+        integral[row] + span * (means[row] - 0.5 * slopes[row] * rest)
     };
     let late: Vec<f64> = time.iter().map(|at| integral_at(at - delay)).collect();
-    let means =
+    let late =
         late.windows(2).zip(time.windows(2)).map(|(sum, span)| (sum[1] - sum[0]) / (span[1] - span[0]));
-    let mut means: Vec<f64> = means.collect();
-    means.push(values.last().copied().unwrap_or(0.0));
-    means
+    late.chain(means.last().copied()).collect()
 }

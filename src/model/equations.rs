@@ -129,6 +129,27 @@ impl Equations {
         }
     }
 
+    /// The point that a row of a log stands for: `at` reads a column, missing ones take what the model expects.
+    #[must_use]
+    pub fn point_at(&self, time: f64, at: &dyn Fn(&str) -> Option<f64>) -> Point {
+        let read =
+            |name: &str, otherwise: f64| at(name).filter(|value| value.is_finite()).unwrap_or(otherwise);
+        let constants = self.constants;
+        let command = read("command_1", constants.hover_command);
+        let voltage = read("battery_voltage_v", constants.full_voltage);
+        let mut point = self.steady_point(command, voltage, 1.0);
+        point.time = time;
+        point.propeller_rate_1 = read("propeller_rate_1_rad_s", constants.hover_rate);
+        point.propeller_rate_2 = read("propeller_rate_2_rad_s", constants.hover_rate);
+        point.propeller_rate = point.propeller_rate_1;
+        point.thrust = constants.thrust_coefficient * point.propeller_rate * point.propeller_rate;
+        point.torque =
+            read("torque_command_nm", self.rotor_torque(point.propeller_rate_1, point.propeller_rate_2));
+        point.body_angle = read("body_angle_rad", 0.0);
+        point.body_rate = read("body_rate_rad_s", 0.0);
+        point
+    }
+
     /// [rad/s] z and the point it belongs to, before the laws that act on z. [LPC16] Eq. (2).
     pub(super) fn steady_point(&self, command: f64, voltage: f64, side: f64) -> Point {
         let mut point = Point { command, battery_voltage: voltage, side, ..self.constants };

@@ -32,12 +32,14 @@ pub struct RotorTrace {
     pub rate: Vec<f64>,
     /// [rad/s] what its sensor would read.
     pub measured: Vec<f64>,
+    /// [rad/s] mean rate over the interval after each sample; the last one repeats the rate.
+    pub mean: Vec<f64>,
 }
 
 /// A step of integration covers at most this share of the fastest time constant.
 const STEP_SHARE: f64 = 0.35;
-/// Most steps between two samples: a bound for absurd parameters on the way of a fit.
-const MOST_STEPS: f64 = 200.0;
+/// [s] a state that settles within a step this short needs no finer one.
+const SHORTEST_STEP: f64 = 2.5e-3;
 /// Most states of laws with memory.
 const MOST_STATES: usize = 8;
 
@@ -53,6 +55,7 @@ impl Equations {
     pub fn simulate_rotor(&self, input: &RotorInput, start: &RotorStart, trace: &mut RotorTrace) {
         trace.rate.clear();
         trace.measured.clear();
+        trace.mean.clear();
         let Some(first) = self.rotor_point(input, 0, 0) else { return };
         let linear = self.steady.is_empty() && self.acceleration.is_empty() && self.rotor_sensor.is_empty();
         let mut state = self.settle(first, start);
@@ -64,6 +67,7 @@ impl Equations {
             trace.measured.push(self.sensed(&state, first));
             let (Some(now), Some(next)) = (input.time.get(row), input.time.get(row + 1)) else { break };
             let mut from = *now;
+            let mut turned = 0.0;
             while from < *next {
                 while input.time.get(late + 1).is_some_and(|change| change + self.command_delay <= from) {
                     late += 1;
@@ -77,13 +81,17 @@ impl Equations {
                     if known.0 != span {
                         known = (span, followed(self.pole, span));
                     }
-                    state.rate = (point.steady_rate - state.rate).mul_add(known.1, state.rate);
+                    let way = point.steady_rate - state.rate;
+                    turned += point.steady_rate.mul_add(span, -way * known.1 / self.pole);
+                    state.rate = way.mul_add(known.1, state.rate);
                 } else {
-                    self.advance(&mut state, point, to - from);
+                    turned += self.advance(&mut state, point, to - from);
                 }
                 from = to;
             }
+            trace.mean.push(turned / (next - now));
         }
+        trace.mean.extend(trace.rate.last().copied());
     }
 
     fn rotor_point(&self, input: &RotorInput, command_row: usize, row: usize) -> Option<Point> {
@@ -132,22 +140,29 @@ impl Equations {
         point.propeller_rate
     }
 
-    /// Advances every state over a span in which command and voltage hold.
-    fn advance(&self, state: &mut State, held: Point, span: f64) {
+    /// Advances every state over a span in which command and voltage hold; answers the angle turned [rad].
+    fn advance(&self, state: &mut State, held: Point, span: f64) -> f64 {
         let hooks = self.steady.iter().chain(&self.rotor_sensor);
         let rates =
             hooks.filter_map(|hook| hook.memory().map(|(memory, parameters)| (memory.rate)(parameters)));
         // The laws on the acceleration move the pole by a small factor at most.
         let pole = if self.acceleration.is_empty() { 0.5 * self.pole } else { self.pole };
         let fastest = rates.fold(pole, f64::max);
-        let steps = (span * fastest / STEP_SHARE).ceil().clamp(1.0, MOST_STEPS);
+        let finest = (span / SHORTEST_STEP).max(span * self.pole).ceil().max(1.0);
+        let steps = (span * fastest / STEP_SHARE).ceil().clamp(1.0, finest);
         let step = span / steps;
+        let mut turned = 0.0;
         for _ in 0..steps as usize {
             let before = state.rate;
             let target = self.steady_over(state, held, step);
             state.rate = self.accelerate(before, held, target, step);
-            self.advance_sensor(state, Point { propeller_rate: 0.5 * (before + state.rate), ..held }, step);
+            // The slopes at both ends bend the straight line: the pole is what bends it most.
+            let bend = self.pole * ((target[0] - before) - (target[2] - state.rate));
+            let mean = 0.5 * (before + state.rate) + step * bend / 12.0;
+            turned += step * mean;
+            self.advance_sensor(state, Point { propeller_rate: mean, ..held }, step);
         }
+        turned
     }
 
     /// z at the begin, the middle and the end of a step, the memories on the way advanced.

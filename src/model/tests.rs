@@ -102,7 +102,7 @@ fn a_delay_between_samples_is_exact() {
 fn the_rigid_body_is_exact() {
     let equations = Model::paper().equations().expect("binds");
     let time: Vec<f64> = (0..50).map(|k| 0.01 * f64::from(k)).collect();
-    let torque = equations.torque_means(&time, &vec![0.064; time.len()], false);
+    let torque = equations.torque_means(&time, &vec![0.064; time.len()], &vec![0.0; time.len()]);
     let input = BodyInput { time: time.clone(), torque, ..BodyInput::default() };
     let mut trace = BodyTrace::default();
     equations.simulate_body(
@@ -128,7 +128,8 @@ fn torque_lag_and_delay_follow_a_ramp() {
     model.set_parameter("torque_delay.delay", 0.013);
     model.set_parameter("rotor_lag.pole", 20.0);
     let time: Vec<f64> = (0..200).map(|k| 0.01 * f64::from(k)).collect();
-    let means = model.equations().expect("binds").torque_means(&time, &time, true);
+    let bare: Vec<f64> = time.iter().map(|at| at + 0.005).collect();
+    let means = model.equations().expect("binds").torque_means(&time, &bare, &vec![1.0; time.len()]);
     for row in 100..199 {
         // Long after the start a lagged ramp is the ramp 1/p later. The mean over a quarter of a sample is
         // taken at its middle: (p h)² / 24 of its growth, below 1e-5 here.

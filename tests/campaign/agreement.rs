@@ -59,8 +59,11 @@ fn body_apart(model: &Model, truth: &Truth) -> f64 {
         let at = |k: usize| truth.rows[k.min(truth.rows.len() - 1)].true_rate[rotor];
         (0..truth.rows.len()).map(|k| (at(k) + at(k + 1)) / 2.0).collect()
     };
+    let next = |k: usize| torque[(k + 1).min(torque.len() - 1)];
+    let means: Vec<f64> = (0..torque.len()).map(|k| (torque[k] + next(k)) / 2.0).collect();
+    let slopes: Vec<f64> = (0..torque.len()).map(|k| (next(k) - torque[k]) / truth.inputs.period).collect();
     let input = BodyInput {
-        torque: equations.torque_means(&time, &torque, true),
+        torque: equations.torque_means(&time, &means, &slopes),
         propeller_rate: [middle(0), middle(1)],
         time,
     };

@@ -161,7 +161,7 @@ pub(super) fn body_inputs(equations: &Equations, log: &Dataset) -> Option<Driven
     let torque = log.column(TORQUE_COMMAND)?;
     let inputs = stretches(log, &[torque]).into_iter().map(|stretch| {
         let time = log.time()[stretch.rows.clone()].to_vec();
-        let torque = equations.torque_means(&time, &stretch.inputs[0], false);
+        let torque = equations.torque_means(&time, &stretch.inputs[0], &vec![0.0; time.len()]);
         (stretch.rows, BodyInput { time, torque, propeller_rate: [Vec::new(), Vec::new()] })
     });
     Some(Driven { stretches: inputs.collect(), by: vec![TORQUE_COMMAND] })
@@ -175,8 +175,11 @@ fn rotor_driven(equations: &Equations, time: &[f64], rates: &[Vec<f64>]) -> Body
         let last = values.last().copied();
         values.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).chain(last).collect()
     };
+    let rises =
+        time.windows(2).zip(torque.windows(2)).map(|(at, value)| (value[1] - value[0]) / (at[1] - at[0]));
+    let slopes: Vec<f64> = rises.chain([0.0]).collect();
     BodyInput {
-        torque: equations.torque_means(time, &torque, true),
+        torque: equations.torque_means(time, &means(&torque), &slopes),
         propeller_rate: [means(&rates[0]), means(&rates[1])],
         time: time.to_vec(),
     }

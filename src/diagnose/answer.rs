@@ -1,0 +1,153 @@
+//! What `diagnose` answers: the JSON of this is a contract.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::model::Model;
+
+/// The verdict.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// Effects are missing, and they are named.
+    MissingEffect,
+    /// Nothing is missing that these data could show.
+    Adequate,
+    /// No effect is missing; parameters of the base have other values.
+    ParametersChanged,
+    /// Something is missing, and nothing in the catalogue carries the error to the noise floor.
+    Unknown,
+    /// These data cannot tell.
+    InsufficientData,
+}
+
+/// A base parameter that has another value than the model says.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChangedParameter {
+    /// Name in the model file.
+    pub name: String,
+    /// Symbol in the paper.
+    pub symbol: String,
+    /// In the model, in `unit`.
+    pub from: f64,
+    /// Found in the data.
+    pub to: f64,
+    /// Of `to`.
+    pub standard_error: Option<f64>,
+    /// SI unit.
+    pub unit: String,
+}
+
+/// A parameter found.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FoundParameter {
+    /// In `unit`.
+    pub value: f64,
+    /// `None`: the data do not determine it.
+    pub standard_error: Option<f64>,
+    /// SI unit.
+    pub unit: String,
+}
+
+/// An error on both kinds of data.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Both {
+    /// On what was fitted.
+    pub train: f64,
+    /// On what was held out.
+    pub validate: f64,
+}
+
+/// The error, and how far it falls.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ErrorStory {
+    /// What it is, with unit.
+    pub measure: String,
+    /// What sensor noise alone would leave.
+    pub noise_floor: f64,
+    /// The model as it is.
+    pub base: Both,
+    /// Its own parameters refitted.
+    pub recalibrated: Both,
+    /// With the missing effects.
+    pub extended: Both,
+}
+
+/// Where the model fails.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Place {
+    /// `actuator_1`, `actuator_2`, `body`.
+    pub block: String,
+    /// Share of all that is above the noise.
+    pub share_of_error: f64,
+    /// The channel that the error follows most.
+    pub depends_on: String,
+    /// Share of the error's slow part that this channel explains.
+    pub explained: f64,
+}
+
+/// One rung of the ladder.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rung {
+    /// Effects so far.
+    pub effects: Vec<String>,
+    /// Held-out error.
+    pub validate: f64,
+}
+
+/// One candidate on its own.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Candidate {
+    /// Id.
+    pub effect: String,
+    /// Error on training data; `None`: not tried.
+    pub train: Option<f64>,
+    /// Held-out error.
+    pub validate: Option<f64>,
+    /// How often a meaningless candidate does as well.
+    pub chance: Option<f64>,
+    /// Held-out error of the answer without it; `None`: not in the answer.
+    pub drop_one: Option<f64>,
+    /// Why it was not tried, or what to know.
+    pub note: String,
+}
+
+/// What to do next.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NextExperiment {
+    /// The sets it would tell apart.
+    pub separates: Vec<Vec<String>>,
+    /// What to run.
+    pub run: String,
+}
+
+/// The answer.
+#[derive(Debug, Clone, Serialize)]
+pub struct Diagnosis {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The whole set that is missing, in the order added.
+    pub effects: Vec<String>,
+    /// Sets that the data cannot tell from it.
+    pub alternatives: Vec<Vec<String>>,
+    /// Base parameters that have changed.
+    pub changed_parameters: Vec<ChangedParameter>,
+    /// Parameters of the effects, by `effect.parameter`.
+    pub parameters: BTreeMap<String, FoundParameter>,
+    /// The error, and how far it falls.
+    pub error: ErrorStory,
+    /// Where the model fails.
+    pub r#where: Vec<Place>,
+    /// The error falling.
+    pub ladder: Vec<Rung>,
+    /// Every candidate.
+    pub candidates: Vec<Candidate>,
+    /// What to know about data and answer.
+    pub warnings: Vec<String>,
+    /// What would tell more.
+    pub next_experiment: Option<NextExperiment>,
+    /// The model with the effects, refitted.
+    #[serde(skip)]
+    pub model: Model,
+}

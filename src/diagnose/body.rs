@@ -1,0 +1,140 @@
+//! The body block: free runs over short windows, driven by what the rotors were measured to do.
+
+use std::ops::Range;
+
+use super::problem::hold;
+use crate::model::{BodyInput, BodyStart, BodyTrace, Equations};
+
+/// One stretch of one log.
+#[derive(Debug, Clone)]
+pub struct BodyRun {
+    /// Index of the log.
+    pub log: usize,
+    /// Its samples in the log.
+    pub rows: Range<usize>,
+    /// [N m/s] how the torque rises within the interval after each sample.
+    pub torque_slope: Vec<f64>,
+    /// The inputs for a model without lateness or lag of the torque.
+    pub input: BodyInput,
+    /// [rad/s] not-a-number where missing.
+    pub rate: Vec<f64>,
+    /// [rad] not-a-number where missing; empty when the log has none.
+    pub angle: Vec<f64>,
+    /// [rad/s] where windows start.
+    pub start_rate: Vec<f64>,
+    /// [rad] where windows start.
+    pub start_angle: Vec<f64>,
+    /// The windows, in samples of this run.
+    pub windows: Vec<Range<usize>>,
+    /// Whether each window counts.
+    pub counts: Vec<bool>,
+}
+
+impl BodyRun {
+    /// A run cut into windows of `horizon` [s].
+    #[must_use]
+    pub fn new(log: usize, rows: Range<usize>, source: BodySource, horizon: f64) -> Self {
+        let BodySource { time, torque, torque_slope, propeller_rate, rate, angle } = source;
+        let windows = windows(&time, horizon);
+        let input = BodyInput { torque, propeller_rate, time };
+        let angle = if angle.iter().any(|value| value.is_finite()) { angle } else { Vec::new() };
+        Self {
+            log,
+            rows,
+            torque_slope,
+            start_rate: hold(&rate),
+            start_angle: hold(&angle),
+            rate,
+            angle,
+            counts: vec![true; windows.len()],
+            windows,
+            input,
+        }
+    }
+
+    /// Channels measured: the rate, and the angle where there is one.
+    #[must_use]
+    pub fn channels(&self) -> usize {
+        if self.angle.is_empty() { 1 } else { 2 }
+    }
+}
+
+/// The signals of a run.
+#[derive(Debug, Clone, Default)]
+pub struct BodySource {
+    /// [s]
+    pub time: Vec<f64>,
+    /// [N m] mean over the interval after each sample, before any effect.
+    pub torque: Vec<f64>,
+    /// [N m/s] how it rises within the interval.
+    pub torque_slope: Vec<f64>,
+    /// [rad/s] means; empty when there is none.
+    pub propeller_rate: [Vec<f64>; 2],
+    /// [rad/s]
+    pub rate: Vec<f64>,
+    /// [rad]
+    pub angle: Vec<f64>,
+}
+
+/// A window with fewer samples cannot tell a start from a law.
+const FEWEST_SAMPLES: usize = 6;
+
+/// Windows of `horizon` [s] one after the other; a rest too short joins none.
+fn windows(time: &[f64], horizon: f64) -> Vec<Range<usize>> {
+    let mut windows = Vec::new();
+    let mut from = 0;
+    while let Some(begin) = time.get(from) {
+        let length = time[from..].iter().take_while(|at| **at - begin < horizon).count();
+        let to = from + length.max(FEWEST_SAMPLES);
+        if to > time.len() || time.last().is_some_and(|last| last - begin < 0.7 * horizon) {
+            break;
+        }
+        windows.push(from..to);
+        from = to;
+    }
+    windows
+}
+
+/// The inputs of a run under a model: late and lagged as the model says.
+#[must_use]
+pub fn input_under(equations: &Equations, run: &BodyRun) -> Option<BodyInput> {
+    equations.has_torque_stream().then(|| BodyInput {
+        torque: equations.torque_means(&run.input.time, &run.input.torque, &run.torque_slope),
+        ..run.input.clone()
+    })
+}
+
+/// Simulates one window from its local start, and writes the residuals: rates, then angles.
+pub fn window_residuals(
+    equations: &Equations,
+    (run, input): (&BodyRun, &BodyInput),
+    window: usize,
+    locals: &[f64],
+    sigma: [f64; 2],
+    trace: &mut BodyTrace,
+    out: &mut [f64],
+) {
+    let rows = run.windows[window].clone();
+    let has_angle = !run.angle.is_empty();
+    let local = |index: usize| locals.get(index).copied().unwrap_or(0.0);
+    let (rate, angle, sensor) =
+        if has_angle { (local(0), local(1), local(2)) } else { (local(0), 0.0, local(1)) };
+    let at = |values: &[f64]| values.get(rows.start).copied().unwrap_or(0.0);
+    let start = BodyStart { angle: at(&run.start_angle) + angle, rate: at(&run.start_rate) + rate, sensor };
+    trace.rate.clear();
+    trace.angle.clear();
+    equations.simulate_body(input, rows.start, rows.end, &start, trace);
+    let counts = run.counts[window];
+    let difference = |measured: f64, simulated: f64, sigma: f64| {
+        if counts && measured.is_finite() { (measured - simulated) / sigma } else { 0.0 }
+    };
+    let (rates, angles) = out.split_at_mut(rows.len());
+    for ((value, measured), simulated) in rates.iter_mut().zip(&run.rate[rows.clone()]).zip(&trace.rate) {
+        *value = difference(*measured, *simulated, sigma[0]);
+    }
+    if has_angle {
+        for ((value, measured), simulated) in angles.iter_mut().zip(&run.angle[rows]).zip(&trace.angle) {
+            *value = difference(*measured, *simulated, sigma[1]);
+        }
+    }
+}

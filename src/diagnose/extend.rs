@@ -1,0 +1,75 @@
+//! Adds effects to a model, refits, and writes down what it did to the error.
+
+use super::answer::ErrorStory;
+use super::run::{Blocks, DiagnoseConfig, DiagnoseError};
+use super::search::{Found, Search};
+use super::trial::Stage;
+use crate::model::{Effect, ErrorFall, LogReference, Model, Step};
+use crate::record::Dataset;
+
+/// A model with more effects.
+#[derive(Debug, Clone)]
+pub struct Extension {
+    /// The extended model, its ladder one step longer.
+    pub model: Model,
+    /// The error before and after.
+    pub error: ErrorStory,
+}
+
+/// Adds the effects `ids` to `model`, refitting on `train`; `validate` is only looked at.
+///
+/// # Errors
+/// [`DiagnoseError`] when an effect is unknown, already there, or the logs lack what it needs.
+pub fn extend(
+    model: &Model,
+    ids: &[String],
+    train: &[Dataset],
+    validate: &[Dataset],
+    config: &DiagnoseConfig,
+) -> Result<Extension, DiagnoseError> {
+    let known = model.known_effects()?;
+    let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
+    for id in ids {
+        let effect = model.effect(id)?;
+        if let Some(why) = super::prepare::refusal(&effect, model, &logs) {
+            return Err(DiagnoseError::Refused { effect: id.clone(), why });
+        }
+    }
+    let in_block = |stage: &Stage| -> Vec<String> {
+        let held =
+            |id: &&String| known.iter().any(|effect: &Effect| effect.id == **id && stage.holds(effect));
+        ids.iter().filter(held).cloned().collect()
+    };
+    let refit = |stage: Stage| -> Found {
+        let inside = in_block(&stage);
+        Search { base: model, known: &known, eligible: Vec::new(), done: &|| {} }.refit(stage, &inside)
+    };
+    let blocks = Blocks::build(model, train, validate, config, &refit)?;
+    if let Some(id) =
+        ids.iter().find(|id| !blocks.found.iter().any(|found| found.answer.effects.contains(id)))
+    {
+        let why = "the logs have no block that it acts in".to_owned();
+        return Err(DiagnoseError::Refused { effect: id.clone(), why });
+    }
+    let error = blocks.error_story(config);
+    let mut extended = blocks.merged(model);
+    extended.ladder.push(Step {
+        added: ids.to_vec(),
+        logs: train.iter().map(reference).collect(),
+        validation: validate.iter().map(reference).collect(),
+        error: ErrorFall {
+            measure: error.measure.clone(),
+            noise_floor: error.noise_floor,
+            train_before: error.base.train,
+            train_after: error.extended.train,
+            validate_before: error.base.validate,
+            validate_after: error.extended.validate,
+        },
+        before: model.parameters(),
+    });
+    Ok(Extension { model: extended, error })
+}
+
+fn reference(log: &Dataset) -> LogReference {
+    LogReference { file: log.source_name().to_owned(), sha256: log.sha256().to_owned() }
+}

@@ -1,0 +1,239 @@
+//! From logs to blocks: which blocks the logs can judge, what is held out, what drives the body.
+
+use std::ops::Range;
+
+use super::body::{BodyRun, BodySource};
+use super::noise::smooth;
+use super::problem::{BlockData, Runs, hold};
+use super::rotor::{COMMANDS, PROPELLER_RATES, RotorRun, rotor_runs, simulate};
+use super::trial::{Stage, Trial};
+use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
+use crate::record::Dataset;
+use crate::signal::ROTORS;
+
+/// Stretches of the training log, every third of which is held out when there are no validation logs.
+const STRETCHES: usize = 30;
+
+/// The rotor block of the logs; `None` when no log has a command beside a rotor rate.
+#[must_use]
+pub fn rotor_stage(train: &[Dataset], validate: &[Dataset]) -> Option<Stage> {
+    split(
+        BlockData::new(Runs::Rotor(rotor_runs(train))),
+        BlockData::new(Runs::Rotor(rotor_runs(validate))),
+        validate,
+    )
+}
+
+/// The body block of the logs; `None` when no log has a body rate beside anything that drives it.
+///
+/// # Errors
+/// [`ModelError`] when the model holds an unknown effect.
+pub fn body_stage(
+    train: &[Dataset],
+    validate: &[Dataset],
+    driver: &Driver,
+    horizon: f64,
+) -> Result<Option<Stage>, ModelError> {
+    let block = |logs: &[Dataset], locals: Option<&Trial>, held_out: bool| {
+        let runs =
+            logs.iter().enumerate().flat_map(|(log, data)| driver.runs(log, data, locals, held_out, horizon));
+        BlockData::new(Runs::Body(runs.collect()))
+    };
+    let train_block = block(train, driver.trial, false);
+    let validate_block = block(validate, driver.trial, true);
+    Ok(split(train_block, validate_block, validate))
+}
+
+fn split(train: BlockData, validate: BlockData, logs: &[Dataset]) -> Option<Stage> {
+    if train.is_empty() || (!logs.is_empty() && validate.is_empty()) {
+        return None;
+    }
+    Some(if logs.is_empty() {
+        Stage { validate: train.part(true, STRETCHES), train: train.part(false, STRETCHES) }
+    } else {
+        Stage { train, validate }
+    })
+}
+
+/// What drives the body: rotor rates as measured, their noise taken out with the help of the rotor model.
+pub struct Driver<'a> {
+    /// The rotor model as it was found, bound.
+    pub equations: &'a Equations,
+    /// The rotor block's answer, and the data it stands on.
+    pub trial: Option<&'a Trial>,
+    /// The rotor block's data.
+    pub stage: Option<&'a Stage>,
+}
+
+impl Driver<'_> {
+    /// The runs of one log.
+    fn runs(
+        &self,
+        log: usize,
+        data: &Dataset,
+        trial: Option<&Trial>,
+        held_out: bool,
+        horizon: f64,
+    ) -> Vec<BodyRun> {
+        let Some(rate) = data.column("body_rate_rad_s") else { return Vec::new() };
+        let angle = data.column("body_angle_rad");
+        let rates: Vec<Option<Rates>> =
+            (0..ROTORS).map(|rotor| self.rotor_rate(log, rotor, data, trial, held_out)).collect();
+        let command = data.column("torque_command_nm").map(hold);
+        let mut runs = Vec::new();
+        for rows in data.segments() {
+            let cut = |values: &[f64]| values[rows.clone()].to_vec();
+            let held = vec![0.0; rows.len()];
+            let (torque, torque_slope, propeller_rate) = match (&rates[..], &command) {
+                ([Some(first), Some(second)], _) => {
+                    let (first, second) = (first.cut(rows.clone()), second.cut(rows.clone()));
+                    let torque = |first: &[f64], second: &[f64]| -> Vec<f64> {
+                        let pairs = first.iter().zip(second);
+                        pairs.map(|(first, second)| self.equations.rotor_torque(*first, *second)).collect()
+                    };
+                    let slope = slopes(&data.time()[rows.clone()], &torque(&first.at, &second.at));
+                    (torque(&first.mean, &second.mean), slope, [first.mean, second.mean])
+                }
+                (_, Some(command)) => (cut(command), held, [Vec::new(), Vec::new()]),
+                _ => return Vec::new(),
+            };
+            let source = BodySource {
+                time: cut(data.time()),
+                torque,
+                torque_slope,
+                propeller_rate,
+                rate: cut(rate),
+                angle: angle.map(cut).unwrap_or_default(),
+            };
+            runs.push(BodyRun::new(log, rows.clone(), source, horizon));
+        }
+        runs.retain(|run| !run.windows.is_empty());
+        runs
+    }
+
+    /// The best guess of a rotor's true rate over a log.
+    fn rotor_rate(
+        &self,
+        log: usize,
+        rotor: usize,
+        data: &Dataset,
+        trial: Option<&Trial>,
+        held_out: bool,
+    ) -> Option<Rates> {
+        let measured = data.column(PROPELLER_RATES[rotor]);
+        let has_command = data.column(COMMANDS[rotor]).is_some();
+        match (measured, trial, self.stage) {
+            (Some(measured), Some(trial), Some(stage)) if has_command => {
+                let mut rates = Rates::between(hold(measured));
+                for (run, locals) in runs_of(stage, trial, held_out) {
+                    if run.log == log && run.rotor == rotor {
+                        self.fuse(run, locals, &mut rates);
+                    }
+                }
+                Some(rates)
+            }
+            (Some(measured), ..) => Some(Rates::between(hold(measured))),
+            (None, ..) if has_command => self.simulated(rotor, data),
+            _ => None,
+        }
+    }
+
+    /// The free run of the rotor model, moved by what the smoothed measurement says it lacks.
+    fn fuse(&self, run: &RotorRun, locals: &[f64], rates: &mut Rates) {
+        let mut trace = RotorTrace::default();
+        simulate(self.equations, run, locals, &mut trace);
+        let lacks: Vec<f64> =
+            run.measured.iter().zip(&trace.measured).map(|(measured, model)| measured - model).collect();
+        let lacks = smooth(&lacks);
+        for (row, lack) in run.rows.clone().zip(&lacks) {
+            let within = row - run.rows.start;
+            let next = lacks.get(within + 1).unwrap_or(lack);
+            rates.at[row] = trace.rate[within] + lack;
+            rates.mean[row] = trace.mean[within] + 0.5 * (lack + next);
+        }
+    }
+
+    /// Without a measurement the rotor model has to do.
+    fn simulated(&self, rotor: usize, data: &Dataset) -> Option<Rates> {
+        let command = hold(data.column(COMMANDS[rotor])?);
+        let voltage = data.column("battery_voltage_v").map(hold);
+        let mut rates = Rates { at: vec![0.0; data.len()], mean: vec![0.0; data.len()] };
+        let mut trace = RotorTrace::default();
+        for rows in data.segments() {
+            let input = RotorInput {
+                time: &data.time()[rows.clone()],
+                command: &command[rows.clone()],
+                voltage: voltage.as_ref().map(|voltage| &voltage[rows.clone()]),
+                side: if rotor == 0 { 1.0 } else { -1.0 },
+            };
+            self.equations.simulate_rotor(&input, &RotorStart::default(), &mut trace);
+            rates.at[rows.clone()].copy_from_slice(&trace.rate);
+            rates.mean[rows].copy_from_slice(&trace.mean);
+        }
+        Some(rates)
+    }
+}
+
+/// [rad/s] rates of a rotor: at the samples, and their means over the interval after each.
+struct Rates {
+    at: Vec<f64>,
+    mean: Vec<f64>,
+}
+
+impl Rates {
+    /// Straight lines between the samples.
+    fn between(at: Vec<f64>) -> Self {
+        let pairs = at.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+        Self { mean: pairs.chain(at.last().copied()).collect(), at }
+    }
+
+    fn cut(&self, rows: Range<usize>) -> Self {
+        Self { at: self.at[rows.clone()].to_vec(), mean: self.mean[rows].to_vec() }
+    }
+}
+
+/// How a signal rises within the interval after each sample.
+fn slopes(time: &[f64], values: &[f64]) -> Vec<f64> {
+    let pairs = time.windows(2).zip(values.windows(2));
+    pairs.map(|(time, value)| (value[1] - value[0]) / (time[1] - time[0])).chain([0.0]).collect()
+}
+
+/// The runs of a part of a rotor stage, each with its local start.
+fn runs_of<'a>(
+    stage: &'a Stage,
+    trial: &'a Trial,
+    held_out: bool,
+) -> impl Iterator<Item = (&'a RotorRun, &'a [f64])> {
+    let (data, fit) = if held_out { (&stage.validate, &trial.judged) } else { (&stage.train, &trial.fit) };
+    let runs = match &data.runs {
+        Runs::Rotor(runs) => runs.as_slice(),
+        Runs::Body(_) => &[],
+    };
+    let locals = fit.locals.len() / runs.len().max(1);
+    runs.iter()
+        .enumerate()
+        .map(move |(index, run)| (run, fit.locals.get(index * locals..(index + 1) * locals).unwrap_or(&[])))
+}
+
+/// Why an effect cannot be judged, or `None` when it can.
+#[must_use]
+pub fn refusal(effect: &Effect, model: &Model, logs: &[Dataset]) -> Option<String> {
+    if model.has(&effect.id) {
+        return Some("the model has it".to_owned());
+    }
+    if effect.id == "battery_sag" && model.actuator.voltage_gain != 0.0 {
+        return Some("the model has it, as voltage_gain".to_owned());
+    }
+    effect.needs.iter().find_map(|need| {
+        let there = |data: &Dataset| {
+            let any = |name: String| data.column(&name).is_some();
+            if need.contains('*') {
+                any(need.replace('*', "1")) || any(need.replace('*', "2"))
+            } else {
+                any(need.clone())
+            }
+        };
+        // A torque command stands in for rotor rates only where the law does not look at them.
+        (!logs.iter().all(there)).then(|| format!("needs `{need}`, which a log lacks"))
+    })
+}

@@ -1,0 +1,241 @@
+//! A block of the model beside its data, as something that can be fitted.
+
+use std::ops::Range;
+
+use super::body::{self, BodyRun};
+use super::rotor::{self, RotorRun};
+use crate::identify::fit::OutputError;
+use crate::model::{BodyTrace, Effect, Model, RotorTrace};
+
+/// What is measured at a block's end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Channel {
+    /// Its name.
+    pub name: &'static str,
+    /// Its SI unit.
+    pub unit: &'static str,
+}
+
+/// A value for every sample: missing cells hold the value before, leading ones the first value.
+#[must_use]
+pub fn hold(values: &[f64]) -> Vec<f64> {
+    let mut last = values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
+    let held = values.iter().map(|value| {
+        if value.is_finite() {
+            last = *value;
+        }
+        last
+    });
+    held.collect()
+}
+
+/// The data of one block.
+#[derive(Debug, Clone)]
+pub enum Runs {
+    /// Free runs of rotors.
+    Rotor(Vec<RotorRun>),
+    /// Windows of the body.
+    Body(Vec<BodyRun>),
+}
+
+/// The data of one block, laid out for residuals.
+#[derive(Debug, Clone)]
+pub struct BlockData {
+    /// The runs.
+    pub runs: Runs,
+    /// Standard deviation of each channel's noise, in its unit.
+    pub sigma: [f64; 2],
+    units: Vec<Range<usize>>,
+    len: usize,
+}
+
+/// Heat at the start can be found for a few long stretches, not for many short ones.
+const MOST_SLOW_UNITS: usize = 4;
+
+impl BlockData {
+    /// Lays out runs.
+    #[must_use]
+    pub fn new(runs: Runs) -> Self {
+        let mut units = Vec::new();
+        let mut len = 0;
+        let mut unit = |length: usize| {
+            units.push(len..len + length);
+            len += length;
+        };
+        match &runs {
+            Runs::Rotor(runs) => runs.iter().for_each(|run| unit(run.time.len())),
+            Runs::Body(runs) => {
+                for run in runs {
+                    run.windows.iter().for_each(|window| unit(window.len() * run.channels()));
+                }
+            }
+        }
+        Self { runs, sigma: [1.0; 2], units, len }
+    }
+
+    /// Whether it is the rotor block.
+    #[must_use]
+    pub fn is_rotor(&self) -> bool {
+        matches!(self.runs, Runs::Rotor(_))
+    }
+
+    /// Units of the residual vector: stretches of a rotor, windows of the body.
+    #[must_use]
+    pub fn units(&self) -> &[Range<usize>] {
+        &self.units
+    }
+
+    /// Length of the residual vector.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there is nothing to compare.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Channels: what is measured at the block's end.
+    #[must_use]
+    pub fn channels(&self) -> Vec<Channel> {
+        let rate = Channel { name: "body_rate_rad_s", unit: "rad/s" };
+        let angle = Channel { name: "body_angle_rad", unit: "rad" };
+        match &self.runs {
+            Runs::Rotor(_) => vec![rotor::channel()],
+            Runs::Body(runs) if runs.iter().all(|run| run.channels() == 2) => vec![rate, angle],
+            Runs::Body(_) => vec![rate],
+        }
+    }
+
+    /// The pieces of the residual vector that belong to a channel.
+    #[must_use]
+    pub fn pieces(&self, channel: usize) -> Vec<Range<usize>> {
+        match &self.runs {
+            Runs::Rotor(_) => self.units.clone(),
+            Runs::Body(runs) => {
+                let channels = runs.iter().flat_map(|run| run.windows.iter().map(|_| run.channels()));
+                let split = |(unit, channels): (&Range<usize>, usize)| {
+                    let length = unit.len() / channels;
+                    (channel < channels)
+                        .then(|| unit.start + channel * length..unit.start + (channel + 1) * length)
+                };
+                self.units.iter().zip(channels).filter_map(split).collect()
+            }
+        }
+    }
+
+    /// A copy in which only every third stretch of about `stretch` samples counts, or only the others.
+    #[must_use]
+    pub fn part(&self, held_out: bool, stretches: usize) -> Self {
+        let mut part = self.clone();
+        let share = |index: usize, count: usize| ((index * stretches) / count.max(1)) % 3 == 2;
+        match &mut part.runs {
+            Runs::Rotor(runs) => {
+                let count: usize = runs.iter().map(|run| run.counts.len()).sum();
+                let all = runs.iter_mut().flat_map(|run| run.counts.iter_mut());
+                all.enumerate().for_each(|(index, counts)| *counts &= share(index, count) == held_out);
+            }
+            Runs::Body(runs) => {
+                let count: usize = runs.iter().map(|run| run.counts.len()).sum();
+                let all = runs.iter_mut().flat_map(|run| run.counts.iter_mut());
+                all.enumerate().for_each(|(index, counts)| *counts &= share(index, count) == held_out);
+            }
+        }
+        part
+    }
+}
+
+/// A block under a model, some parameters of which are free.
+pub struct Problem<'a> {
+    data: &'a BlockData,
+    template: Model,
+    names: Vec<String>,
+    locals: usize,
+}
+
+impl<'a> Problem<'a> {
+    /// The parameters `names` of `template` are free.
+    #[must_use]
+    pub fn new(data: &'a BlockData, template: Model, names: Vec<String>, effects: &[&Effect]) -> Self {
+        let remembers = |effect: &&&Effect, slow: bool| matches!(&effect.law, crate::effect::Law::Memory(memory) if memory.slow == slow);
+        let locals = if data.is_rotor() {
+            let slow = effects.iter().any(|effect| effect.site.is_rotor() && remembers(&effect, true));
+            1 + usize::from(slow && data.units.len() <= MOST_SLOW_UNITS)
+        } else {
+            let sensor = |effect: &&&Effect| effect.site == crate::effect::Site::BodyRateSensor;
+            data.channels().len()
+                + usize::from(effects.iter().any(|effect| sensor(&effect) && remembers(&effect, false)))
+        };
+        Self { data, template, names, locals }
+    }
+
+    /// The model with the free parameters at `globals`.
+    #[must_use]
+    pub fn model(&self, globals: &[f64]) -> Model {
+        let mut model = self.template.clone();
+        for (name, value) in self.names.iter().zip(globals) {
+            model.set_parameter(name, *value);
+        }
+        model
+    }
+
+    fn local<'b>(&self, locals: &'b [f64], unit: usize) -> &'b [f64] {
+        locals.get(unit * self.locals..(unit + 1) * self.locals).unwrap_or(&[])
+    }
+}
+
+impl OutputError for Problem<'_> {
+    fn units(&self) -> &[Range<usize>] {
+        &self.data.units
+    }
+
+    fn locals(&self) -> usize {
+        self.locals
+    }
+
+    fn len(&self) -> usize {
+        self.data.len
+    }
+
+    fn residuals(&self, globals: &[f64], locals: &[f64], out: &mut [f64]) {
+        // The effects of the template were looked up before; an error here cannot happen, and would lose.
+        let Ok(equations) = self.model(globals).equations() else {
+            out.fill(f64::INFINITY);
+            return;
+        };
+        let sigma = self.data.sigma;
+        match &self.data.runs {
+            Runs::Rotor(runs) => {
+                let mut trace = RotorTrace::default();
+                for (unit, run) in runs.iter().enumerate() {
+                    rotor::simulate(&equations, run, self.local(locals, unit), &mut trace);
+                    rotor::residuals(run, &trace, sigma[0], &mut out[self.data.units[unit].clone()]);
+                }
+            }
+            Runs::Body(runs) => {
+                let mut trace = BodyTrace::default();
+                let mut unit = 0;
+                for run in runs {
+                    let under = body::input_under(&equations, run);
+                    let input = under.as_ref().unwrap_or(&run.input);
+                    for window in 0..run.windows.len() {
+                        let out = &mut out[self.data.units[unit].clone()];
+                        let own = self.local(locals, unit);
+                        body::window_residuals(&equations, (run, input), window, own, sigma, &mut trace, out);
+                        unit += 1;
+                    }
+                }
+            }
+        }
+    }
+
+    fn local_scale(&self, index: usize) -> f64 {
+        match (&self.data.runs, index) {
+            (Runs::Rotor(_), 0) => self.data.sigma[0],
+            (Runs::Rotor(_), _) => 1.0,
+            (Runs::Body(_), index) => self.data.sigma[index.min(1)],
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! The rotor block: free runs of each rotor over the stretches between holes.
+
+use std::ops::Range;
+
+use super::problem::{Channel, hold};
+use crate::model::{Equations, RotorInput, RotorStart, RotorTrace};
+use crate::record::Dataset;
+use crate::signal::ROTORS;
+
+/// Column names of the rotors.
+pub const COMMANDS: [&str; ROTORS] = ["command_1", "command_2"];
+/// Column names of the rotors' rates.
+pub const PROPELLER_RATES: [&str; ROTORS] = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"];
+
+/// One rotor over one stretch of one log.
+#[derive(Debug, Clone)]
+pub struct RotorRun {
+    /// Index of the log.
+    pub log: usize,
+    /// Index of the rotor.
+    pub rotor: usize,
+    /// Its samples in the log.
+    pub rows: Range<usize>,
+    /// [s]
+    pub time: Vec<f64>,
+    /// [-] missing cells held.
+    pub command: Vec<f64>,
+    /// [V] missing cells held; `None` when the log has none.
+    pub voltage: Option<Vec<f64>>,
+    /// [rad/s] not-a-number where missing.
+    pub measured: Vec<f64>,
+    /// Whether the sample counts.
+    pub counts: Vec<bool>,
+}
+
+impl RotorRun {
+    /// The inputs of a free run.
+    #[must_use]
+    pub fn input(&self) -> RotorInput<'_> {
+        let side = if self.rotor == 0 { 1.0 } else { -1.0 };
+        RotorInput { time: &self.time, command: &self.command, voltage: self.voltage.as_deref(), side }
+    }
+
+    /// [rad/s] the first measured rate.
+    fn first_rate(&self) -> Option<f64> {
+        self.measured.iter().copied().find(|rate| rate.is_finite())
+    }
+}
+
+/// A stretch shorter than this many samples has no say.
+const FEWEST_SAMPLES: usize = 5;
+
+/// The runs of every rotor whose command and rate the logs hold.
+#[must_use]
+pub fn rotor_runs(logs: &[Dataset]) -> Vec<RotorRun> {
+    let mut runs = Vec::new();
+    for (log, data) in logs.iter().enumerate() {
+        for rotor in 0..ROTORS {
+            let (Some(command), Some(measured)) =
+                (data.column(COMMANDS[rotor]), data.column(PROPELLER_RATES[rotor]))
+            else {
+                continue;
+            };
+            let voltage = data.column("battery_voltage_v").map(hold);
+            let command = hold(command);
+            for rows in data.segments().into_iter().filter(|rows| rows.len() >= FEWEST_SAMPLES) {
+                let measured = measured[rows.clone()].to_vec();
+                if measured.iter().filter(|rate| rate.is_finite()).count() < FEWEST_SAMPLES {
+                    continue;
+                }
+                runs.push(RotorRun {
+                    log,
+                    rotor,
+                    time: data.time()[rows.clone()].to_vec(),
+                    command: command[rows.clone()].to_vec(),
+                    voltage: voltage.as_ref().map(|voltage| voltage[rows.clone()].to_vec()),
+                    counts: vec![true; rows.len()],
+                    measured,
+                    rows,
+                });
+            }
+        }
+    }
+    runs
+}
+
+/// Simulates one run from its local start: departures of the rate and of slow states.
+pub fn simulate(equations: &Equations, run: &RotorRun, locals: &[f64], trace: &mut RotorTrace) {
+    let departure = locals.first().copied().unwrap_or(0.0);
+    let start = RotorStart {
+        rate: run.first_rate().map(|rate| rate + departure),
+        slow: locals.get(1).copied().unwrap_or(0.0),
+    };
+    equations.simulate_rotor(&run.input(), &start, trace);
+}
+
+/// Residuals of one run over their standard deviation.
+pub fn residuals(run: &RotorRun, trace: &RotorTrace, sigma: f64, out: &mut [f64]) {
+    let pairs = run.measured.iter().zip(&trace.measured).zip(&run.counts);
+    for (value, ((measured, simulated), counts)) in out.iter_mut().zip(pairs) {
+        *value = if *counts && measured.is_finite() { (measured - simulated) / sigma } else { 0.0 };
+    }
+}
+
+/// The one channel of the block.
+#[must_use]
+pub fn channel() -> Channel {
+    Channel { name: "propeller_rate_rad_s", unit: "rad/s" }
+}

@@ -1,0 +1,426 @@
+//! From logs to the answer.
+
+use std::collections::BTreeMap;
+
+use super::answer::{
+    Both, Candidate, ChangedParameter, Diagnosis, ErrorStory, FoundParameter, NextExperiment, Place, Rung,
+    Verdict,
+};
+use super::dependence::evidence;
+use super::prepare::{Driver, body_stage, refusal, rotor_stage};
+use super::search::{AT_FLOOR, Found, Search};
+use super::trial::{Stage, Trial};
+use crate::effect::{self, Law};
+use crate::model::{Effect, Model, ModelError};
+use crate::record::Dataset;
+
+/// Settings of a diagnosis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiagnoseConfig {
+    /// [s] length of the windows over which the body runs freely.
+    pub horizon: f64,
+}
+
+impl Default for DiagnoseConfig {
+    fn default() -> Self {
+        // Long enough for weak torques to add up, short enough for an unstable body: facts of real benches.
+        Self { horizon: 0.4 }
+    }
+}
+
+/// Why there is no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum DiagnoseError {
+    /// The model cannot be used.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// No block of the model can be judged from the logs.
+    #[error("{log}: nothing to compare: a rotor needs `command_1` and `propeller_rate_1_rad_s` (or 2), the body needs `body_rate_rad_s` and rotor rates, commands or `torque_command_nm`; the log holds {}", .present.join(", "))]
+    NothingToCompare {
+        /// The first log.
+        log: String,
+        /// Its columns.
+        present: Vec<String>,
+    },
+    /// An effect cannot be added from these logs.
+    #[error("effect `{effect}`: {why}")]
+    Refused {
+        /// Id.
+        effect: String,
+        /// Why.
+        why: String,
+    },
+    /// An expression has no value on the data.
+    #[error("effect `{effect}`: its expression is not a number on {log} at {time} s")]
+    NotANumber {
+        /// Id of the user's effect.
+        effect: String,
+        /// The log.
+        log: String,
+        /// [s] where.
+        time: f64,
+    },
+}
+
+/// An effect share of the excess must explain to be called the answer when the noise floor is not reached.
+const EXPLAINED: f64 = 0.7;
+/// Sets named beside the answer.
+const MOST_ALTERNATIVES: usize = 2;
+
+/// The blocks of a model beside their data, each with what was found.
+pub(super) struct Blocks {
+    pub(super) found: Vec<Found>,
+    verdicts: Vec<Verdict>,
+}
+
+impl Blocks {
+    /// Builds the rotor block, then the body block that its answer drives; `find` looks into each.
+    pub(super) fn build(
+        model: &Model,
+        train: &[Dataset],
+        validate: &[Dataset],
+        config: &DiagnoseConfig,
+        find: &dyn Fn(Stage) -> Found,
+    ) -> Result<Self, DiagnoseError> {
+        let rotor = rotor_stage(train, validate).map(find);
+        let rotor_model = rotor.as_ref().map_or(model, |found| &found.answer.model);
+        let equations = rotor_model.equations()?;
+        let driver = Driver {
+            equations: &equations,
+            trial: rotor.as_ref().map(|found| &found.answer),
+            stage: rotor.as_ref().map(|found| &found.stage),
+        };
+        let body = body_stage(train, validate, &driver, config.horizon)?.map(find);
+        let found: Vec<Found> = rotor.into_iter().chain(body).collect();
+        if found.is_empty() {
+            let log = train.first();
+            return Err(DiagnoseError::NothingToCompare {
+                log: log.map_or_else(String::new, |log| log.source_name().to_owned()),
+                present: log.map(|log| log.names().map(str::to_owned).collect()).unwrap_or_default(),
+            });
+        }
+        let verdicts = found.iter().map(verdict).collect();
+        Ok(Self { found, verdicts })
+    }
+
+    /// The model with what each block found.
+    pub(super) fn merged(&self, model: &Model) -> Model {
+        merged(model, &self.found, &self.verdicts)
+    }
+
+    /// The error in the block and channel where it says most.
+    pub(super) fn error_story(&self, config: &DiagnoseConfig) -> ErrorStory {
+        let (main, channel) = main_block(&self.found);
+        error_story(main, channel, config)
+    }
+}
+
+/// Finds what the model is missing.
+///
+/// # Errors
+/// [`DiagnoseError`] when model and logs do not meet.
+pub fn diagnose(
+    model: &Model,
+    train: &[Dataset],
+    validate: &[Dataset],
+    config: &DiagnoseConfig,
+    done: &(dyn Fn() + Sync),
+) -> Result<Diagnosis, DiagnoseError> {
+    let known = model.known_effects()?;
+    let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
+    check_expressions(model, &known, &logs)?;
+    let search = |stage: Stage| {
+        let held = |effect: &&Effect| stage.holds(effect);
+        let mut eligible: Vec<_> =
+            known.iter().filter(held).map(|effect| (effect, refusal(effect, model, &logs))).collect();
+        if let Some(why) = stage.too_poor() {
+            eligible.iter_mut().for_each(|(_, note)| *note = note.take().or_else(|| Some(why.clone())));
+        }
+        Search { base: model, known: &known, eligible, done }.run(stage)
+    };
+    let blocks = Blocks::build(model, train, validate, config, &search)?;
+    Ok(conclude(model, &known, &blocks, &logs, config))
+}
+
+/// A user's expression must be a number wherever the logs put it.
+fn check_expressions(model: &Model, known: &[Effect], logs: &[Dataset]) -> Result<(), DiagnoseError> {
+    let equations = model.equations()?;
+    for effect in known {
+        let Law::Expression(expression) = &effect.law else { continue };
+        let parameters: Vec<f64> = effect
+            .parameters
+            .iter()
+            .map(|parameter| parameter.starts.first().copied().unwrap_or(0.0))
+            .collect();
+        for log in logs {
+            for (row, time) in log.time().iter().enumerate() {
+                let at = |name: &str| log.column(name).and_then(|values| values.get(row)).copied();
+                if !expression.value(&parameters, &equations.point_at(*time, &at)).is_finite() {
+                    let (effect, log) = (effect.id.clone(), log.source_name().to_owned());
+                    return Err(DiagnoseError::NotANumber { effect, log, time: *time });
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The verdict on one block.
+fn verdict(found: &Found) -> Verdict {
+    let at_floor = found.over_floor(&found.answer).0 <= AT_FLOOR;
+    let named = !found.answer.effects.is_empty();
+    if at_floor && found.stage.too_poor().is_some() {
+        return Verdict::InsufficientData;
+    }
+    match (at_floor, named) {
+        (true, true) => Verdict::MissingEffect,
+        (true, false) if found.changed.is_empty() => Verdict::Adequate,
+        (true, false) => Verdict::ParametersChanged,
+        (false, true) if found.explained() >= EXPLAINED => Verdict::MissingEffect,
+        (false, _) => Verdict::Unknown,
+    }
+}
+
+/// The verdict on all blocks: the one that asks most of the user.
+fn joint(verdicts: &[Verdict]) -> Verdict {
+    let order = [Verdict::Unknown, Verdict::MissingEffect, Verdict::ParametersChanged, Verdict::Adequate];
+    order.into_iter().find(|verdict| verdicts.contains(verdict)).unwrap_or(Verdict::InsufficientData)
+}
+
+fn conclude(
+    model: &Model,
+    known: &[Effect],
+    all: &Blocks,
+    logs: &[Dataset],
+    config: &DiagnoseConfig,
+) -> Diagnosis {
+    let (blocks, verdicts) = (&all.found[..], &all.verdicts[..]);
+    let verdict = joint(verdicts);
+    let effects: Vec<String> = blocks.iter().flat_map(|found| found.answer.effects.clone()).collect();
+    let (main, channel) = main_block(blocks);
+    let extended = merged(model, blocks, verdicts);
+    let alternatives = alternatives(blocks);
+    let next_experiment = next_experiment(&effects, &alternatives);
+    Diagnosis {
+        verdict,
+        parameters: parameters(&extended, known, &effects),
+        changed_parameters: changed_parameters(model, blocks, verdicts),
+        error: error_story(main, channel, config),
+        r#where: places(blocks),
+        ladder: main.ladder.iter().map(|trial| rung(main, trial, channel)).collect(),
+        candidates: blocks.iter().flat_map(|found| candidates(found, channel_of(found))).collect(),
+        warnings: warnings(logs, blocks),
+        next_experiment,
+        alternatives,
+        effects,
+        model: extended,
+    }
+}
+
+/// The channel that a block's error is told in: the first, where the recalibrated base plainly fails in it, else
+/// the one in which it fails most.
+fn channel_of(found: &Found) -> usize {
+    let first = found.recalibrated.channel_error(&found.stage, 0, true) / found.floors[0];
+    if first > PLAINLY { 0 } else { found.over_floor(&found.recalibrated).1 }
+}
+
+/// An error this far over its noise floor is plain to see.
+const PLAINLY: f64 = 1.5;
+
+/// The block and channel that the error is told in: where the recalibrated base is worst over its noise.
+fn main_block(blocks: &[Found]) -> (&Found, usize) {
+    let worst = |found: &&Found| {
+        let (stale, recalibrated) =
+            (found.over_floor(&found.stale).0, found.over_floor(&found.recalibrated).0);
+        // Where an effect is named the recalibrated base is what it must beat; else the stale one tells more.
+        if found.answer.effects.is_empty() { stale } else { 1e3 * recalibrated }
+    };
+    let best = blocks.iter().max_by(|a, b| worst(a).total_cmp(&worst(b))).unwrap_or(&blocks[0]);
+    (best, channel_of(best))
+}
+
+/// The model with what each block found.
+fn merged(model: &Model, blocks: &[Found], verdicts: &[Verdict]) -> Model {
+    let mut merged = model.clone();
+    for (found, verdict) in blocks.iter().zip(verdicts) {
+        let best = &found.answer;
+        // A block that is fine keeps its numbers.
+        if *verdict == Verdict::Adequate || *verdict == Verdict::InsufficientData {
+            continue;
+        }
+        for added in &best.model.effects {
+            if !merged.has(&added.id) && best.effects.contains(&added.id) {
+                merged.effects.push(added.clone());
+            }
+        }
+        for name in &best.names {
+            if let Some(value) = best.model.parameter(name) {
+                merged.set_parameter(name, value);
+            }
+            if let Some(error) = best.model.standard_errors.get(name) {
+                merged.standard_errors.insert(name.clone(), *error);
+            }
+        }
+    }
+    merged
+}
+
+fn parameters(model: &Model, known: &[Effect], effects: &[String]) -> BTreeMap<String, FoundParameter> {
+    let mut parameters = BTreeMap::new();
+    for effect in known.iter().filter(|effect| effects.contains(&effect.id)) {
+        for parameter in &effect.parameters {
+            let name = format!("{}.{}", effect.id, parameter.name);
+            if let Some(value) = model.parameter(&name) {
+                let standard_error = model.standard_errors.get(&name).copied();
+                parameters
+                    .insert(name, FoundParameter { value, standard_error, unit: parameter.unit.clone() });
+            }
+        }
+    }
+    parameters
+}
+
+fn changed_parameters(model: &Model, blocks: &[Found], verdicts: &[Verdict]) -> Vec<ChangedParameter> {
+    let mut changed = Vec::new();
+    for (found, _) in
+        blocks.iter().zip(verdicts).filter(|(_, verdict)| **verdict != Verdict::InsufficientData)
+    {
+        for name in &found.changed {
+            let best = &found.answer.model;
+            let (unit, symbol) = Model::base_parameter_unit(name);
+            changed.push(ChangedParameter {
+                symbol: symbol.to_owned(),
+                unit: unit.to_owned(),
+                from: model.parameter(name).unwrap_or(f64::NAN),
+                to: best.parameter(name).unwrap_or(f64::NAN),
+                standard_error: best.standard_errors.get(name).copied(),
+                name: name.clone(),
+            });
+        }
+    }
+    changed
+}
+
+fn error_of(found: &Found, trial: &Trial, channel: usize) -> Both {
+    Both {
+        train: trial.channel_error(&found.stage, channel, false),
+        validate: trial.channel_error(&found.stage, channel, true),
+    }
+}
+
+fn error_story(found: &Found, channel: usize, config: &DiagnoseConfig) -> ErrorStory {
+    let what = found.stage.train.channels()[channel];
+    let how = if found.stage.train.is_rotor() {
+        "free run between holes".to_owned()
+    } else {
+        format!("free run over windows of {} s, initial state fitted", config.horizon)
+    };
+    ErrorStory {
+        measure: format!("rms of {}, {how} [{}]", what.name, what.unit),
+        noise_floor: found.floors[channel],
+        base: error_of(found, &found.stale, channel),
+        recalibrated: error_of(found, &found.recalibrated, channel),
+        extended: error_of(found, &found.answer, channel),
+    }
+}
+
+fn rung(found: &Found, trial: &Trial, channel: usize) -> Rung {
+    Rung { effects: trial.effects.clone(), validate: trial.channel_error(&found.stage, channel, true) }
+}
+
+/// Sets that the data cannot tell from the answer: one block's set exchanged for another.
+fn alternatives(blocks: &[Found]) -> Vec<Vec<String>> {
+    let mut sets = Vec::new();
+    for (index, found) in blocks.iter().enumerate() {
+        for other in &found.alternatives {
+            let set = blocks.iter().enumerate().flat_map(|(block, found)| {
+                if block == index { other.effects.clone() } else { found.answer.effects.clone() }
+            });
+            sets.push(set.collect());
+        }
+    }
+    sets.truncate(MOST_ALTERNATIVES);
+    sets
+}
+
+fn candidates(found: &Found, channel: usize) -> Vec<Candidate> {
+    let best = &found.answer;
+    let mut candidates: Vec<Candidate> = found
+        .singles
+        .iter()
+        .map(|single| {
+            let at = best.effects.iter().position(|id| *id == single.effect);
+            let drop_one = at.and_then(|at| found.dropped.get(at));
+            Candidate {
+                effect: single.effect.clone(),
+                train: single.trial.as_ref().map(|trial| trial.channel_error(&found.stage, channel, false)),
+                validate: single.trial.as_ref().map(|trial| trial.channel_error(&found.stage, channel, true)),
+                chance: single.trial.as_ref().map(|_| single.chance),
+                drop_one: drop_one.map(|trial| trial.channel_error(&found.stage, channel, true)),
+                note: single.note.clone(),
+            }
+        })
+        .collect();
+    let error = |candidate: &Candidate| candidate.validate.unwrap_or(f64::INFINITY);
+    candidates.sort_by(|a, b| error(a).total_cmp(&error(b)));
+    candidates
+}
+
+fn places(blocks: &[Found]) -> Vec<Place> {
+    let mut places = Vec::new();
+    for found in blocks {
+        let best_is_base = found.answer.effects.is_empty();
+        let fit = if best_is_base { &found.stale.fit } else { &found.recalibrated.fit };
+        for evidence in evidence(&found.stage.train, fit) {
+            let power = evidence.error.iter().map(|value| value * value).sum::<f64>()
+                / evidence.error.len().max(1) as f64;
+            let excess = ((power / evidence.noise.max(f64::MIN_POSITIVE)) - 1.0).max(0.0);
+            let (depends_on, explained) = evidence.strongest();
+            places.push(Place { block: evidence.block, share_of_error: excess, depends_on, explained });
+        }
+    }
+    let total: f64 = places.iter().map(|place| place.share_of_error).sum();
+    if total > 0.0 {
+        places.iter_mut().for_each(|place| place.share_of_error /= total);
+    }
+    places.sort_by(|a, b| b.share_of_error.total_cmp(&a.share_of_error));
+    places
+}
+
+fn warnings(logs: &[Dataset], blocks: &[Found]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for log in logs {
+        let holes = log.holes();
+        if !holes.is_empty() {
+            let longest = holes.iter().map(|hole| hole.length).fold(0.0, f64::max);
+            warnings.push(format!(
+                "{}: {} holes in time, the longest {longest:.3} s; each starts a new stretch",
+                log.source_name(),
+                holes.len()
+            ));
+        }
+    }
+    for found in blocks {
+        if let Some(why) = found.stage.too_poor() {
+            warnings.push(why);
+        }
+        let (over, channel) = found.over_floor(&found.answer);
+        if over > AT_FLOOR {
+            let name = found.stage.train.channels()[channel].name;
+            warnings.push(format!("{name}: the error stays at {over:.2} times the noise floor"));
+        }
+    }
+    warnings
+}
+
+fn next_experiment(effects: &[String], alternatives: &[Vec<String>]) -> Option<NextExperiment> {
+    let other = alternatives.first()?;
+    let differs = |set: &[String], other: &[String]| set.iter().find(|id| !other.contains(id)).cloned();
+    let card = differs(effects, other)
+        .and_then(|id| effect::find(&id))
+        .or_else(|| differs(other, effects).and_then(|id| effect::find(&id)));
+    Some(NextExperiment {
+        separates: std::iter::once(effects.to_vec()).chain(alternatives.iter().cloned()).collect(),
+        run: card.map_or_else(String::new, |card| card.experiment.to_owned()),
+    })
+}

@@ -1,0 +1,472 @@
+//! The search of one block: forward, several sets abreast, dropping one out, everything refitted each time.
+
+use super::noise::floors;
+use super::surrogate::chance;
+use super::trial::{Plan, Stage, Trial, run_all};
+use crate::model::{Effect, Model};
+
+/// Held-out squared error must fall by this share for one more effect: less is not worth a law.
+const LEAST_GAIN: f64 = 0.03;
+/// A gain that shifted traces reach more often than this is luck.
+const MOST_CHANCE: f64 = 0.05;
+/// Sets carried on abreast.
+const ABREAST: usize = 3;
+/// Most effects of one block.
+const DEEPEST: usize = 4;
+/// An error within this factor of the noise floor leaves nothing to explain.
+pub const AT_FLOOR: f64 = 1.1;
+/// Below this factor two effects that are nothing one by one are not looked for.
+const NEARLY: f64 = 1.06;
+/// Below this factor no further effect is looked for.
+const DONE: f64 = 1.03;
+/// A channel whose error is mostly model error must not rule the others by its small noise.
+const LEAST_SIGMA_SHARE: f64 = 0.2;
+
+/// A candidate on its own.
+#[derive(Debug, Clone)]
+pub struct Single {
+    /// Id.
+    pub effect: String,
+    /// Its trial; `None` when the log lacks what it needs.
+    pub trial: Option<Trial>,
+    /// How often a shifted trace does as well.
+    pub chance: f64,
+    /// Why it was not tried.
+    pub note: String,
+}
+
+/// What the search of one block found.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// The data it was found on.
+    pub stage: Stage,
+    /// The base as it is.
+    pub stale: Trial,
+    /// The base with its own parameters refitted.
+    pub recalibrated: Trial,
+    /// Every candidate on its own.
+    pub singles: Vec<Single>,
+    /// The answer: the best set, and of the base's own parameters only those refitted whose change it needs.
+    pub answer: Trial,
+    /// The recalibrated base, then sets on the way to the answer, the answer last.
+    pub ladder: Vec<Trial>,
+    /// Sets that the data cannot tell from the answer, nearest first.
+    pub alternatives: Vec<Trial>,
+    /// For each effect of the answer, the trial without it.
+    pub dropped: Vec<Trial>,
+    /// Noise floor of each channel in its unit.
+    pub floors: [f64; 2],
+    /// Base parameters without whose change the answer is worse.
+    pub changed: Vec<String>,
+}
+
+impl Found {
+    /// The largest held-out error of a trial over its noise floor, and the channel it is in.
+    #[must_use]
+    pub fn over_floor(&self, trial: &Trial) -> (f64, usize) {
+        over_floor(&self.stage, trial, &self.floors)
+    }
+
+    /// The share of what the recalibrated base leaves above the noise that the answer explains.
+    #[must_use]
+    pub fn explained(&self) -> f64 {
+        let (before, after) = (self.recalibrated.validate(&self.stage), self.answer.validate(&self.stage));
+        let room = before - floor(&self.stage, &self.floors);
+        if room > 0.0 { ((before - after) / room).clamp(0.0, 1.0) } else { 1.0 }
+    }
+}
+
+fn over_floor(stage: &Stage, trial: &Trial, floors: &[f64; 2]) -> (f64, usize) {
+    let ratio = |channel: usize| trial.channel_error(stage, channel, true) / floors[channel];
+    let channels = 0..stage.train.channels().len();
+    channels.map(|channel| (ratio(channel), channel)).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((1.0, 0))
+}
+
+/// Whether `after` is worth its extra freedom over `before`.
+fn gains(stage: &Stage, before: &Trial, after: &Trial) -> bool {
+    let enough = |before: f64, after: f64| after < before * (1.0 - LEAST_GAIN);
+    enough(before.validate(stage), after.validate(stage))
+        && after.fit.cost < before.fit.cost * (1.0 - 0.5 * LEAST_GAIN)
+        && chance(before, after, period(stage)) <= MOST_CHANCE
+}
+
+/// Windows may only be shifted whole.
+pub fn period(stage: &Stage) -> usize {
+    if stage.train.is_rotor() { 1 } else { stage.validate.units().first().map_or(1, std::ops::Range::len) }
+}
+
+/// A search under way.
+pub struct Search<'a> {
+    /// The base.
+    pub base: &'a Model,
+    /// Every effect there is.
+    pub known: &'a [Effect],
+    /// Those that this block and these logs can judge, and why the others cannot be.
+    pub eligible: Vec<(&'a Effect, Option<String>)>,
+    /// Told after each trial.
+    pub done: &'a (dyn Fn() + Sync),
+}
+
+impl<'a> Search<'a> {
+    /// Searches one block.
+    #[must_use]
+    pub fn run(&self, mut stage: Stage) -> Found {
+        let base_names = stage.base_parameters(self.base);
+        let plain =
+            |base: Vec<String>| Plan { from: self.base, effects: Vec::new(), base, known: self.known };
+        let first = plain(base_names.clone()).run(&stage);
+        weigh(&mut stage, &first);
+        let stale = plain(Vec::new()).run(&stage);
+        let recalibrated = plain(base_names.clone()).run(&stage);
+        let singles = self.singles(&stage, &recalibrated, &base_names);
+        let mut trials: Vec<Trial> = singles.iter().filter_map(|single| single.trial.clone()).collect();
+        self.deepen(&stage, &base_names, &recalibrated, &mut trials);
+        let best = self.climb(&stage, &recalibrated, &trials);
+        self.conclude(stage, (stale, recalibrated), singles, trials, best)
+    }
+
+    fn lookup(&self, ids: &[String]) -> Vec<&'a Effect> {
+        ids.iter().filter_map(|id| self.known.iter().find(|effect| effect.id == *id)).collect()
+    }
+
+    fn candidates(&self) -> Vec<&'a Effect> {
+        self.eligible.iter().filter(|(_, why)| why.is_none()).map(|(effect, _)| *effect).collect()
+    }
+
+    fn singles(&self, stage: &Stage, recalibrated: &Trial, base: &[String]) -> Vec<Single> {
+        let candidates = self.candidates();
+        let plans: Vec<Plan> = candidates
+            .iter()
+            .map(|effect| Plan {
+                from: &recalibrated.model,
+                effects: vec![effect],
+                base: base.to_vec(),
+                known: self.known,
+            })
+            .collect();
+        let trials = run_all(&plans, stage, self.done);
+        let tried = candidates.iter().zip(trials).map(|(effect, trial)| Single {
+            effect: effect.id.clone(),
+            chance: chance(recalibrated, &trial, period(stage)),
+            trial: Some(trial),
+            note: String::new(),
+        });
+        let refused = self.eligible.iter().filter_map(|(effect, why)| {
+            let note = why.clone()?;
+            Some(Single { effect: effect.id.clone(), trial: None, chance: 1.0, note })
+        });
+        tried.chain(refused).collect()
+    }
+
+    /// Carries the best sets on, one effect deeper each time, until nothing is left to explain.
+    fn deepen(&self, stage: &Stage, base: &[String], recalibrated: &Trial, trials: &mut Vec<Trial>) {
+        let candidates = self.candidates();
+        let mut before = recalibrated.clone();
+        for depth in 1..DEEPEST {
+            let mut front: Vec<&Trial> = trials.iter().filter(|trial| trial.effects.len() == depth).collect();
+            front.sort_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage)));
+            let Some(best) = front.first().map(|best| (*best).clone()) else { return };
+            let floors = floors(&stage.validate, &best.judged.residuals);
+            let falls = gains(stage, &before, &best);
+            let nearest = over_floor(stage, if falls { &best } else { &before }, &floors).0;
+            // Alone no effect may be worth its place, and two together may: only where there is room for them.
+            if nearest < DONE || (!falls && (depth > 1 || nearest < NEARLY)) {
+                return;
+            }
+            let front: Vec<Trial> = front.into_iter().take(ABREAST).cloned().collect();
+            let mut sets: Vec<Vec<String>> = Vec::new();
+            let mut plans = Vec::new();
+            for trial in &front {
+                for effect in &candidates {
+                    let mut set = trial.effects.clone();
+                    set.push(effect.id.clone());
+                    let mut sorted = set.clone();
+                    sorted.sort();
+                    if trial.effects.contains(&effect.id) || sets.contains(&sorted) {
+                        continue;
+                    }
+                    sets.push(sorted);
+                    let mut effects: Vec<&Effect> =
+                        self.known.iter().filter(|known| trial.effects.contains(&known.id)).collect();
+                    effects.sort_by_key(|known| trial.effects.iter().position(|id| *id == known.id));
+                    effects.push(effect);
+                    plans.push(Plan { from: &trial.model, effects, base: base.to_vec(), known: self.known });
+                }
+            }
+            let deeper = run_all(&plans, stage, self.done);
+            trials.extend(deeper);
+            before = best;
+        }
+    }
+
+    /// The smallest set that no larger one beats.
+    fn climb(&self, stage: &Stage, recalibrated: &Trial, trials: &[Trial]) -> Trial {
+        let mut answer = recalibrated.clone();
+        for depth in 1..=DEEPEST {
+            let of_depth = trials.iter().filter(|trial| trial.effects.len() == depth);
+            let best = of_depth.min_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage)));
+            // Two effects may be worth nothing one by one: each depth is held against the answer so far.
+            if let Some(best) = best.filter(|best| gains(stage, &answer, best)) {
+                answer = best.clone();
+            }
+        }
+        answer
+    }
+
+    fn conclude(
+        &self,
+        stage: Stage,
+        (stale, recalibrated): (Trial, Trial),
+        singles: Vec<Single>,
+        mut trials: Vec<Trial>,
+        mut best: Trial,
+    ) -> Found {
+        let base_names = stage.base_parameters(self.base);
+        let mut dropped: Vec<Trial>;
+        // Drop one out until each that stays is worth its place.
+        loop {
+            dropped = best
+                .effects
+                .iter()
+                .map(|id| self.without(&stage, &best, id, &base_names, &recalibrated))
+                .collect();
+            let idle = dropped.iter().filter(|without| !gains(&stage, without, &best));
+            let Some(without) = idle.min_by(|a, b| a.validate(&stage).total_cmp(&b.validate(&stage))) else {
+                break;
+            };
+            best = without.clone();
+        }
+        let swapped = self.swaps(&stage, &best, &trials, &base_names);
+        trials.extend(swapped);
+        if let Some(better) =
+            nearest(&stage, &best, &trials).first().filter(|trial| loss(&stage, trial) < loss(&stage, &best))
+        {
+            best = better.clone();
+        }
+        let alternatives = nearest(&stage, &best, &trials);
+        let mut ladder = vec![recalibrated.clone()];
+        ladder.extend(steps(&stage, &best, &trials));
+        let (mut answer, mut changed) = self.settle(&stage, &stale, &recalibrated, &best);
+        let unexplained_change = best.effects.is_empty() && !changed.is_empty();
+        let instead =
+            unexplained_change.then(|| self.instead_of_change(&stage, &answer, changed.len())).flatten();
+        if let Some(effect) = instead {
+            (best, answer, changed) = (effect.clone(), effect, Vec::new());
+            dropped = vec![recalibrated.clone()];
+            ladder.push(answer.clone());
+        }
+        if !best.effects.is_empty() {
+            ladder.pop();
+            ladder.push(answer.clone());
+        }
+        let floors = joint_floors(&stage, &answer);
+        Found { stage, stale, recalibrated, singles, answer, ladder, alternatives, dropped, floors, changed }
+    }
+
+    /// The given effects added and everything refitted, without a search.
+    #[must_use]
+    pub fn refit(&self, mut stage: Stage, ids: &[String]) -> Found {
+        let (stale, recalibrated) = self.bases(&mut stage);
+        let base_names = stage.base_parameters(self.base);
+        let best = if ids.is_empty() {
+            recalibrated.clone()
+        } else {
+            self.plan(&recalibrated.model, ids, &base_names).run(&stage)
+        };
+        let (answer, changed) = self.settle(&stage, &stale, &recalibrated, &best);
+        let floors = joint_floors(&stage, &answer);
+        let ladder = vec![recalibrated.clone(), answer.clone()];
+        let (singles, alternatives, dropped) = (Vec::new(), Vec::new(), Vec::new());
+        Found { stage, stale, recalibrated, singles, answer, ladder, alternatives, dropped, floors, changed }
+    }
+
+    /// The base as it is and recalibrated; the stage learns how large its noise is.
+    fn bases(&self, stage: &mut Stage) -> (Trial, Trial) {
+        let base_names = stage.base_parameters(self.base);
+        let first = self.plan(self.base, &[], &base_names).run(stage);
+        weigh(stage, &first);
+        (self.plan(self.base, &[], &[]).run(stage), self.plan(self.base, &[], &base_names).run(stage))
+    }
+
+    fn without(&self, stage: &Stage, best: &Trial, id: &str, base: &[String], recalibrated: &Trial) -> Trial {
+        if best.effects.len() == 1 {
+            return recalibrated.clone();
+        }
+        let model = best.model.without(id);
+        let left: Vec<String> = best.effects.iter().filter(|other| *other != id).cloned().collect();
+        self.plan(&model, &left, base).run(stage)
+    }
+
+    fn plan<'b>(&'b self, from: &'b Model, effects: &[String], base: &[String]) -> Plan<'b> {
+        Plan { from, effects: self.lookup(effects), base: base.to_vec(), known: self.known }
+    }
+
+    /// The answer with each effect exchanged for those its card says it is confused with.
+    fn swaps(&self, stage: &Stage, best: &Trial, trials: &[Trial], base: &[String]) -> Vec<Trial> {
+        if best.effects.len() < 2 {
+            return Vec::new();
+        }
+        let candidates = self.candidates();
+        let mut models = Vec::new();
+        for id in &best.effects {
+            let confused = self.known.iter().find(|effect| effect.id == *id).and_then(|effect| effect.card);
+            for other in confused.map_or(&[][..], |card| card.confused_with) {
+                let set: Vec<String> = best
+                    .effects
+                    .iter()
+                    .map(|kept| if kept == id { (*other).to_owned() } else { kept.clone() })
+                    .collect();
+                let may = candidates.iter().any(|effect| effect.id == *other)
+                    && !best.effects.iter().any(|kept| kept == other);
+                if may && !trials.iter().any(|trial| same_set(&trial.effects, &set)) {
+                    models.push((best.model.without(id), set));
+                }
+            }
+        }
+        let plans: Vec<Plan> = models.iter().map(|(model, set)| self.plan(model, set, base)).collect();
+        run_all(&plans, stage, self.done)
+    }
+
+    /// One effect on the base as it was, where it does better than changed numbers of the base, or as well as
+    /// several of them: numbers that all moved at once are less likely than one effect.
+    fn instead_of_change(&self, stage: &Stage, changed: &Trial, count: usize) -> Option<Trial> {
+        let candidates = self.candidates();
+        let plan = |effect: &&'a Effect| Plan {
+            from: self.base,
+            effects: vec![*effect],
+            base: Vec::new(),
+            known: self.known,
+        };
+        let plans: Vec<Plan> = candidates.iter().map(plan).collect();
+        let trials = run_all(&plans, stage, self.done);
+        let best = trials.into_iter().min_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage)))?;
+        let limit = if count > 1 { 1.0 + 0.5 * LEAST_GAIN } else { 1.0 - 0.25 * LEAST_GAIN };
+        (best.validate(stage) < limit * changed.validate(stage)).then_some(best)
+    }
+
+    /// The effects of `best` with as few changed base parameters as do as well, found forwards from the base as it
+    /// was: a parameter that is refitted for nothing only brings its noise along.
+    fn settle(
+        &self,
+        stage: &Stage,
+        stale: &Trial,
+        recalibrated: &Trial,
+        best: &Trial,
+    ) -> (Trial, Vec<String>) {
+        let names = stage.base_parameters(self.base);
+        let effects = self.lookup(&best.effects);
+        // The base's numbers as they were, the effects' as they were found.
+        let mut model = best.model.clone();
+        for name in &names {
+            if let Some(value) = self.base.parameter(name) {
+                model.set_parameter(name, value);
+            }
+            model.standard_errors.remove(name);
+        }
+        let (mut now, target) = if best.effects.is_empty() {
+            (stale.clone(), recalibrated)
+        } else {
+            (
+                Plan { from: &model, effects: effects.clone(), base: Vec::new(), known: self.known }
+                    .run(stage),
+                best,
+            )
+        };
+        let mut free: Vec<String> = Vec::new();
+        while free.len() < names.len() && gains(stage, &now, target) {
+            let left: Vec<&String> = names.iter().filter(|name| !free.contains(name)).collect();
+            let plan = |name: &&String| Plan {
+                from: &model,
+                effects: effects.clone(),
+                base: free.iter().chain([*name]).cloned().collect(),
+                known: self.known,
+            };
+            let next = run_all(&left.iter().map(plan).collect::<Vec<Plan>>(), stage, self.done);
+            let best =
+                next.into_iter().zip(left).min_by(|a, b| a.0.validate(stage).total_cmp(&b.0.validate(stage)));
+            let Some((trial, name)) = best else { break };
+            free.push(name.clone());
+            now = trial;
+        }
+        // Started from the base's numbers a fit can end in another valley: then the way there does not count.
+        if target.validate(stage) < now.validate(stage) * (1.0 - LEAST_GAIN) {
+            (target.clone(), names)
+        } else {
+            (now, free)
+        }
+    }
+}
+
+/// Noise floors from the answer's residuals on both parts.
+fn joint_floors(stage: &Stage, best: &Trial) -> [f64; 2] {
+    let (train, validate) =
+        (floors(&stage.train, &best.fit.residuals), floors(&stage.validate, &best.judged.residuals));
+    [0.5 * (train[0] + validate[0]), 0.5 * (train[1] + validate[1])]
+}
+
+/// Tells the stage how large its noise is.
+fn weigh(stage: &mut Stage, trial: &Trial) {
+    let floors = floors(&stage.train, &trial.fit.residuals);
+    let weight =
+        |channel: usize| floors[channel].max(LEAST_SIGMA_SHARE * trial.channel_error(stage, channel, false));
+    let channels = stage.train.channels().len();
+    let sigma = [weight(0), if channels > 1 { weight(1) } else { 1.0 }];
+    stage.set_sigma(sigma);
+}
+
+fn same_set(a: &[String], b: &[String]) -> bool {
+    a.len() == b.len() && a.iter().all(|id| b.contains(id))
+}
+
+/// Squared error on all data, fitted and held out.
+fn loss(stage: &Stage, trial: &Trial) -> f64 {
+    trial.fit.cost * trial.train(stage).signum() + trial.judged.cost
+}
+
+/// Share of the unexplained error within which two sets are the same to us.
+const BLUR: f64 = 0.1;
+
+/// Mean square of noise alone, in the measure of [`Trial::validate`].
+fn floor(stage: &Stage, floors: &[f64; 2]) -> f64 {
+    let channels = stage.train.channels().len();
+    let share = |channel: usize| (floors[channel] / stage.train.sigma[channel]).powi(2);
+    (0..channels).map(share).sum::<f64>() / channels as f64
+}
+
+/// Sets as small as the answer whose error cannot be told from its, nearest first.
+fn nearest(stage: &Stage, best: &Trial, trials: &[Trial]) -> Vec<Trial> {
+    let used = best.fit.residuals.iter().chain(&best.judged.residuals).filter(|value| **value != 0.0).count();
+    // A difference in log-likelihood of ten, or half a percent of the squared error; and what the answer itself
+    // leaves unexplained blurs the difference between laws: a tenth of that share.
+    let left = 1.0 - (floor(stage, &joint_floors(stage, best)) / best.validate(stage)).clamp(0.0, 1.0);
+    let tolerance = (2.0 * 10.0 / used.max(1) as f64).max(0.005) + BLUR * left;
+    let limit = loss(stage, best) * (1.0 + tolerance);
+    let near = trials.iter().filter(|trial| {
+        trial.effects.len() <= best.effects.len()
+            && !same_set(&trial.effects, &best.effects)
+            && loss(stage, trial) <= limit
+    });
+    let mut near: Vec<Trial> = near.filter(|_| !best.effects.is_empty()).cloned().collect();
+    near.sort_by(|a, b| loss(stage, a).total_cmp(&loss(stage, b)));
+    near.dedup_by(|a, b| same_set(&a.effects, &b.effects));
+    near
+}
+
+/// The best sets on the way to the answer, each a part of the next, the answer last.
+fn steps(stage: &Stage, best: &Trial, trials: &[Trial]) -> Vec<Trial> {
+    let mut path = Vec::new();
+    let mut now = best.clone();
+    while !now.effects.is_empty() {
+        path.push(now.clone());
+        let part = |trial: &&Trial| {
+            trial.effects.len() + 1 == now.effects.len()
+                && trial.effects.iter().all(|id| now.effects.contains(id))
+        };
+        match trials.iter().filter(part).min_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage))) {
+            Some(trial) => now = trial.clone(),
+            None => break,
+        }
+    }
+    path.reverse();
+    path
+}

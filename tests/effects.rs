@@ -1,0 +1,187 @@
+//! What holds for every effect of the catalogue, whatever it is.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rotorbench::effect::{CATALOGUE, Card, Law, Point, Symmetry};
+use rotorbench::model::{BodyInput, BodyStart, BodyTrace, Model, RotorInput, RotorStart, RotorTrace};
+
+fn points(count: usize) -> Vec<Point> {
+    let mut generator = ChaCha8Rng::seed_from_u64(5);
+    let mut draw = |low: f64, high: f64| generator.random_range(low..high);
+    let mut point = || Point {
+        time: draw(0.0, 10.0),
+        command: draw(0.2, 0.9),
+        battery_voltage: draw(10.5, 12.6),
+        full_voltage: 12.6,
+        steady_rate: draw(200.0, 1000.0),
+        propeller_rate: draw(200.0, 1000.0),
+        pole: 16.0,
+        hover_rate: 617.0,
+        hover_command: 0.463,
+        side: if draw(0.0, 1.0) > 0.5 { 1.0 } else { -1.0 },
+        arm: 0.25,
+        thrust_coefficient: 1.6e-5,
+        thrust: draw(2.0, 10.0),
+        propeller_rate_1: draw(400.0, 800.0),
+        propeller_rate_2: draw(400.0, 800.0),
+        torque: draw(-1.0, 1.0),
+        body_angle: draw(-0.8, 0.8),
+        body_rate: draw(-2.0, 2.0),
+    };
+    (0..count).map(|_| point()).collect()
+}
+
+fn starts(card: &Card) -> Vec<f64> {
+    card.parameters.iter().map(|parameter| parameter.start).collect()
+}
+
+#[test]
+fn cards_are_complete_and_their_bounds_hold_their_starts() {
+    let ids: Vec<&str> = CATALOGUE.iter().map(|card| card.id).collect();
+    for (index, card) in CATALOGUE.iter().enumerate() {
+        assert!(!ids[..index].contains(&card.id), "{} is there twice", card.id);
+        for text in [
+            card.meaning,
+            card.equation,
+            card.source,
+            card.residual,
+            card.experiment,
+            card.report[0],
+            card.report[1],
+        ] {
+            assert!(!text.is_empty(), "{}", card.id);
+        }
+        for other in card.confused_with {
+            assert!(ids.contains(other) && *other != card.id, "{} names {other}", card.id);
+        }
+        for parameter in card.parameters {
+            let tried = std::iter::once(&parameter.start).chain(parameter.others);
+            for start in tried {
+                assert!(
+                    parameter.lower <= *start && *start <= parameter.upper,
+                    "{}.{}",
+                    card.id,
+                    parameter.name
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn at_its_neutral_value_an_effect_adds_nothing() {
+    let mut held = 0;
+    for card in CATALOGUE {
+        for (index, parameter) in
+            card.parameters.iter().enumerate().filter(|(_, parameter)| !parameter.neutral.is_nan())
+        {
+            let mut parameters = starts(card);
+            parameters[index] = parameter.neutral;
+            for point in points(50) {
+                let added = match &card.law {
+                    Law::Static(law) => law(&parameters, &point),
+                    Law::Delay(delay) => delay(&parameters),
+                    Law::Memory(memory) => {
+                        let state =
+                            (memory.settle)(&parameters, &Point { steady_rate: 1.0, torque: 0.1, ..point });
+                        let state = (memory.advance)(&parameters, state, &point, 0.01);
+                        // A limit of infinity times no time is the only way to leave a lag behind.
+                        (memory.add)(&parameters, state, &point)
+                    }
+                    Law::Expression(_) => 0.0,
+                };
+                assert!(added.abs() < 1e-9, "{}: {added}", card.id);
+                held += 1;
+            }
+        }
+    }
+    assert!(held > 20 * 50, "most effects have a neutral value");
+}
+
+#[test]
+fn declared_symmetries_hold() {
+    for card in CATALOGUE {
+        let Law::Static(law) = &card.law else {
+            assert_eq!(
+                card.symmetry,
+                Symmetry::None,
+                "{}: only laws without memory can be held to it",
+                card.id
+            );
+            continue;
+        };
+        let parameters = starts(card);
+        for point in points(100) {
+            let turned = Point { body_angle: -point.body_angle, body_rate: -point.body_rate, ..point };
+            let (added, back) = (law(&parameters, &point), law(&parameters, &turned));
+            match card.symmetry {
+                Symmetry::None => {}
+                Symmetry::OddInBodyMotion => assert!((added + back).abs() < 1e-12, "{}", card.id),
+                Symmetry::Dissipative => {
+                    assert!((added + back).abs() < 1e-12, "{}", card.id);
+                    assert!(added * point.body_rate <= 0.0, "{} feeds energy in", card.id);
+                }
+            }
+        }
+    }
+}
+
+/// What a log of the effect's block would read, over a command that goes up, down and to both ends.
+fn simulate(model: &Model, rotor: bool) -> Vec<f64> {
+    let time: Vec<f64> = (0..1500).map(|row| 0.02 * f64::from(row)).collect();
+    let equations = model.equations().expect("known effects");
+    let wave = |at: f64| 0.5 + 0.22 * (0.7 * at).sin() + if (at * 0.9).sin() > 0.0 { 0.12 } else { -0.12 };
+    if rotor {
+        let command: Vec<f64> = time.iter().map(|at| wave(*at)).collect();
+        let voltage: Vec<f64> = time.iter().map(|at| 12.5 - 0.05 * at).collect();
+        let input = RotorInput { time: &time, command: &command, voltage: Some(&voltage), side: 1.0 };
+        let mut trace = RotorTrace::default();
+        equations.simulate_rotor(&input, &RotorStart { rate: Some(500.0), slow: 0.0 }, &mut trace);
+        return trace.measured;
+    }
+    let torque: Vec<f64> = time.iter().map(|at| 0.3 * (2.0 * at).sin() + 0.1 * (5.3 * at).cos()).collect();
+    let rates = |sign: f64| -> Vec<f64> {
+        torque.iter().map(|torque| 617.0 + sign * torque / (0.5 * 0.0197)).collect()
+    };
+    let input = BodyInput {
+        torque: equations.torque_means(&time, &torque, &vec![0.0; time.len()]),
+        propeller_rate: [rates(1.0), rates(-1.0)],
+        time,
+    };
+    let mut trace = BodyTrace::default();
+    for window in 0..75 {
+        let start = BodyStart { angle: 0.3 * f64::from(window - 37) / 37.0, rate: 0.5, sensor: 0.0 };
+        equations.simulate_body(&input, 20 * window as usize, 20 * (window as usize + 1), &start, &mut trace);
+    }
+    trace.rate.extend(trace.angle);
+    trace.rate
+}
+
+/// An effect that a fit can find moves the simulation, smoothly: difference quotients of two sizes agree. A grid
+/// has no slope, so the quantization is only asked to move.
+#[test]
+fn every_parameter_moves_the_simulation_smoothly() {
+    for card in CATALOGUE {
+        let base = Model::paper();
+        let model = base.with(&base.effect(card.id).expect("in the catalogue"));
+        let rotor = card.site.is_rotor();
+        let still = simulate(&base, rotor);
+        let with = simulate(&model, rotor);
+        let moved = with.iter().zip(&still).map(|(with, still)| (with - still).abs()).fold(0.0, f64::max);
+        assert!(moved > 1e-6, "{} does nothing", card.id);
+        for parameter in card.parameters.iter().filter(|_| card.id != "command_quantization") {
+            let name = format!("{}.{}", card.id, parameter.name);
+            let quotient = |share: f64| -> Vec<f64> {
+                let step = share * parameter.start.abs().max(0.1);
+                let mut other = model.clone();
+                other.set_parameter(&name, parameter.start + step);
+                simulate(&other, rotor).iter().zip(&with).map(|(other, with)| (other - with) / step).collect()
+            };
+            let (coarse, fine) = (quotient(1e-4), quotient(1e-6));
+            let size = fine.iter().map(|slope| slope * slope).sum::<f64>();
+            let apart = coarse.iter().zip(&fine).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+            // One percent: a corner of the law may pass a sample within the coarse step.
+            assert!(apart <= 1e-4 * size, "{name}: {apart} of {size}");
+        }
+    }
+}
