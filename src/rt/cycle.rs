@@ -28,7 +28,9 @@ pub struct Release {
 #[derive(Debug)]
 pub struct Cycle {
     period_ns: u64,
-    start_ns: u64,
+    /// A slot, and when it is due: the grid goes on from there. Never later than the next slot.
+    anchor_slot: u64,
+    anchor_ns: u64,
     next_slot: u64,
     statistics: Statistics,
 }
@@ -37,13 +39,19 @@ impl Cycle {
     /// A grid of `period_ns` (at least 1) whose slot 0 is due at `start_ns`. Allocates everything it will need.
     #[must_use]
     pub fn new(period_ns: u64, start_ns: u64) -> Self {
-        Self { period_ns: period_ns.max(1), start_ns, next_slot: 0, statistics: Statistics::new() }
+        Self {
+            period_ns: period_ns.max(1),
+            anchor_slot: 0,
+            anchor_ns: start_ns,
+            next_slot: 0,
+            statistics: Statistics::new(),
+        }
     }
 
     /// Moves slot 0 to `start_ns`; only before the first slot: real-time set-up may take longer than a period.
     pub fn start_at(&mut self, start_ns: u64) {
         if self.next_slot == 0 {
-            self.start_ns = start_ns;
+            self.anchor_ns = start_ns;
         }
     }
 
@@ -56,7 +64,11 @@ impl Cycle {
     /// [ns] CLOCK_MONOTONIC when the next slot is due: the deadline of the wait.
     #[must_use]
     pub fn due_ns(&self) -> u64 {
-        self.start_ns.saturating_add(self.next_slot.saturating_mul(self.period_ns))
+        self.due_of(self.next_slot)
+    }
+
+    fn due_of(&self, slot: u64) -> u64 {
+        self.anchor_ns.saturating_add((slot - self.anchor_slot).saturating_mul(self.period_ns))
     }
 
     /// Number of slots that have gone by, run or skipped.
@@ -70,10 +82,10 @@ impl Cycle {
         if now_ns < self.due_ns() {
             return None;
         }
-        let slot = (now_ns - self.start_ns) / self.period_ns;
+        let slot = self.anchor_slot + (now_ns - self.anchor_ns) / self.period_ns;
         self.statistics.skipped += slot - self.next_slot;
         self.next_slot = slot + 1;
-        Some(self.release(slot, self.start_ns.saturating_add(slot.saturating_mul(self.period_ns)), now_ns))
+        Some(self.release(slot, self.due_of(slot), now_ns))
     }
 
     /// Begins a slot now because what it waited for arrived, and lets the grid start again from here: the next slot is
@@ -81,8 +93,8 @@ impl Cycle {
     pub fn begin_at_arrival(&mut self, now_ns: u64, grace_ns: u64) -> Release {
         let slot = self.next_slot;
         self.next_slot += 1;
-        let next_ns = now_ns.saturating_add(self.period_ns).saturating_add(grace_ns);
-        self.start_ns = next_ns.saturating_sub(self.next_slot.saturating_mul(self.period_ns));
+        self.anchor_slot = self.next_slot;
+        self.anchor_ns = now_ns.saturating_add(self.period_ns).saturating_add(grace_ns);
         self.release(slot, now_ns, now_ns)
     }
 
@@ -327,5 +339,17 @@ mod tests {
         assert_eq!(cycle.due_ns(), 1_280);
         assert_eq!(cycle.begin_at_arrival(1_260, 50).slot, 2);
         assert_eq!(cycle.statistics().summary().slots, 3);
+    }
+
+    /// More slots than periods since the machine was started must not put the next one into the far future: it is
+    /// the one in which the guard notices that nothing arrives any more.
+    #[test]
+    fn arrivals_faster_than_the_period_leave_the_next_slot_where_it_belongs() {
+        let mut cycle = Cycle::new(100, 1_000);
+        for now in 1_000..2_000 {
+            cycle.begin_at_arrival(now, 50);
+        }
+        assert_eq!(cycle.due_ns(), 1_999 + 150);
+        assert_eq!(cycle.begin(2_249).map(|release| (release.slot, release.due_ns)), Some((1_001, 2_249)));
     }
 }
