@@ -9,7 +9,7 @@ use crate::clock;
 use crate::guard::{Cause, Guard, GuardState, OperatorAct, State};
 use crate::rt::{Cycle, Release};
 use crate::shm::{
-    APPLIED, Bell, Bench, COMMAND, GUARD_EVENTS, GUARD_STEPS, Publisher, REQUEST, SENSORS, ShmError,
+    APPLIED, Bell, Bench, COMMAND, GUARD_EVENTS, GUARD_STEPS, Publisher, REQUEST, SENSORS, STOPS, ShmError,
     Subscriber, Waiter,
 };
 use crate::signal::{
@@ -45,6 +45,7 @@ struct Topics {
     heartbeats: Publisher<Heartbeat>,
     commands: Subscriber<Command>,
     requests: Subscriber<Request>,
+    stops: Vec<Subscriber<Request>>,
     control_bell: Bell,
     bell: Bell,
     heartbeat: Heartbeat,
@@ -120,7 +121,10 @@ impl Gate {
             self.newest = Some(command);
             self.is_pending = true;
         }
-        if self.request.is_none() {
+        if let Some(stop) = self.topics.stops.iter_mut().find_map(Subscriber::newest) {
+            // It overtakes whatever was asked before.
+            self.request = Some(stop);
+        } else if self.request.is_none() {
             self.request = self.topics.requests.next_in_order().or_else(|| self.own_request(now_ns));
         }
         self.request.is_some_and(|request| request.act == OperatorAct::Stop as u32)
@@ -262,6 +266,7 @@ impl Topics {
             heartbeats: bench.publish(&role.heartbeat())?,
             commands: bench.subscribe(&COMMAND)?,
             requests: bench.subscribe(&REQUEST)?,
+            stops: STOPS.iter().map(|topic| bench.subscribe(topic)).collect::<Result<_, _>>()?,
             control_bell: bench.bell(Waiter::Control)?,
             bell: bench.bell(Waiter::Gate)?,
             heartbeat: Heartbeat {

@@ -6,7 +6,9 @@ use super::ProcessError;
 use crate::bench::BenchConfig;
 use crate::clock::{self, NANOSECONDS_PER_SECOND};
 use crate::guard::{Cause, OperatorAct, Signal, State};
-use crate::shm::{APPLIED, Bench, GUARD_EVENTS, REQUEST, Role, Subscriber, Waiter};
+use crate::shm::{
+    APPLIED, Bench, GUARD_EVENTS, Publisher, REQUEST, Role, STOPS, ShmError, Subscriber, Waiter,
+};
 use crate::signal::{Applied, GuardEvent, Request};
 
 /// What became of an act.
@@ -33,13 +35,15 @@ pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessErro
     let bench = Bench::join(&config.name, &config.shared_memory, Role::Operator)?;
     let mut applied = bench.subscribe(&APPLIED)?;
     let mut events = bench.subscribe(&GUARD_EVENTS)?;
-    let not_running = || ProcessError::NotRunning { bench: config.name.clone() };
-    let before = running(&mut applied).ok_or_else(not_running)?;
     let bell = bench.bell(Waiter::Gate)?;
-    let mut requests = bench.publish(&REQUEST)?;
+    let mut requests =
+        if act == OperatorAct::Stop { stop_place(&bench)? } else { bench.publish(&REQUEST)? };
+    // First of all: a stop must not wait for a sign of life. A guard that is born later refuses it as too old.
     let sent_ns = clock::monotonic_ns();
     requests.send(&Request { sequence: 1, stamp_ns: sent_ns, act: act as u32, reserved: 0 });
     bell.ring();
+    let not_running = || ProcessError::NotRunning { bench: config.name.clone() };
+    let before = running(&mut applied).ok_or_else(not_running)?;
     let patience_s = 3.0 + if act == OperatorAct::Arm { config.guard.arm_timeout_s } else { 0.0 };
     let deadline_ns = sent_ns.saturating_add(clock::span_ns(patience_s));
     let mut answer = Answer { state: state(&before), obeyed: false, said: Vec::new() };
@@ -62,6 +66,19 @@ pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessErro
         }
     }
     Ok(answer)
+}
+
+/// The first place for a `stop` that no other process holds.
+fn stop_place(bench: &Bench) -> Result<Publisher<Request>, ShmError> {
+    let [first, others @ ..] = STOPS;
+    let mut place = bench.publish(&first);
+    for other in &others {
+        if !matches!(place, Err(ShmError::Claimed { .. })) {
+            break;
+        }
+        place = bench.publish(other);
+    }
+    place
 }
 
 fn wanted(act: OperatorAct) -> State {

@@ -23,7 +23,7 @@ use crate::record::{
 use crate::rt::Shutdown;
 use crate::shm::{
     APPLIED, Bench, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, Payload, Publisher, REQUEST, Role,
-    SENSORS, ShmError, Subscriber, Topic,
+    SENSORS, STOPS, ShmError, Subscriber, Topic,
 };
 use crate::signal::{
     Applied, Command, ControlStep, CycleSample, GuardEvent, GuardStep, Heartbeat, Request, Sensors,
@@ -94,7 +94,7 @@ struct Listener {
     sensors: Tap<Sensors>,
     commands: Tap<Command>,
     applied: Tap<Applied>,
-    requests: Tap<Request>,
+    requests: Vec<Tap<Request>>,
     events: Tap<GuardEvent>,
     cycles: Vec<Tap<CycleSample>>,
     heartbeats: Vec<Tap<Heartbeat>>,
@@ -117,7 +117,11 @@ impl Listener {
             sensors: Tap::open(&bench, &SENSORS)?,
             commands: Tap::open(&bench, &COMMAND)?,
             applied: Tap::open(&bench, &APPLIED)?,
-            requests: Tap::open(&bench, &REQUEST)?,
+            requests: [REQUEST]
+                .iter()
+                .chain(&STOPS)
+                .map(|topic| Tap::open(&bench, topic))
+                .collect::<Result<_, _>>()?,
             events: Tap::open(&bench, &GUARD_EVENTS)?,
             cycles: ROLES.iter().map(|role| Tap::open(&bench, &role.cycle())).collect::<Result<_, _>>()?,
             heartbeats: ROLES
@@ -143,7 +147,7 @@ impl Listener {
         self.sensors.copy(to);
         self.commands.copy(to);
         self.applied.copy(to);
-        self.requests.copy(to);
+        self.requests.iter_mut().for_each(|tap| tap.copy(to));
         self.control_steps.copy(to);
         self.guard_steps.copy(to);
         self.events.copy(to);

@@ -71,7 +71,7 @@ impl Claim {
         &self.claimant.life
     }
 
-    /// Tells everybody which life is current. One write: a reader sees all of it or an older one.
+    /// Tells everybody which life is current. One write: a reader sees all of it or nothing.
     pub fn announce(&mut self) -> Result<(), ShmError> {
         let Claimant { role, process_id, life } = &self.claimant;
         let line = format!("{role} {process_id} {life}\n");

@@ -35,7 +35,9 @@ pub use bell::{Bell, Waiter};
 pub use channel::{Payload, Publisher, Subscriber};
 pub use leftover::{Leftover, leftovers};
 pub use place::{Place, SharedMemoryConfig};
-pub use topic::{APPLIED, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, REQUEST, Role, SENSORS, Topic};
+pub use topic::{
+    APPLIED, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, REQUEST, Role, SENSORS, STOPS, Topic,
+};
 
 /// What can go wrong with the shared memory of a bench.
 #[derive(Debug, thiserror::Error)]

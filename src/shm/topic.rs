@@ -80,8 +80,12 @@ pub const GUARD_EVENTS: Topic<GuardEvent> = Topic::fixed("guard-events", 1024);
 pub const CONTROL_STEPS: Topic<ControlStep> = Topic::fixed("control-steps", 1024);
 /// What each period of the guard consumed and let through, for the recorder; by bridge, run or emulator.
 pub const GUARD_STEPS: Topic<GuardStep> = Topic::fixed("guard-steps", 1024);
-/// An operator's acts; by one short-lived process at a time.
+/// An operator's `arm` and `disarm`; by one short-lived process at a time.
 pub const REQUEST: Topic<Request> = Topic::fixed("request", 8);
+/// An operator's `stop`. Places of its own, and more than one: neither an `arm` that waits for its checks nor a `stop`
+/// that hangs or was suspended is in the way of the next `stop`.
+pub const STOPS: [Topic<Request>; 3] =
+    [Topic::fixed("stop-1", 8), Topic::fixed("stop-2", 8), Topic::fixed("stop-3", 8)];
 
 impl<T: Payload> Topic<T> {
     const fn fixed(name: &'static str, depth: u32) -> Self {
