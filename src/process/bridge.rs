@@ -51,9 +51,11 @@ impl BridgeLoop {
         let guard = config.guard.build(config.period_s)?;
         let period_ns = clock::span_ns(config.period_s);
         let hold_periods = guard.hold_periods();
-        let wire = Wire::open(config, log)?;
         let bench = Bench::join(&config.name, &config.shared_memory, Role::Bridge)?;
-        Ok(Self { gate: Gate::open(&bench, guard, period_ns)?, wire, hold_periods, _bench: bench })
+        let gate = Gate::open(&bench, guard, period_ns)?;
+        // After the guard: a second bridge that is refused must not say a word on the bus, not even a safe one.
+        let wire = Wire::open(config, log)?;
+        Ok(Self { gate, wire, hold_periods, _bench: bench })
     }
 
     /// Waits for the socket, the command or the timer, whichever comes first, and does what is to be done.

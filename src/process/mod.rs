@@ -75,7 +75,9 @@ pub enum ProcessError {
         terms: usize,
     },
     /// `--arm` on what may be real hardware.
-    #[error("--arm is for the emulator: `{interface}` is not a virtual interface; use `rotorbench arm`")]
+    #[error(
+        "--arm is for the emulator: `{interface}` is not a virtual interface (vcan.., vxcan..); use `rotorbench arm`"
+    )]
     ArmOnHardware {
         /// The interface.
         interface: String,

@@ -70,12 +70,15 @@ impl RunLoop {
         let guard = config.guard.build(config.period_s)?;
         let period_ns = clock::span_ns(config.period_s);
         let hold_periods = guard.hold_periods();
-        let wire = Wire::open(config, log)?;
         let bench = Bench::join(&config.name, &config.shared_memory, Role::Run)?;
+        let flight = Flight::open(&bench, pilot)?;
+        let gate = Gate::open(&bench, guard, period_ns)?;
+        // After guard and controls: who is refused them must not say a word on the bus, not even a safe one.
+        let wire = Wire::open(config, log)?;
         Ok(Self {
             trigger: config.trigger,
-            flight: Flight::open(&bench, pilot)?,
-            gate: Gate::open(&bench, guard, period_ns)?,
+            flight,
+            gate,
             wire,
             hold_periods,
             events: bench.subscribe(&GUARD_EVENTS)?,

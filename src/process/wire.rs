@@ -174,8 +174,10 @@ fn describe(fault: Fault) -> &'static str {
     }
 }
 
-/// Whether `interface` is virtual: no wire leaves this machine.
+/// Whether `interface` is virtual: no wire leaves this machine. By its name, too: a serial adapter (slcan) is listed
+/// among the virtual interfaces.
 #[must_use]
 pub fn is_virtual(interface: &str) -> bool {
-    std::path::Path::new("/sys/devices/virtual/net").join(interface).exists()
+    let is_named_so = ["vcan", "vxcan"].iter().any(|kind| interface.starts_with(kind));
+    is_named_so && std::path::Path::new("/sys/devices/virtual/net").join(interface).exists()
 }

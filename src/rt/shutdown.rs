@@ -1,4 +1,5 @@
-//! How a process is told to end: Ctrl-C, SIGTERM, a closed terminal, a panic on any of its threads.
+//! How a process is told to end: Ctrl-C, SIGTERM, a closed terminal, a panic on any of its threads. Ctrl-Z too: a
+//! guard that is suspended leaves the rotors to the timeouts of their ESCs.
 //!
 //! None of them ends it at once. Each sets one flag, which the cycle sees within a period; the cycle then sends the
 //! safe command and returns.
@@ -7,7 +8,7 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
 
 /// What the flag holds when a thread panicked.
 const PANIC: usize = usize::MAX;
@@ -27,7 +28,7 @@ impl Shutdown {
     /// The operating system's.
     pub fn listen() -> io::Result<Self> {
         let shutdown = Self::default();
-        for signal in [SIGINT, SIGTERM, SIGHUP, SIGQUIT] {
+        for signal in [SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP] {
             // Whoever starts a bench with `nohup` wants it to outlive the terminal.
             if signal == SIGHUP && is_ignored(signal) {
                 continue;
@@ -65,6 +66,7 @@ impl Shutdown {
             Ok(SIGTERM) => "told to end (SIGTERM)",
             Ok(SIGHUP) => "the terminal was closed (SIGHUP)",
             Ok(SIGQUIT) => "told to quit (SIGQUIT)",
+            Ok(SIGTSTP) => "told to stand still (Ctrl-Z)",
             Err(_) if self.reason.load(Ordering::Relaxed) == PANIC => "a thread panicked",
             _ => "done",
         }

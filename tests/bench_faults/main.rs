@@ -9,6 +9,7 @@ use std::time::Duration;
 use processes::{TestBench, Watcher, say};
 use rotorbench::clock;
 use rotorbench::guard::{Cause, State};
+use rotorbench::shm::{Bench, REQUEST, Role, STOPS, SharedMemoryConfig};
 
 fn flying(test: &str) -> (TestBench, processes::Process, processes::Process, Watcher) {
     let bench = TestBench::new(test, |_| {});
@@ -89,9 +90,12 @@ fn an_emulator_that_was_killed_comes_back_disarmed() {
 
 #[test]
 fn every_way_to_end_the_emulator_ends_in_the_safe_command() {
-    for (signal, name) in
-        [(libc::SIGINT, "Ctrl-C"), (libc::SIGTERM, "SIGTERM"), (libc::SIGHUP, "closed terminal")]
-    {
+    for (signal, name) in [
+        (libc::SIGINT, "Ctrl-C"),
+        (libc::SIGTERM, "SIGTERM"),
+        (libc::SIGHUP, "closed terminal"),
+        (libc::SIGTSTP, "Ctrl-Z"),
+    ] {
         let (bench, mut emulator, _control, mut watcher) = flying("end");
         let at_ns = clock::monotonic_ns();
         emulator.signal(signal);
@@ -100,6 +104,22 @@ fn every_way_to_end_the_emulator_ends_in_the_safe_command() {
         assert!(emulator.wait().success());
         assert_eq!(Cause::from_code(safe.cause), Some(Cause::Shutdown));
     }
+}
+
+/// Somebody's `arm` waits for its checks, somebody's `stop` was suspended: the next `stop` must get through.
+#[test]
+fn a_stop_gets_past_operators_who_hang() {
+    let (bench, _emulator, _control, mut watcher) = flying("hang");
+    let member =
+        Bench::join(&bench.config.name, &SharedMemoryConfig::default(), Role::Operator).expect("there");
+    let _arm = member.publish(&REQUEST).expect("free");
+    let _stop = member.publish(&STOPS[0]).expect("free");
+    let at_ns = clock::monotonic_ns();
+    let stop = bench.run(&["stop"]);
+    assert!(stop.status.success(), "{}", String::from_utf8_lossy(&stop.stderr));
+    let safe = watcher.until_safe(at_ns);
+    assert_eq!(safe.state, State::EmergencyStop as u32);
+    assert_eq!(bench.run(&["disarm"]).status.code(), Some(2), "an `arm` still holds its place");
 }
 
 #[test]
