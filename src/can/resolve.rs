@@ -75,6 +75,7 @@ pub(super) fn resolve(config: &BusConfig, databases: &[Database], period_s: f64)
         config.commands.iter().map(|(field, signal)| (*field, signal)),
         CommandField::si,
     )?;
+    check_commands(&commands)?;
     for command in &commands {
         if let Some(sensor) = sensors.iter().find(|sensor| sensor.id == command.id) {
             let reason = format!("`{}` is also received, as `{}`", command.name, sensor.name);
@@ -197,6 +198,26 @@ impl<'a> Resolver<'a> {
             Err(fail(format!("messages.{name}"), "no role uses this message".to_owned()))
         })
     }
+}
+
+/// The safe command must be one that the frames can say: 0 for both rotors, in one frame where they share one.
+fn check_commands(commands: &[Route<CommandField>]) -> Result<(), CanError> {
+    for route in commands {
+        for binding in route.bindings().iter().filter(|binding| binding.field != CommandField::State) {
+            let said = binding.zero_as_sent();
+            if said.abs() > 1e-9 {
+                let reason = format!("`{}` cannot say 0: it would say {said}", binding.signal);
+                return Err(fail(format!("commands.{}", binding.field), reason));
+            }
+        }
+        let mut selectors = route.bindings().iter().map(|it| &it.selectors).filter(|it| !it.is_empty());
+        let first = selectors.next();
+        if selectors.any(|other| Some(other) != first) {
+            let reason = format!("`{}` is multiplexed: one frame cannot carry all its commands", route.name);
+            return Err(fail("commands", reason));
+        }
+    }
+    Ok(())
 }
 
 fn find_counter(message: &Message, name: &str) -> Result<(String, SignalCodec), CanError> {

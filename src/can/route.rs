@@ -116,6 +116,12 @@ impl<F: Copy> Binding<F> {
         })
     }
 
+    /// What the receiver understands when 0 is sent.
+    pub(super) fn zero_as_sent(&self) -> f64 {
+        let raw = self.codec.unscale(-self.offset / self.scale);
+        self.codec.scale(raw) * self.scale + self.offset
+    }
+
     #[inline]
     fn write(&self, payload: &mut Payload, value: f64) {
         for (multiplexer, values) in &self.selectors {

@@ -1,6 +1,10 @@
 //! What cannot be is refused in one sentence, with its place.
 
-use rotorbench::can::{BusConfig, CanError, Database, DatabaseConfig, Roles, SensorField, SignalConfig};
+use std::collections::BTreeMap;
+
+use rotorbench::can::{
+    BusConfig, CanError, CommandField, Database, DatabaseConfig, Roles, SensorField, SignalConfig,
+};
 
 const HEAD: &str = "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: A\n\n";
 
@@ -153,6 +157,32 @@ fn a_role_that_cannot_be_filled_is_refused_with_its_place() {
     for (said, wanted) in said.iter().zip(wanted) {
         assert_eq!(said, wanted);
     }
+}
+
+/// An ESC that reads 1000..2000 µs gets its zero at 1000; one whose signal starts above its zero would never be told to
+/// stand still.
+#[test]
+fn commands_that_cannot_say_zero_are_refused() {
+    let roles = |scaling: &str, rotor_2: &str| {
+        let text = format!(
+            "{HEAD}BO_ 1 C: 8 A\n SG_ m M : 0|8@1+ (1,0) [0|0] \"\" A\n SG_ one m0 : 16|16@1+ {scaling} [0|0] \"\" A\n \
+             SG_ two {rotor_2} : 32|16@1+ {scaling} [0|0] \"\" A\n"
+        );
+        let databases = [Database::parse("x.dbc", text.as_bytes()).expect("DBC")];
+        let mut config =
+            BusConfig { sensors: BTreeMap::new(), messages: BTreeMap::new(), ..BusConfig::default() };
+        config.commands = [(CommandField::Rotor1, "C.one"), (CommandField::Rotor2, "C.two")]
+            .map(|(field, signal)| (field, SignalConfig::new(signal)))
+            .into();
+        Roles::resolve(&config, &databases, 0.02).map(drop).map_err(|error| error.to_string())
+    };
+    assert_eq!(roles("(0.001,-1)", "m0"), Ok(()));
+    assert_eq!(
+        roles("(0.001,0.1)", "m0"),
+        Err("bus.commands.rotor_1: `one` cannot say 0: it would say 0.1".to_owned())
+    );
+    let shared = "bus.commands: `C` is multiplexed: one frame cannot carry all its commands";
+    assert_eq!(roles("(0.001,0)", "m1"), Err(shared.to_owned()));
 }
 
 #[test]
