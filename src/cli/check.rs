@@ -4,14 +4,14 @@ use serde::Serialize;
 
 use super::operate::BenchArguments;
 use super::{CliResult, Outcome};
-use crate::bench::BenchConfig;
+use crate::bench::{BenchConfig, Trigger};
 use crate::can::{
     Binding, BusLoad, ByteOrder, InterfaceStatus, Number, Roles, Route, SensorField, WARNING_PERCENT,
     kernel_has_can, worst_case,
 };
 use crate::clock::span_s;
-use crate::guard::Guard;
-use crate::process::plant;
+use crate::guard::{Guard, Signal};
+use crate::process::{emulate, plant};
 use crate::report::Table;
 use crate::signal::Sensors;
 
@@ -74,6 +74,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let roles = Roles::build(&config.bus, config.period_s)?;
     let guard = config.guard.build(config.period_s)?;
     plant::pilot(&config)?;
+    config.real_time.check()?;
+    emulate::emulator(&config)?;
     let resolved = resolve(&config, &roles, &guard)?;
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&resolved)?);
@@ -169,7 +171,8 @@ fn signal_row<F: Copy>(
     }
 }
 
-/// What the guard needs and the bus does not bring, or brings too rarely: such a bench is never armed.
+/// What the guard needs and the bus does not bring, or brings too rarely: such a bench is never
+/// armed, or not for long.
 fn obstacles(config: &BenchConfig, roles: &Roles, guard: &Guard) -> Vec<String> {
     let sensors = Sensors::default();
     let mut obstacles = Vec::new();
@@ -179,16 +182,28 @@ fn obstacles(config: &BenchConfig, roles: &Roles, guard: &Guard) -> Vec<String> 
             .sensor_messages()
             .iter()
             .find(|route| route.bindings().iter().any(|binding| is_it(binding.field)));
-        let stale_after_s = span_s(stale_after_ns);
+        // Half of what a signal may be silent for is a miss already.
+        let missed_after_s = span_s(stale_after_ns / 2);
         match route {
             None => obstacles.push(format!(
                 "the guard requires {signal}, and no signal of bus.sensors feeds it: `{}` could never be armed",
                 config.name
             )),
-            Some(route) if route.period_s > stale_after_s => obstacles.push(format!(
-                "{signal} comes with `{}` every {} s, and the guard calls it stale after {stale_after_s} s",
+            Some(route) if route.period_s > missed_after_s => obstacles.push(format!(
+                "{signal} comes with `{}` every {} s, and the guard misses it after {missed_after_s} s",
                 route.name, route.period_s
             )),
+            Some(route)
+                if signal == Signal::BodyRate
+                    && config.trigger == Trigger::Imu
+                    && (route.period_s / config.period_s - 1.0).abs() > 0.01 =>
+            {
+                obstacles.push(format!(
+                    "trigger = \"imu\" steps the controller with each `{}`, every {} s, and it is made for period_s = \
+                     {} s",
+                    route.name, route.period_s, config.period_s
+                ));
+            }
             Some(_) => {}
         }
     }
