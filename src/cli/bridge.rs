@@ -14,7 +14,7 @@ pub struct Arguments {
     #[arg(long)]
     arm: bool,
     /// End after this many seconds
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = super::operate::seconds)]
     seconds: Option<f64>,
     /// Write the summary as JSON on standard output
     #[arg(long)]

@@ -11,7 +11,7 @@ pub struct Arguments {
     #[command(flatten)]
     bench: BenchArguments,
     /// End after this many seconds
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = super::operate::seconds)]
     seconds: Option<f64>,
     /// Write the summary as JSON on standard output
     #[arg(long)]

@@ -23,7 +23,7 @@ pub struct Arguments {
     #[arg(long, requires = "shm")]
     arm: bool,
     /// End after this many seconds
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = super::operate::seconds)]
     seconds: Option<f64>,
     /// Write the summary as JSON on standard output
     #[arg(long)]
@@ -92,8 +92,8 @@ impl PlantArguments {
 }
 
 fn impulse(text: &str) -> Result<Impulse, CliError> {
-    let numbers: Vec<f64> = text.split(':').filter_map(|number| number.trim().parse().ok()).collect();
-    let [at_s, duration_s, torque] = *numbers.as_slice() else {
+    let numbers: Result<Vec<f64>, _> = text.split(':').map(|number| number.trim().parse()).collect();
+    let Ok(&[at_s, duration_s, torque]) = numbers.as_deref() else {
         return Err(CliError::new(format!(
             "--impulse {text}: write at_s:duration_s:torque_nm, as in 3:0.05:0.6"
         )));

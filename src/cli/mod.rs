@@ -186,5 +186,11 @@ fn dispatch(subcommand: Subcommand) -> CliResult {
 fn start_log() {
     let filter = tracing_subscriber::EnvFilter::try_from_env("ROTORBENCH_LOG")
         .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn,rotorbench=info"));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false).init();
+    // A terminal that was closed, or a full disk behind standard error, must not make a cycle's thread panic.
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .with_target(false)
+        .log_internal_errors(false)
+        .init();
 }

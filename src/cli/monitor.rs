@@ -1,7 +1,7 @@
 //! `rotorbench monitor`: a live view of a running bench. It only listens.
 
 use std::collections::VecDeque;
-use std::io::{IsTerminal, stdout};
+use std::io::{IsTerminal, Write, stdout};
 use std::time::Duration;
 
 use crossterm::event::{self, Event, KeyCode, KeyModifiers};
@@ -77,7 +77,10 @@ fn print_lines(view: &mut View, shutdown: &Shutdown) -> CliResult {
             std::thread::sleep(Duration::from_millis(PICTURE_PERIOD_MS));
             view.listen();
         }
-        println!("{}", view.json());
+        // Who reads may leave first.
+        if writeln!(stdout(), "{}", view.json()).is_err() {
+            break;
+        }
     }
     Ok(Outcome::Done)
 }
@@ -319,7 +322,9 @@ impl Process {
         }
         let (count, since_ns) = self.counted;
         let elapsed_ns = now_ns.saturating_sub(since_ns);
-        if elapsed_ns >= clock::NANOSECONDS_PER_SECOND {
+        if since_ns == 0 {
+            self.counted = (self.heartbeat.count, now_ns);
+        } else if elapsed_ns >= clock::NANOSECONDS_PER_SECOND {
             self.rate = self.heartbeat.count.saturating_sub(count) as f64 / clock::span_s(elapsed_ns);
             self.shown_us = std::mem::take(&mut self.worst_us);
             self.counted = (self.heartbeat.count, now_ns);

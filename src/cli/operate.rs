@@ -25,6 +25,15 @@ impl BenchArguments {
     }
 }
 
+/// [s] of `--seconds`.
+///
+/// # Errors
+/// What it has to be.
+pub fn seconds(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|seconds: &f64| seconds.is_finite() && *seconds > 0.0);
+    number.ok_or_else(|| "it must be a positive number".to_owned())
+}
+
 /// Asks, and says what came of it.
 pub fn run(bench: &BenchArguments, act: OperatorAct) -> CliResult {
     let answer = operator::act(&bench.load()?, act)?;

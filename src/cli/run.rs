@@ -15,7 +15,7 @@ pub struct Arguments {
     #[arg(long)]
     arm: bool,
     /// End after this many seconds
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = super::operate::seconds)]
     seconds: Option<f64>,
     /// Record the bench into this new file
     #[arg(long, value_name = "FILE.mcap")]

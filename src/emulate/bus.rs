@@ -110,7 +110,7 @@ impl BusDoor {
                 continue;
             }
             // Messages missed while the machine slept are not sent in a burst.
-            *due += period.saturating_mul((now_ns - *due) / *period + 1);
+            *due = due.saturating_add(period.saturating_mul((now_ns - *due) / *period + 1));
             let fields = self.roles.sensor_messages().get(index).map(|message| message.bindings());
             let has_values = |bindings: &[crate::can::Binding<crate::can::SensorField>]| {
                 bindings.iter().any(|binding| binding.field.of(state.sensors()).stamp_ns > 0)
