@@ -15,7 +15,7 @@ pub enum State {
     Armed = 2,
     /// As armed, but something is missing: the last command is held, for N periods at most.
     Degraded = 3,
-    /// Ramped to zero, or on the way. Only the operator's `disarm` leads out.
+    /// Ramped to zero, or on the way. Only the operator leads out, by `disarm` or `stop`.
     FailsafeLatched = 4,
     /// Zero at once, by the operator's `stop`. Only `disarm` leads out.
     EmergencyStop = 5,
