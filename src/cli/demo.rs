@@ -16,11 +16,13 @@ use crate::file::write_atomically;
 use crate::process::control::{self, ControlSummary};
 use crate::process::plant;
 use crate::process::record::Background;
-use crate::record::{Record, Recording, export, log};
-use crate::report::{Axis, Page, Plot, Series, Table, Tone};
+use crate::record::{Dataset, Record, Recording, export, log};
+use crate::report::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone};
 use crate::rt::Shutdown;
 use crate::shm::{APPLIED, Bench, CONTROL_STEPS, Role};
 use crate::signal::ControlStep;
+
+mod story;
 
 /// Arguments of `demo`.
 #[derive(Debug, clap::Args)]
@@ -33,29 +35,45 @@ pub struct Arguments {
     seed: u64,
 }
 
-/// [s] that the bench flies.
-const FLIGHT_S: f64 = 24.0;
+/// [s] that the bench flies, each time.
+const FLIGHT_S: f64 = 19.0;
 /// [s] that the emulator outlives the flight: the guard must be seen to stop the rotors.
 const AFTER_S: f64 = 1.0;
+
+/// One flight.
+struct Flown {
+    summary: ControlSummary,
+    steps: Vec<ControlStep>,
+    log: Dataset,
+}
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let out = &arguments.out;
     fs::create_dir_all(out).map_err(|error| at(out, &error))?;
-    let (bench, emulator) = benches(arguments.seed);
-    let recording = out.join("loop.mcap");
+    let (mut bench, emulator) = benches(arguments.seed);
+    let hidden: Vec<String> = emulator.emulator.hidden.iter().map(ToString::to_string).collect();
     let shutdown = Shutdown::listen()?;
-    let summary = fly(&bench, &emulator, out, &recording, &shutdown)?;
-    log::write(&export::dataset(&recording)?, &out.join("loop.csv"))?;
-    let steps = steps(&recording)?;
-    let (angle, torque) = pictures(&steps, &emulator);
+    let flown = fly(&bench, &emulator, out, "loop", &shutdown)?;
+    println!("{}", timing::angle(&flown.summary.angle));
+    print!("{}", timing::table(&flown.summary.timing));
+    let (angle, torque) = pictures(&flown.steps, &emulator);
     angle.save_svg(&out.join("angle.svg"))?;
     torque.save_svg(&out.join("disturbance.svg"))?;
-    println!("{}", timing::angle(&summary.angle));
-    print!("{}", timing::table(&summary.timing));
+    let mut page = first_page(&flown, angle, torque);
+    let lesson = story::learn(&flown.log)?;
+    println!("{}", story::text(&lesson, &hidden.join(", ")));
+    story::tell(&mut page, &lesson, &hidden.join(", "));
+    if let Some(extension) = lesson.extension.as_ref().filter(|_| !shutdown.is_interrupted()) {
+        let model = out.join("extended.toml");
+        extension.model.save(&model)?;
+        bench.model = model.display().to_string();
+        let again = fly(&bench, &emulator, out, "loop-extended", &Shutdown::listen()?)?;
+        better_page(&mut page, &flown, &again, &emulator);
+    }
     let report = out.join("index.html");
-    page(&summary, angle, torque).save(&report)?;
-    println!("recording: {}   report: {}", recording.display(), report.display());
+    page.save(&report)?;
+    println!("recording: {}   report: {}", out.join("loop.mcap").display(), report.display());
     Ok(Outcome::Done)
 }
 
@@ -66,18 +84,27 @@ fn at(path: &Path, error: &std::io::Error) -> CliError {
 /// The bench as its controller knows it, and as it really is. Only the emulator's process is told the second.
 fn benches(seed: u64) -> (BenchConfig, BenchConfig) {
     let mut bench = BenchConfig { name: format!("demo-{}", std::process::id()), ..BenchConfig::default() };
-    bench.controller.reference.moves = vec![
-        MoveConfig { at_s: 12.0, angle_rad: 0.25, duration_s: 1.5 },
-        MoveConfig { at_s: 17.0, angle_rad: -0.15, duration_s: 1.5 },
-    ];
+    bench.period_s = 0.01;
+    let angles = [0.3, -0.3, 0.2, -0.25, 0.3, 0.0];
+    bench.controller.reference.moves = angles
+        .iter()
+        .enumerate()
+        .map(|(index, angle_rad)| MoveConfig {
+            at_s: 6.5 + 2.0 * index as f64,
+            angle_rad: *angle_rad,
+            duration_s: 1.0,
+        })
+        .collect();
     let mut emulator = bench.clone();
     emulator.emulator.seed = seed;
+    // All at once, so that a row of the log holds one moment: skewed sensors would look like missing physics.
+    emulator.emulator.sensors = emulator.emulator.sensors.at_rate(1000.0);
     emulator.emulator.impulse = vec![
-        Impulse { at_s: 4.0, duration_s: 0.05, torque: 0.6 },
-        Impulse { at_s: 8.0, duration_s: 0.05, torque: -0.6 },
+        Impulse { at_s: 2.5, duration_s: 0.05, torque: 0.6 },
+        Impulse { at_s: 4.5, duration_s: 0.05, torque: -0.6 },
     ];
     let shows_in_flight = |id: &str| {
-        matches!(id, "gravity_pendulum" | "pivot_viscous_friction" | "torque_bias" | "cable_stiffness")
+        matches!(id, "gravity_pendulum" | "pivot_viscous_friction" | "quadratic_air_drag" | "cable_stiffness")
     };
     emulator.emulator.hidden.extend(HiddenConfig::draw(seed, shows_in_flight));
     (bench, emulator)
@@ -125,14 +152,15 @@ fn fly(
     bench: &BenchConfig,
     emulator: &BenchConfig,
     out: &Path,
-    recording: &Path,
+    name: &str,
     shutdown: &Shutdown,
-) -> Result<ControlSummary, CliError> {
+) -> Result<Flown, CliError> {
     let pilot = plant::pilot(bench)?;
+    let recording = out.join(name).with_extension("mcap");
     if recording.exists() {
-        fs::remove_file(recording).map_err(|error| at(recording, &error))?;
+        fs::remove_file(&recording).map_err(|error| at(&recording, &error))?;
     }
-    let background = Background::start(bench, recording, "demo", None)?;
+    let background = Background::start(bench, &recording, "demo", None)?;
     let process = EmulatorProcess::start(emulator, out)?;
     let ended = Shutdown::default();
     let summary = std::thread::scope(|scope| {
@@ -143,7 +171,9 @@ fn fly(
     })?;
     process.finish()?;
     background.finish()?;
-    Ok(summary)
+    let log = export::dataset(&recording)?;
+    log::write(&log, &out.join(name).with_extension("csv"))?;
+    Ok(Flown { summary, steps: steps(&recording)?, log })
 }
 
 /// The live line.
@@ -219,14 +249,14 @@ fn pictures(steps: &[ControlStep], emulator: &BenchConfig) -> (Plot, Plot) {
     (impulses.iter().fold(angle, strike), impulses.iter().fold(torque, strike))
 }
 
-fn page(summary: &ControlSummary, angle: Plot, torque: Plot) -> Page {
-    let angle_error = &summary.angle;
+fn first_page(flown: &Flown, angle: Plot, torque: Plot) -> Page {
+    let (angle_error, timing) = (&flown.summary.angle, &flown.summary.timing);
     let table = Table::new(["", "value", "unit"])
         .row(["angle error, rms", &format!("{:.4}", angle_error.rms), "rad"])
         .row(["angle error, greatest", &format!("{:.4}", angle_error.greatest), "rad"])
         .row(["periods flown", &angle_error.count.to_string(), ""])
-        .row(["command out after due, p99", &format!("{:.0}", summary.timing.response.p99_us), "µs"])
-        .row(["slots skipped", &summary.timing.skipped.to_string(), ""]);
+        .row(["command out after due, p99", &format!("{:.0}", timing.response.p99_us), "µs"])
+        .row(["slots skipped", &timing.skipped.to_string(), ""]);
     let mut page = Page::new("rotorbench demo");
     page.heading("The loop holds the angle")
         .paragraph(
@@ -237,4 +267,20 @@ fn page(summary: &ControlSummary, angle: Plot, torque: Plot) -> Page {
         .plot(angle)
         .plot(torque);
     page
+}
+
+/// The same flight, with what was learned in the controller.
+fn better_page(page: &mut Page, before: &Flown, after: &Flown, emulator: &BenchConfig) {
+    let (from, to) = (story::tracking_error(before), story::tracking_error(after));
+    println!("tracking error with it in the controller: {from:.4} -> {to:.4} rad rms");
+    let (angle, torque) = pictures(&after.steps, emulator);
+    page.heading("The controller with it")
+        .paragraph("The same flight again, with the extended model in the controller, which now cancels what it knows.")
+        .bars(
+            Bars::new("Tracking error, rms, while the angle is moved", "rad")
+                .bar("the paper's model", from, Mark::Bad)
+                .bar("the extended model", to, Mark::Good),
+        )
+        .plot(angle)
+        .plot(torque);
 }

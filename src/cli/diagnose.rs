@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use super::{CliResult, Outcome};
+use crate::diagnose::compare::CompareConfig;
 use crate::diagnose::{DiagnoseConfig, Diagnosis, Verdict, diagnose};
 use crate::effect::find;
 use crate::model::Model;
 use crate::record::log;
+use crate::report;
 
 /// Arguments of `diagnose`.
 #[derive(Debug, clap::Args)]
@@ -26,6 +28,9 @@ pub struct Arguments {
     /// Answer as JSON on standard output
     #[arg(long)]
     json: bool,
+    /// Write a page with the whole story (HTML)
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
 }
 
 /// Runs the command.
@@ -38,6 +43,11 @@ pub fn run(arguments: &Arguments) -> CliResult {
     progress.set_style(indicatif::ProgressStyle::with_template("{spinner} {pos} {msg}, {elapsed}")?);
     let diagnosis = diagnose(&model, &train, &validate, &config, &|| progress.inc(1))?;
     progress.finish_and_clear();
+    if let Some(path) = &arguments.report {
+        let shown = if validate.is_empty() { &train } else { &validate };
+        let windows = CompareConfig { horizon_s: arguments.horizon_s };
+        report::diagnosis::page(&diagnosis, &model, shown, &windows)?.save(path)?;
+    }
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&diagnosis)?);
     } else {

@@ -5,9 +5,11 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use super::{CliError, CliResult, Outcome};
+use crate::diagnose::compare::CompareConfig;
 use crate::diagnose::{DiagnoseConfig, extend};
 use crate::model::Model;
 use crate::record::log;
+use crate::report;
 
 /// Arguments of `extend`.
 #[derive(Debug, clap::Args)]
@@ -36,6 +38,9 @@ pub struct Arguments {
     /// Answer as JSON on standard output
     #[arg(long)]
     json: bool,
+    /// Write a page with the whole story (HTML)
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
 }
 
 /// Runs the command.
@@ -57,6 +62,12 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let config = DiagnoseConfig { horizon: arguments.horizon_s };
     let extension = extend(&model, &arguments.effect, &train, &validate, &config)?;
     extension.model.save(&arguments.output)?;
+    if let Some(path) = &arguments.report {
+        let shown = if validate.is_empty() { &train } else { &validate };
+        let windows = CompareConfig { horizon_s: arguments.horizon_s };
+        report::diagnosis::extension_page(&extension, &model, &arguments.effect, shown, &windows)?
+            .save(path)?;
+    }
     if arguments.json {
         let answer = json!({ "added": arguments.effect, "error": extension.error, "model": extension.model });
         println!("{}", serde_json::to_string_pretty(&answer)?);

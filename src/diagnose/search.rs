@@ -112,8 +112,13 @@ impl<'a> Search<'a> {
     #[must_use]
     pub fn run(&self, mut stage: Stage) -> Found {
         let base_names = stage.base_parameters(self.base);
-        let plain =
-            |base: Vec<String>| Plan { from: self.base, effects: Vec::new(), base, known: self.known };
+        let plain = |base: Vec<String>| Plan {
+            from: self.base,
+            effects: Vec::new(),
+            base,
+            known: self.known,
+            home: self.base,
+        };
         let first = plain(base_names.clone()).run(&stage);
         weigh(&mut stage, &first);
         let stale = plain(Vec::new()).run(&stage);
@@ -142,6 +147,7 @@ impl<'a> Search<'a> {
                 effects: vec![effect],
                 base: base.to_vec(),
                 known: self.known,
+                home: self.base,
             })
             .collect();
         let trials = run_all(&plans, stage, self.done);
@@ -190,7 +196,13 @@ impl<'a> Search<'a> {
                         self.known.iter().filter(|known| trial.effects.contains(&known.id)).collect();
                     effects.sort_by_key(|known| trial.effects.iter().position(|id| *id == known.id));
                     effects.push(effect);
-                    plans.push(Plan { from: &trial.model, effects, base: base.to_vec(), known: self.known });
+                    plans.push(Plan {
+                        from: &trial.model,
+                        effects,
+                        base: base.to_vec(),
+                        known: self.known,
+                        home: self.base,
+                    });
                 }
             }
             let deeper = run_all(&plans, stage, self.done);
@@ -298,7 +310,7 @@ impl<'a> Search<'a> {
     }
 
     fn plan<'b>(&'b self, from: &'b Model, effects: &[String], base: &[String]) -> Plan<'b> {
-        Plan { from, effects: self.lookup(effects), base: base.to_vec(), known: self.known }
+        Plan { from, effects: self.lookup(effects), base: base.to_vec(), known: self.known, home: self.base }
     }
 
     /// The answer with each effect exchanged for those its card says it is confused with.
@@ -336,6 +348,7 @@ impl<'a> Search<'a> {
             effects: vec![*effect],
             base: Vec::new(),
             known: self.known,
+            home: self.base,
         };
         let plans: Vec<Plan> = candidates.iter().map(plan).collect();
         let trials = run_all(&plans, stage, self.done);
@@ -367,8 +380,14 @@ impl<'a> Search<'a> {
             (stale.clone(), recalibrated)
         } else {
             (
-                Plan { from: &model, effects: effects.clone(), base: Vec::new(), known: self.known }
-                    .run(stage),
+                Plan {
+                    from: &model,
+                    effects: effects.clone(),
+                    base: Vec::new(),
+                    known: self.known,
+                    home: self.base,
+                }
+                .run(stage),
                 best,
             )
         };
@@ -380,6 +399,7 @@ impl<'a> Search<'a> {
                 effects: effects.clone(),
                 base: free.iter().chain([*name]).cloned().collect(),
                 known: self.known,
+                home: self.base,
             };
             let next = run_all(&left.iter().map(plan).collect::<Vec<Plan>>(), stage, self.done);
             let best =

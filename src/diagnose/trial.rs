@@ -156,6 +156,8 @@ fn mean_square(fit: &Fit, data: &BlockData) -> f64 {
 pub struct Plan<'a> {
     /// The model it starts from, with fitted parameters.
     pub from: &'a Model,
+    /// The model whose base numbers nobody has refitted: a fit that starts far from them starts from them, too.
+    pub home: &'a Model,
     /// Effects to add, in order; those at the end that `from` lacks are started from their cards.
     pub effects: Vec<&'a Effect>,
     /// Base parameters that are free.
@@ -170,8 +172,10 @@ const LOOK: FitConfig = FitConfig { iterations: 4, tolerance: 1e-3 };
 const FOLLOW: FitConfig = FitConfig { iterations: 25, tolerance: 1e-5 };
 /// Starts that are followed to the end.
 const FOLLOWED: usize = 2;
-/// Most starts of one trial.
+/// Most starts of one trial, from the same base numbers.
 const MOST_STARTS: usize = 12;
+/// A base number refitted by more than this share may have been driven into another valley by what is missing.
+const STRAYED: f64 = 0.25;
 
 impl Plan<'_> {
     /// Fits and judges.
@@ -229,6 +233,10 @@ impl Plan<'_> {
             }
         }
         starts.truncate(MOST_STARTS);
+        if !fresh.is_empty() && self.strayed(template) {
+            let at_home: Vec<Model> = starts.iter().map(|model| self.at_home(model)).collect();
+            starts.extend(at_home);
+        }
         let free = |model: &Model| -> Vec<Free> { names.iter().map(|name| self.free(model, name)).collect() };
         if starts.len() == 1 {
             return fit(problem, &free(template), None, &FOLLOW);
@@ -244,6 +252,25 @@ impl Plan<'_> {
         let ends: Vec<Fit> = ends.collect();
         let best = (0..ends.len()).min_by(|a, b| ends[*a].cost.total_cmp(&ends[*b].cost)).unwrap_or(0);
         ends.into_iter().nth(best).unwrap_or_else(|| fit(problem, &free(template), None, &FOLLOW))
+    }
+
+    /// Whether a free base number is far from where it was.
+    fn strayed(&self, model: &Model) -> bool {
+        self.base.iter().any(|name| match (model.parameter(name), self.home.parameter(name)) {
+            (Some(now), Some(home)) => (now - home).abs() > STRAYED * home.abs(),
+            _ => false,
+        })
+    }
+
+    /// The model with its free base numbers where they were.
+    fn at_home(&self, model: &Model) -> Model {
+        let mut home = model.clone();
+        for name in &self.base {
+            if let Some(value) = self.home.parameter(name) {
+                home.set_parameter(name, value);
+            }
+        }
+        home
     }
 
     fn free(&self, model: &Model, name: &str) -> Free {

@@ -195,6 +195,12 @@ pub fn text(found: &[Vec<Comparison>], logs: &[Dataset]) -> String {
 #[must_use]
 pub fn page(found: &[Vec<Comparison>], logs: &[Dataset]) -> Page {
     let mut page = Page::new("Where the model fails");
+    write(&mut page, found, logs);
+    page
+}
+
+/// Adds the signals of every log to a page.
+pub(super) fn write(page: &mut Page, found: &[Vec<Comparison>], logs: &[Dataset]) {
     for (comparisons, log) in found.iter().zip(logs) {
         page.heading(log.source_name()).paragraph(about(log));
         for comparison in comparisons {
@@ -232,9 +238,9 @@ pub fn page(found: &[Vec<Comparison>], logs: &[Dataset]) -> Page {
         let (failing, sound): (Vec<_>, Vec<_>) = keys.into_iter().partition(fails);
         for key in &failing {
             page.heading(format!("{}: {}", key.0, key.1));
-            block_section(&mut page, comparisons, key, log);
+            block_section(page, comparisons, key, log);
         }
-        torque_section(&mut page, comparisons, log);
+        torque_section(page, comparisons, log);
         if !sound.is_empty() {
             page.heading("At the noise floor");
         }
@@ -242,7 +248,6 @@ pub fn page(found: &[Vec<Comparison>], logs: &[Dataset]) -> Page {
             page.details(format!("{}: {}", key.0, key.1), |page| block_section(page, comparisons, key, log));
         }
     }
-    page
 }
 
 fn block_section(page: &mut Page, comparisons: &[Comparison], key: &(String, String), log: &Dataset) {

@@ -51,6 +51,7 @@
 mod bars;
 pub mod comparison;
 mod decimate;
+pub mod diagnosis;
 mod identification;
 mod page;
 mod paper;

@@ -51,6 +51,12 @@ impl Shutdown {
         self.reason.load(Ordering::Relaxed) != 0
     }
 
+    /// Whether somebody or something from outside wants the end: a signal, a panic.
+    #[must_use]
+    pub fn is_interrupted(&self) -> bool {
+        !matches!(self.reason.load(Ordering::Relaxed), 0 | DONE)
+    }
+
     /// Asks for the end from inside, unless it was asked for before.
     pub fn request(&self) {
         let _ = self.reason.compare_exchange(0, DONE, Ordering::Relaxed, Ordering::Relaxed);

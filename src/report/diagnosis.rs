@@ -1,0 +1,224 @@
+//! The pages of `diagnose` and `extend`: what is missing, why, and how far the error falls.
+
+use super::{Bars, Mark, Page, Table, comparison, number};
+use crate::diagnose::answer::{Both, ErrorStory};
+use crate::diagnose::compare::{CompareConfig, CompareError, compare};
+use crate::diagnose::{Diagnosis, Extension, Verdict};
+use crate::effect::find;
+use crate::model::Model;
+use crate::record::Dataset;
+
+/// The page of a diagnosis of `base`; `logs` are shown with both models, the held-out ones if there are any.
+///
+/// # Errors
+/// [`CompareError`] when a log cannot be compared.
+pub fn page(
+    diagnosis: &Diagnosis,
+    base: &Model,
+    logs: &[Dataset],
+    config: &CompareConfig,
+) -> Result<Page, CompareError> {
+    let mut page = Page::new("What the model is missing");
+    let (mark, sentence) = verdict(diagnosis);
+    page.verdict(mark, sentence);
+    key_numbers(&mut page, &diagnosis.error);
+    for other in &diagnosis.alternatives {
+        page.paragraph(format!("These data cannot tell it from **{}**.", other.join(" + ")));
+    }
+    if let Some(next) = &diagnosis.next_experiment {
+        page.paragraph(format!("The experiment that would tell more: `{}`", next.run));
+    }
+    page.list(diagnosis.warnings.iter().map(|warning| format!("Note: {warning}")));
+    cards(&mut page, &diagnosis.effects);
+    parameters(&mut page, diagnosis);
+    page.heading("How far the error falls");
+    error_table(&mut page, &diagnosis.error);
+    ladder(&mut page, diagnosis);
+    candidates(&mut page, diagnosis);
+    if !diagnosis.r#where.is_empty() {
+        let mut table =
+            Table::new(["block", "share of the error above noise [%]", "follows", "explains [%]"])
+                .caption("Where the model fails, its own parameters refitted");
+        for place in &diagnosis.r#where {
+            table = table.row([
+                place.block.clone(),
+                number(100.0 * place.share_of_error, 3),
+                place.depends_on.clone(),
+                number(100.0 * place.explained, 3),
+            ]);
+        }
+        page.heading("Where it fails").table(table);
+    }
+    signals(&mut page, base, &diagnosis.model, logs, config)?;
+    Ok(page)
+}
+
+/// The page of an extension of `base` by `added`.
+///
+/// # Errors
+/// [`CompareError`] when a log cannot be compared.
+pub fn extension_page(
+    extension: &Extension,
+    base: &Model,
+    added: &[String],
+    logs: &[Dataset],
+    config: &CompareConfig,
+) -> Result<Page, CompareError> {
+    let mut page = Page::new("The extended model");
+    let error = &extension.error;
+    let falls = error.extended.validate < error.recalibrated.validate;
+    page.verdict(
+        if falls { Mark::Good } else { Mark::Bad },
+        format!(
+            "Adding {} takes the held-out error from {} to {}; noise alone leaves {}.",
+            added.join(" + "),
+            number(error.base.validate, 3),
+            number(error.extended.validate, 3),
+            number(error.noise_floor, 3)
+        ),
+    );
+    key_numbers(&mut page, error);
+    cards(&mut page, added);
+    page.heading("How far the error falls");
+    error_table(&mut page, error);
+    let mut steps = Table::new(["step", "added", "held-out error before", "after"])
+        .caption("The ladder: every step this model has taken");
+    for (number_of, step) in extension.model.ladder.iter().enumerate() {
+        steps = steps.row([
+            (number_of + 1).to_string(),
+            step.added.join(" + "),
+            number(step.error.validate_before, 4),
+            number(step.error.validate_after, 4),
+        ]);
+    }
+    page.table(steps);
+    signals(&mut page, base, &extension.model, logs, config)?;
+    Ok(page)
+}
+
+fn verdict(diagnosis: &Diagnosis) -> (Mark, String) {
+    let effects = diagnosis.effects.join(" + ");
+    match diagnosis.verdict {
+        Verdict::MissingEffect => (Mark::Warning, format!("The model is missing **{effects}**.")),
+        Verdict::Adequate => (Mark::Good, "Nothing is missing that these data could show.".to_owned()),
+        Verdict::ParametersChanged => {
+            (Mark::Warning, "No effect is missing; the model's own numbers have changed.".to_owned())
+        }
+        Verdict::Unknown => {
+            (Mark::Bad, "Something is missing, and nothing in the catalogue explains it.".to_owned())
+        }
+        Verdict::InsufficientData => (Mark::Warning, "These data cannot tell.".to_owned()),
+    }
+}
+
+fn key_numbers(page: &mut Page, error: &ErrorStory) {
+    page.key_numbers([
+        ("held-out error of the model as it is", number(error.base.validate, 3)),
+        ("its own parameters refitted", number(error.recalibrated.validate, 3)),
+        ("extended", number(error.extended.validate, 3)),
+        ("noise floor", number(error.noise_floor, 3)),
+    ])
+    .paragraph(format!("Error: {}.", error.measure));
+}
+
+/// The cards of effects in plain words.
+fn cards(page: &mut Page, effects: &[String]) {
+    for card in effects.iter().filter_map(|id| find(id)) {
+        page.heading(card.id)
+            .paragraph(format!("{} {}", card.report[0], card.report[1]))
+            .formula(card.equation)
+            .paragraph(format!("How it shows: {}", card.residual))
+            .paragraph(format!("Source: {}. Experiment: {}", card.source, card.experiment));
+    }
+}
+
+fn parameters(page: &mut Page, diagnosis: &Diagnosis) {
+    let with_error = |error: Option<f64>| error.map_or_else(|| "-".to_owned(), |error| number(error, 2));
+    let mut found = Table::new(["parameter", "value", "standard error", "unit"]).caption("Fitted parameters");
+    for (name, parameter) in &diagnosis.parameters {
+        let error = with_error(parameter.standard_error);
+        found = found.row([name.clone(), number(parameter.value, 4), error, parameter.unit.clone()]);
+    }
+    if !found.is_empty() {
+        page.table(found);
+    }
+    let mut changed = Table::new(["parameter", "in the model", "found", "standard error", "unit"])
+        .caption("Parameters of the base that have other values");
+    for parameter in &diagnosis.changed_parameters {
+        changed = changed.row([
+            format!("{} ({})", parameter.name, parameter.symbol),
+            number(parameter.from, 4),
+            number(parameter.to, 4),
+            with_error(parameter.standard_error),
+            parameter.unit.clone(),
+        ]);
+    }
+    if !changed.is_empty() {
+        page.table(changed);
+    }
+}
+
+fn error_table(page: &mut Page, error: &ErrorStory) {
+    let row = |name: &str, both: Both| [name.to_owned(), number(both.train, 4), number(both.validate, 4)];
+    page.table(
+        Table::new(["model", "fitted on", "held out"])
+            .caption(error.measure.clone())
+            .row(row("as it is", error.base))
+            .row(row("its own parameters refitted", error.recalibrated))
+            .marked_row(Mark::Good, row("extended", error.extended))
+            .row(["noise floor".to_owned(), String::new(), number(error.noise_floor, 4)]),
+    );
+}
+
+fn ladder(page: &mut Page, diagnosis: &Diagnosis) {
+    let mut bars = Bars::new("The ladder: held-out error as effects are added", "");
+    for rung in &diagnosis.ladder {
+        let label = if rung.effects.is_empty() { "base".to_owned() } else { rung.effects.join(" + ") };
+        bars = bars.bar(label, rung.validate, Mark::Plain);
+    }
+    page.bars(bars.level("noise floor", diagnosis.error.noise_floor));
+}
+
+/// Each candidate alone, against the noise floor; those that luck does as well are marked.
+fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
+    let mut tried: Vec<_> =
+        diagnosis.candidates.iter().filter_map(|candidate| Some((candidate, candidate.validate?))).collect();
+    tried.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let mut bars = Bars::new("Every candidate alone: held-out error", "");
+    for (candidate, error) in &tried {
+        let named = diagnosis.effects.contains(&candidate.effect);
+        let note = candidate.chance.map_or_else(String::new, |chance| format!("luck {}", number(chance, 2)));
+        let mark = if named { Mark::Good } else { Mark::Plain };
+        bars = bars.noted_bar(candidate.effect.clone(), *error, mark, note);
+    }
+    page.heading("The candidates").bars(
+        bars.level("noise floor", diagnosis.error.noise_floor)
+            .level("base, refitted", diagnosis.error.recalibrated.validate),
+    );
+    let refused: Vec<String> = diagnosis
+        .candidates
+        .iter()
+        .filter(|candidate| candidate.validate.is_none() && !candidate.note.is_empty())
+        .map(|candidate| format!("`{}`: {}", candidate.effect, candidate.note))
+        .collect();
+    if !refused.is_empty() {
+        page.details("Candidates that were not tried", |page| {
+            page.list(refused);
+        });
+    }
+}
+
+/// Both models on the logs, block by block.
+fn signals(
+    page: &mut Page,
+    base: &Model,
+    extended: &Model,
+    logs: &[Dataset],
+    config: &CompareConfig,
+) -> Result<(), CompareError> {
+    let mut models = vec![base.clone(), extended.clone()];
+    models[1].name = format!("{}, extended", base.name);
+    let found = logs.iter().map(|log| compare(&models, log, config)).collect::<Result<Vec<_>, _>>()?;
+    comparison::write(page, &found, logs);
+    Ok(())
+}
