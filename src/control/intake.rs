@@ -5,6 +5,10 @@ use crate::signal::{Sample, Sensors};
 /// [rad/s] how fast a measured angle corrects the integrated one: far below the loop's own bandwidth.
 const ANGLE_CORRECTION_RATE: f64 = 1.0;
 
+/// [ns] age at which a measured angle corrects nothing any more: the last word of an encoder that fell silent would
+/// hold the angle where it was while the body turns away.
+const ANGLE_OLDEST_NS: u64 = 500_000_000;
+
 /// The last values a controller took.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Intake {
@@ -61,12 +65,30 @@ impl AngleCorrection {
         }
     }
 
-    /// [rad] the measured angle, when it is good and to be used.
+    /// [rad] the measured angle, when it is good, to be used, and no older than the other sensors' news allow.
     pub(super) fn measured(&self, sensors: &Sensors) -> Option<f64> {
-        (self.gain > 0.0 && usable(&sensors.body_angle)).then_some(sensors.body_angle.value)
+        let sample = &sensors.body_angle;
+        let is_recent = sensors.stamp_ns.saturating_sub(sample.stamp_ns) <= ANGLE_OLDEST_NS;
+        (self.gain > 0.0 && is_recent && usable(sample)).then_some(sample.value)
     }
 }
 
 fn usable(sample: &Sample) -> bool {
     sample.is_good() && sample.value.is_finite()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_encoder_that_fell_silent_corrects_nothing() {
+        let correction = AngleCorrection::build(true, 0.02);
+        let mut sensors = Sensors { stamp_ns: 1_000_000_000, ..Sensors::default() };
+        sensors.body_angle = Sample::good(0.2, 900_000_000, 7);
+        assert_eq!(correction.measured(&sensors), Some(0.2));
+        sensors.stamp_ns = 1_500_000_000;
+        assert_eq!(correction.correct(0.5, &sensors), 0.5);
+        assert_eq!(AngleCorrection::build(false, 0.02).measured(&sensors), None);
+    }
 }
