@@ -76,7 +76,7 @@ pub enum ProcessError {
     },
     /// `--arm` on what may be real hardware.
     #[error(
-        "--arm is for the emulator: `{interface}` is not a virtual interface (vcan.., vxcan..); use `rotorbench arm`"
+        "--arm is for the emulator: `{interface}` is not a virtual interface by kind and name; use `rotorbench arm`"
     )]
     ArmOnHardware {
         /// The interface.

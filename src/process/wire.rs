@@ -174,10 +174,11 @@ fn describe(fault: Fault) -> &'static str {
     }
 }
 
-/// Whether `interface` is virtual: no wire leaves this machine. By its name, too: a serial adapter (slcan) is listed
-/// among the virtual interfaces.
+/// Whether `interface` is virtual: no wire leaves this machine. A serial adapter (slcan) is listed among the virtual
+/// interfaces, too: newer kernels give it a controller's state, older ones only the name that its user gave it.
 #[must_use]
 pub fn is_virtual(interface: &str) -> bool {
-    let is_named_so = ["vcan", "vxcan"].iter().any(|kind| interface.starts_with(kind));
-    is_named_so && std::path::Path::new("/sys/devices/virtual/net").join(interface).exists()
+    let is_named_real = ["can", "slcan"].iter().any(|kind| interface.starts_with(kind));
+    let is_listed = std::path::Path::new("/sys/devices/virtual/net").join(interface).exists();
+    !is_named_real && is_listed && InterfaceStatus::read(interface).is_ok_and(|status| status.state.is_none())
 }
