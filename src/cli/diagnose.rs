@@ -121,8 +121,22 @@ fn tell_error(diagnosis: &Diagnosis) {
             place.block, place.depends_on
         );
     }
+    tell_candidates(diagnosis);
+}
+
+/// Those of the block that holds most of the error, best first: errors of different blocks have different units.
+fn tell_candidates(diagnosis: &Diagnosis) {
+    let of_rotors = diagnosis.r#where.first().is_some_and(|place| place.block.starts_with("actuator"));
+    let here = |id: &str| find(id).is_none_or(|card| card.site.is_rotor() == of_rotors);
+    let mut candidates: Vec<_> = diagnosis
+        .candidates
+        .iter()
+        .filter(|candidate| candidate.note.is_empty() && here(&candidate.effect))
+        .collect();
+    let held_out = |value: Option<f64>| value.unwrap_or(f64::INFINITY);
+    candidates.sort_by(|a, b| held_out(a.validate).total_cmp(&held_out(b.validate)));
     println!("\n{:<28} {:>12} {:>12} {:>8}", "candidate alone", "held out", "without it", "chance");
-    for candidate in diagnosis.candidates.iter().filter(|candidate| candidate.note.is_empty()).take(8) {
+    for candidate in candidates.into_iter().take(8) {
         let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.5}"));
         let chance = candidate.chance.map_or("-".to_owned(), |chance| format!("{chance:.3}"));
         println!(

@@ -60,7 +60,11 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let train = arguments.log.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
     let validate = arguments.validate.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
     let config = DiagnoseConfig { horizon: arguments.horizon_s };
-    let extension = extend(&model, &arguments.effect, &train, &validate, &config)?;
+    let mut extension = extend(&model, &arguments.effect, &train, &validate, &config)?;
+    // Side by side with the model it came from, it has to have a name of its own.
+    if let Some(stem) = arguments.output.file_stem() {
+        extension.model.name = stem.to_string_lossy().into_owned();
+    }
     extension.model.save(&arguments.output)?;
     if let Some(path) = &arguments.report {
         let shown = if validate.is_empty() { &train } else { &validate };
