@@ -82,11 +82,11 @@ pub(super) fn text(lesson: &Lesson, hidden: &str) -> String {
         other => format!("verdict: {other:?}"),
     });
     lines.push(format!(
-        "held-out error ({}): {} -> {} (noise floor {})",
-        error.measure,
+        "held-out error: {} -> {} rad/s, noise floor {} ({})",
         number(error.base.validate, 3),
         number(error.extended.validate, 3),
-        number(error.noise_floor, 3)
+        number(error.noise_floor, 3),
+        error.measure
     ));
     lines.join("\n")
 }
@@ -115,7 +115,7 @@ pub(super) fn tell(page: &mut Page, lesson: &Lesson, hidden: &str) {
     }
     let error = &diagnosis.error;
     page.bars(
-        Bars::new(format!("Held-out error: {}", error.measure), "")
+        Bars::new("Held-out error", "rad/s")
             .bar("the paper's model", error.base.validate, Mark::Bad)
             .bar("its own parameters refitted", error.recalibrated.validate, Mark::Warning)
             .bar("with what was missing", error.extended.validate, Mark::Good)
