@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::can::BusConfig;
 use crate::control::ControllerConfig;
 use crate::emulate::EmulatorConfig;
+use crate::file::{line_and_column, one_line};
 use crate::guard::GuardConfig;
 use crate::rt::RealTimeConfig;
 use crate::shm::SharedMemoryConfig;
@@ -105,7 +106,7 @@ impl BenchConfig {
     /// [`BenchError`] with the place.
     pub fn parse(text: &str, path: &Path) -> Result<Self, BenchError> {
         let config: Self = toml::from_str(text).map_err(|error| {
-            let (line, column) = place(text, error.span().map_or(0, |span| span.start));
+            let (line, column) = line_and_column(text, error.span().map_or(0, |span| span.start));
             BenchError::Parse { path: path.to_owned(), line, column, reason: one_line(error.message()) }
         })?;
         config.check()?;
@@ -133,18 +134,6 @@ impl BenchConfig {
         resolve(&mut self.model);
         self.bus.database.iter_mut().for_each(|database| resolve(&mut database.file));
     }
-}
-
-/// Line and column, from 1, of byte `at`.
-fn place(text: &str, at: usize) -> (usize, usize) {
-    let before = text.get(..at).unwrap_or(text);
-    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
-    let column = before.get(line_start..).map_or(0, |line| line.chars().count());
-    (before.matches('\n').count() + 1, column + 1)
-}
-
-fn one_line(message: &str) -> String {
-    message.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 impl Default for BenchConfig {

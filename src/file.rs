@@ -1,8 +1,33 @@
-//! Files that appear complete or not at all.
+//! Files that appear complete or not at all, and where in a file something is wrong.
 
 use std::fs;
 use std::io;
 use std::path::Path;
+
+/// Line and column, from 1, of byte `at`.
+#[must_use]
+pub fn line_and_column(text: &str, at: usize) -> (usize, usize) {
+    let before = text.get(..at).unwrap_or(text);
+    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    let column = before.get(line_start..).map_or(0, |line| line.chars().count());
+    (before.matches('\n').count() + 1, column + 1)
+}
+
+/// The message on one line, however many it was written on.
+#[must_use]
+pub fn one_line(message: &str) -> String {
+    message.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Place and message of a TOML error, in one line.
+#[must_use]
+pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
+    let reason = one_line(error.message());
+    error.span().map_or(reason.clone(), |span| {
+        let (line, column) = line_and_column(text, span.start);
+        format!("line {line}, column {column}: {reason}")
+    })
+}
 
 /// Writes `bytes` beside `path` and renames: what was there stays until the new file is complete.
 ///

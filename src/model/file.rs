@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::{MOST_COEFFICIENTS, Model};
 use crate::effect::{CATALOGUE, ExpressionError};
-use crate::file::write_atomically;
+use crate::file::{toml_error, write_atomically};
 
 /// Why a model cannot be read, written or used.
 #[derive(Debug, thiserror::Error)]
@@ -76,8 +76,7 @@ impl Model {
     /// [`ModelError`] naming the place.
     pub fn parse(text: &str, path: &Path) -> Result<Self, ModelError> {
         let in_file = |reason: String| ModelError::Syntax { path: path.to_owned(), reason };
-        let model: Self =
-            toml::from_str(text).map_err(|error| in_file(error.to_string().trim_end().to_owned()))?;
+        let model: Self = toml::from_str(text).map_err(|error| in_file(toml_error(text, &error)))?;
         model.check().map_err(|error| in_file(error.to_string()))?;
         Ok(model)
     }

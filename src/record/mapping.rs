@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::file::toml_error;
 use crate::unit::{Unit, UnitError};
 
 use super::dataset::LOG_SIGNALS;
@@ -193,21 +194,10 @@ impl Mapping {
     pub fn parse(text: &str, path: &Path) -> Result<Self, MappingError> {
         let config: MappingConfig = toml::from_str(text).map_err(|error| MappingError::Syntax {
             path: path.to_owned(),
-            message: one_line(text, &error),
+            message: toml_error(text, &error),
         })?;
         config.build(path)
     }
-}
-
-/// Line, column and message of a TOML error, in one line.
-fn one_line(text: &str, error: &toml::de::Error) -> String {
-    let before = error.span().and_then(|span| text.get(..span.start));
-    let place = before.map_or_else(String::new, |before| {
-        let line = before.matches('\n').count() + 1;
-        let column = before.chars().rev().take_while(|letter| *letter != '\n').count() + 1;
-        format!("line {line}, column {column}: ")
-    });
-    place + error.message()
 }
 
 impl MappingConfig {
