@@ -79,6 +79,7 @@ impl TestBench {
     /// up for longer than the guard allows, so this is done without a program, and again if need be.
     pub fn fly(&self, watcher: &mut Watcher) {
         let act = |act| operator::act(&self.config, act).expect("the bench runs");
+        watcher.until("a guard", |it| it.sequence > 10);
         for _ in 0..6 {
             std::thread::sleep(Duration::from_millis(500));
             act(OperatorAct::Disarm);
@@ -92,7 +93,7 @@ impl TestBench {
                 }
             }
         }
-        panic!("the bench does not fly: {:?}", watcher.said);
+        late(format!("the bench does not fly: {:?}", watcher.said));
     }
 
     pub fn period_ns(&self) -> u64 {
@@ -111,7 +112,9 @@ impl TestBench {
         let periods = until_ns.saturating_sub(since_ns) as f64 / self.period_ns() as f64;
         let limit = self.hold_periods() + 2.0;
         say(&format!("{fault}: rotors commanded to zero after {periods:.1} periods (at most {limit:.0})"));
-        assert!(periods <= limit, "{fault}: {periods:.1} periods, more than {limit}");
+        if periods > limit {
+            late(format!("{fault}: {periods:.1} periods, more than {limit}"));
+        }
     }
 }
 
@@ -121,6 +124,34 @@ impl Drop for TestBench {
             let _ = place.remove();
         }
     }
+}
+
+/// A scenario in which something took too long.
+struct Late(String);
+
+/// Ends a scenario of [`up_to_three_times`] that a busy machine may have spoilt.
+fn late(what: String) -> ! {
+    say(&what);
+    std::panic::resume_unwind(Box::new(Late(what)))
+}
+
+/// Runs a scenario up to three times, as far as only time was against it. These processes have no real-time
+/// priority, share the processors with the rest of the test run and, in User-Mode Linux, have one emulated processor:
+/// the machine may hold any of them up for longer than the guard allows, and then the reaction is late, for another
+/// cause, or before there was a fault. A defect makes each of the three late. What is wrong at any speed, such as a
+/// rotor that turns after the latch, fails at once.
+pub fn up_to_three_times(scenario: impl Fn()) {
+    let mut last = String::new();
+    for _ in 0..3 {
+        match std::panic::catch_unwind(std::panic::AssertUnwindSafe(&scenario)) {
+            Ok(()) => return,
+            Err(panic) => match panic.downcast::<Late>() {
+                Ok(late) => last = late.0,
+                Err(panic) => std::panic::resume_unwind(panic),
+            },
+        }
+    }
+    panic!("three times of three: {last}");
 }
 
 /// Says something that a passing test says, too.
@@ -150,7 +181,7 @@ impl Process {
             if let Some(status) = self.child.try_wait().expect("a child") {
                 return status;
             }
-            assert!(start.elapsed() < Duration::from_secs(20), "{} does not end:\n{}", self.name, self.log());
+            assert!(start.elapsed() < Duration::from_secs(60), "{} does not end:\n{}", self.name, self.log());
             std::thread::sleep(Duration::from_millis(2));
         }
     }
@@ -221,11 +252,6 @@ impl Watcher {
         }
     }
 
-    /// Waits until the bench flies: armed, spun up, both rotors turning.
-    pub fn until_flying(&mut self) -> Applied {
-        self.until("a flying bench", is_flying)
-    }
-
     /// Waits for the safe command after `since_ns`: both rotors at zero.
     pub fn until_safe(&mut self, since_ns: u64) -> Applied {
         self.until("the safe command", |it| it.stamp_ns >= since_ns && it.rotor == [0.0, 0.0])
@@ -241,6 +267,8 @@ impl Watcher {
         assert!(!turned, "the rotors got a command after the latch");
         assert_eq!(self.newest.state, State::FailsafeLatched as u32, "{:?}", self.newest);
         let cause = Cause::from_code(self.newest.cause).unwrap_or_default();
-        assert!(causes.contains(&cause), "latched for another cause: {cause}");
+        if !causes.contains(&cause) {
+            late(format!("latched for another cause: {cause}"));
+        }
     }
 }
