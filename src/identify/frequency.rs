@@ -114,7 +114,8 @@ fn welch(stretches: &[(Vec<f64>, Vec<f64>)], window: usize, interval: f64) -> Ve
                 frequency: k as f64 / (window as f64 * interval),
                 magnitude: response.norm(),
                 magnitude_error: response.norm() * relative,
-                phase_deg: response.arg().to_degrees(),
+                // A lag reaches half a turn at the Nyquist frequency: noise must not throw it to the other side.
+                phase_deg: (response.arg().to_degrees() + 270.0).rem_euclid(360.0) - 270.0,
                 coherence,
             }
         })

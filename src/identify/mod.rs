@@ -21,7 +21,7 @@ pub mod fit;
 mod frequency;
 mod joint;
 mod linear;
-mod pole;
+pub mod pole;
 mod procedure;
 mod record_of;
 mod rivals;
@@ -54,6 +54,9 @@ pub enum IdentifyError {
         /// What each step lacks.
         reasons: Vec<String>,
     },
+    /// A column that cannot be in the unit of its name; everything made from it would be wrong.
+    #[error("{0}")]
+    Unit(String),
     /// A setting outside its range.
     #[error("the degree of g(u) must lie in 1..{HIGHEST_DEGREE}, not {0}")]
     Degree(usize),

@@ -17,6 +17,9 @@ use super::linear::{self, invert};
 
 /// Below this the initial state has no part in the output any more.
 const FORGOTTEN: f64 = 1e-9;
+/// ⟨e, e⟩ from which an initial state counts as known: its standard error is then at most three times the noise.
+/// Less comes from stretches whose beginning was not measured, and blows up when carried back to it.
+const KNOWN: f64 = 0.1;
 /// Rows of the record that the coarse search looks at.
 const COARSE_ROWS: usize = 6000;
 /// [rad/s] poles among which the coarse search starts, each 1.5 times the one before.
@@ -28,7 +31,7 @@ const MOST_STEPS: usize = 40;
 
 /// What is fitted: the measured output and the inputs at each sample.
 #[derive(Debug, Clone)]
-pub(super) struct Record<const M: usize> {
+pub struct Record<const M: usize> {
     /// [s] rising.
     pub time: Vec<f64>,
     /// [rad/s] measured output; not-a-number = not measured or not to be scored.
@@ -41,6 +44,7 @@ pub(super) struct Record<const M: usize> {
 
 impl<const M: usize> Record<M> {
     /// The first `rows` rows.
+    #[must_use]
     pub fn head(&self, rows: usize) -> Self {
         let mut head = self.clone();
         head.time.truncate(rows);
@@ -54,7 +58,7 @@ impl<const M: usize> Record<M> {
 
 /// A fitted first-order lag.
 #[derive(Debug, Clone)]
-pub(super) struct LagFit {
+pub struct LagFit {
     /// [rad/s]
     pub pole: f64,
     /// One for each input.
@@ -73,18 +77,21 @@ pub(super) struct LagFit {
 
 impl LagFit {
     /// [rad/s] standard error of the pole.
+    #[must_use]
     pub fn pole_error(&self) -> f64 {
         self.error(self.coefficients.len())
     }
 
     /// Standard error of a coefficient.
+    #[must_use]
     pub fn error(&self, index: usize) -> f64 {
         self.covariance[(index, index)].max(0.0).sqrt()
     }
 }
 
 /// Fits pole and coefficients; `None` when the record does not determine them.
-pub(super) fn fit<const M: usize>(record: &Record<M>) -> Option<LagFit> {
+#[must_use]
+pub fn fit<const M: usize>(record: &Record<M>) -> Option<LagFit> {
     fit_from(record, coarse_pole(record)?)
 }
 
@@ -308,8 +315,8 @@ impl<const M: usize> Projection<M> {
             products.iter().zip(coefficients.iter()).map(|(product, c)| product * c).sum()
         };
         let start = |gram: &Gram<M>| {
-            let known = gram.ee >= FORGOTTEN;
-            (if known { (gram.ey - dot(&gram.ef)) / gram.ee } else { 0.0 }, known)
+            let seen = gram.ee >= FORGOTTEN;
+            (if seen { (gram.ey - dot(&gram.ef)) / gram.ee } else { 0.0 }, gram.ee >= KNOWN)
         };
         let initial: Vec<(f64, bool)> = grams.iter().map(start).collect();
         // s = ∂ω/∂p = Σ c_j δ_j + x_0 g, with the initial states taken out.

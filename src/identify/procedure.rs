@@ -126,7 +126,7 @@ pub fn identify(
     if logs.is_empty() {
         return Err(IdentifyError::NoLog);
     }
-    let mut work = Work::new(logs, settings);
+    let mut work = Work::new(logs, settings)?;
     work.battery();
     work.joint();
     work.static_curve();
@@ -154,9 +154,9 @@ struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    fn new(logs: &[Dataset], settings: &'a IdentifySettings) -> Self {
+    fn new(logs: &[Dataset], settings: &'a IdentifySettings) -> Result<Self, IdentifyError> {
         let mut warnings = Vec::new();
-        let rotors = rotor_logs(logs, settings, &mut warnings);
+        let rotors = rotor_logs(logs, settings, &mut warnings)?;
         let lively: Vec<RotorLog> =
             rotors.iter().filter(|rotor| rotor.jumps().len() >= FEWEST_JUMPS).cloned().collect();
         let with_voltage = rotors.iter().filter(|rotor| rotor.voltage.is_some()).count();
@@ -190,7 +190,7 @@ impl<'a> Work<'a> {
         if !use_battery {
             work.rotors.iter_mut().chain(&mut work.lively).for_each(|rotor| rotor.voltage = None);
         }
-        work
+        Ok(work)
     }
 
     fn note(&mut self, step: &'static str, done: bool, outcome: impl Into<String>) {
@@ -460,7 +460,7 @@ impl<'a> Work<'a> {
         let validate = |rotors: &[RotorLog]| -> Vec<Validation> {
             rotors.iter().filter_map(|rotor| validate::validate(rotor, &actuator)).collect()
         };
-        let mut other = rotor_logs(validation, self.settings, &mut self.warnings);
+        let mut other = rotor_logs(validation, self.settings, &mut self.warnings)?;
         if !self.use_battery {
             other.iter_mut().for_each(|rotor| rotor.voltage = None);
         }
@@ -540,14 +540,18 @@ impl<'a> Work<'a> {
 }
 
 /// Every log's part of every rotor asked for.
-fn rotor_logs(logs: &[Dataset], settings: &IdentifySettings, warnings: &mut Vec<String>) -> Vec<RotorLog> {
+fn rotor_logs(
+    logs: &[Dataset],
+    settings: &IdentifySettings,
+    warnings: &mut Vec<String>,
+) -> Result<Vec<RotorLog>, IdentifyError> {
     let mut rotors = Vec::new();
     for log in logs {
         for &rotor in &settings.rotors {
-            let found = RotorLog::of(log, rotor, warnings);
+            let found = RotorLog::of(log, rotor, warnings)?;
             // A rotor that stood all the time has nothing to say.
             rotors.extend(found.filter(|rotor| rotor.scored().next().is_some()));
         }
     }
-    rotors
+    Ok(rotors)
 }

@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use super::IdentifyError;
 use crate::record::Dataset;
 
 /// [-] below this command a rotor may stand still; the model does not speak of starting from standstill.
@@ -17,6 +18,10 @@ const FAST_SPAN: f64 = 0.1;
 const SETTLING: f64 = 2.0;
 /// [s] shortest settled stretch worth using.
 const SHORTEST: f64 = 5.0;
+
+/// [-] [rad/s] [V] beyond these a column cannot be in the unit of its name: percent or microseconds; rpm, for a
+/// propeller's tip at 7000 rad/s reaches the speed of sound 5 cm from its axis; millivolts.
+const IMPOSSIBLE: (f64, f64, f64) = (1.5, 7000.0, 1000.0);
 
 /// How the command moves over a stretch of rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,10 +55,18 @@ pub(super) struct RotorLog {
 
 impl RotorLog {
     /// The part of rotor `rotor` (from 1); `None` when the log does not hold its command and rate.
-    pub fn of(log: &Dataset, rotor: usize, warnings: &mut Vec<String>) -> Option<Self> {
+    ///
+    /// # Errors
+    /// [`IdentifyError::Unit`] when a column cannot be in the unit of its name.
+    pub fn of(
+        log: &Dataset,
+        rotor: usize,
+        warnings: &mut Vec<String>,
+    ) -> Result<Option<Self>, IdentifyError> {
         let column = |stem: &str, unit: &str| log.column(&format!("{stem}_{rotor}{unit}"));
-        let command = column("command", "")?;
-        let rate = column("propeller_rate", "_rad_s")?;
+        let (Some(command), Some(rate)) = (column("command", ""), column("propeller_rate", "_rad_s")) else {
+            return Ok(None);
+        };
         let voltage = log.column("battery_voltage_v");
         let source = format!("{}, rotor {rotor}", log.source_name());
         let mut segments = log.segments();
@@ -72,9 +85,9 @@ impl RotorLog {
             segments,
             interval: log.median_interval(),
         };
-        this.check(warnings);
+        this.check(warnings)?;
         this.leave_out_starts(warnings);
-        Some(this)
+        Ok(Some(this))
     }
 
     /// The first `rows` rows.
@@ -93,45 +106,58 @@ impl RotorLog {
         self.segments.iter().cloned().flatten().filter(|&row| self.rate[row].is_finite())
     }
 
-    /// Says so where a column can hardly be in the unit of its name, or is at its limits.
-    fn check(&self, warnings: &mut Vec<String>) {
+    /// Says so where a column can hardly be in the unit of its name, or is at its limits; refuses where it cannot.
+    fn check(&self, warnings: &mut Vec<String>) -> Result<(), IdentifyError> {
         let source = &self.source;
+        let mut say = |sentence: String, impossible: bool| {
+            if impossible {
+                return Err(IdentifyError::Unit(sentence));
+            }
+            warnings.push(sentence);
+            Ok(())
+        };
         let (low, high) = bounds(&self.command);
         if high > 1.0 + 1e-9 || low < -1e-9 {
-            warnings.push(format!(
+            let sentence = format!(
                 "{source}: commands reach from {low:.4} to {high:.4}, but 0 to 1 is expected; scale them with \
                  `import` (microseconds of a servo pulse: scale 0.001, offset -1)"
-            ));
+            );
+            say(sentence, high > IMPOSSIBLE.0)?;
         }
         let saturated = self.command.iter().filter(|&&u| u >= 1.0 - 1e-9).count() as f64;
         let share = saturated / self.command.len().max(1) as f64;
-        if share > 0.02 && low < high {
-            warnings.push(format!(
+        if share > 0.02 {
+            let sentence = format!(
                 "{source}: the command is at its limit 1 in {:.0} % of the samples; the curve g(u) is not \
                  excited there, and a controller that asked for more does not show",
                 100.0 * share
-            ));
+            );
+            say(sentence, false)?;
         }
         let (slowest, fastest) = bounds(&self.rate);
         if fastest > 5000.0 {
-            warnings.push(format!(
+            let sentence = format!(
                 "{source}: rates reach {fastest:.0} rad/s ({:.0} rpm); if the column is in rpm, import it with \
                  unit `rpm`",
                 fastest * 60.0 / std::f64::consts::TAU
-            ));
+            );
+            say(sentence, fastest > IMPOSSIBLE.1)?;
         }
         if slowest < -0.05 * fastest.abs() {
-            warnings
-                .push(format!("{source}: rates are negative down to {slowest:.0} rad/s; is the sign right?"));
+            let sentence =
+                format!("{source}: rates are negative down to {slowest:.0} rad/s; is the sign right?");
+            say(sentence, false)?;
         }
         if let Some((low, high)) = self.voltage.as_deref().map(bounds)
             && !(low > 2.0 && high < 100.0)
         {
-            warnings.push(format!(
+            let sentence = format!(
                 "{source}: battery voltages from {low:.3} to {high:.3} V are not those of a battery; if the \
                  column is in millivolts, import it with unit `mV`"
-            ));
+            );
+            say(sentence, high > IMPOSSIBLE.2)?;
         }
+        Ok(())
     }
 
     /// Takes out of the score where the rotor stands or starts: the model has no law for that.
@@ -278,7 +304,7 @@ mod tests {
 
     fn rotor(log: &Dataset) -> (RotorLog, Vec<String>) {
         let mut warnings = Vec::new();
-        (RotorLog::of(log, 1, &mut warnings).unwrap(), warnings)
+        (RotorLog::of(log, 1, &mut warnings).unwrap().unwrap(), warnings)
     }
 
     #[test]
@@ -303,9 +329,14 @@ mod tests {
 
     #[test]
     fn wrong_units_get_a_sentence() {
-        let (_, warnings) = rotor(&log(|t| 1000.0 + t, 20.0));
+        let (_, warnings) = rotor(&log(|t| 0.9 + 0.01 * t, 20.0));
         assert!(warnings.iter().any(|warning| warning.contains("0 to 1 is expected")), "{warnings:?}");
+        let mut fast = log(|_| 0.5, 20.0);
+        fast.replace("propeller_rate_1_rad_s", vec![6000.0; 1000]).unwrap();
+        let (_, warnings) = rotor(&fast);
         assert!(warnings.iter().any(|warning| warning.contains("rpm")), "{warnings:?}");
+        let refused = RotorLog::of(&log(|t| 1000.0 + t, 20.0), 1, &mut Vec::new()).unwrap_err();
+        assert!(refused.to_string().contains("0 to 1 is expected"), "{refused}");
     }
 
     #[test]

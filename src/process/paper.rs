@@ -80,9 +80,28 @@ pub struct Flight {
     pub traces: Vec<[f64; 4]>,
 }
 
+/// A printed number and ours.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Beside {
+    /// Table of the print.
+    pub table: &'static str,
+    /// Symbol of the print.
+    pub symbol: &'static str,
+    /// As printed.
+    pub printed: f64,
+    /// Ours; absent where nothing was identified.
+    pub ours: Option<f64>,
+    /// Standard error of ours, where it was identified and not computed.
+    pub standard_error: Option<f64>,
+    /// Unit of all three.
+    pub unit: &'static str,
+}
+
 /// Everything the report shows.
 #[derive(Debug, Serialize)]
 pub struct PaperRun {
+    /// Tables I to IV, number by number.
+    pub beside: Vec<Beside>,
     /// Section III.
     pub identification: Identification,
     /// Gains of EMC from the identified pole, β = γ_0 = 0.276 as printed.
@@ -116,7 +135,47 @@ pub fn run(seed: u64, prbs_s: f64) -> Result<PaperRun, PaperError> {
             flights.push(fly(seed + 5, name, kind, delay, &identification)?);
         }
     }
-    Ok(PaperRun { identification, gains, flights })
+    Ok(PaperRun { beside: beside(&identification, &gains), identification, gains, flights })
+}
+
+/// Tables I and IV from what was identified, Tables II and III from the gains.
+fn beside(found: &Identification, gains: &EmcGains) -> Vec<Beside> {
+    let curve = |index: usize| found.static_curve.as_ref()?.coefficients.get(index).copied();
+    let identified = [
+        ("I", "c_g1", 447.1, curve(1), "rad/s"),
+        ("I", "c_g2", 1124.5, curve(0), "rad/s"),
+        ("I", "k_V", 40.0, found.battery.as_ref().map(|battery| battery.gain), "rad/(s V)"),
+        ("IV", "p", 16.0, found.pole.as_ref().map(|fit| fit.pole), "rad/s"),
+    ];
+    let [l_0, l_1, l_2, l_3] = gains.l;
+    let [k_1, k_2, k_3] = gains.k;
+    let computed = [
+        ("II", "l_0", -5.03e-17, l_0),
+        ("II", "l_1", 1.95e-1, l_1),
+        ("II", "l_2", 1.02e-2, l_2),
+        ("II", "l_3", 1.43e-4, l_3),
+        // Deviation: the print repeats γ_0, γ_1, γ_2 of Table II here; as gains they are unstable.
+        ("III", "k_1", 0.276, k_1),
+        ("III", "k_2", 0.120, k_2),
+        ("III", "k_3", 0.052, k_3),
+    ];
+    let identified = identified.map(|(table, symbol, printed, ours, unit)| Beside {
+        table,
+        symbol,
+        printed,
+        ours: ours.map(|ours| ours.value),
+        standard_error: ours.map(|ours| ours.standard_error),
+        unit,
+    });
+    let computed = computed.map(|(table, symbol, printed, ours)| Beside {
+        table,
+        symbol,
+        printed,
+        ours: Some(ours),
+        standard_error: None,
+        unit: "-",
+    });
+    identified.into_iter().chain(computed).collect()
 }
 
 /// One rotor of a clamped bench, driven open loop.

@@ -2,61 +2,46 @@
 
 use super::identification::error_plots;
 use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
-use crate::identify::Estimate;
 use crate::process::paper::{Flight, PaperRun};
 
 impl PaperRun {
     /// Table I and the pole of Table IV: printed, ours, standard error.
     #[must_use]
     pub fn identified_table(&self) -> Table {
-        let found = &self.identification;
         let table =
             Table::new(["symbol", "printed", "ours", "standard error", "away [standard errors]", "unit"])
                 .caption("Table I, and p of Table IV");
-        let row = |table: Table, name: &str, printed: f64, ours: Option<Estimate>, unit: &str| match ours {
-            Some(ours) => {
-                let away = ours.distance(printed);
-                let mark = if away < 3.0 { Mark::Good } else { Mark::Bad };
-                table.marked_row(
-                    mark,
-                    [
-                        name.to_owned(),
-                        number(printed, 5),
-                        number(ours.value, 6),
-                        number(ours.standard_error, 2),
-                        number(away, 2),
-                        unit.to_owned(),
-                    ],
-                )
-            }
-            None => table.marked_row(Mark::Bad, [name, "not identified"]),
-        };
-        let curve = |index: usize| {
-            found.static_curve.as_ref().and_then(|curve| curve.coefficients.get(index)).copied()
-        };
-        let table = row(table, "c_g1", 447.1, curve(1), "rad/s");
-        let table = row(table, "c_g2", 1124.5, curve(0), "rad/s");
-        let table = row(table, "k_V", 40.0, found.battery.as_ref().map(|battery| battery.gain), "rad/(s V)");
-        row(table, "p", 16.0, found.pole.as_ref().map(|fit| fit.pole), "rad/s")
+        let identified = self.beside.iter().filter(|row| matches!(row.table, "I" | "IV"));
+        identified.fold(table, |table, row| {
+            let Some((ours, error)) = row.ours.zip(row.standard_error) else {
+                return table.marked_row(Mark::Bad, [row.symbol, "not identified"]);
+            };
+            let away = (ours - row.printed).abs() / error;
+            table.marked_row(
+                if away < 3.0 { Mark::Good } else { Mark::Bad },
+                [
+                    row.symbol.to_owned(),
+                    number(row.printed, 5),
+                    number(ours, 6),
+                    number(error, 2),
+                    number(away, 2),
+                    row.unit.to_owned(),
+                ],
+            )
+        })
     }
 
     /// Tables II and III.
     #[must_use]
     pub fn gain_table(&self) -> Table {
-        let [l_0, l_1, l_2, l_3] = self.gains.l;
-        let [k_1, k_2, k_3] = self.gains.k;
-        let row = |table: Table, name: &str, printed: &str, ours: f64| {
-            table.row([name.to_owned(), printed.to_owned(), number(ours, 4)])
-        };
         let table =
             Table::new(["symbol", "printed", "ours"]).caption("Tables II and III: gains for β = γ_0 = 0.276");
-        let table = row(table, "l_0", "-5.03e-17", l_0);
-        let table = row(table, "l_1", "1.95e-1", l_1);
-        let table = row(table, "l_2", "1.02e-2", l_2);
-        let table = row(table, "l_3", "1.43e-4", l_3);
-        let table = row(table, "k_1", "0.276 (unstable)", k_1);
-        let table = row(table, "k_2", "0.120 (unstable)", k_2);
-        row(table, "k_3", "0.052 (unstable)", k_3)
+        let computed = self.beside.iter().filter(|row| matches!(row.table, "II" | "III"));
+        computed.fold(table, |table, row| {
+            let remark = if row.table == "III" { " (unstable)" } else { "" };
+            let printed = format!("{}{remark}", number(row.printed, 3));
+            table.row([row.symbol.to_owned(), printed, number(row.ours.unwrap_or(f64::NAN), 4)])
+        })
     }
 
     /// EMC against PID, with and without delay.
@@ -64,16 +49,16 @@ impl PaperRun {
     pub fn flight_table(&self) -> Table {
         let table = Table::new([
             "controller",
-            "loop delay [ms]",
+            "delay [ms]",
             "peak [rad]",
             "settling [s]",
             "overshoot [%]",
             "swings",
             "ITAE [rad s²]",
             "effort [N m]",
-            "disturbance-estimate error [N m]",
+            "error of d̂ [N m]",
         ])
-        .caption("The same impulse, 0.6 N m for 50 ms");
+        .caption("The same impulse, 0.6 N m for 50 ms; d̂ is the estimate of the disturbance torque");
         self.flights.iter().fold(table, |table, flight| {
             let answer = &flight.answer;
             table.row([
@@ -123,18 +108,41 @@ impl PaperRun {
             "k in Table III repeats γ_0, γ_1, γ_2 of Table II: put into A_c - B_c K it gives |λ| = 1.171, unstable. Ours is the pole placement with the text's α_c = 0.",
         ]);
         page.heading("Figs. 8 and 9: torque impulse").table(self.flight_table());
-        page.paragraph(
-            "On the bare model the PID has the smaller peak (about 0.07 rad against about 0.11 rad of EMC with α_c = 0), \
-             and swings once or twice. The stronger ringing of the print needs loop delay, which is a setting here. What \
-             EMC gives is one small overshoot and a disturbance estimate that follows the impulse; the PID's integral \
-             hardly moves. Neither controller is tuned to lose.",
-        );
+        page.paragraph(self.peaks());
         let mut delays: Vec<f64> = self.flights.iter().map(|flight| flight.delay).collect();
         delays.dedup();
         for delay in delays {
             self.flight_plots(&mut page, delay);
         }
         page
+    }
+
+    /// What the flights of this run say about peaks and swings, in their own numbers.
+    fn peaks(&self) -> String {
+        let mut text = String::new();
+        for pair in self.flights.chunks_exact(2) {
+            let [emc, pid] = pair else { continue };
+            let smaller = if pid.answer.peak < emc.answer.peak { "PID" } else { "EMC" };
+            text.push_str(&format!(
+                "With a loop delay of {} ms {smaller} has the smaller peak: EMC {} rad, swinging through {} with {} % \
+                 overshoot; PID {} rad, swinging through {} with {} %. \
+                 EMC's disturbance estimate follows the impulse, smoothed, to {} N m. ",
+                number(1e3 * emc.delay, 3),
+                number(emc.answer.peak, 2),
+                times(emc.answer.swings),
+                number(emc.answer.overshoot_percent, 2),
+                number(pid.answer.peak, 2),
+                times(pid.answer.swings),
+                number(pid.answer.overshoot_percent, 2),
+                number(emc.answer.disturbance_peak, 2),
+            ));
+        }
+        text.push_str(
+            "The print does not say how strong its impulses were or how late its loop is, so peaks cannot be compared \
+             with it; its ringing of the PID needs loop delay, which is a setting here. Neither controller is tuned to \
+             lose.",
+        );
+        text
     }
 
     fn flight_plots(&self, page: &mut Page, delay: f64) {
@@ -161,5 +169,13 @@ impl PaperRun {
             );
         }
         page.plot(angle).plot(torque);
+    }
+}
+
+fn times(count: usize) -> String {
+    match count {
+        1 => "once".to_owned(),
+        2 => "twice".to_owned(),
+        count => format!("{count} times"),
     }
 }
