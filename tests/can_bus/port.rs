@@ -130,7 +130,7 @@ fn error_frames_are_decoded_and_the_interface_is_asked() {
 
 /// A bus that carries nothing: a bucket of 1 bit/s behind a deep queue, as a dead bus with its transmit queue.
 #[test]
-fn a_dead_bus_holds_a_handful_of_old_frames_at_most_and_its_silence_shows() {
+fn a_dead_bus_holds_a_handful_of_old_frames_at_most() {
     const SENT: u64 = 100;
     let bus = Bus::new();
     let mut port = bus.port();
@@ -147,10 +147,6 @@ fn a_dead_bus_holds_a_handful_of_old_frames_at_most_and_its_silence_shows() {
         "{outcomes:?}"
     );
     assert_eq!(port.counts().full, SENT - accepted);
-    port.receive(|_| ()).expect("up");
-    assert!(port.counts().echoed <= 1, "the bucket lets one frame through: {:?}", port.counts());
-    assert_eq!(port.send(&frame(1, &[])), Err(Fault::Full));
-    assert!(port.echo_age_ns(monotonic_ns() + 1_000_000_000) >= 1_000_000_000);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! A bench of real processes: started, armed, hurt, and watched from outside.
 
+use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -40,10 +41,17 @@ impl TestBench {
     pub fn start(&self, command: &[&str]) -> Process {
         let log = self.folder.path().join(format!("{}.log", MADE.fetch_add(1, Ordering::Relaxed)));
         let output = |path: &PathBuf| std::fs::File::create(path).expect("created");
-        let child = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
-            .args(command)
-            .arg("--config")
-            .arg(&self.file)
+        let mut program = Command::new(env!("CARGO_BIN_EXE_rotorbench"));
+        program.args(command).arg("--config").arg(&self.file);
+        // Whoever runs the tests may ignore SIGHUP (`nohup` does), and the bench would rightly do so, too.
+        // SAFETY: signal() is async-signal-safe, and SIG_DFL names no handler.
+        unsafe {
+            program.pre_exec(|| {
+                libc::signal(libc::SIGHUP, libc::SIG_DFL);
+                Ok(())
+            });
+        }
+        let child = program
             .stdin(Stdio::null())
             .stdout(output(&log.with_extension("out")))
             .stderr(output(&log))
