@@ -24,7 +24,6 @@ mod export;
 mod extend;
 mod identify;
 mod import;
-mod jitter;
 mod monitor;
 mod operate;
 mod paper;
@@ -136,8 +135,6 @@ enum Subcommand {
     Paper(paper::Arguments),
     /// Run the controller again on recorded input
     Replay(replay::Arguments),
-    /// What this machine's timing is, in cyclictest's terms
-    Jitter(jitter::Arguments),
 }
 
 /// Parses the command line, runs the subcommand, prints its error.
@@ -178,7 +175,6 @@ fn dispatch(subcommand: Subcommand) -> CliResult {
         Subcommand::Effects(arguments) => effects::run(&arguments),
         Subcommand::Paper(arguments) => paper::run(&arguments),
         Subcommand::Replay(arguments) => replay::run(&arguments),
-        Subcommand::Jitter(arguments) => jitter::run(&arguments),
     }
 }
 
