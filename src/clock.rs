@@ -17,6 +17,18 @@ pub fn realtime_ns() -> u64 {
     read_ns(libc::CLOCK_REALTIME)
 }
 
+/// [ns] resolution of CLOCK_MONOTONIC, which is that of a timer on it.
+#[must_use]
+pub fn resolution_ns() -> u64 {
+    resolution_of_ns(libc::CLOCK_MONOTONIC)
+}
+
+/// [ns] resolution of the clock that the kernel steps with each tick: the tick's period, 1 / CONFIG_HZ.
+#[must_use]
+pub fn coarse_resolution_ns() -> u64 {
+    resolution_of_ns(libc::CLOCK_MONOTONIC_COARSE)
+}
+
 /// [ns] of a span in seconds; negative, not-a-number and oversized spans saturate.
 #[must_use]
 pub fn span_ns(seconds: f64) -> u64 {
@@ -35,6 +47,13 @@ fn read_ns(clock: libc::clockid_t) -> u64 {
     // the two constant clock ids used here; on failure `now` stays zero, which callers treat as "never".
     unsafe { libc::clock_gettime(clock, &raw mut now) };
     now.tv_sec.unsigned_abs() * NANOSECONDS_PER_SECOND + now.tv_nsec.unsigned_abs()
+}
+
+fn resolution_of_ns(clock: libc::clockid_t) -> u64 {
+    let mut resolution = libc::timespec { tv_sec: 0, tv_nsec: 0 };
+    // SAFETY: `resolution` is a valid, writable timespec for the duration of the call; on failure it stays zero.
+    unsafe { libc::clock_getres(clock, &raw mut resolution) };
+    resolution.tv_sec.unsigned_abs() * NANOSECONDS_PER_SECOND + resolution.tv_nsec.unsigned_abs()
 }
 
 /// Sleeps until `deadline_ns` on CLOCK_MONOTONIC. Returns early, with `Interrupted`, when a signal arrives.

@@ -24,6 +24,7 @@ mod export;
 mod extend;
 mod identify;
 mod import;
+mod jitter;
 mod monitor;
 mod operate;
 mod paper;
@@ -113,6 +114,8 @@ enum Subcommand {
     Check(check::Arguments),
     /// What this machine can and cannot do, and the command that mends it
     Doctor(doctor::Arguments),
+    /// How punctual this machine is, from a bare cycle to the whole loop, beside cyclictest
+    Jitter(jitter::Arguments),
     /// Drive the bench with a test signal and record
     Experiment(experiment::Arguments),
     /// Read a foreign log into the CSV log format
@@ -164,6 +167,7 @@ fn dispatch(subcommand: Subcommand) -> CliResult {
         Subcommand::Stop(arguments) => stop::run(&arguments),
         Subcommand::Check(arguments) => check::run(&arguments),
         Subcommand::Doctor(arguments) => doctor::run(&arguments),
+        Subcommand::Jitter(arguments) => jitter::run(&arguments),
         Subcommand::Experiment(arguments) => experiment::run(&arguments),
         Subcommand::Import(arguments) => import::run(&arguments),
         Subcommand::Export(arguments) => export::run(&arguments),

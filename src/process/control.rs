@@ -80,6 +80,11 @@ impl ControlLoop {
         })
     }
 
+    /// Begins a period from now: for after the real-time set-up.
+    pub(super) fn start(&mut self) {
+        self.cycle.start_at(clock::monotonic_ns().saturating_add(self.cycle.period_ns()));
+    }
+
     /// Waits for the next slot and runs it. Returns whether a command went out.
     pub fn turn(&mut self) -> bool {
         let is_imu = self.trigger == Trigger::Imu;
@@ -159,7 +164,7 @@ pub fn control(
 ) -> Result<ControlSummary, ProcessError> {
     let mut control = ControlLoop::open(config, pilot)?;
     let granted = config.real_time.apply()?;
-    control.cycle.start_at(clock::monotonic_ns().saturating_add(control.cycle.period_ns()));
+    control.start();
     tracing::info!(bench = config.name, period_s = config.period_s, "control: {granted}");
     let end_ns = end_after(seconds);
     while !shutdown.is_requested() && clock::monotonic_ns() < end_ns && !control.flight.is_finished() {

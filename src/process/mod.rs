@@ -6,6 +6,7 @@ pub mod duet;
 pub mod emulate;
 pub mod experiment;
 pub mod flight;
+pub mod jitter;
 pub mod lockstep;
 pub mod operator;
 pub mod paper;
@@ -79,6 +80,24 @@ pub enum ProcessError {
         "--arm is for the emulator: `{interface}` is not a virtual interface by kind and name; use `rotorbench arm`"
     )]
     ArmOnHardware {
+        /// The interface.
+        interface: String,
+    },
+    /// A measurement of timing that cannot be.
+    #[error(
+        "{seconds} s in {rounds} rounds: each round of 1 to 1000 takes 0.05 s or more, at least two periods and at most a day"
+    )]
+    Jitter {
+        /// [s] for each stage.
+        seconds: f64,
+        /// How often the stages take turns.
+        rounds: u32,
+    },
+    /// A bus that may be real is measured only for who names it.
+    #[error(
+        "`{interface}` may have hardware on it: `--interface {interface}` measures there, sending the safe command only"
+    )]
+    JitterOnHardware {
         /// The interface.
         interface: String,
     },

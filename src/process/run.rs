@@ -86,6 +86,16 @@ impl RunLoop {
         })
     }
 
+    /// Begins a period from now: for after the real-time set-up.
+    pub(super) fn start(&mut self) {
+        self.gate.start_at(clock::monotonic_ns());
+    }
+
+    /// See [`Gate::arm_by_itself`]; for a virtual interface only.
+    pub(super) fn arm_by_itself(&mut self) {
+        self.gate.arm_by_itself();
+    }
+
     /// Waits for the socket, a request or the timer, and does what is to be done.
     pub fn turn(&mut self) {
         let deadline_ns = self.gate.cycle().due_ns();
@@ -172,10 +182,10 @@ pub fn run(
     let clerk = Clerk::start(LOG_LINES)?;
     let mut run = RunLoop::open(config, pilot, clerk.queue())?;
     if arm {
-        run.gate.arm_by_itself();
+        run.arm_by_itself();
     }
     let granted = config.real_time.apply()?;
-    run.gate.start_at(clock::monotonic_ns());
+    run.start();
     tracing::info!(bench = config.name, interface = config.bus.interface, "run: {granted}");
     let (start_ns, end_ns) = (clock::monotonic_ns(), end_after(seconds));
     while !shutdown.is_requested() && clock::monotonic_ns() < end_ns && !run.flight.is_finished() {

@@ -82,10 +82,11 @@ impl Cycle {
         if now_ns < self.due_ns() {
             return None;
         }
+        let awaited_ns = self.due_ns();
         let slot = self.anchor_slot + (now_ns - self.anchor_ns) / self.period_ns;
         self.statistics.skipped += slot - self.next_slot;
         self.next_slot = slot + 1;
-        Some(self.release(slot, self.due_of(slot), now_ns))
+        Some(self.release(slot, self.due_of(slot), now_ns, now_ns - awaited_ns))
     }
 
     /// Begins a slot now because what it waited for arrived, and lets the grid start again from here: the next slot is
@@ -95,7 +96,7 @@ impl Cycle {
         self.next_slot += 1;
         self.anchor_slot = self.next_slot;
         self.anchor_ns = now_ns.saturating_add(self.period_ns).saturating_add(grace_ns);
-        self.release(slot, now_ns, now_ns)
+        self.release(slot, now_ns, now_ns, 0)
     }
 
     /// The slot that was due has gone by without anything to run for.
@@ -104,9 +105,9 @@ impl Cycle {
         self.statistics.skipped += 1;
     }
 
-    fn release(&mut self, slot: u64, due_ns: u64, released_ns: u64) -> Release {
+    fn release(&mut self, slot: u64, due_ns: u64, released_ns: u64, late_ns: u64) -> Release {
         self.statistics.run += 1;
-        record(&mut self.statistics.lateness, released_ns - due_ns);
+        record(&mut self.statistics.lateness, late_ns);
         Release { slot, due_ns, released_ns }
     }
 
@@ -162,7 +163,7 @@ pub struct Statistics {
     /// Longest sequence of overruns.
     pub longest_overrun: u64,
     overruns_in_a_row: u64,
-    /// [ns] from due to released.
+    /// [ns] from when the slot that was waited for was due to released: slots slept through count in full.
     pub lateness: Histogram<u64>,
     /// [ns] from released to command out.
     pub execution: Histogram<u64>,
@@ -190,6 +191,25 @@ impl Statistics {
         }
     }
 
+    /// Takes in what another cycle of the same period saw.
+    pub fn add(&mut self, other: &Self) {
+        self.run += other.run;
+        self.skipped += other.skipped;
+        self.overruns += other.overruns;
+        self.overruns_in_a_row = other.overruns_in_a_row;
+        self.longest_overrun = self.longest_overrun.max(other.longest_overrun);
+        for (ours, theirs) in [
+            (&mut self.lateness, &other.lateness),
+            (&mut self.execution, &other.execution),
+            (&mut self.response, &other.response),
+            (&mut self.sensor_age, &other.sensor_age),
+            (&mut self.sensor_to_command, &other.sensor_to_command),
+        ] {
+            // All histograms of this file have the same bounds, so that each value of one has a place in the other.
+            let _ = ours.add(theirs);
+        }
+    }
+
     /// The numbers a person or a program reads.
     #[must_use]
     pub fn summary(&self) -> Summary {
@@ -208,13 +228,16 @@ impl Statistics {
     }
 }
 
-fn histogram() -> Histogram<u64> {
+/// An empty histogram of spans [ns], from 1 ns to a minute, to three digits.
+#[must_use]
+pub fn histogram() -> Histogram<u64> {
     // Bounds within what the crate takes; fixed bounds make it allocate here and never again.
     Histogram::new_with_bounds(1, LONGEST_NS, DIGITS)
         .unwrap_or_else(|_| unreachable!("constant bounds are valid"))
 }
 
-fn record(histogram: &mut Histogram<u64>, span_ns: u64) {
+/// Counts a span [ns]; one beyond the histogram's ends counts at the end.
+pub fn record(histogram: &mut Histogram<u64>, span_ns: u64) {
     histogram.saturating_record(span_ns.max(1));
 }
 
@@ -231,7 +254,7 @@ pub struct Summary {
     pub overruns: u64,
     /// Longest sequence of overruns.
     pub longest_overrun: u64,
-    /// From due to released.
+    /// From when the slot that was waited for was due to released: slots slept through count in full.
     pub lateness: Percentiles,
     /// From released to command out.
     pub execution: Percentiles,
@@ -318,6 +341,19 @@ mod tests {
         }
     }
 
+    /// A histogram that forgets the time slept through flatters the machine; cyclictest counts it, too.
+    #[test]
+    fn slots_slept_through_are_lateness() {
+        let mut cycle = Cycle::new(100, 1_000);
+        let release = cycle.begin(1_370).expect("due");
+        assert_eq!((release.slot, release.due_ns), (3, 1_300));
+        cycle.finish(release, 1_380, 0);
+        let summary = cycle.statistics().summary();
+        assert_eq!((summary.run, summary.skipped, summary.overruns), (1, 3, 0));
+        assert!((summary.lateness.max_us - 0.370).abs() < 0.001, "{summary:?}");
+        assert!((summary.response.max_us - 0.080).abs() < 0.001, "{summary:?}");
+    }
+
     #[test]
     fn an_overrun_is_a_command_after_the_next_slot_is_due() {
         let mut cycle = Cycle::new(100, 1_000);
@@ -328,6 +364,25 @@ mod tests {
         let summary = cycle.statistics().summary();
         assert_eq!((summary.run, summary.skipped), (4, 0));
         assert_eq!((summary.overruns, summary.longest_overrun), (2, 2));
+    }
+
+    #[test]
+    fn what_two_cycles_saw_adds_up() {
+        let cycle = |lateness: &[u64]| {
+            let mut cycle = Cycle::new(100, 1_000);
+            for (slot, late) in lateness.iter().enumerate() {
+                let begin = 1_000 + 100 * slot as u64 + late;
+                let release = cycle.begin(begin).expect("due");
+                cycle.finish(release, begin + 90, begin);
+            }
+            cycle.statistics().clone()
+        };
+        let (mut one, other) = (cycle(&[1, 2, 30, 31, 32]), cycle(&[3, 40]));
+        one.add(&other);
+        let summary = one.summary();
+        assert_eq!((summary.run, summary.overruns, summary.longest_overrun), (7, 4, 3));
+        assert_eq!((summary.lateness.count, summary.sensor_to_command.count), (7, 7));
+        assert!((summary.lateness.max_us - 0.04).abs() < 1e-12 && summary.lateness.p50_us > 0.029);
     }
 
     #[test]

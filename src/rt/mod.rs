@@ -2,12 +2,16 @@
 
 mod cycle;
 mod log;
+mod machine;
 mod shutdown;
 mod thread;
+mod usage;
 mod wait;
 
-pub use cycle::{Cycle, Percentiles, Release, Statistics, Summary};
+pub use cycle::{Cycle, Percentiles, Release, Statistics, Summary, histogram, record};
 pub use log::{Clerk, LogLine, LogQueue, Severity};
+pub use machine::Machine;
 pub use shutdown::Shutdown;
 pub use thread::{Granted, RealTimeConfig, RealTimeError};
+pub use usage::Usage;
 pub use wait::{Wake, wait};

@@ -16,8 +16,14 @@ pub enum Wake {
 }
 
 /// Waits until one of `descriptors` can be read or until `deadline_ns` on CLOCK_MONOTONIC. Never spins.
+///
+/// With nothing but the clock to wait for it sleeps to an absolute time: `ppoll` knows spans only, which grow by what
+/// happens between reading the clock and the call, and under the normal scheduler by a thousandth of their length.
 #[must_use]
 pub fn wait<const N: usize>(descriptors: [RawFd; N], deadline_ns: u64) -> Wake {
+    if N == 0 {
+        return if clock::sleep_until(deadline_ns).is_ok() { Wake::Deadline } else { Wake::Signal };
+    }
     let mut polled = descriptors.map(|fd| libc::pollfd { fd, events: libc::POLLIN, revents: 0 });
     let left = deadline_ns.saturating_sub(clock::monotonic_ns());
     let timeout = libc::timespec {

@@ -1,10 +1,11 @@
-//! Recordings, their replay and export, foreign logs, and the doctor: one binary, because each links everything.
+//! Recordings, their replay and export, foreign logs, the doctor, and the timing of this machine: one binary, because each links everything.
 
 use std::process::{Command, Output};
 
 mod capture;
 mod doctor;
 mod import;
+mod jitter;
 mod recording;
 mod replay;
 

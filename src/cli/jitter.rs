@@ -1,0 +1,121 @@
+//! `rotorbench jitter`: what this machine's timing is, in cyclictest's terms.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::operate::BenchArguments;
+use super::{CliResult, Outcome};
+use crate::process::jitter::{Cyclictest, JitterConfig, jitter};
+use crate::report;
+use crate::rt::Shutdown;
+
+/// Arguments of `jitter`.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    bench: BenchArguments,
+    /// Period of the cycles [µs]; default: the bench file's, or 1000 without one
+    #[arg(long, value_name = "US", value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
+    period_us: Option<u32>,
+    /// How long each stage runs, over all rounds [s]
+    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = super::operate::seconds)]
+    duration_s: f64,
+    /// How often the stages take turns
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    rounds: u32,
+    /// SCHED_FIFO priority, 0 = the normal scheduler; default: the bench file's, or 80
+    #[arg(long, value_name = "P", value_parser = clap::value_parser!(u8).range(0..=99))]
+    priority: Option<u8>,
+    /// Processor to stay on; default: the bench file's, or any
+    #[arg(long, value_name = "N")]
+    cpu: Option<usize>,
+    /// Interface to measure with; default: the bench file's, if it is virtual. On any other, which must be named here,
+    /// the safe command is sent at every period
+    #[arg(long, value_name = "IFACE")]
+    interface: Option<String>,
+    /// Leave cyclictest out even where it is installed
+    #[arg(long)]
+    without_cyclictest: bool,
+    /// Write the figures as JSON on standard output
+    #[arg(long)]
+    json: bool,
+    /// Write a report with the distributions
+    #[arg(long, value_name = "FILE.html")]
+    report: Option<PathBuf>,
+    /// Write all histograms: an HdrHistogram interval log, or percentile text, a file for each, where it ends in .hgrm
+    #[arg(long, value_name = "FILE.hdr|FILE.hgrm")]
+    histogram: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> CliResult {
+    let config = arguments.config()?;
+    let shutdown = Shutdown::listen()?;
+    let bar = progress(config.seconds);
+    let measured = jitter(&config, &shutdown, |done| bar.set_position((1000.0 * done) as u64))?;
+    bar.finish_and_clear();
+    if let Some(path) = &arguments.histogram {
+        let duration = Duration::from_secs_f64(measured.took_s);
+        for file in report::histogram::save(path, &measured.histograms(), measured.began, duration)? {
+            eprintln!("histogram: {}", file.display());
+        }
+    }
+    if let Some(path) = &arguments.report {
+        measured.page().save(path)?;
+        eprintln!("report: {}", path.display());
+    }
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&measured)?);
+    } else {
+        println!("{}\n{}", measured.machine_table().text(), measured.span_table().text());
+        println!("{}", measured.count_table().text());
+        let ratios = measured.ratio_table();
+        if !ratios.is_empty() {
+            println!("{}", ratios.text());
+        }
+        measured.omissions().iter().for_each(|line| println!("{line}"));
+        println!("{}", measured.sentence());
+    }
+    Ok(if measured.has_missed() { Outcome::FoundWanting } else { Outcome::Done })
+}
+
+impl Arguments {
+    fn config(&self) -> Result<JitterConfig, super::CliError> {
+        let mut bench = self.bench.load()?;
+        if self.bench.config.is_none() {
+            bench.period_s = 0.001;
+        }
+        if let Some(period_us) = self.period_us {
+            bench.period_s = f64::from(period_us) * 1e-6;
+        }
+        bench.real_time.priority = self.priority.unwrap_or(bench.real_time.priority);
+        bench.real_time.processor = self.cpu.or(bench.real_time.processor);
+        if let Some(interface) = &self.interface {
+            bench.bus.interface.clone_from(interface);
+        }
+        let cyclictest = if self.without_cyclictest { None } else { Cyclictest::find() };
+        Ok(JitterConfig {
+            bench,
+            seconds: self.duration_s,
+            rounds: self.rounds,
+            is_interface_named: self.interface.is_some(),
+            cyclictest,
+        })
+    }
+}
+
+/// A bar on a terminal, nothing elsewhere. It is drawn between the stages, not during them.
+fn progress(seconds: f64) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(1000);
+    if let Ok(style) = ProgressStyle::with_template("measuring {bar:40} {percent} %  {msg}") {
+        bar.set_style(style);
+    }
+    bar.set_message(format!("{seconds} s for each stage"));
+    bar
+}
