@@ -13,7 +13,7 @@ use crate::effect::{Expression, Point, Site};
 use crate::model::{AddedEffect, Model};
 
 use super::EmulateError;
-use super::plant::PlantConfig;
+use super::bench::PlantConfig;
 
 /// One `[[emulator.hidden]]` table: an effect's id and its parameters.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

@@ -1,0 +1,197 @@
+//! Settings of the emulator, their check at the door, and what they are refused for.
+
+use serde::{Deserialize, Serialize};
+
+use crate::clock;
+
+use super::battery::BatteryConfig;
+use super::bench::PlantConfig;
+use super::hidden::HiddenConfig;
+use super::plant::Plant;
+use super::sensor::{SensorConfig, SensorsConfig};
+use super::{CHANNELS, Emulator};
+
+/// What the emulator refuses.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum EmulateError {
+    /// A parameter that must be above zero.
+    #[error("emulator: `{name}` must be above zero, not {value}")]
+    NotPositive {
+        /// Key in its table.
+        name: &'static str,
+        /// Value found.
+        value: f64,
+    },
+    /// A parameter that must not be negative.
+    #[error("emulator: `{name}` must be zero or more, not {value}")]
+    Negative {
+        /// Key in its table.
+        name: &'static str,
+        /// Value found.
+        value: f64,
+    },
+    /// A parameter outside its range.
+    #[error("emulator: `{name}` must lie in {low}..{high}, not {value}")]
+    Range {
+        /// Key in its table.
+        name: &'static str,
+        /// Value found.
+        value: f64,
+        /// Lowest value allowed.
+        low: f64,
+        /// Highest value allowed.
+        high: f64,
+    },
+    /// A static curve that is none.
+    #[error("emulator: `steady_rate` must hold at most 8 numbers, by ascending power of the command")]
+    Curve,
+    /// A hidden effect that cannot be.
+    #[error("emulator: hidden effect `{effect}`: {reason}")]
+    Hidden {
+        /// Its id.
+        effect: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A sensor with an impossible rate, noise or quantization.
+    #[error(
+        "emulator: sensor `{name}` cannot have rate_hz = {}, noise = {}, quantization = {}",
+        config.rate_hz, config.noise, config.quantization
+    )]
+    Sensor {
+        /// Key in `[emulator.sensors]`.
+        name: String,
+        /// What was found.
+        config: SensorConfig,
+    },
+}
+
+/// One `[[emulator.impulse]]` table: a rectangular torque from outside.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Impulse {
+    /// [s] since the start of the emulator.
+    pub at_s: f64,
+    /// [s]
+    pub duration_s: f64,
+    /// [N m]
+    pub torque: f64,
+}
+
+/// The `[emulator]` table of the bench file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct EmulatorConfig {
+    /// Seed of every random number.
+    pub seed: u64,
+    /// [s] longest integration step.
+    pub integration_step_s: f64,
+    /// [s] transport delay of commands on their way to the ESCs.
+    pub command_delay_s: f64,
+    /// [s] after which an emulated ESC stops its rotor when no command comes, as real ones do.
+    pub esc_timeout_s: f64,
+    /// [rad] body angle at the start.
+    pub initial_angle: f64,
+    /// Somebody holds the body still until a rotor is first commanded, as one does on a bench with a pendulum.
+    pub hold_until_commanded: bool,
+    /// [s] after which the script of impulses begins again; 0 = it runs once.
+    pub impulse_period_s: f64,
+    /// What the bench is made of.
+    pub plant: PlantConfig,
+    /// Battery.
+    pub battery: BatteryConfig,
+    /// Sensors.
+    pub sensors: SensorsConfig,
+    /// Torques from outside.
+    pub impulse: Vec<Impulse>,
+    /// Effects the bench has and nobody is told of.
+    pub hidden: Vec<HiddenConfig>,
+}
+
+impl Default for EmulatorConfig {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            integration_step_s: 0.0005,
+            command_delay_s: 0.0,
+            esc_timeout_s: 0.5,
+            initial_angle: 0.0,
+            hold_until_commanded: true,
+            impulse_period_s: 0.0,
+            plant: PlantConfig::default(),
+            battery: BatteryConfig::default(),
+            sensors: SensorsConfig::default(),
+            impulse: Vec::new(),
+            hidden: Vec::new(),
+        }
+    }
+}
+
+impl EmulatorConfig {
+    /// Checks the settings and builds the emulated bench.
+    ///
+    /// # Errors
+    /// [`EmulateError`] naming the key that cannot be.
+    pub fn build(&self) -> Result<Emulator, EmulateError> {
+        let spans = [
+            ("integration_step_s", self.integration_step_s, 1e-6, 0.005),
+            ("command_delay_s", self.command_delay_s, 0.0, 0.5),
+            ("esc_timeout_s", self.esc_timeout_s, 0.001, 3600.0),
+            ("initial_angle", self.initial_angle, -3.2, 3.2),
+            ("impulse_period_s", self.impulse_period_s, 0.0, 1e6),
+        ];
+        for (name, value, low, high) in spans {
+            if !(low..=high).contains(&value) {
+                return Err(EmulateError::Range { name, value, low, high });
+            }
+        }
+        let plant = Plant::build(&self.plant, &self.battery, &self.hidden)?;
+        let delay = self.command_delay_s + plant.command_delay();
+        Ok(Emulator {
+            plant,
+            periods_ns: self.periods_ns()?,
+            sensors: self.sensors.clone(),
+            impulses: self.impulses_ns()?,
+            impulse_period_ns: clock::span_ns(self.impulse_period_s),
+            step_ns: clock::span_ns(self.integration_step_s).max(1),
+            delay_ns: clock::span_ns(delay),
+            esc_timeout_ns: clock::span_ns(self.esc_timeout_s),
+            initial_angle: self.initial_angle,
+            hold_until_commanded: self.hold_until_commanded,
+            seed: self.seed,
+        })
+    }
+
+    fn periods_ns(&self) -> Result<[u64; CHANNELS], EmulateError> {
+        let sensors = &self.sensors;
+        let rate = sensors.propeller_rate.period_ns("propeller_rate")?;
+        let current = sensors.current.period_ns("current")?;
+        let thrust = sensors.thrust.period_ns("thrust")?;
+        Ok([
+            sensors.body_rate.period_ns("body_rate")?,
+            sensors.body_angle.period_ns("body_angle")?,
+            sensors.acceleration.period_ns("acceleration")?,
+            sensors.battery_voltage.period_ns("battery_voltage")?,
+            rate,
+            rate,
+            current,
+            current,
+            thrust,
+            thrust,
+        ])
+    }
+
+    fn impulses_ns(&self) -> Result<Vec<(u64, u64, f64)>, EmulateError> {
+        let check = |name, value: f64, low: f64, high: f64| {
+            let inside = (low..=high).contains(&value);
+            if inside { Ok(value) } else { Err(EmulateError::Range { name, value, low, high }) }
+        };
+        let edges = |impulse: &Impulse| {
+            let start = check("impulse.at_s", impulse.at_s, 0.0, 1e6)?;
+            let span = check("impulse.duration_s", impulse.duration_s, 1e-4, 1e6)?;
+            let torque = check("impulse.torque", impulse.torque, -100.0, 100.0)?;
+            Ok((clock::span_ns(start), clock::span_ns(start + span), torque))
+        };
+        self.impulse.iter().map(edges).collect()
+    }
+}
