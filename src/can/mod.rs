@@ -36,7 +36,7 @@ pub use field::{CommandField, SensorField};
 pub use frame::{Frame, Id, Kind, MAXIMUM_LENGTH, Payload, is_fd_length};
 pub use interface::{InterfaceStatus, InterfaceWatch};
 pub use load::{BusLoad, MAXIMUM_PERCENT, MessageLoad, WARNING_PERCENT, classic_bits, fd_bits, worst_case};
-pub use port::{Arrival, Fault, Port, PortCounts, kernel_has_can};
+pub use port::{Arrival, Bus, Fault, Port, PortCounts, kernel_has_can};
 pub use roles::{CommandFrames, Counts, Decoded, ReceiverState, Roles, RotorCommands, SenderState};
 pub use route::{Binding, Refusal, Route};
 pub use timestamps::{Timestamps, timestamps};

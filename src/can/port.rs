@@ -84,6 +84,52 @@ pub struct PortCounts {
     pub failed: u64,
 }
 
+/// What a loop needs of a bus: a [`Port`], or, on virtual time, a bus in memory.
+pub trait Bus {
+    /// See [`Port::receive`].
+    ///
+    /// # Errors
+    /// [`Fault`], once for each time the interface goes down.
+    fn receive(&mut self, take: impl FnMut(Arrival)) -> Result<usize, Fault>;
+
+    /// See [`Port::send`].
+    ///
+    /// # Errors
+    /// [`Fault`]: the frame is dropped and counted.
+    fn send(&mut self, frame: &Frame) -> Result<(), Fault>;
+
+    /// See [`Port::echo_age_ns`].
+    fn echo_age_ns(&self, now_ns: u64) -> u64;
+
+    /// See [`Port::counts`].
+    fn counts(&self) -> PortCounts;
+
+    /// [ns] now, on the clock of the arrivals' stamps.
+    fn now_ns(&self) -> u64;
+}
+
+impl Bus for Port {
+    fn receive(&mut self, take: impl FnMut(Arrival)) -> Result<usize, Fault> {
+        Self::receive(self, take)
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), Fault> {
+        Self::send(self, frame)
+    }
+
+    fn echo_age_ns(&self, now_ns: u64) -> u64 {
+        Self::echo_age_ns(self, now_ns)
+    }
+
+    fn counts(&self) -> PortCounts {
+        Self::counts(self)
+    }
+
+    fn now_ns(&self) -> u64 {
+        clock::monotonic_ns()
+    }
+}
+
 /// An open, non-blocking port. Belongs to one thread at a time.
 pub struct Port {
     socket: CanSocket,

@@ -4,21 +4,21 @@ use serde::Serialize;
 
 use super::ProcessError;
 use crate::bench::BenchConfig;
-use crate::can::{Arrival, Counts, Fault, InterfaceStatus, InterfaceWatch, Port, PortCounts, ReceiverState};
-use crate::can::{Roles, SenderState, SensorField};
-use crate::clock;
+use crate::can::{Arrival, Bus, Counts, Fault, InterfaceStatus, InterfaceWatch, Port, PortCounts};
+use crate::can::{ReceiverState, Roles, SenderState, SensorField};
 use crate::rt::{LogQueue, Severity};
 use crate::signal::{Applied, Sensors};
 use std::os::fd::{AsRawFd, RawFd};
 
 /// The bus, its codec, and the newest value of everything measured.
 #[derive(Debug)]
-pub struct Wire {
-    port: Port,
+pub struct Wire<B: Bus = Port> {
+    port: B,
     roles: Roles,
     receiver: ReceiverState,
     sender: SenderState,
-    watch: InterfaceWatch,
+    /// `None` where there is no interface to watch: on a bus in memory.
+    watch: Option<InterfaceWatch>,
     log: LogQueue,
     sensors: Sensors,
     /// Command frames in a row that the interface did not take.
@@ -58,23 +58,34 @@ impl Wire {
         let port = Port::open(interface, config.bus.fd)?;
         let status = InterfaceStatus::read(interface)?;
         tracing::info!(?status.state, ?status.bit_rate, ?status.restart_ms, "interface {interface}");
-        Ok(Self {
-            port,
-            receiver: roles.sensor_receiver(),
-            sender: roles.command_sender(),
-            roles,
-            watch: InterfaceWatch::start(interface)?,
-            log,
-            sensors: Sensors::default(),
-            refused_in_a_row: 0,
-            is_quiet: false,
-        })
+        let watch = InterfaceWatch::start(interface)?;
+        let mut wire = Self::on(port, roles, log);
+        wire.watch = Some(watch);
+        Ok(wire)
     }
 
     /// For the wait; -1, which `ppoll` ignores, while there is no point in waiting for it.
     #[must_use]
     pub fn descriptor(&self) -> RawFd {
         if self.is_quiet { -1 } else { self.port.as_raw_fd() }
+    }
+}
+
+impl<B: Bus> Wire<B> {
+    /// On a bus that is open already, with nobody to watch its interface.
+    #[must_use]
+    pub fn on(port: B, roles: Roles, log: LogQueue) -> Self {
+        Self {
+            port,
+            receiver: roles.sensor_receiver(),
+            sender: roles.command_sender(),
+            roles,
+            watch: None,
+            log,
+            sensors: Sensors::default(),
+            refused_in_a_row: 0,
+            is_quiet: false,
+        }
     }
 
     /// Newest value of everything measured.
@@ -98,17 +109,36 @@ impl Wire {
             Arrival::Error { error, .. } => {
                 look.bus_off |= error.is_bus_off();
                 log.say(Severity::Warning, "error frame on the bus, of class", f64::from(error.class));
-                watch.ask();
+                if let Some(watch) = watch {
+                    watch.ask();
+                }
             }
         });
         match received {
             Ok(count) => self.is_quiet = was_ready && count == 0,
             Err(fault) => {
                 self.log.say(Severity::Error, describe(fault), 0.0);
-                self.watch.ask();
+                self.ask();
             }
         }
-        while let Some(status) = self.watch.answer() {
+        self.tell_of_interface();
+        if look.updated {
+            self.sensors.sequence += 1;
+            self.sensors.stamp_ns = self.port.now_ns();
+        }
+        look
+    }
+
+    /// Has the interface looked at, where somebody watches it.
+    fn ask(&self) {
+        if let Some(watch) = &self.watch {
+            watch.ask();
+        }
+    }
+
+    /// Says what was found at the interface.
+    fn tell_of_interface(&mut self) {
+        while let Some(status) = self.watch.as_ref().and_then(InterfaceWatch::answer) {
             let bad = status.state.is_some_and(|state| state != socketcan::nl::CanState::ErrorActive);
             let severity = if bad || !status.is_up { Severity::Error } else { Severity::Info };
             let text = if status.is_up {
@@ -118,11 +148,6 @@ impl Wire {
             };
             self.log.say(severity, text, status.restart_ms.map_or(0.0, f64::from));
         }
-        if look.updated {
-            self.sensors.sequence += 1;
-            self.sensors.stamp_ns = clock::monotonic_ns();
-        }
-        look
     }
 
     /// Sends what the guard let through; the newest wins, nothing is queued or tried again.
@@ -139,7 +164,7 @@ impl Wire {
         self.refused_in_a_row = self.refused_in_a_row.saturating_add(1);
         if self.refused_in_a_row == 1 {
             self.log.say(Severity::Error, describe(fault), 0.0);
-            self.watch.ask();
+            self.ask();
         }
     }
 
@@ -158,7 +183,7 @@ impl Wire {
     }
 }
 
-impl Drop for Wire {
+impl<B: Bus> Drop for Wire<B> {
     /// However the process ends, as long as it ends by itself: the last frames say zero.
     fn drop(&mut self) {
         self.send(&Applied::default());
