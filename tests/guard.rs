@@ -434,7 +434,29 @@ fn every_fault_of_a_signal_ends_in_zero_within_the_hold_and_two_periods() {
         ("gone", |sample, _| *sample = Sample::never(), Cause::SignalNever),
         ("stamped in the future", |sample, _| sample.stamp_ns += 10 * T, Cause::SignalStale),
     ];
-    for (name, fault, cause) in faults.into_iter().chain(more) {
+    // As the bus leaves them: frames go on, each value is refused, the last good one stands with its stamp.
+    let held: [(&str, Fault, Cause); 3] = [
+        (
+            "held, not a number",
+            |sample, before| {
+                *sample = Sample { count: sample.count, health: Health::NOT_A_NUMBER, ..*before }
+            },
+            Cause::SignalNotANumber,
+        ),
+        (
+            "held, out of range",
+            |sample, before| {
+                *sample = Sample { count: sample.count, health: Health::OUT_OF_RANGE, ..*before }
+            },
+            Cause::SignalOutOfRange,
+        ),
+        (
+            "held, counter",
+            |sample, before| *sample = Sample { count: sample.count, health: Health::COUNTER, ..*before },
+            Cause::SignalCounter,
+        ),
+    ];
+    for (name, fault, cause) in faults.into_iter().chain(more).chain(held) {
         let mut rig = Rig::armed(&defaults());
         let before = rig.sensors.body_rate;
         let periods = rig.periods_to_zero(|rig| fault(&mut rig.sensors.body_rate, &before));

@@ -135,12 +135,14 @@ impl SignalTrack {
             self.changed_ns = now_ns;
         }
         (self.bits, self.count) = (bits, sample.count);
-        // Silence is staleness; only frames that go on with the same value are frozen.
+        let complaint = complaint(limit, sample, now_ns);
+        // Silence is staleness; only frames that go on with the same value are frozen. Where they do because each new
+        // value is refused and the last good one stands, why they are refused says more.
         let still_ns = now_ns.saturating_sub(self.changed_ns);
         if live && limit.frozen_after_ns > 0 && still_ns > limit.frozen_after_ns {
-            return Verdict::Lost(Cause::SignalFrozen);
+            return Verdict::Lost(complaint.unwrap_or(Cause::SignalFrozen));
         }
-        match complaint(limit, sample, now_ns) {
+        match complaint {
             None => {
                 self.good_ns = sample.stamp_ns;
                 Verdict::Good
