@@ -392,3 +392,33 @@ impl GuardStep {
         (self.inputs & GuardStepInputs::REQUEST != 0).then_some(&self.request)
     }
 }
+
+/// One step of a bench on virtual time, from the emulator to the controller of another process.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, ZeroCopySend)]
+#[type_name("rotorbench::LockstepStep")]
+pub struct LockstepStep {
+    /// [ns] CLOCK_MONOTONIC when this run began: tells one run of the emulator from the next.
+    pub run: u64,
+    /// Number of the step in its run, from 1; 0 = the run has ended.
+    pub number: u64,
+    /// [ns] virtual time.
+    pub now_ns: u64,
+    /// What was measured.
+    pub sensors: Sensors,
+    /// What the guard let through last.
+    pub applied: Applied,
+}
+
+/// The controller's answer to a [`LockstepStep`].
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, ZeroCopySend)]
+#[type_name("rotorbench::LockstepAnswer")]
+pub struct LockstepAnswer {
+    /// [`LockstepStep::run`] it answers.
+    pub run: u64,
+    /// [`LockstepStep::number`] it answers.
+    pub number: u64,
+    /// What the controller wants.
+    pub command: Command,
+}

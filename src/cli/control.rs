@@ -2,7 +2,7 @@
 
 use super::operate::BenchArguments;
 use super::{CliResult, Outcome, timing};
-use crate::process::{control, plant};
+use crate::process::{control, duet, plant};
 use crate::rt::Shutdown;
 
 /// Arguments of `control`.
@@ -13,6 +13,13 @@ pub struct Arguments {
     /// End after this many seconds
     #[arg(long, value_name = "S", value_parser = super::operate::seconds)]
     seconds: Option<f64>,
+    /// In virtual time: answer the steps of `emulate --shm --lockstep`, until none comes any more
+    #[arg(long, conflicts_with = "seconds")]
+    lockstep: bool,
+    /// In lockstep: how long an emulator may be silent before it is taken as gone
+    #[arg(long, value_name = "S", requires = "lockstep", default_value_t = duet::PATIENCE_S,
+          value_parser = super::operate::seconds)]
+    patience: f64,
     /// Write the summary as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -23,6 +30,15 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let config = arguments.bench.load()?;
     let pilot = plant::pilot(&config)?;
     let shutdown = Shutdown::listen()?;
+    if arguments.lockstep {
+        let summary = duet::answer(&config, pilot, arguments.patience, &shutdown)?;
+        if arguments.json {
+            println!("{}", serde_json::to_string_pretty(&summary)?);
+        } else {
+            println!("steps answered: {}\n{}", summary.answered, timing::angle(&summary.angle));
+        }
+        return Ok(if summary.complete { Outcome::Done } else { Outcome::FoundWanting });
+    }
     let summary = control::control(&config, pilot, arguments.seconds, &shutdown)?;
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&summary)?);

@@ -7,7 +7,7 @@ use super::{CliError, CliResult, Outcome, timing};
 use crate::bench::BenchConfig;
 use crate::emulate::{HiddenConfig, Impulse, PlantConfig};
 use crate::model::Model;
-use crate::process::emulate;
+use crate::process::{duet, emulate, lockstep_run};
 use crate::rt::Shutdown;
 
 /// Arguments of `emulate`.
@@ -25,6 +25,13 @@ pub struct Arguments {
     /// End after this many seconds
     #[arg(long, value_name = "S", value_parser = super::operate::seconds)]
     seconds: Option<f64>,
+    /// In virtual time, step by step with `control --lockstep`, as fast as both can; 60 seconds unless told otherwise
+    #[arg(long, requires = "shm", conflicts_with = "arm")]
+    lockstep: bool,
+    /// In lockstep: how long a controller may be silent before it is taken as gone
+    #[arg(long, value_name = "S", requires = "lockstep", default_value_t = duet::PATIENCE_S,
+          value_parser = super::operate::seconds)]
+    patience: f64,
     /// Write the summary as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -63,6 +70,12 @@ pub struct PlantArguments {
 }
 
 impl PlantArguments {
+    /// Whether any is given.
+    pub fn are_given(&self) -> bool {
+        let Self { model, hide, hide_seed, impulse, seed } = self;
+        model.is_some() || hide_seed.is_some() || seed.is_some() || !hide.is_empty() || !impulse.is_empty()
+    }
+
     /// Writes them over the bench file's `[emulator]`.
     ///
     /// # Errors
@@ -120,6 +133,11 @@ pub fn run(arguments: &Arguments) -> CliResult {
             summary.commands.frames, summary.commands.accepted
         );
         return Ok(Outcome::Done);
+    }
+    if arguments.lockstep {
+        let seconds = arguments.seconds.unwrap_or(lockstep_run::DEFAULT_S);
+        let summary = duet::conduct(&config, seconds, arguments.patience, &shutdown)?;
+        return timing::say_lockstep(&summary, arguments.json);
     }
     let summary = emulate::behind_gate(&config, arguments.arm, arguments.seconds, &shutdown)?;
     if arguments.json {

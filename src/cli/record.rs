@@ -53,7 +53,8 @@ pub(super) fn end(recording: Option<record::Background>) -> Result<(), CliError>
     Ok(())
 }
 
-fn words(summary: RecorderSummary) -> String {
+/// What a recording amounted to, in words.
+pub(super) fn words(summary: RecorderSummary) -> String {
     let mut words = format!("{} records", summary.written);
     if summary.dropped > 0 {
         words += &format!(", {} LOST", summary.dropped);

@@ -1,9 +1,10 @@
-//! `rotorbench run`: bridge and control in one process.
+//! `rotorbench run`: bridge and control in one process; with `--lockstep` on virtual time, the emulator included.
 
+use super::emulate::PlantArguments;
 use super::operate::BenchArguments;
-use super::{CliResult, Outcome, timing};
+use super::{CliError, CliResult, Outcome, timing};
 use crate::process::record::Background;
-use crate::process::{plant, run};
+use crate::process::{lockstep_run, plant, run};
 use crate::rt::Shutdown;
 
 /// Arguments of `run`.
@@ -17,6 +18,11 @@ pub struct Arguments {
     /// End after this many seconds
     #[arg(long, value_name = "S", value_parser = super::operate::seconds)]
     seconds: Option<f64>,
+    /// The emulated bench in virtual time, as fast as it can, instead of the bus; 60 seconds unless told otherwise
+    #[arg(long, conflicts_with = "arm")]
+    lockstep: bool,
+    #[command(flatten)]
+    plant: PlantArguments,
     /// Record the bench into this new file
     #[arg(long, value_name = "FILE.mcap")]
     record: Option<std::path::PathBuf>,
@@ -27,6 +33,14 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
+    if arguments.lockstep {
+        return in_lockstep(arguments);
+    }
+    if arguments.plant.are_given() {
+        return Err(CliError::new(
+            "the emulated plant is for `run --lockstep`; on a bus it is `emulate --can`'s",
+        ));
+    }
     let config = arguments.bench.load()?;
     let pilot = plant::pilot(&config)?;
     let shutdown = Shutdown::listen()?;
@@ -46,4 +60,16 @@ pub fn run(arguments: &Arguments) -> CliResult {
     print!("{}", timing::bus(&summary.bus));
     print!("{}", timing::table(&summary.timing));
     Ok(Outcome::Done)
+}
+
+fn in_lockstep(arguments: &Arguments) -> CliResult {
+    let mut config = arguments.bench.load()?;
+    arguments.plant.apply(&mut config)?;
+    let shutdown = Shutdown::listen()?;
+    let seconds = arguments.seconds.unwrap_or(lockstep_run::DEFAULT_S);
+    let summary = lockstep_run::run(&config, seconds, arguments.record.as_deref(), &shutdown)?;
+    if let Some(recorded) = summary.recorded {
+        eprintln!("recorded: {}", super::record::words(recorded));
+    }
+    timing::say_lockstep(&summary, arguments.json)
 }

@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
+use super::{CliResult, Outcome};
 use crate::process::flight::AngleError;
+use crate::process::lockstep_run::LockstepSummary;
 use crate::process::wire::WireSummary;
 use crate::rt::{Percentiles, Summary};
 
@@ -68,4 +70,26 @@ pub fn bus(bus: &WireSummary) -> String {
         let _ = writeln!(text, "not taken: {}", refused.join(", "));
     }
     text
+}
+
+/// Prints what a run on virtual time ended with.
+///
+/// # Errors
+/// None: every number has a form in JSON.
+pub fn say_lockstep(summary: &LockstepSummary, json: bool) -> CliResult {
+    // A slot without an answer: the controller has vanished.
+    let outcome = if summary.answered == summary.slots { Outcome::Done } else { Outcome::FoundWanting };
+    if json {
+        println!("{}", serde_json::to_string_pretty(summary)?);
+        return Ok(outcome);
+    }
+    let LockstepSummary { slots, answered, duration_s, wall_s, state, cause, .. } = summary;
+    println!("{duration_s:.1} s of virtual time in {wall_s:.3} s; {slots} slots, {answered} answered");
+    println!("{}", angle(&summary.angle));
+    println!("guard: {state} ({cause})");
+    for event in &summary.guard_events {
+        println!("  {:9.3} s  {} -> {}: {}", event.time_s, event.from, event.to, event.cause);
+    }
+    println!("digest of all outputs: {}", summary.digest);
+    Ok(outcome)
 }

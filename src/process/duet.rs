@@ -7,98 +7,137 @@
 
 use super::ProcessError;
 use super::flight::{AngleError, Flight};
-use super::lockstep::ORIGIN_NS;
+use super::lockstep::{Interference, Question, Slot, Stage};
+use super::lockstep_run::{LockstepSummary, Log};
 use super::pilot::Pilot;
 use crate::bench::BenchConfig;
 use crate::clock;
-use crate::emulate::{EmulatorState, Truth};
-use crate::guard::{GuardState, OperatorAct, State};
+use crate::guard::State;
+use crate::record::RecorderHandle;
 use crate::rt::{self, Shutdown};
 use crate::shm::{
-    APPLIED, Bell, Bench, COMMAND, GUARD_EVENTS, GUARD_STEPS, Publisher, Role, SENSORS, Subscriber, Waiter,
+    APPLIED, Bell, Bench, GUARD_EVENTS, GUARD_STEPS, LOCKSTEP_ANSWERS, LOCKSTEP_STEPS, Publisher, Role,
+    SENSORS, Subscriber, Waiter,
 };
-use crate::signal::{Applied, Command, GuardEvent, GuardStep, Request, Sensors};
+use crate::signal::{
+    Applied, Command, ControlStep, GuardEvent, GuardStep, LockstepAnswer, LockstepStep, ROTORS, Sensors,
+};
 
-/// How the emulator's side ended.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DuetSummary {
-    /// Slots run.
-    pub slots: u64,
-    /// Slots that were answered.
-    pub answered: u64,
-    /// What really was at the end.
-    pub truth: Truth,
-    /// What the rotors got last.
-    pub applied: Applied,
+/// [s] of the machine's clock after which a silent peer is taken as gone.
+pub const PATIENCE_S: f64 = 2.0;
+/// [ns] between two looks at the shutdown, and between two tries to reach a peer that is late to join.
+const LOOK_NS: u64 = 20_000_000;
+
+/// The line to the controller, and whether it is there.
+struct Line {
+    run: u64,
+    steps: Publisher<LockstepStep>,
+    answers: Subscriber<LockstepAnswer>,
+    control_bell: Bell,
+    bell: Bell,
+    patience_ns: u64,
+    has_come: bool,
+    is_gone: bool,
 }
 
-/// The emulator's side: topics and the peer's state.
-struct Conductor {
+impl Line {
+    fn open(bench: &Bench, patience_s: f64) -> Result<Self, ProcessError> {
+        Ok(Self {
+            run: clock::monotonic_ns(),
+            steps: bench.publish(&LOCKSTEP_STEPS)?,
+            answers: bench.subscribe(&LOCKSTEP_ANSWERS)?,
+            control_bell: bench.bell(Waiter::Control)?,
+            bell: bench.bell(Waiter::Gate)?,
+            patience_ns: clock::span_ns(patience_s),
+            has_come: false,
+            is_gone: false,
+        })
+    }
+
+    /// Sends a step and waits for its answer. Before the first answer of all it waits as long as it takes: a bench
+    /// without a controller has not begun. Who was silent for the patience once is not waited for again.
+    fn ask(&mut self, question: &Question, shutdown: &Shutdown) -> Option<Command> {
+        if self.is_gone {
+            return None;
+        }
+        let Question { slot, now_ns, sensors, applied } = *question;
+        let step = LockstepStep { run: self.run, number: slot + 1, now_ns, sensors, applied };
+        let asked_ns = clock::monotonic_ns();
+        while !shutdown.is_requested() {
+            self.steps.send(&step);
+            self.control_bell.ring();
+            if let Some(command) = self.answer_until(&step, clock::monotonic_ns().saturating_add(LOOK_NS)) {
+                self.has_come = true;
+                return Some(command);
+            }
+            let waited_ns = clock::monotonic_ns().saturating_sub(asked_ns);
+            if self.has_come && waited_ns >= self.patience_ns {
+                tracing::warn!(slot, "the controller does not answer; virtual time runs on without it");
+                self.is_gone = true;
+                return None;
+            }
+        }
+        None
+    }
+
+    /// Says that the run is over.
+    fn end(&mut self) {
+        self.steps.send(&LockstepStep { run: self.run, ..LockstepStep::default() });
+        self.control_bell.ring();
+    }
+
+    fn answer_until(&mut self, step: &LockstepStep, until_ns: u64) -> Option<Command> {
+        loop {
+            while let Some(answer) = self.answers.next_in_order() {
+                if (answer.run, answer.number) == (step.run, step.number) {
+                    return Some(answer.command);
+                }
+            }
+            if clock::monotonic_ns() >= until_ns {
+                return None;
+            }
+            let _ = rt::wait([self.bell.descriptor()], until_ns);
+            self.bell.quiet();
+        }
+    }
+}
+
+/// What recorder and monitor see of the emulator's side.
+struct Window {
     sensors: Publisher<Sensors>,
     applied: Publisher<Applied>,
     steps: Publisher<GuardStep>,
     events: Publisher<GuardEvent>,
-    commands: Subscriber<Command>,
-    control_bell: Bell,
-    bell: Bell,
-    patience_ns: u64,
-    is_peer_gone: bool,
-    has_peer_come: bool,
-    // Last: everything above lives on it.
-    _bench: Bench,
+    log: Log,
 }
 
-impl Conductor {
-    fn open(config: &BenchConfig, patience_s: f64) -> Result<Self, ProcessError> {
-        let bench = Bench::join(&config.name, &config.shared_memory, Role::Emulate)?;
+impl Window {
+    fn open(bench: &Bench) -> Result<Self, ProcessError> {
         Ok(Self {
             sensors: bench.publish(&SENSORS)?,
             applied: bench.publish(&APPLIED)?,
             steps: bench.publish(&GUARD_STEPS)?,
             events: bench.publish(&GUARD_EVENTS)?,
-            commands: bench.subscribe(&COMMAND)?,
-            control_bell: bench.bell(Waiter::Control)?,
-            bell: bench.bell(Waiter::Gate)?,
-            patience_ns: clock::span_ns(patience_s),
-            is_peer_gone: false,
-            has_peer_come: false,
-            _bench: bench,
+            log: Log::new(RecorderHandle::off()),
         })
-    }
-
-    /// Sends a step and waits for its answer. Before the first answer of all it waits as long as it takes: a bench
-    /// without a controller has not begun.
-    fn ask(&mut self, sensors: &Sensors, shutdown: &Shutdown) -> Option<Command> {
-        /// [ns] between two looks at `shutdown`, and between two tries to reach a peer that is late to join.
-        const LOOK_NS: u64 = 20_000_000;
-        let asked_ns = clock::monotonic_ns();
-        loop {
-            self.sensors.send(sensors);
-            self.control_bell.ring();
-            let look_ns = clock::monotonic_ns().saturating_add(if self.is_peer_gone { 0 } else { LOOK_NS });
-            loop {
-                let newest = self.commands.newest();
-                if let Some(command) = newest.filter(|it| it.sensors_sequence == sensors.sequence) {
-                    (self.has_peer_come, self.is_peer_gone) = (true, false);
-                    return Some(command);
-                }
-                if clock::monotonic_ns() >= look_ns {
-                    break;
-                }
-                let _ = rt::wait([self.bell.descriptor()], look_ns);
-                self.bell.quiet();
-            }
-            let waited_ns = clock::monotonic_ns().saturating_sub(asked_ns);
-            let is_patient = !self.is_peer_gone && (!self.has_peer_come || waited_ns < self.patience_ns);
-            if shutdown.is_requested() || !is_patient {
-                self.is_peer_gone = self.has_peer_come;
-                return None;
-            }
-        }
     }
 }
 
-/// Runs the emulated bench and its guard for `seconds` of virtual time, asking the controller at each slot.
+impl Interference for Window {
+    fn event(&mut self, event: &GuardEvent) {
+        self.events.send(event);
+        self.log.event(event);
+    }
+
+    fn guard_step(&mut self, step: &GuardStep) {
+        self.sensors.send(&step.sensors);
+        self.applied.send(&step.applied);
+        self.steps.send(step);
+    }
+}
+
+/// Runs the emulated bench and its guard for `seconds` of virtual time, asking the controller at each slot. The bench
+/// is armed in its first slot. When the controller is gone it ends with the rotors at rest.
 ///
 /// # Errors
 /// A second emulator or bridge on the same bench; settings that cannot be.
@@ -107,47 +146,54 @@ pub fn conduct(
     seconds: f64,
     patience_s: f64,
     shutdown: &Shutdown,
-) -> Result<DuetSummary, ProcessError> {
+) -> Result<LockstepSummary, ProcessError> {
     config.check()?;
-    let emulator = super::emulate::emulator(config)?;
     let guard = config.guard.build(config.period_s)?;
-    let mut conductor = Conductor::open(config, patience_s)?;
-    let period_ns = clock::span_ns(config.period_s);
-    let slots = clock::span_ns(seconds).div_ceil(period_ns);
-    let mut state: EmulatorState = emulator.start(ORIGIN_NS);
-    let (mut guard_state, mut applied, mut newest) = (GuardState::new(), Applied::default(), None);
-    let (mut slot, mut answered) = (0, 0);
-    while slot < slots && !shutdown.is_requested() {
-        let sensors = *state.sensors();
-        let now_ns = ORIGIN_NS + state.now_ns();
-        if let Some(command) = conductor.ask(&sensors, shutdown) {
-            answered += 1;
-            newest = Some(command);
+    let stage = Stage::new(super::emulate::emulator(config)?, Some(guard), config.period_s);
+    let bench = Bench::join(&config.name, &config.shared_memory, Role::Emulate)?;
+    let mut line = Line::open(&bench, patience_s)?;
+    let mut window = Window::open(&bench)?;
+    let mut state = stage.start();
+    tracing::info!(bench = config.name, "emulate in lockstep: waits for `control --lockstep`");
+    for _ in 0..stage.slots(seconds) {
+        let question = stage.ask(&state, &mut window);
+        let command = line.ask(&question, shutdown);
+        if shutdown.is_requested() {
+            break;
         }
-        let request = (slot == 0).then_some(Request {
-            sequence: 1,
-            stamp_ns: now_ns,
-            act: OperatorAct::Arm as u32,
-            reserved: 0,
-        });
-        applied = guard.step(&mut guard_state, now_ns, &sensors, newest.as_ref(), request.as_ref());
-        conductor.applied.send(&applied);
-        let step = GuardStep::new(now_ns, &sensors, newest.as_ref(), request.as_ref(), &applied);
-        conductor.steps.send(&step);
-        guard_state.take_events().for_each(|event| conductor.events.send(&event));
-        emulator.command(&mut state, applied.rotor);
-        slot += 1;
-        emulator.advance(&mut state, slot.saturating_mul(period_ns));
-        let is_latched = applied.state == State::FailsafeLatched as u32;
-        if conductor.is_peer_gone && is_latched && applied.rotor == [0.0; 2] {
-            tracing::warn!(slot, "the controller is gone; the failsafe has stopped the rotors");
+        if let Some(command) = command {
+            let (sensors, applied) = (question.sensors, question.applied);
+            window.log.control_step(&ControlStep { sensors, applied, command });
+        }
+        let slot = stage.take(&mut state, &question, command, &mut window);
+        window.log.add(&slot);
+        if line.is_gone && has_stopped(&slot) {
             break;
         }
     }
-    Ok(DuetSummary { slots: slot, answered, truth: emulator.truth(&state), applied })
+    line.end();
+    Ok(window.log.summary(config.period_s))
 }
 
-/// The controller's side: answers each step until none has come for `patience_s`, or until `shutdown`.
+/// Whether the failsafe has brought the rotors to rest: nothing more can happen without a controller.
+fn has_stopped(slot: &Slot) -> bool {
+    let state = State::from_code(slot.applied.state).unwrap_or_default();
+    !state.is_active() && slot.applied.rotor == [0.0; ROTORS]
+}
+
+/// What the controller's side ends with.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct AnswerSummary {
+    /// Steps answered, each counted once.
+    pub answered: u64,
+    /// Whether the emulator ended its run; else it vanished, or this process was told to end.
+    pub complete: bool,
+    /// How well the angle was held, in the last run that was answered.
+    pub angle: AngleError,
+}
+
+/// The controller's side: answers each step until the run ends, until none has come for `patience_s`, or until
+/// `shutdown`. Before the first step of all it waits as long as it takes.
 ///
 /// # Errors
 /// A second controller on the same bench.
@@ -156,33 +202,44 @@ pub fn answer(
     pilot: Pilot,
     patience_s: f64,
     shutdown: &Shutdown,
-) -> Result<AngleError, ProcessError> {
+) -> Result<AnswerSummary, ProcessError> {
     config.check()?;
     let bench = Bench::join(&config.name, &config.shared_memory, Role::Control)?;
     let mut flight = Flight::open(&bench, pilot)?;
-    let mut sensors = bench.subscribe(&SENSORS)?;
-    let mut applied = bench.subscribe(&APPLIED)?;
+    let mut steps = bench.subscribe(&LOCKSTEP_STEPS)?;
+    let mut answers = bench.publish(&LOCKSTEP_ANSWERS)?;
     let (gate_bell, bell) = (bench.bell(Waiter::Gate)?, bench.bell(Waiter::Control)?);
-    let mut passed = Applied::default();
-    let mut last: Option<Command> = None;
+    let patience_ns = clock::span_ns(patience_s);
+    let (mut last, mut answered) = (LockstepAnswer::default(), 0);
     let mut heard_ns = clock::monotonic_ns();
-    while !shutdown.is_requested() {
+    let mut complete = false;
+    while !shutdown.is_requested() && !complete {
         let now_ns = clock::monotonic_ns();
-        if last.is_some() && now_ns.saturating_sub(heard_ns) > clock::span_ns(patience_s) {
+        if answered > 0 && now_ns.saturating_sub(heard_ns) > patience_ns {
+            tracing::warn!("the emulator asks no more");
             break;
         }
-        let _ = rt::wait([bell.descriptor()], now_ns.saturating_add(20_000_000));
+        let _ = rt::wait([bell.descriptor()], now_ns.saturating_add(LOOK_NS));
         bell.quiet();
-        while let Some(sensors) = sensors.next_in_order() {
+        while let Some(step) = steps.next_in_order() {
             heard_ns = clock::monotonic_ns();
-            passed = applied.newest().unwrap_or(passed);
+            if step.number == 0 {
+                complete |= step.run == last.run;
+                continue;
+            }
             // A step that is asked again is answered again, not flown again.
-            let again = last.filter(|command| command.sensors_sequence == sensors.sequence);
-            let command = again.unwrap_or_else(|| flight.step(sensors.stamp_ns, &sensors, &passed));
-            flight.publish(&sensors, &passed, &command);
-            last = Some(command);
+            if (step.run, step.number) != (last.run, last.number) {
+                if step.run != last.run {
+                    flight.restart();
+                }
+                let command = flight.step(step.now_ns, &step.sensors, &step.applied);
+                flight.publish(&step.sensors, &step.applied, &command);
+                last = LockstepAnswer { run: step.run, number: step.number, command };
+                answered += 1;
+            }
+            answers.send(&last);
             gate_bell.ring();
         }
     }
-    Ok(flight.angle())
+    Ok(AnswerSummary { answered, complete, angle: flight.angle() })
 }

@@ -36,11 +36,14 @@ impl Flight {
     pub fn step(&mut self, now_ns: u64, sensors: &Sensors, applied: &Applied) -> Command {
         let mut command = self.pilot.step(&mut self.state, sensors, applied);
         command.stamp_ns = now_ns;
-        if applied.command_sequence > 0 {
-            let measured = sensors.body_angle.is_good().then_some(sensors.body_angle.value);
-            self.angle.add(command.estimate.reference_angle, measured, command.estimate.body_angle);
-        }
+        self.angle.see(sensors, applied, &command);
         command
+    }
+
+    /// Forgets everything flown, as a new process would.
+    pub fn restart(&mut self) {
+        self.state = self.pilot.start();
+        self.angle = AngleError::default();
     }
 
     /// Publishes a step with all it consumed.
@@ -81,6 +84,15 @@ pub struct AngleError {
 }
 
 impl AngleError {
+    /// Takes in a step of a controller, with what it consumed; counts only while the guard is open.
+    pub fn see(&mut self, sensors: &Sensors, applied: &Applied, command: &Command) {
+        if applied.command_sequence > 0 {
+            let measured = sensors.body_angle.is_good().then_some(sensors.body_angle.value);
+            self.add(command.estimate.reference_angle, measured, command.estimate.body_angle);
+        }
+    }
+
+    /// One more period: what was asked for and what it was, measured where it could be.
     fn add(&mut self, reference: f64, measured: Option<f64>, estimated: f64) {
         self.measured = measured.is_some() && (self.measured || self.count == 0);
         self.count += 1;

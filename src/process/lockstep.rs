@@ -13,24 +13,49 @@ use super::trace::Trace;
 /// [ns] at which virtual time begins; zero would mean "never".
 pub const ORIGIN_NS: u64 = clock::NANOSECONDS_PER_SECOND;
 
+/// Emulator and guard: the bench without whoever flies it.
+#[derive(Debug, Clone)]
+pub struct Stage {
+    emulator: Emulator,
+    guard: Option<Guard>,
+    period_ns: u64,
+}
+
+/// The stage between two slots.
+#[derive(Debug, Clone)]
+pub struct StageState {
+    emulator: EmulatorState,
+    guard: GuardState,
+    applied: Applied,
+    newest: Option<Command>,
+    slot: u64,
+}
+
+/// What whoever flies is asked in a slot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Question {
+    /// Number of the slot, from 0.
+    pub slot: u64,
+    /// [ns] virtual time.
+    pub now_ns: u64,
+    /// What was measured.
+    pub sensors: Sensors,
+    /// What the guard let through last.
+    pub applied: Applied,
+}
+
 /// The bench as built.
 #[derive(Debug, Clone)]
 pub struct Lockstep {
-    emulator: Emulator,
+    stage: Stage,
     pilot: Pilot,
-    guard: Option<Guard>,
-    period_ns: u64,
 }
 
 /// The bench between two slots.
 #[derive(Debug, Clone)]
 pub struct LockstepState {
-    emulator: EmulatorState,
+    stage: StageState,
     pilot: PilotState,
-    guard: GuardState,
-    applied: Applied,
-    newest: Option<Command>,
-    slot: u64,
 }
 
 /// What happened in one slot.
@@ -77,25 +102,19 @@ pub trait Interference {
 
 impl Interference for () {}
 
-impl Lockstep {
-    /// A bench of `emulator` and `pilot`, stepped every `period_s`. No guard: for the study of a controller alone.
+impl Stage {
+    /// A bench of `emulator` behind `guard`, stepped every `period_s`. Without a guard: for the study of a controller
+    /// alone.
     #[must_use]
-    pub fn new(emulator: Emulator, pilot: Pilot, period_s: f64) -> Self {
-        Self { emulator, pilot, guard: None, period_ns: clock::span_ns(period_s).max(1) }
+    pub fn new(emulator: Emulator, guard: Option<Guard>, period_s: f64) -> Self {
+        Self { emulator, guard, period_ns: clock::span_ns(period_s).max(1) }
     }
 
-    /// The same bench with `guard` in front of its rotors, as every running bench has it.
+    /// At rest.
     #[must_use]
-    pub fn guarded(self, guard: Guard) -> Self {
-        Self { guard: Some(guard), ..self }
-    }
-
-    /// The bench at rest.
-    #[must_use]
-    pub fn start(&self) -> LockstepState {
-        LockstepState {
+    pub fn start(&self) -> StageState {
+        StageState {
             emulator: self.emulator.start(ORIGIN_NS),
-            pilot: self.pilot.start(),
             guard: GuardState::new(),
             applied: Applied::default(),
             newest: None,
@@ -103,48 +122,97 @@ impl Lockstep {
         }
     }
 
-    /// One slot: measure, decide, let through, turn.
-    pub fn step(&self, state: &mut LockstepState, interference: &mut impl Interference) -> Slot {
-        let slot = state.slot;
+    /// Number of slots that `seconds` have.
+    #[must_use]
+    pub fn slots(&self, seconds: f64) -> u64 {
+        clock::span_ns(seconds).div_ceil(self.period_ns)
+    }
+
+    /// The first half of a slot: measures.
+    pub fn ask(&self, state: &StageState, interference: &mut impl Interference) -> Question {
         let mut sensors = *state.emulator.sensors();
-        interference.sensors(slot, &mut sensors);
+        interference.sensors(state.slot, &mut sensors);
         let now_ns = ORIGIN_NS + state.emulator.now_ns();
-        let mut command = self.pilot.step(&mut state.pilot, &sensors, &state.applied);
-        command.stamp_ns = now_ns;
-        interference.control_step(&ControlStep { sensors, applied: state.applied, command });
-        let command = interference.command(slot, command);
+        Question { slot: state.slot, now_ns, sensors, applied: state.applied }
+    }
+
+    /// The second half: lets `command` through, as far as the guard does, and turns the rotors. `None`: nobody answered.
+    pub fn take(
+        &self,
+        state: &mut StageState,
+        question: &Question,
+        command: Option<Command>,
+        interference: &mut impl Interference,
+    ) -> Slot {
         state.newest = command.or(state.newest);
         let truth = self.emulator.truth(&state.emulator);
-        state.applied = self.let_through(state, now_ns, &sensors, interference);
+        state.applied = self.let_through(state, question, interference);
         self.emulator.command(&mut state.emulator, state.applied.rotor);
         state.slot += 1;
         self.emulator.advance(&mut state.emulator, state.slot.saturating_mul(self.period_ns));
-        let time = clock::span_s(slot.saturating_mul(self.period_ns));
+        let time = clock::span_s(question.slot.saturating_mul(self.period_ns));
+        let Question { slot, sensors, .. } = *question;
         Slot { slot, time, sensors, command, applied: state.applied, truth }
     }
 
     fn let_through(
         &self,
-        state: &mut LockstepState,
-        now_ns: u64,
-        sensors: &Sensors,
+        state: &mut StageState,
+        question: &Question,
         interference: &mut impl Interference,
     ) -> Applied {
+        let Question { slot, now_ns, sensors, .. } = question;
         let newest = state.newest.as_ref();
         let Some(guard) = &self.guard else {
-            return open_gate(state.applied.sequence + 1, now_ns, newest);
+            return open_gate(state.applied.sequence + 1, *now_ns, newest);
         };
-        let sequence = state.slot + 1;
-        let request = interference.act(state.slot).map(|act| Request {
-            sequence,
-            stamp_ns: now_ns,
+        let request = interference.act(*slot).map(|act| Request {
+            sequence: slot + 1,
+            stamp_ns: *now_ns,
             act: act as u32,
             ..Request::default()
         });
-        let applied = guard.step(&mut state.guard, now_ns, sensors, newest, request.as_ref());
-        interference.guard_step(&GuardStep::new(now_ns, sensors, newest, request.as_ref(), &applied));
+        let applied = guard.step(&mut state.guard, *now_ns, sensors, newest, request.as_ref());
+        interference.guard_step(&GuardStep::new(*now_ns, sensors, newest, request.as_ref(), &applied));
         state.guard.take_events().for_each(|event| interference.event(&event));
         applied
+    }
+}
+
+impl Lockstep {
+    /// A bench of `emulator` and `pilot`, stepped every `period_s`. No guard: for the study of a controller alone.
+    #[must_use]
+    pub fn new(emulator: Emulator, pilot: Pilot, period_s: f64) -> Self {
+        Self { stage: Stage::new(emulator, None, period_s), pilot }
+    }
+
+    /// The same bench with `guard` in front of its rotors, as every running bench has it.
+    #[must_use]
+    pub fn guarded(self, guard: Guard) -> Self {
+        Self { stage: Stage { guard: Some(guard), ..self.stage }, ..self }
+    }
+
+    /// The bench at rest.
+    #[must_use]
+    pub fn start(&self) -> LockstepState {
+        LockstepState { stage: self.stage.start(), pilot: self.pilot.start() }
+    }
+
+    /// One slot: measure, decide, let through, turn.
+    pub fn step(&self, state: &mut LockstepState, interference: &mut impl Interference) -> Slot {
+        let question = self.stage.ask(&state.stage, interference);
+        let Question { slot, now_ns, sensors, applied } = question;
+        let mut command = self.pilot.step(&mut state.pilot, &sensors, &applied);
+        command.stamp_ns = now_ns;
+        interference.control_step(&ControlStep { sensors, applied, command });
+        let command = interference.command(slot, command);
+        self.stage.take(&mut state.stage, &question, command, interference)
+    }
+
+    /// Number of slots that `seconds` have.
+    #[must_use]
+    pub fn slots(&self, seconds: f64) -> u64 {
+        self.stage.slots(seconds)
     }
 
     /// Slot of the experiment that the last step commanded, lead-in included; `None` when it commanded none.
@@ -162,9 +230,8 @@ impl Lockstep {
     /// Runs from rest for `seconds` and keeps every slot.
     #[must_use]
     pub fn run(&self, seconds: f64, interference: &mut impl Interference) -> Vec<Slot> {
-        let slots = clock::span_ns(seconds).div_ceil(self.period_ns);
         let mut state = self.start();
-        (0..slots).map(|_| self.step(&mut state, interference)).collect()
+        (0..self.slots(seconds)).map(|_| self.step(&mut state, interference)).collect()
     }
 }
 

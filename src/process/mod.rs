@@ -2,12 +2,14 @@
 
 pub mod bridge;
 pub mod control;
+pub mod digest;
 pub mod duet;
 pub mod emulate;
 pub mod experiment;
 pub mod flight;
 pub mod jitter;
 pub mod lockstep;
+pub mod lockstep_run;
 pub mod operator;
 pub mod paper;
 pub mod pilot;

@@ -43,6 +43,20 @@ pub struct EventLine {
     pub cause: String,
 }
 
+impl EventLine {
+    /// The line of `event`, in a run that began at `start_ns`.
+    #[must_use]
+    pub fn new(event: &GuardEvent, start_ns: u64) -> Self {
+        let state = |code| State::from_code(code).unwrap_or_default().to_string();
+        Self {
+            time_s: clock::span_s(event.stamp_ns.saturating_sub(start_ns)),
+            from: state(event.from),
+            to: state(event.to),
+            cause: Cause::from_code(event.cause).unwrap_or_default().to_string(),
+        }
+    }
+}
+
 /// What a run ends with.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct RunSummary {
@@ -154,14 +168,8 @@ impl RunLoop {
     }
 
     fn event_lines(&mut self, start_ns: u64) -> Vec<EventLine> {
-        let state = |code| State::from_code(code).unwrap_or_default().to_string();
-        let line = |event: GuardEvent| EventLine {
-            time_s: clock::span_s(event.stamp_ns.saturating_sub(start_ns)),
-            from: state(event.from),
-            to: state(event.to),
-            cause: Cause::from_code(event.cause).unwrap_or_default().to_string(),
-        };
-        std::iter::from_fn(|| self.events.next_in_order()).map(line).collect()
+        let events = std::iter::from_fn(|| self.events.next_in_order());
+        events.map(|event| EventLine::new(&event, start_ns)).collect()
     }
 }
 

@@ -37,7 +37,7 @@ pub use handle::{Record, RecorderHandle};
 pub use mapping::{Mapping, MappingError};
 pub use provenance::{METADATA_NAME, Provenance};
 pub use reader::{End, Recording};
-pub use wire::{Difference, RecorderStatus, WireError, first_difference};
+pub use wire::{Difference, RecorderStatus, WireError, encode, first_difference};
 pub use writer::{Recorder, RecorderOptions, RecorderSummary};
 
 /// Why a recording cannot be written or read.

@@ -5,7 +5,8 @@ use std::marker::PhantomData;
 
 use super::Payload;
 use crate::signal::{
-    Applied, Command, ControlStep, CycleSample, GuardEvent, GuardStep, Heartbeat, Request, Sensors,
+    Applied, Command, ControlStep, CycleSample, GuardEvent, GuardStep, Heartbeat, LockstepAnswer,
+    LockstepStep, Request, Sensors,
 };
 
 /// A process's part on the bench. The numbers are those of [`Heartbeat::role`].
@@ -86,6 +87,10 @@ pub const REQUEST: Topic<Request> = Topic::fixed("request", 8);
 /// that hangs or was suspended is in the way of the next `stop`.
 pub const STOPS: [Topic<Request>; 3] =
     [Topic::fixed("stop-1", 8), Topic::fixed("stop-2", 8), Topic::fixed("stop-3", 8)];
+/// Numbered steps of a bench on virtual time; by the emulator in lockstep.
+pub const LOCKSTEP_STEPS: Topic<LockstepStep> = Topic::fixed("lockstep-steps", 8);
+/// Their answers; by control in lockstep.
+pub const LOCKSTEP_ANSWERS: Topic<LockstepAnswer> = Topic::fixed("lockstep-answers", 8);
 
 impl<T: Payload> Topic<T> {
     const fn fixed(name: &'static str, depth: u32) -> Self {

@@ -1,8 +1,10 @@
 //! Faults on the running bench over shared memory: real processes, killed and stopped. Each ends in the safe command,
 //! after a number of periods that the test prints. The same on a CAN bus: tests/can_bus/faults.rs.
 
+mod lockstep;
 #[path = "../processes/mod.rs"]
 mod processes;
+mod recorder;
 
 use std::time::Duration;
 

@@ -39,15 +39,27 @@ impl TestBench {
 
     /// Starts a process of the bench. What it says goes to a file, shown when the test fails.
     pub fn start(&self, command: &[&str]) -> Process {
+        self.start_limited(libc::RLIM_INFINITY, command)
+    }
+
+    /// The same, in a process whose files cannot grow beyond `largest` bytes: a disk, or shared memory, that is full.
+    pub fn start_limited(&self, largest: libc::rlim_t, command: &[&str]) -> Process {
         let log = self.folder.path().join(format!("{}.log", MADE.fetch_add(1, Ordering::Relaxed)));
         let output = |path: &PathBuf| std::fs::File::create(path).expect("created");
         let mut program = Command::new(env!("CARGO_BIN_EXE_rotorbench"));
         program.args(command).arg("--config").arg(&self.file);
         // Whoever runs the tests may ignore SIGHUP (`nohup` does), and the bench would rightly do so, too.
         // SAFETY: signal() is async-signal-safe, and SIG_DFL names no handler.
+        // setrlimit() is async-signal-safe, too, and reads a value of the closure's own.
         unsafe {
-            program.pre_exec(|| {
+            program.pre_exec(move || {
                 libc::signal(libc::SIGHUP, libc::SIG_DFL);
+                if largest != libc::RLIM_INFINITY {
+                    // Refused by an error number, as by a full disk, and not by a signal.
+                    libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
+                    let limit = libc::rlimit { rlim_cur: largest, rlim_max: largest };
+                    libc::setrlimit(libc::RLIMIT_FSIZE, &raw const limit);
+                }
                 Ok(())
             });
         }
@@ -138,7 +150,7 @@ impl Drop for TestBench {
 struct Late(String);
 
 /// Ends a scenario of [`up_to_three_times`] that a busy machine may have spoilt.
-fn late(what: String) -> ! {
+pub fn late(what: String) -> ! {
     say(&what);
     std::panic::resume_unwind(Box::new(Late(what)))
 }
