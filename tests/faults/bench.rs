@@ -1,0 +1,273 @@
+//! One flight in lockstep over a bus in memory: emulated ESCs and IMU, bridge with guard, controller, and one fault.
+//! Frames, codec, counters, the bridge's wire and guard and the controller are the program's own.
+
+use rotorbench::bench::BenchConfig;
+use rotorbench::can::{Frame, ReceiverState, Roles, RotorCommands, SenderState};
+use rotorbench::emulate::{Emulator, EmulatorState, Impulse};
+use rotorbench::guard::{Cause, Guard, GuardState, OperatorAct, State};
+use rotorbench::process::lockstep::ORIGIN_NS;
+use rotorbench::process::pilot::{Pilot, PilotState};
+use rotorbench::process::plant;
+use rotorbench::process::wire::Wire;
+use rotorbench::record::{Recorder, RecorderHandle};
+use rotorbench::rt::LogQueue;
+use rotorbench::signal::{Applied, Command, ControlStep, GuardEvent, GuardStep, Request, Sensors};
+
+use crate::bus::MemoryBus;
+use crate::fault::{Kind, Row, Who};
+use crate::injector::Injector;
+use crate::outcome::{Outcome, Track};
+
+/// [s] of a flight; the fault comes in its second second.
+pub const FLIGHT_S: f64 = 3.5;
+/// Periods without news of the guard after which a controller takes it as closed, as the control process does.
+const SILENT_PERIODS: u64 = 10;
+
+/// What a flight is made of.
+pub struct Parts {
+    pub emulator: Emulator,
+    pub roles: Roles,
+    pub guard: Guard,
+    pub pilot: Pilot,
+    pub period_ns: u64,
+    pub hold: u64,
+    pub maximum: f64,
+}
+
+impl Parts {
+    /// The built-in bench at `rate_hz`, with ESCs whose own timeout is the guard's hold, and somebody who strikes it.
+    pub fn new(rate_hz: u32, seed: u64) -> Self {
+        let mut config = BenchConfig { period_s: 1.0 / f64::from(rate_hz), ..BenchConfig::default() };
+        config.emulator.seed = seed;
+        config.emulator.esc_timeout_s = config.guard.hold_s;
+        config.emulator.impulse = vec![Impulse { at_s: 1.0, duration_s: 0.05, torque: 0.4 }];
+        let guard = config.guard.build(config.period_s).expect("the built-in guard");
+        Self {
+            emulator: config.emulator.build().expect("the built-in plant"),
+            roles: Roles::build(&config.bus, config.period_s).expect("the built-in bus"),
+            pilot: plant::pilot(&config).expect("the built-in controller"),
+            period_ns: 1_000_000_000 / u64::from(rate_hz),
+            hold: u64::from(guard.hold_periods()),
+            maximum: guard.limits().maximum,
+            guard,
+        }
+    }
+
+    pub fn slots(&self) -> u64 {
+        (FLIGHT_S * 1e9) as u64 / self.period_ns
+    }
+}
+
+/// The bridge's process.
+struct Bridge {
+    wire: Wire<MemoryBus>,
+    guard: GuardState,
+    applied: Applied,
+    tripped: Option<(u64, u32)>,
+}
+
+impl Bridge {
+    fn new(parts: &Parts, bus: &MemoryBus) -> Self {
+        Self {
+            wire: Wire::on(bus.clone(), parts.roles.clone(), LogQueue::new(16)),
+            guard: GuardState::new(),
+            applied: Applied::default(),
+            tripped: None,
+        }
+    }
+}
+
+/// Everything that changes.
+struct World<'a> {
+    parts: &'a Parts,
+    bus: MemoryBus,
+    bench: EmulatorState,
+    sender: SenderState,
+    receiver: ReceiverState,
+    commands: RotorCommands,
+    /// Frames on their way to the ESCs, with the slot in which they arrive.
+    under_way: Vec<(u64, Frame)>,
+    bridge: Bridge,
+    /// What shared memory holds.
+    sensors: Sensors,
+    passed: Applied,
+    newest: Option<Command>,
+    pilot: PilotState,
+    recorder: RecorderHandle,
+}
+
+/// Flies `row`, drawn from `seed`, at `rate_hz`.
+pub fn fly(row: &Row, rate_hz: u32, seed: u64) -> Outcome {
+    let recorder = (row.kind == Kind::RecorderStuck).then(crate::disk::full);
+    fly_recorded(row, rate_hz, seed, recorder)
+}
+
+fn fly_recorded(row: &Row, rate_hz: u32, seed: u64, recorder: Option<Recorder>) -> Outcome {
+    let parts = Parts::new(rate_hz, seed);
+    let mut injector = Injector::new(row, &parts, seed);
+    let mut track = Track::new(row, &parts, injector.from);
+    let bus = MemoryBus::new();
+    let mut world = World {
+        bench: parts.emulator.start(ORIGIN_NS),
+        sender: parts.roles.sensor_sender(),
+        receiver: parts.roles.command_receiver(),
+        commands: RotorCommands::default(),
+        under_way: Vec::new(),
+        bridge: Bridge::new(&parts, &bus),
+        sensors: Sensors::default(),
+        passed: Applied::default(),
+        newest: None,
+        pilot: parts.pilot.start(),
+        recorder: recorder.as_ref().map_or_else(RecorderHandle::off, Recorder::handle),
+        parts: &parts,
+        bus,
+    };
+    for slot in 0..parts.slots() {
+        world.slot(slot, &mut injector, &mut track);
+    }
+    if let Some(recorder) = recorder {
+        track.recorder_refused = world.recorder.dropped();
+        // It says that the disk is full: that is the row.
+        let _ = recorder.finish();
+    }
+    track.outcome(&world.bridge.wire.summary().decoded)
+}
+
+impl World<'_> {
+    fn slot(&mut self, slot: u64, injector: &mut Injector, track: &mut Track) {
+        let now_ns = ORIGIN_NS + slot * self.parts.period_ns;
+        self.bus.advance(now_ns);
+        injector.begin(slot, &self.bus);
+        if injector.dies(Who::Bridge, slot) || injector.restarts(Who::Bridge, slot) {
+            self.bridge = Bridge::new(self.parts, &self.bus);
+            // What its end would still say is not said by a process that was killed, and its socket is gone.
+            self.bus.forget();
+        }
+        if injector.restarts(Who::Control, slot) {
+            self.pilot = self.parts.pilot.start();
+        }
+        let is_powered = injector.is_awake(Who::Bench, slot);
+        if is_powered {
+            self.measure(slot, now_ns, injector);
+        }
+        let bridge_runs = injector.is_awake(Who::Bridge, slot);
+        if bridge_runs {
+            self.receive(now_ns);
+        }
+        if injector.is_awake(Who::Control, slot) && self.sensors.sequence > 0 {
+            self.control(slot, now_ns, injector);
+        }
+        if bridge_runs {
+            self.guard(slot, now_ns, track);
+        }
+        self.obey(slot, is_powered, injector);
+        let applied = injector.is_alive(Who::Bridge, slot).then_some(self.bridge.applied);
+        let truth = self.parts.emulator.truth(&self.bench);
+        track.see(slot, applied, self.bench.rotor_commands(), &truth);
+        self.parts.emulator.advance(&mut self.bench, (slot + 1) * self.parts.period_ns);
+    }
+
+    /// ESCs and IMU send what they measured.
+    fn measure(&mut self, slot: u64, now_ns: u64, injector: &mut Injector) {
+        let told = injector.told(slot, *self.bench.sensors());
+        let messages = self.parts.roles.sensor_messages();
+        for (index, message) in messages.iter().enumerate() {
+            let Some(frame) = self.parts.roles.encode_sensors(&mut self.sender, index, &told) else {
+                continue;
+            };
+            for (late, frame) in injector.sensor_frame(slot, index, &message.name, frame) {
+                self.bus.carry(now_ns + late * self.parts.period_ns, frame);
+            }
+        }
+        for frame in injector.foreign_sensors(slot, &self.parts.roles, &told) {
+            self.bus.carry(now_ns, frame);
+        }
+    }
+
+    /// The first half of the bridge's turn.
+    fn receive(&mut self, now_ns: u64) {
+        let Parts { guard, hold, period_ns, .. } = self.parts;
+        let Bridge { wire, guard: state, tripped, .. } = &mut self.bridge;
+        let look = wire.receive(true);
+        if look.updated {
+            self.sensors = *wire.sensors();
+        }
+        let is_dead = look.bus_off || wire.is_dead(now_ns, *hold as u32, *period_ns);
+        if is_dead && tripped.is_none() {
+            guard.trip(state, now_ns, Cause::BusDead);
+            *tripped = Some((now_ns, Cause::BusDead as u32));
+        }
+    }
+
+    fn control(&mut self, slot: u64, now_ns: u64, injector: &mut Injector) {
+        let silent_ns = SILENT_PERIODS * self.parts.period_ns;
+        if now_ns.saturating_sub(self.passed.stamp_ns) > silent_ns {
+            self.passed = Applied::default();
+        }
+        let (sensors, applied) = (self.sensors, self.passed);
+        let mut command = self.parts.pilot.step(&mut self.pilot, &sensors, &applied);
+        command.stamp_ns = now_ns;
+        self.recorder.send(ControlStep { sensors, applied, command });
+        self.newest = Some(injector.command(slot, command));
+    }
+
+    /// The second half of the bridge's turn.
+    fn guard(&mut self, slot: u64, now_ns: u64, track: &mut Track) {
+        let request = (slot == 0).then_some(Request {
+            sequence: 1,
+            stamp_ns: now_ns,
+            act: OperatorAct::Arm as u32,
+            reserved: 0,
+        });
+        let Bridge { wire, guard: state, applied, tripped } = &mut self.bridge;
+        let sensors = *wire.sensors();
+        let newest = self.newest.as_ref();
+        *applied = self.parts.guard.step(state, now_ns, &sensors, newest, request.as_ref());
+        let step = GuardStep::new(now_ns, &sensors, newest, request.as_ref(), applied);
+        self.recorder.send(step.tripped(tripped.take()));
+        for event in state.take_events() {
+            self.recorder.send(event);
+            track.event(slot, &event);
+        }
+        wire.send(applied);
+        self.passed = *applied;
+    }
+
+    /// The ESCs do what they are told, by whomever.
+    fn obey(&mut self, slot: u64, is_powered: bool, injector: &mut Injector) {
+        let foreign = injector.foreign_commands(slot, &self.parts.roles);
+        let (before, after) = foreign.split_at(foreign.len() / 2);
+        let ours = self.bus.take_sent();
+        self.under_way.extend(before.iter().map(|frame| (slot, *frame)));
+        for frame in ours {
+            for (late, frame) in injector.command_frame(slot, frame) {
+                self.under_way.push((slot + late, frame));
+            }
+        }
+        self.under_way.extend(after.iter().map(|frame| (slot, *frame)));
+        for frame in foreign {
+            self.bus.carry(self.parts.period_ns * slot + ORIGIN_NS, frame);
+        }
+        let (due, later): (Vec<_>, Vec<_>) =
+            std::mem::take(&mut self.under_way).into_iter().partition(|(at, _)| *at <= slot);
+        self.under_way = later;
+        if !is_powered {
+            self.parts.emulator.command(&mut self.bench, [0.0; 2]);
+            return;
+        }
+        for (_, frame) in due {
+            let Self { parts, receiver, commands, bench, .. } = self;
+            let stamp_ns = ORIGIN_NS + bench.now_ns();
+            let updated = parts.roles.decode_commands(receiver, &frame, stamp_ns, commands).updated;
+            for rotor in (0..2).filter(|rotor| updated & (1 << rotor) != 0) {
+                parts.emulator.command_rotor(bench, rotor, commands.rotor[rotor]);
+            }
+        }
+    }
+}
+
+/// The state with this code, and the cause in words.
+pub fn cause_of(event: &GuardEvent) -> (State, State, Cause) {
+    let state = |code| State::from_code(code).unwrap_or_default();
+    (state(event.from), state(event.to), Cause::from_code(event.cause).unwrap_or_default())
+}

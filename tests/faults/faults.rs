@@ -1,0 +1,75 @@
+//! The fault campaign in lockstep: each fault of the matrix, drawn from a seed, on the bench over a bus in memory.
+//!
+//! `faults table [--seed N]` prints the matrix, `faults write README.md` writes it there, `faults row NAME --seed N` shows
+//! one flight. Its tests hold every promise over every flight, and the README's table against what its seed gives.
+
+mod bench;
+mod bus;
+mod disk;
+mod fault;
+mod injector;
+mod outcome;
+mod table;
+#[cfg(test)]
+mod tests;
+
+use std::error::Error;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use table::{RATES, SEED};
+
+#[derive(Parser)]
+enum CommandLine {
+    /// Print the matrix as Markdown
+    Table {
+        /// First seed
+        #[arg(long, default_value_t = SEED)]
+        seed: u64,
+    },
+    /// Write the matrix between its two lines of a Markdown file
+    Write {
+        /// The file
+        readme: PathBuf,
+    },
+    /// Fly one row and say what came of it
+    Row {
+        /// Beginning of its name
+        name: String,
+        /// Seed of the flight
+        #[arg(long, default_value_t = SEED)]
+        seed: u64,
+    },
+}
+
+fn main() -> Result<ExitCode, Box<dyn Error>> {
+    let mut broken = 0;
+    match CommandLine::parse() {
+        CommandLine::Table { seed } => {
+            let matrix = table::matrix(seed);
+            println!("{}", table::markdown(&matrix));
+            for flights in &matrix {
+                for what in flights.outcomes.iter().flatten().flat_map(|outcome| &outcome.broken) {
+                    eprintln!("{}: {what}", flights.row.name);
+                    broken += 1;
+                }
+            }
+        }
+        CommandLine::Write { readme } => {
+            let text = std::fs::read_to_string(&readme)?;
+            let table = table::markdown(&table::matrix(SEED));
+            let text = table::into_readme(&text, &table).ok_or("the file has no place for the table")?;
+            std::fs::write(&readme, text)?;
+        }
+        CommandLine::Row { name, seed } => {
+            let row = fault::ROWS.iter().find(|row| row.name.starts_with(&name));
+            let row = row.ok_or_else(|| format!("no row begins with `{name}`"))?;
+            for (rate_hz, _) in RATES {
+                println!("{} at {rate_hz} Hz, seed {seed}: {:#?}", row.name, bench::fly(row, rate_hz, seed));
+            }
+        }
+    }
+    Ok(if broken == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}

@@ -1,0 +1,160 @@
+//! The matrix as Markdown, and its place in the README.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use crate::bench::fly;
+use crate::fault::{Expect, ROWS, Row};
+use crate::outcome::Outcome;
+
+/// Control rates, and how many draws of each row are flown at each.
+pub const RATES: [(u32, u64); 2] = [(50, 20), (1000, 5)];
+/// Seed of the table in the README; draw n of a row flies with this plus n.
+pub const SEED: u64 = 1;
+
+/// Lines of the README around the table.
+pub const BEGIN: &str = "<!-- faults in lockstep: written by tools/faults -->";
+pub const END: &str = "<!-- end of faults in lockstep -->";
+
+/// All flights of a row: per rate, each draw.
+pub struct Flights {
+    pub row: &'static Row,
+    pub outcomes: Vec<Vec<Outcome>>,
+}
+
+/// Flies every draw of `row`.
+pub fn flights(row: &'static Row, seed: u64) -> Flights {
+    // One draw is enough where each takes two seconds, which the recorder waits for its disk.
+    let draws = |draws: u64| if row.kind == crate::fault::Kind::RecorderStuck { 1 } else { draws };
+    let outcomes = RATES
+        .iter()
+        .map(|(rate_hz, most)| (0..draws(*most)).map(|draw| fly(row, *rate_hz, seed + draw)).collect())
+        .collect();
+    Flights { row, outcomes }
+}
+
+/// All rows, on both processors.
+pub fn matrix(seed: u64) -> Vec<Flights> {
+    let (front, back) = ROWS.split_at(ROWS.len() / 2);
+    std::thread::scope(|scope| {
+        let other = scope.spawn(|| back.iter().map(|row| flights(row, seed)).collect::<Vec<_>>());
+        let mut all: Vec<Flights> = front.iter().map(|row| flights(row, seed)).collect();
+        all.extend(other.join().expect("the other half flies"));
+        all
+    })
+}
+
+pub fn markdown(matrix: &[Flights]) -> String {
+    let draws: Vec<String> =
+        RATES.iter().map(|(rate_hz, draws)| format!("{draws} draws at {rate_hz} Hz")).collect();
+    let mut text = format!(
+        "Each row: {}, seed {SEED}. Numbers are the worst of all draws, `50 Hz · 1 kHz`.\n\n\
+         | fault | found by | first sign, periods after | ends | highest command | rotors commanded, periods after |\n\
+         |---|---|---|---|---|---|\n",
+        draws.join(", ")
+    );
+    for flights in matrix {
+        let all = || flights.outcomes.iter().flatten();
+        let highest = all().fold(0.0, |most: f64, it| most.max(it.highest));
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {highest:.3} | {} |",
+            flights.row.name,
+            shares(all().map(found_by)),
+            each_rate(flights, |it| it.first.map(|(periods, _)| periods)),
+            shares(all().map(ends)),
+            each_rate_of_turning(flights),
+        );
+    }
+    text
+}
+
+fn found_by(outcome: &Outcome) -> String {
+    if let (Some(_), Some((state, cause))) = (outcome.first, outcome.end)
+        && !state.is_active()
+    {
+        return cause.to_string();
+    }
+    if outcome.limited {
+        return "the guard's limits".to_owned();
+    }
+    if outcome.turning.is_some() {
+        return "the ESCs' own timeout".to_owned();
+    }
+    if outcome.recorder_refused > 0 {
+        return "the recorder, which counts".to_owned();
+    }
+    match outcome.first {
+        Some((_, cause)) => cause.to_string(),
+        None if outcome.refused.refused().iter().any(|(_, count)| *count > 0) => "counted".to_owned(),
+        None => "-".to_owned(),
+    }
+}
+
+fn ends(outcome: &Outcome) -> String {
+    match outcome.end {
+        None => "guard dead".to_owned(),
+        Some((state, _)) if state.is_active() && outcome.turning.is_none() => "flies on".to_owned(),
+        Some((state, _)) => state.to_string(),
+    }
+}
+
+/// What the draws say, the most frequent first, with its share where they do not agree.
+fn shares(words: impl Iterator<Item = String>) -> String {
+    let mut counts = BTreeMap::<String, u32>::new();
+    let mut total = 0;
+    for word in words {
+        *counts.entry(word).or_default() += 1;
+        total += 1;
+    }
+    let mut counts: Vec<(String, u32)> = counts.into_iter().collect();
+    counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    match counts.as_slice() {
+        [(word, _)] => word.clone(),
+        _ => counts
+            .iter()
+            .map(|(word, count)| format!("{word} {count}/{total}"))
+            .collect::<Vec<_>>()
+            .join(", "),
+    }
+}
+
+fn each_rate(flights: &Flights, of: impl Fn(&Outcome) -> Option<u64>) -> String {
+    let worst = |outcomes: &Vec<Outcome>| {
+        outcomes.iter().filter_map(&of).max().map_or_else(|| "-".to_owned(), |periods| periods.to_string())
+    };
+    flights.outcomes.iter().map(worst).collect::<Vec<_>>().join(" · ")
+}
+
+fn each_rate_of_turning(flights: &Flights) -> String {
+    let worst = |outcomes: &Vec<Outcome>| {
+        let stopped = outcomes.iter().filter_map(|it| it.turning).max();
+        let flying = outcomes.iter().filter(|it| it.turning.is_none()).count();
+        match (stopped, flying) {
+            (None, _) => "flies on".to_owned(),
+            (Some(periods), 0) => periods.to_string(),
+            (Some(periods), _) => format!("{periods} or flies on"),
+        }
+    };
+    let worst: Vec<String> = flights.outcomes.iter().map(worst).collect();
+    match flights.row.expect {
+        Expect::Beyond => "by the other node".to_owned(),
+        _ if worst.iter().all(|it| it == "flies on") => "flies on".to_owned(),
+        _ => worst.join(" · "),
+    }
+}
+
+/// The README's text between the table's two lines.
+#[cfg(test)]
+pub fn in_readme(readme: &str) -> Option<&str> {
+    let (_, rest) = readme.split_once(BEGIN)?;
+    let (table, _) = rest.split_once(END)?;
+    Some(table.trim())
+}
+
+/// The README with `table` between its two lines.
+pub fn into_readme(readme: &str, table: &str) -> Option<String> {
+    let (before, rest) = readme.split_once(BEGIN)?;
+    let (_, after) = rest.split_once(END)?;
+    Some(format!("{before}{BEGIN}\n{}\n{END}{after}", table.trim()))
+}

@@ -1,0 +1,85 @@
+//! Every promise over every flight of the matrix.
+
+use rotorbench::guard::{Cause, State};
+
+use crate::bench::fly;
+use crate::fault::{Expect, Kind, ROWS, Row};
+use crate::outcome::Outcome;
+use crate::table::{self, Flights, RATES, SEED};
+
+fn named(name: &str) -> &'static Row {
+    ROWS.iter().find(|row| row.name == name).expect("a row of that name")
+}
+
+/// No command beyond the limits leaves the guard or is obeyed, no latch is left by itself, nothing turns past the hold
+/// and two periods where a fault must stop it, nothing is stopped that may fly on; and the README says what came of it.
+#[test]
+fn the_matrix_breaks_no_promise_and_is_the_readmes_table() {
+    let matrix = table::matrix(SEED);
+    let broken: Vec<String> = matrix
+        .iter()
+        .flat_map(|Flights { row, outcomes }| {
+            let broken = outcomes.iter().flatten().flat_map(|outcome| &outcome.broken);
+            broken.map(move |what| format!("{}: {what}", row.name))
+        })
+        .collect();
+    assert!(broken.is_empty(), "{broken:#?}");
+    let readme = include_str!("../../README.md");
+    let written = table::in_readme(readme).expect("the README has the table's place");
+    let flown = table::markdown(&matrix);
+    for (written, flown) in written.lines().zip(flown.trim().lines()) {
+        assert_eq!(written, flown, "the README is not what the seed gives; `tools/faults` writes it anew");
+    }
+    assert_eq!(written.lines().count(), flown.trim().lines().count());
+}
+
+#[test]
+fn a_row_repeats_from_its_seed_and_another_seed_is_another_flight() {
+    for row in ROWS.iter().filter(|row| row.kind != Kind::RecorderStuck) {
+        let first = fly(row, RATES[0].0, 77);
+        assert_eq!(first, fly(row, RATES[0].0, 77), "{}", row.name);
+        assert_ne!(first.digest, fly(row, RATES[0].0, 78).digest, "{}", row.name);
+    }
+}
+
+/// The disk is never felt: the same flight to the last bit, with a recorder whose disk is full and without any.
+#[test]
+fn a_recorder_whose_disk_is_full_changes_no_bit_of_the_flight() {
+    let fault = named("recorder's disk full");
+    let with = fly(fault, 50, 5);
+    assert!(with.recorder_refused > 0, "the queue was full");
+    // The same name, so that the same is drawn.
+    let without = fly(&Row { name: fault.name, kind: Kind::Nothing, expect: Expect::FliesOn }, 50, 5);
+    assert_eq!(with.digest, without.digest);
+}
+
+/// The causes are those that the faults deserve: a matrix in which everything is "no fresh command" would tell nobody
+/// anything.
+#[test]
+fn faults_are_found_by_their_own_cause() {
+    for (name, cause) in [
+        ("gyro frames lost, all", Cause::SignalStale),
+        ("gyro value stuck, frames live", Cause::SignalFrozen),
+        ("gyro not a number", Cause::SignalNotANumber),
+        ("gyro out of range", Cause::SignalOutOfRange),
+        ("gyro frame stuck", Cause::SignalCounter),
+        ("sensor frames doubled", Cause::SignalCounter),
+        ("error frame: bus off", Cause::BusDead),
+        ("no room to send (ENOBUFS)", Cause::BusDead),
+        ("SIGKILL of control", Cause::CommandMissing),
+        ("command not a number", Cause::CommandNotANumber),
+        ("command sent again and again", Cause::CommandMissing),
+        ("command stamped in the future", Cause::CommandFromFuture),
+        ("command new, answers old sensors (hung)", Cause::CommandAnswersOldSensors),
+        ("command from limit to limit each period", Cause::Oscillation),
+    ] {
+        for seed in SEED..SEED + 3 {
+            let outcome: Outcome = fly(named(name), 50, seed);
+            assert_eq!(
+                outcome.end,
+                Some((State::FailsafeLatched, cause)),
+                "{name}, seed {seed}: {outcome:?}"
+            );
+        }
+    }
+}
