@@ -181,6 +181,139 @@ fn eq_10_the_pole_from_z() {
     close(joint.voltage_gain.expect("voltage was logged").value, K_V, 0.05);
 }
 
+/// [N s²/rad²] c of f = c ω², and [kg m²] J, [m] d of Table IV.
+const THRUST: f64 = 1.5965e-5;
+const INERTIA: f64 = 0.032;
+const ARM: f64 = 0.25;
+
+#[test]
+fn eq_13_the_thrust_curve_and_its_tangent() {
+    let with_thrust = |thrust: &dyn Fn(f64) -> f64| {
+        let mut log = moving(lively, 3000);
+        let rates = log.column("propeller_rate_1_rad_s").expect("put in above");
+        let thrusts = rates.iter().map(|rate| thrust(*rate)).collect();
+        log.insert("thrust_1_n", thrusts).expect("as long as time");
+        found(&[log], Some(2))
+    };
+    let quadratic = with_thrust(&|rate| THRUST * rate * rate);
+    let thrust = quadratic.thrust.expect("thrust was measured");
+    close(thrust.coefficient.value, THRUST, 1e-15);
+    // The printed tangent at hover, to the digits of the printed c: 0.0197 N s/rad and -6.0771 N.
+    close(thrust.slope.value, 0.0197, 5e-6);
+    close(thrust.offset.value, -6.0771, 5e-4);
+    close(thrust.linear_share.value, 0.0, 1e-9);
+    assert!(!quadratic.warnings.iter().any(|warning| warning.contains("thrust")), "{:?}", quadratic.warnings);
+    close(quadratic.model.actuator.thrust_coefficient, THRUST, 1e-15);
+    for (thrust, sentence) in [
+        ((&|rate: f64| THRUST * rate * rate + 0.5) as &dyn Fn(f64) -> f64, "thrust is not c ω² alone"),
+        (&|rate| -THRUST * rate * rate, "is the sign of the load cell right?"),
+        (&|rate| 101.97 * THRUST * rate * rate, "import it with unit `gf`"),
+    ] {
+        let warnings = with_thrust(thrust).warnings;
+        assert!(warnings.iter().any(|warning| warning.contains(sentence)), "{sentence}: {warnings:?}");
+    }
+}
+
+/// Both rotors at hover ± `deviation`, and the body they turn by Eq. (1) with the sign of Eq. (12), in 200 midpoint
+/// steps for each sample.
+fn attitude(deviation: impl Fn(f64) -> f64, samples: usize) -> Dataset {
+    let step = PERIOD / 200.0;
+    let z = |u: f64| C_G1 * u * u + C_G2 * u;
+    let mut columns: [Vec<f64>; 5] = Default::default();
+    let mut x = [z(0.4633), z(0.4633), 0.0];
+    for k in 0..samples {
+        let change = deviation(k as f64 * PERIOD);
+        let u = [0.4633 + change, 0.4633 - change];
+        let torque = |x: [f64; 3]| ARM * THRUST * (x[0] * x[0] - x[1] * x[1]);
+        let row = [u[0], u[1], x[0], x[1], x[2]];
+        columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
+        let slope = |x: [f64; 3]| [POLE * (z(u[0]) - x[0]), POLE * (z(u[1]) - x[1]), torque(x) / INERTIA];
+        for _ in 0..200 {
+            let k = slope(x);
+            let k = slope(std::array::from_fn(|i| x[i] + 0.5 * step * k[i]));
+            x = std::array::from_fn(|i| x[i] + step * k[i]);
+        }
+    }
+    let time = (0..samples).map(|k| k as f64 * PERIOD).collect();
+    let mut log = Dataset::new("attitude.csv", "", time).expect("rising time");
+    let names =
+        ["command_1", "command_2", "propeller_rate_1_rad_s", "propeller_rate_2_rad_s", "body_rate_rad_s"];
+    for (name, column) in names.into_iter().zip(columns) {
+        log.insert(name, column).expect("as long as time");
+    }
+    log
+}
+
+/// The log with some of its columns only.
+fn only(log: &Dataset, names: &[&str]) -> Dataset {
+    let mut kept = Dataset::new("attitude.csv", "", log.time().to_vec()).expect("rising time");
+    for name in names {
+        let column = log.column(name).expect("there").to_vec();
+        kept.insert(*name, column).expect("as long as time");
+    }
+    kept
+}
+
+#[test]
+fn eqs_1_and_12_the_inertia_from_an_attitude_log() {
+    let log = attitude(|t| 0.25 * (lively(t) - 0.47), 3000);
+    let rates = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s", "body_rate_rad_s"];
+    let settings = |degree| IdentifySettings { degree, battery: false, ..IdentifySettings::default() };
+    let inertia = |log: &Dataset| {
+        let found = identify(std::slice::from_ref(log), &[], &settings(Some(2))).expect("identified");
+        let body = found.body.expect("the body turns");
+        assert_eq!(found.model.body.inertia, body.inertia.value);
+        close(body.inertia.value * body.arm_over_inertia.value, ARM, 1e-12);
+        println!("J = {:?} from {}", body.inertia, body.driven_by);
+        body
+    };
+    // With the commands the rotors are known between the samples, too.
+    let body = inertia(&log);
+    assert_eq!(body.driven_by, "measured rotor rates");
+    // What is left is the end correction's own error, (p T_s)⁴/720 of the fast part.
+    close(body.inertia.value, INERTIA, 3e-5 * INERTIA);
+    // Without them a straight line stands for an exponential: (p T_s)²/12 = 0.9 % of the fast part.
+    close(inertia(&only(&log, &rates)).inertia.value, INERTIA, 0.01 * INERTIA);
+    // A commanded torque is held from its row to the next.
+    let mut held = Dataset::new("held.csv", "", log.time().to_vec()).expect("rising time");
+    let torques: Vec<f64> = log.time().iter().map(|t| lively(*t) - 0.47).collect();
+    let mut rate = 0.0;
+    let rates = torques.iter().map(|torque| {
+        let before = rate;
+        rate += PERIOD * torque / INERTIA;
+        before
+    });
+    held.insert("body_rate_rad_s", rates.collect()).expect("as long as time");
+    held.insert("torque_command_nm", torques).expect("as long as time");
+    let body = inertia(&held);
+    assert_eq!(body.driven_by, "commanded torque");
+    close(body.inertia.value, INERTIA, 1e-9);
+    // The template's rotor, from the commands alone: the paper's, as here.
+    let body = inertia(&only(&log, &["command_1", "command_2", "body_rate_rad_s"]));
+    assert_eq!(body.driven_by, "rotor rates predicted from the commands");
+    close(body.inertia.value, INERTIA, 1e-3 * INERTIA);
+}
+
+#[test]
+fn eq_12_has_a_sign_and_a_body_that_does_not_turn_has_no_inertia() {
+    let log = attitude(|t| 0.25 * (lively(t) - 0.47), 3000);
+    let with_rate = |change: &dyn Fn(f64) -> f64| {
+        let mut log = log.clone();
+        let rates = log.column("body_rate_rad_s").expect("there").iter().map(|rate| change(*rate)).collect();
+        log.replace("body_rate_rad_s", rates).expect("as long as before");
+        identify(&[log], &[], &IdentifySettings { degree: Some(2), ..IdentifySettings::default() })
+            .expect("the rotors are identified all the same")
+    };
+    for change in [(&|rate: f64| -rate) as &dyn Fn(f64) -> f64, &|_| 0.001] {
+        let found = with_rate(change);
+        assert!(found.body.is_none());
+        let told =
+            found.warnings.iter().any(|warning| warning.contains("the torque hardly shows in the body rate"));
+        assert!(told, "{:?}", found.warnings);
+        assert_eq!(found.model.body.inertia, 0.032, "the template's");
+    }
+}
+
 /// `identify` on one log in a folder of its own; the model file must appear exactly when it succeeds.
 fn run(log: &str) -> (Output, String) {
     let folder = tempfile::tempdir().expect("a temporary folder");

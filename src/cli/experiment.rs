@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use super::emulate::PlantArguments;
 use super::operate::BenchArguments;
+use super::progress::Progress;
 use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
 use crate::clock;
@@ -220,23 +220,17 @@ fn write_protocol(protocol: &Protocol, path: &Path) -> Result<(), CliError> {
     write_atomically(path, text.as_bytes()).map_err(failed)
 }
 
-/// A bar on a terminal, nothing elsewhere.
-fn bar() -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {elapsed} of about {duration}");
-    ProgressBar::new(1000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-}
-
 fn in_lockstep(
     config: &BenchConfig,
     plan: &FlightPlan,
     shutdown: &Shutdown,
 ) -> Result<(crate::record::Dataset, Ending), CliError> {
-    let bar = bar();
+    let progress = Progress::of_share();
     let (trace, ending) = experiment::in_lockstep(config, plan, &mut (), |share| {
-        bar.set_position((share * 1000.0) as u64);
+        progress.share(share);
         !shutdown.is_requested()
     })?;
-    bar.finish_and_clear();
+    drop(progress);
     if trace.is_empty() {
         return Err(CliError::new(format!("nothing was recorded: {}", ending.reason)));
     }
@@ -249,14 +243,12 @@ fn on_bench(
     output: &Path,
     shutdown: &Shutdown,
 ) -> Result<(crate::record::Dataset, Ending), CliError> {
-    let bar = bar();
     eprintln!(
         "waiting for the bench to be armed (`rotorbench arm`, in another terminal); Ctrl-C stops at any time"
     );
     let recording = output.with_extension("mcap");
-    let ending = experiment::on_bench(config, plan, &recording, shutdown, |share| {
-        bar.set_position((share * 1000.0) as u64);
-    })?;
-    bar.finish_and_clear();
+    let progress = Progress::of_share();
+    let ending = experiment::on_bench(config, plan, &recording, shutdown, |share| progress.share(share))?;
+    drop(progress);
     Ok((export::dataset(&recording)?, ending))
 }

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use super::progress::Progress;
 use super::{CliError, CliResult, Outcome};
-use crate::identify::{IdentifySettings, identify};
+use crate::identify::{IdentifySettings, STEPS, identify_telling};
 use crate::model::Model;
 use crate::record::{Dataset, log};
 use crate::signal::ROTORS;
@@ -54,7 +55,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let settings = settings(arguments)?;
     let logs = read(&arguments.log)?;
     let validation = read(&arguments.validate)?;
-    let found = identify(&logs, &validation, &settings)?;
+    let progress = Progress::of_steps(STEPS);
+    let found = identify_telling(&logs, &validation, &settings, &mut |step| progress.begin(step))?;
+    drop(progress);
     if let Some(path) = &arguments.output {
         found.model.save(path)?;
     }

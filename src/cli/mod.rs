@@ -28,6 +28,7 @@ mod jitter;
 mod monitor;
 mod operate;
 mod paper;
+mod progress;
 mod record;
 mod replay;
 mod run;

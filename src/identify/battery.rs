@@ -1,10 +1,12 @@
 //! k_V from constant commands, [LPC16] Eqs. (4)-(6).
 //!
-//! **Deviation:** the print subtracts the first sample, Δω(k) = k_V Δv(k), and fits by least squares. Two
+//! **Deviation:** for Eq. (6) the print subtracts the first sample, Δω(k) = k_V Δv(k), and fits by least squares. Two
 //! measurement errors then bias k_V towards zero: the noise of that one first sample, which every row shares,
 //! and the noise of the voltage, which is as large as its fall over a short experiment. Here the mean is
 //! subtracted, and the voltage is replaced by its smooth course over time (a cubic, as instruments). The
 //! print's own number is given beside it.
+//!
+//! **Deviation:** Eq. (3) prints 1000 samples, Eq. (6) 3000; here a level has as many as the log holds.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;

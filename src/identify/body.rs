@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::linear;
-use super::rotor_log::bounds;
+use super::rotor_log::{bounds, held_everywhere};
 use super::{Estimate, IdentifiedActuator};
 use crate::record::Dataset;
 
@@ -137,27 +137,60 @@ fn check_rate_unit(log: &Dataset, rate: &[f64], warnings: &mut Vec<String>) {
 
 fn drive(log: &Dataset, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive> {
     let commands = log.column("command_1").zip(log.column("command_2"));
+    let voltage = log.column("battery_voltage_v").map(held_everywhere);
+    // What each rotor is on its way to, from each row to the next.
+    let steady = commands.map(|(first, second)| {
+        [first, second].map(|command| {
+            let drop = |row: usize| voltage.as_ref().map(|voltage| voltage[row]);
+            let held = held_everywhere(command).into_iter().enumerate();
+            held.map(|(row, u)| actuator.steady_rate(u, drop(row))).collect::<Vec<f64>>()
+        })
+    });
     let predicted = commands.map(|(first, second)| {
-        let voltage = log.column("battery_voltage_v");
-        let rates = [first, second].map(|command| actuator.simulate(log.time(), command, voltage));
-        integral(log, &difference(&rates[0], &rates[1], actuator.thrust_coefficient))
+        let rates = [first, second].map(|command| actuator.simulate(log.time(), command, voltage.as_deref()));
+        impulse(log, &rates, steady.as_ref(), actuator)
     });
     let measured = log.column("propeller_rate_1_rad_s").zip(log.column("propeller_rate_2_rad_s"));
     if let Some((first, second)) = measured {
-        let (first, second) = (filled(log, first), filled(log, second));
-        let measured = integral(log, &difference(&first, &second, actuator.thrust_coefficient));
+        let rates = [filled(log, first), filled(log, second)];
+        let measured = impulse(log, &rates, steady.as_ref(), actuator);
         return Some(Drive { measured, predicted, words: "measured rotor rates", lever: arm });
     }
     if let Some(torque) = log.column("torque_command_nm") {
-        let measured = integral(log, &filled(log, torque));
+        let measured = integral_of_held(log, torque);
         return Some(Drive { measured, predicted: None, words: "commanded torque", lever: 1.0 });
     }
     let words = "rotor rates predicted from the commands";
     predicted.map(|measured| Drive { measured, predicted: None, words, lever: arm })
 }
 
-fn difference(first: &[f64], second: &[f64], thrust_coefficient: f64) -> Vec<f64> {
-    first.iter().zip(second).map(|(a, b)| thrust_coefficient * (a * a - b * b)).collect()
+/// [N s] running integral of f_1 - f_2 with f = c ω², by the trapezoidal rule; where it is known what the rotors are
+/// on their way to, with its end correction -h²/12 (f'(end) - f'(start)), ω' = p (z - ω).
+fn impulse(
+    log: &Dataset,
+    rates: &[Vec<f64>; 2],
+    steady: Option<&[Vec<f64>; 2]>,
+    actuator: &IdentifiedActuator,
+) -> Vec<f64> {
+    let c = actuator.thrust_coefficient;
+    let thrust = |row: usize| c * (rates[0][row].powi(2) - rates[1][row].powi(2));
+    // Slope at `row` of the thrust that goes towards the steady rates of `from`.
+    let slope = |row: usize, from: usize| {
+        let of = |rotor: usize| {
+            let away = steady.map_or(0.0, |steady| steady[rotor][from] - rates[rotor][row]);
+            2.0 * c * rates[rotor][row] * actuator.pole * away
+        };
+        of(0) - of(1)
+    };
+    let mut sum = 0.0;
+    let mut running = vec![0.0; log.len()];
+    for (row, step) in log.time().windows(2).enumerate() {
+        let h = step[1] - step[0];
+        sum += 0.5 * h * (thrust(row) + thrust(row + 1));
+        sum -= h * h / 12.0 * (slope(row + 1, row) - slope(row, row));
+        running[row + 1] = sum;
+    }
+    running
 }
 
 /// Straight lines between known values; what precedes the first keeps it. Holes are cut out by [`windows`].
@@ -182,12 +215,13 @@ fn filled(log: &Dataset, values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Running integral by the trapezoidal rule.
-fn integral(log: &Dataset, values: &[f64]) -> Vec<f64> {
-    let mut sum = 0.0;
+/// Running integral of a command, held from its row until the next one.
+fn integral_of_held(log: &Dataset, values: &[f64]) -> Vec<f64> {
+    let (mut sum, mut held) = (0.0, 0.0);
     let mut running = vec![0.0; values.len()];
     for (row, step) in log.time().windows(2).enumerate() {
-        sum += 0.5 * (values[row] + values[row + 1]) * (step[1] - step[0]);
+        held = if values[row].is_finite() { values[row] } else { held };
+        sum += held * (step[1] - step[0]);
         running[row + 1] = sum;
     }
     running

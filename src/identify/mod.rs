@@ -17,10 +17,15 @@
 
 mod battery;
 mod body;
+mod conclude;
+#[cfg(test)]
+mod coverage;
 pub mod fit;
 mod frequency;
+mod gram;
 mod joint;
 mod linear;
+mod outcome;
 pub mod pole;
 mod procedure;
 mod record_of;
@@ -36,7 +41,8 @@ pub use battery::{BatteryGain, LevelGain};
 pub use body::Body;
 pub use frequency::{ResponsePoint, continuous_lag, sampled_lag};
 pub use joint::JointFit;
-pub use procedure::{Identification, IdentifySettings, Part, PoleFit, identify};
+pub use outcome::{Identification, IdentifySettings, Part, PoleFit};
+pub use procedure::{STEPS, identify, identify_telling};
 pub use rivals::Rival;
 pub use static_curve::{DegreeScore, HIGHEST_DEGREE, RampCheck, StaticCurve};
 pub use thrust::ThrustCurve;

@@ -7,16 +7,16 @@
 //!
 //! The fit is variable projection (Golub, Pereyra 1973, with Kaufman's derivative): for a given p the
 //! coefficients and initial states are linear and eliminated, so that only p is searched. One pass over the
-//! record gathers all inner products that a Gauss-Newton step needs; no column is ever stored.
+//! record gathers all inner products that a Gauss-Newton step needs ([`gram`](super::gram)); no column of the
+//! record's length is ever stored.
 
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::gram::{FORGOTTEN, Gram, run};
 use super::linear::{self, invert};
 
-/// Below this the initial state has no part in the output any more.
-const FORGOTTEN: f64 = 1e-9;
 /// ⟨e, e⟩ from which an initial state counts as known: its standard error is then at most three times the noise.
 /// Less comes from stretches whose beginning was not measured, and blows up when carried back to it.
 const KNOWN: f64 = 0.1;
@@ -25,8 +25,11 @@ const COARSE_ROWS: usize = 6000;
 /// [rad/s] poles among which the coarse search starts, each 1.5 times the one before.
 const SLOWEST: f64 = 0.1;
 const COARSE_POLES: i32 = 22;
-/// Relative change of p at which the search ends.
+/// Factor by which the beginning of a record may move p away from the grid before it is not believed.
+const REFINED: f64 = 1.5;
+/// Relative change of p at which the search ends, and the same in standard errors of p.
 const TOLERANCE: f64 = 1e-9;
+const TOLERANCE_IN_ERRORS: f64 = 1e-5;
 const MOST_STEPS: usize = 40;
 
 /// What is fitted: the measured output and the inputs at each sample.
@@ -46,13 +49,14 @@ impl<const M: usize> Record<M> {
     /// The first `rows` rows.
     #[must_use]
     pub fn head(&self, rows: usize) -> Self {
-        let mut head = self.clone();
-        head.time.truncate(rows);
-        head.output.truncate(rows);
-        head.inputs.truncate(rows);
-        head.segments.iter_mut().for_each(|segment| segment.end = segment.end.min(rows));
-        head.segments.retain(|segment| segment.start < segment.end);
-        head
+        let rows = rows.min(self.time.len());
+        let cut = |segment: &Range<usize>| segment.start..segment.end.min(rows);
+        Self {
+            time: self.time[..rows].to_vec(),
+            output: self.output[..rows].to_vec(),
+            inputs: self.inputs[..rows].to_vec(),
+            segments: self.segments.iter().map(cut).filter(|segment| !segment.is_empty()).collect(),
+        }
     }
 }
 
@@ -92,16 +96,21 @@ impl LagFit {
 /// Fits pole and coefficients; `None` when the record does not determine them.
 #[must_use]
 pub fn fit<const M: usize>(record: &Record<M>) -> Option<LagFit> {
-    fit_from(record, coarse_pole(record)?)
+    fit_from(record, near_pole(record)?)
 }
 
 /// The same from a pole [rad/s] that is known to be near.
 pub(super) fn fit_from<const M: usize>(record: &Record<M>, near: f64) -> Option<LagFit> {
+    search(record, near)?.finish(record)
+}
+
+/// Gauss-Newton on the pole alone.
+fn search<const M: usize>(record: &Record<M>, near: f64) -> Option<Projection<M>> {
     let mut at = Projection::new(record, near)?;
     for _ in 0..MOST_STEPS {
         // At most a factor of two per step: the profile is not a parabola far from its minimum.
         let mut step = (at.step / at.pole).clamp(-0.5, 1.0);
-        if step.abs() < TOLERANCE {
+        if step.abs() < TOLERANCE || at.step_in_errors() < TOLERANCE_IN_ERRORS {
             break;
         }
         let mut better = None;
@@ -119,7 +128,7 @@ pub(super) fn fit_from<const M: usize>(record: &Record<M>, near: f64) -> Option<
             None => break,
         }
     }
-    at.finish(record)
+    Some(at)
 }
 
 /// [rad/s] measured minus modelled output at every row, also those the fit was not scored on; not-a-number where
@@ -137,145 +146,25 @@ pub(super) fn errors<const M: usize>(record: &Record<M>, fit: &LagFit) -> Vec<f6
     errors
 }
 
-/// [rad/s] the best pole of a coarse grid on the beginning of the record, or on all of it when that says nothing.
+/// [rad/s] a pole to start from, found on the beginning of the record, or on all of it when that says nothing.
+fn near_pole<const M: usize>(record: &Record<M>) -> Option<f64> {
+    if record.time.len() <= COARSE_ROWS {
+        return coarse_pole(record);
+    }
+    let head = record.head(COARSE_ROWS);
+    let Some(coarse) = coarse_pole(&head) else { return coarse_pole(record) };
+    // Steps over the beginning are cheap and save some over the whole.
+    let refined = search(&head, coarse).map(|found| found.pole);
+    refined.filter(|pole| (coarse / REFINED..coarse * REFINED).contains(pole)).or(Some(coarse))
+}
+
+/// [rad/s] the best pole of a coarse grid.
 fn coarse_pole<const M: usize>(record: &Record<M>) -> Option<f64> {
-    let best = |record: &Record<M>| {
-        (0..COARSE_POLES)
-            .map(|power| SLOWEST * 1.5f64.powi(power))
-            .filter_map(|pole| Projection::new(record, pole))
-            .min_by(|a, b| a.cost.total_cmp(&b.cost))
-            .map(|projection| projection.pole)
-    };
-    best(&record.head(COARSE_ROWS)).or_else(|| best(record))
-}
-
-/// Inner products over one stretch of w = [φ_1..φ_M, δ_1..δ_M, y] (φ the lagged inputs, δ = ∂φ/∂p), and with
-/// e = exp(-p (t - t_0)), the response to the initial state, and g = ∂e/∂p.
-struct Gram<const M: usize> {
-    ff: [[f64; M]; M],
-    fd: [[f64; M]; M],
-    dd: [[f64; M]; M],
-    fy: [f64; M],
-    dy: [f64; M],
-    yy: f64,
-    ef: [f64; M],
-    ed: [f64; M],
-    ey: f64,
-    ee: f64,
-    gf: [f64; M],
-    gd: [f64; M],
-    gy: f64,
-    ge: f64,
-    gg: f64,
-    samples: usize,
-}
-
-/// Runs the lag over one stretch; `visit(row, φ, δ, e, g)` sees every row.
-fn run<const M: usize>(
-    record: &Record<M>,
-    segment: &Range<usize>,
-    pole: f64,
-    mut visit: impl FnMut(usize, &[f64; M], &[f64; M], f64, f64),
-) {
-    let (mut lagged, mut slope) = ([0.0; M], [0.0; M]);
-    let (mut initial, mut elapsed) = (1.0, 0.0);
-    let (mut interval, mut decay) = (f64::NAN, 1.0);
-    for row in segment.clone() {
-        visit(row, &lagged, &slope, initial, -elapsed * initial);
-        if row + 1 >= segment.end {
-            break;
-        }
-        let exact = record.time[row + 1] - record.time[row];
-        // The exponential is the slow part; a regular grid differs from itself by rounding only.
-        if (exact - interval).abs() > 1e-9 * exact || interval.is_nan() {
-            interval = exact;
-            decay = (-pole * interval).exp();
-        }
-        for ((lagged, slope), input) in lagged.iter_mut().zip(&mut slope).zip(&record.inputs[row]) {
-            let away = *lagged - input;
-            *slope = decay * (*slope - interval * away);
-            *lagged = decay * away + input;
-        }
-        elapsed += interval;
-        initial = if initial > FORGOTTEN { initial * decay } else { 0.0 };
-    }
-}
-
-impl<const M: usize> Gram<M> {
-    fn gather(record: &Record<M>, segment: &Range<usize>, pole: f64) -> Self {
-        let mut gram = Self {
-            ff: [[0.0; M]; M],
-            fd: [[0.0; M]; M],
-            dd: [[0.0; M]; M],
-            fy: [0.0; M],
-            dy: [0.0; M],
-            yy: 0.0,
-            ef: [0.0; M],
-            ed: [0.0; M],
-            ey: 0.0,
-            ee: 0.0,
-            gf: [0.0; M],
-            gd: [0.0; M],
-            gy: 0.0,
-            ge: 0.0,
-            gg: 0.0,
-            samples: 0,
-        };
-        run(record, segment, pole, |row, f, d, e, g| {
-            let y = record.output[row];
-            if y.is_nan() {
-                return;
-            }
-            for i in 0..M {
-                for j in 0..M {
-                    gram.ff[i][j] += f[i] * f[j];
-                    gram.fd[i][j] += f[i] * d[j];
-                    gram.dd[i][j] += d[i] * d[j];
-                }
-                gram.fy[i] += f[i] * y;
-                gram.dy[i] += d[i] * y;
-            }
-            gram.yy += y * y;
-            gram.samples += 1;
-            if e > 0.0 {
-                for i in 0..M {
-                    gram.ef[i] += e * f[i];
-                    gram.ed[i] += e * d[i];
-                    gram.gf[i] += g * f[i];
-                    gram.gd[i] += g * d[i];
-                }
-                gram.ey += e * y;
-                gram.ee += e * e;
-                gram.gy += g * y;
-                gram.ge += g * e;
-                gram.gg += g * g;
-            }
-        });
-        gram
-    }
-
-    /// Takes the free initial state out of every product: ⟨a, b⟩ becomes ⟨a, b⟩ - ⟨a, e⟩⟨e, b⟩ / ⟨e, e⟩.
-    fn without_initial_state(mut self) -> Self {
-        let ee = self.ee;
-        if ee < FORGOTTEN {
-            return self;
-        }
-        for i in 0..M {
-            for j in 0..M {
-                self.ff[i][j] -= self.ef[i] * self.ef[j] / ee;
-                self.fd[i][j] -= self.ef[i] * self.ed[j] / ee;
-                self.dd[i][j] -= self.ed[i] * self.ed[j] / ee;
-            }
-            self.fy[i] -= self.ef[i] * self.ey / ee;
-            self.dy[i] -= self.ed[i] * self.ey / ee;
-            self.gf[i] -= self.ge * self.ef[i] / ee;
-            self.gd[i] -= self.ge * self.ed[i] / ee;
-        }
-        self.yy -= self.ey * self.ey / ee;
-        self.gy -= self.ge * self.ey / ee;
-        self.gg -= self.ge * self.ge / ee;
-        self
-    }
+    (0..COARSE_POLES)
+        .map(|power| SLOWEST * 1.5f64.powi(power))
+        .filter_map(|pole| Projection::new(record, pole))
+        .min_by(|a, b| a.cost.total_cmp(&b.cost))
+        .map(|projection| projection.pole)
 }
 
 /// The linear problem solved at one pole, and the Gauss-Newton step to the next.
@@ -289,6 +178,8 @@ struct Projection<const M: usize> {
     normal: DMatrix<f64>,
     /// [rad/s] change of p that Gauss-Newton asks for.
     step: f64,
+    /// Second derivative of half the cost along p, coefficients and initial states following.
+    curvature: f64,
     /// ⟨J, e⟩/⟨e, e⟩ of each stretch: what the elimination takes from each column.
     shares: Vec<DVector<f64>>,
     samples: usize,
@@ -343,7 +234,13 @@ impl<const M: usize> Projection<M> {
         });
         let shares = each().map(|(gram, x0)| shares(gram, x0, &dot)).collect();
         let step = (sy - coefficients.dot(&sf)) / curvature;
-        Some(Self { pole, coefficients, initial, cost, normal, step, shares, samples })
+        Some(Self { pole, coefficients, initial, cost, normal, step, curvature, shares, samples })
+    }
+
+    /// The step in standard errors of p, correlation left aside.
+    fn step_in_errors(&self) -> f64 {
+        let variance = self.cost / self.samples as f64;
+        self.step.abs() * (self.curvature / variance.max(f64::MIN_POSITIVE)).sqrt()
     }
 
     /// Residuals and standard errors at the minimum.
@@ -351,44 +248,55 @@ impl<const M: usize> Projection<M> {
         let inverse = invert(&self.normal)?;
         let freedom = self.samples.checked_sub(M + 1 + self.initial.len()).filter(|&n| n > 0)?;
         let white = &inverse * (self.cost / freedom as f64);
-        let mut residuals = Vec::with_capacity(self.samples);
-        let mut scores: Vec<DVector<f64>> =
-            linear::blocks(self.samples).map(|_| DVector::zeros(M + 1)).collect();
-        let blocks = scores.len();
-        let coefficients = &self.coefficients;
-        let each = record.segments.iter().zip(&self.initial).zip(&self.shares);
-        for ((segment, (x0, _)), share) in each {
-            run(record, segment, self.pole, |row, f, d, e, g| {
-                let y = record.output[row];
-                if y.is_nan() {
-                    return;
-                }
-                let mut model = x0 * e;
-                let mut slope = x0 * g;
-                for i in 0..M {
-                    model += coefficients[i] * f[i];
-                    slope += coefficients[i] * d[i];
-                }
-                let residual = y - model;
-                let block = (residuals.len() * blocks / self.samples).min(blocks - 1);
-                let score = &mut scores[block];
-                for i in 0..M {
-                    score[i] += (f[i] - e * share[i]) * residual;
-                }
-                score[M] += (slope - e * share[M]) * residual;
-                residuals.push(residual);
-            });
-        }
+        let (residuals, scores) = self.residuals_and_scores(record);
         let squares: f64 = residuals.iter().map(|residual| residual * residual).sum();
+        let memory = linear::memory(&residuals);
         Some(LagFit {
             pole: self.pole,
-            coefficients: coefficients.iter().copied().collect(),
-            covariance: linear::widened(&white, &inverse, &scores),
+            coefficients: self.coefficients.iter().copied().collect(),
+            covariance: linear::widened(&white, &inverse, &scores, residuals.len(), memory),
             residual_rms: (squares / residuals.len() as f64).sqrt(),
             residual_correlation: linear::lag_one_correlation(&residuals),
             samples: residuals.len(),
             initial: self.initial.iter().map(|(x0, known)| if *known { *x0 } else { f64::NAN }).collect(),
         })
+    }
+
+    /// [rad/s] the residual of every scored row, and the sums of scores over blocks of them.
+    fn residuals_and_scores(&self, record: &Record<M>) -> (Vec<f64>, Vec<DVector<f64>>) {
+        let coefficients: [f64; M] = std::array::from_fn(|i| self.coefficients[i]);
+        let mut residuals = Vec::with_capacity(self.samples);
+        let mut scores = Vec::new();
+        let mut blocks = linear::blocks(self.samples);
+        let mut end = blocks.next().map_or(0, |block| block.end);
+        let mut sum = ([0.0; M], 0.0);
+        let each = record.segments.iter().zip(&self.initial).zip(&self.shares);
+        for ((segment, (x0, _)), share) in each {
+            let taken: [f64; M] = std::array::from_fn(|i| share[i]);
+            run(record, segment, self.pole, |row, f, d, e, g| {
+                let y = record.output[row];
+                if y.is_nan() {
+                    return;
+                }
+                let (mut model, mut slope) = (x0 * e, x0 * g);
+                for i in 0..M {
+                    model += coefficients[i] * f[i];
+                    slope += coefficients[i] * d[i];
+                }
+                let residual = y - model;
+                for i in 0..M {
+                    sum.0[i] += (f[i] - e * taken[i]) * residual;
+                }
+                sum.1 += (slope - e * share[M]) * residual;
+                residuals.push(residual);
+                if residuals.len() == end {
+                    scores.push(DVector::from_fn(M + 1, |i, _| sum.0.get(i).copied().unwrap_or(sum.1)));
+                    sum = ([0.0; M], 0.0);
+                    end = blocks.next().map_or(usize::MAX, |block| block.end);
+                }
+            });
+        }
+        (residuals, scores)
     }
 }
 

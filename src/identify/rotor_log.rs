@@ -277,7 +277,7 @@ fn held(values: &[f64], segments: &[Range<usize>]) -> Vec<f64> {
 }
 
 /// Each value held over missing cells, the first one also backwards: a battery changes slowly.
-fn held_everywhere(values: &[f64]) -> Vec<f64> {
+pub(super) fn held_everywhere(values: &[f64]) -> Vec<f64> {
     let mut last = values.iter().copied().find(|value| value.is_finite()).unwrap_or(f64::NAN);
     values
         .iter()

@@ -2,6 +2,9 @@
 //!
 //! **Deviation:** y_g = ω_p + k_V (v_bmax - v_b). The print has the other sign below Eq. (9), which contradicts
 //! its Eq. (6).
+//!
+//! **Deviation:** to (9) the print fits the powers of u alone. Where the ramps go up and down, the lag of the rotor
+//! behind them, g'(u) u̇ / p, is fitted beside: left in the residual it would pass for noise that never averages out.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -120,7 +123,7 @@ fn collect(rotors: &[RotorLog], wanted: Motion, gain: f64, full_voltage: f64) ->
                 rows.slope.push((rotor.command[after] - rotor.command[before]) / span);
                 rows.command.push(rotor.command[row]);
                 rows.voltage_drop.push(full_voltage - voltage);
-                // Deviation: plus, see the head of this file.
+                // Plus: see the head of this file.
                 rows.corrected_rate.push(rotor.rate[row] + gain * (full_voltage - voltage));
             }
         }
@@ -147,10 +150,17 @@ pub(super) fn identify(rows: &SteadyRows, gain_error: f64, degree: Option<usize>
     }
     let preferred_degree = simplest(&degrees, &blocks)?;
     let degree = degree.unwrap_or(preferred_degree);
-    let design = powers(&rows.command, degree);
-    let fit = linear::least_squares(&design, &y)?;
+    let mut design = powers(&rows.command, degree);
+    let mut fit = linear::least_squares(&design, &y)?;
+    let mut ramp_check = None;
+    if let Some((wider, with_lag)) = beside_lag(rows, &fit, &design, &y) {
+        ramp_check = Some(check_ramp(rows, &fit, &with_lag));
+        if goes_both_ways(rows) {
+            (design, fit) = (wider, with_lag);
+        }
+    }
     let coefficients = with_gain_error(&fit, &design, &rows.voltage_drop, gain_error)?;
-    let ramp_check = if rows.from_ramps { check_ramp(rows, &fit, &design, &y) } else { None };
+    let coefficients = coefficients[..degree].to_vec();
     Some(StaticCurve {
         coefficients,
         degrees,
@@ -223,35 +233,50 @@ pub(super) fn simplest(scores: &[DegreeScore], blocks: &[Vec<f64>]) -> Option<us
     scores.get(at).map(|score| score.degree)
 }
 
-/// On a ramp a lag 1/p leaves ω behind g(u) by g'(u) u̇ / p: fitted from ramps up against ramps down.
-fn check_ramp(
+/// Whether the command rises and falls for at least a fifth of the rows each: only then does the lag of the rotor
+/// look different from the curve.
+fn goes_both_ways(rows: &SteadyRows) -> bool {
+    let share = |way: fn(f64) -> bool| {
+        rows.slope.iter().filter(|slope| way(**slope)).count() as f64 / rows.slope.len().max(1) as f64
+    };
+    share(|slope| slope > 0.0) > 0.2 && share(|slope| slope < 0.0) > 0.2
+}
+
+/// On a ramp a lag 1/p leaves ω behind g(u) by g'(u) u̇ / p: that column beside the powers, and the fit with it.
+fn beside_lag(
     rows: &SteadyRows,
     fit: &LinearFit,
     design: &DMatrix<f64>,
     y: &DVector<f64>,
-) -> Option<RampCheck> {
-    let coefficients = fit.coefficients.as_slice();
+) -> Option<(DMatrix<f64>, LinearFit)> {
+    if !rows.from_ramps {
+        return None;
+    }
+    let behind = behind(rows, fit.coefficients.as_slice());
+    let mut wider = design.clone().insert_column(design.ncols(), 0.0);
+    wider.set_column(design.ncols(), &DVector::from_vec(behind));
+    let with_lag = linear::least_squares(&wider, y)?;
+    Some((wider, with_lag))
+}
+
+/// [rad/s²] -g'(u) u̇ of each row.
+fn behind(rows: &SteadyRows, coefficients: &[f64]) -> Vec<f64> {
     let slope_of_curve = |u: f64| -> f64 {
         coefficients.iter().enumerate().map(|(j, c)| (j + 1) as f64 * c * u.powi(j as i32)).sum()
     };
-    let moving: Vec<f64> =
-        rows.command.iter().zip(&rows.slope).map(|(&u, slope)| -slope_of_curve(u) * slope).collect();
-    let mut wider = design.clone().insert_column(design.ncols(), 0.0);
-    wider.set_column(design.ncols(), &DVector::from_column_slice(&moving));
-    let with_lag = linear::least_squares(&wider, y)?;
-    let lag = Estimate {
-        value: with_lag.coefficients[design.ncols()],
-        standard_error: with_lag.standard_error(design.ncols()),
-    };
-    let steepest = moving.iter().fold(0.0f64, |most, value| most.max(value.abs()));
+    rows.command.iter().zip(&rows.slope).map(|(&u, slope)| -slope_of_curve(u) * slope).collect()
+}
+
+/// Whether the lag, fitted from ramps up against ramps down, is small enough for Eq. (4).
+fn check_ramp(rows: &SteadyRows, fit: &LinearFit, with_lag: &LinearFit) -> RampCheck {
+    let coefficients = fit.coefficients.as_slice();
+    let index = coefficients.len();
+    let lag =
+        Estimate { value: with_lag.coefficients[index], standard_error: with_lag.standard_error(index) };
+    let steepest = behind(rows, coefficients).iter().fold(0.0f64, |most, value| most.max(value.abs()));
     let error = lag.value.abs() * steepest;
     let (low, high) = super::rotor_log::bounds(&rows.command);
     let range = (polynomial(coefficients, high) - polynomial(coefficients, low)).abs();
     let fastest_slope = rows.slope.iter().fold(0.0f64, |most, value| most.max(value.abs()));
-    Some(RampCheck {
-        fastest_slope,
-        lag,
-        error,
-        slow_enough: error < LAG_SHARE * range.max(f64::MIN_POSITIVE),
-    })
+    RampCheck { fastest_slope, lag, error, slow_enough: error < LAG_SHARE * range.max(f64::MIN_POSITIVE) }
 }
