@@ -2,6 +2,7 @@
 
 mod control_unit {
     use nalgebra::{Matrix2, Matrix3, Matrix3x2, Matrix4, Matrix5, RowVector2, Vector3, Vector5};
+    use rotorbench::control::design::LoopPlant;
     use rotorbench::control::gains::{
         complementary_eigenvalues, feedback_gains, feedback_matrix, observer_gains, predictor_matrix,
     };
@@ -28,7 +29,7 @@ mod control_unit {
     }
 
     #[test]
-    fn table_iv_hover_point_and_torque_gain() {
+    fn eqs_13_14_and_table_iv_hover_point_and_torque_gain() {
         let plant = PlantParameters::paper();
         // Eq. (14): b = d c_p1 / J.
         close(plant.torque_gain(), 0.153_91, 5e-6);
@@ -55,6 +56,29 @@ mod control_unit {
         close(straight.command_for(562.25), 0.5, 1e-15);
     }
 
+    /// q̇_b = -p q_b + p b u_x in 4000 midpoint steps a period, against the plant that margins are computed on.
+    #[test]
+    fn eqs_14_15_17_from_the_command_to_the_gyro() {
+        let plant = PlantParameters::paper();
+        let sampled = LoopPlant::new(&plant).sampled(T_C).expect("the paper's plant");
+        let (mut x, mut q, mut rate, mut fastest) = (sampled.b.clone() * 0.0, 0.0_f64, 0.0_f64, 0.0_f64);
+        for k in 0..100 {
+            // The gyro's sample belongs to the beginning of the period.
+            close(sampled.c.dot(&x), rate, 1e-9);
+            fastest = fastest.max(rate.abs());
+            let u_x = if k % 7 < 3 { 60.0 } else { -45.0 };
+            x = &sampled.a * &x + &sampled.b * (plant.inertia * plant.torque_gain() * u_x);
+            let step = T_C / 4000.0;
+            for _ in 0..4000 {
+                let slope = |q: f64| -plant.pole * q + plant.pole * plant.torque_gain() * u_x;
+                let middle = q + 0.5 * step * slope(q);
+                rate += step * middle;
+                q += step * slope(middle);
+            }
+        }
+        assert!(fastest > 0.3, "it moved: {fastest} rad/s");
+    }
+
     #[test]
     fn beta_by_zero_order_hold_by_euler_and_as_given() {
         close(Beta::Rule(BetaRule::ZeroOrderHold).value(16.0, T_C), 0.2739, 5e-5);
@@ -63,7 +87,7 @@ mod control_unit {
     }
 
     #[test]
-    fn table_ii_eigenvalues_of_eq_27() {
+    fn eq_27_and_table_ii_eigenvalues() {
         let gamma: [f64; 4] = complementary_eigenvalues(BETA, 1.2);
         for (value, expected) in gamma.into_iter().zip([0.276, 0.120, 0.052, 0.023]) {
             close((value * 1000.0).round() / 1000.0, expected, 1e-15);
@@ -74,7 +98,7 @@ mod control_unit {
     }
 
     #[test]
-    fn table_ii_gains_of_eq_26() {
+    fn eq_26_and_table_ii_gains() {
         let [l_0, l_1, l_2, l_3] = observer_gains(BETA, complementary_eigenvalues(BETA, 1.2));
         // The paper's -5.03e-17 is the rounding of its own arithmetic; zero is the exact value for γ_0 = β.
         assert!(l_0.abs() < 1e-15, "{l_0}");
@@ -85,7 +109,7 @@ mod control_unit {
     }
 
     #[test]
-    fn eq_25_has_the_polynomial_of_eq_26_and_the_eigenvalues_of_eq_27() {
+    fn eqs_25_26_27_agree_on_polynomial_and_eigenvalues() {
         for (beta, gamma_0, alpha) in [(0.276, 0.276, 1.2), (0.32, 0.2, 0.4), (0.02, 0.05, 2.0)] {
             let gamma = complementary_eigenvalues(gamma_0, alpha);
             let l = observer_gains(beta, gamma);
@@ -204,9 +228,9 @@ mod control_unit {
         config.build(&PlantParameters::paper(), T_C).expect("the paper's controller")
     }
 
-    /// Eqs. (20)-(25) and (28) once more, as the paper writes them: matrices, no shared code.
+    /// Once more, as the paper writes them: matrices, no shared code.
     #[test]
-    fn emc_step_is_the_matrix_form_of_the_paper() {
+    fn eqs_20_to_25_and_28_emc_step_is_the_matrix_form_of_the_paper() {
         let emc = build(ControllerKind::Emc);
         let mut state = emc.start();
         let [l_0, l_1, l_2, l_3] = observer_gains(BETA, complementary_eigenvalues(BETA, 1.2));
@@ -339,6 +363,153 @@ mod control_unit {
             }
             close(command.estimate.body_angle, 0.0, 0.0);
             close(command.estimate.disturbance_torque, 0.0, 0.0);
+        }
+    }
+}
+
+/// What the print gets wrong, marked in the code and listed in the README; and a test for every equation used.
+mod bookkeeping {
+    use std::collections::BTreeSet;
+    use std::fs;
+    use std::path::{Path, PathBuf};
+
+    const MARK: &str = "**Deviation:**";
+
+    fn root() -> &'static Path {
+        Path::new(env!("CARGO_MANIFEST_DIR"))
+    }
+
+    fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).expect("src is readable") {
+            let path = entry.expect("entry is readable").path();
+            if path.is_dir() {
+                sources(&path, into);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                into.push(path);
+            }
+        }
+    }
+
+    /// Path below `src/`, and text, of every file of the library.
+    fn library() -> Vec<(String, String)> {
+        let source = root().join("src");
+        let mut paths = Vec::new();
+        sources(&source, &mut paths);
+        let each = paths.iter().map(|path| {
+            let name = path.strip_prefix(&source).expect("below src").display().to_string();
+            (name, fs::read_to_string(path).expect("readable"))
+        });
+        each.collect()
+    }
+
+    /// `(7)`, `Table IV` and `Fig. 4`, wherever the text names one.
+    fn places(text: &str) -> BTreeSet<String> {
+        let mut places = BTreeSet::new();
+        for (at, _) in text.match_indices('(') {
+            let inside: String = text[at + 1..].chars().take_while(|letter| *letter != ')').collect();
+            if inside.parse::<u32>().is_ok_and(|number| (1..=30).contains(&number)) {
+                places.insert(format!("({inside})"));
+            }
+        }
+        for word in ["Table ", "Fig. "] {
+            for (at, _) in text.match_indices(word) {
+                let number = text[at + word.len()..].split(|letter: char| !letter.is_ascii_alphanumeric());
+                places.insert(format!("{word}{}", number.into_iter().next().unwrap_or_default()));
+            }
+        }
+        places
+    }
+
+    /// The places that each mark in `text` names, in its own paragraph.
+    fn marks(text: &str) -> Vec<BTreeSet<String>> {
+        let lines: Vec<&str> = text.lines().collect();
+        let is_comment = |line: &str| line.trim_start().starts_with("//");
+        let is_blank = |line: &str| line.trim().trim_start_matches(['/', '!']).is_empty();
+        let mut marks = Vec::new();
+        for (at, line) in lines.iter().enumerate().filter(|(_, line)| line.contains(MARK)) {
+            let ends = |line: &&&str| is_comment(line) && !is_blank(line) && !line.contains(MARK);
+            let rest = lines[at + 1..].iter().take_while(ends).copied();
+            let rest: Vec<&str> = if is_comment(line) { rest.collect() } else { Vec::new() };
+            marks.push(places(&format!("{line} {}", rest.join(" "))));
+        }
+        marks
+    }
+
+    #[test]
+    fn every_deviation_is_in_the_readme_and_every_one_there_is_in_the_code() {
+        let readme = fs::read_to_string(root().join("README.md")).expect("readable");
+        let table = readme.split("## Deviations from the print").nth(1).expect("the README lists deviations");
+        let table = table.split("\n## ").next().expect("a section");
+        let rows: Vec<(BTreeSet<String>, BTreeSet<&str>)> = table
+            .lines()
+            .filter(|line| line.starts_with("| ") && !line.starts_with("| place"))
+            .map(|line| {
+                let cells: Vec<&str> = line.trim_matches('|').split(" | ").collect();
+                assert_eq!(cells.len(), 4, "{line}");
+                (places(cells[0]), cells[3].split('`').filter(|file| file.ends_with(".rs")).collect())
+            })
+            .collect();
+        assert!(rows.len() >= 10, "the table was read");
+        let marked: Vec<(String, Vec<BTreeSet<String>>)> =
+            library().into_iter().map(|(file, text)| (file, marks(&text))).collect();
+        for (file, places) in
+            marked.iter().flat_map(|(file, marks)| marks.iter().map(move |mark| (file, mark)))
+        {
+            let listed = rows.iter().any(|(place, files)| {
+                files.contains(file.as_str()) && place.intersection(places).next().is_some()
+            });
+            assert!(listed, "src/{file}: the mark that names {places:?} is not in the README's table");
+        }
+        for (place, files) in &rows {
+            assert!(!files.is_empty(), "{place:?} names no file");
+            for file in files {
+                let marks = marked.iter().find(|(name, _)| name == file).map(|(_, marks)| marks);
+                let found = marks
+                    .is_some_and(|marks| marks.iter().any(|mark| place.intersection(mark).next().is_some()));
+                assert!(found, "the README says that {place:?} is marked in src/{file}");
+            }
+        }
+    }
+
+    /// Numbers of the equations that the names of a file's tests carry: `eq_7_...`, `eqs_16_to_19_...`.
+    fn tested(text: &str) -> BTreeSet<u32> {
+        let mut numbers = BTreeSet::new();
+        for name in text.split("fn eq").skip(1) {
+            let words = name.trim_start_matches('s').trim_start_matches('_').split('_');
+            let (mut last, mut is_range) = (0, false);
+            for word in words.take_while(|word| matches!(*word, "to" | "and") || word.parse::<u32>().is_ok())
+            {
+                if let Ok(number) = word.parse::<u32>() {
+                    numbers.extend(if is_range { last..=number } else { number..=number });
+                    last = number;
+                }
+                is_range = word == "to";
+            }
+        }
+        numbers
+    }
+
+    #[test]
+    fn every_equation_used_has_its_test() {
+        let tests: BTreeSet<u32> = ["tests/paper_lpc16.rs", "tests/paper_lpc16_identification.rs"]
+            .iter()
+            .flat_map(|file| tested(&fs::read_to_string(root().join(file)).expect("readable")))
+            .collect();
+        for (file, text) in library() {
+            // Comments only: what stands in a string is for people.
+            let comments = text.lines().filter_map(|line| line.split_once("//"));
+            for cited in comments.filter_map(|(_, comment)| comment.split_once("[LPC16]")) {
+                for place in places(cited.1).iter().filter(|place| place.starts_with('(')) {
+                    let number: u32 = place.trim_matches(['(', ')']).parse().expect("a number");
+                    assert!(
+                        tests.contains(&number),
+                        "src/{file} uses {place}, which no test carries in its name"
+                    );
+                }
+            }
+        }
+        for number in [1, 2, 6, 9, 16, 20, 24, 27, 30] {
+            assert!(tests.contains(&number), "({number}) was read");
         }
     }
 }

@@ -229,7 +229,7 @@ impl Controller for Emc {
         let (d_1, d_2) = (x_d1 + h, x_d2 + h_growth);
 
         // [LPC16] Eq. (28) with M and Q of Eq. (29): e = x̲_c - x̂_c - Q x̂_d, u* = u̲ + K e - M x̂_d.
-        // **Deviation:** the print has lost the underline of the reference x̲_c.
+        // **Deviation:** the print of (28) has lost the underline of the reference x̲_c.
         let r = [reference.angle, t_c * reference.rate, t_c * t_c * reference.acceleration];
         let nominal = r[2] + t_c * t_c * t_c * reference.jerk * self.per_beta;
         let e = [r[0] - x_1, r[1] - x_2, r[2] - x_3 - d_1];

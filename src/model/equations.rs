@@ -157,7 +157,7 @@ impl Equations {
             point.command += hook.add(&point);
         }
         let curve = self.steady_rate.iter().rev().fold(0.0, |sum, c| f64::mul_add(sum, point.command, *c));
-        // **Deviation:** minus, see the room's page.
+        // **Deviation:** Eq. (2) prints a plus, which contradicts Eq. (6).
         point.steady_rate = curve - self.voltage_gain * (point.full_voltage - voltage);
         point
     }

@@ -7,9 +7,11 @@
 //! J ω_b' = d (f_1 - f_2),  θ' = ω_b             [LPC16] Eq. (1), sign of Eq. (12)
 //! ```
 //!
-//! **Deviation:** [LPC16] Eq. (2) prints `+ k_V`, which would speed the rotor up as the battery drops.
-//! **Deviation:** [LPC16] gives only the tangent of the thrust curve, Eq. (13); c is the parabola through the
-//! origin with that tangent.
+//! **Deviation:** [LPC16] Eq. (2) prints `+ k_V`, which would speed the rotor up as the battery drops. Below (2) it
+//! calls ω_b the propeller's rate: that is ω_p, and ω_b the body's.
+//!
+//! **Deviation:** [LPC16] gives only the tangent of the thrust curve of its Fig. 4, Eq. (13); c is the parabola
+//! through the origin with that tangent.
 
 mod body;
 mod equations;
@@ -54,6 +56,9 @@ pub struct Body {
     /// [kg m²] J. From rotor rates only d c / J can be found: J is then what fits with the given d and c.
     pub inertia: f64,
     /// [m] d, the lever arm of each rotor.
+    ///
+    /// **Deviation:** [LPC16] Eq. (1) and Table IV call d the distance between the propellers' axes, and the arm's
+    /// length; Eq. (1) uses it as the lever arm of each rotor.
     pub arm: f64,
 }
 

@@ -154,7 +154,7 @@ fn beside(found: &Identification, gains: &EmcGains) -> Vec<Beside> {
         ("II", "l_1", 1.95e-1, l_1),
         ("II", "l_2", 1.02e-2, l_2),
         ("II", "l_3", 1.43e-4, l_3),
-        // Deviation: the print repeats γ_0, γ_1, γ_2 of Table II here; as gains they are unstable.
+        // **Deviation:** Table III repeats γ_0, γ_1, γ_2 of Table II; as gains they are unstable.
         ("III", "k_1", 0.276, k_1),
         ("III", "k_2", 0.120, k_2),
         ("III", "k_3", 0.052, k_3),

@@ -28,7 +28,9 @@ pub struct LoopPlant {
 }
 
 impl LoopPlant {
-    /// The paper's plant, without delay: J, one actuator pole, a free body. [LPC16] Eq. (17).
+    /// The paper's plant, without delay: J, one actuator pole, a free body. [LPC16] Eqs. (15), (17).
+    ///
+    /// **Deviation:** the left side of Eq. (15) lacks a dot: q̇_b = -p q_b + p b u_x with q_b = ω̇_b.
     #[must_use]
     pub fn new(plant: &PlantParameters) -> Self {
         Self {
