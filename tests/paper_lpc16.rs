@@ -390,14 +390,15 @@ mod bookkeeping {
         }
     }
 
-    /// Path below `src/`, and text, of every file of the library.
+    /// Room, and text, of every file of the library.
     fn library() -> Vec<(String, String)> {
         let source = root().join("src");
         let mut paths = Vec::new();
         sources(&source, &mut paths);
         let each = paths.iter().map(|path| {
-            let name = path.strip_prefix(&source).expect("below src").display().to_string();
-            (name, fs::read_to_string(path).expect("readable"))
+            let below = path.strip_prefix(&source).expect("below src").display().to_string();
+            let room = below.split(['/', '.']).next().unwrap_or_default().to_owned();
+            (room, fs::read_to_string(path).expect("readable"))
         });
         each.collect()
     }
@@ -446,27 +447,27 @@ mod bookkeeping {
             .map(|line| {
                 let cells: Vec<&str> = line.trim_matches('|').split(" | ").collect();
                 assert_eq!(cells.len(), 4, "{line}");
-                (places(cells[0]), cells[3].split('`').filter(|file| file.ends_with(".rs")).collect())
+                let rooms = cells[3].split('`').map(str::trim).filter(|room| !room.is_empty());
+                (places(cells[0]), rooms.collect())
             })
             .collect();
         assert!(rows.len() >= 10, "the table was read");
-        let marked: Vec<(String, Vec<BTreeSet<String>>)> =
-            library().into_iter().map(|(file, text)| (file, marks(&text))).collect();
-        for (file, places) in
-            marked.iter().flat_map(|(file, marks)| marks.iter().map(move |mark| (file, mark)))
-        {
-            let listed = rows.iter().any(|(place, files)| {
-                files.contains(file.as_str()) && place.intersection(places).next().is_some()
+        let marked: Vec<(String, BTreeSet<String>)> = library()
+            .into_iter()
+            .flat_map(|(room, text)| marks(&text).into_iter().map(move |mark| (room.clone(), mark)))
+            .collect();
+        for (room, mark) in &marked {
+            let listed = rows.iter().any(|(place, rooms)| {
+                rooms.contains(room.as_str()) && place.intersection(mark).next().is_some()
             });
-            assert!(listed, "src/{file}: the mark that names {places:?} is not in the README's table");
+            assert!(listed, "src/{room}: the mark that names {mark:?} is not in the README's table");
         }
-        for (place, files) in &rows {
-            assert!(!files.is_empty(), "{place:?} names no file");
-            for file in files {
-                let marks = marked.iter().find(|(name, _)| name == file).map(|(_, marks)| marks);
-                let found = marks
-                    .is_some_and(|marks| marks.iter().any(|mark| place.intersection(mark).next().is_some()));
-                assert!(found, "the README says that {place:?} is marked in src/{file}");
+        for (place, rooms) in &rows {
+            assert!(!rooms.is_empty(), "{place:?} names no room");
+            for room in rooms {
+                let found =
+                    marked.iter().any(|(of, mark)| of == room && place.intersection(mark).next().is_some());
+                assert!(found, "the README says that {place:?} is marked in src/{room}");
             }
         }
     }
