@@ -33,6 +33,16 @@ pub(super) fn claims_directory(place: &Place) -> PathBuf {
     place.directory().join("claims")
 }
 
+/// Whether somebody publishes something there, or whether that cannot be found out.
+pub(super) fn any_is_held(place: &Place) -> bool {
+    let Ok(claims) = std::fs::read_dir(claims_directory(place)) else { return true };
+    let is_held = |path: PathBuf| {
+        let opened = OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOFOLLOW).open(path);
+        opened.map_or(true, |file| file.try_lock().is_err())
+    };
+    claims.flatten().any(|claim| is_held(claim.path()))
+}
+
 impl Claim {
     /// Claims `topic`; nobody knows of it before [`Claim::announce`].
     pub fn take(place: &Place, topic: &str, role: Role) -> Result<Self, ShmError> {

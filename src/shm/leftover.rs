@@ -7,16 +7,18 @@ use std::path::Path;
 use std::time::Duration;
 
 use super::ShmError;
-use super::place::{Place, SHARED_MEMORY, SharedMemoryConfig, effective_user};
+use super::claim;
+use super::place::{Place, SHARED_MEMORY, STEM};
 
 /// A bench touched less long ago may be one that is just starting.
 const SETTLED: Duration = Duration::from_secs(2);
 
-/// A bench of this user without a process on it.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// A bench of this user, or of a group this user is in, without a process on it.
+#[derive(Debug, Clone)]
 pub struct Leftover {
     /// Name of the bench.
     pub bench: String,
+    place: Place,
     /// Its files in `/dev/shm`, its directory among them.
     pub files: usize,
     /// [byte] they occupy.
@@ -29,26 +31,29 @@ impl Leftover {
     /// # Errors
     /// The operating system's, with the path.
     pub fn remove(&self) -> Result<usize, ShmError> {
-        Place::open(&self.bench, &SharedMemoryConfig::default())?.remove()
+        self.place.remove()
     }
 }
 
-/// Benches of this user that no process has open. A stopped process still has its bench open.
+/// Benches of this user, and of groups this user is in, that no process has open. A stopped process still has its bench
+/// open. Processes of other users cannot be looked into: of a group's bench those count that publish something.
 #[must_use]
 pub fn leftovers() -> Vec<Leftover> {
-    let stem = format!("rotorbench-{}-", effective_user());
-    let open = mapped(&stem);
+    let open = mapped();
     let mut found = Vec::new();
     for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
-        let Some(bench) = name.strip_prefix(&stem) else { continue };
+        let Some(place) = Place::found(&name) else { continue };
         let Ok(metadata) = entry.metadata() else { continue };
         let age = metadata.modified().ok().and_then(|time| time.elapsed().ok()).unwrap_or_default();
-        if !metadata.is_dir() || metadata.uid() != effective_user() || age < SETTLED || open.contains(bench) {
+        let is_left =
+            metadata.is_dir() && place.is_ours(&metadata) && age >= SETTLED && !open.contains(&name);
+        if !is_left || claim::any_is_held(&place) {
             continue;
         }
-        let sizes = segments(&format!("{name}."));
-        found.push(Leftover { bench: bench.to_owned(), files: sizes.len() + 1, bytes: sizes.iter().sum() });
+        let sizes = segments(place.prefix());
+        let (files, bytes) = (sizes.len() + 1, sizes.iter().sum());
+        found.push(Leftover { bench: place.bench().to_owned(), place, files, bytes });
     }
     found.sort_by(|a, b| a.bench.cmp(&b.bench));
     found
@@ -62,16 +67,16 @@ fn segments(prefix: &str) -> Vec<u64> {
     ours.filter_map(|entry| entry.metadata().ok()).map(|metadata| metadata.blocks() * 512).collect()
 }
 
-/// Names of the benches that some process has mapped into its memory.
-fn mapped(stem: &str) -> BTreeSet<String> {
-    let start = Path::new(SHARED_MEMORY).join(stem).to_string_lossy().into_owned();
+/// Names in `/dev/shm` of the benches that some process has mapped into its memory.
+fn mapped() -> BTreeSet<String> {
+    let start = Path::new(SHARED_MEMORY).join(STEM).to_string_lossy().into_owned();
     let mut benches = BTreeSet::new();
     for process in fs::read_dir("/proc").into_iter().flatten().flatten() {
         let Ok(maps) = fs::read_to_string(process.path().join("maps")) else { continue };
         for (at, _) in maps.match_indices(&start) {
             let rest = maps.get(at + start.len()..).unwrap_or("");
-            let bench: String = rest.chars().take_while(|letter| *letter != '.' && *letter != '\n').collect();
-            benches.insert(bench);
+            let name: String = rest.chars().take_while(|letter| *letter != '.' && *letter != '\n').collect();
+            benches.insert(format!("{STEM}{name}"));
         }
     }
     benches

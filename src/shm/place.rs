@@ -18,6 +18,10 @@ use super::ShmError;
 
 /// Memory-backed on every Linux, never on a network or on the recorder's disk.
 pub(super) const SHARED_MEMORY: &str = "/dev/shm";
+/// What everything of a bench begins with there.
+pub(super) const STEM: &str = "rotorbench-";
+/// What a group's number comes after, in the name of its bench's directory.
+const GROUP: &str = "group";
 
 /// The `[shared_memory]` table of the bench file.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -52,21 +56,34 @@ impl Place {
         };
         // The owner is part of the name: two users' benches of one name never meet. A group's bench has one name for all.
         let owner = match group {
-            Some(group) => format!("group{group}"),
+            Some(group) => format!("{GROUP}{group}"),
             None => effective_user().to_string(),
         };
-        let stem = format!("rotorbench-{owner}-{bench}");
-        let place = Self {
-            bench: bench.to_owned(),
-            directory: Path::new(SHARED_MEMORY).join(&stem),
-            prefix: format!("{stem}."),
-            group,
-        };
+        let place = Self::named(&owner, bench, group);
         place.make(&place.directory)?;
         for room in ["services", "nodes", "claims"] {
             place.make(&place.directory.join(room))?;
         }
         Ok(place)
+    }
+
+    fn named(owner: &str, bench: &str, group: Option<u32>) -> Self {
+        let stem = format!("{STEM}{owner}-{bench}");
+        Self {
+            bench: bench.to_owned(),
+            directory: Path::new(SHARED_MEMORY).join(&stem),
+            prefix: format!("{stem}."),
+            group,
+        }
+    }
+
+    /// The place whose directory has this name in `/dev/shm`, if it is one of this user or of a group.
+    pub(super) fn found(name: &str) -> Option<Self> {
+        let (owner, bench) = name.strip_prefix(STEM)?.split_once('-')?;
+        let group = owner.strip_prefix(GROUP).and_then(|group| group.parse().ok());
+        let is_known = group.is_some() || owner == effective_user().to_string();
+        // A segment's name goes on with a dot.
+        (is_known && !bench.contains('.')).then(|| Self::named(owner, bench, group))
     }
 
     /// Name of the bench.
@@ -125,11 +142,16 @@ impl Place {
         Ok(())
     }
 
-    fn is_ours(&self, found: &fs::Metadata) -> bool {
+    pub(super) fn is_ours(&self, found: &fs::Metadata) -> bool {
         match self.group {
             Some(group) => found.gid() == group,
             None => found.uid() == effective_user(),
         }
+    }
+
+    /// Whether a segment's owner is in the bench's group: its segment is of that group only once the member has settled it.
+    fn is_of_a_member(&self, found: &fs::Metadata) -> bool {
+        self.group.is_some_and(|group| groups_of(found.uid()).contains(&group))
     }
 
     /// Removes everything the bench left on this machine: its directory and its segments. For a bench that nobody
@@ -177,7 +199,7 @@ impl Place {
             let Ok(found) = entry.metadata() else { continue };
             if found.uid() == effective_user() {
                 self.settle_file(&entry.path(), &found);
-            } else if !self.is_ours(&found) && self.group.is_none() {
+            } else if !self.is_ours(&found) && !self.is_of_a_member(&found) {
                 return Err(ShmError::NotOurs {
                     path: entry.path(),
                     user: found.uid(),
@@ -217,6 +239,26 @@ impl Place {
 pub(super) fn effective_user() -> u32 {
     // SAFETY: geteuid has no arguments and cannot fail.
     unsafe { libc::geteuid() }
+}
+
+/// Numbers of the groups that a user is in, from the user and group files; none for a user who is not there.
+fn groups_of(user: u32) -> Vec<u32> {
+    // SAFETY: plain data for which zero is valid; getpwuid_r writes it, and what it points to is in `text`.
+    let mut entry: libc::passwd = unsafe { std::mem::zeroed() };
+    let mut text = vec![0; 1 << 16];
+    let mut found = std::ptr::null_mut();
+    // SAFETY: all pointers are valid for the call, and `text` is as long as said.
+    let code =
+        unsafe { libc::getpwuid_r(user, &raw mut entry, text.as_mut_ptr(), text.len(), &raw mut found) };
+    if code != 0 || found.is_null() {
+        return Vec::new();
+    }
+    let mut groups = vec![0; 1024];
+    let mut count = libc::c_int::try_from(groups.len()).unwrap_or(libc::c_int::MAX);
+    // SAFETY: the name is in `text`, which is still there, and ends with a zero; `groups` is as long as said.
+    unsafe { libc::getgrouplist(entry.pw_name, entry.pw_gid, groups.as_mut_ptr(), &raw mut count) };
+    groups.truncate(usize::try_from(count).unwrap_or(0));
+    groups
 }
 
 /// Number of a Unix group, from the group file.
