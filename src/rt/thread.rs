@@ -105,8 +105,19 @@ impl RealTimeConfig {
             }
         };
         if self.lock_memory {
+            let limit = memory_lock_limit();
+            if limit.is_some() {
+                touch_stack();
+            }
+            // Locking what is allocated later, too, would make a later allocation fail at the limit, and a process that
+            // cannot allocate ends at once.
+            let what = libc::MCL_CURRENT | if limit.is_none() { libc::MCL_FUTURE } else { 0 };
             // SAFETY: no pointer arguments.
-            ask("locked memory", result(unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) }));
+            ask("locked memory", result(unsafe { libc::mlockall(what) }));
+            if let Some(limit) = limit {
+                let why = format!("the limit is {} kB, see `ulimit -l`", limit / 1024);
+                ask("locked memory of later allocations", Err(io::Error::other(why)));
+            }
         }
         if let Some(processor) = self.processor {
             ask(&format!("processor {processor}"), stay_on(processor));
@@ -131,6 +142,29 @@ impl RealTimeConfig {
         }
         Ok(granted)
     }
+}
+
+/// [byte] that this process may lock at most; `None` = no limit, or none for this process.
+fn memory_lock_limit() -> Option<u64> {
+    /// Linux, `include/uapi/linux/capability.h`.
+    const CAP_IPC_LOCK: u32 = 14;
+    let status = fs::read_to_string("/proc/thread-self/status").unwrap_or_default();
+    let effective = status.lines().find_map(|line| line.strip_prefix("CapEff:"));
+    let effective = effective.and_then(|set| u64::from_str_radix(set.trim(), 16).ok()).unwrap_or(0);
+    let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
+    // SAFETY: `limit` is valid and writable for the call.
+    let code = unsafe { libc::getrlimit(libc::RLIMIT_MEMLOCK, &raw mut limit) };
+    let is_free =
+        effective & (1 << CAP_IPC_LOCK) != 0 || (code == 0 && limit.rlim_cur == libc::RLIM_INFINITY);
+    (!is_free).then_some(limit.rlim_cur)
+}
+
+/// Makes the stack as large as it will ever be: a locked stack does not grow beyond the limit, and a process whose
+/// stack cannot grow is killed.
+#[inline(never)]
+fn touch_stack() {
+    let mut pages = [0_u8; 512 * 1024];
+    std::hint::black_box(&mut pages);
 }
 
 fn result(code: i32) -> io::Result<()> {
