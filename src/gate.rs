@@ -107,7 +107,16 @@ impl Gate {
         self.stepped_ns.saturating_add(self.cycle.period_ns() / 2)
     }
 
-    /// Publishes what was measured, and wakes the controller when `wake` says so.
+    /// `sensors`, with what the guard's limits say of them at the time of their publication: stale, frozen. For the
+    /// controller and for everybody else; the guard itself is given them as they came.
+    #[must_use]
+    pub fn marked(&self, sensors: &Sensors) -> Sensors {
+        let mut marked = *sensors;
+        self.guard.mark(&self.state, sensors.stamp_ns, &mut marked);
+        marked
+    }
+
+    /// Publishes what was measured, [`Gate::marked`], and wakes the controller when `wake` says so.
     pub fn publish_sensors(&mut self, sensors: &Sensors, wake: bool) {
         self.topics.sensors.send(sensors);
         if wake {
@@ -121,11 +130,17 @@ impl Gate {
             self.newest = Some(command);
             self.is_pending = true;
         }
-        if let Some(stop) = self.topics.stops.iter_mut().find_map(Subscriber::newest) {
-            // It overtakes whatever was asked before.
-            self.request = Some(stop);
+        let mut asked = self.topics.stops.iter_mut().find_map(Subscriber::newest);
+        if asked.is_none() && self.request.is_none() {
+            asked = self.topics.requests.next_in_order();
+        }
+        if asked.is_some() {
+            // A stop overtakes whatever was asked before. And an operator has spoken: from now on a gate that arms by
+            // itself does not.
+            self.request = asked;
+            self.arming = None;
         } else if self.request.is_none() {
-            self.request = self.topics.requests.next_in_order().or_else(|| self.own_request(now_ns));
+            self.request = self.own_request(now_ns);
         }
         self.request.is_some_and(|request| request.act == OperatorAct::Stop as u32)
     }
@@ -184,7 +199,8 @@ impl Gate {
         topics.heartbeats.send(&topics.heartbeat);
     }
 
-    /// Latches from outside: the bus died, the process is ending. The next step begins the ramp to zero.
+    /// Latches from outside: the bus died or has another master, the process is ending. The next step begins the ramp
+    /// to zero.
     pub fn trip(&mut self, now_ns: u64, cause: Cause) {
         if self.tripped.is_none() {
             self.guard.trip(&mut self.state, now_ns, cause);

@@ -295,6 +295,43 @@ pub struct CycleSample {
     pub reserved: u32,
 }
 
+/// What the bus does, for whoever watches. All but the first three are totals of this life of the process.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ZeroCopySend)]
+#[type_name("rotorbench::BusStatus")]
+pub struct BusStatus {
+    /// Counts publications from 1.
+    pub sequence: u64,
+    /// [ns] CLOCK_MONOTONIC.
+    pub stamp_ns: u64,
+    /// [ns] since the first own frame that has not been seen on the bus yet; 0 = all were.
+    pub echo_age_ns: u64,
+    /// Frames of other senders received.
+    pub received: u64,
+    /// Frames lost because the process did not take them in time.
+    pub lost: u64,
+    /// Frames given to the interface.
+    pub sent: u64,
+    /// Own frames seen on the bus.
+    pub echoed: u64,
+    /// Frames that the interface did not take.
+    pub not_sent: u64,
+    /// Error frames.
+    pub error_frames: u64,
+    /// Frames with an identifier that no role names.
+    pub unknown_id: u64,
+    /// Frames with the identifier of our own command, from another sender.
+    pub foreign_command: u64,
+    /// Frames with the right identifier and the wrong number of bytes.
+    pub wrong_length: u64,
+    /// Frames whose counter does not go on.
+    pub counter: u64,
+    /// Values that are not a number.
+    pub not_a_number: u64,
+    /// Values outside the allowed range.
+    pub out_of_range: u64,
+}
+
 /// One step of the controller: everything it consumed, and what it answered. The recorder's food: `replay` runs
 /// the step again on it and expects the same bits. The reference is not among it: it follows from the bench file and
 /// from what was applied.

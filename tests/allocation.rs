@@ -1,8 +1,6 @@
 //! After start-up the cycles allocate nothing: neither the controller's nor the guard's, not even when a peer comes
 //! back from the dead. Counted by the allocator itself, per thread.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 use rotorbench::bench::{BenchConfig, Trigger};
@@ -14,51 +12,15 @@ use rotorbench::process::plant;
 use rotorbench::shm::{Bench, Place, Role, SENSORS, SharedMemoryConfig};
 use rotorbench::signal::{Sample, Sensors};
 
-thread_local! {
-    static COUNT: Cell<u64> = const { Cell::new(0) };
-}
+#[path = "processes/counting.rs"]
+mod counting;
 
-struct Counting;
-
-// SAFETY: hands everything to the system's allocator; counting touches a thread-local without a destructor only.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: the caller's promise.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        count();
-        // SAFETY: the caller's promise.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
-        // SAFETY: the caller's promise.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-fn count() {
-    let _ = COUNT.try_with(|count| count.set(count.get() + 1));
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
+use counting::allocations;
 
 const PERIOD_S: f64 = 0.002;
 const PERIOD_NS: u64 = 2_000_000;
 /// State code of an armed guard, as a bit.
 const ARMED: u32 = 1 << 2;
-
-/// How often this thread asked the allocator for something, or gave something back, during `act`.
-fn allocations<T>(act: impl FnOnce() -> T) -> (T, u64) {
-    let before = COUNT.with(Cell::get);
-    let value = act();
-    (value, COUNT.with(Cell::get) - before)
-}
 
 fn config(test: &str, trigger: Trigger) -> BenchConfig {
     // Short pre-arm checks: on a loaded machine 200 ms without one late command at 500 Hz may never come.

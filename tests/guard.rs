@@ -469,6 +469,52 @@ fn every_fault_of_a_signal_ends_in_zero_within_the_hold_and_two_periods() {
     }
 }
 
+/// What the guard knows by its clock and no frame can carry: flagged for whoever reads the sensors.
+#[test]
+fn stale_and_frozen_signals_are_marked_for_their_readers() {
+    let mut rig = Rig::armed(&defaults());
+    let marks = |rig: &Rig| {
+        let mut marked = rig.sensors;
+        rig.guard.mark(&rig.state, rig.now, &mut marked);
+        let unmarked = Sensors { body_rate: Sample { health: 0, ..marked.body_rate }, ..marked };
+        assert_eq!(
+            unmarked,
+            Sensors { body_rate: Sample { health: 0, ..rig.sensors.body_rate }, ..rig.sensors }
+        );
+        marked.body_rate.health
+    };
+    assert_eq!(marks(&rig), 0);
+    // Silent: marked once it is older than the hold, and not before.
+    let before = rig.sensors.body_rate;
+    for period in 1..=N + 2 {
+        rig.now += T;
+        rig.sense();
+        rig.sensors.body_rate = before;
+        rig.answer();
+        rig.step(true);
+        assert_eq!(marks(&rig), if period > N { Health::STALE } else { 0 }, "{period} periods");
+    }
+    rig.period();
+    assert_eq!(marks(&rig), 0, "a new value is not stale");
+
+    // Frozen: frames go on with the same value while the rotors turn.
+    let mut rig = Rig::armed(&defaults());
+    let before = rig.sensors.body_rate.value;
+    let mut periods = 0;
+    while marks(&rig) == 0 {
+        periods += 1;
+        assert!(periods <= N + 2, "never marked");
+        rig.now += T;
+        rig.sense();
+        rig.sensors.body_rate.value = before;
+        rig.answer();
+        rig.step(true);
+    }
+    assert_eq!((marks(&rig), rig.state.cause()), (Health::FROZEN, Cause::SignalFrozen));
+    rig.sensors.body_rate.value += 1e-3;
+    assert_eq!(marks(&rig), 0, "another value is not frozen, even before the guard has looked at it");
+}
+
 #[test]
 fn every_required_signal_is_watched_and_no_other() {
     let poke = |sensors: &mut Sensors, signal: Signal| match signal {
@@ -644,7 +690,8 @@ fn alive_is_not_fresh() {
     let mut rig = Rig::armed(&defaults());
     let deaf = rig.command.sensors_sequence;
     let periods = rig.periods_to_zero(|rig| rig.command.sensors_sequence = deaf);
-    assert!(periods <= N + 3, "{periods} periods: the hold, one for the answer, the ramp");
+    assert!(periods <= N + 2, "{periods} periods");
+    assert!(periods > N, "cut without a hold, {periods} periods");
     assert_eq!(rig.state.cause(), Cause::CommandAnswersOldSensors);
 
     // One that answers, later and later: the sensors it answers are older than a command may be.

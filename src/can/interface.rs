@@ -1,5 +1,6 @@
 //! The state of an interface, asked of the kernel by netlink: a round trip, so never in the cycle.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
@@ -9,6 +10,9 @@ use socketcan::CanInterface;
 use socketcan::nl::{CanState, Mtu};
 
 use super::error::CanError;
+
+/// Where the kernel lists its network interfaces.
+pub(super) const INTERFACES: &str = "/sys/class/net";
 
 /// What the kernel says of an interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,6 +40,11 @@ impl InterfaceStatus {
     /// [`CanError::Interface`] when there is no such interface, with the command that makes one.
     pub fn read(interface: &str) -> Result<Self, CanError> {
         let fail = |reason: String| CanError::Interface { interface: interface.to_owned(), reason };
+        let listed = Path::new(INTERFACES);
+        // Asked by a name that it does not know, the kernel would start a program to look for a driver.
+        if listed.exists() && !listed.join(interface).exists() {
+            return Err(fail(missing(interface)));
+        }
         let details = CanInterface::open(interface)
             .map_err(|_| fail(missing(interface)))?
             .details()

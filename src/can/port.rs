@@ -5,8 +5,10 @@
 //! commands of the past.
 
 use std::fmt;
-use std::io;
+use std::fs::File;
+use std::io::{self, Read};
 use std::os::fd::{AsRawFd, RawFd};
+use std::path::{Path, PathBuf};
 
 use socketcan::{CanSocket, Socket, SocketOptions};
 
@@ -15,7 +17,7 @@ use crate::clock;
 use super::error::CanError;
 use super::error_frame::ErrorFrame;
 use super::frame::Frame;
-use super::interface::InterfaceStatus;
+use super::interface::{INTERFACES, InterfaceStatus};
 use super::socket::{self, BATCH, Batch, RawArrival};
 use super::stamp::StampClock;
 
@@ -57,7 +59,7 @@ pub enum Fault {
     Full,
     /// The interface is down.
     Down,
-    /// The interface is gone from the machine.
+    /// The interface is gone from the machine. Should there be one of its name again, the port joins it.
     Gone,
     /// Another error number of the operating system.
     Other(i32),
@@ -82,6 +84,8 @@ pub struct PortCounts {
     pub down: u64,
     /// Frames dropped for another reason.
     pub failed: u64,
+    /// Times that the interface was gone from the machine, and joined when it was there again.
+    pub rejoined: u64,
 }
 
 /// What a loop needs of a bus: a [`Port`], or, on virtual time, a bus in memory.
@@ -133,6 +137,9 @@ impl Bus for Port {
 /// An open, non-blocking port. Belongs to one thread at a time.
 pub struct Port {
     socket: CanSocket,
+    /// Where the kernel tells the number of the interface that has this port's name.
+    number: PathBuf,
+    is_gone: bool,
     batch: Box<Batch>,
     stamps: StampClock,
     counts: PortCounts,
@@ -167,6 +174,8 @@ impl Port {
         let stamps = StampClock::new(clock::monotonic_ns());
         Ok(Self {
             socket,
+            number: Path::new(INTERFACES).join(interface).join("ifindex"),
+            is_gone: false,
             batch: Batch::new(),
             stamps,
             counts: PortCounts::default(),
@@ -179,12 +188,16 @@ impl Port {
     /// hundred there may be more: wait again, `ppoll` returns at once.
     ///
     /// # Errors
-    /// [`Fault`], once for each time the interface goes down; receiving goes on when it is up again.
+    /// [`Fault`], once for each time the interface goes down; receiving goes on when it is up again, or there again.
     pub fn receive(&mut self, mut take: impl FnMut(Arrival)) -> Result<usize, Fault> {
+        if self.is_gone {
+            // Without success there is still the socket's error to be taken, which would wake the caller again and again.
+            self.rejoin();
+        }
         let mut total = 0;
         while total < MOST {
             let (monotonic_ns, realtime_ns) = (clock::monotonic_ns(), clock::realtime_ns());
-            let Self { socket, batch, stamps, counts, last_dropped, waiting_since_ns } = self;
+            let Self { socket, batch, stamps, counts, last_dropped, waiting_since_ns, .. } = self;
             let received = batch.receive(socket.as_raw_fd(), |raw| {
                 let software_ns = stamps.software(raw.software_ns, monotonic_ns, realtime_ns);
                 if let Some(dropped) = raw.dropped {
@@ -198,7 +211,7 @@ impl Port {
                     take(arrival);
                 }
             });
-            let received = received.map_err(|error| Fault::of(&error))?;
+            let received = received.map_err(|error| self.fault(&error))?;
             total += received;
             if received < BATCH {
                 self.stamps.empty_ns = monotonic_ns;
@@ -221,7 +234,7 @@ impl Port {
                 Ok(())
             }
             Err(error) => {
-                let fault = Fault::of(&error);
+                let fault = self.fault(&error);
                 *match fault {
                     Fault::Full => &mut self.counts.full,
                     Fault::Down | Fault::Gone => &mut self.counts.down,
@@ -229,6 +242,28 @@ impl Port {
                 } += 1;
                 Err(fault)
             }
+        }
+    }
+
+    fn fault(&mut self, error: &io::Error) -> Fault {
+        let fault = Fault::of(error);
+        self.is_gone |= fault == Fault::Gone;
+        fault
+    }
+
+    /// Joins the interface of the same name, if there is one again: an adapter that was unplugged comes back as a new
+    /// interface. A few short system calls; neither waits nor allocates.
+    fn rejoin(&mut self) {
+        // Not by the call that asks for the number of a name: for a name that is not there it starts a program, `modprobe`.
+        let mut text = [0; 16];
+        let length = File::open(&self.number).and_then(|mut file| file.read(&mut text)).unwrap_or(0);
+        let text = text.get(..length).and_then(|text| std::str::from_utf8(text).ok()).unwrap_or("");
+        let Ok(index) = text.trim().parse() else { return };
+        if socket::bind_again(self.socket.as_raw_fd(), index).is_ok() {
+            self.is_gone = false;
+            self.counts.rejoined += 1;
+            // Another adapter, another clock.
+            self.stamps = StampClock::new(clock::monotonic_ns());
         }
     }
 

@@ -43,6 +43,8 @@ pub struct Counts {
     pub accepted: u64,
     /// Frames with an identifier that no role names, and remote requests.
     pub unknown_id: u64,
+    /// Frames with the identifier of our own command, of whatever length, from another sender.
+    pub foreign_command: u64,
     /// Frames with the right identifier and the wrong number of bytes.
     pub wrong_length: u64,
     /// Frames refused because the sender's counter repeated, went back or jumped too far.
@@ -145,8 +147,16 @@ impl Roles {
         SenderState { counters: vec![0; self.sensors.messages().len()] }
     }
 
+    /// Whether `frame` has the identifier of a command: on the bench's side of the bus a command, on the bridge's side
+    /// somebody else who commands the rotors.
+    #[must_use]
+    pub fn is_command(&self, frame: &Frame) -> bool {
+        self.commands.has(frame)
+    }
+
     /// Takes a received frame's good values into `sensors`; flags the bad ones there and keeps their last good
-    /// value and stamp. `stamp_ns` is CLOCK_MONOTONIC at reception.
+    /// value and stamp. `stamp_ns` is CLOCK_MONOTONIC at reception. The frame is another sender's, so that one with the
+    /// identifier of a command is [`Refusal::ForeignCommand`].
     #[inline]
     pub fn decode_sensors(
         &self,
@@ -156,7 +166,7 @@ impl Roles {
         sensors: &mut Sensors,
     ) -> Decoded {
         let mut updated = 0;
-        let refused = state.receive(&self.sensors, frame, |field, reading| {
+        let received = state.receive(&self.sensors, frame, |field, reading| {
             let sample = field.of_mut(sensors);
             sample.count = sample.count.wrapping_add(1);
             match reading {
@@ -169,6 +179,11 @@ impl Roles {
                 Reading::Refused(refusal) => sample.health |= refusal.health(),
             }
         });
+        let refused = match received {
+            Err(Refusal::UnknownId) if self.commands.has(frame) => state.refuse(Refusal::ForeignCommand),
+            Err(refusal) => state.refuse(refusal),
+            Ok(refused) => refused,
+        };
         state.counts.accepted = state.counts.accepted.wrapping_add(u64::from(updated != 0));
         Decoded { updated, refused }
     }
@@ -183,7 +198,7 @@ impl Roles {
         commands: &mut RotorCommands,
     ) -> Decoded {
         let mut updated = 0;
-        let refused = state.receive(&self.commands, frame, |field, reading| {
+        let received = state.receive(&self.commands, frame, |field, reading| {
             let Reading::Value(value) = reading else { return };
             let rotor = match field {
                 CommandField::Rotor1 => 0,
@@ -197,6 +212,7 @@ impl Roles {
             commands.stamp_ns[rotor] = stamp_ns;
             updated |= 1 << rotor;
         });
+        let refused = received.unwrap_or_else(|refusal| state.refuse(refusal));
         state.counts.accepted = state.counts.accepted.wrapping_add(u64::from(updated != 0));
         Decoded { updated, refused }
     }
@@ -240,34 +256,33 @@ impl ReceiverState {
         Self { counters: vec![Counter::default(); messages], counts: Counts::default() }
     }
 
-    /// Hands every bound value of the frame to `take`; counts what is refused and says the last cause.
+    /// Hands every bound value of the frame to `take`; counts the values that are refused and says the last cause. A
+    /// frame that is refused as a whole is the error, and for the caller to count.
     #[inline]
     fn receive<F: Copy>(
         &mut self,
         routes: &Routes<F>,
         frame: &Frame,
         mut take: impl FnMut(F, Reading),
-    ) -> Option<Refusal> {
+    ) -> Result<Option<Refusal>, Refusal> {
         self.counts.frames = self.counts.frames.wrapping_add(1);
-        let refusal = match routes.find(frame) {
-            Err(refusal) => refusal,
-            Ok((index, route)) => {
-                let counter = self.counters.get_mut(index);
-                let verdict = counter.map_or(Ok(0), |counter| route.check_counter(counter, frame));
-                match verdict {
-                    Ok(lost) => {
-                        self.counts.lost = self.counts.lost.wrapping_add(lost);
-                        return self.read(route, frame, take);
-                    }
-                    Err(refusal) => {
-                        route.bindings().iter().for_each(|binding| {
-                            take(binding.field, Reading::Refused(refusal));
-                        });
-                        refusal
-                    }
-                }
+        let (index, route) = routes.find(frame)?;
+        let counter = self.counters.get_mut(index);
+        match counter.map_or(Ok(0), |counter| route.check_counter(counter, frame)) {
+            Ok(lost) => {
+                self.counts.lost = self.counts.lost.wrapping_add(lost);
+                Ok(self.read(route, frame, take))
             }
-        };
+            Err(refusal) => {
+                route.bindings().iter().for_each(|binding| {
+                    take(binding.field, Reading::Refused(refusal));
+                });
+                Err(refusal)
+            }
+        }
+    }
+
+    fn refuse(&mut self, refusal: Refusal) -> Option<Refusal> {
         self.counts.add(refusal);
         Some(refusal)
     }
@@ -296,6 +311,7 @@ impl Counts {
     fn add(&mut self, refusal: Refusal) {
         let count = match refusal {
             Refusal::UnknownId => &mut self.unknown_id,
+            Refusal::ForeignCommand => &mut self.foreign_command,
             Refusal::WrongLength => &mut self.wrong_length,
             Refusal::Counter => &mut self.counter,
             Refusal::NotANumber => &mut self.not_a_number,
@@ -306,9 +322,10 @@ impl Counts {
 
     /// Everything refused, by cause.
     #[must_use]
-    pub fn refused(&self) -> [(Refusal, u64); 5] {
+    pub fn refused(&self) -> [(Refusal, u64); 6] {
         [
             (Refusal::UnknownId, self.unknown_id),
+            (Refusal::ForeignCommand, self.foreign_command),
             (Refusal::WrongLength, self.wrong_length),
             (Refusal::Counter, self.counter),
             (Refusal::NotANumber, self.not_a_number),

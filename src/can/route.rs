@@ -14,6 +14,8 @@ use super::frame::{Frame, Id, Kind, Payload};
 pub enum Refusal {
     /// No role names the identifier, or it is a remote request.
     UnknownId,
+    /// The identifier of our own command, from another sender.
+    ForeignCommand,
     /// The right identifier with the wrong number of bytes.
     WrongLength,
     /// The sender's counter repeated, went back or jumped too far.
@@ -28,7 +30,7 @@ impl Refusal {
     /// The bit of [`Health`] a refused value gets.
     pub(super) fn health(self) -> u32 {
         match self {
-            Self::UnknownId | Self::WrongLength => 0,
+            Self::UnknownId | Self::ForeignCommand | Self::WrongLength => 0,
             Self::Counter => Health::COUNTER,
             Self::NotANumber => Health::NOT_A_NUMBER,
             Self::OutOfRange => Health::OUT_OF_RANGE,
@@ -40,6 +42,7 @@ impl fmt::Display for Refusal {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
             Self::UnknownId => "unknown identifier",
+            Self::ForeignCommand => "command of another sender",
             Self::WrongLength => "wrong length",
             Self::Counter => "counter",
             Self::NotANumber => "not a number",
@@ -211,6 +214,11 @@ impl<F: Copy> Routes<F> {
 
     pub(super) fn messages(&self) -> &[Route<F>] {
         &self.messages
+    }
+
+    /// Whether it is a data frame with the identifier of one of these messages, whatever its length.
+    pub(super) fn has(&self, frame: &Frame) -> bool {
+        !matches!(self.find(frame), Err(Refusal::UnknownId))
     }
 
     /// The message of a received frame, if a role names it and its length is right.

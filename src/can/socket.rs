@@ -1,5 +1,5 @@
-//! The two system calls that `socketcan` does not give: many frames with their stamps and the drop count in one
-//! `recvmmsg`, and a send that never waits. All `unsafe` of the room is here.
+//! The system calls that `socketcan` does not give: many frames with their stamps and the drop count in one
+//! `recvmmsg`, a send that never waits, and a second bind. All `unsafe` of the room is here.
 
 use std::io;
 use std::mem::{size_of, zeroed};
@@ -118,7 +118,8 @@ fn read_arrival(header: &libc::mmsghdr, raw: &libc::canfd_frame) -> RawArrival {
 }
 
 fn nanoseconds(stamp: &libc::timespec) -> u64 {
-    stamp.tv_sec.unsigned_abs() * NANOSECONDS_PER_SECOND + stamp.tv_nsec.unsigned_abs()
+    let seconds_ns = stamp.tv_sec.unsigned_abs().saturating_mul(NANOSECONDS_PER_SECOND);
+    seconds_ns.saturating_add(stamp.tv_nsec.unsigned_abs())
 }
 
 /// The frame in a buffer of `length` bytes; `None` for an error frame or a length that no frame has.
@@ -140,6 +141,33 @@ fn read_frame(raw: &libc::canfd_frame, length: usize) -> Option<Frame> {
         }
         _ => None,
     }
+}
+
+/// Binds a socket again, to the interface that has the number `index` now. When an interface goes, the kernel unbinds its
+/// sockets and forgets their filters; all other options stay.
+pub(super) fn bind_again(fd: RawFd, index: libc::c_int) -> io::Result<()> {
+    let everything = libc::can_filter { can_id: 0, can_mask: 0 };
+    // SAFETY: the kernel reads one filter, which is as long as said.
+    result(unsafe {
+        libc::setsockopt(
+            fd,
+            libc::SOL_CAN_RAW,
+            libc::CAN_RAW_FILTER,
+            (&raw const everything).cast(),
+            size_of::<libc::can_filter>() as libc::socklen_t,
+        )
+    })?;
+    // SAFETY: a sockaddr_can is plain data for which zero is valid.
+    let mut address: libc::sockaddr_can = unsafe { zeroed() };
+    address.can_family = libc::AF_CAN as libc::sa_family_t;
+    address.can_ifindex = index;
+    let length = size_of::<libc::sockaddr_can>() as libc::socklen_t;
+    // SAFETY: the kernel reads one address, which is as long as said.
+    result(unsafe { libc::bind(fd, (&raw const address).cast(), length) })
+}
+
+fn result(code: libc::c_int) -> io::Result<()> {
+    if code < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
 }
 
 /// Sends a frame without waiting.

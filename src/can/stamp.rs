@@ -3,7 +3,7 @@
 /// [ns/ns] most that an adapter's clock and the machine's run apart.
 const DRIFT: f64 = 200e-6;
 /// [ns] beyond which an adapter's clock has been set anew rather than drifted.
-const JUMP_NS: i64 = 1_000_000_000;
+const JUMP_NS: u64 = 1_000_000_000;
 
 /// Puts the kernel's (CLOCK_REALTIME) and the adapter's stamps on CLOCK_MONOTONIC.
 ///
@@ -40,9 +40,9 @@ impl StampClock {
     pub(super) fn hardware(&mut self, stamp_ns: u64, software_ns: u64) -> u64 {
         let seen = software_ns.wrapping_sub(stamp_ns) as i64;
         let offset_ns = match self.hardware {
-            Some(known) if (seen - known.offset_ns).abs() < JUMP_NS => {
+            Some(known) if seen.abs_diff(known.offset_ns) < JUMP_NS => {
                 let elapsed = software_ns.saturating_sub(known.stamp_ns);
-                seen.min(known.offset_ns + (elapsed as f64 * DRIFT) as i64)
+                seen.min(known.offset_ns.saturating_add((elapsed as f64 * DRIFT) as i64))
             }
             _ => seen,
         };
@@ -57,7 +57,26 @@ impl StampClock {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    proptest! {
+        /// Whatever an adapter or a kernel says the time was: never a panic, and never outside the span in which the
+        /// frame must have arrived.
+        #[test]
+        fn absurd_stamps_stay_in_bounds(stamps in prop::collection::vec((any::<u64>(), any::<u64>()), 1..20)) {
+            let mut clock = StampClock::new(5_000);
+            for (index, (stamp, other)) in stamps.into_iter().enumerate() {
+                let now = 10_000 + index as u64;
+                let software = clock.software(stamp, now, other);
+                prop_assert!((5_000..=now).contains(&software));
+                prop_assert!((5_000..=now).contains(&clock.hardware(other, software)));
+                // Clocks that are themselves absurd.
+                clock.hardware(stamp, other.max(5_000));
+            }
+        }
+    }
 
     #[test]
     fn a_stepped_clock_makes_no_old_frame_new_nor_a_new_one_old() {

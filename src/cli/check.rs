@@ -196,18 +196,23 @@ fn obstacles(config: &BenchConfig, roles: &Roles, guard: &Guard) -> Vec<String> 
             Some(route)
                 if signal == Signal::BodyRate
                     && config.trigger == Trigger::Imu
-                    && (route.period_s / config.period_s - 1.0).abs() > 0.01 =>
+                    && !is_whole(config.period_s / route.period_s) =>
             {
                 obstacles.push(format!(
-                    "trigger = \"imu\" steps the controller with each `{}`, every {} s, and it is made for period_s = \
-                     {} s",
-                    route.name, route.period_s, config.period_s
+                    "trigger = \"imu\" steps the controller with the `{}` nearest to period_s = {} s, and it comes every \
+                     {} s: not at the control rate, nor at a multiple of it",
+                    route.name, config.period_s, route.period_s
                 ));
             }
             Some(_) => {}
         }
     }
     obstacles
+}
+
+/// Whether a ratio of rates is 1, 2, 3, ..., to a hundredth.
+fn is_whole(ratio: f64) -> bool {
+    ratio.round() >= 1.0 && (ratio - ratio.round()).abs() <= 0.01 * ratio
 }
 
 /// What the kernel says of the interface. A machine whose kernel has no CAN at all is not the bench: there the file

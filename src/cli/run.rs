@@ -46,7 +46,15 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let shutdown = Shutdown::listen()?;
     let recording = arguments.record.as_ref();
     let recording = recording.map(|path| Background::start(&config, path, "run", None)).transpose()?;
-    let summary = run::run(&config, pilot, arguments.arm, arguments.seconds, &shutdown)?;
+    let summary = match run::run(&config, pilot, arguments.arm, arguments.seconds, &shutdown) {
+        Ok(summary) => summary,
+        Err(refused) => {
+            if let Some(recording) = recording {
+                recording.discard();
+            }
+            return Err(refused.into());
+        }
+    };
     super::record::end(recording)?;
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&summary)?);
@@ -54,6 +62,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     println!("{}", timing::angle(&summary.angle));
     println!("guard: {}", summary.state);
+    if summary.guard_events_lost > 0 {
+        println!("  ({} earlier events are not shown: a recording holds them)", summary.guard_events_lost);
+    }
     for event in &summary.guard_events {
         println!("  {:9.3} s  {} -> {}: {}", event.time_s, event.from, event.to, event.cause);
     }

@@ -32,8 +32,8 @@ pub(super) struct Gate {
     pub(super) stamp_ns: u64,
     /// [ns] when it went through; 0 = none ever did.
     pub(super) passed_ns: u64,
-    /// [ns] when a command last answered newer sensors than the one before.
-    pub(super) answered_ns: u64,
+    /// [ns] since when there are sensors that no command has answered, nor any newer ones; 0 = there are none.
+    unanswered_since_ns: u64,
     /// Why the newest refused command was refused; `None` after a fresh one.
     pub(super) complaint: Option<Cause>,
     sensors_sequence: u64,
@@ -56,6 +56,11 @@ impl Gate {
         if now_ns.saturating_sub(self.mark_ns) >= rules.time_to_live_ns {
             (self.floor, self.mark, self.mark_ns) = (self.mark, sensors_sequence, now_ns);
         }
+        if sensors_sequence <= self.sensors_sequence {
+            self.unanswered_since_ns = 0;
+        } else if self.unanswered_since_ns == 0 {
+            self.unanswered_since_ns = now_ns;
+        }
         let Some(command) = newest else { return Passage::Nothing };
         let identity = (command.sequence, command.stamp_ns);
         if identity == (self.sequence, self.stamp_ns) || identity == self.refused {
@@ -72,6 +77,11 @@ impl Gate {
                 Passage::Fresh
             }
         }
+    }
+
+    /// [ns] for which newer sensors have waited for a command that answers them.
+    pub(super) fn unanswered_ns(&self, now_ns: u64) -> u64 {
+        if self.unanswered_since_ns == 0 { 0 } else { now_ns.saturating_sub(self.unanswered_since_ns) }
     }
 
     fn objection(
@@ -109,7 +119,7 @@ impl Gate {
 
     fn pass(&mut self, now_ns: u64, command: &Command) {
         if command.sensors_sequence != self.sensors_sequence {
-            self.answered_ns = now_ns;
+            self.unanswered_since_ns = 0;
         }
         self.rotor = command.rotor;
         self.sequence = command.sequence;

@@ -207,7 +207,17 @@ impl Guard {
         Applied { state: state.state as u32, cause: state.cause as u32, misses, ..applied }
     }
 
-    /// Latches from outside the step: the bus died, the process is ending. The next step begins the ramp.
+    /// Adds to `sensors` what time and this guard's limits say of them: [`Health::STALE`], [`Health::FROZEN`]. For
+    /// whoever reads them; the guard itself judges by the stamps.
+    pub fn mark(&self, state: &GuardState, now_ns: u64, sensors: &mut Sensors) {
+        for ((limit, track), signal) in self.signals.iter().zip(&state.signals).zip(Signal::ALL) {
+            let sample = signal.sample_mut(sensors);
+            sample.health |= track.flags(limit, sample, now_ns);
+        }
+    }
+
+    /// Latches from outside the step: the bus died or has another master, the process is ending. The next step begins
+    /// the ramp.
     pub fn trip(&self, state: &mut GuardState, now_ns: u64, cause: Cause) {
         self.fire(state, now_ns, Trigger::Trip, cause, NO_SUBJECT, 0.0);
     }
@@ -323,17 +333,22 @@ impl Guard {
 
     fn command_finding(&self, state: &GuardState, now_ns: u64, misses: u32) -> Option<Finding> {
         let gate = &state.gate;
-        let unanswered_ns = now_ns.saturating_sub(gate.answered_ns);
+        // From the command before the one that first left newer sensors unanswered, as misses are counted. A controller
+        // that is given no new sensors is not deaf.
+        let unanswered_ns = gate.unanswered_ns(now_ns).saturating_add(self.period_ns);
         let age_ns = now_ns.saturating_sub(gate.stamp_ns);
         let (cause, trips) = if misses >= self.hold_periods || gate.passed_ns == 0 {
             // Also when a fresh one is here now: the rotors were without for too long.
             (gate.complaint.unwrap_or(Cause::CommandMissing), true)
         } else if age_ns > self.time_to_live_ns {
             (Cause::CommandExpired, true)
-        } else if unanswered_ns > self.hold_ns.saturating_add(self.period_ns) {
+        } else if unanswered_ns > self.hold_ns.saturating_add(self.period_ns / 4) {
             (Cause::CommandAnswersOldSensors, true)
         } else if misses >= 1 {
             (gate.complaint.unwrap_or(Cause::CommandMissing), false)
+        } else if unanswered_ns > (self.hold_ns / 2).max(self.period_ns * 5 / 4) {
+            // As with a signal, half of it is worth a warning; a controller that just missed a frame is not deaf.
+            (Cause::CommandAnswersOldSensors, false)
         } else {
             return None;
         };

@@ -69,6 +69,23 @@ impl Signal {
     }
 }
 
+impl Signal {
+    /// Its newest sample, to be flagged.
+    pub(super) fn sample_mut(self, sensors: &mut Sensors) -> &mut Sample {
+        match self {
+            Self::BodyRate => &mut sensors.body_rate,
+            Self::BodyAngle => &mut sensors.body_angle,
+            Self::BatteryVoltage => &mut sensors.battery_voltage,
+            Self::PropellerRate1 => &mut sensors.propeller_rate[0],
+            Self::PropellerRate2 => &mut sensors.propeller_rate[1],
+            Self::Current1 => &mut sensors.current[0],
+            Self::Current2 => &mut sensors.current[1],
+            Self::Thrust1 => &mut sensors.thrust[0],
+            Self::Thrust2 => &mut sensors.thrust[1],
+        }
+    }
+}
+
 impl fmt::Display for Signal {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
@@ -107,6 +124,8 @@ pub(super) struct SignalTrack {
     bits: u64,
     /// Count of the last sample.
     count: u32,
+    /// Frames went on with the same value for too long, and no other has come since.
+    frozen: bool,
 }
 
 /// What a signal is now.
@@ -139,7 +158,9 @@ impl SignalTrack {
         // Silence is staleness; only frames that go on with the same value are frozen. Where they do because each new
         // value is refused and the last good one stands, why they are refused says more.
         let still_ns = now_ns.saturating_sub(self.changed_ns);
-        if live && limit.frozen_after_ns > 0 && still_ns > limit.frozen_after_ns {
+        let still = limit.frozen_after_ns > 0 && still_ns > limit.frozen_after_ns;
+        self.frozen = still && (live || self.frozen);
+        if still && live {
             return Verdict::Lost(complaint.unwrap_or(Cause::SignalFrozen));
         }
         match complaint {
@@ -150,6 +171,16 @@ impl SignalTrack {
             Some(cause) if now_ns.saturating_sub(self.good_ns) > limit.stale_after_ns => Verdict::Lost(cause),
             Some(cause) => Verdict::Bad(cause),
         }
+    }
+}
+
+impl SignalTrack {
+    /// Bits of [`Health`] that only time tells: for a copy of the sample.
+    pub(super) fn flags(&self, limit: &SignalLimit, sample: &Sample, now_ns: u64) -> u32 {
+        let came = sample.stamp_ns != 0;
+        let stale = came && now_ns.saturating_sub(sample.stamp_ns) > limit.stale_after_ns;
+        let frozen = came && self.frozen && self.bits == sample.value.to_bits();
+        (if stale { Health::STALE } else { 0 }) | (if frozen { Health::FROZEN } else { 0 })
     }
 }
 

@@ -183,11 +183,13 @@ pub enum Cause {
     RequestUnknown = 25,
     /// The request leads nowhere from this state.
     RequestRefused = 26,
+    /// Frames with the command's identifier that we did not send: another controller, or a forger.
+    ForeignCommand = 27,
 }
 
 impl Cause {
     /// Number of causes.
-    pub const COUNT: usize = 27;
+    pub const COUNT: usize = 28;
 
     /// Cause and its plain words, in the order of the codes.
     #[rustfmt::skip]
@@ -219,6 +221,7 @@ impl Cause {
         (Self::RequestStale, "request is too old"),
         (Self::RequestUnknown, "request is unknown"),
         (Self::RequestRefused, "request is not possible in this state"),
+        (Self::ForeignCommand, "another sender commands the rotors"),
     ];
 
     /// The cause with this code.

@@ -3,7 +3,7 @@
 use super::ProcessError;
 use super::control::end_after;
 use super::wire::{Wire, WireSummary, is_virtual};
-use crate::bench::BenchConfig;
+use crate::bench::{BenchConfig, Trigger};
 use crate::clock;
 use crate::gate::Gate;
 use crate::guard::{Cause, State};
@@ -22,6 +22,8 @@ pub struct BridgeLoop {
     wire: Wire,
     /// Periods without an own frame on the bus after which the bus is dead.
     hold_periods: u32,
+    /// Whether the controller waits for the gyro.
+    wakes_control: bool,
     // Last: everything above lives on it.
     _bench: Bench,
 }
@@ -54,8 +56,9 @@ impl BridgeLoop {
         let bench = Bench::join(&config.name, &config.shared_memory, Role::Bridge)?;
         let gate = Gate::open(&bench, guard, period_ns)?;
         // After the guard: a second bridge that is refused must not say a word on the bus, not even a safe one.
-        let wire = Wire::open(config, log)?;
-        Ok(Self { gate, wire, hold_periods, _bench: bench })
+        let wire = Wire::open(config, &bench, log)?;
+        let wakes_control = config.trigger == Trigger::Imu;
+        Ok(Self { gate, wire, hold_periods, wakes_control, _bench: bench })
     }
 
     /// Waits for the socket, the command or the timer, whichever comes first, and does what is to be done.
@@ -65,18 +68,22 @@ impl BridgeLoop {
         let ready = if let Wake::Ready(bits) = woken { bits } else { 0 };
         let look = self.wire.receive(ready & 1 != 0);
         if look.updated {
-            self.gate.publish_sensors(self.wire.sensors(), look.gyro);
+            let marked = self.gate.marked(self.wire.sensors());
+            self.gate.publish_sensors(&marked, look.gyro && self.wakes_control);
         }
         if ready & 2 != 0 {
             self.gate.bell().quiet();
         }
         let now_ns = clock::monotonic_ns();
-        if look.bus_off || self.wire.is_dead(now_ns, self.hold_periods, self.gate.cycle().period_ns()) {
-            self.gate.trip(now_ns, Cause::BusDead);
+        let period_ns = self.gate.cycle().period_ns();
+        if let Some(cause) = self.wire.trouble(&look, now_ns, self.hold_periods, period_ns) {
+            self.gate.trip(now_ns, cause);
         }
         if let Some((release, applied)) = self.gate.poll(now_ns, self.wire.sensors()) {
             self.wire.send(&applied);
-            self.gate.finish(release, clock::monotonic_ns(), self.wire.sensors());
+            let finished_ns = clock::monotonic_ns();
+            self.gate.finish(release, finished_ns, self.wire.sensors());
+            self.wire.publish(finished_ns);
         }
     }
 

@@ -3,6 +3,7 @@
 
 use super::ProcessError;
 use super::flight::{AngleError, Flight};
+use super::pace::Pace;
 use super::pilot::Pilot;
 use crate::bench::{BenchConfig, Trigger};
 use crate::clock;
@@ -21,8 +22,7 @@ pub struct ControlLoop {
     flight: Flight,
     sensors: Subscriber<Sensors>,
     newest: Sensors,
-    /// Number of gyro values that the last step had seen.
-    gyro_count: u32,
+    pace: Pace,
     applied: Subscriber<Applied>,
     passed: Applied,
     cycles: Publisher<CycleSample>,
@@ -62,7 +62,7 @@ impl ControlLoop {
             flight,
             sensors: bench.subscribe(&SENSORS)?,
             newest: Sensors::default(),
-            gyro_count: 0,
+            pace: Pace::new(period_ns),
             applied: bench.subscribe(&APPLIED)?,
             passed: Applied::default(),
             cycles: bench.publish(&Role::Control.cycle())?,
@@ -98,11 +98,10 @@ impl ControlLoop {
         if let Some(newest) = self.sensors.newest() {
             self.newest = newest;
         }
-        let arrived = self.newest.body_rate.count != self.gyro_count;
-        let release = if is_imu && arrived {
+        let release = if is_imu && self.pace.is_due(&self.newest.body_rate) {
             self.cycle.begin_at_arrival(now_ns, self.cycle.period_ns() / 2)
         } else if is_imu {
-            // A slot without an IMU frame has nothing to run for: the guard sees that no command comes.
+            // A slot without an IMU frame of its own has nothing to run for: the guard sees that no command comes.
             if now_ns >= self.cycle.due_ns() {
                 self.cycle.skip();
             }
@@ -112,7 +111,6 @@ impl ControlLoop {
         } else {
             return false;
         };
-        self.gyro_count = self.newest.body_rate.count;
         let has_sensors = self.newest.sequence > 0;
         if has_sensors {
             self.fly(now_ns);

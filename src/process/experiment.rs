@@ -117,7 +117,14 @@ pub fn on_bench(
         ended.request();
         let reason = watcher.join().unwrap_or(None);
         flown.map(|_| reason)
-    })?;
+    });
+    let reason = match reason {
+        Ok(reason) => reason,
+        Err(refused) => {
+            background.discard();
+            return Err(refused);
+        }
+    };
     background.finish()?;
     Ok(match reason {
         None => Ending { complete: true, reason: "complete".to_owned() },

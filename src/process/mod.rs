@@ -11,6 +11,7 @@ pub mod jitter;
 pub mod lockstep;
 pub mod lockstep_run;
 pub mod operator;
+mod pace;
 pub mod paper;
 pub mod pilot;
 pub mod plant;

@@ -4,7 +4,7 @@
 //! The same listener records from inside a process (`--record FILE`): on a thread of its own, so that no loop has
 //! anything to do with a file.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -221,6 +221,7 @@ impl Pulse {
 /// A recording made from inside a process of the bench, on a thread of its own.
 #[derive(Debug)]
 pub struct Background {
+    path: PathBuf,
     shutdown: Shutdown,
     thread: Option<JoinHandle<Result<RecorderSummary, RecordError>>>,
 }
@@ -259,11 +260,27 @@ impl Background {
             listener.copy(&mut handle);
             recorder.finish()
         })?;
-        let background = Self { shutdown, thread: Some(thread) };
+        let background = Self { path: path.to_owned(), shutdown, thread: Some(thread) };
         is_ready
             .recv()
             .unwrap_or_else(|_| Err(std::io::Error::other("the recorder's thread died").into()))?;
         Ok(background)
+    }
+
+    /// Ends the recording and removes its file: for a run that was refused before it began. The file was made by this
+    /// recording, never found.
+    pub fn discard(mut self) {
+        self.end();
+        // Who cannot remove it leaves a recording of nothing.
+        let _ = std::fs::remove_file(&self.path);
+    }
+
+    fn end(&mut self) {
+        self.shutdown.request();
+        if let Some(thread) = self.thread.take() {
+            // The error was the disk's; whoever wanted to know has called `finish`.
+            let _ = thread.join();
+        }
     }
 
     /// Ends the recording: what was published until now is in it.
@@ -282,11 +299,7 @@ impl Background {
 
 impl Drop for Background {
     fn drop(&mut self) {
-        self.shutdown.request();
-        if let Some(thread) = self.thread.take() {
-            // The error was the disk's; whoever wanted to know has called `finish`.
-            let _ = thread.join();
-        }
+        self.end();
     }
 }
 

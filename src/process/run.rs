@@ -4,6 +4,7 @@
 use super::ProcessError;
 use super::control::end_after;
 use super::flight::{AngleError, Flight};
+use super::pace::Pace;
 use super::pilot::Pilot;
 use super::wire::{Wire, WireSummary, is_virtual};
 use crate::bench::{BenchConfig, Trigger};
@@ -23,6 +24,7 @@ pub struct RunLoop {
     trigger: Trigger,
     gate: Gate,
     flight: Flight,
+    pace: Pace,
     wire: Wire,
     hold_periods: u32,
     events: Subscriber<GuardEvent>,
@@ -66,6 +68,8 @@ pub struct RunSummary {
     pub state: String,
     /// What the guard decided and refused, in order; refusals of one kind in a row count once.
     pub guard_events: Vec<EventLine>,
+    /// How many more it decided before these, which the ring of the last 1,024 no longer holds.
+    pub guard_events_lost: u64,
     /// The bus.
     pub bus: WireSummary,
     /// Timing of the cycle, frame to frame.
@@ -88,10 +92,11 @@ impl RunLoop {
         let flight = Flight::open(&bench, pilot)?;
         let gate = Gate::open(&bench, guard, period_ns)?;
         // After guard and controls: who is refused them must not say a word on the bus, not even a safe one.
-        let wire = Wire::open(config, log)?;
+        let wire = Wire::open(config, &bench, log)?;
         Ok(Self {
             trigger: config.trigger,
             flight,
+            pace: Pace::new(period_ns),
             gate,
             wire,
             hold_periods,
@@ -120,28 +125,31 @@ impl RunLoop {
             self.gate.bell().quiet();
         }
         let now_ns = clock::monotonic_ns();
-        if look.bus_off || self.wire.is_dead(now_ns, self.hold_periods, self.gate.cycle().period_ns()) {
-            self.gate.trip(now_ns, Cause::BusDead);
+        let period_ns = self.gate.cycle().period_ns();
+        if let Some(cause) = self.wire.trouble(&look, now_ns, self.hold_periods, period_ns) {
+            self.gate.trip(now_ns, cause);
         }
         let is_imu = self.trigger == Trigger::Imu;
         let stop = self.gate.is_stop_wanted(now_ns);
-        let release = if is_imu && look.gyro {
-            let grace_ns = self.gate.cycle().period_ns() / 2;
-            Some(self.gate.cycle_mut().begin_at_arrival(now_ns, grace_ns))
+        let is_due = is_imu && look.gyro && self.pace.is_due(&self.wire.sensors().body_rate);
+        let release = if is_due {
+            Some(self.gate.cycle_mut().begin_at_arrival(now_ns, period_ns / 2))
         } else {
             self.gate.cycle_mut().begin(now_ns)
         };
         // With the IMU as trigger a slot without its frame steps the guard, which counts a miss, and nothing else.
-        let flies = release.is_some() && (!is_imu || look.gyro) && self.wire.sensors().sequence > 0;
-        let sensors = *self.wire.sensors();
+        let flies = release.is_some() && (!is_imu || is_due) && self.wire.sensors().sequence > 0;
+        let sensors = self.gate.marked(self.wire.sensors());
         let before = *self.gate.applied();
         let command = flies.then(|| self.flight.step(now_ns, &sensors, &before));
         if release.is_some() || stop {
-            let applied = self.gate.step_with(now_ns, &sensors, command.as_ref());
+            let applied = self.gate.step_with(now_ns, self.wire.sensors(), command.as_ref());
             self.wire.send(&applied);
         }
         if let Some(release) = release {
-            self.gate.finish(release, clock::monotonic_ns(), &sensors);
+            let finished_ns = clock::monotonic_ns();
+            self.gate.finish(release, finished_ns, &sensors);
+            self.wire.publish(finished_ns);
         }
         if let Some(command) = command {
             self.flight.publish(&sensors, &before, &command);
@@ -207,6 +215,7 @@ pub fn run(
         angle: run.flight.angle(),
         state,
         guard_events: run.event_lines(start_ns),
+        guard_events_lost: run.events.lost(),
         bus: run.wire.summary(),
         timing: run.gate.cycle().statistics().summary(),
         granted,

@@ -5,9 +5,12 @@ use serde::Serialize;
 use super::ProcessError;
 use crate::bench::BenchConfig;
 use crate::can::{Arrival, Bus, Counts, Fault, InterfaceStatus, InterfaceWatch, Port, PortCounts};
-use crate::can::{ReceiverState, Roles, SenderState, SensorField};
+use crate::can::{ReceiverState, Refusal, Roles, SenderState, SensorField};
+use crate::clock::NANOSECONDS_PER_SECOND;
+use crate::guard::Cause;
 use crate::rt::{LogQueue, Severity};
-use crate::signal::{Applied, Sensors};
+use crate::shm::{BUS, Bench, Publisher};
+use crate::signal::{Applied, BusStatus, Sensors};
 use std::os::fd::{AsRawFd, RawFd};
 
 /// The bus, its codec, and the newest value of everything measured.
@@ -25,7 +28,17 @@ pub struct Wire<B: Bus = Port> {
     refused_in_a_row: u32,
     /// The descriptor was ready and gave nothing: not waited for until the next slot.
     is_quiet: bool,
+    /// [ns] before which another sender's commands are not logged again.
+    foreign_told_ns: u64,
+    /// Times that the interface was joined again, as far as they were logged.
+    rejoined: u64,
+    /// `None` where nobody can watch: on a bus in memory.
+    status: Option<Publisher<BusStatus>>,
+    published: u64,
 }
+
+/// [ns] between two log lines on another sender's commands: a flood of them must not fill the log.
+const FOREIGN_TOLD_EVERY_NS: u64 = NANOSECONDS_PER_SECOND;
 
 /// What a look at the bus brought.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -36,6 +49,8 @@ pub struct Look {
     pub gyro: bool,
     /// The controller says that it left the bus.
     pub bus_off: bool,
+    /// Somebody else sends what only we may send.
+    pub foreign: bool,
 }
 
 /// What the bus did, and what was refused of it.
@@ -48,11 +63,11 @@ pub struct WireSummary {
 }
 
 impl Wire {
-    /// Opens the bus of the bench file.
+    /// Opens the bus of the bench file; what it does is published on `bench`.
     ///
     /// # Errors
     /// A DBC file, a role or an interface that cannot be, with its name.
-    pub fn open(config: &BenchConfig, log: LogQueue) -> Result<Self, ProcessError> {
+    pub fn open(config: &BenchConfig, bench: &Bench, log: LogQueue) -> Result<Self, ProcessError> {
         let roles = Roles::build(&config.bus, config.period_s)?;
         let interface = &config.bus.interface;
         let port = Port::open(interface, config.bus.fd)?;
@@ -61,6 +76,7 @@ impl Wire {
         let watch = InterfaceWatch::start(interface)?;
         let mut wire = Self::on(port, roles, log);
         wire.watch = Some(watch);
+        wire.status = Some(bench.publish(&BUS)?);
         Ok(wire)
     }
 
@@ -85,6 +101,10 @@ impl<B: Bus> Wire<B> {
             sensors: Sensors::default(),
             refused_in_a_row: 0,
             is_quiet: false,
+            foreign_told_ns: 0,
+            rejoined: 0,
+            status: None,
+            published: 0,
         }
     }
 
@@ -101,9 +121,10 @@ impl<B: Bus> Wire<B> {
         let mut look = Look::default();
         let received = port.receive(|arrival| match arrival {
             Arrival::Frame { frame, stamp_ns, .. } => {
-                let updated = roles.decode_sensors(receiver, &frame, stamp_ns, sensors).updated;
-                look.updated |= updated != 0;
-                look.gyro |= updated & gyro != 0;
+                let decoded = roles.decode_sensors(receiver, &frame, stamp_ns, sensors);
+                look.updated |= decoded.updated != 0;
+                look.gyro |= decoded.updated & gyro != 0;
+                look.foreign |= decoded.refused == Some(Refusal::ForeignCommand);
             }
             Arrival::Echo { .. } => {}
             Arrival::Error { error, .. } => {
@@ -126,7 +147,19 @@ impl<B: Bus> Wire<B> {
             self.sensors.sequence += 1;
             self.sensors.stamp_ns = self.port.now_ns();
         }
+        if look.foreign {
+            self.tell_of_foreigner();
+        }
         look
+    }
+
+    fn tell_of_foreigner(&mut self) {
+        let now_ns = self.port.now_ns();
+        if now_ns >= self.foreign_told_ns {
+            self.foreign_told_ns = now_ns.saturating_add(FOREIGN_TOLD_EVERY_NS);
+            let text = "another sender commands the rotors: frames with our command's identifier so far";
+            self.log.say(Severity::Error, text, self.receiver.counts.foreign_command as f64);
+        }
     }
 
     /// Has the interface looked at, where somebody watches it.
@@ -138,6 +171,16 @@ impl<B: Bus> Wire<B> {
 
     /// Says what was found at the interface.
     fn tell_of_interface(&mut self) {
+        let rejoined = self.port.counts().rejoined;
+        if rejoined != self.rejoined {
+            self.rejoined = rejoined;
+            self.log.say(
+                Severity::Warning,
+                "the interface was gone and is joined again; times",
+                rejoined as f64,
+            );
+            self.ask();
+        }
         while let Some(status) = self.watch.as_ref().and_then(InterfaceWatch::answer) {
             let bad = status.state.is_some_and(|state| state != socketcan::nl::CanState::ErrorActive);
             let severity = if bad || !status.is_up { Severity::Error } else { Severity::Info };
@@ -165,6 +208,43 @@ impl<B: Bus> Wire<B> {
         if self.refused_in_a_row == 1 {
             self.log.say(Severity::Error, describe(fault), 0.0);
             self.ask();
+        }
+    }
+
+    /// Publishes what the bus does: once a period, after the commands are out.
+    pub fn publish(&mut self, now_ns: u64) {
+        let Some(status) = &mut self.status else { return };
+        let (port, decoded) = (self.port.counts(), self.receiver.counts);
+        self.published += 1;
+        status.send(&BusStatus {
+            sequence: self.published,
+            stamp_ns: now_ns,
+            echo_age_ns: self.port.echo_age_ns(now_ns),
+            received: port.received,
+            lost: port.dropped,
+            sent: port.sent,
+            echoed: port.echoed,
+            not_sent: port.full + port.down + port.failed,
+            error_frames: port.errors,
+            unknown_id: decoded.unknown_id,
+            foreign_command: decoded.foreign_command,
+            wrong_length: decoded.wrong_length,
+            counter: decoded.counter,
+            not_a_number: decoded.not_a_number,
+            out_of_range: decoded.out_of_range,
+        });
+    }
+
+    /// Why the guard must latch, if the bus gives a reason: see [`Wire::is_dead`]; and two who command one rotor are one
+    /// too many.
+    #[must_use]
+    pub fn trouble(&self, look: &Look, now_ns: u64, most: u32, period_ns: u64) -> Option<Cause> {
+        if look.bus_off || self.is_dead(now_ns, most, period_ns) {
+            Some(Cause::BusDead)
+        } else if look.foreign {
+            Some(Cause::ForeignCommand)
+        } else {
+            None
         }
     }
 

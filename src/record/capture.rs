@@ -104,10 +104,16 @@ fn decode<'a>(frames: impl Iterator<Item = &'a CandumpFrame>, roles: &Roles) -> 
     for captured in frames {
         let Some(frame) = captured.frame.frame() else { continue };
         let stamp_ns = captured.frame.stamp_ns;
-        let measured = roles.decode_sensors(&mut sensor_state, &frame, stamp_ns, &mut sensors).updated;
-        let commanded = roles.decode_commands(&mut command_state, &frame, stamp_ns, &mut commands).updated;
-        if measured != 0 || commanded != 0 {
-            let updated = if commanded != 0 { 0 } else { measured };
+        // Whose commands they are a capture does not say.
+        let (is_event, updated) = if roles.is_command(&frame) {
+            let commanded =
+                roles.decode_commands(&mut command_state, &frame, stamp_ns, &mut commands).updated;
+            (commanded != 0, 0)
+        } else {
+            let measured = roles.decode_sensors(&mut sensor_state, &frame, stamp_ns, &mut sensors).updated;
+            (measured != 0, measured)
+        };
+        if is_event {
             events.push(Event { stamp_ns, updated, sensors, rotor: commands.rotor });
         }
     }

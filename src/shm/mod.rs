@@ -36,8 +36,8 @@ pub use channel::{Payload, Publisher, Subscriber};
 pub use leftover::{Leftover, leftovers};
 pub use place::{Place, SharedMemoryConfig};
 pub use topic::{
-    APPLIED, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, LOCKSTEP_ANSWERS, LOCKSTEP_STEPS, REQUEST,
-    Role, SENSORS, STOPS, Topic,
+    APPLIED, BUS, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, LOCKSTEP_ANSWERS, LOCKSTEP_STEPS,
+    REQUEST, Role, SENSORS, STOPS, Topic,
 };
 
 /// What can go wrong with the shared memory of a bench.

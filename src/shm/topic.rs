@@ -5,7 +5,7 @@ use std::marker::PhantomData;
 
 use super::Payload;
 use crate::signal::{
-    Applied, Command, ControlStep, CycleSample, GuardEvent, GuardStep, Heartbeat, LockstepAnswer,
+    Applied, BusStatus, Command, ControlStep, CycleSample, GuardEvent, GuardStep, Heartbeat, LockstepAnswer,
     LockstepStep, Request, Sensors,
 };
 
@@ -75,6 +75,8 @@ pub const SENSORS: Topic<Sensors> = Topic::fixed("sensors", 1024);
 pub const COMMAND: Topic<Command> = Topic::fixed("command", 1024);
 /// What the guard let through; by bridge, run or emulator.
 pub const APPLIED: Topic<Applied> = Topic::fixed("applied", 1024);
+/// What the bus does; by bridge or run, once a period.
+pub const BUS: Topic<BusStatus> = Topic::fixed("bus", 8);
 /// What the guard decided and refused; by bridge, run or emulator.
 pub const GUARD_EVENTS: Topic<GuardEvent> = Topic::fixed("guard-events", 1024);
 /// What each controller step consumed and answered, for the recorder; by control or run.

@@ -153,6 +153,10 @@ fn a_bad_frame_moves_no_value_and_is_counted_by_cause() {
         (Frame::classic(Id::Standard(0x21), &[0; 8]).expect("fits"), Refusal::UnknownId, 0),
         (Frame::classic(Id::Extended(0x20), &[0; 8]).expect("fits"), Refusal::UnknownId, 0),
         (Frame::remote(Id::Standard(0x20), 8).expect("fits"), Refusal::UnknownId, 0),
+        // Only we command the rotors; what somebody else sends with that identifier is no value, whatever its length.
+        (Frame::classic(Id::Standard(0x10), &[0; 8]).expect("fits"), Refusal::ForeignCommand, 0),
+        (Frame::classic(Id::Standard(0x10), &[]).expect("fits"), Refusal::ForeignCommand, 0),
+        (Frame::remote(Id::Standard(0x10), 8).expect("fits"), Refusal::UnknownId, 0),
     ];
     for (frame, refusal, health) in cases {
         let mut after = sensors;
@@ -163,8 +167,8 @@ fn a_bad_frame_moves_no_value_and_is_counted_by_cause() {
         assert_eq!(after.body_rate.health, health, "{refusal}");
     }
     let counts = state.counts;
-    assert_eq!((counts.frames, counts.accepted), (10, 1));
-    assert_eq!(counts.refused().map(|(_, count)| count), [3, 1, 2, 2, 1], "{counts:?}");
+    assert_eq!((counts.frames, counts.accepted), (13, 1));
+    assert_eq!(counts.refused().map(|(_, count)| count), [4, 2, 1, 2, 2, 1], "{counts:?}");
     roles.decode_sensors(&mut state, &gyro(5, -1.0), 100, &mut sensors);
     assert_eq!((sensors.body_rate.value, sensors.body_rate.health), (-1.0, 0), "the next good one is good");
 }

@@ -19,23 +19,26 @@ use crate::processes::{Process, TestBench, Watcher, say, up_to_three_times};
 /// What is wrong with the bench.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u64)]
-enum Lie {
+pub enum Lie {
     Nothing,
     ImuSilent,
     EscSilent,
     ImuFrozen,
     NotANumber,
+    /// One frame of the gyro, and the truth after it.
+    OneNotANumber,
+    OneTooFast,
 }
 
 /// ESCs and IMU in a thread of this test.
-struct Hardware {
+pub struct Hardware {
     lie: Arc<AtomicU64>,
     stop: Arc<AtomicBool>,
     thread: Option<std::thread::JoinHandle<()>>,
 }
 
 impl Hardware {
-    fn start(bench: &TestBench) -> Self {
+    pub fn start(bench: &TestBench) -> Self {
         let (lie, stop) = (Arc::new(AtomicU64::new(0)), Arc::new(AtomicBool::new(false)));
         let roles = Roles::build(&bench.config.bus, bench.config.period_s).expect("valid");
         let port = Port::open(&bench.config.bus.interface, false).expect("the bus is up");
@@ -49,7 +52,7 @@ impl Hardware {
     }
 
     /// Begins to lie; when.
-    fn lie(&self, lie: Lie) -> u64 {
+    pub fn lie(&self, lie: Lie) -> u64 {
         self.lie.store(lie as u64, Ordering::Relaxed);
         clock::monotonic_ns()
     }
@@ -94,10 +97,15 @@ fn play(
             continue;
         }
         due_ns += period_ns;
-        let lie = lie.load(Ordering::Relaxed);
+        let one = [Lie::OneNotANumber as u64, Lie::OneTooFast as u64];
+        let told_once = |lie| one.contains(&lie).then_some(0);
+        let lie = lie.fetch_update(Ordering::Relaxed, Ordering::Relaxed, told_once).unwrap_or_else(|lie| lie);
         let mut told = *state.sensors();
-        if lie == Lie::NotANumber as u64 {
+        if lie == Lie::NotANumber as u64 || lie == Lie::OneNotANumber as u64 {
             told.body_rate.value = f64::NAN;
+        }
+        if lie == Lie::OneTooFast as u64 {
+            told.body_rate.value = 1e6;
         }
         if lie == Lie::ImuFrozen as u64 {
             told.body_rate.value = frozen;
@@ -118,7 +126,7 @@ fn play(
 
 /// A bench on a bus of its own, with ESCs whose own timeout is the guard's hold limit: what `SIGKILL` of the bridge
 /// leaves is theirs to end.
-fn bench(test: &str, bus: &Bus) -> TestBench {
+pub fn bench(test: &str, bus: &Bus) -> TestBench {
     TestBench::new(test, |config| {
         config.bus.interface.clone_from(&bus.name);
         config.emulator.esc_timeout_s = config.guard.hold_s;
@@ -131,7 +139,7 @@ fn bench(test: &str, bus: &Bus) -> TestBench {
     })
 }
 
-fn flying(bench: &TestBench) -> (Process, Process, Watcher) {
+pub fn flying(bench: &TestBench) -> (Process, Process, Watcher) {
     let bridge = bench.start(&["bridge"]);
     let control = bench.start(&["control"]);
     let mut watcher = bench.watch();
@@ -140,7 +148,7 @@ fn flying(bench: &TestBench) -> (Process, Process, Watcher) {
 }
 
 /// Listens to the bus itself, as the ESCs do, until both commands are zero after `since_ns`.
-fn safe_on_the_bus(bench: &TestBench, port: &mut Port, since_ns: u64) -> u64 {
+pub fn safe_on_the_bus(bench: &TestBench, port: &mut Port, since_ns: u64) -> u64 {
     let roles = Roles::build(&bench.config.bus, bench.config.period_s).expect("valid");
     let (mut receiver, mut commands) = (roles.command_receiver(), RotorCommands::default());
     let mut at_ns = 0;

@@ -1,8 +1,14 @@
 //! Tests on a real CAN bus. They need a kernel with `vcan` and the right to make interfaces, and fail without:
 //! `tools/test` runs them under `tools/vcan`, and a bare `cargo test` leaves them out (`test = false`).
 
+mod allocation;
 mod bus;
+#[path = "../processes/counting.rs"]
+mod counting;
+mod ends;
 mod faults;
+mod foreign;
+mod imu;
 mod port;
 #[path = "../processes/mod.rs"]
 mod processes;

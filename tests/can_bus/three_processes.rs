@@ -81,16 +81,10 @@ fn hold(rate_hz: f64, seconds: f64) {
     let mut control = bench.start(&["control", "--seconds", &length, "--json"]);
     let mut watcher = bench.watch();
     bench.fly(&mut watcher);
-    // Garbage from a third program, with and without our ids, while it flies.
-    for frame in [
-        "123#DEADBEEF",
-        "020#01",
-        "010#",
-        "041#0102030405060708",
-        "020#00000000FFFFFFFF",
-        "1FFFFFFF#00",
-        "7DF#R",
-    ] {
+    // Garbage from a third program, with and without the sensors' ids, while it flies.
+    for frame in
+        ["123#DEADBEEF", "020#01", "041#0102030405060708", "020#00000000FFFFFFFF", "1FFFFFFF#00", "7DF#R"]
+    {
         run("cansend", &[&bus.name, frame]);
     }
     let mut highest = 0.0_f64;

@@ -192,10 +192,11 @@ impl World<'_> {
         if look.updated {
             self.sensors = *wire.sensors();
         }
-        let is_dead = look.bus_off || wire.is_dead(now_ns, *hold as u32, *period_ns);
-        if is_dead && tripped.is_none() {
-            guard.trip(state, now_ns, Cause::BusDead);
-            *tripped = Some((now_ns, Cause::BusDead as u32));
+        if let Some(cause) =
+            wire.trouble(&look, now_ns, *hold as u32, *period_ns).filter(|_| tripped.is_none())
+        {
+            guard.trip(state, now_ns, cause);
+            *tripped = Some((now_ns, cause as u32));
         }
     }
 

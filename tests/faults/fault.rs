@@ -160,7 +160,7 @@ pub const ROWS: &[Row] = &[
     row("interface down, back within 0.5 s", Kind::Interface(Interface::Down, Some(0.5)), Expect::Either),
     row("interface removed", Kind::Interface(Interface::Gone, None), Expect::Stops(2)),
     row("second node sends the gyro's frames", Kind::Foreign(Whose::Gyro, 1), Expect::Either),
-    row("second node commands full throttle, once a period", Kind::Foreign(Whose::Commands, 1), Expect::Either),
+    row("second node commands full throttle, once a period", Kind::Foreign(Whose::Commands, 1), Expect::Beyond),
     row("second node commands full throttle, 4 times a period", Kind::Foreign(Whose::Commands, 4), Expect::Beyond),
     row("SIGKILL of control", Kind::Process(Who::Control, Fate::Killed), Expect::Stops(2)),
     row("SIGKILL of control, back within 0.5 s", Kind::Process(Who::Control, Fate::KilledAndBack(0.5)), Expect::Stops(2)),

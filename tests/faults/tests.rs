@@ -65,6 +65,7 @@ fn faults_are_found_by_their_own_cause() {
         ("gyro frame stuck", Cause::SignalCounter),
         ("sensor frames doubled", Cause::SignalCounter),
         ("error frame: bus off", Cause::BusDead),
+        ("second node commands full throttle, once a period", Cause::ForeignCommand),
         ("no room to send (ENOBUFS)", Cause::BusDead),
         ("SIGKILL of control", Cause::CommandMissing),
         ("command not a number", Cause::CommandNotANumber),

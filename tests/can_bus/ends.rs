@@ -1,0 +1,108 @@
+//! Ends that nobody wished for: a panic in the cycle, an interface that is pulled and plugged in again.
+
+use rotorbench::can::{Arrival, Port, Roles, RotorCommands};
+use rotorbench::clock;
+use rotorbench::guard::{Cause, State};
+use rotorbench::process::bridge;
+use rotorbench::process::wire::Wire;
+use rotorbench::rt::{LogQueue, Shutdown};
+use rotorbench::shm::{Bench, Role};
+use rotorbench::signal::Applied;
+
+use crate::bus::{Bus, ip, receive};
+use crate::faults::{Hardware, bench, flying, safe_on_the_bus};
+use crate::processes::{TestBench, up_to_three_times};
+
+/// Commands of all frames that arrived, in order.
+fn commands(bench: &TestBench, arrivals: &[Arrival]) -> Vec<[f64; 2]> {
+    let roles = Roles::build(&bench.config.bus, bench.config.period_s).expect("valid");
+    let (mut receiver, mut commands) = (roles.command_receiver(), RotorCommands::default());
+    let mut all = Vec::new();
+    for arrival in arrivals {
+        if let Arrival::Frame { frame, stamp_ns, .. } = arrival {
+            roles.decode_commands(&mut receiver, frame, *stamp_ns, &mut commands);
+            all.push(commands.rotor);
+        }
+    }
+    all
+}
+
+#[test]
+fn a_panic_in_the_cycle_leaves_zeros_on_the_bus() {
+    let bus = Bus::new();
+    let bench = bench("panic", &bus);
+    let mut port: Port = bus.port();
+    let ended = std::thread::scope(|scope| {
+        let cycle = scope.spawn(|| {
+            let member = Bench::join(&bench.config.name, &bench.config.shared_memory, Role::Bridge);
+            let mut wire = Wire::open(&bench.config, &member.expect("joined"), LogQueue::new(16))
+                .expect("the bus is up");
+            wire.send(&Applied { rotor: [0.5, 0.6], ..Applied::default() });
+            panic!("a defect, made for this test");
+        });
+        cycle.join()
+    });
+    assert!(ended.is_err());
+    let arrivals = receive(&mut port, |arrivals| arrivals.len() >= 2);
+    let commands = commands(&bench, &arrivals);
+    assert!(commands[0][0] > 0.4, "the rotors were commanded: {commands:?}");
+    assert_eq!(commands.last(), Some(&[0.0, 0.0]), "{commands:?}");
+}
+
+/// A panic on another thread of the process, such as a helper's: the cycle ends as it does when it is told to.
+#[test]
+fn a_panic_of_another_thread_ends_the_bridge_in_the_safe_command() {
+    let bus = Bus::new();
+    let bench = bench("helper", &bus);
+    let _hardware = Hardware::start(&bench);
+    let mut watcher = bench.watch();
+    let shutdown = Shutdown::listen().expect("signals can be listened to");
+    let mut port = bus.port();
+    let summary = std::thread::scope(|scope| {
+        let cycle = scope.spawn(|| bridge::bridge(&bench.config, false, None, &shutdown));
+        let _control = bench.start(&["control"]);
+        bench.fly(&mut watcher);
+        // Only what is sent from here on: its queue is full of the frames before.
+        while port.receive(|_| {}) != Ok(0) {}
+        let _ = receive(&mut port, |arrivals| arrivals.len() > 10);
+        let helper = scope.spawn(|| panic!("a defect, made for this test"));
+        assert!(helper.join().is_err());
+        cycle.join().expect("the cycle itself does not panic")
+    });
+    let summary = summary.expect("it ran");
+    assert_eq!(shutdown.reason(), "a thread panicked");
+    assert_eq!(
+        (summary.state.as_str(), summary.cause.as_str()),
+        ("failsafe latched", "the process is ending")
+    );
+    let mut arrivals = Vec::new();
+    let _ = port.receive(|arrival| arrivals.push(arrival));
+    let commands = commands(&bench, &arrivals);
+    assert!(commands.iter().any(|rotor| rotor[0] > 0.3), "it flew: {commands:?}");
+    assert_eq!(commands.last(), Some(&[0.0, 0.0]), "{commands:?}");
+}
+
+/// An adapter that is unplugged and plugged in again is another interface of the same name. Nobody has to be restarted.
+#[test]
+fn an_interface_that_is_deleted_and_made_again_is_joined_again() {
+    up_to_three_times(|| {
+        let bus = Bus::new();
+        let bench = bench("again", &bus);
+        let hardware = Hardware::start(&bench);
+        let (mut bridge, _control, mut watcher) = flying(&bench);
+        ip(&["link", "delete", &bus.name]);
+        let at_ns = clock::monotonic_ns();
+        let safe = watcher.until_safe(at_ns);
+        bench.judge("interface deleted", at_ns, safe.stamp_ns);
+        ip(&["link", "add", "dev", &bus.name, "type", "vcan"]);
+        ip(&["link", "set", &bus.name, "mtu", "72", "up"]);
+        let mut port = bus.port();
+        safe_on_the_bus(&bench, &mut port, clock::monotonic_ns());
+        assert!(bridge.is_running(), "the bridge lives through it");
+        watcher.assert_latched(&[Cause::BusDead, Cause::SignalStale, Cause::CommandAnswersOldSensors]);
+        // Sensors come again, too: the operator may go on.
+        bench.fly(&mut watcher);
+        assert_eq!(watcher.newest.state, State::Armed as u32);
+        drop(hardware);
+    });
+}

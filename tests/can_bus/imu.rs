@@ -1,0 +1,61 @@
+//! `run` with the IMU frame as its trigger, and an IMU that sends faster than the control period.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use rotorbench::bench::Trigger;
+use rotorbench::can::Roles;
+use rotorbench::process::plant;
+use rotorbench::process::run::RunLoop;
+use rotorbench::rt::LogQueue;
+use rotorbench::shm::{Bench, COMMAND, Role};
+use rotorbench::signal::{Sample, Sensors};
+
+use crate::bus::Bus;
+use crate::faults::bench;
+use crate::processes::say;
+
+#[test]
+fn an_imu_at_four_times_the_rate_steps_the_controller_with_each_fourth_frame() {
+    const FRAMES: u32 = 400;
+    let bus = Bus::new();
+    let mut bench = bench("imu", &bus);
+    bench.config.trigger = Trigger::Imu;
+    let roles = Roles::build(&bench.config.bus, bench.config.period_s).expect("valid");
+    let gyro = roles.sensor_messages().iter().position(|message| message.name == "GYRO").expect("it has one");
+    let stop = AtomicBool::new(false);
+    let (commands, frames) = std::thread::scope(|scope| {
+        let (opened, is_open) = std::sync::mpsc::channel();
+        let run = scope.spawn({
+            let (config, stop) = (&bench.config, &stop);
+            move || {
+                let pilot = plant::pilot(config).expect("the built-in bench");
+                let mut run = RunLoop::open(config, pilot, LogQueue::new(16)).expect("the only one");
+                opened.send(()).expect("waited for");
+                while !stop.load(Ordering::Relaxed) {
+                    run.turn();
+                }
+            }
+        });
+        is_open.recv().expect("it opens");
+        let member =
+            Bench::join(&bench.config.name, &bench.config.shared_memory, Role::Monitor).expect("joined");
+        let mut commands = member.subscribe(&COMMAND).expect("subscribed");
+        let mut port = bus.port();
+        let (mut sender, mut sensors, mut count) = (roles.sensor_sender(), Sensors::default(), 0_usize);
+        for frame in 0..FRAMES {
+            sensors.body_rate = Sample::good(1e-4 * f64::from(frame), 1, 1);
+            let frame = roles.encode_sensors(&mut sender, gyro, &sensors).expect("a frame");
+            port.send(&frame).expect("there is room");
+            let _ = port.receive(|_| {});
+            std::thread::sleep(Duration::from_secs_f64(bench.config.period_s / 4.0));
+            count += std::iter::from_fn(|| commands.next_in_order()).count();
+        }
+        stop.store(true, Ordering::Relaxed);
+        run.join().expect("no panic");
+        (count, FRAMES)
+    });
+    say(&format!("{commands} steps of the controller on {frames} frames of an IMU at four times its rate"));
+    // A machine that holds the sender up makes the frames rarer, and each second or third of them due: never each one.
+    assert!(commands as u32 >= frames / 5 && commands as u32 <= frames / 2, "{commands} of {frames}");
+}

@@ -1,0 +1,106 @@
+//! The guard and the controller on their bench, in the thread of the test and at times that the test says.
+
+use rotorbench::bench::{BenchConfig, Trigger};
+use rotorbench::clock;
+use rotorbench::gate::Gate;
+use rotorbench::guard::{OperatorAct, State};
+use rotorbench::process::control::ControlLoop;
+use rotorbench::process::plant;
+use rotorbench::shm::{Bench, COMMAND, Place, REQUEST, Role, SENSORS, SharedMemoryConfig, Waiter};
+use rotorbench::signal::{Request, Sample, Sensors};
+
+const PERIOD_NS: u64 = 20_000_000;
+
+/// A bench of its own for each test; removed at the end.
+struct Name(String);
+
+impl Drop for Name {
+    fn drop(&mut self) {
+        if let Ok(place) = Place::open(&self.0, &SharedMemoryConfig::default()) {
+            let _ = place.remove();
+        }
+    }
+}
+
+fn bench(test: &str, trigger: Trigger) -> (Name, BenchConfig) {
+    let name = format!("t{}-{test}", std::process::id());
+    (Name(name.clone()), BenchConfig { name, trigger, ..BenchConfig::default() })
+}
+
+fn join(config: &BenchConfig, role: Role) -> Bench {
+    Bench::join(&config.name, &config.shared_memory, role).expect("joined")
+}
+
+fn sensors(sequence: u64, stamp_ns: u64) -> Sensors {
+    let good = |value: f64| Sample::good(value + 1e-3 * (sequence % 97) as f64, stamp_ns, sequence as u32);
+    Sensors {
+        sequence,
+        stamp_ns,
+        body_rate: good(0.0),
+        battery_voltage: good(12.0),
+        propeller_rate: [good(600.0), good(610.0)],
+        ..Sensors::default()
+    }
+}
+
+/// States that a gate with `--arm` goes through in two seconds, when an operator says `act` after one.
+fn states_with_arm(test: &str, act: Option<OperatorAct>) -> (Vec<State>, Vec<State>) {
+    let (_name, config) = bench(test, Trigger::Timer);
+    // Before the gate, which meets it as it opens.
+    let operator = join(&config, Role::Operator);
+    let mut requests = operator.publish(&REQUEST).expect("the only operator");
+    let member = join(&config, Role::Emulate);
+    let guard = config.guard.build(config.period_s).expect("valid");
+    let mut gate = Gate::open(&member, guard, PERIOD_NS).expect("the only guard");
+    gate.arm_by_itself();
+    let start_ns = clock::monotonic_ns();
+    let mut visited = (Vec::new(), Vec::new());
+    for step in 1..=100 {
+        let now_ns = start_ns + step * PERIOD_NS;
+        if let Some(act) = act.filter(|_| step == 50) {
+            requests.send(&Request { sequence: 1, stamp_ns: now_ns, act: act as u32, reserved: 0 });
+        }
+        // Without a controller the checks never pass.
+        let Some((release, applied)) = gate.poll(now_ns, &sensors(step, now_ns)) else { continue };
+        gate.finish(release, now_ns, &Sensors::default());
+        let state = State::from_code(applied.state).expect("a state");
+        if step < 50 { visited.0.push(state) } else { visited.1.push(state) }
+    }
+    visited
+}
+
+#[test]
+fn a_disarm_or_stop_ends_the_wish_to_arm_by_itself() {
+    let (before, after) = states_with_arm("arm", None);
+    assert!(before.contains(&State::PreArm) && after.contains(&State::PreArm), "it asks again and again");
+    let (before, after) = states_with_arm("disarm", Some(OperatorAct::Disarm));
+    assert!(before.contains(&State::PreArm));
+    assert!(after.iter().all(|state| *state == State::Disarmed), "armed against the operator: {after:?}");
+    let (_, after) = states_with_arm("stop", Some(OperatorAct::Stop));
+    assert!(after.iter().all(|state| *state == State::EmergencyStop), "{after:?}");
+}
+
+/// An IMU at four times the control rate: the controller is made for one period, and steps once in each.
+#[test]
+fn a_faster_imu_does_not_make_the_controller_faster() {
+    for factor in [1, 4] {
+        let (_name, config) = bench(&format!("imu{factor}"), Trigger::Imu);
+        let imu = join(&config, Role::Emulate);
+        let mut out = imu.publish(&SENSORS).expect("the only publisher");
+        let bell = imu.bell(Waiter::Control).expect("opened");
+        let pilot = plant::pilot(&config).expect("the built-in bench");
+        let mut control = ControlLoop::open(&config, pilot).expect("the only controller");
+        let mut commands = join(&config, Role::Monitor).subscribe(&COMMAND).expect("subscribed");
+        let start_ns = clock::monotonic_ns();
+        let mut steps = 0;
+        for frame in 1..=100 * factor {
+            out.send(&sensors(frame, start_ns + frame * PERIOD_NS / factor));
+            bell.ring();
+            steps += u32::from(control.turn());
+        }
+        let sent = std::iter::from_fn(|| commands.next_in_order()).count();
+        // Until the IMU's interval is known, in the first of 16 frames, a step may come a quarter period early.
+        assert!((99..=102).contains(&steps), "{steps} steps in 100 periods at {factor} times the rate");
+        assert_eq!(sent, steps as usize);
+    }
+}
