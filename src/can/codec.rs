@@ -3,6 +3,9 @@
 //! A signal that lies within eight neighbouring bytes of the payload is one load, one shift and one mask. The
 //! few that do not (more than 57 bits across nine bytes, possible in CAN FD) are walked bit by bit, as
 //! [`super::walk`] does for any signal; the walk is also what the tests compare this file with.
+//!
+//! Where it can be, the eight bytes are those of an aligned word: signals written one after the other then read what
+//! was just stored as it was stored, which a processor forwards, and not across two stores, for which it waits.
 
 use super::frame::{MAXIMUM_LENGTH, Payload};
 use super::walk;
@@ -75,9 +78,37 @@ pub struct SignalCodec {
     mask: u64,
     factor: f64,
     offset: f64,
-    /// Factor and offset, where both are integers and the product can leave the 53 bits in which `f64` is exact.
-    wide: Option<(i64, i64)>,
+    /// The factor is 1 and the offset 0: nothing to divide by, which is what encoding takes longest for.
+    is_unit: bool,
+    conversion: Conversion,
 }
+
+/// How the bits become a number, and back.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Conversion {
+    /// An integer that is rounded by adding [`ROUNDING`].
+    Short {
+        /// The sign bit; 0 when unsigned.
+        sign: u64,
+        /// Least and greatest integer.
+        range: (f64, f64),
+        /// The bits for a value that is not a number.
+        at_nan: u64,
+    },
+    /// Any other integer; with factor and offset where both are integers and the product can leave the 53 bits in
+    /// which `f64` is exact.
+    Long(Option<(i64, i64)>),
+    /// IEEE 754 binary32.
+    Float32,
+    /// IEEE 754 binary64.
+    Float64,
+}
+
+/// 1.5 · 2^52. Between 2^52 and 2^53 the doubles are the integers: adding this to a number of up to 51 bits rounds it
+/// to the nearest one, to the even one of two, and leaves it in the lowest bits in two's complement.
+const ROUNDING: f64 = 6_755_399_441_055_744.0;
+/// Greatest number of bits that may be rounded so.
+const SHORT: u16 = 51;
 
 impl SignalCodec {
     /// Compiles a signal of a message of `length` bytes.
@@ -105,27 +136,48 @@ impl SignalCodec {
         if length > MAXIMUM_LENGTH || last >= 8 * length {
             return Err(LayoutError::Outside(length as u64));
         }
-        // The eight bytes that are read may begin before the signal, where it lies at the payload's end.
-        let byte = (first / 8).min(MAXIMUM_LENGTH - 8);
+        // The eight bytes that are read may begin before the signal: at an aligned word, or at the payload's end.
+        let aligned = first / 64 * 8;
+        let byte = if last < 8 * (aligned + 8) { aligned } else { (first / 8).min(MAXIMUM_LENGTH - 8) };
         let fits = last < 8 * (byte + 8);
         let shift = match layout.order {
             ByteOrder::Little => first.saturating_sub(8 * byte),
             ByteOrder::Big => (8 * (byte + 8)).saturating_sub(last + 1),
         };
-        let mask = u64::MAX >> (64 - size);
-        let whole =
-            factor.fract() == 0.0 && offset.fract() == 0.0 && factor.abs() < 9e18 && offset.abs() < 9e18;
-        let exact = (mask as f64) * factor.abs() + offset.abs() <= 9_007_199_254_740_992.0;
-        let integer = matches!(layout.number, Number::Unsigned | Number::Signed);
-        Ok(Self {
+        let mut codec = Self {
             layout,
             window: fits.then_some(byte as u8),
             shift: shift as u8,
-            mask,
+            mask: u64::MAX >> (64 - size),
             factor,
             offset,
-            wide: (integer && whole && !exact).then_some((factor as i64, offset as i64)),
-        })
+            is_unit: factor == 1.0 && offset == 0.0,
+            conversion: Conversion::Long(None),
+        };
+        codec.conversion = codec.shortest_conversion();
+        Ok(codec)
+    }
+
+    /// The quickest conversion that gives what the general one gives, which this codec still has.
+    fn shortest_conversion(&self) -> Conversion {
+        let Self { layout, mask, factor, offset, .. } = self;
+        let sign = match layout.number {
+            Number::Float32 => return Conversion::Float32,
+            Number::Float64 => return Conversion::Float64,
+            Number::Unsigned => 0,
+            Number::Signed => mask ^ (mask >> 1),
+        };
+        let whole =
+            factor.fract() == 0.0 && offset.fract() == 0.0 && factor.abs() < 9e18 && offset.abs() < 9e18;
+        let exact = (*mask as f64) * factor.abs() + offset.abs() <= 9_007_199_254_740_992.0;
+        if whole && !exact {
+            return Conversion::Long(Some((*factor as i64, *offset as i64)));
+        }
+        if layout.size > SHORT {
+            return Conversion::Long(None);
+        }
+        let range = (-(sign as f64), (mask ^ sign) as f64);
+        Conversion::Short { sign, range, at_nan: self.unscale(0.0) }
     }
 
     /// Where the signal lies.
@@ -168,6 +220,22 @@ impl SignalCodec {
         }
     }
 
+    /// Whether the signal lies in the payload's first eight bytes.
+    pub(super) fn is_in_first_word(&self) -> bool {
+        self.window == Some(0)
+    }
+
+    /// The low bits of `raw` where the signal has them in the payload's first eight bytes, read as a little-endian
+    /// word; for a signal that lies there.
+    #[inline]
+    pub(super) fn in_first_word(&self, raw: u64) -> u64 {
+        let word = (raw & self.mask) << self.shift;
+        match self.layout.order {
+            ByteOrder::Little => word,
+            ByteOrder::Big => word.swap_bytes(),
+        }
+    }
+
     /// The signal's value, in the unit of the DBC file.
     #[must_use]
     #[inline]
@@ -179,19 +247,16 @@ impl SignalCodec {
     #[must_use]
     #[inline]
     pub fn scale(&self, raw: u64) -> f64 {
-        if let Some((factor, offset)) = self.wide {
-            let raw = match self.layout.number {
-                Number::Signed => i128::from(self.extend(raw)),
-                _ => i128::from(raw),
-            };
-            // Rounded once, at the end: what arithmetic on integers gives, and cantools with it.
-            return (raw * i128::from(factor) + i128::from(offset)) as f64;
-        }
-        let number = match self.layout.number {
-            Number::Unsigned => raw as f64,
-            Number::Signed => self.extend(raw) as f64,
-            Number::Float32 => f64::from(f32::from_bits(raw as u32)),
-            Number::Float64 => f64::from_bits(raw),
+        let number = match self.conversion {
+            Conversion::Short { sign, .. } => (raw ^ sign).wrapping_sub(sign) as i64 as f64,
+            Conversion::Long(Some((factor, offset))) => {
+                // Rounded once, at the end: what arithmetic on integers gives, and cantools with it.
+                return (self.integer(raw) * i128::from(factor) + i128::from(offset)) as f64;
+            }
+            Conversion::Long(None) if self.layout.number == Number::Signed => self.extend(raw) as f64,
+            Conversion::Long(None) => raw as f64,
+            Conversion::Float32 => f64::from(f32::from_bits(raw as u32)),
+            Conversion::Float64 => f64::from_bits(raw),
         };
         number * self.factor + self.offset
     }
@@ -201,17 +266,30 @@ impl SignalCodec {
     #[must_use]
     #[inline]
     pub fn unscale(&self, value: f64) -> u64 {
-        let number = (value - self.offset) / self.factor;
-        match self.layout.number {
-            Number::Float32 => u64::from((number as f32).to_bits()),
-            Number::Float64 => number.to_bits(),
-            _ if number.is_nan() => self.unscale(0.0),
-            Number::Unsigned => (number.round_ties_even() as u64).min(self.mask),
-            Number::Signed => {
-                let greatest = (self.mask >> 1) as i64;
-                (number.round_ties_even() as i64).clamp(-greatest - 1, greatest) as u64 & self.mask
+        let number = if self.is_unit { value } else { (value - self.offset) / self.factor };
+        match self.conversion {
+            Conversion::Short { at_nan, .. } if number.is_nan() => at_nan,
+            Conversion::Short { range: (least, greatest), .. } => {
+                let above = if number > least { number } else { least };
+                let within = if above < greatest { above } else { greatest };
+                (within + ROUNDING).to_bits() & self.mask
             }
+            Conversion::Long(_) => self.nearest(number),
+            Conversion::Float32 => u64::from((number as f32).to_bits()),
+            Conversion::Float64 => number.to_bits(),
         }
+    }
+
+    /// The bits nearest to `number`, for an integer of any size.
+    fn nearest(&self, number: f64) -> u64 {
+        if number.is_nan() {
+            return self.unscale(0.0);
+        }
+        if self.layout.number == Number::Unsigned {
+            return (number.round_ties_even() as u64).min(self.mask);
+        }
+        let greatest = (self.mask >> 1) as i64;
+        (number.round_ties_even() as i64).clamp(-greatest - 1, greatest) as u64 & self.mask
     }
 
     /// Writes the bits nearest to `value`; see [`Self::unscale`].
@@ -233,6 +311,14 @@ impl SignalCodec {
         (one.min(other), one.max(other))
     }
 
+    /// The integer that `raw` stands for.
+    fn integer(&self, raw: u64) -> i128 {
+        match self.layout.number {
+            Number::Signed => i128::from(self.extend(raw)),
+            _ => i128::from(raw),
+        }
+    }
+
     fn extend(&self, raw: u64) -> i64 {
         let unused = 64 - u32::from(self.layout.size);
         ((raw << unused) as i64) >> unused
@@ -249,10 +335,16 @@ pub(super) fn network_position(layout: Layout) -> usize {
     }
 }
 
+/// The window's first byte as an index whose eight bytes the compiler knows to be there.
+#[inline]
+fn within(byte: u8) -> usize {
+    usize::from(byte).min(MAXIMUM_LENGTH - 8)
+}
+
 #[inline]
 fn load(payload: &Payload, byte: u8, order: ByteOrder) -> u64 {
     let mut word = [0; 8];
-    if let Some(window) = payload.get(usize::from(byte)..usize::from(byte) + 8) {
+    if let Some(window) = payload.get(within(byte)..within(byte) + 8) {
         word.copy_from_slice(window);
     }
     match order {
@@ -267,7 +359,60 @@ fn store(payload: &mut Payload, byte: u8, order: ByteOrder, word: u64) {
         ByteOrder::Little => word.to_le_bytes(),
         ByteOrder::Big => word.to_be_bytes(),
     };
-    if let Some(window) = payload.get_mut(usize::from(byte)..usize::from(byte) + 8) {
+    if let Some(window) = payload.get_mut(within(byte)..within(byte) + 8) {
         window.copy_from_slice(&word);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Rounding and limiting as their definitions say, in integers, without the addition that does it at once.
+    fn nearest(layout: Layout, number: f64) -> u64 {
+        let mask = u64::MAX >> (64 - layout.size);
+        let (least, greatest) = match layout.number {
+            Number::Signed => (-i128::from(mask >> 1) - 1, i128::from(mask >> 1)),
+            _ => (0, i128::from(mask)),
+        };
+        let below = number.floor();
+        let half = number - below;
+        let up = half > 0.5 || (half == 0.5 && below.rem_euclid(2.0) == 1.0);
+        // A float beyond the integer's ends saturates.
+        let integer = below as i128 + i128::from(up);
+        integer.clamp(least, greatest) as u64 & mask
+    }
+
+    proptest! {
+        /// Halves, neighbours of halves, integers, ends of the range and anything else, for all sizes.
+        #[test]
+        fn rounds_to_the_nearest_and_to_even(
+            size in 1_u16..=64,
+            signed in any::<bool>(),
+            base in prop_oneof![-300_i64..300, any::<i64>(), any::<i64>().prop_map(|it| it >> 11)],
+            part in prop_oneof![Just(0.0), Just(0.5), Just(0.499_999_999_999_999_94), Just(0.500_000_000_000_000_1), 0.0..1.0],
+            scale in prop_oneof![Just(1.0), Just(1e-3), Just(1e12)],
+        ) {
+            let number = if signed { Number::Signed } else { Number::Unsigned };
+            let layout = Layout { start: 0, size, order: ByteOrder::Little, number };
+            let codec = SignalCodec::build(layout, 8, 1.0, 0.0).expect("fits");
+            let value = (base as f64 + part) * scale;
+            prop_assert_eq!(codec.unscale(value), nearest(layout, value), "{}", value);
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_gives_the_bits_of_zero() {
+        let layout = |size| Layout { start: 0, size, order: ByteOrder::Little, number: Number::Signed };
+        for size in [8, 51, 52, 64] {
+            let codec = SignalCodec::build(layout(size), 8, 0.5, 1.0).expect("fits");
+            assert_eq!(codec.unscale(f64::NAN), codec.unscale(0.0), "{size} bits");
+            assert_eq!(codec.scale(codec.unscale(0.0)), 0.0, "{size} bits");
+            let (least, greatest) = codec.span();
+            assert_eq!(codec.scale(codec.unscale(f64::NEG_INFINITY)), least);
+            assert_eq!(codec.scale(codec.unscale(f64::INFINITY)), greatest);
+        }
     }
 }

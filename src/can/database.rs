@@ -148,6 +148,28 @@ impl Message {
             present.then(|| (signal, raw, signal.codec.scale(raw)))
         })
     }
+
+    /// The payload with each signal for which `value` has one, in the unit of the DBC file; the bits of the others are
+    /// zero. A multiplexer is a signal like any other: its value and the signals it selects must both be given.
+    #[inline]
+    pub fn encode(&self, mut value: impl FnMut(&Signal) -> Option<f64>) -> Payload {
+        let mut payload = [0; MAXIMUM_LENGTH];
+        // Put together in a register and written once: most frames are no longer than this word.
+        let mut first = 0;
+        for signal in &self.signals {
+            let Some(value) = value(signal) else { continue };
+            let raw = signal.codec.unscale(value);
+            if signal.codec.is_in_first_word() {
+                first |= signal.codec.in_first_word(raw);
+            } else {
+                signal.codec.encode_raw(&mut payload, raw);
+            }
+        }
+        for (byte, more) in payload.iter_mut().zip(first.to_le_bytes()) {
+            *byte |= more;
+        }
+        payload
+    }
 }
 
 impl Signal {

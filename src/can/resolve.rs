@@ -185,7 +185,8 @@ impl<'a> Resolver<'a> {
         let counter = settings.counter.map(|name| find_counter(message, &name)).transpose()?;
         let name =
             node.map_or_else(|| message.name.clone(), |node| format!("{} (node {node})", message.name));
-        Ok(Route { name, id, length: message.length, period_s, counter, bindings: Vec::new() })
+        let (length, bindings) = (message.length, Vec::new());
+        Ok(Route { name, id, length, period_s, counter, bindings, is_one_word: false })
     }
 
     /// Every message that `bus.messages` speaks of must be there and in a role: a mistyped name would silently

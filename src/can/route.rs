@@ -97,6 +97,8 @@ pub struct Route<F> {
     /// Name and place of its counter.
     pub counter: Option<(String, SignalCodec)>,
     pub(super) bindings: Vec<Binding<F>>,
+    /// Whether everything it carries can be put together in one word and written at once; see [`Routes::new`].
+    pub(super) is_one_word: bool,
 }
 
 impl<F: Copy> Binding<F> {
@@ -161,6 +163,19 @@ impl<F: Copy> Route<F> {
     #[inline]
     pub(super) fn emit(&self, counter: &mut u64, value: impl Fn(F) -> f64) -> Frame {
         let mut frame = Frame::zeros(self.id, self.kind(), self.length);
+        if self.is_one_word {
+            let mut word = 0;
+            for binding in &self.bindings {
+                let raw = binding.codec.unscale((value(binding.field) - binding.offset) / binding.scale);
+                word |= binding.codec.in_first_word(raw);
+            }
+            if let Some((_, codec)) = &self.counter {
+                word |= codec.in_first_word(*counter);
+                *counter = counter.wrapping_add(1);
+            }
+            frame.payload_mut()[..8].copy_from_slice(&word.to_le_bytes());
+            return frame;
+        }
         for binding in &self.bindings {
             binding.write(frame.payload_mut(), value(binding.field));
         }
@@ -169,6 +184,18 @@ impl<F: Copy> Route<F> {
             *counter = counter.wrapping_add(1);
         }
         frame
+    }
+
+    /// Whether all its signals lie in the first eight bytes, each in bits of its own, and always.
+    fn fits_one_word(&self) -> bool {
+        let bound = self.bindings.iter().map(|binding| &binding.codec);
+        let mut taken = 0;
+        bound.chain(self.counter.iter().map(|(_, codec)| codec)).all(|codec| {
+            let bits = if codec.is_in_first_word() { codec.in_first_word(u64::MAX) } else { 0 };
+            let is_own = bits != 0 && bits & taken == 0;
+            taken |= bits;
+            is_own
+        }) && self.bindings.iter().all(|binding| binding.selectors.is_empty())
     }
 
     fn kind(&self) -> Kind {
@@ -195,6 +222,9 @@ impl<F: Copy> Routes<F> {
             Id::Standard(short) => (u32::from(short), 0),
             Id::Extended(long) => (long >> 18, 1 + (long & 0x3FFFF)),
         });
+        for route in &mut messages {
+            route.is_one_word = route.fits_one_word();
+        }
         let mut standard = vec![NONE; 0x800].into_boxed_slice();
         let mut extended = Vec::new();
         for (index, route) in messages.iter().enumerate() {

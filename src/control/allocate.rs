@@ -45,15 +45,17 @@ impl Allocator {
     }
 
     /// [-] commands whose rotor speeds differ by `difference` [rad/s] around hover on a battery of `voltage` [V].
+    // In place, as what it calls: a step is a chain of a few operations, each waiting for the one before, and each
+    // detour through memory is as long as one of them.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn allocate(&self, difference: f64, voltage: f64) -> Allocation {
         let hover = self.plant.hover_rate;
         // Symmetric about hover, so that the torque d c (ω_1² - ω_2²) is linear in the difference.
-        let half = (0.5 * difference).clamp(-hover, hover);
+        let half = limited(0.5 * difference, -hover, hover);
         let wanted = self.commands([hover + half, hover - half], voltage);
         let limit = self.known.command_limit;
-        let rotor = [wanted[0].clamp(0.0, limit), wanted[1].clamp(0.0, limit)];
+        let rotor = [limited(wanted[0], 0.0, limit), limited(wanted[1], 0.0, limit)];
         let saturated = (0.5 * difference).abs() > hover || rotor != wanted;
         Allocation { rotor, saturated }
     }
@@ -63,30 +65,43 @@ impl Allocator {
     /// **Deviation:** [LPC16] Eq. (16) has g(u_1) - g(u_2), which is the same for commands symmetric about hover.
     /// When the guard limits them, their sum changes too, and with f = c ω² so does the torque of a difference.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn difference(&self, rotor: [f64; 2], voltage: f64) -> f64 {
-        let (z_1, z_2) = (self.rate(rotor[0], voltage), self.rate(rotor[1], voltage));
+        let [z_1, z_2] = self.rates(rotor, voltage);
         (z_1 - z_2) * (z_1 + z_2) * self.per_two_hover
     }
 
     /// [-] commands that rotors settle with at `rates` [rad/s]; below 0 and above 1 are out of reach.
-    #[inline]
+    #[inline(always)]
     fn commands(&self, rates: [f64; 2], voltage: f64) -> [f64; 2] {
         if !self.plain {
-            return [self.known_command(rates[0], voltage), self.known_command(rates[1], voltage)];
+            return self.known_commands(rates, voltage);
         }
         // **Deviation:** [LPC16] Eq. (2) adds k_V (v_bmax - v_b); a rotor slows down as its battery drops.
         let drop = self.drop(voltage);
         self.plant.commands_for([rates[0] + drop, rates[1] + drop])
     }
 
-    /// [rad/s] z, the speed a rotor settles at under the command `u`.
-    #[inline]
-    fn rate(&self, u: f64, voltage: f64) -> f64 {
-        if self.plain {
-            return (self.plant.steady_rate(u.clamp(0.0, 1.0)) - self.drop(voltage)).max(0.0);
+    #[cold]
+    #[inline(never)]
+    fn known_commands(&self, rates: [f64; 2], voltage: f64) -> [f64; 2] {
+        rates.map(|rate| self.known_command(rate, voltage))
+    }
+
+    /// [rad/s] z, the speeds that rotors settle at under the commands `u`.
+    #[inline(always)]
+    fn rates(&self, u: [f64; 2], voltage: f64) -> [f64; 2] {
+        if !self.plain {
+            return self.known_rates(u, voltage);
         }
-        self.known_rate(u, voltage)
+        let drop = self.drop(voltage);
+        u.map(|u| (self.plant.steady_rate(limited(u, 0.0, 1.0)) - drop).max(0.0))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn known_rates(&self, u: [f64; 2], voltage: f64) -> [f64; 2] {
+        u.map(|u| self.known_rate(u, voltage))
     }
 
     /// [rad/s] what the battery takes from a rotor's speed.
@@ -134,5 +149,18 @@ impl Allocator {
             drop = 0.0;
         }
         (known.curve(&self.plant, effective).0 - drop).max(0.0)
+    }
+}
+
+/// `value` within `least..=greatest`; not-a-number stays what it is. As [`f64::clamp`], which also checks its limits:
+/// `build` did.
+#[inline(always)]
+fn limited(value: f64, least: f64, greatest: f64) -> f64 {
+    if value < least {
+        least
+    } else if value > greatest {
+        greatest
+    } else {
+        value
     }
 }

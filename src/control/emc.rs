@@ -162,6 +162,7 @@ impl Emc {
     }
 
     /// Known acceleration h(θ, ω_b) in the model's unit, and its growth over the coming period.
+    #[inline(always)]
     fn known_disturbance(&self, x_c: [f64; 3], x_d1: f64) -> (f64, f64) {
         self.known.as_ref().map_or((0.0, 0.0), |known| self.disturbance_of(known, x_c, x_d1))
     }
@@ -175,26 +176,25 @@ impl Emc {
         (h, ahead - h)
     }
 
-    /// Completes the prediction of this period with the command that the rotors really got, or rests.
-    fn take_applied(
+    /// The prediction of this period's state, completed with the command that the rotors really got; or rest.
+    // By value and in place: through memory each step would wait for its own stores.
+    #[inline(always)]
+    fn predicted(
         &self,
-        state: &mut EmcState,
+        state: &EmcState,
         sensors: &Sensors,
         y: Option<f64>,
         applied: &Applied,
         voltage: f64,
-    ) {
+    ) -> ([f64; 3], [f64; 2]) {
         if applied.command_sequence == 0 {
             let angle = self.angle.measured(sensors).unwrap_or(self.start_angle);
-            state.x_c = [angle, y.unwrap_or(0.0), 0.0];
-            state.x_d = [0.0; 2];
-            return;
+            return ([angle, y.unwrap_or(0.0), 0.0], [0.0; 2]);
         }
+        let [x_1, x_2, x_3] = state.x_c;
         let got = self.allocator.difference(applied.rotor, voltage) * self.per_difference_unit;
-        if got.is_finite() {
-            state.x_c[2] += self.gains.beta * got;
-        }
-        state.x_c[0] = self.angle.correct(state.x_c[0], sensors);
+        let x_3 = if got.is_finite() { x_3 + self.gains.beta * got } else { x_3 };
+        ([self.angle.correct(x_1, sensors), x_2, x_3], state.x_d)
     }
 }
 
@@ -221,11 +221,10 @@ impl Controller for Emc {
         let EmcGains { beta, l, k } = self.gains;
         let (voltage, voltage_assumed) = state.intake.voltage(sensors);
         let y = state.intake.body_rate(sensors).map(|rate| t_c * rate);
-        self.take_applied(state, sensors, y, applied, voltage);
-        let ([x_1, x_2, x_3], [x_d1, x_d2]) = (state.x_c, state.x_d);
+        let ([x_1, x_2, x_3], [x_d1, x_d2]) = self.predicted(state, sensors, y, applied, voltage);
 
         // Known physics is a disturbance that need not be estimated: it joins x_d in model and law.
-        let (h, h_growth) = self.known_disturbance(state.x_c, x_d1);
+        let (h, h_growth) = self.known_disturbance([x_1, x_2, x_3], x_d1);
         let (d_1, d_2) = (x_d1 + h, x_d2 + h_growth);
 
         // [LPC16] Eq. (28) with M and Q of Eq. (29): e = x̲_c - x̂_c - Q x̂_d, u* = u̲ + K e - M x̂_d.

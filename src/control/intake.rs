@@ -18,12 +18,14 @@ pub(super) struct Intake {
     voltage: f64,
 }
 
+// In place, as all of a step: see `Allocator::allocate`.
 impl Intake {
     pub(super) fn start(full_voltage: f64) -> Self {
         Self { gyro: None, voltage: full_voltage }
     }
 
     /// [rad/s] the gyro's rate, unless it is bad or was used before.
+    #[inline(always)]
     pub(super) fn body_rate(&mut self, sensors: &Sensors) -> Option<f64> {
         let sample = &sensors.body_rate;
         let identity = Some((sample.count, sample.stamp_ns));
@@ -35,9 +37,11 @@ impl Intake {
     }
 
     /// [V] battery voltage, and whether it had to be assumed.
+    #[inline(always)]
     pub(super) fn voltage(&mut self, sensors: &Sensors) -> (f64, bool) {
         let sample = &sensors.battery_voltage;
-        let good = usable(sample) && sample.value > 0.0;
+        // Positive and finite.
+        let good = sample.is_good() && sample.value > 0.0 && sample.value < f64::INFINITY;
         if good {
             self.voltage = sample.value;
         }
@@ -58,6 +62,7 @@ impl AngleCorrection {
     }
 
     /// [rad] the angle after one period's correction.
+    #[inline(always)]
     pub(super) fn correct(&self, angle: f64, sensors: &Sensors) -> f64 {
         match self.measured(sensors) {
             Some(measured) => angle + self.gain * (measured - angle),
@@ -66,13 +71,18 @@ impl AngleCorrection {
     }
 
     /// [rad] the measured angle, when it is good, to be used, and no older than the other sensors' news allow.
+    #[inline(always)]
     pub(super) fn measured(&self, sensors: &Sensors) -> Option<f64> {
+        if self.gain <= 0.0 {
+            return None;
+        }
         let sample = &sensors.body_angle;
         let is_recent = sensors.stamp_ns.saturating_sub(sample.stamp_ns) <= ANGLE_OLDEST_NS;
-        (self.gain > 0.0 && is_recent && usable(sample)).then_some(sample.value)
+        (is_recent && usable(sample)).then_some(sample.value)
     }
 }
 
+#[inline(always)]
 fn usable(sample: &Sample) -> bool {
     sample.is_good() && sample.value.is_finite()
 }

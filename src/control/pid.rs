@@ -108,7 +108,14 @@ impl Pid {
         self.gains
     }
 
+    /// [N m] known torque on the body at the angle [rad] and the rate [rad/s].
+    #[inline(always)]
+    fn known_torque(&self, angle: f64, rate: f64) -> f64 {
+        self.known.as_ref().map_or(0.0, |known| torque_of(known, angle, rate))
+    }
+
     /// Whether the rotors gave less than was asked for, in the direction in which `error` would ask for more.
+    #[inline(always)]
     fn winds_up(&self, state: &PidState, applied: &Applied, voltage: f64, error: f64) -> bool {
         if applied.flags == 0 && !state.saturated {
             return false;
@@ -116,6 +123,12 @@ impl Pid {
         let got = self.allocator.difference(applied.rotor, voltage) * self.torque_slope;
         (state.asked - got) * error >= 0.0
     }
+}
+
+// Apart, so that the sines of the few do not spill the registers of the many.
+#[inline(never)]
+fn torque_of(known: &Compensation, angle: f64, rate: f64) -> f64 {
+    known.torque(angle, rate)
 }
 
 impl Controller for Pid {
@@ -156,7 +169,7 @@ impl Controller for Pid {
         let e = reference.angle - state.angle;
         let integral = k_i * t_c * state.x_i;
         let feedback = k_p * e - k_d * (state.rate - reference.rate) + integral;
-        let torque = feedback - self.known.map_or(0.0, |known| known.torque(state.angle, state.rate));
+        let torque = feedback - self.known_torque(state.angle, state.rate);
         let allocation = self.allocator.allocate(torque / self.torque_slope, voltage);
 
         let estimate = Estimate {

@@ -185,11 +185,8 @@ fn run_encode(message: &Message, values: &[f64], rounds: u64) -> f64 {
     let mut sum = 0_u64;
     for _ in 0..rounds {
         for (k, pair) in values.chunks_exact(2).enumerate() {
-            let mut payload = [0; 64];
-            let fields = [(k & 255) as f64, 2.0, pair[0], pair[1]];
-            for (signal, value) in message.signals.iter().zip(fields) {
-                signal.codec.encode(&mut payload, value);
-            }
+            let mut fields = [(k & 255) as f64, 2.0, pair[0], pair[1]].into_iter();
+            let payload = message.encode(|_| fields.next());
             sum += u64::from(payload[2]) + 256 * u64::from(payload[3]);
             sum += u64::from(payload[4]) + 256 * u64::from(payload[5]);
         }

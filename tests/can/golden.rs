@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use rotorbench::can::{Database, Id, MAXIMUM_LENGTH, Message};
+use rotorbench::can::{Database, Id, MAXIMUM_LENGTH, Message, Number};
 
 const ROOT: &str = env!("CARGO_MANIFEST_DIR");
 
@@ -78,12 +78,36 @@ fn check_line(database: &Database, kind: &str, words: &[&str], tally: &mut Tally
     tally.decoded += 1;
     let decoded: BTreeMap<&str, String> =
         message.decode(&payload).map(|(signal, _, value)| (signal.name.as_str(), bits(value))).collect();
+    if let Some(what) = differs_after_encoding(message, &payload) {
+        return Some(what);
+    }
     let same = decoded.len() == expected.len()
         && decoded
             .iter()
             .zip(&expected)
             .all(|((name, bits), (other, wanted))| name == other && bits == wanted);
     (!same).then(|| format!("{decoded:?}"))
+}
+
+/// What is decoded, encoded and decoded again has the same bits, as far as a value of 53 bits can hold them.
+fn differs_after_encoding(message: &Message, payload: &[u8]) -> Option<String> {
+    let values: BTreeMap<&str, (u64, f64)> =
+        message.decode(payload).map(|(signal, raw, value)| (signal.name.as_str(), (raw, value))).collect();
+    let encoded = message.encode(|signal| values.get(signal.name.as_str()).map(|(_, value)| *value));
+    let again: BTreeMap<&str, u64> = message
+        .decode(&encoded[..payload.len().min(MAXIMUM_LENGTH)])
+        .map(|(signal, raw, _)| (signal.name.as_str(), raw))
+        .collect();
+    message.signals.iter().find_map(|signal| {
+        let (raw, value) = values.get(signal.name.as_str())?;
+        let layout = signal.codec.layout();
+        // Of longer integers neighbours may share a value, and an offset eats the digits of a small float.
+        let is_exact = layout.size <= 32 && matches!(layout.number, Number::Unsigned | Number::Signed);
+        let found = again.get(signal.name.as_str());
+        let name = &signal.name;
+        (is_exact && found != Some(raw))
+            .then(|| format!("{name} = {value} encodes as {found:x?}, not {raw:x}"))
+    })
 }
 
 fn encode(message: &Message, values: &BTreeMap<&str, &str>) -> [u8; MAXIMUM_LENGTH] {
