@@ -226,9 +226,11 @@ impl Port {
     /// # Errors
     /// [`Fault`]: the frame is dropped and counted. The next one, newer, is the retry.
     pub fn send(&mut self, frame: &Frame) -> Result<(), Fault> {
-        // A frame that finds no room waits for its echo, too: on a dead bus no other ever does.
+        let sent = socket::send(self.socket.as_raw_fd(), frame);
+        // A frame that finds no room waits for its echo, too: on a dead bus no other ever does. The clock is read when
+        // the frame is out already.
         self.waiting_since_ns.get_or_insert_with(clock::monotonic_ns);
-        match socket::send(self.socket.as_raw_fd(), frame) {
+        match sent {
             Ok(()) => {
                 self.counts.sent += 1;
                 Ok(())

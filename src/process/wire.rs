@@ -43,6 +43,8 @@ const FOREIGN_TOLD_EVERY_NS: u64 = NANOSECONDS_PER_SECOND;
 /// What a look at the bus brought.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Look {
+    /// [ns] CLOCK_MONOTONIC after it: one reading of the clock serves all that follows.
+    pub at_ns: u64,
     /// A sensor has a new value.
     pub updated: bool,
     /// The gyro has.
@@ -143,9 +145,10 @@ impl<B: Bus> Wire<B> {
             }
         }
         self.tell_of_interface();
+        look.at_ns = self.port.now_ns();
         if look.updated {
             self.sensors.sequence += 1;
-            self.sensors.stamp_ns = self.port.now_ns();
+            self.sensors.stamp_ns = look.at_ns;
         }
         if look.foreign {
             self.tell_of_foreigner();
