@@ -5,6 +5,8 @@ use std::path::Path;
 
 use super::Finding;
 use crate::bench::BenchConfig;
+use crate::clock;
+use crate::rt::Machine;
 
 /// Bits of `CapEff` in `/proc/self/status`.
 const CAP_IPC_LOCK: u64 = 1 << 14;
@@ -13,6 +15,8 @@ const CAP_SYS_NICE: u64 = 1 << 23;
 const SHARED_MEMORY_NEED: u64 = 64 << 20;
 /// [byte] that a real-time process locks into memory.
 const LOCKED_MEMORY_NEED: u64 = 256 << 20;
+/// [ns] above which a reading of the clock went through the kernel or to a slow device.
+const SLOW_READING_NS: u64 = 400;
 /// Gives the program both rights at once.
 const CAPABILITIES: &str = "sudo setcap cap_sys_nice,cap_ipc_lock+ep \"$(command -v rotorbench)\"";
 
@@ -21,16 +25,13 @@ fn read(path: &str) -> Option<String> {
 }
 
 pub(super) fn versions() -> Vec<Finding> {
-    let kernel = read("/proc/sys/kernel/osrelease").unwrap_or_else(|| "unknown".to_owned());
-    let build = read("/proc/sys/kernel/version").unwrap_or_default();
-    let preemption = ["PREEMPT_RT", "PREEMPT_DYNAMIC", "PREEMPT"].into_iter().find(|it| build.contains(it));
-    let processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let Machine { kernel, preemption, tick_hz, processors, .. } = Machine::look();
+    let preemption = if preemption == "none" { "not preemptible".to_owned() } else { preemption };
     vec![Finding::good(
         "versions",
         format!(
-            "rotorbench {}, Linux {kernel} ({}), {}, {processors} processors",
+            "rotorbench {}, Linux {kernel} ({preemption}, {tick_hz} Hz), {}, {processors} processors",
             env!("CARGO_PKG_VERSION"),
-            preemption.unwrap_or("not preemptible"),
             std::env::consts::ARCH
         ),
     )]
@@ -155,16 +156,33 @@ fn clock_source() -> Finding {
     ) else {
         return Finding::good(CHECK, "the kernel does not say");
     };
-    let slow = ["hpet", "acpi_pm", "jiffies", "refined-jiffies", "pit"].contains(&current.as_str());
-    if !slow {
-        return Finding::good(CHECK, format!("{current}: a reading costs tens of ns"));
+    let cost = reading_ns();
+    let found = if cost < 1000 {
+        format!("{current}: a reading costs {cost} ns")
+    } else {
+        format!("{current}: a reading costs {:.1} µs", cost as f64 * 1e-3)
+    };
+    if cost < SLOW_READING_NS {
+        return Finding::good(CHECK, found);
     }
-    let fast = available.split_whitespace().find(|it| *it == "tsc").unwrap_or("tsc");
-    Finding::warning(
-        CHECK,
-        format!("{current}: each reading of the clock costs about a µs (there are: {available})"),
-        format!("echo {fast} | sudo tee {folder}/current_clocksource"),
-    )
+    match available.split_whitespace().find(|it| *it == "tsc" && *it != current) {
+        Some(fast) => {
+            let mend = format!("echo {fast} | sudo tee {folder}/current_clocksource");
+            Finding::warning(CHECK, format!("{found} (there are: {available})"), mend)
+        }
+        None => Finding::good(CHECK, format!("{found}, and this machine has no faster clock")),
+    }
+}
+
+/// [ns] that a reading of the clock takes, when nothing interrupts it.
+fn reading_ns() -> u64 {
+    const READINGS: u64 = 100;
+    let batch = |_| {
+        let start_ns = clock::monotonic_ns();
+        let end_ns = (1..READINGS).fold(start_ns, |_, _| clock::monotonic_ns());
+        (end_ns - start_ns) / (READINGS - 1)
+    };
+    (0..50).map(batch).min().unwrap_or(0)
 }
 
 /// systemd removes a user's shared memory when he logs out, and corrupts a bench that still runs.
