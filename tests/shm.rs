@@ -97,6 +97,24 @@ fn who_comes_late_starts_with_the_newest() {
     assert!(late.next_in_order().is_none());
 }
 
+/// Who joins looks over everything with the bench's name, also over what another process is just making. That it
+/// leaves alone: what is finished between the look and the change would be undone, and nobody could ever open it.
+#[test]
+fn who_joins_leaves_alone_what_is_just_being_made() {
+    let name = name("making");
+    let here = join(&name, Role::Emulate);
+    let directory = here.place().directory().file_name().expect("a name").to_string_lossy().into_owned();
+    let segment = PathBuf::from(format!("/dev/shm/{directory}.being_made"));
+    fs::write(&segment, "").expect("written");
+    let mode = || fs::metadata(&segment).expect("there").permissions().mode() & 0o777;
+    for (before, after) in [(0o222, 0o222), (0o666, 0o600)] {
+        fs::set_permissions(&segment, fs::Permissions::from_mode(before)).expect("ours");
+        drop(join(&name, Role::Monitor));
+        assert_eq!(mode(), after, "{before:o} became {:o}", mode());
+    }
+    fs::remove_file(&segment).expect("ours");
+}
+
 #[test]
 fn a_second_publisher_is_refused_and_a_second_life_is_met() {
     let name = name("lives");

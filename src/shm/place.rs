@@ -40,6 +40,9 @@ pub struct Place {
     group: Option<u32>,
 }
 
+/// Owner's permissions of a segment that iceoryx2 has not finished.
+const BEING_MADE: u32 = 0o200;
+
 impl Place {
     /// The place of the bench called `bench`, made if it is not there.
     ///
@@ -214,9 +217,14 @@ impl Place {
     }
 
     fn settle_file(&self, path: &Path, found: &fs::Metadata) {
-        // Bits of the owner say how far iceoryx2 is with a segment (write only = being made): leave them.
+        // Bits of the owner say how far iceoryx2 is with a segment. One that is being made (write only) is some process's
+        // that will settle it: between our look and our change it may be finished, and we would undo that for ever.
         let owner = found.mode() & 0o600;
         let mode = if self.group.is_some() { owner | owner >> 3 } else { owner };
+        let is_settled = found.mode() & 0o777 == mode && self.group.is_none_or(|group| found.gid() == group);
+        if owner == BEING_MADE || is_settled {
+            return;
+        }
         // Failing means that the file is gone.
         let _ = self.give(path, mode);
     }

@@ -11,11 +11,10 @@ use serde_json::Value;
 
 use crate::processes::TestBench;
 
-/// The attitude bench: struck each second, moved to another angle, full sensors.
+/// The attitude bench, struck each five seconds.
 fn attitude(config: &mut BenchConfig) {
     config.emulator.impulse = vec![Impulse { at_s: 0.6, duration_s: 0.05, torque: 0.6 }];
     config.emulator.impulse_period_s = 5.0;
-    config.controller.reference.angle_rad = 0.1;
 }
 
 fn json(text: &str) -> Value {

@@ -2,6 +2,7 @@
 //! after a number of periods that the test prints. The same on a CAN bus: tests/can_bus/faults.rs.
 
 mod lockstep;
+mod matrix;
 #[path = "../processes/mod.rs"]
 mod processes;
 mod recorder;

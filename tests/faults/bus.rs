@@ -56,6 +56,9 @@ impl MemoryBus {
 
     pub fn set(&self, interface: Interface) {
         let mut inner = self.0.borrow_mut();
+        if inner.interface == Interface::Gone && interface == Interface::Up {
+            inner.counts.rejoined += 1;
+        }
         inner.interface = interface;
         if interface == Interface::Up {
             inner.has_said_down = false;

@@ -1,7 +1,7 @@
 //! The fault campaign in lockstep: each fault of the matrix, drawn from a seed, on the bench over a bus in memory.
 //!
 //! `faults table [--seed N]` prints the matrix, `faults write README.md` writes it there, `faults row NAME --seed N` shows
-//! one flight. Its tests hold every promise over every flight, and the README's table against what its seed gives.
+//! one flight, `faults check` flies thousands. Its tests hold every promise over every flight, and the README's table against what its seed gives.
 
 mod bench;
 mod bus;
@@ -33,6 +33,18 @@ enum CommandLine {
     Write {
         /// The file
         readme: PathBuf,
+        /// Instead, rows that were seen in real time, from this file, between theirs
+        #[arg(long, value_name = "FILE")]
+        real_time: Option<PathBuf>,
+    },
+    /// Fly every row with many more seeds, and say only what was broken
+    Check {
+        /// First seed
+        #[arg(long, default_value_t = 1000)]
+        seed: u64,
+        /// Draws of each row at each rate
+        #[arg(long, default_value_t = 200)]
+        draws: u64,
     },
     /// Fly one row and say what came of it
     Row {
@@ -57,11 +69,25 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
                 }
             }
         }
-        CommandLine::Write { readme } => {
+        CommandLine::Write { readme, real_time } => {
             let text = std::fs::read_to_string(&readme)?;
-            let table = table::markdown(&table::matrix(SEED));
-            let text = table::into_readme(&text, &table).ok_or("the file has no place for the table")?;
+            let (place, table) = match real_time {
+                Some(rows) => (table::REAL_TIME, table::HEAD.to_owned() + &std::fs::read_to_string(rows)?),
+                None => (table::LOCKSTEP, table::markdown(&table::matrix(SEED))),
+            };
+            let text =
+                table::into_readme(&text, place, &table).ok_or("the file has no place for the table")?;
             std::fs::write(&readme, text)?;
+        }
+        CommandLine::Check { seed, draws } => {
+            let (flights, found) = table::check(seed, draws);
+            found.iter().for_each(|what| eprintln!("{what}"));
+            println!(
+                "{flights} flights of {} rows from seed {seed}: {} broken",
+                fault::ROWS.len(),
+                found.len()
+            );
+            broken = found.len();
         }
         CommandLine::Row { name, seed } => {
             let row = fault::ROWS.iter().find(|row| row.name.starts_with(&name));

@@ -12,9 +12,18 @@ pub const RATES: [(u32, u64); 2] = [(50, 20), (1000, 5)];
 /// Seed of the table in the README; draw n of a row flies with this plus n.
 pub const SEED: u64 = 1;
 
-/// Lines of the README around the table.
-pub const BEGIN: &str = "<!-- faults in lockstep: written by tools/faults -->";
-pub const END: &str = "<!-- end of faults in lockstep -->";
+/// Lines of the README around a table.
+pub type Place = (&'static str, &'static str);
+pub const LOCKSTEP: Place =
+    ("<!-- faults in lockstep: written by tools/faults -->", "<!-- end of faults in lockstep -->");
+pub const REAL_TIME: Place =
+    ("<!-- faults in real time: written by tools/faults -->", "<!-- end of faults in real time -->");
+
+/// The first lines of a table.
+pub const HEAD: &str = "\
+| fault | found by | first sign, periods after | ends | highest command | rotors commanded, periods after |
+|---|---|---|---|---|---|
+";
 
 /// All flights of a row: per rate, each draw.
 pub struct Flights {
@@ -48,9 +57,7 @@ pub fn markdown(matrix: &[Flights]) -> String {
     let draws: Vec<String> =
         RATES.iter().map(|(rate_hz, draws)| format!("{draws} draws at {rate_hz} Hz")).collect();
     let mut text = format!(
-        "Each row: {}, seed {SEED}. Numbers are the worst of all draws, `50 Hz · 1 kHz`.\n\n\
-         | fault | found by | first sign, periods after | ends | highest command | rotors commanded, periods after |\n\
-         |---|---|---|---|---|---|\n",
+        "Each row: {}, seed {SEED}. Numbers are the worst of all draws, `50 Hz · 1 kHz`.\n\n{HEAD}",
         draws.join(", ")
     );
     for flights in matrix {
@@ -144,17 +151,44 @@ fn each_rate_of_turning(flights: &Flights) -> String {
     }
 }
 
-/// The README's text between the table's two lines.
+/// Flies every row `draws` times at each rate; how many flights, and what was broken in them.
+pub fn check(seed: u64, draws: u64) -> (u64, Vec<String>) {
+    // The recorder's row waits for its disk in every flight, and draws nothing of its own.
+    let rows: Vec<&Row> = ROWS.iter().filter(|row| row.kind != crate::fault::Kind::RecorderStuck).collect();
+    let fly_all = |seeds: std::ops::Range<u64>| -> Vec<String> {
+        let mut found = Vec::new();
+        for (seed, (row, (rate_hz, _))) in seeds.flat_map(|seed| {
+            rows.iter().flat_map(|row| RATES.map(|rate| (row, rate))).map(move |it| (seed, it))
+        }) {
+            let broken = fly(row, rate_hz, seed).broken;
+            found.extend(
+                broken.iter().map(|what| format!("{} at {rate_hz} Hz, seed {seed}: {what}", row.name)),
+            );
+        }
+        found
+    };
+    let middle = seed + draws / 2;
+    let found = std::thread::scope(|scope| {
+        let other = scope.spawn(|| fly_all(middle..seed + draws));
+        let mut found = fly_all(seed..middle);
+        found.extend(other.join().expect("the other half flies"));
+        found
+    });
+    (draws * rows.len() as u64 * RATES.len() as u64, found)
+}
+
+/// The README's text between the two lines of `place`.
 #[cfg(test)]
-pub fn in_readme(readme: &str) -> Option<&str> {
-    let (_, rest) = readme.split_once(BEGIN)?;
-    let (table, _) = rest.split_once(END)?;
+pub fn in_readme(readme: &str, place: Place) -> Option<&str> {
+    let (_, rest) = readme.split_once(place.0)?;
+    let (table, _) = rest.split_once(place.1)?;
     Some(table.trim())
 }
 
-/// The README with `table` between its two lines.
-pub fn into_readme(readme: &str, table: &str) -> Option<String> {
-    let (before, rest) = readme.split_once(BEGIN)?;
-    let (_, after) = rest.split_once(END)?;
-    Some(format!("{before}{BEGIN}\n{}\n{END}{after}", table.trim()))
+/// The README with `table` between the two lines of `place`.
+pub fn into_readme(readme: &str, place: Place, table: &str) -> Option<String> {
+    let (begin, end) = place;
+    let (before, rest) = readme.split_once(begin)?;
+    let (_, after) = rest.split_once(end)?;
+    Some(format!("{before}{begin}\n{}\n{end}{after}", table.trim()))
 }
