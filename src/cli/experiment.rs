@@ -227,7 +227,7 @@ fn in_lockstep(
 ) -> Result<(crate::record::Dataset, Ending), CliError> {
     let progress = Progress::of_share();
     let (trace, ending) = experiment::in_lockstep(config, plan, &mut (), |share| {
-        progress.share(share);
+        progress.share("", share);
         !shutdown.is_requested()
     })?;
     drop(progress);
@@ -248,7 +248,7 @@ fn on_bench(
     );
     let recording = output.with_extension("mcap");
     let progress = Progress::of_share();
-    let ending = experiment::on_bench(config, plan, &recording, shutdown, |share| progress.share(share))?;
+    let ending = experiment::on_bench(config, plan, &recording, shutdown, |share| progress.share("", share))?;
     drop(progress);
     Ok((export::dataset(&recording)?, ending))
 }

@@ -68,13 +68,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
         println!("{}", serde_json::to_string_pretty(&found)?);
         return Ok(Outcome::Done);
     }
-    println!(
-        "{}\n{}\n{}",
-        found.part_table().text(),
-        found.parameter_table().text(),
-        found.error_table().text()
-    );
-    for table in [found.degree_table(), found.rival_table()].into_iter().flatten() {
+    println!("{}\n{}", found.part_table().text(), found.parameter_table().text());
+    for table in [found.error_table(), found.degree_table(), found.rival_table()].into_iter().flatten() {
         println!("{}", table.text());
     }
     for warning in &found.warnings {

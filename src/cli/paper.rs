@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
+use super::progress::Progress;
 use super::{CliError, CliResult, Outcome};
-use crate::process::paper;
+use crate::process::paper::{self, PaperSettings};
 
 /// Arguments of `paper`.
 #[derive(Debug, clap::Args)]
@@ -14,6 +15,9 @@ pub struct Arguments {
     /// Length of the PRBS [s], simulated; the paper's is 2400
     #[arg(long, value_name = "S", default_value_t = 2400.0)]
     prbs_s: f64,
+    /// Length of each of the six constant commands [s], simulated
+    #[arg(long, value_name = "S", default_value_t = 300.0)]
+    hold_s: f64,
     /// Write the numbers as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -24,10 +28,20 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
-    if !(20.0..=86_400.0).contains(&arguments.prbs_s) {
-        return Err(CliError::new(format!("--prbs-s must lie in 20..86400, not {}", arguments.prbs_s)));
+    for (name, value) in [("--prbs-s", arguments.prbs_s), ("--hold-s", arguments.hold_s)] {
+        if !(20.0..=86_400.0).contains(&value) {
+            return Err(CliError::new(format!("{name} must lie in 20..86400, not {value}")));
+        }
     }
-    let run = paper::run(arguments.seed, arguments.prbs_s)?;
+    let settings = PaperSettings {
+        seed: arguments.seed,
+        prbs_s: arguments.prbs_s,
+        hold_s: arguments.hold_s,
+        program: std::env::current_exe()?,
+    };
+    let progress = Progress::of_share();
+    let run = paper::run(&settings, &mut |what, share| progress.share(what, share))?;
+    drop(progress);
     run.page().save(&arguments.report)?;
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&run)?);

@@ -27,8 +27,9 @@ impl Progress {
         Self { bar: ProgressBar::new(steps).with_style(style), steps }
     }
 
-    /// The share that is done.
-    pub fn share(&self, share: f64) {
+    /// What is being done, and the share that is done.
+    pub fn share(&self, what: &str, share: f64) {
+        self.bar.set_message(what.to_owned());
         self.bar.set_position((share.clamp(0.0, 1.0) * self.steps as f64) as u64);
     }
 

@@ -34,6 +34,10 @@ pub struct Body {
     pub bias: Estimate,
     /// [rad/s] rms of the residual over windows of half a second.
     pub residual_rms: f64,
+    /// [rad/s] rms of the body rate over the same windows, each about its mean.
+    pub motion_rms: f64,
+    /// Lag-one correlation of the residual: near zero when nothing is missing.
+    pub residual_correlation: f64,
     /// Samples used.
     pub samples: usize,
     /// Where the torque came from, in words.
@@ -106,6 +110,8 @@ pub(super) fn identify(
         arm,
         bias: Estimate { value: fit.coefficients[1], standard_error: fit.standard_error(1) },
         residual_rms: fit.residual_rms,
+        motion_rms: (y.norm_squared() / rows as f64).sqrt(),
+        residual_correlation: linear::lag_one_correlation(fit.residuals.as_slice()),
         samples: rows,
         driven_by: drive.words,
     })

@@ -159,14 +159,22 @@ impl Work<'_> {
         let rivals = self.pole.as_ref().map(|fit| (&fit.rivals, fit.residual_correlation));
         let rivals = rivals.or(self.joint.as_ref().map(|fit| (&fit.rivals, fit.residual_correlation)));
         if let Some((rivals, correlation)) = rivals {
-            for rival in rivals.iter().filter(|rival| rival.needed) {
+            let needed: Vec<String> = rivals
+                .iter()
+                .filter(|rival| rival.needed)
+                .map(|rival| {
+                    let (time, error) = (1e3 * rival.time.value, 1e3 * rival.time.standard_error);
+                    let left = rival.residual_rms;
+                    format!(
+                        "`{}` of {time:.1} ± {error:.1} ms lowers the error to {left:.2} rad/s",
+                        rival.effect
+                    )
+                })
+                .collect();
+            if !needed.is_empty() {
                 say.push(format!(
-                    "a first-order lag is not enough: {} of {:.1} ± {:.1} ms lowers the error to {:.2} rad/s; \
-                     `diagnose` tells which effect it is, `extend` adds it",
-                    rival.effect,
-                    1e3 * rival.time.value,
-                    1e3 * rival.time.standard_error,
-                    rival.residual_rms
+                    "a first-order lag is not enough: {}; `diagnose` tells which effect it is, `extend` adds it",
+                    needed.join(", ")
                 ));
             }
             if correlation > CORRELATED {
@@ -176,10 +184,49 @@ impl Work<'_> {
                 ));
             }
         }
+        if let Some(body) = self.body.as_ref().filter(|body| body.residual_correlation > CORRELATED) {
+            say.push(format!(
+                "{}: J alone leaves {:.3} rad/s of the body rate's {:.3} unexplained over windows of half a second, \
+                 and that is far from noise (lag-one correlation {:.2}): something is missing in the body's model, \
+                 and J carries part of it; `diagnose` looks for it",
+                body.source, body.residual_rms, body.motion_rms, body.residual_correlation
+            ));
+        }
+        self.check_template(&mut say);
         if let Some((low, high)) = self.lively_range().filter(|(low, high)| high - low < 0.05) {
             say.push(format!("lively commands span only {low:.3} to {high:.3}: g(u) holds near there only"));
         }
         self.warnings.extend(say);
+    }
+
+    /// Says where the template's numbers are not those of this bench.
+    fn check_template(&self, say: &mut Vec<String>) {
+        let template = &self.settings.template.actuator;
+        let over = |pick: &dyn Fn(&RotorLog) -> Option<(f64, f64)>| {
+            let all: Vec<(f64, f64)> = self.rotors.iter().filter_map(pick).collect();
+            let low = all.iter().map(|range| range.0).reduce(f64::min)?;
+            Some((low, all.iter().map(|range| range.1).fold(low, f64::max)))
+        };
+        let rates = over(&|rotor| rotor.thrust.as_ref().map(|_| bounds(&rotor.rate)));
+        if let Some((low, high)) = rates.filter(|_| self.thrust.is_some())
+            && !(low..=high).contains(&template.hover_rate)
+        {
+            say.push(format!(
+                "the tangent of the thrust curve is taken at {:.0} rad/s, where the template hovers, but the rates with \
+                 a measured thrust reach from {low:.0} to {high:.0}; say where this bench hovers with --hover-rate",
+                template.hover_rate
+            ));
+        }
+        let volts = over(&|rotor| rotor.voltage.as_deref().map(bounds));
+        if let Some((low, high)) = volts
+            && !(0.7 * template.full_voltage..1.05 * template.full_voltage).contains(&high)
+        {
+            say.push(format!(
+                "the battery had {low:.1} to {high:.1} V, but the template's is full at {:.1} V: g(u) and k_V are \
+                 drawn out to a battery that this bench does not have; give its full voltage with --full-voltage-v",
+                template.full_voltage
+            ));
+        }
     }
 
     fn lively_range(&self) -> Option<(f64, f64)> {

@@ -134,7 +134,11 @@ impl<'a> Work<'a> {
     fn battery(&mut self) {
         const STEP: &str = "k_V from constant commands, Eq. (6)";
         if !self.use_battery {
-            let why = if self.settings.battery { "no battery voltage in the logs" } else { "not asked for" };
+            let why = if self.settings.battery {
+                "no battery voltage in the logs"
+            } else {
+                "left out, as asked for"
+            };
             return self.note(STEP, false, why);
         }
         let (gain, left_out) = battery::identify(&self.rotors);

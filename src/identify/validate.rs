@@ -42,6 +42,7 @@ pub(super) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Optio
         let each = rows.zip(modelled).filter(|(row, _)| rotor.rate[*row].is_finite());
         traces.extend(each.map(|(row, model)| (rotor.time[row], rotor.rate[row], model)));
     }
+    let shown = with_holes(&traces, rotor.interval);
     if traces.len() < 10 {
         return None;
     }
@@ -60,6 +61,22 @@ pub(super) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Optio
         worst_percent: shares.get((samples * 99) / 100).copied().unwrap_or(f64::NAN),
         fit_percent: 100.0 * (1.0 - (squares / around.max(f64::MIN_POSITIVE)).sqrt()),
         samples,
-        traces,
+        traces: shown,
     })
+}
+
+/// The traces with a row that is not a number wherever rows are missing, so that no line is drawn over a hole.
+fn with_holes(traces: &[(f64, f64, f64)], interval: f64) -> Vec<(f64, f64, f64)> {
+    /// Intervals without a row that make a hole.
+    const HOLE: f64 = 5.0;
+    let mut shown = Vec::with_capacity(traces.len());
+    let mut last = f64::INFINITY;
+    for trace in traces {
+        if trace.0 - last > HOLE * interval {
+            shown.push((0.5 * (last + trace.0), f64::NAN, f64::NAN));
+        }
+        shown.push(*trace);
+        last = trace.0;
+    }
+    shown
 }

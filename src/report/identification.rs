@@ -51,12 +51,15 @@ impl Identification {
         }
         if let Some(thrust) = &self.thrust {
             table = table.row(cells("c", thrust.coefficient, "N s²/rad²", "measured thrust"));
-            table = table.row(cells("c_p1", thrust.slope, "N s/rad", "tangent at hover, Eq. (13)"));
-            table = table.row(cells("c_p0", thrust.offset, "N", "tangent at hover, Eq. (13)"));
+            let tangent = format!("tangent at {} rad/s, Eq. (13)", number(thrust.hover_rate, 4));
+            table = table.row(cells("c_p1", thrust.slope, "N s/rad", &tangent));
+            table = table.row(cells("c_p0", thrust.offset, "N", &tangent));
         }
         if let Some(body) = &self.body {
             table = table.row(cells("d/J", body.arm_over_inertia, "1/(kg m)", body.driven_by));
-            table = table.row(cells("J", body.inertia, "kg m²", "with the arm as given"));
+            let with_arm = format!("with the arm d = {} m", number(body.arm, 4));
+            table = table.row(cells("J", body.inertia, "kg m²", &with_arm));
+            table = table.row(cells("bias", body.bias, "rad/s²", "constant acceleration, fitted beside"));
         }
         table
     }
@@ -76,9 +79,9 @@ impl Identification {
         })
     }
 
-    /// Errors of the identified rotor on training and validation logs.
+    /// Errors of the identified rotor on training and validation logs; `None` where no log has a rotor.
     #[must_use]
-    pub fn error_table(&self) -> Table {
+    pub fn error_table(&self) -> Option<Table> {
         let headers = ["log", "rms [rad/s]", "rms [%]", "99 % within [%]", "fit [%]", "samples"];
         let row = |table: Table, (kind, run): (&str, &Validation)| {
             let name = format!("{} ({kind})", run.source);
@@ -88,7 +91,9 @@ impl Identification {
         };
         let training = self.training.iter().map(|run| ("training", run));
         let all = training.chain(self.validation.iter().map(|run| ("validation", run)));
-        all.fold(Table::new(headers).caption("Free run from the measured commands"), row)
+        let caption = "Free run from the measured commands, each stretch from its first measured rate";
+        let table = all.fold(Table::new(headers).caption(caption), row);
+        (!(self.training.is_empty() && self.validation.is_empty())).then_some(table)
     }
 
     /// Degrees of g(u) side by side.
@@ -105,12 +110,13 @@ impl Identification {
         ])
         .caption("Degree of g(u)");
         Some(degrees.iter().fold(table, |table, score| {
-            let mark = if score.degree == used { Mark::Good } else { Mark::Plain };
+            let is_used = score.degree == used;
+            let mark = if is_used { Mark::Good } else { Mark::Plain };
             let coefficients: Vec<String> = score.coefficients.iter().map(|c| number(*c, 5)).collect();
             table.marked_row(
                 mark,
                 [
-                    score.degree.to_string(),
+                    format!("{}{}", score.degree, if is_used { " (used)" } else { "" }),
                     number(score.train, 4),
                     number(score.held_out, 4),
                     coefficients.join(", "),
@@ -203,7 +209,10 @@ impl Identification {
             page.table(table);
         });
         self.response_plots(&mut page);
-        page.heading("Validation").table(self.error_table());
+        page.heading("Validation");
+        self.error_table().into_iter().for_each(|table| {
+            page.table(table);
+        });
         let shown = if self.validation.is_empty() { &self.training } else { &self.validation };
         for run in shown {
             error_plots(&mut page, run);

@@ -96,7 +96,10 @@ impl PaperRun {
         self.identification.degree_table().into_iter().for_each(|table| {
             page.table(table);
         });
-        page.heading("Fig. 3: validation").table(self.identification.error_table());
+        page.heading("Fig. 3: validation");
+        self.identification.error_table().into_iter().for_each(|table| {
+            page.table(table);
+        });
         if let Some(run) = self.identification.validation.first() {
             error_plots(&mut page, run);
         }
