@@ -1,15 +1,12 @@
 //! `rotorbench monitor`: a live view of a running bench. It only listens.
 
+mod picture;
+
 use std::collections::VecDeque;
 use std::io::{IsTerminal, Write, stdout};
 use std::time::Duration;
 
 use crossterm::event::{self, Event, KeyCode, KeyModifiers};
-use ratatui::Frame;
-use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::style::{Color, Modifier, Style, Stylize};
-use ratatui::text::{Line, Span};
-use ratatui::widgets::{Block, Paragraph, Sparkline};
 
 use super::operate::BenchArguments;
 use super::{CliError, CliResult, Outcome};
@@ -18,8 +15,8 @@ use crate::clock;
 use crate::guard::State;
 use crate::process::operator;
 use crate::rt::Shutdown;
-use crate::shm::{APPLIED, Bench, COMMAND, GUARD_EVENTS, Role, SENSORS, ShmError, Subscriber};
-use crate::signal::{Applied, Command, CycleSample, GuardEvent, Heartbeat, Sensors};
+use crate::shm::{APPLIED, BUS, Bench, COMMAND, GUARD_EVENTS, Role, SENSORS, ShmError, Subscriber};
+use crate::signal::{Applied, BusStatus, Command, CycleSample, GuardEvent, Heartbeat, Sensors};
 
 /// Arguments of `monitor`.
 #[derive(Debug, clap::Args)]
@@ -58,7 +55,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
 fn watch(terminal: &mut ratatui::DefaultTerminal, view: &mut View, shutdown: &Shutdown) -> CliResult {
     while !shutdown.is_requested() {
         view.listen();
-        terminal.draw(|frame| view.draw(frame))?;
+        terminal.draw(|frame| picture::draw(view, clock::monotonic_ns(), frame))?;
         if event::poll(Duration::from_millis(PICTURE_PERIOD_MS))?
             && let Event::Key(key) = event::read()?
         {
@@ -107,9 +104,11 @@ struct View {
     commands: Subscriber<Command>,
     applied: Subscriber<Applied>,
     events: Subscriber<GuardEvent>,
+    statuses: Subscriber<BusStatus>,
     processes: Vec<Process>,
     newest: (Sensors, Command, Applied),
-    said: VecDeque<(u64, String)>,
+    bus: BusStatus,
+    said: VecDeque<GuardEvent>,
     strips: [VecDeque<f64>; 3],
     _member: Bench,
 }
@@ -136,8 +135,10 @@ impl View {
             commands: member.subscribe(&COMMAND)?,
             applied: member.subscribe(&APPLIED)?,
             events: member.subscribe(&GUARD_EVENTS)?,
+            statuses: member.subscribe(&BUS)?,
             processes: ROLES.into_iter().map(process).collect::<Result<_, _>>()?,
             newest: Default::default(),
+            bus: BusStatus::default(),
             said: VecDeque::new(),
             strips: Default::default(),
             _member: member,
@@ -150,8 +151,9 @@ impl View {
         *sensors = self.sensors.newest().unwrap_or(*sensors);
         *command = self.commands.newest().unwrap_or(*command);
         *applied = self.applied.newest().unwrap_or(*applied);
+        self.bus = self.statuses.newest().unwrap_or(self.bus);
         while let Some(event) = self.events.next_in_order() {
-            self.said.push_front((event.stamp_ns, operator::sentence(&event)));
+            self.said.push_front(event);
             self.said.truncate(EVENTS);
         }
         self.processes.iter_mut().for_each(|process| process.listen(now_ns));
@@ -184,128 +186,23 @@ impl View {
                 })
             })
             .collect();
+        let bus = (self.bus.sequence > 0).then(|| {
+            serde_json::json!({
+                "received": self.bus.received, "lost": self.bus.lost, "sent": self.bus.sent,
+                "echoed": self.bus.echoed, "echo_age_ms": clock::span_s(self.bus.echo_age_ns) * 1e3,
+                "not_sent": self.bus.not_sent, "error_frames": self.bus.error_frames,
+                "unknown_id": self.bus.unknown_id, "foreign_command": self.bus.foreign_command,
+                "wrong_length": self.bus.wrong_length, "counter": self.bus.counter,
+                "not_a_number": self.bus.not_a_number, "out_of_range": self.bus.out_of_range,
+            })
+        });
         serde_json::json!({
             "bench": self.bench, "state": guard_state(applied).to_string(), "rotor": applied.rotor,
             "body_rate_rad_s": sensors.body_rate.value, "body_angle_rad": command.estimate.body_angle,
             "disturbance_torque_nm": command.estimate.disturbance_torque,
             "battery_voltage_v": sensors.battery_voltage.value, "processes": processes,
-            "last_event": self.said.front().map(|(_, sentence)| sentence),
+            "last_event": self.said.front().map(operator::sentence), "bus": bus,
         })
-    }
-
-    fn draw(&self, frame: &mut Frame) {
-        let [head, processes, signals, strips, events] = Layout::vertical([
-            Constraint::Length(1),
-            Constraint::Length(2 + ROLES.len() as u16),
-            Constraint::Length(5),
-            Constraint::Min(9),
-            Constraint::Length(2 + EVENTS as u16),
-        ])
-        .areas(frame.area());
-        frame.render_widget(self.head(), head);
-        frame.render_widget(self.process_table(), processes);
-        frame.render_widget(self.signal_table(), signals);
-        self.draw_strips(frame, strips);
-        let lines: Vec<Line> = self
-            .said
-            .iter()
-            .map(|(stamp_ns, sentence)| Line::raw(format!("{:10.3} s  {sentence}", clock::span_s(*stamp_ns))))
-            .collect();
-        frame.render_widget(Paragraph::new(lines).block(Block::bordered().title("guard")), events);
-    }
-
-    fn head(&self) -> Line<'_> {
-        let now_ns = clock::monotonic_ns();
-        let applied = &self.newest.2;
-        let is_running = now_ns.saturating_sub(applied.stamp_ns) < clock::NANOSECONDS_PER_SECOND;
-        let (text, color) = match (is_running, guard_state(applied)) {
-            (false, _) => ("NOT RUNNING".to_owned(), Color::DarkGray),
-            (true, state @ State::Armed) => (state.to_string().to_uppercase(), Color::Green),
-            (true, state @ (State::PreArm | State::Degraded)) => {
-                (state.to_string().to_uppercase(), Color::Yellow)
-            }
-            (true, State::Disarmed) => ("DISARMED".to_owned(), Color::Blue),
-            (true, state) => (state.to_string().to_uppercase(), Color::Red),
-        };
-        Line::from(vec![
-            Span::raw(format!(" bench {}  ", self.bench)).bold(),
-            Span::styled(
-                format!(" {text} "),
-                Style::new().bg(color).fg(Color::White).add_modifier(Modifier::BOLD),
-            ),
-            Span::raw("   q to leave; the bench goes on"),
-        ])
-    }
-
-    fn process_table(&self) -> Paragraph<'_> {
-        let now_ns = clock::monotonic_ns();
-        let line = |process: &Process| {
-            let name = process.role.name();
-            if process.heartbeat.count == 0 {
-                return Line::raw(format!("{name:8} -")).dim();
-            }
-            let text = format!(
-                "{name:8} process {:7}  {:7.1} Hz  late {:8.1} µs  out {:8.1} µs  skipped {}  overruns {}",
-                process.heartbeat.process_id,
-                process.rate,
-                process.shown_us.0,
-                process.shown_us.1,
-                process.cycle.skipped,
-                process.cycle.overruns,
-            );
-            if process.is_alive(now_ns) {
-                Line::raw(text)
-            } else {
-                Line::raw(format!("{text}  SILENT")).red()
-            }
-        };
-        let lines: Vec<Line> = self.processes.iter().map(line).collect();
-        Paragraph::new(lines).block(Block::bordered().title("processes (worst of each second)"))
-    }
-
-    fn signal_table(&self) -> Paragraph<'_> {
-        let (sensors, command, applied) = &self.newest;
-        let estimate = &command.estimate;
-        let lines = vec![
-            Line::raw(format!(
-                "body rate {:+8.4} rad/s   angle {:+8.4} rad (wanted {:+.4})   disturbance {:+8.4} N m",
-                sensors.body_rate.value,
-                estimate.body_angle,
-                estimate.reference_angle,
-                estimate.disturbance_torque
-            )),
-            Line::raw(format!(
-                "rotor 1 {:6.1} rad/s   rotor 2 {:6.1} rad/s   battery {:6.2} V",
-                sensors.propeller_rate[0].value,
-                sensors.propeller_rate[1].value,
-                sensors.battery_voltage.value
-            )),
-            Line::raw(format!(
-                "wanted {:.4} {:.4}   applied {:.4} {:.4}   misses {}",
-                command.rotor[0], command.rotor[1], applied.rotor[0], applied.rotor[1], applied.misses
-            )),
-        ];
-        Paragraph::new(lines).block(Block::bordered().title("signals"))
-    }
-
-    fn draw_strips(&self, frame: &mut Frame, area: Rect) {
-        let areas = Layout::vertical([Constraint::Ratio(1, 3); 3]).split(area);
-        let titles = ["angle [rad]", "rotor 1 [-]", "rotor 2 [-]"];
-        for ((strip, title), area) in self.strips.iter().zip(titles).zip(areas.iter()) {
-            let width = usize::from(area.width.saturating_sub(2));
-            let shown: Vec<f64> = strip.iter().skip(strip.len().saturating_sub(width)).copied().collect();
-            let low = shown.iter().copied().fold(f64::INFINITY, f64::min);
-            let high = shown.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            let span = (high - low).max(1e-6);
-            let data: Vec<u64> =
-                shown.iter().map(|value| ((value - low) / span * 1000.0) as u64 + 1).collect();
-            let title =
-                if shown.is_empty() { title.to_owned() } else { format!("{title}  {low:+.3} .. {high:+.3}") };
-            frame.render_widget(
-                Sparkline::default().block(Block::bordered().title(title)).data(data).max(1001),
-                *area,
-            );
-        }
     }
 }
 
