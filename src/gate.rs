@@ -245,7 +245,9 @@ impl Gate {
             self.arming = None;
             return None;
         }
-        if now_ns < arming.next_ns {
+        // Asked before its first step the guard would find the wish older than itself; during its checks, out of place.
+        let is_time = self.applied.sequence > 0 && self.applied.state == State::Disarmed as u32;
+        if !is_time || now_ns < arming.next_ns {
             return None;
         }
         arming.next_ns = now_ns.saturating_add(ARMING_PERIOD_NS);
