@@ -17,10 +17,12 @@ use crate::processes::say;
 
 #[test]
 fn an_imu_at_four_times_the_rate_steps_the_controller_with_each_fourth_frame() {
-    const FRAMES: u32 = 400;
+    const FRAMES: u32 = 160;
     let bus = Bus::new();
     let mut bench = bench("imu", &bus);
     bench.config.trigger = Trigger::Imu;
+    // Frames each 20 ms: User-Mode Linux sleeps 10 ms at least.
+    bench.config.period_s = 0.08;
     let roles = Roles::build(&bench.config.bus, bench.config.period_s).expect("valid");
     let gyro = roles.sensor_messages().iter().position(|message| message.name == "GYRO").expect("it has one");
     let stop = AtomicBool::new(false);
