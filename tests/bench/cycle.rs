@@ -6,6 +6,7 @@ use std::hint::black_box;
 use std::os::fd::AsRawFd;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use rotorbench::bench::{BenchConfig, Trigger};
@@ -83,11 +84,26 @@ fn round_trip(port: &mut Port, frame: &Frame) {
     }
 }
 
+/// How long `iterations` round trips take. Each begins a control period after the one before, because the controller
+/// steps no faster however fast the gyro is; the time between is not counted, for neither loop.
+fn paced(iterations: u64, port: &mut Port, period_ns: u64, mut next: impl FnMut() -> Frame) -> Duration {
+    let mut total = Duration::ZERO;
+    for _ in 0..iterations {
+        let _ = clock::sleep_until(clock::monotonic_ns() + period_ns);
+        while port.receive(|_| {}) != Ok(0) {}
+        let frame = next();
+        let start = Instant::now();
+        round_trip(port, &frame);
+        total += start.elapsed();
+    }
+    total
+}
+
 /// The bare `read`/`write` loop: blocks in `read`, answers each frame with one of the same length.
 fn bare_echo(interface: &str, stop: Arc<AtomicBool>) {
     use socketcan::{CanSocket, Socket};
     let socket = CanSocket::open(interface).expect("the bus is up");
-    socket.set_read_timeout(std::time::Duration::from_millis(100)).expect("set");
+    socket.set_read_timeout(Duration::from_millis(100)).expect("set");
     let mut frame = empty_frame();
     frame.can_id = 0x7FE;
     frame.can_dlc = 8;
@@ -115,7 +131,13 @@ fn frame_to_frame(criterion: &mut Criterion) {
         eprintln!("frame to frame: NOT MEASURED, this kernel has no CAN (tools/vcan gives a bus)");
         return;
     }
+    let period_ns = clock::span_ns(config.period_s);
     let mut group = criterion.benchmark_group("frame to frame");
+    // A quarter of a second of round trips is half a minute of control periods.
+    group
+        .sample_size(30)
+        .warm_up_time(Duration::from_millis(50))
+        .measurement_time(Duration::from_millis(250));
     let interface = config.bus.interface.clone();
     let stop = Arc::new(AtomicBool::new(false));
     let mut port = Port::open(&interface, false).expect("the bus is up");
@@ -124,9 +146,9 @@ fn frame_to_frame(criterion: &mut Criterion) {
         let (stop, interface) = (Arc::clone(&stop), interface.clone());
         move || bare_echo(&interface, stop)
     });
-    std::thread::sleep(std::time::Duration::from_millis(200));
+    std::thread::sleep(Duration::from_millis(200));
     group.bench_function("baseline: bare read and write", |bencher| {
-        bencher.iter(|| round_trip(&mut port, &frame))
+        bencher.iter_custom(|iterations| paced(iterations, &mut port, period_ns, || frame))
     });
     stop.store(true, Ordering::Relaxed);
     echo.join().expect("no panic");
@@ -142,16 +164,17 @@ fn frame_to_frame(criterion: &mut Criterion) {
             }
         }
     });
-    std::thread::sleep(std::time::Duration::from_millis(500));
+    std::thread::sleep(Duration::from_millis(500));
     let roles = Roles::build(&config.bus, config.period_s).expect("the built-in bus");
     let mut sender = roles.sensor_sender();
     let gyro = roles.sensor_messages().iter().position(|message| message.name == "GYRO").expect("it has one");
     let mut sensors = Sensors::default();
     group.bench_function("gyro frame to command frame, whole cycle", |bencher| {
-        bencher.iter(|| {
-            sensors.body_rate = Sample::good(sensors.body_rate.value + 1e-6, 1, 1);
-            let frame = roles.encode_sensors(&mut sender, gyro, &sensors).expect("a frame");
-            round_trip(&mut port, &frame);
+        bencher.iter_custom(|iterations| {
+            paced(iterations, &mut port, period_ns, || {
+                sensors.body_rate = Sample::good(sensors.body_rate.value + 1e-6, 1, 1);
+                roles.encode_sensors(&mut sender, gyro, &sensors).expect("a frame")
+            })
         });
     });
     stop.store(true, Ordering::Relaxed);

@@ -7,6 +7,7 @@ mod doctor;
 mod import;
 mod jitter;
 mod recording;
+mod refused;
 mod replay;
 
 /// Runs the program to its end.
