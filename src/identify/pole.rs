@@ -27,6 +27,9 @@ const SLOWEST: f64 = 0.1;
 const COARSE_POLES: i32 = 22;
 /// Factor by which the beginning of a record may move p away from the grid before it is not believed.
 const REFINED: f64 = 1.5;
+/// What a cost may rise by rounding alone, as a share of the sum of squares it is the small difference of: near the
+/// minimum no step would pass otherwise, and each would be halved to nothing in vain.
+const ROUNDING: f64 = 1e-13;
 /// Relative change of p at which the search ends, and the same in standard errors of p.
 const TOLERANCE: f64 = 1e-9;
 const TOLERANCE_IN_ERRORS: f64 = 1e-5;
@@ -116,7 +119,7 @@ fn search<const M: usize>(record: &Record<M>, near: f64) -> Option<Projection<M>
         let mut better = None;
         for _ in 0..20 {
             let trial = Projection::new(record, at.pole * (1.0 + step));
-            if let Some(trial) = trial.filter(|trial| trial.cost <= at.cost) {
+            if let Some(trial) = trial.filter(|trial| trial.cost <= at.cost + ROUNDING * at.total) {
                 better = Some(trial);
                 break;
             }
@@ -174,6 +177,8 @@ struct Projection<const M: usize> {
     /// [rad/s] state at the start of each stretch, and whether the record determines it.
     initial: Vec<(f64, bool)>,
     cost: f64,
+    /// Sum of squares of the output, initial states eliminated.
+    total: f64,
     /// Normal matrix of coefficients and pole, initial states eliminated.
     normal: DMatrix<f64>,
     /// [rad/s] change of p that Gauss-Newton asks for.
@@ -201,7 +206,8 @@ impl<const M: usize> Projection<M> {
         }
         let inverse = invert(&ff)?;
         let coefficients = &inverse * &fy;
-        let cost = (sum(&|gram| gram.yy) - coefficients.dot(&fy)).max(0.0);
+        let total = sum(&|gram| gram.yy);
+        let cost = (total - coefficients.dot(&fy)).max(0.0);
         let dot = |products: &[f64; M]| -> f64 {
             products.iter().zip(coefficients.iter()).map(|(product, c)| product * c).sum()
         };
@@ -234,7 +240,7 @@ impl<const M: usize> Projection<M> {
         });
         let shares = each().map(|(gram, x0)| shares(gram, x0, &dot)).collect();
         let step = (sy - coefficients.dot(&sf)) / curvature;
-        Some(Self { pole, coefficients, initial, cost, normal, step, curvature, shares, samples })
+        Some(Self { pole, coefficients, initial, cost, total, normal, step, curvature, shares, samples })
     }
 
     /// The step in standard errors of p, correlation left aside.
