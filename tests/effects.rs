@@ -79,7 +79,7 @@ fn at_its_neutral_value_an_effect_adds_nothing() {
             parameters[index] = parameter.neutral;
             for point in points(50) {
                 let added = match &card.law {
-                    Law::Static(law) => law(&parameters, &point),
+                    Law::Static(law) | Law::Stairs(law) => law(&parameters, &point),
                     Law::Delay(delay) => delay(&parameters),
                     Law::Memory(memory) => {
                         let state =

@@ -10,6 +10,7 @@ pub mod prepare;
 pub mod problem;
 pub mod rotor;
 mod run;
+mod scan;
 pub mod search;
 pub mod surrogate;
 pub mod trial;

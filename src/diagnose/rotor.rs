@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
+use super::noise::median;
 use super::problem::{Channel, hold};
+use crate::identify::at_standstill;
 use crate::model::{Equations, RotorInput, RotorStart, RotorTrace};
 use crate::record::Dataset;
 use crate::signal::ROTORS;
@@ -41,6 +43,21 @@ impl RotorRun {
         RotorInput { time: &self.time, command: &self.command, voltage: self.voltage.as_deref(), side }
     }
 
+    /// `count` of its samples from `from` on.
+    pub(super) fn cut(&self, from: usize, count: usize) -> Self {
+        let part = |values: &[f64]| values[from..from + count].to_vec();
+        Self {
+            log: self.log,
+            rotor: self.rotor,
+            rows: self.rows.start + from..self.rows.start + from + count,
+            time: part(&self.time),
+            command: part(&self.command),
+            voltage: self.voltage.as_deref().map(part),
+            measured: part(&self.measured),
+            counts: self.counts[from..from + count].to_vec(),
+        }
+    }
+
     /// [rad/s] the first measured rate.
     fn first_rate(&self) -> Option<f64> {
         self.measured.iter().copied().find(|rate| rate.is_finite())
@@ -49,6 +66,33 @@ impl RotorRun {
 
 /// A stretch shorter than this many samples has no say.
 const FEWEST_SAMPLES: usize = 5;
+
+/// A hole is bridged when it is shorter than this share of the time for which the log holds a command.
+const SHORT_HOLE: f64 = 0.1;
+
+/// Rows over which a rotor can run freely. A hole ends them unless the command is known across it: the same on both
+/// sides, and the hole short beside the time for which commands are held.
+fn stretches(data: &Dataset, command: &[f64]) -> Vec<Range<usize>> {
+    let time = data.time();
+    let changes: Vec<f64> =
+        (1..time.len()).filter(|row| command[*row] != command[row - 1]).map(|row| time[row]).collect();
+    let mut held: Vec<f64> = changes.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let short = SHORT_HOLE * median(&mut held);
+    let mut stretches: Vec<Range<usize>> = Vec::new();
+    for rows in data.segments() {
+        match stretches.last_mut() {
+            Some(before)
+                if before.end == rows.start
+                    && command[before.end - 1] == command[rows.start]
+                    && time[rows.start] - time[before.end - 1] < short =>
+            {
+                before.end = rows.end;
+            }
+            _ => stretches.push(rows),
+        }
+    }
+    stretches
+}
 
 /// The runs of every rotor whose command and rate the logs hold.
 #[must_use]
@@ -63,18 +107,22 @@ pub fn rotor_runs(logs: &[Dataset]) -> Vec<RotorRun> {
             };
             let voltage = data.column("battery_voltage_v").map(hold);
             let command = hold(command);
-            for rows in data.segments().into_iter().filter(|rows| rows.len() >= FEWEST_SAMPLES) {
+            for rows in
+                stretches(data, &command).into_iter().filter(|rows| rows.len() >= FEWEST_SAMPLES)
+            {
                 let measured = measured[rows.clone()].to_vec();
                 if measured.iter().filter(|rate| rate.is_finite()).count() < FEWEST_SAMPLES {
                     continue;
                 }
+                let (time, command) = (data.time()[rows.clone()].to_vec(), command[rows.clone()].to_vec());
+                let counts = at_standstill(&time, &command).into_iter().map(|stands| !stands).collect();
                 runs.push(RotorRun {
                     log,
                     rotor,
-                    time: data.time()[rows.clone()].to_vec(),
-                    command: command[rows.clone()].to_vec(),
                     voltage: voltage.as_ref().map(|voltage| voltage[rows.clone()].to_vec()),
-                    counts: vec![true; rows.len()],
+                    time,
+                    command,
+                    counts,
                     measured,
                     rows,
                 });

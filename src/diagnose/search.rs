@@ -9,6 +9,8 @@ use crate::model::{Effect, Model};
 const LEAST_GAIN: f64 = 0.03;
 /// A gain that shifted traces reach more often than this is luck.
 const MOST_CHANCE: f64 = 0.05;
+/// The held-out error must fall by more than this many standard errors of its fall, stretch by stretch.
+const STEADY: f64 = 2.0;
 /// Sets carried on abreast.
 const ABREAST: usize = 3;
 /// Most effects of one block.
@@ -86,6 +88,7 @@ fn over_floor(stage: &Stage, trial: &Trial, floors: &[f64; 2]) -> (f64, usize) {
 fn gains(stage: &Stage, before: &Trial, after: &Trial) -> bool {
     let enough = |before: f64, after: f64| after < before * (1.0 - LEAST_GAIN);
     enough(before.validate(stage), after.validate(stage))
+        && before.steadiness(after) > STEADY
         && after.fit.cost < before.fit.cost * (1.0 - 0.5 * LEAST_GAIN)
         && chance(before, after, period(stage)) <= MOST_CHANCE
 }
@@ -169,8 +172,7 @@ impl<'a> Search<'a> {
         let candidates = self.candidates();
         let mut before = recalibrated.clone();
         for depth in 1..DEEPEST {
-            let mut front: Vec<&Trial> = trials.iter().filter(|trial| trial.effects.len() == depth).collect();
-            front.sort_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage)));
+            let front = self.sound(stage, trials, depth, ABREAST);
             let Some(best) = front.first().map(|best| (*best).clone()) else { return };
             let floors = floors(&stage.validate, &best.judged.residuals);
             let falls = gains(stage, &before, &best);
@@ -179,7 +181,7 @@ impl<'a> Search<'a> {
             if nearest < DONE || (!falls && (depth > 1 || nearest < NEARLY)) {
                 return;
             }
-            let front: Vec<Trial> = front.into_iter().take(ABREAST).cloned().collect();
+            let front: Vec<Trial> = front.into_iter().cloned().collect();
             let mut sets: Vec<Vec<String>> = Vec::new();
             let mut plans = Vec::new();
             for trial in &front {
@@ -211,12 +213,18 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// The best sets of a depth whose effects do not cancel each other, best first.
+    fn sound<'t>(&self, stage: &Stage, trials: &'t [Trial], depth: usize, most: usize) -> Vec<&'t Trial> {
+        let mut front: Vec<&Trial> = trials.iter().filter(|trial| trial.effects.len() == depth).collect();
+        front.sort_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage)));
+        front.into_iter().filter(|trial| !trial.cancels(stage, self.known)).take(most).collect()
+    }
+
     /// The smallest set that no larger one beats.
     fn climb(&self, stage: &Stage, recalibrated: &Trial, trials: &[Trial]) -> Trial {
         let mut answer = recalibrated.clone();
         for depth in 1..=DEEPEST {
-            let of_depth = trials.iter().filter(|trial| trial.effects.len() == depth);
-            let best = of_depth.min_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage)));
+            let best = self.sound(stage, trials, depth, 1).first().copied();
             // Two effects may be worth nothing one by one: each depth is held against the answer so far.
             if let Some(best) = best.filter(|best| gains(stage, &answer, best)) {
                 answer = best.clone();
@@ -251,11 +259,11 @@ impl<'a> Search<'a> {
         let swapped = self.swaps(&stage, &best, &trials, &base_names);
         trials.extend(swapped);
         if let Some(better) =
-            nearest(&stage, &best, &trials).first().filter(|trial| loss(&stage, trial) < loss(&stage, &best))
+            nearest(&stage, &best, &trials, self.known).first().filter(|trial| loss(&stage, trial) < loss(&stage, &best))
         {
             best = better.clone();
         }
-        let alternatives = nearest(&stage, &best, &trials);
+        let alternatives = nearest(&stage, &best, &trials, self.known);
         let mut ladder = vec![recalibrated.clone()];
         ladder.extend(steps(&stage, &best, &trials));
         let (mut answer, mut changed) = self.settle(&stage, &stale, &recalibrated, &best);
@@ -454,7 +462,7 @@ fn floor(stage: &Stage, floors: &[f64; 2]) -> f64 {
 }
 
 /// Sets as small as the answer whose error cannot be told from its, nearest first.
-fn nearest(stage: &Stage, best: &Trial, trials: &[Trial]) -> Vec<Trial> {
+fn nearest(stage: &Stage, best: &Trial, trials: &[Trial], known: &[Effect]) -> Vec<Trial> {
     let used = best.fit.residuals.iter().chain(&best.judged.residuals).filter(|value| **value != 0.0).count();
     // A difference in log-likelihood of ten, or half a percent of the squared error; and what the answer itself
     // leaves unexplained blurs the difference between laws: a tenth of that share.
@@ -465,6 +473,7 @@ fn nearest(stage: &Stage, best: &Trial, trials: &[Trial]) -> Vec<Trial> {
         trial.effects.len() <= best.effects.len()
             && !same_set(&trial.effects, &best.effects)
             && loss(stage, trial) <= limit
+            && !trial.cancels(stage, known)
     });
     let mut near: Vec<Trial> = near.filter(|_| !best.effects.is_empty()).cloned().collect();
     near.sort_by(|a, b| loss(stage, a).total_cmp(&loss(stage, b)));

@@ -4,7 +4,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::problem::{BlockData, Problem, Runs};
-use crate::identify::fit::{Fit, FitConfig, Free, fit, judge};
+use super::scan;
+use crate::effect::Law;
+use crate::identify::fit::{Fit, FitConfig, Free, OutputError, fit, judge};
 use crate::model::{Effect, EffectParameter, Model};
 
 /// Fewer training samples than this cannot tell.
@@ -127,13 +129,52 @@ impl Trial {
         (sum / free as f64).sqrt() * data.sigma[channel]
     }
 
-    /// Sums of squares of the held-out residuals by stretch.
+    /// By how much the held-out squared error falls from `self` to `after`, over the standard error of that fall
+    /// from stretch to stretch: simulation errors are correlated, so samples do not count, stretches do.
     #[must_use]
-    pub fn chunks(&self) -> Vec<f64> {
-        let residuals = &self.judged.residuals;
-        let size = residuals.len().div_ceil(CHUNKS).max(1);
-        residuals.chunks(size).map(|chunk| chunk.iter().map(|value| value * value).sum()).collect()
+    pub fn steadiness(&self, after: &Self) -> f64 {
+        let size = self.judged.residuals.len().div_ceil(CHUNKS).max(1);
+        let pairs = self.judged.residuals.chunks(size).zip(after.judged.residuals.chunks(size));
+        let falls: Vec<f64> = pairs
+            .filter(|(before, _)| before.iter().any(|value| *value != 0.0))
+            .map(|(before, after)| power(before) - power(after))
+            .collect();
+        let count = falls.len() as f64;
+        if falls.len() < 4 {
+            return 0.0;
+        }
+        let mean = falls.iter().sum::<f64>() / count;
+        let scatter = falls.iter().map(|fall| (fall - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        mean / (scatter / count).sqrt().max(f64::MIN_POSITIVE)
     }
+
+    /// Whether two of its effects work against each other and little is left of both: then they are no physics but
+    /// a curve bent to the data.
+    #[must_use]
+    pub fn cancels(&self, stage: &Stage, known: &[Effect]) -> bool {
+        let traces: Vec<Vec<f64>> = self.effects.iter().map(|id| self.trace(stage, id, known)).collect();
+        let pairs = traces.iter().enumerate().flat_map(|(at, one)| traces[at + 1..].iter().map(move |two| (one, two)));
+        pairs.into_iter().any(|(one, two)| {
+            let left: f64 = one.iter().zip(two).map(|(one, two)| (one + two).powi(2)).sum();
+            left < LEFT_OF_BOTH * power(one).min(power(two))
+        })
+    }
+
+    /// What the effect adds to the fitted simulation on the training part, all else held.
+    fn trace(&self, stage: &Stage, id: &str, known: &[Effect]) -> Vec<f64> {
+        let inside: Vec<&Effect> = known.iter().filter(|effect| self.model.has(&effect.id)).collect();
+        let without = Problem::new(&stage.train, self.model.without(id), Vec::new(), &inside);
+        let mut residuals = vec![0.0; self.fit.residuals.len()];
+        without.residuals(&[], &self.fit.locals, &mut residuals);
+        residuals.iter().zip(&self.fit.residuals).map(|(without, with)| without - with).collect()
+    }
+}
+
+/// Of two effects that cancel, less than this share of the power of either is left.
+const LEFT_OF_BOTH: f64 = 0.2;
+
+fn power(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum()
 }
 
 /// Units in which anything was measured.
@@ -196,7 +237,12 @@ impl Plan<'_> {
             effect.parameters.iter().map(move |parameter| format!("{}.{}", effect.id, parameter.name))
         }));
         let problem = Problem::new(&stage.train, template.clone(), names.clone(), &inside);
-        let best = self.starts(&template, &fresh, &names, &problem);
+        let mut best = self.starts(&template, &fresh, &names, stage, &problem);
+        for (index, name) in names.iter().enumerate() {
+            if self.in_stairs(name) {
+                scan::polish(&problem, &stage.train, index, &mut best);
+            }
+        }
         let judged_on = Problem::new(&stage.validate, template, names.clone(), &inside);
         let judged = judge(&judged_on, &best.globals);
         let mut model = problem.model(&best.globals);
@@ -215,14 +261,27 @@ impl Plan<'_> {
     }
 
     /// Looks at every start of the fresh effects, and follows the best to the end.
-    fn starts(&self, template: &Model, fresh: &[&Effect], names: &[String], problem: &Problem) -> Fit {
+    fn starts(
+        &self,
+        template: &Model,
+        fresh: &[&Effect],
+        names: &[String],
+        stage: &Stage,
+        problem: &Problem,
+    ) -> Fit {
+        let inside: Vec<&Effect> = self.known.iter().filter(|effect| template.has(&effect.id)).collect();
         let mut starts = vec![template.clone()];
         for effect in fresh {
             for parameter in &effect.parameters {
                 let name = format!("{}.{}", effect.id, parameter.name);
+                let values = if self.in_stairs(&name) {
+                    scan::values(&stage.train, template, &name, parameter.bounds, &inside)
+                } else {
+                    parameter.starts.iter().skip(1).copied().collect()
+                };
                 let others: Vec<Model> = starts
                     .iter()
-                    .flat_map(|model| parameter.starts.iter().skip(1).map(move |value| (model, *value)))
+                    .flat_map(|model| values.iter().map(move |value| (model, *value)))
                     .map(|(model, value)| {
                         let mut other = model.clone();
                         other.set_parameter(&name, value);
@@ -254,6 +313,12 @@ impl Plan<'_> {
         ends.into_iter().nth(best).unwrap_or_else(|| fit(problem, &free(template), None, &FOLLOW))
     }
 
+    /// Whether a parameter is one of a law without slope.
+    fn in_stairs(&self, name: &str) -> bool {
+        let id = name.split_once('.').map_or("", |(id, _)| id);
+        self.known.iter().any(|effect| effect.id == id && matches!(effect.law, Law::Stairs(_)))
+    }
+
     /// Whether a free base number is far from where it was.
     fn strayed(&self, model: &Model) -> bool {
         self.base.iter().any(|name| match (model.parameter(name), self.home.parameter(name)) {
@@ -281,7 +346,8 @@ impl Plan<'_> {
         let effect = self.known.iter().find(|effect| effect.id == id);
         let parameter =
             effect.and_then(|effect| effect.parameters.iter().find(|known| known.name == parameter));
-        parameter.map_or(Free { start, bounds: (start, start), scale: 1.0 }, |parameter| Free {
+        // A law in jumps is held where it was found.
+        parameter.filter(|_| !self.in_stairs(name)).map_or(Free { start, bounds: (start, start), scale: 1.0 }, |parameter| Free {
             start,
             bounds: parameter.bounds,
             scale: typical(parameter),

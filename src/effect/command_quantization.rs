@@ -16,11 +16,11 @@ pub(super) static CARD: Card = Card {
         lower: 0.0,
         upper: 0.3,
         start: 0.01,
-        others: &[0.002, 0.005, 0.02, 0.04, 0.08],
+        others: &[],
         neutral: 0.0,
         meaning: "step of the grid",
     }],
-    law: Law::Static(add),
+    law: Law::Stairs(add),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
     report: [

@@ -163,6 +163,8 @@ pub enum Law {
     Delay(fn(&[f64]) -> f64),
     /// Without memory.
     Static(StaticLaw),
+    /// Without memory, and in jumps over its one parameter: a fit must look at every value.
+    Stairs(StaticLaw),
     /// With one state.
     Memory(Memory),
     /// A user's expression, without memory.

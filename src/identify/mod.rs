@@ -44,6 +44,7 @@ pub use joint::JointFit;
 pub use outcome::{Identification, IdentifySettings, Part, PoleFit};
 pub use procedure::{STEPS, identify, identify_telling};
 pub use rivals::Rival;
+pub use rotor_log::at_standstill;
 pub use static_curve::{DegreeScore, HIGHEST_DEGREE, RampCheck, StaticCurve};
 pub use thrust::ThrustCurve;
 pub use validate::Validation;

@@ -53,6 +53,20 @@ pub(super) struct RotorLog {
     pub interval: f64,
 }
 
+/// Where a rotor stands or starts, for which the model has no law: at commands below 0.05 and half a second after.
+/// `time` [s] and `command` [-] of a stretch without holes.
+#[must_use]
+pub fn at_standstill(time: &[f64], command: &[f64]) -> Vec<bool> {
+    let mut waiting_until = f64::NEG_INFINITY;
+    let stands = time.iter().zip(command).map(|(time, command)| {
+        if *command < LEAST_COMMAND {
+            waiting_until = time + STARTING;
+        }
+        *time <= waiting_until
+    });
+    stands.collect()
+}
+
 impl RotorLog {
     /// The part of rotor `rotor` (from 1); `None` when the log does not hold its command and rate.
     ///
@@ -164,12 +178,9 @@ impl RotorLog {
     fn leave_out_starts(&mut self, warnings: &mut Vec<String>) {
         let mut left = 0;
         for segment in &self.segments {
-            let mut waiting_until = f64::NEG_INFINITY;
-            for row in segment.clone() {
-                if self.command[row] < LEAST_COMMAND {
-                    waiting_until = self.time[row] + STARTING;
-                }
-                if self.time[row] <= waiting_until && self.rate[row].is_finite() {
+            let stands = at_standstill(&self.time[segment.clone()], &self.command[segment.clone()]);
+            for row in segment.clone().zip(stands).filter_map(|(row, stands)| stands.then_some(row)) {
+                if self.rate[row].is_finite() {
                     self.rate[row] = f64::NAN;
                     left += 1;
                 }

@@ -112,7 +112,7 @@ impl Equations {
                 }
                 return;
             }
-            Law::Static(law) => Hook::Static(*law, parameters),
+            Law::Static(law) | Law::Stairs(law) => Hook::Static(*law, parameters),
             Law::Expression(expression) => Hook::Expression(Arc::clone(expression), parameters),
             Law::Memory(memory) => Hook::Memory(*memory, parameters),
         };

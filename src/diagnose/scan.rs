@@ -1,0 +1,136 @@
+//! Parameters without a slope: the step of a grid moves the error in jumps, so that no derivative leads to it. They
+//! are found by looking at every value that could make a difference.
+
+use super::problem::{BlockData, Problem, Runs};
+use crate::identify::fit::{Fit, OutputError};
+use crate::model::{Effect, Model};
+
+/// Samples that decide where a closer look is worth it.
+const FEW_SAMPLES: usize = 1500;
+/// [-] by how much of a step a typical command's place on the grid moves from one value to the next.
+const PHASE: f64 = 0.2;
+/// A grid whose rounding error is below this share of the noise cannot be seen.
+const LEAST_SHARE: f64 = 0.4;
+/// Most values looked at.
+const MOST_VALUES: usize = 4000;
+/// Values followed by a closer look.
+const CLOSER: usize = 3;
+/// Values of a closer look on each side.
+const FINE: i32 = 20;
+
+/// Values of the parameter `name` of `template` from which a fit is worth it, best first.
+pub(super) fn values(
+    data: &BlockData,
+    template: &Model,
+    name: &str,
+    bounds: (f64, f64),
+    inside: &[&Effect],
+) -> Vec<f64> {
+    let Some((least, typical)) = sizes(data) else { return Vec::new() };
+    let few = thinned(data);
+    let mut cost = cost_of(&few, template, name, inside);
+    let mut grid = Vec::new();
+    let mut value = least.max(bounds.0);
+    while value <= bounds.1 && value > 0.0 && grid.len() < MOST_VALUES {
+        grid.push((cost(value), value));
+        value += spacing(value, typical);
+    }
+    grid.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut apart: Vec<f64> = Vec::new();
+    for (_, value) in grid {
+        if apart.iter().all(|other| (value - other).abs() > 3.0 * spacing(value, typical)) {
+            apart.push(value);
+        }
+        if apart.len() == CLOSER {
+            break;
+        }
+    }
+    let mut cost = cost_of(data, template, name, inside);
+    apart.into_iter().map(|value| fine(&mut cost, value, spacing(value, typical)).0).collect()
+}
+
+/// Moves the parameter `index` of a fit to the best value nearby, and gives it a standard error: how far it must
+/// move until the cost rises by the variance of the noise.
+pub(super) fn polish(problem: &Problem, data: &BlockData, index: usize, found: &mut Fit) {
+    let Some((_, typical)) = sizes(data) else { return };
+    let start = found.globals[index];
+    let mut scratch = vec![0.0; problem.len()];
+    let mut globals = found.globals.clone();
+    let mut cost = |value: f64| {
+        globals[index] = value;
+        problem.residuals(&globals, &found.locals, &mut scratch);
+        sum_of_squares(&scratch)
+    };
+    let (value, least) = fine(&mut cost, start, spacing(start, typical));
+    let used = found.residuals.iter().filter(|residual| **residual != 0.0).count().max(1);
+    let rise = least / used as f64;
+    let side = |sign: f64, cost: &mut dyn FnMut(f64) -> f64| {
+        let step = |count: i32| 2f64.powf(0.5 * f64::from(count)) * 1e-6 * value;
+        (0..40).map(step).find(|step| cost(value + sign * step) > least + rise).unwrap_or(value)
+    };
+    let error = 0.5 * (side(1.0, &mut cost) + side(-1.0, &mut cost));
+    found.globals[index] = value;
+    found.cost = least;
+    problem.residuals(&found.globals, &found.locals, &mut found.residuals);
+    found.standard_errors[index] = error;
+}
+
+/// The best of the values about one, and its cost.
+fn fine(mut cost: impl FnMut(f64) -> f64, about: f64, spacing: f64) -> (f64, f64) {
+    let near = |step: i32| about + spacing * f64::from(step) / f64::from(FINE);
+    let looked = (-FINE..=FINE).map(|step| (near(step), cost(near(step))));
+    looked.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((about, f64::MAX))
+}
+
+fn spacing(value: f64, typical: f64) -> f64 {
+    (PHASE * value * value / typical).min(0.05 * value)
+}
+
+fn sum_of_squares(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum()
+}
+
+fn cost_of<'a>(
+    data: &'a BlockData,
+    template: &Model,
+    name: &str,
+    inside: &[&Effect],
+) -> impl FnMut(f64) -> f64 + 'a + use<'a> {
+    let problem = Problem::new(data, template.clone(), vec![name.to_owned()], inside);
+    let locals = vec![0.0; problem.units().len() * problem.locals()];
+    let mut residuals = vec![0.0; problem.len()];
+    move |value| {
+        problem.residuals(&[value], &locals, &mut residuals);
+        sum_of_squares(&residuals)
+    }
+}
+
+/// [-] The smallest grid that shows above the noise, and a typical command.
+fn sizes(data: &BlockData) -> Option<(f64, f64)> {
+    let Runs::Rotor(runs) = &data.runs else { return None };
+    let range = |values: &mut dyn Iterator<Item = f64>| {
+        values.filter(|value| value.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        })
+    };
+    let command = range(&mut runs.iter().flat_map(|run| run.command.iter().copied()));
+    let rate = range(&mut runs.iter().flat_map(|run| run.measured.iter().copied()));
+    let slope = (rate.1 - rate.0) / (command.1 - command.0);
+    // A rounding error is spread evenly over a step: its rms is the step over the root of 12.
+    let least = LEAST_SHARE * data.sigma[0] * 12f64.sqrt() / slope;
+    (least.is_finite() && least > 0.0 && command.1 > 0.0).then_some((least, command.1))
+}
+
+/// A stretch from the middle of each run, few samples in all.
+fn thinned(data: &BlockData) -> BlockData {
+    let Runs::Rotor(runs) = &data.runs else { return data.clone() };
+    let all: usize = runs.iter().map(|run| run.time.len()).sum();
+    let share = (FEW_SAMPLES as f64 / all.max(1) as f64).min(1.0);
+    let cut = runs.iter().map(|run| {
+        let keep = ((run.time.len() as f64 * share) as usize).max(2).min(run.time.len());
+        run.cut((run.time.len() - keep) / 2, keep)
+    });
+    let mut few = BlockData::new(Runs::Rotor(cut.collect()));
+    few.sigma = data.sigma;
+    few
+}
