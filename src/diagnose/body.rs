@@ -52,6 +52,14 @@ impl BodyRun {
         }
     }
 
+    /// Every so many of its windows.
+    #[must_use]
+    pub(super) fn thinned(&self, share: usize) -> Self {
+        let windows = self.windows.iter().step_by(share).cloned().collect();
+        let counts = self.counts.iter().step_by(share).copied().collect();
+        Self { windows, counts, ..self.clone() }
+    }
+
     /// Channels measured: the rate, and the angle where there is one.
     #[must_use]
     pub fn channels(&self) -> usize {

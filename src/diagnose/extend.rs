@@ -3,7 +3,7 @@
 use super::answer::ErrorStory;
 use super::run::{Blocks, DiagnoseConfig, DiagnoseError};
 use super::search::{Found, Search};
-use super::trial::Stage;
+use super::stage::Stage;
 use crate::model::{Effect, ErrorFall, LogReference, Model, Step};
 use crate::record::Dataset;
 

@@ -6,12 +6,14 @@ pub mod compare;
 pub mod dependence;
 mod extend;
 pub mod noise;
+pub mod plan;
 pub mod prepare;
 pub mod problem;
 pub mod rotor;
 mod run;
 mod scan;
 pub mod search;
+pub mod stage;
 pub mod surrogate;
 pub mod trial;
 

@@ -6,13 +6,11 @@ use super::body::{BodyRun, BodySource};
 use super::noise::smooth;
 use super::problem::{BlockData, Runs, hold};
 use super::rotor::{COMMANDS, PROPELLER_RATES, RotorRun, rotor_runs, simulate};
-use super::trial::{Stage, Trial};
+use super::stage::Stage;
+use super::trial::Trial;
 use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
 use crate::record::Dataset;
 use crate::signal::ROTORS;
-
-/// Stretches of the training log, every third of which is held out when there are no validation logs.
-const STRETCHES: usize = 30;
 
 /// The rotor block of the logs; `None` when no log has a command beside a rotor rate.
 #[must_use]
@@ -48,11 +46,7 @@ fn split(train: BlockData, validate: BlockData, logs: &[Dataset]) -> Option<Stag
     if train.is_empty() || (!logs.is_empty() && validate.is_empty()) {
         return None;
     }
-    Some(if logs.is_empty() {
-        Stage { validate: train.part(true, STRETCHES), train: train.part(false, STRETCHES) }
-    } else {
-        Stage { train, validate }
-    })
+    Some(Stage::new(train, (!logs.is_empty()).then_some(validate)))
 }
 
 /// What drives the body: rotor rates as measured, their noise taken out with the help of the rotor model.

@@ -126,12 +126,13 @@ impl BlockData {
         }
     }
 
-    /// A copy in which only every third stretch of about `stretch` samples counts, or only the others.
+    /// A copy in which only part `part` of `parts` counts, or only the others. A part is made of stretches spread over
+    /// all of the data.
     #[must_use]
-    pub fn part(&self, held_out: bool, stretches: usize) -> Self {
-        let mut part = self.clone();
-        let share = |index: usize, count: usize| ((index * stretches) / count.max(1)) % 3 == 2;
-        match &mut part.runs {
+    pub fn part(&self, part: usize, parts: usize, held_out: bool) -> Self {
+        let mut copy = self.clone();
+        let share = |index: usize, count: usize| ((index * STRETCHES) / count.max(1)) % parts == part;
+        match &mut copy.runs {
             Runs::Rotor(runs) => {
                 let count: usize = runs.iter().map(|run| run.counts.len()).sum();
                 let all = runs.iter_mut().flat_map(|run| run.counts.iter_mut());
@@ -143,9 +144,28 @@ impl BlockData {
                 all.enumerate().for_each(|(index, counts)| *counts &= share(index, count) == held_out);
             }
         }
-        part
+        copy
+    }
+
+    /// One sample in `share`: the middle of each rotor's run, every so many windows of the body.
+    #[must_use]
+    pub fn thinned(&self, share: usize) -> Self {
+        let runs = match &self.runs {
+            Runs::Rotor(runs) => {
+                let middle = runs.iter().map(|run| {
+                    let keep = (run.time.len() / share).max(2).min(run.time.len());
+                    run.cut((run.time.len() - keep) / 2, keep)
+                });
+                Runs::Rotor(middle.collect())
+            }
+            Runs::Body(runs) => Runs::Body(runs.iter().map(|run| run.thinned(share)).collect()),
+        };
+        Self { sigma: self.sigma, ..Self::new(runs) }
     }
 }
+
+/// Stretches that the data are cut into, so that each part of them has something of everything.
+const STRETCHES: usize = 30;
 
 /// A block under a model, some parameters of which are free.
 pub struct Problem<'a> {

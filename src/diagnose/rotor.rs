@@ -107,9 +107,7 @@ pub fn rotor_runs(logs: &[Dataset]) -> Vec<RotorRun> {
             };
             let voltage = data.column("battery_voltage_v").map(hold);
             let command = hold(command);
-            for rows in
-                stretches(data, &command).into_iter().filter(|rows| rows.len() >= FEWEST_SAMPLES)
-            {
+            for rows in stretches(data, &command).into_iter().filter(|rows| rows.len() >= FEWEST_SAMPLES) {
                 let measured = measured[rows.clone()].to_vec();
                 if measured.iter().filter(|rate| rate.is_finite()).count() < FEWEST_SAMPLES {
                     continue;

@@ -9,7 +9,8 @@ use super::answer::{
 use super::dependence::evidence;
 use super::prepare::{Driver, body_stage, refusal, rotor_stage};
 use super::search::{AT_FLOOR, Found, Search};
-use super::trial::{Stage, Trial};
+use super::stage::Stage;
+use super::trial::Trial;
 use crate::effect::{self, Law};
 use crate::model::{Effect, Model, ModelError};
 use crate::record::Dataset;

@@ -27,7 +27,7 @@ pub(super) fn values(
     inside: &[&Effect],
 ) -> Vec<f64> {
     let Some((least, typical)) = sizes(data) else { return Vec::new() };
-    let few = thinned(data);
+    let few = data.thinned((data.len() / FEW_SAMPLES).max(1));
     let mut cost = cost_of(&few, template, name, inside);
     let mut grid = Vec::new();
     let mut value = least.max(bounds.0);
@@ -109,9 +109,9 @@ fn cost_of<'a>(
 fn sizes(data: &BlockData) -> Option<(f64, f64)> {
     let Runs::Rotor(runs) = &data.runs else { return None };
     let range = |values: &mut dyn Iterator<Item = f64>| {
-        values.filter(|value| value.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
-            (low.min(value), high.max(value))
-        })
+        values
+            .filter(|value| value.is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
     };
     let command = range(&mut runs.iter().flat_map(|run| run.command.iter().copied()));
     let rate = range(&mut runs.iter().flat_map(|run| run.measured.iter().copied()));
@@ -119,18 +119,4 @@ fn sizes(data: &BlockData) -> Option<(f64, f64)> {
     // A rounding error is spread evenly over a step: its rms is the step over the root of 12.
     let least = LEAST_SHARE * data.sigma[0] * 12f64.sqrt() / slope;
     (least.is_finite() && least > 0.0 && command.1 > 0.0).then_some((least, command.1))
-}
-
-/// A stretch from the middle of each run, few samples in all.
-fn thinned(data: &BlockData) -> BlockData {
-    let Runs::Rotor(runs) = &data.runs else { return data.clone() };
-    let all: usize = runs.iter().map(|run| run.time.len()).sum();
-    let share = (FEW_SAMPLES as f64 / all.max(1) as f64).min(1.0);
-    let cut = runs.iter().map(|run| {
-        let keep = ((run.time.len() as f64 * share) as usize).max(2).min(run.time.len());
-        run.cut((run.time.len() - keep) / 2, keep)
-    });
-    let mut few = BlockData::new(Runs::Rotor(cut.collect()));
-    few.sigma = data.sigma;
-    few
 }

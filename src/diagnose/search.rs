@@ -1,8 +1,10 @@
 //! The search of one block: forward, several sets abreast, dropping one out, everything refitted each time.
 
 use super::noise::floors;
+use super::plan::{Plan, run_all, run_promising};
+use super::stage::Stage;
 use super::surrogate::chance;
-use super::trial::{Plan, Stage, Trial, run_all};
+use super::trial::Trial;
 use crate::model::{Effect, Model};
 
 /// Held-out squared error must fall by this share for one more effect: less is not worth a law.
@@ -13,6 +15,8 @@ const MOST_CHANCE: f64 = 0.05;
 const STEADY: f64 = 2.0;
 /// Sets carried on abreast.
 const ABREAST: usize = 3;
+/// Candidates that are fitted to the end beside each set, the most promising ones.
+const PROMISING: usize = 6;
 /// Most effects of one block.
 const DEEPEST: usize = 4;
 /// An error within this factor of the noise floor leaves nothing to explain.
@@ -183,8 +187,9 @@ impl<'a> Search<'a> {
             }
             let front: Vec<Trial> = front.into_iter().cloned().collect();
             let mut sets: Vec<Vec<String>> = Vec::new();
-            let mut plans = Vec::new();
+            let mut groups: Vec<Vec<Plan>> = Vec::new();
             for trial in &front {
+                let mut plans = Vec::new();
                 for effect in &candidates {
                     let mut set = trial.effects.clone();
                     set.push(effect.id.clone());
@@ -206,8 +211,9 @@ impl<'a> Search<'a> {
                         home: self.base,
                     });
                 }
+                groups.push(plans);
             }
-            let deeper = run_all(&plans, stage, self.done);
+            let deeper = run_promising(&groups, PROMISING, stage, self.done);
             trials.extend(deeper);
             before = best;
         }
@@ -248,7 +254,7 @@ impl<'a> Search<'a> {
             dropped = best
                 .effects
                 .iter()
-                .map(|id| self.without(&stage, &best, id, &base_names, &recalibrated))
+                .map(|id| self.without(&stage, (&best, id), &base_names, &recalibrated, &trials))
                 .collect();
             let idle = dropped.iter().filter(|without| !gains(&stage, without, &best));
             let Some(without) = idle.min_by(|a, b| a.validate(&stage).total_cmp(&b.validate(&stage))) else {
@@ -258,8 +264,9 @@ impl<'a> Search<'a> {
         }
         let swapped = self.swaps(&stage, &best, &trials, &base_names);
         trials.extend(swapped);
-        if let Some(better) =
-            nearest(&stage, &best, &trials, self.known).first().filter(|trial| loss(&stage, trial) < loss(&stage, &best))
+        if let Some(better) = nearest(&stage, &best, &trials, self.known)
+            .first()
+            .filter(|trial| loss(&stage, trial) < loss(&stage, &best))
         {
             best = better.clone();
         }
@@ -308,12 +315,22 @@ impl<'a> Search<'a> {
         (self.plan(self.base, &[], &[]).run(stage), self.plan(self.base, &[], &base_names).run(stage))
     }
 
-    fn without(&self, stage: &Stage, best: &Trial, id: &str, base: &[String], recalibrated: &Trial) -> Trial {
+    fn without(
+        &self,
+        stage: &Stage,
+        (best, id): (&Trial, &str),
+        base: &[String],
+        recalibrated: &Trial,
+        trials: &[Trial],
+    ) -> Trial {
         if best.effects.len() == 1 {
             return recalibrated.clone();
         }
-        let model = best.model.without(id);
         let left: Vec<String> = best.effects.iter().filter(|other| *other != id).cloned().collect();
+        if let Some(known) = trials.iter().find(|trial| same_set(&trial.effects, &left)) {
+            return known.clone();
+        }
+        let model = best.model.without(id);
         self.plan(&model, &left, base).run(stage)
     }
 

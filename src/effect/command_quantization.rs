@@ -34,5 +34,5 @@ pub(super) static CARD: Card = Card {
 
 fn add(parameters: &[f64], point: &Point) -> f64 {
     let [step] = *parameters else { return 0.0 };
-    if step > 0.0 { (point.command / step).round().mul_add(step, -point.command) } else { 0.0 }
+    if step > 0.0 { (point.command / step).round() * step - point.command } else { 0.0 }
 }

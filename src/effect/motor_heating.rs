@@ -52,7 +52,7 @@ fn settle(_: &[f64], point: &Point) -> f64 {
 
 fn advance(parameters: &[f64], state: f64, point: &Point, span: f64) -> f64 {
     let [_, time_constant] = *parameters else { return state };
-    (settle(parameters, point) - state).mul_add(followed(1.0 / time_constant, span), state)
+    state + (settle(parameters, point) - state) * followed(1.0 / time_constant, span)
 }
 
 fn add(parameters: &[f64], state: f64, point: &Point) -> f64 {

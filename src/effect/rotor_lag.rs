@@ -38,7 +38,7 @@ fn settle(_: &[f64], point: &Point) -> f64 {
 
 fn advance(parameters: &[f64], state: f64, point: &Point, span: f64) -> f64 {
     let [pole] = *parameters else { return point.torque };
-    (point.torque - state).mul_add(followed(pole, span), state)
+    state + (point.torque - state) * followed(pole, span)
 }
 
 fn add(_: &[f64], state: f64, point: &Point) -> f64 {

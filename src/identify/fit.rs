@@ -89,15 +89,21 @@ struct Normal {
     bare_columns: Vec<Vec<f64>>,
     /// Derivatives by the locals, column by column.
     local_columns: Vec<Vec<f64>>,
+    /// The globals at which the locals' derivatives were taken.
+    taken_at: Vec<f64>,
 }
+
+/// The locals' derivatives are taken anew when a global has moved by more than this share.
+const MOVED: f64 = 0.05;
 
 /// Fits a problem.
 pub fn fit(problem: &dyn OutputError, free: &[Free], locals: Option<&[f64]>, config: &FitConfig) -> Fit {
     let mut search = Search::start(problem, free, locals);
     let mut damping = 1e-4;
     let mut iterations = 0;
+    let mut known: Option<Normal> = None;
     while iterations < config.iterations {
-        let normal = search.normal();
+        let normal = search.normal(known.take());
         let mut fall = None;
         while damping < MOST_DAMPING && iterations < config.iterations {
             iterations += 1;
@@ -108,11 +114,12 @@ pub fn fit(problem: &dyn OutputError, free: &[Free], locals: Option<&[f64]>, con
             }
             damping *= 10.0;
         }
+        known = Some(normal);
         if fall.is_none_or(|fall| fall < config.tolerance) {
             break;
         }
     }
-    search.finish(iterations)
+    search.finish(iterations, known)
 }
 
 /// Fits the local parameters alone, the globals held; the cost then judges the globals on other data.
@@ -185,15 +192,20 @@ impl<'a> Search<'a> {
         slopes.map(|slope| if slope.is_finite() { slope } else { 0.0 }).collect()
     }
 
-    fn normal(&mut self) -> Normal {
+    fn normal(&mut self, known: Option<Normal>) -> Normal {
         let is_free = |free: &Free| free.bounds.0 < free.bounds.1;
         let columns: Vec<Vec<f64>> = (0..self.globals.len())
             .map(|index| {
                 if is_free(&self.free[index]) { self.column(index) } else { vec![0.0; self.residuals.len()] }
             })
             .collect();
-        let local_columns: Vec<Vec<f64>> =
-            (0..self.problem.locals()).map(|index| self.local_column(index)).collect();
+        let (local_columns, taken_at) = match known.filter(|known| self.is_near(&known.taken_at)) {
+            Some(known) => (known.local_columns, known.taken_at),
+            None => {
+                let columns = (0..self.problem.locals()).map(|index| self.local_column(index));
+                (columns.collect(), self.globals.clone())
+            }
+        };
         let mut residuals = self.residuals.clone();
         let mut bare_columns = columns.clone();
         for unit in self.problem.units() {
@@ -209,7 +221,14 @@ impl<'a> Search<'a> {
         });
         let hessian = DMatrix::from_fn(size, size, |row, column| hessian[(row.max(column), row.min(column))]);
         let gradient = DVector::from_fn(size, |row, _| dot(&bare_columns[row], &residuals));
-        Normal { hessian, gradient, columns, bare_columns, local_columns }
+        Normal { hessian, gradient, columns, bare_columns, local_columns, taken_at }
+    }
+
+    /// Whether the locals' derivatives taken there still hold: locals enter almost linearly.
+    fn is_near(&self, taken_at: &[f64]) -> bool {
+        let sizes = self.free.iter().map(|free| free.scale);
+        let moved = self.globals.iter().zip(taken_at).zip(sizes);
+        moved.into_iter().all(|((now, then), size)| (now - then).abs() <= MOVED * then.abs().max(size))
     }
 
     /// Tries one step; the share by which the cost fell, `None` when it did not.
@@ -282,8 +301,9 @@ impl<'a> Search<'a> {
         locals
     }
 
-    fn finish(mut self, iterations: usize) -> Fit {
-        let normal = self.normal();
+    fn finish(mut self, iterations: usize, known: Option<Normal>) -> Fit {
+        // The last step was short: its derivatives are those of the end.
+        let normal = known.unwrap_or_else(|| self.normal(None));
         let standard_errors = standard_errors(&normal, &self.residuals, self.problem.units());
         Fit {
             globals: self.globals,

@@ -136,12 +136,12 @@ impl Equations {
             trace.angle.push(angle);
             trace.rate.push(self.sensed_rate(rate, angle, &sensor));
             let (Some(now), Some(next)) = (input.time.get(row), input.time.get(row + 1)) else { break };
-            let held = self.body_point(input, row);
+            let mut held = self.body_point(input, row);
             let steps = ((next - now) / LONGEST_STEP).ceil().clamp(1.0, MOST_STEPS);
             let step = (next - now) / steps;
             for _ in 0..steps as usize {
                 let before = rate;
-                (angle, rate) = self.turn(angle, rate, &held, step);
+                (angle, rate) = self.turn(angle, rate, &mut held, step);
                 if !self.rate_sensor.is_empty() {
                     let mean = Point { body_rate: 0.5 * (before + rate), body_angle: angle, ..held };
                     self.advance_rate_sensor(&mut sensor, mean, step);
@@ -161,42 +161,46 @@ impl Equations {
         }
     }
 
-    /// [rad/s²] of the body. [LPC16] Eq. (1).
-    fn body_acceleration(&self, angle: f64, rate: f64, held: &Point) -> f64 {
-        let mut point = Point { body_angle: angle, body_rate: rate, ..*held };
+    /// [rad/s²] of the body. [LPC16] Eq. (1). `point` holds what the interval holds; the laws' own quantities in it
+    /// are scratch, because a copy for each of the many calls would cost more than the laws.
+    fn body_acceleration(&self, angle: f64, rate: f64, point: &mut Point) -> f64 {
+        let torque = point.torque;
+        (point.body_angle, point.body_rate) = (angle, rate);
         if !self.thrust.is_empty() {
-            for (side, propeller_rate) in [(1.0, held.propeller_rate_1), (-1.0, held.propeller_rate_2)] {
-                let bare = held.thrust_coefficient * propeller_rate * propeller_rate;
+            for (side, propeller_rate) in [(1.0, point.propeller_rate_1), (-1.0, point.propeller_rate_2)] {
+                let bare = point.thrust_coefficient * propeller_rate * propeller_rate;
                 (point.side, point.propeller_rate, point.thrust) = (side, propeller_rate, bare);
                 for hook in &self.thrust {
-                    point.thrust += hook.add(&point);
+                    point.thrust += hook.add(point);
                 }
-                point.torque += side * held.arm * (point.thrust - bare);
+                point.torque += side * point.arm * (point.thrust - bare);
             }
         }
-        let extra: f64 = self.torque.iter().map(|hook| hook.add(&point)).sum();
-        (point.torque + extra) / self.inertia
+        let extra: f64 = self.torque.iter().map(|hook| hook.add(point)).sum();
+        let acceleration = (point.torque + extra) / self.inertia;
+        point.torque = torque;
+        acceleration
     }
 
     /// One classical Runge-Kutta step.
-    fn turn(&self, angle: f64, rate: f64, held: &Point, step: f64) -> (f64, f64) {
+    fn turn(&self, angle: f64, rate: f64, held: &mut Point, step: f64) -> (f64, f64) {
         if self.thrust.is_empty() && self.torque.is_empty() {
             let acceleration = held.torque / self.inertia;
-            let turned = step.mul_add(0.5 * acceleration, rate);
-            return (step.mul_add(turned, angle), step.mul_add(acceleration, rate));
+            let turned = rate + 0.5 * step * acceleration;
+            return (angle + step * turned, rate + step * acceleration);
         }
         let half = 0.5 * step;
         let first = self.body_acceleration(angle, rate, held);
-        let rate_2 = half.mul_add(first, rate);
-        let second = self.body_acceleration(half.mul_add(rate, angle), rate_2, held);
-        let rate_3 = half.mul_add(second, rate);
-        let third = self.body_acceleration(half.mul_add(rate_2, angle), rate_3, held);
-        let rate_4 = step.mul_add(third, rate);
-        let fourth = self.body_acceleration(step.mul_add(rate_3, angle), rate_4, held);
+        let rate_2 = rate + half * first;
+        let second = self.body_acceleration(angle + half * rate, rate_2, held);
+        let rate_3 = rate + half * second;
+        let third = self.body_acceleration(angle + half * rate_2, rate_3, held);
+        let rate_4 = rate + step * third;
+        let fourth = self.body_acceleration(angle + step * rate_3, rate_4, held);
         let sixth = step / 6.0;
         (
-            sixth.mul_add(rate + 2.0 * (rate_2 + rate_3) + rate_4, angle),
-            sixth.mul_add(first + 2.0 * (second + third) + fourth, rate),
+            angle + sixth * (rate + 2.0 * (rate_2 + rate_3) + rate_4),
+            rate + sixth * (first + 2.0 * (second + third) + fourth),
         )
     }
 
@@ -238,7 +242,7 @@ fn delayed_means(time: &[f64], means: &[f64], slopes: &[f64], delay: f64) -> Vec
     // The integral from the first sample to each sample; before it the first value held.
     let mut integral = vec![0.0; time.len()];
     for row in 1..time.len() {
-        integral[row] = means[row - 1].mul_add(time[row] - time[row - 1], integral[row - 1]);
+        integral[row] = integral[row - 1] + means[row - 1] * (time[row] - time[row - 1]);
     }
     let mut row = 0;
     let mut integral_at = |at: f64| {

@@ -156,7 +156,7 @@ impl Equations {
         for hook in &self.command {
             point.command += hook.add(&point);
         }
-        let curve = self.steady_rate.iter().rev().fold(0.0, |sum, c| f64::mul_add(sum, point.command, *c));
+        let curve = self.steady_rate.iter().rev().fold(0.0, |sum, c| sum * point.command + c);
         // **Deviation:** Eq. (2) prints a plus, which contradicts Eq. (6).
         point.steady_rate = curve - self.voltage_gain * (point.full_voltage - voltage);
         point

@@ -368,11 +368,7 @@ impl Model {
     /// [rad/s] g(u), the static curve at full battery. [LPC16] Eq. (7).
     #[must_use]
     pub fn steady_rate(&self, command: f64) -> f64 {
-        self.actuator
-            .steady_rate
-            .iter()
-            .rev()
-            .fold(0.0, |sum, coefficient| sum.mul_add(command, *coefficient))
+        self.actuator.steady_rate.iter().rev().fold(0.0, |sum, coefficient| sum * command + coefficient)
     }
 
     /// [-] u_0, the command that holds the hover rate at full battery.

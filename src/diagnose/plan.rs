@@ -1,0 +1,317 @@
+//! How a trial is come by: where its fit starts, which starts are followed, and the judgement.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use super::problem::Problem;
+use super::scan;
+use super::stage::Stage;
+use super::trial::Trial;
+use crate::effect::Law;
+use crate::identify::fit::{Fit, FitConfig, Free, fit, judge};
+use crate::model::{Effect, EffectParameter, Model};
+
+/// What a trial may change, and where it starts.
+#[derive(Debug, Clone)]
+pub struct Plan<'a> {
+    /// The model it starts from, with fitted parameters.
+    pub from: &'a Model,
+    /// The model whose base numbers nobody has refitted: a fit that starts far from them starts from them, too.
+    pub home: &'a Model,
+    /// Effects to add, in order; those at the end that `from` lacks are started from their cards.
+    pub effects: Vec<&'a Effect>,
+    /// Base parameters that are free.
+    pub base: Vec<String>,
+    /// Every effect the model may hold, to look up.
+    pub known: &'a [Effect],
+}
+
+/// A plan that has been looked at: where it is worth starting.
+pub struct Glance {
+    template: Model,
+    names: Vec<String>,
+    /// Cost on the part of the data looked at, and the start, best first.
+    starts: Vec<(f64, Model)>,
+}
+
+impl Glance {
+    /// The least cost seen on the part of the data looked at.
+    #[must_use]
+    pub fn cost(&self) -> f64 {
+        self.starts.first().map_or(f64::INFINITY, |(cost, _)| *cost)
+    }
+}
+
+/// Steps of the first look at each start.
+const LOOK: FitConfig = FitConfig { iterations: 4, tolerance: 1e-3 };
+/// The way to the end: a change of the cost by a hundred-thousandth decides nothing.
+const FOLLOW: FitConfig = FitConfig { iterations: 25, tolerance: 1e-5 };
+/// From the end of the fit on all data to that on a part of them it is not far.
+const PART: FitConfig = FitConfig { iterations: 6, tolerance: 1e-4 };
+/// A second start is followed when its first look was within this factor of the best.
+const AS_GOOD: f64 = 1.1;
+/// Most starts of one trial, from the same base numbers.
+const MOST_STARTS: usize = 12;
+/// A base number refitted by more than this share may have been driven into another valley by what is missing.
+const STRAYED: f64 = 0.25;
+
+impl Plan<'_> {
+    /// Fits and judges.
+    #[must_use]
+    pub fn run(&self, stage: &Stage) -> Trial {
+        self.finish(self.glance(stage), stage)
+    }
+
+    /// Looks at every start.
+    #[must_use]
+    pub fn glance(&self, stage: &Stage) -> Glance {
+        let mut template = self.from.clone();
+        let mut fresh = Vec::new();
+        for effect in &self.effects {
+            if !template.has(&effect.id) {
+                template = template.with(effect);
+                fresh.push(*effect);
+            }
+        }
+        let mut names = self.base.clone();
+        let in_block = self.inside(&template).into_iter().filter(|effect| stage.holds(effect));
+        names.extend(in_block.flat_map(|effect| {
+            effect.parameters.iter().map(move |parameter| format!("{}.{}", effect.id, parameter.name))
+        }));
+        let starts = if fresh.is_empty() {
+            vec![(0.0, template.clone())]
+        } else {
+            self.looked_at(self.starts(&template, &fresh, stage), &names, stage)
+        };
+        Glance { template, names, starts }
+    }
+
+    /// Follows the best starts to the end, and judges.
+    #[must_use]
+    pub fn finish(&self, glance: Glance, stage: &Stage) -> Trial {
+        let Glance { template, names, starts } = glance;
+        let inside = self.inside(&template);
+        let problem = Problem::new(&stage.train, template.clone(), names.clone(), &inside);
+        let limit = AS_GOOD * starts.first().map_or(0.0, |(cost, _)| *cost);
+        let ends = starts.iter().take(2).filter(|(cost, _)| *cost <= limit).map(|(_, model)| model);
+        let ends = ends.map(|model| fit(&problem, &self.frees(&names, model), None, &FOLLOW));
+        let best = ends.min_by(|a, b| a.cost.total_cmp(&b.cost));
+        let mut best = best.unwrap_or_else(|| fit(&problem, &self.frees(&names, &template), None, &FOLLOW));
+        for (index, name) in names.iter().enumerate() {
+            if self.in_stairs(name) {
+                scan::polish(&problem, &stage.train, index, &mut best);
+            }
+        }
+        let mut model = problem.model(&best.globals);
+        for (name, error) in names.iter().zip(&best.standard_errors) {
+            if error.is_finite() {
+                model.standard_errors.insert(name.clone(), *error);
+            }
+        }
+        let judged = self.judged(&model, &best, &names, stage);
+        Trial {
+            effects: self.effects.iter().map(|effect| effect.id.clone()).collect(),
+            model,
+            names,
+            fit: best,
+            judged,
+        }
+    }
+
+    /// The residuals on data that the fit has not seen.
+    fn judged(&self, model: &Model, best: &Fit, names: &[String], stage: &Stage) -> Fit {
+        let inside = self.inside(model);
+        let problem = |data| Problem::new(data, model.clone(), names.to_vec(), &inside);
+        if stage.folds.is_empty() {
+            return judge(&problem(&stage.validate), &best.globals);
+        }
+        let mut joint = Fit { residuals: vec![0.0; best.residuals.len()], cost: 0.0, ..best.clone() };
+        for (train, held_out) in &stage.folds {
+            let part = fit(&problem(train), &self.frees(names, model), Some(&best.locals), &PART);
+            let judged = judge(&problem(held_out), &part.globals);
+            joint.cost += judged.cost;
+            // Each sample is judged in one part, and zero in the others.
+            joint.residuals.iter_mut().zip(&judged.residuals).for_each(|(sum, residual)| *sum += residual);
+        }
+        joint
+    }
+
+    /// Effects of a model, looked up.
+    fn inside(&self, model: &Model) -> Vec<&Effect> {
+        self.known.iter().filter(|effect| model.has(&effect.id)).collect()
+    }
+
+    /// The models from which a fit of the fresh effects may start.
+    fn starts(&self, template: &Model, fresh: &[&Effect], stage: &Stage) -> Vec<Model> {
+        let inside = self.inside(template);
+        let mut starts = vec![template.clone()];
+        for effect in fresh {
+            for parameter in &effect.parameters {
+                let name = format!("{}.{}", effect.id, parameter.name);
+                let values = if self.in_stairs(&name) {
+                    scan::values(&stage.train, template, &name, parameter.bounds, &inside)
+                } else {
+                    parameter.starts.iter().skip(1).copied().collect()
+                };
+                let others: Vec<Model> = starts
+                    .iter()
+                    .flat_map(|model| values.iter().map(move |value| (model, *value)))
+                    .map(|(model, value)| {
+                        let mut other = model.clone();
+                        other.set_parameter(&name, value);
+                        other
+                    })
+                    .collect();
+                starts.extend(others);
+            }
+        }
+        starts.truncate(MOST_STARTS);
+        if self.strayed(template) {
+            let at_home: Vec<Model> = starts.iter().map(|model| self.at_home(model)).collect();
+            starts.extend(at_home);
+        }
+        starts
+    }
+
+    /// A few steps from each start, on a part of the data; best first.
+    fn looked_at(&self, starts: Vec<Model>, names: &[String], stage: &Stage) -> Vec<(f64, Model)> {
+        let Some(first) = starts.first() else { return Vec::new() };
+        let data = stage.coarse.as_ref().unwrap_or(&stage.train);
+        let problem = Problem::new(data, first.clone(), names.to_vec(), &self.inside(first));
+        let look = |model: &Model| {
+            let look = fit(&problem, &self.frees(names, model), None, &LOOK);
+            (look.cost, problem.model(&look.globals))
+        };
+        let mut looks: Vec<(f64, Model)> = starts.iter().map(look).collect();
+        looks.sort_by(|a, b| a.0.total_cmp(&b.0));
+        looks
+    }
+
+    fn frees(&self, names: &[String], model: &Model) -> Vec<Free> {
+        names.iter().map(|name| self.free(model, name)).collect()
+    }
+
+    /// Whether a parameter is one of a law without slope.
+    fn in_stairs(&self, name: &str) -> bool {
+        let id = name.split_once('.').map_or("", |(id, _)| id);
+        self.known.iter().any(|effect| effect.id == id && matches!(effect.law, Law::Stairs(_)))
+    }
+
+    /// Whether a free base number is far from where it was.
+    fn strayed(&self, model: &Model) -> bool {
+        self.base.iter().any(|name| match (model.parameter(name), self.home.parameter(name)) {
+            (Some(now), Some(home)) => (now - home).abs() > STRAYED * home.abs(),
+            _ => false,
+        })
+    }
+
+    /// The model with its free base numbers where they were.
+    fn at_home(&self, model: &Model) -> Model {
+        let mut home = model.clone();
+        for name in &self.base {
+            if let Some(value) = self.home.parameter(name) {
+                home.set_parameter(name, value);
+            }
+        }
+        home
+    }
+
+    fn free(&self, model: &Model, name: &str) -> Free {
+        let start = model.parameter(name).unwrap_or(0.0);
+        let Some((id, parameter)) = name.split_once('.') else {
+            return base_free(name, start);
+        };
+        let effect = self.known.iter().find(|effect| effect.id == id);
+        let parameter =
+            effect.and_then(|effect| effect.parameters.iter().find(|known| known.name == parameter));
+        // A law in jumps is held where it was found.
+        parameter.filter(|_| !self.in_stairs(name)).map_or(
+            Free { start, bounds: (start, start), scale: 1.0 },
+            |parameter| Free { start, bounds: parameter.bounds, scale: typical(parameter) },
+        )
+    }
+}
+
+/// The size a parameter typically has.
+fn typical(parameter: &EffectParameter) -> f64 {
+    let largest = parameter.starts.iter().fold(0.0, |largest: f64, start| largest.max(start.abs()));
+    if largest > 0.0 { largest } else { 0.1 }
+}
+
+/// How far the base's own parameters may move in a fit.
+fn base_free(name: &str, start: f64) -> Free {
+    let bounds = match name {
+        // Faster than a sample, or slower than a log, no fit can see.
+        "pole" => (0.05, 400.0),
+        "inertia" => (1e-4 * start, 1e4 * start),
+        "voltage_gain" => (-1e3, 1e3),
+        _ => (-1e6, 1e6),
+    };
+    Free { start, bounds, scale: start.abs().max(1e-9) }
+}
+
+/// Runs plans on every core; `done` is told after each.
+pub fn run_all(plans: &[Plan], stage: &Stage, done: &(dyn Fn() + Sync)) -> Vec<Trial> {
+    spread(plans, |plan| {
+        let trial = plan.run(stage);
+        done();
+        trial
+    })
+}
+
+/// Runs the most promising `most` of each group of plans, by a look at a part of the data.
+pub fn run_promising(
+    groups: &[Vec<Plan>],
+    most: usize,
+    stage: &Stage,
+    done: &(dyn Fn() + Sync),
+) -> Vec<Trial> {
+    let all: Vec<(usize, &Plan)> = groups
+        .iter()
+        .enumerate()
+        .flat_map(|(group, plans)| plans.iter().map(move |plan| (group, plan)))
+        .collect();
+    let looked = spread(&all, |(_, plan)| {
+        done();
+        plan.glance(stage)
+    });
+    let mut looked: Vec<((usize, &Plan), Glance)> = all.into_iter().zip(looked).collect();
+    looked.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
+    let mut taken = vec![0; groups.len()];
+    let promising: Vec<(&Plan, Mutex<Option<Glance>>)> = looked
+        .into_iter()
+        .filter(|((group, _), _)| {
+            taken[*group] += 1;
+            taken[*group] <= most
+        })
+        .map(|((_, plan), glance)| (plan, Mutex::new(Some(glance))))
+        .collect();
+    let trials = spread(&promising, |(plan, glance)| {
+        let glance = glance.lock().unwrap_or_else(PoisonError::into_inner).take();
+        glance.map(|glance| plan.finish(glance, stage))
+    });
+    trials.into_iter().flatten().collect()
+}
+
+/// Does the work for every item, on every core; answers in the items' order.
+fn spread<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let next = AtomicUsize::new(0);
+    let answers: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::with_capacity(items.len()));
+    let cores =
+        std::thread::available_parallelism().map_or(1, std::num::NonZero::get).min(items.len().max(1));
+    std::thread::scope(|scope| {
+        for _ in 0..cores {
+            scope.spawn(|| {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(item) = items.get(index) else { break };
+                    let answer = work(item);
+                    answers.lock().unwrap_or_else(PoisonError::into_inner).push((index, answer));
+                }
+            });
+        }
+    });
+    let mut answers = answers.into_inner().unwrap_or_else(PoisonError::into_inner);
+    answers.sort_by_key(|(index, _)| *index);
+    answers.into_iter().map(|(_, answer)| answer).collect()
+}

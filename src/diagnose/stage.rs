@@ -1,0 +1,110 @@
+//! The data of one block: what is fitted on, what is judged on.
+
+use super::problem::{BlockData, Runs};
+use crate::model::{Effect, Model};
+
+/// Fewer training samples than this cannot tell.
+const FEWEST_SAMPLES: usize = 100;
+/// [-] commands that stay within this of each other excite nothing.
+const LEAST_COMMAND: f64 = 1e-3;
+
+/// The data of one block: to fit on, to judge on.
+#[derive(Debug, Clone)]
+pub struct Stage {
+    /// To fit on.
+    pub train: BlockData,
+    /// Held out: other logs, or the same ones where `folds` says how they are parted.
+    pub validate: BlockData,
+    /// Where no other logs are given: parts to fit on, each with the part it is judged on. Together the judged
+    /// parts are the whole.
+    pub folds: Vec<(BlockData, BlockData)>,
+    /// A part of the training data that suffices to compare starts; `None` where there are few.
+    pub coarse: Option<BlockData>,
+}
+
+/// Training samples below which every one of them is looked at.
+const MANY_SAMPLES: usize = 3000;
+/// Share of the data, one in so many, that suffices to compare starts.
+const COARSE: usize = 3;
+/// Parts that a log is cut into where no other is given.
+const FOLDS: usize = 3;
+
+impl Stage {
+    /// To fit on `train` and judge on `validate`; without the latter every part of `train` is judged by a fit on the
+    /// others.
+    #[must_use]
+    pub fn new(train: BlockData, validate: Option<BlockData>) -> Self {
+        let folds = match validate {
+            Some(_) => Vec::new(),
+            None => (0..FOLDS)
+                .map(|fold| (train.part(fold, FOLDS, false), train.part(fold, FOLDS, true)))
+                .collect(),
+        };
+        let coarse = (train.len() > MANY_SAMPLES).then(|| train.thinned(COARSE));
+        Self { validate: validate.unwrap_or_else(|| train.clone()), train, folds, coarse }
+    }
+
+    /// Tells both parts how large the noise of each channel is.
+    pub fn set_sigma(&mut self, sigma: [f64; 2]) {
+        // A channel without noise would weigh everything.
+        let sigma = sigma.map(|sigma| if sigma.is_finite() && sigma > 0.0 { sigma } else { f64::EPSILON });
+        let folds = self.folds.iter_mut().flat_map(|(train, held_out)| [train, held_out]);
+        folds
+            .chain([&mut self.train, &mut self.validate])
+            .chain(&mut self.coarse)
+            .for_each(|data| data.sigma = sigma);
+    }
+
+    /// Why the training data cannot tell anything about this block; `None` when they can.
+    #[must_use]
+    pub fn too_poor(&self) -> Option<String> {
+        let spread = |values: &mut dyn Iterator<Item = f64>| {
+            let finite = values.filter(|value| value.is_finite());
+            let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| {
+                (low.min(value), high.max(value))
+            });
+            high - low
+        };
+        let (samples, moved, what) = match &self.train.runs {
+            Runs::Rotor(runs) => {
+                let samples = runs.iter().map(|run| run.time.len()).sum::<usize>();
+                let moved =
+                    spread(&mut runs.iter().flat_map(|run| run.command.iter().copied())) > LEAST_COMMAND;
+                (samples, moved, "the rotors' commands")
+            }
+            Runs::Body(runs) => {
+                let samples = runs.iter().map(|run| run.rate.len()).sum::<usize>();
+                let torque = spread(&mut runs.iter().flat_map(|run| run.input.torque.iter().copied()));
+                (samples, torque > 0.0, "the torque on the body")
+            }
+        };
+        if samples < FEWEST_SAMPLES {
+            return Some(format!(
+                "{samples} samples are too few to tell anything, {FEWEST_SAMPLES} are the least"
+            ));
+        }
+        (!moved).then(|| format!("{what} hardly changed: these data excite nothing"))
+    }
+
+    /// Whether the rotors' runs have a battery voltage.
+    fn has_voltage(&self) -> bool {
+        match &self.train.runs {
+            Runs::Rotor(runs) => runs.iter().all(|run| run.voltage.is_some()),
+            Runs::Body(_) => true,
+        }
+    }
+
+    /// Base parameters of this block that a fit may change.
+    #[must_use]
+    pub fn base_parameters(&self, model: &Model) -> Vec<String> {
+        let names = if self.train.is_rotor() { model.rotor_parameters() } else { model.body_parameters() };
+        let usable = |name: &&str| *name != "voltage_gain" || self.has_voltage();
+        names.into_iter().filter(usable).map(str::to_owned).collect()
+    }
+
+    /// Whether an effect acts in this block.
+    #[must_use]
+    pub fn holds(&self, effect: &Effect) -> bool {
+        effect.site.is_rotor() == self.train.is_rotor()
+    }
+}
