@@ -30,6 +30,7 @@ mod monitor;
 mod operate;
 mod paper;
 mod progress;
+mod pipe;
 mod record;
 mod replay;
 mod run;
@@ -145,7 +146,11 @@ enum Subcommand {
 /// Parses the command line, runs the subcommand, prints its error.
 pub fn main() -> ExitCode {
     start_log();
-    match dispatch(CommandLine::parse().subcommand) {
+    let subcommand = CommandLine::parse().subcommand;
+    if subcommand.only_computes() {
+        pipe::end_with_the_reader();
+    }
+    match dispatch(subcommand) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::FoundWanting) => ExitCode::from(1),
         Err(error) => {
@@ -153,6 +158,26 @@ pub fn main() -> ExitCode {
             let _ = writeln!(std::io::stderr(), "error: {error}");
             ExitCode::from(2)
         }
+    }
+}
+
+impl Subcommand {
+    /// Whether it drives nothing: no rotor can depend on its living on.
+    fn only_computes(&self) -> bool {
+        matches!(
+            self,
+            Self::Check(_)
+                | Self::Doctor(_)
+                | Self::Import(_)
+                | Self::Export(_)
+                | Self::Identify(_)
+                | Self::Design(_)
+                | Self::Compare(_)
+                | Self::Diagnose(_)
+                | Self::Extend(_)
+                | Self::Effects(_)
+                | Self::Replay(_)
+        )
     }
 }
 

@@ -127,7 +127,10 @@ impl Plan<'_> {
         }
         let mut joint = Fit { residuals: vec![0.0; best.residuals.len()], cost: 0.0, ..best.clone() };
         for (train, held_out) in &stage.folds {
-            let part = fit(&problem(train), &self.frees(names, model), Some(&best.locals), &PART);
+            let mut part = fit(&problem(train), &self.frees(names, model), Some(&best.locals), &PART);
+            for index in (0..names.len()).filter(|index| self.in_stairs(&names[*index])) {
+                scan::settle(&problem(train), train, index, &mut part);
+            }
             let judged = judge(&problem(held_out), &part.globals);
             joint.cost += judged.cost;
             // Each sample is judged in one part, and zero in the others.

@@ -134,9 +134,9 @@ impl BlockData {
         let share = |index: usize, count: usize| ((index * STRETCHES) / count.max(1)) % parts == part;
         match &mut copy.runs {
             Runs::Rotor(runs) => {
-                let count: usize = runs.iter().map(|run| run.counts.len()).sum();
+                let blocks = rotor::blocks(runs, STRETCHES);
                 let all = runs.iter_mut().flat_map(|run| run.counts.iter_mut());
-                all.enumerate().for_each(|(index, counts)| *counts &= share(index, count) == held_out);
+                all.zip(blocks).for_each(|(counts, block)| *counts &= (block % parts == part) == held_out);
             }
             Runs::Body(runs) => {
                 let count: usize = runs.iter().map(|run| run.counts.len()).sum();
@@ -145,6 +145,12 @@ impl BlockData {
             }
         }
         copy
+    }
+
+    /// Whether rotors are driven by levels held for long.
+    #[must_use]
+    pub fn holds_levels(&self) -> bool {
+        matches!(&self.runs, Runs::Rotor(runs) if rotor::hold_levels(runs))
     }
 
     /// One sample in `share`: the middle of each rotor's run, every so many windows of the body.

@@ -130,6 +130,40 @@ pub fn rotor_runs(logs: &[Dataset]) -> Vec<RotorRun> {
     runs
 }
 
+/// A command held for so many samples is a level that was meant.
+const HELD_SAMPLES: usize = 20;
+
+/// Fewer levels than this are no experiment of levels.
+const FEWEST_LEVELS: usize = 9;
+
+/// Whether the commands are levels held for long.
+#[must_use]
+pub(super) fn hold_levels(runs: &[RotorRun]) -> bool {
+    let all: usize = runs.iter().map(|run| run.time.len()).sum();
+    let changes = |run: &RotorRun| run.command.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    let levels: usize = runs.iter().map(|run| changes(run) + 1).sum();
+    levels * HELD_SAMPLES <= all && levels >= FEWEST_LEVELS
+}
+
+/// To which block each sample of the runs belongs, counted on over all of them: where commands are held for long, a
+/// block goes from one change to the next, so that a level judged is a level unseen; else `stretches` of one length.
+#[must_use]
+pub(super) fn blocks(runs: &[RotorRun], stretches: usize) -> Vec<usize> {
+    if !hold_levels(runs) {
+        let all: usize = runs.iter().map(|run| run.time.len()).sum();
+        return (0..all).map(|index| index * stretches / all.max(1)).collect();
+    }
+    let mut block = 0;
+    let mut blocks = Vec::new();
+    for run in runs {
+        for row in 0..run.command.len() {
+            block += usize::from(row == 0 || run.command[row] != run.command[row - 1]);
+            blocks.push(block);
+        }
+    }
+    blocks
+}
+
 /// Simulates one run from its local start: departures of the rate and of slow states.
 pub fn simulate(equations: &Equations, run: &RotorRun, locals: &[f64], trace: &mut RotorTrace) {
     let departure = locals.first().copied().unwrap_or(0.0);

@@ -14,6 +14,7 @@ use super::trial::Trial;
 use crate::effect::{self, Law};
 use crate::model::{Effect, Model, ModelError};
 use crate::record::Dataset;
+use crate::record::findings::Findings;
 
 /// Settings of a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
@@ -391,15 +392,8 @@ fn places(blocks: &[Found]) -> Vec<Place> {
 fn warnings(logs: &[Dataset], blocks: &[Found]) -> Vec<String> {
     let mut warnings = Vec::new();
     for log in logs {
-        let holes = log.holes();
-        if !holes.is_empty() {
-            let longest = holes.iter().map(|hole| hole.length).fold(0.0, f64::max);
-            warnings.push(format!(
-                "{}: {} holes in time, the longest {longest:.3} s; each starts a new stretch",
-                log.source_name(),
-                holes.len()
-            ));
-        }
+        let said = Findings::of(log).warnings;
+        warnings.extend(said.into_iter().map(|warning| format!("{}: {warning}", log.source_name())));
     }
     for found in blocks {
         if let Some(why) = found.stage.too_poor() {

@@ -16,7 +16,7 @@ const MOST_VALUES: usize = 4000;
 /// Values followed by a closer look.
 const CLOSER: usize = 3;
 /// Values of a closer look on each side.
-const FINE: i32 = 20;
+const FINE: i32 = 12;
 
 /// Values of the parameter `name` of `template` from which a fit is worth it, best first.
 pub(super) fn values(
@@ -47,6 +47,20 @@ pub(super) fn values(
     }
     let mut cost = cost_of(data, template, name, inside);
     apart.into_iter().map(|value| fine(&mut cost, value, spacing(value, typical)).0).collect()
+}
+
+/// Moves the parameter `index` of a fit to the best value nearby.
+pub(super) fn settle(problem: &Problem, data: &BlockData, index: usize, found: &mut Fit) {
+    let Some((_, typical)) = sizes(data) else { return };
+    let mut scratch = vec![0.0; problem.len()];
+    let mut globals = found.globals.clone();
+    let cost = |value: f64| {
+        globals[index] = value;
+        problem.residuals(&globals, &found.locals, &mut scratch);
+        sum_of_squares(&scratch)
+    };
+    let start = found.globals[index];
+    found.globals[index] = fine(cost, start, spacing(start, typical)).0;
 }
 
 /// Moves the parameter `index` of a fit to the best value nearby, and gives it a standard error: how far it must

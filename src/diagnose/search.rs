@@ -11,12 +11,12 @@ use crate::model::{Effect, Model};
 const LEAST_GAIN: f64 = 0.03;
 /// A gain that shifted traces reach more often than this is luck.
 const MOST_CHANCE: f64 = 0.05;
-/// The held-out error must fall by more than this many standard errors of its fall, stretch by stretch.
+/// The error must fall by more than this many standard errors of its fall, stretch by stretch.
 const STEADY: f64 = 2.0;
 /// Sets carried on abreast.
 const ABREAST: usize = 3;
 /// Candidates that are fitted to the end beside each set, the most promising ones.
-const PROMISING: usize = 6;
+const PROMISING: usize = 8;
 /// Most effects of one block.
 const DEEPEST: usize = 4;
 /// An error within this factor of the noise floor leaves nothing to explain.
@@ -176,16 +176,19 @@ impl<'a> Search<'a> {
         let candidates = self.candidates();
         let mut before = recalibrated.clone();
         for depth in 1..DEEPEST {
-            let front = self.sound(stage, trials, depth, ABREAST);
-            let Some(best) = front.first().map(|best| (*best).clone()) else { return };
+            let sound = self.sound(stage, trials, depth);
+            let paying: Vec<&Trial> =
+                sound.iter().copied().filter(|trial| gains(stage, &before, trial)).collect();
+            let falls = !paying.is_empty();
+            // Alone no effect may be worth its place, and two together may be.
+            let front: Vec<Trial> =
+                if falls { &paying } else { &sound }.iter().take(ABREAST).map(|it| (*it).clone()).collect();
+            let Some(best) = front.first().cloned() else { return };
             let floors = floors(&stage.validate, &best.judged.residuals);
-            let falls = gains(stage, &before, &best);
             let nearest = over_floor(stage, if falls { &best } else { &before }, &floors).0;
-            // Alone no effect may be worth its place, and two together may: only where there is room for them.
             if nearest < DONE || (!falls && (depth > 1 || nearest < NEARLY)) {
                 return;
             }
-            let front: Vec<Trial> = front.into_iter().cloned().collect();
             let mut sets: Vec<Vec<String>> = Vec::new();
             let mut groups: Vec<Vec<Plan>> = Vec::new();
             for trial in &front {
@@ -219,20 +222,21 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The best sets of a depth whose effects do not cancel each other, best first.
-    fn sound<'t>(&self, stage: &Stage, trials: &'t [Trial], depth: usize, most: usize) -> Vec<&'t Trial> {
-        let mut front: Vec<&Trial> = trials.iter().filter(|trial| trial.effects.len() == depth).collect();
-        front.sort_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage)));
-        front.into_iter().filter(|trial| !trial.cancels(stage, self.known)).take(most).collect()
+    /// The sets of a depth whose effects are determined and do not cancel each other, best first.
+    fn sound<'t>(&self, stage: &Stage, trials: &'t [Trial], depth: usize) -> Vec<&'t Trial> {
+        let of_depth = trials.iter().filter(|trial| trial.effects.len() == depth);
+        let mut sound: Vec<&Trial> = of_depth.filter(|trial| is_sound(stage, trial, self.known)).collect();
+        sound.sort_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage)));
+        sound
     }
 
     /// The smallest set that no larger one beats.
     fn climb(&self, stage: &Stage, recalibrated: &Trial, trials: &[Trial]) -> Trial {
         let mut answer = recalibrated.clone();
         for depth in 1..=DEEPEST {
-            let best = self.sound(stage, trials, depth, 1).first().copied();
             // Two effects may be worth nothing one by one: each depth is held against the answer so far.
-            if let Some(best) = best.filter(|best| gains(stage, &answer, best)) {
+            let best = self.sound(stage, trials, depth).into_iter().find(|it| gains(stage, &answer, it));
+            if let Some(best) = best {
                 answer = best.clone();
             }
         }
@@ -459,6 +463,11 @@ fn weigh(stage: &mut Stage, trial: &Trial) {
     stage.set_sigma(sigma);
 }
 
+/// Whether a set can be physics: every effect of it determined, none cancelled by another.
+fn is_sound(stage: &Stage, trial: &Trial, known: &[Effect]) -> bool {
+    trial.is_determined(known) && !trial.cancels(stage, known)
+}
+
 fn same_set(a: &[String], b: &[String]) -> bool {
     a.len() == b.len() && a.iter().all(|id| b.contains(id))
 }
@@ -490,7 +499,7 @@ fn nearest(stage: &Stage, best: &Trial, trials: &[Trial], known: &[Effect]) -> V
         trial.effects.len() <= best.effects.len()
             && !same_set(&trial.effects, &best.effects)
             && loss(stage, trial) <= limit
-            && !trial.cancels(stage, known)
+            && is_sound(stage, trial, known)
     });
     let mut near: Vec<Trial> = near.filter(|_| !best.effects.is_empty()).cloned().collect();
     near.sort_by(|a, b| loss(stage, a).total_cmp(&loss(stage, b)));

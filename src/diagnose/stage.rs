@@ -40,7 +40,8 @@ impl Stage {
                 .map(|fold| (train.part(fold, FOLDS, false), train.part(fold, FOLDS, true)))
                 .collect(),
         };
-        let coarse = (train.len() > MANY_SAMPLES).then(|| train.thinned(COARSE));
+        // Of levels held for long a part would miss most.
+        let coarse = (train.len() > MANY_SAMPLES && !train.holds_levels()).then(|| train.thinned(COARSE));
         Self { validate: validate.unwrap_or_else(|| train.clone()), train, folds, coarse }
     }
 

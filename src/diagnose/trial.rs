@@ -20,8 +20,10 @@ pub struct Trial {
     pub judged: Fit,
 }
 
-/// Number of stretches the held-out residuals are compared by.
-pub const CHUNKS: usize = 24;
+/// Number of stretches that residuals are compared by.
+const CHUNKS: usize = 24;
+/// Fewer stretches than this have no scatter worth the name.
+const FEWEST_CHUNKS: usize = 4;
 
 impl Trial {
     /// Mean square of the held-out residuals over the noise's, the freedom of initial states taken off.
@@ -48,23 +50,13 @@ impl Trial {
         (sum / free as f64).sqrt() * data.sigma[channel]
     }
 
-    /// By how much the held-out squared error falls from `self` to `after`, over the standard error of that fall
-    /// from stretch to stretch: simulation errors are correlated, so samples do not count, stretches do.
+    /// By how much the squared error falls from `self` to `after`, over the standard error of that fall from stretch
+    /// to stretch, on the part where it is the steadier: simulation errors are correlated, so samples do not count,
+    /// stretches do; and where whole levels are held out, errors of the level hide what a law of transients gains.
     #[must_use]
     pub fn steadiness(&self, after: &Self) -> f64 {
-        let size = self.judged.residuals.len().div_ceil(CHUNKS).max(1);
-        let pairs = self.judged.residuals.chunks(size).zip(after.judged.residuals.chunks(size));
-        let falls: Vec<f64> = pairs
-            .filter(|(before, _)| before.iter().any(|value| *value != 0.0))
-            .map(|(before, after)| power(before) - power(after))
-            .collect();
-        let count = falls.len() as f64;
-        if falls.len() < 4 {
-            return 0.0;
-        }
-        let mean = falls.iter().sum::<f64>() / count;
-        let scatter = falls.iter().map(|fall| (fall - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        mean / (scatter / count).sqrt().max(f64::MIN_POSITIVE)
+        let judged = steadiness(&self.judged.residuals, &after.judged.residuals);
+        judged.max(steadiness(&self.fit.residuals, &after.fit.residuals))
     }
 
     /// Whether two of its effects work against each other and little is left of both: then they are no physics but
@@ -82,6 +74,28 @@ impl Trial {
         })
     }
 
+    /// Whether the data hold every effect of a single parameter away from where it would not be there: of two lags in
+    /// a row, each of which could be none, one is idle.
+    #[must_use]
+    pub fn is_determined(&self, known: &[Effect]) -> bool {
+        let added = known.iter().filter(|effect| self.effects.contains(&effect.id));
+        added.filter_map(|effect| effect.card).all(|card| {
+            let [parameter] = card.parameters else { return true };
+            let name = format!("{}.{}", card.id, parameter.name);
+            let (Some(value), Some(error)) =
+                (self.model.parameter(&name), self.model.standard_errors.get(&name))
+            else {
+                return false;
+            };
+            match parameter.neutral {
+                neutral if neutral.is_nan() => true,
+                // An infinitely fast pole is none: its time is what is measured.
+                neutral if neutral.is_infinite() => value.abs() > DETERMINED * error,
+                neutral => (value - neutral).abs() > DETERMINED * error,
+            }
+        })
+    }
+
     /// What the effect adds to the fitted simulation on the training part, all else held.
     fn trace(&self, stage: &Stage, id: &str, known: &[Effect]) -> Vec<f64> {
         let inside: Vec<&Effect> = known.iter().filter(|effect| self.model.has(&effect.id)).collect();
@@ -92,8 +106,27 @@ impl Trial {
     }
 }
 
+/// Standard errors by which a parameter must differ from none.
+const DETERMINED: f64 = 2.0;
 /// Of two effects that cancel, less than this share of the power of either is left.
 const LEFT_OF_BOTH: f64 = 0.2;
+
+fn steadiness(before: &[f64], after: &[f64]) -> f64 {
+    let size = before.len().div_ceil(CHUNKS).max(1);
+    let falls: Vec<f64> = before
+        .chunks(size)
+        .zip(after.chunks(size))
+        .filter(|(before, _)| before.iter().any(|value| *value != 0.0))
+        .map(|(before, after)| power(before) - power(after))
+        .collect();
+    if falls.len() < FEWEST_CHUNKS {
+        return 0.0;
+    }
+    let count = falls.len() as f64;
+    let mean = falls.iter().sum::<f64>() / count;
+    let scatter = falls.iter().map(|fall| (fall - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    mean / (scatter / count).sqrt().max(f64::MIN_POSITIVE)
+}
 
 fn power(values: &[f64]) -> f64 {
     values.iter().map(|value| value * value).sum()
