@@ -14,6 +14,8 @@ pub struct BodyRun {
     pub rows: Range<usize>,
     /// [N m/s] how the torque rises within the interval after each sample.
     pub torque_slope: Vec<f64>,
+    /// [N m] an example of the noise that the torque carries from the rotors' sensors.
+    pub carried: Vec<f64>,
     /// The inputs for a model without lateness or lag of the torque.
     pub input: BodyInput,
     /// [rad/s] not-a-number where missing.
@@ -34,7 +36,7 @@ impl BodyRun {
     /// A run cut into windows of `horizon` [s].
     #[must_use]
     pub fn new(log: usize, rows: Range<usize>, source: BodySource, horizon: f64) -> Self {
-        let BodySource { time, torque, torque_slope, propeller_rate, rate, angle } = source;
+        let BodySource { time, torque, torque_slope, carried, propeller_rate, rate, angle } = source;
         let windows = windows(&time, horizon);
         let input = BodyInput { torque, propeller_rate, time };
         let angle = if angle.iter().any(|value| value.is_finite()) { angle } else { Vec::new() };
@@ -42,6 +44,7 @@ impl BodyRun {
             log,
             rows,
             torque_slope,
+            carried,
             start_rate: hold(&rate),
             start_angle: hold(&angle),
             rate,
@@ -76,6 +79,8 @@ pub struct BodySource {
     pub torque: Vec<f64>,
     /// [N m/s] how it rises within the interval.
     pub torque_slope: Vec<f64>,
+    /// [N m] an example of the noise in it.
+    pub carried: Vec<f64>,
     /// [rad/s] means; empty when there is none.
     pub propeller_rate: [Vec<f64>; 2],
     /// [rad/s]
@@ -110,6 +115,44 @@ pub fn input_under(equations: &Equations, run: &BodyRun) -> Option<BodyInput> {
         torque: equations.torque_means(&run.input.time, &run.input.torque, &run.torque_slope),
         ..run.input.clone()
     })
+}
+
+/// What the noise in the torque does to rate and angle of a body of 1 kg m² over the windows, rms, the fitted initial
+/// state taken off: [rad/s] and [rad] times kg m².
+#[must_use]
+pub fn carried(runs: &[BodyRun]) -> [f64; 2] {
+    let (mut sums, mut count) = ([0.0, 0.0], 0.0);
+    for run in runs {
+        for rows in &run.windows {
+            let (mut rates, mut angles) = (vec![0.0], vec![0.0]);
+            for row in rows.start..rows.end - 1 {
+                let step = run.input.time[row + 1] - run.input.time[row];
+                let (rate, angle) = (rates[rates.len() - 1], angles[angles.len() - 1]);
+                rates.push(rate + step * run.carried[row]);
+                angles.push(angle + step * (rate + 0.5 * step * run.carried[row]));
+            }
+            let mean = rates.iter().sum::<f64>() / rates.len() as f64;
+            sums[0] += rates.iter().map(|rate| (rate - mean).powi(2)).sum::<f64>();
+            sums[1] += beside_a_line(&angles);
+            count += rates.len() as f64;
+        }
+    }
+    sums.map(|sum| (sum / f64::max(count, 1.0)).sqrt())
+}
+
+/// Sum of squares of what a straight line leaves of evenly spaced values.
+fn beside_a_line(values: &[f64]) -> f64 {
+    let count = values.len() as f64;
+    let middle = 0.5 * (count - 1.0);
+    let mean = values.iter().sum::<f64>() / count;
+    let (mut along, mut spread, mut power) = (0.0, 0.0, 0.0);
+    for (index, value) in values.iter().enumerate() {
+        let at = index as f64 - middle;
+        along += at * (value - mean);
+        spread += at * at;
+        power += (value - mean).powi(2);
+    }
+    (power - along * along / spread.max(f64::MIN_POSITIVE)).max(0.0)
 }
 
 /// Simulates one window from its local start, and writes the residuals: rates, then angles.

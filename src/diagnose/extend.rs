@@ -1,7 +1,8 @@
 //! Adds effects to a model, refits, and writes down what it did to the error.
 
 use super::answer::ErrorStory;
-use super::run::{Blocks, DiagnoseConfig, DiagnoseError};
+use super::blocks::Blocks;
+use super::run::{DiagnoseConfig, DiagnoseError};
 use super::search::{Found, Search};
 use super::stage::Stage;
 use crate::model::{Effect, ErrorFall, LogReference, Model, Step};

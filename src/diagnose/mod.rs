@@ -1,6 +1,8 @@
 //! Residuals, comparison, search for the missing effect, extension.
 
 pub mod answer;
+mod benches;
+mod blocks;
 pub mod body;
 pub mod compare;
 pub mod dependence;

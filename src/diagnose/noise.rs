@@ -1,5 +1,8 @@
 //! How much of a residual is sensor noise, which no model explains; and a smoother for noisy inputs.
 
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+
 use super::problem::BlockData;
 
 /// The median of absolute values of normal noise, over its standard deviation.
@@ -39,12 +42,15 @@ pub fn white_noise(values: &[f64], pieces: &[std::ops::Range<usize>]) -> f64 {
     (sum / (THIRD_DIFFERENCE * differences.len() as f64)).sqrt()
 }
 
-/// The noise floor of each channel in its unit, from residuals over the data's own sigma.
+/// The noise floor of each channel in its unit, from residuals over the data's own sigma: the sensor's noise, and
+/// what the noise of the rotors' sensors does to a body of `inertia` [kg m²] that they drive.
 #[must_use]
-pub fn floors(data: &BlockData, residuals: &[f64]) -> [f64; 2] {
+pub fn floors(data: &BlockData, residuals: &[f64], inertia: f64) -> [f64; 2] {
     let mut floors = data.sigma;
+    let carried = data.carried();
     for (channel, floor) in floors.iter_mut().enumerate().take(data.channels().len()) {
         *floor *= white_noise(residuals, &data.pieces(channel));
+        *floor = floor.hypot(carried[channel] / inertia);
     }
     floors
 }
@@ -56,18 +62,37 @@ const WANDERINGS: [f64; 12] = [0.0, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3
 const WANDERING_PENALTY: f64 = 5.0;
 
 /// The level under noisy values: a random walk, its wandering chosen by likelihood, smoothed forwards and
-/// backwards (Kalman, Rauch-Tung-Striebel). Not-a-number = missing.
+/// backwards (Kalman, Rauch-Tung-Striebel). Not-a-number = missing. With it an example of the noise that the level
+/// still carries: white noise of the same size, smoothed in the same way.
 #[must_use]
-pub fn smooth(values: &[f64]) -> Vec<f64> {
+pub fn smooth(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let wandering = wandering(values);
+    if wandering == 0.0 {
+        // The mean of many values carries next to none.
+        return (vec![constant(values); values.len()], vec![0.0; values.len()]);
+    }
+    let noise = white(values.len(), white_noise(values, std::slice::from_ref(&(0..values.len()))));
+    (smoothed(values, wandering), smoothed(&noise, wandering))
+}
+
+/// White noise of a size, the same each time.
+#[must_use]
+pub fn white(count: usize, size: f64) -> Vec<f64> {
+    let mut generator = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+    (0..count).map(|_| size * Distribution::<f64>::sample(&StandardNormal, &mut generator)).collect()
+}
+
+/// How much the level wanders from sample to sample, over the noise.
+fn wandering(values: &[f64]) -> f64 {
     let likelihood = |wandering: &f64| {
         let penalty = if *wandering > 0.0 { WANDERING_PENALTY } else { 0.0 };
         filter(values, *wandering).0 - penalty
     };
     let best = WANDERINGS.iter().copied().map(|wandering| (likelihood(&wandering), wandering));
-    let wandering = best.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |(_, wandering)| wandering);
-    if wandering == 0.0 {
-        return vec![constant(values); values.len()];
-    }
+    best.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |(_, wandering)| wandering)
+}
+
+fn smoothed(values: &[f64], wandering: f64) -> Vec<f64> {
     let (_, levels, variances) = filter(values, wandering);
     let mut smooth = levels.clone();
     for row in (0..values.len().saturating_sub(1)).rev() {
@@ -124,8 +149,7 @@ fn filter(values: &[f64], wandering: f64) -> (f64, Vec<f64>, Vec<f64>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::SeedableRng;
-    use rand_distr::{Distribution, Normal};
+    use rand_distr::Normal;
 
     fn noise(count: usize, sigma: f64) -> Vec<f64> {
         let mut generator = rand_chacha::ChaCha8Rng::seed_from_u64(3);
@@ -147,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_constant_under_noise_is_smoothed_to_a_constant() {
-        let level = smooth(&noise(2000, 1.0));
+        let (level, _) = smooth(&noise(2000, 1.0));
         // The mean of 2000 values of noise 1 lies within four times 0.022.
         assert!(level.iter().all(|level| level.abs() < 0.1));
     }
@@ -156,7 +180,7 @@ mod tests {
     fn a_wave_under_noise_stays() {
         let mut values = noise(2000, 0.1);
         values.iter_mut().enumerate().for_each(|(row, value)| *value += (row as f64 * 0.02).sin());
-        let level = smooth(&values);
+        let (level, _) = smooth(&values);
         let wrong = level
             .iter()
             .enumerate()

@@ -99,6 +99,10 @@ impl Plan<'_> {
         let mut best = best.unwrap_or_else(|| fit(&problem, &self.frees(&names, &template), None, &FOLLOW));
         for (index, name) in names.iter().enumerate() {
             if self.in_stairs(name) {
+                // The value and the rest of the numbers depend on each other.
+                scan::settle(&problem, &stage.train, index, &mut best);
+                let settled = problem.model(&best.globals);
+                best = fit(&problem, &self.frees(&names, &settled), Some(&best.locals), &FOLLOW);
                 scan::polish(&problem, &stage.train, index, &mut best);
             }
         }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::body::{BodyRun, BodySource};
-use super::noise::smooth;
+use super::noise::{smooth, white, white_noise};
 use super::problem::{BlockData, Runs, hold};
 use super::rotor::{COMMANDS, PROPELLER_RATES, RotorRun, rotor_runs, simulate};
 use super::stage::Stage;
@@ -78,7 +78,7 @@ impl Driver<'_> {
         for rows in data.segments() {
             let cut = |values: &[f64]| values[rows.clone()].to_vec();
             let held = vec![0.0; rows.len()];
-            let (torque, torque_slope, propeller_rate) = match (&rates[..], &command) {
+            let (torque, torque_slope, carried, propeller_rate) = match (&rates[..], &command) {
                 ([Some(first), Some(second)], _) => {
                     let (first, second) = (first.cut(rows.clone()), second.cut(rows.clone()));
                     let torque = |first: &[f64], second: &[f64]| -> Vec<f64> {
@@ -86,15 +86,19 @@ impl Driver<'_> {
                         pairs.map(|(first, second)| self.equations.rotor_torque(*first, *second)).collect()
                     };
                     let slope = slopes(&data.time()[rows.clone()], &torque(&first.at, &second.at));
-                    (torque(&first.mean, &second.mean), slope, [first.mean, second.mean])
+                    let quiet = torque(&first.mean, &second.mean);
+                    let noisy = torque(&first.noisy(), &second.noisy());
+                    let carried = noisy.iter().zip(&quiet).map(|(noisy, quiet)| noisy - quiet).collect();
+                    (quiet, slope, carried, [first.mean, second.mean])
                 }
-                (_, Some(command)) => (cut(command), held, [Vec::new(), Vec::new()]),
+                (_, Some(command)) => (cut(command), held.clone(), held, [Vec::new(), Vec::new()]),
                 _ => return Vec::new(),
             };
             let source = BodySource {
                 time: cut(data.time()),
                 torque,
                 torque_slope,
+                carried,
                 propeller_rate,
                 rate: cut(rate),
                 angle: angle.map(cut).unwrap_or_default(),
@@ -138,12 +142,15 @@ impl Driver<'_> {
         simulate(self.equations, run, locals, &mut trace);
         let lacks: Vec<f64> =
             run.measured.iter().zip(&trace.measured).map(|(measured, model)| measured - model).collect();
-        let lacks = smooth(&lacks);
+        let (lacks, carried) = smooth(&lacks);
         for (row, lack) in run.rows.clone().zip(&lacks) {
             let within = row - run.rows.start;
             let next = lacks.get(within + 1).unwrap_or(lack);
             rates.at[row] = trace.rate[within] + lack;
             rates.mean[row] = trace.mean[within] + 0.5 * (lack + next);
+            // Each rotor has noise of its own: the second takes the example backwards.
+            let drawn = if run.rotor == 0 { within } else { carried.len() - 1 - within };
+            rates.carried[row] = carried[drawn];
         }
     }
 
@@ -151,7 +158,8 @@ impl Driver<'_> {
     fn simulated(&self, rotor: usize, data: &Dataset) -> Option<Rates> {
         let command = hold(data.column(COMMANDS[rotor])?);
         let voltage = data.column("battery_voltage_v").map(hold);
-        let mut rates = Rates { at: vec![0.0; data.len()], mean: vec![0.0; data.len()] };
+        let mut rates = Rates::between(vec![0.0; data.len()]);
+        rates.carried.fill(0.0);
         let mut trace = RotorTrace::default();
         for rows in data.segments() {
             let input = RotorInput {
@@ -168,21 +176,30 @@ impl Driver<'_> {
     }
 }
 
-/// [rad/s] rates of a rotor: at the samples, and their means over the interval after each.
+/// [rad/s] rates of a rotor: at the samples, their means over the interval after each, and an example of the noise in
+/// them.
 struct Rates {
     at: Vec<f64>,
     mean: Vec<f64>,
+    carried: Vec<f64>,
 }
 
 impl Rates {
     /// Straight lines between the samples.
     fn between(at: Vec<f64>) -> Self {
         let pairs = at.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
-        Self { mean: pairs.chain(at.last().copied()).collect(), at }
+        let carried = white(at.len(), white_noise(&at, std::slice::from_ref(&(0..at.len()))));
+        Self { mean: pairs.chain(at.last().copied()).collect(), carried, at }
     }
 
     fn cut(&self, rows: Range<usize>) -> Self {
-        Self { at: self.at[rows.clone()].to_vec(), mean: self.mean[rows].to_vec() }
+        let part = |values: &[f64]| values[rows.clone()].to_vec();
+        Self { at: part(&self.at), mean: part(&self.mean), carried: part(&self.carried) }
+    }
+
+    /// The means with an example of their noise.
+    fn noisy(&self) -> Vec<f64> {
+        self.mean.iter().zip(&self.carried).map(|(mean, noise)| mean + noise).collect()
     }
 }
 
@@ -217,6 +234,10 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[Dataset]) -> Option<Strin
     }
     if effect.id == "battery_sag" && model.actuator.voltage_gain != 0.0 {
         return Some("the model has it, as voltage_gain".to_owned());
+    }
+    // c3 (u - u0)³ is a polynomial of degree three: the model's own coefficients reach all of it.
+    if effect.id == "static_cubic" && model.actuator.steady_rate.len() > 3 {
+        return Some("the model's curve g(u) has a cubic of its own".to_owned());
     }
     effect.needs.iter().find_map(|need| {
         let there = |data: &Dataset| {

@@ -47,6 +47,7 @@ pub struct BlockData {
     pub sigma: [f64; 2],
     units: Vec<Range<usize>>,
     len: usize,
+    carried: [f64; 2],
 }
 
 /// Heat at the start can be found for a few long stretches, not for many short ones.
@@ -70,7 +71,17 @@ impl BlockData {
                 }
             }
         }
-        Self { runs, sigma: [1.0; 2], units, len }
+        let carried = match &runs {
+            Runs::Rotor(_) => [0.0; 2],
+            Runs::Body(runs) => body::carried(runs),
+        };
+        Self { runs, sigma: [1.0; 2], units, len, carried }
+    }
+
+    /// What the noise of what drives a body of 1 kg m² does to each channel, rms, in its unit times kg m².
+    #[must_use]
+    pub fn carried(&self) -> [f64; 2] {
+        self.carried
     }
 
     /// Whether it is the rotor block.

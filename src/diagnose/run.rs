@@ -6,8 +6,10 @@ use super::answer::{
     Both, Candidate, ChangedParameter, Diagnosis, ErrorStory, FoundParameter, NextExperiment, Place, Rung,
     Verdict,
 };
+use super::benches;
+use super::blocks::Blocks;
 use super::dependence::evidence;
-use super::prepare::{Driver, body_stage, refusal, rotor_stage};
+use super::prepare::refusal;
 use super::search::{AT_FLOOR, Found, Search};
 use super::stage::Stage;
 use super::trial::Trial;
@@ -52,6 +54,22 @@ pub enum DiagnoseError {
         /// Why.
         why: String,
     },
+    /// Logs that cannot come from one bench.
+    #[error(
+        "{log} and {other_log} are not of one bench: alone the first gives {parameter} = {value:.6}, the second {other:.6}; diagnose each by itself"
+    )]
+    DifferentBenches {
+        /// The number in which they differ.
+        parameter: String,
+        /// One log.
+        log: String,
+        /// Its value, in the parameter's SI unit.
+        value: f64,
+        /// The other log.
+        other_log: String,
+        /// Its value.
+        other: f64,
+    },
     /// An expression has no value on the data.
     #[error("effect `{effect}`: its expression is not a number on {log} at {time} s")]
     NotANumber {
@@ -64,58 +82,11 @@ pub enum DiagnoseError {
     },
 }
 
-/// An effect share of the excess must explain to be called the answer when the noise floor is not reached.
-const EXPLAINED: f64 = 0.7;
+/// Share of what is above the noise that effects must explain to be called the answer when the floor is not reached:
+/// a wrong law can come near a strong effect that is in no catalogue.
+const EXPLAINED: f64 = 0.95;
 /// Sets named beside the answer.
-const MOST_ALTERNATIVES: usize = 2;
-
-/// The blocks of a model beside their data, each with what was found.
-pub(super) struct Blocks {
-    pub(super) found: Vec<Found>,
-    verdicts: Vec<Verdict>,
-}
-
-impl Blocks {
-    /// Builds the rotor block, then the body block that its answer drives; `find` looks into each.
-    pub(super) fn build(
-        model: &Model,
-        train: &[Dataset],
-        validate: &[Dataset],
-        config: &DiagnoseConfig,
-        find: &dyn Fn(Stage) -> Found,
-    ) -> Result<Self, DiagnoseError> {
-        let rotor = rotor_stage(train, validate).map(find);
-        let rotor_model = rotor.as_ref().map_or(model, |found| &found.answer.model);
-        let equations = rotor_model.equations()?;
-        let driver = Driver {
-            equations: &equations,
-            trial: rotor.as_ref().map(|found| &found.answer),
-            stage: rotor.as_ref().map(|found| &found.stage),
-        };
-        let body = body_stage(train, validate, &driver, config.horizon)?.map(find);
-        let found: Vec<Found> = rotor.into_iter().chain(body).collect();
-        if found.is_empty() {
-            let log = train.first();
-            return Err(DiagnoseError::NothingToCompare {
-                log: log.map_or_else(String::new, |log| log.source_name().to_owned()),
-                present: log.map(|log| log.names().map(str::to_owned).collect()).unwrap_or_default(),
-            });
-        }
-        let verdicts = found.iter().map(verdict).collect();
-        Ok(Self { found, verdicts })
-    }
-
-    /// The model with what each block found.
-    pub(super) fn merged(&self, model: &Model) -> Model {
-        merged(model, &self.found, &self.verdicts)
-    }
-
-    /// The error in the block and channel where it says most.
-    pub(super) fn error_story(&self, config: &DiagnoseConfig) -> ErrorStory {
-        let (main, channel) = main_block(&self.found);
-        error_story(main, channel, config)
-    }
-}
+pub(super) const MOST_ALTERNATIVES: usize = 2;
 
 /// Finds what the model is missing.
 ///
@@ -131,6 +102,7 @@ pub fn diagnose(
     let known = model.known_effects()?;
     let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
     check_expressions(model, &known, &logs)?;
+    benches::check(model, &known, &logs, config.horizon)?;
     let search = |stage: Stage| {
         let held = |effect: &&Effect| stage.holds(effect);
         let mut eligible: Vec<_> =
@@ -168,7 +140,7 @@ fn check_expressions(model: &Model, known: &[Effect], logs: &[Dataset]) -> Resul
 }
 
 /// The verdict on one block.
-fn verdict(found: &Found) -> Verdict {
+pub(super) fn verdict(found: &Found) -> Verdict {
     let at_floor = found.over_floor(&found.answer).0 <= AT_FLOOR;
     let named = !found.answer.effects.is_empty();
     if at_floor && found.stage.too_poor().is_some() {
@@ -230,7 +202,7 @@ fn channel_of(found: &Found) -> usize {
 const PLAINLY: f64 = 1.5;
 
 /// The block and channel that the error is told in: where the recalibrated base is worst over its noise.
-fn main_block(blocks: &[Found]) -> (&Found, usize) {
+pub(super) fn main_block(blocks: &[Found]) -> (&Found, usize) {
     let worst = |found: &&Found| {
         let (stale, recalibrated) =
             (found.over_floor(&found.stale).0, found.over_floor(&found.recalibrated).0);
@@ -242,7 +214,7 @@ fn main_block(blocks: &[Found]) -> (&Found, usize) {
 }
 
 /// The model with what each block found.
-fn merged(model: &Model, blocks: &[Found], verdicts: &[Verdict]) -> Model {
+pub(super) fn merged(model: &Model, blocks: &[Found], verdicts: &[Verdict]) -> Model {
     let mut merged = model.clone();
     for (found, verdict) in blocks.iter().zip(verdicts) {
         let best = &found.answer;
@@ -310,7 +282,7 @@ fn error_of(found: &Found, trial: &Trial, channel: usize) -> Both {
     }
 }
 
-fn error_story(found: &Found, channel: usize, config: &DiagnoseConfig) -> ErrorStory {
+pub(super) fn error_story(found: &Found, channel: usize, config: &DiagnoseConfig) -> ErrorStory {
     let what = found.stage.train.channels()[channel];
     let how = if found.stage.train.is_rotor() {
         "free run between holes".to_owned()

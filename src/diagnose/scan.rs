@@ -13,10 +13,14 @@ const PHASE: f64 = 0.2;
 const LEAST_SHARE: f64 = 0.4;
 /// Most values looked at.
 const MOST_VALUES: usize = 4000;
+/// Values, the best on few samples, that all samples are asked about.
+const ASKED: usize = 40;
 /// Values followed by a closer look.
 const CLOSER: usize = 3;
 /// Values of a closer look on each side.
-const FINE: i32 = 12;
+const FINE: i32 = 8;
+/// Closer and closer looks: on a long log a step shows to a millionth.
+const LOOKS: i32 = 4;
 
 /// Values of the parameter `name` of `template` from which a fit is worth it, best first.
 pub(super) fn values(
@@ -32,21 +36,31 @@ pub(super) fn values(
     let mut grid = Vec::new();
     let mut value = least.max(bounds.0);
     while value <= bounds.1 && value > 0.0 && grid.len() < MOST_VALUES {
-        grid.push((cost(value), value));
+        grid.push(value);
         value += spacing(value, typical);
     }
-    grid.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let asked = apart(grid, &mut cost, typical, ASKED);
+    let mut cost = cost_of(data, template, name, inside);
+    let closer: Vec<f64> =
+        asked.into_iter().map(|value| fine(&mut cost, value, spacing(value, typical), 1).0).collect();
+    let best = apart(closer, &mut cost, typical, CLOSER);
+    best.into_iter().map(|value| fine(&mut cost, value, spacing(value, typical), LOOKS).0).collect()
+}
+
+/// The best of some values, not two from one valley.
+fn apart(values: Vec<f64>, cost: &mut impl FnMut(f64) -> f64, typical: f64, most: usize) -> Vec<f64> {
+    let mut looked: Vec<(f64, f64)> = values.into_iter().map(|value| (cost(value), value)).collect();
+    looked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut apart: Vec<f64> = Vec::new();
-    for (_, value) in grid {
-        if apart.iter().all(|other| (value - other).abs() > 3.0 * spacing(value, typical)) {
+    for (_, value) in looked {
+        if apart.iter().all(|other| (value - other).abs() > 2.0 * spacing(value, typical)) {
             apart.push(value);
         }
-        if apart.len() == CLOSER {
+        if apart.len() == most {
             break;
         }
     }
-    let mut cost = cost_of(data, template, name, inside);
-    apart.into_iter().map(|value| fine(&mut cost, value, spacing(value, typical)).0).collect()
+    apart
 }
 
 /// Moves the parameter `index` of a fit to the best value nearby.
@@ -60,7 +74,7 @@ pub(super) fn settle(problem: &Problem, data: &BlockData, index: usize, found: &
         sum_of_squares(&scratch)
     };
     let start = found.globals[index];
-    found.globals[index] = fine(cost, start, spacing(start, typical)).0;
+    found.globals[index] = fine(cost, start, spacing(start, typical), LOOKS).0;
 }
 
 /// Moves the parameter `index` of a fit to the best value nearby, and gives it a standard error: how far it must
@@ -75,7 +89,7 @@ pub(super) fn polish(problem: &Problem, data: &BlockData, index: usize, found: &
         problem.residuals(&globals, &found.locals, &mut scratch);
         sum_of_squares(&scratch)
     };
-    let (value, least) = fine(&mut cost, start, spacing(start, typical));
+    let (value, least) = fine(&mut cost, start, spacing(start, typical), LOOKS);
     let used = found.residuals.iter().filter(|residual| **residual != 0.0).count().max(1);
     let rise = least / used as f64;
     let side = |sign: f64, cost: &mut dyn FnMut(f64) -> f64| {
@@ -89,11 +103,22 @@ pub(super) fn polish(problem: &Problem, data: &BlockData, index: usize, found: &
     found.standard_errors[index] = error;
 }
 
-/// The best of the values about one, and its cost.
-fn fine(mut cost: impl FnMut(f64) -> f64, about: f64, spacing: f64) -> (f64, f64) {
-    let near = |step: i32| about + spacing * f64::from(step) / f64::from(FINE);
-    let looked = (-FINE..=FINE).map(|step| (near(step), cost(near(step))));
-    looked.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((about, f64::MAX))
+/// The best of the values about one, and its cost, in `looks` that come closer and closer.
+fn fine(mut cost: impl FnMut(f64) -> f64, about: f64, spacing: f64, looks: i32) -> (f64, f64) {
+    let mut best = (about, cost(about));
+    let mut width = spacing;
+    for _ in 0..looks {
+        let middle = best.0;
+        for step in (-FINE..=FINE).filter(|step| *step != 0) {
+            let value = middle + width * f64::from(step) / f64::from(FINE);
+            let looked = (value, cost(value));
+            if looked.1 < best.1 {
+                best = looked;
+            }
+        }
+        width *= 1.5 / f64::from(FINE);
+    }
+    best
 }
 
 fn spacing(value: f64, typical: f64) -> f64 {

@@ -5,10 +5,15 @@ use super::plan::{Plan, run_all, run_promising};
 use super::stage::Stage;
 use super::surrogate::chance;
 use super::trial::Trial;
+use crate::effect::{Site, find};
 use crate::model::{Effect, Model};
 
 /// Held-out squared error must fall by this share for one more effect: less is not worth a law.
 const LEAST_GAIN: f64 = 0.03;
+/// A smaller share will do where it is very steady and the fitted data gain much.
+const LITTLE_GAIN: f64 = 0.01;
+/// Standard errors of a fall that is very steady.
+const VERY_STEADY: f64 = 3.0;
 /// A gain that shifted traces reach more often than this is luck.
 const MOST_CHANCE: f64 = 0.05;
 /// The error must fall by more than this many standard errors of its fall, stretch by stretch.
@@ -90,11 +95,13 @@ fn over_floor(stage: &Stage, trial: &Trial, floors: &[f64; 2]) -> (f64, usize) {
 
 /// Whether `after` is worth its extra freedom over `before`.
 fn gains(stage: &Stage, before: &Trial, after: &Trial) -> bool {
-    let enough = |before: f64, after: f64| after < before * (1.0 - LEAST_GAIN);
-    enough(before.validate(stage), after.validate(stage))
-        && before.steadiness(after) > STEADY
-        && after.fit.cost < before.fit.cost * (1.0 - 0.5 * LEAST_GAIN)
-        && chance(before, after, period(stage)) <= MOST_CHANCE
+    let judged = 1.0 - after.validate(stage) / before.validate(stage);
+    let fitted = 1.0 - after.fit.cost / before.fit.cost;
+    let plainly = judged > LEAST_GAIN && fitted > 0.5 * LEAST_GAIN && before.steadiness(after) > STEADY;
+    // The data judged on may hardly excite what the data fitted on show well.
+    let little =
+        judged > LITTLE_GAIN && fitted > 2.0 * LEAST_GAIN && before.judged_steadiness(after) > VERY_STEADY;
+    (plainly || little) && chance(before, after, period(stage)) <= MOST_CHANCE
 }
 
 /// Windows may only be shifted whole.
@@ -184,7 +191,7 @@ impl<'a> Search<'a> {
             let front: Vec<Trial> =
                 if falls { &paying } else { &sound }.iter().take(ABREAST).map(|it| (*it).clone()).collect();
             let Some(best) = front.first().cloned() else { return };
-            let floors = floors(&stage.validate, &best.judged.residuals);
+            let floors = floors(&stage.validate, &best.judged.residuals, best.model.body.inertia);
             let nearest = over_floor(stage, if falls { &best } else { &before }, &floors).0;
             if nearest < DONE || (!falls && (depth > 1 || nearest < NEARLY)) {
                 return;
@@ -448,14 +455,16 @@ impl<'a> Search<'a> {
 
 /// Noise floors from the answer's residuals on both parts.
 fn joint_floors(stage: &Stage, best: &Trial) -> [f64; 2] {
-    let (train, validate) =
-        (floors(&stage.train, &best.fit.residuals), floors(&stage.validate, &best.judged.residuals));
+    let (train, validate) = (
+        floors(&stage.train, &best.fit.residuals, best.model.body.inertia),
+        floors(&stage.validate, &best.judged.residuals, best.model.body.inertia),
+    );
     [0.5 * (train[0] + validate[0]), 0.5 * (train[1] + validate[1])]
 }
 
 /// Tells the stage how large its noise is.
 fn weigh(stage: &mut Stage, trial: &Trial) {
-    let floors = floors(&stage.train, &trial.fit.residuals);
+    let floors = floors(&stage.train, &trial.fit.residuals, trial.model.body.inertia);
     let weight =
         |channel: usize| floors[channel].max(LEAST_SIGMA_SHARE * trial.channel_error(stage, channel, false));
     let channels = stage.train.channels().len();
@@ -466,6 +475,11 @@ fn weigh(stage: &mut Stage, trial: &Trial) {
 /// Whether a set can be physics: every effect of it determined, none cancelled by another.
 fn is_sound(stage: &Stage, trial: &Trial, known: &[Effect]) -> bool {
     trial.is_determined(known) && !trial.cancels(stage, known)
+}
+
+/// Whether a set says that the rotors' sensor is late.
+pub(super) fn senses_rotors(trial: &Trial) -> bool {
+    trial.effects.iter().any(|id| find(id).is_some_and(|card| card.site == Site::RotorRateSensor))
 }
 
 fn same_set(a: &[String], b: &[String]) -> bool {
@@ -494,11 +508,15 @@ fn nearest(stage: &Stage, best: &Trial, trials: &[Trial], known: &[Effect]) -> V
     // leaves unexplained blurs the difference between laws: a tenth of that share.
     let left = 1.0 - (floor(stage, &joint_floors(stage, best)) / best.validate(stage)).clamp(0.0, 1.0);
     let tolerance = (2.0 * 10.0 / used.max(1) as f64).max(0.005) + BLUR * left;
-    let limit = loss(stage, best) * (1.0 + tolerance);
+    let limit = |trial: &Trial| {
+        // A late sensor and a late rotor differ in how a log begins; that must not decide between them.
+        let twin = senses_rotors(trial) != senses_rotors(best);
+        loss(stage, best) * (1.0 + if twin { tolerance.max(LEAST_GAIN) } else { tolerance })
+    };
     let near = trials.iter().filter(|trial| {
         trial.effects.len() <= best.effects.len()
             && !same_set(&trial.effects, &best.effects)
-            && loss(stage, trial) <= limit
+            && loss(stage, trial) <= limit(trial)
             && is_sound(stage, trial, known)
     });
     let mut near: Vec<Trial> = near.filter(|_| !best.effects.is_empty()).cloned().collect();

@@ -55,8 +55,13 @@ impl Trial {
     /// stretches do; and where whole levels are held out, errors of the level hide what a law of transients gains.
     #[must_use]
     pub fn steadiness(&self, after: &Self) -> f64 {
-        let judged = steadiness(&self.judged.residuals, &after.judged.residuals);
-        judged.max(steadiness(&self.fit.residuals, &after.fit.residuals))
+        self.judged_steadiness(after).max(steadiness(&self.fit.residuals, &after.fit.residuals))
+    }
+
+    /// The same on the held-out part.
+    #[must_use]
+    pub fn judged_steadiness(&self, after: &Self) -> f64 {
+        steadiness(&self.judged.residuals, &after.judged.residuals)
     }
 
     /// Whether two of its effects work against each other and little is left of both: then they are no physics but

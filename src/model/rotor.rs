@@ -85,7 +85,7 @@ impl Equations {
                     }
                     let way = point.steady_rate - state.rate;
                     turned += point.steady_rate * span - way * known.1 / self.pole;
-                    state.rate = state.rate + way * known.1;
+                    state.rate += way * known.1;
                 } else {
                     turned += self.advance(&mut state, point, to - from);
                 }

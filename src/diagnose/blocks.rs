@@ -1,0 +1,130 @@
+//! The blocks of a model one after the other: the rotors, then the body that they drive.
+
+use super::answer::{ErrorStory, Verdict};
+use super::prepare::{Driver, body_stage, rotor_stage};
+use super::run::{self, DiagnoseConfig, DiagnoseError, MOST_ALTERNATIVES};
+use super::search::{Found, senses_rotors};
+use super::stage::Stage;
+use super::trial::Trial;
+use crate::model::Model;
+use crate::record::Dataset;
+
+/// A body's squared error must differ by this share before it decides about the rotors.
+const DECIDES: f64 = 0.05;
+
+/// The blocks of a model beside their data, each with what was found.
+pub(super) struct Blocks {
+    pub(super) found: Vec<Found>,
+    pub(super) verdicts: Vec<Verdict>,
+}
+
+/// Logs and settings of a diagnosis.
+struct Question<'a> {
+    model: &'a Model,
+    train: &'a [Dataset],
+    validate: &'a [Dataset],
+    horizon: f64,
+    find: &'a dyn Fn(Stage) -> Found,
+}
+
+impl Blocks {
+    /// Builds the rotor block, then the body block that its answer drives; `find` looks into each.
+    pub(super) fn build(
+        model: &Model,
+        train: &[Dataset],
+        validate: &[Dataset],
+        config: &DiagnoseConfig,
+        find: &dyn Fn(Stage) -> Found,
+    ) -> Result<Self, DiagnoseError> {
+        let question = Question { model, train, validate, horizon: config.horizon, find };
+        let mut rotor = rotor_stage(train, validate).map(find);
+        let body = question.body(rotor.as_ref().map(|found| (found, &found.answer)))?;
+        let body = match (&mut rotor, body) {
+            (Some(rotor), Some(body)) => Some(question.decide(rotor, body)?),
+            (_, body) => body,
+        };
+        let found: Vec<Found> = rotor.into_iter().chain(body).collect();
+        if found.is_empty() {
+            let log = train.first();
+            return Err(DiagnoseError::NothingToCompare {
+                log: log.map_or_else(String::new, |log| log.source_name().to_owned()),
+                present: log.map(|log| log.names().map(str::to_owned).collect()).unwrap_or_default(),
+            });
+        }
+        let verdicts = found.iter().map(run::verdict).collect();
+        Ok(Self { found, verdicts })
+    }
+
+    /// The model with what each block found.
+    pub(super) fn merged(&self, model: &Model) -> Model {
+        run::merged(model, &self.found, &self.verdicts)
+    }
+
+    /// The error in the block and channel where it says most.
+    pub(super) fn error_story(&self, config: &DiagnoseConfig) -> ErrorStory {
+        let (main, channel) = run::main_block(&self.found);
+        run::error_story(main, channel, config)
+    }
+}
+
+impl Question<'_> {
+    /// The body as one answer about the rotors drives it; `None` when the logs hold no body.
+    fn body(&self, rotor: Option<(&Found, &Trial)>) -> Result<Option<Found>, DiagnoseError> {
+        let equations = rotor.map_or(self.model, |(_, answer)| &answer.model).equations()?;
+        let driver = Driver {
+            equations: &equations,
+            trial: rotor.map(|(_, answer)| answer),
+            stage: rotor.map(|(found, _)| &found.stage),
+        };
+        Ok(body_stage(self.train, self.validate, &driver, self.horizon)?.map(self.find))
+    }
+
+    /// A late sensor and a late rotor look alike from the command to the reading, and not to the body: where the
+    /// rotors' answers differ in their sensor, the one that leaves the body less to explain is taken.
+    fn decide(&self, rotor: &mut Found, mut body: Found) -> Result<Found, DiagnoseError> {
+        let mine = senses_rotors(&rotor.answer);
+        let others: Vec<Trial> = rotor.alternatives.iter().take(MOST_ALTERNATIVES).cloned().collect();
+        let mut kept = Vec::new();
+        for other in others {
+            if senses_rotors(&other) == mine {
+                kept.push(other);
+                continue;
+            }
+            let Some(driven) = self.body(Some((rotor, &other)))? else { continue };
+            match prefers(&body, &driven) {
+                Some(true) => {}
+                None => kept.push(other),
+                Some(false) => {
+                    kept.clear();
+                    rotor.answer = other;
+                    rotor.changed = Vec::new();
+                    body = driven;
+                }
+            }
+        }
+        if senses_rotors(&rotor.answer) != mine
+            && let Some(last) = rotor.ladder.last_mut()
+        {
+            *last = rotor.answer.clone();
+        }
+        rotor.alternatives = kept;
+        Ok(body)
+    }
+}
+
+/// Whether the first body is the simpler explanation; `None` where both are as good.
+fn prefers(one: &Found, other: &Found) -> Option<bool> {
+    let size = |found: &Found| found.answer.effects.len() + found.changed.len();
+    if size(one) != size(other) {
+        return Some(size(one) < size(other));
+    }
+    let channels = 0..one.stage.train.channels().len();
+    let score = |found: &Found| {
+        let share = |channel: usize| {
+            (found.answer.channel_error(&found.stage, channel, true) / one.floors[channel]).powi(2)
+        };
+        channels.clone().map(share).sum::<f64>()
+    };
+    let (a, b) = (score(one), score(other));
+    ((a - b).abs() > DECIDES * a.min(b)).then_some(a < b)
+}
