@@ -143,7 +143,8 @@ fn check_expressions(model: &Model, known: &[Effect], logs: &[Dataset]) -> Resul
 pub(super) fn verdict(found: &Found) -> Verdict {
     let at_floor = found.over_floor(&found.answer).0 <= AT_FLOOR;
     let named = !found.answer.effects.is_empty();
-    if at_floor && found.stage.too_poor().is_some() {
+    // Data that excite nothing say nothing, whatever their error is.
+    if found.stage.too_poor().is_some() {
         return Verdict::InsufficientData;
     }
     match (at_floor, named) {

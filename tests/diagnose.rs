@@ -1,0 +1,220 @@
+//! `diagnose` and `extend` as their user sees them: logs of the emulator, which integrates finer than the fitter and has
+//! laws of its own, with something hidden in it; and the refusals.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+struct Desk {
+    folder: TempDir,
+}
+
+impl Desk {
+    fn new() -> Self {
+        Self { folder: tempfile::tempdir().expect("a folder") }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.path(name);
+        fs::write(&path, text).expect("written");
+        path
+    }
+
+    /// A log of a closed-loop flight of the emulator.
+    fn fly(&self, name: &str, sequence: u32, more: &[&str]) -> PathBuf {
+        let log = self.path(name);
+        let (path, sequence) = (log.display().to_string(), sequence.to_string());
+        let mut arguments = vec!["experiment", "prbs", "--lockstep", "--closed-loop", "--amplitude", "0.03"];
+        arguments.extend(["--duration", "20", "--seed", &sequence, "--sequence", &sequence, "-o", &path]);
+        arguments.extend(more);
+        let output = run(&arguments);
+        assert!(output.status.success(), "{}", said(&output));
+        log
+    }
+}
+
+fn run(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rotorbench")).args(arguments).output().expect("the program runs")
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn diagnose(model: &str, log: &Path, validate: &Path) -> (Value, Option<i32>) {
+    let (log, validate) = (log.display().to_string(), validate.display().to_string());
+    let output = run(&["diagnose", "--model", model, "--log", &log, "--validate", &validate, "--json"]);
+    let answer = serde_json::from_slice(&output.stdout);
+    (answer.unwrap_or_else(|error| panic!("{error}: {}", said(&output))), output.status.code())
+}
+
+fn refused(arguments: &[&str], parts: &[&str]) {
+    let output = run(arguments);
+    let sentence = said(&output);
+    assert_eq!(output.status.code(), Some(2), "{sentence}");
+    assert!(output.stdout.is_empty(), "an answer beside the refusal");
+    for part in parts {
+        assert!(sentence.contains(part), "`{part}` is not in: {sentence}");
+    }
+    assert!(!sentence.contains("panicked"), "{sentence}");
+}
+
+fn number(value: &Value, path: &[&str]) -> f64 {
+    let found = path.iter().fold(value, |value, key| &value[*key]);
+    found.as_f64().unwrap_or_else(|| panic!("no number at {path:?} in {value}"))
+}
+
+#[test]
+fn a_hidden_pendulum_is_named_added_and_the_error_falls_to_the_noise() {
+    let desk = Desk::new();
+    let hide = ["--hide", "gravity_pendulum:moment=0.3"];
+    let (train, held_out) = (desk.fly("train.csv", 1, &hide), desk.fly("held_out.csv", 2, &hide));
+    let (answer, code) = diagnose("paper", &train, &held_out);
+    assert_eq!(code, Some(1), "something is wanting");
+    assert_eq!(answer["verdict"], "missing_effect");
+    assert_eq!(answer["effects"], serde_json::json!(["gravity_pendulum"]));
+    let moment = &answer["parameters"]["gravity_pendulum.moment"];
+    let off = (number(moment, &["value"]) - 0.3).abs();
+    // The promise: within 10 % or three standard errors.
+    assert!(off < 0.03 || off < 3.0 * number(moment, &["standard_error"]), "{moment}");
+    let floor = number(&answer, &["error", "noise_floor"]);
+    let (before, after) = (
+        number(&answer, &["error", "recalibrated", "validate"]),
+        number(&answer, &["error", "extended", "validate"]),
+    );
+    // Within 10 % of the noise is the promise; that the base fails plainly makes it worth something.
+    assert!(before > 3.0 * floor && after < 1.1 * floor, "{before} -> {after}, noise {floor}");
+
+    let better = desk.path("better.toml").display().to_string();
+    let (train, held_out) = (train.display().to_string(), held_out.display().to_string());
+    let arguments = ["extend", "--model", "paper", "--effect", "gravity_pendulum", "--log", &train];
+    let output = run(&[&arguments[..], &["--validate", &held_out, "-o", &better]].concat());
+    assert!(output.status.success(), "{}", said(&output));
+    let (answer, code) = diagnose(&better, Path::new(&train), Path::new(&held_out));
+    assert_eq!((&answer["verdict"], code), (&"adequate".into(), Some(0)), "{answer}");
+    let back = desk.path("back.toml").display().to_string();
+    let output = run(&["extend", "--model", &better, "--step-back", "-o", &back]);
+    assert!(output.status.success(), "{}", said(&output));
+    let text = fs::read_to_string(&back).expect("written");
+    assert!(!text.contains("gravity_pendulum"), "{text}");
+}
+
+#[test]
+fn where_nothing_is_hidden_nothing_is_named() {
+    let desk = Desk::new();
+    let (answer, code) = diagnose("paper", &desk.fly("a.csv", 3, &[]), &desk.fly("b.csv", 4, &[]));
+    assert_eq!((&answer["verdict"], code), (&"adequate".into(), Some(0)), "{answer}");
+    assert_eq!(answer["effects"], serde_json::json!([]));
+}
+
+/// The README's own lines, taken from the README: a law of the user's in the plant, and in the model's list.
+#[test]
+fn an_effect_of_the_users_own_competes_with_the_catalogue() {
+    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("README");
+    let ten_lines: String = readme
+        .lines()
+        .skip_while(|line| !line.contains("[[user_effects]]"))
+        .take_while(|line| line.starts_with("    "))
+        .map(|line| format!("{}\n", line.trim_start()))
+        .collect();
+    assert!(ten_lines.contains("creaking_pivot"), "the README has lost its example");
+    let desk = Desk::new();
+    let paper = desk.path("paper.toml").display().to_string();
+    let flight = desk.fly("plain.csv", 1, &[]).display().to_string();
+    let arguments = ["extend", "--model", "paper", "--effect", "torque_bias", "--log", &flight, "-o", &paper];
+    // The error does not fall, which is exit 1, and a model file all the same.
+    assert_eq!(run(&arguments).status.code(), Some(1), "a model file to start from");
+    let back = desk.path("back.toml").display().to_string();
+    assert!(run(&["extend", "--model", &paper, "--step-back", "-o", &back]).status.success());
+    let base = fs::read_to_string(&back).expect("a model file");
+    let base = format!("{base}\n{ten_lines}");
+    let mine = desk.write("mine.toml", &base).display().to_string();
+    let hidden = "[[effects]]\nid = \"creaking_pivot\"\nparameters = { k = 0.06 }\n";
+    let plant = desk.write("plant.toml", &format!("{base}\n{hidden}")).display().to_string();
+    let (train, held_out) =
+        (desk.fly("train.csv", 5, &["--model", &plant]), desk.fly("held_out.csv", 6, &["--model", &plant]));
+    let (answer, _) = diagnose(&mine, &train, &held_out);
+    assert_eq!(answer["effects"], serde_json::json!(["creaking_pivot"]), "{}", answer["candidates"]);
+    let k = &answer["parameters"]["creaking_pivot.k"];
+    let off = (number(k, &["value"]) - 0.06).abs();
+    assert!(off < 0.006 || off < 3.0 * number(k, &["standard_error"]), "{k}");
+}
+
+#[test]
+fn logs_that_cannot_tell_are_said_to_be_such() {
+    let desk = Desk::new();
+    let rows = |count: usize, command: f64| -> String {
+        let row =
+            |index: usize| format!("{},{command},12.6,{}\n", 0.02 * index as f64, 617.0 + (index % 7) as f64);
+        let head = "time_s,command_1,battery_voltage_v,propeller_rate_1_rad_s\n".to_owned();
+        head + &(0..count).map(row).collect::<String>()
+    };
+    for (name, count) in [("constant.csv", 2000), ("ten.csv", 10)] {
+        let log = desk.write(name, &rows(count, 0.4633));
+        let (answer, code) = diagnose("paper", &log, &log);
+        assert_eq!((&answer["verdict"], code), (&"insufficient_data".into(), Some(1)), "{name}");
+        assert_eq!(answer["effects"], serde_json::json!([]), "{name}");
+        assert!(
+            answer["warnings"].as_array().is_some_and(|said| !said.is_empty()),
+            "{name}: no reason given"
+        );
+    }
+    let log =
+        desk.write("voltage.csv", "time_s,battery_voltage_v\n0,12.6\n0.02,12.6\n").display().to_string();
+    refused(&["diagnose", "--log", &log], &["voltage.csv", "nothing to compare", "command_1"]);
+}
+
+#[test]
+fn logs_of_two_benches_are_refused() {
+    let desk = Desk::new();
+    let one = desk.fly("one.csv", 1, &[]).display().to_string();
+    // The other bench: three times the inertia. Its model file is the paper's with one number changed.
+    let paper = desk.path("paper.toml").display().to_string();
+    let arguments = ["extend", "--model", "paper", "--effect", "torque_bias", "--log", &one, "-o", &paper];
+    assert_eq!(run(&arguments).status.code(), Some(1));
+    let text = fs::read_to_string(&paper).expect("a model file");
+    let heavy: String =
+        text.lines()
+            .map(|line| {
+                if line.starts_with("inertia = ") && !line.contains("e-") { "inertia = 0.096" } else { line }
+            })
+            .map(|line| format!("{line}\n"))
+            .collect();
+    let heavy = desk.write("heavy.toml", &heavy).display().to_string();
+    let other = desk.fly("other.csv", 2, &["--model", &heavy]).display().to_string();
+    refused(
+        &["diagnose", "--log", &one, &other],
+        &["one.csv", "other.csv", "not of one bench", "inertia", "diagnose each by itself"],
+    );
+}
+
+#[test]
+fn a_model_that_cannot_be_used_is_refused_with_its_place() {
+    let desk = Desk::new();
+    let log = desk.fly("log.csv", 1, &[]).display().to_string();
+    let model = |body: &str| {
+        let head = "name = \"mine\"\n[actuator]\nsteady_rate = [0.0, 1124.5, 447.1]\nvoltage_gain = 40.0\n\
+                    full_voltage = 12.6\npole = 16.0\nthrust_coefficient = 1.6e-5\nhover_rate = 617.0\n\
+                    [body]\ninertia = 0.032\narm = 0.25\n";
+        desk.write("model.toml", &format!("{head}{body}")).display().to_string()
+    };
+    let unknown = model("[[effects]]\nid = \"perpetual_motion\"\nparameters = { }\n");
+    refused(&["diagnose", "--model", &unknown, "--log", &log], &["model.toml", "perpetual_motion"]);
+    let own = |expression: &str| {
+        format!(
+            "[[user_effects]]\nid = \"mine\"\nsite = \"torque\"\nexpression = \"{expression}\"\n\
+             [[user_effects.parameters]]\nname = \"k\"\nunit = \"N m\"\nstart = 0.01\nlower = 0.0\nupper = 1.0\n"
+        )
+    };
+    let typo = model(&own("-k*bodyrate"));
+    refused(&["diagnose", "--model", &typo, "--log", &log], &["model.toml", "bodyrate"]);
+    let divides = model(&own("-k/(body_angle-body_angle)"));
+    refused(&["diagnose", "--model", &divides, "--log", &log], &["mine", "not a number", "log.csv"]);
+}
