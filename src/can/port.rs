@@ -110,6 +110,12 @@ pub trait Bus {
 
     /// [ns] now, on the clock of the arrivals' stamps.
     fn now_ns(&self) -> u64;
+
+    /// [ns] when [`Bus::receive`] looked last: no arrival that it handed over is later. Saves a reading of the clock on
+    /// the way from frame to frame.
+    fn looked_ns(&self) -> u64 {
+        self.now_ns()
+    }
 }
 
 impl Bus for Port {
@@ -132,6 +138,10 @@ impl Bus for Port {
     fn now_ns(&self) -> u64 {
         clock::monotonic_ns()
     }
+
+    fn looked_ns(&self) -> u64 {
+        self.looked_ns
+    }
 }
 
 /// An open, non-blocking port. Belongs to one thread at a time.
@@ -142,6 +152,8 @@ pub struct Port {
     is_gone: bool,
     batch: Box<Batch>,
     stamps: StampClock,
+    /// [ns] when it looked for arrivals last.
+    looked_ns: u64,
     counts: PortCounts,
     last_dropped: u32,
     /// [ns] of the first attempt to send since the last echo.
@@ -171,13 +183,15 @@ impl Port {
         };
         let socket = CanSocket::open(interface).map_err(refuse("cannot be opened"))?;
         configure(&socket, fd).map_err(refuse("refuses a socket option"))?;
-        let stamps = StampClock::new(clock::monotonic_ns());
+        let looked_ns = clock::monotonic_ns();
+        let stamps = StampClock::new(looked_ns);
         Ok(Self {
             socket,
             number: Path::new(INTERFACES).join(interface).join("ifindex"),
             is_gone: false,
             batch: Batch::new(),
             stamps,
+            looked_ns,
             counts: PortCounts::default(),
             last_dropped: 0,
             waiting_since_ns: None,
@@ -194,9 +208,11 @@ impl Port {
             // Without success there is still the socket's error to be taken, which would wake the caller again and again.
             self.rejoin();
         }
-        let mut total = 0;
+        let (mut total, mut has_foreign) = (0, false);
         while total < MOST {
-            let (monotonic_ns, realtime_ns) = (clock::monotonic_ns(), clock::realtime_ns());
+            let monotonic_ns = clock::monotonic_ns();
+            self.looked_ns = monotonic_ns;
+            let realtime_ns = self.stamps.realtime(monotonic_ns).unwrap_or_else(|| self.read_clocks());
             let Self { socket, batch, stamps, counts, last_dropped, waiting_since_ns, .. } = self;
             let received = batch.receive(socket.as_raw_fd(), |raw| {
                 let software_ns = stamps.software(raw.software_ns, monotonic_ns, realtime_ns);
@@ -207,6 +223,8 @@ impl Port {
                 if let Some(arrival) = sort(&raw, stamps, counts, software_ns) {
                     if matches!(arrival, Arrival::Echo { .. }) {
                         *waiting_since_ns = None;
+                    } else {
+                        has_foreign = true;
                     }
                     take(arrival);
                 }
@@ -218,7 +236,18 @@ impl Port {
                 break;
             }
         }
+        // Here nobody waits for an answer, as one may where there was a frame.
+        if !has_foreign {
+            self.read_clocks();
+        }
         Ok(total)
+    }
+
+    /// Measures how far the two clocks are apart; [ns] CLOCK_REALTIME now.
+    fn read_clocks(&mut self) -> u64 {
+        let (monotonic_ns, realtime_ns) = (clock::monotonic_ns(), clock::realtime_ns());
+        self.stamps.measure(monotonic_ns, realtime_ns);
+        realtime_ns
     }
 
     /// Sends a frame now, or drops it.

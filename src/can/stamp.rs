@@ -14,7 +14,13 @@ pub(super) struct StampClock {
     /// [ns] CLOCK_MONOTONIC at which the queue was last known to be empty.
     pub(super) empty_ns: u64,
     hardware: Option<Offset>,
+    /// [ns] CLOCK_REALTIME minus CLOCK_MONOTONIC, wrapping, and when both were read, on the latter; `None` = never.
+    realtime: Option<(u64, u64)>,
 }
+
+/// [ns] age at which the distance of the two clocks must be measured again. What they run apart meanwhile, at the
+/// 500 ppm that a clock is disciplined with at most, is 50 µs.
+const DISTANCE_OLDEST_NS: u64 = 100_000_000;
 
 /// Monotonic minus adapter time.
 #[derive(Debug, Clone, Copy)]
@@ -26,7 +32,19 @@ struct Offset {
 impl StampClock {
     /// For a queue that is empty now.
     pub(super) fn new(empty_ns: u64) -> Self {
-        Self { empty_ns, hardware: None }
+        Self { empty_ns, hardware: None, realtime: None }
+    }
+
+    /// Takes in both clocks, read at once.
+    pub(super) fn measure(&mut self, monotonic_ns: u64, realtime_ns: u64) {
+        self.realtime = Some((realtime_ns.wrapping_sub(monotonic_ns), monotonic_ns));
+    }
+
+    /// [ns] CLOCK_REALTIME at `monotonic_ns`, unless it was measured too long ago.
+    pub(super) fn realtime(&self, monotonic_ns: u64) -> Option<u64> {
+        let (distance_ns, measured_ns) = self.realtime?;
+        let is_fresh = monotonic_ns.saturating_sub(measured_ns) <= DISTANCE_OLDEST_NS;
+        is_fresh.then(|| monotonic_ns.wrapping_add(distance_ns))
     }
 
     /// [ns] CLOCK_MONOTONIC of the kernel's stamp, given both clocks now.
@@ -85,6 +103,22 @@ mod tests {
         assert_eq!(clock.software(99_000, 10_000, 9_000_000), 5_000, "the clock was set forward");
         assert_eq!(clock.software(99_000, 10_000, 50_000), 10_000, "the clock was set back");
         assert_eq!(clock.software(0, 10_000, 100_000), 10_000, "no stamp");
+    }
+
+    #[test]
+    fn the_distance_of_the_clocks_holds_for_a_tenth_of_a_second() {
+        let mut clock = StampClock::new(0);
+        assert_eq!(clock.realtime(1_000), None);
+        clock.measure(1_000, 500);
+        assert_eq!(clock.realtime(1_000 + DISTANCE_OLDEST_NS), Some(500 + DISTANCE_OLDEST_NS));
+        assert_eq!(clock.realtime(1_001 + DISTANCE_OLDEST_NS), None);
+        // Stamps between two measurements: an ordinary age; and, the clock set meanwhile, still within the span.
+        let now = 2_000_000;
+        let realtime = clock.realtime(now).expect("fresh");
+        assert_eq!(clock.software(realtime - 700, now, realtime), now - 700);
+        clock.empty_ns = now - 5_000;
+        assert_eq!(clock.software(realtime + 3_600_000_000_000, now, realtime), now);
+        assert_eq!(clock.software(1, now, realtime.wrapping_add(3_600_000_000_000)), now - 5_000);
     }
 
     #[test]

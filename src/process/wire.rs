@@ -43,7 +43,7 @@ const FOREIGN_TOLD_EVERY_NS: u64 = NANOSECONDS_PER_SECOND;
 /// What a look at the bus brought.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Look {
-    /// [ns] CLOCK_MONOTONIC after it: one reading of the clock serves all that follows.
+    /// [ns] CLOCK_MONOTONIC of the look: one reading of the clock serves all that follows.
     pub at_ns: u64,
     /// A sensor has a new value.
     pub updated: bool,
@@ -145,7 +145,7 @@ impl<B: Bus> Wire<B> {
             }
         }
         self.tell_of_interface();
-        look.at_ns = self.port.now_ns();
+        look.at_ns = self.port.looked_ns();
         if look.updated {
             self.sensors.sequence += 1;
             self.sensors.stamp_ns = look.at_ns;
