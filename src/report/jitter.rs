@@ -4,7 +4,7 @@ use hdrhistogram::Histogram;
 
 use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
 use crate::process::jitter::{Jitter, Ratios, StageResult};
-use crate::rt::{Machine, Percentiles};
+use crate::rt::{Granted, Machine, Percentiles};
 
 /// [ns] in a µs.
 const MICROSECOND: f64 = 1e3;
@@ -106,11 +106,15 @@ impl Jitter {
         let Machine { processors, isolated, tickless, governors, is_virtual, .. } = &self.machine;
         let none = |text: &str| if text.is_empty() { "none".to_owned() } else { text.to_owned() };
         let asked = &self.asked;
+        let scheduler = match asked.priority {
+            0 => "normal scheduler".to_owned(),
+            priority => format!("SCHED_FIFO {priority}"),
+        };
         let lock = if asked.lock_memory { ", memory locked" } else { "" };
         let processor = asked.processor.map_or(String::new(), |it| format!(", processor {it}"));
         let granted = self.stages.iter().rev().find_map(|it| it.granted.as_ref());
         let kind = if *is_virtual { " (a virtual machine: its host may take them away)" } else { "" };
-        Table::new(["machine", ""])
+        let table = Table::new(["machine", ""])
             .row(["kernel".to_owned(), format!("{kernel}, {preemption}, {tick_hz} Hz")])
             .row(["processors".to_owned(), format!("{processors}{kind}")])
             .row(["isolated, tickless".to_owned(), format!("{}, {}", none(isolated), none(tickless))])
@@ -118,13 +122,15 @@ impl Jitter {
             .row(["clock".to_owned(), format!("{clock_source}, timers to {timer_resolution_ns} ns")])
             .row([
                 "asked for".to_owned(),
-                format!(
-                    "SCHED_FIFO {}{lock}{processor}, timer slack {} ns",
-                    asked.priority, asked.timer_slack_ns
-                ),
+                format!("{scheduler}{lock}{processor}, timer slack {} ns", asked.timer_slack_ns),
             ])
-            .row(["granted".to_owned(), granted.map_or("nothing measured".to_owned(), ToString::to_string)])
-            .row(["cyclictest".to_owned(), none(&self.cyclictest.command)])
+            .row(["cyclictest".to_owned(), none(&self.cyclictest.command)]);
+        let Some(granted) = granted else { return table.row(["granted", "nothing was measured"]) };
+        let had = Granted { refused: Vec::new(), ..granted.clone() };
+        let table = table.row(["granted".to_owned(), had.to_string()]);
+        granted.refused.iter().fold(table, |table, refused| {
+            table.marked_row(Mark::Warning, ["not granted".to_owned(), refused.clone()])
+        })
     }
 
     /// One sentence: whether the machine kept its period.

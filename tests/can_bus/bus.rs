@@ -16,7 +16,11 @@ pub struct Bus {
 impl Bus {
     pub fn new() -> Self {
         let number = MADE.fetch_add(1, Ordering::Relaxed);
-        let name = format!("vt{}n{number}", std::process::id());
+        Self::named(&format!("vt{}n{number}", std::process::id()))
+    }
+
+    pub fn named(name: &str) -> Self {
+        let name = name.to_owned();
         ip(&["link", "add", "dev", &name, "type", "vcan"]);
         ip(&["link", "set", &name, "mtu", "72", "up"]);
         Self { name }

@@ -9,6 +9,7 @@ mod ends;
 mod faults;
 mod foreign;
 mod imu;
+mod jitter;
 mod port;
 #[path = "../processes/mod.rs"]
 mod processes;

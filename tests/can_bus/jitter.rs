@@ -1,0 +1,52 @@
+//! `jitter` with a bus: the whole loop, armed on the emulator, counted; and what it says of a bus it must not touch.
+
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+use super::bus::Bus;
+
+fn jitter(options: &[&str]) -> Output {
+    let fixed = ["jitter", "--json", "--without-cyclictest", "--rounds", "1", "--period-us", "20000"];
+    let mut program = Command::new(env!("CARGO_BIN_EXE_rotorbench"));
+    program.args(fixed).args(options).output().expect("the program runs")
+}
+
+fn bus_of(done: &Output) -> Value {
+    let words = String::from_utf8_lossy(&done.stderr);
+    let measured: Value = serde_json::from_slice(&done.stdout).unwrap_or_else(|_| panic!("JSON: {words}"));
+    let stages = measured["stages"].as_array().expect("stages");
+    stages.iter().find(|it| it["stage"] == "bus").expect("its row").clone()
+}
+
+#[test]
+fn a_virtual_bus_is_measured_from_frame_to_command() {
+    let bus = Bus::new();
+    let result = bus_of(&jitter(&["--duration-s", "1", "--interface", &bus.name]));
+    assert!(result["not_measured"].is_null(), "{result}");
+    let timing = &result["timing"];
+    let count = |value: &Value| value.as_u64().expect("a count");
+    assert_eq!(count(&timing["slots"]), count(&timing["run"]) + count(&timing["skipped"]));
+    assert!(count(&timing["slots"]) >= 50, "{timing}");
+    assert!(count(&timing["sensor_to_command"]["count"]) > 0, "the emulator's gyro was heard: {timing}");
+}
+
+#[test]
+fn an_interface_that_is_not_there_or_may_be_real_is_named_and_left_alone() {
+    let result = bus_of(&jitter(&["--duration-s", "0.1", "--interface", "vt-none"]));
+    assert!(result["not_measured"].as_str().is_some_and(|why| why.contains("vt-none")), "{result}");
+    assert!(result["timing"].is_null());
+
+    // As real as an interface gets here: by its name.
+    let bus = Bus::named("can7");
+    let mut port = bus.port();
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("bench.toml");
+    std::fs::write(&file, "name = 'jitter-real'\n[bus]\ninterface = 'can7'\n").expect("written");
+    let result = bus_of(&jitter(&["--duration-s", "0.1", "--config", file.to_str().expect("UTF-8")]));
+    let why = result["not_measured"].as_str().expect("not measured");
+    assert!(why.contains("--interface can7"), "{why}");
+    let mut heard = 0;
+    port.receive(|_| heard += 1).expect("it is up");
+    assert_eq!(heard, 0, "not a word was said on it");
+}
