@@ -165,8 +165,8 @@ impl Message {
                 signal.codec.encode_raw(&mut payload, raw);
             }
         }
-        for (byte, more) in payload.iter_mut().zip(first.to_le_bytes()) {
-            *byte |= more;
+        if let Some(word) = payload.first_chunk_mut() {
+            *word = (u64::from_le_bytes(*word) | first).to_le_bytes();
         }
         payload
     }
