@@ -223,6 +223,9 @@ fn pid_by_margins_has_its_margins() {
             .expect("stable");
         let margins = closed.margins();
         assert!(margins.phase_rad > 0.999 && margins.gain_up > 1.999, "{margins:?}");
+        // And the angle comes back: the slowest eigenvalue is gone to 1 % within 20 s.
+        let slowest = closed.eigenvalues().first().expect("some").norm();
+        assert!(slowest.powf(20.0 / 0.02) < 0.01, "delay {delay_s}: {slowest}, {gains:?}");
     }
     let loop_plant = LoopPlant::new(&plant);
     let error = pid_by_margins(&plant, &loop_plant, 0.02, 3.1, 2.0).unwrap_err();

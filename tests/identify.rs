@@ -357,3 +357,22 @@ fn an_emulator_that_does_not_start_is_said_and_not_waited_for() {
         assert!(error.to_string().contains(sentence), "{error}");
     }
 }
+
+#[test]
+fn an_experiment_on_a_bench_that_nobody_guards_says_so_and_leaves_nothing() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let config = folder.path().join("bench.toml");
+    std::fs::write(&config, format!("name = \"nobody-{}\"\n", std::process::id())).expect("written");
+    let output = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
+        .args(["experiment", "ramp", "--output"])
+        .arg(folder.path().join("ramp.csv"))
+        .arg("--config")
+        .arg(&config)
+        .output()
+        .expect("the program starts");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("is not running"), "{text}");
+    let left = std::fs::read_dir(folder.path()).expect("readable").count();
+    assert_eq!(left, 1, "neither a log nor a recording");
+}

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::linear;
-use super::rotor_log::{bounds, held_everywhere};
+use super::rotor_log::{LEAST_COMMAND, bounds, held_everywhere};
 use super::{Estimate, IdentifiedActuator};
 use crate::record::Dataset;
 
@@ -61,6 +61,14 @@ pub(super) fn identify(
     warnings: &mut Vec<String>,
 ) -> Option<Body> {
     let rate = log.column("body_rate_rad_s")?;
+    // With one rotor standing all the time the body was held: that log is about the other rotor.
+    if ["command_1", "command_2"]
+        .iter()
+        .filter_map(|name| log.column(name))
+        .any(|command| bounds(command).1 < LEAST_COMMAND)
+    {
+        return None;
+    }
     let source = log.source_name().to_owned();
     check_rate_unit(log, rate, warnings);
     let drive = drive(log, actuator, arm)?;

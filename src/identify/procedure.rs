@@ -7,7 +7,7 @@ use super::outcome::{Identification, IdentifySettings, Part, PoleFit};
 use super::pole;
 use super::record_of::record_of;
 use super::rivals;
-use super::rotor_log::RotorLog;
+use super::rotor_log::{LEAST_COMMAND, RotorLog, bounds};
 use super::static_curve::{self, HIGHEST_DEGREE, StaticCurve};
 use super::thrust::{self, ThrustCurve};
 use super::{Estimate, IdentifiedActuator, IdentifyError};
@@ -274,9 +274,22 @@ impl<'a> Work<'a> {
     fn body(&mut self, logs: &[Dataset], actuator: &IdentifiedActuator) {
         const STEP: &str = "J from an attitude log, Eq. (1)";
         let arm = self.settings.template.body.arm;
-        let warnings = &mut self.warnings;
-        let fits: Vec<Body> =
-            logs.iter().filter_map(|log| body::identify(log, actuator, arm, warnings)).collect();
+        let mut fits: Vec<Body> = Vec::new();
+        let mut in_vain = Vec::new();
+        for log in logs {
+            let mut told = Vec::new();
+            match body::identify(log, actuator, arm, &mut told) {
+                Some(fit) => {
+                    fits.push(fit);
+                    self.warnings.append(&mut told);
+                }
+                None => in_vain.append(&mut told),
+            }
+        }
+        // A log made for the rotors need not move the body where another one does.
+        if fits.is_empty() {
+            self.warnings.append(&mut in_vain);
+        }
         // The log that says most decides; the others are in agreement or are warned of.
         let best =
             fits.iter().min_by(|a, b| a.inertia.standard_error.total_cmp(&b.inertia.standard_error)).cloned();
@@ -309,12 +322,23 @@ pub(super) fn rotor_logs(
     warnings: &mut Vec<String>,
 ) -> Result<Vec<RotorLog>, IdentifyError> {
     let mut rotors = Vec::new();
+    let mut of_standing = Vec::new();
     for log in logs {
         for &rotor in &settings.rotors {
-            let found = RotorLog::of(log, rotor, warnings)?;
-            // A rotor that stood all the time has nothing to say.
+            let mut told = Vec::new();
+            let found = RotorLog::of(log, rotor, &mut told)?;
+            // A rotor that stood all the time has nothing to say, and nothing is to be said of it beside others.
+            let stood = found.as_ref().is_some_and(|found| bounds(&found.command).1 < LEAST_COMMAND);
+            if stood {
+                of_standing.append(&mut told)
+            } else {
+                warnings.append(&mut told)
+            }
             rotors.extend(found.filter(|rotor| rotor.scored().next().is_some()));
         }
+    }
+    if rotors.is_empty() {
+        warnings.append(&mut of_standing);
     }
     Ok(rotors)
 }

@@ -106,6 +106,7 @@ pub fn on_bench(
     progress: impl FnMut(f64) + Send,
 ) -> Result<Ending, ProcessError> {
     let (experiment, pilot) = prepare(config, plan)?;
+    super::operator::require_guard(config)?;
     let background = Background::start(config, recording, "experiment", Some(plan))?;
     let bench = Bench::join(&config.name, &config.shared_memory, Role::Monitor)?;
     let applied = bench.subscribe(&APPLIED)?;

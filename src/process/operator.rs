@@ -68,6 +68,17 @@ pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessErro
     Ok(answer)
 }
 
+/// Waits for a sign of life of the guard, for two seconds.
+///
+/// # Errors
+/// [`ProcessError::NotRunning`] when nobody guards the bench.
+pub fn require_guard(config: &BenchConfig) -> Result<(), ProcessError> {
+    let bench = Bench::join(&config.name, &config.shared_memory, Role::Monitor)?;
+    let mut applied = bench.subscribe(&APPLIED)?;
+    let not_running = || ProcessError::NotRunning { bench: config.name.clone() };
+    running(&mut applied).map(|_| ()).ok_or_else(not_running)
+}
+
 /// The first place for a `stop` that no other process holds.
 fn stop_place(bench: &Bench) -> Result<Publisher<Request>, ShmError> {
     let [first, others @ ..] = STOPS;

@@ -40,14 +40,18 @@ impl Identification {
             table = table.row(cells("gain from z", pole.gain, "-", "beside p: 1 when g(u) holds in motion"));
         }
         if let Some(joint) = &self.joint {
-            let from = "all at once";
+            // Where the paper's steps could be gone, too, the model has their numbers but for the surer k_V.
+            let alone = self.static_curve.is_none();
+            let from = |used: bool| if alone || used { "all at once" } else { "all at once, as a check" };
             for (estimate, name) in joint.coefficients.iter().zip(SYMBOLS) {
-                table = table.row(cells(name, *estimate, "rad/s", from));
+                table = table.row(cells(name, *estimate, "rad/s", from(false)));
             }
             if let Some(gain) = joint.voltage_gain {
+                let is_used = gain.value == self.actuator.voltage_gain;
+                let from = if is_used && !alone { "all at once, in the model" } else { from(is_used) };
                 table = table.row(cells("k_V", gain, "rad/(s V)", from));
             }
-            table = table.row(cells("p", joint.pole, "rad/s", from));
+            table = table.row(cells("p", joint.pole, "rad/s", from(false)));
         }
         if let Some(thrust) = &self.thrust {
             table = table.row(cells("c", thrust.coefficient, "N s²/rad²", "measured thrust"));
@@ -245,7 +249,7 @@ impl Identification {
         .plot(
             Plot::new("Phase", axis(), Axis::new("phase", "deg"))
                 .group("bode")
-                .height(180)
+                .height(220)
                 .series(Series::points("data", &frequency, &of(&|k| good[k].phase_deg)).tone(Tone::Measured))
                 .series(Series::line("model, sampled", &frequency, &of(&|k| sampled(k).1)).tone(Tone::Model))
                 .series(Series::line("model, continuous", &frequency, &of(&|k| continuous(k).1)).dashed()),
@@ -253,7 +257,7 @@ impl Identification {
         .plot(
             Plot::new("Coherence", axis(), Axis::new("coherence", "-").range(0.0, 1.05))
                 .group("bode")
-                .height(140)
+                .height(200)
                 .series(
                     Series::line("coherence", &frequency, &of(&|k| good[k].coherence)).tone(Tone::Measured),
                 ),
@@ -280,7 +284,7 @@ pub(super) fn error_plots(page: &mut Page, run: &Validation) {
     .plot(
         Plot::new("Simulation error", Axis::new("time", "s"), Axis::new("error", "%"))
             .group(run.source.as_str())
-            .height(160)
+            .height(220)
             .series(Series::line("(model - measured) / measured", &time, &percent).tone(Tone::Residual)),
     );
 }

@@ -11,7 +11,7 @@ impl PaperRun {
         let table =
             Table::new(["symbol", "printed", "ours", "standard error", "away [standard errors]", "unit"])
                 .caption("Table I, and p of Table IV");
-        let identified = self.beside.iter().filter(|row| matches!(row.table, "I" | "IV"));
+        let identified = self.beside.iter().filter(|row| row.table == "I" || row.symbol == "p");
         identified.fold(table, |table, row| {
             let Some((ours, error)) = row.ours.zip(row.standard_error) else {
                 return table.marked_row(Mark::Bad, [row.symbol, "not identified"]);
@@ -34,13 +34,41 @@ impl PaperRun {
     /// Tables II and III.
     #[must_use]
     pub fn gain_table(&self) -> Table {
-        let table =
-            Table::new(["symbol", "printed", "ours"]).caption("Tables II and III: gains for β = γ_0 = 0.276");
+        let table = Table::new(["table", "symbol", "printed", "ours", "unit", "remark"])
+            .caption("Tables II and III: gains for β = γ_0 = 0.276");
         let computed = self.beside.iter().filter(|row| matches!(row.table, "II" | "III"));
         computed.fold(table, |table, row| {
-            let remark = if row.table == "III" { " (unstable)" } else { "" };
-            let printed = format!("{}{remark}", number(row.printed, 3));
-            table.row([row.symbol.to_owned(), printed, number(row.ours.unwrap_or(f64::NAN), 4)])
+            let remark = match row.symbol {
+                "k_1" | "k_2" | "k_3" => "as printed unstable",
+                "k_P" | "k_I" | "k_D" => "as printed",
+                "l_0" => "zero but for rounding",
+                _ => "",
+            };
+            table.row([
+                row.table.to_owned(),
+                row.symbol.to_owned(),
+                number(row.printed, 3),
+                number(row.ours.unwrap_or(f64::NAN), 4),
+                row.unit.to_owned(),
+                remark.to_owned(),
+            ])
+        })
+    }
+
+    /// The rest of Table IV: what is taken as given, and β.
+    #[must_use]
+    pub fn given_table(&self) -> Table {
+        let table =
+            Table::new(["symbol", "printed", "ours", "unit", "remark"]).caption("The rest of Table IV");
+        let given = self.beside.iter().filter(|row| row.table == "IV" && row.symbol != "p");
+        given.fold(table, |table, row| {
+            let remark = match row.symbol {
+                "β" => "a design input; 0.276 gives Table II",
+                "c_p1" | "c_p0" => "tangent of the parabola at hover",
+                _ => "as given",
+            };
+            let ours = number(row.ours.unwrap_or(f64::NAN), 5);
+            table.row([row.symbol, &number(row.printed, 5), &ours, row.unit, remark].map(str::to_owned))
         })
     }
 
@@ -48,7 +76,7 @@ impl PaperRun {
     #[must_use]
     pub fn flight_table(&self) -> Table {
         let table = Table::new([
-            "controller",
+            "",
             "delay [ms]",
             "peak [rad]",
             "settling [s]",
@@ -56,7 +84,7 @@ impl PaperRun {
             "swings",
             "ITAE [rad s²]",
             "effort [N m]",
-            "error of d̂ [N m]",
+            "d̂ error [N m]",
         ])
         .caption("The same impulse, 0.6 N m for 50 ms; d̂ is the estimate of the disturbance torque");
         self.flights.iter().fold(table, |table, flight| {
@@ -83,11 +111,11 @@ impl PaperRun {
         );
         page.paragraph(
             "Lotufo, Perez-Montenegro, Colangelo, Canuto, Novara, MED 2016, 10.1109/MED.2016.7535956, sections III to V, \
-             repeated on the emulated bench with the paper's parameters. The emulator integrates finer than the fitter \
-             and shares no law with it. Everything runs in simulated time.",
+             repeated on the emulated bench with the paper's parameters. The emulator is a process of its own for each \
+             experiment and flight, integrates finer than the fitter and shares no law with it. Everything runs in simulated time.",
         );
         page.heading("Tables I and IV: identification").table(self.identified_table());
-        page.table(self.identification.parameter_table());
+        page.table(self.given_table()).table(self.identification.parameter_table());
         page.list([
             "The print's Eqs. (2), (4), (5), (9) carry + k_V; its Eq. (6) and physics ask for z = g(u) - k_V (v_bmax - v_b), used here.",
             "Eq. (6) by plain least squares is pulled towards zero by the noise of the voltage reading; the reading's smooth course is used instead.",
@@ -168,7 +196,7 @@ impl PaperRun {
         }
         if let Some(flight) = flights.first() {
             torque = torque.series(
-                Series::line("true disturbance", &column(flight, 0), &column(flight, 3)).tone(Tone::Quiet),
+                Series::steps("true disturbance", &column(flight, 0), &column(flight, 3)).tone(Tone::Quiet),
             );
         }
         page.plot(angle).plot(torque);

@@ -15,7 +15,9 @@ const NERVOUS: f64 = 2.0;
 /// [-] and up to which it may be made faster.
 const CALM: f64 = 1.7;
 
-/// Gains of the fastest PID with this phase margin [rad] and gain margin [-].
+/// Gains of the PID with this phase margin [rad] and gain margin [-] that rejects constant torques best: of all
+/// crossover frequencies the one with the largest k_I. The fastest one would not do: its phase leaves no room for
+/// anything but damping, and the angle comes back after minutes.
 ///
 /// # Errors
 /// [`ControlError::Unreachable`] when no crossover frequency has both.
@@ -28,8 +30,8 @@ pub fn pid_by_margins(
 ) -> Result<PidConfig, ControlError> {
     let sampled = loop_plant.sampled(period_s)?;
     let nyquist = PI / period_s;
-    // From fast to slow in steps of 3 %: the first that holds both margins is the fastest.
-    for step in 0..250 {
+    let at_crossover = |step: i32| {
+        // In steps of 3 %.
         let crossover = 0.9 * nyquist * 0.97f64.powi(step);
         let z = Complex::from_polar(1.0, crossover * period_s);
         // -C P = e^(i (margin - π)) at the crossover, with -C = k_D + k_P a and a = T/(z-1) (1 + r T/(z-1)).
@@ -37,10 +39,12 @@ pub fn pid_by_margins(
         let sum = (z - 1.0).inv() * period_s;
         let a = sum * (sum * (INTEGRAL_SHARE * crossover) + 1.0);
         let k_p = target.im / a.im;
-        let gains = PidConfig { k_p, k_i: INTEGRAL_SHARE * crossover * k_p, k_d: target.re - k_p * a.re };
-        if gains.validate().is_err() {
-            continue;
-        }
+        PidConfig { k_p, k_i: INTEGRAL_SHARE * crossover * k_p, k_d: target.re - k_p * a.re }
+    };
+    let mut candidates: Vec<PidConfig> =
+        (0..250).map(at_crossover).filter(|gains| gains.validate().is_ok()).collect();
+    candidates.sort_by(|a, b| b.k_i.total_cmp(&a.k_i));
+    for gains in candidates {
         let compensator = Compensator::Pid(gains);
         let Ok(closed) =
             DiscreteLoop::build(plant, loop_plant, &compensator, &Compensation::default(), 0.0, period_s)

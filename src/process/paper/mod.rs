@@ -11,6 +11,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::ProcessError;
+use crate::control::gains::complementary_eigenvalues;
 use crate::control::{ControllerConfig, ControllerKind, EmcGains};
 use crate::experiment::Shape;
 use crate::identify::{Identification, IdentifyError, IdentifySettings, identify_telling};
@@ -170,15 +171,33 @@ fn beside(found: &Identification, gains: &EmcGains) -> Vec<Beside> {
     ];
     let [l_0, l_1, l_2, l_3] = gains.l;
     let [k_1, k_2, k_3] = gains.k;
+    let settings = ControllerConfig::paper();
+    let [g_0, g_1, g_2, g_3] = complementary_eigenvalues(gains.beta, settings.emc.alpha);
+    let (actuator, body, pid) = (&found.model.actuator, &found.model.body, settings.pid);
+    let tangent = 2.0 * actuator.thrust_coefficient * actuator.hover_rate;
     let computed = [
-        ("II", "l_0", -5.03e-17, l_0),
-        ("II", "l_1", 1.95e-1, l_1),
-        ("II", "l_2", 1.02e-2, l_2),
-        ("II", "l_3", 1.43e-4, l_3),
+        ("II", "γ_0", 0.276, g_0, "-"),
+        ("II", "γ_1", 0.120, g_1, "-"),
+        ("II", "γ_2", 0.052, g_2, "-"),
+        ("II", "γ_3", 0.023, g_3, "-"),
+        ("II", "l_0", -5.03e-17, l_0, "-"),
+        ("II", "l_1", 1.95e-1, l_1, "-"),
+        ("II", "l_2", 1.02e-2, l_2, "-"),
+        ("II", "l_3", 1.43e-4, l_3, "-"),
         // **Deviation:** Table III repeats γ_0, γ_1, γ_2 of Table II; as gains they are unstable.
-        ("III", "k_1", 0.276, k_1),
-        ("III", "k_2", 0.120, k_2),
-        ("III", "k_3", 0.052, k_3),
+        ("III", "k_1", 0.276, k_1, "-"),
+        ("III", "k_2", 0.120, k_2, "-"),
+        ("III", "k_3", 0.052, k_3, "-"),
+        ("III", "k_P", 2.248, pid.k_p, "N m/rad"),
+        ("III", "k_I", 0.985, pid.k_i, "N m/(rad s)"),
+        ("III", "k_D", 0.574, pid.k_d, "N m s/rad"),
+        ("IV", "β", 0.27, gains.beta, "-"),
+        ("IV", "J", 0.032, body.inertia, "kg m²"),
+        ("IV", "d", 0.25, body.arm, "m"),
+        ("IV", "T_c", 0.02, PERIOD_S, "s"),
+        ("IV", "v_bmax", 12.6, actuator.full_voltage, "V"),
+        ("IV", "c_p1", 0.0197, tangent, "N s/rad"),
+        ("IV", "c_p0", -6.0771, -0.5 * tangent * actuator.hover_rate, "N"),
     ];
     let identified = identified.map(|(table, symbol, printed, ours, unit)| Beside {
         table,
@@ -188,13 +207,13 @@ fn beside(found: &Identification, gains: &EmcGains) -> Vec<Beside> {
         standard_error: ours.map(|ours| ours.standard_error),
         unit,
     });
-    let computed = computed.map(|(table, symbol, printed, ours)| Beside {
+    let computed = computed.map(|(table, symbol, printed, ours, unit)| Beside {
         table,
         symbol,
         printed,
         ours: Some(ours),
         standard_error: None,
-        unit: "-",
+        unit,
     });
     identified.into_iter().chain(computed).collect()
 }
