@@ -12,6 +12,9 @@ use crate::record::Dataset;
 
 /// Residual correlation above which the first-order lag leaves something unexplained.
 const CORRELATED: f64 = 0.5;
+/// Share of the body's motion from which a correlated rest counts. Below it the noise of the measured rotor rates,
+/// summed up over a window, looks the same.
+const UNEXPLAINED: f64 = 0.2;
 
 impl Work<'_> {
     /// The rotor as known so far.
@@ -184,7 +187,9 @@ impl Work<'_> {
                 ));
             }
         }
-        if let Some(body) = self.body.as_ref().filter(|body| body.residual_correlation > CORRELATED) {
+        if let Some(body) = self.body.as_ref().filter(|body| {
+            body.residual_correlation > CORRELATED && body.residual_rms > UNEXPLAINED * body.motion_rms
+        }) {
             say.push(format!(
                 "{}: J alone leaves {:.3} rad/s of the body rate's {:.3} unexplained over windows of half a second, \
                  and that is far from noise (lag-one correlation {:.2}): something is missing in the body's model, \
