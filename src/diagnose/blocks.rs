@@ -25,7 +25,11 @@ struct Question<'a> {
     validate: &'a [Dataset],
     horizon: f64,
     find: &'a dyn Fn(Stage) -> Found,
+    settle: Settle<'a>,
 }
+
+/// Takes back what a set changed of the base's own numbers for nothing: the set, and the names of the changed ones.
+pub(super) type Settle<'a> = &'a dyn Fn(&Found, &Trial) -> (Trial, Vec<String>);
 
 impl Blocks {
     /// Builds the rotor block, then the body block that its answer drives; `find` looks into each.
@@ -35,8 +39,9 @@ impl Blocks {
         validate: &[Dataset],
         config: &DiagnoseConfig,
         find: &dyn Fn(Stage) -> Found,
+        settle: Settle,
     ) -> Result<Self, DiagnoseError> {
-        let question = Question { model, train, validate, horizon: config.horizon, find };
+        let question = Question { model, train, validate, horizon: config.horizon, find, settle };
         let mut rotor = rotor_stage(train, validate).map(find);
         let body = question.body(rotor.as_ref().map(|found| (found, &found.answer)))?;
         let body = match (&mut rotor, body) {
@@ -90,14 +95,16 @@ impl Question<'_> {
                 kept.push(other);
                 continue;
             }
-            let Some(driven) = self.body(Some((rotor, &other)))? else { continue };
+            // Numbers that moved for nothing would drive the body with their noise.
+            let (settled, changed) = (self.settle)(rotor, &other);
+            let Some(driven) = self.body(Some((rotor, &settled)))? else { continue };
             match prefers(&body, &driven) {
                 Some(true) => {}
                 None => kept.push(other),
                 Some(false) => {
                     kept.clear();
-                    rotor.answer = other;
-                    rotor.changed = Vec::new();
+                    rotor.answer = settled;
+                    rotor.changed = changed;
                     body = driven;
                 }
             }
@@ -114,6 +121,10 @@ impl Question<'_> {
 
 /// Whether the first body is the simpler explanation; `None` where both are as good.
 fn prefers(one: &Found, other: &Found) -> Option<bool> {
+    let at_floor = |found: &Found| found.over_floor(&found.answer).0 <= found.at_floor();
+    if at_floor(one) != at_floor(other) {
+        return Some(at_floor(one));
+    }
     let size = |found: &Found| found.answer.effects.len() + found.changed.len();
     if size(one) != size(other) {
         return Some(size(one) < size(other));

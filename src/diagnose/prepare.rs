@@ -8,6 +8,7 @@ use super::problem::{BlockData, Runs, hold};
 use super::rotor::{COMMANDS, PROPELLER_RATES, RotorRun, rotor_runs, simulate};
 use super::stage::Stage;
 use super::trial::Trial;
+use crate::effect::Law;
 use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
 use crate::record::Dataset;
 use crate::signal::ROTORS;
@@ -226,6 +227,20 @@ fn runs_of<'a>(
         .map(move |(index, run)| (run, fit.locals.get(index * locals..(index + 1) * locals).unwrap_or(&[])))
 }
 
+/// Different commands that a grid needs to show.
+const FEWEST_COMMANDS: usize = 60;
+
+fn different_commands(log: &Dataset) -> usize {
+    let count = |name: &&str| {
+        let mut commands: Vec<f64> = log.column(name).unwrap_or(&[]).to_vec();
+        commands.retain(|command| command.is_finite());
+        commands.sort_by(f64::total_cmp);
+        commands.dedup();
+        commands.len()
+    };
+    COMMANDS.iter().map(count).max().unwrap_or(0)
+}
+
 /// Why an effect cannot be judged, or `None` when it can.
 #[must_use]
 pub fn refusal(effect: &Effect, model: &Model, logs: &[Dataset]) -> Option<String> {
@@ -238,6 +253,15 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[Dataset]) -> Option<Strin
     // c3 (u - u0)³ is a polynomial of degree three: the model's own coefficients reach all of it.
     if effect.id == "static_cubic" && model.actuator.steady_rate.len() > 3 {
         return Some("the model's curve g(u) has a cubic of its own".to_owned());
+    }
+    // Where few levels are held, a grid is an offset of each of them at will.
+    if matches!(effect.law, Law::Stairs(_)) {
+        let fewest = logs.iter().map(different_commands).min().unwrap_or(0);
+        if fewest < FEWEST_COMMANDS {
+            return Some(format!(
+                "a log holds {fewest} different commands, {FEWEST_COMMANDS} are the least that can show a grid"
+            ));
+        }
     }
     effect.needs.iter().find_map(|need| {
         let there = |data: &Dataset| {

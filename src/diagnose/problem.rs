@@ -84,6 +84,12 @@ impl BlockData {
         self.carried
     }
 
+    /// Whether it is a body that measured rotors drive.
+    #[must_use]
+    pub fn is_driven_by_rotors(&self) -> bool {
+        matches!(&self.runs, Runs::Body(runs) if runs.iter().any(|run| !run.input.propeller_rate[0].is_empty()))
+    }
+
     /// Whether it is the rotor block.
     #[must_use]
     pub fn is_rotor(&self) -> bool {

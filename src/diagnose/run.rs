@@ -10,7 +10,7 @@ use super::benches;
 use super::blocks::Blocks;
 use super::dependence::evidence;
 use super::prepare::refusal;
-use super::search::{AT_FLOOR, Found, Search};
+use super::search::{Found, Search};
 use super::stage::Stage;
 use super::trial::Trial;
 use crate::effect::{self, Law};
@@ -112,7 +112,11 @@ pub fn diagnose(
         }
         Search { base: model, known: &known, eligible, done }.run(stage)
     };
-    let blocks = Blocks::build(model, train, validate, config, &search)?;
+    let settle = |found: &Found, trial: &Trial| {
+        let search = Search { base: model, known: &known, eligible: Vec::new(), done };
+        search.settle(&found.stage, &found.stale, &found.recalibrated, trial)
+    };
+    let blocks = Blocks::build(model, train, validate, config, &search, &settle)?;
     Ok(conclude(model, &known, &blocks, &logs, config))
 }
 
@@ -141,7 +145,7 @@ fn check_expressions(model: &Model, known: &[Effect], logs: &[Dataset]) -> Resul
 
 /// The verdict on one block.
 pub(super) fn verdict(found: &Found) -> Verdict {
-    let at_floor = found.over_floor(&found.answer).0 <= AT_FLOOR;
+    let at_floor = found.over_floor(&found.answer).0 <= found.at_floor();
     let named = !found.answer.effects.is_empty();
     // Data that excite nothing say nothing, whatever their error is.
     if found.stage.too_poor().is_some() {
@@ -373,7 +377,7 @@ fn warnings(logs: &[Dataset], blocks: &[Found]) -> Vec<String> {
             warnings.push(why);
         }
         let (over, channel) = found.over_floor(&found.answer);
-        if over > AT_FLOOR {
+        if over > found.at_floor() {
             let name = found.stage.train.channels()[channel].name;
             warnings.push(format!("{name}: the error stays at {over:.2} times the noise floor"));
         }

@@ -6,13 +6,13 @@ use crate::identify::fit::{Fit, OutputError};
 use crate::model::{Effect, Model};
 
 /// Samples that decide where a closer look is worth it.
-const FEW_SAMPLES: usize = 1500;
+const FEW_SAMPLES: usize = 1000;
 /// [-] by how much of a step a typical command's place on the grid moves from one value to the next.
-const PHASE: f64 = 0.2;
+const PHASE: f64 = 0.07;
 /// A grid whose rounding error is below this share of the noise cannot be seen.
 const LEAST_SHARE: f64 = 0.4;
 /// Most values looked at.
-const MOST_VALUES: usize = 4000;
+const MOST_VALUES: usize = 10_000;
 /// Values, the best on few samples, that all samples are asked about.
 const ASKED: usize = 40;
 /// Values followed by a closer look.

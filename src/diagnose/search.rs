@@ -25,7 +25,10 @@ const PROMISING: usize = 8;
 /// Most effects of one block.
 const DEEPEST: usize = 4;
 /// An error within this factor of the noise floor leaves nothing to explain.
-pub const AT_FLOOR: f64 = 1.1;
+const AT_FLOOR: f64 = 1.1;
+/// The same for a body driven by measured rotors: the floor does not know how far the rotors' model is off, which their
+/// own noise hides and the body integrates.
+const AT_FLOOR_DRIVEN: f64 = 1.25;
 /// Below this factor two effects that are nothing one by one are not looked for.
 const NEARLY: f64 = 1.06;
 /// Below this factor no further effect is looked for.
@@ -76,6 +79,12 @@ impl Found {
     #[must_use]
     pub fn over_floor(&self, trial: &Trial) -> (f64, usize) {
         over_floor(&self.stage, trial, &self.floors)
+    }
+
+    /// The factor of the noise floor within which nothing is left to explain.
+    #[must_use]
+    pub fn at_floor(&self) -> f64 {
+        if self.stage.train.is_driven_by_rotors() { AT_FLOOR_DRIVEN } else { AT_FLOOR }
     }
 
     /// The share of what the recalibrated base leaves above the noise that the answer explains.
@@ -395,7 +404,7 @@ impl<'a> Search<'a> {
 
     /// The effects of `best` with as few changed base parameters as do as well, found forwards from the base as it
     /// was: a parameter that is refitted for nothing only brings its noise along.
-    fn settle(
+    pub(super) fn settle(
         &self,
         stage: &Stage,
         stale: &Trial,

@@ -152,7 +152,7 @@ pub struct Memory {
     pub add: fn(&[f64], f64, &Point) -> f64,
     /// [1/s] the fastest rate a simulation has to resolve.
     pub rate: fn(&[f64]) -> f64,
-    /// Whether the state at the log's start is unknown and slow, so that a fit must find it.
+    /// Whether the state at a log's start is unknown and matters, so that a fit must find it.
     pub slow: bool,
 }
 

@@ -20,7 +20,7 @@ pub(super) static CARD: Card = Card {
         neutral: f64::INFINITY,
         meaning: "the second pole",
     }],
-    law: Law::Memory(Memory { settle, advance, add, rate, slow: false }),
+    law: Law::Memory(Memory { settle, advance, add, rate, slow: true }),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
     report: [
