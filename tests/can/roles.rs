@@ -67,6 +67,33 @@ fn sensors_cross_from_the_emulator_to_the_bridge() {
     assert_eq!((receiver.counts.frames, receiver.counts.accepted), (4, 4));
 }
 
+/// A page of a multiplexed message: sent under its number, taken only from there.
+#[test]
+fn a_multiplexed_sensor_is_sent_on_its_page_and_taken_from_no_other() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("pages.dbc");
+    let text = "VERSION \"\"\n\nBU_: IMU\n\nBO_ 100 PAGES: 8 IMU\n SG_ page M : 0|8@1+ (1,0) [0|255] \"\" IMU\n \
+                SG_ rate m3 : 8|16@1- (0.01,0) [-100|100] \"rad/s\" IMU\n \
+                SG_ heat m4 : 8|16@1- (0.01,0) [-100|100] \"degC\" IMU\n";
+    std::fs::write(&file, text).expect("written");
+    let mut config = BusConfig::default();
+    config.database.push(DatabaseConfig { file: file.display().to_string(), node_mask: None });
+    config.sensors = [(SensorField::BodyRate, SignalConfig::new("PAGES.rate"))].into();
+    let roles = Roles::build(&config, 0.02).expect("sound");
+    let (mut sender, mut receiver) = (roles.sensor_sender(), roles.sensor_receiver());
+    let mut told = Sensors::default();
+    told.body_rate = Sample::good(-1.25, 1, 1);
+    let frame = roles.encode_sensors(&mut sender, 0, &told).expect("the only message");
+    assert_eq!(frame.data()[..3], [3, 0x83, 0xFF], "page 3, -125 steps of 0.01");
+    let mut received = Sensors::default();
+    let decoded = roles.decode_sensors(&mut receiver, &frame, 77, &mut received);
+    assert_eq!((decoded.updated, received.body_rate.value), (SensorField::BodyRate.bit(), -1.25));
+    let other = Frame::classic(frame.id(), &[4, 1, 0, 0, 0, 0, 0, 0]).expect("fits");
+    let decoded = roles.decode_sensors(&mut receiver, &other, 78, &mut received);
+    assert_eq!((decoded.updated, decoded.refused), (0, None));
+    assert_eq!((received.body_rate.value, received.body_rate.count), (-1.25, 1));
+}
+
 #[test]
 fn commands_cross_from_the_bridge_to_the_emulator() {
     for config in [BusConfig::default(), vesc()] {
