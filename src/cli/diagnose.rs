@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
 
 /// The story in a screen of text.
 fn tell(diagnosis: &Diagnosis) {
-    println!("{}\n", sentence(diagnosis));
+    println!("{}\n", diagnosis.sentence(""));
     for id in &diagnosis.effects {
         if let Some(card) = find(id) {
             println!("  {}  {}\n  {} {}\n", card.id, card.equation, card.report[0], card.report[1]);
@@ -87,24 +87,6 @@ fn tell(diagnosis: &Diagnosis) {
     }
 }
 
-fn sentence(diagnosis: &Diagnosis) -> String {
-    let effects = diagnosis.effects.join(" + ");
-    match diagnosis.verdict {
-        Verdict::MissingEffect => format!("The model is missing: {effects}."),
-        Verdict::Adequate => "Nothing is missing that these data could show.".to_owned(),
-        Verdict::ParametersChanged => {
-            "No effect is missing; the model's own numbers have changed.".to_owned()
-        }
-        Verdict::Unknown if effects.is_empty() => {
-            "Something is missing, and nothing in the catalogue explains it.".to_owned()
-        }
-        Verdict::Unknown => {
-            format!("Something is missing; {effects} explains a part, nothing in the catalogue the rest.")
-        }
-        Verdict::InsufficientData => "These data cannot tell.".to_owned(),
-    }
-}
-
 fn tell_error(diagnosis: &Diagnosis) {
     let error = &diagnosis.error;
     println!("\n{}\n{:<28} {:>12} {:>12}", error.measure, "", "fitted on", "held out");
@@ -124,14 +106,12 @@ fn tell_error(diagnosis: &Diagnosis) {
     tell_candidates(diagnosis);
 }
 
-/// Those of the block that holds most of the error, best first: errors of different blocks have different units.
+/// Those that are judged by the channel the error is told in: errors of different blocks have different units.
 fn tell_candidates(diagnosis: &Diagnosis) {
-    let of_rotors = diagnosis.r#where.first().is_some_and(|place| place.block.starts_with("actuator"));
-    let here = |id: &str| find(id).is_none_or(|card| card.site.is_rotor() == of_rotors);
     let mut candidates: Vec<_> = diagnosis
         .candidates
         .iter()
-        .filter(|candidate| candidate.note.is_empty() && here(&candidate.effect))
+        .filter(|candidate| candidate.note.is_empty() && diagnosis.error.is_of(&candidate.channel))
         .collect();
     let held_out = |value: Option<f64>| value.unwrap_or(f64::INFINITY);
     candidates.sort_by(|a, b| held_out(a.validate).total_cmp(&held_out(b.validate)));

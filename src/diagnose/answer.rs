@@ -101,6 +101,8 @@ pub struct Rung {
 pub struct Candidate {
     /// Id.
     pub effect: String,
+    /// The channel its errors are of, with its unit.
+    pub channel: String,
     /// Error on training data; `None`: not tried.
     pub train: Option<f64>,
     /// Held-out error.
@@ -150,4 +152,46 @@ pub struct Diagnosis {
     /// The model with the effects, refitted.
     #[serde(skip)]
     pub model: Model,
+}
+
+impl Diagnosis {
+    /// The answer in a sentence; names of effects between `mark`s.
+    #[must_use]
+    pub fn sentence(&self, mark: &str) -> String {
+        let effects: Vec<String> = self.effects.iter().map(|id| format!("{mark}{id}{mark}")).collect();
+        let effects = effects.join(" + ");
+        match self.verdict {
+            Verdict::MissingEffect => format!("The model is missing: {effects}."),
+            Verdict::Adequate => "Nothing is missing that these data could show.".to_owned(),
+            Verdict::ParametersChanged => {
+                "No effect is missing; the model's own numbers have changed.".to_owned()
+            }
+            Verdict::Unknown if effects.is_empty() => {
+                "Something is missing, and nothing in the catalogue explains it.".to_owned()
+            }
+            Verdict::Unknown => format!(
+                "Something is missing. {effects} explains {:.0} % of it (of the squared error above the noise); \
+                 nothing in the catalogue explains the rest.",
+                100.0 * self.error.explained()
+            ),
+            Verdict::InsufficientData => "These data cannot tell.".to_owned(),
+        }
+    }
+}
+
+impl ErrorStory {
+    /// Whether it is told in the channel of a candidate.
+    #[must_use]
+    pub fn is_of(&self, channel: &str) -> bool {
+        let name = channel.split(' ').next().unwrap_or(channel);
+        self.measure.contains(name)
+    }
+
+    /// The share of the recalibrated base's held-out squared error above the noise that the extension takes off.
+    #[must_use]
+    pub fn explained(&self) -> f64 {
+        let above = |error: f64| error.powi(2) - self.noise_floor.powi(2);
+        let share = 1.0 - above(self.extended.validate) / above(self.recalibrated.validate);
+        if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
+    }
 }

@@ -3,9 +3,10 @@
 use super::answer::{ErrorStory, Verdict};
 use super::prepare::{Driver, body_stage, rotor_stage};
 use super::run::{self, DiagnoseConfig, DiagnoseError, MOST_ALTERNATIVES};
-use super::search::{Found, senses_rotors};
+use super::search::Found;
 use super::stage::Stage;
 use super::trial::Trial;
+use super::worth::senses_rotors;
 use crate::model::Model;
 use crate::record::Dataset;
 

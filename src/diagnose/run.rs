@@ -324,6 +324,7 @@ fn alternatives(blocks: &[Found]) -> Vec<Vec<String>> {
 
 fn candidates(found: &Found, channel: usize) -> Vec<Candidate> {
     let best = &found.answer;
+    let what = found.stage.train.channels()[channel];
     let mut candidates: Vec<Candidate> = found
         .singles
         .iter()
@@ -332,6 +333,7 @@ fn candidates(found: &Found, channel: usize) -> Vec<Candidate> {
             let drop_one = at.and_then(|at| found.dropped.get(at));
             Candidate {
                 effect: single.effect.clone(),
+                channel: format!("{} [{}]", what.name, what.unit),
                 train: single.trial.as_ref().map(|trial| trial.channel_error(&found.stage, channel, false)),
                 validate: single.trial.as_ref().map(|trial| trial.channel_error(&found.stage, channel, true)),
                 chance: single.trial.as_ref().map(|_| single.chance),

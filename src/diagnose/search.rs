@@ -5,19 +5,12 @@ use super::plan::{Plan, run_all, run_promising};
 use super::stage::Stage;
 use super::surrogate::chance;
 use super::trial::Trial;
-use crate::effect::{Site, find};
+use super::worth::{
+    LEAST_GAIN, floor, gains, is_sound, joint_floors, loss, nearest, over_floor, period, same_set, steps,
+    weigh,
+};
 use crate::model::{Effect, Model};
 
-/// Held-out squared error must fall by this share for one more effect: less is not worth a law.
-const LEAST_GAIN: f64 = 0.03;
-/// A smaller share will do where it is very steady and the fitted data gain much.
-const LITTLE_GAIN: f64 = 0.01;
-/// Standard errors of a fall that is very steady.
-const VERY_STEADY: f64 = 3.0;
-/// A gain that shifted traces reach more often than this is luck.
-const MOST_CHANCE: f64 = 0.05;
-/// The error must fall by more than this many standard errors of its fall, stretch by stretch.
-const STEADY: f64 = 2.0;
 /// Sets carried on abreast.
 const ABREAST: usize = 3;
 /// Candidates that are fitted to the end beside each set, the most promising ones.
@@ -33,9 +26,6 @@ const AT_FLOOR_DRIVEN: f64 = 1.25;
 const NEARLY: f64 = 1.06;
 /// Below this factor no further effect is looked for.
 const DONE: f64 = 1.03;
-/// A channel whose error is mostly model error must not rule the others by its small noise.
-const LEAST_SIGMA_SHARE: f64 = 0.2;
-
 /// A candidate on its own.
 #[derive(Debug, Clone)]
 pub struct Single {
@@ -94,28 +84,6 @@ impl Found {
         let room = before - floor(&self.stage, &self.floors);
         if room > 0.0 { ((before - after) / room).clamp(0.0, 1.0) } else { 1.0 }
     }
-}
-
-fn over_floor(stage: &Stage, trial: &Trial, floors: &[f64; 2]) -> (f64, usize) {
-    let ratio = |channel: usize| trial.channel_error(stage, channel, true) / floors[channel];
-    let channels = 0..stage.train.channels().len();
-    channels.map(|channel| (ratio(channel), channel)).max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((1.0, 0))
-}
-
-/// Whether `after` is worth its extra freedom over `before`.
-fn gains(stage: &Stage, before: &Trial, after: &Trial) -> bool {
-    let judged = 1.0 - after.validate(stage) / before.validate(stage);
-    let fitted = 1.0 - after.fit.cost / before.fit.cost;
-    let plainly = judged > LEAST_GAIN && fitted > 0.5 * LEAST_GAIN && before.steadiness(after) > STEADY;
-    // The data judged on may hardly excite what the data fitted on show well.
-    let little =
-        judged > LITTLE_GAIN && fitted > 2.0 * LEAST_GAIN && before.judged_steadiness(after) > VERY_STEADY;
-    (plainly || little) && chance(before, after, period(stage)) <= MOST_CHANCE
-}
-
-/// Windows may only be shifted whole.
-pub fn period(stage: &Stage) -> usize {
-    if stage.train.is_rotor() { 1 } else { stage.validate.units().first().map_or(1, std::ops::Range::len) }
 }
 
 /// A search under way.
@@ -460,95 +428,4 @@ impl<'a> Search<'a> {
             (now, free)
         }
     }
-}
-
-/// Noise floors from the answer's residuals on both parts.
-fn joint_floors(stage: &Stage, best: &Trial) -> [f64; 2] {
-    let (train, validate) = (
-        floors(&stage.train, &best.fit.residuals, best.model.body.inertia),
-        floors(&stage.validate, &best.judged.residuals, best.model.body.inertia),
-    );
-    [0.5 * (train[0] + validate[0]), 0.5 * (train[1] + validate[1])]
-}
-
-/// Tells the stage how large its noise is.
-fn weigh(stage: &mut Stage, trial: &Trial) {
-    let floors = floors(&stage.train, &trial.fit.residuals, trial.model.body.inertia);
-    let weight =
-        |channel: usize| floors[channel].max(LEAST_SIGMA_SHARE * trial.channel_error(stage, channel, false));
-    let channels = stage.train.channels().len();
-    let sigma = [weight(0), if channels > 1 { weight(1) } else { 1.0 }];
-    stage.set_sigma(sigma);
-}
-
-/// Whether a set can be physics: every effect of it determined, none cancelled by another.
-fn is_sound(stage: &Stage, trial: &Trial, known: &[Effect]) -> bool {
-    trial.is_determined(known) && !trial.cancels(stage, known)
-}
-
-/// Whether a set says that the rotors' sensor is late.
-pub(super) fn senses_rotors(trial: &Trial) -> bool {
-    trial.effects.iter().any(|id| find(id).is_some_and(|card| card.site == Site::RotorRateSensor))
-}
-
-fn same_set(a: &[String], b: &[String]) -> bool {
-    a.len() == b.len() && a.iter().all(|id| b.contains(id))
-}
-
-/// Squared error on all data, fitted and held out.
-fn loss(stage: &Stage, trial: &Trial) -> f64 {
-    trial.fit.cost * trial.train(stage).signum() + trial.judged.cost
-}
-
-/// Share of the unexplained error within which two sets are the same to us.
-const BLUR: f64 = 0.1;
-
-/// Mean square of noise alone, in the measure of [`Trial::validate`].
-fn floor(stage: &Stage, floors: &[f64; 2]) -> f64 {
-    let channels = stage.train.channels().len();
-    let share = |channel: usize| (floors[channel] / stage.train.sigma[channel]).powi(2);
-    (0..channels).map(share).sum::<f64>() / channels as f64
-}
-
-/// Sets as small as the answer whose error cannot be told from its, nearest first.
-fn nearest(stage: &Stage, best: &Trial, trials: &[Trial], known: &[Effect]) -> Vec<Trial> {
-    let used = best.fit.residuals.iter().chain(&best.judged.residuals).filter(|value| **value != 0.0).count();
-    // A difference in log-likelihood of ten, or half a percent of the squared error; and what the answer itself
-    // leaves unexplained blurs the difference between laws: a tenth of that share.
-    let left = 1.0 - (floor(stage, &joint_floors(stage, best)) / best.validate(stage)).clamp(0.0, 1.0);
-    let tolerance = (2.0 * 10.0 / used.max(1) as f64).max(0.005) + BLUR * left;
-    let limit = |trial: &Trial| {
-        // A late sensor and a late rotor differ in how a log begins; that must not decide between them.
-        let twin = senses_rotors(trial) != senses_rotors(best);
-        loss(stage, best) * (1.0 + if twin { tolerance.max(LEAST_GAIN) } else { tolerance })
-    };
-    let near = trials.iter().filter(|trial| {
-        trial.effects.len() <= best.effects.len()
-            && !same_set(&trial.effects, &best.effects)
-            && loss(stage, trial) <= limit(trial)
-            && is_sound(stage, trial, known)
-    });
-    let mut near: Vec<Trial> = near.filter(|_| !best.effects.is_empty()).cloned().collect();
-    near.sort_by(|a, b| loss(stage, a).total_cmp(&loss(stage, b)));
-    near.dedup_by(|a, b| same_set(&a.effects, &b.effects));
-    near
-}
-
-/// The best sets on the way to the answer, each a part of the next, the answer last.
-fn steps(stage: &Stage, best: &Trial, trials: &[Trial]) -> Vec<Trial> {
-    let mut path = Vec::new();
-    let mut now = best.clone();
-    while !now.effects.is_empty() {
-        path.push(now.clone());
-        let part = |trial: &&Trial| {
-            trial.effects.len() + 1 == now.effects.len()
-                && trial.effects.iter().all(|id| now.effects.contains(id))
-        };
-        match trials.iter().filter(part).min_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage))) {
-            Some(trial) => now = trial.clone(),
-            None => break,
-        }
-    }
-    path.reverse();
-    path
 }

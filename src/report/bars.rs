@@ -55,10 +55,14 @@ impl Bars {
     }
 
     pub(super) fn html(&self) -> String {
+        let unit = if self.unit.is_empty() {
+            String::new()
+        } else {
+            format!(" <span class=\"unit\">[{}]</span>", escape(&self.unit))
+        };
         format!(
-            "<figure class=\"bars\"><figcaption>{} <span class=\"unit\">[{}]</span></figcaption>{}</figure>\n",
+            "<figure class=\"bars\"><figcaption>{}{unit}</figcaption>{}</figure>\n",
             page::inline(&self.title),
-            escape(&self.unit),
             self.svg()
         )
     }

@@ -97,18 +97,12 @@ pub fn extension_page(
 }
 
 fn verdict(diagnosis: &Diagnosis) -> (Mark, String) {
-    let effects = diagnosis.effects.join(" + ");
-    match diagnosis.verdict {
-        Verdict::MissingEffect => (Mark::Warning, format!("The model is missing **{effects}**.")),
-        Verdict::Adequate => (Mark::Good, "Nothing is missing that these data could show.".to_owned()),
-        Verdict::ParametersChanged => {
-            (Mark::Warning, "No effect is missing; the model's own numbers have changed.".to_owned())
-        }
-        Verdict::Unknown => {
-            (Mark::Bad, "Something is missing, and nothing in the catalogue explains it.".to_owned())
-        }
-        Verdict::InsufficientData => (Mark::Warning, "These data cannot tell.".to_owned()),
-    }
+    let mark = match diagnosis.verdict {
+        Verdict::Adequate => Mark::Good,
+        Verdict::Unknown => Mark::Bad,
+        _ => Mark::Warning,
+    };
+    (mark, diagnosis.sentence("**"))
 }
 
 fn key_numbers(page: &mut Page, error: &ErrorStory) {
@@ -171,7 +165,8 @@ fn error_table(page: &mut Page, error: &ErrorStory) {
 }
 
 fn ladder(page: &mut Page, diagnosis: &Diagnosis) {
-    let mut bars = Bars::new("The ladder: held-out error as effects are added", "");
+    let title = format!("The ladder: held-out {}", diagnosis.error.measure);
+    let mut bars = Bars::new(title, "");
     for rung in &diagnosis.ladder {
         let label = if rung.effects.is_empty() { "base".to_owned() } else { rung.effects.join(" + ") };
         bars = bars.bar(label, rung.validate, Mark::Plain);
@@ -179,22 +174,32 @@ fn ladder(page: &mut Page, diagnosis: &Diagnosis) {
     page.bars(bars.level("noise floor", diagnosis.error.noise_floor));
 }
 
-/// Each candidate alone, against the noise floor; those that luck does as well are marked.
+/// Each candidate alone, block by block, the one that the error is told in first, against the noise floor.
 fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
     let mut tried: Vec<_> =
         diagnosis.candidates.iter().filter_map(|candidate| Some((candidate, candidate.validate?))).collect();
     tried.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let mut bars = Bars::new("Every candidate alone: held-out error", "");
-    for (candidate, error) in &tried {
-        let named = diagnosis.effects.contains(&candidate.effect);
-        let note = candidate.chance.map_or_else(String::new, |chance| format!("luck {}", number(chance, 2)));
-        let mark = if named { Mark::Good } else { Mark::Plain };
-        bars = bars.noted_bar(candidate.effect.clone(), *error, mark, note);
+    let mut channels: Vec<&str> = tried.iter().map(|(candidate, _)| candidate.channel.as_str()).collect();
+    channels.sort_unstable();
+    channels.dedup();
+    channels.sort_by_key(|channel| !diagnosis.error.is_of(channel));
+    page.heading("The candidates");
+    for channel in channels {
+        let mut bars = Bars::new(format!("Every candidate alone: held-out error of {channel}"), "");
+        for (candidate, error) in tried.iter().filter(|(candidate, _)| candidate.channel == channel) {
+            let named = diagnosis.effects.contains(&candidate.effect);
+            let note =
+                candidate.chance.map_or_else(String::new, |chance| format!("luck {}", number(chance, 2)));
+            let mark = if named { Mark::Good } else { Mark::Plain };
+            bars = bars.noted_bar(candidate.effect.clone(), *error, mark, note);
+        }
+        if diagnosis.error.is_of(channel) {
+            bars = bars
+                .level("noise floor", diagnosis.error.noise_floor)
+                .level("base, refitted", diagnosis.error.recalibrated.validate);
+        }
+        page.bars(bars);
     }
-    page.heading("The candidates").bars(
-        bars.level("noise floor", diagnosis.error.noise_floor)
-            .level("base, refitted", diagnosis.error.recalibrated.validate),
-    );
     let refused: Vec<String> = diagnosis
         .candidates
         .iter()

@@ -81,8 +81,7 @@ fn a_multiplexed_sensor_is_sent_on_its_page_and_taken_from_no_other() {
     config.sensors = [(SensorField::BodyRate, SignalConfig::new("PAGES.rate"))].into();
     let roles = Roles::build(&config, 0.02).expect("sound");
     let (mut sender, mut receiver) = (roles.sensor_sender(), roles.sensor_receiver());
-    let mut told = Sensors::default();
-    told.body_rate = Sample::good(-1.25, 1, 1);
+    let told = Sensors { body_rate: Sample::good(-1.25, 1, 1), ..Sensors::default() };
     let frame = roles.encode_sensors(&mut sender, 0, &told).expect("the only message");
     assert_eq!(frame.data()[..3], [3, 0x83, 0xFF], "page 3, -125 steps of 0.01");
     let mut received = Sensors::default();
