@@ -293,8 +293,8 @@ impl Port {
         if socket::bind_again(self.socket.as_raw_fd(), index).is_ok() {
             self.is_gone = false;
             self.counts.rejoined += 1;
-            // Another adapter, another clock.
-            self.stamps = StampClock::new(clock::monotonic_ns());
+            // Another adapter, another clock; what the queue still holds is no younger for it.
+            self.stamps = StampClock::new(self.stamps.empty_ns);
         }
     }
 

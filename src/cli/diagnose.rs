@@ -23,7 +23,7 @@ pub struct Arguments {
     #[arg(long, num_args = 1..)]
     validate: Vec<PathBuf>,
     /// Windows over which the body runs freely [s]
-    #[arg(long, default_value_t = DiagnoseConfig::default().horizon)]
+    #[arg(value_parser = super::positive_seconds, long, default_value_t = DiagnoseConfig::default().horizon)]
     horizon_s: f64,
     /// Answer as JSON on standard output
     #[arg(long)]

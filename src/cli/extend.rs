@@ -30,7 +30,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with_all = ["effect", "log", "validate"])]
     step_back: bool,
     /// Windows over which the body runs freely [s]
-    #[arg(long, default_value_t = DiagnoseConfig::default().horizon)]
+    #[arg(value_parser = super::positive_seconds, long, default_value_t = DiagnoseConfig::default().horizon)]
     horizon_s: f64,
     /// Model file to write
     #[arg(short, long)]

@@ -143,6 +143,16 @@ enum Subcommand {
     Replay(replay::Arguments),
 }
 
+/// A length of time that can be.
+fn positive_seconds(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if seconds.is_finite() && seconds > 0.0 {
+        Ok(seconds)
+    } else {
+        Err("must be greater than zero".to_owned())
+    }
+}
+
 /// Parses the command line, runs the subcommand, prints its error.
 pub fn main() -> ExitCode {
     start_log();

@@ -30,8 +30,14 @@ pub fn extend(
 ) -> Result<Extension, DiagnoseError> {
     let known = model.known_effects()?;
     let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
-    for id in ids {
+    for (index, id) in ids.iter().enumerate() {
         let effect = model.effect(id)?;
+        if ids[..index].contains(id) {
+            return Err(DiagnoseError::Refused {
+                effect: id.clone(),
+                why: "it is asked for twice".to_owned(),
+            });
+        }
         if let Some(why) = super::prepare::refusal(&effect, model, &logs) {
             return Err(DiagnoseError::Refused { effect: id.clone(), why });
         }
@@ -52,6 +58,12 @@ pub fn extend(
     {
         let why = "the logs have no block that it acts in".to_owned();
         return Err(DiagnoseError::Refused { effect: id.clone(), why });
+    }
+    // Data that excite nothing would leave the effect at its start, and the ladder would say that it was fitted.
+    for found in blocks.found.iter().filter(|found| !found.answer.effects.is_empty()) {
+        if let Some(why) = found.stage.too_poor() {
+            return Err(DiagnoseError::Refused { effect: found.answer.effects.join(" + "), why });
+        }
     }
     let error = blocks.error_story(config);
     let mut extended = blocks.merged(model);

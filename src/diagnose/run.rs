@@ -185,7 +185,7 @@ fn conclude(
         parameters: parameters(&extended, known, &effects),
         changed_parameters: changed_parameters(model, blocks, verdicts),
         error: error_story(main, channel, config),
-        r#where: places(blocks),
+        r#where: places(blocks, verdicts),
         ladder: main.ladder.iter().map(|trial| rung(main, trial, channel)).collect(),
         candidates: blocks.iter().flat_map(|found| candidates(found, channel_of(found))).collect(),
         warnings: warnings(logs, blocks),
@@ -347,9 +347,10 @@ fn candidates(found: &Found, channel: usize) -> Vec<Candidate> {
     candidates
 }
 
-fn places(blocks: &[Found]) -> Vec<Place> {
+fn places(blocks: &[Found], verdicts: &[Verdict]) -> Vec<Place> {
     let mut places = Vec::new();
-    for found in blocks {
+    let judged = blocks.iter().zip(verdicts).filter(|(_, verdict)| **verdict != Verdict::InsufficientData);
+    for (found, _) in judged {
         let best_is_base = found.answer.effects.is_empty();
         let fit = if best_is_base { &found.stale.fit } else { &found.recalibrated.fit };
         for evidence in evidence(&found.stage.train, fit) {
@@ -373,6 +374,13 @@ fn warnings(logs: &[Dataset], blocks: &[Found]) -> Vec<String> {
     for log in logs {
         let said = Findings::of(log).warnings;
         warnings.extend(said.into_iter().map(|warning| format!("{}: {warning}", log.source_name())));
+    }
+    if blocks.iter().all(|found| found.stage.train.is_rotor())
+        && logs.iter().any(|log| log.column("body_rate_rad_s").is_some())
+    {
+        warnings.push(
+            "the body is not judged: not every set of logs holds its rate and what drives it".to_owned(),
+        );
     }
     for found in blocks {
         if let Some(why) = found.stage.too_poor() {

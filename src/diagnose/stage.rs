@@ -2,6 +2,7 @@
 
 use super::problem::{BlockData, Runs};
 use crate::model::{Effect, Model};
+use crate::signal::ROTORS;
 
 /// Fewer training samples than this cannot tell.
 const FEWEST_SAMPLES: usize = 100;
@@ -68,7 +69,10 @@ impl Stage {
         };
         let (samples, moved, what) = match &self.train.runs {
             Runs::Rotor(runs) => {
-                let samples = runs.iter().map(|run| run.time.len()).sum::<usize>();
+                let of = |rotor: usize| {
+                    runs.iter().filter(|run| run.rotor == rotor).map(|run| run.time.len()).sum()
+                };
+                let samples: usize = (0..ROTORS).map(of).max().unwrap_or(0);
                 let moved =
                     spread(&mut runs.iter().flat_map(|run| run.command.iter().copied())) > LEAST_COMMAND;
                 (samples, moved, "the rotors' commands")

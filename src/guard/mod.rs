@@ -283,7 +283,10 @@ impl Guard {
         };
         // A request left over from another life of the guard must not arm this one. A stop is obeyed however old.
         let age_ns = now_ns.abs_diff(request.stamp_ns);
-        let stale = age_ns > self.request_time_to_live_ns && act != OperatorAct::Stop;
+        // Nor may a word from before a latch undo the latch, when it arrives after it.
+        let overtaken = matches!(state.state, State::FailsafeLatched | State::EmergencyStop)
+            && request.stamp_ns < state.entered_ns;
+        let stale = (age_ns > self.request_time_to_live_ns || overtaken) && act != OperatorAct::Stop;
         if stale || request.stamp_ns < state.born_ns {
             return self.refuse(state, now_ns, Cause::RequestStale, age_ns as f64 * 1e-9, true);
         }

@@ -74,7 +74,9 @@ impl BridgeLoop {
         if ready & 2 != 0 {
             self.gate.bell().quiet();
         }
-        let now_ns = look.at_ns;
+        // Decoding and publishing took a while, and the newest command may be younger than the look at the socket: judged
+        // by the older time it would come from the future.
+        let now_ns = clock::monotonic_ns();
         let period_ns = self.gate.cycle().period_ns();
         if let Some(cause) = self.wire.trouble(&look, now_ns, self.hold_periods, period_ns) {
             self.gate.trip(now_ns, cause);
