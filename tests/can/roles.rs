@@ -79,6 +79,7 @@ fn a_multiplexed_sensor_is_sent_on_its_page_and_taken_from_no_other() {
     let mut config = BusConfig::default();
     config.database.push(DatabaseConfig { file: file.display().to_string(), node_mask: None });
     config.sensors = [(SensorField::BodyRate, SignalConfig::new("PAGES.rate"))].into();
+    config.messages.clear();
     let roles = Roles::build(&config, 0.02).expect("sound");
     let (mut sender, mut receiver) = (roles.sensor_sender(), roles.sensor_receiver());
     let told = Sensors { body_rate: Sample::good(-1.25, 1, 1), ..Sensors::default() };
