@@ -31,7 +31,10 @@ fn frames_of_every_kind_cross_with_stamps_and_come_back_as_echo() {
     for (arrival, sent) in arrived.iter().zip(&sent) {
         let Arrival::Frame { frame, stamp_ns, hardware_ns } = arrival else { panic!("{arrival:?}") };
         assert_eq!(frame, sent);
-        assert!((before..=after).contains(stamp_ns), "{stamp_ns} is not in {before}..{after}");
+        // Carried from the kernel's clock to ours no more exactly than one reading of a clock is short: some 13 µs inside
+        // User-Mode Linux, several times that on a busy machine.
+        let around = before - 100_000..=after + 100_000;
+        assert!(around.contains(stamp_ns), "{stamp_ns} is not in {before}..{after}");
         assert_eq!(*hardware_ns, None, "a virtual bus has no clock");
     }
     let echoes = receive(&mut one, |arrivals| arrivals.len() == sent.len());
