@@ -134,6 +134,41 @@ fn the_controller_with_the_extended_model_tracks_at_least_twice_as_well() {
     assert!(after < 0.5 * before, "rms of the angle error [rad]: {before} -> {after}");
 }
 
+/// What the search finds by looking at every value, and what only the body can decide.
+#[test]
+fn a_grid_and_the_lag_of_rotor_or_sensor_are_told_apart() {
+    let desk = Desk::new();
+    for (seed, hidden, parameter) in [
+        (11, "command_quantization", "step=0.012"),
+        (13, "telemetry_lag", "pole=40"),
+        (15, "second_order_lag", "pole=40"),
+    ] {
+        let hide = format!("{hidden}:{parameter}");
+        let log = |name: &str, seed| desk.fly(&format!("{hidden}_{name}.csv"), seed, &["--hide", &hide]);
+        let (answer, _) = diagnose("paper", &log("train", seed), &log("held_out", seed + 1));
+        assert_eq!(answer["effects"], serde_json::json!([hidden]), "{}", answer["ladder"]);
+        let (name, truth) = parameter.split_once('=').expect("name=value");
+        let truth: f64 = truth.parse().expect("a number");
+        let found = &answer["parameters"][&format!("{hidden}.{name}")];
+        let off = (number(found, &["value"]) - truth).abs();
+        assert!(off < 0.1 * truth || off < 3.0 * number(found, &["standard_error"]), "{hidden}: {found}");
+    }
+}
+
+/// `rotorbench effects | head -1` ends quietly.
+#[test]
+fn a_reader_who_has_gone_ends_a_command_that_computes_without_a_panic() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
+        .arg("effects")
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the program runs");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(said(&output), "");
+}
+
 #[test]
 fn where_nothing_is_hidden_nothing_is_named() {
     let desk = Desk::new();
@@ -197,6 +232,26 @@ fn logs_that_cannot_tell_are_said_to_be_such() {
     let log =
         desk.write("voltage.csv", "time_s,battery_voltage_v\n0,12.6\n0.02,12.6\n").display().to_string();
     refused(&["diagnose", "--log", &log], &["voltage.csv", "nothing to compare", "command_1"]);
+}
+
+#[test]
+fn extend_refuses_what_it_cannot_fit_and_writes_nothing() {
+    let desk = Desk::new();
+    let rows: String = (0..10).map(|row| format!("{},0.4633,12.6,617\n", 0.02 * f64::from(row))).collect();
+    let text = format!("time_s,command_1,battery_voltage_v,propeller_rate_1_rad_s\n{rows}");
+    let log = desk.write("ten.csv", &text).display().to_string();
+    let model = desk.path("better.toml");
+    let path = model.display().to_string();
+    let extend = |effects: &[&str], more: &[&str], parts: &[&str]| {
+        let arguments = [&["extend", "--log", &log, "-o", &path, "--effect"][..], effects, more].concat();
+        refused(&arguments, parts);
+        assert!(!model.exists(), "a model file after a refusal");
+    };
+    extend(&["transport_delay"], &[], &["transport_delay", "10 samples are too few"]);
+    extend(&["transport_delay", "transport_delay"], &[], &["transport_delay", "twice"]);
+    for horizon in ["0", "-1", "nan", "soon"] {
+        extend(&["transport_delay"], &[&format!("--horizon-s={horizon}")], &["--horizon-s"]);
+    }
 }
 
 #[test]

@@ -187,3 +187,55 @@ pub fn residuals(run: &RotorRun, trace: &RotorTrace, sigma: f64, out: &mut [f64]
 pub fn channel() -> Channel {
     Channel { name: "propeller_rate_rad_s", unit: "rad/s" }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 100 Hz, a command that changes at the given rows, a hole of 90 ms after the given row.
+    fn log(rows: usize, changes: &[usize], hole_after: usize) -> Dataset {
+        let late = |row: usize| if row > hole_after { 0.08 } else { 0.0 };
+        let time: Vec<f64> = (0..rows).map(|row| 0.01 * row as f64 + late(row)).collect();
+        let level = |row: usize| changes.iter().filter(|change| **change <= row).count();
+        let command: Vec<f64> = (0..rows).map(|row| 0.3 + 0.1 * (level(row) % 2) as f64).collect();
+        let mut log = Dataset::new("here", "", time).expect("time rises");
+        log.insert("propeller_rate_1_rad_s", command.iter().map(|u| 1300.0 * u).collect()).expect("fits");
+        log.insert("command_1", command).expect("fits");
+        log
+    }
+
+    #[test]
+    fn a_run_goes_on_across_a_hole_only_where_the_command_is_known() {
+        let steps = [100, 300, 500, 700];
+        let rows = |log: Dataset| rotor_runs(&[log]).iter().map(|run| run.rows.clone()).collect::<Vec<_>>();
+        // Levels of 2 s: a hole of 90 ms inside one is bridged.
+        assert_eq!(rows(log(900, &steps, 350)), [0..900]);
+        // The command changed in the hole, nobody knows when.
+        assert_eq!(rows(log(900, &steps, 299)), [0..300, 300..900]);
+        // Levels of 50 ms: in a hole of 90 ms the command may have gone and come back.
+        let lively: Vec<usize> = (0..180).map(|index| 5 * index).collect();
+        assert_eq!(rows(log(900, &lively, 352)), [0..353, 353..900]);
+    }
+
+    #[test]
+    fn a_rotor_that_stands_or_starts_does_not_count() {
+        let mut log = log(300, &[], 900);
+        let mut command = vec![0.4; 300];
+        command[..100].fill(0.0);
+        log.replace("command_1", command).expect("fits");
+        let counts = &rotor_runs(&[log])[0].counts;
+        // At rest until 0.99 s, and half a second more.
+        assert_eq!(counts.iter().position(|counts| *counts), Some(150));
+        assert!(counts[150..].iter().all(|counts| *counts));
+    }
+
+    #[test]
+    fn a_block_is_a_level_where_levels_are_held() {
+        let steps: Vec<usize> = (1..10).map(|level| 100 * level).collect();
+        let held = blocks(&rotor_runs(&[log(1000, &steps, 2000)]), 30);
+        assert!((0..1000).all(|row| held[row] == row / 100 + 1), "{held:?}");
+        let lively: Vec<usize> = (0..200).map(|index| 5 * index).collect();
+        let cut = blocks(&rotor_runs(&[log(1000, &lively, 2000)]), 30);
+        assert!((0..1000).all(|row| cut[row] == row * 30 / 1000));
+    }
+}

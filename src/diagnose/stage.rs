@@ -113,3 +113,32 @@ impl Stage {
         effect.site.is_rotor() == self.train.is_rotor()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::rotor::rotor_runs;
+    use crate::record::Dataset;
+
+    /// Without other logs each sample is judged exactly once, by a fit that has not seen it.
+    #[test]
+    fn every_sample_is_judged_once_and_by_a_fit_on_others() {
+        let time: Vec<f64> = (0..600).map(|row| 0.01 * f64::from(row)).collect();
+        let mut log = Dataset::new("here", "", time).expect("time rises");
+        let command = (0..600).map(|row| 0.4 + 0.1 * f64::from(row / 3 % 2)).collect();
+        log.insert("command_1", command).expect("fits");
+        log.insert("propeller_rate_1_rad_s", vec![600.0; 600]).expect("fits");
+        let stage = Stage::new(BlockData::new(Runs::Rotor(rotor_runs(&[log]))), None);
+        let counts = |data: &BlockData| match &data.runs {
+            Runs::Rotor(runs) => runs[0].counts.clone(),
+            Runs::Body(_) => Vec::new(),
+        };
+        assert_eq!(stage.folds.len(), FOLDS);
+        let folds: Vec<_> =
+            stage.folds.iter().map(|(train, held_out)| (counts(train), counts(held_out))).collect();
+        for row in 0..600 {
+            assert_eq!(folds.iter().filter(|(_, held_out)| held_out[row]).count(), 1, "row {row}");
+            assert!(folds.iter().all(|(train, held_out)| train[row] != held_out[row]), "row {row}");
+        }
+    }
+}

@@ -151,3 +151,87 @@ fn mean_square(fit: &Fit, data: &BlockData) -> f64 {
     let free = used.saturating_sub(live_units(fit, data) * locals).max(1);
     fit.cost / free as f64
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::body::{BodyRun, BodySource};
+    use crate::diagnose::problem::{BlockData, Runs};
+
+    /// A body that swings 0.5 rad wide, with the given effects in the model at the given values.
+    fn trial(effects: &[(&str, &[(&str, f64, f64)])]) -> (Stage, Trial, Vec<Effect>) {
+        let known = Model::paper().known_effects().expect("the catalogue");
+        let mut model = Model::paper();
+        for (id, parameters) in effects {
+            model = model.with(known.iter().find(|effect| effect.id == *id).expect("known"));
+            for (name, value, error) in *parameters {
+                let name = format!("{id}.{name}");
+                model.set_parameter(&name, *value);
+                model.standard_errors.insert(name, *error);
+            }
+        }
+        let time: Vec<f64> = (0..400).map(|row| 0.01 * f64::from(row)).collect();
+        let angle: Vec<f64> = time.iter().map(|t| 0.5 * (3.0 * t).sin()).collect();
+        let rate = time.iter().map(|t| 1.5 * (3.0 * t).cos()).collect();
+        let (torque, zero) = (time.iter().map(|t| -0.144 * (3.0 * t).sin()).collect(), vec![0.0; 400]);
+        let source = BodySource {
+            torque,
+            torque_slope: zero.clone(),
+            carried: zero,
+            rate,
+            angle,
+            time,
+            ..BodySource::default()
+        };
+        let data = BlockData::new(Runs::Body(vec![BodyRun::new(0, 0..400, source, 0.4)]));
+        let inside: Vec<&Effect> = known.iter().filter(|effect| model.has(&effect.id)).collect();
+        let problem = Problem::new(&data, model.clone(), Vec::new(), &inside);
+        let locals = vec![0.0; problem.units().len() * problem.locals()];
+        let mut residuals = vec![0.0; problem.len()];
+        problem.residuals(&[], &locals, &mut residuals);
+        let cost = power(&residuals);
+        let fit =
+            Fit { globals: Vec::new(), locals, standard_errors: Vec::new(), cost, residuals, iterations: 0 };
+        let effects = effects.iter().map(|(id, _)| (*id).to_owned()).collect();
+        let trial = Trial { effects, model, names: Vec::new(), judged: fit.clone(), fit };
+        (Stage::new(data.clone(), Some(data)), trial, known)
+    }
+
+    #[test]
+    fn a_spring_and_a_pendulum_of_opposite_sign_cancel_and_of_one_sign_do_not() {
+        for (stiffness, cancels) in [(-0.3, true), (0.3, false), (-0.05, false)] {
+            let pendulum: &[_] = &[("moment", 0.3, 0.01), ("angle_offset", 0.0, 0.01)];
+            let (stage, trial, known) = trial(&[
+                ("gravity_pendulum", pendulum),
+                ("cable_stiffness", &[("stiffness", stiffness, 0.01)]),
+            ]);
+            assert_eq!(trial.cancels(&stage, &known), cancels, "stiffness {stiffness}");
+        }
+    }
+
+    #[test]
+    fn an_effect_within_two_standard_errors_of_none_is_not_determined() {
+        for (id, name, value, error, determined) in [
+            ("torque_bias", "torque", 0.03, 0.01, true),
+            ("torque_bias", "torque", 0.015, 0.01, false),
+            ("gyro_scale", "scale", 1.03, 0.01, true),
+            ("gyro_scale", "scale", 1.015, 0.01, false),
+            ("rotor_lag", "pole", 50.0, 20.0, true),
+            ("rotor_lag", "pole", 50.0, 30.0, false),
+        ] {
+            let (_, trial, known) = trial(&[(id, &[(name, value, error)])]);
+            assert_eq!(trial.is_determined(&known), determined, "{id}.{name} = {value} ± {error}");
+        }
+    }
+
+    #[test]
+    fn a_fall_in_one_stretch_is_not_steady_and_a_small_one_everywhere_is() {
+        let before = vec![1.0; 240];
+        let mut once = before.clone();
+        once[..10].fill(0.0);
+        assert!(steadiness(&before, &once) < 1.1);
+        let everywhere: Vec<f64> = (0..240).map(|row| 0.99 + 0.001 * f64::from(row / 10 % 2)).collect();
+        assert!(steadiness(&before, &everywhere) > 10.0);
+        assert!(steadiness(&everywhere, &before) < -10.0);
+    }
+}
