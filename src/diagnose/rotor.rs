@@ -209,7 +209,7 @@ mod tests {
         let steps = [100, 300, 500, 700];
         let rows = |log: Dataset| rotor_runs(&[log]).iter().map(|run| run.rows.clone()).collect::<Vec<_>>();
         // Levels of 2 s: a hole of 90 ms inside one is bridged.
-        assert_eq!(rows(log(900, &steps, 350)), [0..900]);
+        assert_eq!(rows(log(900, &steps, 350)), std::slice::from_ref(&(0..900)));
         // The command changed in the hole, nobody knows when.
         assert_eq!(rows(log(900, &steps, 299)), [0..300, 300..900]);
         // Levels of 50 ms: in a hole of 90 ms the command may have gone and come back.

@@ -158,8 +158,11 @@ mod tests {
     use crate::diagnose::body::{BodyRun, BodySource};
     use crate::diagnose::problem::{BlockData, Runs};
 
+    /// An effect's id and its parameters: name, value, standard error.
+    type Hidden<'a> = (&'a str, &'a [(&'a str, f64, f64)]);
+
     /// A body that swings 0.5 rad wide, with the given effects in the model at the given values.
-    fn trial(effects: &[(&str, &[(&str, f64, f64)])]) -> (Stage, Trial, Vec<Effect>) {
+    fn trial(effects: &[Hidden]) -> (Stage, Trial, Vec<Effect>) {
         let known = Model::paper().known_effects().expect("the catalogue");
         let mut model = Model::paper();
         for (id, parameters) in effects {
