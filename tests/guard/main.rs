@@ -1,0 +1,12 @@
+//! The guard alone: its table, every cause, the ladder period by period, and a million random steps.
+
+mod commands;
+mod events;
+mod ladder;
+mod limits;
+mod random;
+mod requests;
+mod rig;
+mod settings;
+mod signals;
+mod table;
