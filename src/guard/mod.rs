@@ -63,6 +63,8 @@ pub struct GuardState {
     cause: Cause,
     /// [ns] when the state was entered.
     entered_ns: u64,
+    /// [ns] when a latch was entered last; 0 = never.
+    latched_ns: u64,
     /// [ns] first step of this life; 0 = none yet.
     born_ns: u64,
     /// [ns] last step.
@@ -94,6 +96,7 @@ impl GuardState {
             state: State::Disarmed,
             cause: Cause::None,
             entered_ns: 0,
+            latched_ns: 0,
             born_ns: 0,
             stepped_ns: 0,
             wanting_ns: 0,
@@ -283,9 +286,8 @@ impl Guard {
         };
         // A request left over from another life of the guard must not arm this one. A stop is obeyed however old.
         let age_ns = now_ns.abs_diff(request.stamp_ns);
-        // Nor may a word from before a latch undo the latch, when it arrives after it.
-        let overtaken = matches!(state.state, State::FailsafeLatched | State::EmergencyStop)
-            && request.stamp_ns < state.entered_ns;
+        // Nor may a word from before a latch undo the latch when it arrives after it, or arm what was disarmed since.
+        let overtaken = request.stamp_ns < state.latched_ns;
         let stale = (age_ns > self.request_time_to_live_ns || overtaken) && act != OperatorAct::Stop;
         if stale || request.stamp_ns < state.born_ns {
             return self.refuse(state, now_ns, Cause::RequestStale, age_ns as f64 * 1e-9, true);
@@ -414,6 +416,9 @@ impl Guard {
         let from = std::mem::replace(&mut state.state, to);
         state.cause = cause;
         state.entered_ns = now_ns;
+        if matches!(to, State::FailsafeLatched | State::EmergencyStop) {
+            state.latched_ns = now_ns;
+        }
         state.output.enter(from, to, now_ns);
         let (from, to, cause) = (from as u32, to as u32, cause as u32);
         state.events.push(GuardEvent { sequence: 0, stamp_ns: now_ns, from, to, cause, subject, value });

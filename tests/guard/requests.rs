@@ -138,3 +138,52 @@ fn stop_and_disarm_mean_zero_in_the_same_step() {
         assert_eq!(rig.state.state(), State::Armed);
     }
 }
+
+/// A word that was said before a latch and arrives after it was said of another situation: it neither undoes the latch nor,
+/// once somebody has, arms.
+#[test]
+fn a_word_from_before_a_latch_is_refused_after_it() {
+    let latched = || {
+        let mut rig = Rig::armed(&defaults());
+        rig.guard.trip(&mut rig.state, rig.now, Cause::BusDead);
+        rig.period();
+        rig.state.take_events().for_each(drop);
+        // The latch is a period old.
+        let latched_ns = rig.now - T;
+        (rig, latched_ns)
+    };
+    let (mut rig, latched_ns) = latched();
+    for act in [OperatorAct::Disarm, OperatorAct::Arm] {
+        rig.ask_code(act as u32, latched_ns - 1);
+        rig.period();
+        assert_eq!(
+            (rig.state.state(), rig.state.cause()),
+            (State::FailsafeLatched, Cause::BusDead),
+            "{act:?}"
+        );
+    }
+    assert_eq!(rig.state.refusals(Cause::RequestStale), 2);
+    rig.ask_code(OperatorAct::Disarm as u32, latched_ns);
+    rig.period();
+    assert_eq!(rig.state.state(), State::Disarmed, "said when it was latched");
+    rig.ask_code(OperatorAct::Arm as u32, latched_ns - 1);
+    rig.run(60);
+    assert_eq!(rig.state.state(), State::Disarmed, "armed by a word from before the latch");
+    assert_eq!(rig.state.refusals(Cause::RequestStale), 3);
+    rig.ask(OperatorAct::Arm);
+    rig.run(60);
+    assert_eq!(rig.state.state(), State::Armed);
+
+    // A stop is a latch of its own, and is itself obeyed however old.
+    let (mut rig, latched_ns) = latched();
+    rig.ask_code(OperatorAct::Stop as u32, latched_ns - 1);
+    rig.period();
+    assert_eq!(rig.state.state(), State::EmergencyStop);
+    let stopped_ns = rig.now;
+    rig.ask_code(OperatorAct::Disarm as u32, stopped_ns - 1);
+    rig.period();
+    assert_eq!(rig.state.state(), State::EmergencyStop, "from between the latch and the stop");
+    rig.ask_code(OperatorAct::Disarm as u32, stopped_ns);
+    rig.period();
+    assert_eq!(rig.state.state(), State::Disarmed);
+}
