@@ -6,8 +6,8 @@ use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use rotorbench::shm::{Bench, COMMAND, Place, Role, SENSORS, SharedMemoryConfig, ShmError, Waiter};
-use rotorbench::signal::{Command, Sensors};
+use rotorbench::shm::{Bench, COMMAND, Place, REQUEST, Role, SENSORS, SharedMemoryConfig, ShmError, Waiter};
+use rotorbench::signal::{Command, Request, Sensors};
 
 /// A bench of its own for each test, so that tests of one machine never meet; removed at the end.
 struct Name(String);
@@ -275,24 +275,30 @@ fn with_a_group_its_members_join_and_others_do_not() {
     };
     let games = std::os::unix::fs::MetadataExt::gid(&fs::metadata(place.directory()).expect("there"));
     let bench = busy_bench(&name, &config);
+    let here = Bench::join(&name, &config, Role::Bridge).expect("joined");
+    let mut requests = here.subscribe(&REQUEST).expect("subscribed");
     let member = as_user(20_001, games, || {
         let mine = Bench::join(&name, &config, Role::Record).expect("a member joins");
         mine.bell(Waiter::Control).expect("a member rings").ring();
         let refused = mine.publish(&COMMAND).expect_err("there is one");
         let heard = mine.subscribe(&SENSORS).expect("subscribed").newest().map(|it| it.sequence);
-        (refused.to_string(), heard)
+        let mut word = mine.publish(&REQUEST).expect("nobody else speaks");
+        word.send(&Request { sequence: 7, ..Request::default() });
+        // What another user made, and has not left yet.
+        (refused.to_string(), heard, eventually(|| requests.next_in_order()).sequence)
     });
     let stranger = as_user(20_002, 20_002, || {
         Bench::join(&name, &config, Role::Record).map(|_| ()).map_err(|it| it.to_string())
     });
     drop(bench);
-    let (Some((refused, heard)), Some(stranger)) = (member, stranger) else {
+    drop(here);
+    let (Some((refused, heard, word)), Some(stranger)) = (member, stranger) else {
         place.remove().expect("removed");
         return not_shown("a group shares a bench");
     };
     place.remove().expect("removed");
     assert!(refused.contains("published by emulate"), "{refused}");
-    assert_eq!(heard, Some(1));
+    assert_eq!((heard, word), (Some(1), 7), "a member listens and is heard");
     assert!(stranger.expect_err("a stranger is kept out").contains("Permission denied"));
 }
 
