@@ -107,12 +107,12 @@ impl Gate {
         self.stepped_ns.saturating_add(self.cycle.period_ns() / 2)
     }
 
-    /// `sensors`, with what the guard's limits say of them at the time of their publication: stale, frozen. For the
-    /// controller and for everybody else; the guard itself is given them as they came.
+    /// `sensors`, with what the guard's limits say of them at `now_ns`: stale, frozen. For the controller and for everybody
+    /// else; the guard itself is given them as they came.
     #[must_use]
-    pub fn marked(&self, sensors: &Sensors) -> Sensors {
+    pub fn marked(&self, now_ns: u64, sensors: &Sensors) -> Sensors {
         let mut marked = *sensors;
-        self.guard.mark(&self.state, sensors.stamp_ns, &mut marked);
+        self.guard.mark(&self.state, now_ns, &mut marked);
         marked
     }
 

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
-use crossbeam::channel::{Sender, bounded};
+use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, bounded};
 use crossbeam::queue::ArrayQueue;
 use socketcan::CanInterface;
 use socketcan::nl::{CanState, Mtu};
@@ -12,11 +14,13 @@ use socketcan::nl::{CanState, Mtu};
 use super::error::CanError;
 
 /// Where the kernel lists its network interfaces.
-pub(super) const INTERFACES: &str = "/sys/class/net";
+const INTERFACES: &str = "/sys/class/net";
 
 /// What the kernel says of an interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct InterfaceStatus {
+    /// Its number, which another interface of the same name does not have.
+    pub index: u32,
     /// Whether it is up.
     pub is_up: bool,
     /// Whether it carries CAN FD frames.
@@ -51,6 +55,7 @@ impl InterfaceStatus {
             .map_err(|error| fail(format!("its state cannot be read: {error}")))?;
         let can = details.can;
         Ok(Self {
+            index: details.index,
             is_up: details.is_up,
             fd: details.mtu == Some(Mtu::Fd),
             state: can.state,
@@ -59,6 +64,14 @@ impl InterfaceStatus {
             data_bit_rate: can.data_bit_timing.map(|timing| timing.bitrate),
             error_counters: can.berr_counter.map(|counter| (counter.txerr, counter.rxerr)),
         })
+    }
+
+    /// Whether it carries what it carried when it was `opened`, at the same speed. On a bus one node with another bit rate
+    /// destroys the frames of all others.
+    #[must_use]
+    pub fn is_as(&self, opened: &Self) -> bool {
+        let fd = self.fd || !opened.fd;
+        fd && (self.bit_rate, self.data_bit_rate) == (opened.bit_rate, opened.data_bit_rate)
     }
 }
 
@@ -72,52 +85,110 @@ fn missing(interface: &str) -> String {
     format!("there is none of that name ({mend})")
 }
 
-/// Reads the state of an interface on a thread of its own, whenever the cycle asks.
+/// What was found at an interface that was asked about, or looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct InterfaceAnswer {
+    /// Its state now.
+    pub status: InterfaceStatus,
+    /// See [`InterfaceStatus::is_as`]: as it was when the port was opened. While it is not, a port that lost it does not
+    /// join it again.
+    pub is_as_opened: bool,
+}
+
+/// How often an interface that is gone is looked for.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+/// Reads the state of an interface on a thread of its own, whenever the cycle asks; and looks for it when it is gone.
 #[derive(Debug)]
-pub struct InterfaceWatch {
+pub(super) struct InterfaceWatch {
     ask: Option<Sender<()>>,
-    answers: Arc<ArrayQueue<InterfaceStatus>>,
+    shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
 
+#[derive(Debug)]
+struct Shared {
+    answers: ArrayQueue<InterfaceAnswer>,
+    is_lost: AtomicBool,
+    /// Number of the interface that was looked for and found; 0 = none.
+    found: AtomicU32,
+}
+
 impl InterfaceWatch {
-    /// Starts the thread.
+    /// Starts the thread, for an interface that is like `opened` now.
     ///
     /// # Errors
     /// [`CanError::Socket`] when the operating system gives no thread.
-    pub fn start(interface: &str) -> Result<Self, CanError> {
+    pub(super) fn start(interface: &str, opened: InterfaceStatus) -> Result<Self, CanError> {
         let (ask, asked) = bounded::<()>(1);
-        let answers = Arc::new(ArrayQueue::new(4));
-        let (queue, name) = (Arc::clone(&answers), interface.to_owned());
+        let shared = Arc::new(Shared {
+            answers: ArrayQueue::new(4),
+            is_lost: AtomicBool::new(false),
+            found: AtomicU32::new(0),
+        });
+        let (name, theirs) = (interface.to_owned(), Arc::clone(&shared));
         let thread = std::thread::Builder::new()
             .name("can-interface".to_owned())
-            .spawn(move || {
-                while asked.recv().is_ok() {
-                    if let Ok(status) = InterfaceStatus::read(&name) {
-                        queue.force_push(status);
-                    }
-                }
-            })
+            .spawn(move || theirs.watch(&name, &opened, &asked))
             .map_err(|source| CanError::Socket {
                 interface: interface.to_owned(),
                 action: "cannot start the thread that watches it",
                 source,
             })?;
-        Ok(Self { ask: Some(ask), answers, thread: Some(thread) })
+        Ok(Self { ask: Some(ask), shared, thread: Some(thread) })
     }
 
     /// Asks for the state; neither waits nor allocates. While a question is open, another one is the same one.
-    pub fn ask(&self) {
+    pub(super) fn ask(&self) {
         if let Some(ask) = &self.ask {
             // Full = already asked.
             let _ = ask.try_send(());
         }
     }
 
+    /// Has an interface of the same name looked for until one is up that is as this one was; neither waits nor allocates.
+    pub(super) fn look_for(&self) {
+        self.shared.found.store(0, Ordering::Relaxed);
+        self.shared.is_lost.store(true, Ordering::Release);
+        self.ask();
+    }
+
+    /// Number of the interface that was looked for, once it is there.
+    pub(super) fn found(&self) -> Option<u32> {
+        Some(self.shared.found.load(Ordering::Acquire)).filter(|index| *index != 0)
+    }
+
     /// The next answer, if there is one.
-    #[must_use]
-    pub fn answer(&self) -> Option<InterfaceStatus> {
-        self.answers.pop()
+    pub(super) fn answer(&self) -> Option<InterfaceAnswer> {
+        self.shared.answers.pop()
+    }
+}
+
+impl Shared {
+    /// Until nobody can ask any more.
+    fn watch(&self, interface: &str, opened: &InterfaceStatus, asked: &Receiver<()>) {
+        // What was told last of an interface that is looked for: not twenty times a second.
+        let mut told = None;
+        loop {
+            let is_lost = self.is_lost.load(Ordering::Acquire);
+            let is_asked =
+                match if is_lost { asked.recv_timeout(LOOK_EVERY) } else { asked.recv().map_err(Into::into) }
+                {
+                    Ok(()) => true,
+                    Err(RecvTimeoutError::Timeout) => false,
+                    Err(RecvTimeoutError::Disconnected) => return,
+                };
+            let Ok(status) = InterfaceStatus::read(interface) else { continue };
+            let is_as_opened = status.is_as(opened);
+            if status.is_up && is_as_opened && self.is_lost.swap(false, Ordering::AcqRel) {
+                self.found.store(status.index, Ordering::Release);
+            }
+            let news = Some((status.is_up, is_as_opened));
+            if is_asked || told != news {
+                self.answers.force_push(InterfaceAnswer { status, is_as_opened });
+            }
+            told = news;
+        }
     }
 }
 
@@ -128,5 +199,33 @@ impl Drop for InterfaceWatch {
             // A panic of that thread has been reported by itself.
             let _ = thread.join();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interface_with_another_bit_rate_is_another() {
+        let opened = InterfaceStatus {
+            index: 3,
+            is_up: true,
+            fd: true,
+            state: None,
+            restart_ms: Some(100),
+            bit_rate: Some(1_000_000),
+            data_bit_rate: Some(4_000_000),
+            error_counters: None,
+        };
+        // Its number, its state, and how it restarts are its own affair.
+        let back = InterfaceStatus { index: 9, restart_ms: None, error_counters: Some((1, 2)), ..opened };
+        assert!(back.is_as(&opened));
+        assert!(!InterfaceStatus { bit_rate: Some(500_000), ..back }.is_as(&opened));
+        assert!(!InterfaceStatus { bit_rate: None, ..back }.is_as(&opened));
+        assert!(!InterfaceStatus { data_bit_rate: Some(2_000_000), ..back }.is_as(&opened));
+        assert!(!InterfaceStatus { fd: false, ..back }.is_as(&opened));
+        let classic = InterfaceStatus { fd: false, ..opened };
+        assert!(back.is_as(&classic), "it carries more than it must");
     }
 }

@@ -34,7 +34,7 @@ pub use error::CanError;
 pub use error_frame::ErrorFrame;
 pub use field::{CommandField, SensorField};
 pub use frame::{Frame, Id, Kind, MAXIMUM_LENGTH, Payload, is_fd_length};
-pub use interface::{InterfaceStatus, InterfaceWatch};
+pub use interface::{InterfaceAnswer, InterfaceStatus};
 pub use load::{BusLoad, MAXIMUM_PERCENT, MessageLoad, WARNING_PERCENT, classic_bits, fd_bits, worst_case};
 pub use port::{Arrival, Bus, Fault, Port, PortCounts, kernel_has_can};
 pub use roles::{CommandFrames, Counts, Decoded, ReceiverState, Roles, RotorCommands, SenderState};

@@ -5,10 +5,8 @@
 //! commands of the past.
 
 use std::fmt;
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::os::fd::{AsRawFd, RawFd};
-use std::path::{Path, PathBuf};
 
 use socketcan::{CanSocket, Socket, SocketOptions};
 
@@ -17,7 +15,7 @@ use crate::clock;
 use super::error::CanError;
 use super::error_frame::ErrorFrame;
 use super::frame::Frame;
-use super::interface::{INTERFACES, InterfaceStatus};
+use super::interface::{InterfaceAnswer, InterfaceStatus, InterfaceWatch};
 use super::socket::{self, BATCH, Batch, RawArrival};
 use super::stamp::StampClock;
 
@@ -59,7 +57,8 @@ pub enum Fault {
     Full,
     /// The interface is down.
     Down,
-    /// The interface is gone from the machine. Should there be one of its name again, the port joins it.
+    /// The interface is gone from the machine. Should there be one of its name again, up, with the same bit rates, the port
+    /// joins it.
     Gone,
     /// Another error number of the operating system.
     Other(i32),
@@ -116,6 +115,14 @@ pub trait Bus {
     fn looked_ns(&self) -> u64 {
         self.now_ns()
     }
+
+    /// See [`Port::ask`]; nobody watches a bus in memory.
+    fn ask(&self) {}
+
+    /// See [`Port::answer`].
+    fn answer(&self) -> Option<InterfaceAnswer> {
+        None
+    }
 }
 
 impl Bus for Port {
@@ -142,13 +149,20 @@ impl Bus for Port {
     fn looked_ns(&self) -> u64 {
         self.looked_ns
     }
+
+    fn ask(&self) {
+        Self::ask(self);
+    }
+
+    fn answer(&self) -> Option<InterfaceAnswer> {
+        Self::answer(self)
+    }
 }
 
 /// An open, non-blocking port. Belongs to one thread at a time.
 pub struct Port {
     socket: CanSocket,
-    /// Where the kernel tells the number of the interface that has this port's name.
-    number: PathBuf,
+    watch: InterfaceWatch,
     is_gone: bool,
     batch: Box<Batch>,
     stamps: StampClock,
@@ -187,7 +201,7 @@ impl Port {
         let stamps = StampClock::new(looked_ns);
         Ok(Self {
             socket,
-            number: Path::new(INTERFACES).join(interface).join("ifindex"),
+            watch: InterfaceWatch::start(interface, InterfaceStatus { fd, ..status })?,
             is_gone: false,
             batch: Batch::new(),
             stamps,
@@ -212,7 +226,10 @@ impl Port {
         while total < MOST {
             let monotonic_ns = clock::monotonic_ns();
             self.looked_ns = monotonic_ns;
-            let realtime_ns = self.stamps.realtime(monotonic_ns).unwrap_or_else(|| self.read_clocks());
+            let realtime_ns = match self.stamps.realtime(monotonic_ns) {
+                Some(realtime_ns) => realtime_ns,
+                None => self.compare_clocks(monotonic_ns),
+            };
             let Self { socket, batch, stamps, counts, last_dropped, waiting_since_ns, .. } = self;
             let received = batch.receive(socket.as_raw_fd(), |raw| {
                 let software_ns = stamps.software(raw.software_ns, monotonic_ns, realtime_ns);
@@ -237,17 +254,24 @@ impl Port {
             }
         }
         // Here nobody waits for an answer, as one may where there was a frame.
-        if !has_foreign {
-            self.read_clocks();
+        if !has_foreign && self.stamps.is_distance_old(self.looked_ns) {
+            self.compare_clocks(self.looked_ns);
         }
         Ok(total)
     }
 
-    /// Measures how far the two clocks are apart; [ns] CLOCK_REALTIME now.
-    fn read_clocks(&mut self) -> u64 {
-        let (monotonic_ns, realtime_ns) = (clock::monotonic_ns(), clock::realtime_ns());
-        self.stamps.measure(monotonic_ns, realtime_ns);
-        realtime_ns
+    /// Measures how far the two clocks are apart; [ns] CLOCK_REALTIME at `monotonic_ns`, a moment ago.
+    fn compare_clocks(&mut self, monotonic_ns: u64) -> u64 {
+        self.stamps.measure(clock::monotonic_ns, clock::realtime_ns);
+        // Just measured, so it is there.
+        self.stamps.realtime(monotonic_ns).unwrap_or(0)
+    }
+
+    /// [ns] most that the stamp of a frame that came at about `stamp_ns` is off where the kernel stamps: as long as one
+    /// clock is not read against the other at once, and they drift. 0 before the first call of [`Port::receive`].
+    #[must_use]
+    pub fn stamp_uncertainty_ns(&self, stamp_ns: u64) -> u64 {
+        self.stamps.uncertainty_ns(stamp_ns).unwrap_or(0)
     }
 
     /// Sends a frame now, or drops it.
@@ -278,24 +302,37 @@ impl Port {
 
     fn fault(&mut self, error: &io::Error) -> Fault {
         let fault = Fault::of(error);
-        self.is_gone |= fault == Fault::Gone;
+        if fault == Fault::Gone && !self.is_gone {
+            self.is_gone = true;
+            self.watch.look_for();
+        }
         fault
     }
 
-    /// Joins the interface of the same name, if there is one again: an adapter that was unplugged comes back as a new
-    /// interface. A few short system calls; neither waits nor allocates.
+    /// Joins the interface of the same name, once there is one again that is as this one was: an adapter that was unplugged
+    /// comes back as a new interface. Two short system calls then, none before; neither waits nor allocates.
     fn rejoin(&mut self) {
-        // Not by the call that asks for the number of a name: for a name that is not there it starts a program, `modprobe`.
-        let mut text = [0; 16];
-        let length = File::open(&self.number).and_then(|mut file| file.read(&mut text)).unwrap_or(0);
-        let text = text.get(..length).and_then(|text| std::str::from_utf8(text).ok()).unwrap_or("");
-        let Ok(index) = text.trim().parse() else { return };
-        if socket::bind_again(self.socket.as_raw_fd(), index).is_ok() {
-            self.is_gone = false;
-            self.counts.rejoined += 1;
-            // Another adapter, another clock; what the queue still holds is no younger for it.
-            self.stamps = StampClock::new(self.stamps.empty_ns);
+        let Some(index) = self.watch.found() else { return };
+        if socket::bind_again(self.socket.as_raw_fd(), index as libc::c_int).is_err() {
+            // Gone again meanwhile.
+            self.watch.look_for();
+            return;
         }
+        self.is_gone = false;
+        self.counts.rejoined += 1;
+        // Another adapter, another clock; what the queue still holds is no younger for it.
+        self.stamps = StampClock::new(self.stamps.empty_ns);
+    }
+
+    /// Asks how the interface is, which another thread finds out; neither waits nor allocates.
+    pub fn ask(&self) {
+        self.watch.ask();
+    }
+
+    /// What was found, since [`Port::ask`] or since the interface was gone; [`None`] when nothing is new.
+    #[must_use]
+    pub fn answer(&self) -> Option<InterfaceAnswer> {
+        self.watch.answer()
     }
 
     /// [ns] since the first attempt to send after the last echo; 0 when there was none since.

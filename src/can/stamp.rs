@@ -14,13 +14,27 @@ pub(super) struct StampClock {
     /// [ns] CLOCK_MONOTONIC at which the queue was last known to be empty.
     pub(super) empty_ns: u64,
     hardware: Option<Offset>,
-    /// [ns] CLOCK_REALTIME minus CLOCK_MONOTONIC, wrapping, and when both were read, on the latter; `None` = never.
-    realtime: Option<(u64, u64)>,
+    /// How far the two clocks of this machine are apart; `None` = never measured.
+    distance: Option<Distance>,
 }
 
-/// [ns] age at which the distance of the two clocks must be measured again. What they run apart meanwhile, at the
-/// 500 ppm that a clock is disciplined with at most, is 50 µs.
+/// [ns] age at which the distance of the two clocks must be measured again; from half of it on it may be.
 const DISTANCE_OLDEST_NS: u64 = 100_000_000;
+/// [ns] of drift in each [`DISTANCE_OLDEST_NS`]: 500 ppm, the most that Linux disciplines CLOCK_REALTIME with.
+const DISTANCE_DRIFT_NS: u64 = 50_000;
+/// Readings of which the narrowest counts: the others were interrupted.
+const READINGS: usize = 3;
+
+/// One clock measured against the other.
+#[derive(Debug, Clone, Copy)]
+struct Distance {
+    /// [ns] CLOCK_REALTIME minus CLOCK_MONOTONIC, wrapping.
+    distance_ns: u64,
+    /// [ns] CLOCK_MONOTONIC of the measurement.
+    measured_ns: u64,
+    /// [ns] most that it was off then: half of what the reading took.
+    uncertainty_ns: u64,
+}
 
 /// Monotonic minus adapter time.
 #[derive(Debug, Clone, Copy)]
@@ -32,19 +46,56 @@ struct Offset {
 impl StampClock {
     /// For a queue that is empty now.
     pub(super) fn new(empty_ns: u64) -> Self {
-        Self { empty_ns, hardware: None, realtime: None }
+        Self { empty_ns, hardware: None, distance: None }
     }
 
-    /// Takes in both clocks, read at once.
-    pub(super) fn measure(&mut self, monotonic_ns: u64, realtime_ns: u64) {
-        self.realtime = Some((realtime_ns.wrapping_sub(monotonic_ns), monotonic_ns));
+    /// Measures how far CLOCK_REALTIME is from CLOCK_MONOTONIC: each reading of the one lies between two of the other, at
+    /// their middle give or take half of their distance. However long the reader was kept from its processor
+    /// meanwhile: it is known.
+    pub(super) fn measure(
+        &mut self,
+        mut monotonic_ns: impl FnMut() -> u64,
+        mut realtime_ns: impl FnMut() -> u64,
+    ) {
+        let mut narrowest: Option<Distance> = None;
+        let mut before_ns = monotonic_ns();
+        for _ in 0..READINGS {
+            let realtime = realtime_ns();
+            let after_ns = monotonic_ns();
+            let width_ns = after_ns.saturating_sub(before_ns);
+            let middle_ns = before_ns.saturating_add(width_ns / 2);
+            let found = Distance {
+                distance_ns: realtime.wrapping_sub(middle_ns),
+                measured_ns: middle_ns,
+                uncertainty_ns: width_ns.div_ceil(2),
+            };
+            if narrowest.is_none_or(|best| found.uncertainty_ns < best.uncertainty_ns) {
+                narrowest = Some(found);
+            }
+            before_ns = after_ns;
+        }
+        self.distance = narrowest;
+    }
+
+    /// Whether it is time to measure, where that makes nobody wait.
+    pub(super) fn is_distance_old(&self, now_ns: u64) -> bool {
+        self.distance.is_none_or(|known| now_ns.saturating_sub(known.measured_ns) > DISTANCE_OLDEST_NS / 2)
     }
 
     /// [ns] CLOCK_REALTIME at `monotonic_ns`, unless it was measured too long ago.
     pub(super) fn realtime(&self, monotonic_ns: u64) -> Option<u64> {
-        let (distance_ns, measured_ns) = self.realtime?;
-        let is_fresh = monotonic_ns.saturating_sub(measured_ns) <= DISTANCE_OLDEST_NS;
-        is_fresh.then(|| monotonic_ns.wrapping_add(distance_ns))
+        let known = self.distance?;
+        let is_fresh = monotonic_ns.saturating_sub(known.measured_ns) <= DISTANCE_OLDEST_NS;
+        is_fresh.then(|| monotonic_ns.wrapping_add(known.distance_ns))
+    }
+
+    /// [ns] most that the kernel's stamp of about `monotonic_ns` is off once it is on CLOCK_MONOTONIC; `None` = no
+    /// clock was compared yet.
+    pub(super) fn uncertainty_ns(&self, monotonic_ns: u64) -> Option<u64> {
+        let known = self.distance?;
+        let apart_ns = monotonic_ns.abs_diff(known.measured_ns);
+        let drift_ns = apart_ns.div_ceil(DISTANCE_OLDEST_NS / DISTANCE_DRIFT_NS);
+        Some(known.uncertainty_ns.saturating_add(drift_ns))
     }
 
     /// [ns] CLOCK_MONOTONIC of the kernel's stamp, given both clocks now.
@@ -105,11 +156,53 @@ mod tests {
         assert_eq!(clock.software(0, 10_000, 100_000), 10_000, "no stamp");
     }
 
+    /// Measures with clocks that say these, one after the other.
+    fn measure(clock: &mut StampClock, monotonic: [u64; 4], realtime: [u64; 3]) {
+        let (mut monotonic, mut realtime) = (monotonic.into_iter(), realtime.into_iter());
+        clock.measure(
+            || monotonic.next().expect("four readings"),
+            || realtime.next().expect("three readings"),
+        );
+    }
+
+    /// Clocks 7 s apart, read by somebody who is interrupted: before the reading, or after it.
+    #[test]
+    fn the_narrowest_of_three_readings_counts_and_says_how_sure_it_is() {
+        const APART: u64 = 7_000_000_000;
+        for (read_at, uncertainty) in [
+            ([100, 110, 5_000_120, 9_000_130], 5),
+            ([100, 5_000_100, 5_000_112, 9_000_000], 6),
+            ([100, 5_000_100, 9_000_000, 9_000_040], 20),
+        ] {
+            for late in [false, true] {
+                let mut clock = StampClock::new(0);
+                // The realtime clock is read right after one of two readings of the other, or right before the next.
+                let realtime =
+                    std::array::from_fn(|i| APART + if late { read_at[i + 1] } else { read_at[i] });
+                measure(&mut clock, read_at, realtime);
+                let now = 9_000_200;
+                let off = clock.realtime(now).expect("measured").abs_diff(now + APART);
+                assert!(off <= uncertainty, "{off} ns off with {read_at:?}");
+                assert_eq!(off, uncertainty, "the bound is reached: it is no wider than it must be");
+                let said = clock.uncertainty_ns(now).expect("measured");
+                // 500 ppm of the time since: at most 9 ms.
+                assert!((uncertainty..=uncertainty + 4_501).contains(&said), "{said} of {uncertainty}");
+            }
+        }
+        let mut clock = StampClock::new(0);
+        measure(&mut clock, [1_000; 4], [APART; 3]);
+        assert_eq!(clock.uncertainty_ns(1_000), Some(0));
+        assert_eq!(clock.uncertainty_ns(1_000 + DISTANCE_OLDEST_NS), Some(DISTANCE_DRIFT_NS));
+    }
+
     #[test]
     fn the_distance_of_the_clocks_holds_for_a_tenth_of_a_second() {
         let mut clock = StampClock::new(0);
-        assert_eq!(clock.realtime(1_000), None);
-        clock.measure(1_000, 500);
+        assert_eq!((clock.realtime(1_000), clock.uncertainty_ns(1_000)), (None, None));
+        assert!(clock.is_distance_old(0));
+        measure(&mut clock, [1_000; 4], [500; 3]);
+        assert!(!clock.is_distance_old(1_000 + DISTANCE_OLDEST_NS / 2));
+        assert!(clock.is_distance_old(1_001 + DISTANCE_OLDEST_NS / 2));
         assert_eq!(clock.realtime(1_000 + DISTANCE_OLDEST_NS), Some(500 + DISTANCE_OLDEST_NS));
         assert_eq!(clock.realtime(1_001 + DISTANCE_OLDEST_NS), None);
         // Stamps between two measurements: an ordinary age; and, the clock set meanwhile, still within the span.

@@ -66,7 +66,10 @@ pub fn run(emulator: &Emulator, gate: &mut Gate, options: DoorOptions, shutdown:
         let sensors = *state.sensors();
         if sensors.sequence != published {
             let is_new_gyro = sensors.body_rate.count != woken_by;
-            gate.publish_sensors(&gate.marked(&sensors), options.wakes_control && is_new_gyro);
+            gate.publish_sensors(
+                &gate.marked(sensors.stamp_ns, &sensors),
+                options.wakes_control && is_new_gyro,
+            );
             (published, woken_by) = (sensors.sequence, sensors.body_rate.count);
         }
         if let Some((release, applied)) = gate.poll(now_ns, &sensors) {

@@ -4,6 +4,7 @@ use super::ProcessError;
 use super::control::end_after;
 use super::wire::{Wire, WireSummary, is_virtual};
 use crate::bench::{BenchConfig, Trigger};
+use crate::can::{Bus, Port};
 use crate::clock;
 use crate::gate::Gate;
 use crate::guard::{Cause, State};
@@ -17,9 +18,9 @@ const LONGEST_END_S: f64 = 1.0;
 
 /// The bridge process before its thread is made real-time.
 #[derive(Debug)]
-pub struct BridgeLoop {
+pub struct BridgeLoop<B: Bus = Port> {
     gate: Gate,
-    wire: Wire,
+    wire: Wire<B>,
     /// Periods without an own frame on the bus after which the bus is dead.
     hold_periods: u32,
     /// Whether the controller waits for the gyro.
@@ -66,27 +67,7 @@ impl BridgeLoop {
         let woken =
             rt::wait([self.wire.descriptor(), self.gate.bell().descriptor()], self.gate.deadline_ns());
         let ready = if let Wake::Ready(bits) = woken { bits } else { 0 };
-        let look = self.wire.receive(ready & 1 != 0);
-        if look.updated {
-            let marked = self.gate.marked(self.wire.sensors());
-            self.gate.publish_sensors(&marked, look.gyro && self.wakes_control);
-        }
-        if ready & 2 != 0 {
-            self.gate.bell().quiet();
-        }
-        // Decoding and publishing took a while, and the newest command may be younger than the look at the socket: judged
-        // by the older time it would come from the future.
-        let now_ns = clock::monotonic_ns();
-        let period_ns = self.gate.cycle().period_ns();
-        if let Some(cause) = self.wire.trouble(&look, now_ns, self.hold_periods, period_ns) {
-            self.gate.trip(now_ns, cause);
-        }
-        if let Some((release, applied)) = self.gate.poll(now_ns, self.wire.sensors()) {
-            self.wire.send(&applied);
-            let finished_ns = clock::monotonic_ns();
-            self.gate.finish(release, finished_ns, self.wire.sensors());
-            self.wire.publish(finished_ns);
-        }
+        self.act(ready);
     }
 
     /// The guard on its bench.
@@ -101,6 +82,33 @@ impl BridgeLoop {
         self.turn();
         while !self.gate.is_safe() && clock::monotonic_ns() < latest_ns {
             self.turn();
+        }
+    }
+}
+
+impl<B: Bus> BridgeLoop<B> {
+    /// What a turn does after its wait, which ended because of what is in `ready`: bit 0 the socket, bit 1 the bell.
+    fn act(&mut self, ready: u32) {
+        let look = self.wire.receive(ready & 1 != 0);
+        let (sensors, is_news) = self.wire.present(&look, &self.gate);
+        if is_news {
+            self.gate.publish_sensors(&sensors, look.gyro && self.wakes_control);
+        }
+        if ready & 2 != 0 {
+            self.gate.bell().quiet();
+        }
+        // Decoding and publishing took a while, and the newest command may be younger than the look at the socket: judged
+        // by the older time it would come from the future.
+        let now_ns = self.wire.now_ns();
+        let period_ns = self.gate.cycle().period_ns();
+        if let Some(cause) = self.wire.trouble(&look, now_ns, self.hold_periods, period_ns) {
+            self.gate.trip(now_ns, cause);
+        }
+        if let Some((release, applied)) = self.gate.poll(now_ns, self.wire.sensors()) {
+            self.wire.send(&applied);
+            let finished_ns = self.wire.now_ns();
+            self.gate.finish(release, finished_ns, self.wire.sensors());
+            self.wire.publish(finished_ns);
         }
     }
 }
@@ -141,4 +149,146 @@ pub fn bridge(
         timing: bridge.gate.cycle().statistics().summary(),
         granted,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::can::{Arrival, Fault, Frame, PortCounts, Roles};
+    use crate::shm::{COMMAND, Place, SENSORS};
+    use crate::signal::{Command, Health, Sample, Sensors};
+
+    /// [ns] of the built-in bench.
+    const PERIOD_NS: u64 = 20_000_000;
+
+    /// A bus in the test's hands, on which looking can take time: the machine is busy, or there is much to decode.
+    #[derive(Debug, Default)]
+    struct HandBus {
+        now_ns: u64,
+        looked_ns: u64,
+        takes_ns: u64,
+        frames: Vec<Frame>,
+    }
+
+    impl Bus for HandBus {
+        fn receive(&mut self, mut take: impl FnMut(Arrival)) -> Result<usize, Fault> {
+            self.looked_ns = self.now_ns;
+            self.now_ns += self.takes_ns;
+            for frame in self.frames.drain(..) {
+                take(Arrival::Frame { frame, stamp_ns: self.looked_ns, hardware_ns: None });
+            }
+            Ok(0)
+        }
+
+        fn send(&mut self, _: &Frame) -> Result<(), Fault> {
+            Ok(())
+        }
+
+        fn echo_age_ns(&self, _: u64) -> u64 {
+            0
+        }
+
+        fn counts(&self) -> PortCounts {
+            PortCounts::default()
+        }
+
+        fn now_ns(&self) -> u64 {
+            self.now_ns
+        }
+
+        fn looked_ns(&self) -> u64 {
+            self.looked_ns
+        }
+    }
+
+    /// A bridge on such a bus, on a bench that is removed at the end.
+    struct Rig {
+        bridge: Option<BridgeLoop<HandBus>>,
+        roles: Roles,
+        config: BenchConfig,
+    }
+
+    impl Rig {
+        fn new(test: &str) -> Self {
+            let name = format!("t{}-{test}", std::process::id());
+            let config = BenchConfig { name, ..BenchConfig::default() };
+            let bench = Bench::join(&config.name, &config.shared_memory, Role::Bridge).expect("joined");
+            let guard = config.guard.build(config.period_s).expect("valid");
+            let gate = Gate::open(&bench, guard, PERIOD_NS).expect("the only guard");
+            let roles = Roles::build(&config.bus, config.period_s).expect("valid");
+            let bus = HandBus { now_ns: clock::monotonic_ns() + PERIOD_NS, ..HandBus::default() };
+            let wire = Wire::on(bus, roles.clone(), LogQueue::new(16));
+            let bridge = BridgeLoop { gate, wire, hold_periods: 5, wakes_control: false, _bench: bench };
+            Self { bridge: Some(bridge), roles, config }
+        }
+
+        fn bridge(&mut self) -> &mut BridgeLoop<HandBus> {
+            self.bridge.as_mut().expect("until the end")
+        }
+
+        fn member(&self, role: Role) -> Bench {
+            Bench::join(&self.config.name, &self.config.shared_memory, role).expect("joined")
+        }
+    }
+
+    impl Drop for Rig {
+        fn drop(&mut self) {
+            self.bridge = None;
+            if let Ok(place) = Place::open(&self.config.name, &self.config.shared_memory) {
+                let _ = place.remove();
+            }
+        }
+    }
+
+    /// A command that was made while the bridge was busy with the bus is younger than the bridge's look at it. It is not
+    /// from the future.
+    #[test]
+    fn a_command_made_while_the_bridge_decoded_is_judged_by_a_later_clock() {
+        let mut rig = Rig::new("slow");
+        let mut commands = rig.member(Role::Control).publish(&COMMAND).expect("the only controller");
+        let bus = rig.bridge().wire.port_mut();
+        bus.takes_ns = 3 * PERIOD_NS;
+        // Two periods after the look: more than the one of grace.
+        let stamp_ns = bus.now_ns + 2 * PERIOD_NS;
+        commands.send(&Command { sequence: 1, stamp_ns, ..Command::default() });
+        rig.bridge().act(0);
+        assert!(rig.bridge().gate.applied().sequence > 0, "the guard was asked");
+        assert_eq!(rig.bridge().gate.refusals(Cause::CommandFromFuture), 0);
+    }
+
+    /// When everything falls silent no frame is there to publish anything. What time does to the values is news all the same,
+    /// once for each flag.
+    #[test]
+    fn sensors_that_all_fall_silent_are_published_as_stale() {
+        let mut rig = Rig::new("silent");
+        let mut sensors = rig.member(Role::Monitor).subscribe(&SENSORS).expect("subscribed");
+        let good = |value| Sample::good(value, 1, 1);
+        let told = Sensors {
+            body_rate: good(0.1),
+            battery_voltage: good(12.0),
+            propeller_rate: [good(600.0); 2],
+            ..Sensors::default()
+        };
+        let (roles, mut sender) = (rig.roles.clone(), rig.roles.sensor_sender());
+        let count = roles.sensor_messages().len();
+        let frames = (0..count).filter_map(|index| roles.encode_sensors(&mut sender, index, &told)).collect();
+        rig.bridge().wire.port_mut().frames = frames;
+        let mut published = Vec::new();
+        // Two seconds, a millisecond a turn, with frames in the first alone.
+        for _ in 0..2_000 {
+            rig.bridge().act(0);
+            published.extend(std::iter::from_fn(|| sensors.next_in_order()));
+            rig.bridge().wire.port_mut().now_ns += 1_000_000;
+        }
+        let stale = |sensors: &Sensors| {
+            let samples = [sensors.body_rate, sensors.propeller_rate[0], sensors.battery_voltage];
+            samples.map(|sample| sample.health == Health::STALE)
+        };
+        let seen: Vec<(u64, [bool; 3])> = published.iter().map(|it| (it.sequence, stale(it))).collect();
+        // The hold is 0.1 s, and the battery may be silent for 1 s.
+        assert_eq!(seen, [(1, [false; 3]), (2, [true, true, false]), (3, [true; 3])]);
+        let ages_ms = published.iter().map(|it| (it.stamp_ns - it.body_rate.stamp_ns) / 1_000_000);
+        assert_eq!(ages_ms.collect::<Vec<_>>(), [0, 101, 1_001]);
+        assert!(published.iter().all(|it| it.body_rate.value == published[0].body_rate.value));
+    }
 }

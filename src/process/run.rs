@@ -139,7 +139,7 @@ impl RunLoop {
         };
         // With the IMU as trigger a slot without its frame steps the guard, which counts a miss, and nothing else.
         let flies = release.is_some() && (!is_imu || is_due) && self.wire.sensors().sequence > 0;
-        let sensors = self.gate.marked(self.wire.sensors());
+        let (sensors, is_news) = self.wire.present(&look, &self.gate);
         let before = *self.gate.applied();
         let command = flies.then(|| self.flight.step(now_ns, &sensors, &before));
         if release.is_some() || stop {
@@ -154,7 +154,7 @@ impl RunLoop {
         if let Some(command) = command {
             self.flight.publish(&sensors, &before, &command);
         }
-        if look.updated {
+        if is_news {
             self.gate.publish_sensors(&sensors, false);
         }
     }
@@ -165,7 +165,8 @@ impl RunLoop {
         &self.gate
     }
 
-    fn end(&mut self) {
+    /// The ramp to zero, which the next steps carry out.
+    pub(super) fn end(&mut self) {
         let now_ns = clock::monotonic_ns();
         self.gate.trip(now_ns, Cause::Shutdown);
         let latest_ns = now_ns.saturating_add(clock::span_ns(LONGEST_END_S));

@@ -4,10 +4,11 @@ use serde::Serialize;
 
 use super::ProcessError;
 use crate::bench::BenchConfig;
-use crate::can::{Arrival, Bus, Counts, Fault, InterfaceStatus, InterfaceWatch, Port, PortCounts};
+use crate::can::{Arrival, Bus, Counts, Fault, InterfaceAnswer, InterfaceStatus, Port, PortCounts};
 use crate::can::{ReceiverState, Refusal, Roles, SenderState, SensorField};
 use crate::clock::NANOSECONDS_PER_SECOND;
-use crate::guard::Cause;
+use crate::gate::Gate;
+use crate::guard::{Cause, Signal};
 use crate::rt::{LogQueue, Severity};
 use crate::shm::{BUS, Bench, Publisher};
 use crate::signal::{Applied, BusStatus, Sensors};
@@ -20,10 +21,10 @@ pub struct Wire<B: Bus = Port> {
     roles: Roles,
     receiver: ReceiverState,
     sender: SenderState,
-    /// `None` where there is no interface to watch: on a bus in memory.
-    watch: Option<InterfaceWatch>,
     log: LogQueue,
     sensors: Sensors,
+    /// Flags of the guard's signals as they were presented last.
+    health: [u32; Signal::COUNT],
     /// Command frames in a row that the interface did not take.
     refused_in_a_row: u32,
     /// The descriptor was ready and gave nothing: not waited for until the next slot.
@@ -75,9 +76,7 @@ impl Wire {
         let port = Port::open(interface, config.bus.fd)?;
         let status = InterfaceStatus::read(interface)?;
         tracing::info!(?status.state, ?status.bit_rate, ?status.restart_ms, "interface {interface}");
-        let watch = InterfaceWatch::start(interface)?;
         let mut wire = Self::on(port, roles, log);
-        wire.watch = Some(watch);
         wire.status = Some(bench.publish(&BUS)?);
         Ok(wire)
     }
@@ -98,9 +97,9 @@ impl<B: Bus> Wire<B> {
             receiver: roles.sensor_receiver(),
             sender: roles.command_sender(),
             roles,
-            watch: None,
             log,
             sensors: Sensors::default(),
+            health: [0; Signal::COUNT],
             refused_in_a_row: 0,
             is_quiet: false,
             foreign_told_ns: 0,
@@ -110,17 +109,44 @@ impl<B: Bus> Wire<B> {
         }
     }
 
+    /// The bus, in the hands of a test.
+    #[cfg(test)]
+    pub(super) fn port_mut(&mut self) -> &mut B {
+        &mut self.port
+    }
+
     /// Newest value of everything measured.
     #[must_use]
     pub fn sensors(&self) -> &Sensors {
         &self.sensors
     }
 
+    /// [ns] now, on the clock of the bus.
+    #[must_use]
+    pub fn now_ns(&self) -> u64 {
+        self.port.now_ns()
+    }
+
+    /// The sensors as whoever reads them at the time of `look` must see them, [`Gate::marked`], and whether that is news: a
+    /// value that came, or a flag that time has set though nothing came. News have a number and a stamp of their own.
+    pub fn present(&mut self, look: &Look, gate: &Gate) -> (Sensors, bool) {
+        let mut marked = gate.marked(look.at_ns, &self.sensors);
+        let health = Signal::ALL.map(|signal| signal.sample(&marked).health);
+        let is_aged = self.sensors.sequence > 0 && health != self.health;
+        if is_aged && !look.updated {
+            self.sensors.sequence += 1;
+            self.sensors.stamp_ns = look.at_ns;
+            (marked.sequence, marked.stamp_ns) = (self.sensors.sequence, self.sensors.stamp_ns);
+        }
+        self.health = health;
+        (marked, look.updated || is_aged)
+    }
+
     /// Takes in what is on the bus. `was_ready` says that the wait ended because of it.
     pub fn receive(&mut self, was_ready: bool) -> Look {
-        let Self { port, roles, receiver, sensors, watch, log, .. } = self;
+        let Self { port, roles, receiver, sensors, log, .. } = self;
         let gyro = SensorField::BodyRate.bit();
-        let mut look = Look::default();
+        let (mut look, mut has_error) = (Look::default(), false);
         let received = port.receive(|arrival| match arrival {
             Arrival::Frame { frame, stamp_ns, .. } => {
                 let decoded = roles.decode_sensors(receiver, &frame, stamp_ns, sensors);
@@ -132,17 +158,18 @@ impl<B: Bus> Wire<B> {
             Arrival::Error { error, .. } => {
                 look.bus_off |= error.is_bus_off();
                 log.say(Severity::Warning, "error frame on the bus, of class", f64::from(error.class));
-                if let Some(watch) = watch {
-                    watch.ask();
-                }
+                has_error = true;
             }
         });
         match received {
             Ok(count) => self.is_quiet = was_ready && count == 0,
             Err(fault) => {
                 self.log.say(Severity::Error, describe(fault), 0.0);
-                self.ask();
+                has_error = true;
             }
+        }
+        if has_error {
+            self.port.ask();
         }
         self.tell_of_interface();
         look.at_ns = self.port.looked_ns();
@@ -165,13 +192,6 @@ impl<B: Bus> Wire<B> {
         }
     }
 
-    /// Has the interface looked at, where somebody watches it.
-    fn ask(&self) {
-        if let Some(watch) = &self.watch {
-            watch.ask();
-        }
-    }
-
     /// Says what was found at the interface.
     fn tell_of_interface(&mut self) {
         let rejoined = self.port.counts().rejoined;
@@ -182,9 +202,15 @@ impl<B: Bus> Wire<B> {
                 "the interface was gone and is joined again; times",
                 rejoined as f64,
             );
-            self.ask();
+            self.port.ask();
         }
-        while let Some(status) = self.watch.as_ref().and_then(InterfaceWatch::answer) {
+        while let Some(InterfaceAnswer { status, is_as_opened }) = self.port.answer() {
+            if status.is_up && !is_as_opened {
+                let text =
+                    "the interface is up with other bit rates than at the start, or without FD; its bit/s";
+                self.log.say(Severity::Error, text, status.bit_rate.map_or(0.0, f64::from));
+                continue;
+            }
             let bad = status.state.is_some_and(|state| state != socketcan::nl::CanState::ErrorActive);
             let severity = if bad || !status.is_up { Severity::Error } else { Severity::Info };
             let text = if status.is_up {
@@ -210,7 +236,7 @@ impl<B: Bus> Wire<B> {
         self.refused_in_a_row = self.refused_in_a_row.saturating_add(1);
         if self.refused_in_a_row == 1 {
             self.log.say(Severity::Error, describe(fault), 0.0);
-            self.ask();
+            self.port.ask();
         }
     }
 

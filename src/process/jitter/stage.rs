@@ -298,5 +298,8 @@ fn bus(config: &BenchConfig, slots: u64, shutdown: &Shutdown, arms: bool) -> Res
     }
     let granted = config.real_time.apply()?;
     run.start();
-    Ok(go_through(&mut run, slots, shutdown, granted))
+    let measured = go_through(&mut run, slots, shutdown, granted);
+    // As every end of a bench: by the ramp.
+    run.end();
+    Ok(measured)
 }
