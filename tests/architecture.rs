@@ -3,7 +3,11 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+mod sources;
+
+use sources::sources;
 
 /// Room, and the rooms it may import from. `*` = every room above it.
 const TABLE: &[(&str, &[&str])] = &[
@@ -47,17 +51,6 @@ fn allowed(room: &str) -> BTreeSet<&'static str> {
         assert!(above.contains(name), "`{room}` names `{name}`, which is not above it");
     }
     named.iter().copied().collect()
-}
-
-fn sources(folder: &Path, into: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).expect("src is readable") {
-        let path = entry.expect("entry is readable").path();
-        if path.is_dir() {
-            sources(&path, into);
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            into.push(path);
-        }
-    }
 }
 
 /// Rooms that the text names as `crate::room`, also inside `use crate::{a, b::c}`.
@@ -105,8 +98,7 @@ fn imported(text: &str) -> BTreeSet<String> {
 #[test]
 fn rooms_import_only_what_the_table_allows() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let mut files = Vec::new();
-    sources(&root, &mut files);
+    let files = sources(&root);
     assert!(files.len() > 20, "the walk found the sources");
     let mut wrong = Vec::new();
     for file in files {

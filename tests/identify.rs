@@ -14,7 +14,6 @@ use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::model::Model;
 use rotorbench::process::experiment::in_lockstep;
 use rotorbench::process::lockstep::drive;
-use rotorbench::process::paper::{self, PaperSettings};
 use rotorbench::process::plant::{self, FlightPlan};
 use rotorbench::record::Dataset;
 use rotorbench::signal::{Applied, Reference};
@@ -305,57 +304,6 @@ fn margins(points: &[(f64, Complex<f64>)]) -> MeasuredMargins {
         }
     }
     found
-}
-
-/// `paper` on short experiments: the emulator in processes of its own.
-#[test]
-fn the_paper_comes_out_of_separate_processes() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let report = folder.path().join("paper.html");
-    let output = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
-        .args(["paper", "--json", "--prbs-s", "60", "--hold-s", "40", "--report"])
-        .arg(&report)
-        .output()
-        .expect("the program starts");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let paper: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    let rows = paper["beside"].as_array().expect("rows");
-    let number = |row: &Value, key: &str| row[key].as_f64().unwrap_or(f64::NAN);
-    let identified: Vec<&Value> = rows.iter().filter(|row| row["standard_error"].is_number()).collect();
-    assert_eq!(identified.len(), 4, "c_g1, c_g2, k_V, p: {rows:?}");
-    for row in identified {
-        let away = (number(row, "ours") - number(row, "printed")).abs() / number(row, "standard_error");
-        // Four numbers at a fixed seed; 3.3 standard errors is a chance of one in a thousand each.
-        assert!(away < 3.3, "{away}: {row}");
-    }
-    let flight = |controller: &str, delay: f64| {
-        let flights = paper["flights"].as_array().expect("flights");
-        let found = flights.iter().find(|it| it["controller"] == controller && it["delay"] == delay);
-        found.expect("flown")["answer"].clone()
-    };
-    for delay in [0.0, 0.03] {
-        let (emc, pid) = (flight("EMC", delay), flight("PID", delay));
-        let swings = |answer: &Value| answer["swings"].as_u64().expect("a count");
-        // One small overshoot and no ringing, and an estimate that follows the impulse; the PID rings with delay.
-        assert!(swings(&emc) <= 1 + u64::from(delay > 0.0), "{emc}");
-        // The predictor takes about 0.5 s, ten times the impulse: it sees a tenth of it. The PID's integral hardly moves.
-        assert!(number(&emc, "disturbance_peak") > 3.0 * number(&pid, "disturbance_peak"), "{emc} {pid}");
-        assert!(delay == 0.0 || swings(&pid) >= 3, "{pid}");
-        // On the bare model the PID has the smaller peak.
-        assert!(delay > 0.0 || number(&pid, "peak") < number(&emc, "peak"), "{emc} {pid}");
-    }
-    assert!(std::fs::metadata(&report).is_ok_and(|file| file.len() > 100_000), "a report with its plots");
-}
-
-#[test]
-fn an_emulator_that_does_not_start_is_said_and_not_waited_for() {
-    for (program, sentence) in
-        [("/bin/false", "ended after 0 steps"), ("/nowhere/rotorbench", "No such file")]
-    {
-        let settings = PaperSettings { seed: 1, prbs_s: 20.0, hold_s: 20.0, program: program.into() };
-        let error = paper::run(&settings, &mut |_, _| ()).expect_err("nothing to fly");
-        assert!(error.to_string().contains(sentence), "{error}");
-    }
 }
 
 #[test]

@@ -1,10 +1,12 @@
-//! `rotorbench compare`: where the model fails.
+//! `rotorbench compare`: where the model fails; with `--runs`, how controllers answer a disturbance.
 
 use std::path::PathBuf;
 
 use super::{CliResult, Outcome};
 use crate::diagnose::compare::{CompareConfig, compare};
+use crate::emulate::Impulse;
 use crate::model::Model;
+use crate::process::recorded_flight::compare_flights;
 use crate::record::log;
 use crate::report::comparison;
 
@@ -15,8 +17,15 @@ pub struct Arguments {
     #[arg(long, default_value = "paper")]
     model: Vec<PathBuf>,
     /// Log (CSV); several are compared one by one
-    #[arg(long, required = true, num_args = 1..)]
+    #[arg(long, required_unless_present = "runs", num_args = 1..)]
     log: Vec<PathBuf>,
+    /// Instead of models: recordings of flights in which the body was struck, controllers side by side
+    #[arg(long, value_name = "FILE.mcap", num_args = 1.., conflicts_with_all = ["model", "log", "horizon", "signals"])]
+    runs: Vec<PathBuf>,
+    /// What struck the body, where a recording does not say it: `at_s:duration_s:torque_nm`, from the controller's first
+    /// step on
+    #[arg(long, value_name = "IMPULSE", requires = "runs", allow_hyphen_values = true)]
+    impulse: Option<String>,
     /// Horizon of the windows over which the body runs freely [s]
     #[arg(long, default_value_t = CompareConfig::default().horizon_s)]
     horizon: f64,
@@ -33,6 +42,9 @@ pub struct Arguments {
 
 /// Runs the command: exit 1 when no model is at the noise floor of every log.
 pub fn run(arguments: &Arguments) -> CliResult {
+    if !arguments.runs.is_empty() {
+        return compare_runs(arguments);
+    }
     if arguments.signals.is_some() && arguments.log.len() > 1 {
         return Err(super::CliError::new("--signals writes the signals of one log; several were given"));
     }
@@ -61,4 +73,28 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let adequate = found.iter().all(|models| models.iter().any(|comparison| comparison.is_adequate()));
     Ok(if adequate { Outcome::Done } else { Outcome::FoundWanting })
+}
+
+/// Controllers side by side: there is nothing to be found wanting.
+fn compare_runs(arguments: &Arguments) -> CliResult {
+    let impulse = arguments.impulse.as_deref().map(super::emulate::impulse).transpose()?;
+    if let Some(it) = impulse.filter(|it| !(it.at_s >= 0.0 && it.duration_s > 0.0 && it.torque.is_finite())) {
+        let Impulse { at_s, duration_s, torque } = it;
+        return Err(super::CliError::new(format!(
+            "--impulse {at_s}:{duration_s}:{torque}: three numbers, the first not below zero, the second above it"
+        )));
+    }
+    let compared = compare_flights(&arguments.runs, impulse)?;
+    if let Some(path) = &arguments.report {
+        compared.page().save(path)?;
+    }
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&compared)?);
+        return Ok(Outcome::Done);
+    }
+    println!("{}", compared.table().text());
+    for warning in &compared.warnings {
+        println!("warning: {warning}");
+    }
+    Ok(Outcome::Done)
 }

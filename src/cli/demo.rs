@@ -19,7 +19,7 @@ use crate::process::record::Background;
 use crate::record::{Dataset, Record, Recording, export, log};
 use crate::report::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone};
 use crate::rt::Shutdown;
-use crate::shm::{APPLIED, Bench, CONTROL_STEPS, Role};
+use crate::shm::{APPLIED, Bench, CONTROL_STEPS, PassingBench, Role};
 use crate::signal::ControlStep;
 
 mod story;
@@ -54,6 +54,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let (mut bench, emulator) = benches(arguments.seed);
     let hidden: Vec<String> = emulator.emulator.hidden.iter().map(ToString::to_string).collect();
     let shutdown = Shutdown::listen()?;
+    // First, so that it goes last: nothing of the demo stays in shared memory.
+    let _passing = PassingBench::open(&bench.name, &bench.shared_memory)?;
     let flown = fly(&bench, &emulator, out, "loop", &shutdown)?;
     println!("{}", timing::angle(&flown.summary.angle));
     print!("{}", timing::table(&flown.summary.timing));

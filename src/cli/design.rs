@@ -344,24 +344,47 @@ fn page(design: &Design, closed: Option<&DiscreteLoop>) -> Page {
     tables(design).into_iter().for_each(|table| {
         page.table(table);
     });
-    if let Some(closed) = closed {
-        let sweep = closed.sweep();
-        let frequency: Vec<f64> = sweep.iter().map(|point| point.frequency).collect();
-        let decibel = |value: Complex<f64>| 20.0 * value.norm().log10();
-        let curve = |name: &str, pick: fn(&LoopResponse) -> Complex<f64>| {
-            let values: Vec<f64> = sweep.iter().map(|point| decibel(pick(point))).collect();
-            Series::line(name, &frequency, &values)
-        };
-        let plot = Plot::new(
-            "Frequency response",
-            Axis::new("frequency", "rad/s").logarithmic(),
-            Axis::new("magnitude", "dB").range(-60.0, 60.0),
-        )
+    if let Some((closed, margins)) = closed.zip(design.margins.as_ref()) {
+        let [magnitude, phase] = plots(closed, margins);
+        page.heading("Frequency response").plot(magnitude).plot(phase);
+    }
+    page
+}
+
+/// Magnitudes of L, S and T, and the phase of L, around the crossover.
+fn plots(closed: &DiscreteLoop, margins: &Margins) -> [Plot; 2] {
+    // Further down nothing happens that a margin depends on.
+    let mut sweep = closed.sweep();
+    sweep.retain(|point| point.frequency > 0.05 * margins.crossover_rad_s);
+    let frequency: Vec<f64> = sweep.iter().map(|point| point.frequency).collect();
+    let curve = |name: &str, pick: fn(&LoopResponse) -> Complex<f64>| {
+        let values: Vec<f64> = sweep.iter().map(|point| 20.0 * pick(point).norm().log10()).collect();
+        Series::line(name, &frequency, &values)
+    };
+    let axis = || Axis::new("frequency", "rad/s").logarithmic();
+    let magnitude = Plot::new("Magnitude", axis(), Axis::new("magnitude", "dB").range(-60.0, 60.0))
+        .group("loop")
         .series(curve("open loop L", |point| point.open))
         .series(curve("sensitivity S", LoopResponse::sensitivity))
         .series(curve("complementary sensitivity T", LoopResponse::complementary))
         .level("|L| = 1", 0.0);
-        page.plot(plot);
+    let phase = Plot::new("Phase of the open loop", axis(), Axis::new("phase", "deg"))
+        .group("loop")
+        .height(220)
+        .series(Series::line("open loop L", &frequency, &unwound(&sweep, margins.crossover_rad_s)))
+        .level("-180°", -180.0);
+    [magnitude, phase]
+}
+
+/// [deg] Phase of L without jumps, between -360 and 0 at the crossover: the margin is what it is above -180.
+fn unwound(sweep: &[LoopResponse], crossover: f64) -> Vec<f64> {
+    let mut phases: Vec<f64> = Vec::with_capacity(sweep.len());
+    for point in sweep {
+        let phase = point.open.arg().to_degrees();
+        let last = phases.last().copied().unwrap_or(phase);
+        phases.push(last + (phase - last + 180.0).rem_euclid(360.0) - 180.0);
     }
-    page
+    let at = sweep.partition_point(|point| point.frequency < crossover).min(sweep.len().saturating_sub(1));
+    let turns = phases.get(at).map_or(0.0, |phase| (phase / 360.0).ceil());
+    phases.iter().map(|phase| phase - 360.0 * turns).collect()
 }

@@ -104,7 +104,8 @@ impl PlantArguments {
     }
 }
 
-fn impulse(text: &str) -> Result<Impulse, CliError> {
+/// The impulse that `text` writes as `at_s:duration_s:torque_nm`.
+pub(super) fn impulse(text: &str) -> Result<Impulse, CliError> {
     let numbers: Result<Vec<f64>, _> = text.split(':').map(|number| number.trim().parse()).collect();
     let Ok(&[at_s, duration_s, torque]) = numbers.as_deref() else {
         return Err(CliError::new(format!(

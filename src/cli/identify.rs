@@ -30,6 +30,9 @@ pub struct Arguments {
     /// Leave the battery out, also where its voltage was logged
     #[arg(long)]
     no_battery: bool,
+    /// Leave a transport delay out of the model, also where the data show one
+    #[arg(long)]
+    no_delay: bool,
     /// Use this rotor's columns only, 1 or 2; default: all, taken as identical
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=2))]
     rotor: Option<u8>,
@@ -96,7 +99,13 @@ fn settings(arguments: &Arguments) -> Result<IdentifySettings, CliError> {
         }
     }
     let rotors = arguments.rotor.map_or((1..=ROTORS).collect(), |rotor| vec![usize::from(rotor)]);
-    Ok(IdentifySettings { template, degree: arguments.degree, battery: !arguments.no_battery, rotors })
+    Ok(IdentifySettings {
+        template,
+        degree: arguments.degree,
+        battery: !arguments.no_battery,
+        delay: !arguments.no_delay,
+        rotors,
+    })
 }
 
 fn read(paths: &[PathBuf]) -> Result<Vec<Dataset>, CliError> {

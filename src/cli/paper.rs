@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use super::progress::Progress;
 use super::{CliError, CliResult, Outcome};
-use crate::process::paper::{self, PaperSettings};
+use crate::process::paper::{self, PaperError, PaperSettings};
+use crate::rt::Shutdown;
 
 /// Arguments of `paper`.
 #[derive(Debug, clap::Args)]
@@ -40,8 +41,16 @@ pub fn run(arguments: &Arguments) -> CliResult {
         program: std::env::current_exe()?,
     };
     let progress = Progress::of_share();
-    let run = paper::run(&settings, &mut |what, share| progress.share(what, share))?;
+    let shutdown = Shutdown::listen()?;
+    let run = paper::run(&settings, &shutdown, &mut |what, share| progress.share(what, share));
     drop(progress);
+    let run = match run {
+        Err(PaperError::Interrupted { what, reason }) => {
+            eprintln!("stopped in the middle of {what}, {reason}; no report was written");
+            return Ok(Outcome::FoundWanting);
+        }
+        run => run?,
+    };
     run.page().save(&arguments.report)?;
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&run)?);

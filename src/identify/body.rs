@@ -70,7 +70,13 @@ pub(super) fn identify(
         return None;
     }
     let source = log.source_name().to_owned();
-    check_rate_unit(log, rate, warnings);
+    match check_rate_unit(log, rate) {
+        Ok(told) => warnings.extend(told),
+        Err(sentence) => {
+            warnings.push(sentence);
+            return None;
+        }
+    }
     let drive = drive(log, actuator, arm)?;
     let windows = windows(log, rate);
     let rows: usize = windows.iter().map(Vec::len).sum();
@@ -125,11 +131,27 @@ pub(super) fn identify(
     })
 }
 
-/// The rate against the angle's own slope: a factor of 57 is a unit.
-fn check_rate_unit(log: &Dataset, rate: &[f64], warnings: &mut Vec<String>) {
-    let Some(angle) = log.column("body_angle_rad") else { return };
+/// [rad/s] no body on a bench turns faster than a gyroscope of 2000 deg/s can tell.
+const FASTEST: f64 = 60.0;
+/// Around 180/π: as far as noise and the lag of a sensor can move the ratio of a rate to the slope of its angle.
+const DEGREES: std::ops::Range<f64> = 30.0..110.0;
+
+/// The rate against the angle's own slope: a factor of 57 is a unit. `Err`: J cannot come from this log.
+fn check_rate_unit(log: &Dataset, rate: &[f64]) -> Result<Option<String>, String> {
+    let source = log.source_name();
+    let (slowest, fastest) = bounds(rate);
+    let fastest = fastest.max(-slowest);
+    let Some(angle) = log.column("body_angle_rad") else {
+        return if fastest > FASTEST {
+            Err(format!(
+                "{source}: the body rate reaches {fastest:.0} rad/s, which no body on a bench does; if the column is in \
+                 degrees per second, import it with unit `deg/s`; J is not identified from this log"
+            ))
+        } else {
+            Ok(None)
+        };
+    };
     let (low, high) = bounds(angle);
-    let peak = bounds(rate);
     let rms = |values: &[f64]| {
         let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
         (finite.iter().map(|value| value * value).sum::<f64>() / finite.len().max(1) as f64).sqrt()
@@ -139,14 +161,35 @@ fn check_rate_unit(log: &Dataset, rate: &[f64], warnings: &mut Vec<String>) {
         .map(|row| (angle[row] - angle[row - 10]) / (log.time()[row] - log.time()[row - 10]))
         .collect();
     let ratio = rms(rate) / rms(&slopes).max(1e-9);
-    if ratio > 20.0 || high - low > 20.0 || peak.1 > 60.0 {
-        warnings.push(format!(
-            "{}: the body rate is {ratio:.0} times the slope of the angle, and reaches {:.0}; if a column is in \
-             degrees, import it with unit `deg/s` or `deg`",
-            log.source_name(),
-            peak.1
+    if DEGREES.contains(&ratio) {
+        return Err(format!(
+            "{source}: the body rate is {ratio:.0} times the slope of the body angle: it is in degrees per second, import \
+             it with unit `deg/s`; J is not identified from this log"
         ));
     }
+    if fastest > FASTEST {
+        return Err(format!(
+            "{source}: the body rate reaches {fastest:.0} rad/s, and the angle spans {:.0} rad; no body on a bench does that; if \
+             the columns are in degrees, import them with the units `deg/s` and `deg`; J is not identified from this log",
+            high - low
+        ));
+    }
+    if DEGREES.contains(&(1.0 / ratio)) {
+        return Ok(Some(format!(
+            "{source}: the slope of the body angle is {:.0} times the body rate: the angle is in degrees, import it with \
+             unit `deg`; J comes from the rate and holds",
+            1.0 / ratio
+        )));
+    }
+    // A body without stops may well turn over: this is a question, not a verdict.
+    Ok((high - low > std::f64::consts::TAU).then(|| {
+        format!(
+            "{source}: the body angle spans {:.1} rad, {:.1} turns; if angle and rate are in degrees, import them with the \
+             units `deg` and `deg/s`: J comes out 57 times too small otherwise",
+            high - low,
+            (high - low) / std::f64::consts::TAU
+        )
+    }))
 }
 
 fn drive(log: &Dataset, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive> {
@@ -156,8 +199,9 @@ fn drive(log: &Dataset, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive
     let steady = commands.map(|(first, second)| {
         [first, second].map(|command| {
             let drop = |row: usize| voltage.as_ref().map(|voltage| voltage[row]);
-            let held = held_everywhere(command).into_iter().enumerate();
-            held.map(|(row, u)| actuator.steady_rate(u, drop(row))).collect::<Vec<f64>>()
+            let (held, arrived) = (held_everywhere(command), actuator.arrived(log.time()));
+            let each = arrived.into_iter().enumerate();
+            each.map(|(row, acting)| actuator.steady_rate(held[acting], drop(row))).collect::<Vec<f64>>()
         })
     });
     let predicted = commands.map(|(first, second)| {

@@ -1,17 +1,19 @@
 //! From the steps of section III to one answer: the rotor, the model file, and what contradicts itself.
 
 use super::frequency;
+use super::late::{CORRELATED, Delay};
 use super::outcome::Identification;
 use super::procedure::{Work, rotor_logs};
+use super::rivals::Rival;
 use super::rotor_log::{RotorLog, bounds};
 use super::static_curve::HIGHEST_DEGREE;
 use super::validate::{self, Validation};
 use super::{Estimate, IdentifiedActuator, IdentifyError};
-use crate::model::Model;
+use crate::model::{AddedEffect, ErrorFall, LogReference, Model, Step};
 use crate::record::Dataset;
 
-/// Residual correlation above which the first-order lag leaves something unexplained.
-const CORRELATED: f64 = 0.5;
+/// The effect that a late rotor gets.
+const DELAY: &str = "transport_delay";
 /// Share of the body's motion from which a correlated rest counts. Below it the noise of the measured rotor rates,
 /// summed up over a window, looks the same.
 const UNEXPLAINED: f64 = 0.2;
@@ -37,6 +39,7 @@ impl Work<'_> {
             voltage_gain: gain.map_or(kept, |gain| gain.value),
             full_voltage: template.full_voltage,
             pole: self.pole_estimate().map_or(template.pole, |pole| pole.value),
+            delay: self.delay().map_or(0.0, |told| told.delay.value),
             thrust_coefficient: self
                 .thrust
                 .as_ref()
@@ -49,13 +52,76 @@ impl Work<'_> {
         alone.or(self.joint.as_ref().map(|joint| joint.pole))
     }
 
+    /// The delay that goes with the pole.
+    pub(super) fn delay(&self) -> Option<&Delay> {
+        match (&self.pole, &self.joint) {
+            (Some(pole), _) => pole.delay.as_ref(),
+            (None, Some(joint)) => joint.delay.as_ref(),
+            (None, None) => None,
+        }
+    }
+
+    /// The rotor as a first-order lag alone would have it, where a delay was taken in.
+    fn without_delay(&self, actuator: &IdentifiedActuator) -> Option<IdentifiedActuator> {
+        let told = self.delay()?;
+        let mut alone = IdentifiedActuator { pole: told.pole_without.value, delay: 0.0, ..actuator.clone() };
+        let joint = self.joint.as_ref().and_then(|joint| joint.without_delay.as_ref());
+        if let Some((coefficients, gain)) = joint.filter(|_| self.static_curve.is_none()) {
+            alone.coefficients.clone_from(coefficients);
+            alone.voltage_gain = gain.unwrap_or(alone.voltage_gain);
+        }
+        Some(alone)
+    }
+
+    /// The model with a transport delay as its first step up.
+    fn with_delay(
+        &self,
+        mut model: Model,
+        actuator: &IdentifiedActuator,
+        logs: [&[Dataset]; 2],
+        errors: [[f64; 2]; 2],
+    ) -> Model {
+        let Some((told, alone)) = self.delay().zip(self.without_delay(actuator)) else { return model };
+        let reference = |log: &Dataset| LogReference {
+            file: log.source_name().to_owned(),
+            sha256: log.sha256().to_owned(),
+        };
+        let mut before = model.clone();
+        before.actuator.steady_rate = powers(&alone.coefficients);
+        before.actuator.voltage_gain = alone.voltage_gain;
+        before.actuator.pole = alone.pole;
+        let [[train_before, train_after], [validate_before, validate_after]] = errors;
+        model.ladder.push(Step {
+            added: vec![DELAY.to_owned()],
+            logs: logs[0].iter().map(reference).collect(),
+            validation: logs[1].iter().map(reference).collect(),
+            error: ErrorFall {
+                measure: "rms of the rotor rate [rad/s]".to_owned(),
+                // With the delay what is left is noise: that is why it was taken in.
+                noise_floor: told.residual_with,
+                train_before,
+                train_after,
+                validate_before,
+                validate_after,
+            },
+            before: before.parameters(),
+        });
+        model.effects.push(AddedEffect {
+            id: DELAY.to_owned(),
+            parameters: [("delay".to_owned(), told.delay.value)].into(),
+        });
+        model.standard_errors.insert(format!("{DELAY}.delay"), told.delay.standard_error);
+        model
+    }
+
     fn model(&self, actuator: &IdentifiedActuator) -> Model {
         let mut model = self.settings.template.clone();
         model.name = "identified".to_owned();
         model.ladder.clear();
         model.standard_errors.clear();
-        model.actuator.steady_rate =
-            std::iter::once(0.0).chain(actuator.coefficients.iter().copied()).collect();
+        // What was identified now stands in for what the template knew of it.
+        model.effects.retain(|added| added.id != DELAY || self.pole_estimate().is_none());
+        model.actuator.steady_rate = powers(&actuator.coefficients);
         model.actuator.voltage_gain = actuator.voltage_gain;
         model.actuator.pole = actuator.pole;
         model.actuator.thrust_coefficient = actuator.thrust_coefficient;
@@ -110,19 +176,30 @@ impl Work<'_> {
         let response = frequency::response(&self.lively, |rotor, row| {
             actuator.steady_rate(rotor.command[row], rotor.voltage.as_ref().map(|voltage| voltage[row]))
         });
-        let validate = |rotors: &[RotorLog]| -> Vec<Validation> {
-            rotors.iter().filter_map(|rotor| validate::validate(rotor, &actuator)).collect()
+        let run = |rotors: &[RotorLog], actuator: &IdentifiedActuator| -> Vec<Validation> {
+            rotors.iter().filter_map(|rotor| validate::validate(rotor, actuator)).collect()
         };
         let mut other = rotor_logs(validation, self.settings, &mut self.warnings)?;
         if !self.use_battery {
             other.iter_mut().for_each(|rotor| rotor.voltage = None);
         }
+        let validated = run(&other, &actuator);
+        let mut model = self.model(&actuator);
+        if let Some((told, alone)) = self.delay().zip(self.without_delay(&actuator)) {
+            let held_out = if validated.is_empty() {
+                told.held_out
+            } else {
+                [rms(&run(&other, &alone)), rms(&validated)]
+            };
+            let errors = [[told.residual_without, told.residual_with], held_out];
+            model = self.with_delay(model, &actuator, [logs, validation], errors);
+        }
         Ok(Identification {
-            model: self.model(&actuator),
+            model,
             frequency_response: response,
             interval: self.lively.first().map_or(0.0, |rotor| rotor.interval),
-            training: validate(&self.rotors),
-            validation: validate(&other),
+            training: run(&self.rotors, &actuator),
+            validation: validated,
             parts: self.parts,
             battery: self.battery,
             static_curve: self.static_curve,
@@ -162,21 +239,22 @@ impl Work<'_> {
         let rivals = self.pole.as_ref().map(|fit| (&fit.rivals, fit.residual_correlation));
         let rivals = rivals.or(self.joint.as_ref().map(|fit| (&fit.rivals, fit.residual_correlation)));
         if let Some((rivals, correlation)) = rivals {
-            let needed: Vec<String> = rivals
-                .iter()
-                .filter(|rival| rival.needed)
-                .map(|rival| {
-                    let (time, error) = (1e3 * rival.time.value, 1e3 * rival.time.standard_error);
-                    let left = rival.residual_rms;
-                    format!(
-                        "`{}` of {time:.1} ± {error:.1} ms lowers the error to {left:.2} rad/s",
-                        rival.effect
-                    )
-                })
-                .collect();
-            if !needed.is_empty() {
+            let taken = self.delay();
+            let needed =
+                |rival: &&Rival| rival.needed && (taken.is_none() || rival.effect != DELAY && rival.clear);
+            let needed: Vec<String> = rivals.iter().filter(needed).map(in_words).collect();
+            if let Some(told) = taken {
                 say.push(format!(
-                    "a first-order lag is not enough: {}; `diagnose` tells which effect it is, `extend` adds it",
+                    "the rotor answers {:.2} ± {:.2} ms late: the model has `{DELAY}` for it, and the pole fitted beside it,                      {:.3} rad/s; without it the pole would come out as {:.3}, to make up for the delay (--no-delay leaves it out)",
+                    1e3 * told.delay.value,
+                    1e3 * told.delay.standard_error,
+                    self.pole_estimate().map_or(f64::NAN, |pole| pole.value),
+                    told.pole_without.value
+                ));
+            } else if !needed.is_empty() {
+                say.push(format!(
+                    "a first-order lag is not enough, and its pole makes up for what is missing: {}; `diagnose` tells which \
+                     effect it is, `extend` adds it",
                     needed.join(", ")
                 ));
             }
@@ -198,6 +276,7 @@ impl Work<'_> {
             ));
         }
         self.check_template(&mut say);
+        self.check_inertia(&mut say);
         if let Some((low, high)) = self.lively_range().filter(|(low, high)| high - low < 0.05) {
             say.push(format!("lively commands span only {low:.3} to {high:.3}: g(u) holds near there only"));
         }
@@ -234,9 +313,47 @@ impl Work<'_> {
         }
     }
 
+    /// Says so where J is off by the factor between radians and degrees.
+    fn check_inertia(&self, say: &mut Vec<String>) {
+        let Some(body) = &self.body else { return };
+        let ratio = self.settings.template.body.inertia / body.inertia.value;
+        let degrees = 180.0 / std::f64::consts::PI;
+        if (0.7..1.4).contains(&(ratio / degrees)) {
+            say.push(format!(
+                "{}: J = {:.2e} kg m² is 1/{ratio:.0} of the template's {}; if the body rate is in degrees per second, import \
+                 it with unit `deg/s`",
+                body.source, body.inertia.value, self.settings.template.body.inertia
+            ));
+        }
+    }
+
     fn lively_range(&self) -> Option<(f64, f64)> {
         let ranges: Vec<(f64, f64)> = self.lively.iter().map(|rotor| bounds(&rotor.command)).collect();
         let low = ranges.iter().map(|range| range.0).reduce(f64::min)?;
         Some((low, ranges.iter().map(|range| range.1).fold(low, f64::max)))
     }
+}
+
+/// A rival that the data ask for.
+fn in_words(rival: &Rival) -> String {
+    format!(
+        "`{}` of {:.1} ± {:.1} ms lowers the error to {:.2} rad/s, with a pole of {:.2} rad/s beside it",
+        rival.effect,
+        1e3 * rival.time.value,
+        1e3 * rival.time.standard_error,
+        rival.residual_rms,
+        rival.pole
+    )
+}
+
+/// [rad/s] coefficients by ascending power, from u^0.
+fn powers(coefficients: &[f64]) -> Vec<f64> {
+    std::iter::once(0.0).chain(coefficients.iter().copied()).collect()
+}
+
+/// [rad/s] over all samples of `runs`.
+fn rms(runs: &[Validation]) -> f64 {
+    let squares: f64 = runs.iter().map(|run| run.rms * run.rms * run.samples as f64).sum();
+    let samples: usize = runs.iter().map(|run| run.samples).sum();
+    (squares / samples.max(1) as f64).sqrt()
 }

@@ -235,6 +235,7 @@ fn the_inertia_from_an_attitude_log() {
         voltage_gain: 0.0,
         full_voltage: FULL_VOLTAGE,
         pole: POLE,
+        delay: 0.0,
         thrust_coefficient: THRUST,
     };
     for memory in MEMORIES {

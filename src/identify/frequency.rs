@@ -122,21 +122,43 @@ fn welch(stretches: &[(Vec<f64>, Vec<f64>)], window: usize, interval: f64) -> Ve
         .collect()
 }
 
-/// Magnitude [-] and phase [deg] of p/(s + p) behind a zero-order hold, sampled every `interval` [s] at the
-/// instants of the commands: what [`response`] measures when the model is right.
-#[must_use]
-pub fn sampled_lag(pole: f64, interval: f64, frequency: f64) -> (f64, f64) {
-    let decay = (-pole * interval).exp();
-    let forward = Complex64::from_polar(1.0, std::f64::consts::TAU * frequency * interval);
-    let response = Complex64::new(1.0 - decay, 0.0) / (forward - decay);
-    (response.norm(), response.arg().to_degrees())
+/// Response of p/(s + p) behind a transport delay: what [`response`] measures when the model is right.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LagResponse {
+    /// [rad/s] p.
+    pub pole: f64,
+    /// [s] transport delay.
+    pub delay: f64,
 }
 
-/// Magnitude [-] and phase [deg] of the continuous-time p/(s + p): the black line of [LPC16] Fig. 5.
-#[must_use]
-pub fn continuous_lag(pole: f64, frequency: f64) -> (f64, f64) {
-    let response = Complex64::new(pole, 0.0) / Complex64::new(pole, std::f64::consts::TAU * frequency);
-    (response.norm(), response.arg().to_degrees())
+impl LagResponse {
+    /// Magnitude [-] and phase [deg], unwound, in continuous time: the black line of [LPC16] Fig. 5.
+    #[must_use]
+    pub fn continuous(&self, frequency: f64) -> (f64, f64) {
+        let turning = std::f64::consts::TAU * frequency;
+        let lag = Complex64::new(self.pole, 0.0) / Complex64::new(self.pole, turning);
+        (lag.norm(), (lag.arg() - turning * self.delay).to_degrees())
+    }
+
+    /// Magnitude [-] and phase [deg], unwound, behind a zero-order hold and sampled every `interval` [s] at the instants
+    /// of the commands.
+    #[must_use]
+    pub fn sampled(&self, interval: f64, frequency: f64) -> (f64, f64) {
+        let forward = Complex64::from_polar(1.0, std::f64::consts::TAU * frequency * interval);
+        let whole = (self.delay / interval + 1e-9).floor();
+        // The command changes this long before the end of an interval.
+        let left = interval - (self.delay - whole * interval).max(0.0);
+        let (decay, late) = ((-self.pole * interval).exp(), (-self.pole * left).exp());
+        let input = Complex64::new(1.0 - late, 0.0) + (late - decay) / forward;
+        let lag = input / (forward - decay);
+        let phase = lag.arg().to_degrees() - 360.0 * frequency * interval * whole;
+        (lag.norm(), near(phase, self.continuous(frequency).1))
+    }
+}
+
+/// [deg] `phase` by whole turns as near to `other` as it comes.
+pub(crate) fn near(phase: f64, other: f64) -> f64 {
+    other + (phase - other + 180.0).rem_euclid(360.0) - 180.0
 }
 
 #[cfg(test)]
@@ -164,7 +186,8 @@ mod tests {
         let points = welch(&[(input, output)], 1024, 0.02);
         let mut inside = 0;
         for point in &points {
-            let (magnitude, phase) = sampled_lag(16.0, 0.02, point.frequency);
+            let lag = LagResponse { pole: 16.0, delay: 0.0 };
+            let (magnitude, phase) = lag.sampled(0.02, point.frequency);
             inside += usize::from((point.magnitude - magnitude).abs() < 2.0 * point.magnitude_error);
             if point.coherence > 0.9 {
                 let away = (point.phase_deg - phase + 540.0).rem_euclid(360.0) - 180.0;
@@ -174,5 +197,31 @@ mod tests {
         }
         let share = inside as f64 / points.len() as f64;
         assert!((0.85..=1.0).contains(&share), "{share}");
+    }
+
+    /// The lag in a thousand Euler steps an interval, its input late by one and a half intervals.
+    #[test]
+    fn the_sampled_response_knows_a_delay_between_two_samples() {
+        let (pole, interval, delay) = (16.0, 0.02, 0.031);
+        let turning = std::f64::consts::TAU * 6.0;
+        let (mut state, mut sum) = (0.0, Complex64::ZERO);
+        let held = |time: f64| (turning * interval * (time / interval).floor()).cos();
+        // Twice 100 intervals are whole turns of 6 Hz; the first hundred are for the start to be forgotten.
+        for row in 0..200 {
+            let time = f64::from(row) * interval;
+            if row >= 100 {
+                sum += Complex64::from_polar(2.0 / 100.0, -turning * time) * state;
+            }
+            for step in 0..1000 {
+                let now = time + (f64::from(step) + 0.5) * interval / 1000.0 - delay;
+                state += pole * interval / 1000.0 * (held(now) - state);
+            }
+        }
+        let (magnitude, phase) = LagResponse { pole, delay }.sampled(interval, 6.0);
+        // Euler is off by half a step: 1e-5 s of 6 Hz is 0.02 degrees.
+        assert!((magnitude - sum.norm()).abs() < 1e-3 * magnitude, "{magnitude} {}", sum.norm());
+        assert!((phase - near(sum.arg().to_degrees(), phase)).abs() < 0.1, "{phase} {}", sum.arg());
+        // Unwound: a lag of nearly a quarter turn, 31 ms and half an interval of 6 Hz.
+        assert!((-180.0..-130.0).contains(&phase), "{phase}");
     }
 }

@@ -6,15 +6,13 @@
 use serde::Serialize;
 
 use super::Estimate;
-use super::linear::blocks;
+use super::late::{self, Delay, LateFit};
 use super::pole::{self, LagFit, Record};
 use super::record_of::record_of;
 use super::rivals::{self, Rival};
 use super::rotor_log::RotorLog;
 use super::static_curve::{DegreeScore, HIGHEST_DEGREE};
 
-/// Folds of the cross-validation over the degree.
-const FOLDS: usize = 3;
 /// Rows of each log that decide on the degree: four minutes at 50 Hz.
 const DEGREE_ROWS: usize = 12_000;
 
@@ -37,6 +35,11 @@ pub struct JointFit {
     pub degrees: Vec<DegreeScore>,
     /// A delay and a second pole, tried.
     pub rivals: Vec<Rival>,
+    /// The delay, where it was settled; everything else then was fitted beside it.
+    pub delay: Option<Delay>,
+    /// [rad/s] the curve without the delay, where there is one; and k_V [rad/(s V)].
+    #[serde(skip)]
+    pub(super) without_delay: Option<(Vec<f64>, Option<f64>)>,
 }
 
 /// What is fitted.
@@ -90,29 +93,21 @@ impl Problem<'_> {
     /// Squared error of each block when it was held out.
     fn held_out<const M: usize>(&self) -> Option<Vec<f64>> {
         let full = self.record::<M>(self.rotors, 0.0);
-        let near = pole::fit(&full)?.pole;
-        let blocks: Vec<std::ops::Range<usize>> = blocks(full.time.len()).collect();
-        let mut squares = vec![0.0; blocks.len()];
-        for fold in 0..FOLDS {
-            let held = || blocks.iter().enumerate().filter(move |(index, _)| index % FOLDS == fold);
-            let mut kept = full.clone();
-            held().for_each(|(_, rows)| kept.output[rows.clone()].fill(f64::NAN));
-            let errors = pole::errors(&full, &pole::fit_from(&kept, near)?);
-            for (index, rows) in held() {
-                let scored: Vec<f64> =
-                    errors[rows.clone()].iter().copied().filter(|e| e.is_finite()).collect();
-                squares[index] = scored.iter().map(|e| e * e).sum::<f64>() / scored.len().max(1) as f64;
-            }
-        }
-        Some(squares)
+        late::held_out(&full, pole::fit(&full)?.pole)
+    }
+
+    fn late<const M: usize>(&self, fit: &LagFit, rivals: &[Rival]) -> Option<LateFit> {
+        let interval = self.rotors.first().map_or(0.0, |rotor| rotor.interval);
+        late::identify::<M>(fit, rivals, interval, |delay| self.record(self.rotors, delay))
     }
 }
 
-/// Fits all rotors' records together. Without `degree` cross-validation chooses it.
+/// Fits all rotors' records together. Without `degree` cross-validation chooses it; with `delays` a delay that the data
+/// settle is fitted beside.
 pub(super) fn identify(
     rotors: &[RotorLog],
     full_voltage: f64,
-    battery: bool,
+    (battery, delays): (bool, bool),
     degree: Option<usize>,
     warnings: &mut Vec<String>,
 ) -> Option<JointFit> {
@@ -131,6 +126,15 @@ pub(super) fn identify(
         fit = sized!(problem, fit());
     }
     let fit = fit?;
+    let rivals = sized!(problem, rivals(&fit));
+    let late = if delays { sized!(problem, late(&fit, &rivals)) } else { None };
+    let without_delay = late
+        .as_ref()
+        .map(|_| (fit.coefficients[..degree].to_vec(), problem.battery.then(|| fit.coefficients[degree])));
+    let (fit, delay) = match late {
+        Some(LateFit { fit, told }) => (fit, Some(told)),
+        None => (fit, None),
+    };
     let estimate =
         |index: usize| Estimate { value: fit.coefficients[index], standard_error: fit.error(index) };
     Some(JointFit {
@@ -141,7 +145,9 @@ pub(super) fn identify(
         residual_correlation: fit.residual_correlation,
         samples: fit.samples,
         degrees,
-        rivals: sized!(problem, rivals(&fit)),
+        rivals,
+        delay,
+        without_delay,
     })
 }
 

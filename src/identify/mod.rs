@@ -7,7 +7,7 @@
 //! 2. g(u) from slow ramps, Eq. (9), its degree by cross-validation, and whether the ramps were slow enough for
 //!    Eq. (4) (`static_curve`);
 //! 3. p from lively commands, section III.B, by output error (`pole`), against a delay and a second pole
-//!    (`rivals`), with the frequency response of Fig. 5 (`frequency`);
+//!    (`rivals`), with the delay in the model where the data settle it (`late`), with the frequency response of Fig. 5 (`frequency`);
 //! 4. the thrust curve where thrust was measured, Eq. (13) (`thrust`), the body from attitude logs, Eq. (1)
 //!    (`body`);
 //! 5. validation on other logs as in Fig. 3 (`validate`).
@@ -24,6 +24,7 @@ pub mod fit;
 mod frequency;
 mod gram;
 mod joint;
+mod late;
 mod linear;
 mod outcome;
 pub mod pole;
@@ -39,8 +40,10 @@ use serde::Serialize;
 
 pub use battery::{BatteryGain, LevelGain};
 pub use body::Body;
-pub use frequency::{ResponsePoint, continuous_lag, sampled_lag};
+pub(crate) use frequency::near;
+pub use frequency::{LagResponse, ResponsePoint};
 pub use joint::JointFit;
+pub use late::Delay;
 pub use outcome::{Identification, IdentifySettings, Part, PoleFit};
 pub use procedure::{STEPS, identify, identify_telling};
 pub use rivals::Rival;
@@ -133,6 +136,8 @@ pub struct IdentifiedActuator {
     pub full_voltage: f64,
     /// [rad/s]
     pub pole: f64,
+    /// [s] transport delay of the command; zero: none.
+    pub delay: f64,
     /// [N s²/rad²]
     pub thrust_coefficient: f64,
 }
@@ -146,6 +151,18 @@ impl IdentifiedActuator {
         let drop =
             voltage.filter(|voltage| voltage.is_finite()).map_or(0.0, |voltage| self.full_voltage - voltage);
         static_curve::polynomial(&self.coefficients, command) - self.voltage_gain * drop
+    }
+
+    /// The row whose command has arrived, at each instant of `time` [s].
+    fn arrived(&self, time: &[f64]) -> Vec<usize> {
+        let mut acting = 0;
+        let each = (0..time.len()).map(|row| {
+            while acting < row && time[acting + 1] + self.delay <= time[row] {
+                acting += 1;
+            }
+            acting
+        });
+        each.collect()
     }
 
     /// [rad/s] free run over `time` with commands and voltages held between samples, from the steady rate of the
@@ -163,22 +180,31 @@ impl IdentifiedActuator {
         command: &[f64],
         voltage: Option<&[f64]>,
     ) -> Vec<f64> {
+        let held = |values: &[f64]| rotor_log::held_everywhere(values);
+        let command = held(command);
+        let voltage = voltage.map(held);
+        let steady = |acting: usize, row: usize| {
+            let command =
+                command.get(acting).or(command.last()).copied().filter(|command| command.is_finite());
+            let voltage = voltage.as_ref().and_then(|voltage| voltage.get(row).or(voltage.last()));
+            self.steady_rate(command.unwrap_or(0.0), voltage.copied())
+        };
+        // Exact with the input held: [LPC16] Eq. (2), second line.
+        let lag = |rate: f64, steady: f64, span: f64| steady + (rate - steady) * (-self.pole * span).exp();
         let mut rates = Vec::with_capacity(time.len());
         let mut rate = start;
-        let first_known = |values: &[f64]| values.iter().copied().find(|value| value.is_finite());
-        let mut held = first_known(command).unwrap_or(0.0);
-        let mut held_voltage = voltage.and_then(first_known);
-        for row in 0..time.len() {
-            held = command.get(row).copied().filter(|command| command.is_finite()).unwrap_or(held);
-            let cell = voltage.and_then(|voltage| voltage.get(row)).copied();
-            held_voltage = cell.filter(|voltage| voltage.is_finite()).or(held_voltage);
-            let steady = self.steady_rate(held, held_voltage);
-            let now = rate.unwrap_or(steady);
+        // Before the delay has passed, the first command acts.
+        for (row, mut acting) in self.arrived(time).into_iter().enumerate() {
+            let mut now = rate.unwrap_or_else(|| steady(acting, row));
             rates.push(now);
-            if let Some(next) = time.get(row + 1) {
-                // Exact with the input held: [LPC16] Eq. (2), second line.
-                rate = Some(steady + (now - steady) * (-self.pole * (next - time[row])).exp());
+            let Some(&next) = time.get(row + 1) else { break };
+            let mut from = time[row];
+            while acting < row && time[acting + 1] + self.delay < next {
+                let arrives = time[acting + 1] + self.delay;
+                now = lag(now, steady(acting, row), arrives - from);
+                (acting, from) = (acting + 1, arrives);
             }
+            rate = Some(lag(now, steady(acting, row), next - from));
         }
         rates
     }

@@ -6,6 +6,7 @@ use super::battery::BatteryGain;
 use super::body::Body;
 use super::frequency::ResponsePoint;
 use super::joint::JointFit;
+use super::late::Delay;
 use super::rivals::Rival;
 use super::static_curve::StaticCurve;
 use super::thrust::ThrustCurve;
@@ -23,13 +24,21 @@ pub struct IdentifySettings {
     pub degree: Option<usize>,
     /// Whether the battery takes part (where its voltage was logged).
     pub battery: bool,
+    /// Whether a transport delay that the data settle goes into the model.
+    pub delay: bool,
     /// Which rotors' columns to use, from 1; they are taken as identical, as the paper does.
     pub rotors: Vec<usize>,
 }
 
 impl Default for IdentifySettings {
     fn default() -> Self {
-        Self { template: Model::paper(), degree: None, battery: true, rotors: (1..=ROTORS).collect() }
+        Self {
+            template: Model::paper(),
+            degree: None,
+            battery: true,
+            delay: true,
+            rotors: (1..=ROTORS).collect(),
+        }
     }
 }
 
@@ -53,6 +62,8 @@ pub struct PoleFit {
     pub samples: usize,
     /// A delay and a second pole, tried.
     pub rivals: Vec<Rival>,
+    /// The delay, where it was settled; pole, gain and offset then were fitted beside it.
+    pub delay: Option<Delay>,
 }
 
 /// One step of section III: done, or why not.

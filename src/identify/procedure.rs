@@ -3,6 +3,7 @@
 use super::battery::{self, BatteryGain};
 use super::body::{self, Body};
 use super::joint::{self, JointFit};
+use super::late::{self, Delay, LateFit};
 use super::outcome::{Identification, IdentifySettings, Part, PoleFit};
 use super::pole;
 use super::record_of::record_of;
@@ -169,9 +170,10 @@ impl<'a> Work<'a> {
             return self.note(STEP, false, why);
         }
         let (full_voltage, degree) = (self.full_voltage(), self.settings.degree);
-        let fit = joint::identify(&self.lively, full_voltage, self.use_battery, degree, &mut self.warnings);
+        let parts = (self.use_battery, self.settings.delay);
+        let fit = joint::identify(&self.lively, full_voltage, parts, degree, &mut self.warnings);
         match &fit {
-            Some(fit) => self.note(STEP, true, format!("{} samples", fit.samples)),
+            Some(fit) => self.note(STEP, true, outcome(fit.samples, fit.delay.as_ref())),
             None => self.note(
                 STEP,
                 false,
@@ -247,7 +249,16 @@ impl<'a> Work<'a> {
             return self.note(STEP, false, "the commands do not move z enough");
         };
         let rivals = rivals::both(&fit, &self.lively, record);
-        self.note(STEP, true, format!("{} samples", fit.samples));
+        let interval = self.lively.first().map_or(0.0, |rotor| rotor.interval);
+        let late = self
+            .settings
+            .delay
+            .then(|| late::identify(&fit, &rivals, interval, |delay| record(&self.lively, delay)));
+        let (fit, delay) = match late.flatten() {
+            Some(LateFit { fit, told }) => (fit, Some(told)),
+            None => (fit, None),
+        };
+        self.note(STEP, true, outcome(fit.samples, delay.as_ref()));
         let estimate =
             |index: usize| Estimate { value: fit.coefficients[index], standard_error: fit.error(index) };
         self.pole = Some(PoleFit {
@@ -258,6 +269,7 @@ impl<'a> Work<'a> {
             residual_correlation: fit.residual_correlation,
             samples: fit.samples,
             rivals,
+            delay,
         });
     }
 
@@ -312,6 +324,17 @@ impl<'a> Work<'a> {
             }
         }
         self.body = best;
+    }
+}
+
+/// What a fit of the pole came to, in words.
+fn outcome(samples: usize, delay: Option<&Delay>) -> String {
+    match delay {
+        Some(told) => {
+            let (delay, error) = (1e3 * told.delay.value, 1e3 * told.delay.standard_error);
+            format!("{samples} samples, beside a delay of {delay:.2} ± {error:.2} ms")
+        }
+        None => format!("{samples} samples"),
     }
 }
 

@@ -31,6 +31,8 @@ pub struct Rival {
     pub residual_rms: f64,
     /// Whether the data ask for it.
     pub needed: bool,
+    /// Whether they prefer it to every other rival.
+    pub clear: bool,
 }
 
 /// Both rivals on the first [`DECIDING_ROWS`] rows of each log: `record(rotors, τ)` is the record of `rotors`
@@ -47,9 +49,23 @@ pub(super) fn both<const M: usize>(
     let Some(lag) = pole::fit_from(&head, whole.pole) else { return Vec::new() };
     let mut rivals: Vec<Rival> =
         delay(&lag, interval, record).into_iter().chain(second_order(&lag, &head)).collect();
+    let least = |but: usize| {
+        let others = rivals.iter().enumerate().filter(|(index, _)| *index != but);
+        others.map(|(_, rival)| rival.residual_rms).fold(lag.residual_rms, f64::min)
+    };
+    let clear: Vec<bool> =
+        (0..rivals.len()).map(|index| is_clear(&rivals[index], least(index), &lag)).collect();
+    rivals.iter_mut().zip(clear).for_each(|(rival, clear)| rival.clear = clear);
     // As errors over the whole record, so that they can be read beside that of the lag alone.
     rivals.iter_mut().for_each(|rival| rival.residual_rms *= whole.residual_rms / lag.residual_rms);
     rivals
+}
+
+/// Whether a rival stands out: each standard error by which the next best is worse raises the cost by the variance of
+/// the noise, of what is left with the rival itself.
+fn is_clear(rival: &Rival, next: f64, lag: &LagFit) -> bool {
+    let raised = lag.samples as f64 * ((next / rival.residual_rms).powi(2) - 1.0);
+    raised > SIGNIFICANT * SIGNIFICANT
 }
 
 /// Fits a delay in front of the lag.
@@ -103,7 +119,8 @@ fn rival(
     let residual_rms = (least / samples).sqrt();
     let needed =
         time > SIGNIFICANT * standard_error && residual_rms < (1.0 - WORTH) * first_order.residual_rms;
-    Rival { effect, time: Estimate { value: time, standard_error }, pole, residual_rms, needed }
+    let time = Estimate { value: time, standard_error };
+    Rival { effect, time, pole, residual_rms, needed, clear: false }
 }
 
 /// Columns of the two-pole problem: at most five outputs, two initial states, the measurement.
@@ -172,7 +189,7 @@ fn eliminate(gram: &mut DMatrix<f64>, index: usize) {
 const GOLDEN_STEPS: usize = 16;
 
 /// Minimum of a function with one valley between two ends: golden section, to a 5e-4 part of the span.
-fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (f64, f64) {
+pub(super) fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (f64, f64) {
     const SHARE: f64 = 0.618_033_988_749_895;
     let (mut left, mut right) = (high - SHARE * (high - low), low + SHARE * (high - low));
     let (mut f_left, mut f_right) = (f(left), f(right));

@@ -133,6 +133,9 @@ pub fn on_bench(
     })
 }
 
+/// [s] without a word from the guard after which the bench counts as gone.
+const GONE_S: f64 = 5.0;
+
 /// Looks on at the guard while an experiment is flown.
 struct Watch<'a> {
     slots: u64,
@@ -151,10 +154,24 @@ impl Watch<'_> {
         let mut begun_ns = None;
         let mut share = 0.0;
         let span_s = self.slots as f64 * self.period_s;
+        let mut heard_ns = clock::monotonic_ns();
+        let mut is_told = false;
         while !self.ended.is_requested() {
             std::thread::sleep(std::time::Duration::from_millis(20));
-            let Some(applied) = applied.newest() else { continue };
+            let Some(applied) = applied.newest() else {
+                if clock::span_s(clock::monotonic_ns().saturating_sub(heard_ns)) > GONE_S {
+                    self.shutdown.request();
+                    return Some(format!("nothing was heard of the bench's guard for {GONE_S} s"));
+                }
+                continue;
+            };
+            heard_ns = clock::monotonic_ns();
             let state = State::from_code(applied.state).unwrap_or_default();
+            if state == State::FailsafeLatched && begun_ns.is_none() && !is_told {
+                let cause = Cause::from_code(applied.cause).unwrap_or_default();
+                tracing::warn!("the guard is latched ({cause}): `rotorbench disarm`, then `rotorbench arm`");
+                is_told = true;
+            }
             if state.is_active() {
                 let begun_ns = *begun_ns.get_or_insert(applied.stamp_ns);
                 share = (clock::span_s(applied.stamp_ns.saturating_sub(begun_ns)) / span_s).min(1.0);

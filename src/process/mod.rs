@@ -1,5 +1,6 @@
 //! The bodies of the processes: bridge, control, run, record.
 
+pub mod answer;
 pub mod bridge;
 pub mod control;
 pub mod digest;
@@ -16,6 +17,7 @@ pub mod paper;
 pub mod pilot;
 pub mod plant;
 pub mod record;
+pub mod recorded_flight;
 pub mod replay;
 pub mod run;
 pub mod trace;

@@ -1,9 +1,7 @@
 //! The report of `identify`: the tables of section III, its figures, and what the reader must know.
 
 use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
-use crate::identify::{
-    DegreeScore, Estimate, Identification, Rival, Validation, continuous_lag, sampled_lag,
-};
+use crate::identify::{DegreeScore, Estimate, Identification, LagResponse, Validation, near};
 
 /// Value and 95 % interval as cells of a row.
 fn cells(name: &str, estimate: Estimate, unit: &str, from: &str) -> [String; 6] {
@@ -37,6 +35,10 @@ impl Identification {
         }
         if let Some(pole) = &self.pole {
             table = table.row(cells("p", pole.pole, "rad/s", "lively commands, section III.B"));
+            let told = pole.delay.as_ref().map(|told| told.delay.scaled(1e3));
+            table = told.into_iter().fold(table, |table, delay| {
+                table.row(cells("delay", delay, "ms", "beside p, in the model as `transport_delay`"))
+            });
             table = table.row(cells("gain from z", pole.gain, "-", "beside p: 1 when g(u) holds in motion"));
         }
         if let Some(joint) = &self.joint {
@@ -52,6 +54,10 @@ impl Identification {
                 table = table.row(cells("k_V", gain, "rad/(s V)", from));
             }
             table = table.row(cells("p", joint.pole, "rad/s", from(false)));
+            let told = joint.delay.as_ref().map(|told| told.delay.scaled(1e3));
+            table = told
+                .into_iter()
+                .fold(table, |table, delay| table.row(cells("delay", delay, "ms", from(false))));
         }
         if let Some(thrust) = &self.thrust {
             table = table.row(cells("c", thrust.coefficient, "N s²/rad²", "measured thrust"));
@@ -132,13 +138,20 @@ impl Identification {
     /// The first-order lag against a delay and a second pole.
     #[must_use]
     pub fn rival_table(&self) -> Option<Table> {
-        let alone = self.pole.as_ref().map(|fit| (fit.residual_rms, &fit.rivals));
-        let (rms, rivals): (f64, &Vec<Rival>) =
-            alone.or(self.joint.as_ref().map(|fit| (fit.residual_rms, &fit.rivals)))?;
+        let alone = self.pole.as_ref();
+        let alone = alone.map(|fit| (fit.pole, fit.residual_rms, &fit.delay, &fit.rivals));
+        let joint = self.joint.as_ref();
+        let joint = joint.map(|fit| (fit.pole, fit.residual_rms, &fit.delay, &fit.rivals));
+        let (pole, rms, told, rivals) = alone.or(joint)?;
+        let (pole, rms) = told.as_ref().map_or((pole.value, rms), |told| {
+            // Pole and rest are then those beside the delay.
+            (told.pole_without.value, told.residual_without)
+        });
         let table = Table::new([
             "model",
             "time [ms]",
             "standard error [ms]",
+            "pole p beside it [rad/s]",
             "rms left [rad/s]",
             "asked for by the data",
         ])
@@ -147,19 +160,27 @@ impl Identification {
             "first-order lag".to_owned(),
             String::new(),
             String::new(),
+            number(pole, 5),
             number(rms, 4),
             String::new(),
         ]);
         Some(rivals.iter().fold(table, |table, rival| {
-            let mark = if rival.needed { Mark::Warning } else { Mark::Plain };
+            let is_taken = told.is_some() && rival.effect == "transport_delay";
+            let (mark, asked) = match (is_taken, rival.needed) {
+                (true, _) => (Mark::Good, "yes, and in the model"),
+                (false, true) if told.is_some() && !rival.clear => (Mark::Plain, "in its place only"),
+                (false, true) => (Mark::Warning, "yes"),
+                (false, false) => (Mark::Plain, "no"),
+            };
             table.marked_row(
                 mark,
                 [
                     rival.effect.to_owned(),
                     number(1e3 * rival.time.value, 3),
                     number(1e3 * rival.time.standard_error, 2),
+                    number(rival.pole, 5),
                     number(rival.residual_rms, 4),
-                    if rival.needed { "yes" } else { "no" }.to_owned(),
+                    asked.to_owned(),
                 ],
             )
         }))
@@ -177,7 +198,8 @@ impl Identification {
             page.verdict(Mark::Warning, warning.as_str());
         }
         page.heading("Result").table(self.parameter_table()).table(self.part_table());
-        page.formula("z = g(u) - k_V (v_bmax - v_b),   ω̇_p = p (z - ω_p),   f = c ω_p²");
+        let command = if self.actuator.delay > 0.0 { "u(t - τ)" } else { "u" };
+        page.formula(format!("z = g({command}) - k_V (v_bmax - v_b),   ω̇_p = p (z - ω_p),   f = c ω_p²"));
         page.heading("Static curve");
         self.degree_table().into_iter().for_each(|table| {
             page.table(table);
@@ -232,9 +254,11 @@ impl Identification {
         }
         let frequency: Vec<f64> = good.iter().map(|point| point.frequency).collect();
         let of = |pick: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..good.len()).map(pick).collect() };
-        let pole = self.actuator.pole;
-        let sampled = |k: usize| sampled_lag(pole, self.interval, frequency[k]);
-        let continuous = |k: usize| continuous_lag(pole, frequency[k]);
+        let lag = LagResponse { pole: self.actuator.pole, delay: self.actuator.delay };
+        let sampled = |k: usize| lag.sampled(self.interval, frequency[k]);
+        let continuous = |k: usize| lag.continuous(frequency[k]);
+        // Unwound as the model's: a delay turns it more than once.
+        let phase = of(&|k| near(good[k].phase_deg, sampled(k).1));
         let axis = || Axis::new("frequency", "Hz").logarithmic();
         let low = of(&|k| good[k].magnitude - 1.96 * good[k].magnitude_error);
         let high = of(&|k| good[k].magnitude + 1.96 * good[k].magnitude_error);
@@ -250,7 +274,7 @@ impl Identification {
             Plot::new("Phase", axis(), Axis::new("phase", "deg"))
                 .group("bode")
                 .height(220)
-                .series(Series::points("data", &frequency, &of(&|k| good[k].phase_deg)).tone(Tone::Measured))
+                .series(Series::points("data", &frequency, &phase).tone(Tone::Measured))
                 .series(Series::line("model, sampled", &frequency, &of(&|k| sampled(k).1)).tone(Tone::Model))
                 .series(Series::line("model, continuous", &frequency, &of(&|k| continuous(k).1)).dashed()),
         )

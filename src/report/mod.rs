@@ -51,7 +51,9 @@
 mod bars;
 pub mod comparison;
 mod decimate;
+pub mod deviations;
 pub mod diagnosis;
+mod flights;
 pub mod histogram;
 mod identification;
 mod jitter;

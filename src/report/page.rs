@@ -120,7 +120,8 @@ impl Page {
     /// The whole page as HTML.
     #[must_use]
     pub fn emit(&self) -> String {
-        let title = escape(&self.title);
+        // The browser's tab shows no markup.
+        let (title, heading) = (escape(&self.title.replace('`', "")), inline(&self.title));
         let mut body = String::new();
         let mut headings = Vec::new();
         emit_blocks(&self.blocks, &mut body, &mut headings);
@@ -138,7 +139,7 @@ impl Page {
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <meta name=\"generator\" content=\"rotorbench {version}\">\n<title>{title}</title>\n\
-             <style>{UPLOT_STYLE}\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{title}</h1>\n{contents}\n{body}\
+             <style>{UPLOT_STYLE}\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{heading}</h1>\n{contents}\n{body}\
              <footer>rotorbench {version}. Plots: drag to zoom, double-click for all, click a name to hide it. \
              Drawn by uPlot (MIT licence, in this file's source).</footer>\n</main>\n\
              <noscript><p>The plots of this report need JavaScript; nothing is loaded from the network.</p></noscript>\n\

@@ -1,7 +1,9 @@
 //! The report of `paper`: every table and figure, ours beside the printed one.
 
+use super::deviations;
+use super::flights::{DISTURBANCE, Shown, answer_plots, answer_table};
 use super::identification::error_plots;
-use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
+use super::{Mark, Page, Table, Tone, number};
 use crate::process::paper::{Flight, PaperRun};
 
 impl PaperRun {
@@ -75,32 +77,8 @@ impl PaperRun {
     /// EMC against PID, with and without delay.
     #[must_use]
     pub fn flight_table(&self) -> Table {
-        let table = Table::new([
-            "",
-            "delay [ms]",
-            "peak [rad]",
-            "settling [s]",
-            "overshoot [%]",
-            "swings",
-            "ITAE [rad s²]",
-            "effort [N m]",
-            "d̂ error [N m]",
-        ])
-        .caption("The same impulse, 0.6 N m for 50 ms; d̂ is the estimate of the disturbance torque");
-        self.flights.iter().fold(table, |table, flight| {
-            let answer = &flight.answer;
-            table.row([
-                flight.controller.to_owned(),
-                number(1e3 * flight.delay, 3),
-                number(answer.peak, 3),
-                number(answer.settling, 3),
-                number(answer.overshoot_percent, 3),
-                answer.swings.to_string(),
-                number(answer.itae, 3),
-                number(answer.effort, 3),
-                number(answer.disturbance_error, 3),
-            ])
-        })
+        let shown: Vec<Shown> = self.flights.iter().map(shown).collect();
+        answer_table(&shown, "The same impulse, 0.6 N m for 50 ms")
     }
 
     /// The whole report.
@@ -138,13 +116,14 @@ impl PaperRun {
             "β prints as 0.27; Table II needs 0.276, which is used.",
             "k in Table III repeats γ_0, γ_1, γ_2 of Table II: put into A_c - B_c K it gives |λ| = 1.171, unstable. Ours is the pole placement with the text's α_c = 0.",
         ]);
-        page.heading("Figs. 8 and 9: torque impulse").table(self.flight_table());
+        page.heading("Figs. 8 and 9: torque impulse").table(self.flight_table()).paragraph(DISTURBANCE);
         page.paragraph(self.peaks());
         let mut delays: Vec<f64> = self.flights.iter().map(|flight| flight.delay).collect();
         delays.dedup();
         for delay in delays {
             self.flight_plots(&mut page, delay);
         }
+        page.heading("Deviations from the print").table(deviations::table());
         page
     }
 
@@ -177,29 +156,23 @@ impl PaperRun {
     }
 
     fn flight_plots(&self, page: &mut Page, delay: f64) {
-        let flights: Vec<&Flight> = self.flights.iter().filter(|flight| flight.delay == delay).collect();
-        let column = |flight: &Flight, index: usize| -> Vec<f64> {
-            flight.traces.iter().map(|row| row[index]).collect()
-        };
-        let group = format!("delay {delay}");
+        let flights = self.flights.iter().filter(|flight| flight.delay == delay).map(shown);
+        let flights: Vec<Shown> = flights.collect();
         let title = |figure: &str| format!("{figure}, loop delay {} ms", number(1e3 * delay, 3));
-        let axes = |quantity: &str, unit: &str| (Axis::new("time", "s"), Axis::new(quantity, unit));
-        let (x, y) = axes("angle", "rad");
-        let mut angle = Plot::new(title("Fig. 8: angle"), x, y).group(group.as_str());
-        let (x, y) = axes("torque", "N m");
-        let mut torque = Plot::new(title("Fig. 9: disturbance estimate"), x, y).group(group);
-        for flight in &flights {
-            let tone = if flight.controller == "EMC" { Tone::Model } else { Tone::Residual };
-            let time = column(flight, 0);
-            angle = angle.series(Series::line(flight.controller, &time, &column(flight, 1)).tone(tone));
-            torque = torque.series(Series::line(flight.controller, &time, &column(flight, 2)).tone(tone));
-        }
-        if let Some(flight) = flights.first() {
-            torque = torque.series(
-                Series::steps("true disturbance", &column(flight, 0), &column(flight, 3)).tone(Tone::Quiet),
-            );
-        }
+        let titles = [title("Fig. 8: angle"), title("Fig. 9: disturbance estimate")];
+        let [angle, torque] = answer_plots(&flights, [&titles[0], &titles[1]], &format!("delay {delay}"));
         page.plot(angle).plot(torque);
+    }
+}
+
+fn shown(flight: &Flight) -> Shown<'_> {
+    Shown {
+        name: flight.controller.to_owned(),
+        delay: Some(flight.delay),
+        tone: if flight.controller == "EMC" { Tone::Model } else { Tone::Residual },
+        answer: &flight.answer,
+        moments: &flight.moments,
+        begins: 0.0,
     }
 }
 

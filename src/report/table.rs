@@ -110,11 +110,15 @@ impl Table {
         };
         let mut html = String::from("<div class=\"table\"><table>");
         if !self.caption.is_empty() {
-            html.push_str(&format!("<caption>{}</caption>", super::page::inline(&self.caption)));
+            html.push_str(&format!("<caption><span>{}</span></caption>", super::page::inline(&self.caption)));
         }
         html.push_str("<thead><tr>");
         for column in 0..self.columns() {
-            html.push_str(&cell("th", column, self.headers.get(column).map_or("", String::as_str)));
+            html.push_str(&cell(
+                "th",
+                column,
+                &whole_unit(self.headers.get(column).map_or("", String::as_str)),
+            ));
         }
         html.push_str("</tr></thead><tbody>");
         for (mark, cells) in &self.rows {
@@ -141,6 +145,14 @@ impl Table {
                 .starts_with(|c: char| c.is_ascii_digit())
         };
         !filled.is_empty() && 2 * filled.iter().filter(starts_like_a_number).count() > filled.len()
+    }
+}
+
+/// A header whose unit, in brackets, is not broken over two lines.
+fn whole_unit(header: &str) -> String {
+    match header.split_once('[') {
+        Some((name, unit)) => format!("{name}[{}", unit.replace(' ', "\u{a0}")),
+        None => header.to_owned(),
     }
 }
 
@@ -222,6 +234,7 @@ mod tests {
         let html = table.html();
         assert!(html.contains("ω&lt;0&gt;") && !html.contains("<0>"));
         assert!(html.contains("<td class=\"number\">447.1</td>"));
+        assert_eq!(whole_unit("effort [N m]"), "effort [N\u{a0}m]");
     }
 
     #[test]

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use super::ShmError;
 use super::claim;
-use super::place::{Place, SHARED_MEMORY, STEM};
+use super::place::{Place, SHARED_MEMORY, STEM, SharedMemoryConfig};
 
 /// A bench touched less long ago may be one that is just starting.
 const SETTLED: Duration = Duration::from_secs(2);
@@ -32,6 +32,27 @@ impl Leftover {
     /// The operating system's, with the path.
     pub fn remove(&self) -> Result<usize, ShmError> {
         self.place.remove()
+    }
+}
+
+/// A bench that is there for one command only: what it and its processes leave in shared memory goes with this.
+#[derive(Debug)]
+pub struct PassingBench(Place);
+
+impl PassingBench {
+    /// Makes the place of the bench called `bench`.
+    ///
+    /// # Errors
+    /// As [`Place::open`].
+    pub fn open(bench: &str, config: &SharedMemoryConfig) -> Result<Self, ShmError> {
+        Place::open(bench, config).map(Self)
+    }
+}
+
+impl Drop for PassingBench {
+    fn drop(&mut self) {
+        // What stays is in memory only, and `doctor --fix` finds it.
+        let _ = self.0.remove();
     }
 }
 

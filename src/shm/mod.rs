@@ -33,7 +33,7 @@ use iceoryx2::prelude::{LogLevel, SignalHandlingMode, ipc_threadsafe, set_log_le
 
 pub use bell::{Bell, Waiter};
 pub use channel::{Payload, Publisher, Subscriber};
-pub use leftover::{Leftover, leftovers};
+pub use leftover::{Leftover, PassingBench, leftovers};
 pub use place::{Place, SharedMemoryConfig};
 pub use topic::{
     APPLIED, BUS, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, LOCKSTEP_ANSWERS, LOCKSTEP_STEPS,

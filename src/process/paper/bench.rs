@@ -2,9 +2,9 @@
 
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::process::{Child, Command as Program, Stdio};
+use std::process::{Child, Command as Program, ExitStatus, Stdio};
+use std::time::Duration;
 
-use super::judge::{Moment, judge};
 use super::{Flight, IMPULSE, IMPULSE_AT_S, JUDGED_S, PERIOD_S, PaperError, PaperSettings};
 use crate::bench::BenchConfig;
 use crate::clock;
@@ -12,14 +12,16 @@ use crate::control::{ControllerConfig, ControllerKind};
 use crate::emulate::Impulse;
 use crate::experiment::{Experiment, ExperimentConfig, Rotors, Shape};
 use crate::model::Model;
-use crate::process::duet;
+use crate::process::answer::{Moment, judge};
 use crate::process::experiment::prepare;
 use crate::process::lockstep::ORIGIN_NS;
 use crate::process::pilot::Pilot;
 use crate::process::plant::{self, FlightPlan};
 use crate::process::trace::Trace;
+use crate::process::{ProcessError, duet};
 use crate::record::Dataset;
 use crate::rt::Shutdown;
+use crate::shm::{PassingBench, leftovers};
 use crate::signal::{Command, LockstepStep, Sensors};
 
 /// [s] from standstill to the first excited period.
@@ -33,17 +35,41 @@ const FLIGHT_SEED: u64 = 100;
 /// Steps between two words on progress.
 const TELL: u64 = 500;
 
+/// [s] between two looks at the emulator's process and at the operator's wish.
+const LOOK: Duration = Duration::from_millis(10);
+/// What the name of each bench begins with; process and number come behind.
+const STEM: &str = "paper-";
+
+/// Removes what a run that was killed has left in shared memory.
+pub(super) fn clean_up_after_the_killed() {
+    let is_ours = |name: &str| {
+        let numbers = name.strip_prefix(STEM).and_then(|rest| rest.split_once('-'));
+        numbers
+            .is_some_and(|(process, flight)| process.parse::<u32>().is_ok() && flight.parse::<u32>().is_ok())
+    };
+    for left in leftovers().iter().filter(|left| is_ours(&left.bench)) {
+        // `doctor --fix` has another chance.
+        let _ = left.remove();
+    }
+}
+
 /// One bench after another, and how far they are.
-pub(super) struct Benches {
+pub(super) struct Benches<'a> {
     program: PathBuf,
+    shutdown: &'a Shutdown,
     seed: u64,
     flown: u64,
     steps: u64,
     all_steps: u64,
 }
 
-impl Benches {
-    pub fn new(settings: &PaperSettings, experiments: &[(Shape, &str)], flights: usize) -> Self {
+impl<'a> Benches<'a> {
+    pub fn new(
+        settings: &PaperSettings,
+        experiments: &[(Shape, &str)],
+        flights: usize,
+        shutdown: &'a Shutdown,
+    ) -> Self {
         let slots =
             |shape: &Shape| experiment_of(shape.clone()).build(PERIOD_S).map_or(0, |it| slots_of(&it));
         let experiments: u64 = experiments.iter().map(|(shape, _)| slots(shape)).sum();
@@ -51,6 +77,7 @@ impl Benches {
             flights as u64 * clock::span_ns(IMPULSE_AT_S + JUDGED_S).div_ceil(clock::span_ns(PERIOD_S));
         Self {
             program: settings.program.clone(),
+            shutdown,
             seed: settings.seed,
             flown: 0,
             steps: 0,
@@ -118,13 +145,12 @@ impl Benches {
         let slots = clock::span_ns(IMPULSE_AT_S + JUDGED_S).div_ceil(clock::span_ns(PERIOD_S));
         let name = format!("{controller} with {} ms of delay", 1e3 * delay);
         self.fly(&config, pilot, slots, &name, &mut see, tell)?;
-        let traces = moments.iter().map(|it| [it.time, it.angle, it.estimate, it.disturbance]).collect();
-        Ok(Flight { controller, delay, answer: judge(&moments), traces })
+        Ok(Flight { controller, delay, answer: judge(&moments, IMPULSE_AT_S, JUDGED_S), moments })
     }
 
     /// The next bench, of a name of its own.
     fn bench(&mut self) -> BenchConfig {
-        let name = format!("paper-{}-{}", std::process::id(), self.flown);
+        let name = format!("{STEM}{}-{}", std::process::id(), self.flown);
         let mut config = BenchConfig { name, period_s: PERIOD_S, ..BenchConfig::default() };
         config.emulator.seed = self.seed.wrapping_add(self.flown);
         self.flown += 1;
@@ -141,7 +167,10 @@ impl Benches {
         see: &mut dyn FnMut(&LockstepStep, &Command),
         tell: &mut dyn FnMut(&str, f64),
     ) -> Result<(), PaperError> {
+        let shutdown = self.shutdown;
         let start = |error| PaperError::Start { program: self.program.clone(), error };
+        // Before the process, so that it goes after it.
+        let _passing = PassingBench::open(&config.name, &config.shared_memory).map_err(ProcessError::from)?;
         let mut process = EmulatorProcess::start(&self.program, config, slots).map_err(start)?;
         let ended = Shutdown::default();
         let (before, mut answered) = (self.steps, 0);
@@ -156,13 +185,16 @@ impl Benches {
         let (flown, status) = std::thread::scope(|scope| {
             // An emulator that is no more asks nothing: without this, nobody would notice before it has begun.
             let watcher = scope.spawn(|| {
-                let status = process.0.wait();
+                let status = process.end_of(shutdown);
                 ended.request();
                 status
             });
             let flown = duet::answer_watched(config, pilot, PATIENCE_S, &ended, &mut count);
             (flown, watcher.join())
         });
+        if shutdown.is_requested() {
+            return Err(PaperError::Interrupted { what: what.to_owned(), reason: shutdown.reason() });
+        }
         flown?;
         let status = status.map_or_else(
             |_| "unknown".to_owned(),
@@ -238,6 +270,20 @@ impl EmulatorProcess {
         }
         let _ = process.0.try_wait()?;
         Ok(process)
+    }
+
+    /// Waits for its end, and brings it about when the operator wants to stop.
+    fn end_of(&mut self, shutdown: &Shutdown) -> std::io::Result<ExitStatus> {
+        loop {
+            if let Some(status) = self.0.try_wait()? {
+                return Ok(status);
+            }
+            if shutdown.is_requested() {
+                self.0.kill()?;
+                return self.0.wait();
+            }
+            std::thread::sleep(LOOK);
+        }
     }
 }
 

@@ -4,21 +4,21 @@
 //! flight; experiment and controller answer it from this one, step by step in virtual time.
 
 mod bench;
-mod judge;
 
 use std::path::PathBuf;
 
 use serde::Serialize;
 
 use super::ProcessError;
+use super::answer::{Answer, Moment};
 use crate::control::gains::complementary_eigenvalues;
 use crate::control::{ControllerConfig, ControllerKind, EmcGains};
 use crate::experiment::Shape;
 use crate::identify::{Identification, IdentifyError, IdentifySettings, identify_telling};
 use crate::record::DatasetError;
+use crate::rt::Shutdown;
 
 use bench::Benches;
-pub use judge::Answer;
 
 /// [s] T_s and T_c. [LPC16] Eq. (3), Table IV.
 pub const PERIOD_S: f64 = 0.02;
@@ -54,6 +54,14 @@ pub enum PaperError {
         /// How it ended.
         status: String,
     },
+    /// The operator wanted to stop.
+    #[error("stopped in the middle of {what}: {reason}")]
+    Interrupted {
+        /// Which experiment or flight.
+        what: String,
+        /// What told it to end.
+        reason: &'static str,
+    },
     /// A controller refuses.
     #[error(transparent)]
     Control(#[from] crate::control::ControlError),
@@ -74,9 +82,9 @@ pub struct Flight {
     pub delay: f64,
     /// How it answered.
     pub answer: Answer,
-    /// Time [s], angle [rad], estimated and true disturbance [N m].
+    /// Period by period. The angle is the true one.
     #[serde(skip)]
-    pub traces: Vec<[f64; 4]>,
+    pub moments: Vec<Moment>,
 }
 
 /// A printed number and ours.
@@ -123,11 +131,17 @@ pub struct PaperSettings {
 }
 
 /// Runs the paper on an emulated bench with the paper's parameters. `tell` hears what is being done, and the share
-/// that is done.
+/// that is done; `shutdown` stops it. However it ends, nothing of it stays in shared memory, unless it is killed:
+/// then the next run cleans up.
 ///
 /// # Errors
-/// [`PaperError`] of the room that refuses.
-pub fn run(settings: &PaperSettings, tell: &mut dyn FnMut(&str, f64)) -> Result<PaperRun, PaperError> {
+/// [`PaperError`] of the room that refuses, or that it was stopped.
+pub fn run(
+    settings: &PaperSettings,
+    shutdown: &Shutdown,
+    tell: &mut dyn FnMut(&str, f64),
+) -> Result<PaperRun, PaperError> {
+    bench::clean_up_after_the_killed();
     let PaperSettings { seed, prbs_s, hold_s, .. } = *settings;
     let levels = vec![0.35, 0.4, 0.45, 0.5, 0.55, 0.6];
     let ramp = |slope| Shape::Ramp { low: 0.3, high: 0.65, slope, cycles: 2 };
@@ -143,7 +157,7 @@ pub fn run(settings: &PaperSettings, tell: &mut dyn FnMut(&str, f64)) -> Result<
         .iter()
         .flat_map(|delay| [(*delay, "EMC", ControllerKind::Emc), (*delay, "PID", ControllerKind::Pid)])
         .collect();
-    let mut benches = Benches::new(settings, &experiments, flights.len());
+    let mut benches = Benches::new(settings, &experiments, flights.len(), shutdown);
     let mut logs = Vec::new();
     for (shape, name) in experiments {
         logs.push(benches.experiment(shape, name, tell)?);

@@ -53,7 +53,9 @@
       } else if (curve.kind === "band") {
         const lower = options.length;
         const edge = { ...common, stroke: stroke + "66", width: 0.6, fill: undefined };
-        options.push(edge, { ...edge, label: curve.name + " (upper)" });
+        const upper = (u, value, index, row) =>
+          isMissing(value) ? "" : written(value) + " to " + written(u.data[lower + 1][row]);
+        options.push({ ...edge, value: upper }, { ...edge, label: curve.name + " (upper)" });
         bands.push({ series: [lower + 1, lower], fill: stroke + "2e" });
         partner.set(lower, lower + 1);
       } else {

@@ -1,87 +1,13 @@
-//! [LPC16] section III equation by equation with the paper's numbers, and what `identify` says to bad logs.
-//!
-//! The logs are made here, by small steps of the differential equation: nothing is shared with the fitter.
-
-use std::path::Path;
-use std::process::{Command, Output};
+//! Section III equation by equation.
 
 use rotorbench::identify::{Identification, IdentifiedActuator, IdentifySettings, identify};
-use rotorbench::record::{Dataset, log};
+use rotorbench::record::Dataset;
 
-/// [s] T_s.
-const PERIOD: f64 = 0.02;
-const C_G1: f64 = 447.1;
-const C_G2: f64 = 1124.5;
-const K_V: f64 = 40.0;
-const POLE: f64 = 16.0;
-const FULL_VOLTAGE: f64 = 12.6;
-
-fn close(value: f64, expected: f64, tolerance: f64) {
-    assert!((value - expected).abs() <= tolerance, "{value} instead of {expected}");
-}
-
-/// z by Eq. (7) in Eq. (2), with the sign of Eq. (6).
-fn z(u: f64, v: f64) -> f64 {
-    C_G1 * u * u + C_G2 * u - K_V * (FULL_VOLTAGE - v)
-}
-
-/// [V] a discharge.
-fn voltage(t: f64) -> f64 {
-    12.4 - 0.004 * t
-}
-
-/// ω_p by Eq. (2) with the command held over T_s, in 200 midpoint steps for each sample.
-fn moving(command: impl Fn(f64) -> f64, samples: usize) -> Dataset {
-    let step = PERIOD / 200.0;
-    let mut rate = z(command(0.0), voltage(0.0));
-    let mut rates = Vec::new();
-    for k in 0..samples {
-        rates.push(rate);
-        let u = command(k as f64 * PERIOD);
-        for j in 0..200 {
-            let steady = z(u, voltage(k as f64 * PERIOD + (f64::from(j) + 0.5) * step));
-            let middle = rate + 0.5 * step * POLE * (steady - rate);
-            rate += step * POLE * (steady - middle);
-        }
-    }
-    dataset("moving.csv", &command, rates)
-}
-
-/// ω_p = z: Eq. (4) to the letter.
-fn settled(command: impl Fn(f64) -> f64, samples: usize) -> Dataset {
-    let rates = (0..samples).map(|k| k as f64 * PERIOD).map(|t| z(command(t), voltage(t))).collect();
-    dataset("settled.csv", &command, rates)
-}
-
-fn dataset(name: &str, command: &dyn Fn(f64) -> f64, rates: Vec<f64>) -> Dataset {
-    let time: Vec<f64> = (0..rates.len()).map(|k| k as f64 * PERIOD).collect();
-    let commands = time.iter().map(|&t| command(t)).collect();
-    let voltages = time.iter().map(|&t| voltage(t)).collect();
-    let mut log = Dataset::new(name, "", time).expect("rising time");
-    for (name, values) in
-        [("command_1", commands), ("propeller_rate_1_rad_s", rates), ("battery_voltage_v", voltages)]
-    {
-        log.insert(name, values).expect("as long as time");
-    }
-    log
-}
-
-/// Six levels of 1000 samples each, Eq. (3).
-fn levels(t: f64) -> f64 {
-    0.35 + 0.05 * ((t + 0.5 * PERIOD) / 20.0).floor()
-}
-
-/// Up and down between 0.3 and 0.65 at 0.01 1/s.
-fn ramps(t: f64) -> f64 {
-    0.3 + 0.01 * (35.0 - (t.rem_euclid(70.0) - 35.0).abs())
-}
-
-/// Four levels that nobody can foretell, each for 0.1 s: a multiplicative hash of the slot's number.
-fn lively(t: f64) -> f64 {
-    let slot = ((t + 0.5 * PERIOD) / 0.1).floor() as u32;
-    let hash = slot.wrapping_mul(2_654_435_761) ^ (slot.wrapping_mul(40_503) >> 7);
-    0.35 + 0.08 * f64::from((hash >> 13) % 4)
-}
+use super::close;
+use super::logs::{
+    ARM, C_G1, C_G2, FULL_VOLTAGE, INERTIA, K_V, PERIOD, POLE, THRUST, attitude, levels, lively, moving,
+    ramps, settled, z,
+};
 
 fn found(logs: &[Dataset], degree: Option<usize>) -> Identification {
     identify(logs, &[], &IdentifySettings { degree, ..IdentifySettings::default() }).expect("identified")
@@ -93,6 +19,7 @@ fn paper() -> IdentifiedActuator {
         voltage_gain: K_V,
         full_voltage: FULL_VOLTAGE,
         pole: POLE,
+        delay: 0.0,
         thrust_coefficient: 1.5965e-5,
     }
 }
@@ -181,11 +108,6 @@ fn eq_10_the_pole_from_z() {
     close(joint.voltage_gain.expect("voltage was logged").value, K_V, 0.05);
 }
 
-/// [N s²/rad²] c of f = c ω², and [kg m²] J, [m] d of Table IV.
-const THRUST: f64 = 1.5965e-5;
-const INERTIA: f64 = 0.032;
-const ARM: f64 = 0.25;
-
 #[test]
 fn eq_13_the_thrust_curve_and_its_tangent() {
     let with_thrust = |thrust: &dyn Fn(f64) -> f64| {
@@ -212,36 +134,6 @@ fn eq_13_the_thrust_curve_and_its_tangent() {
         let warnings = with_thrust(thrust).warnings;
         assert!(warnings.iter().any(|warning| warning.contains(sentence)), "{sentence}: {warnings:?}");
     }
-}
-
-/// Both rotors at hover ± `deviation`, and the body they turn by Eq. (1) with the sign of Eq. (12), in 200 midpoint
-/// steps for each sample.
-fn attitude(deviation: impl Fn(f64) -> f64, samples: usize) -> Dataset {
-    let step = PERIOD / 200.0;
-    let z = |u: f64| C_G1 * u * u + C_G2 * u;
-    let mut columns: [Vec<f64>; 5] = Default::default();
-    let mut x = [z(0.4633), z(0.4633), 0.0];
-    for k in 0..samples {
-        let change = deviation(k as f64 * PERIOD);
-        let u = [0.4633 + change, 0.4633 - change];
-        let torque = |x: [f64; 3]| ARM * THRUST * (x[0] * x[0] - x[1] * x[1]);
-        let row = [u[0], u[1], x[0], x[1], x[2]];
-        columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
-        let slope = |x: [f64; 3]| [POLE * (z(u[0]) - x[0]), POLE * (z(u[1]) - x[1]), torque(x) / INERTIA];
-        for _ in 0..200 {
-            let k = slope(x);
-            let k = slope(std::array::from_fn(|i| x[i] + 0.5 * step * k[i]));
-            x = std::array::from_fn(|i| x[i] + step * k[i]);
-        }
-    }
-    let time = (0..samples).map(|k| k as f64 * PERIOD).collect();
-    let mut log = Dataset::new("attitude.csv", "", time).expect("rising time");
-    let names =
-        ["command_1", "command_2", "propeller_rate_1_rad_s", "propeller_rate_2_rad_s", "body_rate_rad_s"];
-    for (name, column) in names.into_iter().zip(columns) {
-        log.insert(name, column).expect("as long as time");
-    }
-    log
 }
 
 /// The log with some of its columns only.
@@ -312,84 +204,4 @@ fn eq_12_has_a_sign_and_a_body_that_does_not_turn_has_no_inertia() {
         assert!(told, "{:?}", found.warnings);
         assert_eq!(found.model.body.inertia, 0.032, "the template's");
     }
-}
-
-/// `identify` on one log in a folder of its own; the model file must appear exactly when it succeeds.
-fn run(log: &str) -> (Output, String) {
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let (file, model) = (folder.path().join("log.csv"), folder.path().join("model.toml"));
-    std::fs::write(&file, log).expect("written");
-    let output = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
-        .args([Path::new("identify"), Path::new("--log"), &file, Path::new("-o"), &model])
-        .output()
-        .expect("the program starts");
-    assert_eq!(output.status.success(), model.exists(), "a model file exactly when there is a model");
-    let text = [&output.stdout[..], &output.stderr[..]].concat();
-    (output, String::from_utf8_lossy(&text).into_owned())
-}
-
-/// The sentence, and exit 2.
-fn refused(log: &str, sentence: &str) {
-    let (output, text) = run(log);
-    assert_eq!(output.status.code(), Some(2), "{text}");
-    assert!(text.contains(sentence), "`{sentence}` is not in: {text}");
-}
-
-#[test]
-fn too_few_samples_are_counted() {
-    let toggling = |t: f64| if (t / PERIOD).round() % 2.0 == 0.0 { 0.4 } else { 0.5 };
-    refused(
-        &log::emit(&moving(toggling, 30)),
-        "only 30 usable samples of command and rate, 100 are the least",
-    );
-}
-
-#[test]
-fn no_excitation_says_what_excites() {
-    let still = log::emit(&settled(|_| 0.4, 200));
-    refused(&still, "steps or a PRBS excite the pole");
-    refused(&still, "no command was held constant for five seconds");
-}
-
-#[test]
-fn saturated_commands_are_told() {
-    refused(&log::emit(&settled(|_| 1.0, 200)), "the command is at its limit 1 in 100 % of the samples");
-    // Where some are, the rest can still be used.
-    let (output, text) = run(&log::emit(&moving(|t| (lively(t) + 0.45).min(1.0), 3000)));
-    assert_eq!(output.status.code(), Some(0), "{text}");
-    assert!(text.contains("the command is at its limit 1 in"), "{text}");
-}
-
-#[test]
-fn time_running_backwards_is_placed() {
-    let mut lines: Vec<String> = log::emit(&moving(lively, 500)).lines().map(str::to_owned).collect();
-    lines.swap(100, 101);
-    refused(&lines.join("\n"), "time");
-}
-
-#[test]
-fn wrong_units_are_refused() {
-    let with = |name: &str, change: &dyn Fn(f64) -> f64| {
-        let mut log = moving(lively, 500);
-        let changed = log.column(name).expect("put in above").iter().map(|value| change(*value)).collect();
-        log.replace(name, changed).expect("as long as before");
-        log::emit(&log)
-    };
-    refused(&with("command_1", &|u| 1000.0 + 1000.0 * u), "but 0 to 1 is expected");
-    let rpm = 60.0 / std::f64::consts::TAU;
-    refused(
-        &with("propeller_rate_1_rad_s", &|w| rpm * w),
-        "if the column is in rpm, import it with unit `rpm`",
-    );
-    refused(&with("battery_voltage_v", &|v| 1000.0 * v), "millivolts");
-}
-
-#[test]
-fn without_the_battery_the_rest_is_identified_and_said_so() {
-    let text = log::emit(&moving(lively, 3000));
-    let text = text.replace("battery_voltage_v", "something_else_v");
-    let (output, text) = run(&text);
-    assert_eq!(output.status.code(), Some(0), "{text}");
-    assert!(text.contains("no column `battery_voltage_v`"), "{text}");
-    assert!(text.contains("they hold for the charge at which the log was made"), "{text}");
 }

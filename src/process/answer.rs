@@ -1,0 +1,137 @@
+//! How a controller answered a torque impulse: one way of judging for `paper` and for `compare --runs`.
+
+use serde::Serialize;
+
+/// Share of the peak within which the angle counts as settled, and beyond which it counts as a swing.
+const SETTLED: f64 = 0.05;
+
+/// How a controller answered one torque impulse.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Answer {
+    /// [rad] largest angle.
+    pub peak: f64,
+    /// [s] from the impulse until the angle stays within 5 % of its peak.
+    pub settling: f64,
+    /// [%] largest angle on the other side, of the peak.
+    pub overshoot_percent: f64,
+    /// Times the angle swings through to the other side by more than 5 % of the peak.
+    pub swings: usize,
+    /// [rad s²] integral of time times the absolute angle.
+    pub itae: f64,
+    /// [N m] rms of the commanded torque.
+    pub effort: f64,
+    /// [N m] rms of estimated minus true disturbance torque; absent where nobody knows the true one.
+    pub disturbance_error: Option<f64>,
+    /// [N m] largest disturbance estimate.
+    pub disturbance_peak: f64,
+}
+
+/// One period of a flight.
+#[derive(Debug, Clone, Copy)]
+pub struct Moment {
+    /// [s] on the flight's own clock.
+    pub time: f64,
+    /// [rad] angle, less its reference.
+    pub angle: f64,
+    /// [N m] torque that the controller asks for.
+    pub torque: f64,
+    /// [N m] its estimate of the disturbance.
+    pub estimate: f64,
+    /// [N m] the disturbance; not-a-number where nobody knows it.
+    pub disturbance: f64,
+}
+
+/// Judges `flight` for `judged_s` [s] from the impulse at `struck_s` [s] on. Angles are counted from what the angle was
+/// just before.
+#[must_use]
+pub fn judge(flight: &[Moment], struck_s: f64, judged_s: f64) -> Answer {
+    let period = period_of(flight);
+    let first = flight.partition_point(|moment| moment.time < struck_s - 0.5 * period);
+    let behind = flight.partition_point(|moment| moment.time < struck_s + judged_s - 0.5 * period);
+    let judged = flight.get(first..behind).unwrap_or_default();
+    let before = judged.first().map_or(0.0, |moment| moment.angle);
+    let angle = |moment: &Moment| moment.angle - before;
+    let largest = judged
+        .iter()
+        .map(angle)
+        .fold(0.0, |most: f64, value| if value.abs() > most.abs() { value } else { most });
+    let (peak, side) = (largest.abs(), largest.signum());
+    let since = |moment: &Moment| moment.time - struck_s;
+    let settling = judged.iter().rev().find(|moment| angle(moment).abs() > SETTLED * peak).map_or(0.0, since);
+    let overshoot = judged.iter().map(|moment| -side * angle(moment)).fold(0.0, f64::max);
+    let mut swings = 0;
+    let mut last_side = side;
+    for moment in judged.iter().filter(|moment| angle(moment).abs() > SETTLED * peak) {
+        if angle(moment).signum() != last_side {
+            swings += 1;
+            last_side = -last_side;
+        }
+    }
+    let rms = |value: &dyn Fn(&Moment) -> f64| {
+        (judged.iter().map(|moment| value(moment).powi(2)).sum::<f64>() / judged.len().max(1) as f64).sqrt()
+    };
+    let disturbance_error = rms(&|moment| moment.estimate - moment.disturbance);
+    Answer {
+        peak,
+        settling,
+        overshoot_percent: 100.0 * overshoot / peak.max(f64::MIN_POSITIVE),
+        swings,
+        itae: judged.iter().map(|moment| since(moment) * angle(moment).abs() * period).sum(),
+        effort: rms(&|moment| moment.torque),
+        disturbance_error: disturbance_error.is_finite().then_some(disturbance_error),
+        disturbance_peak: judged.iter().map(|moment| moment.estimate.abs()).fold(0.0, f64::max),
+    }
+}
+
+/// [s] mean distance of two moments.
+pub fn period_of(flight: &[Moment]) -> f64 {
+    match (flight.first(), flight.last()) {
+        (Some(first), Some(last)) if flight.len() > 1 => (last.time - first.time) / (flight.len() - 1) as f64,
+        _ => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn flight(angle: impl Fn(f64) -> f64) -> Vec<Moment> {
+        let times = (0..2000).map(|k| f64::from(k) * 0.01);
+        times
+            .map(|time| Moment {
+                time,
+                angle: 0.3 + angle(time - 5.0),
+                torque: if time < 5.0 { 7.0 } else { 2.0 },
+                estimate: 0.25,
+                disturbance: 0.05,
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_damped_swing_is_counted_and_measured() {
+        // e^(-t) sin 2t: peak at tan 2t = 2, t = 0.5536; then a half-turn, π/2 s, apart and e^(-π/2) smaller each.
+        let swing = |t: f64| if t < 0.0 { 0.0 } else { (-t).exp() * (2.0 * t).sin() };
+        let answer = judge(&flight(swing), 5.0, 8.0);
+        let peak = (-0.5536f64).exp() * (2.0f64 * 0.5536).sin();
+        assert!((answer.peak - peak).abs() < 1e-4, "{answer:?}");
+        assert!((answer.overshoot_percent - 100.0 * (-std::f64::consts::FRAC_PI_2).exp()).abs() < 0.1);
+        // Halves of 1, 0.208, 0.043 of the peak: one swing to the other side is above 5 %.
+        assert_eq!(answer.swings, 1);
+        // The second half ends at t = π; within 5 % somewhat before.
+        assert!((2.5..std::f64::consts::PI).contains(&answer.settling), "{answer:?}");
+        // Rounding of sums of eight hundred squares.
+        let error = answer.disturbance_error.unwrap_or(f64::NAN);
+        assert!((answer.effort - 2.0).abs() < 1e-12 && (error - 0.2).abs() < 1e-12, "{answer:?}");
+        // Only what is asked for is judged: the same flight, cut before its overshoot.
+        assert_eq!(judge(&flight(swing), 5.0, 1.0).overshoot_percent, 0.0);
+    }
+
+    #[test]
+    fn an_unknown_disturbance_is_no_number() {
+        let mut flight = flight(|_| 0.0);
+        flight.iter_mut().for_each(|moment| moment.disturbance = f64::NAN);
+        assert_eq!(judge(&flight, 5.0, 8.0).disturbance_error, None);
+        assert_eq!(judge(&[], 5.0, 8.0).peak, 0.0);
+    }
+}

@@ -1,0 +1,205 @@
+//! `paper` in its own processes, what it leaves behind, and flights out of recordings side by side.
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+
+use rotorbench::process::paper::{self, PaperSettings};
+use rotorbench::record::log;
+use rotorbench::rt::Shutdown;
+use serde_json::Value;
+
+/// What a `paper` of this process number has in shared memory.
+fn left_by(process: u32) -> Vec<String> {
+    let stem = format!("-paper-{process}-");
+    let entries = std::fs::read_dir("/dev/shm").expect("readable").flatten();
+    entries.map(|it| it.file_name().to_string_lossy().into_owned()).filter(|it| it.contains(&stem)).collect()
+}
+
+/// `paper` on short experiments: the emulator in processes of its own.
+#[test]
+fn the_paper_comes_out_of_separate_processes() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let report = folder.path().join("paper.html");
+    let program = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
+        .args(["paper", "--json", "--prbs-s", "60", "--hold-s", "40", "--report"])
+        .arg(&report)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let process = program.id();
+    let output = program.wait_with_output().expect("it ends");
+    assert_eq!(left_by(process), [""; 0], "nothing stays in shared memory");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let paper: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let rows = paper["beside"].as_array().expect("rows");
+    let number = |row: &Value, key: &str| row[key].as_f64().unwrap_or(f64::NAN);
+    let identified: Vec<&Value> = rows.iter().filter(|row| row["standard_error"].is_number()).collect();
+    assert_eq!(identified.len(), 4, "c_g1, c_g2, k_V, p: {rows:?}");
+    for row in identified {
+        let away = (number(row, "ours") - number(row, "printed")).abs() / number(row, "standard_error");
+        // Four numbers at a fixed seed; 3.3 standard errors is a chance of one in a thousand each.
+        assert!(away < 3.3, "{away}: {row}");
+    }
+    let flight = |controller: &str, delay: f64| {
+        let flights = paper["flights"].as_array().expect("flights");
+        let found = flights.iter().find(|it| it["controller"] == controller && it["delay"] == delay);
+        found.expect("flown")["answer"].clone()
+    };
+    for delay in [0.0, 0.03] {
+        let (emc, pid) = (flight("EMC", delay), flight("PID", delay));
+        let swings = |answer: &Value| answer["swings"].as_u64().expect("a count");
+        // One small overshoot and no ringing, and an estimate that follows the impulse; the PID rings with delay.
+        assert!(swings(&emc) <= 1 + u64::from(delay > 0.0), "{emc}");
+        // The predictor takes about 0.5 s, ten times the impulse: it sees a tenth of it. The PID's integral hardly moves.
+        assert!(number(&emc, "disturbance_peak") > 3.0 * number(&pid, "disturbance_peak"), "{emc} {pid}");
+        assert!(delay == 0.0 || swings(&pid) >= 3, "{pid}");
+        // On the bare model the PID has the smaller peak.
+        assert!(delay > 0.0 || number(&pid, "peak") < number(&emc, "peak"), "{emc} {pid}");
+    }
+    assert!(std::fs::metadata(&report).is_ok_and(|file| file.len() > 100_000), "a report with its plots");
+}
+
+#[test]
+fn an_emulator_that_does_not_start_is_said_and_not_waited_for() {
+    for (program, sentence) in
+        [("/bin/false", "ended after 0 steps"), ("/nowhere/rotorbench", "No such file")]
+    {
+        let settings = PaperSettings { seed: 1, prbs_s: 20.0, hold_s: 20.0, program: program.into() };
+        let error = paper::run(&settings, &Shutdown::default(), &mut |_, _| ()).expect_err("nothing to fly");
+        assert!(error.to_string().contains(sentence), "{error}");
+        assert_eq!(left_by(std::process::id()), [""; 0], "nothing stays in shared memory");
+    }
+}
+
+#[test]
+fn a_paper_that_is_interrupted_leaves_neither_a_report_nor_shared_memory() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let report = folder.path().join("paper.html");
+    // Long enough that it cannot be over before the signal comes: ten hours of simulated time.
+    let program = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
+        .args(["paper", "--prbs-s", "36000", "--report"])
+        .arg(&report)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let process = program.id();
+    while left_by(process).is_empty() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let told = Command::new("kill").args(["-INT", &process.to_string()]).status().expect("kill is there");
+    assert!(told.success());
+    let output = program.wait_with_output().expect("it ends");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("interrupted (Ctrl-C); no report was written"), "{said}");
+    assert!(!report.exists());
+    assert_eq!(left_by(process), [""; 0], "nothing stays in shared memory");
+}
+
+fn rotorbench(folder: &Path, arguments: &[&str]) -> Output {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_rotorbench"));
+    program.current_dir(folder).args(arguments).output().expect("the program starts")
+}
+
+/// Fifteen seconds on virtual time into `NAME.mcap`.
+fn fly(folder: &Path, name: &str, bench: &str, impulse: &[&str]) {
+    std::fs::write(folder.join("bench.toml"), format!("name = \"{name}\"\n{bench}")).expect("written");
+    let recording = format!("{name}.mcap");
+    let arguments =
+        ["run", "--lockstep", "--seconds", "15", "--config", "bench.toml", "--record", &recording];
+    let output = rotorbench(folder, &[&arguments, impulse].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+fn compared(folder: &Path, arguments: &[&str]) -> Value {
+    let output = rotorbench(folder, &[&["compare", "--json", "--runs"], arguments].concat());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+const IMPULSE: [&str; 2] = ["--impulse", "5:0.05:0.6"];
+const PID: &str = "[controller]\nkind = \"pid\"\n";
+const LATE: &str = "[emulator]\ncommand_delay_s = 0.03\n";
+
+#[test]
+fn recorded_flights_are_judged_side_by_side() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    fly(folder, "emc", "", &IMPULSE);
+    fly(folder, "pid", PID, &IMPULSE);
+    fly(folder, "emc_late", LATE, &IMPULSE);
+    fly(folder, "pid_late", &format!("{PID}{LATE}"), &IMPULSE);
+    let files = ["emc.mcap", "pid.mcap", "emc_late.mcap", "pid_late.mcap"];
+    let found = compared(folder, &[&files[..], &["--report", "runs.html"]].concat());
+    assert_eq!(found["warnings"], serde_json::json!([]), "{found:#}");
+    let flights = found["flights"].as_array().expect("flights");
+    let number = |index: usize, key: &str| flights[index]["answer"][key].as_f64().expect("a number");
+    for (index, (controller, delay)) in
+        [("EMC", 0.0), ("PID", 0.0), ("EMC", 0.03), ("PID", 0.03)].iter().enumerate()
+    {
+        let flight = &flights[index];
+        assert_eq!(flight["controller"], *controller);
+        assert_eq!(flight["delay"].as_f64(), Some(*delay));
+        assert_eq!(
+            (flight["struck_from"].as_str(), flight["struck_s"].as_f64()),
+            (Some("recording"), Some(5.0))
+        );
+    }
+    // As `paper` finds it: on the bare model PID has the smaller peak, with delay it rings.
+    assert!(
+        number(1, "peak") < number(0, "peak") && number(2, "swings") <= 2.0 && number(3, "swings") > 10.0
+    );
+    // The peak in the log that `export` writes, in a second way: the grid of its rows is the guard's.
+    rotorbench(folder, &["export", "emc.mcap", "-o", "emc.csv"]);
+    let log = log::read(&folder.join("emc.csv")).expect("a log");
+    let angles: Vec<f64> =
+        log.column("body_angle_rad").expect("measured").iter().copied().filter(|it| it.is_finite()).collect();
+    let peak = angles.iter().fold(0.0_f64, |most, angle| most.max(angle.abs()));
+    // Counted from the angle just before: the encoder's noise, a few milliradians.
+    assert!((number(0, "peak") - peak).abs() < 5e-3, "{peak} {}", number(0, "peak"));
+    assert!(std::fs::metadata(folder.join("runs.html")).is_ok_and(|file| file.len() > 50_000));
+
+    // Said instead of recorded: the same.
+    let told = compared(folder, &[&["emc.mcap"], &IMPULSE[..]].concat());
+    assert_eq!(told["flights"][0]["struck_from"], "told");
+    assert_eq!(told["flights"][0]["answer"], flights[0]["answer"]);
+}
+
+#[test]
+fn a_flight_that_does_not_say_when_it_was_struck_is_judged_from_its_angle_and_says_so() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    // Nobody strikes: the reference jumps in a quarter of a second, so that the angle is far from it.
+    let moves = "[[controller.reference.moves]]\nat_s = 6.0\nangle_rad = 0.2\nduration_s = 0.25\n";
+    fly(folder, "moved", moves, &[]);
+    fly(folder, "weak", "", &["--impulse", "5:0.05:0.3"]);
+    fly(folder, "strong", "", &["--impulse", "5:0.05:0.6"]);
+    let found = compared(folder, &["moved.mcap"]);
+    let flight = &found["flights"][0];
+    assert_eq!(flight["struck_from"], "angle");
+    let struck = flight["struck_s"].as_f64().expect("a number");
+    assert!((5.8..6.4).contains(&struck), "{struck}");
+    assert!(flight["answer"]["disturbance_error"].is_null());
+    assert!(found["warnings"][0].as_str().is_some_and(|it| it.contains("does not say when")), "{found:#}");
+    let unlike = compared(folder, &["weak.mcap", "strong.mcap"]);
+    assert!(
+        unlike["warnings"][0].as_str().is_some_and(|it| it.contains("not the same disturbance")),
+        "{unlike:#}"
+    );
+
+    std::fs::write(folder.join("log.csv"), "time_s,command_1\n0,0.5\n").expect("written");
+    for (arguments, sentence) in [
+        (&["--runs", "log.csv"][..], "not a recording"),
+        (&["--runs", "strong.mcap", "--impulse", "14.9:1:1"], "the flight lasts from"),
+        (&["--runs", "strong.mcap", "--impulse", "1:0:1"], "three numbers, the first not below zero"),
+        (&["--runs", "strong.mcap", "--log", "log.csv"], "cannot be used with"),
+    ] {
+        let output = rotorbench(folder, &[&["compare"], arguments].concat());
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains(sentence), "{said}");
+    }
+}
