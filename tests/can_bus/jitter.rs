@@ -1,10 +1,15 @@
 //! `jitter` with a bus: the whole loop, armed on the emulator, counted; and what it says of a bus it must not touch.
 
+use std::os::fd::AsRawFd;
 use std::process::{Command, Output};
 
+use rotorbench::can::{Arrival, BusConfig, Roles, RotorCommands};
+use rotorbench::guard::State;
+use rotorbench::{clock, rt};
 use serde_json::Value;
 
 use super::bus::Bus;
+use super::processes::up_to_three_times;
 
 fn jitter(options: &[&str]) -> Output {
     let fixed = ["jitter", "--json", "--without-cyclictest", "--rounds", "1", "--period-us", "20000"];
@@ -29,6 +34,40 @@ fn a_virtual_bus_is_measured_from_frame_to_command() {
     assert_eq!(count(&timing["slots"]), count(&timing["run"]) + count(&timing["skipped"]));
     assert!(count(&timing["slots"]) >= 50, "{timing}");
     assert!(count(&timing["sensor_to_command"]["count"]) > 0, "the emulator's gyro was heard: {timing}");
+}
+
+/// What is measured is an armed bench: it ends as every bench does, by its guard.
+#[test]
+fn the_measured_loop_ends_by_the_ramp() {
+    up_to_three_times(|| {
+        let bus = Bus::new();
+        let mut port = bus.port();
+        let roles = Roles::build(&BusConfig::default(), 0.02).expect("sound");
+        let (mut receiver, mut commands) = (roles.command_receiver(), RotorCommands::default());
+        let mut states = Vec::new();
+        std::thread::scope(|scope| {
+            let measured = scope.spawn(|| jitter(&["--duration-s", "3", "--interface", &bus.name]));
+            let mut is_over = false;
+            while !is_over {
+                // Once more after the end: what came last.
+                is_over = measured.is_finished();
+                let _ = rt::wait([port.as_raw_fd()], clock::monotonic_ns() + 10_000_000);
+                let _ = port.receive(|arrival| {
+                    let Arrival::Frame { frame, stamp_ns, .. } = arrival else { return };
+                    let updated =
+                        roles.decode_commands(&mut receiver, &frame, stamp_ns, &mut commands).updated;
+                    if updated != 0 && states.last() != Some(&commands.state) {
+                        states.push(commands.state);
+                    }
+                });
+            }
+        });
+        let code = |state: State| state as u32;
+        assert!(states.contains(&code(State::Armed)), "it flew: {states:?}");
+        let latched = states.iter().position(|state| *state == code(State::FailsafeLatched));
+        assert!(latched.is_some(), "it ended without its guard: {states:?}");
+        assert_eq!(commands.rotor, [0.0, 0.0]);
+    });
 }
 
 #[test]
