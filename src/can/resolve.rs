@@ -190,12 +190,14 @@ impl<'a> Resolver<'a> {
     }
 
     /// Every message that `bus.messages` speaks of must be there and in a role: a mistyped name would silently
-    /// leave a counter unchecked.
+    /// leave a counter unchecked. What stands there by default nobody mistyped: who lists other roles needs no other table.
     fn check_messages(&self) -> Result<(), CanError> {
         let roles = self.config.sensors.values().chain(self.config.commands.values());
         let used: Vec<&str> = roles.filter_map(|role| role.signal.split('.').next()).collect();
-        let stray = self.config.messages.keys().find(|name| !used.contains(&name.as_str()));
-        stray.map_or(Ok(()), |name| {
+        let default = BusConfig::default().messages;
+        let mut said = self.config.messages.iter().filter(|(name, said)| default.get(*name) != Some(*said));
+        let stray = said.find(|(name, _)| !used.contains(&name.as_str()));
+        stray.map_or(Ok(()), |(name, _)| {
             Err(fail(format!("messages.{name}"), "no role uses this message".to_owned()))
         })
     }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use super::{CliResult, Outcome};
 use crate::bench::{BenchConfig, BenchError};
-use crate::guard::OperatorAct;
+use crate::guard::{OperatorAct, State};
 use crate::process::operator;
 
 /// Which bench.
@@ -41,5 +41,9 @@ pub fn run(bench: &BenchArguments, act: OperatorAct) -> CliResult {
         eprintln!("{line}");
     }
     println!("{}", answer.state);
+    let is_latched = matches!(answer.state, State::FailsafeLatched | State::EmergencyStop);
+    if is_latched && !answer.obeyed && act == OperatorAct::Arm {
+        eprintln!("a latch is left by `rotorbench disarm` only; then `arm`");
+    }
     Ok(if answer.obeyed { Outcome::Done } else { Outcome::FoundWanting })
 }

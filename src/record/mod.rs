@@ -44,7 +44,7 @@ pub use writer::{Recorder, RecorderOptions, RecorderSummary};
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The file to record into cannot be made, or is there already.
-    #[error("{path}")]
+    #[error("{}{path}", if source.kind() == io::ErrorKind::AlreadyExists { "no recording is overwritten: " } else { "" })]
     Create {
         /// The file.
         path: PathBuf,

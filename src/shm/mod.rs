@@ -75,7 +75,7 @@ pub enum ShmError {
         mode: u32,
     },
     /// The topic has a publisher.
-    #[error("bench `{bench}` already has one: `{topic}` is published by {role} (process {process_id})")]
+    #[error("bench `{bench}` is taken: `{topic}` is published by {role} (process {process_id})")]
     Claimed {
         /// Name of the bench.
         bench: String,

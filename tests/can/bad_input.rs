@@ -1,7 +1,9 @@
 //! What cannot be is refused in one sentence, with its place.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
+use rotorbench::bench::BenchConfig;
 use rotorbench::can::{
     BusConfig, CanError, CommandField, Database, DatabaseConfig, Roles, SensorField, SignalConfig,
 };
@@ -157,6 +159,16 @@ fn a_role_that_cannot_be_filled_is_refused_with_its_place() {
     for (said, wanted) in said.iter().zip(wanted) {
         assert_eq!(said, wanted);
     }
+}
+
+/// The README's own example. The counters that the built-in bench checks are not the user's to take back.
+#[test]
+fn who_lists_other_roles_need_not_repeat_the_messages() {
+    let text = "[bus.sensors]\nbody_angle = { signal = \"ENCODER.angle\" }";
+    let config = BenchConfig::parse(text, Path::new("bench.toml")).expect("sound");
+    let roles = Roles::build(&config.bus, config.period_s).expect("sound");
+    let messages: Vec<&str> = roles.sensor_messages().iter().map(|it| it.name.as_str()).collect();
+    assert_eq!(messages, ["ENCODER"]);
 }
 
 /// An ESC that reads 1000..2000 µs gets its zero at 1000; one whose signal starts above its zero would never be told to
