@@ -42,6 +42,9 @@ pub struct Body {
     pub samples: usize,
     /// Where the torque came from, in words.
     pub driven_by: &'static str,
+    /// [s] [rad/s] [rad/s]: time, measured rate, and the fit's, each window from its own mean; for plots.
+    #[serde(skip)]
+    pub traces: Vec<(f64, f64, f64)>,
 }
 
 /// The angular impulse per lever arm and mass moment: integral of (f_1 - f_2) over time, measured and predicted.
@@ -117,6 +120,8 @@ pub(super) fn identify(
         value: arm / arm_over_inertia.value,
         standard_error: arm * arm_over_inertia.standard_error / arm_over_inertia.value.powi(2),
     };
+    let each = windows.iter().flatten().zip(fit.residuals.iter());
+    let traces = each.map(|(&row, residual)| (log.time()[row], rate[row], rate[row] - residual)).collect();
     Some(Body {
         source,
         arm_over_inertia,
@@ -128,13 +133,16 @@ pub(super) fn identify(
         residual_correlation: linear::lag_one_correlation(fit.residuals.as_slice()),
         samples: rows,
         driven_by: drive.words,
+        traces,
     })
 }
 
 /// [rad/s] no body on a bench turns faster than a gyroscope of 2000 deg/s can tell.
 const FASTEST: f64 = 60.0;
 /// Around 180/π: as far as noise and the lag of a sensor can move the ratio of a rate to the slope of its angle.
-const DEGREES: std::ops::Range<f64> = 30.0..110.0;
+const DEGREES: std::ops::Range<f64> = 40.0..80.0;
+/// Samples over which that slope is taken.
+const SPAN: usize = 10;
 
 /// The rate against the angle's own slope: a factor of 57 is a unit. `Err`: J cannot come from this log.
 fn check_rate_unit(log: &Dataset, rate: &[f64]) -> Result<Option<String>, String> {
@@ -152,15 +160,20 @@ fn check_rate_unit(log: &Dataset, rate: &[f64]) -> Result<Option<String>, String
         };
     };
     let (low, high) = bounds(angle);
-    let rms = |values: &[f64]| {
-        let finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-        (finite.iter().map(|value| value * value).sum::<f64>() / finite.len().max(1) as f64).sqrt()
-    };
-    // Slope over ten samples, so that the noise of the angle does not count.
-    let slopes: Vec<f64> = (10..log.len())
-        .map(|row| (angle[row] - angle[row - 10]) / (log.time()[row] - log.time()[row - 10]))
-        .collect();
-    let ratio = rms(rate) / rms(&slopes).max(1e-9);
+    // Over ten samples, so that the noise of the angle does not count; the rate's mean over the same ten.
+    let time = log.time();
+    let (mut slopes, mut means) = (0.0, 0.0);
+    for row in SPAN..log.len() {
+        let span = row - SPAN..=row;
+        let slope = (angle[row] - angle[row - SPAN]) / (time[row] - time[row - SPAN]);
+        let known = rate[span].iter().filter(|rate| rate.is_finite());
+        let mean = known.clone().sum::<f64>() / known.count() as f64;
+        if slope.is_finite() && mean.is_finite() {
+            slopes += slope * slope;
+            means += mean * mean;
+        }
+    }
+    let ratio = (means / slopes.max(f64::MIN_POSITIVE)).sqrt();
     if DEGREES.contains(&ratio) {
         return Err(format!(
             "{source}: the body rate is {ratio:.0} times the slope of the body angle: it is in degrees per second, import \

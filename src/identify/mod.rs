@@ -59,7 +59,7 @@ pub enum IdentifyError {
     #[error("no log to identify from")]
     NoLog,
     /// The logs permit none of the steps.
-    #[error("nothing can be identified: {}", .reasons.join("; "))]
+    #[error("nothing can be identified:\n  {}", .reasons.join("\n  "))]
     Nothing {
         /// What each step lacks.
         reasons: Vec<String>,

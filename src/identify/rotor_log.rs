@@ -23,6 +23,9 @@ const SHORTEST: f64 = 5.0;
 /// propeller's tip at 7000 rad/s reaches the speed of sound 5 cm from its axis; millivolts.
 const IMPOSSIBLE: (f64, f64, f64) = (1.5, 7000.0, 1000.0);
 
+/// [s] samples further apart than this tell nothing of a rotor, whose transients last a tenth of that.
+const SLOWEST: f64 = 2.0;
+
 /// How the command moves over a stretch of rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Motion {
@@ -130,11 +133,19 @@ impl RotorLog {
             warnings.push(sentence);
             Ok(())
         };
+        if self.interval > SLOWEST {
+            let sentence = format!(
+                "{source}: samples are {:.0} s apart, too far for any rotor to be seen moving; if the time is in milliseconds \
+                 or microseconds, import it with unit `ms` or `us`",
+                self.interval
+            );
+            say(sentence, true)?;
+        }
         let (low, high) = bounds(&self.command);
         if high > 1.0 + 1e-9 || low < -1e-9 {
             let sentence = format!(
                 "{source}: commands reach from {low:.4} to {high:.4}, but 0 to 1 is expected; scale them with \
-                 `import` (microseconds of a servo pulse: scale 0.001, offset -1)"
+                 `import` (percent: scale 0.01; microseconds of a servo pulse: scale 0.001, offset -1)"
             );
             say(sentence, high > IMPOSSIBLE.0)?;
         }

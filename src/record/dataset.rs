@@ -42,7 +42,9 @@ pub const LOG_SIGNALS: &[LogSignal] = &[
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DatasetError {
     /// Time stops, goes back, or is not a number.
-    #[error("{source_name}: time goes from {before} s to {after} s at sample {row}; it must rise")]
+    #[error(
+        "{source_name}: time goes from {before} s to {after} s at sample {row}; it must rise (`import` leaves out rows that go back, and says which)"
+    )]
     Time {
         /// File or other origin.
         source_name: String,
@@ -282,7 +284,7 @@ mod tests {
     fn refuses_what_cannot_be_a_log() {
         assert_eq!(
             Dataset::new("a.csv", "", vec![0.0, 1.0, 1.0]).unwrap_err().to_string(),
-            "a.csv: time goes from 1 s to 1 s at sample 3; it must rise"
+            "a.csv: time goes from 1 s to 1 s at sample 3; it must rise (`import` leaves out rows that go back, and says which)"
         );
         assert!(Dataset::new("a.csv", "", vec![0.0, f64::NAN]).is_err());
         assert!(Dataset::new("a.csv", "", vec![f64::NAN]).is_err());

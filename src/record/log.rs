@@ -217,7 +217,10 @@ mod tests {
             ("t,a\n0,1\n", "log.csv: the header has no column `time_s`; it reads `t,a`"),
             ("", "log.csv: the header has no column `time_s`; it reads ``"),
             ("time_s,a,a\n0,1,1\n", "log.csv: column `a` is there twice"),
-            ("time_s\n1\n0\n", "log.csv: time goes from 1 s to 0 s at sample 2; it must rise"),
+            (
+                "time_s\n1\n0\n",
+                "log.csv: time goes from 1 s to 0 s at sample 2; it must rise (`import` leaves out rows that go back, and says which)",
+            ),
         ];
         for (text, message) in cases {
             assert_eq!(parse_text(text).unwrap_err().to_string(), message);
