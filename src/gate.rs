@@ -31,6 +31,8 @@ pub struct Gate {
     /// Time and cause of the first trip since the last step: the recorder must know it.
     tripped: Option<(u64, u32)>,
     applied: Applied,
+    /// The last step, until it is published.
+    step: Option<GuardStep>,
     topics: Topics,
 }
 
@@ -69,6 +71,7 @@ impl Gate {
             arming: None,
             tripped: None,
             applied: Applied::default(),
+            step: None,
             topics: Topics::open(bench, now_ns)?,
         })
     }
@@ -93,6 +96,9 @@ impl Gate {
     /// [ns] when to call [`Gate::poll`] at the latest.
     #[must_use]
     pub fn deadline_ns(&self) -> u64 {
+        if self.is_stop() {
+            return 0;
+        }
         let is_soon = self.is_pending || self.is_in_trouble();
         if is_soon { self.cycle.due_ns().min(self.earliest_ns()) } else { self.cycle.due_ns() }
     }
@@ -142,7 +148,16 @@ impl Gate {
         } else if self.request.is_none() {
             self.request = self.own_request(now_ns);
         }
+        self.is_stop()
+    }
+
+    fn is_stop(&self) -> bool {
         self.request.is_some_and(|request| request.act == OperatorAct::Stop as u32)
+    }
+
+    /// Takes in what came through shared memory, for the next [`Gate::poll`]. Returns whether a command or a request waits.
+    pub fn look(&mut self, now_ns: u64) -> bool {
+        self.take_in(now_ns) || self.is_pending || self.request.is_some()
     }
 
     /// Steps the guard if it is time to. What it lets through is to be sent at once, then [`Gate::finish`] called.
@@ -173,24 +188,32 @@ impl Gate {
     }
 
     fn step(&mut self, now_ns: u64, sensors: &Sensors) -> Applied {
+        self.publish_step();
         let request = self.request.take();
         let applied =
             self.guard.step(&mut self.state, now_ns, sensors, self.newest.as_ref(), request.as_ref());
-        let topics = &mut self.topics;
-        topics.applied.send(&applied);
         let consumed = GuardStep::new(now_ns, sensors, self.newest.as_ref(), request.as_ref(), &applied);
-        topics.steps.send(&consumed.tripped(self.tripped.take()));
-        for event in self.state.take_events() {
-            topics.events.send(&event);
-        }
+        self.step = Some(consumed.tripped(self.tripped.take()));
         self.stepped_ns = now_ns;
         self.is_pending = false;
         self.applied = applied;
         applied
     }
 
+    /// Publishes the last step, what went into it and what came of it; once. For when the command is out, which it would
+    /// delay.
+    pub fn publish_step(&mut self) {
+        let Some(step) = self.step.take() else { return };
+        self.topics.applied.send(&self.applied);
+        self.topics.steps.send(&step);
+        for event in self.state.take_events() {
+            self.topics.events.send(&event);
+        }
+    }
+
     /// Ends the period: what the guard let through was out at `finished_ns`.
     pub fn finish(&mut self, release: Release, finished_ns: u64, sensors: &Sensors) {
+        self.publish_step();
         let sample = self.cycle.finish(release, finished_ns, sensors.body_rate.stamp_ns);
         let topics = &mut self.topics;
         topics.cycles.send(&CycleSample { role: topics.role, ..sample });

@@ -1,8 +1,8 @@
 //! `bridge`: owns the bus and the guard. Frames to sensors, commands through the guard to frames.
 
 use super::ProcessError;
-use super::control::end_after;
-use super::wire::{Wire, WireSummary, is_virtual};
+use super::control::{end_after, is_before};
+use super::wire::{Look, Wire, WireSummary, is_virtual};
 use crate::bench::{BenchConfig, Trigger};
 use crate::can::{Bus, Port};
 use crate::clock;
@@ -13,6 +13,9 @@ use crate::shm::{Bench, Role};
 
 /// Log lines of the cycle that may wait for the thread that writes them.
 const LOG_LINES: usize = 256;
+/// What the wait says of the bus, and of the bell.
+const SOCKET: u32 = 1;
+const BELL: u32 = 2;
 /// [s] after which a process that is to end does, whatever the guard says.
 const LONGEST_END_S: f64 = 1.0;
 
@@ -64,10 +67,10 @@ impl BridgeLoop {
 
     /// Waits for the socket, the command or the timer, whichever comes first, and does what is to be done.
     pub fn turn(&mut self) {
-        let woken =
-            rt::wait([self.wire.descriptor(), self.gate.bell().descriptor()], self.gate.deadline_ns());
+        let doors = [self.wire.descriptor(), self.gate.bell().descriptor()];
+        let (woken, woken_ns) = rt::wait_and_tell(doors, self.gate.deadline_ns());
         let ready = if let Wake::Ready(bits) = woken { bits } else { 0 };
-        self.act(ready);
+        self.act(ready, woken_ns);
     }
 
     /// The guard on its bench.
@@ -87,19 +90,22 @@ impl BridgeLoop {
 }
 
 impl<B: Bus> BridgeLoop<B> {
-    /// What a turn does after its wait, which ended because of what is in `ready`: bit 0 the socket, bit 1 the bell.
-    fn act(&mut self, ready: u32) {
-        let look = self.wire.receive(ready & 1 != 0);
+    /// What a turn does after its wait, which ended at `woken_ns` because of what is in `ready`: [`SOCKET`], [`BELL`].
+    fn act(&mut self, ready: u32, woken_ns: u64) {
+        let look = if ready == BELL && !self.wire.must_look() {
+            // Only a command or a request came, and nothing stands between it and the rotors.
+            Look { at_ns: woken_ns, ..Look::default() }
+        } else {
+            self.wire.receive(ready & SOCKET != 0, woken_ns)
+        };
         let (sensors, is_news) = self.wire.present(&look, &self.gate);
         if is_news {
             self.gate.publish_sensors(&sensors, look.gyro && self.wakes_control);
         }
-        if ready & 2 != 0 {
-            self.gate.bell().quiet();
-        }
         // Decoding and publishing took a while, and the newest command may be younger than the look at the socket: judged
         // by the older time it would come from the future.
-        let now_ns = self.wire.now_ns();
+        let is_old = ready != BELL && self.gate.look(look.at_ns);
+        let now_ns = if is_old { self.wire.now_ns() } else { look.at_ns };
         let period_ns = self.gate.cycle().period_ns();
         if let Some(cause) = self.wire.trouble(&look, now_ns, self.hold_periods, period_ns) {
             self.gate.trip(now_ns, cause);
@@ -109,6 +115,11 @@ impl<B: Bus> BridgeLoop<B> {
             let finished_ns = self.wire.now_ns();
             self.gate.finish(release, finished_ns, self.wire.sensors());
             self.wire.publish(finished_ns);
+        }
+        if ready & BELL != 0 {
+            // After the command is out, which it would delay; what came meanwhile may have rung the bell that is quiet now.
+            self.gate.bell().quiet();
+            self.gate.look(now_ns);
         }
     }
 }
@@ -135,7 +146,7 @@ pub fn bridge(
     bridge.gate.start_at(clock::monotonic_ns());
     tracing::info!(bench = config.name, interface = config.bus.interface, "bridge: {granted}");
     let end_ns = end_after(seconds);
-    while !shutdown.is_requested() && clock::monotonic_ns() < end_ns {
+    while !shutdown.is_requested() && is_before(end_ns) {
         bridge.turn();
     }
     shutdown.request();
@@ -155,8 +166,9 @@ pub fn bridge(
 mod tests {
     use super::*;
     use crate::can::{Arrival, Fault, Frame, PortCounts, Roles};
-    use crate::shm::{COMMAND, Place, SENSORS};
-    use crate::signal::{Command, Health, Sample, Sensors};
+    use crate::guard::OperatorAct;
+    use crate::shm::{COMMAND, Place, Publisher, REQUEST, SENSORS};
+    use crate::signal::{Command, Health, Request, Sample, Sensors};
 
     /// [ns] of the built-in bench.
     const PERIOD_NS: u64 = 20_000_000;
@@ -168,10 +180,14 @@ mod tests {
         looked_ns: u64,
         takes_ns: u64,
         frames: Vec<Frame>,
+        looks: u32,
+        /// Said while a command goes out.
+        aside: Option<(Publisher<Request>, Request)>,
     }
 
     impl Bus for HandBus {
         fn receive(&mut self, mut take: impl FnMut(Arrival)) -> Result<usize, Fault> {
+            self.looks += 1;
             self.looked_ns = self.now_ns;
             self.now_ns += self.takes_ns;
             for frame in self.frames.drain(..) {
@@ -181,6 +197,9 @@ mod tests {
         }
 
         fn send(&mut self, _: &Frame) -> Result<(), Fault> {
+            if let Some((operator, request)) = &mut self.aside {
+                operator.send(request);
+            }
             Ok(())
         }
 
@@ -251,9 +270,35 @@ mod tests {
         // Two periods after the look: more than the one of grace.
         let stamp_ns = bus.now_ns + 2 * PERIOD_NS;
         commands.send(&Command { sequence: 1, stamp_ns, ..Command::default() });
-        rig.bridge().act(0);
+        rig.bridge().act(0, 0);
         assert!(rig.bridge().gate.applied().sequence > 0, "the guard was asked");
         assert_eq!(rig.bridge().gate.refusals(Cause::CommandFromFuture), 0);
+    }
+
+    /// The bell is quieted when the command is out. What rang it since the bridge looked last must not be forgotten with it:
+    /// nobody would wake the bridge for an emergency stop before the next slot.
+    #[test]
+    fn a_stop_that_comes_while_a_command_goes_out_is_obeyed_at_once() {
+        let mut rig = Rig::new("aside");
+        let mut operator = rig.member(Role::Operator).publish(&REQUEST).expect("the only operator");
+        let ask = |sequence, act, stamp_ns| Request { sequence, stamp_ns, act: act as u32, reserved: 0 };
+        // Until the bridge hears the operator, whom another thread of it has to meet.
+        let mut now_ns = rig.bridge().wire.now_ns();
+        while rig.bridge().gate.refusals(Cause::RequestRefused) == 0 {
+            now_ns += PERIOD_NS;
+            rig.bridge().wire.port_mut().now_ns = now_ns;
+            operator.send(&ask(1, OperatorAct::Disarm, now_ns));
+            rig.bridge().act(0, now_ns);
+            std::thread::sleep(std::time::Duration::from_millis(1));
+        }
+        rig.bridge().wire.port_mut().aside = Some((operator, ask(2, OperatorAct::Stop, now_ns)));
+        let looks = rig.bridge().wire.port_mut().looks;
+        rig.bridge().act(BELL, now_ns + PERIOD_NS);
+        assert_eq!(rig.bridge().wire.port_mut().looks, looks, "the bell alone is nothing on the bus");
+        assert_eq!(rig.bridge().gate.applied().state, State::Disarmed as u32, "it came after the step");
+        assert_eq!(rig.bridge().gate.deadline_ns(), 0, "and is not waited with");
+        rig.bridge().act(0, now_ns + PERIOD_NS);
+        assert_eq!(rig.bridge().gate.applied().state, State::EmergencyStop as u32);
     }
 
     /// When everything falls silent no frame is there to publish anything. What time does to the values is news all the same,
@@ -276,7 +321,7 @@ mod tests {
         let mut published = Vec::new();
         // Two seconds, a millisecond a turn, with frames in the first alone.
         for _ in 0..2_000 {
-            rig.bridge().act(0);
+            rig.bridge().act(0, 0);
             published.extend(std::iter::from_fn(|| sensors.next_in_order()));
             rig.bridge().wire.port_mut().now_ns += 1_000_000;
         }

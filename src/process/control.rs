@@ -7,7 +7,7 @@ use super::pace::Pace;
 use super::pilot::Pilot;
 use crate::bench::{BenchConfig, Trigger};
 use crate::clock;
-use crate::rt::{self, Cycle, Granted, Shutdown, Summary};
+use crate::rt::{self, Cycle, Granted, Shutdown, Summary, Wake};
 use crate::shm::{APPLIED, Bell, Bench, Publisher, Role, SENSORS, Subscriber, Waiter};
 use crate::signal::{Applied, CycleSample, Heartbeat, Sensors};
 
@@ -30,6 +30,8 @@ pub struct ControlLoop {
     heartbeat: Heartbeat,
     gate_bell: Bell,
     bell: Bell,
+    /// `newest` came after the last look, and is to be looked at without waiting.
+    is_news: bool,
     // Last: everything above lives on it.
     _bench: Bench,
 }
@@ -76,6 +78,7 @@ impl ControlLoop {
             },
             gate_bell: bench.bell(Waiter::Gate)?,
             bell: bench.bell(Waiter::Control)?,
+            is_news: false,
             _bench: bench,
         })
     }
@@ -87,17 +90,32 @@ impl ControlLoop {
 
     /// Waits for the next slot and runs it. Returns whether a command went out.
     pub fn turn(&mut self) -> bool {
-        let is_imu = self.trigger == Trigger::Imu;
-        if is_imu {
-            let _ = rt::wait([self.bell.descriptor()], self.cycle.due_ns());
-            self.bell.quiet();
+        let (is_imu, due_ns) = (self.trigger == Trigger::Imu, self.cycle.due_ns());
+        let (woken, now_ns) = if is_imu && !std::mem::take(&mut self.is_news) {
+            rt::wait_and_tell([self.bell.descriptor()], due_ns)
         } else {
-            let _ = rt::wait([], self.cycle.due_ns());
+            (if is_imu { Wake::Deadline } else { rt::wait([], due_ns) }, clock::monotonic_ns())
+        };
+        self.look();
+        let flew = self.run_slot(now_ns);
+        if matches!(woken, Wake::Ready(_)) {
+            // After the command is out, which it would delay; what came meanwhile may have rung the bell that is quiet now.
+            self.bell.quiet();
+            self.is_news = self.look();
         }
-        let now_ns = clock::monotonic_ns();
-        if let Some(newest) = self.sensors.newest() {
-            self.newest = newest;
-        }
+        flew
+    }
+
+    /// Takes the newest sensors, if there are newer ones.
+    fn look(&mut self) -> bool {
+        let newest = self.sensors.newest();
+        self.newest = newest.unwrap_or(self.newest);
+        newest.is_some()
+    }
+
+    /// Runs a slot at `now_ns`, if one has begun. Returns whether a command went out.
+    fn run_slot(&mut self, now_ns: u64) -> bool {
+        let is_imu = self.trigger == Trigger::Imu;
         let release = if is_imu && self.pace.is_due(&self.newest.body_rate) {
             self.cycle.begin_at_arrival(now_ns, self.cycle.period_ns() / 2)
         } else if is_imu {
@@ -133,8 +151,9 @@ impl ControlLoop {
             self.passed = Applied::default();
         }
         let command = self.flight.step(now_ns, &self.newest, &self.passed);
-        self.flight.publish(&self.newest, &self.passed, &command);
+        self.flight.command(&command);
         self.gate_bell.ring();
+        self.flight.record(&self.newest, &self.passed, &command);
     }
 
     /// The slots and their timing.
@@ -161,11 +180,11 @@ pub fn control(
     shutdown: &Shutdown,
 ) -> Result<ControlSummary, ProcessError> {
     let mut control = ControlLoop::open(config, pilot)?;
-    let granted = config.real_time.apply()?;
+    let granted = config.real_time.beneath().apply()?;
     control.start();
     tracing::info!(bench = config.name, period_s = config.period_s, "control: {granted}");
     let end_ns = end_after(seconds);
-    while !shutdown.is_requested() && clock::monotonic_ns() < end_ns && !control.flight.is_finished() {
+    while !shutdown.is_requested() && is_before(end_ns) && !control.flight.is_finished() {
         control.turn();
     }
     shutdown.request();
@@ -176,4 +195,9 @@ pub fn control(
 /// [ns] CLOCK_MONOTONIC when a run of `seconds` that begins now ends.
 pub(super) fn end_after(seconds: Option<f64>) -> u64 {
     seconds.map_or(u64::MAX, |seconds| clock::monotonic_ns().saturating_add(clock::span_ns(seconds)))
+}
+
+/// Whether it is before `end_ns`, by [`end_after`]; without an end the clock is not asked.
+pub(super) fn is_before(end_ns: u64) -> bool {
+    end_ns == u64::MAX || clock::monotonic_ns() < end_ns
 }

@@ -46,9 +46,19 @@ impl Flight {
         self.angle = AngleError::default();
     }
 
-    /// Publishes a step with all it consumed.
+    /// Publishes a step: the command, and all it was made from.
     pub fn publish(&mut self, sensors: &Sensors, applied: &Applied, command: &Command) {
+        self.command(command);
+        self.record(sensors, applied, command);
+    }
+
+    /// Publishes a command.
+    pub fn command(&mut self, command: &Command) {
         self.commands.send(command);
+    }
+
+    /// Publishes what a command was made from, for the recorder.
+    pub fn record(&mut self, sensors: &Sensors, applied: &Applied, command: &Command) {
         let (sensors, applied, command) = (*sensors, *applied, *command);
         self.steps.send(&ControlStep { sensors, applied, command });
     }

@@ -10,7 +10,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use super::ProcessError;
-use super::control::end_after;
+use super::control::{end_after, is_before};
 use super::lockstep::Interference;
 use super::plant::FlightPlan;
 use crate::bench::BenchConfig;
@@ -173,7 +173,7 @@ pub fn record(
     let recorder = Recorder::start(path, &provenance, RecorderOptions::default())?;
     let mut handle = recorder.handle();
     let end_ns = end_after(seconds);
-    while !shutdown.is_requested() && clock::monotonic_ns() < end_ns {
+    while !shutdown.is_requested() && is_before(end_ns) {
         listener.copy(&mut handle);
         if pulse.beat() {
             progress(recorder.summary());

@@ -2,7 +2,7 @@
 //! without a wake-up in between; shared memory is written beside it, after the frames are out.
 
 use super::ProcessError;
-use super::control::end_after;
+use super::control::{end_after, is_before};
 use super::flight::{AngleError, Flight};
 use super::pace::Pace;
 use super::pilot::Pilot;
@@ -117,10 +117,12 @@ impl RunLoop {
 
     /// Waits for the socket, a request or the timer, and does what is to be done.
     pub fn turn(&mut self) {
+        let is_imu = self.trigger == Trigger::Imu;
         let deadline_ns = self.gate.cycle().due_ns();
-        let woken = rt::wait([self.wire.descriptor(), self.gate.bell().descriptor()], deadline_ns);
+        let doors = [self.wire.descriptor(), self.gate.bell().descriptor()];
+        let (woken, woken_ns) = rt::wait_and_tell(doors, deadline_ns);
         let ready = if let Wake::Ready(bits) = woken { bits } else { 0 };
-        let look = self.wire.receive(ready & 1 != 0);
+        let look = self.wire.receive(ready & 1 != 0, woken_ns);
         if ready & 2 != 0 {
             self.gate.bell().quiet();
         }
@@ -129,7 +131,6 @@ impl RunLoop {
         if let Some(cause) = self.wire.trouble(&look, now_ns, self.hold_periods, period_ns) {
             self.gate.trip(now_ns, cause);
         }
-        let is_imu = self.trigger == Trigger::Imu;
         let stop = self.gate.is_stop_wanted(now_ns);
         let is_due = is_imu && look.gyro && self.pace.is_due(&self.wire.sensors().body_rate);
         let release = if is_due {
@@ -145,6 +146,7 @@ impl RunLoop {
         if release.is_some() || stop {
             let applied = self.gate.step_with(now_ns, self.wire.sensors(), command.as_ref());
             self.wire.send(&applied);
+            self.gate.publish_step();
         }
         if let Some(release) = release {
             let finished_ns = clock::monotonic_ns();
@@ -205,7 +207,7 @@ pub fn run(
     run.start();
     tracing::info!(bench = config.name, interface = config.bus.interface, "run: {granted}");
     let (start_ns, end_ns) = (clock::monotonic_ns(), end_after(seconds));
-    while !shutdown.is_requested() && clock::monotonic_ns() < end_ns && !run.flight.is_finished() {
+    while !shutdown.is_requested() && is_before(end_ns) && !run.flight.is_finished() {
         run.turn();
     }
     shutdown.request();

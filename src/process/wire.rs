@@ -142,8 +142,16 @@ impl<B: Bus> Wire<B> {
         (marked, look.updated || is_aged)
     }
 
-    /// Takes in what is on the bus. `was_ready` says that the wait ended because of it.
-    pub fn receive(&mut self, was_ready: bool) -> Look {
+    /// Whether the bus must be looked at though the wait did not end because of it: it is not waited for, or its interface
+    /// is gone and may be back.
+    #[must_use]
+    pub fn must_look(&self) -> bool {
+        self.is_quiet || self.port.is_gone()
+    }
+
+    /// Takes in what is on the bus. `was_ready` says that the wait, which ended at `woken_ns`, ended because of it.
+    pub fn receive(&mut self, was_ready: bool, woken_ns: u64) -> Look {
+        self.port.look_at(woken_ns);
         let Self { port, roles, receiver, sensors, log, .. } = self;
         let gyro = SensorField::BodyRate.bit();
         let (mut look, mut has_error) = (Look::default(), false);

@@ -14,4 +14,4 @@ pub use machine::Machine;
 pub use shutdown::Shutdown;
 pub use thread::{Granted, RealTimeConfig, RealTimeError};
 pub use usage::Usage;
-pub use wait::{Wake, wait};
+pub use wait::{Wake, wait, wait_and_tell};

@@ -81,6 +81,13 @@ impl fmt::Display for Granted {
 }
 
 impl RealTimeConfig {
+    /// One priority lower, where there is one: for what must not keep the guard's own process from running, whatever becomes of
+    /// it. A controller that never waits again starves everything of its own priority on its processor.
+    #[must_use]
+    pub fn beneath(&self) -> Self {
+        Self { priority: if self.priority > 1 { self.priority - 1 } else { self.priority }, ..self.clone() }
+    }
+
     /// Checks what is written.
     ///
     /// # Errors
@@ -230,6 +237,12 @@ fn locked_kb() -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn beneath_a_priority_is_the_next_lower_one_if_there_is_one() {
+        let beneath = |priority| RealTimeConfig { priority, ..RealTimeConfig::default() }.beneath().priority;
+        assert_eq!([99, 80, 2, 1, 0].map(beneath), [98, 79, 1, 1, 0]);
+    }
 
     #[test]
     fn what_is_reported_is_what_the_system_says() {

@@ -188,7 +188,7 @@ impl World<'_> {
     fn receive(&mut self, now_ns: u64) {
         let Parts { guard, hold, period_ns, .. } = self.parts;
         let Bridge { wire, guard: state, tripped, .. } = &mut self.bridge;
-        let look = wire.receive(true);
+        let look = wire.receive(true, now_ns);
         if look.updated {
             self.sensors = *wire.sensors();
         }
