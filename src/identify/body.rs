@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::linear;
 use super::rotor_log::{LEAST_COMMAND, bounds, held_everywhere};
-use super::{Estimate, IdentifiedActuator};
+use super::{Estimate, IdentifiedActuator, RotorRun};
 use crate::record::Dataset;
 
 /// [s] length of a window.
@@ -208,23 +208,15 @@ fn check_rate_unit(log: &Dataset, rate: &[f64]) -> Result<Option<String>, String
 fn drive(log: &Dataset, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive> {
     let commands = log.column("command_1").zip(log.column("command_2"));
     let voltage = log.column("battery_voltage_v").map(held_everywhere);
-    // What each rotor is on its way to, from each row to the next.
-    let steady = commands.map(|(first, second)| {
-        [first, second].map(|command| {
-            let drop = |row: usize| voltage.as_ref().map(|voltage| voltage[row]);
-            let (held, arrived) = (held_everywhere(command), actuator.arrived(log.time()));
-            let each = arrived.into_iter().enumerate();
-            each.map(|(row, acting)| actuator.steady_rate(held[acting], drop(row))).collect::<Vec<f64>>()
-        })
+    let runs = commands.map(|(first, second)| {
+        [first, second].map(|command| actuator.run_from(None, log.time(), command, voltage.as_deref()))
     });
-    let predicted = commands.map(|(first, second)| {
-        let rates = [first, second].map(|command| actuator.simulate(log.time(), command, voltage.as_deref()));
-        impulse(log, &rates, steady.as_ref(), actuator)
-    });
+    let c = actuator.thrust_coefficient;
+    let predicted =
+        runs.as_ref().map(|[first, second]| impulse(log, [&first.rates, &second.rates], runs.as_ref(), c));
     let measured = log.column("propeller_rate_1_rad_s").zip(log.column("propeller_rate_2_rad_s"));
     if let Some((first, second)) = measured {
-        let rates = [filled(log, first), filled(log, second)];
-        let measured = impulse(log, &rates, steady.as_ref(), actuator);
+        let measured = impulse(log, [&filled(log, first), &filled(log, second)], runs.as_ref(), c);
         return Some(Drive { measured, predicted, words: "measured rotor rates", lever: arm });
     }
     if let Some(torque) = log.column("torque_command_nm") {
@@ -235,30 +227,21 @@ fn drive(log: &Dataset, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive
     predicted.map(|measured| Drive { measured, predicted: None, words, lever: arm })
 }
 
-/// [N s] running integral of f_1 - f_2 with f = c ω², by the trapezoidal rule; where it is known what the rotors are
-/// on their way to, with its end correction -h²/12 (f'(end) - f'(start)), ω' = p (z - ω).
-fn impulse(
-    log: &Dataset,
-    rates: &[Vec<f64>; 2],
-    steady: Option<&[Vec<f64>; 2]>,
-    actuator: &IdentifiedActuator,
-) -> Vec<f64> {
-    let c = actuator.thrust_coefficient;
-    let thrust = |row: usize| c * (rates[0][row].powi(2) - rates[1][row].powi(2));
-    // Slope at `row` of the thrust that goes towards the steady rates of `from`.
-    let slope = |row: usize, from: usize| {
-        let of = |rotor: usize| {
-            let away = steady.map_or(0.0, |steady| steady[rotor][from] - rates[rotor][row]);
-            2.0 * c * rates[rotor][row] * actuator.pole * away
-        };
-        of(0) - of(1)
-    };
+/// [N s] running integral of f_1 - f_2 with f = c ω², by the trapezoidal rule; where the commands are known, with what the
+/// rule misses of the exponentials between the samples, taken from the rotors' free run.
+fn impulse(log: &Dataset, rates: [&[f64]; 2], runs: Option<&[RotorRun; 2]>, c: f64) -> Vec<f64> {
+    let trapezium =
+        |rates: &[f64], row: usize, h: f64| 0.5 * h * (rates[row].powi(2) + rates[row + 1].powi(2));
     let mut sum = 0.0;
     let mut running = vec![0.0; log.len()];
     for (row, step) in log.time().windows(2).enumerate() {
         let h = step[1] - step[0];
-        sum += 0.5 * h * (thrust(row) + thrust(row + 1));
-        sum -= h * h / 12.0 * (slope(row + 1, row) - slope(row, row));
+        let of = |rotor: usize| {
+            let missed =
+                runs.map_or(0.0, |runs| runs[rotor].squares[row] - trapezium(&runs[rotor].rates, row, h));
+            trapezium(rates[rotor], row, h) + missed
+        };
+        sum += c * (of(0) - of(1));
         running[row + 1] = sum;
     }
     running

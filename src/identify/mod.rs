@@ -169,17 +169,17 @@ impl IdentifiedActuator {
     /// first command. Missing cells hold the value before.
     #[must_use]
     pub fn simulate(&self, time: &[f64], command: &[f64], voltage: Option<&[f64]>) -> Vec<f64> {
-        self.simulate_from(None, time, command, voltage)
+        self.run_from(None, time, command, voltage).rates
     }
 
-    /// The same from a given rate.
-    fn simulate_from(
+    /// The same from a given rate, or from the first steady one, with what happens between the samples.
+    fn run_from(
         &self,
         start: Option<f64>,
         time: &[f64],
         command: &[f64],
         voltage: Option<&[f64]>,
-    ) -> Vec<f64> {
+    ) -> RotorRun {
         let held = |values: &[f64]| rotor_log::held_everywhere(values);
         let command = held(command);
         let voltage = voltage.map(held);
@@ -191,21 +191,37 @@ impl IdentifiedActuator {
         };
         // Exact with the input held: [LPC16] Eq. (2), second line.
         let lag = |rate: f64, steady: f64, span: f64| steady + (rate - steady) * (-self.pole * span).exp();
-        let mut rates = Vec::with_capacity(time.len());
+        // [rad²/s] the integral of its square over that span.
+        let square = |rate: f64, steady: f64, span: f64| {
+            let (away, decay) = (rate - steady, (-self.pole * span).exp());
+            let cross = 2.0 * steady * away * (1.0 - decay);
+            steady * steady * span + (cross + 0.5 * away * away * (1.0 - decay * decay)) / self.pole
+        };
+        let mut run = RotorRun { rates: Vec::with_capacity(time.len()), squares: Vec::new() };
         let mut rate = start;
         // Before the delay has passed, the first command acts.
         for (row, mut acting) in self.arrived(time).into_iter().enumerate() {
             let mut now = rate.unwrap_or_else(|| steady(acting, row));
-            rates.push(now);
+            run.rates.push(now);
             let Some(&next) = time.get(row + 1) else { break };
-            let mut from = time[row];
+            let (mut from, mut squares) = (time[row], 0.0);
             while acting < row && time[acting + 1] + self.delay < next {
                 let arrives = time[acting + 1] + self.delay;
+                squares += square(now, steady(acting, row), arrives - from);
                 now = lag(now, steady(acting, row), arrives - from);
                 (acting, from) = (acting + 1, arrives);
             }
+            run.squares.push(squares + square(now, steady(acting, row), next - from));
             rate = Some(lag(now, steady(acting, row), next - from));
         }
-        rates
+        run
     }
+}
+
+/// A free run of the rotor.
+struct RotorRun {
+    /// [rad/s] at each instant.
+    rates: Vec<f64>,
+    /// [rad²/s] integral of the squared rate from each instant to the next.
+    squares: Vec<f64>,
 }

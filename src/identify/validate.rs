@@ -33,13 +33,9 @@ pub(super) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Optio
         let rows = first..segment.end;
         let voltage = rotor.voltage.as_ref().map(|voltage| &voltage[rows.clone()]);
         let start = rotor.rate[first];
-        let modelled = actuator.simulate_from(
-            Some(start),
-            &rotor.time[rows.clone()],
-            &rotor.command[rows.clone()],
-            voltage,
-        );
-        let each = rows.zip(modelled).filter(|(row, _)| rotor.rate[*row].is_finite());
+        let modelled =
+            actuator.run_from(Some(start), &rotor.time[rows.clone()], &rotor.command[rows.clone()], voltage);
+        let each = rows.zip(modelled.rates).filter(|(row, _)| rotor.rate[*row].is_finite());
         traces.extend(each.map(|(row, model)| (rotor.time[row], rotor.rate[row], model)));
     }
     let shown = with_holes(&traces, rotor.interval);

@@ -162,7 +162,7 @@ fn eqs_1_and_12_the_inertia_from_an_attitude_log() {
     // With the commands the rotors are known between the samples, too.
     let body = inertia(&log);
     assert_eq!(body.driven_by, "measured rotor rates");
-    // What is left is the end correction's own error, (p T_s)⁴/720 of the fast part.
+    // Between the samples the rotors are the exponentials of the free run; what is left is the run against the bench.
     close(body.inertia.value, INERTIA, 3e-5 * INERTIA);
     // Without them a straight line stands for an exponential: (p T_s)²/12 = 0.9 % of the fast part.
     close(inertia(&only(&log, &rates)).inertia.value, INERTIA, 0.01 * INERTIA);
