@@ -54,7 +54,10 @@ pub fn run(arguments: &Arguments) -> CliResult {
         }
         println!("{} {what} → {}", summary.written, output.display());
         if summary.lost > 0 {
-            println!("warning: the recorder lost {} records: the disk was too slow or full", summary.lost);
+            println!(
+                "warning: the recorder lost {} records: it or its disk was too slow, or the disk full",
+                summary.lost
+            );
         }
         if summary.out_of_order > 0 {
             println!("warning: {} periods out of order, left out", summary.out_of_order);

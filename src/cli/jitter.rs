@@ -21,7 +21,7 @@ pub struct Arguments {
     #[arg(long, value_name = "US", value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
     period_us: Option<u32>,
     /// How long each stage runs, over all rounds [s]
-    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = super::operate::seconds)]
+    #[arg(long, visible_alias = "seconds", value_name = "S", default_value_t = 10.0, value_parser = super::operate::seconds)]
     duration_s: f64,
     /// How often the stages take turns
     #[arg(long, value_name = "N", default_value_t = 5)]
