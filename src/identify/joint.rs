@@ -51,6 +51,13 @@ struct Problem<'a> {
     battery: bool,
 }
 
+/// A lag alone, its rivals, and the lag behind a delay where that is settled.
+struct Tried {
+    lag: LagFit,
+    rivals: Vec<Rival>,
+    late: Option<LateFit>,
+}
+
 /// Inputs u, u², ..., and -(v_bmax - v_b) last where the battery takes part.
 fn columns<const M: usize>(degree: usize, u: f64, drop: f64) -> [f64; M] {
     let mut power = 1.0;
@@ -96,6 +103,13 @@ impl Problem<'_> {
         late::held_out(&full, pole::fit(&full)?.pole)
     }
 
+    fn with_rivals<const M: usize>(&self, delays: bool) -> Option<Tried> {
+        let lag = self.fit::<M>()?;
+        let rivals = self.rivals::<M>(&lag);
+        let late = if delays { self.late::<M>(&lag, &rivals) } else { None };
+        Some(Tried { lag, rivals, late })
+    }
+
     fn late<const M: usize>(&self, fit: &LagFit, rivals: &[Rival]) -> Option<LateFit> {
         let interval = self.rotors.first().map_or(0.0, |rotor| rotor.interval);
         late::identify::<M>(fit, rivals, interval, |delay| self.record(self.rotors, delay))
@@ -115,25 +129,28 @@ pub(super) fn identify(
     // Where no comparison succeeds, the curve of one coefficient is the last thing to try.
     let degree = degree.or(preferred).unwrap_or(1);
     let mut problem = Problem { rotors, full_voltage, degree, battery };
-    let mut fit = sized!(problem, fit());
-    if battery && fit.as_ref().is_none_or(|fit| fit.coefficients[degree].abs() < 3.0 * fit.error(degree)) {
+    let mut found = sized!(problem, with_rivals(delays));
+    // Judged beside the delay: what a lag alone leaves over would hide a battery.
+    let shows = |found: &Tried| {
+        let fit = found.late.as_ref().map_or(&found.lag, |late| &late.fit);
+        fit.coefficients[degree].abs() >= 3.0 * fit.error(degree)
+    };
+    if battery && !found.as_ref().is_some_and(shows) {
         warnings.push(
             "the battery's effect does not show beside the command in these logs: k_V is left out of the joint \
              fit; record a longer discharge, or constant commands"
                 .to_owned(),
         );
         problem.battery = false;
-        fit = sized!(problem, fit());
+        found = sized!(problem, with_rivals(delays));
     }
-    let fit = fit?;
-    let rivals = sized!(problem, rivals(&fit));
-    let late = if delays { sized!(problem, late(&fit, &rivals)) } else { None };
+    let Tried { lag, rivals, late } = found?;
     let without_delay = late
         .as_ref()
-        .map(|_| (fit.coefficients[..degree].to_vec(), problem.battery.then(|| fit.coefficients[degree])));
+        .map(|_| (lag.coefficients[..degree].to_vec(), problem.battery.then(|| lag.coefficients[degree])));
     let (fit, delay) = match late {
         Some(LateFit { fit, told }) => (fit, Some(told)),
-        None => (fit, None),
+        None => (lag, None),
     };
     let estimate =
         |index: usize| Estimate { value: fit.coefficients[index], standard_error: fit.error(index) };
