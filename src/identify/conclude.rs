@@ -245,7 +245,9 @@ impl Work<'_> {
             let needed: Vec<String> = rivals.iter().filter(needed).map(in_words).collect();
             if let Some(told) = taken {
                 say.push(format!(
-                    "the rotor answers {:.2} ± {:.2} ms late: the model has `{DELAY}` for it, and the pole fitted beside it,                      {:.3} rad/s; without it the pole would come out as {:.3}, to make up for the delay (--no-delay leaves it out)",
+                    "the rotor answers {:.2} ± {:.2} ms late: the model has `{DELAY}` for it, and the pole fitted \
+                     beside it, {:.3} rad/s; without it the pole would come out as {:.3}, to make \
+                     up for the delay (--no-delay leaves it out)",
                     1e3 * told.delay.value,
                     1e3 * told.delay.standard_error,
                     self.pole_estimate().map_or(f64::NAN, |pole| pole.value),
