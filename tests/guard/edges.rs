@@ -1,7 +1,7 @@
 //! Where a rule begins and ends, to the nanosecond. Every time of the guard is one of stamps, so each edge can be met.
 
 use rotorbench::guard::{Cause, GuardConfig, OperatorAct, State};
-use rotorbench::signal::AppliedFlags;
+use rotorbench::signal::{AppliedFlags, Health, Sample};
 
 use crate::rig::{N, Rig, T, defaults};
 
@@ -205,4 +205,19 @@ fn a_signal_is_warned_of_at_half_of_its_time_and_lost_at_the_whole() {
     let hold_ns = u64::from(N) * T;
     assert_eq!([hold_ns / 2, hold_ns / 2 + 1].map(state), [State::Armed, State::Degraded]);
     assert_eq!([hold_ns, hold_ns + 1].map(state), [State::Degraded, State::FailsafeLatched]);
+}
+
+/// A signal that never came says so by its flag or by having no stamp; either is enough.
+#[test]
+fn a_signal_that_never_came_is_known_by_its_flag_or_its_stamp() {
+    for (stamp_ns, health) in [(0, 0), (1, Health::NEVER)] {
+        let mut rig = Rig::armed(&defaults());
+        rig.now += T;
+        rig.sense();
+        rig.answer();
+        let stamp_ns = stamp_ns * rig.now;
+        rig.sensors.body_rate = Sample { stamp_ns, health, ..rig.sensors.body_rate };
+        rig.step(true);
+        assert_eq!(rig.state.cause(), Cause::SignalNever, "stamp {stamp_ns}, health {health}");
+    }
 }
