@@ -136,7 +136,11 @@ fn simulate(model: &Model, rotor: bool) -> Vec<f64> {
         let voltage: Vec<f64> = time.iter().map(|at| 12.5 - 0.05 * at).collect();
         let input = RotorInput { time: &time, command: &command, voltage: Some(&voltage), side: 1.0 };
         let mut trace = RotorTrace::default();
-        equations.simulate_rotor(&input, &RotorStart { rate: Some(500.0), slow: 0.0 }, &mut trace);
+        equations.simulate_rotor(
+            &input,
+            &RotorStart { rate: Some(500.0), slow: 0.0, before: None },
+            &mut trace,
+        );
         return trace.measured;
     }
     let torque: Vec<f64> = time.iter().map(|at| 0.3 * (2.0 * at).sin() + 0.1 * (5.3 * at).cos()).collect();

@@ -44,6 +44,24 @@ fn prbs(seconds: f64, seed: u64) -> Shape {
     Shape::Prbs { amplitude: 0.08, bandwidth_hz: 0.0, duration_s: seconds, seed }
 }
 
+/// A bench with twice the battery of the paper's: its own voltage is full, whether or not the battery is asked for.
+#[test]
+fn a_battery_that_has_more_than_the_template_is_full_at_its_own_voltage() {
+    let mut log = run(&bench(5), prbs(60.0, 5), "doubled");
+    let volts: Vec<f64> =
+        log.column("battery_voltage_v").expect("measured").iter().map(|v| 2.0 * v).collect();
+    let best = volts.iter().copied().filter(|volts| volts.is_finite()).fold(0.0, f64::max);
+    log.replace("battery_voltage_v", volts).expect("fits");
+    for battery in [true, false] {
+        let settings = IdentifySettings { battery, degree: Some(2), ..IdentifySettings::default() };
+        let found = identify(std::slice::from_ref(&log), &[], &settings).expect("identified");
+        let full = found.model.actuator.full_voltage;
+        // A hundredth of the readings may be glitches, and it is said to a tenth of a volt.
+        assert!((best - 0.3..=best + 0.05).contains(&full), "{full} V of at most {best}");
+        assert!(found.warnings.iter().any(|it| it.contains("--full-voltage-v")), "{:?}", found.warnings);
+    }
+}
+
 /// Must be true 1: 20 benches drawn at random around the paper's, 2400 s of PRBS each, everything from that one
 /// log within 2 % and within 3 standard errors. All at once, 80 parameters lie beyond 3 standard errors with a
 /// chance of 80 × 0.0027 = 20 % for honest normal errors; one is therefore allowed up to 4.

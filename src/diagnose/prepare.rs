@@ -140,7 +140,7 @@ impl Driver<'_> {
     /// The free run of the rotor model, moved by what the smoothed measurement says it lacks.
     fn fuse(&self, run: &RotorRun, locals: &[f64], rates: &mut Rates) {
         let mut trace = RotorTrace::default();
-        simulate(self.equations, run, locals, &mut trace);
+        simulate(self.equations, run, None, locals, &mut trace);
         let lacks: Vec<f64> =
             run.measured.iter().zip(&trace.measured).map(|(measured, model)| measured - model).collect();
         let (lacks, carried) = smooth(&lacks);
@@ -275,4 +275,22 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[Dataset]) -> Option<Strin
         // A torque command stands in for rotor rates only where the law does not look at them.
         (!logs.iter().all(there)).then(|| format!("needs `{need}`, which a log lacks"))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_grid_is_not_looked_for_in_few_levels() {
+        let grid = Model::paper().effect("command_quantization").expect("known");
+        for (levels, refused) in [(59, true), (60, false)] {
+            let time: Vec<f64> = (0..600).map(|row| 0.01 * f64::from(row)).collect();
+            let mut log = Dataset::new("here", "", time).expect("time rises");
+            log.insert("command_1", (0..600).map(|row| 0.3 + 1e-3 * f64::from(row % levels)).collect())
+                .expect("fits");
+            log.insert("propeller_rate_1_rad_s", vec![600.0; 600]).expect("fits");
+            assert_eq!(refusal(&grid, &Model::paper(), &[log]).is_some(), refused, "{levels} levels");
+        }
+    }
 }

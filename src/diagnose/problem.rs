@@ -224,6 +224,16 @@ impl<'a> Problem<'a> {
         model
     }
 
+    /// Sum of squares under a model, every unit started where it was measured.
+    #[must_use]
+    pub fn cost_of(&self, model: &Model) -> f64 {
+        let start: Vec<f64> = self.names.iter().map(|name| model.parameter(name).unwrap_or(0.0)).collect();
+        let locals = vec![0.0; self.data.units.len() * self.locals];
+        let mut residuals = vec![0.0; self.data.len];
+        self.residuals(&start, &locals, &mut residuals);
+        residuals.iter().map(|value| value * value).sum()
+    }
+
     fn local<'b>(&self, locals: &'b [f64], unit: usize) -> &'b [f64] {
         locals.get(unit * self.locals..(unit + 1) * self.locals).unwrap_or(&[])
     }
@@ -253,7 +263,11 @@ impl OutputError for Problem<'_> {
             Runs::Rotor(runs) => {
                 let mut trace = RotorTrace::default();
                 for (unit, run) in runs.iter().enumerate() {
-                    rotor::simulate(&equations, run, self.local(locals, unit), &mut trace);
+                    // Where the fit finds each run's start, the runs must not see each other.
+                    let last = runs[..unit].last().filter(|_| self.locals == 1);
+                    let before =
+                        last.and_then(|last| run.goes_on_after(last)).map(|hole| trace.remembered(hole));
+                    rotor::simulate(&equations, run, before, self.local(locals, unit), &mut trace);
                     rotor::residuals(run, &trace, sigma[0], &mut out[self.data.units[unit].clone()]);
                 }
             }

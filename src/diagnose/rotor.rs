@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::noise::median;
 use super::problem::{Channel, hold};
 use crate::identify::at_standstill;
-use crate::model::{Equations, RotorInput, RotorStart, RotorTrace};
+use crate::model::{Equations, Remembered, RotorInput, RotorStart, RotorTrace};
 use crate::record::Dataset;
 use crate::signal::ROTORS;
 
@@ -41,6 +41,14 @@ impl RotorRun {
     pub fn input(&self) -> RotorInput<'_> {
         let side = if self.rotor == 0 { 1.0 } else { -1.0 };
         RotorInput { time: &self.time, command: &self.command, voltage: self.voltage.as_deref(), side }
+    }
+
+    /// [s] how long after the given run this one begins; `None` where it does not go on with it.
+    #[must_use]
+    pub fn goes_on_after(&self, before: &Self) -> Option<f64> {
+        let same = self.log == before.log && self.rotor == before.rotor;
+        let hole = self.time.first()? - before.time.last()?;
+        (same && hole > 0.0).then_some(hole)
     }
 
     /// `count` of its samples from `from` on.
@@ -165,11 +173,18 @@ pub(super) fn blocks(runs: &[RotorRun], stretches: usize) -> Vec<usize> {
 }
 
 /// Simulates one run from its local start: departures of the rate and of slow states.
-pub fn simulate(equations: &Equations, run: &RotorRun, locals: &[f64], trace: &mut RotorTrace) {
+pub fn simulate(
+    equations: &Equations,
+    run: &RotorRun,
+    before: Option<Remembered>,
+    locals: &[f64],
+    trace: &mut RotorTrace,
+) {
     let departure = locals.first().copied().unwrap_or(0.0);
     let start = RotorStart {
         rate: run.first_rate().map(|rate| rate + departure),
         slow: locals.get(1).copied().unwrap_or(0.0),
+        before,
     };
     equations.simulate_rotor(&run.input(), &start, trace);
 }

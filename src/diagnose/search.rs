@@ -13,7 +13,8 @@ use crate::model::{Effect, Model};
 
 /// Sets carried on abreast.
 const ABREAST: usize = 3;
-/// Candidates that are fitted to the end beside each set, the most promising ones.
+/// Candidates that are fitted to the end beside each set of two or more, the most promising ones. Beside a single
+/// effect all are: a law in a corner, such as a limit, looks like nothing for its first steps.
 const PROMISING: usize = 8;
 /// Most effects of one block.
 const DEEPEST: usize = 4;
@@ -200,7 +201,8 @@ impl<'a> Search<'a> {
                 }
                 groups.push(plans);
             }
-            let deeper = run_promising(&groups, PROMISING, stage, self.done);
+            let deeper =
+                run_promising(&groups, if depth == 1 { usize::MAX } else { PROMISING }, stage, self.done);
             trials.extend(deeper);
             before = best;
         }
@@ -283,11 +285,16 @@ impl<'a> Search<'a> {
     pub fn refit(&self, mut stage: Stage, ids: &[String]) -> Found {
         let (stale, recalibrated) = self.bases(&mut stage);
         let base_names = stage.base_parameters(self.base);
-        let best = if ids.is_empty() {
-            recalibrated.clone()
-        } else {
-            self.plan(&recalibrated.model, ids, &base_names).run(&stage)
-        };
+        // One after another as the search goes, and all at once: the first finds the way where they are far from
+        // where they start, the second where they only make sense together.
+        let mut best = recalibrated.clone();
+        for count in 1..=ids.len() {
+            best = self.plan(&best.model, &ids[..count], &base_names).run(&stage);
+        }
+        if ids.len() > 1 {
+            let at_once = self.plan(&recalibrated.model, ids, &base_names).run(&stage);
+            best = if at_once.fit.cost < best.fit.cost { at_once } else { best };
+        }
         let (answer, changed) = self.settle(&stage, &stale, &recalibrated, &best);
         let floors = joint_floors(&stage, &answer);
         let ladder = vec![recalibrated.clone(), answer.clone()];
@@ -421,8 +428,10 @@ impl<'a> Search<'a> {
             free.push(name.clone());
             now = trial;
         }
-        // Started from the base's numbers a fit can end in another valley: then the way there does not count.
-        if target.validate(stage) < now.validate(stage) * (1.0 - LEAST_GAIN) {
+        // Started from the base's numbers a fit can end in another valley, or without one of the effects: then the way
+        // there does not count.
+        let lost_one = !now.effects.is_empty() && !is_sound(stage, &now, self.known);
+        if lost_one || target.validate(stage) < now.validate(stage) * (1.0 - LEAST_GAIN) {
             (target.clone(), names)
         } else {
             (now, free)

@@ -1,6 +1,7 @@
 //! What an effect must bring to be worth its place, which sets can be physics, and which the data cannot tell apart.
 
 use super::noise::floors;
+use super::problem::Runs;
 use super::stage::Stage;
 use super::surrogate::chance;
 use super::trial::Trial;
@@ -63,7 +64,26 @@ pub(super) fn weigh(stage: &mut Stage, trial: &Trial) {
 
 /// Whether a set can be physics: every effect of it determined, none cancelled by another.
 pub(super) fn is_sound(stage: &Stage, trial: &Trial, known: &[Effect]) -> bool {
-    trial.is_determined(known) && !trial.cancels(stage, known)
+    is_exercised(stage, trial) && trial.is_determined(known) && !trial.cancels(stage, known)
+}
+
+/// Different commands that must lie beyond a limit: one cannot be told from a curve that bends there.
+const FEWEST_BEYOND: usize = 2;
+
+/// Whether the data go beyond the limit that a set says the command has.
+fn is_exercised(stage: &Stage, trial: &Trial) -> bool {
+    let Runs::Rotor(runs) = &stage.train.runs else { return true };
+    let limit = trial.model.parameter("command_saturation.limit");
+    limit.filter(|_| trial.effects.iter().any(|id| id == "command_saturation")).is_none_or(|limit| {
+        let mut beyond: Vec<f64> = Vec::new();
+        let mut commands = runs.iter().flat_map(|run| &run.command).filter(|command| **command > limit);
+        commands.any(|command| {
+            if !beyond.contains(command) {
+                beyond.push(*command);
+            }
+            beyond.len() >= FEWEST_BEYOND
+        })
+    })
 }
 
 /// Whether a set says that the rotors' sensor is late.
@@ -131,4 +151,87 @@ pub(super) fn steps(stage: &Stage, best: &Trial, trials: &[Trial]) -> Vec<Trial>
     }
     path.reverse();
     path
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::problem::BlockData;
+    use crate::diagnose::rotor::rotor_runs;
+    use crate::identify::fit::Fit;
+    use crate::model::Model;
+    use crate::record::Dataset;
+
+    const ROWS: usize = 4800;
+
+    fn stage() -> Stage {
+        let time: Vec<f64> = (0..ROWS).map(|row| 0.01 * row as f64).collect();
+        let mut log = Dataset::new("here", "", time).expect("time rises");
+        // Three levels: 0.4, 0.6 and 0.8.
+        log.insert("command_1", (0..ROWS).map(|row| 0.4 + 0.2 * (row / 40 % 3) as f64).collect())
+            .expect("fits");
+        log.insert("propeller_rate_1_rad_s", vec![600.0; ROWS]).expect("fits");
+        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log])));
+        Stage::new(data.clone(), Some(data))
+    }
+
+    /// A set that leaves these residuals on both parts.
+    fn leaves(residuals: Vec<f64>) -> Trial {
+        let cost = residuals.iter().map(|value| value * value).sum();
+        let fit = Fit {
+            globals: Vec::new(),
+            locals: Vec::new(),
+            standard_errors: Vec::new(),
+            cost,
+            residuals,
+            iterations: 0,
+        };
+        let (effects, names, model) = (Vec::new(), Vec::new(), Model::paper());
+        Trial { effects, model, names, judged: fit.clone(), fit }
+    }
+
+    /// Noise of ±1 without a pattern: a bit of a hash (splitmix64).
+    fn noise(row: usize) -> f64 {
+        let mut bits = (row as u64).wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        if (bits >> 40) & 1 == 0 { 1.0 } else { -1.0 }
+    }
+
+    fn gain_of(trace: impl Fn(usize) -> f64) -> bool {
+        let after: Vec<f64> = (0..ROWS).map(noise).collect();
+        let before = (0..ROWS).map(|row| noise(row) + trace(row)).collect();
+        gains(&stage(), &leaves(before), &leaves(after))
+    }
+
+    #[test]
+    fn a_trace_all_along_is_worth_a_law() {
+        // Of a pattern that no shift repeats.
+        assert!(gain_of(|row| 0.5 * noise(row + 100_000)));
+        // A fall of one in a hundred is not.
+        assert!(!gain_of(|row| 0.09 * noise(row + 100_000)));
+    }
+
+    #[test]
+    fn a_trace_in_one_stretch_is_not_worth_a_law_however_large() {
+        assert!(!gain_of(|row| if row < ROWS / 24 { 3.0 * noise(row + 100_000) } else { 0.0 }));
+    }
+
+    #[test]
+    fn a_trace_that_does_as_well_when_shifted_is_luck() {
+        assert!(!gain_of(|row| if row % 2 == 0 { 0.8 } else { -0.8 }));
+    }
+
+    #[test]
+    fn a_limit_beyond_which_one_command_lies_is_a_bend_of_the_curve() {
+        let known = Model::paper().known_effects().expect("the catalogue");
+        let saturation = known.iter().find(|effect| effect.id == "command_saturation").expect("known");
+        for (limit, sound) in [(0.5, true), (0.7, false), (0.9, false)] {
+            let mut trial = leaves(vec![1.0; ROWS]);
+            trial.effects.push(saturation.id.clone());
+            trial.model = Model::paper().with(saturation);
+            trial.model.set_parameter("command_saturation.limit", limit);
+            assert_eq!(is_exercised(&stage(), &trial), sound, "limit {limit}");
+        }
+    }
 }

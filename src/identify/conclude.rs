@@ -305,7 +305,7 @@ impl Work<'_> {
         }
         let volts = over(&|rotor| rotor.voltage.as_deref().map(bounds));
         if let Some((low, high)) = volts
-            && !(0.7 * template.full_voltage..1.05 * template.full_voltage).contains(&high)
+            && high < 0.7 * template.full_voltage
         {
             say.push(format!(
                 "the battery had {low:.1} to {high:.1} V, but the template's is full at {:.1} V: g(u) and k_V are \

@@ -79,6 +79,9 @@ const DERIVATIVE_STEP: f64 = 1e-6;
 /// Damping at which a step is so short that no descent is left.
 const MOST_DAMPING: f64 = 1e10;
 
+/// Damping from which a step is much shorter than the one without.
+const HELD_BACK: f64 = 1e-2;
+
 /// Normal equations of the globals, the locals eliminated.
 struct Normal {
     hessian: DMatrix<f64>,
@@ -115,7 +118,8 @@ pub fn fit(problem: &dyn OutputError, free: &[Free], locals: Option<&[f64]>, con
             damping *= 10.0;
         }
         known = Some(normal);
-        if fall.is_none_or(|fall| fall < config.tolerance) {
+        // A step that is short because it was held back says nothing about how far the valley goes on.
+        if fall.is_none_or(|fall| fall < config.tolerance && damping < HELD_BACK) {
             break;
         }
     }
@@ -240,10 +244,17 @@ impl<'a> Search<'a> {
                     .clamp(self.free[index].bounds.0, self.free[index].bounds.1)
             })
             .collect();
-        let locals = self.moved_locals(normal, &globals);
+        let mut locals = self.moved_locals(normal, &globals);
         self.problem.residuals(&globals, &locals, &mut self.scratch);
-        let cost = sum_of_squares(&self.scratch);
-        if cost >= self.cost {
+        let mut cost = sum_of_squares(&self.scratch);
+        if cost >= self.cost && !self.locals.is_empty() {
+            // Locals foreseen for a long step may be far off where the globals alone are not.
+            locals.clone_from(&self.locals);
+            self.problem.residuals(&globals, &locals, &mut self.scratch);
+            cost = sum_of_squares(&self.scratch);
+        }
+        // Not a number is no fall either.
+        if !matches!(cost.partial_cmp(&self.cost), Some(std::cmp::Ordering::Less)) {
             return None;
         }
         let fall = (self.cost - cost) / self.cost;

@@ -50,7 +50,17 @@ pub fn identify_telling(
     if logs.is_empty() {
         return Err(IdentifyError::NoLog);
     }
-    let mut work = Work::new(logs, settings)?;
+    let fuller = fuller_battery(logs, settings);
+    let mut own = settings.clone();
+    own.template.actuator.full_voltage = fuller.unwrap_or(settings.template.actuator.full_voltage);
+    let mut work = Work::new(logs, &own)?;
+    if let Some(volts) = fuller {
+        work.warnings.push(format!(
+            "the battery had {volts:.1} V, more than the template's full {:.1} V: {volts:.1} V is taken as full, so that \
+             no command counts as more than all; say what this bench's battery has with --full-voltage-v",
+            settings.template.actuator.full_voltage
+        ));
+    }
     tell("k_V from constant commands");
     work.battery();
     tell("g(u), k_V and p at once");
@@ -66,6 +76,19 @@ pub fn identify_telling(
     work.body(logs, &actuator);
     tell("validation");
     work.finish(logs, validation, actuator)
+}
+
+/// A battery above its full voltage by this share is another battery.
+const FULLER: f64 = 1.05;
+
+/// [V] what the battery had at its best, where that is more than the template's has when full.
+fn fuller_battery(logs: &[Dataset], settings: &IdentifySettings) -> Option<f64> {
+    let columns = logs.iter().filter_map(|log| log.column("battery_voltage_v"));
+    let mut volts: Vec<f64> = columns.flatten().copied().filter(|volts| volts.is_finite()).collect();
+    volts.sort_by(f64::total_cmp);
+    // A glitch of the reading is not the battery.
+    let best = *volts.get(volts.len().checked_sub(1)? * 99 / 100)?;
+    (best > FULLER * settings.template.actuator.full_voltage).then_some((10.0 * best).round() / 10.0)
 }
 
 /// What is known so far.

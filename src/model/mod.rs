@@ -29,7 +29,7 @@ pub use body::{BodyInput, BodyStart, BodyTrace};
 pub use equations::Equations;
 pub use file::ModelError;
 pub use ladder::{ErrorFall, LogReference, Step};
-pub use rotor::{RotorInput, RotorStart, RotorTrace};
+pub use rotor::{Remembered, RotorInput, RotorStart, RotorTrace};
 
 /// Rotor: from command and battery to rate and thrust.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

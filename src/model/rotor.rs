@@ -23,6 +23,17 @@ pub struct RotorStart {
     pub rate: Option<f64>,
     /// Departure of slow states (heat) from settled at the first sample.
     pub slow: f64,
+    /// What the laws with memory remember of the stretch before; `None` = settled.
+    pub before: Option<Remembered>,
+}
+
+/// States of laws with memory at the end of a stretch, and how long ago that was: heat outlives a hole in the log, a
+/// filter's state does not.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Remembered {
+    states: [f64; MOST_STATES],
+    /// [s] from the last sample of the stretch before to the first of this one.
+    pub hole: f64,
 }
 
 /// What a free run gives, at the samples.
@@ -34,6 +45,16 @@ pub struct RotorTrace {
     pub measured: Vec<f64>,
     /// [rad/s] mean rate over the interval after each sample; the last one repeats the rate.
     pub mean: Vec<f64>,
+    /// States of laws with memory at the last sample.
+    end: [f64; MOST_STATES],
+}
+
+impl RotorTrace {
+    /// What a stretch that begins `hole` [s] after this one remembers of it.
+    #[must_use]
+    pub fn remembered(&self, hole: f64) -> Remembered {
+        Remembered { states: self.end, hole }
+    }
 }
 
 /// A step of integration covers at most this share of the fastest time constant.
@@ -94,6 +115,7 @@ impl Equations {
             trace.mean.push(turned / (next - now));
         }
         trace.mean.extend(trace.rate.last().copied());
+        trace.end = state.steady;
     }
 
     fn rotor_point(&self, input: &RotorInput, command_row: usize, row: usize) -> Option<Point> {
@@ -110,10 +132,15 @@ impl Equations {
         point.propeller_rate = start.rate.unwrap_or(first.steady_rate);
         let mut state =
             State { rate: point.propeller_rate, steady: [0.0; MOST_STATES], sensor: [0.0; MOST_STATES] };
-        for (hook, memory_state) in self.steady.iter().zip(&mut state.steady) {
+        for (at, (hook, memory_state)) in self.steady.iter().zip(&mut state.steady).enumerate() {
             if let Some((memory, parameters)) = hook.memory() {
-                let departure = if memory.slow { start.slow } else { 0.0 };
-                *memory_state = (memory.settle)(parameters, &point) + departure;
+                *memory_state = match start.before.and_then(|it| Some((*it.states.get(at)?, it.hole))) {
+                    Some((state, hole)) => (memory.advance)(parameters, state, &point, hole),
+                    None => (memory.settle)(parameters, &point),
+                };
+                if memory.slow {
+                    *memory_state += start.slow;
+                }
                 point.steady_rate += (memory.add)(parameters, *memory_state, &point);
             } else {
                 point.steady_rate += hook.add(&point);

@@ -71,13 +71,41 @@ fn the_bare_rotor_is_exact_between_irregular_samples() {
     let command = vec![0.5; time.len()];
     let input = RotorInput { time: &time, command: &command, voltage: None, side: 1.0 };
     let mut trace = RotorTrace::default();
-    let start = RotorStart { rate: Some(100.0), slow: 0.0 };
+    let start = RotorStart { rate: Some(100.0), slow: 0.0, before: None };
     model.equations().expect("binds").simulate_rotor(&input, &start, &mut trace);
     let target = model.steady_rate(0.5);
     for (at, rate) in time.iter().zip(&trace.rate) {
         let exact = target + (100.0 - target) * (-16.0 * at).exp();
         assert!((rate - exact).abs() < 1e-9);
     }
+}
+
+/// Heat outlives a hole of a log; across a long one it settles.
+#[test]
+fn a_motor_stays_warm_across_a_hole() {
+    let mut model = Model::paper().with(&Model::paper().effect("motor_heating").expect("known"));
+    model.set_parameter("motor_heating.gain", 0.1);
+    model.set_parameter("motor_heating.time_constant", 10.0);
+    let equations = model.equations().expect("binds");
+    let time: Vec<f64> = (0..2000).map(|k| 0.02 * f64::from(k)).collect();
+    let command: Vec<f64> = (0..2000).map(|k| if k < 1000 { 0.3 } else { 0.6 }).collect();
+    let run = |rows: std::ops::Range<usize>, start: &RotorStart| {
+        let (time, command) = (&time[rows.clone()], &command[rows]);
+        let mut trace = RotorTrace::default();
+        equations.simulate_rotor(&RotorInput { time, command, voltage: None, side: 1.0 }, start, &mut trace);
+        trace
+    };
+    let whole = run(0..2000, &RotorStart::default());
+    let before = run(0..1100, &RotorStart::default());
+    let from = |hole, remembers: bool| {
+        let before = remembers.then(|| before.remembered(hole));
+        run(1105..2000, &RotorStart { rate: Some(whole.rate[1105]), slow: 0.0, before }).rate[100]
+    };
+    // Of a hole of 0.12 s only what the rate did in it is lost: a hundredth of the way.
+    assert!((from(0.12, true) - whole.rate[1205]).abs() < 0.1, "{} {}", from(0.12, true), whole.rate[1205]);
+    // Taken as settled it would be wrong by far more; after an hour that is what it is.
+    assert!((from(0.12, false) - whole.rate[1205]).abs() > 5.0);
+    assert!((from(3600.0, true) - from(0.12, false)).abs() < 1e-6);
 }
 
 /// A delay of two and a half samples moves the response by just that.

@@ -87,7 +87,11 @@ fn rotor_run(
         voltage: stretch.inputs.get(1).map(Vec::as_slice),
         side: SIDES[rotor],
     };
-    let mut start = RotorStart { rate: measured.first().copied().filter(|rate| rate.is_finite()), slow: 0.0 };
+    let mut start = RotorStart {
+        rate: measured.first().copied().filter(|rate| rate.is_finite()),
+        slow: 0.0,
+        before: None,
+    };
     let mut trace = RotorTrace::default();
     equations.simulate_rotor(&input, &start, &mut trace);
     if warms {
@@ -200,7 +204,7 @@ fn commanded(equations: &Equations, log: &Dataset) -> Option<Driven> {
                 side: SIDES[rotor],
             };
             let first = log.column(RATES[rotor]).and_then(|rates| rates.get(stretch.rows.start).copied());
-            let start = RotorStart { rate: first.filter(|rate| rate.is_finite()), slow: 0.0 };
+            let start = RotorStart { rate: first.filter(|rate| rate.is_finite()), slow: 0.0, before: None };
             let mut trace = RotorTrace::default();
             equations.simulate_rotor(&input, &start, &mut trace);
             trace.rate
