@@ -12,6 +12,7 @@ use super::record_of::record_of;
 use super::rivals::{self, Rival};
 use super::rotor_log::RotorLog;
 use super::static_curve::{DegreeScore, HIGHEST_DEGREE};
+use super::voltage::{self, Follows};
 
 /// Rows of each log that decide on the degree: four minutes at 50 Hz.
 const DEGREE_ROWS: usize = 12_000;
@@ -40,6 +41,15 @@ pub struct JointFit {
     /// [rad/s] the curve without the delay, where there is one; and k_V [rad/(s V)].
     #[serde(skip)]
     pub(super) without_delay: Option<(Vec<f64>, Option<f64>)>,
+}
+
+impl JointFit {
+    /// How the rotor follows its command, where that is late.
+    fn follows(&self) -> Option<Follows> {
+        let delay = self.delay.as_ref()?.delay.value;
+        let curve = [0, 1].map(|at| self.coefficients.get(at).map_or(0.0, |it| it.value));
+        Some(Follows { pole: self.pole.value, delay, curve })
+    }
 }
 
 /// What is fitted.
@@ -125,6 +135,43 @@ pub(super) fn identify(
     degree: Option<usize>,
     warnings: &mut Vec<String>,
 ) -> Option<JointFit> {
+    let smooth = battery.then(|| rough(rotors, full_voltage)).flatten().map(|follows| quiet(rotors, follows));
+    let found = at_once(smooth.as_deref().unwrap_or(rotors), full_voltage, (battery, delays), degree)?;
+    // What the commands draw comes as late as the rotor does.
+    let found = match (&smooth, found.follows()) {
+        (Some(_), Some(late)) => at_once(&quiet(rotors, late), full_voltage, (battery, delays), degree)?,
+        _ => found,
+    };
+    if battery && found.voltage_gain.is_none() {
+        warnings.push(
+            "the battery's effect does not show beside the command in these logs: k_V is left out of the joint \
+             fit; record a longer discharge, or constant commands"
+                .to_owned(),
+        );
+    }
+    Some(found)
+}
+
+/// A lag fitted to the voltage as it was read.
+pub(super) fn rough(rotors: &[RotorLog], full_voltage: f64) -> Option<Follows> {
+    let problem = |degree| Problem { rotors, full_voltage, degree, battery: true };
+    let (fit, degree) =
+        [2, 1].into_iter().find_map(|degree| Some((sized!(problem(degree), fit())?, degree)))?;
+    let quadratic = if degree == 2 { fit.coefficients[1] } else { 0.0 };
+    Some(Follows { pole: fit.pole, delay: 0.0, curve: [fit.coefficients[0], quadratic] })
+}
+
+/// The logs with the noise of their voltage taken away.
+pub(super) fn quiet(rotors: &[RotorLog], follows: Follows) -> Vec<RotorLog> {
+    rotors.iter().map(|rotor| voltage::without_noise(rotor, follows)).collect()
+}
+
+fn at_once(
+    rotors: &[RotorLog],
+    full_voltage: f64,
+    (battery, delays): (bool, bool),
+    degree: Option<usize>,
+) -> Option<JointFit> {
     let (degrees, preferred) = compare_degrees(rotors, full_voltage, battery);
     // Where no comparison succeeds, the curve of one coefficient is the last thing to try.
     let degree = degree.or(preferred).unwrap_or(1);
@@ -136,11 +183,6 @@ pub(super) fn identify(
         fit.coefficients[degree].abs() >= 3.0 * fit.error(degree)
     };
     if battery && !found.as_ref().is_some_and(shows) {
-        warnings.push(
-            "the battery's effect does not show beside the command in these logs: k_V is left out of the joint \
-             fit; record a longer discharge, or constant commands"
-                .to_owned(),
-        );
         problem.battery = false;
         found = sized!(problem, with_rivals(delays));
     }

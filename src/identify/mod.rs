@@ -35,6 +35,7 @@ mod rotor_log;
 mod static_curve;
 mod thrust;
 mod validate;
+mod voltage;
 
 use serde::Serialize;
 

@@ -24,7 +24,7 @@ pub const DEVIATIONS: &[[&str; 3]] = &[
     [
         "(6)",
         "plain least squares",
-        "mean subtracted, the voltage's smooth course as instrument (plain least squares is biased to zero by voltage noise); both are shown",
+        "mean subtracted, the voltage's smooth course as instrument, in the joint fit with what the commands draw (plain least squares is biased to zero by voltage noise)",
     ],
     [
         "(9)",
