@@ -55,7 +55,7 @@ pub struct BenchConfig {
 #[derive(Debug, thiserror::Error)]
 pub enum BenchError {
     /// The file cannot be read.
-    #[error("{}: {error}", path.display())]
+    #[error("bench file {}: {error}", path.display())]
     Read {
         /// The file.
         path: PathBuf,
@@ -76,7 +76,7 @@ pub enum BenchError {
         reason: String,
     },
     /// The period cannot be kept, or is no number.
-    #[error("period_s: {period_s} is outside {SHORTEST_PERIOD_S}..{LONGEST_PERIOD_S} s")]
+    #[error("period_s: {} is outside {SHORTEST_PERIOD_S}..{LONGEST_PERIOD_S} s", crate::unit::short(*period_s))]
     Period {
         /// What was found.
         period_s: f64,

@@ -86,9 +86,36 @@ impl Unit {
     }
 }
 
+/// `value` for a message: six digits, and an exponent where it would be longer than anybody reads.
+#[must_use]
+pub fn short(value: f64) -> String {
+    let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
+    if rounded == 0.0 || !rounded.is_finite() || (1e-6..1e9).contains(&rounded.abs()) {
+        return rounded.to_string();
+    }
+    format!("{rounded:e}")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_in_messages_are_short() {
+        for (value, text) in [
+            (0.02, "0.02"),
+            (-5.0, "-5"),
+            (86_400.0, "86400"),
+            (5.624_999_999_999_999, "5.625"),
+            (1e300, "1e300"),
+            (-1e-12, "-1e-12"),
+            (0.0, "0"),
+            (f64::NAN, "NaN"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(short(value), text);
+        }
+    }
 
     #[test]
     fn names_the_unit_that_does_not_fit() {

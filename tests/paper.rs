@@ -203,3 +203,98 @@ fn a_flight_that_does_not_say_when_it_was_struck_is_judged_from_its_angle_and_sa
         assert!(said.contains(sentence), "{said}");
     }
 }
+
+/// A flight is judged over the window that `paper` judges, however long it lasts: a drift that crosses the band later, or
+/// the next impulse, is not part of the answer.
+#[test]
+fn a_long_flight_is_judged_over_the_window_behind_each_impulse() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    let bench =
+        "name = \"long\"\n[emulator.sensors.body_rate]\nrate_hz = 50\nnoise = 0.02\nquantization = 0.0\n";
+    std::fs::write(folder.join("bench.toml"), bench).expect("written");
+    let fly = |seconds: &str, file: &str, more: &[&str]| {
+        let arguments =
+            ["run", "--lockstep", "--config", "bench.toml", "--seconds", seconds, "--record", file];
+        let output = rotorbench(folder, &[&arguments, &IMPULSE[..], more].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    fly("14", "short.mcap", &[]);
+    fly("120", "long.mcap", &[]);
+    fly("60", "twice.mcap", &["--impulse", "30:0.1:-0.3"]);
+    let found = compared(folder, &["short.mcap", "long.mcap"]);
+    for flight in found["flights"].as_array().expect("flights") {
+        assert_eq!(flight["judged_s"].as_f64(), Some(8.0));
+        // The same bits in lockstep: what comes after the window does not count.
+        assert_eq!(flight["answer"], found["flights"][0]["answer"]);
+        assert_eq!(flight["later"], serde_json::json!([]));
+    }
+    let found = compared(folder, &["twice.mcap"]);
+    let later = &found["flights"][0]["later"];
+    assert_eq!(later.as_array().map(Vec::len), Some(1));
+    assert_eq!((later[0]["struck_s"].as_f64(), later[0]["judged_s"].as_f64()), (Some(30.0), Some(8.0)));
+    // As much push, 0.03 N m s, the other way: nearly the same swing. A twentieth for noise and the longer push.
+    let peak = |answer: &Value| answer["peak"].as_f64().expect("a number");
+    let ratio = peak(&later[0]["answer"]) / peak(&found["flights"][0]["answer"]);
+    assert!((0.85..1.15).contains(&ratio), "{ratio}");
+    let text = rotorbench(folder, &["compare", "--runs", "twice.mcap"]);
+    let text = String::from_utf8_lossy(&text.stdout).into_owned();
+    assert!(
+        text.contains("judged for 8.00 s behind it") && text.contains("EMC, 30.00 s, -0.300 N m"),
+        "{text}"
+    );
+}
+
+/// What would do nothing is refused by its name; what is out of range gets a sentence of ours, however it is written.
+#[test]
+fn options_that_do_nothing_or_cannot_be_are_refused_by_name() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let folder = folder.path();
+    std::fs::write(folder.join("log.csv"), "time_s,command_1\n0,0.5\n").expect("written");
+    for (line, sentence) in [
+        ("design --controller emc --pid-margins 55,2.5", "--pid-margins would do nothing"),
+        ("design --controller pid --alpha 1.1", "--alpha would do nothing"),
+        ("design --pid-margins 55,2.5 --beta zoh", "--beta would do nothing"),
+        ("design --feedback-gain 0.076,0.83,2 --alpha-c 1", "--alpha-c would do nothing"),
+        ("design --alpha -1", "alpha is -1: it must be zero or a positive number"),
+        ("design --delay-ms -5", "delay is -0.005: it must be from 0 to 1 s"),
+        ("design --pid-margins -5,2", "--pid-margins needs degrees between 0 and 180"),
+        ("design --feedback-gain 1e300,1,1", "must be 3 numbers"),
+        ("design --gamma-0 1e300", "gamma_0 is 1e300: "),
+        ("design --period-s 1e300", "period_s: 1e300 is outside 0.0001..1 s"),
+        ("design --angle-deg 1e300", "--angle-deg must lie in -180..180, not 1e300"),
+        ("design --model no.toml", "model file no.toml: No such file"),
+        ("design --config no.toml", "bench file no.toml: No such file"),
+        ("experiment prbs --lockstep --amplitude 0", "`amplitude` must lie in 0.0001..1, not 0"),
+        ("experiment chirp --lockstep --amplitude -0.1", "`amplitude` must lie in 0.0001..1, not -0.1"),
+        ("experiment steps --lockstep --count 1", "`count` must lie in 2..10000, not 1"),
+        ("experiment constant --lockstep --levels -0.1,0.3", "commanded to -0."),
+        ("experiment constant --lockstep --levels 1e300", "commanded to 1.3"),
+        ("experiment ramp --lockstep --slope 1e300", "`slope` must lie in 0.0001..5.625, not 1e300"),
+        ("experiment constant --lockstep --around 0.5", "--around would do nothing"),
+        ("experiment prbs --lockstep --closed-loop --around 0.5", "--around would do nothing"),
+        ("experiment prbs --lockstep --closed-loop --rotors both", "--rotors would do nothing"),
+        ("experiment prbs --lockstep --closed-loop --free-body", "cannot be used with"),
+        ("experiment prbs --lockstep --impulse 1:0.1:1", "--impulse would do nothing"),
+        ("experiment prbs --lockstep --hide gravity_pendulum", "--hide gravity_pendulum would do nothing"),
+        ("experiment prbs --seed 3", "--seed would do nothing"),
+        ("identify --log log.csv --arm-m -1", "--arm-m must lie in 0.001..100, not -1"),
+        ("identify --log log.csv --hover-rate 1e300", "--hover-rate must lie in 1..10000, not 1e300"),
+        ("identify --log log.csv --template no.toml", "model file no.toml: No such file"),
+        ("identify --log no.csv", "log no.csv: No such file"),
+        ("compare --log log.csv --horizon -1", "horizon -1 s: it must lie in 0.01..600"),
+        ("compare --runs no.mcap", "recording no.mcap: No such file"),
+        ("paper --prbs-s -5", "--prbs-s must lie in 20..86400, not -5"),
+        ("paper --prbs-s 1e300", "--prbs-s must lie in 20..86400, not 1e300"),
+    ] {
+        let output = rotorbench(folder, &line.split(' ').collect::<Vec<_>>());
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{line}: {said}");
+        assert!(said.contains(sentence) && said.len() < 600, "{line}: {said}");
+    }
+    // Nobody is told to wait for a bench that is not there.
+    let output = rotorbench(folder, &["experiment", "ramp"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("is not running") && !said.contains("waiting for"), "{said}");
+    assert_eq!(std::fs::read_dir(folder).expect("there").count(), 1, "nothing was written");
+}

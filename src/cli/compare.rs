@@ -9,6 +9,7 @@ use crate::model::Model;
 use crate::process::recorded_flight::compare_flights;
 use crate::record::log;
 use crate::report::comparison;
+use crate::unit::short;
 
 /// Arguments of `compare`.
 #[derive(Debug, clap::Args)]
@@ -81,7 +82,10 @@ fn compare_runs(arguments: &Arguments) -> CliResult {
     if let Some(it) = impulse.filter(|it| !(it.at_s >= 0.0 && it.duration_s > 0.0 && it.torque.is_finite())) {
         let Impulse { at_s, duration_s, torque } = it;
         return Err(super::CliError::new(format!(
-            "--impulse {at_s}:{duration_s}:{torque}: three numbers, the first not below zero, the second above it"
+            "--impulse {}:{}:{}: three numbers, the first not below zero, the second above it",
+            short(at_s),
+            short(duration_s),
+            short(torque)
         )));
     }
     let compared = compare_flights(&arguments.runs, impulse)?;
@@ -93,6 +97,7 @@ fn compare_runs(arguments: &Arguments) -> CliResult {
         return Ok(Outcome::Done);
     }
     println!("{}", compared.table().text());
+    compared.later_table().iter().for_each(|table| println!("{}", table.text()));
     for warning in &compared.warnings {
         println!("warning: {warning}");
     }

@@ -18,6 +18,7 @@ use crate::control::{
 use crate::model::Model;
 use crate::process::plant;
 use crate::report::{Axis, Mark, Page, Plot, Series, Table, number};
+use crate::unit::short;
 
 /// Arguments of `design`. What is not given here comes from the bench file.
 #[derive(Debug, clap::Args)]
@@ -49,13 +50,13 @@ pub struct Arguments {
     #[arg(long, value_name = "K1,K2,K3", value_parser = parse_numbers::<3>, allow_hyphen_values = true)]
     feedback_gain: Option<[f64; 3]>,
     /// PID gains from a phase margin [degrees] and a gain margin [factor], such as 55,2.5
-    #[arg(long, value_name = "DEG,FACTOR", value_parser = parse_numbers::<2>)]
+    #[arg(long, value_name = "DEG,FACTOR", value_parser = parse_numbers::<2>, allow_hyphen_values = true)]
     pid_margins: Option<[f64; 2]>,
     /// Measured transport delay from the controller's step to the actuator [ms], besides the model's own
     #[arg(long, value_name = "MS", default_value_t = 0.0)]
     delay_ms: f64,
     /// Angle at which the model's effects are linearized [degrees]
-    #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", default_value_t = 0.0)]
     angle_deg: f64,
     /// Write the design as JSON on standard output
     #[arg(long)]
@@ -82,10 +83,14 @@ fn parse_beta(text: &str) -> Result<Beta, String> {
     }
 }
 
+/// No gain and no margin is higher.
+const HIGHEST_NUMBER: f64 = 1e6;
+
 fn parse_numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
     let wrong = || format!("must be {N} numbers with commas between them");
-    numbers.map_err(|_| wrong())?.try_into().map_err(|_| wrong())
+    let numbers: [f64; N] = numbers.map_err(|_| wrong())?.try_into().map_err(|_| wrong())?;
+    if numbers.iter().all(|number| number.abs() <= HIGHEST_NUMBER) { Ok(numbers) } else { Err(wrong()) }
 }
 
 /// What the design starts from.
@@ -179,7 +184,13 @@ pub fn run(arguments: &Arguments) -> CliResult {
 impl Arguments {
     /// The bench file with what the command line says instead.
     fn task(&self) -> Result<Task, CliError> {
-        let bench = self.bench.load()?;
+        let mut bench = self.bench.load()?;
+        bench.period_s = self.period_s.unwrap_or(bench.period_s);
+        bench.check()?;
+        if !(-180.0..=180.0).contains(&self.angle_deg) {
+            let angle = short(self.angle_deg);
+            return Err(CliError::new(format!("--angle-deg must lie in -180..180, not {angle}")));
+        }
         let path = self.model.clone().unwrap_or_else(|| PathBuf::from(&bench.model));
         let model = Model::load(Path::new(&path))?;
         let (plant, known) = plant::of_model(&model)?;
@@ -190,13 +201,14 @@ impl Arguments {
             None if self.pid_margins.is_some() => ControllerKind::Pid,
             None => config.kind,
         };
+        self.refuse_idle(&config)?;
         let emc = &mut config.emc;
         emc.beta = self.beta.unwrap_or(emc.beta);
         emc.gamma_0 = self.gamma_0.or(emc.gamma_0);
         emc.alpha = self.alpha.unwrap_or(emc.alpha);
         emc.alpha_c = self.alpha_c.unwrap_or(emc.alpha_c);
         emc.feedback_gain = self.feedback_gain.or(emc.feedback_gain);
-        let period_s = self.period_s.unwrap_or(bench.period_s);
+        let period_s = bench.period_s;
         let angle = self.angle_deg.to_radians();
         let mut loop_plant = plant::loop_of_model(&model, &plant, &known, angle);
         loop_plant.delay_s += 1e-3 * self.delay_ms;
@@ -210,6 +222,32 @@ impl Arguments {
         }
         let known = if config.compensate { known } else { Compensation::default() };
         Ok(Task { model: model.name, plant, known, loop_plant, config, angle, period_s })
+    }
+
+    /// Refuses what would do nothing for the controller of `config`.
+    fn refuse_idle(&self, config: &ControllerConfig) -> Result<(), CliError> {
+        let refuse =
+            |option: &str, why: &str| Err(CliError::new(format!("{option} would do nothing: {why}")));
+        if config.kind == ControllerKind::Emc {
+            if self.pid_margins.is_some() {
+                return refuse("--pid-margins", "the controller is EMC; leave out --controller emc");
+            }
+            let placed = self.feedback_gain.is_none() && config.emc.feedback_gain.is_none();
+            if self.alpha_c.is_some() && !placed {
+                return refuse("--alpha-c", "the feedback gain is given, not placed by eigenvalues");
+            }
+            return Ok(());
+        }
+        let of_emc = [
+            ("--beta", self.beta.is_some()),
+            ("--gamma-0", self.gamma_0.is_some()),
+            ("--alpha", self.alpha.is_some()),
+            ("--alpha-c", self.alpha_c.is_some()),
+            ("--feedback-gain", self.feedback_gain.is_some()),
+        ];
+        of_emc.iter().find(|(_, given)| *given).map_or(Ok(()), |(option, _)| {
+            refuse(option, "the controller is a PID, and this is a setting of EMC")
+        })
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::operate::BenchArguments;
 use super::{CliError, CliResult, Outcome, timing};
 use crate::bench::BenchConfig;
+use crate::effect::{Law, Site, find};
 use crate::emulate::{HiddenConfig, Impulse, PlantConfig};
 use crate::model::Model;
 use crate::process::{duet, emulate, lockstep_run};
@@ -70,10 +71,29 @@ pub struct PlantArguments {
 }
 
 impl PlantArguments {
-    /// Whether any is given.
-    pub fn are_given(&self) -> bool {
+    /// The options that are given.
+    pub fn given(&self) -> Vec<&'static str> {
         let Self { model, hide, hide_seed, impulse, seed } = self;
-        model.is_some() || hide_seed.is_some() || seed.is_some() || !hide.is_empty() || !impulse.is_empty()
+        let options = [
+            ("--model", model.is_some()),
+            ("--hide", !hide.is_empty()),
+            ("--hide-seed", hide_seed.is_some()),
+            ("--impulse", !impulse.is_empty()),
+            ("--seed", seed.is_some()),
+        ];
+        options.into_iter().filter_map(|(option, given)| given.then_some(option)).collect()
+    }
+
+    /// An option that is given and acts on nothing but the motion of the body.
+    pub fn moving_the_body(&self) -> Option<String> {
+        if !self.impulse.is_empty() {
+            return Some("--impulse".to_owned());
+        }
+        let id = |text: &String| text.split(':').next().unwrap_or_default().trim().to_owned();
+        let moves = |id: &String| {
+            find(id).is_some_and(|card| card.site == Site::Torque && matches!(card.law, Law::Static(_)))
+        };
+        self.hide.iter().map(id).find(moves).map(|id| format!("--hide {id}"))
     }
 
     /// Writes them over the bench file's `[emulator]`.

@@ -27,12 +27,12 @@ pub struct Arguments {
     bench: BenchArguments,
     #[command(flatten)]
     plant: PlantArguments,
-    /// Rotors that take part: one, two, both, differential
-    #[arg(long, value_name = "ROTORS", default_value = "one", value_parser = rotors)]
-    rotors: Rotors,
-    /// Operating point of the rotor command
-    #[arg(long, value_name = "U", default_value_t = 0.4633)]
-    around: f64,
+    /// Rotors that take part: one, two, both, differential; default: one, and differential in closed loop
+    #[arg(long, value_name = "ROTORS", value_parser = rotors)]
+    rotors: Option<Rotors>,
+    /// Operating point of the rotor command [default: 0.4633]
+    #[arg(long, value_name = "U")]
+    around: Option<f64>,
     /// Time from standstill to the first excited period
     #[arg(long, value_name = "S", default_value_t = 3.0)]
     lead_in: f64,
@@ -43,7 +43,7 @@ pub struct Arguments {
     #[arg(long)]
     lockstep: bool,
     /// In lockstep and open loop, let the body swing instead of holding it still
-    #[arg(long, requires = "lockstep")]
+    #[arg(long, requires = "lockstep", conflicts_with = "closed_loop")]
     free_body: bool,
     /// The log; beside it go FILE.toml, which says what was run, and on a running bench the recording FILE.mcap
     #[arg(short, long, value_name = "FILE.csv", default_value = "experiment.csv")]
@@ -59,7 +59,7 @@ enum ShapeArguments {
     /// Constant levels, one after another
     Constant {
         /// Commands, separated by commas
-        #[arg(long, value_delimiter = ',', default_value = "0.3,0.4,0.5,0.6")]
+        #[arg(long, value_delimiter = ',', default_value = "0.3,0.4,0.5,0.6", allow_hyphen_values = true)]
         levels: Vec<f64>,
         /// [s] at each
         #[arg(long, default_value_t = 20.0)]
@@ -140,6 +140,44 @@ impl ShapeArguments {
     }
 }
 
+/// [-] default operating point: hover of the paper's bench on a full battery.
+const AROUND: f64 = 0.4633;
+
+impl Arguments {
+    fn rotors(&self) -> Rotors {
+        self.rotors.unwrap_or(if self.closed_loop { Rotors::Differential } else { Rotors::One })
+    }
+
+    /// Refuses what would do nothing.
+    fn refuse_idle(&self) -> Result<(), CliError> {
+        let refuse =
+            |option: &str, why: &str| Err(CliError::new(format!("{option} would do nothing: {why}")));
+        if !self.lockstep
+            && let Some(option) = self.plant.given().first()
+        {
+            return refuse(
+                option,
+                "it is the emulator's, and without --lockstep the running bench is driven",
+            );
+        }
+        if self.closed_loop && self.rotors() != Rotors::Differential {
+            return refuse("--rotors", "with --closed-loop the signal is added differentially");
+        }
+        let of_levels = matches!(self.shape, ShapeArguments::Constant { .. } | ShapeArguments::Ramp { .. });
+        if self.around.is_some() && self.closed_loop && !of_levels {
+            return refuse("--around", "with --closed-loop the signal is added to the controller's commands");
+        }
+        if self.around.is_some() && !self.closed_loop && of_levels && self.rotors() != Rotors::Differential {
+            return refuse("--around", "the levels are commands themselves");
+        }
+        let held = self.lockstep && !self.closed_loop && !self.free_body;
+        if let Some(option) = self.plant.moving_the_body().filter(|_| held) {
+            return refuse(&option, "open loop holds the body still; --free-body lets it swing");
+        }
+        Ok(())
+    }
+}
+
 fn rotors(text: &str) -> Result<Rotors, String> {
     match text {
         "one" => Ok(Rotors::One),
@@ -172,13 +210,14 @@ struct Protocol<'a> {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let mut config = arguments.bench.load()?;
+    arguments.refuse_idle()?;
     arguments.plant.apply(&mut config)?;
     let plan = FlightPlan {
         closed_loop: arguments.closed_loop,
         experiment: ExperimentConfig {
             shape: arguments.shape.shape(),
-            rotors: if arguments.closed_loop { Rotors::Differential } else { arguments.rotors },
-            around: arguments.around,
+            rotors: arguments.rotors(),
+            around: arguments.around.unwrap_or(AROUND),
             lead_in_s: arguments.lead_in,
         },
     };
@@ -243,12 +282,15 @@ fn on_bench(
     output: &Path,
     shutdown: &Shutdown,
 ) -> Result<(crate::record::Dataset, Ending), CliError> {
-    eprintln!(
-        "waiting for the bench to be armed (`rotorbench arm`, in another terminal); Ctrl-C stops at any time"
-    );
     let recording = output.with_extension("mcap");
     let progress = Progress::of_share();
-    let ending = experiment::on_bench(config, plan, &recording, shutdown, |share| progress.share("", share))?;
+    let waiting = || {
+        eprintln!(
+            "waiting for the bench to be armed (`rotorbench arm`, in another terminal); Ctrl-C stops at any time"
+        );
+    };
+    let tell = |share| progress.share("", share);
+    let ending = experiment::on_bench(config, plan, &recording, shutdown, waiting, tell)?;
     drop(progress);
     Ok((export::dataset(&recording)?, ending))
 }

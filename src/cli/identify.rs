@@ -8,6 +8,7 @@ use crate::identify::{IdentifySettings, STEPS, identify_telling};
 use crate::model::Model;
 use crate::record::{Dataset, log};
 use crate::signal::ROTORS;
+use crate::unit::short;
 
 /// Arguments of `identify`.
 #[derive(Debug, clap::Args)]
@@ -25,8 +26,8 @@ pub struct Arguments {
     #[arg(long, value_name = "M", default_value = "paper")]
     template: PathBuf,
     /// Degree of g(u), 1 to 4; default: cross-validation chooses
-    #[arg(long, value_name = "N")]
-    degree: Option<usize>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=4))]
+    degree: Option<u8>,
     /// Leave the battery out, also where its voltage was logged
     #[arg(long)]
     no_battery: bool,
@@ -87,21 +88,24 @@ fn settings(arguments: &Arguments) -> Result<IdentifySettings, CliError> {
     } else {
         Model::load(&arguments.template)?
     };
-    for (given, place, name) in [
-        (arguments.arm_m, &mut template.body.arm, "--arm-m"),
-        (arguments.full_voltage_v, &mut template.actuator.full_voltage, "--full-voltage-v"),
-        (arguments.hover_rate, &mut template.actuator.hover_rate, "--hover-rate"),
+    for (given, place, name, [low, high]) in [
+        (arguments.arm_m, &mut template.body.arm, "--arm-m", [0.001, 100.0]),
+        (arguments.full_voltage_v, &mut template.actuator.full_voltage, "--full-voltage-v", [1.0, 1000.0]),
+        (arguments.hover_rate, &mut template.actuator.hover_rate, "--hover-rate", [1.0, 10_000.0]),
     ] {
         match given {
-            Some(value) if value.is_finite() && value > 0.0 => *place = value,
-            Some(value) => return Err(CliError::new(format!("{name} must be above zero, not {value}"))),
+            Some(value) if (low..=high).contains(&value) => *place = value,
+            Some(value) => {
+                let range = format!("{}..{}", short(low), short(high));
+                return Err(CliError::new(format!("{name} must lie in {range}, not {}", short(value))));
+            }
             None => {}
         }
     }
     let rotors = arguments.rotor.map_or((1..=ROTORS).collect(), |rotor| vec![usize::from(rotor)]);
     Ok(IdentifySettings {
         template,
-        degree: arguments.degree,
+        degree: arguments.degree.map(usize::from),
         battery: !arguments.no_battery,
         delay: !arguments.no_delay,
         rotors,

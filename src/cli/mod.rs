@@ -6,7 +6,7 @@ use std::fmt;
 use std::io::Write as _;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory as _, FromArgMatches as _, Parser};
 
 mod arm;
 mod bridge;
@@ -153,10 +153,26 @@ fn positive_seconds(text: &str) -> Result<f64, String> {
     }
 }
 
+/// The command line, or its error and exit 2. Numbers may be negative everywhere: what cannot be is refused by who knows
+/// why, and not as an option that nobody knows.
+fn command_line() -> CommandLine {
+    let matches = with_negative_numbers(CommandLine::command()).get_matches();
+    CommandLine::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+}
+
+fn with_negative_numbers(command: clap::Command) -> clap::Command {
+    let names: Vec<String> = command.get_subcommands().map(|it| it.get_name().to_owned()).collect();
+    let command = command.mut_args(|argument| {
+        let takes = argument.get_action().takes_values();
+        argument.allow_negative_numbers(takes)
+    });
+    names.iter().fold(command, |command, name| command.mut_subcommand(name, with_negative_numbers))
+}
+
 /// Parses the command line, runs the subcommand, prints its error.
 pub fn main() -> ExitCode {
     start_log();
-    let subcommand = CommandLine::parse().subcommand;
+    let subcommand = command_line().subcommand;
     if subcommand.only_computes() {
         pipe::end_with_the_reader();
     }

@@ -6,6 +6,7 @@ use super::progress::Progress;
 use super::{CliError, CliResult, Outcome};
 use crate::process::paper::{self, PaperError, PaperSettings};
 use crate::rt::Shutdown;
+use crate::unit::short;
 
 /// Arguments of `paper`.
 #[derive(Debug, clap::Args)]
@@ -31,7 +32,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> CliResult {
     for (name, value) in [("--prbs-s", arguments.prbs_s), ("--hold-s", arguments.hold_s)] {
         if !(20.0..=86_400.0).contains(&value) {
-            return Err(CliError::new(format!("{name} must lie in 20..86400, not {value}")));
+            return Err(CliError::new(format!("{name} must lie in 20..86400, not {}", short(value))));
         }
     }
     let settings = PaperSettings {

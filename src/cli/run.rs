@@ -36,7 +36,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if arguments.lockstep {
         return in_lockstep(arguments);
     }
-    if arguments.plant.are_given() {
+    if !arguments.plant.given().is_empty() {
         return Err(CliError::new(
             "the emulated plant is for `run --lockstep`; on a bus it is `emulate --can`'s",
         ));

@@ -119,7 +119,7 @@ impl ControllerConfig {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ControlError {
     /// A number that no controller can be built on.
-    #[error("{name} is {value}: it {rule}")]
+    #[error("{name} is {}: it {rule}", crate::unit::short(*value))]
     Parameter {
         /// Name of the parameter in the file.
         name: &'static str,

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::clock;
+use crate::unit::short;
 
 use super::battery::BatteryConfig;
 use super::bench::PlantConfig;
@@ -15,7 +16,7 @@ use super::{CHANNELS, Emulator};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum EmulateError {
     /// A parameter that must be above zero.
-    #[error("emulator: `{name}` must be above zero, not {value}")]
+    #[error("emulator: `{name}` must be above zero, not {}", short(*value))]
     NotPositive {
         /// Key in its table.
         name: &'static str,
@@ -23,7 +24,7 @@ pub enum EmulateError {
         value: f64,
     },
     /// A parameter that must not be negative.
-    #[error("emulator: `{name}` must be zero or more, not {value}")]
+    #[error("emulator: `{name}` must be zero or more, not {}", short(*value))]
     Negative {
         /// Key in its table.
         name: &'static str,
@@ -31,7 +32,7 @@ pub enum EmulateError {
         value: f64,
     },
     /// A parameter outside its range.
-    #[error("emulator: `{name}` must lie in {low}..{high}, not {value}")]
+    #[error("emulator: `{name}` must lie in {}..{}, not {}", short(*low), short(*high), short(*value))]
     Range {
         /// Key in its table.
         name: &'static str,

@@ -9,6 +9,7 @@ use std::f64::consts::TAU;
 use serde::{Deserialize, Serialize};
 
 use crate::signal::ROTORS;
+use crate::unit::short;
 
 mod limit;
 mod prbs;
@@ -19,7 +20,7 @@ pub use limit::Refusal;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ExperimentError {
     /// A setting outside its range.
-    #[error("experiment: `{name}` must lie in {low}..{high}, not {value}")]
+    #[error("experiment: `{name}` must lie in {}..{}, not {}", short(*low), short(*high), short(*value))]
     Range {
         /// Name of the setting.
         name: &'static str,
@@ -32,7 +33,7 @@ pub enum ExperimentError {
     },
     /// It would command a rotor beyond 0..1.
     #[error(
-        "experiment: rotor {rotor} would be commanded to {value:.3} at {time_s:.2} s; a command lies in 0..1"
+        "experiment: rotor {rotor} would be commanded to {} at {time_s:.2} s; a command lies in 0..1", short(*value)
     )]
     Impossible {
         /// Rotor, from 1.
@@ -152,6 +153,8 @@ pub struct Experiment {
     chip_slots: u64,
 }
 
+/// [-] a smaller amplitude moves nothing that can be measured, and of none at all nothing is learned.
+const LEAST_AMPLITUDE: f64 = 1e-4;
 /// Periods that a ramp takes from one end to the other at least.
 const FEWEST_SLOTS: f64 = 4.0;
 /// A chip held for T has its power within 3 dB up to 0.443 / T: sinc²(0.443) = 1/2.
@@ -217,19 +220,20 @@ impl Shape {
                 Ok(2.0 * (high - low) / slope * f64::from(*cycles))
             }
             Self::Steps { amplitude, hold_s, count } => {
-                range("amplitude", *amplitude, 0.0, 1.0)?;
+                range("amplitude", *amplitude, LEAST_AMPLITUDE, 1.0)?;
                 range("hold_s", *hold_s, period_s, LONGEST_S)?;
-                range("count", f64::from(*count), 1.0, 10_000.0)?;
+                // The first level is the operating point itself.
+                range("count", f64::from(*count), 2.0, 10_000.0)?;
                 Ok(f64::from(*count) * hold_s)
             }
             Self::Prbs { amplitude, bandwidth_hz, duration_s, .. } => {
-                range("amplitude", *amplitude, 0.0, 1.0)?;
+                range("amplitude", *amplitude, LEAST_AMPLITUDE, 1.0)?;
                 range("bandwidth_hz", *bandwidth_hz, 0.0, nyquist)?;
                 range("duration_s", *duration_s, period_s, LONGEST_S)?;
                 Ok(*duration_s)
             }
             Self::Chirp { amplitude, from_hz, to_hz, duration_s } => {
-                range("amplitude", *amplitude, 0.0, 1.0)?;
+                range("amplitude", *amplitude, LEAST_AMPLITUDE, 1.0)?;
                 range("from_hz", *from_hz, 1e-4, nyquist)?;
                 range("to_hz", *to_hz, *from_hz, nyquist)?;
                 range("duration_s", *duration_s, period_s, LONGEST_S)?;

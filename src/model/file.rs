@@ -13,7 +13,7 @@ use crate::file::{toml_error, write_atomically};
 #[derive(Debug, thiserror::Error)]
 pub enum ModelError {
     /// The file system said no.
-    #[error("{path}")]
+    #[error("model file {path}")]
     File {
         /// The file.
         path: PathBuf,

@@ -5,6 +5,10 @@ use serde::Serialize;
 /// Share of the peak within which the angle counts as settled, and beyond which it counts as a swing.
 const SETTLED: f64 = 0.05;
 
+/// [s] how long the answer to an impulse is judged: several times what a loop of a bench needs. What crosses the band
+/// long after is the drift of an angle that no gyro shows, and no answer to the impulse.
+pub const JUDGED_S: f64 = 8.0;
+
 /// How a controller answered one torque impulse.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Answer {

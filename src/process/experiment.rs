@@ -93,8 +93,8 @@ fn refusal(applied: &Applied, flown: u64, slot: u64, config: &BenchConfig) -> Op
     Some(format!("guard {state}: {cause}"))
 }
 
-/// Flies `plan` on a running bench and records it; waits until the operator has armed. `progress` is told the share
-/// that is done.
+/// Flies `plan` on a running bench and records it; waits until the operator has armed, and calls `waiting` as that
+/// begins. `progress` is told the share that is done.
 ///
 /// # Errors
 /// See [`prepare`]; a bench that nobody guards, or that has a controller; a recording that is there already.
@@ -103,6 +103,7 @@ pub fn on_bench(
     plan: &FlightPlan,
     recording: &Path,
     shutdown: &Shutdown,
+    waiting: impl FnOnce(),
     progress: impl FnMut(f64) + Send,
 ) -> Result<Ending, ProcessError> {
     let (experiment, pilot) = prepare(config, plan)?;
@@ -110,6 +111,7 @@ pub fn on_bench(
     let background = Background::start(config, recording, "experiment", Some(plan))?;
     let bench = Bench::join(&config.name, &config.shared_memory, Role::Monitor)?;
     let applied = bench.subscribe(&APPLIED)?;
+    waiting();
     let ended = Shutdown::default();
     let reason = std::thread::scope(|scope| {
         let watch = Watch { slots: experiment.slots(), period_s: config.period_s, shutdown, ended: &ended };

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::answer::{Answer, Moment, judge};
+use super::answer::{Answer, JUDGED_S, Moment, judge};
 use super::lockstep::ORIGIN_NS;
 use crate::bench::BenchConfig;
 use crate::clock;
@@ -55,6 +55,19 @@ pub enum StruckFrom {
     Angle,
 }
 
+/// An impulse behind the first one, judged.
+#[derive(Debug, Serialize)]
+pub struct LaterStrike {
+    /// [s] when the body was struck, since the flight's clock began.
+    pub struck_s: f64,
+    /// What struck it.
+    pub impulse: Impulse,
+    /// [s] how long it was judged.
+    pub judged_s: f64,
+    /// How the controller answered.
+    pub answer: Answer,
+}
+
 /// One recorded flight, judged.
 #[derive(Debug, Serialize)]
 pub struct RecordedFlight {
@@ -70,12 +83,14 @@ pub struct RecordedFlight {
     pub struck_from: StruckFrom,
     /// The impulse, where it is known.
     pub impulse: Option<Impulse>,
-    /// [s] how long it was judged.
+    /// [s] how long behind the impulse it was judged: at most [`JUDGED_S`].
     pub judged_s: f64,
     /// Whether the angle was measured at the pivot; else it is the controller's own estimate.
     pub is_angle_measured: bool,
     /// How the controller answered.
     pub answer: Answer,
+    /// The impulses behind the first one.
+    pub later: Vec<LaterStrike>,
     /// Period by period.
     #[serde(skip)]
     pub moments: Vec<Moment>,
@@ -90,8 +105,10 @@ pub struct FlightComparison {
     pub warnings: Vec<String>,
 }
 
-/// Reads and judges the flights in `recordings`, all over the same time behind the impulse. `told` is the impulse, `at_s`
-/// counted from the first record of a controller's step, where the recordings do not say it.
+/// Reads and judges the flights in `recordings` over [`JUDGED_S`] behind each impulse as `paper` does, or over the time
+/// that all of them have before the next impulse or their end: what drifts back over the band long after is no answer
+/// to it. `told` is the impulse, `at_s` counted from the first record of a controller's step, where the recordings do
+/// not say it.
 ///
 /// # Errors
 /// [`FlightError`] naming the file.
@@ -100,8 +117,10 @@ pub fn compare_flights(
     told: Option<Impulse>,
 ) -> Result<FlightComparison, FlightError> {
     let mut raw = recordings.iter().map(|path| RawFlight::read(path, told)).collect::<Result<Vec<_>, _>>()?;
-    let judged_s = raw.iter().map(RawFlight::behind_s).fold(f64::INFINITY, f64::min);
-    let flights: Vec<RecordedFlight> = raw.drain(..).map(|flight| flight.judged(judged_s)).collect();
+    let most = raw.iter().map(|flight| flight.strikes.len()).max().unwrap_or(0);
+    let window = |index: usize| raw.iter().filter_map(|it| it.behind_s(index)).fold(JUDGED_S, f64::min);
+    let windows: Vec<f64> = (0..most).map(window).collect();
+    let flights: Vec<RecordedFlight> = raw.drain(..).map(|flight| flight.judged(&windows)).collect();
     let warnings = warnings(&flights);
     Ok(FlightComparison { flights, warnings })
 }
@@ -114,11 +133,11 @@ struct RawFlight {
     is_angle_measured: bool,
     controller: &'static str,
     moments: Vec<Moment>,
-    struck_s: f64,
     struck_from: StruckFrom,
-    impulse: Option<Impulse>,
-    /// [s] when the next impulse strikes.
-    until_s: f64,
+    /// [s] when each impulse began, in order, where impulses are known.
+    impulses: Vec<(f64, Impulse)>,
+    /// [s] when the body was struck; impulses that follow each other too closely to be judged are one strike.
+    strikes: Vec<f64>,
 }
 
 impl RawFlight {
@@ -147,16 +166,15 @@ impl RawFlight {
             is_angle_measured,
             controller,
             moments,
-            struck_s: 0.0,
             struck_from: StruckFrom::Told,
-            impulse: told,
-            until_s: f64::INFINITY,
+            impulses: Vec::new(),
+            strikes: Vec::new(),
         };
-        flight.find_the_impulse();
+        flight.find_the_impulses(told);
         let (from_s, to_s) = flight.span();
-        if flight.struck_s < from_s || flight.behind_s() < SHORTEST_S {
-            let (path, struck_s) = (flight.path, flight.struck_s);
-            return Err(FlightError::NothingBehind { path, struck_s, from_s, to_s });
+        let struck_s = flight.strikes.first().copied().unwrap_or(f64::NAN);
+        if struck_s < from_s || flight.behind_s(0).is_none_or(|behind| behind < SHORTEST_S) {
+            return Err(FlightError::NothingBehind { path: flight.path, struck_s, from_s, to_s });
         }
         flight.know_the_disturbance();
         Ok(flight)
@@ -167,32 +185,49 @@ impl RawFlight {
         (time(self.moments.first()), time(self.moments.last()))
     }
 
-    /// [s] that can be judged.
-    fn behind_s(&self) -> f64 {
-        self.span().1.min(self.until_s) - self.struck_s
+    /// [s] that can be judged behind a strike: until the next one, or the end.
+    fn behind_s(&self, index: usize) -> Option<f64> {
+        let struck_s = self.strikes.get(index)?;
+        let until_s = self.strikes.get(index + 1).copied().unwrap_or(f64::INFINITY);
+        Some(self.span().1.min(until_s) - struck_s)
     }
 
-    fn find_the_impulse(&mut self) {
-        let recorded = self.config.as_ref().filter(|_| self.is_virtual).map(|config| &config.emulator);
-        if let Some(impulse) = self.impulse {
-            self.struck_s = impulse.at_s;
-        } else if let Some(first) = recorded
-            .and_then(|emulator| emulator.impulse.iter().min_by(|a, b| a.at_s.total_cmp(&b.at_s)).copied())
-        {
-            (self.impulse, self.struck_s, self.struck_from) =
-                (Some(first), first.at_s, StruckFrom::Recording);
+    fn find_the_impulses(&mut self, told: Option<Impulse>) {
+        self.impulses = self.recorded_impulses();
+        if let Some(impulse) = told {
+            self.impulses.retain(|(at_s, _)| *at_s > impulse.at_s);
+            self.impulses.insert(0, (impulse.at_s, impulse));
+        } else if self.impulses.is_empty() {
+            self.struck_from = StruckFrom::Angle;
+            self.strikes.push(self.onset());
         } else {
-            (self.struck_s, self.struck_from) = (self.onset(), StruckFrom::Angle);
+            self.struck_from = StruckFrom::Recording;
         }
-        if let Some(emulator) = recorded {
-            let again = if emulator.impulse_period_s > 0.0 {
-                self.struck_s + emulator.impulse_period_s
-            } else {
-                f64::INFINITY
-            };
-            let next = emulator.impulse.iter().map(|it| it.at_s).filter(|at_s| *at_s > self.struck_s);
-            self.until_s = next.fold(again, f64::min);
+        for &(at_s, _) in &self.impulses {
+            if self.strikes.last().is_none_or(|last| at_s - last >= SHORTEST_S) {
+                self.strikes.push(at_s);
+            }
         }
+    }
+
+    /// The emulator's impulses up to the end of the flight, in order, where they were recorded on the flight's clock.
+    fn recorded_impulses(&self) -> Vec<(f64, Impulse)> {
+        let Some(config) = self.config.as_ref().filter(|_| self.is_virtual) else { return Vec::new() };
+        let (emulator, to_s) = (&config.emulator, self.span().1);
+        // A flight has no more impulses than moments.
+        let rounds = if emulator.impulse_period_s > 0.0 { self.moments.len() } else { 1 };
+        let each = emulator.impulse.iter().flat_map(|impulse| {
+            let at = |round: usize| impulse.at_s + round as f64 * emulator.impulse_period_s;
+            (0..rounds).map(at).take_while(|at_s| *at_s < to_s).map(|at_s| (at_s, *impulse))
+        });
+        let mut impulses: Vec<(f64, Impulse)> = each.collect();
+        impulses.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if impulses.is_empty() {
+            // One that comes too late is still the one that was meant.
+            let first = emulator.impulse.iter().min_by(|a, b| a.at_s.total_cmp(&b.at_s));
+            impulses.extend(first.map(|first| (first.at_s, *first)));
+        }
+        impulses
     }
 
     /// [s] the last moment before the largest angle at which the body had not moved.
@@ -210,26 +245,40 @@ impl RawFlight {
     }
 
     fn know_the_disturbance(&mut self) {
-        let Some(impulse) = self.impulse else { return };
-        let struck = impulse.at_s..impulse.at_s + impulse.duration_s;
+        if self.struck_from == StruckFrom::Angle {
+            return;
+        }
+        let torque = |(at_s, it): &(f64, Impulse)| (*at_s..*at_s + it.duration_s, it.torque);
+        let torques: Vec<_> = self.impulses.iter().map(torque).collect();
         for moment in &mut self.moments {
-            moment.disturbance = if struck.contains(&moment.time) { impulse.torque } else { 0.0 };
+            let acting = torques.iter().filter(|(struck, _)| struck.contains(&moment.time));
+            moment.disturbance = acting.map(|(_, torque)| torque).sum();
         }
     }
 
-    fn judged(self, judged_s: f64) -> RecordedFlight {
+    /// `windows` [s]: how long each strike is judged.
+    fn judged(self, windows: &[f64]) -> RecordedFlight {
         let emulator = self.config.as_ref().filter(|_| self.is_virtual).map(|config| &config.emulator);
         let name = self.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let struck_s = self.strikes.first().copied().unwrap_or(f64::NAN);
+        let judged_s = windows.first().copied().unwrap_or(JUDGED_S);
+        let by = |struck_s: f64| self.impulses.iter().find(|it| it.0 == struck_s).map(|it| it.1);
+        let later = self.strikes.iter().zip(windows).skip(1).filter(|(_, judged_s)| **judged_s >= SHORTEST_S);
+        let later = later.filter_map(|(&struck_s, &judged_s)| {
+            let answer = judge(&self.moments, struck_s, judged_s);
+            Some(LaterStrike { struck_s, impulse: by(struck_s)?, judged_s, answer })
+        });
         RecordedFlight {
             recording: name,
             controller: self.controller,
             delay: emulator.map(|emulator| emulator.command_delay_s),
-            struck_s: self.struck_s,
+            struck_s,
             struck_from: self.struck_from,
-            impulse: self.impulse,
+            impulse: by(struck_s),
             judged_s,
             is_angle_measured: self.is_angle_measured,
-            answer: judge(&self.moments, self.struck_s, judged_s),
+            answer: judge(&self.moments, struck_s, judged_s),
+            later: later.collect(),
             moments: self.moments,
         }
     }

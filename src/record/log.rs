@@ -16,7 +16,7 @@ use crate::file::write_atomically;
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
     /// The file system said no.
-    #[error("{path}")]
+    #[error("log {path}")]
     File {
         /// The file.
         path: PathBuf,

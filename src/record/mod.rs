@@ -55,7 +55,7 @@ pub enum RecordError {
     #[error("the recording cannot be written")]
     Write(#[from] mcap::McapError),
     /// The file cannot be opened or read.
-    #[error("{path}")]
+    #[error("recording {path}")]
     Open {
         /// The file.
         path: PathBuf,

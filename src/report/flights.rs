@@ -114,8 +114,29 @@ impl FlightComparison {
     #[must_use]
     pub fn table(&self) -> Table {
         let judged = self.flights.first().map_or(0.0, |flight| flight.judged_s);
-        let caption = format!("Answer to the impulse, judged for {} s", number(judged, 3));
+        let caption = format!("Answer to the impulse, judged for {} s behind it", number(judged, 3));
         answer_table(&self.shown(), &caption)
+    }
+
+    /// How each controller answered the impulses behind the first one; `None` where there are none.
+    #[must_use]
+    pub fn later_table(&self) -> Option<Table> {
+        let mut rows = Vec::new();
+        for (flight, shown) in self.flights.iter().zip(self.shown()) {
+            rows.extend(flight.later.iter().map(|strike| Shown {
+                name: format!(
+                    "{}, {} s, {} N m for {} ms, judged for {} s",
+                    shown.name,
+                    number(strike.struck_s, 4),
+                    number(strike.impulse.torque, 3),
+                    number(1e3 * strike.impulse.duration_s, 3),
+                    number(strike.judged_s, 3)
+                ),
+                answer: &strike.answer,
+                ..shown.clone()
+            }));
+        }
+        (!rows.is_empty()).then(|| answer_table(&rows, "Answers to the impulses behind the first one"))
     }
 
     /// The report.
@@ -128,6 +149,9 @@ impl FlightComparison {
         page.table(self.table()).paragraph(format!(
             "Settled is within 5 % of the peak, a swing goes further than that to the other side. {DISTURBANCE}"
         ));
+        self.later_table().into_iter().for_each(|table| {
+            page.table(table);
+        });
         let mut sources = Table::new(["recording", "controller", "struck at [s]", "impulse", "angle"])
             .caption("The recordings");
         for flight in &self.flights {

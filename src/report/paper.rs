@@ -4,6 +4,7 @@ use super::deviations;
 use super::flights::{DISTURBANCE, Shown, answer_plots, answer_table};
 use super::identification::error_plots;
 use super::{Mark, Page, Table, Tone, number};
+use crate::process::answer::JUDGED_S;
 use crate::process::paper::{Flight, PaperRun};
 
 impl PaperRun {
@@ -78,7 +79,10 @@ impl PaperRun {
     #[must_use]
     pub fn flight_table(&self) -> Table {
         let shown: Vec<Shown> = self.flights.iter().map(shown).collect();
-        answer_table(&shown, "The same impulse, 0.6 N m for 50 ms")
+        answer_table(
+            &shown,
+            &format!("The same impulse, 0.6 N m for 50 ms, judged for {JUDGED_S} s behind it"),
+        )
     }
 
     /// The whole report.

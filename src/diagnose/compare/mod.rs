@@ -26,6 +26,7 @@ use serde::Serialize;
 
 use crate::model::{Model, ModelError};
 use crate::record::{Dataset, DatasetError};
+use crate::unit::short;
 
 pub use block::{Block, Error, Trace};
 pub use dependence::{Correlation, Dependence, Direction};
@@ -68,7 +69,7 @@ pub enum CompareError {
         needed: usize,
     },
     /// The horizon is not a time.
-    #[error("horizon {0} s: it must be above zero")]
+    #[error("horizon {} s: it must lie in 0.01..600", short(*.0))]
     Horizon(f64),
     /// The model cannot run.
     #[error(transparent)]
@@ -144,7 +145,7 @@ pub fn compare(
     log: &Dataset,
     config: &CompareConfig,
 ) -> Result<Vec<Comparison>, CompareError> {
-    if !(config.horizon_s > 0.0 && config.horizon_s.is_finite()) {
+    if !(0.01..=600.0).contains(&config.horizon_s) {
         return Err(CompareError::Horizon(config.horizon_s));
     }
     if log.len() < FEWEST {

@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use std::process::{Child, Command as Program, ExitStatus, Stdio};
 use std::time::Duration;
 
-use super::{Flight, IMPULSE, IMPULSE_AT_S, JUDGED_S, PERIOD_S, PaperError, PaperSettings};
+use super::{Flight, IMPULSE, IMPULSE_AT_S, PERIOD_S, PaperError, PaperSettings};
 use crate::bench::BenchConfig;
 use crate::clock;
 use crate::control::{ControllerConfig, ControllerKind};
 use crate::emulate::Impulse;
 use crate::experiment::{Experiment, ExperimentConfig, Rotors, Shape};
 use crate::model::Model;
-use crate::process::answer::{Moment, judge};
+use crate::process::answer::{JUDGED_S, Moment, judge};
 use crate::process::experiment::prepare;
 use crate::process::lockstep::ORIGIN_NS;
 use crate::process::pilot::Pilot;

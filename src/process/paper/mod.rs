@@ -22,9 +22,8 @@ use bench::Benches;
 
 /// [s] T_s and T_c. [LPC16] Eq. (3), Table IV.
 pub const PERIOD_S: f64 = 0.02;
-/// [s] when the impulse strikes, and how long its effect is judged.
+/// [s] when the impulse strikes.
 pub const IMPULSE_AT_S: f64 = 5.0;
-const JUDGED_S: f64 = 8.0;
 /// [s] [N m] the impulse.
 pub const IMPULSE: (f64, f64) = (0.05, 0.6);
 /// [s] transport delays of the flights: none, and one that a real bench has.
