@@ -8,7 +8,7 @@ use crate::guard::OperatorAct;
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     #[command(flatten)]
-    bench: BenchArguments,
+    pub(super) bench: BenchArguments,
 }
 
 /// Runs the command.

@@ -9,7 +9,7 @@ use crate::rt::Shutdown;
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     #[command(flatten)]
-    bench: BenchArguments,
+    pub(super) bench: BenchArguments,
     /// Arm as soon as the checks pass; on a virtual interface only, for scripted runs on the emulator
     #[arg(long)]
     arm: bool,

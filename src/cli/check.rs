@@ -19,7 +19,7 @@ use crate::signal::Sensors;
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     #[command(flatten)]
-    bench: BenchArguments,
+    pub(super) bench: BenchArguments,
     /// Write the result as JSON on standard output
     #[arg(long)]
     json: bool,

@@ -24,7 +24,7 @@ use crate::unit::short;
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     #[command(flatten)]
-    bench: BenchArguments,
+    pub(super) bench: BenchArguments,
     /// Model file, or `paper` for the built-in Tables I and IV; default: the bench's
     #[arg(long, value_name = "M")]
     model: Option<PathBuf>,

@@ -16,7 +16,7 @@ mod machine;
 pub struct Arguments {
     /// Bench file: its interface and what it left; without one, the built-in bench's interface and what any bench left
     #[arg(long, value_name = "FILE")]
-    config: Option<PathBuf>,
+    pub(super) config: Option<PathBuf>,
     /// Remove what dead benches left in shared memory
     #[arg(long)]
     fix: bool,

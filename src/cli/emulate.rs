@@ -15,7 +15,7 @@ use crate::rt::Shutdown;
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     #[command(flatten)]
-    bench: BenchArguments,
+    pub(super) bench: BenchArguments,
     #[command(flatten)]
     door: Door,
     #[command(flatten)]

@@ -24,7 +24,7 @@ pub struct Arguments {
     #[command(subcommand)]
     shape: ShapeArguments,
     #[command(flatten)]
-    bench: BenchArguments,
+    pub(super) bench: BenchArguments,
     #[command(flatten)]
     plant: PlantArguments,
     /// Rotors that take part: one, two, both, differential; default: one, and differential in closed loop

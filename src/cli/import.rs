@@ -27,7 +27,7 @@ pub struct Arguments {
     part: Option<usize>,
     /// Bench file with the DBC files and roles that say what the frames of a candump log mean
     #[arg(long, value_name = "FILE", conflicts_with = "mapping")]
-    config: Option<PathBuf>,
+    pub(super) config: Option<PathBuf>,
     /// Only frames of this interface of a candump log
     #[arg(long, value_name = "IFACE")]
     interface: Option<String>,

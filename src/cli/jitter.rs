@@ -16,7 +16,7 @@ use crate::rt::Shutdown;
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     #[command(flatten)]
-    bench: BenchArguments,
+    pub(super) bench: BenchArguments,
     /// Period of the cycles [µs]; default: the bench file's, or 1000 without one
     #[arg(long, value_name = "US", value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
     period_us: Option<u32>,

@@ -4,9 +4,12 @@
 
 use std::fmt;
 use std::io::Write as _;
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{CommandFactory as _, FromArgMatches as _, Parser};
+
+use place::Setting;
 
 mod arm;
 mod bridge;
@@ -30,6 +33,7 @@ mod monitor;
 mod operate;
 mod paper;
 mod pipe;
+mod place;
 mod progress;
 mod record;
 mod replay;
@@ -48,24 +52,37 @@ pub enum Outcome {
 
 /// Bad usage or bad input: exit 2, one clear sentence with the place.
 #[derive(Debug)]
-pub struct CliError(String);
+pub struct CliError {
+    sentence: String,
+    /// What of the bench file it speaks of, where it does not yet say in which file that is.
+    setting: Option<Setting>,
+}
 
 impl CliError {
     /// An error that says `sentence`.
     pub fn new(sentence: impl Into<String>) -> Self {
-        Self(sentence.into())
+        Self { sentence: sentence.into(), setting: None }
+    }
+
+    /// The same with its place in the bench file at `path`, with the content `text`, where it speaks of that.
+    fn in_bench_file(self, path: &Path, text: &str) -> Self {
+        match self.setting.and_then(|setting| setting.place(path, text)) {
+            Some(place) => Self::new(format!("{place}: {}", self.sentence)),
+            None => Self::new(self.sentence),
+        }
     }
 }
 
 impl fmt::Display for CliError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&self.0)
+        formatter.write_str(&self.sentence)
     }
 }
 
 // `CliError` does not implement `Error`, so that every room's error converts with `?`, causes included.
-impl<E: std::error::Error> From<E> for CliError {
+impl<E: std::error::Error + 'static> From<E> for CliError {
     fn from(error: E) -> Self {
+        let setting = Setting::of(&error);
         let mut sentence = error.to_string();
         let mut source = error.source();
         while let Some(cause) = source {
@@ -76,7 +93,7 @@ impl<E: std::error::Error> From<E> for CliError {
             }
             source = cause.source();
         }
-        Self(sentence)
+        Self { sentence, setting }
     }
 }
 
@@ -176,10 +193,17 @@ pub fn main() -> ExitCode {
     if subcommand.only_computes() {
         pipe::end_with_the_reader();
     }
+    let bench_file = subcommand.bench_file().map(Path::to_owned);
     match dispatch(subcommand) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::FoundWanting) => ExitCode::from(1),
         Err(error) => {
+            // It was there a moment ago; where it is not, the sentence goes without its place.
+            let text = bench_file.as_ref().and_then(|path| std::fs::read_to_string(path).ok());
+            let error = match bench_file.zip(text) {
+                Some((path, text)) => error.in_bench_file(&path, &text),
+                None => error,
+            };
             // Where nobody can be told, the exit code still says it.
             let _ = writeln!(std::io::stderr(), "error: {error}");
             ExitCode::from(2)
@@ -188,6 +212,30 @@ pub fn main() -> ExitCode {
 }
 
 impl Subcommand {
+    /// The bench file it was given, whose settings its errors are about.
+    fn bench_file(&self) -> Option<&Path> {
+        let bench = match self {
+            Self::Bridge(arguments) => &arguments.bench,
+            Self::Control(arguments) => &arguments.bench,
+            Self::Run(arguments) => &arguments.bench,
+            Self::Emulate(arguments) => &arguments.bench,
+            Self::Record(arguments) => &arguments.bench,
+            Self::Monitor(arguments) => &arguments.bench,
+            Self::Arm(arguments) => &arguments.bench,
+            Self::Disarm(arguments) => &arguments.bench,
+            Self::Stop(arguments) => &arguments.bench,
+            Self::Check(arguments) => &arguments.bench,
+            Self::Jitter(arguments) => &arguments.bench,
+            Self::Experiment(arguments) => &arguments.bench,
+            Self::Design(arguments) => &arguments.bench,
+            Self::Doctor(arguments) => return arguments.config.as_deref(),
+            Self::Import(arguments) => return arguments.config.as_deref(),
+            Self::Replay(arguments) => return arguments.config.as_deref(),
+            _ => return None,
+        };
+        bench.config.as_deref()
+    }
+
     /// Whether it drives nothing: no rotor can depend on its living on.
     fn only_computes(&self) -> bool {
         matches!(

@@ -22,7 +22,7 @@ use crate::signal::{Applied, BusStatus, Command, CycleSample, GuardEvent, Heartb
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     #[command(flatten)]
-    bench: BenchArguments,
+    pub(super) bench: BenchArguments,
     /// Print one line of JSON each second instead of the live view
     #[arg(long)]
     json: bool,

@@ -15,7 +15,7 @@ use crate::rt::Shutdown;
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     #[command(flatten)]
-    bench: BenchArguments,
+    pub(super) bench: BenchArguments,
     /// The recording to make; a file that is there already is never overwritten
     #[arg(short, long, value_name = "FILE.mcap")]
     output: PathBuf,

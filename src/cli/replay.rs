@@ -18,7 +18,7 @@ pub struct Arguments {
     recording: PathBuf,
     /// Replay with this bench file instead of the recorded one
     #[arg(long, value_name = "FILE")]
-    config: Option<PathBuf>,
+    pub(super) config: Option<PathBuf>,
     /// Replay with this model instead of the recorded one
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
