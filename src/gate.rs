@@ -155,14 +155,29 @@ impl Gate {
         self.request.is_some_and(|request| request.act == OperatorAct::Stop as u32)
     }
 
-    /// Takes in what came through shared memory, for the next [`Gate::poll`]. Returns whether a command or a request waits.
+    /// Takes in what came through shared memory, for the next step. Returns whether a command or a request waits.
     pub fn look(&mut self, now_ns: u64) -> bool {
         self.take_in(now_ns) || self.is_pending || self.request.is_some()
     }
 
-    /// Steps the guard if it is time to. What it lets through is to be sent at once, then [`Gate::finish`] called.
+    /// The time at which to judge what [`Gate::look`] took in: `now_ns`, or, where that is younger, what `clock` says then.
+    /// Whoever was held up between his reading of the clock and his look would else find a good command to be from the future.
+    pub fn time_to_judge(&self, now_ns: u64, clock: impl FnOnce() -> u64) -> u64 {
+        let command_ns = self.newest.filter(|_| self.is_pending).map_or(0, |command| command.stamp_ns);
+        let request_ns = self.request.map_or(0, |request| request.stamp_ns);
+        if command_ns.max(request_ns) > now_ns { clock().max(now_ns) } else { now_ns }
+    }
+
+    /// Takes in what came, as [`Gate::look`], and steps, as [`Gate::step_if_due`].
     pub fn poll(&mut self, now_ns: u64, sensors: &Sensors) -> Option<(Release, Applied)> {
-        let stop = self.take_in(now_ns);
+        self.take_in(now_ns);
+        self.step_if_due(now_ns, sensors)
+    }
+
+    /// Steps the guard if it is time to, with what was taken in before. What it lets through is to be sent at once, then
+    /// [`Gate::finish`] called.
+    pub fn step_if_due(&mut self, now_ns: u64, sensors: &Sensors) -> Option<(Release, Applied)> {
+        let stop = self.is_stop();
         let is_early = now_ns < self.earliest_ns();
         let release = if stop || (!is_early && (self.is_pending || self.is_in_trouble())) {
             self.cycle.begin_at_arrival(now_ns, self.cycle.period_ns() / 2)
@@ -241,6 +256,13 @@ impl Gate {
     #[must_use]
     pub fn refusals(&self, cause: Cause) -> u64 {
         self.state.refusals(cause)
+    }
+
+    /// [ns] stamp of the newest command that came, and how many were refused as from the future.
+    #[cfg(test)]
+    pub(crate) fn judged(&self) -> (u64, u64) {
+        let stamp_ns = self.newest.filter(|_| !self.is_pending).map_or(0, |command| command.stamp_ns);
+        (stamp_ns, self.refusals(Cause::CommandFromFuture))
     }
 
     /// What the guard let through last.

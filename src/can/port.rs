@@ -101,6 +101,12 @@ pub trait Bus {
     /// [`Fault`]: the frame is dropped and counted.
     fn send(&mut self, frame: &Frame) -> Result<(), Fault>;
 
+    /// Sends frames, as one by one; [ns] when all were out or dropped. The first fault, should there be one.
+    fn send_all(&mut self, frames: &[Frame]) -> (u64, Option<Fault>) {
+        let fault = frames.iter().fold(None, |fault, frame| fault.or(self.send(frame).err()));
+        (self.now_ns(), fault)
+    }
+
     /// See [`Port::echo_age_ns`].
     fn echo_age_ns(&self, now_ns: u64) -> u64;
 
@@ -110,8 +116,8 @@ pub trait Bus {
     /// [ns] now, on the clock of the arrivals' stamps.
     fn now_ns(&self) -> u64;
 
-    /// Says what time it is [ns]: the next [`Bus::receive`] need not ask the clock. Saves a reading of it on the way from
-    /// frame to frame.
+    /// Says what time it was a moment ago [ns]: the next [`Bus::receive`] need not ask the clock, unless something came
+    /// since. Saves a reading of it on the way from frame to frame.
     fn look_at(&mut self, _now_ns: u64) {}
 
     /// [ns] when [`Bus::receive`] looked last: no arrival that it handed over is later. Saves another.
@@ -140,6 +146,10 @@ impl Bus for Port {
 
     fn send(&mut self, frame: &Frame) -> Result<(), Fault> {
         Self::send(self, frame)
+    }
+
+    fn send_all(&mut self, frames: &[Frame]) -> (u64, Option<Fault>) {
+        Self::send_all(self, frames)
     }
 
     fn echo_age_ns(&self, now_ns: u64) -> u64 {
@@ -242,17 +252,24 @@ impl Port {
         }
         let (mut total, mut has_foreign) = (0, false);
         while total < MOST {
+            let told_ns = self.told_ns.take();
+            let mut is_told = told_ns.is_some();
             // Never back: what was handed over must not have come after now.
-            let now_ns = self.told_ns.take().unwrap_or_else(clock::monotonic_ns);
-            let monotonic_ns = now_ns.max(self.looked_ns);
-            self.looked_ns = monotonic_ns;
-            let realtime_ns = match self.stamps.realtime(monotonic_ns) {
+            self.looked_ns = told_ns.unwrap_or_else(clock::monotonic_ns).max(self.looked_ns);
+            let asked_ns = self.looked_ns;
+            let mut realtime_ns = match self.stamps.realtime(self.looked_ns) {
                 Some(realtime_ns) => realtime_ns,
-                None => self.compare_clocks(monotonic_ns),
+                None => self.compare_clocks(self.looked_ns),
             };
-            let Self { socket, batch, stamps, counts, last_dropped, waiting_since_ns, .. } = self;
+            let Self { socket, batch, stamps, counts, last_dropped, waiting_since_ns, looked_ns, .. } = self;
             let received = batch.receive(socket.as_raw_fd(), |raw| {
-                let software_ns = stamps.software(raw.software_ns, monotonic_ns, realtime_ns);
+                if raw.software_ns > realtime_ns && std::mem::take(&mut is_told) {
+                    // It came after the time that was told.
+                    let now_ns = clock::monotonic_ns().max(*looked_ns);
+                    realtime_ns = realtime_ns.wrapping_add(now_ns - *looked_ns);
+                    *looked_ns = now_ns;
+                }
+                let software_ns = stamps.software(raw.software_ns, *looked_ns, realtime_ns);
                 if let Some(dropped) = raw.dropped {
                     counts.dropped += u64::from(dropped.wrapping_sub(*last_dropped));
                     *last_dropped = dropped;
@@ -269,7 +286,7 @@ impl Port {
             let received = received.map_err(|error| self.fault(&error))?;
             total += received;
             if received < BATCH {
-                self.stamps.empty_ns = monotonic_ns;
+                self.stamps.empty_ns = asked_ns;
                 break;
             }
         }
@@ -299,11 +316,23 @@ impl Port {
     /// # Errors
     /// [`Fault`]: the frame is dropped and counted. The next one, newer, is the retry.
     pub fn send(&mut self, frame: &Frame) -> Result<(), Fault> {
-        let sent = socket::send(self.socket.as_raw_fd(), frame);
-        // A frame that finds no room waits for its echo, too: on a dead bus no other ever does. The clock is read when
-        // the frame is out already.
-        self.waiting_since_ns.get_or_insert_with(clock::monotonic_ns);
-        match sent {
+        self.send_all(std::slice::from_ref(frame)).1.map_or(Ok(()), Err)
+    }
+
+    /// Sends frames, as [`Port::send`] does one by one; [ns] when all were out or dropped, and the first fault.
+    pub fn send_all(&mut self, frames: &[Frame]) -> (u64, Option<Fault>) {
+        let fault = frames.iter().fold(None, |fault, frame| fault.or(self.give(frame).err()));
+        // The clock is read when the frames are out already, once for all that needs to know when that was.
+        let now_ns = clock::monotonic_ns();
+        if !frames.is_empty() {
+            // A frame that finds no room waits for its echo, too: on a dead bus no other ever does.
+            self.waiting_since_ns.get_or_insert(now_ns);
+        }
+        (now_ns, fault)
+    }
+
+    fn give(&mut self, frame: &Frame) -> Result<(), Fault> {
+        match socket::send(self.socket.as_raw_fd(), frame) {
             Ok(()) => {
                 self.counts.sent += 1;
                 Ok(())

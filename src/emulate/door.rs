@@ -72,7 +72,9 @@ pub fn run(emulator: &Emulator, gate: &mut Gate, options: DoorOptions, shutdown:
             );
             (published, woken_by) = (sensors.sequence, sensors.body_rate.count);
         }
-        if let Some((release, applied)) = gate.poll(now_ns, &sensors) {
+        gate.look(now_ns);
+        let now_ns = gate.time_to_judge(now_ns, clock::monotonic_ns);
+        if let Some((release, applied)) = gate.step_if_due(now_ns, &sensors) {
             emulator.command(&mut state, applied.rotor);
             gate.finish(release, clock::monotonic_ns(), &sensors);
             summary.add(&emulator.truth(&state), !gate.is_safe(), clock::span_s(now_ns - start_ns));

@@ -28,6 +28,8 @@ pub struct BridgeLoop<B: Bus = Port> {
     hold_periods: u32,
     /// Whether the controller waits for the gyro.
     wakes_control: bool,
+    /// What came together with the last command's echo: to be acted on without a wait.
+    caught: Option<Look>,
     // Last: everything above lives on it.
     _bench: Bench,
 }
@@ -62,11 +64,14 @@ impl BridgeLoop {
         // After the guard: a second bridge that is refused must not say a word on the bus, not even a safe one.
         let wire = Wire::open(config, &bench, log)?;
         let wakes_control = config.trigger == Trigger::Imu;
-        Ok(Self { gate, wire, hold_periods, wakes_control, _bench: bench })
+        Ok(Self { gate, wire, hold_periods, wakes_control, caught: None, _bench: bench })
     }
 
     /// Waits for the socket, the command or the timer, whichever comes first, and does what is to be done.
     pub fn turn(&mut self) {
+        if self.answer_caught() {
+            return;
+        }
         let doors = [self.wire.descriptor(), self.gate.bell().descriptor()];
         let (woken, woken_ns) = rt::wait_and_tell(doors, self.gate.deadline_ns());
         let ready = if let Wake::Ready(bits) = woken { bits } else { 0 };
@@ -98,29 +103,44 @@ impl<B: Bus> BridgeLoop<B> {
         } else {
             self.wire.receive(ready & SOCKET != 0, woken_ns)
         };
-        let (sensors, is_news) = self.wire.present(&look, &self.gate);
+        self.answer(&look, ready);
+    }
+
+    /// Does what came with the last command's echo asks for; whether anything had come.
+    fn answer_caught(&mut self) -> bool {
+        let Some(look) = self.caught.take() else { return false };
+        self.answer(&look, 0);
+        true
+    }
+
+    /// What a turn does with what is on the bus and in shared memory.
+    fn answer(&mut self, look: &Look, ready: u32) {
+        let (sensors, is_news) = self.wire.present(look, &self.gate);
         if is_news {
             self.gate.publish_sensors(&sensors, look.gyro && self.wakes_control);
         }
-        // Decoding and publishing took a while, and the newest command may be younger than the look at the socket: judged
-        // by the older time it would come from the future.
-        let is_old = ready != BELL && self.gate.look(look.at_ns);
+        // Decoding and publishing took a while, and the machine may have been busy elsewhere: the newest command may be younger
+        // than the look at the socket, or than the end of the wait. Judged by the older time it would come from the future.
+        let is_old = self.gate.look(look.at_ns) && ready != BELL;
         let now_ns = if is_old { self.wire.now_ns() } else { look.at_ns };
+        let now_ns = self.gate.time_to_judge(now_ns, || self.wire.now_ns());
         let period_ns = self.gate.cycle().period_ns();
-        if let Some(cause) = self.wire.trouble(&look, now_ns, self.hold_periods, period_ns) {
+        if let Some(cause) = self.wire.trouble(look, now_ns, self.hold_periods, period_ns) {
             self.gate.trip(now_ns, cause);
         }
-        if let Some((release, applied)) = self.gate.poll(now_ns, self.wire.sensors()) {
-            self.wire.send(&applied);
-            let finished_ns = self.wire.now_ns();
-            self.gate.finish(release, finished_ns, self.wire.sensors());
-            self.wire.publish(finished_ns);
-        }
+        let step = self.gate.step_if_due(now_ns, self.wire.sensors());
+        let out_ns = step.map(|(release, applied)| {
+            let out_ns = self.wire.send(&applied);
+            self.gate.finish(release, out_ns, self.wire.sensors());
+            self.wire.publish(out_ns);
+            out_ns
+        });
         if ready & BELL != 0 {
             // After the command is out, which it would delay; what came meanwhile may have rung the bell that is quiet now.
             self.gate.bell().quiet();
             self.gate.look(now_ns);
         }
+        self.caught = out_ns.and_then(|out_ns| self.wire.catch_echo(out_ns));
     }
 }
 
@@ -180,7 +200,11 @@ mod tests {
         looked_ns: u64,
         takes_ns: u64,
         frames: Vec<Frame>,
+        /// Looks at it, and how many of them came before the last command went out.
         looks: u32,
+        looks_before: u32,
+        /// What is there when a command has gone out.
+        with_echo: Vec<Frame>,
         /// Said while a command goes out.
         aside: Option<(Publisher<Request>, Request)>,
     }
@@ -197,6 +221,8 @@ mod tests {
         }
 
         fn send(&mut self, _: &Frame) -> Result<(), Fault> {
+            self.looks_before = self.looks;
+            self.frames.append(&mut self.with_echo);
             if let Some((operator, request)) = &mut self.aside {
                 operator.send(request);
             }
@@ -237,12 +263,27 @@ mod tests {
             let roles = Roles::build(&config.bus, config.period_s).expect("valid");
             let bus = HandBus { now_ns: clock::monotonic_ns() + PERIOD_NS, ..HandBus::default() };
             let wire = Wire::on(bus, roles.clone(), LogQueue::new(16));
-            let bridge = BridgeLoop { gate, wire, hold_periods: 5, wakes_control: false, _bench: bench };
+            let bridge =
+                BridgeLoop { gate, wire, hold_periods: 5, wakes_control: false, caught: None, _bench: bench };
             Self { bridge: Some(bridge), roles, config }
         }
 
         fn bridge(&mut self) -> &mut BridgeLoop<HandBus> {
             self.bridge.as_mut().expect("until the end")
+        }
+
+        /// The commands of a controller that the bridge has met: the first of them is judged.
+        fn controller(&mut self) -> Publisher<Command> {
+            let mut commands = self.member(Role::Control).publish(&COMMAND).expect("the only controller");
+            let stamp_ns = self.bridge().wire.now_ns();
+            // Another thread of the bridge has to meet it.
+            while self.bridge().gate.judged().0 != stamp_ns {
+                commands.send(&Command { sequence: 1, stamp_ns, ..Command::default() });
+                self.bridge().wire.port_mut().now_ns += PERIOD_NS;
+                self.bridge().act(0, stamp_ns);
+                std::thread::sleep(std::time::Duration::from_millis(1));
+            }
+            commands
         }
 
         fn member(&self, role: Role) -> Bench {
@@ -264,15 +305,63 @@ mod tests {
     #[test]
     fn a_command_made_while_the_bridge_decoded_is_judged_by_a_later_clock() {
         let mut rig = Rig::new("slow");
-        let mut commands = rig.member(Role::Control).publish(&COMMAND).expect("the only controller");
+        let mut commands = rig.controller();
         let bus = rig.bridge().wire.port_mut();
         bus.takes_ns = 3 * PERIOD_NS;
         // Two periods after the look: more than the one of grace.
         let stamp_ns = bus.now_ns + 2 * PERIOD_NS;
-        commands.send(&Command { sequence: 1, stamp_ns, ..Command::default() });
+        commands.send(&Command { sequence: 2, stamp_ns, ..Command::default() });
         rig.bridge().act(0, 0);
-        assert!(rig.bridge().gate.applied().sequence > 0, "the guard was asked");
-        assert_eq!(rig.bridge().gate.refusals(Cause::CommandFromFuture), 0);
+        assert_eq!(rig.bridge().gate.judged(), (stamp_ns, 0));
+    }
+
+    /// The same where the bridge was woken by the bell alone, and kept from its processor before it could look who rang.
+    #[test]
+    fn a_command_made_while_the_bridge_was_held_up_after_its_wait_is_judged_by_a_later_clock() {
+        let mut rig = Rig::new("held");
+        let mut commands = rig.controller();
+        let bus = rig.bridge().wire.port_mut();
+        let woken_ns = bus.now_ns;
+        bus.now_ns += 3 * PERIOD_NS;
+        let stamp_ns = woken_ns + 2 * PERIOD_NS;
+        commands.send(&Command { sequence: 2, stamp_ns, ..Command::default() });
+        rig.bridge().act(BELL, woken_ns);
+        assert_eq!(rig.bridge().gate.judged(), (stamp_ns, 0));
+        // Who stamps his commands with a time to come is found out all the same.
+        let bus = rig.bridge().wire.port_mut();
+        let woken_ns = bus.now_ns;
+        bus.now_ns += PERIOD_NS / 2;
+        let stamp_ns = woken_ns + 2 * PERIOD_NS;
+        commands.send(&Command { sequence: 3, stamp_ns, ..Command::default() });
+        rig.bridge().act(BELL, woken_ns);
+        assert_eq!(rig.bridge().gate.judged(), (stamp_ns, 1));
+    }
+
+    /// A frame that came before the echo of the last command was looked for is acted on in the next turn, without a wait; the
+    /// echo itself is nothing to act on.
+    #[test]
+    fn what_comes_with_the_echo_is_acted_on_without_a_wait() {
+        let mut rig = Rig::new("caught");
+        let (roles, mut sender) = (rig.roles.clone(), rig.roles.sensor_sender());
+        let told = Sensors { body_rate: Sample::good(0.1, 1, 1), ..Sensors::default() };
+        let frames: Vec<Frame> = (0..roles.sensor_messages().len())
+            .filter_map(|index| roles.encode_sensors(&mut sender, index, &told))
+            .collect();
+        let now_ns = rig.bridge().wire.now_ns();
+        rig.bridge().act(0, now_ns);
+        assert!(rig.bridge().gate.applied().sequence > 0, "a command went out");
+        assert_eq!(rig.bridge().caught, None);
+        let bus = rig.bridge().wire.port_mut();
+        bus.now_ns += PERIOD_NS;
+        bus.with_echo = frames;
+        let now_ns = bus.now_ns;
+        rig.bridge().act(0, now_ns);
+        assert!(rig.bridge().caught.is_some_and(|look| look.updated && look.at_ns == now_ns));
+        let sequence = rig.bridge().gate.applied().sequence;
+        assert!(rig.bridge().answer_caught());
+        assert_eq!(rig.bridge().wire.sensors().sequence, 1);
+        assert_eq!(rig.bridge().gate.applied().sequence, sequence, "not yet due again");
+        assert!(!rig.bridge().answer_caught());
     }
 
     /// The bell is quieted when the command is out. What rang it since the bridge looked last must not be forgotten with it:
@@ -294,7 +383,8 @@ mod tests {
         rig.bridge().wire.port_mut().aside = Some((operator, ask(2, OperatorAct::Stop, now_ns)));
         let looks = rig.bridge().wire.port_mut().looks;
         rig.bridge().act(BELL, now_ns + PERIOD_NS);
-        assert_eq!(rig.bridge().wire.port_mut().looks, looks, "the bell alone is nothing on the bus");
+        let looks_before = rig.bridge().wire.port_mut().looks_before;
+        assert_eq!(looks_before, looks, "the bell alone is nothing on the bus");
         assert_eq!(rig.bridge().gate.applied().state, State::Disarmed as u32, "it came after the step");
         assert_eq!(rig.bridge().gate.deadline_ns(), 0, "and is not waited with");
         rig.bridge().act(0, now_ns + PERIOD_NS);

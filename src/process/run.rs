@@ -6,7 +6,7 @@ use super::control::{end_after, is_before};
 use super::flight::{AngleError, Flight};
 use super::pace::Pace;
 use super::pilot::Pilot;
-use super::wire::{Wire, WireSummary, is_virtual};
+use super::wire::{Look, Wire, WireSummary, is_virtual};
 use crate::bench::{BenchConfig, Trigger};
 use crate::clock;
 use crate::gate::Gate;
@@ -26,6 +26,8 @@ pub struct RunLoop {
     flight: Flight,
     pace: Pace,
     wire: Wire,
+    /// What came together with the last command's echo: to be acted on without a wait.
+    caught: Option<Look>,
     hold_periods: u32,
     events: Subscriber<GuardEvent>,
     // Last: everything above lives on it.
@@ -99,6 +101,7 @@ impl RunLoop {
             pace: Pace::new(period_ns),
             gate,
             wire,
+            caught: None,
             hold_periods,
             events: bench.subscribe(&GUARD_EVENTS)?,
             _bench: bench,
@@ -117,7 +120,12 @@ impl RunLoop {
 
     /// Waits for the socket, a request or the timer, and does what is to be done.
     pub fn turn(&mut self) {
-        let is_imu = self.trigger == Trigger::Imu;
+        let look = self.caught.take().unwrap_or_else(|| self.wait());
+        let out_ns = self.answer(&look);
+        self.caught = out_ns.and_then(|out_ns| self.wire.catch_echo(out_ns));
+    }
+
+    fn wait(&mut self) -> Look {
         let deadline_ns = self.gate.cycle().due_ns();
         let doors = [self.wire.descriptor(), self.gate.bell().descriptor()];
         let (woken, woken_ns) = rt::wait_and_tell(doors, deadline_ns);
@@ -126,9 +134,15 @@ impl RunLoop {
         if ready & 2 != 0 {
             self.gate.bell().quiet();
         }
+        look
+    }
+
+    /// Does what is to be done; [ns] when a command was out, if one was.
+    fn answer(&mut self, look: &Look) -> Option<u64> {
+        let is_imu = self.trigger == Trigger::Imu;
         let now_ns = look.at_ns;
         let period_ns = self.gate.cycle().period_ns();
-        if let Some(cause) = self.wire.trouble(&look, now_ns, self.hold_periods, period_ns) {
+        if let Some(cause) = self.wire.trouble(look, now_ns, self.hold_periods, period_ns) {
             self.gate.trip(now_ns, cause);
         }
         let stop = self.gate.is_stop_wanted(now_ns);
@@ -140,18 +154,18 @@ impl RunLoop {
         };
         // With the IMU as trigger a slot without its frame steps the guard, which counts a miss, and nothing else.
         let flies = release.is_some() && (!is_imu || is_due) && self.wire.sensors().sequence > 0;
-        let (sensors, is_news) = self.wire.present(&look, &self.gate);
+        let (sensors, is_news) = self.wire.present(look, &self.gate);
         let before = *self.gate.applied();
         let command = flies.then(|| self.flight.step(now_ns, &sensors, &before));
-        if release.is_some() || stop {
+        let out_ns = (release.is_some() || stop).then(|| {
             let applied = self.gate.step_with(now_ns, self.wire.sensors(), command.as_ref());
-            self.wire.send(&applied);
+            let out_ns = self.wire.send(&applied);
             self.gate.publish_step();
-        }
-        if let Some(release) = release {
-            let finished_ns = clock::monotonic_ns();
-            self.gate.finish(release, finished_ns, &sensors);
-            self.wire.publish(finished_ns);
+            out_ns
+        });
+        if let Some((release, out_ns)) = release.zip(out_ns) {
+            self.gate.finish(release, out_ns, &sensors);
+            self.wire.publish(out_ns);
         }
         if let Some(command) = command {
             self.flight.publish(&sensors, &before, &command);
@@ -159,6 +173,7 @@ impl RunLoop {
         if is_news {
             self.gate.publish_sensors(&sensors, false);
         }
+        out_ns
     }
 
     /// The slots and their timing.

@@ -56,6 +56,14 @@ pub struct Look {
     pub foreign: bool,
 }
 
+impl Look {
+    /// Whether there is something to act on.
+    #[must_use]
+    pub fn is_news(&self) -> bool {
+        self.updated || self.bus_off || self.foreign
+    }
+}
+
 /// What the bus did, and what was refused of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct WireSummary {
@@ -230,22 +238,29 @@ impl<B: Bus> Wire<B> {
         }
     }
 
-    /// Sends what the guard let through; the newest wins, nothing is queued or tried again.
-    pub fn send(&mut self, applied: &Applied) {
+    /// Sends what the guard let through; the newest wins, nothing is queued or tried again. [ns] when it was out.
+    pub fn send(&mut self, applied: &Applied) -> u64 {
         self.is_quiet = false;
-        let mut fault = None;
-        for frame in self.roles.encode_commands(&mut self.sender, applied).iter() {
-            fault = fault.or(self.port.send(frame).err());
-        }
+        let frames = self.roles.encode_commands(&mut self.sender, applied);
+        let (out_ns, fault) = self.port.send_all(&frames);
         let Some(fault) = fault else {
             self.refused_in_a_row = 0;
-            return;
+            return out_ns;
         };
         self.refused_in_a_row = self.refused_in_a_row.saturating_add(1);
         if self.refused_in_a_row == 1 {
             self.log.say(Severity::Error, describe(fault), 0.0);
             self.port.ask();
         }
+        out_ns
+    }
+
+    /// Takes in the echo of what was out at `out_ns`, which on a virtual bus is there at once, so that the next wait does not
+    /// end because of it: a wake-up saved in each period. On a bus that takes its time nothing is there yet, and the echo comes
+    /// with the next wake-up, as it would without this look. What else came since is to be acted on without a wait.
+    pub fn catch_echo(&mut self, out_ns: u64) -> Option<Look> {
+        let look = self.receive(false, out_ns);
+        look.is_news().then_some(look)
     }
 
     /// Publishes what the bus does: once a period, after the commands are out.

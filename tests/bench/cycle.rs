@@ -84,19 +84,18 @@ fn round_trip(port: &mut Port, frame: &Frame) {
     }
 }
 
-/// How long `iterations` round trips take. Each begins a control period after the one before, because the controller
+/// How long `count` round trips take [ns]. Each begins a control period after the one before, because the controller
 /// steps no faster however fast the gyro is; the time between is not counted, for neither loop.
-fn paced(iterations: u64, port: &mut Port, period_ns: u64, mut next: impl FnMut() -> Frame) -> Duration {
-    let mut total = Duration::ZERO;
-    for _ in 0..iterations {
+fn paced(count: usize, port: &mut Port, period_ns: u64, mut next: impl FnMut() -> Frame) -> Vec<u64> {
+    let trip = |_| {
         let _ = clock::sleep_until(clock::monotonic_ns() + period_ns);
         while port.receive(|_| {}) != Ok(0) {}
         let frame = next();
         let start = Instant::now();
         round_trip(port, &frame);
-        total += start.elapsed();
-    }
-    total
+        start.elapsed().as_nanos() as u64
+    };
+    (0..count).map(trip).collect()
 }
 
 /// The bare `read`/`write` loop: blocks in `read`, answers each frame with one of the same length.
@@ -124,7 +123,40 @@ fn empty_frame() -> libc::can_frame {
     unsafe { std::mem::zeroed() }
 }
 
-fn frame_to_frame(criterion: &mut Criterion) {
+/// Rounds in which the two loops take turns, and round trips of each in one.
+const ROUNDS: usize = 9;
+const TRIPS: usize = 50;
+
+/// Runs `work` on a thread of its own while `measure` measures.
+fn beside<T>(work: impl FnOnce(Arc<AtomicBool>) + Send + 'static, measure: impl FnOnce() -> T) -> T {
+    let stop = Arc::new(AtomicBool::new(false));
+    let thread = std::thread::spawn({
+        let stop = Arc::clone(&stop);
+        move || work(stop)
+    });
+    std::thread::sleep(Duration::from_millis(500));
+    let measured = measure();
+    stop.store(true, Ordering::Relaxed);
+    thread.join().expect("no panic");
+    measured
+}
+
+fn run_loop(config: &BenchConfig, stop: &AtomicBool) {
+    let pilot = plant::pilot(config).expect("the built-in bench");
+    let mut run = RunLoop::open(config, pilot, LogQueue::new(16)).expect("the only one");
+    while !stop.load(Ordering::Relaxed) {
+        run.turn();
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+/// The bare loop and `run`, taking turns: a machine that is busy with other things is so for both. Medians, and the median
+/// of the rounds' ratios.
+fn frame_to_frame(_: &mut Criterion) {
     let mut config = config("bus");
     config.trigger = Trigger::Imu;
     if !kernel_has_can() {
@@ -132,54 +164,40 @@ fn frame_to_frame(criterion: &mut Criterion) {
         return;
     }
     let period_ns = clock::span_ns(config.period_s);
-    let mut group = criterion.benchmark_group("frame to frame");
-    // A quarter of a second of round trips is half a minute of control periods.
-    group
-        .sample_size(30)
-        .warm_up_time(Duration::from_millis(50))
-        .measurement_time(Duration::from_millis(250));
     let interface = config.bus.interface.clone();
-    let stop = Arc::new(AtomicBool::new(false));
     let mut port = Port::open(&interface, false).expect("the bus is up");
     let frame = Frame::classic(Id::new(0x7FF, false).expect("an id"), &[0; 8]).expect("a frame");
-    let echo = std::thread::spawn({
-        let (stop, interface) = (Arc::clone(&stop), interface.clone());
-        move || bare_echo(&interface, stop)
-    });
-    std::thread::sleep(Duration::from_millis(200));
-    group.bench_function("baseline: bare read and write", |bencher| {
-        bencher.iter_custom(|iterations| paced(iterations, &mut port, period_ns, || frame))
-    });
-    stop.store(true, Ordering::Relaxed);
-    echo.join().expect("no panic");
-
-    let stop = Arc::new(AtomicBool::new(false));
-    let run = std::thread::spawn({
-        let (stop, config) = (Arc::clone(&stop), config.clone());
-        move || {
-            let pilot = plant::pilot(&config).expect("the built-in bench");
-            let mut run = RunLoop::open(&config, pilot, LogQueue::new(16)).expect("the only one");
-            while !stop.load(Ordering::Relaxed) {
-                run.turn();
-            }
-        }
-    });
-    std::thread::sleep(Duration::from_millis(500));
     let roles = Roles::build(&config.bus, config.period_s).expect("the built-in bus");
     let mut sender = roles.sensor_sender();
     let gyro = roles.sensor_messages().iter().position(|message| message.name == "GYRO").expect("it has one");
     let mut sensors = Sensors::default();
-    group.bench_function("gyro frame to command frame, whole cycle", |bencher| {
-        bencher.iter_custom(|iterations| {
-            paced(iterations, &mut port, period_ns, || {
-                sensors.body_rate = Sample::good(sensors.body_rate.value + 1e-6, 1, 1);
-                roles.encode_sensors(&mut sender, gyro, &sensors).expect("a frame")
-            })
-        });
-    });
-    stop.store(true, Ordering::Relaxed);
-    run.join().expect("no panic");
-    group.finish();
+    let mut rounds = Vec::new();
+    for _ in 0..ROUNDS {
+        let name = interface.clone();
+        let bare =
+            beside(move |stop| bare_echo(&name, stop), || paced(TRIPS, &mut port, period_ns, || frame));
+        let theirs = config.clone();
+        let ours = beside(
+            move |stop| run_loop(&theirs, &stop),
+            || {
+                paced(TRIPS, &mut port, period_ns, || {
+                    sensors.body_rate = Sample::good(sensors.body_rate.value + 1e-6, 1, 1);
+                    roles.encode_sensors(&mut sender, gyro, &sensors).expect("a frame")
+                })
+            },
+        );
+        let [bare, ours] =
+            [bare, ours].map(|times| median(times.iter().map(|time| *time as f64 * 1e-3).collect()));
+        rounds.push((bare, ours, ours / bare));
+    }
+    let ratios: Vec<String> = rounds.iter().map(|(_, _, ratio)| format!("{ratio:.2}")).collect();
+    println!(
+        "frame to frame, p50: bare read and write {:.1} µs; gyro frame to command frame, whole turn of `run`, {:.1} µs; ratio {:.2} (rounds: {})",
+        median(rounds.iter().map(|round| round.0).collect()),
+        median(rounds.iter().map(|round| round.1).collect()),
+        median(rounds.iter().map(|round| round.2).collect()),
+        ratios.join(" ")
+    );
     remove(&config);
 }
 

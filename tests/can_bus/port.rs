@@ -58,6 +58,32 @@ fn a_stamp_is_when_the_frame_came_and_not_when_it_was_read() {
     assert!(*stamp_ns < sent + 100_000_000, "stamped {} ns after it was sent", stamp_ns - sent);
 }
 
+/// Whoever tells the port what time it was spares it the clock, and not the truth: what came since has its own time.
+#[test]
+fn a_frame_that_came_after_the_time_that_was_told_has_its_own() {
+    use rotorbench::can::Bus as _;
+    let bus = Bus::new();
+    let (mut one, mut other) = (bus.port(), bus.port());
+    other.receive(|_| ()).expect("up");
+    let told_ns = monotonic_ns();
+    std::thread::sleep(std::time::Duration::from_millis(20));
+    let before_ns = monotonic_ns();
+    one.send(&frame(1, &[])).expect("there is room");
+    let after_ns = monotonic_ns();
+    other.look_at(told_ns);
+    let mut stamps = Vec::new();
+    other
+        .receive(|arrival| {
+            if let Arrival::Frame { stamp_ns, .. } = arrival {
+                stamps.push(stamp_ns)
+            }
+        })
+        .expect("up");
+    let off = other.stamp_uncertainty_ns(before_ns);
+    assert!(stamps.len() == 1 && (before_ns - off..=after_ns + off).contains(&stamps[0]), "{stamps:?}");
+    assert!(other.looked_ns() >= stamps[0], "no arrival is later than the look that handed it over");
+}
+
 #[test]
 fn what_a_slow_receiver_loses_is_counted() {
     const FLOOD: u64 = 3_000;
