@@ -62,8 +62,15 @@ fn stage(model: &Model, logs: &[Dataset], body: bool, horizon: f64) -> Result<Op
 }
 
 fn trial(model: &Model, known: &[Effect], stage: &Stage) -> Trial {
-    Plan { from: model, home: model, effects: Vec::new(), base: stage.base_parameters(model), known }
-        .run(stage)
+    Plan {
+        from: model,
+        home: model,
+        effects: Vec::new(),
+        base: stage.base_parameters(model),
+        known,
+        without: None,
+    }
+    .run(stage)
 }
 
 /// The number in which two of the logs differ most, if they plainly do.

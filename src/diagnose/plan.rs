@@ -24,6 +24,8 @@ pub struct Plan<'a> {
     pub base: Vec<String>,
     /// Every effect the model may hold, to look up.
     pub known: &'a [Effect],
+    /// Cost on the same data of the set that one effect was added to; `None` where it does not matter.
+    pub without: Option<f64>,
 }
 
 /// A plan that has been looked at: where it is worth starting.
@@ -43,11 +45,16 @@ impl Glance {
 }
 
 /// Steps of the first look at each start.
-const LOOK: FitConfig = FitConfig { iterations: 4, tolerance: 1e-3 };
+const LOOK: FitConfig = FitConfig { iterations: 4, tolerance: 1e-3, goal: None };
 /// The way to the end: a change of the cost by a hundred-thousandth decides nothing.
-const FOLLOW: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5 };
+const FOLLOW: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5, goal: None };
 /// From the end of the fit on all data to that on a part of them it is not far.
-const PART: FitConfig = FitConfig { iterations: 15, tolerance: 1e-4 };
+const PART: FitConfig = FitConfig { iterations: 15, tolerance: 1e-4, goal: None };
+/// Share of the cost without the effect that a fit with it must fall below to be worth its whole way: [`gains`] asks for
+/// more than what is left.
+///
+/// [`gains`]: super::worth::gains
+const WORTH: f64 = 0.99;
 /// A second start is followed when its first look was within this factor of the best.
 const AS_GOOD: f64 = 1.1;
 /// Most starts of one trial, from the same base numbers.
@@ -98,10 +105,12 @@ impl Plan<'_> {
         let problem = Problem::new(&stage.train, template.clone(), names.clone(), &inside);
         let limit = AS_GOOD * starts.first().map_or(0.0, |(cost, _)| *cost);
         let ends = starts.iter().take(2).filter(|(cost, _)| *cost <= limit).map(|(_, model)| model);
-        let ends = ends.map(|model| fit(&problem, &self.frees(&names, model), None, &FOLLOW));
+        let follow = FitConfig { goal: self.without.map(|cost| WORTH * cost), ..FOLLOW };
+        let ends = ends.map(|model| fit(&problem, &self.frees(&names, model), None, &follow));
         let best = ends.min_by(|a, b| a.cost.total_cmp(&b.cost));
         let mut best = best.unwrap_or_else(|| fit(&problem, &self.frees(&names, &template), None, &FOLLOW));
-        for (index, name) in names.iter().enumerate() {
+        let is_worth_it = follow.goal.is_none_or(|goal| best.cost < goal);
+        for (index, name) in names.iter().enumerate().filter(|_| is_worth_it) {
             if self.in_stairs(name) {
                 // The value and the rest of the numbers depend on each other.
                 scan::settle(&problem, &stage.train, index, &mut best);

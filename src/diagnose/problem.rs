@@ -234,6 +234,19 @@ impl<'a> Problem<'a> {
         residuals.iter().map(|value| value * value).sum()
     }
 
+    /// [rad/s] what the rotors' sensors would tell, run by run, each started where it was measured; `None` for a body.
+    #[must_use]
+    pub fn simulated(&self) -> Option<Vec<Vec<f64>>> {
+        let Runs::Rotor(runs) = &self.data.runs else { return None };
+        let equations = self.template.equations().ok()?;
+        let mut trace = RotorTrace::default();
+        let rates = runs.iter().map(|run| {
+            rotor::simulate(&equations, run, None, &[], &mut trace);
+            trace.measured.clone()
+        });
+        Some(rates.collect())
+    }
+
     fn local<'b>(&self, locals: &'b [f64], unit: usize) -> &'b [f64] {
         locals.get(unit * self.locals..(unit + 1) * self.locals).unwrap_or(&[])
     }

@@ -2,6 +2,7 @@
 //! are found by looking at every value that could make a difference.
 
 use super::problem::{BlockData, Problem, Runs};
+use crate::effect::Site;
 use crate::identify::fit::{Fit, OutputError};
 use crate::model::{Effect, Model};
 
@@ -31,6 +32,10 @@ pub(super) fn values(
     inside: &[&Effect],
 ) -> Vec<f64> {
     let Some((least, typical)) = sizes(data) else { return Vec::new() };
+    let plain = plainly(data, template, name, inside);
+    let (data, template) = plain.as_ref().map_or((data, template), |(data, model)| (data, model));
+    let inside: Vec<&Effect> = inside.iter().copied().filter(|effect| template.has(&effect.id)).collect();
+    let inside = inside.as_slice();
     let few = data.thinned((data.len() / FEW_SAMPLES).max(1));
     let mut cost = cost_of(&few, template, name, inside);
     let mut grid = Vec::new();
@@ -45,6 +50,34 @@ pub(super) fn values(
         asked.into_iter().map(|value| fine(&mut cost, value, spacing(value, typical), 1).0).collect();
     let best = apart(closer, &mut cost, typical, CLOSER);
     best.into_iter().map(|value| fine(&mut cost, value, spacing(value, typical), LOOKS).0).collect()
+}
+
+/// The same question for a rotor that merely follows: what `template` leaves of the data on top of what the rotor would
+/// do by itself, and the model without its laws behind the command. Thousands of values are looked at, and a stair moves
+/// both alike; `None` where there is nothing to leave out.
+fn plainly(data: &BlockData, template: &Model, name: &str, inside: &[&Effect]) -> Option<(BlockData, Model)> {
+    let mut model = inside
+        .iter()
+        .filter(|effect| effect.site != Site::Command)
+        .fold(template.clone(), |model, effect| model.without(&effect.id));
+    if model.effects.len() == template.effects.len() {
+        return None;
+    }
+    let simulated = |of: &Model| {
+        let mut smooth = of.clone();
+        smooth.set_parameter(name, 0.0);
+        Problem::new(data, smooth, Vec::new(), inside).simulated()
+    };
+    let (whole, alone) = (simulated(template)?, simulated(&model)?);
+    let mut plain = data.clone();
+    if let Runs::Rotor(runs) = &mut plain.runs {
+        for (run, (whole, alone)) in runs.iter_mut().zip(whole.iter().zip(&alone)) {
+            let rates = run.measured.iter_mut().zip(whole.iter().zip(alone));
+            rates.for_each(|(rate, (whole, alone))| *rate += alone - whole);
+        }
+    }
+    model.standard_errors.clear();
+    Some((plain, model))
 }
 
 /// The best of some values, not two from one valley.
@@ -158,4 +191,54 @@ fn sizes(data: &BlockData) -> Option<(f64, f64)> {
     // A rounding error is spread evenly over a step: its rms is the step over the root of 12.
     let least = LEAST_SHARE * data.sigma[0] * 12f64.sqrt() / slope;
     (least.is_finite() && least > 0.0 && command.1 > 0.0).then_some((least, command.1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::rotor::rotor_runs;
+    use crate::record::Dataset;
+
+    const STEP: f64 = 0.0061;
+
+    /// A rotor that gets its command on a grid, behind two lags, in a hundred small Euler steps a sample: no code of the
+    /// model.
+    fn on_a_grid() -> BlockData {
+        let (rows, parts) = (2000, 100);
+        let time: Vec<f64> = (0..rows).map(|row| 0.02 * f64::from(row)).collect();
+        // A new level every quarter of a second, from a multiplicative hash.
+        let level =
+            |row: i32| f64::from((row as u32 / 12).wrapping_mul(2_654_435_761) >> 16 & 0xfff) / 4096.0;
+        let command: Vec<f64> = (0..rows).map(|row| 0.3 + 0.3 * level(row)).collect();
+        let g = |u: f64| 1124.5 * u + 447.1 * u * u;
+        let (mut behind, mut rate) = (g(0.3), g(0.3));
+        let mut rates = Vec::new();
+        for u in &command {
+            rates.push(rate);
+            for _ in 0..parts {
+                let step = 0.02 / f64::from(parts);
+                behind += step * 40.0 * (g((u / STEP).round() * STEP) - behind);
+                rate += step * 16.0 * (behind - rate);
+            }
+        }
+        let mut log = Dataset::new("here", "", time).expect("time rises");
+        log.insert("command_1", command).expect("fits");
+        log.insert("propeller_rate_1_rad_s", rates).expect("fits");
+        let mut data = BlockData::new(Runs::Rotor(rotor_runs(&[log])));
+        data.sigma[0] = 1.5;
+        data
+    }
+
+    /// Looked for without the second lag's own simulation, the grid is found to a thousandth all the same.
+    #[test]
+    fn a_grid_behind_a_second_lag_is_found() {
+        let known = Model::paper().known_effects().expect("the catalogue");
+        let effect = |id: &str| known.iter().find(|effect| effect.id == id).expect("known");
+        let inside = [effect("second_order_lag"), effect("command_quantization")];
+        let mut template = inside.iter().fold(Model::paper(), |model, effect| model.with(effect));
+        template.set_parameter("second_order_lag.pole", 40.0);
+        let found = values(&on_a_grid(), &template, "command_quantization.step", (0.0, 0.3), &inside);
+        let best = found.first().copied().expect("a grid");
+        assert!((best / STEP - 1.0).abs() < 1e-3, "{found:?}");
+    }
 }

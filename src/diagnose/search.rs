@@ -104,17 +104,7 @@ impl<'a> Search<'a> {
     #[must_use]
     pub fn run(&self, mut stage: Stage) -> Found {
         let base_names = stage.base_parameters(self.base);
-        let plain = |base: Vec<String>| Plan {
-            from: self.base,
-            effects: Vec::new(),
-            base,
-            known: self.known,
-            home: self.base,
-        };
-        let first = plain(base_names.clone()).run(&stage);
-        weigh(&mut stage, &first);
-        let stale = plain(Vec::new()).run(&stage);
-        let recalibrated = plain(base_names.clone()).run(&stage);
+        let (stale, recalibrated) = self.bases(&mut stage);
         let singles = self.singles(&stage, &recalibrated, &base_names);
         let mut trials: Vec<Trial> = singles.iter().filter_map(|single| single.trial.clone()).collect();
         self.deepen(&stage, &base_names, &recalibrated, &mut trials);
@@ -135,11 +125,9 @@ impl<'a> Search<'a> {
         let plans: Vec<Plan> = candidates
             .iter()
             .map(|effect| Plan {
-                from: &recalibrated.model,
-                effects: vec![effect],
-                base: base.to_vec(),
-                known: self.known,
-                home: self.base,
+                effects: vec![*effect],
+                without: Some(recalibrated.fit.cost),
+                ..self.start(&recalibrated.model, base)
             })
             .collect();
         let trials = run_all(&plans, stage, self.done);
@@ -166,14 +154,16 @@ impl<'a> Search<'a> {
                 sound.iter().copied().filter(|trial| gains(stage, &before, trial)).collect();
             let falls = !paying.is_empty();
             // Alone no effect may be worth its place, and two together may be.
-            let front: Vec<Trial> =
-                if falls { &paying } else { &sound }.iter().take(ABREAST).map(|it| (*it).clone()).collect();
-            let Some(best) = front.first().cloned() else { return };
+            let front = if falls { &paying } else { &sound };
+            let Some(best) = front.first().map(|best| (*best).clone()) else { return };
             let floors = floors(&stage.validate, &best.judged.residuals, best.model.body.inertia);
             let nearest = over_floor(stage, if falls { &best } else { &before }, &floors).0;
             if nearest < DONE || (!falls && (depth > 1 || nearest < NEARLY)) {
                 return;
             }
+            // Beside one that leaves next to nothing the others are only longer ways.
+            let abreast = if falls && nearest < AT_FLOOR { 1 } else { ABREAST };
+            let front: Vec<Trial> = front.iter().take(abreast).map(|it| (*it).clone()).collect();
             let mut sets: Vec<Vec<String>> = Vec::new();
             let mut groups: Vec<Vec<Plan>> = Vec::new();
             for trial in &front {
@@ -191,13 +181,8 @@ impl<'a> Search<'a> {
                         self.known.iter().filter(|known| trial.effects.contains(&known.id)).collect();
                     effects.sort_by_key(|known| trial.effects.iter().position(|id| *id == known.id));
                     effects.push(effect);
-                    plans.push(Plan {
-                        from: &trial.model,
-                        effects,
-                        base: base.to_vec(),
-                        known: self.known,
-                        home: self.base,
-                    });
+                    let without = Some(trial.fit.cost);
+                    plans.push(Plan { effects, without, ..self.start(&trial.model, base) });
                 }
                 groups.push(plans);
             }
@@ -330,7 +315,12 @@ impl<'a> Search<'a> {
     }
 
     fn plan<'b>(&'b self, from: &'b Model, effects: &[String], base: &[String]) -> Plan<'b> {
-        Plan { from, effects: self.lookup(effects), base: base.to_vec(), known: self.known, home: self.base }
+        Plan { effects: self.lookup(effects), ..self.start(from, base) }
+    }
+
+    fn start<'b>(&'b self, from: &'b Model, base: &[String]) -> Plan<'b> {
+        let base = base.to_vec();
+        Plan { from, effects: Vec::new(), base, known: self.known, home: self.base, without: None }
     }
 
     /// The answer with each effect exchanged for those its card says it is confused with.
@@ -363,13 +353,7 @@ impl<'a> Search<'a> {
     /// several of them: numbers that all moved at once are less likely than one effect.
     fn instead_of_change(&self, stage: &Stage, changed: &Trial, count: usize) -> Option<Trial> {
         let candidates = self.candidates();
-        let plan = |effect: &&'a Effect| Plan {
-            from: self.base,
-            effects: vec![*effect],
-            base: Vec::new(),
-            known: self.known,
-            home: self.base,
-        };
+        let plan = |effect: &&'a Effect| Plan { effects: vec![*effect], ..self.start(self.base, &[]) };
         let plans: Vec<Plan> = candidates.iter().map(plan).collect();
         let trials = run_all(&plans, stage, self.done);
         let best = trials.into_iter().min_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage)))?;
@@ -399,27 +383,15 @@ impl<'a> Search<'a> {
         let (mut now, target) = if best.effects.is_empty() {
             (stale.clone(), recalibrated)
         } else {
-            (
-                Plan {
-                    from: &model,
-                    effects: effects.clone(),
-                    base: Vec::new(),
-                    known: self.known,
-                    home: self.base,
-                }
-                .run(stage),
-                best,
-            )
+            (Plan { effects: effects.clone(), ..self.start(&model, &[]) }.run(stage), best)
         };
         let mut free: Vec<String> = Vec::new();
         while free.len() < names.len() && gains(stage, &now, target) {
             let left: Vec<&String> = names.iter().filter(|name| !free.contains(name)).collect();
             let plan = |name: &&String| Plan {
-                from: &model,
                 effects: effects.clone(),
                 base: free.iter().chain([*name]).cloned().collect(),
-                known: self.known,
-                home: self.base,
+                ..self.start(&model, &[])
             };
             let next = run_all(&left.iter().map(plan).collect::<Vec<Plan>>(), stage, self.done);
             let best =

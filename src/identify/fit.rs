@@ -49,11 +49,13 @@ pub struct FitConfig {
     pub iterations: usize,
     /// It has converged when a step lowers the cost by less than this share.
     pub tolerance: f64,
+    /// A fit that stays above this cost is for nothing, and is given up when it hardly falls any more.
+    pub goal: Option<f64>,
 }
 
 impl Default for FitConfig {
     fn default() -> Self {
-        Self { iterations: 40, tolerance: 1e-7 }
+        Self { iterations: 40, tolerance: 1e-7, goal: None }
     }
 }
 
@@ -82,6 +84,9 @@ const MOST_DAMPING: f64 = 1e10;
 /// Damping from which a step is much shorter than the one without.
 const HELD_BACK: f64 = 1e-2;
 
+/// A step that lowers the cost by a smaller share is slow, and so many of them in a row lead nowhere soon.
+const SLOW: (f64, usize) = (2e-4, 3);
+
 /// Normal equations of the globals, the locals eliminated.
 struct Normal {
     hessian: DMatrix<f64>,
@@ -105,6 +110,7 @@ pub fn fit(problem: &dyn OutputError, free: &[Free], locals: Option<&[f64]>, con
     let mut damping = 1e-4;
     let mut iterations = 0;
     let mut known: Option<Normal> = None;
+    let mut slow = 0;
     while iterations < config.iterations {
         let normal = search.normal(known.take());
         let mut fall = None;
@@ -118,6 +124,10 @@ pub fn fit(problem: &dyn OutputError, free: &[Free], locals: Option<&[f64]>, con
             damping *= 10.0;
         }
         known = Some(normal);
+        slow = if fall.is_some_and(|fall| fall > SLOW.0) { 0 } else { slow + 1 };
+        if slow >= SLOW.1 && config.goal.is_some_and(|goal| search.cost > goal) {
+            break;
+        }
         // A step that is short because it was held back says nothing about how far the valley goes on.
         if fall.is_none_or(|fall| fall < config.tolerance && damping < HELD_BACK) {
             break;
@@ -131,7 +141,7 @@ pub fn judge(problem: &dyn OutputError, globals: &[f64]) -> Fit {
     let held: Vec<Free> =
         globals.iter().map(|value| Free { start: *value, bounds: (*value, *value), scale: 1.0 }).collect();
     // Locals enter almost linearly: a few steps suffice.
-    fit(problem, &held, None, &FitConfig { iterations: 6, tolerance: 1e-6 })
+    fit(problem, &held, None, &FitConfig { iterations: 6, tolerance: 1e-6, goal: None })
 }
 
 /// A search under way.
