@@ -5,9 +5,10 @@ use std::path::Path;
 
 use can_dbc::{AttributeValue, Dbc, MultiplexIndicator, NumericValue, SignalExtendedValueType, ValueType};
 
-use super::codec::{ByteOrder, Layout, LayoutError, Number, SignalCodec};
+use super::codec::SignalCodec;
 use super::error::CanError;
 use super::frame::{Id, MAXIMUM_LENGTH, Payload, is_fd_length};
+use super::layout::{ByteOrder, Layout, LayoutError, Number};
 use super::source::{NO_MESSAGE, Source};
 use super::walk;
 
@@ -176,7 +177,7 @@ impl Signal {
     /// Position of the last bit in the order of the signal's bytes.
     fn last_bit(&self) -> usize {
         let layout = self.codec.layout();
-        super::codec::network_position(layout) + usize::from(layout.size) - 1
+        super::layout::network_position(layout) + usize::from(layout.size) - 1
     }
 }
 

@@ -7,6 +7,7 @@
 //! Port: frames with stamps from and to a SocketCAN interface
 //! ```
 
+mod bus;
 mod codec;
 mod config;
 mod counter;
@@ -16,6 +17,7 @@ mod error_frame;
 mod field;
 mod frame;
 mod interface;
+mod layout;
 mod load;
 mod port;
 mod resolve;
@@ -27,7 +29,8 @@ mod stamp;
 mod timestamps;
 pub mod walk;
 
-pub use codec::{ByteOrder, Layout, LayoutError, Number, SignalCodec};
+pub use bus::{Arrival, Bus, Fault, PortCounts};
+pub use codec::SignalCodec;
 pub use config::{BusConfig, DatabaseConfig, MessageConfig, SignalConfig};
 pub use database::{Database, Message, Selector, Signal};
 pub use error::CanError;
@@ -35,8 +38,9 @@ pub use error_frame::ErrorFrame;
 pub use field::{CommandField, SensorField};
 pub use frame::{Frame, Id, Kind, MAXIMUM_LENGTH, Payload, is_fd_length};
 pub use interface::{InterfaceAnswer, InterfaceStatus};
+pub use layout::{ByteOrder, Layout, LayoutError, Number};
 pub use load::{BusLoad, MAXIMUM_PERCENT, MessageLoad, WARNING_PERCENT, classic_bits, fd_bits, worst_case};
-pub use port::{Arrival, Bus, Fault, Port, PortCounts, kernel_has_can};
+pub use port::{Port, kernel_has_can};
 pub use roles::{CommandFrames, Counts, Decoded, ReceiverState, Roles, RotorCommands, SenderState};
 pub use route::{Binding, Refusal, Route};
 pub use timestamps::{Timestamps, timestamps};

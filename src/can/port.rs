@@ -12,6 +12,7 @@ use socketcan::{CanSocket, Socket, SocketOptions};
 
 use crate::clock;
 
+use super::bus::{Arrival, Bus, Fault, PortCounts};
 use super::error::CanError;
 use super::error_frame::ErrorFrame;
 use super::frame::Frame;
@@ -21,123 +22,6 @@ use super::stamp::StampClock;
 
 /// Most frames that one [`Port::receive`] takes, so that a flood cannot hold the cycle.
 const MOST: usize = 16 * BATCH;
-
-/// What arrived.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Arrival {
-    /// A frame of another sender.
-    Frame {
-        /// The frame.
-        frame: Frame,
-        /// [ns] CLOCK_MONOTONIC of its arrival, by the adapter's clock where it stamps, else by the kernel's.
-        stamp_ns: u64,
-        /// [ns] the adapter's own stamp, in its own time.
-        hardware_ns: Option<u64>,
-    },
-    /// A frame this port sent has been on the bus.
-    Echo {
-        /// The frame.
-        frame: Frame,
-        /// [ns] CLOCK_MONOTONIC.
-        stamp_ns: u64,
-    },
-    /// The controller reports an error.
-    Error {
-        /// What it says.
-        error: ErrorFrame,
-        /// [ns] CLOCK_MONOTONIC.
-        stamp_ns: u64,
-    },
-}
-
-/// Why nothing was sent or received.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fault {
-    /// The interface has no room: the bus is busy, or dead. The frame is dropped.
-    Full,
-    /// The interface is down.
-    Down,
-    /// The interface is gone from the machine. Should there be one of its name again, up, with the same bit rates, the port
-    /// joins it.
-    Gone,
-    /// Another error number of the operating system.
-    Other(i32),
-}
-
-/// Totals of a port since it was opened.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
-pub struct PortCounts {
-    /// Frames of other senders received.
-    pub received: u64,
-    /// Frames lost because this process did not take them in time (`SO_RXQ_OVFL`).
-    pub dropped: u64,
-    /// Error frames.
-    pub errors: u64,
-    /// Frames given to the interface.
-    pub sent: u64,
-    /// Frames of ours that have been on the bus.
-    pub echoed: u64,
-    /// Frames dropped because the interface had no room.
-    pub full: u64,
-    /// Frames dropped because the interface was down or gone.
-    pub down: u64,
-    /// Frames dropped for another reason.
-    pub failed: u64,
-    /// Times that the interface was gone from the machine, and joined when it was there again.
-    pub rejoined: u64,
-}
-
-/// What a loop needs of a bus: a [`Port`], or, on virtual time, a bus in memory.
-pub trait Bus {
-    /// See [`Port::receive`].
-    ///
-    /// # Errors
-    /// [`Fault`], once for each time the interface goes down.
-    fn receive(&mut self, take: impl FnMut(Arrival)) -> Result<usize, Fault>;
-
-    /// See [`Port::send`].
-    ///
-    /// # Errors
-    /// [`Fault`]: the frame is dropped and counted.
-    fn send(&mut self, frame: &Frame) -> Result<(), Fault>;
-
-    /// Sends frames, as one by one; [ns] when all were out or dropped. The first fault, should there be one.
-    fn send_all(&mut self, frames: &[Frame]) -> (u64, Option<Fault>) {
-        let fault = frames.iter().fold(None, |fault, frame| fault.or(self.send(frame).err()));
-        (self.now_ns(), fault)
-    }
-
-    /// See [`Port::echo_age_ns`].
-    fn echo_age_ns(&self, now_ns: u64) -> u64;
-
-    /// See [`Port::counts`].
-    fn counts(&self) -> PortCounts;
-
-    /// [ns] now, on the clock of the arrivals' stamps.
-    fn now_ns(&self) -> u64;
-
-    /// Says what time it was a moment ago [ns]: the next [`Bus::receive`] need not ask the clock, unless something came
-    /// since. Saves a reading of it on the way from frame to frame.
-    fn look_at(&mut self, _now_ns: u64) {}
-
-    /// [ns] when [`Bus::receive`] looked last: no arrival that it handed over is later. Saves another.
-    fn looked_ns(&self) -> u64 {
-        self.now_ns()
-    }
-
-    /// See [`Port::ask`]; nobody watches a bus in memory.
-    fn ask(&self) {}
-
-    /// See [`Port::answer`].
-    fn answer(&self) -> Option<InterfaceAnswer> {
-        None
-    }
-
-    /// Whether the interface is gone: each [`Bus::receive`] then tries to join the one that has its name now.
-    fn is_gone(&self) -> bool {
-        false
-    }
-}
 
 impl Bus for Port {
     fn receive(&mut self, take: impl FnMut(Arrival)) -> Result<usize, Fault> {
@@ -457,26 +341,4 @@ fn sort(
     let hardware_ns = (raw.hardware_ns != 0).then_some(raw.hardware_ns);
     let stamp_ns = hardware_ns.map_or(software_ns, |stamp| stamps.hardware(stamp, software_ns));
     Some(Arrival::Frame { frame, stamp_ns, hardware_ns })
-}
-
-impl Fault {
-    fn of(error: &io::Error) -> Self {
-        match error.raw_os_error().unwrap_or(0) {
-            libc::ENOBUFS | libc::EAGAIN => Self::Full,
-            libc::ENETDOWN | libc::ENETUNREACH => Self::Down,
-            libc::ENXIO | libc::ENODEV => Self::Gone,
-            number => Self::Other(number),
-        }
-    }
-}
-
-impl fmt::Display for Fault {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Full => formatter.write_str("the interface has no room for a frame"),
-            Self::Down => formatter.write_str("the interface is down"),
-            Self::Gone => formatter.write_str("the interface is gone"),
-            Self::Other(number) => io::Error::from_raw_os_error(*number).fmt(formatter),
-        }
-    }
 }

@@ -7,12 +7,13 @@ use std::path::Path;
 
 use crate::unit::Unit;
 
-use super::codec::{Number, SignalCodec};
+use super::codec::SignalCodec;
 use super::config::{BusConfig, DatabaseConfig, SignalConfig};
 use super::database::{Database, Message, Signal, needs_fd};
 use super::error::CanError;
 use super::field::{CommandField, SensorField};
 use super::frame::Id;
+use super::layout::Number;
 use super::load::{self, MAXIMUM_PERCENT};
 use super::roles::Roles;
 use super::route::{Binding, Route, Routes};

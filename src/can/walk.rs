@@ -1,8 +1,8 @@
 //! A signal read and written bit by bit, straight from the definition in the DBC format: slow, and plain enough
 //! to be the judge of [`super::codec`].
 
-use super::codec::{ByteOrder, Layout};
 use super::frame::Payload;
+use super::layout::{ByteOrder, Layout};
 
 /// Bits of the signal from the least significant on, as (byte, bit in the byte).
 ///

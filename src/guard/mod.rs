@@ -9,6 +9,7 @@
 
 mod config;
 mod events;
+mod finding;
 mod gate;
 mod output;
 mod signals;
@@ -19,9 +20,10 @@ pub use signals::Signal;
 pub use table::{Cause, OperatorAct, State, TRANSITIONS, Trigger};
 
 use events::EventRing;
+use finding::Finding;
 use gate::{Gate, GateRules, Passage};
 use output::Output;
-use signals::{SignalLimit, SignalTrack, Verdict};
+use signals::{SignalLimit, SignalTrack};
 
 use crate::signal::{Applied, Command, GuardEvent, Request, Sensors};
 
@@ -140,16 +142,6 @@ impl GuardState {
     }
 }
 
-/// Something found wanting in this step, worst first.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Finding {
-    cause: Cause,
-    subject: u32,
-    value: f64,
-    /// There is no point in holding any longer.
-    trips: bool,
-}
-
 impl Guard {
     /// What an experiment must fit into.
     #[must_use]
@@ -225,12 +217,6 @@ impl Guard {
         self.fire(state, now_ns, Trigger::Trip, cause, NO_SUBJECT, 0.0);
     }
 
-    /// Periods by which a fresh command is overdue; a quarter period late is not late.
-    fn misses(&self, state: &GuardState, now_ns: u64) -> u32 {
-        let late_ns = now_ns.saturating_sub(state.gate.passed_ns).saturating_sub(self.period_ns / 4);
-        u32::try_from(late_ns / self.period_ns).unwrap_or(u32::MAX)
-    }
-
     fn take_command(
         &self,
         state: &mut GuardState,
@@ -297,82 +283,6 @@ impl Guard {
             return self.refuse(state, now_ns, Cause::RequestRefused, f64::from(request.act), true);
         }
         self.fire(state, now_ns, trigger, cause, NO_SUBJECT, 0.0);
-    }
-
-    /// The worst thing about this step: what trips comes before what only degrades.
-    fn worst(
-        &self,
-        state: &mut GuardState,
-        now_ns: u64,
-        step_ns: u64,
-        sensors: &Sensors,
-        misses: u32,
-    ) -> Option<Finding> {
-        let active = state.state.is_active();
-        let mut worst = self.command_finding(state, now_ns, misses);
-        if active && step_ns > self.hold_ns {
-            let value = step_ns as f64 * 1e-9;
-            worst = Some(Finding { cause: Cause::GuardPaused, subject: NO_SUBJECT, value, trips: true });
-        }
-        if active && state.output.swings() >= self.swing_limit {
-            let value = state.output.swings();
-            worst = Some(Finding { cause: Cause::Oscillation, subject: NO_SUBJECT, value, trips: true });
-        }
-        let turning = active && state.output.turns();
-        for ((limit, track), signal) in self.signals.iter().zip(&mut state.signals).zip(Signal::ALL) {
-            if !limit.required {
-                continue;
-            }
-            let sample = signal.sample(sensors);
-            let (cause, trips) = match track.judge(limit, sample, now_ns, turning) {
-                Verdict::Good => continue,
-                Verdict::Bad(cause) => (cause, false),
-                Verdict::Lost(cause) => (cause, true),
-            };
-            if worst.is_none_or(|worst| trips && !worst.trips) {
-                worst = Some(Finding { cause, subject: signal as u32, value: sample.value, trips });
-            }
-        }
-        worst
-    }
-
-    fn command_finding(&self, state: &GuardState, now_ns: u64, misses: u32) -> Option<Finding> {
-        let gate = &state.gate;
-        // From the command before the one that first left newer sensors unanswered, as misses are counted. A controller
-        // that is given no new sensors is not deaf.
-        let unanswered_ns = gate.unanswered_ns(now_ns).saturating_add(self.period_ns);
-        let age_ns = now_ns.saturating_sub(gate.stamp_ns);
-        let (cause, trips) = if misses >= self.hold_periods || gate.passed_ns == 0 {
-            // Also when a fresh one is here now: the rotors were without for too long.
-            (gate.complaint.unwrap_or(Cause::CommandMissing), true)
-        } else if age_ns > self.time_to_live_ns {
-            (Cause::CommandExpired, true)
-        } else if unanswered_ns > self.hold_ns.saturating_add(self.period_ns / 4) {
-            (Cause::CommandAnswersOldSensors, true)
-        } else if misses >= 1 {
-            (gate.complaint.unwrap_or(Cause::CommandMissing), false)
-        } else if unanswered_ns > (self.hold_ns / 2).max(self.period_ns * 5 / 4) {
-            // As with a signal, half of it is worth a warning; a controller that just missed a frame is not deaf.
-            (Cause::CommandAnswersOldSensors, false)
-        } else {
-            return None;
-        };
-        Some(Finding { cause, subject: NO_SUBJECT, value: f64::from(misses), trips })
-    }
-
-    /// Misses that are never N in a row fill a leaky bucket.
-    fn fill_bucket(&self, state: &mut GuardState, step_ns: u64, finding: Option<Finding>) -> Option<Finding> {
-        if !state.state.is_active() {
-            state.bucket = 0.0;
-            return finding;
-        }
-        let periods = step_ns as f64 / self.period_ns as f64;
-        let change = if finding.is_some() { periods } else { -self.bucket_leak * periods };
-        state.bucket = (state.bucket + change).max(0.0);
-        if state.bucket < self.bucket_limit || finding.is_some_and(|finding| finding.trips) {
-            return finding;
-        }
-        Some(Finding { cause: Cause::TooManyMisses, subject: NO_SUBJECT, value: state.bucket, trips: true })
     }
 
     /// Drives the table.

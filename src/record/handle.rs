@@ -11,7 +11,7 @@ use crate::signal::{
 };
 
 use super::frame::RawFrame;
-use super::wire::RecorderStatus;
+use super::noun::RecorderStatus;
 
 /// Anything a recording holds.
 #[derive(Debug, Clone, Copy, PartialEq)]

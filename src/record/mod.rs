@@ -17,6 +17,7 @@ pub mod findings;
 pub mod foreign;
 pub mod log;
 pub mod mapping;
+mod noun;
 
 mod disk;
 mod frame;
@@ -35,9 +36,10 @@ pub use foreign::{ForeignError, Notes};
 pub use frame::{FrameFlags, RawFrame};
 pub use handle::{Record, RecorderHandle};
 pub use mapping::{Mapping, MappingError};
+pub use noun::RecorderStatus;
 pub use provenance::{METADATA_NAME, Provenance};
 pub use reader::{End, Recording};
-pub use wire::{Difference, RecorderStatus, WireError, encode, first_difference};
+pub use wire::{Difference, WireError, encode, first_difference};
 pub use writer::{Recorder, RecorderOptions, RecorderSummary};
 
 /// Why a recording cannot be written or read.

@@ -12,9 +12,10 @@ use crate::signal::{Applied, Command, ControlStep, GuardStep, Request, Sensors};
 
 use super::RecordError;
 use super::handle::Record;
+use super::noun::{ControlStepLine, GuardStepLine};
 use super::provenance::{METADATA_NAME, Provenance};
 use super::topic::{TOPICS, Topic, WINDOW};
-use super::wire::{ControlStepLine, GuardStepLine, Noun, decode};
+use super::wire::{Noun, decode};
 
 /// A chunk of ours is a few MB; a longer length in a file is damage, not data.
 const LONGEST_RECORD: usize = 256 << 20;

@@ -1,7 +1,8 @@
 //! The topics of a recording.
 
 use super::frame::RawFrame;
-use super::wire::{ControlStepLine, GuardStepLine, RecorderStatus, schema};
+use super::noun::{ControlStepLine, GuardStepLine, RecorderStatus};
+use super::wire::schema;
 use crate::signal::{Applied, Command, CycleSample, GuardEvent, Heartbeat, Request, Sensors};
 
 /// How many recent messages of a topic a step may refer to; older ones are written again.

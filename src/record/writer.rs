@@ -21,9 +21,10 @@ use crate::clock::monotonic_ns;
 use super::RecordError;
 use super::disk::{Disk, PatientDisk, Progress};
 use super::handle::{Lane, Record, RecorderHandle};
+use super::noun::{ControlStepLine, GuardStepLine, RecorderStatus};
 use super::provenance::{METADATA_NAME, Provenance};
 use super::topic::{PerTopic, TOPICS, Topic, WINDOW};
-use super::wire::{ControlStepLine, GuardStepLine, Noun, RecorderStatus, encode};
+use super::wire::{Noun, encode};
 
 /// How often the queues are looked into. Polling costs the sending threads nothing; waking us would.
 const POLL: Duration = Duration::from_millis(5);

@@ -4,14 +4,16 @@ mod cycle;
 mod log;
 mod machine;
 mod shutdown;
+mod statistics;
 mod thread;
 mod usage;
 mod wait;
 
-pub use cycle::{Cycle, Percentiles, Release, Statistics, Summary, histogram, record};
+pub use cycle::{Cycle, Release};
 pub use log::{Clerk, LogLine, LogQueue, Severity};
 pub use machine::Machine;
 pub use shutdown::Shutdown;
+pub use statistics::{Percentiles, Statistics, Summary, histogram, record};
 pub use thread::{Granted, RealTimeConfig, RealTimeError};
 pub use usage::Usage;
 pub use wait::{Wake, wait, wait_and_tell};
