@@ -1,7 +1,7 @@
 //! `paper` in its own processes, what it leaves behind, and flights out of recordings side by side.
 
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
 use rotorbench::process::paper::{self, PaperSettings};
@@ -16,18 +16,19 @@ fn left_by(process: u32) -> Vec<String> {
     entries.map(|it| it.file_name().to_string_lossy().into_owned()).filter(|it| it.contains(&stem)).collect()
 }
 
+/// Starts `paper` with these options and that report; what it says is kept.
+fn start_paper(options: &[&str], report: &Path) -> Child {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_rotorbench"));
+    program.arg("paper").args(options).arg("--report").arg(report);
+    program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts")
+}
+
 /// `paper` on short experiments: the emulator in processes of its own.
 #[test]
 fn the_paper_comes_out_of_separate_processes() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let report = folder.path().join("paper.html");
-    let program = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
-        .args(["paper", "--json", "--prbs-s", "60", "--hold-s", "40", "--report"])
-        .arg(&report)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
+    let program = start_paper(&["--json", "--prbs-s", "60", "--hold-s", "40"], &report);
     let process = program.id();
     let output = program.wait_with_output().expect("it ends");
     assert_eq!(left_by(process), [""; 0], "nothing stays in shared memory");
@@ -78,13 +79,7 @@ fn a_paper_that_is_interrupted_leaves_neither_a_report_nor_shared_memory() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let report = folder.path().join("paper.html");
     // Long enough that it cannot be over before the signal comes: ten hours of simulated time.
-    let program = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
-        .args(["paper", "--prbs-s", "36000", "--report"])
-        .arg(&report)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the program starts");
+    let program = start_paper(&["--prbs-s", "36000"], &report);
     let process = program.id();
     while left_by(process).is_empty() {
         std::thread::sleep(Duration::from_millis(5));

@@ -156,11 +156,7 @@ fn the_bucket_has_the_size_that_is_written() {
     // Each double period is one miss of two periods: 2, 4.
     assert_eq!((missed, rig.state.cause()), (2, Cause::TooManyMisses));
     // It is empty after a disarm.
-    rig.ask(OperatorAct::Disarm);
-    rig.period();
-    rig.ask(OperatorAct::Arm);
-    rig.run(60);
-    assert_eq!(rig.state.state(), State::Armed);
+    rig.rearm();
 }
 
 #[test]

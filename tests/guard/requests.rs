@@ -131,11 +131,7 @@ fn stop_and_disarm_mean_zero_in_the_same_step() {
         rig.run(60);
         // A stop is latched: `disarm` first, then `arm`.
         assert_eq!(rig.state.state() == State::Armed, act == OperatorAct::Disarm);
-        rig.ask(OperatorAct::Disarm);
-        rig.period();
-        rig.ask(OperatorAct::Arm);
-        rig.run(60);
-        assert_eq!(rig.state.state(), State::Armed);
+        rig.rearm();
     }
 }
 

@@ -45,6 +45,15 @@ impl Rig {
         rig
     }
 
+    /// What an operator does after a latch: `disarm`, then `arm`; it must be armed then.
+    pub fn rearm(&mut self) {
+        self.ask(OperatorAct::Disarm);
+        self.period();
+        self.ask(OperatorAct::Arm);
+        self.run(60);
+        assert_eq!(self.state.state(), State::Armed, "{:?}", self.state.cause());
+    }
+
     /// New values of every signal, now.
     pub fn sense(&mut self) {
         let count = self.sensors.body_rate.count.wrapping_add(1);
