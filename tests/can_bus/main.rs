@@ -10,6 +10,7 @@ mod faults;
 mod foreign;
 mod imu;
 mod jitter;
+mod log;
 mod port;
 #[path = "../processes/mod.rs"]
 mod processes;
