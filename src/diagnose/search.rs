@@ -17,7 +17,7 @@ const ABREAST: usize = 3;
 /// effect all are: a law in a corner, such as a limit, looks like nothing for its first steps.
 const PROMISING: usize = 8;
 /// Most effects of one block.
-const DEEPEST: usize = 4;
+const DEEPEST: usize = 5;
 /// An error within this factor of the noise floor leaves nothing to explain.
 const AT_FLOOR: f64 = 1.1;
 /// The same for a body driven by measured rotors: the floor does not know how far the rotors' model is off, which their

@@ -100,8 +100,9 @@ pub(super) fn loss(stage: &Stage, trial: &Trial) -> f64 {
     trial.fit.cost * trial.train(stage).signum() + trial.judged.cost
 }
 
-/// Share of the unexplained error within which two sets are the same to us.
-const BLUR: f64 = 0.1;
+/// Share of the unexplained squared error within which two sets are the same to us, a tenth of the error itself: what is
+/// left out of both may make up for as much.
+const BLUR: f64 = 0.21;
 
 /// Mean square of noise alone, in the measure of [`Trial::validate`].
 pub(super) fn floor(stage: &Stage, floors: &[f64; 2]) -> f64 {
@@ -114,7 +115,7 @@ pub(super) fn floor(stage: &Stage, floors: &[f64; 2]) -> f64 {
 pub(super) fn nearest(stage: &Stage, best: &Trial, trials: &[Trial], known: &[Effect]) -> Vec<Trial> {
     let used = best.fit.residuals.iter().chain(&best.judged.residuals).filter(|value| **value != 0.0).count();
     // A difference in log-likelihood of ten, or half a percent of the squared error; and what the answer itself
-    // leaves unexplained blurs the difference between laws: a tenth of that share.
+    // leaves unexplained blurs the difference between laws.
     let left = 1.0 - (floor(stage, &joint_floors(stage, best)) / best.validate(stage)).clamp(0.0, 1.0);
     let tolerance = (2.0 * 10.0 / used.max(1) as f64).max(0.005) + BLUR * left;
     let limit = |trial: &Trial| {
