@@ -65,6 +65,35 @@
     return { options, bands, partner };
   }
 
+  // uPlot's own ticks of a logarithmic axis never end where the axis does not begin at a round number.
+  function logarithmicTicks(_, index, low, high) {
+    if (!(low > 0 && high > low && isFinite(high))) return [low];
+    const ticks = [];
+    for (let power = Math.floor(Math.log10(low)); power <= Math.log10(high); power++) {
+      for (let digit = 1; digit < 10; digit++) {
+        const tick = Number(digit + "e" + power);
+        if (tick >= low && tick <= high) ticks.push(tick);
+      }
+    }
+    if (ticks.length > 2) return ticks;
+    // Zoomed in between two of them: even steps.
+    const rough = (high - low) / 5;
+    const unit = 10 ** Math.floor(Math.log10(rough));
+    const step = unit * [1, 2, 5, 10].find(factor => factor * unit >= rough);
+    const even = [];
+    for (let count = Math.ceil(low / step); count * step <= high && even.length < 20; count++) {
+      even.push(Number((count * step).toPrecision(12)));
+    }
+    return even;
+  }
+
+  // Which of them carry a number: all where they are few, else those that begin with 1, 2, 5, or with 1.
+  function logarithmicLabels(_, ticks) {
+    const first = tick => tick.toExponential()[0];
+    const shown = ticks.length <= 6 ? "123456789" : ticks.length <= 20 ? "125" : "1";
+    return ticks.map(tick => (shown.includes(first(tick)) ? tick : null));
+  }
+
   function axis(spec, side) {
     const ink = colour("soft");
     const grid = { stroke: colour("line"), width: 1 };
@@ -72,6 +101,7 @@
       label: spec.label, stroke: ink, grid, ticks: { ...grid, size: 5 }, side,
       font: "12px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif", labelGap: 2,
       size: side === 3 ? 66 : 42, labelSize: 22,
+      ...(spec.log ? { splits: logarithmicTicks, filter: logarithmicLabels } : {}),
       values: (_, splits) => splits.map(value => (isMissing(value) ? "" : written(value))),
     };
   }
