@@ -1,7 +1,7 @@
 //! `bridge`: owns the bus and the guard. Frames to sensors, commands through the guard to frames.
 
 use super::ProcessError;
-use super::control::{end_after, is_before};
+use super::control::end_after;
 use super::wire::{Look, Wire, WireSummary, is_virtual};
 use crate::bench::{BenchConfig, Trigger};
 use crate::can::{Bus, Port};
@@ -169,7 +169,7 @@ pub fn bridge(
     bridge.gate.start_at(clock::monotonic_ns());
     tracing::info!(bench = config.name, interface = config.bus.interface, "bridge: {granted}");
     let end_ns = end_after(seconds);
-    while !shutdown.is_requested() && is_before(end_ns) {
+    while !shutdown.is_requested() && bridge.wire.looked_ns() < end_ns {
         bridge.turn();
     }
     shutdown.request();

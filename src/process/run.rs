@@ -2,7 +2,7 @@
 //! without a wake-up in between; shared memory is written beside it, after the frames are out.
 
 use super::ProcessError;
-use super::control::{end_after, is_before};
+use super::control::end_after;
 use super::flight::{AngleError, Flight};
 use super::pace::Pace;
 use super::pilot::Pilot;
@@ -222,7 +222,7 @@ pub fn run(
     run.start();
     tracing::info!(bench = config.name, interface = config.bus.interface, "run: {granted}");
     let (start_ns, end_ns) = (clock::monotonic_ns(), end_after(seconds));
-    while !shutdown.is_requested() && is_before(end_ns) && !run.flight.is_finished() {
+    while !shutdown.is_requested() && run.wire.looked_ns() < end_ns && !run.flight.is_finished() {
         run.turn();
     }
     shutdown.request();

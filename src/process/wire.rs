@@ -129,6 +129,12 @@ impl<B: Bus> Wire<B> {
         &self.sensors
     }
 
+    /// [ns] when it looked at the bus last, a period ago at most: what needs to know no better reads no clock of its own.
+    #[must_use]
+    pub fn looked_ns(&self) -> u64 {
+        self.port.looked_ns()
+    }
+
     /// [ns] now, on the clock of the bus.
     #[must_use]
     pub fn now_ns(&self) -> u64 {
