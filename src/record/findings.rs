@@ -5,6 +5,9 @@ use serde::Serialize;
 
 use super::dataset::{Dataset, LOG_SIGNALS};
 
+#[cfg(test)]
+mod tests;
+
 /// A stretch without a value is a dropout when longer than this many of the channel's own median intervals.
 const DROPOUT_FACTOR: f64 = 2.5;
 /// How unlikely a run of equal values must be, over the whole channel, to be called frozen.
@@ -319,93 +322,4 @@ fn standstill_starts(log: &Dataset) -> Vec<f64> {
     }
     starts.sort_by(f64::total_cmp);
     starts
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// 100 Hz, 10 s, a lively gyro.
-    fn log(change: impl Fn(usize, &mut f64)) -> Dataset {
-        let time: Vec<f64> = (0..1000).map(|row| f64::from(row) * 0.01).collect();
-        let rate = (0..1000)
-            .map(|row| {
-                let mut value = (row as f64 * 0.37).sin() + 1e-4 * (row % 7) as f64;
-                change(row, &mut value);
-                value
-            })
-            .collect();
-        let mut log = Dataset::new("test", "", time).expect("time rises");
-        log.insert("body_rate_rad_s", rate).expect("right length");
-        log
-    }
-
-    #[test]
-    fn a_good_log_raises_nothing() {
-        let findings = Findings::of(&log(|_, _| {}));
-        assert_eq!(findings.warnings, Vec::<String>::new());
-        assert!((findings.median_interval_s - 0.01).abs() < 1e-9);
-    }
-
-    #[test]
-    fn a_frozen_stretch_is_found_once_and_measured() {
-        let findings = Findings::of(&log(|row, value| {
-            if (300..340).contains(&row) {
-                *value = 0.5;
-            }
-        }));
-        let frozen = &findings.channels[0].frozen;
-        assert_eq!(frozen.len(), 1);
-        assert!((frozen[0].start_s - 3.0).abs() < 1e-9 && (frozen[0].length_s - 0.39).abs() < 1e-9);
-        assert_eq!(frozen[0].value, 0.5);
-    }
-
-    #[test]
-    fn a_clipped_channel_and_a_dropout_are_found() {
-        let findings = Findings::of(&log(|_, value| *value = value.min(0.8)));
-        assert_eq!(findings.channels[0].clipped.len(), 1);
-        assert_eq!(findings.channels[0].clipped[0].at, 0.8);
-        let findings = Findings::of(&log(|row, value| {
-            if (500..520).contains(&row) {
-                *value = f64::NAN;
-            }
-        }));
-        let dropouts = &findings.channels[0].dropouts;
-        assert_eq!(dropouts.len(), 1);
-        assert!((dropouts[0].length_s - 0.21).abs() < 1e-9);
-        assert_eq!(findings.channels[0].missing, 20);
-    }
-
-    #[test]
-    fn a_quantized_channel_is_neither_frozen_nor_clipped() {
-        let findings = Findings::of(&log(|row, value| *value = 15.0 - (row / 20) as f64 * 0.01));
-        assert_eq!(findings.warnings, Vec::<String>::new(), "{:?}", findings.channels[0]);
-    }
-
-    #[test]
-    fn a_slow_channel_does_not_drop_out() {
-        let findings = Findings::of(&log(|row, value| {
-            if row % 10 != 0 {
-                *value = f64::NAN;
-            }
-        }));
-        assert!(findings.channels[0].dropouts.is_empty());
-    }
-
-    #[test]
-    fn holes_name_the_step_and_starts_from_standstill_are_counted() {
-        let rows = 200;
-        let time = (0..rows).map(|row| f64::from(row) * 0.01 + if row >= 100 { 0.2 } else { 0.0 }).collect();
-        let mut log = Dataset::new("test", "", time).expect("time rises");
-        let turns = |row: i32| row >= 98;
-        log.insert("command_1", (0..rows).map(|row| if turns(row) { 0.5 } else { 0.0 }).collect())
-            .expect("right length");
-        let rate = (0..rows).map(|row| if turns(row) { 400.0 + f64::from(row) } else { 0.0 }).collect();
-        log.insert("propeller_rate_1_rad_s", rate).expect("right length");
-        let findings = Findings::of(&log);
-        assert_eq!(findings.holes.len(), 1);
-        assert_eq!(findings.holes[0].at_step, Some(Step::Up));
-        assert_eq!(findings.standstill_starts_s.len(), 1);
-        assert_eq!(findings.warnings.len(), 2, "{:?}", findings.warnings);
-    }
 }

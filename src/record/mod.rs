@@ -25,6 +25,7 @@ mod handle;
 mod lines;
 mod provenance;
 mod reader;
+mod sink;
 mod topic;
 mod wire;
 mod writer;
