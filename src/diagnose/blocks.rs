@@ -57,7 +57,7 @@ impl Blocks {
                 present: log.map(|log| log.names().map(str::to_owned).collect()).unwrap_or_default(),
             });
         }
-        let verdicts = found.iter().map(run::verdict).collect();
+        let verdicts = found.iter().map(super::verdict::verdict).collect();
         Ok(Self { found, verdicts })
     }
 

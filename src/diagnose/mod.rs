@@ -18,6 +18,7 @@ pub mod search;
 pub mod stage;
 pub mod surrogate;
 pub mod trial;
+mod verdict;
 mod worth;
 
 pub use answer::{Diagnosis, Verdict};

@@ -13,6 +13,7 @@ use super::prepare::refusal;
 use super::search::{Found, Search};
 use super::stage::Stage;
 use super::trial::Trial;
+use super::verdict::joint;
 use crate::effect::{self, Law};
 use crate::model::{Effect, Model, ModelError};
 use crate::record::Dataset;
@@ -82,9 +83,6 @@ pub enum DiagnoseError {
     },
 }
 
-/// Share of what is above the noise that effects must explain to be called the answer when the floor is not reached:
-/// a wrong law can come near a strong effect that is in no catalogue.
-const EXPLAINED: f64 = 0.95;
 /// Sets named beside the answer.
 pub(super) const MOST_ALTERNATIVES: usize = 2;
 
@@ -141,29 +139,6 @@ fn check_expressions(model: &Model, known: &[Effect], logs: &[Dataset]) -> Resul
         }
     }
     Ok(())
-}
-
-/// The verdict on one block.
-pub(super) fn verdict(found: &Found) -> Verdict {
-    let at_floor = found.over_floor(&found.answer).0 <= found.at_floor();
-    let named = !found.answer.effects.is_empty();
-    // Data that excite nothing say nothing, whatever their error is.
-    if found.stage.too_poor().is_some() {
-        return Verdict::InsufficientData;
-    }
-    match (at_floor, named) {
-        (true, true) => Verdict::MissingEffect,
-        (true, false) if found.changed.is_empty() => Verdict::Adequate,
-        (true, false) => Verdict::ParametersChanged,
-        (false, true) if found.explained() >= EXPLAINED => Verdict::MissingEffect,
-        (false, _) => Verdict::Unknown,
-    }
-}
-
-/// The verdict on all blocks: the one that asks most of the user.
-fn joint(verdicts: &[Verdict]) -> Verdict {
-    let order = [Verdict::Unknown, Verdict::MissingEffect, Verdict::ParametersChanged, Verdict::Adequate];
-    order.into_iter().find(|verdict| verdicts.contains(verdict)).unwrap_or(Verdict::InsufficientData)
 }
 
 fn conclude(

@@ -1,0 +1,148 @@
+//! From what a search found to the word for it.
+
+use super::answer::Verdict;
+use super::search::Found;
+
+/// Share of what is above the noise that effects must explain to be called the answer when the floor is not reached:
+/// a wrong law can come near a strong effect that is in no catalogue.
+const EXPLAINED: f64 = 0.95;
+/// The verdict on one block.
+pub(super) fn verdict(found: &Found) -> Verdict {
+    let at_floor = found.over_floor(&found.answer).0 <= found.at_floor();
+    let named = !found.answer.effects.is_empty();
+    // Data that excite nothing say nothing, whatever their error is.
+    if found.stage.too_poor().is_some() {
+        return Verdict::InsufficientData;
+    }
+    match (at_floor, named) {
+        (true, true) => Verdict::MissingEffect,
+        (true, false) if found.changed.is_empty() => Verdict::Adequate,
+        (true, false) => Verdict::ParametersChanged,
+        (false, true) if found.explained() >= EXPLAINED => Verdict::MissingEffect,
+        (false, _) => Verdict::Unknown,
+    }
+}
+
+/// The verdict on all blocks: the one that asks most of the user.
+pub(super) fn joint(verdicts: &[Verdict]) -> Verdict {
+    let order = [Verdict::Unknown, Verdict::MissingEffect, Verdict::ParametersChanged, Verdict::Adequate];
+    order.into_iter().find(|verdict| verdicts.contains(verdict)).unwrap_or(Verdict::InsufficientData)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::body::{BodyRun, BodySource};
+    use crate::diagnose::problem::{BlockData, Runs};
+    use crate::diagnose::rotor::rotor_runs;
+    use crate::diagnose::stage::Stage;
+    use crate::diagnose::trial::Trial;
+    use crate::identify::fit::Fit;
+    use crate::model::Model;
+    use crate::record::Dataset;
+
+    const ROWS: usize = 2400;
+
+    fn time() -> Vec<f64> {
+        (0..ROWS).map(|row| 0.01 * row as f64).collect()
+    }
+
+    fn rotor() -> Stage {
+        let mut log = Dataset::new("here", "", time()).expect("time rises");
+        log.insert("command_1", (0..ROWS).map(|row| 0.4 + 0.2 * (row / 40 % 2) as f64).collect())
+            .expect("fits");
+        log.insert("propeller_rate_1_rad_s", vec![600.0; ROWS]).expect("fits");
+        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log])));
+        Stage::new(data.clone(), Some(data))
+    }
+
+    /// A body that measured rotors drive, or one whose torque is in the log.
+    fn body(driven_by_rotors: bool) -> Stage {
+        let rates = if driven_by_rotors { vec![600.0; ROWS] } else { Vec::new() };
+        let source = BodySource {
+            torque: (0..ROWS).map(|row| 0.1 * (row / 40 % 2) as f64).collect(),
+            torque_slope: vec![0.0; ROWS],
+            carried: vec![0.0; ROWS],
+            propeller_rate: [rates.clone(), rates],
+            rate: vec![0.1; ROWS],
+            time: time(),
+            ..BodySource::default()
+        };
+        let data = BlockData::new(Runs::Body(vec![BodyRun::new(0, 0..ROWS, source, 0.4)]));
+        Stage::new(data.clone(), Some(data))
+    }
+
+    /// A set of effects that leaves an rms of `error` times the noise.
+    fn leaves(stage: &Stage, error: f64, effects: &[&str]) -> Trial {
+        let count = stage.train.len() as f64;
+        // The freedom of the initial states is taken off.
+        let size = error * ((count - stage.train.units().len() as f64) / count).sqrt();
+        let residuals = vec![size; stage.train.len()];
+        let fit = Fit {
+            globals: Vec::new(),
+            locals: Vec::new(),
+            standard_errors: Vec::new(),
+            cost: size * size * count,
+            residuals,
+            iterations: 0,
+        };
+        let effects = effects.iter().map(|id| (*id).to_owned()).collect();
+        Trial { effects, model: Model::paper(), names: Vec::new(), judged: fit.clone(), fit }
+    }
+
+    /// What is said where the base leaves `before` times the noise and the answer `after`.
+    fn said(stage: Stage, before: f64, after: f64, effects: &[&str], changed: &[&str]) -> Verdict {
+        let found = Found {
+            stale: leaves(&stage, before, &[]),
+            recalibrated: leaves(&stage, before, &[]),
+            singles: Vec::new(),
+            answer: leaves(&stage, after, effects),
+            ladder: Vec::new(),
+            alternatives: Vec::new(),
+            dropped: Vec::new(),
+            floors: [1.0; 2],
+            changed: changed.iter().map(|name| (*name).to_owned()).collect(),
+            stage,
+        };
+        verdict(&found)
+    }
+
+    #[test]
+    fn within_a_tenth_of_the_noise_nothing_is_left_to_explain() {
+        assert_eq!(said(rotor(), 1.09, 1.09, &[], &[]), Verdict::Adequate);
+        assert_eq!(said(rotor(), 1.09, 1.09, &[], &["pole"]), Verdict::ParametersChanged);
+        assert_eq!(said(rotor(), 1.11, 1.11, &[], &[]), Verdict::Unknown);
+        assert_eq!(said(rotor(), 1.11, 1.11, &[], &["pole"]), Verdict::Unknown);
+        // Two effects that take half of what little there is.
+        assert_eq!(said(rotor(), 1.2, 1.09, &["static_offset"], &[]), Verdict::MissingEffect);
+        assert_eq!(said(rotor(), 1.2, 1.11, &["static_offset"], &[]), Verdict::Unknown);
+    }
+
+    #[test]
+    fn a_body_that_measured_rotors_drive_may_be_a_quarter_over_it() {
+        assert_eq!(said(body(true), 1.24, 1.24, &[], &[]), Verdict::Adequate);
+        assert_eq!(said(body(true), 1.26, 1.26, &[], &[]), Verdict::Unknown);
+        assert_eq!(said(body(false), 1.24, 1.24, &[], &[]), Verdict::Unknown);
+        assert_eq!(said(body(false), 1.09, 1.09, &[], &[]), Verdict::Adequate);
+    }
+
+    #[test]
+    fn short_of_the_noise_an_effect_must_explain_nineteen_parts_of_twenty() {
+        // Of 99 parts of squared error above the noise 94 and 96 %.
+        for (share, said_to_be) in [(0.94, Verdict::Unknown), (0.96, Verdict::MissingEffect)] {
+            let left = (100.0_f64 - share * 99.0).sqrt();
+            assert_eq!(said(rotor(), 10.0, left, &["static_offset"], &[]), said_to_be, "{share}");
+            assert_eq!(said(rotor(), 10.0, left, &[], &["pole"]), Verdict::Unknown, "numbers alone, {share}");
+        }
+    }
+
+    #[test]
+    fn one_block_that_nothing_explains_makes_the_whole_unknown() {
+        use Verdict::{Adequate, InsufficientData, MissingEffect, ParametersChanged, Unknown};
+        assert_eq!(joint(&[Adequate, MissingEffect, Unknown]), Unknown);
+        assert_eq!(joint(&[Adequate, ParametersChanged, MissingEffect]), MissingEffect);
+        assert_eq!(joint(&[InsufficientData, Adequate]), Adequate);
+        assert_eq!(joint(&[InsufficientData]), InsufficientData);
+        assert_eq!(joint(&[]), InsufficientData);
+    }
+}
