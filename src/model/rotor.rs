@@ -159,6 +159,9 @@ impl Equations {
     }
 
     fn sensed(&self, state: &State, at: Point) -> f64 {
+        if self.rotor_sensor.is_empty() {
+            return state.rate;
+        }
         let mut point = Point { propeller_rate: state.rate, ..at };
         for (hook, memory_state) in self.rotor_sensor.iter().zip(&state.sensor) {
             point.propeller_rate += match hook {
@@ -184,12 +187,14 @@ impl Equations {
         for _ in 0..steps as usize {
             let before = state.rate;
             let target = self.steady_over(state, held, step);
-            state.rate = self.accelerate(before, held, target, step);
+            state.rate = self.accelerate(before, &held, target, step);
             // The slopes at both ends bend the straight line: the pole is what bends it most.
             let bend = self.pole * ((target[0] - before) - (target[2] - state.rate));
             let mean = 0.5 * (before + state.rate) + step * bend / 12.0;
             turned += step * mean;
-            self.advance_sensor(state, Point { propeller_rate: mean, ..held }, step);
+            if !self.rotor_sensor.is_empty() {
+                self.advance_sensor(state, Point { propeller_rate: mean, ..held }, step);
+            }
         }
         turned
     }
@@ -223,19 +228,18 @@ impl Equations {
     }
 
     /// One classical Runge-Kutta step of the rate.
-    fn accelerate(&self, rate: f64, held: Point, z: [f64; 3], step: f64) -> f64 {
-        let mut point = held;
-        let mut acceleration = |rate: f64, z: f64| {
+    fn accelerate(&self, rate: f64, held: &Point, z: [f64; 3], step: f64) -> f64 {
+        // [LPC16] Eq. (2).
+        let bare = |rate: f64, z: f64| self.pole * (z - rate);
+        if self.acceleration.is_empty() {
+            return runge_kutta(bare, rate, z, step);
+        }
+        let mut point = *held;
+        let with_laws = |rate: f64, z: f64| {
             (point.propeller_rate, point.steady_rate) = (rate, z);
-            let extra: f64 = self.acceleration.iter().map(|hook| hook.add(&point)).sum();
-            // [LPC16] Eq. (2).
-            self.pole * (z - rate) + extra
+            bare(rate, z) + self.acceleration.iter().map(|hook| hook.add(&point)).sum::<f64>()
         };
-        let first = acceleration(rate, z[0]);
-        let second = acceleration(rate + 0.5 * step * first, z[1]);
-        let third = acceleration(rate + 0.5 * step * second, z[1]);
-        let fourth = acceleration(rate + step * third, z[2]);
-        rate + step / 6.0 * (first + 2.0 * (second + third) + fourth)
+        runge_kutta(with_laws, rate, z, step)
     }
 
     fn advance_sensor(&self, state: &mut State, mut mean: Point, step: f64) {
@@ -249,4 +253,15 @@ impl Equations {
             };
         }
     }
+}
+
+/// One classical Runge-Kutta step of a rate whose acceleration depends on itself and on z, which is given at the begin,
+/// the middle and the end.
+#[inline]
+fn runge_kutta(mut acceleration: impl FnMut(f64, f64) -> f64, rate: f64, z: [f64; 3], step: f64) -> f64 {
+    let first = acceleration(rate, z[0]);
+    let second = acceleration(rate + 0.5 * step * first, z[1]);
+    let third = acceleration(rate + 0.5 * step * second, z[1]);
+    let fourth = acceleration(rate + step * third, z[2]);
+    rate + step / 6.0 * (first + 2.0 * (second + third) + fourth)
 }
