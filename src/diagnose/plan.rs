@@ -398,7 +398,7 @@ mod tests {
         let command: Vec<f64> = (0..ROWS).map(|row| 0.5 + 0.01 * (row / 7 % 2) as f64).collect();
         let mut log = Dataset::new("here", "", time).expect("time rises");
         let model = Model::paper();
-        let turning = |row: usize| if (row * 30 / ROWS) % 3 == 0 { 1.03 } else { 1.0 };
+        let turning = |row: usize| if (row * 30 / ROWS).is_multiple_of(3) { 1.03 } else { 1.0 };
         let steady = 1124.5 * 0.505 + 447.1 * 0.505 * 0.505;
         log.insert("command_1", command).expect("fits");
         log.insert("propeller_rate_1_rad_s", (0..ROWS).map(|row| steady * turning(row)).collect())
