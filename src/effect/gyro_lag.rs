@@ -1,6 +1,6 @@
 //! The gyroscope is filtered.
 
-use super::{Card, Law, Memory, Parameter, Point, Site, Symmetry, followed};
+use super::{Card, Law, Parameter, Site, Symmetry};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -20,7 +20,7 @@ pub(super) static CARD: Card = Card {
         neutral: f64::INFINITY,
         meaning: "pole of the filter",
     }],
-    law: Law::Memory(Memory { settle, advance, add, rate, slow: false }),
+    law: Law::Memory(lag!(body_rate, slow: false)),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::None,
     report: [
@@ -31,20 +31,3 @@ pub(super) static CARD: Card = Card {
     confused_with: &["rotor_lag", "torque_delay"],
     experiment: "An encoder beside the gyroscope: its slope does not lag.",
 };
-
-fn settle(_: &[f64], point: &Point) -> f64 {
-    point.body_rate
-}
-
-fn advance(parameters: &[f64], state: f64, point: &Point, span: f64) -> f64 {
-    let [pole] = *parameters else { return point.body_rate };
-    state + (point.body_rate - state) * followed(pole, span)
-}
-
-fn add(_: &[f64], state: f64, point: &Point) -> f64 {
-    state - point.body_rate
-}
-
-fn rate(parameters: &[f64]) -> f64 {
-    parameters.first().copied().filter(|pole| pole.is_finite()).unwrap_or(0.0)
-}

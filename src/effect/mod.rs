@@ -3,6 +3,8 @@
 //! The same law serves simulation, fitting and ranking. Every law answers what it *adds* to the quantity of
 //! its site, so that effects of one site add up and an effect that is not there adds nothing.
 
+#[macro_use]
+mod lag;
 mod expression;
 
 pub use expression::{Expression, ExpressionError};

@@ -1,6 +1,6 @@
 //! The torque lags behind what was commanded.
 
-use super::{Card, Law, Memory, Parameter, Point, Site, Symmetry, followed};
+use super::{Card, Law, Parameter, Site, Symmetry};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -20,7 +20,7 @@ pub(super) static CARD: Card = Card {
         neutral: f64::INFINITY,
         meaning: "pole of the lag",
     }],
-    law: Law::Memory(Memory { settle, advance, add, rate, slow: false }),
+    law: Law::Memory(lag!(torque, slow: false)),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::None,
     report: [
@@ -31,20 +31,3 @@ pub(super) static CARD: Card = Card {
     confused_with: &["torque_delay", "gyro_lag"],
     experiment: "Torque steps with fast sampling: a lag starts at once and bends, a delay starts late.",
 };
-
-fn settle(_: &[f64], point: &Point) -> f64 {
-    point.torque
-}
-
-fn advance(parameters: &[f64], state: f64, point: &Point, span: f64) -> f64 {
-    let [pole] = *parameters else { return point.torque };
-    state + (point.torque - state) * followed(pole, span)
-}
-
-fn add(_: &[f64], state: f64, point: &Point) -> f64 {
-    state - point.torque
-}
-
-fn rate(parameters: &[f64]) -> f64 {
-    parameters.first().copied().filter(|pole| pole.is_finite()).unwrap_or(0.0)
-}

@@ -1,6 +1,6 @@
 //! The rotor follows with two poles, not one.
 
-use super::{Card, Law, Memory, Parameter, Point, Site, Symmetry, followed};
+use super::{Card, Law, Parameter, Site, Symmetry};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -20,7 +20,7 @@ pub(super) static CARD: Card = Card {
         neutral: f64::INFINITY,
         meaning: "the second pole",
     }],
-    law: Law::Memory(Memory { settle, advance, add, rate, slow: true }),
+    law: Law::Memory(lag!(steady_rate, slow: true)),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
     report: [
@@ -31,20 +31,3 @@ pub(super) static CARD: Card = Card {
     confused_with: &["telemetry_lag", "transport_delay"],
     experiment: "Steps with fast sampling for the delay; a body rate driven by the rotors for the telemetry: it sees the true rotor, not the telemetry.",
 };
-
-fn settle(_: &[f64], point: &Point) -> f64 {
-    point.steady_rate
-}
-
-fn advance(parameters: &[f64], state: f64, point: &Point, span: f64) -> f64 {
-    let [pole] = *parameters else { return point.steady_rate };
-    state + (point.steady_rate - state) * followed(pole, span)
-}
-
-fn add(_: &[f64], state: f64, point: &Point) -> f64 {
-    state - point.steady_rate
-}
-
-fn rate(parameters: &[f64]) -> f64 {
-    parameters.first().copied().filter(|pole| pole.is_finite()).unwrap_or(0.0)
-}

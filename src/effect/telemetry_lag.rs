@@ -1,6 +1,6 @@
 //! The speed controller filters the rotor rate that it reports.
 
-use super::{Card, Law, Memory, Parameter, Point, Site, Symmetry, followed};
+use super::{Card, Law, Parameter, Site, Symmetry};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -20,7 +20,7 @@ pub(super) static CARD: Card = Card {
         neutral: f64::INFINITY,
         meaning: "pole of the filter",
     }],
-    law: Law::Memory(Memory { settle, advance, add, rate, slow: false }),
+    law: Law::Memory(lag!(propeller_rate, slow: false)),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
     report: [
@@ -31,20 +31,3 @@ pub(super) static CARD: Card = Card {
     confused_with: &["second_order_lag", "transport_delay"],
     experiment: "A body rate or a load cell beside the telemetry: they see the true rotor.",
 };
-
-fn settle(_: &[f64], point: &Point) -> f64 {
-    point.propeller_rate
-}
-
-fn advance(parameters: &[f64], state: f64, point: &Point, span: f64) -> f64 {
-    let [pole] = *parameters else { return point.propeller_rate };
-    state + (point.propeller_rate - state) * followed(pole, span)
-}
-
-fn add(_: &[f64], state: f64, point: &Point) -> f64 {
-    state - point.propeller_rate
-}
-
-fn rate(parameters: &[f64]) -> f64 {
-    parameters.first().copied().filter(|pole| pole.is_finite()).unwrap_or(0.0)
-}
