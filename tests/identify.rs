@@ -62,6 +62,162 @@ fn a_battery_that_has_more_than_the_template_is_full_at_its_own_voltage() {
     }
 }
 
+/// `log` without the rows that `lost` names, or with their command cells empty.
+fn with_missing(log: &Dataset, mut lost: impl FnMut(usize) -> bool, cells: bool) -> Dataset {
+    let lost: Vec<bool> = (0..log.len()).map(&mut lost).collect();
+    let kept = |values: &[f64]| -> Vec<f64> {
+        let rows = values.iter().zip(&lost).filter(|(_, lost)| cells || !**lost);
+        rows.map(|(value, _)| *value).collect()
+    };
+    let mut left = Dataset::new(log.source_name(), "", kept(log.time())).expect("rising time");
+    for name in log.names() {
+        let mut column = kept(log.column(name).unwrap_or(&vec![f64::NAN; log.len()]));
+        if cells && name.starts_with("command") {
+            column.iter_mut().zip(&lost).filter(|(_, lost)| **lost).for_each(|(cell, _)| *cell = f64::NAN);
+        }
+        left.insert(name, column).expect("as long as time");
+    }
+    left
+}
+
+/// One in ten rows lost at random, or one in ten commands: what the rotor was told meanwhile is not known, and a log read
+/// as if it had been told the last command again makes the pole 15 to 25 % too fast, tens of standard errors away.
+#[test]
+fn what_is_missing_between_commands_does_not_move_the_pole() {
+    const DRAWS: u64 = 16;
+    for cells in [false, true] {
+        let mut away: Vec<f64> = Vec::new();
+        for draw in 0..DRAWS {
+            let mut random = ChaCha8Rng::seed_from_u64(40 + draw);
+            let mut config = bench(200 + draw);
+            config.plant.pole = random.random_range(8.0..24.0);
+            let whole = run(&config, prbs(60.0, draw), "prbs");
+            let log = with_missing(&whole, |_| random.random_bool(0.1), cells);
+            let settings = IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
+            let found = identify(&[log], &[], &settings).expect("identified");
+            let joint = found.joint.expect("lively commands");
+            let (pole, truth) = (joint.pole, config.plant.pole);
+            println!("{pole:?} of {truth}, residual {}", joint.residual_rms);
+            away.push((pole.value - truth) / pole.standard_error);
+            // The sensor's noise is all that is left: 1.5 rad/s.
+            assert!((1.3..1.7).contains(&joint.residual_rms), "{}", joint.residual_rms);
+            assert!(pole.standard_error < 0.01 * truth, "{pole:?}: a minute says more than that");
+            let told = found.warnings.iter().find(|it| it.contains("what the rotor was told")).expect("told");
+            assert!(
+                told.contains("each 20 ms") && !found.warnings.iter().any(|it| it.contains("far from noise"))
+            );
+        }
+        // Of sixteen honest intervals more than three without the truth come in 0.7 % of the cases, a mean of 3/4 of a
+        // standard error in 0.3 %.
+        let outside = away.iter().filter(|z| z.abs() > 1.96).count();
+        let mean = away.iter().sum::<f64>() / away.len() as f64;
+        assert!(outside <= 3 && mean.abs() < 0.75, "cells {cells}: {outside} outside, mean {mean}: {away:?}");
+    }
+}
+
+/// A delay is found with its pole where rows are missing, too, and none where there is none.
+#[test]
+fn what_is_missing_between_commands_does_not_look_like_a_delay() {
+    for delay in [0.0, 0.013, 0.03] {
+        let mut random = ChaCha8Rng::seed_from_u64(9);
+        let config = EmulatorConfig { command_delay_s: delay, ..bench(77) };
+        let log = with_missing(&run(&config, prbs(120.0, 7), "late"), |_| random.random_bool(0.1), false);
+        let settings = IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
+        let found = identify(&[log], &[], &settings).expect("identified");
+        let joint = found.joint.expect("lively commands");
+        let told = joint.delay.as_ref().map_or(0.0, |told| told.delay.value);
+        println!("{delay}: {told} {:?} {:?}", joint.pole, joint.delay);
+        assert!((told - delay).abs() < 4e-4, "{delay}: {:?}", joint.delay);
+        // Commands from before a stretch act on into it, and what they draw from the battery is foretold less well: beside a
+        // delay the pole may be off by more than its error, by two thirds of a percent here; without one it is not.
+        let off = (joint.pole.value / 16.0 - 1.0).abs();
+        assert!(off < 0.01 && (delay > 0.0 || joint.pole.distance(16.0) < 3.0), "{delay}: {:?}", joint.pole);
+    }
+}
+
+/// Logs that say nothing, or something else than their names, beside a good one and alone.
+#[test]
+fn logs_that_cannot_be_used_are_named_with_the_reason() {
+    let good = run(&bench(3), prbs(60.0, 3), "good.csv");
+    let settings = || IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
+    let both = |bad: &Dataset| {
+        let found = identify(&[good.clone(), bad.clone()], &[], &settings()).expect("the good one");
+        let alone = identify(std::slice::from_ref(bad), &[], &settings()).map(|found| found.warnings);
+        (found.warnings, alone.map_err(|error| error.to_string()))
+    };
+    let renamed = |name: &str| Dataset::new(name, "", good.time().to_vec()).expect("rising time");
+    let column = |name: &str| good.column(name).expect("there").to_vec();
+    let mut five = Dataset::new("five.csv", "", good.time()[..5].to_vec()).expect("rising time");
+    let mut header = Dataset::new("header.csv", "", vec![]).expect("no time goes back");
+    let mut rpm = renamed("rpm.csv");
+    let mut frozen = renamed("frozen.csv");
+    for name in ["command_1", "battery_voltage_v", "propeller_rate_1_rad_s"] {
+        five.insert(name, column(name)[..5].to_vec()).expect("five");
+        header.insert(name, vec![]).expect("none");
+        rpm.insert(name.replace("rad_s", "rpm"), column(name)).expect("fits");
+        frozen.insert(name, column(name)).expect("fits");
+    }
+    frozen.replace("command_1", vec![0.4633; good.len()]).expect("fits");
+    for (bad, sentence) in [
+        (&five, "five.csv: not used: 5 usable samples over 0.08 s are too few"),
+        (&header, "header.csv: not used: it has a header and no rows"),
+        (&rpm, "rpm.csv: not used: it has no command_N with a propeller_rate_N_rad_s"),
+        (&rpm, "`propeller_rate_1_rpm` is not read: the log format has `propeller_rate_1_rad_s`"),
+        (&frozen, "frozen.csv, rotor 1: the command stands still at 0.4633 while the rate scatters"),
+        (&frozen, "frozen.csv: not used: no rate was measured while a rotor ran under a known command"),
+    ] {
+        let (beside, alone) = both(bad);
+        assert!(beside.iter().any(|it| it.contains(sentence)), "{sentence}: {beside:?}");
+        let alone = alone.expect_err("nothing can be identified");
+        assert!(alone.contains(sentence), "{sentence}: {alone}");
+    }
+    // What is good alone is as good beside them: the same numbers.
+    let (alone, beside) = (identify(&[good.clone()], &[], &settings()), [good.clone(), five, header, frozen]);
+    let beside = identify(&beside, &[], &settings()).expect("identified");
+    assert_eq!(alone.expect("identified").model.actuator, beside.model.actuator);
+    // Twice the same log says no more than once.
+    let twin = |name: &str| {
+        let mut twin = Dataset::new(name, "the same hash", good.time().to_vec()).expect("rising time");
+        ["command_1", "battery_voltage_v", "propeller_rate_1_rad_s"]
+            .into_iter()
+            .for_each(|name| twin.insert(name, column(name)).expect("fits"));
+        twin
+    };
+    let twice = identify(&[twin("a.csv"), twin("b.csv")], &[twin("c.csv")], &settings()).expect("identified");
+    let once = identify(&[twin("a.csv")], &[], &settings()).expect("identified");
+    assert_eq!(twice.joint.map(|fit| fit.pole), once.joint.map(|fit| fit.pole));
+    for sentence in ["b.csv: not used: it holds the same as a.csv", "c.csv: validated on what was fitted"] {
+        assert!(twice.warnings.iter().any(|it| it.contains(sentence)), "{:?}", twice.warnings);
+    }
+}
+
+/// Values that are possible and hardly meant: said, with what they suggest, and not refused.
+#[test]
+fn values_that_suggest_another_unit_or_no_sensor_are_said() {
+    let good = run(&bench(4), prbs(60.0, 4), "log.csv");
+    let settings = |battery| IdentifySettings { degree: Some(2), battery, ..IdentifySettings::default() };
+    let with = |name: &str, change: &dyn Fn(f64) -> f64| {
+        let mut log = good.clone();
+        log.replace(name, good.column(name).expect("there").iter().copied().map(change).collect())
+            .expect("fits");
+        identify(&[log], &[], &settings(true)).expect("identified")
+    };
+    let none = identify(&[good.clone()], &[], &settings(false)).expect("identified");
+    let dead = with("battery_voltage_v", &|_| 0.0);
+    assert_eq!(dead.model.actuator, none.model.actuator, "as if no voltage had been measured");
+    assert!(dead.warnings.iter().any(|it| it.contains("it is not connected")), "{:?}", dead.warnings);
+    for (factor, unit) in [(1.0 / TAU, "`rev/s`"), (0.06 / TAU, "`krpm`"), (5.7, "`rpm`")] {
+        let found = with("propeller_rate_1_rad_s", &|rate| factor * rate);
+        let said = found
+            .warnings
+            .iter()
+            .any(|it| it.contains("what the template's rotor does") && it.contains(unit));
+        assert!(said, "{unit}: {:?}", found.warnings);
+    }
+    let sound = with("propeller_rate_1_rad_s", &|rate| 1.5 * rate);
+    assert!(!sound.warnings.iter().any(|it| it.contains("template's rotor")), "{:?}", sound.warnings);
+}
+
 /// Must be true 1: 20 benches drawn at random around the paper's, 2400 s of PRBS each, everything from that one
 /// log within 2 % and within 3 standard errors. All at once, 80 parameters lie beyond 3 standard errors with a
 /// chance of 80 × 0.0027 = 20 % for honest normal errors; one is therefore allowed up to 4.

@@ -6,10 +6,13 @@
 //! measured rotor rates are replaced, as instruments, by those it predicts from the commands: the noise of the
 //! rates would otherwise make the body look heavier.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::linear;
+use super::missing;
 use super::rotor_log::{LEAST_COMMAND, bounds, held_everywhere};
 use super::{Estimate, IdentifiedActuator, RotorRun};
 use crate::record::Dataset;
@@ -81,7 +84,7 @@ pub(super) fn identify(
         }
     }
     let drive = drive(log, actuator, arm)?;
-    let windows = windows(log, rate);
+    let windows = windows(log, rate, actuator.pole);
     let rows: usize = windows.iter().map(Vec::len).sum();
     if rows < 10 * FEWEST {
         warnings.push(format!("{source}: too few samples of the body rate to identify the inertia"));
@@ -281,10 +284,38 @@ fn integral_of_held(log: &Dataset, values: &[f64]) -> Vec<f64> {
     running
 }
 
-/// Rows with a body rate, cut into windows that hold no hole.
-fn windows(log: &Dataset, rate: &[f64]) -> Vec<Vec<usize>> {
+/// What a rotor of a pole [rad/s] does over an interval shorter than this share of its time constant is known also where
+/// a command is missing.
+const SHORT: f64 = 0.05;
+
+/// Stretches without holes, and where it matters without a missing command: what a rotor did meanwhile is not known.
+fn known(log: &Dataset, pole: f64) -> Vec<Range<usize>> {
+    let both = |names: [&str; 2]| log.column(names[0]).zip(log.column(names[1]));
+    let torque = || log.column("torque_command_nm").map(|torque| (torque, torque));
+    let rates = || both(["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"]);
+    let mut stretches = log.segments();
+    let Some((first, second)) = both(["command_1", "command_2"]).or_else(torque).or_else(rates) else {
+        return stretches;
+    };
+    // Never the same twice: whatever is missing counts.
+    let there = |row: usize| first[row].is_finite() && second[row].is_finite();
+    let mut turn = 0.0;
+    let mut next = || {
+        turn = 1.0 - turn;
+        turn
+    };
+    let told: Vec<f64> = (0..log.len()).map(|row| if there(row) { next() } else { f64::NAN }).collect();
+    for stretch in &mut stretches {
+        stretch.start = stretch.clone().find(|&row| there(row)).unwrap_or(stretch.end);
+    }
+    let missing = missing::find(log.time(), &told, &stretches);
+    if missing.interval * pole < SHORT { log.segments() } else { missing.known }
+}
+
+/// Rows with a body rate, cut into windows over which it is known what the rotors did.
+fn windows(log: &Dataset, rate: &[f64], pole: f64) -> Vec<Vec<usize>> {
     let mut windows: Vec<Vec<usize>> = Vec::new();
-    for segment in log.segments() {
+    for segment in known(log, pole) {
         let mut window: Vec<usize> = Vec::new();
         for row in segment.filter(|&row| rate[row].is_finite()) {
             if window.first().is_some_and(|&first| log.time()[row] - log.time()[first] >= WINDOW) {

@@ -7,6 +7,7 @@ use super::procedure::{Work, rotor_logs};
 use super::rivals::Rival;
 use super::rotor_log::{RotorLog, bounds};
 use super::static_curve::HIGHEST_DEGREE;
+use super::used;
 use super::validate::{self, Validation};
 use super::{Estimate, IdentifiedActuator, IdentifyError};
 use crate::model::{AddedEffect, ErrorFall, LogReference, Model, Step};
@@ -160,18 +161,15 @@ impl Work<'_> {
         validation: &[Dataset],
         actuator: IdentifiedActuator,
     ) -> Result<Identification, IdentifyError> {
+        let [bodies, in_vain] = &self.bodies;
+        let idle = used::idle(logs, &self.rotors, bodies, in_vain);
         if self.parts.iter().all(|part| !part.done) {
-            let mut reasons: Vec<String> =
-                self.parts.iter().map(|part| format!("{}: {}", part.step, part.outcome)).collect();
-            if self.rotors.is_empty() {
-                let names: Vec<&str> = logs.iter().flat_map(Dataset::names).collect();
-                let found = if names.is_empty() { "nothing but time".to_owned() } else { names.join(", ") };
-                reasons
-                    .insert(0, format!("no log holds command_N and propeller_rate_N_rad_s; found {found}"));
-            }
+            let mut reasons = idle;
+            reasons.extend(self.parts.iter().map(|part| format!("{}: {}", part.step, part.outcome)));
             reasons.extend(self.warnings);
             return Err(IdentifyError::Nothing { reasons });
         }
+        self.warnings.extend(idle);
         self.check_results();
         let response = frequency::response(&self.lively, |rotor, row| {
             actuator.steady_rate(rotor.command[row], rotor.voltage.as_ref().map(|voltage| voltage[row]))

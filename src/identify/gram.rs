@@ -89,7 +89,17 @@ impl<const M: usize> Block<M> {
     }
 }
 
-fn dot(a: &[f64; BLOCK], b: &[f64; BLOCK]) -> f64 {
+/// Whole blocks have a length of their own, which the compiler knows.
+fn dot(a: &[f64; BLOCK], b: &[f64; BLOCK], rows: usize) -> f64 {
+    if rows > BLOCK - LANES {
+        return sum_of_products(a, b);
+    }
+    let behind = rows.next_multiple_of(LANES);
+    sum_of_products(&a[..behind], &b[..behind])
+}
+
+#[inline(always)]
+fn sum_of_products(a: &[f64], b: &[f64]) -> f64 {
     let mut lanes = [0.0; LANES];
     for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
         for ((lane, a), b) in lanes.iter_mut().zip(a).zip(b) {
@@ -146,18 +156,19 @@ impl<const M: usize> Gram<M> {
 
     /// Adds the products of a block, of symmetric ones the upper half, and empties it.
     fn take(&mut self, block: &mut Block<M>) {
+        let rows = block.rows;
         for i in 0..M {
             for j in 0..M {
                 if j >= i {
-                    self.ff[i][j] += dot(&block.f[i], &block.f[j]);
-                    self.dd[i][j] += dot(&block.d[i], &block.d[j]);
+                    self.ff[i][j] += dot(&block.f[i], &block.f[j], rows);
+                    self.dd[i][j] += dot(&block.d[i], &block.d[j], rows);
                 }
-                self.fd[i][j] += dot(&block.f[i], &block.d[j]);
+                self.fd[i][j] += dot(&block.f[i], &block.d[j], rows);
             }
-            self.fy[i] += dot(&block.f[i], &block.y);
-            self.dy[i] += dot(&block.d[i], &block.y);
+            self.fy[i] += dot(&block.f[i], &block.y, rows);
+            self.dy[i] += dot(&block.d[i], &block.y, rows);
         }
-        self.yy += dot(&block.y, &block.y);
+        self.yy += dot(&block.y, &block.y, rows);
         self.samples += block.rows;
         block.rows = 0;
     }

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::Estimate;
 use super::linear;
 use super::pole::{self, LagFit, Record};
+use super::record_of::{NO_DELAY, UNHEARD};
 use super::rivals::{Rival, golden};
 
 /// Folds of the cross-validation.
@@ -56,12 +57,13 @@ pub(super) fn identify<const M: usize>(
     let cost =
         |delay: f64| at(delay).map_or(f64::INFINITY, |fit| fit.residual_rms.powi(2) * fit.samples as f64);
     let around = (AROUND.0 * near.time.standard_error).max(AROUND.1 * interval);
-    let (delay, least) = golden(cost, (near.time.value - around).max(0.0), near.time.value + around);
+    let longest = (near.time.value + around).min(UNHEARD * interval);
+    let (delay, least) = golden(cost, (near.time.value - around).max(NO_DELAY), longest);
     let mut fit = at(delay)?;
     if fit.residual_correlation > CORRELATED {
         return None;
     }
-    let step = (STEP * interval).min(delay);
+    let step = (STEP * interval).min(0.5 * delay);
     let (before, behind) = (at(delay - step)?, at(delay + step)?);
     let squares = |fit: &LagFit| fit.residual_rms.powi(2) * fit.samples as f64;
     let curvature = (0.5 * (squares(&before) + squares(&behind)) - least) / (step * step);
@@ -78,7 +80,7 @@ pub(super) fn identify<const M: usize>(
         pole_without: Estimate { value: lag.pole, standard_error: lag.pole_error() },
         residual_without: lag.residual_rms,
         residual_with: fit.residual_rms,
-        held_out: [rms(held_out(&record(0.0), lag.pole)?), rms(held_out(&record(delay), fit.pole)?)],
+        held_out: [rms(held_out(&record(NO_DELAY), lag.pole)?), rms(held_out(&record(delay), fit.pole)?)],
     };
     Some(LateFit { fit, told })
 }

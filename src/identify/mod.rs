@@ -26,7 +26,9 @@ mod gram;
 mod joint;
 mod late;
 mod linear;
+mod missing;
 mod outcome;
+mod plausible;
 pub mod pole;
 mod procedure;
 mod record_of;
@@ -34,6 +36,8 @@ mod rivals;
 mod rotor_log;
 mod static_curve;
 mod thrust;
+mod unmoved;
+mod used;
 mod validate;
 mod voltage;
 

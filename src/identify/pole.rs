@@ -188,6 +188,8 @@ struct Projection<const M: usize> {
     /// ⟨J, e⟩/⟨e, e⟩ of each stretch: what the elimination takes from each column.
     shares: Vec<DVector<f64>>,
     samples: usize,
+    /// Initial states that took part.
+    states: usize,
 }
 
 impl<const M: usize> Projection<M> {
@@ -199,9 +201,11 @@ impl<const M: usize> Projection<M> {
             .collect();
         let sum = |entry: &dyn Fn(&Gram<M>) -> f64| grams.iter().map(entry).sum::<f64>();
         let samples = grams.iter().map(|gram| gram.samples).sum::<usize>();
+        // A stretch without a sample has no state to be fitted.
+        let states = grams.iter().filter(|gram| gram.samples > 0).count();
         let ff = DMatrix::from_fn(M, M, |i, j| sum(&|gram| gram.ff[i][j]));
         let fy = DVector::from_fn(M, |i, _| sum(&|gram| gram.fy[i]));
-        if samples <= M + 1 + segments.len() {
+        if samples <= M + 1 + states {
             return None;
         }
         let inverse = invert(&ff)?;
@@ -240,7 +244,19 @@ impl<const M: usize> Projection<M> {
         });
         let shares = each().map(|(gram, x0)| shares(gram, x0, &dot)).collect();
         let step = (sy - coefficients.dot(&sf)) / curvature;
-        Some(Self { pole, coefficients, initial, cost, total, normal, step, curvature, shares, samples })
+        Some(Self {
+            pole,
+            coefficients,
+            initial,
+            cost,
+            total,
+            normal,
+            step,
+            curvature,
+            shares,
+            samples,
+            states,
+        })
     }
 
     /// The step in standard errors of p, correlation left aside.
@@ -252,7 +268,7 @@ impl<const M: usize> Projection<M> {
     /// Residuals and standard errors at the minimum.
     fn finish(self, record: &Record<M>) -> Option<LagFit> {
         let inverse = invert(&self.normal)?;
-        let freedom = self.samples.checked_sub(M + 1 + self.initial.len()).filter(|&n| n > 0)?;
+        let freedom = self.samples.checked_sub(M + 1 + self.states).filter(|&n| n > 0)?;
         let white = &inverse * (self.cost / freedom as f64);
         let (residuals, scores) = self.residuals_and_scores(record);
         let squares: f64 = residuals.iter().map(|residual| residual * residual).sum();

@@ -11,11 +11,12 @@ use super::rivals;
 use super::rotor_log::{LEAST_COMMAND, RotorLog, bounds};
 use super::static_curve::{self, HIGHEST_DEGREE, StaticCurve};
 use super::thrust::{self, ThrustCurve};
+use super::used;
 use super::{Estimate, IdentifiedActuator, IdentifyError};
 use crate::record::Dataset;
 
 /// Jumps of the command from which a pole may be fitted.
-const FEWEST_JUMPS: usize = 8;
+pub(super) const FEWEST_JUMPS: usize = 8;
 /// Scored samples from which anything may be fitted.
 const FEWEST_SAMPLES: usize = 100;
 
@@ -50,10 +51,15 @@ pub fn identify_telling(
     if logs.is_empty() {
         return Err(IdentifyError::NoLog);
     }
+    let mut copies = Vec::new();
+    let distinct = used::without_copies(logs, &mut copies);
+    let logs = distinct.as_ref();
     let fuller = fuller_battery(logs, settings);
     let mut own = settings.clone();
     own.template.actuator.full_voltage = fuller.unwrap_or(settings.template.actuator.full_voltage);
     let mut work = Work::new(logs, &own)?;
+    work.warnings.append(&mut copies);
+    used::tell_of_seen(logs, validation, &mut work.warnings);
     if let Some(volts) = fuller {
         work.warnings.push(format!(
             "the battery had {volts:.1} V, more than the template's full {:.1} V: {volts:.1} V is taken as full, so that \
@@ -105,6 +111,8 @@ pub(super) struct Work<'a> {
     pub pole: Option<PoleFit>,
     pub thrust: Option<ThrustCurve>,
     pub body: Option<Body>,
+    /// Logs in which the body was seen, and what kept it from being seen in others.
+    pub bodies: [Vec<String>; 2],
 }
 
 impl<'a> Work<'a> {
@@ -122,7 +130,7 @@ impl<'a> Work<'a> {
                 .map(|rotor| rotor.source.as_str())
                 .collect();
             warnings.push(format!(
-                "no column `battery_voltage_v` in {}: k_V cannot be identified, and g(u) and p are fitted without \
+                "no column `battery_voltage_v` with a battery's voltage in {}: k_V cannot be identified, and g(u) and p are fitted without \
                  the battery's part, so they hold for the charge at which the log was made",
                 without.join(", ")
             ));
@@ -140,6 +148,7 @@ impl<'a> Work<'a> {
             pole: None,
             thrust: None,
             body: None,
+            bodies: [Vec::new(), Vec::new()],
         };
         if !use_battery {
             work.rotors.iter_mut().chain(&mut work.lively).for_each(|rotor| rotor.voltage = None);
@@ -237,13 +246,24 @@ impl<'a> Work<'a> {
                 let (low, high) = curve.range;
                 let outcome = format!("{} samples of {from}, commands {low:.3} to {high:.3}", curve.samples);
                 if let Some(check) = curve.ramp_check.as_ref().filter(|check| !check.slow_enough) {
-                    self.warnings.push(format!(
-                        "the ramps are too fast for Eq. (4): at {:.3} 1/s the rate lags {:.0} ms, an error of \
-                         {:.1} rad/s; slow them down",
+                    let sentence = format!(
+                        "the ramps are too fast for Eq. (4): at {:.3} 1/s the rate lags {:.0} ms, an error of {:.1} rad/s",
                         check.fastest_slope,
                         1e3 * check.lag.value,
                         check.error
-                    ));
+                    );
+                    // Nothing of that kind is in the fit of all at once.
+                    let first =
+                        |curve: &[Estimate]| curve.first().map_or(f64::INFINITY, |it| it.standard_error);
+                    let better = |joint: &JointFit| first(&joint.coefficients) < first(&curve.coefficients);
+                    if self.joint.as_ref().is_some_and(better) {
+                        return self.note(
+                            STEP,
+                            false,
+                            format!("{sentence}; taken from the fit of all at once"),
+                        );
+                    }
+                    self.warnings.push(format!("{sentence}; slow them down"));
                 }
                 self.note(STEP, true, outcome);
             }
@@ -321,6 +341,7 @@ impl<'a> Work<'a> {
                 None => in_vain.append(&mut told),
             }
         }
+        self.bodies = [fits.iter().map(|fit| fit.source.clone()).collect(), in_vain.clone()];
         // A log made for the rotors need not move the body where another one does.
         if fits.is_empty() {
             self.warnings.append(&mut in_vain);
@@ -370,11 +391,15 @@ pub(super) fn rotor_logs(
     let mut rotors = Vec::new();
     let mut of_standing = Vec::new();
     for log in logs {
+        used::tell_of_units(log, warnings);
         for &rotor in &settings.rotors {
             let mut told = Vec::new();
             let found = RotorLog::of(log, rotor, &mut told)?;
             // A rotor that stood all the time has nothing to say, and nothing is to be said of it beside others.
             let stood = found.as_ref().is_some_and(|found| bounds(&found.command).1 < LEAST_COMMAND);
+            if let Some(found) = found.as_ref().filter(|_| !stood) {
+                found.hold_against(&settings.template, &mut told);
+            }
             if stood {
                 of_standing.append(&mut told)
             } else {

@@ -3,9 +3,16 @@
 use super::pole::Record;
 use super::rotor_log::RotorLog;
 
+/// Sampling intervals that no delay that is tried reaches.
+pub(super) const UNHEARD: f64 = 7.0;
+/// [s] No delay, but scored as the others are.
+pub(super) const NO_DELAY: f64 = f64::MIN_POSITIVE;
+
 /// The record of all `rotors`, each stretch by itself. `inputs(u, drop)` makes the inputs from the command [-]
 /// and the voltage drop v_bmax - v_b [V]. Commands act `delay` [s] late, exactly: where one changes between two
-/// samples, the record gets an unscored row at that instant.
+/// samples, the record gets an unscored row at that instant. What is measured within [`UNHEARD`] of the beginning of a
+/// stretch answers to commands from before it: with a delay, however short, it is not scored, so that all delays are
+/// judged on the same samples, and the free state of the stretch stands for those commands.
 pub(super) fn record_of<const M: usize>(
     rotors: &[RotorLog],
     full_voltage: f64,
@@ -30,12 +37,18 @@ pub(super) fn record_of<const M: usize>(
             };
             // `acting` is the row whose command the rotor obeys; before its delay has passed, the first one.
             let mut acting = segment.start;
+            let heard = if delay > 0.0 {
+                rotor.time[segment.start] + UNHEARD * rotor.interval
+            } else {
+                f64::NEG_INFINITY
+            };
             for row in segment.clone() {
                 let now = rotor.time[row];
+                let rate = if now < heard { f64::NAN } else { rotor.rate[row] };
                 while acting < row && rotor.time[acting + 1] + delay <= now {
                     acting += 1;
                 }
-                push(&mut record, now, rotor.rate[row], inputs(rotor.command[acting], drop_at(row)));
+                push(&mut record, now, rate, inputs(rotor.command[acting], drop_at(row)));
                 let next = if row + 1 < segment.end { rotor.time[row + 1] } else { continue };
                 while acting < row && rotor.time[acting + 1] + delay < next {
                     acting += 1;

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::Estimate;
 use super::linear::invert;
 use super::pole::{self, LagFit, Record};
+use super::record_of::NO_DELAY;
 use super::rotor_log::RotorLog;
 
 use nalgebra::DMatrix;
@@ -13,7 +14,7 @@ use nalgebra::DMatrix;
 const SIGNIFICANT: f64 = 4.0;
 /// Share of the rms error it must take away to be worth a word.
 const WORTH: f64 = 0.01;
-/// Longest delay tried, in half sampling intervals.
+/// Longest delay tried, in half sampling intervals; with the search around it, below [`UNHEARD`](super::record_of).
 const LONGEST_DELAY: usize = 12;
 /// Rows of each log that decide on a rival: two minutes at 50 Hz.
 const DECIDING_ROWS: usize = 6_000;
@@ -45,7 +46,7 @@ pub(super) fn both<const M: usize>(
     let heads: Vec<RotorLog> = rotors.iter().map(|rotor| rotor.head(DECIDING_ROWS)).collect();
     let interval = rotors.first().map_or(0.0, |rotor| rotor.interval);
     let record = |delay: f64| record(&heads, delay);
-    let head = record(0.0);
+    let head = record(NO_DELAY);
     let Some(lag) = pole::fit_from(&head, whole.pole) else { return Vec::new() };
     let mut rivals: Vec<Rival> =
         delay(&lag, interval, record).into_iter().chain(second_order(&lag, &head)).collect();
@@ -74,8 +75,8 @@ fn delay<const M: usize>(lag: &LagFit, interval: f64, record: impl Fn(f64) -> Re
     let cost =
         |delay: f64| fit(delay).map_or(f64::INFINITY, |fit| fit.residual_rms.powi(2) * fit.samples as f64);
     let step = 0.5 * interval;
-    let coarse = least((0..=LONGEST_DELAY).map(|index| index as f64 * step), cost)?;
-    let (time, least) = golden(cost, (coarse - step).max(0.0), coarse + step);
+    let coarse = least((0..=LONGEST_DELAY).map(|index| (index as f64 * step).max(NO_DELAY)), cost)?;
+    let (time, least) = golden(cost, (coarse - step).max(NO_DELAY), coarse + step);
     Some(rival("transport_delay", time, least, lag, fit(time)?.pole, cost, interval * 0.2))
 }
 

@@ -4,6 +4,7 @@
 use std::ops::Range;
 
 use super::IdentifyError;
+use super::missing::{self, Missing};
 use crate::record::Dataset;
 
 /// [-] below this command a rotor may stand still; the model does not speak of starting from standstill.
@@ -19,12 +20,8 @@ const SETTLING: f64 = 2.0;
 /// [s] shortest settled stretch worth using.
 const SHORTEST: f64 = 5.0;
 
-/// [-] [rad/s] [V] beyond these a column cannot be in the unit of its name: percent or microseconds; rpm, for a
-/// propeller's tip at 7000 rad/s reaches the speed of sound 5 cm from its axis; millivolts.
-const IMPOSSIBLE: (f64, f64, f64) = (1.5, 7000.0, 1000.0);
-
-/// [s] samples further apart than this tell nothing of a rotor, whose transients last a tenth of that.
-const SLOWEST: f64 = 2.0;
+/// Sampling intervals without a row that make a hole, as [`Dataset::holes`] has it.
+const HOLE: f64 = 2.5;
 
 /// How the command moves over a stretch of rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,7 +47,7 @@ pub(super) struct RotorLog {
     pub voltage: Option<Vec<f64>>,
     /// [N] not-a-number = not measured.
     pub thrust: Option<Vec<f64>>,
-    /// Stretches without holes.
+    /// Stretches without holes over which every command is known.
     pub segments: Vec<Range<usize>>,
     /// [s] median sampling interval.
     pub interval: f64,
@@ -92,6 +89,7 @@ impl RotorLog {
             segment.start = segment.clone().find(|&row| command[row].is_finite()).unwrap_or(segment.end);
         }
         segments.retain(|segment| segment.len() > 2);
+        let missing = missing::find(log.time(), command, &segments);
         let mut this = Self {
             source,
             time: log.time().to_vec(),
@@ -99,12 +97,46 @@ impl RotorLog {
             rate: rate.to_vec(),
             voltage: voltage.map(held_everywhere),
             thrust: column("thrust", "_n").map(<[f64]>::to_vec),
-            segments,
+            segments: missing.known.iter().filter(|known| known.len() > 1).cloned().collect(),
             interval: log.median_interval(),
         };
         this.check(warnings)?;
         this.leave_out_starts(warnings);
+        this.leave_out_unmoved(warnings);
+        if missing.places > 0 && bounds(&this.command).1 >= LEAST_COMMAND {
+            warnings.push(this.tell_of(&missing));
+        }
         Ok(Some(this))
+    }
+
+    /// What is missing, and what was made of it.
+    fn tell_of(&self, missing: &Missing) -> String {
+        let Missing { places, rows, cells, interval, .. } = missing;
+        let measured = self.rate.iter().filter(|rate| rate.is_finite()).count();
+        format!(
+            "{}: commands come each {} ms, and in {places} places one or more are missing ({rows} rows, {cells} empty cells): \
+             what the rotor was told until the next one is not known, so each stretch behind such a place starts \
+             anew; {} of {measured} samples are used",
+            self.source,
+            crate::unit::short((1e6 * interval).round() / 1e3),
+            self.scored().count()
+        )
+    }
+
+    /// Stretches without holes, whether every command is known or not: for what changes slowly.
+    pub fn whole(&self) -> Vec<Range<usize>> {
+        let mut whole: Vec<Range<usize>> = Vec::new();
+        for segment in &self.segments {
+            let joins = |last: &Range<usize>| {
+                let mut between = last.end - 1..segment.start;
+                between.all(|row| self.time[row + 1] - self.time[row] <= HOLE * self.interval)
+            };
+            match whole.last_mut().filter(|last| joins(last)) {
+                Some(last) => last.end = segment.end,
+                None => whole.push(segment.clone()),
+            }
+        }
+        whole
     }
 
     /// The first `rows` rows.
@@ -123,72 +155,10 @@ impl RotorLog {
         self.segments.iter().cloned().flatten().filter(|&row| self.rate[row].is_finite())
     }
 
-    /// Says so where a column can hardly be in the unit of its name, or is at its limits; refuses where it cannot.
-    fn check(&self, warnings: &mut Vec<String>) -> Result<(), IdentifyError> {
-        let source = &self.source;
-        let mut say = |sentence: String, impossible: bool| {
-            if impossible {
-                return Err(IdentifyError::Unit(sentence));
-            }
-            warnings.push(sentence);
-            Ok(())
-        };
-        if self.interval > SLOWEST {
-            let sentence = format!(
-                "{source}: samples are {:.0} s apart, too far for any rotor to be seen moving; if the time is in milliseconds \
-                 or microseconds, import it with unit `ms` or `us`",
-                self.interval
-            );
-            say(sentence, true)?;
-        }
-        let (low, high) = bounds(&self.command);
-        if high > 1.0 + 1e-9 || low < -1e-9 {
-            let sentence = format!(
-                "{source}: commands reach from {low:.4} to {high:.4}, but 0 to 1 is expected; scale them with \
-                 `import` (percent: scale 0.01; microseconds of a servo pulse: scale 0.001, offset -1)"
-            );
-            say(sentence, high > IMPOSSIBLE.0)?;
-        }
-        let saturated = self.command.iter().filter(|&&u| u >= 1.0 - 1e-9).count() as f64;
-        let share = saturated / self.command.len().max(1) as f64;
-        if share > 0.02 {
-            let sentence = format!(
-                "{source}: the command is at its limit 1 in {:.0} % of the samples; the curve g(u) is not \
-                 excited there, and a controller that asked for more does not show",
-                100.0 * share
-            );
-            say(sentence, false)?;
-        }
-        let (slowest, fastest) = bounds(&self.rate);
-        if fastest > 5000.0 {
-            let sentence = format!(
-                "{source}: rates reach {fastest:.0} rad/s ({:.0} rpm); if the column is in rpm, import it with \
-                 unit `rpm`",
-                fastest * 60.0 / std::f64::consts::TAU
-            );
-            say(sentence, fastest > IMPOSSIBLE.1)?;
-        }
-        if slowest < -0.05 * fastest.abs() {
-            let sentence =
-                format!("{source}: rates are negative down to {slowest:.0} rad/s; is the sign right?");
-            say(sentence, false)?;
-        }
-        if let Some((low, high)) = self.voltage.as_deref().map(bounds)
-            && !(low > 2.0 && high < 100.0)
-        {
-            let sentence = format!(
-                "{source}: battery voltages from {low:.3} to {high:.3} V are not those of a battery; if the \
-                 column is in millivolts, import it with unit `mV`"
-            );
-            say(sentence, high > IMPOSSIBLE.2)?;
-        }
-        Ok(())
-    }
-
     /// Takes out of the score where the rotor stands or starts: the model has no law for that.
     fn leave_out_starts(&mut self, warnings: &mut Vec<String>) {
         let mut left = 0;
-        for segment in &self.segments {
+        for segment in self.whole() {
             let stands = at_standstill(&self.time[segment.clone()], &self.command[segment.clone()]);
             for row in segment.clone().zip(stands).filter_map(|(row, stands)| stands.then_some(row)) {
                 if self.rate[row].is_finite() {
@@ -216,7 +186,7 @@ impl RotorLog {
     /// Stretches over which the rotor follows slowly enough to be called steady, [LPC16] Eq. (4).
     pub fn steady(&self) -> Vec<(Motion, Range<usize>)> {
         let mut stretches = Vec::new();
-        for segment in &self.segments {
+        for segment in &self.whole() {
             for calm in self.calm(segment) {
                 self.split_by_motion(calm, &mut stretches);
             }

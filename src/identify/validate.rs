@@ -25,18 +25,26 @@ pub struct Validation {
     pub traces: Vec<(f64, f64, f64)>,
 }
 
-/// Free run over one rotor's log; each stretch starts from its first measured rate.
+/// Free run over one rotor's log; each stretch starts from the rate that fits it best, for the first one measured is noisy.
 pub(super) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Option<Validation> {
     let mut traces = Vec::new();
     for segment in &rotor.segments {
         let Some(first) = segment.clone().find(|&row| rotor.rate[row].is_finite()) else { continue };
         let rows = first..segment.end;
         let voltage = rotor.voltage.as_ref().map(|voltage| &voltage[rows.clone()]);
-        let start = rotor.rate[first];
-        let modelled =
-            actuator.run_from(Some(start), &rotor.time[rows.clone()], &rotor.command[rows.clone()], voltage);
-        let each = rows.zip(modelled.rates).filter(|(row, _)| rotor.rate[*row].is_finite());
-        traces.extend(each.map(|(row, model)| (rotor.time[row], rotor.rate[row], model)));
+        let forced =
+            actuator.run_from(Some(0.0), &rotor.time[rows.clone()], &rotor.command[rows.clone()], voltage);
+        // Before the delay has passed, commands act that the stretch does not hold.
+        let heard = rotor.time[first] + actuator.delay;
+        let left = |row: usize| (-actuator.pole * (rotor.time[row] - rotor.time[first])).exp();
+        let scored = |row: &usize| rotor.rate[*row].is_finite() && rotor.time[*row] >= heard;
+        let each: Vec<(usize, f64)> = rows.zip(forced.rates).filter(|(row, _)| scored(row)).collect();
+        let squares: f64 = each.iter().map(|(row, _)| left(*row).powi(2)).sum();
+        let products: f64 = each.iter().map(|(row, forced)| left(*row) * (rotor.rate[*row] - forced)).sum();
+        let start = if squares > 0.0 { products / squares } else { 0.0 };
+        traces.extend(
+            each.iter().map(|&(row, forced)| (rotor.time[row], rotor.rate[row], forced + start * left(row))),
+        );
     }
     let shown = with_holes(&traces, rotor.interval);
     if traces.len() < 10 {

@@ -17,7 +17,7 @@ const SHORTEST_BEND: f64 = 10.0;
 const MOST_KNOTS: usize = 240;
 /// Samples for each number that is fitted, at least: what noise they carry over is a tenth of the reading's variance.
 const ROWS_EACH: usize = 10;
-/// Functions of the command: u, u², both behind the rotor's lag, and square and cube of the rate that they give.
+/// Functions of the command: u, u², u² behind the rotor's lag, and the first three powers of the rate that they give.
 const OF_COMMAND: usize = 6;
 /// Share of the power that keeps directions apart which the data do not tell apart, as two levels do u and u².
 const RIDGE: f64 = 1e-9;
@@ -64,7 +64,8 @@ fn foretold(rotor: &RotorLog, voltage: &[f64], follows: Follows) -> Option<Vec<f
     let mut squares = DMatrix::<f64>::zeros(size, size);
     let mut products = DVector::<f64>::zeros(size);
     let mut known = 0;
-    let rows = rotor.segments.iter().flat_map(Clone::clone);
+    let whole = rotor.whole();
+    let rows = whole.iter().flat_map(Clone::clone);
     for row in rows.clone().filter(|row| voltage[*row].is_finite()) {
         known += 1;
         for (a, x) in columns(row) {
@@ -86,29 +87,59 @@ fn foretold(rotor: &RotorLog, voltage: &[f64], follows: Follows) -> Option<Vec<f
     Some(foretold)
 }
 
-/// [-] u and u² now and behind the lag, settled where a stretch begins, and powers of the rate.
+/// [-] u and u² now, u² behind the lag, and the first powers of the rate, settled where a stretch begins. Commands that
+/// are missing are held; where they are known (again), the rate goes on from what was measured there: its noise has no part
+/// in that of the voltage.
 fn of_command(rotor: &RotorLog, follows: Follows) -> Vec<[f64; OF_COMMAND]> {
-    let Follows { pole, delay, curve: [linear, quadratic] } = follows;
+    let Follows { curve: [linear, quadratic], .. } = follows;
     let scale = linear.abs() + quadratic.abs();
+    let mut functions: Vec<_> = rotor.command.iter().map(|u| [*u, u * u, u * u, 0.0, 0.0, 0.0]).collect();
+    let held = followed_rate(rotor, follows, None);
+    // What the battery takes from the rate, on the whole.
+    let (mut missing, mut count) = (0.0, 0.0);
+    for &(row, _, rate) in held.iter().filter(|(row, ..)| rotor.rate[*row].is_finite()) {
+        missing += rate - rotor.rate[row];
+        count += 1.0;
+    }
+    let missing = if count > 0.0 { missing / count } else { 0.0 };
+    for (row, square, rate) in followed_rate(rotor, follows, Some(missing)) {
+        let rate = rate / scale;
+        functions[row][2..].copy_from_slice(&[square, rate, rate * rate, rate.powi(3)]);
+    }
+    functions
+}
+
+/// Row, u² behind the lag [-], and the rate [rad/s] that the curve gives. With `missing` [rad/s] the rate goes on from what
+/// was measured, and as much more, where commands are known again, or a stretch begins.
+fn followed_rate(rotor: &RotorLog, follows: Follows, missing: Option<f64>) -> Vec<(usize, f64, f64)> {
+    let Follows { pole, delay, curve: [linear, quadratic] } = follows;
+    let whole = RotorLog { segments: rotor.whole(), ..rotor.clone() };
+    let mut begins = rotor.segments.iter().map(|known| known.start).peekable();
     // The commands as they act, with a row more where one comes between two samples.
-    let acting = record_of(std::slice::from_ref(rotor), 0.0, delay, |u, _| [u, u * u]);
-    let mut functions: Vec<_> = rotor.command.iter().map(|u| [*u, u * u, *u, u * u, 0.0, 0.0]).collect();
-    for (segment, rows) in rotor.segments.iter().zip(&acting.segments) {
+    let acting = record_of(std::slice::from_ref(&whole), 0.0, delay, |u, _| [u, u * u]);
+    let mut each = Vec::with_capacity(rotor.time.len());
+    for (segment, rows) in whole.segments.iter().zip(&acting.segments) {
         let mut left = segment.clone();
-        let mut lagged = acting.inputs[rows.start];
+        let of = |[u, square]: [f64; 2]| linear * u + quadratic * square;
+        let (mut square, mut rate) = (acting.inputs[rows.start][1], of(acting.inputs[rows.start]));
         for at in rows.clone() {
             if let Some(row) = left.clone().next()
                 && rotor.time[row] == acting.time[at]
             {
                 left.start += 1;
-                let rate = (linear * lagged[0] + quadratic * lagged[1]) / scale;
-                functions[row][2..].copy_from_slice(&[lagged[0], lagged[1], rate * rate, rate.powi(3)]);
+                while begins.next_if(|begin| *begin < row).is_some() {}
+                let begins = begins.next_if_eq(&row).is_some();
+                if let Some(missing) = missing.filter(|_| begins && rotor.rate[row].is_finite()) {
+                    rate = rotor.rate[row] + missing;
+                }
+                each.push((row, square, rate));
             }
             if at + 1 < rows.end {
                 let share = followed(pole, acting.time[at + 1] - acting.time[at]);
-                (0..2).for_each(|power| lagged[power] += (acting.inputs[at][power] - lagged[power]) * share);
+                square += (acting.inputs[at][1] - square) * share;
+                rate += (of(acting.inputs[at]) - rate) * share;
             }
         }
     }
-    functions
+    each
 }

@@ -30,7 +30,7 @@ mod topic;
 mod wire;
 mod writer;
 
-pub use dataset::{Dataset, DatasetError};
+pub use dataset::{Dataset, DatasetError, LOG_SIGNALS};
 pub use disk::Disk;
 pub use findings::Findings;
 pub use foreign::{ForeignError, Notes};

@@ -101,7 +101,7 @@ impl Identification {
         };
         let training = self.training.iter().map(|run| ("training", run));
         let all = training.chain(self.validation.iter().map(|run| ("validation", run)));
-        let caption = "Free run from the measured commands, each stretch from its first measured rate";
+        let caption = "Free run from the measured commands, each stretch from the rate that fits it best";
         let table = all.fold(Table::new(headers).caption(caption), row);
         (!(self.training.is_empty() && self.validation.is_empty())).then_some(table)
     }

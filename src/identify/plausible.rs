@@ -1,0 +1,175 @@
+//! Whether the numbers of a log can be what their names say: limits, signs, and units that were mistaken.
+
+use super::IdentifyError;
+use super::rotor_log::{LEAST_COMMAND, RotorLog, bounds};
+use super::static_curve::polynomial;
+use crate::model::Model;
+
+/// [-] [rad/s] [V] beyond these a column cannot be in the unit of its name: percent or microseconds; rpm, for a
+/// propeller's tip at 7000 rad/s reaches the speed of sound 5 cm from its axis; millivolts.
+const IMPOSSIBLE: (f64, f64, f64) = (1.5, 7000.0, 1000.0);
+/// [s] samples further apart than this tell nothing of a rotor, whose transients last a tenth of that.
+const SLOWEST: f64 = 2.0;
+/// [V] no battery that turns a rotor has less.
+const EMPTY: f64 = 2.0;
+/// Share of the samples at the limit of the command from which it is said, and from which most of a log says one thing.
+const SATURATED: (f64, f64) = (0.02, 0.3);
+/// Distinct commands below the highest that a signal with more than a few levels has.
+const LEVELS: usize = 50;
+/// Factor between the rates and the template's from which a mistaken unit is asked for.
+const ANOTHER: f64 = 3.5;
+/// Factor between a unit's and the ratio that was found, within which it may be that unit.
+const LIKE: f64 = 1.8;
+/// [-] commands from which rates are held against the template's: below, losses that it does not know count.
+const LEAST_HELD: f64 = 0.15;
+/// Units that a rate may have been written in, and what they say for 1 rad/s.
+const UNITS: [(&str, f64); 4] = [
+    ("rpm", 60.0 / std::f64::consts::TAU),
+    ("rev/s", 1.0 / std::f64::consts::TAU),
+    ("krpm", 0.06 / std::f64::consts::TAU),
+    ("deg/s", 360.0 / std::f64::consts::TAU),
+];
+
+impl RotorLog {
+    /// Says so where a column can hardly be in the unit of its name, or is at its limits; refuses where it cannot. A
+    /// voltage that is none is taken away.
+    pub(super) fn check(&mut self, warnings: &mut Vec<String>) -> Result<(), IdentifyError> {
+        let source = &self.source;
+        let mut say = |sentence: String, impossible: bool| {
+            if impossible {
+                return Err(IdentifyError::Unit(sentence));
+            }
+            warnings.push(sentence);
+            Ok(())
+        };
+        if self.interval > SLOWEST {
+            let sentence = format!(
+                "{source}: samples are {:.0} s apart, too far for any rotor to be seen moving; if the time is in milliseconds \
+                 or microseconds, import it with unit `ms` or `us`",
+                self.interval
+            );
+            say(sentence, true)?;
+        }
+        let (low, high) = bounds(&self.command);
+        if high > 1.0 + 1e-9 || low < -1e-9 {
+            let sentence = format!(
+                "{source}: commands reach from {low:.4} to {high:.4}, but 0 to 1 is expected; scale them with \
+                 `import` (percent: scale 0.01; microseconds of a servo pulse: scale 0.001, offset -1)"
+            );
+            say(sentence, high > IMPOSSIBLE.0)?;
+        }
+        let (slowest, fastest) = bounds(&self.rate);
+        if fastest > 5000.0 {
+            let sentence = format!(
+                "{source}: rates reach {fastest:.0} rad/s ({:.0} rpm); if the column is in rpm, import it with \
+                 unit `rpm` (electrical rpm of an ESC: scale 1/pole pairs beside it)",
+                fastest * 60.0 / std::f64::consts::TAU
+            );
+            say(sentence, fastest > IMPOSSIBLE.1)?;
+        }
+        if slowest < -0.05 * fastest.abs() && high >= LEAST_COMMAND {
+            let sentence =
+                format!("{source}: rates are negative down to {slowest:.0} rad/s; is the sign right?");
+            say(sentence, false)?;
+        }
+        if let Some((low, high)) = self.voltage.as_deref().map(bounds)
+            && high >= 100.0
+        {
+            let sentence = format!(
+                "{source}: battery voltages from {low:.3} to {high:.3} V are not those of a battery; if the \
+                 column is in millivolts, import it with unit `mV`"
+            );
+            say(sentence, high > IMPOSSIBLE.2)?;
+        }
+        self.check_saturation(warnings);
+        self.check_battery(warnings);
+        Ok(())
+    }
+
+    /// Says how much of the log is at the limit of the command, and what can still be done.
+    fn check_saturation(&self, warnings: &mut Vec<String>) {
+        let known = || self.command.iter().copied().filter(|command| command.is_finite());
+        let highest = bounds(&self.command).1.min(1.0);
+        let at_limit = known().filter(|&u| u >= highest - 1e-9).count() as f64;
+        let share = at_limit / known().count().max(1) as f64;
+        let mut levels: Vec<i64> = known().map(|u| (1e6 * u).round() as i64).collect();
+        levels.sort_unstable();
+        levels.dedup();
+        // Of a few levels the highest is held as long as the others; where many pile up at one, something clips.
+        let clipped =
+            highest >= 1.0 - 1e-9 || (levels.len() > LEVELS && share > 0.1 && highest > LEAST_COMMAND);
+        if share <= SATURATED.0 || !clipped {
+            return;
+        }
+        let mut sentence = format!(
+            "{}: the command is at its limit {} in {:.0} % of the samples; that a controller asked for more, or that \
+             the rotor got less, does not show there",
+            self.source,
+            crate::unit::short(highest),
+            100.0 * share
+        );
+        if share > SATURATED.1 {
+            sentence.push_str(
+                ", and only what leads there and away excites g(u) and the pole: record again with a smaller amplitude or \
+                 a lower operating point, or give only the part of the log that is not at the limit",
+            );
+        }
+        warnings.push(sentence);
+    }
+
+    /// Takes readings away that no battery has, and the whole column where nothing else is in it.
+    fn check_battery(&mut self, warnings: &mut Vec<String>) {
+        let Some(voltage) = self.voltage.as_mut() else { return };
+        let (low, high) = bounds(voltage);
+        if high < EMPTY {
+            warnings.push(format!(
+                "{}: `battery_voltage_v` reads {low:.2} to {high:.2} V, which no battery has that turns a rotor: it \
+                 is not connected, or it is another column; taken as if no voltage had been measured",
+                self.source
+            ));
+            self.voltage = None;
+            return;
+        }
+        let dropouts = voltage.iter().filter(|volts| **volts < EMPTY).count();
+        if dropouts > 0 {
+            voltage.iter_mut().filter(|volts| **volts < EMPTY).for_each(|volts| *volts = f64::NAN);
+            *voltage = super::rotor_log::held_everywhere(voltage);
+            warnings.push(format!(
+                "{}: {dropouts} readings of the battery below {EMPTY} V, beside up to {high:.1} V, are taken as missing",
+                self.source
+            ));
+        }
+    }
+
+    /// Says so where the rates are those of another unit, by what the template's rotor does at the same commands. It
+    /// may well be another rotor: nothing is refused.
+    pub(super) fn hold_against(&self, template: &Model, warnings: &mut Vec<String>) {
+        let curve = template.actuator.steady_rate.get(1..).unwrap_or_default();
+        let ratio = |row: usize| {
+            let expected = polynomial(curve, self.command[row]);
+            (self.command[row] >= LEAST_HELD && expected > 0.0).then(|| self.rate[row].abs() / expected)
+        };
+        let mut ratios: Vec<f64> = self.scored().filter_map(ratio).collect();
+        ratios.sort_by(f64::total_cmp);
+        let Some(&ratio) = ratios.get(ratios.len() / 2) else { return };
+        if (1.0 / ANOTHER..ANOTHER).contains(&ratio) {
+            return;
+        }
+        let away = |unit: &(&str, f64)| (ratio / unit.1).ln().abs();
+        let nearest =
+            UNITS.iter().min_by(|a, b| away(a).total_cmp(&away(b))).filter(|unit| away(unit) < LIKE.ln());
+        let unit = nearest.map_or_else(
+            || "is the unit of the column right?".to_owned(),
+            |(name, _)| {
+                format!("if the column is in {name}, import it with unit `{name}`; everything in rad/s is off by that else")
+            },
+        );
+        let (slowest, fastest) = bounds(&self.rate);
+        warnings.push(format!(
+            "{}: rates from {slowest:.4} to {fastest:.4} rad/s are {} times what the template's rotor does at these \
+             commands; {unit}",
+            self.source,
+            crate::unit::short((1e3 * ratio).round() / 1e3)
+        ));
+    }
+}
