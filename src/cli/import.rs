@@ -164,15 +164,16 @@ fn note_lines(notes: &Notes) -> Vec<String> {
         if places.count > 0 {
             let shown: Vec<String> = places.first_lines.iter().map(u64::to_string).collect();
             let more = if places.count > shown.len() { ", ..." } else { "" };
-            lines.push(format!("note: {} {what} (line {}{more})", places.count, shown.join(", ")));
+            let mark = if places.count == 1 { "line" } else { "lines" };
+            lines.push(format!("note: {} {what} ({mark} {}{more})", places.count, shown.join(", ")));
         }
     };
-    say(&notes.short_rows, "rows end before the header does: the rest of their cells is missing");
-    say(&notes.long_rows, "rows go on behind the header: the surplus is not read");
-    say(&notes.without_time, "rows without a time, left out");
-    say(&notes.repeated_time, "rows repeat the time of the row before: merged into it");
-    say(&notes.conflicting_cells, "cells contradict the row of the same time: left out");
-    say(&notes.backward_time, "rows whose time lies before an earlier row's: left out");
+    say(&notes.short_rows, "row(s) end before the header does: the rest of their cells is missing");
+    say(&notes.long_rows, "row(s) go on behind the header: the surplus is not read");
+    say(&notes.without_time, "row(s) without a time, left out");
+    say(&notes.repeated_time, "row(s) repeat the time of the row before: merged into it");
+    say(&notes.conflicting_cells, "cell(s) contradict the row of the same time: left out");
+    say(&notes.backward_time, "row(s) whose time lies before an earlier row's: left out");
     for (signal, places) in &notes.clamped {
         say(places, &format!("values of `{signal}` cut to the mapping's `clamp`"));
     }

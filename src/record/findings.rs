@@ -4,6 +4,7 @@
 use serde::Serialize;
 
 use super::dataset::{Dataset, LOG_SIGNALS};
+use crate::unit::short;
 
 #[cfg(test)]
 mod tests;
@@ -141,9 +142,9 @@ impl Findings {
             let count = |step| self.holes.iter().filter(|hole| hole.at_step == Some(step)).count();
             let typical = 1e3 * self.median_interval_s;
             said.push(format!(
-                "{} holes in time (rows are {typical:.1} ms apart, the longest hole is {:.0} ms): {} at up-steps of a \
+                "{} in time (rows are {typical:.1} ms apart, the longest hole is {:.0} ms): {} at up-steps of a \
                  command, {} at down-steps",
-                self.holes.len(),
+                counted(self.holes.len(), "hole"),
                 1e3 * longest,
                 count(Step::Up),
                 count(Step::Down)
@@ -152,8 +153,8 @@ impl Findings {
         if !self.standstill_starts_s.is_empty() {
             let first = self.standstill_starts_s[0];
             said.push(format!(
-                "{} starts from standstill, the first at {first:.3} s: what happens there is not in the model's range",
-                self.standstill_starts_s.len()
+                "{} from standstill, the first at {first:.3} s: what happens there is not in the model's range",
+                counted(self.standstill_starts_s.len(), "start")
             ));
         }
         for channel in &self.channels {
@@ -167,26 +168,32 @@ impl ChannelFindings {
     fn sentences(&self, said: &mut Vec<String>) {
         let name = &self.name;
         if self.constant {
-            said.push(format!("`{name}` is {} throughout", self.range[0]));
+            said.push(format!("`{name}` is {} throughout", short(self.range[0])));
         }
         if let Some(longest) = longest(&self.frozen) {
-            let (length, start, value) = (longest.length_s, longest.start_s, longest.value);
-            let count = self.frozen.len();
+            let (length, start, value) = (longest.length_s, longest.start_s, short(longest.value));
+            let count = counted(self.frozen.len(), "time");
             said.push(format!(
-                "`{name}` is frozen {count} times, longest for {length:.3} s from {start:.3} s at {value}"
+                "`{name}` is frozen {count}, longest for {length:.3} s from {start:.3} s at {value}"
             ));
         }
         for clip in &self.clipped {
-            said.push(format!("`{name}` is clipped at {}: {} samples stand there", clip.at, clip.samples));
+            said.push(format!(
+                "`{name}` is clipped at {}: {} samples stand there",
+                short(clip.at),
+                clip.samples
+            ));
         }
         if let Some(longest) = longest(&self.dropouts) {
             let (length, start) = (longest.length_s, longest.start_s);
-            let count = self.dropouts.len();
-            said.push(format!(
-                "`{name}` drops out {count} times, longest for {length:.3} s from {start:.3} s"
-            ));
+            let count = counted(self.dropouts.len(), "time");
+            said.push(format!("`{name}` drops out {count}, longest for {length:.3} s from {start:.3} s"));
         }
     }
+}
+
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
 fn longest(stretches: &[Stretch]) -> Option<&Stretch> {
