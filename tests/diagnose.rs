@@ -301,3 +301,115 @@ fn a_model_that_cannot_be_used_is_refused_with_its_place() {
     let divides = model(&own("-k/(body_angle-body_angle)"));
     refused(&["diagnose", "--model", &divides, "--log", &log], &["mine", "not a number", "log.csv"]);
 }
+
+/// A rotor's exact answer to steps, without noise: the paper's rotor, or one with a limit of the command.
+fn exact_rotor(limit: f64, seed: u32) -> String {
+    let mut text = "time_s,command_1,battery_voltage_v,propeller_rate_1_rad_s\n".to_owned();
+    let (mut state, mut command, mut rate) = (seed, 0.5, f64::NAN);
+    for row in 0..3000 {
+        if row % 25 == 0 {
+            // A linear congruential generator: any spread of levels will do.
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            command = 0.35 + 0.3 * f64::from(state >> 16) / 65_536.0;
+        }
+        let reached = f64::min(command, limit);
+        let steady = 1124.5 * reached + 447.1 * reached * reached - 40.0 * (12.6 - 12.3);
+        rate = if rate.is_nan() { steady } else { rate };
+        text += &format!("{},{command},12.3,{rate}\n", 0.02 * f64::from(row));
+        rate = steady + (rate - steady) * f64::exp(-16.0 * 0.02);
+    }
+    text
+}
+
+/// Without noise nothing divides by zero: a model that is right is adequate, and one effect is one effect.
+#[test]
+fn data_without_noise_are_judged_honestly() {
+    let desk = Desk::new();
+    for (limit, verdict, effects) in
+        [(9.0, "adequate", vec![]), (0.55, "missing_effect", vec!["command_saturation"])]
+    {
+        let train = desk.write("train.csv", &exact_rotor(limit, 3));
+        let validate = desk.write("validate.csv", &exact_rotor(limit, 4));
+        let (answer, _) = diagnose("paper", &train, &validate);
+        assert_eq!(answer["verdict"], verdict, "{answer}");
+        assert_eq!(answer["effects"], serde_json::json!(effects), "{answer}");
+        assert!(answer["error"]["extended"]["validate"].is_number(), "{answer}");
+    }
+    let log = desk.write("exact.csv", &exact_rotor(9.0, 3)).display().to_string();
+    assert_eq!(run(&["compare", "--log", &log]).status.code(), Some(0));
+}
+
+#[test]
+fn logs_that_no_model_can_be_held_against_are_refused_in_a_sentence() {
+    let desk = Desk::new();
+    let rows = |line: &dyn Fn(usize) -> String| (0..300).map(line).collect::<String>();
+    let foreign = format!("time_s,foo,command_1\n{}", rows(&|row| format!("{},1,\n", 0.01 * row as f64)));
+    let foreign = desk.write("foreign.csv", &foreign).display().to_string();
+    for command in ["compare", "diagnose"] {
+        refused(
+            &[command, "--log", &foreign],
+            &["foreign.csv holds `foo`, `command_1` (without a value)", "propeller_rate_1_rad_s"],
+        );
+    }
+    let huge = format!(
+        "time_s,command_1,propeller_rate_1_rad_s\n{}",
+        rows(&|row| format!("{},{},1e160\n", 0.01 * row as f64, 0.4 + 0.2 * (row / 50 % 2) as f64))
+    );
+    let huge = desk.write("huge.csv", &huge).display().to_string();
+    for command in ["compare", "diagnose"] {
+        refused(&[command, "--log", &huge], &["huge.csv", "`propeller_rate_1_rad_s` is 1e160", "0 s"]);
+    }
+    for horizon in ["0", "-1", "1e9", "nan", "inf"] {
+        let option = format!("--horizon-s={horizon}");
+        refused(&["compare", "--log", &foreign, &option], &["--horizon-s", "must lie in"]);
+        refused(&["diagnose", "--log", &foreign, &option], &["--horizon-s", "must lie in"]);
+    }
+}
+
+#[test]
+fn a_log_that_is_fitted_and_judged_is_told_and_a_step_back_answers_in_json() {
+    let desk = Desk::new();
+    let log = desk.write("log.csv", &exact_rotor(0.55, 3));
+    let (answer, _) = diagnose("paper", &log, &log);
+    assert!(
+        answer["warnings"][0].as_str().expect("a warning").contains("fitted on and judged on"),
+        "{answer}"
+    );
+    let (log, model) = (log.display().to_string(), desk.path("one.toml").display().to_string());
+    let extend = ["extend", "--effect", "command_saturation", "--log", &log, "-o", &model];
+    assert_eq!(run(&extend).status.code(), Some(0));
+    let back = desk.path("back.toml").display().to_string();
+    let undone = run(&["extend", "--model", &model, "--step-back", "-o", &back, "--json"]);
+    let told: Value = serde_json::from_slice(&undone.stdout).expect("JSON");
+    assert_eq!(told["undone"], serde_json::json!(["command_saturation"]));
+    assert_eq!(told["model"]["ladder"], Value::Null, "an empty ladder is left out");
+}
+
+/// The README's way to an effect of one's own: the template is a model file, and its effect competes.
+#[test]
+fn the_template_is_a_model_file_with_an_effect_of_ones_own() {
+    let desk = Desk::new();
+    let template = said_out(&run(&["effects", "--template"]));
+    let readme = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md")).expect("a README");
+    let own = template.split_once("[[user_effects]]").expect("an effect").1;
+    for line in own.lines().filter(|line| !line.is_empty()) {
+        assert!(readme.contains(line), "the README lacks: {line}");
+    }
+    let mine = desk.write("mine.toml", &template).display().to_string();
+    assert!(said_out(&run(&["effects", "--model", &mine])).contains("creaking_pivot"));
+    let log = desk.fly("log.csv", 1, &[]);
+    let root = own.replace("-k*body_rate*abs(body_rate)^0.5", "-k*sqrt(body_rate)");
+    let root = desk.write("root.toml", &template.replace(own, &root)).display().to_string();
+    let log = log.display().to_string();
+    let output = desk.path("no.toml").display().to_string();
+    let parts = ["creaking_pivot", "not a number", "log.csv", "body_rate = -"];
+    refused(
+        &["extend", "--model", &root, "--effect", "creaking_pivot", "--log", &log, "-o", &output],
+        &parts,
+    );
+    assert!(!desk.path("no.toml").exists());
+}
+
+fn said_out(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}

@@ -21,15 +21,15 @@ pub struct Arguments {
     #[arg(long, required_unless_present = "runs", num_args = 1..)]
     log: Vec<PathBuf>,
     /// Instead of models: recordings of flights in which the body was struck, controllers side by side
-    #[arg(long, value_name = "FILE.mcap", num_args = 1.., conflicts_with_all = ["model", "log", "horizon", "signals"])]
+    #[arg(long, value_name = "FILE.mcap", num_args = 1.., conflicts_with_all = ["model", "log", "horizon_s", "signals"])]
     runs: Vec<PathBuf>,
     /// What struck the body, where a recording does not say it: `at_s:duration_s:torque_nm`, from the controller's first
     /// step on
     #[arg(long, value_name = "IMPULSE", requires = "runs", allow_hyphen_values = true)]
     impulse: Option<String>,
     /// Horizon of the windows over which the body runs freely [s]
-    #[arg(long, default_value_t = CompareConfig::default().horizon_s)]
-    horizon: f64,
+    #[arg(value_parser = super::horizon, long, alias = "horizon", default_value_t = CompareConfig::default().horizon_s)]
+    horizon_s: f64,
     /// JSON on standard output
     #[arg(long)]
     json: bool,
@@ -50,7 +50,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return Err(super::CliError::new("--signals writes the signals of one log; several were given"));
     }
     let models = arguments.model.iter().map(|path| Model::load(path)).collect::<Result<Vec<_>, _>>()?;
-    let config = CompareConfig { horizon_s: arguments.horizon };
+    let config = CompareConfig { horizon_s: arguments.horizon_s };
     let mut found = Vec::new();
     let mut logs = Vec::new();
     for path in &arguments.log {

@@ -16,13 +16,33 @@ pub struct Arguments {
     /// Model file, whose own effects are listed too
     #[arg(long, default_value = "paper")]
     model: PathBuf,
+    /// Instead: print a model file to begin with, the paper's model with an effect of one's own beside it
+    #[arg(long, conflicts_with_all = ["id", "json", "model"])]
+    template: bool,
     /// Answer as JSON on standard output
     #[arg(long)]
     json: bool,
 }
 
+/// An effect of one's own, as the README has it.
+const OWN: &str = r#"[[user_effects]]
+id = "creaking_pivot"
+site = "torque"            # command, steady_rate, rotor_acceleration, thrust, torque, body_rate_sensor
+expression = "-k*body_rate*abs(body_rate)^0.5"     # what it ADDS to the site's quantity
+[[user_effects.parameters]]
+name = "k"
+unit = "N m"
+start = 0.01
+lower = 0.0
+upper = 1.0
+"#;
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
+    if arguments.template {
+        print!("{}\n{OWN}", Model::paper().emit()?);
+        return Ok(Outcome::Done);
+    }
     let model = Model::load(&arguments.model)?;
     let Some(id) = &arguments.id else {
         if arguments.json {

@@ -6,6 +6,7 @@ use serde_json::json;
 
 use super::{CliError, CliResult, Outcome};
 use crate::diagnose::compare::CompareConfig;
+use crate::diagnose::logs::repeated;
 use crate::diagnose::{DiagnoseConfig, extend};
 use crate::model::Model;
 use crate::record::log;
@@ -30,7 +31,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with_all = ["effect", "log", "validate"])]
     step_back: bool,
     /// Windows over which the body runs freely [s]
-    #[arg(value_parser = super::positive_seconds, long, default_value_t = DiagnoseConfig::default().horizon)]
+    #[arg(value_parser = super::horizon, long, default_value_t = DiagnoseConfig::default().horizon)]
     horizon_s: f64,
     /// Model file to write
     #[arg(short, long)]
@@ -57,12 +58,18 @@ pub fn run(arguments: &Arguments) -> CliResult {
             ))
         })?;
         back.save(&arguments.output)?;
-        println!("{}: {} steps on the ladder", arguments.output.display(), back.ladder.len());
+        if arguments.json {
+            let undone = model.ladder.last().map(|step| &step.added);
+            println!("{}", serde_json::to_string_pretty(&json!({ "undone": undone, "model": back }))?);
+        } else {
+            println!("{}: {} steps on the ladder", arguments.output.display(), back.ladder.len());
+        }
         return Ok(Outcome::Done);
     }
     let train = arguments.log.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
     let validate = arguments.validate.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
     let config = DiagnoseConfig { horizon: arguments.horizon_s };
+    let warnings = repeated(&train, &validate);
     let mut extension = extend(&model, &arguments.effect, &train, &validate, &config)?;
     // Side by side with the model it came from, it has to have a name of its own.
     if let Some(stem) = arguments.output.file_stem() {
@@ -76,41 +83,14 @@ pub fn run(arguments: &Arguments) -> CliResult {
             .save(path)?;
     }
     if arguments.json {
-        let answer = json!({ "added": arguments.effect, "error": extension.error, "model": extension.model });
+        let answer = json!({
+            "added": arguments.effect, "error": extension.error, "model": extension.model, "warnings": warnings,
+        });
         println!("{}", serde_json::to_string_pretty(&answer)?);
     } else {
-        tell(&extension.model, &extension.error);
+        print!("{}", report::story::extension(&extension.model, &arguments.effect, &extension.error));
+        warnings.iter().for_each(|warning| println!("Note: {warning}"));
     }
     let falls = extension.error.extended.validate < FALLEN * extension.error.recalibrated.validate;
     Ok(if falls { Outcome::Done } else { Outcome::FoundWanting })
-}
-
-fn tell(model: &Model, error: &crate::diagnose::answer::ErrorStory) {
-    println!("{}\n", error.measure);
-    println!("{:<16} {:>12} {:>12}", "", "fitted on", "held out");
-    let rows =
-        [("model as it was", error.base), ("recalibrated", error.recalibrated), ("extended", error.extended)];
-    for (name, both) in rows {
-        println!("{name:<16} {:>12.5} {:>12.5}", both.train, both.validate);
-    }
-    println!("{:<16} {:>12} {:>12.5}\n", "noise floor", "", error.noise_floor);
-    for added in &model.effects {
-        for (parameter, value) in &added.parameters {
-            let name = format!("{}.{parameter}", added.id);
-            let error =
-                model.standard_errors.get(&name).map_or(String::new(), |error| format!(" ± {error:.2e}"));
-            println!("  {name} = {value:.6}{error}");
-        }
-    }
-    println!("\nladder:");
-    for (number, step) in model.ladder.iter().enumerate() {
-        let fall = &step.error;
-        println!(
-            "  {} + {}: {:.5} -> {:.5} held out",
-            number + 1,
-            step.added.join(" + "),
-            fall.validate_before,
-            fall.validate_after
-        );
-    }
 }

@@ -9,6 +9,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory as _, FromArgMatches as _, Parser};
 
+use crate::diagnose::compare::CompareConfig;
 use place::Setting;
 
 mod arm;
@@ -160,14 +161,12 @@ enum Subcommand {
     Replay(replay::Arguments),
 }
 
-/// A length of time that can be.
-fn positive_seconds(text: &str) -> Result<f64, String> {
+/// [s] a horizon over which a body can run freely.
+fn horizon(text: &str) -> Result<f64, String> {
     let seconds: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    if seconds.is_finite() && seconds > 0.0 {
-        Ok(seconds)
-    } else {
-        Err("must be greater than zero".to_owned())
-    }
+    let can_be = CompareConfig::HORIZONS_S.contains(&seconds);
+    let [from, to] = [CompareConfig::HORIZONS_S.start(), CompareConfig::HORIZONS_S.end()];
+    if can_be { Ok(seconds) } else { Err(format!("must lie in {from}..{to} s")) }
 }
 
 /// The command line, or its error and exit 2. Numbers may be negative everywhere: what cannot be is refused by who knows

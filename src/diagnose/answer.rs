@@ -179,7 +179,56 @@ impl Diagnosis {
     }
 }
 
+impl Diagnosis {
+    /// What to do next, sentence by sentence; commands between backticks. `model`, `train`, `validate` are the files as
+    /// they were given.
+    #[must_use]
+    pub fn next_steps(&self, model: &str, train: &[String], validate: &[String]) -> Vec<String> {
+        let logs = format!("--log {}", train.join(" "));
+        let held_out =
+            if validate.is_empty() { String::new() } else { format!(" --validate {}", validate.join(" ")) };
+        let extend = |effects: &[String]| {
+            let effects = effects.join(" ");
+            format!(
+                "`rotorbench extend --model {model} --effect {effects} {logs}{held_out} -o extended.toml`"
+            )
+        };
+        let mut steps = match self.verdict {
+            Verdict::MissingEffect => vec![format!("Add it: {}", extend(&self.effects))],
+            Verdict::Unknown if self.effects.is_empty() => {
+                vec!["Write what you suspect as an effect of your own, `[[user_effects]]` in the model file, and diagnose \
+                      again: it competes with the catalogue."
+                    .to_owned()]
+            }
+            Verdict::Unknown => vec![
+                format!("Add what explains a part: {}", extend(&self.effects)),
+                "Then look at what is left with `rotorbench compare --model extended.toml`.".to_owned(),
+            ],
+            Verdict::ParametersChanged => vec![
+                "Write the new numbers into the model file, or identify the model anew with `rotorbench identify`."
+                    .to_owned(),
+            ],
+            Verdict::Adequate => vec!["Use the model; a log that moves more could show more.".to_owned()],
+            Verdict::InsufficientData => vec![
+                "Record a log in which something moves: `rotorbench experiment prbs`, for a minute or more."
+                    .to_owned(),
+            ],
+        };
+        if let Some(next) = self.next_experiment.as_ref().filter(|next| !next.run.is_empty()) {
+            steps.push(format!("To tell the sets apart, record: {}", next.run));
+        }
+        steps
+    }
+}
+
 impl ErrorStory {
+    /// The unit of every error in it.
+    #[must_use]
+    pub fn unit(&self) -> &str {
+        let inside = self.measure.rsplit_once('[').map_or("", |(_, rest)| rest);
+        inside.trim_end_matches(']')
+    }
+
     /// Whether it is told in the channel of a candidate.
     #[must_use]
     pub fn is_of(&self, channel: &str) -> bool {

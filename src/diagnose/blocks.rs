@@ -1,6 +1,7 @@
 //! The blocks of a model one after the other: the rotors, then the body that they drive.
 
 use super::answer::{ErrorStory, Verdict};
+use super::logs::nothing_in_common;
 use super::prepare::{Driver, body_stage, rotor_stage};
 use super::run::{self, DiagnoseConfig, DiagnoseError, MOST_ALTERNATIVES};
 use super::search::Found;
@@ -51,11 +52,8 @@ impl Blocks {
         };
         let found: Vec<Found> = rotor.into_iter().chain(body).collect();
         if found.is_empty() {
-            let log = train.first();
-            return Err(DiagnoseError::NothingToCompare {
-                log: log.map_or_else(String::new, |log| log.source_name().to_owned()),
-                present: log.map(|log| log.names().map(str::to_owned).collect()).unwrap_or_default(),
-            });
+            let logs: Vec<&Dataset> = train.iter().chain(validate).collect();
+            return Err(DiagnoseError::NothingToCompare(nothing_in_common(&logs)));
         }
         let verdicts = found.iter().map(super::verdict::verdict).collect();
         Ok(Self { found, verdicts })

@@ -2,7 +2,7 @@
 
 use super::answer::ErrorStory;
 use super::blocks::Blocks;
-use super::run::{DiagnoseConfig, DiagnoseError};
+use super::run::{DiagnoseConfig, DiagnoseError, check_logs};
 use super::search::{Found, Search};
 use super::stage::Stage;
 use crate::model::{Effect, ErrorFall, LogReference, Model, Step};
@@ -42,6 +42,8 @@ pub fn extend(
             return Err(DiagnoseError::Refused { effect: id.clone(), why });
         }
     }
+    let asked: Vec<Effect> = known.iter().filter(|effect| ids.contains(&effect.id)).cloned().collect();
+    check_logs(model, &asked, &logs)?;
     let in_block = |stage: &Stage| -> Vec<String> {
         let held =
             |id: &&String| known.iter().any(|effect: &Effect| effect.id == **id && stage.holds(effect));

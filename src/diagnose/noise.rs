@@ -50,9 +50,27 @@ pub fn floors(data: &BlockData, residuals: &[f64], inertia: f64) -> [f64; 2] {
     let carried = data.carried();
     for (channel, floor) in floors.iter_mut().enumerate().take(data.channels().len()) {
         *floor *= white_noise(residuals, &data.pieces(channel));
-        *floor = floor.hypot(carried[channel] / inertia);
+        *floor = floor.hypot(carried[channel] / inertia).max(RESOLUTION * data.spread(channel));
     }
     floors
+}
+
+/// [-] share of a signal's own spread below which no error says anything about physics: samples with straight lines
+/// between them, and arithmetic, know no more. Without it data free of noise would have something missing for ever.
+pub const RESOLUTION: f64 = 1e-3;
+
+/// Standard deviation of the values that are there; 0 of none.
+#[must_use]
+pub fn spread(values: impl Iterator<Item = f64>) -> f64 {
+    // Welford: exact for values that are all the same, however large.
+    let (mut count, mut mean, mut squares) = (0.0, 0.0, 0.0);
+    for value in values.filter(|value| value.is_finite()) {
+        count += 1.0;
+        let from_mean = value - mean;
+        mean += from_mean / count;
+        squares += from_mean * (value - mean);
+    }
+    f64::sqrt(squares / f64::max(count, 1.0))
 }
 
 /// Candidates for the wandering of a level from sample to sample, over the noise.

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::body::{self, BodyRun};
+use super::noise::spread;
 use super::rotor::{self, RotorRun};
 use crate::identify::fit::OutputError;
 use crate::model::{BodyTrace, Effect, Model, RotorTrace};
@@ -123,6 +124,16 @@ impl BlockData {
             Runs::Rotor(_) => vec![rotor::channel()],
             Runs::Body(runs) if runs.iter().all(|run| run.channels() == 2) => vec![rate, angle],
             Runs::Body(_) => vec![rate],
+        }
+    }
+
+    /// Standard deviation of what was measured in a channel, in its unit.
+    #[must_use]
+    pub fn spread(&self, channel: usize) -> f64 {
+        match &self.runs {
+            Runs::Rotor(runs) => spread(runs.iter().flat_map(|run| run.measured.iter().copied())),
+            Runs::Body(runs) if channel == 0 => spread(runs.iter().flat_map(|run| run.rate.iter().copied())),
+            Runs::Body(runs) => spread(runs.iter().flat_map(|run| run.angle.iter().copied())),
         }
     }
 

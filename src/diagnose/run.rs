@@ -9,12 +9,14 @@ use super::answer::{
 use super::benches;
 use super::blocks::Blocks;
 use super::dependence::evidence;
+use super::expressions::{Hitch, hitch};
+use super::logs::{Absurd, check_magnitudes, repeated, without_battery};
 use super::prepare::refusal;
 use super::search::{Found, Search};
 use super::stage::Stage;
 use super::trial::Trial;
 use super::verdict::joint;
-use crate::effect::{self, Law};
+use crate::effect;
 use crate::model::{Effect, Model, ModelError};
 use crate::record::Dataset;
 use crate::record::findings::Findings;
@@ -40,13 +42,11 @@ pub enum DiagnoseError {
     #[error(transparent)]
     Model(#[from] ModelError),
     /// No block of the model can be judged from the logs.
-    #[error("{log}: nothing to compare: a rotor needs `command_1` and `propeller_rate_1_rad_s` (or 2), the body needs `body_rate_rad_s` and rotor rates, commands or `torque_command_nm`; the log holds {}", .present.join(", "))]
-    NothingToCompare {
-        /// The first log.
-        log: String,
-        /// Its columns.
-        present: Vec<String>,
-    },
+    #[error("{0}")]
+    NothingToCompare(String),
+    /// A value that no bench can have measured.
+    #[error(transparent)]
+    Absurd(#[from] Absurd),
     /// An effect cannot be added from these logs.
     #[error("effect `{effect}`: {why}")]
     Refused {
@@ -72,7 +72,7 @@ pub enum DiagnoseError {
         other: f64,
     },
     /// An expression has no value on the data.
-    #[error("effect `{effect}`: its expression is not a number on {log} at {time} s")]
+    #[error("effect `{effect}`: its expression is not a number on {log} at {time} s ({})", signals.join(", "))]
     NotANumber {
         /// Id of the user's effect.
         effect: String,
@@ -80,6 +80,8 @@ pub enum DiagnoseError {
         log: String,
         /// [s] where.
         time: f64,
+        /// What the expression saw there.
+        signals: Vec<String>,
     },
 }
 
@@ -99,7 +101,7 @@ pub fn diagnose(
 ) -> Result<Diagnosis, DiagnoseError> {
     let known = model.known_effects()?;
     let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
-    check_expressions(model, &known, &logs)?;
+    check_logs(model, &known, &logs)?;
     benches::check(model, &known, &logs, config.horizon)?;
     let search = |stage: Stage| {
         let held = |effect: &&Effect| stage.holds(effect);
@@ -115,27 +117,18 @@ pub fn diagnose(
         search.settle(&found.stage, &found.stale, &found.recalibrated, trial)
     };
     let blocks = Blocks::build(model, train, validate, config, &search, &settle)?;
-    Ok(conclude(model, &known, &blocks, &logs, config))
+    let mut diagnosis = conclude(model, &known, &blocks, &logs, config);
+    let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs));
+    diagnosis.warnings.splice(0..0, said);
+    Ok(diagnosis)
 }
 
-/// A user's expression must be a number wherever the logs put it.
-fn check_expressions(model: &Model, known: &[Effect], logs: &[Dataset]) -> Result<(), DiagnoseError> {
-    let equations = model.equations()?;
-    for effect in known {
-        let Law::Expression(expression) = &effect.law else { continue };
-        let parameters: Vec<f64> = effect
-            .parameters
-            .iter()
-            .map(|parameter| parameter.starts.first().copied().unwrap_or(0.0))
-            .collect();
-        for log in logs {
-            for (row, time) in log.time().iter().enumerate() {
-                let at = |name: &str| log.column(name).and_then(|values| values.get(row)).copied();
-                if !expression.value(&parameters, &equations.point_at(*time, &at)).is_finite() {
-                    let (effect, log) = (effect.id.clone(), log.source_name().to_owned());
-                    return Err(DiagnoseError::NotANumber { effect, log, time: *time });
-                }
-            }
+/// Refuses logs and expressions that no fit can start from.
+pub(super) fn check_logs(model: &Model, effects: &[Effect], logs: &[Dataset]) -> Result<(), DiagnoseError> {
+    for log in logs {
+        check_magnitudes(log)?;
+        if let Some(Hitch { effect, log, time, signals }) = hitch(model, effects, log)? {
+            return Err(DiagnoseError::NotANumber { effect, log, time, signals });
         }
     }
     Ok(())
@@ -304,8 +297,13 @@ fn candidates(found: &Found, channel: usize) -> Vec<Candidate> {
         .singles
         .iter()
         .map(|single| {
-            let at = best.effects.iter().position(|id| *id == single.effect);
-            let drop_one = at.and_then(|at| found.dropped.get(at));
+            // By the set that is left, not by place: an exchange of effects moves the one and not the other.
+            let rest = |trial: &&Trial| {
+                trial.effects.len() + 1 == best.effects.len()
+                    && best.effects.iter().all(|id| (*id == single.effect) != trial.effects.contains(id))
+            };
+            let named = best.effects.contains(&single.effect);
+            let drop_one = named.then(|| found.dropped.iter().find(rest)).flatten();
             Candidate {
                 effect: single.effect.clone(),
                 channel: format!("{} [{}]", what.name, what.unit),

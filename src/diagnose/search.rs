@@ -244,6 +244,8 @@ impl<'a> Search<'a> {
             .filter(|trial| loss(&stage, trial) < loss(&stage, &best))
         {
             best = better.clone();
+            let drop = |id| self.without(&stage, (&best, id), &base_names, &recalibrated, &trials);
+            dropped = best.effects.iter().map(|id| drop(id)).collect();
         }
         let alternatives = nearest(&stage, &best, &trials, self.known);
         let mut ladder = vec![recalibrated.clone()];
@@ -358,7 +360,7 @@ impl<'a> Search<'a> {
         let trials = run_all(&plans, stage, self.done);
         let best = trials.into_iter().min_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage)))?;
         let limit = if count > 1 { 1.0 + 0.5 * LEAST_GAIN } else { 1.0 - 0.25 * LEAST_GAIN };
-        (best.validate(stage) < limit * changed.validate(stage)).then_some(best)
+        (!changed.is_exact(stage) && best.validate(stage) < limit * changed.validate(stage)).then_some(best)
     }
 
     /// The effects of `best` with as few changed base parameters as do as well, found forwards from the base as it
@@ -403,10 +405,7 @@ impl<'a> Search<'a> {
         // Started from the base's numbers a fit can end in another valley, or without one of the effects: then the way
         // there does not count.
         let lost_one = !now.effects.is_empty() && !is_sound(stage, &now, self.known);
-        if lost_one || target.validate(stage) < now.validate(stage) * (1.0 - LEAST_GAIN) {
-            (target.clone(), names)
-        } else {
-            (now, free)
-        }
+        let behind = target.validate(stage) < now.validate(stage) * (1.0 - LEAST_GAIN);
+        if lost_one || (behind && !now.is_exact(stage)) { (target.clone(), names) } else { (now, free) }
     }
 }

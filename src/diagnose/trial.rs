@@ -1,5 +1,6 @@
 //! One set of effects, everything refitted, judged on data it has not seen.
 
+use super::noise::RESOLUTION;
 use super::problem::{BlockData, Problem};
 use super::stage::Stage;
 use crate::identify::fit::{Fit, OutputError};
@@ -48,6 +49,17 @@ impl Trial {
         let (count, sum) = values.fold((0usize, 0.0), |(count, sum), value| (count + 1, sum + value * value));
         let free = count.saturating_sub(live_units(fit, data)).max(1);
         (sum / free as f64).sqrt() * data.sigma[channel]
+    }
+
+    /// Whether its error is below what these data can resolve: then nothing is left to gain.
+    #[must_use]
+    pub fn is_exact(&self, stage: &Stage) -> bool {
+        let of = |channel: usize| {
+            let least = RESOLUTION * stage.validate.spread(channel);
+            self.channel_error(stage, channel, true) <= least
+                && self.channel_error(stage, channel, false) <= least
+        };
+        (0..stage.train.channels().len()).all(of)
     }
 
     /// By how much the squared error falls from `self` to `after`, over the standard error of that fall from stretch

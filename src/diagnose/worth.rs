@@ -29,6 +29,9 @@ pub(super) fn over_floor(stage: &Stage, trial: &Trial, floors: &[f64; 2]) -> (f6
 
 /// Whether `after` is worth its extra freedom over `before`.
 pub(super) fn gains(stage: &Stage, before: &Trial, after: &Trial) -> bool {
+    if before.is_exact(stage) {
+        return false;
+    }
     let judged = 1.0 - after.validate(stage) / before.validate(stage);
     let fitted = 1.0 - after.fit.cost / before.fit.cost;
     let plainly = judged > LEAST_GAIN && fitted > 0.5 * LEAST_GAIN && before.steadiness(after) > STEADY;

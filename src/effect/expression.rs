@@ -1,6 +1,6 @@
 //! A user's own law: an expression in signal names and parameters, no compiler needed.
 
-use exmex::{Express, FlatEx};
+use exmex::{Express, FlatEx, FloatOpsFactory, MakeOperators};
 
 use super::Point;
 
@@ -67,7 +67,7 @@ impl Expression {
     pub fn parse(text: &str, parameters: &[&str]) -> Result<Self, ExpressionError> {
         let error =
             |column, reason: String| ExpressionError::Syntax { text: text.to_owned(), column, reason };
-        if let Some((column, reason)) = first_slip(text) {
+        if let Some((column, reason)) = first_slip(text).or_else(|| unknown_function(text)) {
             return Err(error(column, reason));
         }
         let parsed = std::panic::catch_unwind(|| FlatEx::<f64>::parse(text));
@@ -106,6 +106,13 @@ impl Expression {
         self.flat.eval(used).unwrap_or(f64::NAN)
     }
 
+    /// The signals it looks at, by name without unit, and their values at a point.
+    #[must_use]
+    pub fn seen(&self, point: &Point) -> Vec<(&'static str, f64)> {
+        let looked_at = SIGNALS.iter().filter(|(bare, ..)| self.names(bare));
+        looked_at.map(|(bare, _, read)| (*bare, read(point))).collect()
+    }
+
     /// The text it was parsed from.
     #[must_use]
     pub fn text(&self) -> &str {
@@ -130,6 +137,30 @@ fn bind(name: &str, parameters: &[&str]) -> Option<Source> {
         .iter()
         .find(|(bare, unit, _)| name == *bare || name.strip_prefix(bare) == Some(unit))
         .map(|(_, _, read)| Source::Signal(*read))
+}
+
+/// A word before a bracket that is no function; the parser would only say that something is wrong.
+fn unknown_function(text: &str) -> Option<(usize, String)> {
+    let operators = FloatOpsFactory::<f64>::make();
+    let is_letter = |letter: &char| letter.is_alphabetic() || *letter == '_';
+    let known: Vec<&str> = operators
+        .iter()
+        .map(|operator| operator.repr())
+        .filter(|name| name.chars().all(|it| is_letter(&it)))
+        .collect();
+    let letters: Vec<char> = text.chars().collect();
+    let brackets = letters.iter().enumerate().filter(|(_, letter)| **letter == '(');
+    for (bracket, _) in brackets {
+        let before = &letters[..bracket];
+        let end = before.iter().rposition(|letter| !letter.is_whitespace()).map_or(0, |last| last + 1);
+        let in_word = |letter: &char| letter.is_alphanumeric() || *letter == '_';
+        let start = before[..end].iter().rposition(|letter| !in_word(letter)).map_or(0, |last| last + 1);
+        let word: String = before[start..end].iter().collect();
+        if word.starts_with(|letter| is_letter(&letter)) && !known.contains(&word.as_str()) {
+            return Some((start, format!("`{word}` is no function; there are {}", known.join(", "))));
+        }
+    }
+    None
 }
 
 /// Where `name` stands in `text` as a word, in characters.
@@ -211,6 +242,8 @@ mod tests {
             ("b*body_rate # 2", 12, "means nothing"),
             ("", 0, "empty"),
             ("sin(+)", 5, "missing before this bracket"),
+            ("b*foo(body_rate)", 2, "`foo` is no function; there are"),
+            ("b (body_rate)", 0, "`b` is no function"),
         ];
         for (text, place, words) in cases {
             let error = Expression::parse(text, &["b"]).unwrap_err();

@@ -29,7 +29,7 @@ pub enum ModelError {
         reason: String,
     },
     /// It names an effect that does not exist.
-    #[error("unknown effect `{id}`{}", nearest.as_ref().map(|id| format!("; did you mean `{id}`?")).unwrap_or_default())]
+    #[error("unknown effect `{id}`{}", nearest.as_ref().map_or_else(|| "; `rotorbench effects` lists those there are".to_owned(), |id| format!("; did you mean `{id}`?")))]
     UnknownEffect {
         /// What was written.
         id: String,

@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use super::table::{Mark, number};
 use super::{escape, page};
 
-const LABEL: f64 = 250.0;
+const LABEL: f64 = 290.0;
 const WIDTH: f64 = 960.0;
 const ROW: f64 = 24.0;
-const VALUE: f64 = 150.0;
+const VALUE: f64 = 170.0;
 
 /// A chart of horizontal bars, in the order they were added, drawn as inline SVG.
 #[derive(Debug, Clone)]
@@ -80,6 +80,8 @@ impl Bars {
             escape(&self.title)
         );
         // Writing to a String cannot fail.
+        // Values stand over the lines.
+        let mut values = String::new();
         for (row, (label, value, mark, note)) in self.bars.iter().enumerate() {
             let y = top + ROW * row as f64;
             let middle = y + ROW * 0.66;
@@ -101,7 +103,7 @@ impl Bars {
                 escape(&self.unit)
             );
             let _ = write!(
-                svg,
+                values,
                 "<text class=\"value\" x=\"{:.1}\" y=\"{middle:.1}\">{} <tspan class=\"note\">{}</tspan></text>",
                 LABEL + length + 6.0,
                 number(*value, 4),
@@ -122,6 +124,7 @@ impl Bars {
                 number(*value, 4)
             );
         }
+        svg.push_str(&values);
         svg.push_str("</svg>");
         svg
     }

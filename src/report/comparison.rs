@@ -2,9 +2,12 @@
 
 use std::fmt::Write as _;
 
+use super::story::wrapped;
 use super::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone, number, sparkline};
 use crate::diagnose::compare::{Block, Comparison, Direction};
 use crate::record::Dataset;
+use crate::record::dataset::LOG_SIGNALS;
+use crate::record::findings::Findings;
 
 /// Dependences shown of a block.
 const SHOWN: usize = 5;
@@ -19,6 +22,19 @@ fn plain(column: &str) -> String {
         Some(column) => format!("the rate of `{column}`"),
         None => format!("`{column}`"),
     }
+}
+
+/// The axis of a column of the log, or of its rate (`d/dt ...`), with its unit.
+fn channel_axis(column: &str) -> Axis {
+    let (bare, rate) = column.strip_prefix("d/dt ").map_or((column, false), |bare| (bare, true));
+    let unit = LOG_SIGNALS.iter().find(|known| known.name == bare).map_or("", |known| known.unit);
+    let unit = match (unit, rate) {
+        ("" | "-", true) => "1/s".to_owned(),
+        ("rad/s", true) => "rad/s²".to_owned(),
+        (unit, true) => format!("{unit}/s"),
+        (unit, false) => unit.to_owned(),
+    };
+    Axis::new(column, &unit)
 }
 
 /// One line about a log: how long, how fast, how whole.
@@ -80,18 +96,60 @@ fn block_table(comparisons: &[Comparison]) -> Table {
     table
 }
 
+/// The same for 80 columns: the block's name says the signal, shares are in percent.
+fn narrow_table(comparisons: &[Comparison]) -> Table {
+    let several = comparisons.len() > 1;
+    let model = several.then_some("model");
+    let rest = ["error", "floor", "fit %", "expl. %", "noise %", "rest %"];
+    let mut table = Table::new(["block"].into_iter().chain(model).chain(rest));
+    let mut names: Vec<(&str, &str)> = Vec::new();
+    for block in comparisons.iter().flat_map(|comparison| &comparison.blocks) {
+        if !names.contains(&(&block.name, &block.signal)) {
+            names.push((&block.name, &block.signal));
+        }
+    }
+    for (name, signal) in names {
+        for comparison in comparisons {
+            let found = comparison.blocks.iter().find(|block| block.name == name && block.signal == signal);
+            let Some(block) = found else { continue };
+            let what = match signal {
+                "body_rate_rad_s" => " rate",
+                "body_angle_rad" => " angle",
+                _ => "",
+            };
+            let error = &block.error;
+            let share = |share: f64| number(100.0 * share, if share < 0.1 { 2 } else { 3 });
+            let cells = [
+                format!("{} {}", number(error.rms, 3), block.unit),
+                number(error.noise_floor, 3),
+                number(error.fit_percent, 3),
+                share(error.explained),
+                share(error.noise),
+                share(error.unexplained),
+            ];
+            let model = several.then(|| comparison.model.clone());
+            table = table.row([format!("{name}{what}")].into_iter().chain(model).chain(cells));
+        }
+    }
+    table
+}
+
 /// Sentences about where a block fails.
 fn sentences(comparison: &Comparison, block: &Block) -> Vec<String> {
     let mut out = Vec::new();
     let error = &block.error;
+    let how_far = if error.over_floor().is_finite() {
+        format!("{} times its noise floor", number(error.over_floor(), 3))
+    } else {
+        "and what was measured never moves".to_owned()
+    };
     out.push(format!(
-        "`{}` ({}, {}): error {} {}, {} times its noise floor.",
+        "`{}` ({}, {}): error {} {}, {how_far}.",
         block.name,
         block.signal,
         block.run,
         number(error.rms, 3),
-        block.unit,
-        number(error.over_floor(), 3)
+        block.unit
     ));
     let groups: Vec<String> = block
         .failure
@@ -163,7 +221,7 @@ pub fn text(found: &[Vec<Comparison>], logs: &[Dataset]) -> String {
     for (comparisons, log) in found.iter().zip(logs) {
         // Writing to a `String` cannot fail.
         let _ = writeln!(out, "{}: {}\n", log.source_name(), about(log));
-        let _ = writeln!(out, "{}", block_table(comparisons).text());
+        let _ = writeln!(out, "{}", narrow_table(comparisons).text());
         for comparison in comparisons {
             let Some(worst) = comparison.worst() else { continue };
             if comparison.is_adequate() {
@@ -172,13 +230,16 @@ pub fn text(found: &[Vec<Comparison>], logs: &[Dataset]) -> String {
             }
             let _ = writeln!(out, "{} fails most in:", comparison.model);
             for sentence in sentences(comparison, worst) {
-                let _ = writeln!(out, "  {sentence}");
+                out += &wrapped("  ", &sentence);
             }
             if let Some(sentence) = torque_sentence(comparison) {
-                let _ = writeln!(out, "  {sentence}");
+                out += &wrapped("  ", &sentence);
             }
             let over_time: Vec<f64> = worst.failure.over_time.iter().map(|(_, rms)| *rms).collect();
             let _ = writeln!(out, "  error over time  {}", sparkline(&over_time, 60));
+        }
+        for warning in Findings::of(log).warnings {
+            out += &wrapped("Note: ", &warning);
         }
         out.push('\n');
     }
@@ -203,6 +264,7 @@ pub fn page(found: &[Vec<Comparison>], logs: &[Dataset]) -> Page {
 pub(super) fn write(page: &mut Page, found: &[Vec<Comparison>], logs: &[Dataset]) {
     for (comparisons, log) in found.iter().zip(logs) {
         page.heading(log.source_name()).paragraph(about(log));
+        page.list(Findings::of(log).warnings.into_iter().map(|warning| format!("Note: {warning}")));
         for comparison in comparisons {
             let (mark, sentence) = if comparison.is_adequate() {
                 (Mark::Good, "every block is at its noise floor: nothing is left to explain.".to_owned())
@@ -340,7 +402,7 @@ fn details(page: &mut Page, comparison: &Comparison, block: &Block) {
     for d in block.failure.dependences.iter().filter(|d| d.is_real()).take(SHOWN) {
         let (at, mean): (Vec<f64>, Vec<f64>) = d.curve.iter().copied().unzip();
         page.plot(
-            Plot::new(format!("Mean {what} over {}", d.on), Axis::new(&d.on, ""), Axis::new(what, unit))
+            Plot::new(format!("Mean {what} over {}", d.on), channel_axis(&d.on), Axis::new(what, unit))
                 .height(180)
                 .series(Series::line("mean in each bin", &at, &mean).tone(Tone::Residual)),
         );

@@ -1,14 +1,16 @@
 //! The pages of `diagnose` and `extend`: what is missing, why, and how far the error falls.
 
+use super::story::found_parameters;
 use super::{Bars, Mark, Page, Table, comparison, number};
-use crate::diagnose::answer::{Both, ErrorStory};
+use crate::diagnose::answer::{Both, ErrorStory, FoundParameter};
 use crate::diagnose::compare::{CompareConfig, CompareError, compare};
 use crate::diagnose::{Diagnosis, Extension, Verdict};
 use crate::effect::find;
 use crate::model::Model;
 use crate::record::Dataset;
 
-/// The page of a diagnosis of `base`; `logs` are shown with both models, the held-out ones if there are any.
+/// The page of a diagnosis of `base`; `logs` are shown with both models, the held-out ones if there are any; `next`
+/// says what to do.
 ///
 /// # Errors
 /// [`CompareError`] when a log cannot be compared.
@@ -17,6 +19,7 @@ pub fn page(
     base: &Model,
     logs: &[Dataset],
     config: &CompareConfig,
+    next: &[String],
 ) -> Result<Page, CompareError> {
     let mut page = Page::new("What the model is missing");
     let (mark, sentence) = verdict(diagnosis);
@@ -25,9 +28,7 @@ pub fn page(
     for other in &diagnosis.alternatives {
         page.paragraph(format!("These data cannot tell it from **{}**.", other.join(" + ")));
     }
-    if let Some(next) = &diagnosis.next_experiment {
-        page.paragraph(format!("The experiment that would tell more: `{}`", next.run));
-    }
+    page.heading("What to do next").list(next.to_vec());
     page.list(diagnosis.warnings.iter().map(|warning| format!("Note: {warning}")));
     cards(&mut page, &diagnosis.effects);
     parameters(&mut page, diagnosis);
@@ -35,11 +36,12 @@ pub fn page(
     error_table(&mut page, &diagnosis.error);
     ladder(&mut page, diagnosis);
     candidates(&mut page, diagnosis);
-    if !diagnosis.r#where.is_empty() {
+    let fails = diagnosis.verdict != Verdict::Adequate;
+    if fails && diagnosis.r#where.iter().any(|place| place.share_of_error > SHOWN_SHARE) {
         let mut table =
             Table::new(["block", "share of the error above noise [%]", "follows", "explains [%]"])
                 .caption("Where the model fails, its own parameters refitted");
-        for place in &diagnosis.r#where {
+        for place in diagnosis.r#where.iter().filter(|place| place.share_of_error > SHOWN_SHARE) {
             table = table.row([
                 place.block.clone(),
                 number(100.0 * place.share_of_error, 3),
@@ -66,11 +68,12 @@ pub fn extension_page(
 ) -> Result<Page, CompareError> {
     let mut page = Page::new("The extended model");
     let error = &extension.error;
+    let unit = error.unit();
     let falls = error.extended.validate < error.recalibrated.validate;
     page.verdict(
         if falls { Mark::Good } else { Mark::Bad },
         format!(
-            "Adding {} takes the held-out error from {} to {}; noise alone leaves {}.",
+            "Adding {} takes the held-out error from {} to {} {unit}; noise alone leaves {} {unit}.",
             added.join(" + "),
             number(error.base.validate, 3),
             number(error.extended.validate, 3),
@@ -79,9 +82,10 @@ pub fn extension_page(
     );
     key_numbers(&mut page, error);
     cards(&mut page, added);
+    parameter_table(&mut page, found_parameters(&extension.model).iter().map(|(name, found)| (name, found)));
     page.heading("How far the error falls");
     error_table(&mut page, error);
-    let mut steps = Table::new(["step", "added", "held-out error before", "after"])
+    let mut steps = Table::new(["step", "added", "held-out error before", "after", "what"])
         .caption("The ladder: every step this model has taken");
     for (number_of, step) in extension.model.ladder.iter().enumerate() {
         steps = steps.row([
@@ -89,6 +93,7 @@ pub fn extension_page(
             step.added.join(" + "),
             number(step.error.validate_before, 4),
             number(step.error.validate_after, 4),
+            step.error.measure.clone(),
         ]);
     }
     page.table(steps);
@@ -106,13 +111,20 @@ fn verdict(diagnosis: &Diagnosis) -> (Mark, String) {
 }
 
 fn key_numbers(page: &mut Page, error: &ErrorStory) {
+    let told = |error_of: f64| format!("{} {}", number(error_of, 3), error.unit());
     page.key_numbers([
-        ("held-out error of the model as it is", number(error.base.validate, 3)),
-        ("its own parameters refitted", number(error.recalibrated.validate, 3)),
-        ("extended", number(error.extended.validate, 3)),
-        ("noise floor", number(error.noise_floor, 3)),
+        ("held-out error of the model as it is", told(error.base.validate)),
+        ("its own parameters refitted", told(error.recalibrated.validate)),
+        ("extended", told(error.extended.validate)),
+        ("noise floor: what the sensors alone would leave", told(error.noise_floor)),
     ])
     .paragraph(format!("Error: {}.", error.measure));
+    if error.recalibrated.validate > 1.05 * error.base.validate {
+        page.paragraph(
+            "Refitted on one part of the data and judged on another the model does worse than as it is: the parts ask for \
+             different numbers, or its own came from these very data.",
+        );
+    }
 }
 
 /// The cards of effects in plain words.
@@ -120,22 +132,14 @@ fn cards(page: &mut Page, effects: &[String]) {
     for card in effects.iter().filter_map(|id| find(id)) {
         page.heading(card.id)
             .paragraph(format!("{} {}", card.report[0], card.report[1]))
-            .formula(card.equation)
+            .formula(format!("{}    (acts on: {})", card.equation, card.site.name().replace('_', " ")))
             .paragraph(format!("How it shows: {}", card.residual))
             .paragraph(format!("Source: {}. Experiment: {}", card.source, card.experiment));
     }
 }
 
 fn parameters(page: &mut Page, diagnosis: &Diagnosis) {
-    let with_error = |error: Option<f64>| error.map_or_else(|| "-".to_owned(), |error| number(error, 2));
-    let mut found = Table::new(["parameter", "value", "standard error", "unit"]).caption("Fitted parameters");
-    for (name, parameter) in &diagnosis.parameters {
-        let error = with_error(parameter.standard_error);
-        found = found.row([name.clone(), number(parameter.value, 4), error, parameter.unit.clone()]);
-    }
-    if !found.is_empty() {
-        page.table(found);
-    }
+    parameter_table(page, diagnosis.parameters.iter());
     let mut changed = Table::new(["parameter", "in the model", "found", "standard error", "unit"])
         .caption("Parameters of the base that have other values");
     for parameter in &diagnosis.changed_parameters {
@@ -149,6 +153,31 @@ fn parameters(page: &mut Page, diagnosis: &Diagnosis) {
     }
     if !changed.is_empty() {
         page.table(changed);
+    }
+}
+
+fn with_error(error: Option<f64>) -> String {
+    error.map_or_else(|| "-".to_owned(), |error| number(error, 2))
+}
+
+fn parameter_table<'a>(page: &mut Page, parameters: impl Iterator<Item = (&'a String, &'a FoundParameter)>) {
+    let mut found = Table::new(["parameter", "symbol", "value", "standard error", "unit", "what it is"])
+        .caption("Fitted parameters");
+    for (name, parameter) in parameters {
+        let known = name
+            .split_once('.')
+            .and_then(|(id, bare)| find(id)?.parameters.iter().find(|known| known.name == bare));
+        found = found.row([
+            name.clone(),
+            known.map_or_else(String::new, |known| known.symbol.to_owned()),
+            number(parameter.value, 4),
+            with_error(parameter.standard_error),
+            parameter.unit.clone(),
+            known.map_or_else(String::new, |known| known.meaning.to_owned()),
+        ]);
+    }
+    if !found.is_empty() {
+        page.table(found);
     }
 }
 
@@ -167,9 +196,18 @@ fn error_table(page: &mut Page, error: &ErrorStory) {
 fn ladder(page: &mut Page, diagnosis: &Diagnosis) {
     let title = format!("The ladder: held-out {}", diagnosis.error.measure);
     let mut bars = Bars::new(title, "");
+    let mut before: &[String] = &[];
     for rung in &diagnosis.ladder {
-        let label = if rung.effects.is_empty() { "base".to_owned() } else { rung.effects.join(" + ") };
+        let new: Vec<String> = rung.effects.iter().filter(|id| !before.contains(id)).cloned().collect();
+        let grows =
+            !before.is_empty() && before.iter().all(|id| rung.effects.contains(id)) && !new.is_empty();
+        let label = match (rung.effects.is_empty(), grows) {
+            (true, _) => "its own parameters refitted".to_owned(),
+            (false, true) => format!("+ {}", new.join(" + ")),
+            (false, false) => rung.effects.join(" + "),
+        };
         bars = bars.bar(label, rung.validate, Mark::Plain);
+        before = &rung.effects;
     }
     page.bars(bars.level("noise floor", diagnosis.error.noise_floor));
 }
@@ -183,13 +221,19 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
     channels.sort_unstable();
     channels.dedup();
     channels.sort_by_key(|channel| !diagnosis.error.is_of(channel));
-    page.heading("The candidates");
+    page.heading("The candidates").paragraph(
+        "Each effect alone, all parameters refitted, judged on data that no fit has seen. Left of `base, refitted` it helps; at \
+         the noise floor nothing is left to explain. `by luck` is how often the same effect does as well when its trace is \
+         shifted in time and so means nothing: above 0.05 it counts as luck, however far the bar has fallen.",
+    );
     for channel in channels {
         let mut bars = Bars::new(format!("Every candidate alone: held-out error of {channel}"), "");
+        let mut named_here = diagnosis.error.is_of(channel);
         for (candidate, error) in tried.iter().filter(|(candidate, _)| candidate.channel == channel) {
             let named = diagnosis.effects.contains(&candidate.effect);
+            named_here |= named;
             let note =
-                candidate.chance.map_or_else(String::new, |chance| format!("luck {}", number(chance, 2)));
+                candidate.chance.map_or_else(String::new, |chance| format!("by luck {}", number(chance, 2)));
             let mark = if named { Mark::Good } else { Mark::Plain };
             bars = bars.noted_bar(candidate.effect.clone(), *error, mark, note);
         }
@@ -198,7 +242,14 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
                 .level("noise floor", diagnosis.error.noise_floor)
                 .level("base, refitted", diagnosis.error.recalibrated.validate);
         }
-        page.bars(bars);
+        if named_here {
+            page.bars(bars);
+        } else {
+            let what = channel.split(' ').next().unwrap_or(channel);
+            page.details(format!("Candidates for {what}, where nothing was found missing"), |page| {
+                page.bars(bars);
+            });
+        }
     }
     let refused: Vec<String> = diagnosis
         .candidates
@@ -213,6 +264,9 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
     }
 }
 
+/// A block with a smaller share of the error is not where the model fails.
+const SHOWN_SHARE: f64 = 0.01;
+
 /// Both models on the logs, block by block.
 fn signals(
     page: &mut Page,
@@ -223,6 +277,10 @@ fn signals(
 ) -> Result<(), CompareError> {
     let mut models = vec![base.clone(), extended.clone()];
     models[1].name = format!("{}, extended", base.name);
+    page.heading("Both models on the logs").paragraph(
+        "Every sample counts here, and each window starts at the measured state: where the diagnosis leaves out starts from \
+         standstill, or fits where a window starts, its numbers above are smaller.",
+    );
     let found = logs.iter().map(|log| compare(&models, log, config)).collect::<Result<Vec<_>, _>>()?;
     comparison::write(page, &found, logs);
     Ok(())

@@ -61,6 +61,7 @@ mod page;
 mod paper;
 mod picture;
 mod plot;
+pub mod story;
 mod table;
 
 pub use bars::Bars;

@@ -18,7 +18,8 @@ use crate::record::Dataset;
 pub struct Error {
     /// Rms, in the signal's unit.
     pub rms: f64,
-    /// [%] 100 (1 - |y - m| / |y - mean y|), as MATLAB's `compare` prints it.
+    /// [%] 100 (1 - |y - m| / |y - mean y|), as MATLAB's `compare` prints it; not-a-number, as the shares, where the
+    /// signal never moves.
     pub fit_percent: f64,
     /// Rms that the noise of the sensors alone would leave, in the signal's unit.
     pub noise_floor: f64,
@@ -39,7 +40,12 @@ impl Error {
     /// [-] error over noise floor.
     #[must_use]
     pub fn over_floor(&self) -> f64 {
-        if self.noise_floor > 0.0 { self.rms / self.noise_floor } else { f64::INFINITY }
+        match self.noise_floor > 0.0 {
+            true => self.rms / self.noise_floor,
+            // A channel that never moved and that the model meets exactly.
+            false if self.rms == 0.0 => 1.0,
+            false => f64::INFINITY,
+        }
     }
 
     /// Whether the error is the sensors' noise.
@@ -216,6 +222,23 @@ impl Raw {
         let mean = sum / count;
         let judged = residual.iter().zip(&self.measured).filter(|(error, _)| error.is_finite());
         let spread: f64 = judged.map(|(_, value)| (value - mean).powi(2)).sum();
+        // Rounding of the mean is no movement.
+        if spread <= count * (1e-12 * mean).powi(2) {
+            // A signal that never moves has no variance to share out.
+            let rms = (squares / count).sqrt();
+            let (one_step, limit) = (self.one_step, FLOOR_ERROR);
+            let none = f64::NAN;
+            return Error {
+                rms,
+                fit_percent: none,
+                noise_floor,
+                explained: none,
+                noise: none,
+                unexplained: none,
+                one_step,
+                limit,
+            };
+        }
         let noise = (noise_floor * noise_floor * count / spread).min(squares / spread);
         Error {
             rms: (squares / count).sqrt(),

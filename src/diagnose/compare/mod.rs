@@ -22,8 +22,12 @@ mod spectrum;
 mod stretch;
 mod torque;
 
+use std::ops::RangeInclusive;
+
 use serde::Serialize;
 
+use super::expressions::{Hitch, hitch};
+use super::logs::{Absurd, check_magnitudes, nothing_in_common};
 use crate::model::{Model, ModelError};
 use crate::record::{Dataset, DatasetError};
 use crate::unit::short;
@@ -41,6 +45,11 @@ pub struct CompareConfig {
     pub horizon_s: f64,
 }
 
+impl CompareConfig {
+    /// [s] horizons that make sense.
+    pub const HORIZONS_S: RangeInclusive<f64> = 0.01..=600.0;
+}
+
 impl Default for CompareConfig {
     fn default() -> Self {
         Self { horizon_s: 0.3 }
@@ -51,12 +60,24 @@ impl Default for CompareConfig {
 #[derive(Debug, thiserror::Error)]
 pub enum CompareError {
     /// No block finds both its inputs and its output.
-    #[error("{log}: no block of the model can be compared; needed are command_* with propeller_rate_*_rad_s, or rotor rates or torque_command_nm with body_rate_rad_s; it holds {}", present.join(", "))]
-    NothingToCompare {
+    #[error("{0}")]
+    NothingToCompare(String),
+    /// A value that no bench can have measured.
+    #[error(transparent)]
+    Absurd(#[from] Absurd),
+    /// A law that the model has gives no number on the data.
+    #[error("model `{model}`: the expression of `{effect}` is not a number on {log} at {time} s ({})", signals.join(", "))]
+    NotANumber {
+        /// Name of the model.
+        model: String,
+        /// Id of the user's effect.
+        effect: String,
         /// The log.
         log: String,
-        /// Its columns.
-        present: Vec<String>,
+        /// [s] where.
+        time: f64,
+        /// What the expression saw there.
+        signals: Vec<String>,
     },
     /// Too few samples.
     #[error("{log}: {samples} samples; at least {needed} are needed")]
@@ -145,7 +166,7 @@ pub fn compare(
     log: &Dataset,
     config: &CompareConfig,
 ) -> Result<Vec<Comparison>, CompareError> {
-    if !(0.01..=600.0).contains(&config.horizon_s) {
+    if !CompareConfig::HORIZONS_S.contains(&config.horizon_s) {
         return Err(CompareError::Horizon(config.horizon_s));
     }
     if log.len() < FEWEST {
@@ -155,15 +176,19 @@ pub fn compare(
             needed: FEWEST,
         });
     }
+    check_magnitudes(log)?;
     let mut runs = Vec::new();
     for model in models {
+        let added: Vec<_> =
+            model.effects.iter().map(|added| model.effect(&added.id)).collect::<Result<_, _>>()?;
+        if let Some(hitch) = hitch(model, &added, log)? {
+            let Hitch { effect, log, time, signals } = hitch;
+            return Err(CompareError::NotANumber { model: model.name.clone(), effect, log, time, signals });
+        }
         runs.push(run::blocks(model, log, config)?);
     }
     if runs.iter().all(Vec::is_empty) {
-        return Err(CompareError::NothingToCompare {
-            log: log.source_name().to_owned(),
-            present: log.names().map(str::to_owned).collect(),
-        });
+        return Err(CompareError::NothingToCompare(nothing_in_common(&[log])));
     }
     let noise = noise::Noise::estimate(log, &runs);
     let mut comparisons = Vec::new();

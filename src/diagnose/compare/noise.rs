@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::super::noise::{RESOLUTION, spread};
 use super::block::Raw;
 use crate::record::Dataset;
 
@@ -37,6 +38,11 @@ impl Noise {
                     *size = left;
                 }
             }
+        }
+        // What no error can resolve, however quiet the sensor: data free of noise would never be explained.
+        for (name, size) in &mut sizes {
+            let values = log.column(name).unwrap_or(&[]);
+            *size = size.max(RESOLUTION * spread(values.iter().copied()));
         }
         Self(sizes)
     }

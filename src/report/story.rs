@@ -1,0 +1,218 @@
+//! The story of `diagnose` and `extend` on one screen of text, 80 columns wide.
+
+use std::fmt::Write as _;
+
+use super::{Table, number};
+use crate::diagnose::answer::{Candidate, Diagnosis, ErrorStory, FoundParameter, Verdict};
+use crate::effect::find;
+use crate::model::Model;
+
+/// Columns of a small terminal.
+const WIDTH: usize = 80;
+/// Candidates shown.
+const SHOWN: usize = 6;
+
+/// `text` in lines of at most [`WIDTH`] columns, broken between words; the first line begins with `first`, the others
+/// are indented by as much.
+pub(super) fn wrapped(first: &str, text: &str) -> String {
+    let indent = first.chars().count();
+    let mut out = first.to_owned();
+    let mut column = indent;
+    for word in text.split_whitespace() {
+        let length = word.chars().count();
+        if column > indent && column + 1 + length > WIDTH {
+            let _ = write!(out, "\n{}", " ".repeat(indent));
+            column = indent;
+        }
+        if column > indent {
+            out.push(' ');
+            column += 1;
+        }
+        out.push_str(word);
+        column += length;
+    }
+    out.push('\n');
+    out
+}
+
+/// `value ± error unit`; a bare number carries no unit.
+fn measured(value: f64, error: Option<f64>, unit: &str) -> String {
+    let error = error.map_or(String::new(), |error| format!(" ± {}", number(error, 2)));
+    let unit = if unit == "-" || unit.is_empty() { String::new() } else { format!(" {unit}") };
+    format!("{}{error}{unit}", number(value, 5))
+}
+
+/// The card of an effect in a few lines, with its parameters as found.
+fn card<'a>(id: &str, parameters: impl Iterator<Item = (&'a String, &'a FoundParameter)>) -> String {
+    let card = find(id);
+    let mut out = format!("  {id}{}\n", card.map_or(String::new(), |card| format!("  {}", card.equation)));
+    out += &card.map_or(String::new(), |card| wrapped("    ", card.report[0]));
+    for (name, found) in parameters {
+        let Some(bare) = name.strip_prefix(id).and_then(|rest| rest.strip_prefix('.')) else { continue };
+        let symbol = card
+            .and_then(|card| card.parameters.iter().find(|parameter| parameter.name == bare))
+            .map_or(String::new(), |parameter| format!(" ({})", parameter.symbol));
+        let _ = writeln!(
+            out,
+            "    {bare}{symbol} = {}",
+            measured(found.value, found.standard_error, &found.unit)
+        );
+    }
+    out
+}
+
+/// The errors of a story, one line each.
+fn errors(error: &ErrorStory) -> String {
+    let row = |name: &str, both: crate::diagnose::answer::Both| {
+        [name.to_owned(), number(both.train, 4), number(both.validate, 4)]
+    };
+    let mut out = wrapped("", &format!("Error: {}", error.measure));
+    let unit = error.unit();
+    out += &Table::new(["model".to_owned(), format!("fitted on [{unit}]"), format!("held out [{unit}]")])
+        .row(row("as it is", error.base))
+        .row(row("its own parameters refitted", error.recalibrated))
+        .row(row("extended", error.extended))
+        .row(["noise floor".to_owned(), String::new(), number(error.noise_floor, 4)])
+        .text();
+    out
+}
+
+/// Those that are judged by the channel the error is told in: errors of different blocks have different units.
+fn candidates(diagnosis: &Diagnosis) -> String {
+    let told =
+        |candidate: &&Candidate| candidate.note.is_empty() && diagnosis.error.is_of(&candidate.channel);
+    let mut candidates: Vec<_> = diagnosis.candidates.iter().filter(told).collect();
+    if candidates.is_empty() {
+        return String::new();
+    }
+    let held_out = |value: Option<f64>| value.unwrap_or(f64::INFINITY);
+    candidates.sort_by(|a, b| held_out(a.validate).total_cmp(&held_out(b.validate)));
+    // Those that were named come first, the best of the others behind them.
+    candidates.sort_by_key(|candidate| !diagnosis.effects.contains(&candidate.effect));
+    let unit = diagnosis.error.unit();
+    let mut table = Table::new([
+        "effect".to_owned(),
+        format!("alone [{unit}]"),
+        format!("all without it [{unit}]"),
+        "by luck".to_owned(),
+    ]);
+    let cell = |value: Option<f64>, digits| value.map_or("-".to_owned(), |value| number(value, digits));
+    for candidate in candidates.into_iter().take(SHOWN) {
+        table = table.row([
+            candidate.effect.clone(),
+            cell(candidate.validate, 4),
+            cell(candidate.drop_one, 4),
+            cell(candidate.chance, 2),
+        ]);
+    }
+    format!(
+        "\nHeld-out error with one effect, and how often a meaningless one does as well\n{}",
+        table.text()
+    )
+}
+
+/// A diagnosis; `next` says what to do.
+#[must_use]
+pub fn diagnosis(diagnosis: &Diagnosis, next: &[String]) -> String {
+    let mut out = wrapped("", &diagnosis.sentence(""));
+    for id in &diagnosis.effects {
+        out += &card(id, diagnosis.parameters.iter());
+    }
+    for changed in &diagnosis.changed_parameters {
+        let to = measured(changed.to, changed.standard_error, &changed.unit);
+        let _ = writeln!(out, "  {} ({}): {} -> {to}", changed.name, changed.symbol, number(changed.from, 5));
+    }
+    for other in &diagnosis.alternatives {
+        out += &wrapped("  ", &format!("These data cannot tell it from: {}", other.join(" + ")));
+    }
+    out.push('\n');
+    out += &errors(&diagnosis.error);
+    let fails = diagnosis.verdict != Verdict::Adequate;
+    for place in diagnosis.r#where.iter().filter(|place| fails && place.share_of_error > 0.01) {
+        let (share, explained) = (100.0 * place.share_of_error, 100.0 * place.explained);
+        let sentence = format!(
+            "{}: {share:.0} % of the error above noise; {} explains {explained:.0} % of it",
+            place.block, place.depends_on
+        );
+        out += &wrapped("", &sentence);
+    }
+    out += &candidates(diagnosis);
+    out.push('\n');
+    for step in next {
+        // A command stays on one line, to be copied.
+        match step.split_once('`') {
+            Some((words, command)) if command.matches('`').count() == 1 && command.ends_with('`') => {
+                let _ = writeln!(out, "Next: {}\n  {}", words.trim(), command.trim_end_matches('`'));
+            }
+            _ => out += &wrapped("Next: ", &step.replace('`', "")),
+        }
+    }
+    for warning in &diagnosis.warnings {
+        out += &wrapped("Note: ", warning);
+    }
+    out
+}
+
+/// An extension that led to `model` by adding `added`.
+#[must_use]
+pub fn extension(model: &Model, added: &[String], error: &ErrorStory) -> String {
+    let mut out = String::new();
+    let found = found_parameters(model);
+    for id in added {
+        out += &card(id, found.iter().map(|(name, found)| (name, found)));
+    }
+    out.push('\n');
+    out += &errors(error);
+    out.push_str("\nLadder, held-out error each time\n");
+    for (number_of, step) in model.ladder.iter().enumerate() {
+        let fall = &step.error;
+        let sentence = format!(
+            "+ {}: {} -> {} {}",
+            step.added.join(" + "),
+            number(fall.validate_before, 4),
+            number(fall.validate_after, 4),
+            unit_of(&fall.measure)
+        );
+        out += &wrapped(&format!("  {} ", number_of + 1), &sentence);
+    }
+    out
+}
+
+fn unit_of(measure: &str) -> &str {
+    measure.rsplit_once('[').map_or("", |(_, rest)| rest.trim_end_matches(']'))
+}
+
+/// Parameters of the effects that a model has, by `effect.parameter`.
+pub(super) fn found_parameters(model: &Model) -> Vec<(String, FoundParameter)> {
+    let of = |added: &crate::model::AddedEffect| {
+        let known = model.effect(&added.id).map(|effect| effect.parameters).unwrap_or_default();
+        let found = known.into_iter().filter_map(|parameter| {
+            let name = format!("{}.{}", added.id, parameter.name);
+            let value = *added.parameters.get(&parameter.name)?;
+            let standard_error = model.standard_errors.get(&name).copied();
+            Some((name, FoundParameter { value, standard_error, unit: parameter.unit }))
+        });
+        found.collect::<Vec<_>>()
+    };
+    model.effects.iter().flat_map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_line_is_wider_than_a_small_terminal() {
+        let text = wrapped("Note: ", &"a word or two and then some more of them ".repeat(9));
+        assert!(text.lines().all(|line| line.chars().count() <= WIDTH), "{text}");
+        assert!(text.lines().count() > 3 && text.lines().skip(1).all(|line| line.starts_with("      ")));
+        // What cannot be broken stays whole.
+        assert_eq!(wrapped("  ", &"x".repeat(100)).trim(), "x".repeat(100));
+    }
+
+    #[test]
+    fn numbers_carry_their_error_and_unit_and_a_bare_one_carries_none() {
+        assert_eq!(measured(0.023_553_1, Some(2.97e-5), "N m"), "0.023553 ± 3.0e-5 N m");
+        assert_eq!(measured(0.55, None, "-"), "0.55000");
+    }
+}
