@@ -136,11 +136,14 @@
     for (const [label, from, to] of spec.spans) {
       const left = u.valToPos(from, "x", true);
       const width = Math.max(u.valToPos(to, "x", true) - left, 1.5 * ratio);
+      // Zoomed away from it, neither the mark nor half of its name stays behind.
+      if (left + width < bbox.left || left > bbox.left + bbox.width) continue;
       ctx.fillStyle = colour("warning") + "38";
       ctx.fillRect(left, bbox.top, width, bbox.height);
-      row = left < used ? (row + 1) % 3 : 0;
-      if (label) labelled(label, left + 3 * ratio, bbox.top + (12 + 14 * row) * ratio, "left");
-      used = left + ctx.measureText(label).width + 8 * ratio;
+      const at = Math.max(left, bbox.left);
+      row = at < used ? (row + 1) % 3 : 0;
+      if (label) labelled(label, at + 3 * ratio, bbox.top + (12 + 14 * row) * ratio, "left");
+      used = at + ctx.measureText(label).width + 8 * ratio;
     }
     for (const [label, value] of spec.levels) {
       const y = u.valToPos(value, "y", true);
