@@ -172,7 +172,8 @@ fn logs_that_cannot_be_used_are_named_with_the_reason() {
         assert!(alone.contains(sentence), "{sentence}: {alone}");
     }
     // What is good alone is as good beside them: the same numbers.
-    let (alone, beside) = (identify(&[good.clone()], &[], &settings()), [good.clone(), five, header, frozen]);
+    let (alone, beside) =
+        (identify(std::slice::from_ref(&good), &[], &settings()), [good.clone(), five, header, frozen]);
     let beside = identify(&beside, &[], &settings()).expect("identified");
     assert_eq!(alone.expect("identified").model.actuator, beside.model.actuator);
     // Twice the same log says no more than once.
@@ -202,7 +203,7 @@ fn values_that_suggest_another_unit_or_no_sensor_are_said() {
             .expect("fits");
         identify(&[log], &[], &settings(true)).expect("identified")
     };
-    let none = identify(&[good.clone()], &[], &settings(false)).expect("identified");
+    let none = identify(std::slice::from_ref(&good), &[], &settings(false)).expect("identified");
     let dead = with("battery_voltage_v", &|_| 0.0);
     assert_eq!(dead.model.actuator, none.model.actuator, "as if no voltage had been measured");
     assert!(dead.warnings.iter().any(|it| it.contains("it is not connected")), "{:?}", dead.warnings);
