@@ -277,7 +277,7 @@ fn options_that_do_nothing_or_cannot_be_are_refused_by_name() {
         ("identify --log log.csv --hover-rate 1e300", "--hover-rate must lie in 1..10000, not 1e300"),
         ("identify --log log.csv --template no.toml", "model file no.toml: No such file"),
         ("identify --log no.csv", "log no.csv: No such file"),
-        ("compare --log log.csv --horizon -1", "horizon -1 s: it must lie in 0.01..600"),
+        ("compare --log log.csv --horizon -1", "must lie in 0.01..600 s"),
         ("compare --runs no.mcap", "recording no.mcap: No such file"),
         ("paper --prbs-s -5", "--prbs-s must lie in 20..86400, not -5"),
         ("paper --prbs-s 1e300", "--prbs-s must lie in 20..86400, not 1e300"),
