@@ -105,7 +105,10 @@ fn refuses_what_cannot_be_compared() {
     let mut log = Dataset::new("here.csv", "", time).expect("time rises");
     log.insert("battery_voltage_v", vec![12.0; 100]).expect("fits");
     let error = compare(&[Model::paper()], &log, &config).expect_err("nothing to compare").to_string();
-    assert!(error.starts_with("nothing to compare") && error.ends_with("here.csv holds `battery_voltage_v`"), "{error}");
+    assert!(
+        error.starts_with("nothing to compare") && error.ends_with("here.csv holds `battery_voltage_v`"),
+        "{error}"
+    );
     let error = compare(&[Model::paper()], &log.slice(0..10), &config).expect_err("too short").to_string();
     assert_eq!(error, "here.csv: 10 samples; at least 50 are needed");
     assert!(compare(&[Model::paper()], &log, &CompareConfig { horizon_s: f64::NAN }).is_err());
