@@ -116,6 +116,9 @@ impl Plan<'_> {
                 scan::settle(&problem, &stage.train, index, &mut best);
                 let settled = problem.model(&best.globals);
                 best = fit(&problem, &self.frees(&names, &settled), Some(&best.locals), &FOLLOW);
+                if self.from.parameter(name).is_some() {
+                    self.look_again(&problem, (name, &names), stage, &mut best);
+                }
                 scan::polish(&problem, &stage.train, index, &mut best);
             }
         }
@@ -132,6 +135,21 @@ impl Plan<'_> {
             names,
             fit: best,
             judged,
+        }
+    }
+
+    /// A grid that was found while something else was missing may be another than the one beside it.
+    fn look_again(&self, problem: &Problem, (name, names): (&str, &[String]), stage: &Stage, best: &mut Fit) {
+        let Some(parameter) = self.parameter(name) else { return };
+        let mut model = problem.model(&best.globals);
+        let inside = self.inside(&model);
+        let values = scan::values(&stage.train, &model, name, parameter.bounds, &inside);
+        if let Some(value) = values.first() {
+            model.set_parameter(name, *value);
+            let again = fit(problem, &self.frees(names, &model), Some(&best.locals), &FOLLOW);
+            if again.cost < best.cost {
+                *best = again;
+            }
         }
     }
 

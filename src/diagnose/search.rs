@@ -388,7 +388,14 @@ impl<'a> Search<'a> {
             (Plan { effects: effects.clone(), ..self.start(&model, &[]) }.run(stage), best)
         };
         let mut free: Vec<String> = Vec::new();
-        while free.len() < names.len() && gains(stage, &now, target) {
+        while free.len() < names.len() {
+            // From the base's numbers a better valley may have been found than the one of `best`: then each number has
+            // to be worth its change by itself.
+            let is_behind = gains(stage, &now, target);
+            let is_ahead = target.validate(stage) * (1.0 - LEAST_GAIN) > now.validate(stage);
+            if !is_behind && !is_ahead {
+                break;
+            }
             let left: Vec<&String> = names.iter().filter(|name| !free.contains(name)).collect();
             let plan = |name: &&String| Plan {
                 effects: effects.clone(),
@@ -399,6 +406,9 @@ impl<'a> Search<'a> {
             let best =
                 next.into_iter().zip(left).min_by(|a, b| a.0.validate(stage).total_cmp(&b.0.validate(stage)));
             let Some((trial, name)) = best else { break };
+            if !is_behind && !gains(stage, &now, &trial) {
+                break;
+            }
             free.push(name.clone());
             now = trial;
         }
