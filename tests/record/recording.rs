@@ -342,7 +342,7 @@ fn resident_kb() -> u64 {
 #[test]
 fn memory_stays_flat_however_long_it_records() {
     let wanted = std::env::var("ROTORBENCH_SOAK_PERIODS").ok().and_then(|text| text.parse().ok());
-    let periods: u64 = wanted.unwrap_or(60_000);
+    let periods: u64 = wanted.unwrap_or(120_000);
     let options = RecorderOptions { queue_records: 4096, ..RecorderOptions::default() };
     let recorder = Recorder::start_on(Box::new(Nowhere), &provenance(), options).expect("started");
     let mut handle = recorder.handle();
@@ -357,8 +357,8 @@ fn memory_stays_flat_however_long_it_records() {
     let summary = recorder.finish().expect("nowhere is never full");
     assert_eq!((summary.written, summary.dropped), (4 * periods, 0));
     // What may grow is the index at the file's end, some 200 bytes a chunk; other tests of this process run beside
-    // this one and hold some MB for a while. A leak of one record a period would be 30 MB and more.
-    assert!(grown < 24_000, "{grown} kB more after three quarters of {periods} periods");
+    // this one and hold up to 25 MB for a while (seen). A leak of one record a period would be 60 MB and more.
+    assert!(grown < 40_000, "{grown} kB more after three quarters of {periods} periods");
 }
 
 /// Takes everything and keeps nothing.
