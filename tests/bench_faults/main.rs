@@ -159,39 +159,43 @@ fn a_second_one_of_either_kind_is_refused_in_one_sentence() {
 #[test]
 fn the_angle_is_held_through_torque_impulses_at_50_hz_and_at_1_khz() {
     for period_s in [0.02, 0.001] {
-        let bench = TestBench::new("hold", |config| {
-            config.period_s = period_s;
-            config.guard.arm_checks_s = 0.05;
-            // This test is about holding the angle, not about reacting: a busy machine may stop a process for longer
-            // than the built-in hold.
-            config.guard.hold_s = 0.5;
-            config.emulator.esc_timeout_s = 1.0;
-            config.emulator.impulse =
-                vec![rotorbench::emulate::Impulse { at_s: 1.0, duration_s: 0.05, torque: 0.6 }];
-            config.emulator.impulse_period_s = 2.0;
-        });
-        let emulator = bench.start(&["emulate", "--shm"]);
-        let mut control = bench.start(&["control", "--seconds", "8", "--json"]);
-        bench.fly(&mut bench.watch());
-        assert!(control.wait().success(), "{}", control.log());
-        let summary: serde_json::Value = serde_json::from_str(&control.output()).expect("JSON");
-        let (angle, timing) = (&summary["angle"], &summary["timing"]);
-        say(&format!(
-            "{} Hz over shared memory: greatest angle error {:.4} rad, late p99 {} µs, skipped {} of {}",
-            1.0 / period_s,
-            angle["greatest"].as_f64().unwrap_or(f64::NAN),
-            timing["lateness"]["p99_us"],
-            timing["skipped"],
-            timing["slots"],
-        ));
-        let number = |value: &serde_json::Value| value.as_u64().expect("a number");
-        assert_eq!(number(&timing["slots"]), number(&timing["run"]) + number(&timing["skipped"]));
-        assert!(number(&angle["count"]) > 100, "{summary:#}");
-        // An impulse of 0.6 N m for 50 ms turns the body at 0.94 rad/s: unheld, it would be past 0.5 rad in half a
-        // second, and against its stop in two.
-        let greatest = angle["greatest"].as_f64().expect("a number");
-        assert!(greatest < 0.5, "{summary:#}");
-        assert!(greatest > 0.02, "the impulses were felt: {summary:#}");
-        drop(emulator);
+        up_to_three_times(|| hold(period_s));
     }
+}
+
+fn hold(period_s: f64) {
+    let bench = TestBench::new("hold", |config| {
+        config.period_s = period_s;
+        config.guard.arm_checks_s = 0.05;
+        // This test is about holding the angle, not about reacting: a busy machine may stop a process for longer
+        // than the built-in hold.
+        config.guard.hold_s = 0.5;
+        config.emulator.esc_timeout_s = 1.0;
+        config.emulator.impulse =
+            vec![rotorbench::emulate::Impulse { at_s: 1.0, duration_s: 0.05, torque: 0.6 }];
+        config.emulator.impulse_period_s = 2.0;
+    });
+    let emulator = bench.start(&["emulate", "--shm"]);
+    let mut control = bench.start(&["control", "--seconds", "8", "--json"]);
+    bench.fly(&mut bench.watch());
+    assert!(control.wait().success(), "{}", control.log());
+    let summary: serde_json::Value = serde_json::from_str(&control.output()).expect("JSON");
+    let (angle, timing) = (&summary["angle"], &summary["timing"]);
+    say(&format!(
+        "{} Hz over shared memory: greatest angle error {:.4} rad, late p99 {} µs, skipped {} of {}",
+        1.0 / period_s,
+        angle["greatest"].as_f64().unwrap_or(f64::NAN),
+        timing["lateness"]["p99_us"],
+        timing["skipped"],
+        timing["slots"],
+    ));
+    let number = |value: &serde_json::Value| value.as_u64().expect("a number");
+    assert_eq!(number(&timing["slots"]), number(&timing["run"]) + number(&timing["skipped"]));
+    assert!(number(&angle["count"]) > 100, "{summary:#}");
+    // An impulse of 0.6 N m for 50 ms turns the body at 0.94 rad/s: unheld, it would be past 0.5 rad in half a
+    // second, and against its stop in two.
+    let greatest = angle["greatest"].as_f64().expect("a number");
+    assert!(greatest < 0.5, "{summary:#}");
+    assert!(greatest > 0.02, "the impulses were felt: {summary:#}");
+    drop(emulator);
 }

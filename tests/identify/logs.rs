@@ -1,0 +1,130 @@
+//! Logs that say nothing, or something else than their names.
+
+use std::f64::consts::TAU;
+use std::process::Command;
+
+use rotorbench::identify::{IdentifySettings, identify};
+use rotorbench::record::Dataset;
+
+use crate::bench::{bench, prbs, run};
+
+/// A bench with twice the battery of the paper's: its own voltage is full, whether or not the battery is asked for.
+#[test]
+fn a_battery_that_has_more_than_the_template_is_full_at_its_own_voltage() {
+    let mut log = run(&bench(5), prbs(60.0, 5), "doubled");
+    let volts: Vec<f64> =
+        log.column("battery_voltage_v").expect("measured").iter().map(|v| 2.0 * v).collect();
+    let best = volts.iter().copied().filter(|volts| volts.is_finite()).fold(0.0, f64::max);
+    log.replace("battery_voltage_v", volts).expect("fits");
+    for battery in [true, false] {
+        let settings = IdentifySettings { battery, degree: Some(2), ..IdentifySettings::default() };
+        let found = identify(std::slice::from_ref(&log), &[], &settings).expect("identified");
+        let full = found.model.actuator.full_voltage;
+        // A hundredth of the readings may be glitches, and it is said to a tenth of a volt.
+        assert!((best - 0.3..=best + 0.05).contains(&full), "{full} V of at most {best}");
+        assert!(found.warnings.iter().any(|it| it.contains("--full-voltage-v")), "{:?}", found.warnings);
+    }
+}
+
+/// Logs that say nothing, or something else than their names, beside a good one and alone.
+#[test]
+fn logs_that_cannot_be_used_are_named_with_the_reason() {
+    let good = run(&bench(3), prbs(60.0, 3), "good.csv");
+    let settings = || IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
+    let both = |bad: &Dataset| {
+        let found = identify(&[good.clone(), bad.clone()], &[], &settings()).expect("the good one");
+        let alone = identify(std::slice::from_ref(bad), &[], &settings()).map(|found| found.warnings);
+        (found.warnings, alone.map_err(|error| error.to_string()))
+    };
+    let renamed = |name: &str| Dataset::new(name, "", good.time().to_vec()).expect("rising time");
+    let column = |name: &str| good.column(name).expect("there").to_vec();
+    let mut five = Dataset::new("five.csv", "", good.time()[..5].to_vec()).expect("rising time");
+    let mut header = Dataset::new("header.csv", "", vec![]).expect("no time goes back");
+    let mut rpm = renamed("rpm.csv");
+    let mut frozen = renamed("frozen.csv");
+    for name in ["command_1", "battery_voltage_v", "propeller_rate_1_rad_s"] {
+        five.insert(name, column(name)[..5].to_vec()).expect("five");
+        header.insert(name, vec![]).expect("none");
+        rpm.insert(name.replace("rad_s", "rpm"), column(name)).expect("fits");
+        frozen.insert(name, column(name)).expect("fits");
+    }
+    frozen.replace("command_1", vec![0.4633; good.len()]).expect("fits");
+    for (bad, sentence) in [
+        (&five, "five.csv: not used: 5 usable samples over 0.08 s are too few"),
+        (&header, "header.csv: not used: it has a header and no rows"),
+        (&rpm, "rpm.csv: not used: it has no command_N with a propeller_rate_N_rad_s"),
+        (&rpm, "`propeller_rate_1_rpm` is not read: the log format has `propeller_rate_1_rad_s`"),
+        (&frozen, "frozen.csv, rotor 1: the command stands still at 0.4633 while the rate scatters"),
+        (&frozen, "frozen.csv: not used: no rate was measured while a rotor ran under a known command"),
+    ] {
+        let (beside, alone) = both(bad);
+        assert!(beside.iter().any(|it| it.contains(sentence)), "{sentence}: {beside:?}");
+        let alone = alone.expect_err("nothing can be identified");
+        assert!(alone.contains(sentence), "{sentence}: {alone}");
+    }
+    // What is good alone is as good beside them: the same numbers.
+    let (alone, beside) =
+        (identify(std::slice::from_ref(&good), &[], &settings()), [good.clone(), five, header, frozen]);
+    let beside = identify(&beside, &[], &settings()).expect("identified");
+    assert_eq!(alone.expect("identified").model.actuator, beside.model.actuator);
+    // Twice the same log says no more than once.
+    let twin = |name: &str| {
+        let mut twin = Dataset::new(name, "the same hash", good.time().to_vec()).expect("rising time");
+        ["command_1", "battery_voltage_v", "propeller_rate_1_rad_s"]
+            .into_iter()
+            .for_each(|name| twin.insert(name, column(name)).expect("fits"));
+        twin
+    };
+    let twice = identify(&[twin("a.csv"), twin("b.csv")], &[twin("c.csv")], &settings()).expect("identified");
+    let once = identify(&[twin("a.csv")], &[], &settings()).expect("identified");
+    assert_eq!(twice.joint.map(|fit| fit.pole), once.joint.map(|fit| fit.pole));
+    for sentence in ["b.csv: not used: it holds the same as a.csv", "c.csv: validated on what was fitted"] {
+        assert!(twice.warnings.iter().any(|it| it.contains(sentence)), "{:?}", twice.warnings);
+    }
+}
+
+/// Values that are possible and hardly meant: said, with what they suggest, and not refused.
+#[test]
+fn values_that_suggest_another_unit_or_no_sensor_are_said() {
+    let good = run(&bench(4), prbs(60.0, 4), "log.csv");
+    let settings = |battery| IdentifySettings { degree: Some(2), battery, ..IdentifySettings::default() };
+    let with = |name: &str, change: &dyn Fn(f64) -> f64| {
+        let mut log = good.clone();
+        log.replace(name, good.column(name).expect("there").iter().copied().map(change).collect())
+            .expect("fits");
+        identify(&[log], &[], &settings(true)).expect("identified")
+    };
+    let none = identify(std::slice::from_ref(&good), &[], &settings(false)).expect("identified");
+    let dead = with("battery_voltage_v", &|_| 0.0);
+    assert_eq!(dead.model.actuator, none.model.actuator, "as if no voltage had been measured");
+    assert!(dead.warnings.iter().any(|it| it.contains("it is not connected")), "{:?}", dead.warnings);
+    for (factor, unit) in [(1.0 / TAU, "`rev/s`"), (0.06 / TAU, "`krpm`"), (5.7, "`rpm`")] {
+        let found = with("propeller_rate_1_rad_s", &|rate| factor * rate);
+        let said = found
+            .warnings
+            .iter()
+            .any(|it| it.contains("what the template's rotor does") && it.contains(unit));
+        assert!(said, "{unit}: {:?}", found.warnings);
+    }
+    let sound = with("propeller_rate_1_rad_s", &|rate| 1.5 * rate);
+    assert!(!sound.warnings.iter().any(|it| it.contains("template's rotor")), "{:?}", sound.warnings);
+}
+
+#[test]
+fn an_experiment_on_a_bench_that_nobody_guards_says_so_and_leaves_nothing() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let config = folder.path().join("bench.toml");
+    std::fs::write(&config, format!("name = \"nobody-{}\"\n", std::process::id())).expect("written");
+    let output = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
+        .args(["experiment", "ramp", "--output"])
+        .arg(folder.path().join("ramp.csv"))
+        .arg("--config")
+        .arg(&config)
+        .output()
+        .expect("the program starts");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("is not running"), "{text}");
+    let left = std::fs::read_dir(folder.path()).expect("readable").count();
+    assert_eq!(left, 1, "neither a log nor a recording");
+}

@@ -1,0 +1,86 @@
+//! Section III of [LPC16]: the numbers that went in come out.
+
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rotorbench::experiment::Shape;
+use rotorbench::identify::{IdentifySettings, identify};
+
+use crate::bench::{bench, prbs, run};
+
+/// Must be true 1: 20 benches drawn at random around the paper's, 2400 s of PRBS each, everything from that one
+/// log within 2 % and within 3 standard errors. All at once, 80 parameters lie beyond 3 standard errors with a
+/// chance of 80 × 0.0027 = 20 % for honest normal errors; one is therefore allowed up to 4.
+#[test]
+fn twenty_benches_drawn_at_random_are_found() {
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let mut beyond_three = 0;
+    for draw in 0..20 {
+        let mut config = bench(100 + draw);
+        let mut around = |value: &mut f64, share: f64| *value *= 1.0 + share * random.random_range(-1.0..1.0);
+        around(&mut config.plant.pole, 0.4);
+        around(&mut config.plant.steady_rate[2], 0.2);
+        around(&mut config.plant.steady_rate[1], 0.2);
+        around(&mut config.plant.voltage_gain, 0.3);
+        let log = run(&config, prbs(2400.0, draw), "prbs");
+        assert_eq!(log.len(), 120_000);
+        let found =
+            identify(&[log], &[], &IdentifySettings { degree: Some(2), ..IdentifySettings::default() });
+        let joint = found.expect("identified").joint.expect("lively commands");
+        let plant = &config.plant;
+        for (name, estimate, truth) in [
+            ("p", joint.pole, plant.pole),
+            ("c_g2", joint.coefficients[0], plant.steady_rate[1]),
+            ("c_g1", joint.coefficients[1], plant.steady_rate[2]),
+            ("k_V", joint.voltage_gain.expect("voltage was logged"), plant.voltage_gain),
+        ] {
+            let share = estimate.value / truth - 1.0;
+            println!(
+                "draw {draw:2} {name:5} {:10.4} truth {truth:10.4} error {:+.3} %, {:.2} standard errors",
+                estimate.value,
+                100.0 * share,
+                estimate.distance(truth)
+            );
+            assert!(share.abs() < 0.02, "draw {draw}: {name} {estimate:?} against {truth}");
+            assert!(estimate.distance(truth) < 4.0, "draw {draw}: {name} {estimate:?} against {truth}");
+            beyond_three += usize::from(estimate.distance(truth) > 3.0);
+        }
+    }
+    assert!(beyond_three <= 1, "{beyond_three} of 80 beyond three standard errors");
+}
+
+/// The paper's own steps on the paper's own bench: constant levels, ramps, PRBS.
+#[test]
+fn section_three_of_the_paper_comes_out() {
+    let config = bench(5);
+    let levels = vec![0.35, 0.4, 0.45, 0.5, 0.55, 0.6];
+    let logs = [
+        run(&config, Shape::Constant { levels, hold_s: 300.0 }, "constant"),
+        run(&config, Shape::Ramp { low: 0.3, high: 0.65, slope: 0.01, cycles: 3 }, "ramp"),
+        run(&config, prbs(600.0, 1), "prbs"),
+    ];
+    let validation =
+        [run(&bench(6), Shape::Ramp { low: 0.3, high: 0.65, slope: 0.02, cycles: 2 }, "validation")];
+    let found = identify(&logs, &validation, &IdentifySettings::default()).expect("identified");
+    let curve = found.static_curve.expect("ramps");
+    let battery = found.battery.expect("constant levels");
+    let pole = found.pole.expect("a PRBS");
+    for (name, estimate, printed) in [
+        ("k_V", battery.gain, 40.0),
+        ("c_g2", curve.coefficients[0], 1124.5),
+        ("c_g1", curve.coefficients[1], 447.1),
+        ("p", pole.pole, 16.0),
+        ("gain", pole.gain, 1.0),
+    ] {
+        println!("{name}: {estimate:?} against {printed}");
+        assert!(estimate.distance(printed) < 3.0, "{name}: {estimate:?} against {printed}");
+    }
+    assert_eq!(curve.preferred_degree, 2, "as the paper chose");
+    assert_eq!(curve.degrees.len(), 4);
+    let check = curve.ramp_check.expect("made from ramps");
+    assert!(check.slow_enough, "{check:?}");
+    // 1/p behind, and half a sampling interval more because the command is held: 72.5 ms.
+    assert!(check.lag.distance(1.0 / 16.0 + 0.01) < 3.0, "{check:?}");
+    assert!(pole.rivals.iter().all(|rival| !rival.needed), "{:?}", pole.rivals);
+    // Fig. 3: what is left on another ramp is the noise of the sensor, 1.5 rad/s in 600.
+    assert!(found.validation[0].rms < 1.6 && found.validation[0].rms_percent < 0.4);
+}
