@@ -240,6 +240,23 @@ fn a_long_flight_is_judged_over_the_window_behind_each_impulse() {
     );
 }
 
+/// Margins that nobody can reach with a loop of any use: it is said what they cost.
+#[test]
+fn a_loop_that_is_stable_and_of_no_use_is_told() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let warning = |line: &str| {
+        let output = rotorbench(folder.path(), &line.split(' ').collect::<Vec<_>>());
+        assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+        let design: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        design["warning"].as_str().map(str::to_owned)
+    };
+    for useful in ["design --json", "design --json --pid-margins 55,2.5", "design --json --alpha-c 2"] {
+        assert_eq!(warning(useful), None, "{useful}");
+    }
+    let told = warning("design --json --pid-margins 89,10").expect("told");
+    assert!(told.contains("of little use") && told.contains("0.18 rad/s; ask for smaller margins"), "{told}");
+}
+
 /// What would do nothing is refused by its name; what is out of range gets a sentence of ours, however it is written.
 #[test]
 fn options_that_do_nothing_or_cannot_be_are_refused_by_name() {
@@ -258,6 +275,7 @@ fn options_that_do_nothing_or_cannot_be_are_refused_by_name() {
         ("design --gamma-0 1e300", "gamma_0 is 1e300: "),
         ("design --period-s 1e300", "period_s: 1e300 is outside 0.0001..1 s"),
         ("design --angle-deg 1e300", "--angle-deg must lie in -180..180, not 1e300"),
+        ("design --angle-deg 30", "--angle-deg would do nothing: model `paper` has no effect"),
         ("design --model no.toml", "model file no.toml: No such file"),
         ("design --config no.toml", "bench file no.toml: No such file"),
         ("experiment prbs --lockstep --amplitude 0", "`amplitude` must lie in 0.0001..1, not 0"),

@@ -15,6 +15,10 @@ mod logs;
 mod sources;
 #[path = "paper_lpc16/steps.rs"]
 mod steps;
+#[path = "paper_lpc16/taken.rs"]
+mod taken;
+#[path = "paper_lpc16/thrust.rs"]
+mod thrust;
 
 /// [s] T_c of Table IV.
 const T_C: f64 = 0.02;

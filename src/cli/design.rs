@@ -1,5 +1,7 @@
 //! `rotorbench design`: eigenvalues, gains and margins from a model.
 
+mod show;
+
 use std::path::{Path, PathBuf};
 
 use nalgebra::Complex;
@@ -7,9 +9,7 @@ use serde::Serialize;
 
 use super::operate::BenchArguments;
 use super::{CliError, CliResult, Outcome};
-use crate::control::design::{
-    Advice, Compensator, DiscreteLoop, LoopPlant, LoopResponse, Margins, advise, pid_by_margins,
-};
+use crate::control::design::{Advice, Compensator, DiscreteLoop, LoopPlant, Margins, advise, pid_by_margins};
 use crate::control::gains::{complementary_eigenvalues, feedback_matrix, predictor_matrix};
 use crate::control::{
     Beta, BetaRule, Compensation, ControlError, ControllerConfig, ControllerKind, EmcConfig, EmcGains,
@@ -17,8 +17,9 @@ use crate::control::{
 };
 use crate::model::Model;
 use crate::process::plant;
-use crate::report::{Axis, Mark, Page, Plot, Series, Table, number};
+use crate::report::number;
 use crate::unit::short;
+use show::{page, tables};
 
 /// Arguments of `design`. What is not given here comes from the bench file.
 #[derive(Debug, clap::Args)]
@@ -55,9 +56,9 @@ pub struct Arguments {
     /// Measured transport delay from the controller's step to the actuator [ms], besides the model's own
     #[arg(long, value_name = "MS", default_value_t = 0.0)]
     delay_ms: f64,
-    /// Angle at which the model's effects are linearized [degrees]
-    #[arg(long, value_name = "DEG", default_value_t = 0.0)]
-    angle_deg: f64,
+    /// Angle at which the model's effects are linearized [degrees]; default: 0
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    angle_deg: Option<f64>,
     /// Write the design as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -83,6 +84,8 @@ fn parse_beta(text: &str) -> Result<Beta, String> {
     }
 }
 
+/// [s] time constant of a closed loop from which it is of little use: a body that hovers has long gone by then.
+const SLUGGISH: f64 = 20.0;
 /// No gain and no margin is higher.
 const HIGHEST_NUMBER: f64 = 1e6;
 
@@ -117,6 +120,7 @@ struct Design {
     pid: Option<PidConfig>,
     closed_loop: Vec<Eigenvalue>,
     margins: Option<Margins>,
+    warning: Option<String>,
     advice: Option<String>,
 }
 
@@ -158,6 +162,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         pid: None,
         closed_loop: Vec::new(),
         margins: None,
+        warning: None,
         advice: None,
     };
     let closed = match task.close(&mut design) {
@@ -176,6 +181,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     } else {
         tables(&design).iter().for_each(|table| println!("{}", table.text()));
         design.refusal.iter().for_each(|refusal| println!("refused: {refusal}"));
+        design.warning.iter().for_each(|warning| println!("warning: {warning}"));
         design.advice.iter().for_each(|advice| println!("advice: {advice}"));
     }
     Ok(if design.stable { Outcome::Done } else { Outcome::FoundWanting })
@@ -187,8 +193,9 @@ impl Arguments {
         let mut bench = self.bench.load()?;
         bench.period_s = self.period_s.unwrap_or(bench.period_s);
         bench.check()?;
-        if !(-180.0..=180.0).contains(&self.angle_deg) {
-            let angle = short(self.angle_deg);
+        let angle_deg = self.angle_deg.unwrap_or(0.0);
+        if !(-180.0..=180.0).contains(&angle_deg) {
+            let angle = short(angle_deg);
             return Err(CliError::new(format!("--angle-deg must lie in -180..180, not {angle}")));
         }
         let path = self.model.clone().unwrap_or_else(|| PathBuf::from(&bench.model));
@@ -202,6 +209,13 @@ impl Arguments {
             None => config.kind,
         };
         self.refuse_idle(&config)?;
+        // Of all torques on the body the pendulum's alone has another slope at another angle.
+        if self.angle_deg.is_some() && known.pendulum_moment == 0.0 {
+            return Err(CliError::new(format!(
+                "--angle-deg would do nothing: model `{}` has no effect whose slope depends on the angle (gravity_pendulum)",
+                model.name
+            )));
+        }
         let emc = &mut config.emc;
         emc.beta = self.beta.unwrap_or(emc.beta);
         emc.gamma_0 = self.gamma_0.or(emc.gamma_0);
@@ -209,7 +223,7 @@ impl Arguments {
         emc.alpha_c = self.alpha_c.unwrap_or(emc.alpha_c);
         emc.feedback_gain = self.feedback_gain.or(emc.feedback_gain);
         let period_s = bench.period_s;
-        let angle = self.angle_deg.to_radians();
+        let angle = angle_deg.to_radians();
         let mut loop_plant = plant::loop_of_model(&model, &plant, &known, angle);
         loop_plant.delay_s += 1e-3 * self.delay_ms;
         if let Some([phase_deg, gain]) = self.pid_margins {
@@ -271,6 +285,7 @@ impl Task {
         design.stable = true;
         design.closed_loop = closed.eigenvalues().iter().map(Eigenvalue::from).collect();
         design.margins = Some(margins);
+        design.warning = self.sluggish(&closed, &margins);
         if self.config.kind == ControllerKind::Emc {
             design.advice = self.advice(&margins).map(|advice| advice.sentence);
         }
@@ -280,6 +295,25 @@ impl Task {
     fn closed(&self, compensator: &Compensator) -> Result<DiscreteLoop, ControlError> {
         let Self { plant, loop_plant, known, angle, period_s, .. } = self;
         DiscreteLoop::build(plant, loop_plant, compensator, known, *angle, *period_s)
+    }
+
+    /// Says so where a loop is stable and of no use.
+    fn sluggish(&self, closed: &DiscreteLoop, margins: &Margins) -> Option<String> {
+        let slowest = closed.eigenvalues().first()?.norm();
+        let fades = -self.period_s / slowest.ln();
+        let instead = match self.config.kind {
+            ControllerKind::Emc => "take a larger γ_0, or smaller α and α_c",
+            ControllerKind::Pid => "ask for smaller margins, or give larger gains",
+        };
+        (fades > SLUGGISH).then(|| {
+            format!(
+                "the loop is stable and of little use: what a push leaves behind fades with a time constant of {} s (eigenvalue \
+                 1 - {:.1e}), at a bandwidth of {:.2} rad/s; {instead}",
+                number(fades, 3),
+                1.0 - slowest,
+                margins.bandwidth_rad_s
+            )
+        })
     }
 
     fn advice(&self, margins: &Margins) -> Option<Advice> {
@@ -302,127 +336,4 @@ fn emc_design(config: &EmcConfig, gains: &EmcGains) -> EmcDesign {
         predictor: values(predictor_matrix(gains.beta, gains.l).complex_eigenvalues().as_slice()),
         feedback: values(feedback_matrix(gains.beta, gains.k).complex_eigenvalues().as_slice()),
     }
-}
-
-/// The design as tables, for terminal and report alike.
-fn tables(design: &Design) -> Vec<Table> {
-    let mut tables = Vec::new();
-    if let Some(emc) = &design.emc {
-        let caption = format!(
-            "EMC for model `{}`, T_c = {} s, β = {}",
-            design.model,
-            number(design.period_s, 4),
-            number(emc.beta, 4)
-        );
-        let mut table =
-            Table::new(["k", "predictor γ_k", "gain l_k", "feedback γ_k", "gain k_k+1"]).caption(caption);
-        for (k, (gamma, l)) in emc.gamma.iter().zip(emc.observer_gain).enumerate() {
-            let [gamma_c, gain] = [emc.gamma_c.get(k), emc.feedback_gain.get(k)]
-                .map(|value| value.map_or(String::new(), |v| number(*v, 4)));
-            // Zero but for rounding, when γ_0 = β.
-            let l = if l.abs() < 1e-12 { 0.0 } else { l };
-            table = table.row([k.to_string(), number(*gamma, 4), number(l, 4), gamma_c, gain]);
-        }
-        tables.push(table);
-    }
-    if let Some(pid) = design.pid {
-        let caption = format!("PID for model `{}`, T_c = {} s", design.model, number(design.period_s, 4));
-        tables.push(
-            Table::new(["gain", "value", "unit"])
-                .caption(caption)
-                .row(["k_P".to_owned(), number(pid.k_p, 4), "N m/rad".to_owned()])
-                .row(["k_I".to_owned(), number(pid.k_i, 4), "N m/(rad s)".to_owned()])
-                .row(["k_D".to_owned(), number(pid.k_d, 4), "N m s/rad".to_owned()]),
-        );
-    }
-    if let Some(margins) = &design.margins {
-        tables.push(margin_table(design, margins));
-    }
-    if !design.closed_loop.is_empty() {
-        let mut table =
-            Table::new(["real", "imaginary", "modulus"]).caption("Eigenvalues of the closed loop");
-        for value in design.closed_loop.iter().filter(|value| value.modulus > 1e-3) {
-            table = table.row([value.real, value.imaginary, value.modulus].map(|part| number(part, 4)));
-        }
-        tables.push(table);
-    }
-    tables
-}
-
-fn margin_table(design: &Design, margins: &Margins) -> Table {
-    let decibel = |factor: f64| format!("{} ({} dB)", number(factor, 3), number(20.0 * factor.log10(), 3));
-    let caption = format!("Discrete loop with {} ms of transport delay", number(1e3 * design.delay_s, 3));
-    let rows = [
-        ("gain may grow by", decibel(margins.gain_up)),
-        ("gain may fall to", decibel(margins.gain_down)),
-        ("phase margin [°]", number(margins.phase_rad.to_degrees(), 3)),
-        ("at [rad/s]", number(margins.crossover_rad_s, 3)),
-        ("further delay up to [ms]", number(1e3 * margins.delay_s, 3)),
-        ("sensitivity peak", number(margins.sensitivity_peak, 3)),
-        ("complementary sensitivity peak", number(margins.complementary_peak, 3)),
-        ("bandwidth (-3 dB) [rad/s]", number(margins.bandwidth_rad_s, 3)),
-    ];
-    rows.into_iter().fold(Table::new(["margin", "value"]).caption(caption), |table, (name, value)| {
-        table.row([name.to_owned(), value])
-    })
-}
-
-fn page(design: &Design, closed: Option<&DiscreteLoop>) -> Page {
-    let mut page = Page::new(format!("Controller design for `{}`", design.model));
-    match (&design.refusal, &design.margins) {
-        (Some(refusal), _) => page.verdict(Mark::Bad, format!("Refused: {refusal}.")),
-        (None, Some(margins)) if margins.sensitivity_peak > 2.0 => {
-            page.verdict(Mark::Warning, "The closed loop is stable, and its sensitivity peak is above 2.")
-        }
-        _ => page.verdict(Mark::Good, "The closed loop is stable."),
-    };
-    design.advice.iter().for_each(|advice| {
-        page.paragraph(format!("Advice: {advice}."));
-    });
-    tables(design).into_iter().for_each(|table| {
-        page.table(table);
-    });
-    if let Some((closed, margins)) = closed.zip(design.margins.as_ref()) {
-        let [magnitude, phase] = plots(closed, margins);
-        page.heading("Frequency response").plot(magnitude).plot(phase);
-    }
-    page
-}
-
-/// Magnitudes of L, S and T, and the phase of L, around the crossover.
-fn plots(closed: &DiscreteLoop, margins: &Margins) -> [Plot; 2] {
-    // Further down nothing happens that a margin depends on.
-    let mut sweep = closed.sweep();
-    sweep.retain(|point| point.frequency > 0.05 * margins.crossover_rad_s);
-    let frequency: Vec<f64> = sweep.iter().map(|point| point.frequency).collect();
-    let curve = |name: &str, pick: fn(&LoopResponse) -> Complex<f64>| {
-        let values: Vec<f64> = sweep.iter().map(|point| 20.0 * pick(point).norm().log10()).collect();
-        Series::line(name, &frequency, &values)
-    };
-    let axis = || Axis::new("frequency", "rad/s").logarithmic();
-    let magnitude = Plot::new("Magnitude", axis(), Axis::new("magnitude", "dB").range(-60.0, 60.0))
-        .group("loop")
-        .series(curve("open loop L", |point| point.open))
-        .series(curve("sensitivity S", LoopResponse::sensitivity))
-        .series(curve("complementary sensitivity T", LoopResponse::complementary))
-        .level("|L| = 1", 0.0);
-    let phase = Plot::new("Phase of the open loop", axis(), Axis::new("phase", "deg"))
-        .group("loop")
-        .height(220)
-        .series(Series::line("open loop L", &frequency, &unwound(&sweep, margins.crossover_rad_s)))
-        .level("-180°", -180.0);
-    [magnitude, phase]
-}
-
-/// [deg] Phase of L without jumps, between -360 and 0 at the crossover: the margin is what it is above -180.
-fn unwound(sweep: &[LoopResponse], crossover: f64) -> Vec<f64> {
-    let mut phases: Vec<f64> = Vec::with_capacity(sweep.len());
-    for point in sweep {
-        let phase = point.open.arg().to_degrees();
-        let last = phases.last().copied().unwrap_or(phase);
-        phases.push(last + (phase - last + 180.0).rem_euclid(360.0) - 180.0);
-    }
-    let at = sweep.partition_point(|point| point.frequency < crossover).min(sweep.len().saturating_sub(1));
-    let turns = phases.get(at).map_or(0.0, |phase| (phase / 360.0).ceil());
-    phases.iter().map(|phase| phase - 360.0 * turns).collect()
 }

@@ -57,8 +57,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
         println!("{}", serde_json::to_string_pretty(&run)?);
     } else {
         println!(
-            "{}\n{}\n{}\n{}",
+            "{}\n{}\n\n{}\n{}\n{}",
             run.identified_table().text(),
+            run.remarks().join("\n"),
             run.given_table().text(),
             run.gain_table().text(),
             run.flight_table().text()

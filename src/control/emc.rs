@@ -237,7 +237,8 @@ impl Controller for Emc {
 
         // [LPC16] Eq. (24); without a measurement the model predicts alone.
         let e_m = y.map_or(0.0, |y| x_2 - y);
-        // [LPC16] Eq. (25); the command's part of x̂_c3 follows when it is known what the guard let through.
+        // [LPC16] Eq. (21) with the noise that L e_m stands for, which is Eq. (25); the command's part of x̂_c3 follows when
+        // it is known what the guard let through.
         state.x_c = [x_1 + x_2, x_2 + x_3 + d_1 - l[1] * e_m, (1.0 - beta) * x_3 - beta * l[0] * e_m];
         state.x_d = [x_d1 + x_d2 - l[2] * e_m, x_d2 - l[3] * e_m];
         state.sequence += 1;

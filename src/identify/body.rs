@@ -84,6 +84,8 @@ pub(super) fn identify(
         }
     }
     let drive = drive(log, actuator, arm)?;
+    let driven = driven(log, rate);
+    let rate = driven.as_slice();
     let windows = windows(log, rate, actuator.pole);
     let rows: usize = windows.iter().map(Vec::len).sum();
     if rows < 10 * FEWEST {
@@ -270,6 +272,29 @@ fn filled(log: &Dataset, values: &[f64]) -> Vec<f64> {
             }
         })
         .collect()
+}
+
+/// The body rate, but where a rotor's rate was not measured for longer than a window: a straight line over a gap like that is
+/// no measurement of what drove the body.
+fn driven(log: &Dataset, rate: &[f64]) -> Vec<f64> {
+    let mut driven = rate.to_vec();
+    let columns = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"].map(|name| log.column(name));
+    let [Some(first), Some(second)] = columns else { return driven };
+    let time = log.time();
+    for measured in [first, second] {
+        let mut begins = 0;
+        for row in 0..=time.len() {
+            if row < time.len() && !measured[row].is_finite() {
+                continue;
+            }
+            let (before, end) = (begins.max(1) - 1, row.min(time.len() - 1));
+            if row > begins && time[end] - time[before] > WINDOW {
+                driven[begins..row].fill(f64::NAN);
+            }
+            begins = row + 1;
+        }
+    }
+    driven
 }
 
 /// Running integral of a command, held from its row until the next one.

@@ -1,20 +1,27 @@
 //! From the steps of section III to one answer: the rotor, the model file, and what contradicts itself.
 
 use super::frequency;
+use super::intake::rotor_logs;
 use super::late::{CORRELATED, Delay};
 use super::outcome::Identification;
-use super::procedure::{Work, rotor_logs};
+use super::procedure::{FEWEST_JUMPS, Work};
 use super::rivals::Rival;
 use super::rotor_log::{RotorLog, bounds};
+use super::stale;
 use super::static_curve::HIGHEST_DEGREE;
 use super::used;
 use super::validate::{self, Validation};
 use super::{Estimate, IdentifiedActuator, IdentifyError};
 use crate::model::{AddedEffect, ErrorFall, LogReference, Model, Step};
 use crate::record::Dataset;
+use crate::unit::short;
 
 /// The effect that a late rotor gets.
 const DELAY: &str = "transport_delay";
+/// [%] fit of a log with lively commands below which it is not explained.
+const UNFIT: f64 = 40.0;
+/// Standard error, as a share of a number, from which it hardly shows.
+const HARDLY: f64 = 0.2;
 /// Share of the body's motion from which a correlated rest counts. Below it the noise of the measured rotor rates,
 /// summed up over a window, looks the same.
 const UNEXPLAINED: f64 = 0.2;
@@ -29,15 +36,16 @@ impl Work<'_> {
             (None, Some(joint)) => values(&joint.coefficients),
             (None, None) => template.steady_rate.get(1..).unwrap_or_default().to_vec(),
         };
-        // With the curve of the joint fit goes the gain of the joint fit: they belong together.
+        // Curve and gain belong together: what a curve was fitted without, it goes without.
         let gain = match (&self.static_curve, &self.joint) {
-            (None, Some(joint)) => joint.voltage_gain,
-            _ => self.voltage_gain(),
+            (None, Some(joint)) => joint.voltage_gain.map_or(0.0, |gain| gain.value),
+            (Some(_), _) if !self.use_battery => 0.0,
+            (None, None) if !self.settings.battery => 0.0,
+            _ => self.voltage_gain().map_or(template.voltage_gain, |gain| gain.value),
         };
-        let kept = if self.use_battery { template.voltage_gain } else { 0.0 };
         IdentifiedActuator {
             coefficients,
-            voltage_gain: gain.map_or(kept, |gain| gain.value),
+            voltage_gain: gain,
             full_voltage: template.full_voltage,
             pole: self.pole_estimate().map_or(template.pole, |pole| pole.value),
             delay: self.delay().map_or(0.0, |told| told.delay.value),
@@ -164,10 +172,7 @@ impl Work<'_> {
         let [bodies, in_vain] = &self.bodies;
         let idle = used::idle(logs, &self.rotors, bodies, in_vain);
         if self.parts.iter().all(|part| !part.done) {
-            let mut reasons = idle;
-            reasons.extend(self.parts.iter().map(|part| format!("{}: {}", part.step, part.outcome)));
-            reasons.extend(self.warnings);
-            return Err(IdentifyError::Nothing { reasons });
+            return Err(self.nothing(idle));
         }
         self.warnings.extend(idle);
         self.check_results();
@@ -177,11 +182,18 @@ impl Work<'_> {
         let run = |rotors: &[RotorLog], actuator: &IdentifiedActuator| -> Vec<Validation> {
             rotors.iter().filter_map(|rotor| validate::validate(rotor, actuator)).collect()
         };
-        let mut other = rotor_logs(validation, self.settings, &mut self.warnings)?;
+        let validation_measured = stale::without_stale(validation, &self.settings.rotors, &mut self.warnings);
+        let mut other = rotor_logs(&validation_measured, self.settings, &mut self.warnings)?;
         if !self.use_battery {
             other.iter_mut().for_each(|rotor| rotor.voltage = None);
         }
-        let validated = run(&other, &actuator);
+        let (training, validated) = (run(&self.rotors, &actuator), run(&other, &actuator));
+        let rotors = self.rotors.iter().chain(&other);
+        let lively: Vec<&str> =
+            rotors.filter(|it| it.jumps().len() >= FEWEST_JUMPS).map(|it| it.source.as_str()).collect();
+        let unexplained =
+            training.iter().chain(&validated).filter(|run| lively.contains(&run.source.as_str()));
+        self.warnings.extend(unexplained.filter_map(unfit));
         let mut model = self.model(&actuator);
         if let Some((told, alone)) = self.delay().zip(self.without_delay(&actuator)) {
             let held_out = if validated.is_empty() {
@@ -196,7 +208,7 @@ impl Work<'_> {
             model,
             frequency_response: response,
             interval: self.lively.first().map_or(0.0, |rotor| rotor.interval),
-            training: run(&self.rotors, &actuator),
+            training,
             validation: validated,
             parts: self.parts,
             battery: self.battery,
@@ -208,6 +220,24 @@ impl Work<'_> {
             body: self.body,
             warnings: self.warnings,
         })
+    }
+
+    /// Why nothing can be identified: what each log lacks, and where there are rotors, what each step lacks.
+    fn nothing(self, mut reasons: Vec<String>) -> IdentifyError {
+        // The body's reasons are those of the logs.
+        let told = |warning: &String| {
+            let sentence = warning.split_once(": ").map_or(warning.as_str(), |(_, sentence)| sentence);
+            reasons.iter().any(|reason| reason.ends_with(sentence))
+        };
+        let (_, warnings): (Vec<String>, Vec<String>) = self.warnings.into_iter().partition(told);
+        if !self.rotors.is_empty() {
+            // What is kept of the template does not matter where nothing is written.
+            let lacks =
+                |outcome: &str| outcome.split("; the template's").next().unwrap_or_default().to_owned();
+            reasons.extend(self.parts.iter().map(|part| format!("{}: {}", part.step, lacks(&part.outcome))));
+        }
+        reasons.extend(warnings);
+        IdentifyError::Nothing { reasons }
     }
 
     /// Says where the results contradict each other or leave something over.
@@ -275,6 +305,7 @@ impl Work<'_> {
                 body.source, body.residual_rms, body.motion_rms, body.residual_correlation
             ));
         }
+        self.check_errors(&mut say);
         self.check_template(&mut say);
         self.check_inertia(&mut say);
         if let Some((low, high)) = self.lively_range().filter(|(low, high)| high - low < 0.05) {
@@ -283,47 +314,23 @@ impl Work<'_> {
         self.warnings.extend(say);
     }
 
-    /// Says where the template's numbers are not those of this bench.
-    fn check_template(&self, say: &mut Vec<String>) {
-        let template = &self.settings.template.actuator;
-        let over = |pick: &dyn Fn(&RotorLog) -> Option<(f64, f64)>| {
-            let all: Vec<(f64, f64)> = self.rotors.iter().filter_map(pick).collect();
-            let low = all.iter().map(|range| range.0).reduce(f64::min)?;
-            Some((low, all.iter().map(|range| range.1).fold(low, f64::max)))
-        };
-        let rates = over(&|rotor| rotor.thrust.as_ref().map(|_| bounds(&rotor.rate)));
-        if let Some((low, high)) = rates.filter(|_| self.thrust.is_some())
-            && !(low..=high).contains(&template.hover_rate)
-        {
-            say.push(format!(
-                "the tangent of the thrust curve is taken at {:.0} rad/s, where the template hovers, but the rates with \
-                 a measured thrust reach from {low:.0} to {high:.0}; say where this bench hovers with --hover-rate",
-                template.hover_rate
-            ));
-        }
-        let volts = over(&|rotor| rotor.voltage.as_deref().map(bounds));
-        if let Some((low, high)) = volts
-            && high < 0.7 * template.full_voltage
-        {
-            say.push(format!(
-                "the battery had {low:.1} to {high:.1} V, but the template's is full at {:.1} V: g(u) and k_V are \
-                 drawn out to a battery that this bench does not have; give its full voltage with --full-voltage-v",
-                template.full_voltage
-            ));
-        }
-    }
-
-    /// Says so where J is off by the factor between radians and degrees.
-    fn check_inertia(&self, say: &mut Vec<String>) {
-        let Some(body) = &self.body else { return };
-        let ratio = self.settings.template.body.inertia / body.inertia.value;
-        let degrees = 180.0 / std::f64::consts::PI;
-        if (0.7..1.4).contains(&(ratio / degrees)) {
-            say.push(format!(
-                "{}: J = {:.2e} kg m² is 1/{ratio:.0} of the template's {}; if the body rate is in degrees per second, import \
-                 it with unit `deg/s`",
-                body.source, body.inertia.value, self.settings.template.body.inertia
-            ));
+    /// Says which numbers of the model hardly show.
+    fn check_errors(&self, say: &mut Vec<String>) {
+        let gain = self.voltage_gain().filter(|_| self.static_curve.is_some() || self.joint.is_none());
+        let gain = gain.or(self.joint.as_ref().and_then(|joint| joint.voltage_gain));
+        let (pole, body) = (self.pole_estimate(), self.body.as_ref().map(|body| body.inertia));
+        for (name, estimate, unit, more) in [
+            ("k_V", gain, "rad/(s V)", "hold commands longer, or record a longer PRBS"),
+            ("the pole", pole, "rad/s", "record more jumps, larger ones, or a longer PRBS"),
+            ("J", body, "kg m²", "excite the attitude more, or longer"),
+        ] {
+            let Some(estimate) = estimate.filter(|it| it.standard_error > HARDLY * it.value.abs()) else {
+                continue;
+            };
+            // Three digits of a number that is not known to two.
+            let digits = |value: f64| short(format!("{value:.2e}").parse().unwrap_or(value));
+            let (value, error) = (digits(estimate.value), digits(estimate.standard_error));
+            say.push(format!("{name} = {value} ± {error} {unit} hardly shows in these logs: {more}"));
         }
     }
 
@@ -332,6 +339,17 @@ impl Work<'_> {
         let low = ranges.iter().map(|range| range.0).reduce(f64::min)?;
         Some((low, ranges.iter().map(|range| range.1).fold(low, f64::max)))
     }
+}
+
+/// What to say of a log whose lively rates the model does not explain.
+fn unfit(run: &Validation) -> Option<String> {
+    (run.fit_percent < UNFIT).then(|| {
+        format!(
+            "{}: the model leaves {:.1} rad/s of the rates' rms unexplained, a fit of {:.0} %: single wild readings, commands \
+             that hardly show over the noise, or another bench's log; look at it before the model is used",
+            run.source, run.rms, run.fit_percent
+        )
+    })
 }
 
 /// A rival that the data ask for.

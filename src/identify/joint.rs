@@ -170,21 +170,22 @@ fn at_once(
     rotors: &[RotorLog],
     full_voltage: f64,
     (battery, delays): (bool, bool),
-    degree: Option<usize>,
+    asked: Option<usize>,
 ) -> Option<JointFit> {
     let (degrees, preferred) = compare_degrees(rotors, full_voltage, battery);
     // Where no comparison succeeds, the curve of one coefficient is the last thing to try.
-    let degree = degree.or(preferred).unwrap_or(1);
-    let mut problem = Problem { rotors, full_voltage, degree, battery };
-    let mut found = sized!(problem, with_rivals(delays));
+    let degree = asked.or(preferred).unwrap_or(1);
+    let problem = Problem { rotors, full_voltage, degree, battery };
+    let found = sized!(problem, with_rivals(delays));
     // Judged beside the delay: what a lag alone leaves over would hide a battery.
     let shows = |found: &Tried| {
         let fit = found.late.as_ref().map_or(&found.lag, |late| &late.fit);
-        fit.coefficients[degree].abs() >= 3.0 * fit.error(degree)
+        // A battery that gives way never makes a rotor faster.
+        fit.coefficients[degree] >= 3.0 * fit.error(degree)
     };
     if battery && !found.as_ref().is_some_and(shows) {
-        problem.battery = false;
-        found = sized!(problem, with_rivals(delays));
+        // The curve's degree, too, was chosen beside a battery that does not show.
+        return at_once(rotors, full_voltage, (false, delays), asked);
     }
     let Tried { lag, rivals, late } = found?;
     let without_delay = late

@@ -68,9 +68,11 @@ impl RotorLog {
             say(sentence, fastest > IMPOSSIBLE.1)?;
         }
         if slowest < -0.05 * fastest.abs() && high >= LEAST_COMMAND {
-            let sentence =
-                format!("{source}: rates are negative down to {slowest:.0} rad/s; is the sign right?");
-            say(sentence, false)?;
+            let sentence = format!(
+                "{source}: rates are negative down to {slowest:.0} rad/s, but a rotor's command and rate have one sign here; if \
+                 the column counts the other way round, import it with scale -1"
+            );
+            say(sentence, fastest < -slowest)?;
         }
         if let Some((low, high)) = self.voltage.as_deref().map(bounds)
             && high >= 100.0

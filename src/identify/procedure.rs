@@ -2,13 +2,15 @@
 
 use super::battery::{self, BatteryGain};
 use super::body::{self, Body};
+use super::intake;
 use super::joint::{self, JointFit};
 use super::late::{self, Delay, LateFit};
 use super::outcome::{Identification, IdentifySettings, Part, PoleFit};
 use super::pole;
 use super::record_of::record_of;
 use super::rivals;
-use super::rotor_log::{LEAST_COMMAND, RotorLog, bounds};
+use super::rotor_log::RotorLog;
+use super::stale;
 use super::static_curve::{self, HIGHEST_DEGREE, StaticCurve};
 use super::thrust::{self, ThrustCurve};
 use super::used;
@@ -19,6 +21,11 @@ use crate::record::Dataset;
 pub(super) const FEWEST_JUMPS: usize = 8;
 /// Scored samples from which anything may be fitted.
 const FEWEST_SAMPLES: usize = 100;
+
+/// Standard error of a pole, as a share of it, beyond which there is none.
+const UNSURE: f64 = 0.4;
+/// Standard deviation of a k_V that is taken from the template, as a share of it.
+const ASSUMED: f64 = 0.5;
 
 /// Steps that [`identify_telling`] tells of.
 pub const STEPS: usize = 7;
@@ -54,11 +61,12 @@ pub fn identify_telling(
     let mut copies = Vec::new();
     let distinct = used::without_copies(logs, &mut copies);
     let logs = distinct.as_ref();
-    let fuller = fuller_battery(logs, settings);
+    let cleaned = stale::without_stale(logs, &settings.rotors, &mut copies);
+    let measured = cleaned.as_ref();
+    let fuller = intake::fuller_battery(logs, settings);
     let mut own = settings.clone();
     own.template.actuator.full_voltage = fuller.unwrap_or(settings.template.actuator.full_voltage);
-    let mut work = Work::new(logs, &own)?;
-    work.warnings.append(&mut copies);
+    let mut work = Work::new(measured, &own, copies)?;
     used::tell_of_seen(logs, validation, &mut work.warnings);
     if let Some(volts) = fuller {
         work.warnings.push(format!(
@@ -79,22 +87,9 @@ pub fn identify_telling(
     work.thrust();
     tell("body");
     let actuator = work.actuator();
-    work.body(logs, &actuator);
+    work.body(measured, &actuator);
     tell("validation");
     work.finish(logs, validation, actuator)
-}
-
-/// A battery above its full voltage by this share is another battery.
-const FULLER: f64 = 1.05;
-
-/// [V] what the battery had at its best, where that is more than the template's has when full.
-fn fuller_battery(logs: &[Dataset], settings: &IdentifySettings) -> Option<f64> {
-    let columns = logs.iter().filter_map(|log| log.column("battery_voltage_v"));
-    let mut volts: Vec<f64> = columns.flatten().copied().filter(|volts| volts.is_finite()).collect();
-    volts.sort_by(f64::total_cmp);
-    // A glitch of the reading is not the battery.
-    let best = *volts.get(volts.len().checked_sub(1)? * 99 / 100)?;
-    (best > FULLER * settings.template.actuator.full_voltage).then_some((10.0 * best).round() / 10.0)
 }
 
 /// What is known so far.
@@ -116,25 +111,15 @@ pub(super) struct Work<'a> {
 }
 
 impl<'a> Work<'a> {
-    fn new(logs: &[Dataset], settings: &'a IdentifySettings) -> Result<Self, IdentifyError> {
-        let mut warnings = Vec::new();
-        let rotors = rotor_logs(logs, settings, &mut warnings)?;
+    fn new(
+        logs: &[Dataset],
+        settings: &'a IdentifySettings,
+        mut warnings: Vec<String>,
+    ) -> Result<Self, IdentifyError> {
+        let rotors = intake::rotor_logs(logs, settings, &mut warnings)?;
         let lively: Vec<RotorLog> =
             rotors.iter().filter(|rotor| rotor.jumps().len() >= FEWEST_JUMPS).cloned().collect();
-        let with_voltage = rotors.iter().filter(|rotor| rotor.voltage.is_some()).count();
-        let use_battery = settings.battery && with_voltage == rotors.len() && with_voltage > 0;
-        if settings.battery && with_voltage < rotors.len() {
-            let without: Vec<&str> = rotors
-                .iter()
-                .filter(|rotor| rotor.voltage.is_none())
-                .map(|rotor| rotor.source.as_str())
-                .collect();
-            warnings.push(format!(
-                "no column `battery_voltage_v` with a battery's voltage in {}: k_V cannot be identified, and g(u) and p are fitted without \
-                 the battery's part, so they hold for the charge at which the log was made",
-                without.join(", ")
-            ));
-        }
+        let use_battery = intake::uses_battery(&rotors, settings, &mut warnings);
         let mut work = Self {
             settings,
             rotors,
@@ -167,20 +152,29 @@ impl<'a> Work<'a> {
     fn battery(&mut self) {
         const STEP: &str = "k_V from constant commands, Eq. (6)";
         if !self.use_battery {
-            let why = if self.settings.battery {
-                "no battery voltage in the logs"
-            } else {
-                "left out, as asked for"
+            let why = match (self.settings.battery, self.rotors.is_empty()) {
+                (false, _) => {
+                    "left out, as asked for: g(u) holds for the charge of these logs, and p takes up how the battery gives \
+                     way under load"
+                }
+                (true, true) => "no rotor that can be identified",
+                (true, false) => "no battery voltage to identify it from",
             };
             return self.note(STEP, false, why);
         }
         let (gain, left_out) = battery::identify(&self.rotors);
         match &gain {
-            Some(gain) => self.note(STEP, true, format!("{} levels, {left_out} left out", gain.levels.len())),
+            Some(gain) => {
+                let outcome = format!("{}, {left_out} left out", counted(gain.levels.len(), "level"));
+                self.note(STEP, true, outcome);
+            }
             None if left_out > 0 => self.note(
                 STEP,
                 false,
-                format!("{left_out} constant levels, but the voltage hardly moved over its noise; hold them longer"),
+                format!(
+                    "{}, but the voltage hardly moved over its noise; hold longer",
+                    counted(left_out, "constant level")
+                ),
             ),
             None => self.note(STEP, false, "no command was held constant for five seconds after settling"),
         }
@@ -203,7 +197,12 @@ impl<'a> Work<'a> {
         }
         let (full_voltage, degree) = (self.full_voltage(), self.settings.degree);
         let parts = (self.use_battery, self.settings.delay);
-        let fit = joint::identify(&self.lively, full_voltage, parts, degree, &mut self.warnings);
+        let mut told = Vec::new();
+        let fit = joint::identify(&self.lively, full_voltage, parts, degree, &mut told);
+        if let Some(why) = fit.as_ref().and_then(|fit| no_pole(&fit.pole)) {
+            return self.note(STEP, false, why);
+        }
+        self.warnings.append(&mut told);
         match &fit {
             Some(fit) => self.note(STEP, true, outcome(fit.samples, fit.delay.as_ref())),
             None => self.note(
@@ -225,13 +224,17 @@ impl<'a> Work<'a> {
         }
     }
 
+    /// What k_V is taken as where no log shows it. Nobody knows by how much a bench differs from its template: half of it
+    /// is what the curve's errors allow for.
+    fn assumed_voltage_gain(&self) -> Estimate {
+        let taken = Estimate { value: self.settings.template.actuator.voltage_gain, standard_error: 0.0 };
+        let unknown = Estimate { standard_error: ASSUMED * taken.value.abs(), ..taken };
+        if self.use_battery { unknown } else { taken.scaled(0.0) }
+    }
+
     fn static_curve(&mut self) {
         const STEP: &str = "g(u) from ramps, Eq. (9)";
-        let gain = self.voltage_gain().unwrap_or(if self.use_battery {
-            Estimate { value: self.settings.template.actuator.voltage_gain, standard_error: 0.0 }
-        } else {
-            Estimate { value: 0.0, standard_error: 0.0 }
-        });
+        let gain = self.voltage_gain().unwrap_or_else(|| self.assumed_voltage_gain());
         let Some(rows) = static_curve::steady_rows(&self.rotors, gain.value, self.full_voltage()) else {
             return self.note(
                 STEP,
@@ -277,8 +280,11 @@ impl<'a> Work<'a> {
     fn pole(&mut self) {
         const STEP: &str = "p from z by output error, section III.B";
         if self.static_curve.is_none() || self.lively.is_empty() {
-            let why =
-                if self.joint.is_some() { "taken from the fit of all at once" } else { "no lively commands" };
+            let why = match (self.joint.is_some(), self.lively.is_empty()) {
+                (true, _) => "taken from the fit of all at once",
+                (false, true) => "no lively commands",
+                (false, false) => "no g(u) to make z of",
+            };
             return self.note(STEP, false, why);
         }
         let actuator = self.actuator();
@@ -291,6 +297,10 @@ impl<'a> Work<'a> {
         let Some(fit) = pole::fit(&record(&self.lively, 0.0)) else {
             return self.note(STEP, false, "the commands do not move z enough");
         };
+        let found = Estimate { value: fit.pole, standard_error: fit.pole_error() };
+        if let Some(why) = no_pole(&found) {
+            return self.note(STEP, false, why);
+        }
         let rivals = rivals::both(&fit, &self.lively, record);
         let interval = self.lively.first().map_or(0.0, |rotor| rotor.interval);
         let late = self
@@ -371,6 +381,22 @@ impl<'a> Work<'a> {
     }
 }
 
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Why a pole that was fitted is none.
+fn no_pole(pole: &Estimate) -> Option<String> {
+    let is_sure = pole.standard_error <= UNSURE * pole.value.abs();
+    (!is_sure).then(|| {
+        format!(
+            "the pole would be {:.2} ± {:.2} rad/s, which is none: the rates do not follow these commands (another rotor's \
+             column, samples too far apart, commands that changed between the rows)",
+            pole.value, pole.standard_error
+        )
+    })
+}
+
 /// What a fit of the pole came to, in words.
 fn outcome(samples: usize, delay: Option<&Delay>) -> String {
     match delay {
@@ -380,36 +406,4 @@ fn outcome(samples: usize, delay: Option<&Delay>) -> String {
         }
         None => format!("{samples} samples"),
     }
-}
-
-/// Every log's part of every rotor asked for.
-pub(super) fn rotor_logs(
-    logs: &[Dataset],
-    settings: &IdentifySettings,
-    warnings: &mut Vec<String>,
-) -> Result<Vec<RotorLog>, IdentifyError> {
-    let mut rotors = Vec::new();
-    let mut of_standing = Vec::new();
-    for log in logs {
-        used::tell_of_units(log, warnings);
-        for &rotor in &settings.rotors {
-            let mut told = Vec::new();
-            let found = RotorLog::of(log, rotor, &mut told)?;
-            // A rotor that stood all the time has nothing to say, and nothing is to be said of it beside others.
-            let stood = found.as_ref().is_some_and(|found| bounds(&found.command).1 < LEAST_COMMAND);
-            if let Some(found) = found.as_ref().filter(|_| !stood) {
-                found.hold_against(&settings.template, &mut told);
-            }
-            if stood {
-                of_standing.append(&mut told)
-            } else {
-                warnings.append(&mut told)
-            }
-            rotors.extend(found.filter(|rotor| rotor.scored().next().is_some()));
-        }
-    }
-    if rotors.is_empty() {
-        warnings.append(&mut of_standing);
-    }
-    Ok(rotors)
 }

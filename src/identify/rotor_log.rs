@@ -256,7 +256,7 @@ pub(super) fn bounds(values: &[f64]) -> (f64, f64) {
 }
 
 /// Each value held over missing cells, inside each stretch only.
-fn held(values: &[f64], segments: &[Range<usize>]) -> Vec<f64> {
+pub(super) fn held(values: &[f64], segments: &[Range<usize>]) -> Vec<f64> {
     let mut held = values.to_vec();
     for segment in segments {
         for row in segment.clone().skip(1) {

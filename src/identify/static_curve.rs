@@ -213,6 +213,18 @@ fn held_out(command: &[f64], y: &DVector<f64>, degree: usize) -> Option<Vec<f64>
     Some(errors.into_iter().filter(|entry| entry.1 > 0).map(|(sum, count)| sum / count as f64).collect())
 }
 
+/// Σ c_j u^j from j = 1, in words.
+pub(super) fn formula(coefficients: &[f64]) -> String {
+    let term = |(at, value): (usize, &f64)| {
+        let power = match at {
+            0 => "u".to_owned(),
+            at => format!("u^{}", at + 1),
+        };
+        format!("{} {power}", crate::unit::short(*value))
+    };
+    coefficients.iter().enumerate().map(term).collect::<Vec<String>>().join(" + ").replace("+ -", "- ")
+}
+
 /// Σ c_j u^j from j = 1.
 pub(super) fn polynomial(coefficients: &[f64], u: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| (sum + c) * u)

@@ -31,11 +31,13 @@ impl RotorLog {
             if shown.is_none_or(|(most, ..)| scatter > most) {
                 shown = Some((scatter, mean, self.command[rows.start]));
             }
+            let rows = self.since_change(&rows)..rows.end;
             (first, last) = (first.min(self.time[rows.start]), last.max(self.time[rows.end - 1]));
-            for row in rows.filter(|&row| self.rate[row].is_finite()).collect::<Vec<_>>() {
+            for row in rows.clone().filter(|&row| self.rate[row].is_finite()).collect::<Vec<_>>() {
                 self.rate[row] = f64::NAN;
                 left += 1;
             }
+            self.cut(&rows);
         }
         if let Some((scatter, mean, command)) = shown {
             warnings.push(format!(
@@ -46,6 +48,29 @@ impl RotorLog {
                 100.0 * scatter / mean
             ));
         }
+    }
+
+    /// The first row since which the command is what it is in `rows`: it settles for a while before it counts as steady, but
+    /// what froze was frozen meanwhile, too.
+    fn since_change(&self, rows: &Range<usize>) -> usize {
+        let whole = self.whole();
+        let begins = whole.iter().find(|whole| whole.contains(&rows.start)).map_or(rows.start, |it| it.start);
+        let command = self.command[rows.start];
+        (begins..rows.start)
+            .rev()
+            .take_while(|&row| self.command[row] == command)
+            .last()
+            .unwrap_or(rows.start)
+    }
+
+    /// Ends the stretches of known commands before these rows, and begins new ones behind: what the rotor was told
+    /// meanwhile is not known.
+    fn cut(&mut self, rows: &Range<usize>) {
+        let left = |segment: &Range<usize>| {
+            [segment.start..segment.end.min(rows.start), segment.start.max(rows.end)..segment.end]
+        };
+        let left: Vec<Range<usize>> = self.segments.iter().flat_map(left).filter(|it| it.len() > 1).collect();
+        self.segments = left;
     }
 
     /// [rad/s] scatter of the rate about its smooth course and its mean, where that is too much for a constant command.
@@ -102,10 +127,24 @@ mod tests {
         assert_eq!(whole.scored().count(), 0, "{warnings:?}");
         assert!(warnings.iter().any(|it| it.contains("stands still at 0.4500")), "{warnings:?}");
         let (part, warnings) = rotor(&log(60.0, 2.0));
-        // Two seconds behind the last jump nothing counts as standing still.
-        assert!((3000..3200).contains(&part.scored().count()), "{warnings:?}");
-        assert!(warnings.iter().any(|it| it.contains("to 120.0 s, are left out")), "{warnings:?}");
+        // Back to the last change of the command, from which on the log does not say what the rotor was told.
+        assert!((2995..=3005).contains(&part.scored().count()), "{warnings:?}");
+        assert!(warnings.iter().any(|it| it.contains("from 60.0 to 120.0 s, are left out")), "{warnings:?}");
+        assert_eq!(part.segments, vec![0..3000]);
         assert_eq!(rotor(&log(f64::INFINITY, 2.0)).1, [""; 0], "commands that move the rotor");
+    }
+
+    /// Behind a command that comes back the rotor's state is not known: a stretch of its own begins.
+    #[test]
+    fn a_command_that_comes_back_begins_a_new_stretch() {
+        let (mut log, lively) = (log(60.0, 2.0), log(f64::INFINITY, 2.0));
+        let column = |log: &Dataset| log.column("command_1").unwrap().to_vec();
+        let (frozen, told) = (column(&log), column(&lively));
+        let commands = (0..6000).map(|row| if row < 4000 { frozen[row] } else { told[row] });
+        log.replace("command_1", commands.collect()).unwrap();
+        let (part, warnings) = rotor(&log);
+        assert_eq!(part.segments, [0..3000, 4000..6000], "{warnings:?}");
+        assert!(warnings[0].contains("1000 samples, from 60.0 to 80.0 s"), "{warnings:?}");
     }
 
     #[test]

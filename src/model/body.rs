@@ -51,6 +51,7 @@ impl Equations {
     }
 
     /// [N] thrust of one rotor at `rate` [rad/s], effects included; `side` is +1 for rotor 1, -1 for rotor 2.
+    /// [LPC16] Eq. (11): the nominal c ω², the same for every rotor, and what effects such as its own wind add.
     #[must_use]
     pub fn rotor_thrust(&self, rate: f64, side: f64, angle: f64, body_rate: f64) -> f64 {
         let mut point = Point { propeller_rate: rate, side, body_angle: angle, body_rate, ..self.constants };

@@ -25,7 +25,14 @@ impl Identification {
         let mut table = Table::new(["parameter", "value", "standard error", "95 % interval", "unit", "from"])
             .caption("Identified");
         if let Some(battery) = &self.battery {
-            table = table.row(cells("k_V", battery.gain, "rad/(s V)", "constant commands, Eq. (6)"));
+            // Of two the model has the surer one.
+            let beside = self.joint.as_ref().and_then(|joint| joint.voltage_gain);
+            let from = match (beside.is_some(), battery.gain.value == self.actuator.voltage_gain) {
+                (false, _) => "constant commands, Eq. (6)",
+                (true, true) => "constant commands, Eq. (6), in the model",
+                (true, false) => "constant commands, Eq. (6), less sure",
+            };
+            table = table.row(cells("k_V", battery.gain, "rad/(s V)", from));
         }
         if let Some(curve) = &self.static_curve {
             let from = if curve.from_ramps { "ramps, Eq. (9)" } else { "constant levels, Eq. (9)" };

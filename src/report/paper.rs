@@ -4,8 +4,9 @@ use super::deviations;
 use super::flights::{DISTURBANCE, Shown, answer_plots, answer_table};
 use super::identification::error_plots;
 use super::{Mark, Page, Table, Tone, number};
+use crate::identify::HIGHEST_DEGREE;
 use crate::process::answer::JUDGED_S;
-use crate::process::paper::{Flight, PaperRun};
+use crate::process::paper::{Beside, Flight, PaperRun};
 
 impl PaperRun {
     /// Table I and the pole of Table IV: printed, ours, standard error.
@@ -32,6 +33,69 @@ impl PaperRun {
                 ],
             )
         })
+    }
+
+    /// What a reader of [`PaperRun::identified_table`] will ask: how far off is still chance, and why k_V is there twice.
+    #[must_use]
+    pub fn remarks(&self) -> Vec<String> {
+        let away = |row: &&Beside| {
+            let (ours, error) = row.ours.zip(row.standard_error)?;
+            Some((row.symbol, (ours - row.printed).abs() / error)).filter(|(_, away)| *away > REMARKABLE)
+        };
+        let far: Vec<(&str, f64)> = self.beside.iter().filter_map(|row| away(&row)).collect();
+        let mut remarks: Vec<String> = far.iter().map(|(symbol, away)| chance(symbol, *away)).collect();
+        let is_of_curve = |symbol: &str| symbol.starts_with("c_g");
+        if far.iter().any(|(symbol, _)| is_of_curve(symbol))
+            && let Some(curve) = &self.identification.static_curve
+        {
+            remarks.push(format!(
+                "c_g1 and c_g2 come from the same ramps and err together, one up and one down: between the commands {} and {} \
+                 our curve is nowhere further than {} rad/s from the printed one.",
+                number(curve.range.0, 2),
+                number(curve.range.1, 2),
+                number(self.furthest(curve.range), 2)
+            ));
+        }
+        let steady = self.identification.battery.as_ref().map(|battery| battery.gain);
+        let lively = self.identification.joint.as_ref().and_then(|joint| joint.voltage_gain);
+        if let Some((steady, lively)) = steady.zip(lively) {
+            let apart =
+                (steady.value - lively.value).abs() / steady.standard_error.hypot(lively.standard_error);
+            let (surer, why) = if steady.standard_error <= lively.standard_error {
+                ("from the constant commands", "its standard error is the smaller one")
+            } else {
+                ("from the PRBS", "its standard error is the smaller one: it sees more of the discharge")
+            };
+            remarks.push(format!(
+                "k_V is found twice: {} ± {} from the constant commands by Eq. (6), as the paper found its own, which is the one \
+                 in Table I; and {} ± {} from the PRBS with g(u), k_V and p fitted at once. They are {} standard errors \
+                 apart; the model takes the one {surer}, because {why}.",
+                number(steady.value, 4),
+                number(steady.standard_error, 2),
+                number(lively.value, 4),
+                number(lively.standard_error, 2),
+                number(apart, 2),
+            ));
+        }
+        remarks
+    }
+
+    /// [rad/s] the largest distance of our curve from the printed one over a range of commands [-].
+    fn furthest(&self, (low, high): (f64, f64)) -> f64 {
+        let coefficient = |power: usize| self.identification.actuator.coefficients.get(power - 1).copied();
+        let gap = |step: u32| {
+            let u = low + (high - low) * f64::from(step) / 100.0;
+            let ours: f64 = (1..=HIGHEST_DEGREE)
+                .filter_map(|power| Some(coefficient(power)? * u.powi(power as i32)))
+                .sum();
+            let printed = self.beside.iter().filter_map(|row| match row.symbol {
+                "c_g1" => Some(row.printed * u * u),
+                "c_g2" => Some(row.printed * u),
+                _ => None,
+            });
+            (ours - printed.sum::<f64>()).abs()
+        };
+        (0..=100).map(gap).fold(0.0, f64::max)
     }
 
     /// Tables II and III.
@@ -97,6 +161,7 @@ impl PaperRun {
              experiment and flight, integrates finer than the fitter and shares no law with it. Everything runs in simulated time.",
         );
         page.heading("Tables I and IV: identification").table(self.identified_table());
+        page.list(self.remarks());
         page.table(self.given_table()).table(self.identification.parameter_table());
         page.list([
             "The print's Eqs. (2), (4), (5), (9) carry + k_V; its Eq. (6) and physics ask for z = g(u) - k_V (v_bmax - v_b), used here.",
@@ -167,6 +232,25 @@ impl PaperRun {
         let [angle, torque] = answer_plots(&flights, [&titles[0], &titles[1]], &format!("delay {delay}"));
         page.plot(angle).plot(torque);
     }
+}
+
+/// Standard errors from which a number's distance from the print is spoken of.
+const REMARKABLE: f64 = 1.5;
+
+/// What to think of a number that far away, of four that are drawn.
+fn chance(symbol: &str, away: f64) -> String {
+    // 1 - (1 - P(|z| > a))⁴ of a normal z: 0.44 at 1.5, 0.17 at 2, 0.011 at 3.
+    let verdict = if away < 2.0 {
+        "as chance has it: of four honest numbers one at least is beyond 1.5 in 44 of 100 runs, and another --seed draws \
+         others"
+    } else if away < 3.0 {
+        "which chance brings about: of four honest numbers one at least is beyond 2 in 17 of 100 runs; see whether another \
+         --seed has it, too"
+    } else {
+        "which chance hardly brings about: one run of a hundred has such a number among its four; if another --seed has it, too, \
+         the method is biased here"
+    };
+    format!("{symbol} is {} standard errors from the print, {verdict}.", number(away, 2))
 }
 
 fn shown(flight: &Flight) -> Shown<'_> {

@@ -8,7 +8,7 @@ use rotorbench::record::{Dataset, log};
 use super::logs::{PERIOD, attitude, lively, moving, settled};
 
 /// `identify` on one log in a folder of its own; the model file must appear exactly when it succeeds.
-fn run(log: &str) -> (Output, String) {
+pub fn run(log: &str) -> (Output, String) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (file, model) = (folder.path().join("log.csv"), folder.path().join("model.toml"));
     std::fs::write(&file, log).expect("written");
@@ -75,6 +75,7 @@ fn wrong_units_are_refused() {
         "if the column is in rpm, import it with unit `rpm`",
     );
     refused(&with("battery_voltage_v", &|v| 1000.0 * v), "millivolts");
+    refused(&with("propeller_rate_1_rad_s", &|w| -w), "import it with scale -1");
 }
 
 #[test]
