@@ -122,9 +122,9 @@ fn powered(
         rate.push(now);
         volts.push(voltage(*t, now));
         for part in 0..20 {
-            let z = g(*u) - K_V * (FULL_VOLTAGE - voltage(t + (f64::from(part) + 0.5) * step, now));
-            let middle = now + 0.5 * step * POLE * (z - now);
-            now += step * POLE * (z - middle);
+            let volts = |rate: f64| voltage(t + (f64::from(part) + 0.5) * step, rate);
+            let slope = |rate: f64| POLE * (g(*u) - K_V * (FULL_VOLTAGE - volts(rate)) - rate);
+            now += step * slope(now + 0.5 * step * slope(now));
         }
     }
     let segments = std::iter::once(0..rows).collect();
@@ -137,6 +137,7 @@ fn powered(
         thrust: None,
         segments,
         interval,
+        foretold: None,
     }
 }
 
@@ -194,6 +195,19 @@ fn pole_curve_and_k_v_at_once_from_lively_commands() {
     }
 }
 
+/// Pole, curve and k_V of `logs` as `identify` fits them at once, with the noise of the voltage taken away.
+fn at_once(logs: &[RotorLog], counts: &mut [Count; 4]) -> pole::LagFit {
+    let quiet = joint::quiet(logs, joint::rough(logs, FULL_VOLTAGE).expect("a lag"));
+    let fit = pole::fit(&record_of(&quiet, FULL_VOLTAGE, 0.0, |u, drop| [u, u * u, -drop]));
+    let mut fit = fit.expect("lively commands");
+    joint::allow_for_readings(&mut fit, &quiet, 2);
+    for (index, count) in counts.iter_mut().enumerate() {
+        let value = fit.coefficients.get(index).copied().unwrap_or(fit.pole);
+        count.take(Estimate { value, standard_error: fit.error(index) });
+    }
+    fit
+}
+
 /// A minute empties a battery by little more than the noise of its reading, and it gives way under the load at once:
 /// fitted to the voltage as it was read, k_V comes out a quarter low.
 #[test]
@@ -206,19 +220,32 @@ fn k_v_from_a_battery_that_hardly_empties() {
             [("c_g2", C_G2), ("c_g1", C_G1), ("k_V", K_V), ("p", POLE)].map(|(n, t)| Count::new(n, t));
         for run in 0..RUNS as u64 {
             let log = measured(&truth, &mut Noise::new(5000 + run, memory));
-            let follows = joint::rough(std::slice::from_ref(&log), FULL_VOLTAGE).expect("a lag");
-            let quiet = joint::quiet(std::slice::from_ref(&log), follows);
-            let fit = pole::fit(&record_of(&quiet, FULL_VOLTAGE, 0.0, |u, drop| [u, u * u, -drop]));
-            let fit = fit.expect("lively commands");
+            let fit = at_once(std::slice::from_ref(&log), &mut counts);
             if run == 0 {
                 let whole = joint::identify(&[log], FULL_VOLTAGE, (true, false), Some(2), &mut Vec::new());
                 let gain = whole.expect("lively commands").voltage_gain.expect("it shows").value;
                 assert_eq!(gain, fit.coefficients[2], "what is counted here is what identify does");
             }
-            let values = fit.coefficients.iter().copied().chain([fit.pole]);
-            for (index, (count, value)) in counts.iter_mut().zip(values).enumerate() {
-                count.take(Estimate { value, standard_error: fit.error(index) });
-            }
+        }
+        counts.iter().for_each(|count| count.check(memory));
+    }
+}
+
+/// A battery that gives way under load by a quarter of a volt at hover makes the rotor follow its command faster, by 4 %:
+/// that is not the pole's. The noise of the rate is a fifth of the bench's, so that a minute says as much as 25. Seen with
+/// the fit broken: the voltage of an interval as the mean of its ends, p covered 42 times of 100; the rates that draw on
+/// the battery foretold as if it gave way to none of them, 85; the noise of the readings forgotten, c_g2 82.
+#[test]
+fn the_pole_where_the_battery_gives_way() {
+    let volts = |t: f64, rate: f64| 12.4 - 2e-3 * t - 0.25 * (rate / 617.0).powi(3);
+    let truth = powered(volts, |t| 0.46 + 0.16 * (binary(t) - 0.5), 0.02, 3000);
+    for memory in MEMORIES {
+        let mut counts =
+            [("c_g2", C_G2), ("c_g1", C_G1), ("k_V", K_V), ("p", POLE)].map(|(n, t)| Count::new(n, t));
+        for run in 0..RUNS as u64 {
+            let noise = &mut Noise::new(6000 + run, memory);
+            let log = RotorLog { rate: noise.on(&truth.rate, 0.3), ..measured(&truth, noise) };
+            at_once(&[log], &mut counts);
         }
         counts.iter().for_each(|count| count.check(memory));
     }

@@ -45,10 +45,11 @@ pub struct JointFit {
 
 impl JointFit {
     /// How the rotor follows its command, where that is late.
-    fn follows(&self) -> Option<Follows> {
+    fn follows(&self, full_voltage: f64) -> Option<Follows> {
         let delay = self.delay.as_ref()?.delay.value;
         let curve = [0, 1].map(|at| self.coefficients.get(at).map_or(0.0, |it| it.value));
-        Some(Follows { pole: self.pole.value, delay, curve })
+        let voltage_gain = self.voltage_gain.map_or(0.0, |it| it.value);
+        Some(Follows { pole: self.pole.value, delay, curve, voltage_gain, full_voltage })
     }
 }
 
@@ -114,10 +115,22 @@ impl Problem<'_> {
     }
 
     fn with_rivals<const M: usize>(&self, delays: bool) -> Option<Tried> {
-        let lag = self.fit::<M>()?;
+        let mut lag = self.fit::<M>()?;
         let rivals = self.rivals::<M>(&lag);
-        let late = if delays { self.late::<M>(&lag, &rivals) } else { None };
+        let mut late = if delays { self.late::<M>(&lag, &rivals) } else { None };
+        if self.battery {
+            let fits = std::iter::once(&mut lag).chain(late.as_mut().map(|late| &mut late.fit));
+            fits.for_each(|fit| allow_for_readings(fit, self.rotors, self.degree));
+        }
         Some(Tried { lag, rivals, late })
+    }
+
+    /// The delay that was settled `without` a battery, and all the rest again beside it.
+    fn behind<const M: usize>(&self, without: &Tried) -> Option<Tried> {
+        without.late.as_ref()?;
+        let mut late = self.late::<M>(&without.lag, &without.rivals)?;
+        allow_for_readings(&mut late.fit, self.rotors, self.degree);
+        Some(Tried { lag: without.lag.clone(), rivals: without.rivals.clone(), late: Some(late) })
     }
 
     fn late<const M: usize>(&self, fit: &LagFit, rivals: &[Rival]) -> Option<LateFit> {
@@ -135,10 +148,12 @@ pub(super) fn identify(
     degree: Option<usize>,
     warnings: &mut Vec<String>,
 ) -> Option<JointFit> {
-    let smooth = battery.then(|| rough(rotors, full_voltage)).flatten().map(|follows| quiet(rotors, follows));
-    let found = at_once(smooth.as_deref().unwrap_or(rotors), full_voltage, (battery, delays), degree)?;
+    let rough = battery.then(|| rough(rotors, full_voltage)).flatten();
+    let smooth = rough.map(|follows| quiet(rotors, follows));
+    let logs = smooth.as_deref().unwrap_or(rotors);
+    let found = at_once(logs, full_voltage, (battery, delays), degree)?;
     // What the commands draw comes as late as the rotor does.
-    let found = match (&smooth, found.follows()) {
+    let found = match (&smooth, found.follows(full_voltage)) {
         (Some(_), Some(late)) => at_once(&quiet(rotors, late), full_voltage, (battery, delays), degree)?,
         _ => found,
     };
@@ -152,13 +167,18 @@ pub(super) fn identify(
     Some(found)
 }
 
-/// A lag fitted to the voltage as it was read.
+/// A lag fitted to the voltage as it was read; without it, where k_V comes out negative: a battery that gives way under the
+/// load then stands in for the rate of a rotor that follows late.
 pub(super) fn rough(rotors: &[RotorLog], full_voltage: f64) -> Option<Follows> {
-    let problem = |degree| Problem { rotors, full_voltage, degree, battery: true };
-    let (fit, degree) =
-        [2, 1].into_iter().find_map(|degree| Some((sized!(problem(degree), fit())?, degree)))?;
-    let quadratic = if degree == 2 { fit.coefficients[1] } else { 0.0 };
-    Some(Follows { pole: fit.pole, delay: 0.0, curve: [fit.coefficients[0], quadratic] })
+    [(true, 2), (true, 1), (false, 2), (false, 1)].into_iter().find_map(|(battery, degree)| {
+        let problem = Problem { rotors, full_voltage, degree, battery };
+        let fit = sized!(problem, fit())?;
+        let quadratic = if degree == 2 { fit.coefficients[1] } else { 0.0 };
+        let (curve, voltage_gain) =
+            ([fit.coefficients[0], quadratic], if battery { fit.coefficients[degree] } else { 0.0 });
+        let follows = Follows { pole: fit.pole, delay: 0.0, curve, voltage_gain, full_voltage };
+        (voltage_gain > 0.0 || !battery).then_some(follows)
+    })
 }
 
 /// The logs with the noise of their voltage taken away.
@@ -166,31 +186,64 @@ pub(super) fn quiet(rotors: &[RotorLog], follows: Follows) -> Vec<RotorLog> {
     rotors.iter().map(|rotor| voltage::without_noise(rotor, follows)).collect()
 }
 
-fn at_once(
-    rotors: &[RotorLog],
+/// A foretold voltage has lost its noise, and yet was fitted to readings that have it: what is left in it weighs on the
+/// numbers as that much noise of the rate would (the residual of two-stage least squares is taken with the reading, not
+/// with what is foretold of it). `gain` is the place of k_V among the coefficients.
+pub(super) fn allow_for_readings(fit: &mut LagFit, rotors: &[RotorLog], gain: usize) {
+    let rows = |rotor: &RotorLog| rotor.time.len() as f64;
+    let noise = |rotor: &RotorLog| rotor.foretold.map_or(0.0, |it| it.noise.powi(2) * rows(rotor));
+    let total: f64 = rotors.iter().map(rows).sum();
+    let variance = rotors.iter().map(noise).sum::<f64>() / total.max(1.0);
+    fit.covariance += &fit.per_noise * (fit.coefficients[gain].powi(2) * variance);
+}
+
+/// Whether the battery shows beside `degree` powers of the command. Judged beside the delay: what a lag alone leaves over
+/// would hide it. A battery that gives way never makes a rotor faster.
+fn shows(degree: usize, found: &Tried) -> bool {
+    let fit = found.late.as_ref().map_or(&found.lag, |late| &late.fit);
+    fit.coefficients[degree] >= 3.0 * fit.error(degree)
+}
+
+/// What is fitted in the end, the degrees among which it was chosen, and the fit: with the battery where it shows.
+fn settle<'a>(
+    rotors: &'a [RotorLog],
     full_voltage: f64,
     (battery, delays): (bool, bool),
     asked: Option<usize>,
-) -> Option<JointFit> {
-    let (degrees, preferred) = compare_degrees(rotors, full_voltage, battery);
-    // Where no comparison succeeds, the curve of one coefficient is the last thing to try.
-    let degree = asked.or(preferred).unwrap_or(1);
-    let problem = Problem { rotors, full_voltage, degree, battery };
-    let found = sized!(problem, with_rivals(delays));
-    // Judged beside the delay: what a lag alone leaves over would hide a battery.
-    let shows = |found: &Tried| {
-        let fit = found.late.as_ref().map_or(&found.lag, |late| &late.fit);
-        // A battery that gives way never makes a rotor faster.
-        fit.coefficients[degree] >= 3.0 * fit.error(degree)
+) -> Option<(Problem<'a>, Vec<DegreeScore>, Tried)> {
+    let tried = |battery: bool| {
+        // The curve's degree, too, is not to be chosen beside a battery that does not show.
+        let (degrees, preferred) = compare_degrees(rotors, full_voltage, battery);
+        // Where no comparison succeeds, the curve of one coefficient is the last thing to try.
+        let degree = asked.or(preferred).unwrap_or(1);
+        let problem = Problem { rotors, full_voltage, degree, battery };
+        Some((problem, degrees, sized!(problem, with_rivals(delays))?))
     };
-    if battery && !found.as_ref().is_some_and(shows) {
-        // The curve's degree, too, was chosen beside a battery that does not show.
-        return at_once(rotors, full_voltage, (false, delays), asked);
+    let with_battery = battery.then(|| tried(true)).flatten();
+    if let Some(found) = with_battery.filter(|(problem, _, found)| shows(problem.degree, found)) {
+        return Some(found);
     }
-    let Tried { lag, rivals, late } = found?;
-    let without_delay = late
-        .as_ref()
-        .map(|_| (lag.coefficients[..degree].to_vec(), problem.battery.then(|| lag.coefficients[degree])));
+    let (without, degrees, found) = tried(false)?;
+    // A rotor that is late shows its battery only beside the delay.
+    let with = Problem { battery, ..without };
+    let behind = battery.then(|| sized!(with, behind(&found))).flatten();
+    Some(match behind.filter(|behind| shows(with.degree, behind)) {
+        Some(behind) => (with, degrees, behind),
+        None => (without, degrees, found),
+    })
+}
+
+fn at_once(
+    rotors: &[RotorLog],
+    full_voltage: f64,
+    parts: (bool, bool),
+    asked: Option<usize>,
+) -> Option<JointFit> {
+    let (problem, degrees, found) = settle(rotors, full_voltage, parts, asked)?;
+    let degree = problem.degree;
+    let Tried { lag, rivals, late } = found;
+    let without_delay =
+        late.as_ref().map(|_| (lag.coefficients[..degree].to_vec(), lag.coefficients.get(degree).copied()));
     let (fit, delay) = match late {
         Some(LateFit { fit, told }) => (fit, Some(told)),
         None => (lag, None),

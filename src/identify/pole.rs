@@ -72,6 +72,8 @@ pub struct LagFit {
     pub coefficients: Vec<f64>,
     /// Covariance of the coefficients and, last, of the pole.
     pub covariance: DMatrix<f64>,
+    /// The same for white noise of 1 rad/s.
+    pub(super) per_noise: DMatrix<f64>,
     /// [rad/s] rms of the residual over the scored samples.
     pub residual_rms: f64,
     /// Lag-one correlation of the residual.
@@ -277,6 +279,7 @@ impl<const M: usize> Projection<M> {
             pole: self.pole,
             coefficients: self.coefficients.iter().copied().collect(),
             covariance: linear::widened(&white, &inverse, &scores, residuals.len(), memory),
+            per_noise: inverse,
             residual_rms: (squares / residuals.len() as f64).sqrt(),
             residual_correlation: linear::lag_one_correlation(&residuals),
             samples: residuals.len(),

@@ -29,11 +29,13 @@ pub(super) fn record_of<const M: usize>(
     for rotor in rotors {
         for segment in &rotor.segments {
             let start = record.time.len();
-            // A battery does not jump as a command does: over an interval it counts with the mean of both ends.
+            // A battery does not jump as a command does: over an interval it counts with both ends.
             let drop_at = |row: usize| {
                 let next = (row + 1).min(segment.end - 1);
-                let mean = |voltage: &Vec<f64>| 0.5 * (voltage[row] + voltage[next]);
-                rotor.voltage.as_ref().map_or(0.0, |voltage| full_voltage - mean(voltage))
+                let interval = rotor.time[next] - rotor.time[row];
+                let weight = rotor.foretold.map_or(0.5, |it| end_weight(it.pole * interval));
+                let held = |voltage: &Vec<f64>| voltage[row] + weight * (voltage[next] - voltage[row]);
+                rotor.voltage.as_ref().map_or(0.0, |voltage| full_voltage - held(voltage))
             };
             // `acting` is the row whose command the rotor obeys; before its delay has passed, the first one.
             let mut acting = segment.start;
@@ -62,6 +64,15 @@ pub(super) fn record_of<const M: usize>(
         }
     }
     record
+}
+
+/// [-] with which the end of an interval counts beside its beginning, of what moves in it as 1 - e^(-p s), for what follows
+/// it with the same p: ∫ p e^(-p (T - s)) (1 - e^(-p s)) ds over (1 - e^(-p T))², `through` being p T.
+fn end_weight(through: f64) -> f64 {
+    let left = (-through).exp();
+    let gone = 1.0 - left;
+    // Evenly, and 1/12 of p T more, where the difference of the two terms drowns.
+    if through.abs() < 1e-3 { 0.5 + through / 12.0 } else { (gone - through * left) / (gone * gone) }
 }
 
 fn push<const M: usize>(record: &mut Record<M>, time: f64, output: f64, inputs: [f64; M]) {

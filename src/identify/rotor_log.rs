@@ -51,6 +51,17 @@ pub(super) struct RotorLog {
     pub segments: Vec<Range<usize>>,
     /// [s] median sampling interval.
     pub interval: f64,
+    /// What is known of the voltage where it was foretold, and not read.
+    pub foretold: Option<Foretold>,
+}
+
+/// A voltage without the noise of its reading.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Foretold {
+    /// [1/s] Between two samples it moves as what follows a held command with this pole.
+    pub pole: f64,
+    /// [V] rms of what was read beside it.
+    pub noise: f64,
 }
 
 /// Where a rotor stands or starts, for which the model has no law: at commands below 0.05 and half a second after.
@@ -99,6 +110,7 @@ impl RotorLog {
             thrust: column("thrust", "_n").map(<[f64]>::to_vec),
             segments: missing.known.iter().filter(|known| known.len() > 1).cloned().collect(),
             interval: log.median_interval(),
+            foretold: None,
         };
         this.check(warnings)?;
         this.leave_out_starts(warnings);

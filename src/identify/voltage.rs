@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::record_of::record_of;
-use super::rotor_log::RotorLog;
+use super::rotor_log::{Foretold, RotorLog};
 use crate::effect::followed;
 
 /// [s] a discharge bends over no shorter time.
@@ -17,8 +17,11 @@ const SHORTEST_BEND: f64 = 10.0;
 const MOST_KNOTS: usize = 240;
 /// Samples for each number that is fitted, at least: what noise they carry over is a tenth of the reading's variance.
 const ROWS_EACH: usize = 10;
-/// Functions of the command: u, u², u² behind the rotor's lag, and the first three powers of the rate that they give.
-const OF_COMMAND: usize = 6;
+/// Functions of the command: u, u², and the first three powers of the rate that they give.
+const OF_COMMAND: usize = 5;
+/// Each leaves a twentieth of the error that was there before it, with a battery that gives way by a third of a volt at
+/// hover, which is much.
+const PASSES: usize = 2;
 /// Share of the power that keeps directions apart which the data do not tell apart, as two levels do u and u².
 const RIDGE: f64 = 1e-9;
 
@@ -29,23 +32,29 @@ pub(super) struct Follows {
     pub pole: f64,
     /// [s]
     pub delay: f64,
-    /// [rad/s] of u and u²; any scale will do.
+    /// [rad/s] of u and u².
     pub curve: [f64; 2],
+    /// [rad/(s V)] k_V: a rotor that draws less as the voltage gives way follows faster.
+    pub voltage_gain: f64,
+    /// [V] v_bmax
+    pub full_voltage: f64,
 }
 
 /// The log with its voltage replaced; unchanged where it has none, or too little of it.
 pub(super) fn without_noise(rotor: &RotorLog, follows: Follows) -> RotorLog {
-    let mut smooth = rotor.clone();
-    if let Some(voltage) = rotor.voltage.as_deref()
-        && let Some(foretold) = foretold(rotor, voltage, follows)
-    {
+    let Some(voltage) = rotor.voltage.as_deref() else { return rotor.clone() };
+    let mut smooth = RotorLog { voltage: None, ..rotor.clone() };
+    // The rates that draw on the voltage give way with it themselves: at first as if they did not.
+    for _ in 0..PASSES {
+        let Some((foretold, noise)) = foretold(&smooth, voltage, follows) else { return rotor.clone() };
         smooth.voltage = Some(foretold);
+        smooth.foretold = Some(Foretold { pole: follows.pole, noise });
     }
     smooth
 }
 
-/// [V] what time and commands foretell of the voltage.
-fn foretold(rotor: &RotorLog, voltage: &[f64], follows: Follows) -> Option<Vec<f64>> {
+/// [V] what time and commands foretell of `voltage`, and the rms of what is left; `rotor` has what was foretold before.
+fn foretold(rotor: &RotorLog, voltage: &[f64], follows: Follows) -> Option<(Vec<f64>, f64)> {
     let (first, last) = (*rotor.time.first()?, *rotor.time.last()?);
     let bends = ((last - first) / SHORTEST_BEND).floor() as usize;
     let knots = bends.clamp(1, MOST_KNOTS) + 1;
@@ -58,7 +67,7 @@ fn foretold(rotor: &RotorLog, voltage: &[f64], follows: Follows) -> Option<Vec<f
         let left = (place.floor() as usize).min(knots - 2);
         let right = place - left as f64;
         let hats = [(left, 1.0 - right), (left + 1, right)];
-        let of_command = of_command[row];
+        let of_command = of_command[row].functions;
         hats.into_iter().chain((0..OF_COMMAND).map(move |at| (knots + at, of_command[at])))
     };
     let mut squares = DMatrix::<f64>::zeros(size, size);
@@ -66,7 +75,7 @@ fn foretold(rotor: &RotorLog, voltage: &[f64], follows: Follows) -> Option<Vec<f
     let mut known = 0;
     let whole = rotor.whole();
     let rows = whole.iter().flat_map(Clone::clone);
-    for row in rows.clone().filter(|row| voltage[*row].is_finite()) {
+    for row in rows.clone().filter(|row| of_command[*row].known && voltage[*row].is_finite()) {
         known += 1;
         for (a, x) in columns(row) {
             products[a] += x * voltage[row];
@@ -81,63 +90,87 @@ fn foretold(rotor: &RotorLog, voltage: &[f64], follows: Follows) -> Option<Vec<f
     }
     let weights = squares.cholesky()?.solve(&products);
     let mut foretold = voltage.to_vec();
+    let mut left = 0.0;
     for row in rows {
         foretold[row] = columns(row).map(|(at, x)| weights[at] * x).sum();
+        if of_command[row].known && voltage[row].is_finite() {
+            left += (voltage[row] - foretold[row]).powi(2);
+        }
     }
-    Some(foretold)
+    Some((foretold, (left / (known - size) as f64).sqrt()))
 }
 
-/// [-] u and u² now, u² behind the lag, and the first powers of the rate, settled where a stretch begins. Commands that
+/// What a row's command gives.
+#[derive(Debug, Clone, Copy)]
+struct OfCommand {
+    functions: [f64; OF_COMMAND],
+    /// Whether the rate comes from commands that are known: not so soon after some that are missing, for as long as these
+    /// act on behind a delay. What such rows say of the battery would be taken for noise.
+    known: bool,
+}
+
+/// [-] u and u² now, and the first powers of the rate, settled where a stretch begins. Commands that
 /// are missing are held; where they are known (again), the rate goes on from what was measured there: its noise has no part
 /// in that of the voltage.
-fn of_command(rotor: &RotorLog, follows: Follows) -> Vec<[f64; OF_COMMAND]> {
-    let Follows { curve: [linear, quadratic], .. } = follows;
-    let scale = linear.abs() + quadratic.abs();
-    let mut functions: Vec<_> = rotor.command.iter().map(|u| [*u, u * u, u * u, 0.0, 0.0, 0.0]).collect();
+fn of_command(rotor: &RotorLog, follows: Follows) -> Vec<OfCommand> {
+    let at_once = |u: &f64| OfCommand { functions: [*u, u * u, 0.0, 0.0, 0.0], known: false };
+    let mut all: Vec<OfCommand> = rotor.command.iter().map(at_once).collect();
     let held = followed_rate(rotor, follows, None);
-    // What the battery takes from the rate, on the whole.
+    // What is wanting from the rate, on the whole: at first all that the battery takes.
     let (mut missing, mut count) = (0.0, 0.0);
-    for &(row, _, rate) in held.iter().filter(|(row, ..)| rotor.rate[*row].is_finite()) {
+    for &(row, rate, _) in held.iter().filter(|(row, ..)| rotor.rate[*row].is_finite()) {
         missing += rate - rotor.rate[row];
         count += 1.0;
     }
     let missing = if count > 0.0 { missing / count } else { 0.0 };
-    for (row, square, rate) in followed_rate(rotor, follows, Some(missing)) {
-        let rate = rate / scale;
-        functions[row][2..].copy_from_slice(&[square, rate, rate * rate, rate.powi(3)]);
+    let followed = followed_rate(rotor, follows, Some(missing));
+    // Centred and scaled: powers of a rate that moves by a tenth of itself would hardly be told apart.
+    let share = 1.0 / followed.len().max(1) as f64;
+    let mean = followed.iter().map(|(_, rate, _)| rate * share).sum::<f64>();
+    let spread = followed.iter().map(|(_, rate, _)| (rate - mean).powi(2) * share).sum::<f64>().sqrt();
+    for (row, rate, known) in followed {
+        let rate = if spread > 0.0 { (rate - mean) / spread } else { 0.0 };
+        all[row].functions[2..].copy_from_slice(&[rate, rate * rate, rate.powi(3)]);
+        all[row].known = known;
     }
-    functions
+    all
 }
 
-/// Row, u² behind the lag [-], and the rate [rad/s] that the curve gives. With `missing` [rad/s] the rate goes on from what
+/// Row, the rate [rad/s] that the curve gives, and whether the commands that it comes from are known; less what the voltage takes that was foretold before. With `missing` [rad/s] the rate goes on from what
 /// was measured, and as much more, where commands are known again, or a stretch begins.
-fn followed_rate(rotor: &RotorLog, follows: Follows, missing: Option<f64>) -> Vec<(usize, f64, f64)> {
-    let Follows { pole, delay, curve: [linear, quadratic] } = follows;
+fn followed_rate(rotor: &RotorLog, follows: Follows, missing: Option<f64>) -> Vec<(usize, f64, bool)> {
+    let Follows { pole, delay, curve: [linear, quadratic], voltage_gain, full_voltage } = follows;
     let whole = RotorLog { segments: rotor.whole(), ..rotor.clone() };
+    let mut begun = f64::INFINITY;
     let mut begins = rotor.segments.iter().map(|known| known.start).peekable();
     // The commands as they act, with a row more where one comes between two samples.
-    let acting = record_of(std::slice::from_ref(&whole), 0.0, delay, |u, _| [u, u * u]);
+    let acting = record_of(std::slice::from_ref(&whole), full_voltage, delay, |u, drop| {
+        [linear * u + quadratic * u * u - voltage_gain * drop]
+    });
     let mut each = Vec::with_capacity(rotor.time.len());
     for (segment, rows) in whole.segments.iter().zip(&acting.segments) {
         let mut left = segment.clone();
-        let of = |[u, square]: [f64; 2]| linear * u + quadratic * square;
-        let (mut square, mut rate) = (acting.inputs[rows.start][1], of(acting.inputs[rows.start]));
+        let [mut rate] = acting.inputs[rows.start];
         for at in rows.clone() {
             if let Some(row) = left.clone().next()
                 && rotor.time[row] == acting.time[at]
             {
                 left.start += 1;
-                while begins.next_if(|begin| *begin < row).is_some() {}
-                let begins = begins.next_if_eq(&row).is_some();
-                if let Some(missing) = missing.filter(|_| begins && rotor.rate[row].is_finite()) {
-                    rate = rotor.rate[row] + missing;
+                while let Some(begin) = begins.next_if(|begin| *begin <= row) {
+                    // What came before it still acts for as long as the delay.
+                    begun = rotor.time[begin] + delay;
                 }
-                each.push((row, square, rate));
+                let measured = rotor.rate[row];
+                if let Some(missing) = missing.filter(|_| rotor.time[row] >= begun && measured.is_finite()) {
+                    rate = measured + missing;
+                    begun = f64::INFINITY;
+                }
+                each.push((row, rate, begun.is_infinite()));
             }
             if at + 1 < rows.end {
                 let share = followed(pole, acting.time[at + 1] - acting.time[at]);
-                square += (acting.inputs[at][1] - square) * share;
-                rate += (of(acting.inputs[at]) - rate) * share;
+                let [steady] = acting.inputs[at];
+                rate += (steady - rate) * share;
             }
         }
     }

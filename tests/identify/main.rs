@@ -1,6 +1,7 @@
 //! `identify` against the emulator, which integrates finer than the fitter and shares no code with it.
 
 mod bench;
+mod late;
 mod logs;
 mod margins;
 mod missing;
