@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Line and column, from 1, of byte `at`.
 #[must_use]
@@ -45,9 +45,7 @@ pub fn write_atomically_with(
     path: &Path,
     fill: impl FnOnce(&mut dyn io::Write) -> io::Result<()>,
 ) -> io::Result<()> {
-    let mut name = path.file_name().ok_or(io::ErrorKind::InvalidInput)?.to_owned();
-    name.push(format!(".{}.part", std::process::id()));
-    let part = path.with_file_name(name);
+    let part = part_beside(path)?;
     let written = fs::File::create(&part).and_then(|file| {
         let mut file = io::BufWriter::new(file);
         fill(&mut file)?;
@@ -57,4 +55,24 @@ pub fn write_atomically_with(
         // The first error is the one to tell; a leftover part file is harmless.
         let _ = fs::remove_file(&part);
     })
+}
+
+/// Whether a file could be written at `path`: for before the work whose result it is for.
+///
+/// # Errors
+/// What the system says.
+pub fn check_place(path: &Path) -> io::Result<()> {
+    if path.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    let part = part_beside(path)?;
+    fs::File::create(&part)?;
+    fs::remove_file(&part)
+}
+
+/// The file that is written first.
+fn part_beside(path: &Path) -> io::Result<PathBuf> {
+    let mut name = path.file_name().ok_or(io::ErrorKind::InvalidInput)?.to_owned();
+    name.push(format!(".{}.part", std::process::id()));
+    Ok(path.with_file_name(name))
 }

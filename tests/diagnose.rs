@@ -254,6 +254,27 @@ fn extend_refuses_what_it_cannot_fit_and_writes_nothing() {
     }
 }
 
+/// Before the work whose result it is for, not after: there is no log to be read here.
+#[test]
+fn a_result_that_could_not_be_written_is_refused_at_once() {
+    let desk = Desk::new();
+    let nowhere = desk.path("no-such-folder/out").display().to_string();
+    let folder = desk.path("").display().to_string();
+    for place in [nowhere.as_str(), &folder] {
+        for command in [
+            ["extend", "--effect", "torque_bias", "--log", "none.csv", "-o", place].as_slice(),
+            &["diagnose", "--log", "none.csv", "--report", place],
+            &["compare", "--log", "none.csv", "--report", place],
+            &["compare", "--log", "none.csv", "--signals", place],
+            &["identify", "--log", "none.csv", "-o", place],
+            &["identify", "--log", "none.csv", "--report", place],
+        ] {
+            refused(command, &[place]);
+        }
+    }
+    assert_eq!(fs::read_dir(desk.path("")).expect("a folder").count(), 0, "and nothing is left there");
+}
+
 #[test]
 fn logs_of_two_benches_are_refused() {
     let desk = Desk::new();

@@ -49,6 +49,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if arguments.signals.is_some() && arguments.log.len() > 1 {
         return Err(super::CliError::new("--signals writes the signals of one log; several were given"));
     }
+    super::writable(arguments.report.iter().chain(&arguments.signals))?;
     let models = arguments.model.iter().map(|path| Model::load(path)).collect::<Result<Vec<_>, _>>()?;
     let config = CompareConfig { horizon_s: arguments.horizon_s };
     let mut found = Vec::new();

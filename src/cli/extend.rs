@@ -66,6 +66,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         }
         return Ok(Outcome::Done);
     }
+    super::writable(std::iter::once(&arguments.output).chain(&arguments.report))?;
     let train = arguments.log.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
     let validate = arguments.validate.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
     let config = DiagnoseConfig { horizon: arguments.horizon_s };

@@ -56,6 +56,7 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
+    super::writable(arguments.output.iter().chain(&arguments.report))?;
     let settings = settings(arguments)?;
     let logs = read(&arguments.log)?;
     let validation = read(&arguments.validate)?;

@@ -109,6 +109,9 @@ pub struct Candidate {
     pub validate: Option<f64>,
     /// How often a meaningless candidate does as well.
     pub chance: Option<f64>,
+    /// Held-out error that one in twenty meaningless candidates reaches.
+    #[serde(skip)]
+    pub luck: Option<f64>,
     /// Held-out error of the answer without it; `None`: not in the answer.
     pub drop_one: Option<f64>,
     /// Why it was not tried, or what to know.

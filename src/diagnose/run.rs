@@ -293,6 +293,7 @@ fn alternatives(blocks: &[Found]) -> Vec<Vec<String>> {
 fn candidates(found: &Found, channel: usize) -> Vec<Candidate> {
     let best = &found.answer;
     let what = found.stage.train.channels()[channel];
+    let base = found.recalibrated.channel_error(&found.stage, channel, true);
     let mut candidates: Vec<Candidate> = found
         .singles
         .iter()
@@ -309,7 +310,8 @@ fn candidates(found: &Found, channel: usize) -> Vec<Candidate> {
                 channel: format!("{} [{}]", what.name, what.unit),
                 train: single.trial.as_ref().map(|trial| trial.channel_error(&found.stage, channel, false)),
                 validate: single.trial.as_ref().map(|trial| trial.channel_error(&found.stage, channel, true)),
-                chance: single.trial.as_ref().map(|_| single.chance),
+                chance: single.luck.map(|luck| luck.chance),
+                luck: single.luck.map(|luck| base * (1.0 - luck.share).sqrt()),
                 drop_one: drop_one.map(|trial| trial.channel_error(&found.stage, channel, true)),
                 note: single.note.clone(),
             }

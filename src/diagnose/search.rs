@@ -3,7 +3,7 @@
 use super::noise::floors;
 use super::plan::{Plan, run_all, run_promising};
 use super::stage::Stage;
-use super::surrogate::chance;
+use super::surrogate::{Luck, luck};
 use super::trial::Trial;
 use super::worth::{
     LEAST_GAIN, floor, gains, is_sound, joint_floors, loss, nearest, over_floor, period, same_set, steps,
@@ -34,8 +34,8 @@ pub struct Single {
     pub effect: String,
     /// Its trial; `None` when the log lacks what it needs.
     pub trial: Option<Trial>,
-    /// How often a shifted trace does as well.
-    pub chance: f64,
+    /// What its shifted traces do; `None` when it was not tried.
+    pub luck: Option<Luck>,
     /// Why it was not tried.
     pub note: String,
 }
@@ -133,13 +133,13 @@ impl<'a> Search<'a> {
         let trials = run_all(&plans, stage, self.done);
         let tried = candidates.iter().zip(trials).map(|(effect, trial)| Single {
             effect: effect.id.clone(),
-            chance: chance(recalibrated, &trial, period(stage)),
+            luck: Some(luck(recalibrated, &trial, period(stage))),
             trial: Some(trial),
             note: String::new(),
         });
         let refused = self.eligible.iter().filter_map(|(effect, why)| {
             let note = why.clone()?;
-            Some(Single { effect: effect.id.clone(), trial: None, chance: 1.0, note })
+            Some(Single { effect: effect.id.clone(), trial: None, luck: None, note })
         });
         tried.chain(refused).collect()
     }

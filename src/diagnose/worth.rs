@@ -3,7 +3,7 @@
 use super::noise::floors;
 use super::problem::Runs;
 use super::stage::Stage;
-use super::surrogate::chance;
+use super::surrogate::luck;
 use super::trial::Trial;
 use crate::effect::{Site, find};
 use crate::model::Effect;
@@ -38,7 +38,7 @@ pub(super) fn gains(stage: &Stage, before: &Trial, after: &Trial) -> bool {
     // The data judged on may hardly excite what the data fitted on show well.
     let little =
         judged > LITTLE_GAIN && fitted > 2.0 * LEAST_GAIN && before.judged_steadiness(after) > VERY_STEADY;
-    (plainly || little) && chance(before, after, period(stage)) <= MOST_CHANCE
+    (plainly || little) && luck(before, after, period(stage)).chance <= MOST_CHANCE
 }
 
 /// Windows may only be shifted whole.
@@ -224,6 +224,19 @@ mod tests {
     #[test]
     fn a_trace_that_does_as_well_when_shifted_is_luck() {
         assert!(!gain_of(|row| if row % 2 == 0 { 0.8 } else { -0.8 }));
+    }
+
+    /// Of noise, a trace that has nothing to do with it explains the square of a standard normal number, of as many as there
+    /// are rows: one in twenty 3.84 or more.
+    #[test]
+    fn what_luck_reaches_is_what_a_trace_without_meaning_explains() {
+        let trace = |row: usize| 0.5 * noise(row + 100_000);
+        let before = leaves((0..ROWS).map(|row| noise(row) + trace(row)).collect());
+        let found = luck(&before, &leaves((0..ROWS).map(noise).collect()), 1);
+        let squares = found.share * ROWS as f64;
+        // The 95 % point of 199 draws: between the 91 % and the 98 % point of the law, nearly always.
+        assert!((2.9..5.4).contains(&squares), "{squares}");
+        assert!(found.chance < 0.01, "and the trace itself explains a fifth: {}", found.chance);
     }
 
     #[test]

@@ -223,7 +223,7 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
     channels.sort_by_key(|channel| !diagnosis.error.is_of(channel));
     page.heading("The candidates").paragraph(
         "Each effect alone, all parameters refitted, judged on data that no fit has seen. Left of `base, refitted` it helps; at \
-         the noise floor nothing is left to explain. `by luck` is how often the same effect does as well when its trace is \
+         the noise floor nothing is left to explain; right of `one in twenty by luck` an effect that means nothing gets, too. `by luck` is how often the same effect does as well when its trace is \
          shifted in time and so means nothing: above 0.05 it counts as luck, however far the bar has fallen.",
     );
     for channel in channels {
@@ -236,6 +236,10 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
                 candidate.chance.map_or_else(String::new, |chance| format!("by luck {}", number(chance, 2)));
             let mark = if named { Mark::Good } else { Mark::Plain };
             bars = bars.noted_bar(candidate.effect.clone(), *error, mark, note);
+        }
+        let here = tried.iter().filter(|(candidate, _)| candidate.channel == channel);
+        if let Some(luck) = here.filter_map(|(candidate, _)| candidate.luck).reduce(f64::min) {
+            bars = bars.level("one in twenty by luck", luck);
         }
         if diagnosis.error.is_of(channel) {
             bars = bars

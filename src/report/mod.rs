@@ -90,15 +90,10 @@ pub enum ReportError {
     },
 }
 
-/// Writes `text` beside `path` and renames it over: a failure leaves the old file as it was.
+/// Writes `text` to `path`: a failure leaves the old file as it was.
 fn write_atomically(path: &std::path::Path, text: &str) -> Result<(), ReportError> {
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    let beside = path.with_file_name(format!(".{name}.{}", std::process::id()));
-    std::fs::write(&beside, text).and_then(|()| std::fs::rename(&beside, path)).map_err(|source| {
-        // The first error is the one to report; the leftover, if any, is hidden and tiny.
-        let _ = std::fs::remove_file(&beside);
-        ReportError::Write { path: path.display().to_string(), source }
-    })
+    crate::file::write_atomically(path, text.as_bytes())
+        .map_err(|source| ReportError::Write { path: path.display().to_string(), source })
 }
 
 /// Text safe inside HTML and SVG, in elements and in quoted attributes.
