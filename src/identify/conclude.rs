@@ -318,11 +318,16 @@ impl Work<'_> {
     fn check_errors(&self, say: &mut Vec<String>) {
         let gain = self.voltage_gain().filter(|_| self.static_curve.is_some() || self.joint.is_none());
         let gain = gain.or(self.joint.as_ref().and_then(|joint| joint.voltage_gain));
-        let (pole, body) = (self.pole_estimate(), self.body.as_ref().map(|body| body.inertia));
+        // An error that is large because something is missing in the model is told as that.
+        let correlation = self.pole.as_ref().map(|fit| fit.residual_correlation);
+        let correlation = correlation.or(self.joint.as_ref().map(|fit| fit.residual_correlation));
+        let pole = self.pole_estimate().filter(|_| correlation.is_none_or(|it| it <= CORRELATED));
+        let inertia = self.body.as_ref().filter(|body| body.residual_correlation <= CORRELATED);
+        let inertia = inertia.map(|body| body.inertia);
         for (name, estimate, unit, more) in [
-            ("k_V", gain, "rad/(s V)", "hold commands longer, or record a longer PRBS"),
+            ("k_V =", gain, "rad/(s V)", "hold commands longer, or record a longer PRBS"),
             ("the pole", pole, "rad/s", "record more jumps, larger ones, or a longer PRBS"),
-            ("J", body, "kg m²", "excite the attitude more, or longer"),
+            ("J =", inertia, "kg m²", "excite the attitude more, or longer"),
         ] {
             let Some(estimate) = estimate.filter(|it| it.standard_error > HARDLY * it.value.abs()) else {
                 continue;
@@ -330,7 +335,7 @@ impl Work<'_> {
             // Three digits of a number that is not known to two.
             let digits = |value: f64| short(format!("{value:.2e}").parse().unwrap_or(value));
             let (value, error) = (digits(estimate.value), digits(estimate.standard_error));
-            say.push(format!("{name} = {value} ± {error} {unit} hardly shows in these logs: {more}"));
+            say.push(format!("{name} {value} ± {error} {unit} hardly shows in these logs: {more}"));
         }
     }
 
