@@ -153,7 +153,7 @@ fn without_a_rotor_only_the_reason_is_said() {
 /// Twenty seconds of a battery that falls by 0.08 V say next to nothing, and what they say is in the model.
 #[test]
 fn a_k_v_that_hardly_shows_is_told() {
-    let noise = |row: usize| 6.0 * ((row.wrapping_mul(2_654_435_761) >> 16 & 255) as f64 / 127.5 - 1.0);
+    let noise = |row: usize| 15.0 * ((row.wrapping_mul(2_654_435_761) >> 16 & 255) as f64 / 127.5 - 1.0);
     let found = found(&with(&settled(|_| 0.45, 1000), RATE, |row, rate| rate + noise(row)), &quadratic());
     let gain = found.battery.as_ref().expect("one level").gain;
     assert!(gain.standard_error > 0.2 * gain.value.abs(), "{gain:?}");
