@@ -62,6 +62,8 @@ pub struct PortCounts {
     pub sent: u64,
     /// Frames of ours that have been on the bus.
     pub echoed: u64,
+    /// Echoes lost because this process did not listen in time.
+    pub echoes_dropped: u64,
     /// Frames dropped because the interface had no room.
     pub full: u64,
     /// Frames dropped because the interface was down or gone.
@@ -91,6 +93,9 @@ pub trait Bus {
         let fault = frames.iter().fold(None, |fault, frame| fault.or(self.send(frame).err()));
         (self.now_ns(), fault)
     }
+
+    /// See [`super::Port::listen`]; where echoes come with [`Bus::receive`] there is nothing to do.
+    fn listen(&mut self) {}
 
     /// See [`super::Port::echo_age_ns`].
     fn echo_age_ns(&self, now_ns: u64) -> u64;

@@ -12,6 +12,7 @@ mod codec;
 mod config;
 mod counter;
 mod database;
+mod echo;
 mod error;
 mod error_frame;
 mod field;

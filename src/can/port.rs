@@ -13,15 +13,20 @@ use socketcan::{CanSocket, Socket, SocketOptions};
 use crate::clock;
 
 use super::bus::{Arrival, Bus, Fault, PortCounts};
+use super::echo::{Awaited, EchoSocket};
 use super::error::CanError;
 use super::error_frame::ErrorFrame;
-use super::frame::Frame;
+use super::frame::{Frame, Id};
 use super::interface::{InterfaceAnswer, InterfaceStatus, InterfaceWatch};
-use super::socket::{self, BATCH, Batch, RawArrival};
+use super::socket::{self, BATCH, Batch, EVERYTHING, RawArrival};
 use super::stamp::StampClock;
 
 /// Most frames that one [`Port::receive`] takes, so that a flood cannot hold the cycle.
 const MOST: usize = 16 * BATCH;
+
+/// [ns] that a time which was told may be too early without the clock being asked: what publishing takes on a slow machine.
+/// By more, CLOCK_REALTIME may have been set.
+const A_MOMENT_NS: u64 = 200_000;
 
 impl Bus for Port {
     fn receive(&mut self, take: impl FnMut(Arrival)) -> Result<usize, Fault> {
@@ -34,6 +39,10 @@ impl Bus for Port {
 
     fn send_all(&mut self, frames: &[Frame]) -> (u64, Option<Fault>) {
         Self::send_all(self, frames)
+    }
+
+    fn listen(&mut self) {
+        Self::listen(self);
     }
 
     fn echo_age_ns(&self, now_ns: u64) -> u64 {
@@ -81,12 +90,13 @@ pub struct Port {
     told_ns: Option<u64>,
     counts: PortCounts,
     last_dropped: u32,
-    /// [ns] of the first attempt to send since the last echo.
-    waiting_since_ns: Option<u64>,
+    awaited: Awaited,
+    /// `None` = they come with everything else.
+    echoes: Option<EchoSocket>,
 }
 
 impl Port {
-    /// Opens `interface`, which must be up.
+    /// Opens `interface`, which must be up. The echo of what it sends is among its arrivals.
     ///
     /// # Errors
     /// [`CanError::Interface`] when it is missing, down or, for `fd`, carries no FD frames, with what mends it;
@@ -120,8 +130,26 @@ impl Port {
             told_ns: None,
             counts: PortCounts::default(),
             last_dropped: 0,
-            waiting_since_ns: None,
+            awaited: Awaited::new(),
+            echoes: None,
         })
+    }
+
+    /// Opens `interface` to send frames with these identifiers and no others. Their echo is not among the arrivals and wakes
+    /// nobody: it is there for [`Port::listen`].
+    ///
+    /// # Errors
+    /// See [`Port::open`].
+    pub fn open_with_echo_apart(interface: &str, fd: bool, ids: &[Id]) -> Result<Self, CanError> {
+        let mut port = Self::open(interface, fd)?;
+        let refuse = |source: io::Error| CanError::Socket {
+            interface: interface.to_owned(),
+            action: "cannot have its echo on a socket apart",
+            source,
+        };
+        port.echoes = Some(EchoSocket::open(interface, fd, ids).map_err(refuse)?);
+        port.socket.set_recv_own_msgs(false).map_err(refuse)?;
+        Ok(port)
     }
 
     /// Hands every arrival that is there now to `take`, the oldest first; the number taken. When it is a few
@@ -134,7 +162,7 @@ impl Port {
             // Without success there is still the socket's error to be taken, which would wake the caller again and again.
             self.rejoin();
         }
-        let (mut total, mut has_foreign) = (0, false);
+        let (mut total, mut has_foreign, mut echoed) = (0, false, 0);
         while total < MOST {
             let told_ns = self.told_ns.take();
             let mut is_told = told_ns.is_some();
@@ -145,11 +173,16 @@ impl Port {
                 Some(realtime_ns) => realtime_ns,
                 None => self.compare_clocks(self.looked_ns),
             };
-            let Self { socket, batch, stamps, counts, last_dropped, waiting_since_ns, looked_ns, .. } = self;
+            let Self { socket, batch, stamps, counts, last_dropped, echoes, looked_ns, .. } = self;
             let received = batch.receive(socket.as_raw_fd(), |raw| {
                 if raw.software_ns > realtime_ns && std::mem::take(&mut is_told) {
-                    // It came after the time that was told.
-                    let now_ns = clock::monotonic_ns().max(*looked_ns);
+                    // It came after the time that was told: by its own stamp, if that is a moment, else by the clock.
+                    let later_ns = raw.software_ns - realtime_ns;
+                    let now_ns = if later_ns <= A_MOMENT_NS {
+                        *looked_ns + later_ns
+                    } else {
+                        clock::monotonic_ns().max(*looked_ns)
+                    };
                     realtime_ns = realtime_ns.wrapping_add(now_ns - *looked_ns);
                     *looked_ns = now_ns;
                 }
@@ -158,12 +191,13 @@ impl Port {
                     counts.dropped += u64::from(dropped.wrapping_sub(*last_dropped));
                     *last_dropped = dropped;
                 }
+                if let Some(echoes) = echoes {
+                    echoes.learn(&raw);
+                }
                 if let Some(arrival) = sort(&raw, stamps, counts, software_ns) {
-                    if matches!(arrival, Arrival::Echo { .. }) {
-                        *waiting_since_ns = None;
-                    } else {
-                        has_foreign = true;
-                    }
+                    let is_echo = matches!(arrival, Arrival::Echo { .. });
+                    echoed += usize::from(is_echo);
+                    has_foreign |= !is_echo;
                     take(arrival);
                 }
             });
@@ -174,6 +208,7 @@ impl Port {
                 break;
             }
         }
+        self.awaited.seen(echoed);
         // Here nobody waits for an answer, as one may where there was a frame.
         if !has_foreign && self.stamps.is_distance_old(self.looked_ns) {
             self.compare_clocks(self.looked_ns);
@@ -205,12 +240,12 @@ impl Port {
 
     /// Sends frames, as [`Port::send`] does one by one; [ns] when all were out or dropped, and the first fault.
     pub fn send_all(&mut self, frames: &[Frame]) -> (u64, Option<Fault>) {
+        let before = self.counts.sent;
         let fault = frames.iter().fold(None, |fault, frame| fault.or(self.give(frame).err()));
         // The clock is read when the frames are out already, once for all that needs to know when that was.
         let now_ns = clock::monotonic_ns();
         if !frames.is_empty() {
-            // A frame that finds no room waits for its echo, too: on a dead bus no other ever does.
-            self.waiting_since_ns.get_or_insert(now_ns);
+            self.awaited.sent((self.counts.sent - before) as usize, now_ns);
         }
         (now_ns, fault)
     }
@@ -243,10 +278,12 @@ impl Port {
     }
 
     /// Joins the interface of the same name, once there is one again that is as this one was: an adapter that was unplugged
-    /// comes back as a new interface. Two short system calls then, none before; neither waits nor allocates.
+    /// comes back as a new interface. Two short system calls a socket then, none before; neither waits nor allocates.
     fn rejoin(&mut self) {
         let Some(index) = self.watch.found() else { return };
-        if socket::bind_again(self.socket.as_raw_fd(), index as libc::c_int).is_err() {
+        let index = index as libc::c_int;
+        let own = socket::bind_again(self.socket.as_raw_fd(), index, &[EVERYTHING]);
+        if own.and_then(|()| self.echoes.as_ref().map_or(Ok(()), |it| it.bind_again(index))).is_err() {
             // Gone again meanwhile.
             self.watch.look_for();
             return;
@@ -268,11 +305,21 @@ impl Port {
         self.watch.answer()
     }
 
-    /// [ns] since the first attempt to send after the last echo; 0 when there was none since.
+    /// Takes in the echoes of what was sent, where they are apart: what has not been listened for counts as not seen. Neither
+    /// waits nor allocates; one system call as a rule, none where they are not apart.
+    pub fn listen(&mut self) {
+        let Some(echoes) = &mut self.echoes else { return };
+        let (echoed, lost) = echoes.listen(&mut self.batch);
+        self.counts.echoed += echoed as u64;
+        self.counts.echoes_dropped += lost;
+        self.awaited.seen(echoed);
+    }
+
+    /// [ns] since the first attempt to send whose echo was not seen; 0 when all were.
     /// A few periods: a stall. Many: the bus is dead, even where nothing else says so.
     #[must_use]
     pub fn echo_age_ns(&self, now_ns: u64) -> u64 {
-        self.waiting_since_ns.map_or(0, |since| now_ns.saturating_sub(since))
+        self.awaited.since_ns().map_or(0, |since| now_ns.saturating_sub(since))
     }
 
     /// Totals since it was opened.

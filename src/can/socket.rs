@@ -29,6 +29,8 @@ pub(super) struct RawArrival {
     pub(super) data: [u8; 8],
     /// Sent by this very socket.
     pub(super) own: bool,
+    /// Sent on this machine, by whomever.
+    pub(super) is_local: bool,
     /// [ns] CLOCK_REALTIME; 0 = none.
     pub(super) software_ns: u64,
     /// [ns] clock of the adapter; 0 = none.
@@ -87,6 +89,7 @@ fn read_arrival(header: &libc::mmsghdr, raw: &libc::canfd_frame) -> RawArrival {
         frame: read_frame(raw, header.msg_len as usize),
         data: [0; 8],
         own: header.msg_hdr.msg_flags & libc::MSG_CONFIRM != 0,
+        is_local: header.msg_hdr.msg_flags & libc::MSG_DONTROUTE != 0,
         software_ns: 0,
         hardware_ns: 0,
         dropped: None,
@@ -143,18 +146,20 @@ fn read_frame(raw: &libc::canfd_frame, length: usize) -> Option<Frame> {
     }
 }
 
+/// The filter through which every frame comes.
+pub(super) const EVERYTHING: libc::can_filter = libc::can_filter { can_id: 0, can_mask: 0 };
+
 /// Binds a socket again, to the interface that has the number `index` now. When an interface goes, the kernel unbinds its
-/// sockets and forgets their filters; all other options stay.
-pub(super) fn bind_again(fd: RawFd, index: libc::c_int) -> io::Result<()> {
-    let everything = libc::can_filter { can_id: 0, can_mask: 0 };
-    // SAFETY: the kernel reads one filter, which is as long as said.
+/// sockets and forgets their `filters`; all other options stay.
+pub(super) fn bind_again(fd: RawFd, index: libc::c_int, filters: &[libc::can_filter]) -> io::Result<()> {
+    // SAFETY: the kernel reads the filters, which are as long as said.
     result(unsafe {
         libc::setsockopt(
             fd,
             libc::SOL_CAN_RAW,
             libc::CAN_RAW_FILTER,
-            (&raw const everything).cast(),
-            size_of::<libc::can_filter>() as libc::socklen_t,
+            filters.as_ptr().cast(),
+            size_of_val(filters) as libc::socklen_t,
         )
     })?;
     // SAFETY: a sockaddr_can is plain data for which zero is valid.
@@ -170,12 +175,14 @@ fn result(code: libc::c_int) -> io::Result<()> {
     if code < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
 }
 
+/// An identifier as the kernel has it.
+pub(super) fn raw_id(id: Id) -> u32 {
+    id.number() | if id.is_extended() { libc::CAN_EFF_FLAG } else { 0 }
+}
+
 /// Sends a frame without waiting.
 pub(super) fn send(fd: RawFd, frame: &Frame) -> io::Result<()> {
-    let (mut id, mut flags) = (frame.id().number(), 0);
-    if frame.id().is_extended() {
-        id |= libc::CAN_EFF_FLAG;
-    }
+    let (mut id, mut flags) = (raw_id(frame.id()), 0);
     let size = match frame.kind() {
         Kind::Classic => libc::CAN_MTU,
         Kind::Remote => {

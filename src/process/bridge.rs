@@ -31,8 +31,6 @@ pub struct BridgeLoop<B: Bus = Port> {
     hold_periods: u32,
     /// Whether the controller waits for the gyro.
     wakes_control: bool,
-    /// What came together with the last command's echo: to be acted on without a wait.
-    caught: Option<Look>,
     // Last: everything above lives on it.
     _bench: Bench,
 }
@@ -67,14 +65,11 @@ impl BridgeLoop {
         // After the guard: a second bridge that is refused must not say a word on the bus, not even a safe one.
         let wire = Wire::open(config, &bench, log)?;
         let wakes_control = config.trigger == Trigger::Imu;
-        Ok(Self { gate, wire, hold_periods, wakes_control, caught: None, _bench: bench })
+        Ok(Self { gate, wire, hold_periods, wakes_control, _bench: bench })
     }
 
     /// Waits for the socket, the command or the timer, whichever comes first, and does what is to be done.
     pub fn turn(&mut self) {
-        if self.answer_caught() {
-            return;
-        }
         let doors = [self.wire.descriptor(), self.gate.bell().descriptor()];
         let (woken, woken_ns) = rt::wait_and_tell(doors, self.gate.deadline_ns());
         let ready = if let Wake::Ready(bits) = woken { bits } else { 0 };
@@ -109,13 +104,6 @@ impl<B: Bus> BridgeLoop<B> {
         self.answer(&look, ready);
     }
 
-    /// Does what came with the last command's echo asks for; whether anything had come.
-    fn answer_caught(&mut self) -> bool {
-        let Some(look) = self.caught.take() else { return false };
-        self.answer(&look, 0);
-        true
-    }
-
     /// What a turn does with what is on the bus and in shared memory.
     fn answer(&mut self, look: &Look, ready: u32) {
         let (sensors, is_news) = self.wire.present(look, &self.gate);
@@ -131,19 +119,16 @@ impl<B: Bus> BridgeLoop<B> {
         if let Some(cause) = self.wire.trouble(look, now_ns, self.hold_periods, period_ns) {
             self.gate.trip(now_ns, cause);
         }
-        let step = self.gate.step_if_due(now_ns, self.wire.sensors());
-        let out_ns = step.map(|(release, applied)| {
+        if let Some((release, applied)) = self.gate.step_if_due(now_ns, self.wire.sensors()) {
             let out_ns = self.wire.send(&applied);
             self.gate.finish(release, out_ns, self.wire.sensors());
             self.wire.publish(out_ns);
-            out_ns
-        });
+        }
         if ready & BELL != 0 {
             // After the command is out, which it would delay; what came meanwhile may have rung the bell that is quiet now.
             self.gate.bell().quiet();
             self.gate.look(now_ns);
         }
-        self.caught = out_ns.and_then(|out_ns| self.wire.catch_echo(out_ns));
     }
 }
 

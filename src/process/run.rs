@@ -26,9 +26,9 @@ pub struct RunLoop {
     flight: Flight,
     pace: Pace,
     wire: Wire,
-    /// What came together with the last command's echo: to be acted on without a wait.
-    caught: Option<Look>,
     hold_periods: u32,
+    /// [ns] when a command was out, this turn; the wait that follows spares the clock where nobody minds when it ends.
+    out_ns: Option<u64>,
     events: Subscriber<GuardEvent>,
     // Last: everything above lives on it.
     _bench: Bench,
@@ -101,8 +101,8 @@ impl RunLoop {
             pace: Pace::new(period_ns),
             gate,
             wire,
-            caught: None,
             hold_periods,
+            out_ns: None,
             events: bench.subscribe(&GUARD_EVENTS)?,
             _bench: bench,
         })
@@ -120,15 +120,15 @@ impl RunLoop {
 
     /// Waits for the socket, a request or the timer, and does what is to be done.
     pub fn turn(&mut self) {
-        let look = self.caught.take().unwrap_or_else(|| self.wait());
-        let out_ns = self.answer(&look);
-        self.caught = out_ns.and_then(|out_ns| self.wire.catch_echo(out_ns));
+        let look = self.wait();
+        self.answer(&look);
     }
 
     fn wait(&mut self) -> Look {
         let deadline_ns = self.gate.cycle().due_ns();
         let doors = [self.wire.descriptor(), self.gate.bell().descriptor()];
-        let (woken, woken_ns) = rt::wait_and_tell(doors, deadline_ns);
+        let now_ns = self.out_ns.take().unwrap_or_else(clock::monotonic_ns);
+        let (woken, woken_ns) = rt::wait_from(doors, deadline_ns, now_ns);
         let ready = if let Wake::Ready(bits) = woken { bits } else { 0 };
         let look = self.wire.receive(ready & 1 != 0, woken_ns);
         if ready & 2 != 0 {
@@ -137,8 +137,7 @@ impl RunLoop {
         look
     }
 
-    /// Does what is to be done; [ns] when a command was out, if one was.
-    fn answer(&mut self, look: &Look) -> Option<u64> {
+    fn answer(&mut self, look: &Look) {
         let is_imu = self.trigger == Trigger::Imu;
         let now_ns = look.at_ns;
         let period_ns = self.gate.cycle().period_ns();
@@ -166,6 +165,7 @@ impl RunLoop {
         if let Some((release, out_ns)) = release.zip(out_ns) {
             self.gate.finish(release, out_ns, &sensors);
             self.wire.publish(out_ns);
+            self.out_ns = is_imu.then_some(out_ns);
         }
         if let Some(command) = command {
             self.flight.publish(&sensors, &before, &command);
@@ -173,7 +173,6 @@ impl RunLoop {
         if is_news {
             self.gate.publish_sensors(&sensors, false);
         }
-        out_ns
     }
 
     /// The slots and their timing.

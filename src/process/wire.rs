@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::ProcessError;
 use crate::bench::BenchConfig;
-use crate::can::{Arrival, Bus, Counts, Fault, InterfaceAnswer, InterfaceStatus, Port, PortCounts};
+use crate::can::{Arrival, Bus, Counts, Fault, Id, InterfaceAnswer, InterfaceStatus, Port, PortCounts};
 use crate::can::{ReceiverState, Refusal, Roles, SenderState, SensorField};
 use crate::clock::NANOSECONDS_PER_SECOND;
 use crate::gate::Gate;
@@ -41,6 +41,10 @@ pub struct Wire<B: Bus = Port> {
 /// [ns] between two log lines on another sender's commands: a flood of them must not fill the log.
 const FOREIGN_TOLD_EVERY_NS: u64 = NANOSECONDS_PER_SECOND;
 
+/// Periods after which the bus is listened to for the echoes of the commands: whether it lives. Nobody waits for the answer, and
+/// where it could be the one that says no, it is asked for at once; see [`Wire::is_dead`].
+const LISTEN_EVERY: u64 = 4;
+
 /// What a look at the bus brought.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Look {
@@ -54,14 +58,6 @@ pub struct Look {
     pub bus_off: bool,
     /// Somebody else sends what only we may send.
     pub foreign: bool,
-}
-
-impl Look {
-    /// Whether there is something to act on.
-    #[must_use]
-    pub fn is_news(&self) -> bool {
-        self.updated || self.bus_off || self.foreign
-    }
 }
 
 /// What the bus did, and what was refused of it.
@@ -81,7 +77,8 @@ impl Wire {
     pub fn open(config: &BenchConfig, bench: &Bench, log: LogQueue) -> Result<Self, ProcessError> {
         let roles = Roles::build(&config.bus, config.period_s)?;
         let interface = &config.bus.interface;
-        let port = Port::open(interface, config.bus.fd)?;
+        let commands: Vec<Id> = roles.command_messages().iter().map(|message| message.id).collect();
+        let port = Port::open_with_echo_apart(interface, config.bus.fd, &commands)?;
         let status = InterfaceStatus::read(interface)?;
         tracing::info!(?status.state, ?status.bit_rate, ?status.restart_ms, "interface {interface}");
         let mut wire = Self::on(port, roles, log);
@@ -261,19 +258,14 @@ impl<B: Bus> Wire<B> {
         out_ns
     }
 
-    /// Takes in the echo of what was out at `out_ns`, which on a virtual bus is there at once, so that the next wait does not
-    /// end because of it: a wake-up saved in each period. On a bus that takes its time nothing is there yet, and the echo comes
-    /// with the next wake-up, as it would without this look. What else came since is to be acted on without a wait.
-    pub fn catch_echo(&mut self, out_ns: u64) -> Option<Look> {
-        let look = self.receive(false, out_ns);
-        look.is_news().then_some(look)
-    }
-
-    /// Publishes what the bus does: once a period, after the commands are out.
+    /// Publishes what the bus does, and listens for the echoes now and then: once a period, after the commands are out.
     pub fn publish(&mut self, now_ns: u64) {
         let Some(status) = &mut self.status else { return };
-        let (port, decoded) = (self.port.counts(), self.receiver.counts);
         self.published += 1;
+        if self.published.is_multiple_of(LISTEN_EVERY) {
+            self.port.listen();
+        }
+        let (port, decoded) = (self.port.counts(), self.receiver.counts);
         status.send(&BusStatus {
             sequence: self.published,
             stamp_ns: now_ns,
@@ -296,7 +288,7 @@ impl<B: Bus> Wire<B> {
     /// Why the guard must latch, if the bus gives a reason: see [`Wire::is_dead`]; and two who command one rotor are one
     /// too many.
     #[must_use]
-    pub fn trouble(&self, look: &Look, now_ns: u64, most: u32, period_ns: u64) -> Option<Cause> {
+    pub fn trouble(&mut self, look: &Look, now_ns: u64, most: u32, period_ns: u64) -> Option<Cause> {
         if look.bus_off || self.is_dead(now_ns, most, period_ns) {
             Some(Cause::BusDead)
         } else if look.foreign {
@@ -309,14 +301,19 @@ impl<B: Bus> Wire<B> {
     /// Whether commands no longer reach the bus: `most` in a row were refused, or none was seen there for as many
     /// periods. Counted, not timed, where it can be: a pause of this very process is no fault of the bus.
     #[must_use]
-    pub fn is_dead(&self, now_ns: u64, most: u32, period_ns: u64) -> bool {
-        let silent_ns = self.port.echo_age_ns(now_ns);
-        self.refused_in_a_row >= most || silent_ns > period_ns.saturating_mul(u64::from(most))
+    pub fn is_dead(&mut self, now_ns: u64, most: u32, period_ns: u64) -> bool {
+        let longest_ns = period_ns.saturating_mul(u64::from(most));
+        if self.port.echo_age_ns(now_ns) > longest_ns {
+            // Or nobody has listened.
+            self.port.listen();
+        }
+        self.refused_in_a_row >= most || self.port.echo_age_ns(now_ns) > longest_ns
     }
 
     /// Totals so far.
     #[must_use]
-    pub fn summary(&self) -> WireSummary {
+    pub fn summary(&mut self) -> WireSummary {
+        self.port.listen();
         WireSummary { port: self.port.counts(), decoded: self.receiver.counts }
     }
 }

@@ -16,4 +16,4 @@ pub use shutdown::Shutdown;
 pub use statistics::{Percentiles, Statistics, Summary, histogram, record};
 pub use thread::{Granted, RealTimeConfig, RealTimeError};
 pub use usage::Usage;
-pub use wait::{Wake, wait, wait_and_tell};
+pub use wait::{Wake, wait, wait_and_tell, wait_from};

@@ -35,8 +35,15 @@ pub fn wait<const N: usize>(descriptors: [RawFd; N], deadline_ns: u64) -> Wake {
 /// the reading of the clock and the call.
 #[must_use]
 pub fn wait_and_tell<const N: usize>(descriptors: [RawFd; N], deadline_ns: u64) -> (Wake, u64) {
+    wait_from(descriptors, deadline_ns, clock::monotonic_ns())
+}
+
+/// As [`wait_and_tell`], for one who read the clock a moment ago, at `now_ns`, and can bear that the deadline is late by what
+/// passed since, and the time told early.
+#[must_use]
+pub fn wait_from<const N: usize>(descriptors: [RawFd; N], deadline_ns: u64, now_ns: u64) -> (Wake, u64) {
     let mut polled = descriptors.map(|fd| libc::pollfd { fd, events: libc::POLLIN, revents: 0 });
-    let left_ns = deadline_ns.saturating_sub(clock::monotonic_ns());
+    let left_ns = deadline_ns.saturating_sub(now_ns);
     let mut left = libc::timespec {
         tv_sec: i64::try_from(left_ns / NANOSECONDS_PER_SECOND).unwrap_or(i64::MAX),
         tv_nsec: i64::try_from(left_ns % NANOSECONDS_PER_SECOND).unwrap_or(0),

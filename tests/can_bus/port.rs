@@ -261,6 +261,83 @@ fn a_dead_bus_holds_a_handful_of_old_frames_at_most_and_shows_by_its_echo() {
     assert_eq!(port.echo_age_ns(monotonic_ns() + SECOND_NS), 0, "everything was seen on the bus");
 }
 
+/// What the port sends wakes nobody and is heard when it is listened for; another sender of the same identifiers is not mistaken
+/// for it, and is among the arrivals at once.
+#[test]
+fn an_echo_apart_is_heard_and_another_sender_is_not() {
+    let bus = Bus::new();
+    let (mut port, mut other) = (commander(&bus), bus.port());
+    let fd = Kind::Fd { bit_rate_switch: true, error_state: false };
+    let long = Frame::new(Id::Standard(0x10), fd, &[0xA5; 64]).expect("fits");
+    let own = [frame(0x10, &[1]), frame(0x1234_5678, &[2]), long];
+    let before_ns = monotonic_ns();
+    own.iter().for_each(|it| port.send(it).expect("there is room"));
+    let after_ns = monotonic_ns();
+    assert_eq!(receive(&mut other, |arrivals| arrivals.len() == own.len()).len(), own.len());
+    assert_eq!(port.receive(|arrival| panic!("{arrival:?}")), Ok(0));
+    assert_eq!(port.counts().echoed, 0, "nobody listened");
+    assert!((1..=after_ns - before_ns).contains(&port.echo_age_ns(after_ns)));
+    port.listen();
+    assert_eq!((port.counts().echoed, port.echo_age_ns(monotonic_ns())), (3, 0));
+
+    let foreign = [frame(0x10, &[1]), frame(0x123, &[]), Frame::remote(Id::Standard(0x10), 0).expect("fits")];
+    for round in 0..20_u64 {
+        port.send(&own[0]).expect("there is room");
+        foreign.iter().for_each(|it| other.send(it).expect("there is room"));
+        let mut arrived = Vec::new();
+        assert_eq!(port.receive(|arrival| arrived.push(arrival)), Ok(3), "{arrived:?}");
+        for (arrival, sent) in arrived.iter().zip(&foreign) {
+            assert!(matches!(arrival, Arrival::Frame { frame, .. } if frame == sent), "{arrival:?}");
+        }
+        if round % 4 == 3 {
+            port.listen();
+            assert_eq!(port.counts().echoed, 3 + round + 1);
+        }
+    }
+    assert_eq!((port.counts().sent, port.counts().echoes_dropped), (23, 0));
+}
+
+/// A port that commands with two identifiers, one of each kind.
+fn commander(bus: &Bus) -> Port {
+    let ids = [Id::Standard(0x10), Id::Extended(0x1234_5678)];
+    Port::open_with_echo_apart(&bus.name, true, &ids).expect("the bus is up")
+}
+
+#[test]
+fn an_echo_apart_shows_a_dead_bus_and_is_heard_after_the_interface_was_made_again() {
+    let bus = Bus::new();
+    let mut port = commander(&bus);
+    port.send(&frame(0x10, &[])).expect("there is room");
+    run("tc", &["qdisc", "add", "dev", &bus.name, "root", "plug"]);
+    let before_ns = monotonic_ns();
+    port.send(&frame(0x10, &[])).expect("there is room");
+    let after_ns = monotonic_ns();
+    port.listen();
+    if vcan_echoes() {
+        // The first was heard: it is the second that waits, since it was sent.
+        let age_ns = port.echo_age_ns(after_ns);
+        assert!(age_ns <= after_ns - before_ns, "{age_ns} ns in {}", after_ns - before_ns);
+        assert_eq!((port.counts().echoed, port.echo_age_ns(after_ns + 1_000) - age_ns), (1, 1_000));
+    }
+    run("tc", &["qdisc", "change", "dev", &bus.name, "root", "plug", "release_indefinite"]);
+    eventually(|| {
+        port.listen();
+        (port.counts().echoed == 2).then_some(())
+    });
+    assert_eq!(port.echo_age_ns(monotonic_ns()), 0);
+
+    ip(&["link", "delete", &bus.name]);
+    assert_eq!(port.send(&frame(0x10, &[])), Err(Fault::Gone));
+    make(&bus.name, "72");
+    eventually(|| {
+        let _ = port.receive(|_| ());
+        port.send(&frame(0x10, &[])).ok()
+    });
+    bus.port().send(&frame(0x20, &[])).expect("there is room");
+    port.listen();
+    assert_eq!(port.counts().echoed, 3, "its own frame, and nothing else");
+}
+
 #[test]
 fn commands_cross_from_the_bridges_roles_to_the_emulators() {
     let bus = Bus::new();
