@@ -56,18 +56,21 @@ impl Work<'_> {
         }
     }
 
+    /// Pole and delay of the fit of all at once, where that has a battery: those from z hold k_V and the curve for exact,
+    /// and their errors know nothing of theirs.
+    fn is_pole_of_all(&self) -> bool {
+        self.joint.as_ref().is_some_and(|joint| self.pole.is_none() || joint.voltage_gain.is_some())
+    }
+
     fn pole_estimate(&self) -> Option<Estimate> {
-        let alone = self.pole.as_ref().map(|fit| fit.pole);
-        alone.or(self.joint.as_ref().map(|joint| joint.pole))
+        let of_all = self.joint.as_ref().filter(|_| self.is_pole_of_all()).map(|joint| joint.pole);
+        of_all.or(self.pole.as_ref().map(|fit| fit.pole))
     }
 
     /// The delay that goes with the pole.
     pub(super) fn delay(&self) -> Option<&Delay> {
-        match (&self.pole, &self.joint) {
-            (Some(pole), _) => pole.delay.as_ref(),
-            (None, Some(joint)) => joint.delay.as_ref(),
-            (None, None) => None,
-        }
+        let of_all = self.joint.as_ref().filter(|_| self.is_pole_of_all());
+        of_all.map_or_else(|| self.pole.as_ref()?.delay.as_ref(), |joint| joint.delay.as_ref())
     }
 
     /// The rotor as a first-order lag alone would have it, where a delay was taken in.

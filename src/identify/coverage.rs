@@ -14,7 +14,7 @@ use super::record_of::record_of;
 use super::rotor_log::RotorLog;
 use super::static_curve;
 use super::thrust;
-use super::{Estimate, IdentifiedActuator, battery, joint};
+use super::{Estimate, IdentifiedActuator, battery, joint, voltage};
 use crate::record::Dataset;
 
 /// With a true coverage of 95 % the count of 300 has a standard deviation of 1.26 %: 90 % lies 4 below, 99 % 3.2
@@ -197,7 +197,8 @@ fn pole_curve_and_k_v_at_once_from_lively_commands() {
 
 /// Pole, curve and k_V of `logs` as `identify` fits them at once, with the noise of the voltage taken away.
 fn at_once(logs: &[RotorLog], counts: &mut [Count; 4]) -> pole::LagFit {
-    let quiet = joint::quiet(logs, joint::rough(logs, FULL_VOLTAGE).expect("a lag"));
+    let course: Vec<RotorLog> = logs.iter().map(voltage::course).collect();
+    let quiet = joint::quiet(logs, joint::rough(&course, FULL_VOLTAGE).expect("a lag"));
     let fit = pole::fit(&record_of(&quiet, FULL_VOLTAGE, 0.0, |u, drop| [u, u * u, -drop]));
     let mut fit = fit.expect("lively commands");
     joint::allow_for_readings(&mut fit, &quiet, 2);

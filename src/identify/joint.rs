@@ -16,6 +16,8 @@ use super::voltage::{self, Follows};
 
 /// Rows of each log that decide on the degree: four minutes at 50 Hz.
 const DEGREE_ROWS: usize = 12_000;
+/// Fits beside a delay, each with the battery foretold from the numbers of the one before.
+const PASSES: usize = 2;
 
 /// The joint fit.
 #[derive(Debug, Clone, Serialize)]
@@ -63,8 +65,11 @@ struct Problem<'a> {
 }
 
 /// A lag alone, its rivals, and the lag behind a delay where that is settled.
+#[derive(Debug, Clone)]
 struct Tried {
     lag: LagFit,
+    /// Powers of the command in it; k_V comes behind them.
+    lag_degree: usize,
     rivals: Vec<Rival>,
     late: Option<LateFit>,
 }
@@ -100,8 +105,8 @@ impl Problem<'_> {
         record_of(rotors, self.full_voltage, delay, |u, drop| columns(self.degree, u, drop))
     }
 
-    fn fit<const M: usize>(&self) -> Option<LagFit> {
-        pole::fit(&self.record::<M>(self.rotors, 0.0))
+    fn fit<const M: usize>(&self, delay: f64) -> Option<LagFit> {
+        pole::fit(&self.record::<M>(self.rotors, delay))
     }
 
     fn rivals<const M: usize>(&self, fit: &LagFit) -> Vec<Rival> {
@@ -109,28 +114,29 @@ impl Problem<'_> {
     }
 
     /// Squared error of each block when it was held out.
-    fn held_out<const M: usize>(&self) -> Option<Vec<f64>> {
-        let full = self.record::<M>(self.rotors, 0.0);
+    fn held_out<const M: usize>(&self, delay: f64) -> Option<Vec<f64>> {
+        let full = self.record::<M>(self.rotors, delay);
         late::held_out(&full, pole::fit(&full)?.pole)
     }
 
     fn with_rivals<const M: usize>(&self, delays: bool) -> Option<Tried> {
-        let mut lag = self.fit::<M>()?;
+        let mut lag = self.fit::<M>(0.0)?;
         let rivals = self.rivals::<M>(&lag);
         let mut late = if delays { self.late::<M>(&lag, &rivals) } else { None };
         if self.battery {
             let fits = std::iter::once(&mut lag).chain(late.as_mut().map(|late| &mut late.fit));
             fits.for_each(|fit| allow_for_readings(fit, self.rotors, self.degree));
         }
-        Some(Tried { lag, rivals, late })
+        Some(Tried { lag, lag_degree: self.degree, rivals, late })
     }
 
-    /// The delay that was settled `without` a battery, and all the rest again beside it.
-    fn behind<const M: usize>(&self, without: &Tried) -> Option<Tried> {
-        without.late.as_ref()?;
-        let mut late = self.late::<M>(&without.lag, &without.rivals)?;
-        allow_for_readings(&mut late.fit, self.rotors, self.degree);
-        Some(Tried { lag: without.lag.clone(), rivals: without.rivals.clone(), late: Some(late) })
+    /// The delay that was found `first`, and all the rest again beside it.
+    fn behind<const M: usize>(&self, first: &Tried) -> Option<Tried> {
+        let mut late = self.late::<M>(&first.lag, &first.rivals)?;
+        if self.battery {
+            allow_for_readings(&mut late.fit, self.rotors, self.degree);
+        }
+        Some(Tried { late: Some(late), ..first.clone() })
     }
 
     fn late<const M: usize>(&self, fit: &LagFit, rivals: &[Rival]) -> Option<LateFit> {
@@ -148,14 +154,11 @@ pub(super) fn identify(
     degree: Option<usize>,
     warnings: &mut Vec<String>,
 ) -> Option<JointFit> {
-    let rough = battery.then(|| rough(rotors, full_voltage)).flatten();
-    let smooth = rough.map(|follows| quiet(rotors, follows));
-    let logs = smooth.as_deref().unwrap_or(rotors);
-    let found = at_once(logs, full_voltage, (battery, delays), degree)?;
-    // What the commands draw comes as late as the rotor does.
-    let found = match (&smooth, found.follows(full_voltage)) {
-        (Some(_), Some(late)) => at_once(&quiet(rotors, late), full_voltage, (battery, delays), degree)?,
-        _ => found,
+    let found = if battery {
+        with_battery(rotors, full_voltage, delays, degree)?
+    } else {
+        let (problem, degrees, tried) = settle(rotors, full_voltage, (false, delays), degree)?;
+        told(&problem, degrees, tried)
     };
     if battery && found.voltage_gain.is_none() {
         warnings.push(
@@ -167,12 +170,59 @@ pub(super) fn identify(
     Some(found)
 }
 
-/// A lag fitted to the voltage as it was read; without it, where k_V comes out negative: a battery that gives way under the
-/// load then stands in for the rate of a rotor that follows late.
+/// A delay is looked for beside the course of the voltage alone, and everything else then beside the delay: a battery that
+/// gives way under the load says how fast a rotor turns that follows late, and stands in for it otherwise.
+fn with_battery(
+    rotors: &[RotorLog],
+    full_voltage: f64,
+    delays: bool,
+    asked: Option<usize>,
+) -> Option<JointFit> {
+    let is_late = |(.., tried): &(Problem<'_>, Vec<DegreeScore>, Tried)| tried.late.is_some();
+    let course: Vec<RotorLog> = rotors.iter().map(voltage::course).collect();
+    let first = delays.then(|| settle(&course, full_voltage, (true, true), asked)).flatten();
+    if let Some(first) = first.filter(is_late) {
+        return Some(beside_delay(rotors, first, asked));
+    }
+    let smooth = rough(&course, full_voltage).map(|follows| quiet(rotors, follows));
+    let found = settle(smooth.as_deref().unwrap_or(rotors), full_voltage, (true, delays), asked)?;
+    if is_late(&found) {
+        return Some(beside_delay(rotors, found, asked));
+    }
+    let (problem, degrees, tried) = found;
+    Some(told(&problem, degrees, tried))
+}
+
+/// Everything again beside the delay that was found first: the curve's degree, what the commands draw from the battery, which
+/// comes as late as the rotor does, and what that draws from the rotor.
+fn beside_delay(
+    rotors: &[RotorLog],
+    (problem, degrees, first): (Problem<'_>, Vec<DegreeScore>, Tried),
+    asked: Option<usize>,
+) -> JointFit {
+    let full_voltage = problem.full_voltage;
+    let mut found = told(&problem, degrees, first.clone());
+    for _ in 0..PASSES {
+        let Some(follows) = found.follows(full_voltage) else { break };
+        let smooth = quiet(rotors, follows);
+        let again = [true, false].into_iter().find_map(|battery| {
+            let (degrees, preferred) = compare_degrees(&smooth, full_voltage, battery, follows.delay);
+            let degree = asked.or(preferred).unwrap_or(problem.degree);
+            let problem = Problem { rotors: &smooth, full_voltage, degree, battery };
+            let behind = sized!(problem, behind(&first))?;
+            (!battery || shows(degree, &behind)).then(|| told(&problem, degrees, behind))
+        });
+        let Some(again) = again else { break };
+        found = again;
+    }
+    found
+}
+
+/// A lag fitted to `rotors` with the course of their voltage; without it, where k_V comes out negative.
 pub(super) fn rough(rotors: &[RotorLog], full_voltage: f64) -> Option<Follows> {
     [(true, 2), (true, 1), (false, 2), (false, 1)].into_iter().find_map(|(battery, degree)| {
         let problem = Problem { rotors, full_voltage, degree, battery };
-        let fit = sized!(problem, fit())?;
+        let fit = sized!(problem, fit(0.0))?;
         let quadratic = if degree == 2 { fit.coefficients[1] } else { 0.0 };
         let (curve, voltage_gain) =
             ([fit.coefficients[0], quadratic], if battery { fit.coefficients[degree] } else { 0.0 });
@@ -213,44 +263,29 @@ fn settle<'a>(
 ) -> Option<(Problem<'a>, Vec<DegreeScore>, Tried)> {
     let tried = |battery: bool| {
         // The curve's degree, too, is not to be chosen beside a battery that does not show.
-        let (degrees, preferred) = compare_degrees(rotors, full_voltage, battery);
+        let (degrees, preferred) = compare_degrees(rotors, full_voltage, battery, 0.0);
         // Where no comparison succeeds, the curve of one coefficient is the last thing to try.
         let degree = asked.or(preferred).unwrap_or(1);
         let problem = Problem { rotors, full_voltage, degree, battery };
         Some((problem, degrees, sized!(problem, with_rivals(delays))?))
     };
     let with_battery = battery.then(|| tried(true)).flatten();
-    if let Some(found) = with_battery.filter(|(problem, _, found)| shows(problem.degree, found)) {
-        return Some(found);
-    }
-    let (without, degrees, found) = tried(false)?;
-    // A rotor that is late shows its battery only beside the delay.
-    let with = Problem { battery, ..without };
-    let behind = battery.then(|| sized!(with, behind(&found))).flatten();
-    Some(match behind.filter(|behind| shows(with.degree, behind)) {
-        Some(behind) => (with, degrees, behind),
-        None => (without, degrees, found),
-    })
+    with_battery.filter(|(problem, _, found)| shows(problem.degree, found)).or_else(|| tried(false))
 }
 
-fn at_once(
-    rotors: &[RotorLog],
-    full_voltage: f64,
-    parts: (bool, bool),
-    asked: Option<usize>,
-) -> Option<JointFit> {
-    let (problem, degrees, found) = settle(rotors, full_voltage, parts, asked)?;
+fn told(problem: &Problem<'_>, degrees: Vec<DegreeScore>, found: Tried) -> JointFit {
     let degree = problem.degree;
-    let Tried { lag, rivals, late } = found;
-    let without_delay =
-        late.as_ref().map(|_| (lag.coefficients[..degree].to_vec(), lag.coefficients.get(degree).copied()));
+    let Tried { lag, lag_degree, rivals, late } = found;
+    let without_delay = late
+        .as_ref()
+        .map(|_| (lag.coefficients[..lag_degree].to_vec(), lag.coefficients.get(lag_degree).copied()));
     let (fit, delay) = match late {
         Some(LateFit { fit, told }) => (fit, Some(told)),
         None => (lag, None),
     };
     let estimate =
         |index: usize| Estimate { value: fit.coefficients[index], standard_error: fit.error(index) };
-    Some(JointFit {
+    JointFit {
         coefficients: (0..degree).map(estimate).collect(),
         voltage_gain: problem.battery.then(|| estimate(degree)),
         pole: Estimate { value: fit.pole, standard_error: fit.pole_error() },
@@ -261,14 +296,15 @@ fn at_once(
         rivals,
         delay,
         without_delay,
-    })
+    }
 }
 
-/// Degrees side by side, and the lowest whose held-out error is not significantly above the best.
+/// Degrees side by side, commands acting `delay` [s] late, and the lowest whose held-out error is not significantly above the best.
 fn compare_degrees(
     rotors: &[RotorLog],
     full_voltage: f64,
     battery: bool,
+    delay: f64,
 ) -> (Vec<DegreeScore>, Option<usize>) {
     let mut scores = Vec::new();
     let mut blocks: Vec<Vec<f64>> = Vec::new();
@@ -276,7 +312,8 @@ fn compare_degrees(
     let rotors = heads.as_slice();
     for degree in 1..=HIGHEST_DEGREE {
         let problem = Problem { rotors, full_voltage, degree, battery };
-        let (Some(fit), Some(squares)) = (sized!(problem, fit()), sized!(problem, held_out())) else {
+        let (Some(fit), Some(squares)) = (sized!(problem, fit(delay)), sized!(problem, held_out(delay)))
+        else {
             continue;
         };
         scores.push(DegreeScore {

@@ -38,6 +38,7 @@ pub struct Delay {
 }
 
 /// The fit with the delay: its covariance allows for the delay's own error.
+#[derive(Debug, Clone)]
 pub(super) struct LateFit {
     pub fit: LagFit,
     pub told: Delay,

@@ -9,7 +9,7 @@ use super::outcome::{Identification, IdentifySettings, Part, PoleFit};
 use super::pole;
 use super::record_of::record_of;
 use super::rivals;
-use super::rotor_log::RotorLog;
+use super::rotor_log::{Foretold, RotorLog};
 use super::stale;
 use super::static_curve::{self, HIGHEST_DEGREE, StaticCurve};
 use super::thrust::{self, ThrustCurve};
@@ -291,22 +291,29 @@ impl<'a> Work<'a> {
         let steady = |u: f64, drop: f64| {
             static_curve::polynomial(&actuator.coefficients, u) - actuator.voltage_gain * drop
         };
+        // The voltage moves as the rotor does, which is known by now.
+        let pole = self.joint.as_ref().map(|joint| joint.pole.value);
+        let moves = |rotor: &RotorLog| RotorLog {
+            foretold: pole.map(|pole| Foretold { pole, noise: 0.0 }),
+            ..rotor.clone()
+        };
+        let lively: Vec<RotorLog> = self.lively.iter().map(moves).collect();
         let record = |rotors: &[RotorLog], delay: f64| {
             record_of(rotors, actuator.full_voltage, delay, |u, drop| [steady(u, drop), 1.0])
         };
-        let Some(fit) = pole::fit(&record(&self.lively, 0.0)) else {
+        let Some(fit) = pole::fit(&record(&lively, 0.0)) else {
             return self.note(STEP, false, "the commands do not move z enough");
         };
         let found = Estimate { value: fit.pole, standard_error: fit.pole_error() };
         if let Some(why) = no_pole(&found) {
             return self.note(STEP, false, why);
         }
-        let rivals = rivals::both(&fit, &self.lively, record);
+        let rivals = rivals::both(&fit, &lively, record);
         let interval = self.lively.first().map_or(0.0, |rotor| rotor.interval);
         let late = self
             .settings
             .delay
-            .then(|| late::identify(&fit, &rivals, interval, |delay| record(&self.lively, delay)));
+            .then(|| late::identify(&fit, &rivals, interval, |delay| record(&lively, delay)));
         let (fit, delay) = match late.flatten() {
             Some(LateFit { fit, told }) => (fit, Some(told)),
             None => (fit, None),

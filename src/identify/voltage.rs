@@ -40,27 +40,36 @@ pub(super) struct Follows {
     pub full_voltage: f64,
 }
 
+/// The log with the smooth course of its voltage over time alone: what goes with the load is not in it, and so cannot stand
+/// in for the rate of a rotor that answers late. Unchanged where it has none, or too little of it.
+pub(super) fn course(rotor: &RotorLog) -> RotorLog {
+    let Some(voltage) = rotor.voltage.as_deref() else { return rotor.clone() };
+    let nothing = OfCommand { functions: [0.0; OF_COMMAND], known: true };
+    let course = foretold(rotor, voltage, &vec![nothing; rotor.time.len()]).map(|(course, _)| course);
+    RotorLog { voltage: Some(course.unwrap_or_else(|| voltage.to_vec())), ..rotor.clone() }
+}
+
 /// The log with its voltage replaced; unchanged where it has none, or too little of it.
 pub(super) fn without_noise(rotor: &RotorLog, follows: Follows) -> RotorLog {
     let Some(voltage) = rotor.voltage.as_deref() else { return rotor.clone() };
     let mut smooth = RotorLog { voltage: None, ..rotor.clone() };
     // The rates that draw on the voltage give way with it themselves: at first as if they did not.
     for _ in 0..PASSES {
-        let Some((foretold, noise)) = foretold(&smooth, voltage, follows) else { return rotor.clone() };
+        let of_command = of_command(&smooth, follows);
+        let Some((foretold, noise)) = foretold(&smooth, voltage, &of_command) else { return rotor.clone() };
         smooth.voltage = Some(foretold);
         smooth.foretold = Some(Foretold { pole: follows.pole, noise });
     }
     smooth
 }
 
-/// [V] what time and commands foretell of `voltage`, and the rms of what is left; `rotor` has what was foretold before.
-fn foretold(rotor: &RotorLog, voltage: &[f64], follows: Follows) -> Option<(Vec<f64>, f64)> {
+/// [V] what time and commands foretell of `voltage`, and the rms of what is left.
+fn foretold(rotor: &RotorLog, voltage: &[f64], of_command: &[OfCommand]) -> Option<(Vec<f64>, f64)> {
     let (first, last) = (*rotor.time.first()?, *rotor.time.last()?);
     let bends = ((last - first) / SHORTEST_BEND).floor() as usize;
     let knots = bends.clamp(1, MOST_KNOTS) + 1;
     let spacing = (last - first) / (knots - 1) as f64;
     let size = knots + OF_COMMAND;
-    let of_command = of_command(rotor, follows);
     // The columns that are not zero: the two hats that a time lies under, and the functions of the command.
     let columns = |row: usize| {
         let place = ((rotor.time[row] - first) / spacing).clamp(0.0, (knots - 1) as f64);
@@ -109,7 +118,8 @@ struct OfCommand {
     known: bool,
 }
 
-/// [-] u and u² now, and the first powers of the rate, settled where a stretch begins. Commands that
+/// [-] u and u² now, and the first powers of the rate, settled where a stretch begins; `rotor` has the voltage that was
+/// foretold before. Commands that
 /// are missing are held; where they are known (again), the rate goes on from what was measured there: its noise has no part
 /// in that of the voltage.
 fn of_command(rotor: &RotorLog, follows: Follows) -> Vec<OfCommand> {

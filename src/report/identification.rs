@@ -41,11 +41,15 @@ impl Identification {
             }
         }
         if let Some(pole) = &self.pole {
-            table = table.row(cells("p", pole.pole, "rad/s", "lively commands, section III.B"));
+            let (from, beside) = if pole.pole.value == self.actuator.pole {
+                ("lively commands, section III.B", "beside p, in the model as `transport_delay`")
+            } else {
+                ("lively commands, section III.B, k_V and g(u) held for exact", "beside that p")
+            };
+            table = table.row(cells("p", pole.pole, "rad/s", from));
             let told = pole.delay.as_ref().map(|told| told.delay.scaled(1e3));
-            table = told.into_iter().fold(table, |table, delay| {
-                table.row(cells("delay", delay, "ms", "beside p, in the model as `transport_delay`"))
-            });
+            table =
+                told.into_iter().fold(table, |table, delay| table.row(cells("delay", delay, "ms", beside)));
             table = table.row(cells("gain from z", pole.gain, "-", "beside p: 1 when g(u) holds in motion"));
         }
         if let Some(joint) = &self.joint {
@@ -60,11 +64,11 @@ impl Identification {
                 let from = if is_used && !alone { "all at once, in the model" } else { from(is_used) };
                 table = table.row(cells("k_V", gain, "rad/(s V)", from));
             }
-            table = table.row(cells("p", joint.pole, "rad/s", from(false)));
+            let is_used = joint.pole.value == self.actuator.pole;
+            let from = if is_used && !alone { "all at once, in the model" } else { from(is_used) };
+            table = table.row(cells("p", joint.pole, "rad/s", from));
             let told = joint.delay.as_ref().map(|told| told.delay.scaled(1e3));
-            table = told
-                .into_iter()
-                .fold(table, |table, delay| table.row(cells("delay", delay, "ms", from(false))));
+            table = told.into_iter().fold(table, |table, delay| table.row(cells("delay", delay, "ms", from)));
         }
         if let Some(thrust) = &self.thrust {
             table = table.row(cells("c", thrust.coefficient, "N s²/rad²", "measured thrust"));
