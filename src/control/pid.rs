@@ -177,7 +177,8 @@ impl Controller for Pid {
             body_angle: state.angle,
             body_rate: state.rate,
             actuator_acceleration: 0.0,
-            disturbance_torque: integral,
+            // The torque on the body that the integral has grown against; from zero, lest rest be told as -0.
+            disturbance_torque: 0.0 - integral,
             model_error: 0.0,
         };
         if !resting && !self.winds_up(state, applied, voltage, e) {

@@ -87,8 +87,7 @@ pub(super) fn answer_plots(flights: &[Shown], titles: [&str; 2], group: &str) ->
 }
 
 /// What the table's last column means.
-pub(super) const DISTURBANCE: &str =
-    "d̂ is the controller's estimate of the disturbance torque, a PID's the part of its integral.";
+pub(super) const DISTURBANCE: &str = "d̂ is the controller's estimate of the disturbance torque on the body, a PID's what its integral holds against.";
 
 impl FlightComparison {
     fn shown(&self) -> Vec<Shown<'_>> {

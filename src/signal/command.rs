@@ -60,7 +60,8 @@ pub struct Estimate {
     pub body_rate: f64,
     /// [rad/s²] estimated angular acceleration from the actuators.
     pub actuator_acceleration: f64,
-    /// [N m] estimated disturbance torque (EMC), or the integral's part of the command (PID).
+    /// [N m] estimated disturbance torque on the body; a PID's is what its integral holds against, so with the other
+    /// sign than the integral's part of the command.
     pub disturbance_torque: f64,
     /// [rad/s] model error e_m: estimated minus measured body rate.
     pub model_error: f64,

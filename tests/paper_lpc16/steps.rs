@@ -139,7 +139,8 @@ fn pid_integral_stops_where_the_guard_clips() {
         let mut last = 0.0;
         for i in 1..50 {
             let command = pid.step(&mut state, &sensors(i, 0.0), &reference, &applied);
-            last = command.estimate.disturbance_torque;
+            // The torque on the body that the integral holds against has the other sign.
+            last = -command.estimate.disturbance_torque;
             applied = Applied { flags, ..let_through(&command) };
             applied.rotor = rotor.unwrap_or(applied.rotor);
         }
