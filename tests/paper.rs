@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use rotorbench::process::paper::{self, PaperSettings};
@@ -64,6 +65,7 @@ fn the_paper_comes_out_of_separate_processes() {
 
 #[test]
 fn an_emulator_that_does_not_start_is_said_and_not_waited_for() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     for (program, sentence) in
         [("/bin/false", "ended after 0 steps"), ("/nowhere/rotorbench", "No such file")]
     {
@@ -71,6 +73,64 @@ fn an_emulator_that_does_not_start_is_said_and_not_waited_for() {
         let error = paper::run(&settings, &Shutdown::default(), &mut |_, _| ()).expect_err("nothing to fly");
         assert!(error.to_string().contains(sentence), "{error}");
         assert_eq!(left_by(std::process::id()), [""; 0], "nothing stays in shared memory");
+    }
+}
+
+/// `paper` names its benches after its process: only one at a time in this one.
+static ALONE: Mutex<()> = Mutex::new(());
+
+/// A seed with which the gyro of the first bench reads the same in seven periods on end, by chance, 42 s into the
+/// constant commands: what the guard of a bench that flies calls frozen.
+const STILL: u64 = 374;
+
+/// `rotorbench` with a guard that takes a gyro which stands still for frozen, as it does by default.
+fn with_a_strict_guard(folder: &Path) -> std::path::PathBuf {
+    let (script, bench) = (folder.join("strict"), folder.join("bench.toml"));
+    let text = format!(
+        "#!/bin/sh\nsed 's/^frozen_after_s = .*/frozen_after_s = 0.1/' > '{0}'\nexec '{1}' \"$@\" < '{0}'\n",
+        bench.display(),
+        env!("CARGO_BIN_EXE_rotorbench")
+    );
+    // Written by another process: a file that this one has open for writing, if only in a child about to start, does not run.
+    let write = "printf '%s' \"$1\" > \"$0\" && chmod +x \"$0\"";
+    let status = Command::new("sh").args(["-c", write]).arg(&script).arg(text).status().expect("sh is there");
+    assert!(status.success());
+    script
+}
+
+#[test]
+fn a_gyro_that_stands_still_stops_no_experiment_on_a_body_that_is_held() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+    let fly = |program: std::path::PathBuf| {
+        let settings = PaperSettings { seed: STILL, prbs_s: 20.0, hold_s: 20.0, program };
+        let shutdown = Shutdown::default();
+        // Only the constant commands are of interest.
+        let mut tell = |what: &str, _: f64| {
+            if what == "ramps" {
+                shutdown.request();
+            }
+        };
+        paper::run(&settings, &shutdown, &mut tell).expect_err("it is stopped").to_string()
+    };
+    let error = fly(env!("CARGO_BIN_EXE_rotorbench").into());
+    assert_eq!(error, "stopped in the middle of ramps: done");
+
+    // The seed is such a one, and a guard that stops the rotors ends the run, with the cause.
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let error = fly(with_a_strict_guard(folder.path()));
+    assert!(error.starts_with("constant commands: the guard stopped the rotors after 4"), "{error}");
+    assert!(error.ends_with(" s: required signal is frozen"), "{error}");
+    assert_eq!(left_by(std::process::id()), [""; 0], "nothing stays in shared memory");
+
+    // `experiment` holds the body likewise, and its guard is not asked about the gyro unless the file says so.
+    let bench =
+        "[emulator.sensors]\nbody_rate = { rate_hz = 50, noise = 0.004, quantization = 0.0009765625 }\n";
+    let strict = "[guard.body_rate]\nfrozen_after_s = 0.1\n";
+    for (guard, code) in [("", 0), (strict, 1)] {
+        std::fs::write(folder.path().join("held.toml"), format!("{bench}{guard}")).expect("written");
+        let line = format!("experiment constant --lockstep --config held.toml --seed {STILL} --lead-in 4");
+        let output = rotorbench(folder.path(), &line.split(' ').collect::<Vec<_>>());
+        assert_eq!(output.status.code(), Some(code), "{}", String::from_utf8_lossy(&output.stderr));
     }
 }
 

@@ -225,7 +225,11 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let shutdown = Shutdown::listen()?;
     let output = &arguments.output;
     let (dataset, ending) = if arguments.lockstep {
-        config.emulator.plant.clamped = !plan.closed_loop && !arguments.free_body;
+        if plan.closed_loop || arguments.free_body {
+            config.emulator.plant.clamped = false;
+        } else {
+            config.hold_body();
+        }
         in_lockstep(&config, &plan, &shutdown)?
     } else {
         on_bench(&config, &plan, output, &shutdown)?

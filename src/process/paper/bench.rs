@@ -11,6 +11,7 @@ use crate::clock;
 use crate::control::{ControllerConfig, ControllerKind};
 use crate::emulate::Impulse;
 use crate::experiment::{Experiment, ExperimentConfig, Rotors, Shape};
+use crate::guard::{Cause, State};
 use crate::model::Model;
 use crate::process::answer::{JUDGED_S, Moment, judge};
 use crate::process::experiment::prepare;
@@ -99,7 +100,7 @@ impl<'a> Benches<'a> {
     ) -> Result<Dataset, PaperError> {
         let mut config = self.bench();
         config.emulator.integration_step_s = 0.004;
-        config.emulator.plant.clamped = true;
+        config.hold_body();
         config.emulator.sensors = config.emulator.sensors.at_rate(1.0 / PERIOD_S);
         let plan = FlightPlan { closed_loop: false, experiment: experiment_of(shape) };
         let (experiment, pilot) = prepare(&config, &plan)?;
@@ -174,7 +175,13 @@ impl<'a> Benches<'a> {
         let mut process = EmulatorProcess::start(&self.program, config, slots).map_err(start)?;
         let ended = Shutdown::default();
         let (before, mut answered) = (self.steps, 0);
+        let mut stopped = None;
         let mut count = |step: &LockstepStep, command: &Command| {
+            // What comes behind a latch is neither an experiment nor a flight.
+            stopped = stopped.or_else(|| stopped_by_guard(step));
+            if stopped.is_some() {
+                return ended.request();
+            }
             see(step, command);
             answered += 1;
             self.steps = before + answered;
@@ -185,7 +192,7 @@ impl<'a> Benches<'a> {
         let (flown, status) = std::thread::scope(|scope| {
             // An emulator that is no more asks nothing: without this, nobody would notice before it has begun.
             let watcher = scope.spawn(|| {
-                let status = process.end_of(shutdown);
+                let status = process.end_of(&[shutdown, &ended]);
                 ended.request();
                 status
             });
@@ -196,18 +203,26 @@ impl<'a> Benches<'a> {
             return Err(PaperError::Interrupted { what: what.to_owned(), reason: shutdown.reason() });
         }
         flown?;
-        let status = status.map_or_else(
-            |_| "unknown".to_owned(),
-            |status| match status {
-                Ok(status) => status.to_string(),
-                Err(error) => error.to_string(),
-            },
-        );
+        if let Some((time_s, cause)) = stopped {
+            return Err(PaperError::Stopped { what: what.to_owned(), time_s, cause });
+        }
         if answered < slots {
+            let status = match status {
+                Ok(Ok(status)) => status.to_string(),
+                Ok(Err(error)) => error.to_string(),
+                Err(_) => "unknown".to_owned(),
+            };
             return Err(PaperError::Emulator { what: what.to_owned(), answered, status });
         }
         Ok(())
     }
+}
+
+/// When [s] and why the guard's latch stopped the rotors; `None` while it has not.
+fn stopped_by_guard(step: &LockstepStep) -> Option<(f64, Cause)> {
+    let is_latched = State::from_code(step.applied.state) == Some(State::FailsafeLatched);
+    let time_s = clock::span_s(step.now_ns.saturating_sub(ORIGIN_NS));
+    is_latched.then(|| (time_s, Cause::from_code(step.applied.cause).unwrap_or_default()))
 }
 
 fn experiment_of(shape: Shape) -> ExperimentConfig {
@@ -272,13 +287,13 @@ impl EmulatorProcess {
         Ok(process)
     }
 
-    /// Waits for its end, and brings it about when the operator wants to stop.
-    fn end_of(&mut self, shutdown: &Shutdown) -> std::io::Result<ExitStatus> {
+    /// Waits for its end, and brings it about when one of `wishes` says so.
+    fn end_of(&mut self, wishes: &[&Shutdown]) -> std::io::Result<ExitStatus> {
         loop {
             if let Some(status) = self.0.try_wait()? {
                 return Ok(status);
             }
-            if shutdown.is_requested() {
+            if wishes.iter().any(|wish| wish.is_requested()) {
                 self.0.kill()?;
                 return self.0.wait();
             }

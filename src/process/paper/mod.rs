@@ -14,6 +14,7 @@ use super::answer::{Answer, Moment};
 use crate::control::gains::complementary_eigenvalues;
 use crate::control::{ControllerConfig, ControllerKind, EmcGains};
 use crate::experiment::Shape;
+use crate::guard::Cause;
 use crate::identify::{Identification, IdentifyError, IdentifySettings, identify_telling};
 use crate::record::DatasetError;
 use crate::rt::Shutdown;
@@ -52,6 +53,16 @@ pub enum PaperError {
         answered: u64,
         /// How it ended.
         status: String,
+    },
+    /// The guard stopped the rotors.
+    #[error("{what}: the guard stopped the rotors after {time_s:.2} s: {cause}")]
+    Stopped {
+        /// Which experiment or flight.
+        what: String,
+        /// [s] of virtual time since the bench began.
+        time_s: f64,
+        /// Why.
+        cause: Cause,
     },
     /// The operator wanted to stop.
     #[error("stopped in the middle of {what}: {reason}")]
