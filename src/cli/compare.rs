@@ -43,13 +43,14 @@ pub struct Arguments {
 
 /// Runs the command: exit 1 when no model is at the noise floor of every log.
 pub fn run(arguments: &Arguments) -> CliResult {
+    let inputs = arguments.model.iter().chain(&arguments.log).chain(&arguments.runs);
+    super::output::writable(arguments.report.iter().chain(&arguments.signals), inputs)?;
     if !arguments.runs.is_empty() {
         return compare_runs(arguments);
     }
     if arguments.signals.is_some() && arguments.log.len() > 1 {
         return Err(super::CliError::new("--signals writes the signals of one log; several were given"));
     }
-    super::writable(arguments.report.iter().chain(&arguments.signals))?;
     let models = arguments.model.iter().map(|path| Model::load(path)).collect::<Result<Vec<_>, _>>()?;
     let config = CompareConfig { horizon_s: arguments.horizon_s };
     let mut found = Vec::new();

@@ -199,6 +199,7 @@ impl Arguments {
             return Err(CliError::new(format!("--angle-deg must lie in -180..180, not {angle}")));
         }
         let path = self.model.clone().unwrap_or_else(|| PathBuf::from(&bench.model));
+        super::output::writable(&self.report, self.bench.config.iter().chain([&path]))?;
         let model = Model::load(Path::new(&path))?;
         let (plant, known) = plant::of_model(&model)?;
         let mut config = bench.controller.clone();

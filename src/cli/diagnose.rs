@@ -34,7 +34,8 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
-    super::writable(&arguments.report)?;
+    let inputs = arguments.log.iter().chain(&arguments.validate).chain([&arguments.model]);
+    super::output::writable(&arguments.report, inputs)?;
     let model = Model::load(&arguments.model)?;
     let train = arguments.log.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
     let validate = arguments.validate.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;

@@ -45,7 +45,8 @@ pub struct Arguments {
     /// In lockstep and open loop, let the body swing instead of holding it still
     #[arg(long, requires = "lockstep", conflicts_with = "closed_loop")]
     free_body: bool,
-    /// The log; beside it go FILE.toml, which says what was run, and on a running bench the recording FILE.mcap
+    /// The log; beside it go FILE.toml, which says what was run, and on a running bench the recording FILE.mcap; files that
+    /// are there already are never overwritten
     #[arg(short, long, value_name = "FILE.csv", default_value = "experiment.csv")]
     output: PathBuf,
     /// Say what was run as JSON on standard output
@@ -148,6 +149,16 @@ impl Arguments {
         self.rotors.unwrap_or(if self.closed_loop { Rotors::Differential } else { Rotors::One })
     }
 
+    /// Refuses to write over what is there: a flight does not come again.
+    fn refuse_to_overwrite(&self) -> Result<(), CliError> {
+        let log = &self.output;
+        let recording = (!self.lockstep).then(|| log.with_extension("mcap"));
+        let mut files = vec![log.clone(), log.with_extension("toml")];
+        files.extend(recording);
+        super::output::absent(&files)?;
+        super::output::writable(&files, [])
+    }
+
     /// Refuses what would do nothing.
     fn refuse_idle(&self) -> Result<(), CliError> {
         let refuse =
@@ -221,6 +232,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             lead_in_s: arguments.lead_in,
         },
     };
+    arguments.refuse_to_overwrite()?;
     let began_unix_s = clock::realtime_ns() / clock::NANOSECONDS_PER_SECOND;
     let shutdown = Shutdown::listen()?;
     let output = &arguments.output;

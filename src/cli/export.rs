@@ -32,13 +32,10 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if outputs.iter().all(|(_, output, _)| output.is_none()) {
         return Err(CliError::new("export: nothing to write; give -o FILE.csv, --candump FILE.log or both"));
     }
+    super::output::writable(arguments.output.iter().chain(&arguments.candump), [&arguments.recording])?;
     let mut written = serde_json::Map::new();
     for (what, output, write) in outputs {
         let Some(output) = output else { continue };
-        if output.canonicalize().is_ok_and(|it| arguments.recording.canonicalize().is_ok_and(|own| own == it))
-        {
-            return Err(CliError::new(format!("{}: this is the recording itself", output.display())));
-        }
         let summary = write(&arguments.recording, output)?;
         let cut_off = match &summary.end {
             End::Whole => None,

@@ -49,6 +49,9 @@ const FALLEN: f64 = 0.995;
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
+    // The model that it starts from, too: the ladder of the new one begins there.
+    let inputs = arguments.log.iter().chain(&arguments.validate).chain([&arguments.model]);
+    super::output::writable(std::iter::once(&arguments.output).chain(&arguments.report), inputs)?;
     let model = Model::load(&arguments.model)?;
     if arguments.step_back {
         let back = model.step_back().ok_or_else(|| {
@@ -66,7 +69,6 @@ pub fn run(arguments: &Arguments) -> CliResult {
         }
         return Ok(Outcome::Done);
     }
-    super::writable(std::iter::once(&arguments.output).chain(&arguments.report))?;
     let train = arguments.log.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
     let validate = arguments.validate.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
     let config = DiagnoseConfig { horizon: arguments.horizon_s };

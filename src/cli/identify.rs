@@ -56,7 +56,8 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
-    super::writable(arguments.output.iter().chain(&arguments.report))?;
+    let read_from = arguments.log.iter().chain(&arguments.validate).chain([&arguments.template]);
+    super::output::writable(arguments.output.iter().chain(&arguments.report), read_from)?;
     let settings = settings(arguments)?;
     let logs = read(&arguments.log)?;
     let validation = read(&arguments.validate)?;

@@ -53,6 +53,9 @@ struct Report<'a> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
+    let mapping = arguments.mapping.as_ref().map(PathBuf::from);
+    let inputs = [Some(&arguments.log), mapping.as_ref(), arguments.config.as_ref()];
+    super::output::writable(&arguments.output, inputs.into_iter().flatten())?;
     let (log, notes, frames) = read(arguments)?;
     let findings = Findings::of(&log);
     if let Some(output) = &arguments.output {

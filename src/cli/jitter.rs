@@ -53,6 +53,8 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let config = arguments.config()?;
+    let results = arguments.report.iter().chain(&arguments.histogram);
+    super::output::writable(results, &arguments.bench.config)?;
     let shutdown = Shutdown::listen()?;
     let bar = progress(config.seconds);
     let measured = jitter(&config, &shutdown, |done| bar.set_position((1000.0 * done) as u64))?;

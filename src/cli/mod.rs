@@ -4,7 +4,7 @@
 
 use std::fmt;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{CommandFactory as _, FromArgMatches as _, Parser};
@@ -32,6 +32,7 @@ mod import;
 mod jitter;
 mod monitor;
 mod operate;
+mod output;
 mod paper;
 mod pipe;
 mod place;
@@ -49,15 +50,6 @@ pub enum Outcome {
     Done,
     /// Exit 1: it worked, and what it looked at was found wanting.
     FoundWanting,
-}
-
-/// Refuses a file that could not be written, before the work whose result it is for.
-fn writable<'a>(paths: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), CliError> {
-    for path in paths {
-        crate::file::check_place(path)
-            .map_err(|reason| CliError::new(format!("{}: {reason}", path.display())))?;
-    }
-    Ok(())
 }
 
 /// Bad usage or bad input: exit 2, one clear sentence with the place.

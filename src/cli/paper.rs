@@ -35,6 +35,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             return Err(CliError::new(format!("{name} must lie in 20..86400, not {}", short(value))));
         }
     }
+    super::output::writable([&arguments.report], [])?;
     let settings = PaperSettings {
         seed: arguments.seed,
         prbs_s: arguments.prbs_s,

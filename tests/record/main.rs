@@ -6,6 +6,7 @@ mod capture;
 mod doctor;
 mod import;
 mod jitter;
+mod overwritten;
 mod recording;
 mod refused;
 mod replay;

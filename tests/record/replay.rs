@@ -189,7 +189,7 @@ fn the_command_says_where_they_part_and_refuses_what_is_no_recording() {
         (vec!["replay", &at("run.mcap"), "--set", "period_s=-1.0"], "period_s: -1 is outside"),
         (vec!["export", &at("text.mcap"), "-o", &at("out.csv")], "not a recording"),
         (vec!["export", &at("run.mcap")], "nothing to write"),
-        (vec!["export", &at("run.mcap"), "-o", &at("run.mcap")], "this is the recording itself"),
+        (vec!["export", &at("run.mcap"), "-o", &at("run.mcap")], "this command reads that file"),
     ] {
         let refused = rotorbench(&arguments);
         let said = String::from_utf8_lossy(&refused.stderr).into_owned();

@@ -1,0 +1,78 @@
+//! No command writes over what it reads, and no experiment over another.
+
+use std::fs;
+
+use super::rotorbench;
+
+fn refused(arguments: &[&str], words: &str) {
+    let output = rotorbench(arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+    assert!(said.contains(words), "{arguments:?}: {said}");
+    assert_eq!(said.trim().lines().count(), 1, "one sentence: {said}");
+}
+
+#[test]
+fn no_result_is_written_over_what_the_command_reads() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (file, round, link, other) = (at("a.csv"), at("./a.csv"), at("link.csv"), at("b.csv"));
+    // Refused before anything is read: what is in it does not matter.
+    fs::write(&file, "precious").expect("written");
+    std::os::unix::fs::symlink(&file, &link).expect("linked");
+    for place in [&file, &round, &link].map(String::as_str) {
+        for arguments in [
+            ["identify", "--log", &file, "-o", place].as_slice(),
+            &["identify", "--log", &file, "--report", place],
+            &["identify", "--log", &other, "--validate", &other, &file, "-o", place],
+            &["identify", "--log", &other, "--template", &file, "-o", place],
+            &["extend", "--effect", "torque_bias", "--log", &file, "-o", place],
+            &["extend", "--effect", "torque_bias", "--log", &other, "--validate", &file, "-o", place],
+            &["extend", "--effect", "torque_bias", "--log", &other, "--model", &file, "-o", place],
+            &["extend", "--effect", "torque_bias", "--log", &file, "-o", &other, "--report", place],
+            &["extend", "--step-back", "--model", &file, "-o", place],
+            &["diagnose", "--log", &file, "--report", place],
+            &["diagnose", "--log", &other, "--validate", &file, "--report", place],
+            &["diagnose", "--log", &other, "--model", &file, "--report", place],
+            &["compare", "--log", &file, "--report", place],
+            &["compare", "--log", &file, "--signals", place],
+            &["compare", "--log", &other, "--model", &file, "--signals", place],
+            &["compare", "--runs", &file, "--report", place],
+            &["design", "--model", &file, "--report", place],
+            &["import", &file, "-o", place],
+            &["import", &other, "--mapping", &file, "-o", place],
+            &["import", &other, "--config", &file, "-o", place],
+            &["export", &file, "-o", place],
+            &["export", &file, "--candump", place],
+        ] {
+            refused(arguments, &format!("{place}: this command reads that file"));
+        }
+    }
+    refused(&["identify", "--log", &file, "-o", &other, "--report", &other], "two results");
+    assert_eq!(fs::read_to_string(&file).expect("there"), "precious");
+    assert!(fs::symlink_metadata(&link).expect("there").is_symlink(), "a link was replaced");
+    assert!(!fs::exists(&other).expect("a folder"), "something was written");
+}
+
+#[test]
+fn no_experiment_is_written_over_another() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let log = at("flight.csv");
+    let fly = ["experiment", "constant", "--levels", "0.4", "--hold", "1", "--lockstep", "-o", &log];
+    let flown = rotorbench(&fly);
+    assert!(flown.status.success(), "{}", String::from_utf8_lossy(&flown.stderr));
+    let (text, plan) = (fs::read(&log).expect("a log"), fs::read(at("flight.toml")).expect("a plan"));
+    let again = [&fly[..], &["--seed", "2"]].concat();
+    refused(&again, &format!("{log}: no experiment is overwritten"));
+    // Nor is what goes beside it: here the plan, and on a running bench the recording.
+    fs::rename(&log, at("moved.csv")).expect("moved");
+    refused(&again, &format!("{}: no experiment is overwritten", at("flight.toml")));
+    fs::write(at("run.mcap"), "somebody's").expect("written");
+    let on_bench = ["experiment", "constant", "--levels", "0.4", "-o", &at("run.csv")];
+    refused(&on_bench, &format!("{}: no experiment is overwritten", at("run.mcap")));
+    refused(&["experiment", "ramp", "--lockstep", "-o", &at("ramp.toml")], "two results");
+    assert!(!fs::exists(at("ramp.toml")).expect("a folder") && !fs::exists(&log).expect("a folder"));
+    assert_eq!(fs::read(at("moved.csv")).expect("a log"), text);
+    assert_eq!(fs::read(at("flight.toml")).expect("a plan"), plan);
+}
