@@ -254,6 +254,24 @@ fn extend_refuses_what_it_cannot_fit_and_writes_nothing() {
     }
 }
 
+/// A rotor is identified with the body held still, and its log has the body's columns, too. With them as a body, its inertia
+/// came out as 320 kg m², ten thousand times the model's.
+#[test]
+fn a_body_that_is_held_says_nothing_of_its_inertia() {
+    let desk = Desk::new();
+    let log = desk.path("held.csv").display().to_string();
+    let flown = run(&["experiment", "prbs", "--lockstep", "--duration", "30", "-o", &log]);
+    assert!(flown.status.success(), "{}", said(&flown));
+    let output = run(&["diagnose", "--log", &log, "--json"]);
+    let answer: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!((output.status.code(), answer["verdict"].as_str()), (Some(0), Some("adequate")), "{answer:#}");
+    assert!(answer["warnings"].to_string().contains("held still"), "{}", answer["warnings"]);
+    let model = desk.path("late.toml").display().to_string();
+    run(&["extend", "--effect", "transport_delay", "--log", &log, "-o", &model]);
+    let text = fs::read_to_string(&model).expect("a model");
+    assert!(text.contains("inertia = 0.032\n"), "{text}");
+}
+
 /// Before the work whose result it is for, not after: there is no log to be read here.
 #[test]
 fn a_result_that_could_not_be_written_is_refused_at_once() {

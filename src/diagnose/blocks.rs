@@ -7,6 +7,7 @@ use super::run::{self, DiagnoseConfig, DiagnoseError, MOST_ALTERNATIVES};
 use super::search::Found;
 use super::stage::Stage;
 use super::trial::Trial;
+use super::verdict;
 use super::worth::senses_rotors;
 use crate::model::Model;
 use crate::record::Dataset;
@@ -18,6 +19,8 @@ const DECIDES: f64 = 0.05;
 pub(super) struct Blocks {
     pub(super) found: Vec<Found>,
     pub(super) verdicts: Vec<Verdict>,
+    /// The logs hold a body that was held still, and is left out.
+    pub(super) is_held: bool,
 }
 
 /// Logs and settings of a diagnosis.
@@ -50,13 +53,16 @@ impl Blocks {
             (Some(rotor), Some(body)) => Some(question.decide(rotor, body)?),
             (_, body) => body,
         };
+        // Beside rotors a body that was held has nothing to say.
+        let is_held = rotor.is_some() && body.as_ref().is_some_and(verdict::is_held);
+        let body = body.filter(|_| !is_held);
         let found: Vec<Found> = rotor.into_iter().chain(body).collect();
         if found.is_empty() {
             let logs: Vec<&Dataset> = train.iter().chain(validate).collect();
             return Err(DiagnoseError::NothingToCompare(nothing_in_common(&logs)));
         }
-        let verdicts = found.iter().map(super::verdict::verdict).collect();
-        Ok(Self { found, verdicts })
+        let verdicts = found.iter().map(verdict::verdict).collect();
+        Ok(Self { found, verdicts, is_held })
     }
 
     /// The model with what each block found.

@@ -120,6 +120,12 @@ pub fn diagnose(
     let mut diagnosis = conclude(model, &known, &blocks, &logs, config);
     let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs));
     diagnosis.warnings.splice(0..0, said);
+    if blocks.is_held {
+        diagnosis.warnings.push(
+            "the body does not move, whatever the torque on it: it was held still, and these logs say nothing of it"
+                .to_owned(),
+        );
+    }
     Ok(diagnosis)
 }
 

@@ -2,16 +2,26 @@
 
 use super::answer::Verdict;
 use super::search::Found;
+use super::trial::Trial;
 
 /// Share of what is above the noise that effects must explain to be called the answer when the floor is not reached:
 /// a wrong law can come near a strong effect that is in no catalogue.
 const EXPLAINED: f64 = 0.95;
+/// Times the model's inertia from which a body is not a heavier one, but one that is held.
+const HELD: f64 = 100.0;
+
+/// Whether a body does not move, whatever the torque on it: a rotor is identified with the body held still.
+pub(super) fn is_held(found: &Found) -> bool {
+    let inertia = |trial: &Trial| trial.model.body.inertia;
+    !found.stage.train.is_rotor() && inertia(&found.recalibrated) > HELD * inertia(&found.stale)
+}
+
 /// The verdict on one block.
 pub(super) fn verdict(found: &Found) -> Verdict {
     let at_floor = found.over_floor(&found.answer).0 <= found.at_floor();
     let named = !found.answer.effects.is_empty();
     // Data that excite nothing say nothing, whatever their error is.
-    if found.stage.too_poor().is_some() {
+    if found.stage.too_poor().is_some() || is_held(found) {
         return Verdict::InsufficientData;
     }
     match (at_floor, named) {
@@ -36,7 +46,6 @@ mod tests {
     use crate::diagnose::problem::{BlockData, Runs};
     use crate::diagnose::rotor::rotor_runs;
     use crate::diagnose::stage::Stage;
-    use crate::diagnose::trial::Trial;
     use crate::identify::fit::Fit;
     use crate::model::Model;
     use crate::record::Dataset;
