@@ -96,6 +96,21 @@ pub fn short(value: f64) -> String {
     format!("{rounded:e}")
 }
 
+/// `value ± error`, both to the error's second digit: an error that is there never shows as zero.
+#[must_use]
+pub fn with_error(value: f64, error: f64) -> String {
+    /// More show the rounding of the value.
+    const MOST_DECIMALS: usize = 9;
+    // The formatter says which power of ten the error is rounded to: 0.0996 is 0.10.
+    let rounded = format!("{error:.1e}");
+    let exponent: Option<i32> = rounded.rsplit('e').next().and_then(|text| text.parse().ok());
+    let decimals = exponent.filter(|_| error > 0.0).map(|it| usize::try_from(1 - it).unwrap_or(0));
+    match decimals {
+        Some(decimals) if decimals <= MOST_DECIMALS => format!("{value:.decimals$} ± {error:.decimals$}"),
+        _ => format!("{} ± {}", short(value), short(error)),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -114,6 +129,22 @@ mod tests {
             (f64::INFINITY, "inf"),
         ] {
             assert_eq!(short(value), text);
+        }
+    }
+
+    #[test]
+    fn an_error_that_is_there_shows() {
+        for (value, error, text) in [
+            (20.000_12, 0.001_23, "20.0001 ± 0.0012"),
+            (2.3421, 0.0996, "2.34 ± 0.10"),
+            (20.0, 1.5, "20.0 ± 1.5"),
+            (1234.5, 123.4, "1234 ± 123"),
+            (20.0, 1e-12, "20 ± 1e-12"),
+            (20.0, 0.0, "20 ± 0"),
+            (20.0, f64::NAN, "20 ± NaN"),
+            (20.0, f64::INFINITY, "20 ± inf"),
+        ] {
+            assert_eq!(with_error(value, error), text);
         }
     }
 

@@ -14,7 +14,7 @@ use super::validate::{self, Validation};
 use super::{Estimate, IdentifiedActuator, IdentifyError};
 use crate::model::{AddedEffect, ErrorFall, LogReference, Model, Step};
 use crate::record::Dataset;
-use crate::unit::short;
+use crate::unit::{short, with_error};
 
 /// The effect that a late rotor gets.
 const DELAY: &str = "transport_delay";
@@ -22,6 +22,8 @@ const DELAY: &str = "transport_delay";
 const UNFIT: f64 = 40.0;
 /// Standard error, as a share of a number, from which it hardly shows.
 const HARDLY: f64 = 0.2;
+/// [rad/s] no rotor with a propeller on it is as fast.
+const TOO_FAST: f64 = 200.0;
 /// Share of the body's motion from which a correlated rest counts. Below it the noise of the measured rotor rates,
 /// summed up over a window, looks the same.
 const UNEXPLAINED: f64 = 0.2;
@@ -258,6 +260,12 @@ impl Work<'_> {
                 ));
             }
         }
+        if let Some(pole) = self.pole_estimate().filter(|pole| pole.value > TOO_FAST) {
+            say.push(format!(
+                "a pole of {:.0} rad/s is faster than any rotor with a propeller: is the time in seconds?",
+                pole.value
+            ));
+        }
         if let Some(fit) = &self.pole
             && (fit.gain.value - 1.0).abs() > 0.02
             && fit.gain.distance(1.0) > 4.0
@@ -276,11 +284,10 @@ impl Work<'_> {
             let needed: Vec<String> = rivals.iter().filter(needed).map(in_words).collect();
             if let Some(told) = taken {
                 say.push(format!(
-                    "the rotor answers {:.2} ± {:.2} ms late: the model has `{DELAY}` for it, and the pole fitted \
+                    "the rotor answers {} ms late: the model has `{DELAY}` for it, and the pole fitted \
                      beside it, {:.3} rad/s; without it the pole would come out as {:.3}, to make \
                      up for the delay (--no-delay leaves it out)",
-                    1e3 * told.delay.value,
-                    1e3 * told.delay.standard_error,
+                    with_error(1e3 * told.delay.value, 1e3 * told.delay.standard_error),
                     self.pole_estimate().map_or(f64::NAN, |pole| pole.value),
                     told.pole_without.value
                 ));
@@ -363,10 +370,9 @@ fn unfit(run: &Validation) -> Option<String> {
 /// A rival that the data ask for.
 fn in_words(rival: &Rival) -> String {
     format!(
-        "`{}` of {:.1} ± {:.1} ms lowers the error to {:.2} rad/s, with a pole of {:.2} rad/s beside it",
+        "`{}` of {} ms lowers the error to {:.2} rad/s, with a pole of {:.2} rad/s beside it",
         rival.effect,
-        1e3 * rival.time.value,
-        1e3 * rival.time.standard_error,
+        with_error(1e3 * rival.time.value, 1e3 * rival.time.standard_error),
         rival.residual_rms,
         rival.pole
     )

@@ -10,6 +10,8 @@ use crate::model::Model;
 const IMPOSSIBLE: (f64, f64, f64) = (1.5, 7000.0, 1000.0);
 /// [s] samples further apart than this tell nothing of a rotor, whose transients last a tenth of that.
 const SLOWEST: f64 = 2.0;
+/// [rad/s] the noise of a rotor that stands stays below.
+const STANDING: f64 = 50.0;
 /// [V] no battery that turns a rotor has less.
 const EMPTY: f64 = 2.0;
 /// Share of the samples at the limit of the command from which it is said, and from which most of a log says one thing.
@@ -67,6 +69,13 @@ impl RotorLog {
             );
             say(sentence, fastest > IMPOSSIBLE.1)?;
         }
+        if self.stands(slowest, fastest) {
+            let sentence = format!(
+                "{source}: the rotor stands while it is commanded: up to {high:.2}, and its rates lie about zero, from \
+                 {slowest:.1} to {fastest:.1} rad/s; are the command columns those of another rotor? (--rotor takes one rotor alone)"
+            );
+            say(sentence, true)?;
+        }
         if slowest < -0.05 * fastest.abs() && high >= LEAST_COMMAND {
             let sentence = format!(
                 "{source}: rates are negative down to {slowest:.0} rad/s, but a rotor's command and rate have one sign here; if \
@@ -86,6 +95,18 @@ impl RotorLog {
         self.check_saturation(warnings);
         self.check_battery(warnings);
         Ok(())
+    }
+
+    /// Whether the rates under command are noise about zero, `slowest` and `fastest` [rad/s] its ends.
+    fn stands(&self, slowest: f64, fastest: f64) -> bool {
+        let ends = fastest.max(-slowest);
+        if slowest >= -0.05 * fastest.abs() || ends > STANDING {
+            return false;
+        }
+        let commanded = self.command.iter().zip(&self.rate).filter(|(command, _)| **command >= LEAST_COMMAND);
+        let mut rates: Vec<f64> = commanded.map(|(_, rate)| *rate).filter(|rate| rate.is_finite()).collect();
+        rates.sort_by(f64::total_cmp);
+        rates.get(rates.len() / 2).is_some_and(|middle| middle.abs() < 0.5 * ends)
     }
 
     /// Says how much of the log is at the limit of the command, and what can still be done.

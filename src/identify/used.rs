@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use super::procedure::FEWEST_JUMPS;
 use super::rotor_log::RotorLog;
 use crate::record::{Dataset, LOG_SIGNALS};
+use crate::signal::ROTORS;
 use crate::unit::UNITS;
 
 /// The logs without copies of one of them, which would count twice and make the errors too small.
@@ -105,6 +106,12 @@ fn reason(log: &Dataset, rotors: &[&RotorLog], in_vain: Option<&str>) -> String 
         let names: Vec<String> =
             log.names().map(|name| format!("{name}{}", if empty(&name) { " (empty)" } else { "" })).collect();
         let holds = if names.is_empty() { "nothing but time".to_owned() } else { names.join(", ") };
+        let any = |name: fn(usize) -> String| (1..=ROTORS).any(|rotor| log.column(&name(rotor)).is_some());
+        if any(|rotor| format!("propeller_rate_{rotor}_rad_s")) && !any(|rotor| format!("command_{rotor}")) {
+            return format!(
+                "the commands are missing: it has no command_N beside its propeller_rate_N_rad_s; it holds {holds}"
+            );
+        }
         return format!("it has no command_N with a propeller_rate_N_rad_s beside it; it holds {holds}");
     }
     let samples: usize = rotors.iter().map(|rotor| rotor.scored().count()).sum();

@@ -5,6 +5,9 @@ use serde::Serialize;
 /// Share of the peak within which the angle counts as settled, and beyond which it counts as a swing.
 const SETTLED: f64 = 0.05;
 
+/// Share of the time judged, at its end, for which the angle has to stay within: it may just be passing through.
+const HELD: f64 = 0.05;
+
 /// [s] how long the answer to an impulse is judged: several times what a loop of a bench needs. What crosses the band
 /// long after is the drift of an angle that no gyro shows, and no answer to the impulse.
 pub const JUDGED_S: f64 = 8.0;
@@ -16,6 +19,8 @@ pub struct Answer {
     pub peak: f64,
     /// [s] from the impulse until the angle stays within 5 % of its peak.
     pub settling: f64,
+    /// Whether it stayed there for the last twentieth of the time it was judged, at least.
+    pub settled: bool,
     /// [%] largest angle on the other side, of the peak.
     pub overshoot_percent: f64,
     /// Times the angle swings through to the other side by more than 5 % of the peak.
@@ -62,6 +67,7 @@ pub fn judge(flight: &[Moment], struck_s: f64, judged_s: f64) -> Answer {
     let (peak, side) = (largest.abs(), largest.signum());
     let since = |moment: &Moment| moment.time - struck_s;
     let settling = judged.iter().rev().find(|moment| angle(moment).abs() > SETTLED * peak).map_or(0.0, since);
+    let settled = judged.last().is_some_and(|last| settling < (1.0 - HELD) * since(last));
     let overshoot = judged.iter().map(|moment| -side * angle(moment)).fold(0.0, f64::max);
     let mut swings = 0;
     let mut last_side = side;
@@ -78,6 +84,7 @@ pub fn judge(flight: &[Moment], struck_s: f64, judged_s: f64) -> Answer {
     Answer {
         peak,
         settling,
+        settled,
         overshoot_percent: 100.0 * overshoot / peak.max(f64::MIN_POSITIVE),
         swings,
         itae: judged.iter().map(|moment| since(moment) * angle(moment).abs() * period).sum(),
@@ -127,6 +134,9 @@ mod tests {
         // Rounding of sums of eight hundred squares.
         let error = answer.disturbance_error.unwrap_or(f64::NAN);
         assert!((answer.effort - 2.0).abs() < 1e-12 && (error - 0.2).abs() < 1e-12, "{answer:?}");
+        assert!(answer.settled && !judge(&flight(swing), 5.0, 1.0).settled);
+        // It passes through zero at 8π/5 = 5.03, close to the end.
+        assert!(!judge(&flight(|t| if t < 0.0 { 0.0 } else { (2.5 * t).sin() }), 5.0, 5.04).settled);
         // Only what is asked for is judged: the same flight, cut before its overshoot.
         assert_eq!(judge(&flight(swing), 5.0, 1.0).overshoot_percent, 0.0);
     }

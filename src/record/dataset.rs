@@ -38,12 +38,18 @@ pub const LOG_SIGNALS: &[LogSignal] = &[
     signal("body_angle_rad", "rad", "body angle"),
 ];
 
+/// [s] to the nanosecond: what is finer is the rounding of a sum.
+pub(super) fn nanoseconds(time: f64) -> f64 {
+    (1e9 * time).round() / 1e9
+}
+
 /// Why a dataset cannot be what was asked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DatasetError {
     /// Time stops, goes back, or is not a number.
     #[error(
-        "{source_name}: time goes from {before} s to {after} s at sample {row}; it must rise (`import` leaves out rows that go back, and says which)"
+        "{source_name}: time goes from {} s to {} s at sample {row}; it must rise (`import` leaves out rows that go back, and says which)",
+        nanoseconds(*before), nanoseconds(*after)
     )]
     Time {
         /// File or other origin.
@@ -286,6 +292,9 @@ mod tests {
             Dataset::new("a.csv", "", vec![0.0, 1.0, 1.0]).unwrap_err().to_string(),
             "a.csv: time goes from 1 s to 1 s at sample 3; it must rise (`import` leaves out rows that go back, and says which)"
         );
+        let rounded =
+            Dataset::new("a.csv", "", vec![0.1 + 0.2, 3.552_713_678_800_501e-15]).unwrap_err().to_string();
+        assert!(rounded.contains("time goes from 0.3 s to 0 s"), "{rounded}");
         assert!(Dataset::new("a.csv", "", vec![0.0, f64::NAN]).is_err());
         assert!(Dataset::new("a.csv", "", vec![f64::NAN]).is_err());
         let mut log = Dataset::new("a.csv", "", vec![0.0, 1.0]).expect("time rises");

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::dataset::{Dataset, DatasetError};
+use super::dataset::{Dataset, DatasetError, nanoseconds};
 use super::lines::Lines;
 use super::log::content_hash;
 use super::mapping::{Mapping, SignalMapping};
@@ -68,8 +68,9 @@ pub enum ForeignError {
     },
     /// Time begins anew inside the file.
     #[error(
-        "{path}, line {line}: time goes back from {before} s to {after} s and goes on from there: {parts} logs in one \
-         file; choose one with --part 1 to {parts}"
+        "{path}, line {line}: time goes back from {} s to {} s and goes on from there: {parts} logs in one \
+         file; choose one with --part 1 to {parts}",
+        nanoseconds(*before), nanoseconds(*after)
     )]
     Restart {
         /// The file.

@@ -42,7 +42,7 @@ pub(super) fn answer_table(flights: &[Shown], caption: &str) -> Table {
             flight.name.clone(),
             known(flight.delay.map(|delay| 1e3 * delay)),
             number(answer.peak, 3),
-            number(answer.settling, 3),
+            settling(answer),
             number(answer.overshoot_percent, 3),
             answer.swings.to_string(),
             number(answer.itae, 3),
@@ -50,6 +50,11 @@ pub(super) fn answer_table(flights: &[Shown], caption: &str) -> Table {
             known(answer.disturbance_error),
         ])
     })
+}
+
+/// [s], or that it did not.
+fn settling(answer: &Answer) -> String {
+    if answer.settled { number(answer.settling, 3) } else { "not settled within the window".to_owned() }
 }
 
 /// Name, beginning and end [s] of the first impulse, where it is known. As a curve it would press the estimates, ten times

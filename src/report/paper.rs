@@ -114,7 +114,7 @@ impl PaperRun {
             table.row([
                 row.table.to_owned(),
                 row.symbol.to_owned(),
-                number(row.printed, 3),
+                as_printed(row.printed),
                 number(row.ours.unwrap_or(f64::NAN), 4),
                 row.unit.to_owned(),
                 remark.to_owned(),
@@ -269,5 +269,19 @@ fn times(count: usize) -> String {
         1 => "once".to_owned(),
         2 => "twice".to_owned(),
         count => format!("{count} times"),
+    }
+}
+
+/// Three digits, as Tables II and III have them, or more where the print has more.
+fn as_printed(value: f64) -> String {
+    let three = number(value, 3);
+    if three.parse() == Ok(value) { three } else { crate::unit::short(value) }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn no_digit_of_the_print_is_lost() {
+        assert_eq!([2.248, 0.276, 4.7].map(super::as_printed), ["2.248", "0.276", "4.70"]);
     }
 }

@@ -79,6 +79,38 @@ fn wrong_units_are_refused() {
 }
 
 #[test]
+fn a_rotor_that_stands_while_it_is_commanded_is_not_told_to_turn_round() {
+    let mut log = moving(lively, 500);
+    // Noise about zero, a little more of it below: another rotor's commands, or a rotor that is not connected.
+    let noise = |row: usize| f64::from((row.wrapping_mul(2_654_435_761) >> 24 & 255) as u8) / 64.0 - 2.1;
+    log.replace("propeller_rate_1_rad_s", (0..500).map(noise).collect()).expect("as long as before");
+    let text = log::emit(&log);
+    refused(&text, "the rotor stands while it is commanded");
+    assert!(!run(&text).1.contains("scale -1"));
+}
+
+#[test]
+fn commands_that_are_missing_are_told_as_that() {
+    let text = log::emit(&moving(lively, 500)).replace("command_1", "throttle");
+    refused(&text, "the commands are missing: it has no command_N beside its propeller_rate_N_rad_s");
+}
+
+#[test]
+fn a_pole_that_no_rotor_has_asks_for_the_unit_of_time() {
+    let log = moving(lively, 6000);
+    // A twentieth: 320 rad/s.
+    let mut fast =
+        Dataset::new("fast.csv", "", log.time().iter().map(|time| time / 20.0).collect()).expect("rises");
+    for name in ["command_1", "propeller_rate_1_rad_s", "battery_voltage_v"] {
+        fast.insert(name, log.column(name).expect("there").to_vec()).expect("as long as time");
+    }
+    let sentence = "rad/s is faster than any rotor with a propeller: is the time in seconds?";
+    let [slow, fast] = [log, fast].map(|log| run(&log::emit(&log)).1);
+    assert!(fast.contains(sentence), "{fast}");
+    assert!(!slow.contains(sentence), "{slow}");
+}
+
+#[test]
 fn without_the_battery_the_rest_is_identified_and_said_so() {
     let text = log::emit(&moving(lively, 3000));
     let text = text.replace("battery_voltage_v", "something_else_v");
