@@ -11,7 +11,7 @@ use rotorbench::signal::Applied;
 
 use crate::bus::{Bus, ip, receive};
 use crate::faults::{Hardware, bench, flying, safe_on_the_bus};
-use crate::processes::{TestBench, up_to_three_times};
+use crate::processes::{TestBench, late, up_to_three_times};
 
 /// Commands of all frames that arrived, in order.
 fn commands(bench: &TestBench, arrivals: &[Arrival]) -> Vec<[f64; 2]> {
@@ -102,7 +102,10 @@ fn an_interface_that_is_deleted_and_made_again_is_joined_again() {
         watcher.assert_latched(&[Cause::BusDead, Cause::SignalStale, Cause::CommandAnswersOldSensors]);
         // Sensors come again, too: the operator may go on.
         bench.fly(&mut watcher);
-        assert_eq!(watcher.newest.state, State::Armed as u32);
+        let state = State::from_code(watcher.newest.state).unwrap_or_default();
+        if !state.is_active() {
+            late(format!("it does not go on, and is {state}: {:?}", watcher.said));
+        }
         drop(hardware);
     });
 }
