@@ -128,7 +128,9 @@ fn a_gyro_that_stands_still_stops_no_experiment_on_a_body_that_is_held() {
     let strict = "[guard.body_rate]\nfrozen_after_s = 0.1\n";
     for (guard, code) in [("", 0), (strict, 1)] {
         std::fs::write(folder.path().join("held.toml"), format!("{bench}{guard}")).expect("written");
-        let line = format!("experiment constant --lockstep --config held.toml --seed {STILL} --lead-in 4");
+        let line = format!(
+            "experiment constant --lockstep --config held.toml --seed {STILL} --lead-in 4 -o {code}.csv"
+        );
         let output = rotorbench(folder.path(), &line.split(' ').collect::<Vec<_>>());
         assert_eq!(output.status.code(), Some(code), "{}", String::from_utf8_lossy(&output.stderr));
     }
