@@ -1,75 +1,11 @@
-//! `diagnose` and `extend` as their user sees them: logs of the emulator, which integrates finer than the fitter and has
-//! laws of its own, with something hidden in it; and the refusals.
+//! What is hidden is found, added, and the error falls; where nothing is, nothing is named.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
 
 use serde_json::Value;
-use tempfile::TempDir;
 
-struct Desk {
-    folder: TempDir,
-}
-
-impl Desk {
-    fn new() -> Self {
-        Self { folder: tempfile::tempdir().expect("a folder") }
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn write(&self, name: &str, text: &str) -> PathBuf {
-        let path = self.path(name);
-        fs::write(&path, text).expect("written");
-        path
-    }
-
-    /// A log of a closed-loop flight of the emulator.
-    fn fly(&self, name: &str, sequence: u32, more: &[&str]) -> PathBuf {
-        let log = self.path(name);
-        let (path, sequence) = (log.display().to_string(), sequence.to_string());
-        let mut arguments = vec!["experiment", "prbs", "--lockstep", "--closed-loop", "--amplitude", "0.03"];
-        arguments.extend(["--duration", "20", "--seed", &sequence, "--sequence", &sequence, "-o", &path]);
-        arguments.extend(more);
-        let output = run(&arguments);
-        assert!(output.status.success(), "{}", said(&output));
-        log
-    }
-}
-
-fn run(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_rotorbench")).args(arguments).output().expect("the program runs")
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-fn diagnose(model: &str, log: &Path, validate: &Path) -> (Value, Option<i32>) {
-    let (log, validate) = (log.display().to_string(), validate.display().to_string());
-    let output = run(&["diagnose", "--model", model, "--log", &log, "--validate", &validate, "--json"]);
-    let answer = serde_json::from_slice(&output.stdout);
-    (answer.unwrap_or_else(|error| panic!("{error}: {}", said(&output))), output.status.code())
-}
-
-fn refused(arguments: &[&str], parts: &[&str]) {
-    let output = run(arguments);
-    let sentence = said(&output);
-    assert_eq!(output.status.code(), Some(2), "{sentence}");
-    assert!(output.stdout.is_empty(), "an answer beside the refusal");
-    for part in parts {
-        assert!(sentence.contains(part), "`{part}` is not in: {sentence}");
-    }
-    assert!(!sentence.contains("panicked"), "{sentence}");
-}
-
-fn number(value: &Value, path: &[&str]) -> f64 {
-    let found = path.iter().fold(value, |value, key| &value[*key]);
-    found.as_f64().unwrap_or_else(|| panic!("no number at {path:?} in {value}"))
-}
+use crate::desk::{Desk, diagnose, number, refused, run, said, said_out};
 
 #[test]
 fn a_hidden_pendulum_is_named_added_and_the_error_falls_to_the_noise() {
@@ -155,20 +91,6 @@ fn a_grid_and_the_lag_of_rotor_or_sensor_are_told_apart() {
     }
 }
 
-/// `rotorbench effects | head -1` ends quietly.
-#[test]
-fn a_reader_who_has_gone_ends_a_command_that_computes_without_a_panic() {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
-        .arg("effects")
-        .stdout(std::process::Stdio::piped())
-        .stderr(std::process::Stdio::piped())
-        .spawn()
-        .expect("the program runs");
-    drop(child.stdout.take());
-    let output = child.wait_with_output().expect("it ends");
-    assert_eq!(said(&output), "");
-}
-
 #[test]
 fn where_nothing_is_hidden_nothing_is_named() {
     let desk = Desk::new();
@@ -210,50 +132,6 @@ fn an_effect_of_the_users_own_competes_with_the_catalogue() {
     assert!(off < 0.006 || off < 3.0 * number(k, &["standard_error"]), "{k}");
 }
 
-#[test]
-fn logs_that_cannot_tell_are_said_to_be_such() {
-    let desk = Desk::new();
-    let rows = |count: usize, command: f64| -> String {
-        let row =
-            |index: usize| format!("{},{command},12.6,{}\n", 0.02 * index as f64, 617.0 + (index % 7) as f64);
-        let head = "time_s,command_1,battery_voltage_v,propeller_rate_1_rad_s\n".to_owned();
-        head + &(0..count).map(row).collect::<String>()
-    };
-    for (name, count) in [("constant.csv", 2000), ("ten.csv", 10)] {
-        let log = desk.write(name, &rows(count, 0.4633));
-        let (answer, code) = diagnose("paper", &log, &log);
-        assert_eq!((&answer["verdict"], code), (&"insufficient_data".into(), Some(1)), "{name}");
-        assert_eq!(answer["effects"], serde_json::json!([]), "{name}");
-        assert!(
-            answer["warnings"].as_array().is_some_and(|said| !said.is_empty()),
-            "{name}: no reason given"
-        );
-    }
-    let log =
-        desk.write("voltage.csv", "time_s,battery_voltage_v\n0,12.6\n0.02,12.6\n").display().to_string();
-    refused(&["diagnose", "--log", &log], &["voltage.csv", "nothing to compare", "command_1"]);
-}
-
-#[test]
-fn extend_refuses_what_it_cannot_fit_and_writes_nothing() {
-    let desk = Desk::new();
-    let rows: String = (0..10).map(|row| format!("{},0.4633,12.6,617\n", 0.02 * f64::from(row))).collect();
-    let text = format!("time_s,command_1,battery_voltage_v,propeller_rate_1_rad_s\n{rows}");
-    let log = desk.write("ten.csv", &text).display().to_string();
-    let model = desk.path("better.toml");
-    let path = model.display().to_string();
-    let extend = |effects: &[&str], more: &[&str], parts: &[&str]| {
-        let arguments = [&["extend", "--log", &log, "-o", &path, "--effect"][..], effects, more].concat();
-        refused(&arguments, parts);
-        assert!(!model.exists(), "a model file after a refusal");
-    };
-    extend(&["transport_delay"], &[], &["transport_delay", "10 samples are too few"]);
-    extend(&["transport_delay", "transport_delay"], &[], &["transport_delay", "twice"]);
-    for horizon in ["0", "-1", "nan", "soon"] {
-        extend(&["transport_delay"], &[&format!("--horizon-s={horizon}")], &["--horizon-s"]);
-    }
-}
-
 /// A rotor is identified with the body held still, and its log has the body's columns, too. With them as a body, its inertia
 /// came out as 320 kg m², ten thousand times the model's.
 #[test]
@@ -270,75 +148,6 @@ fn a_body_that_is_held_says_nothing_of_its_inertia() {
     run(&["extend", "--effect", "transport_delay", "--log", &log, "-o", &model]);
     let text = fs::read_to_string(&model).expect("a model");
     assert!(text.contains("inertia = 0.032\n"), "{text}");
-}
-
-/// Before the work whose result it is for, not after: there is no log to be read here.
-#[test]
-fn a_result_that_could_not_be_written_is_refused_at_once() {
-    let desk = Desk::new();
-    let nowhere = desk.path("no-such-folder/out").display().to_string();
-    let folder = desk.path("").display().to_string();
-    for place in [nowhere.as_str(), &folder] {
-        for command in [
-            ["extend", "--effect", "torque_bias", "--log", "none.csv", "-o", place].as_slice(),
-            &["diagnose", "--log", "none.csv", "--report", place],
-            &["compare", "--log", "none.csv", "--report", place],
-            &["compare", "--log", "none.csv", "--signals", place],
-            &["identify", "--log", "none.csv", "-o", place],
-            &["identify", "--log", "none.csv", "--report", place],
-        ] {
-            refused(command, &[place]);
-        }
-    }
-    assert_eq!(fs::read_dir(desk.path("")).expect("a folder").count(), 0, "and nothing is left there");
-}
-
-#[test]
-fn logs_of_two_benches_are_refused() {
-    let desk = Desk::new();
-    let one = desk.fly("one.csv", 1, &[]).display().to_string();
-    // The other bench: three times the inertia. Its model file is the paper's with one number changed.
-    let paper = desk.path("paper.toml").display().to_string();
-    let arguments = ["extend", "--model", "paper", "--effect", "torque_bias", "--log", &one, "-o", &paper];
-    assert_eq!(run(&arguments).status.code(), Some(1));
-    let text = fs::read_to_string(&paper).expect("a model file");
-    let heavy: String =
-        text.lines()
-            .map(|line| {
-                if line.starts_with("inertia = ") && !line.contains("e-") { "inertia = 0.096" } else { line }
-            })
-            .map(|line| format!("{line}\n"))
-            .collect();
-    let heavy = desk.write("heavy.toml", &heavy).display().to_string();
-    let other = desk.fly("other.csv", 2, &["--model", &heavy]).display().to_string();
-    refused(
-        &["diagnose", "--log", &one, &other],
-        &["one.csv", "other.csv", "not of one bench", "inertia", "diagnose each by itself"],
-    );
-}
-
-#[test]
-fn a_model_that_cannot_be_used_is_refused_with_its_place() {
-    let desk = Desk::new();
-    let log = desk.fly("log.csv", 1, &[]).display().to_string();
-    let model = |body: &str| {
-        let head = "name = \"mine\"\n[actuator]\nsteady_rate = [0.0, 1124.5, 447.1]\nvoltage_gain = 40.0\n\
-                    full_voltage = 12.6\npole = 16.0\nthrust_coefficient = 1.6e-5\nhover_rate = 617.0\n\
-                    [body]\ninertia = 0.032\narm = 0.25\n";
-        desk.write("model.toml", &format!("{head}{body}")).display().to_string()
-    };
-    let unknown = model("[[effects]]\nid = \"perpetual_motion\"\nparameters = { }\n");
-    refused(&["diagnose", "--model", &unknown, "--log", &log], &["model.toml", "perpetual_motion"]);
-    let own = |expression: &str| {
-        format!(
-            "[[user_effects]]\nid = \"mine\"\nsite = \"torque\"\nexpression = \"{expression}\"\n\
-             [[user_effects.parameters]]\nname = \"k\"\nunit = \"N m\"\nstart = 0.01\nlower = 0.0\nupper = 1.0\n"
-        )
-    };
-    let typo = model(&own("-k*bodyrate"));
-    refused(&["diagnose", "--model", &typo, "--log", &log], &["model.toml", "bodyrate"]);
-    let divides = model(&own("-k/(body_angle-body_angle)"));
-    refused(&["diagnose", "--model", &divides, "--log", &log], &["mine", "not a number", "log.csv"]);
 }
 
 /// A rotor's exact answer to steps, without noise: the paper's rotor, or one with a limit of the command.
@@ -376,33 +185,6 @@ fn data_without_noise_are_judged_honestly() {
     }
     let log = desk.write("exact.csv", &exact_rotor(9.0, 3)).display().to_string();
     assert_eq!(run(&["compare", "--log", &log]).status.code(), Some(0));
-}
-
-#[test]
-fn logs_that_no_model_can_be_held_against_are_refused_in_a_sentence() {
-    let desk = Desk::new();
-    let rows = |line: &dyn Fn(usize) -> String| (0..300).map(line).collect::<String>();
-    let foreign = format!("time_s,foo,command_1\n{}", rows(&|row| format!("{},1,\n", 0.01 * row as f64)));
-    let foreign = desk.write("foreign.csv", &foreign).display().to_string();
-    for command in ["compare", "diagnose"] {
-        refused(
-            &[command, "--log", &foreign],
-            &["foreign.csv holds `foo`, `command_1` (without a value)", "propeller_rate_1_rad_s"],
-        );
-    }
-    let huge = format!(
-        "time_s,command_1,propeller_rate_1_rad_s\n{}",
-        rows(&|row| format!("{},{},1e160\n", 0.01 * row as f64, 0.4 + 0.2 * (row / 50 % 2) as f64))
-    );
-    let huge = desk.write("huge.csv", &huge).display().to_string();
-    for command in ["compare", "diagnose"] {
-        refused(&[command, "--log", &huge], &["huge.csv", "`propeller_rate_1_rad_s` is 1e160", "0 s"]);
-    }
-    for horizon in ["0", "-1", "1e9", "nan", "inf"] {
-        let option = format!("--horizon-s={horizon}");
-        refused(&["compare", "--log", &foreign, &option], &["--horizon-s", "must lie in"]);
-        refused(&["diagnose", "--log", &foreign, &option], &["--horizon-s", "must lie in"]);
-    }
 }
 
 #[test]
@@ -447,8 +229,4 @@ fn the_template_is_a_model_file_with_an_effect_of_ones_own() {
         &parts,
     );
     assert!(!desk.path("no.toml").exists());
-}
-
-fn said_out(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned()
 }

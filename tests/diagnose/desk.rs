@@ -1,0 +1,75 @@
+//! A folder to work in, the program in it, and what it says.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+pub struct Desk {
+    folder: TempDir,
+}
+
+impl Desk {
+    pub fn new() -> Self {
+        Self { folder: tempfile::tempdir().expect("a folder") }
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    pub fn write(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.path(name);
+        fs::write(&path, text).expect("written");
+        path
+    }
+
+    /// A log of a closed-loop flight of the emulator.
+    pub fn fly(&self, name: &str, sequence: u32, more: &[&str]) -> PathBuf {
+        let log = self.path(name);
+        let (path, sequence) = (log.display().to_string(), sequence.to_string());
+        let mut arguments = vec!["experiment", "prbs", "--lockstep", "--closed-loop", "--amplitude", "0.03"];
+        arguments.extend(["--duration", "20", "--seed", &sequence, "--sequence", &sequence, "-o", &path]);
+        arguments.extend(more);
+        let output = run(&arguments);
+        assert!(output.status.success(), "{}", said(&output));
+        log
+    }
+}
+
+pub fn run(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_rotorbench")).args(arguments).output().expect("the program runs")
+}
+
+pub fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+pub fn diagnose(model: &str, log: &Path, validate: &Path) -> (Value, Option<i32>) {
+    let (log, validate) = (log.display().to_string(), validate.display().to_string());
+    let output = run(&["diagnose", "--model", model, "--log", &log, "--validate", &validate, "--json"]);
+    let answer = serde_json::from_slice(&output.stdout);
+    (answer.unwrap_or_else(|error| panic!("{error}: {}", said(&output))), output.status.code())
+}
+
+pub fn refused(arguments: &[&str], parts: &[&str]) {
+    let output = run(arguments);
+    let sentence = said(&output);
+    assert_eq!(output.status.code(), Some(2), "{sentence}");
+    assert!(output.stdout.is_empty(), "an answer beside the refusal");
+    for part in parts {
+        assert!(sentence.contains(part), "`{part}` is not in: {sentence}");
+    }
+    assert!(!sentence.contains("panicked"), "{sentence}");
+}
+
+pub fn number(value: &Value, path: &[&str]) -> f64 {
+    let found = path.iter().fold(value, |value, key| &value[*key]);
+    found.as_f64().unwrap_or_else(|| panic!("no number at {path:?} in {value}"))
+}
+
+pub fn said_out(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}

@@ -1,0 +1,6 @@
+//! `diagnose` and `extend` as their user sees them: logs of the emulator, which integrates finer than the fitter and has
+//! laws of its own, with something hidden in it; and the refusals.
+
+mod desk;
+mod found;
+mod refused;
