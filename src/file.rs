@@ -1,7 +1,7 @@
 //! Files that appear complete or not at all, and where in a file something is wrong.
 
 use std::fs;
-use std::io;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 /// Line and column, from 1, of byte `at`.
@@ -45,6 +45,12 @@ pub fn write_atomically_with(
     path: &Path,
     fill: impl FnOnce(&mut dyn io::Write) -> io::Result<()>,
 ) -> io::Result<()> {
+    if is_special(path) {
+        let mut file = io::BufWriter::new(fs::OpenOptions::new().write(true).open(path)?);
+        fill(&mut file)?;
+        return file.flush();
+    }
+    let path = &target(path);
     let part = part_beside(path)?;
     let written = fs::File::create(&part).and_then(|file| {
         let mut file = io::BufWriter::new(file);
@@ -65,9 +71,23 @@ pub fn check_place(path: &Path) -> io::Result<()> {
     if path.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());
     }
-    let part = part_beside(path)?;
+    if is_special(path) {
+        // To open a pipe would wait for its reader.
+        return Ok(());
+    }
+    let part = part_beside(&target(path))?;
     fs::File::create(&part)?;
     fs::remove_file(&part)
+}
+
+/// A device or a pipe: written to as it is. A file renamed over `/dev/null` would be the end of it, for everybody.
+fn is_special(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+}
+
+/// The file behind a link, which stays one.
+fn target(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
 
 /// The file that is written first.
@@ -75,4 +95,34 @@ fn part_beside(path: &Path) -> io::Result<PathBuf> {
     let mut name = path.file_name().ok_or(io::ErrorKind::InvalidInput)?.to_owned();
     name.push(format!(".{}.part", std::process::id()));
     Ok(path.with_file_name(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::{FileTypeExt, symlink};
+    use std::process::Command;
+
+    use super::*;
+
+    #[test]
+    fn a_link_and_a_pipe_stay_what_they_are() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("file"), "old").expect("written");
+        symlink(at("file"), at("link")).expect("linked");
+        let made = Command::new("mkfifo").arg(at("pipe")).status().expect("mkfifo is there");
+        assert!(made.success());
+        let reader = std::thread::spawn({
+            let pipe = at("pipe");
+            move || fs::read(pipe)
+        });
+        for place in ["link", "pipe"] {
+            check_place(&at(place)).expect("it can be written");
+            write_atomically(&at(place), b"new").expect("written");
+        }
+        assert_eq!(fs::read(at("file")).expect("there"), b"new");
+        assert!(at("link").is_symlink(), "a link is no copy");
+        assert!(fs::metadata(at("pipe")).expect("there").file_type().is_fifo());
+        assert_eq!(reader.join().expect("no panic").expect("read"), b"new");
+    }
 }
