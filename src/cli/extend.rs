@@ -19,8 +19,11 @@ pub struct Arguments {
     #[arg(long, default_value = "paper")]
     model: PathBuf,
     /// Effects to add
-    #[arg(long, num_args = 1.., required_unless_present = "step_back")]
+    #[arg(long, num_args = 1.., required_unless_present_any = ["step_back", "recalibrate"])]
     effect: Vec<String>,
+    /// Add nothing: refit the model's own numbers, those whose change the logs ask for
+    #[arg(long, conflicts_with_all = ["effect", "step_back"])]
+    recalibrate: bool,
     /// Logs to fit on
     #[arg(long, num_args = 1.., required_unless_present = "step_back")]
     log: Vec<PathBuf>,
@@ -94,6 +97,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
         print!("{}", report::story::extension(&extension.model, &arguments.effect, &extension.error));
         warnings.iter().for_each(|warning| println!("Note: {warning}"));
     }
-    let falls = extension.error.extended.validate < FALLEN * extension.error.recalibrated.validate;
+    let error = &extension.error;
+    let beaten = if arguments.recalibrate { error.base } else { error.recalibrated };
+    let falls = error.extended.validate < FALLEN * beaten.validate;
     Ok(if falls { Outcome::Done } else { Outcome::FoundWanting })
 }

@@ -207,10 +207,9 @@ impl Diagnosis {
                 format!("Add what explains a part: {}", extend(&self.effects)),
                 "Then look at what is left with `rotorbench compare --model extended.toml`.".to_owned(),
             ],
-            Verdict::ParametersChanged => vec![
-                "Write the new numbers into the model file, or identify the model anew with `rotorbench identify`."
-                    .to_owned(),
-            ],
+            Verdict::ParametersChanged => vec![format!(
+                "Take the new numbers over: `rotorbench extend --model {model} --recalibrate {logs}{held_out} -o recalibrated.toml`"
+            )],
             Verdict::Adequate => vec!["Use the model; a log that moves more could show more.".to_owned()],
             Verdict::InsufficientData => vec![
                 "Record a log in which something moves: `rotorbench experiment prbs`, for a minute or more."

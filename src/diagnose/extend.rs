@@ -17,10 +17,12 @@ pub struct Extension {
     pub error: ErrorStory,
 }
 
-/// Adds the effects `ids` to `model`, refitting on `train`; `validate` is only looked at.
+/// Adds the effects `ids` to `model`, refitting on `train`; `validate` is only looked at. Without effects the model's own
+/// numbers are refitted, those whose change the data ask for.
 ///
 /// # Errors
-/// [`DiagnoseError`] when an effect is unknown, already there, or the logs lack what it needs.
+/// [`DiagnoseError`] when an effect is unknown, already there, or the logs lack what it needs, and where there is nothing
+/// to refit.
 pub fn extend(
     model: &Model,
     ids: &[String],
@@ -69,6 +71,12 @@ pub fn extend(
     }
     let error = blocks.error_story(config);
     let mut extended = blocks.merged(model);
+    if ids.is_empty() && extended.parameters() == model.parameters() {
+        let poor = blocks.found.iter().find_map(|found| found.stage.too_poor());
+        return Err(DiagnoseError::NothingToRefit(
+            poor.unwrap_or_else(|| "these logs do not ask for other numbers than the model has".to_owned()),
+        ));
+    }
     extended.ladder.push(Step {
         added: ids.to_vec(),
         logs: train.iter().map(reference).collect(),

@@ -55,6 +55,9 @@ pub enum DiagnoseError {
         /// Why.
         why: String,
     },
+    /// No number of the base has to change, or can.
+    #[error("nothing to take over: {0}")]
+    NothingToRefit(String),
     /// Logs that cannot come from one bench.
     #[error(
         "{log} and {other_log} are not of one bench: alone the first gives {parameter} = {value:.6}, the second {other:.6}; diagnose each by itself"

@@ -51,6 +51,31 @@ pub struct Step {
     pub before: BTreeMap<String, f64>,
 }
 
+/// A number of the base before and after a step, in its SI unit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// Name in the model file.
+    pub name: String,
+    /// Before.
+    pub from: f64,
+    /// After.
+    pub to: f64,
+    /// Of `to`; `None`: not fitted.
+    pub standard_error: Option<f64>,
+}
+
+impl Step {
+    /// What was done, in a few words.
+    #[must_use]
+    pub fn title(&self) -> String {
+        if self.added.is_empty() {
+            "its own numbers refitted".to_owned()
+        } else {
+            format!("+ {}", self.added.join(" + "))
+        }
+    }
+}
+
 impl Model {
     /// Every parameter a fit may change, by name.
     #[must_use]
@@ -61,6 +86,19 @@ impl Model {
             .iter()
             .flat_map(|added| added.parameters.keys().map(move |name| format!("{}.{name}", added.id)));
         base.chain(effects).filter_map(|name| self.parameter(&name).map(|value| (name, value))).collect()
+    }
+
+    /// The base's own numbers that the last step of the ladder changed.
+    #[must_use]
+    pub fn last_changes(&self) -> Vec<Change> {
+        let Some(step) = self.ladder.last() else { return Vec::new() };
+        let changed =
+            step.before.iter().filter(|(name, _)| !name.contains('.')).filter_map(|(name, from)| {
+                let to = self.parameter(name).filter(|to| to != from)?;
+                let standard_error = self.standard_errors.get(name).copied();
+                Some(Change { name: name.clone(), from: *from, to, standard_error })
+            });
+        changed.collect()
     }
 
     /// Undoes the last step of the ladder; `None` when there is none.

@@ -28,7 +28,7 @@ use crate::effect::{self, Card, Expression, Law, Site};
 pub use body::{BodyInput, BodyStart, BodyTrace};
 pub use equations::Equations;
 pub use file::ModelError;
-pub use ladder::{ErrorFall, LogReference, Step};
+pub use ladder::{Change, ErrorFall, LogReference, Step};
 pub use rotor::{Remembered, RotorInput, RotorStart, RotorTrace};
 
 /// Rotor: from command and battery to rate and thrust.

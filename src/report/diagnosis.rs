@@ -6,7 +6,7 @@ use crate::diagnose::answer::{Both, ErrorStory, FoundParameter};
 use crate::diagnose::compare::{CompareConfig, CompareError, compare};
 use crate::diagnose::{Diagnosis, Extension, Verdict};
 use crate::effect::find;
-use crate::model::Model;
+use crate::model::{Change, Model};
 use crate::record::Dataset;
 
 /// The page of a diagnosis of `base`; `logs` are shown with both models, the held-out ones if there are any; `next`
@@ -69,12 +69,15 @@ pub fn extension_page(
     let mut page = Page::new("The extended model");
     let error = &extension.error;
     let unit = error.unit();
-    let falls = error.extended.validate < error.recalibrated.validate;
+    let (falls, what) = if added.is_empty() {
+        (error.extended.validate < error.base.validate, "Refitting the model's own numbers".to_owned())
+    } else {
+        (error.extended.validate < error.recalibrated.validate, format!("Adding {}", added.join(" + ")))
+    };
     page.verdict(
         if falls { Mark::Good } else { Mark::Bad },
         format!(
-            "Adding {} takes the held-out error from {} to {} {unit}; noise alone leaves {} {unit}.",
-            added.join(" + "),
+            "{what} takes the held-out error from {} to {} {unit}; noise alone leaves {} {unit}.",
             number(error.base.validate, 3),
             number(error.extended.validate, 3),
             number(error.noise_floor, 3)
@@ -83,6 +86,7 @@ pub fn extension_page(
     key_numbers(&mut page, error);
     cards(&mut page, added);
     parameter_table(&mut page, found_parameters(&extension.model).iter().map(|(name, found)| (name, found)));
+    change_table(&mut page, extension.model.last_changes().into_iter());
     page.heading("How far the error falls");
     error_table(&mut page, error);
     let mut steps = Table::new(["step", "added", "held-out error before", "after", "what"])
@@ -90,7 +94,7 @@ pub fn extension_page(
     for (number_of, step) in extension.model.ladder.iter().enumerate() {
         steps = steps.row([
             (number_of + 1).to_string(),
-            step.added.join(" + "),
+            step.title(),
             number(step.error.validate_before, 4),
             number(step.error.validate_after, 4),
             step.error.measure.clone(),
@@ -140,15 +144,29 @@ fn cards(page: &mut Page, effects: &[String]) {
 
 fn parameters(page: &mut Page, diagnosis: &Diagnosis) {
     parameter_table(page, diagnosis.parameters.iter());
+    change_table(
+        page,
+        diagnosis.changed_parameters.iter().map(|changed| Change {
+            name: changed.name.clone(),
+            from: changed.from,
+            to: changed.to,
+            standard_error: changed.standard_error,
+        }),
+    );
+}
+
+/// The base's own numbers that have other values.
+fn change_table(page: &mut Page, changes: impl Iterator<Item = Change>) {
     let mut changed = Table::new(["parameter", "in the model", "found", "standard error", "unit"])
         .caption("Parameters of the base that have other values");
-    for parameter in &diagnosis.changed_parameters {
+    for change in changes {
+        let (unit, symbol) = Model::base_parameter_unit(&change.name);
         changed = changed.row([
-            format!("{} ({})", parameter.name, parameter.symbol),
-            number(parameter.from, 4),
-            number(parameter.to, 4),
-            with_error(parameter.standard_error),
-            parameter.unit.clone(),
+            format!("{} ({symbol})", change.name),
+            number(change.from, 4),
+            number(change.to, 4),
+            with_error(change.standard_error),
+            unit.to_owned(),
         ]);
     }
     if !changed.is_empty() {

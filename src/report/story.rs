@@ -161,14 +161,19 @@ pub fn extension(model: &Model, added: &[String], error: &ErrorStory) -> String 
     for id in added {
         out += &card(id, found.iter().map(|(name, found)| (name, found)));
     }
+    for changed in model.last_changes() {
+        let (unit, symbol) = Model::base_parameter_unit(&changed.name);
+        let to = measured(changed.to, changed.standard_error, unit);
+        let _ = writeln!(out, "  {} ({symbol}): {} -> {to}", changed.name, number(changed.from, 5));
+    }
     out.push('\n');
     out += &errors(error);
     out.push_str("\nLadder, held-out error each time\n");
     for (number_of, step) in model.ladder.iter().enumerate() {
         let fall = &step.error;
         let sentence = format!(
-            "+ {}: {} -> {} {}",
-            step.added.join(" + "),
+            "{}: {} -> {} {}",
+            step.title(),
             number(fall.validate_before, 4),
             number(fall.validate_after, 4),
             unit_of(&fall.measure)

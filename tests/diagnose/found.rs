@@ -206,6 +206,48 @@ fn a_log_that_is_fitted_and_judged_is_told_and_a_step_back_answers_in_json() {
     assert_eq!(told["model"]["ladder"], Value::Null, "an empty ladder is left out");
 }
 
+/// A model with another body than the bench has: the base's number is told, taken over by `extend`, and enough then.
+#[test]
+fn a_number_that_has_changed_is_taken_over_and_the_step_can_be_undone() {
+    let desk = Desk::new();
+    let template = said_out(&run(&["effects", "--template"]));
+    let paper = template.split_once("[[user_effects]]").expect("an effect").0;
+    let text = paper.replace("inertia = 0.032", "inertia = 0.040");
+    let heavy = desk.write("heavy.toml", &text).display().to_string();
+    let (train, held_out) = (desk.fly("train.csv", 1, &[]), desk.fly("held_out.csv", 2, &[]));
+    let (answer, _) = diagnose(&heavy, &train, &held_out);
+    assert_eq!(answer["verdict"], "parameters_changed", "{answer}");
+    let (log, validate) = (train.display().to_string(), held_out.display().to_string());
+    let mended = desk.path("mended.toml").display().to_string();
+    let take_over = |model: &str, output: &str| {
+        run(&[
+            "extend",
+            "--model",
+            model,
+            "--recalibrate",
+            "--log",
+            &log,
+            "--validate",
+            &validate,
+            "-o",
+            output,
+        ])
+    };
+    let output = take_over(&heavy, &mended);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let text = said_out(&output);
+    assert!(text.contains("inertia (J): 0.04") && text.contains("its own numbers refitted"), "{text}");
+    let (answer, code) = diagnose(&mended, &train, &held_out);
+    assert_eq!((&answer["verdict"], code), (&"adequate".into(), Some(0)), "{answer}");
+    let again = desk.path("again.toml").display().to_string();
+    assert_eq!(take_over(&mended, &again).status.code(), Some(2));
+    assert!(!Path::new(&again).exists());
+    let back = desk.path("back.toml").display().to_string();
+    let output = run(&["extend", "--model", &mended, "--step-back", "-o", &back]);
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(fs::read_to_string(&back).expect("written").contains("inertia = 0.04"));
+}
+
 /// The README's way to an effect of one's own: the template is a model file, and its effect competes.
 #[test]
 fn the_template_is_a_model_file_with_an_effect_of_ones_own() {
