@@ -8,12 +8,19 @@ use super::search::Found;
 use super::stage::Stage;
 use super::trial::Trial;
 use super::verdict;
-use super::worth::senses_rotors;
-use crate::model::Model;
+use super::worth::{is_sound, joint_floors, loss, senses_rotors};
+use crate::model::{Effect, Model};
 use crate::record::Dataset;
 
 /// A body's squared error must differ by this share before it decides about the rotors.
 const DECIDES: f64 = 0.05;
+
+/// Sets of the rotors' that the body is asked about, beside their answer.
+const ASKED: usize = 4;
+/// Share of the body's squared error that another driver has to take off to be followed to the end.
+const TAKES_OFF: f64 = 0.2;
+/// A rotor's effect that shifted traces reach more often than this is not asked about.
+const MOST_CHANCE: f64 = 0.05;
 
 /// The blocks of a model beside their data, each with what was found.
 pub(super) struct Blocks {
@@ -30,6 +37,7 @@ struct Question<'a> {
     validate: &'a [Dataset],
     horizon: f64,
     find: &'a dyn Fn(Stage) -> Found,
+    look: &'a dyn Fn(Stage) -> Found,
     settle: Settle<'a>,
 }
 
@@ -37,20 +45,24 @@ struct Question<'a> {
 pub(super) type Settle<'a> = &'a dyn Fn(&Found, &Trial) -> (Trial, Vec<String>);
 
 impl Blocks {
-    /// Builds the rotor block, then the body block that its answer drives; `find` looks into each.
+    /// Builds the rotor block, then the body block that its answer drives; `find` looks into each, `look` only refits a
+    /// block's own numbers.
     pub(super) fn build(
         model: &Model,
         train: &[Dataset],
         validate: &[Dataset],
         config: &DiagnoseConfig,
-        find: &dyn Fn(Stage) -> Found,
+        (find, look): (&dyn Fn(Stage) -> Found, &dyn Fn(Stage) -> Found),
         settle: Settle,
     ) -> Result<Self, DiagnoseError> {
-        let question = Question { model, train, validate, horizon: config.horizon, find, settle };
+        let question = Question { model, train, validate, horizon: config.horizon, find, look, settle };
         let mut rotor = rotor_stage(train, validate).map(find);
-        let body = question.body(rotor.as_ref().map(|found| (found, &found.answer)))?;
+        let body = question.body(rotor.as_ref().map(|found| (found, &found.answer)), find)?;
         let body = match (&mut rotor, body) {
-            (Some(rotor), Some(body)) => Some(question.decide(rotor, body)?),
+            (Some(rotor), Some(body)) => {
+                let body = question.decide(rotor, body)?;
+                Some(question.ask(rotor, body)?)
+            }
             (_, body) => body,
         };
         // Beside rotors a body that was held has nothing to say.
@@ -79,14 +91,18 @@ impl Blocks {
 
 impl Question<'_> {
     /// The body as one answer about the rotors drives it; `None` when the logs hold no body.
-    fn body(&self, rotor: Option<(&Found, &Trial)>) -> Result<Option<Found>, DiagnoseError> {
+    fn body(
+        &self,
+        rotor: Option<(&Found, &Trial)>,
+        find: &dyn Fn(Stage) -> Found,
+    ) -> Result<Option<Found>, DiagnoseError> {
         let equations = rotor.map_or(self.model, |(_, answer)| &answer.model).equations()?;
         let driver = Driver {
             equations: &equations,
             trial: rotor.map(|(_, answer)| answer),
             stage: rotor.map(|(found, _)| &found.stage),
         };
-        Ok(body_stage(self.train, self.validate, &driver, self.horizon)?.map(self.find))
+        Ok(body_stage(self.train, self.validate, &driver, self.horizon)?.map(find))
     }
 
     /// A late sensor and a late rotor look alike from the command to the reading, and not to the body: where the
@@ -102,7 +118,7 @@ impl Question<'_> {
             }
             // Numbers that moved for nothing would drive the body with their noise.
             let (settled, changed) = (self.settle)(rotor, &other);
-            let Some(driven) = self.body(Some((rotor, &settled)))? else { continue };
+            let Some(driven) = self.body(Some((rotor, &settled)), self.find)? else { continue };
             match prefers(&body, &driven) {
                 Some(true) => {}
                 None => kept.push(other),
@@ -122,6 +138,116 @@ impl Question<'_> {
         rotor.alternatives = kept;
         Ok(body)
     }
+
+    /// A body feels what its rotors do more finely than their own sensors tell: an effect that is lost in the noise of a
+    /// rate, or that its numbers take up, may stand out in the body that it drives. Where the body's numbers alone do not
+    /// explain it, the rotors' effects that are no luck are tried as what drives it.
+    fn ask(&self, rotor: &mut Found, body: Found) -> Result<Found, DiagnoseError> {
+        if is_explained(&body, &body.recalibrated) || verdict::is_held(&body) {
+            return Ok(body);
+        }
+        let known = self.model.known_effects()?;
+        let mut looked = Vec::new();
+        for trial in plausible(rotor, &known) {
+            if let Some(driven) = self.body(Some((rotor, trial)), self.look)? {
+                looked.push((misfit(&driven, &driven.recalibrated, &body.floors), trial.clone()));
+            }
+        }
+        looked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let before = misfit(&body, &body.recalibrated, &body.floors);
+        let Some((left, best)) = looked.first().filter(|(left, _)| *left < (1.0 - TAKES_OFF) * before) else {
+            return Ok(body);
+        };
+        let (settled, changed) = (self.settle)(rotor, best);
+        let Some(mut driven) = self.body(Some((rotor, &settled)), self.find)? else { return Ok(body) };
+        if is_explained(&driven, &driven.recalibrated) {
+            // What an effect of the body would still gain is how far the new driver is off.
+            (driven.answer, driven.changed) = (self.settle)(&driven, &driven.recalibrated);
+            (driven.alternatives, driven.dropped) = (Vec::new(), Vec::new());
+            driven.ladder.truncate(1);
+        }
+        let size = |rotor: &Trial, changed: &[String], body: &Found| {
+            rotor.effects.len() + changed.len() + body.answer.effects.len() + body.changed.len()
+        };
+        let sizes = (size(&rotor.answer, &rotor.changed, &body), size(&settled, &changed, &driven));
+        if !is_better(&body, &driven, sizes) {
+            return Ok(body);
+        }
+        let twins = looked[1..].iter().filter(|(other, _)| *other <= (1.0 + DECIDES) * left);
+        rotor.alternatives = twins.map(|(_, trial)| trial.clone()).collect();
+        rotor.ladder = vec![rotor.recalibrated.clone(), settled.clone()];
+        rotor.dropped = vec![rotor.recalibrated.clone()];
+        rotor.floors = joint_floors(&rotor.stage, &settled);
+        (rotor.answer, rotor.changed) = (settled, changed);
+        Ok(told_from(&body, driven, &rotor.answer.effects))
+    }
+}
+
+/// Effects of the rotors that are no luck, beside their answer, nearest first.
+fn plausible<'a>(rotor: &'a Found, known: &[Effect]) -> Vec<&'a Trial> {
+    let stage = &rotor.stage;
+    let limit = loss(stage, &rotor.recalibrated).min((1.0 + DECIDES) * loss(stage, &rotor.answer));
+    let singles =
+        rotor.singles.iter().filter(|single| single.luck.is_some_and(|luck| luck.chance <= MOST_CHANCE));
+    let trials = singles.filter_map(|single| single.trial.as_ref());
+    let mut trials: Vec<&Trial> = trials
+        .filter(|trial| {
+            loss(stage, trial) < limit
+                && trial.effects != rotor.answer.effects
+                && is_sound(stage, trial, known)
+        })
+        .collect();
+    trials.sort_by(|a, b| loss(stage, a).total_cmp(&loss(stage, b)));
+    trials.truncate(ASKED);
+    trials
+}
+
+/// Whether a trial leaves nothing but noise, on the data fitted on as on those held out.
+fn is_explained(found: &Found, trial: &Trial) -> bool {
+    let limit = found.at_floor();
+    let fitted = |channel: usize| trial.channel_error(&found.stage, channel, false) / found.floors[channel];
+    found.over_floor(trial).0 <= limit
+        && (0..found.stage.train.channels().len()).all(|channel| fitted(channel) <= limit)
+}
+
+/// Squared error of a trial, fitted and held out, over the noise.
+fn misfit(found: &Found, trial: &Trial, floors: &[f64; 2]) -> f64 {
+    let share = |channel: usize, held_out| {
+        (trial.channel_error(&found.stage, channel, held_out) / floors[channel]).powi(2)
+    };
+    (0..found.stage.train.channels().len()).map(|channel| share(channel, false) + share(channel, true)).sum()
+}
+
+/// Whether the body that another set drives is better explained; `sizes` count what each of the two asks for.
+fn is_better(body: &Found, driven: &Found, sizes: (usize, usize)) -> bool {
+    let explained = (is_explained(body, &body.answer), is_explained(driven, &driven.answer));
+    match explained {
+        (true, false) => false,
+        (false, true) => true,
+        // As many for the one as for the other: the rotors' own sensors speak for the other, too.
+        (true, true) => sizes.1 <= sizes.0,
+        _ => {
+            misfit(driven, &driven.answer, &body.floors)
+                < (1.0 - TAKES_OFF) * misfit(body, &body.answer, &body.floors)
+        }
+    }
+}
+
+/// A driven body whose story begins where the rotors had not got the effects yet.
+fn told_from(before: &Found, mut driven: Found, effects: &[String]) -> Found {
+    let of = |trial: &Trial| trial.in_units_of(&before.stage, &driven.stage);
+    let (Some(stale), Some(recalibrated)) = (of(&before.stale), of(&before.recalibrated)) else {
+        return driven;
+    };
+    let with = |trial: &Trial| Trial { effects: [effects, &trial.effects[..]].concat(), ..trial.clone() };
+    let rungs = driven.ladder.iter().map(with);
+    driven.ladder = std::iter::once(recalibrated.clone()).chain(rungs).collect();
+    if driven.answer.effects.is_empty() {
+        driven.ladder.truncate(1);
+        driven.ladder.push(with(&driven.answer));
+    }
+    (driven.stale, driven.recalibrated) = (stale, recalibrated);
+    driven
 }
 
 /// Whether the first body is the simpler explanation; `None` where both are as good.

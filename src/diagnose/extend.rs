@@ -55,8 +55,9 @@ pub fn extend(
         let inside = in_block(&stage);
         Search { base: model, known: &known, eligible: Vec::new(), done: &|| {} }.refit(stage, &inside)
     };
-    let blocks =
-        Blocks::build(model, train, validate, config, &refit, &|_, trial| (trial.clone(), Vec::new()))?;
+    let blocks = Blocks::build(model, train, validate, config, (&refit, &refit), &|_, trial| {
+        (trial.clone(), Vec::new())
+    })?;
     if let Some(id) =
         ids.iter().find(|id| !blocks.found.iter().any(|found| found.answer.effects.contains(id)))
     {

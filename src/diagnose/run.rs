@@ -119,7 +119,9 @@ pub fn diagnose(
         let search = Search { base: model, known: &known, eligible: Vec::new(), done };
         search.settle(&found.stage, &found.stale, &found.recalibrated, trial)
     };
-    let blocks = Blocks::build(model, train, validate, config, &search, &settle)?;
+    let look =
+        |stage: Stage| Search { base: model, known: &known, eligible: Vec::new(), done }.refit(stage, &[]);
+    let blocks = Blocks::build(model, train, validate, config, (&search, &look), &settle)?;
     let mut diagnosis = conclude(model, &known, &blocks, &logs, config);
     let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs));
     diagnosis.warnings.splice(0..0, said);
@@ -189,7 +191,8 @@ pub(super) fn main_block(blocks: &[Found]) -> (&Found, usize) {
         let (stale, recalibrated) =
             (found.over_floor(&found.stale).0, found.over_floor(&found.recalibrated).0);
         // Where an effect is named the recalibrated base is what it must beat; else the stale one tells more.
-        if found.answer.effects.is_empty() { stale } else { 1e3 * recalibrated }
+        let is_named = found.ladder.last().is_some_and(|trial| !trial.effects.is_empty());
+        if is_named { 1e3 * recalibrated } else { stale }
     };
     let best = blocks.iter().max_by(|a, b| worst(a).total_cmp(&worst(b))).unwrap_or(&blocks[0]);
     (best, channel_of(best))
@@ -375,8 +378,26 @@ fn warnings(logs: &[Dataset], blocks: &[Found]) -> Vec<String> {
             let name = found.stage.train.channels()[channel].name;
             warnings.push(format!("{name}: the error stays at {over:.2} times the noise floor"));
         }
+        warnings.extend(only_in_training(found));
     }
     warnings
+}
+
+/// What the logs fitted on show and the held-out ones do not: no effect can be judged by it.
+fn only_in_training(found: &Found) -> Option<String> {
+    let channels = found.stage.train.channels();
+    let over = |channel: usize, held_out| {
+        found.answer.channel_error(&found.stage, channel, held_out) / found.floors[channel]
+    };
+    let plain = |channel: &usize| over(*channel, false) > PLAINLY && over(*channel, true) <= found.at_floor();
+    let channel = (0..channels.len()).find(plain)?;
+    Some(format!(
+        "{}: the error is {:.2} times the noise floor where it was fitted and {:.2} times held out: something happens there \
+         that the held-out logs do not show; record more of it, or diagnose all logs without `--validate`",
+        channels[channel].name,
+        over(channel, false),
+        over(channel, true)
+    ))
 }
 
 fn next_experiment(effects: &[String], alternatives: &[Vec<String>]) -> Option<NextExperiment> {

@@ -62,6 +62,29 @@ impl Trial {
         (0..stage.train.channels().len()).all(of)
     }
 
+    /// The trial with its residuals over the noise that another stage of the same data takes as the unit; `None` where the
+    /// data are not laid out alike.
+    #[must_use]
+    pub fn in_units_of(&self, own: &Stage, other: &Stage) -> Option<Self> {
+        let scaled = |fit: &Fit, own: &BlockData, other: &BlockData| {
+            (own.units() == other.units() && fit.residuals.len() == other.len()).then_some(())?;
+            let mut fit = fit.clone();
+            for channel in 0..own.channels().len() {
+                let factor = own.sigma[channel] / other.sigma[channel];
+                for piece in own.pieces(channel) {
+                    fit.residuals[piece].iter_mut().for_each(|residual| *residual *= factor);
+                }
+            }
+            fit.cost = power(&fit.residuals);
+            Some(fit)
+        };
+        let (fit, judged) = (
+            scaled(&self.fit, &own.train, &other.train)?,
+            scaled(&self.judged, &own.validate, &other.validate)?,
+        );
+        Some(Self { fit, judged, ..self.clone() })
+    }
+
     /// By how much the squared error falls from `self` to `after`, over the standard error of that fall from stretch
     /// to stretch, on the part where it is the steadier: simulation errors are correlated, so samples do not count,
     /// stretches do; and where whole levels are held out, errors of the level hide what a law of transients gains.

@@ -158,6 +158,28 @@ fn the_judge_cannot_be_flattered() {
     assert_eq!(mark("inertia_change", answer("parameters_changed", &[], &[], &["pole"])), Mark::Wrong);
 }
 
+/// An effect that is lost in the noise of the rotors' sensors, because it acts for a few rows of one log only or because the
+/// curve's own numbers take it up: the body that the rotors drive tells it.
+#[test]
+fn what_the_rotors_own_sensors_do_not_settle_their_body_does() {
+    for (id, seed) in [("slew_rate_limit", 701_002_187), ("battery_scaling", 701_002_238)] {
+        let entry = ENTRIES.iter().find(|entry| entry.id == id).unwrap();
+        let case = Question::Single(entry, Kind::Attitude).make(seed).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        case.write(folder.path()).unwrap();
+        let log = |name: &str| [rotorbench::record::log::read(&folder.path().join(name)).unwrap()];
+        let (train, validate) = (log("train.csv"), log("validate.csv"));
+        let config = rotorbench::diagnose::DiagnoseConfig::default();
+        let model = rotorbench::model::Model::paper();
+        let found = rotorbench::diagnose::diagnose(&model, &train, &validate, &config, &|| {}).unwrap();
+        assert_eq!(found.effects, [id], "{:?}", found.verdict);
+        // The story is told where the error is: the body's falls to its noise, by a tenth at the most above it.
+        let (before, after) = (found.error.recalibrated.train, found.error.extended.train);
+        assert!(found.error.measure.contains("body_rate"), "{}", found.error.measure);
+        assert!(before > 1.5 * after && after < 1.1 * found.error.noise_floor, "{before} -> {after}");
+    }
+}
+
 #[test]
 fn parameters_are_close_by_ten_per_cent_or_three_standard_errors() {
     let truth = |value: f64| json!({"effect": "cable_stiffness", "bench": "attitude", "parameters": {"stiffness": value}});
