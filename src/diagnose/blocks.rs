@@ -4,11 +4,12 @@ use super::answer::{ErrorStory, Verdict};
 use super::logs::nothing_in_common;
 use super::prepare::{Driver, body_stage, rotor_stage};
 use super::run::{self, DiagnoseConfig, DiagnoseError, MOST_ALTERNATIVES};
-use super::search::Found;
+use super::search::{Found, Single};
 use super::stage::Stage;
+use super::surrogate::luck;
 use super::trial::Trial;
 use super::verdict;
-use super::worth::{is_sound, joint_floors, loss, senses_rotors};
+use super::worth::{is_sound, joint_floors, loss, period, senses_rotors};
 use crate::model::{Effect, Model};
 use crate::record::Dataset;
 
@@ -41,6 +42,9 @@ struct Question<'a> {
     settle: Settle<'a>,
 }
 
+/// The body, and what it was under the rotors that drove it before it was asked.
+type Driven = (Found, Option<Found>);
+
 /// Takes back what a set changed of the base's own numbers for nothing: the set, and the names of the changed ones.
 pub(super) type Settle<'a> = &'a dyn Fn(&Found, &Trial) -> (Trial, Vec<String>);
 
@@ -61,7 +65,8 @@ impl Blocks {
         let body = match (&mut rotor, body) {
             (Some(rotor), Some(body)) => {
                 let body = question.decide(rotor, body)?;
-                Some(question.ask(rotor, body)?)
+                let driven = question.ask(rotor, body)?;
+                Some(question.told_from_before(rotor, driven)?)
             }
             (_, body) => body,
         };
@@ -142,9 +147,9 @@ impl Question<'_> {
     /// A body feels what its rotors do more finely than their own sensors tell: an effect that is lost in the noise of a
     /// rate, or that its numbers take up, may stand out in the body that it drives. Where the body's numbers alone do not
     /// explain it, the rotors' effects that are no luck are tried as what drives it.
-    fn ask(&self, rotor: &mut Found, body: Found) -> Result<Found, DiagnoseError> {
+    fn ask(&self, rotor: &mut Found, body: Found) -> Result<Driven, DiagnoseError> {
         if is_explained(&body, &body.recalibrated) || verdict::is_held(&body) {
-            return Ok(body);
+            return Ok((body, None));
         }
         let known = self.model.known_effects()?;
         let mut looked = Vec::new();
@@ -156,10 +161,12 @@ impl Question<'_> {
         looked.sort_by(|a, b| a.0.total_cmp(&b.0));
         let before = misfit(&body, &body.recalibrated, &body.floors);
         let Some((left, best)) = looked.first().filter(|(left, _)| *left < (1.0 - TAKES_OFF) * before) else {
-            return Ok(body);
+            return Ok((body, None));
         };
         let (settled, changed) = (self.settle)(rotor, best);
-        let Some(mut driven) = self.body(Some((rotor, &settled)), self.find)? else { return Ok(body) };
+        let Some(mut driven) = self.body(Some((rotor, &settled)), self.find)? else {
+            return Ok((body, None));
+        };
         if is_explained(&driven, &driven.recalibrated) {
             // What an effect of the body would still gain is how far the new driver is off.
             (driven.answer, driven.changed) = (self.settle)(&driven, &driven.recalibrated);
@@ -171,7 +178,7 @@ impl Question<'_> {
         };
         let sizes = (size(&rotor.answer, &rotor.changed, &body), size(&settled, &changed, &driven));
         if !is_better(&body, &driven, sizes) {
-            return Ok(body);
+            return Ok((body, None));
         }
         let twins = looked[1..].iter().filter(|(other, _)| *other <= (1.0 + DECIDES) * left);
         rotor.alternatives = twins.map(|(_, trial)| trial.clone()).collect();
@@ -179,7 +186,22 @@ impl Question<'_> {
         rotor.dropped = vec![rotor.recalibrated.clone()];
         rotor.floors = joint_floors(&rotor.stage, &settled);
         (rotor.answer, rotor.changed) = (settled, changed);
-        Ok(told_from(&body, driven, &rotor.answer.effects))
+        Ok((driven, Some(body)))
+    }
+
+    /// Where the rotors' sensors hardly show what was found in the rotors, the body's story begins where they had not got it.
+    fn told_from_before(&self, rotor: &Found, (body, before): Driven) -> Result<Found, DiagnoseError> {
+        if rotor.answer.effects.is_empty() || rotor.over_floor(&rotor.recalibrated).0 > rotor.at_floor() {
+            return Ok(body);
+        }
+        let before = match before {
+            None => self.body(Some((rotor, &rotor.recalibrated)), self.look)?,
+            before => before,
+        };
+        let Some(before) = before else { return Ok(body) };
+        let left = misfit(&body, &body.answer, &body.floors);
+        let has_fallen = left < (1.0 - TAKES_OFF) * misfit(&before, &before.recalibrated, &body.floors);
+        Ok(if has_fallen { told_from(&before, body, &rotor.answer.effects) } else { body })
     }
 }
 
@@ -246,6 +268,17 @@ fn told_from(before: &Found, mut driven: Found, effects: &[String]) -> Found {
         driven.ladder.truncate(1);
         driven.ladder.push(with(&driven.answer));
     }
+    // Candidates of the body are held against the same driver as the base; beside them stands what drives it now.
+    let now = with(&driven.answer);
+    let mut singles = before.singles.clone();
+    for single in &mut singles {
+        single.trial = single.trial.as_ref().and_then(of);
+    }
+    if let [effect] = &now.effects[..] {
+        let (effect, luck) = (effect.clone(), Some(luck(&recalibrated, &now, period(&driven.stage))));
+        singles.push(Single { effect, luck, trial: Some(now), note: String::new() });
+    }
+    driven.singles = singles;
     (driven.stale, driven.recalibrated) = (stale, recalibrated);
     driven
 }
