@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::problem::hold;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations};
+use crate::record::readings;
 
 /// One stretch of one log.
 #[derive(Debug, Clone)]
@@ -38,20 +39,21 @@ impl BodyRun {
     pub fn new(log: usize, rows: Range<usize>, source: BodySource, horizon: f64) -> Self {
         let BodySource { time, torque, torque_slope, carried, propeller_rate, rate, angle } = source;
         let windows = windows(&time, horizon);
-        let input = BodyInput { torque, propeller_rate, time };
+        let start = |values: &[f64]| hold(&readings::bridged(&time, values));
         let angle = if angle.iter().any(|value| value.is_finite()) { angle } else { Vec::new() };
+        let (start_rate, start_angle) = (start(&rate), start(&angle));
         Self {
             log,
             rows,
             torque_slope,
             carried,
-            start_rate: hold(&rate),
-            start_angle: hold(&angle),
+            start_rate,
+            start_angle,
             rate,
             angle,
             counts: vec![true; windows.len()],
             windows,
-            input,
+            input: BodyInput { torque, propeller_rate, time },
         }
     }
 

@@ -6,7 +6,7 @@ use super::run::{DiagnoseConfig, DiagnoseError, check_logs};
 use super::search::{Found, Search};
 use super::stage::Stage;
 use crate::model::{Effect, ErrorFall, LogReference, Model, Step};
-use crate::record::Dataset;
+use crate::record::{Dataset, readings};
 
 /// A model with more effects.
 #[derive(Debug, Clone)]
@@ -31,6 +31,8 @@ pub fn extend(
     config: &DiagnoseConfig,
 ) -> Result<Extension, DiagnoseError> {
     let known = model.known_effects()?;
+    let fresh = [train, validate].map(|logs| readings::measured_all(logs, &mut Vec::new()));
+    let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
     let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
     for (index, id) in ids.iter().enumerate() {
         let effect = model.effect(id)?;

@@ -7,6 +7,8 @@ use super::problem::BlockData;
 
 /// The median of absolute values of normal noise, over its standard deviation.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;
+/// Values that are there, one in so many, from which on there are enough of four in a row.
+const IN_A_ROW: usize = 4;
 /// Sum of squares of the third difference 1, -3, 3, -1.
 const THIRD_DIFFERENCE: f64 = 20.0;
 
@@ -21,14 +23,21 @@ pub fn median(values: &mut [f64]) -> f64 {
 }
 
 /// Standard deviation of what changes from sample to sample: third differences forget what moves slowly, and
-/// their median forgets a spike here and there. `pieces` are cut at holes; zeros are missing.
+/// their median forgets a spike here and there. `pieces` are cut at holes; zeros and what is not a number are missing.
 #[must_use]
 pub fn white_noise(values: &[f64], pieces: &[std::ops::Range<usize>]) -> f64 {
+    let is_there = |value: &f64| *value != 0.0 && value.is_finite();
+    let difference = |four: &[f64]| (four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]).abs();
     let mut differences = Vec::with_capacity(values.len());
     for piece in pieces {
-        for four in values[piece.clone()].windows(4).filter(|four| four.iter().all(|value| *value != 0.0)) {
-            differences.push((four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]).abs());
-        }
+        let fours = values[piece.clone()].windows(4).filter(|four| four.iter().all(is_there));
+        differences.extend(fours.map(difference));
+    }
+    let there = || pieces.iter().map(|piece| values[piece.clone()].iter().copied().filter(is_there));
+    // A sensor slower than the rows hardly ever has four values in a row: then its own rows count.
+    if IN_A_ROW * differences.len() < there().map(Iterator::count).sum() {
+        let own = there().map(|values| values.collect::<Vec<f64>>());
+        differences = own.flat_map(|own| own.windows(4).map(difference).collect::<Vec<f64>>()).collect();
     }
     if differences.is_empty() {
         return 0.0;
@@ -89,8 +98,15 @@ pub fn smooth(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
         // The mean of many values carries next to none.
         return (vec![constant(values); values.len()], vec![0.0; values.len()]);
     }
-    let noise = white(values.len(), white_noise(values, std::slice::from_ref(&(0..values.len()))));
+    let mut noise = white(values.len(), white_noise(values, std::slice::from_ref(&(0..values.len()))));
+    missing_alike(&mut noise, values);
     (smoothed(values, wandering), smoothed(&noise, wandering))
+}
+
+/// Takes as missing in an example what is missing in the values that it is one of.
+pub fn missing_alike(example: &mut [f64], values: &[f64]) {
+    let missing = example.iter_mut().zip(values).filter(|(_, value)| !value.is_finite());
+    missing.for_each(|(example, _)| *example = f64::NAN);
 }
 
 /// White noise of a size, the same each time.
@@ -185,6 +201,21 @@ mod tests {
         // The median over 6000 third differences scatters by 2 %; spikes in 4 % of them add 5 %.
         let found = white_noise(&values, std::slice::from_ref(&(0..6000)));
         assert!((found - 2.0).abs() < 0.2, "{found}");
+    }
+
+    /// Of a sensor that tells in every second or third row only, the noise is the same.
+    #[test]
+    fn noise_of_a_sensor_slower_than_the_rows_is_seen() {
+        for (stride, missing) in [(2, 0.0), (2, f64::NAN), (3, 0.0)] {
+            let mut values = noise(6000, 2.0);
+            let slow = values.iter_mut().enumerate().filter(|(row, _)| row % stride != 0);
+            slow.for_each(|(_, value)| *value = missing);
+            let found = white_noise(&values, std::slice::from_ref(&(0..6000)));
+            // The median over 2000 third differences scatters by 4 %.
+            assert!((found - 2.0).abs() < 0.25, "{stride}: {found}");
+            let (level, carried) = smooth(&values);
+            assert!(level.iter().chain(&carried).all(|value| value.is_finite()), "{stride}");
+        }
     }
 
     #[test]

@@ -3,14 +3,14 @@
 use std::ops::Range;
 
 use super::body::{BodyRun, BodySource};
-use super::noise::{smooth, white, white_noise};
+use super::noise::{missing_alike, smooth, white, white_noise};
 use super::problem::{BlockData, Runs, hold};
 use super::rotor::{COMMANDS, PROPELLER_RATES, RotorRun, rotor_runs, simulate};
 use super::stage::Stage;
 use super::trial::Trial;
 use crate::effect::Law;
 use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
-use crate::record::Dataset;
+use crate::record::{Dataset, readings};
 use crate::signal::ROTORS;
 
 /// The rotor block of the logs; `None` when no log has a command beside a rotor rate.
@@ -123,7 +123,7 @@ impl Driver<'_> {
         let has_command = data.column(COMMANDS[rotor]).is_some();
         match (measured, trial, self.stage) {
             (Some(measured), Some(trial), Some(stage)) if has_command => {
-                let mut rates = Rates::between(hold(measured));
+                let mut rates = Rates::between(data.time(), measured);
                 for (run, locals) in runs_of(stage, trial, held_out) {
                     if run.log == log && run.rotor == rotor {
                         self.fuse(run, locals, &mut rates);
@@ -131,7 +131,7 @@ impl Driver<'_> {
                 }
                 Some(rates)
             }
-            (Some(measured), ..) => Some(Rates::between(hold(measured))),
+            (Some(measured), ..) => Some(Rates::between(data.time(), measured)),
             (None, ..) if has_command => self.simulated(rotor, data),
             _ => None,
         }
@@ -159,8 +159,8 @@ impl Driver<'_> {
     fn simulated(&self, rotor: usize, data: &Dataset) -> Option<Rates> {
         let command = hold(data.column(COMMANDS[rotor])?);
         let voltage = data.column("battery_voltage_v").map(hold);
-        let mut rates = Rates::between(vec![0.0; data.len()]);
-        rates.carried.fill(0.0);
+        let still = vec![0.0; data.len()];
+        let mut rates = Rates { at: still.clone(), mean: still.clone(), carried: still };
         let mut trace = RotorTrace::default();
         for rows in data.segments() {
             let input = RotorInput {
@@ -186,11 +186,15 @@ struct Rates {
 }
 
 impl Rates {
-    /// Straight lines between the samples.
-    fn between(at: Vec<f64>) -> Self {
+    /// Straight lines between the samples at `time` [s].
+    fn between(time: &[f64], measured: &[f64]) -> Self {
+        let lines = |values: &[f64]| hold(&readings::bridged(time, values));
+        let at = lines(measured);
         let pairs = at.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
-        let carried = white(at.len(), white_noise(&at, std::slice::from_ref(&(0..at.len()))));
-        Self { mean: pairs.chain(at.last().copied()).collect(), carried, at }
+        let size = white_noise(measured, std::slice::from_ref(&(0..measured.len())));
+        let mut carried = white(at.len(), size);
+        missing_alike(&mut carried, measured);
+        Self { mean: pairs.chain(at.last().copied()).collect(), carried: lines(&carried), at }
     }
 
     fn cut(&self, rows: Range<usize>) -> Self {

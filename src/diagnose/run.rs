@@ -18,8 +18,8 @@ use super::trial::Trial;
 use super::verdict::joint;
 use crate::effect;
 use crate::model::{Effect, Model, ModelError};
-use crate::record::Dataset;
 use crate::record::findings::Findings;
+use crate::record::{Dataset, readings};
 
 /// Settings of a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,6 +103,10 @@ pub fn diagnose(
     done: &(dyn Fn() + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
     let known = model.known_effects()?;
+    let read: Vec<&Dataset> = train.iter().chain(validate).collect();
+    // The findings tell of these cells.
+    let fresh = [train, validate].map(|logs| readings::measured_all(logs, &mut Vec::new()));
+    let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
     let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
     check_logs(model, &known, &logs)?;
     benches::check(model, &known, &logs, config.horizon)?;
@@ -122,7 +126,7 @@ pub fn diagnose(
     let look =
         |stage: Stage| Search { base: model, known: &known, eligible: Vec::new(), done }.refit(stage, &[]);
     let blocks = Blocks::build(model, train, validate, config, (&search, &look), &settle)?;
-    let mut diagnosis = conclude(model, &known, &blocks, &logs, config);
+    let mut diagnosis = conclude(model, &known, &blocks, &read, config);
     let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs));
     diagnosis.warnings.splice(0..0, said);
     if blocks.is_held {
@@ -149,7 +153,7 @@ fn conclude(
     model: &Model,
     known: &[Effect],
     all: &Blocks,
-    logs: &[Dataset],
+    logs: &[&Dataset],
     config: &DiagnoseConfig,
 ) -> Diagnosis {
     let (blocks, verdicts) = (&all.found[..], &all.verdicts[..]);
@@ -356,7 +360,7 @@ fn places(blocks: &[Found], verdicts: &[Verdict]) -> Vec<Place> {
     places
 }
 
-fn warnings(logs: &[Dataset], blocks: &[Found]) -> Vec<String> {
+fn warnings(logs: &[&Dataset], blocks: &[Found]) -> Vec<String> {
     let mut warnings = Vec::new();
     for log in logs {
         let said = Findings::of(log).warnings;

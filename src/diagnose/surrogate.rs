@@ -18,6 +18,23 @@ pub struct Luck {
     pub share: f64,
 }
 
+/// Changes between rows with and without a measurement, one in so many rows, from which on a log is patchy.
+const PATCHY: usize = 20;
+/// Share of a trace's power that must lie on measurements.
+const LEAST_SHARED: f64 = 0.2;
+
+/// Whether rows with and without a measurement come in turns.
+fn is_patchy(residuals: &[f64]) -> bool {
+    let turns = residuals.windows(2).filter(|pair| (pair[0] == 0.0) != (pair[1] == 0.0)).count();
+    PATCHY * turns > residuals.len()
+}
+
+/// Power of a shifted trace over the rows that hold a measurement.
+fn shared(trace: &[f64], residuals: &[f64], shift: usize) -> f64 {
+    let under = residuals[shift..].iter().chain(&residuals[..shift]);
+    trace.iter().zip(under).filter(|(_, under)| **under != 0.0).map(|(trace, _)| trace * trace).sum()
+}
+
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
@@ -35,19 +52,23 @@ pub fn luck(without: &Trial, with: &Trial, period: usize) -> Luck {
     if !(power > 0.0 && power.is_finite()) || windows < 20 {
         return Luck { chance: 1.0, share: 1.0 };
     }
-    // What one factor on the trace explains: the square of its projection.
+    // What one factor on the trace explains: the square of its projection. Where only some rows hold a measurement, a
+    // shift lays few of them on each other, or none, which says nothing; what it explains of many counts for all.
+    let is_patchy = is_patchy(before);
     let explained = |shift: usize| {
         let head = dot(&trace[..count - shift], &before[shift..]);
         let tail = dot(&trace[count - shift..], &before[..shift]);
-        (head + tail).powi(2) / power
+        let shared = if is_patchy { shared(&trace, before, shift) } else { power };
+        (shared >= LEAST_SHARED * power).then(|| (head + tail).powi(2) / shared)
     };
-    let real = explained(0);
+    let real = explained(0).unwrap_or(0.0);
     // Shifts evenly spread, none nearer than a fiftieth of the log to none at all.
     let near = (windows / 50).max(1);
     let room = windows - 2 * near;
     let tried = SHIFTS.min(room);
     let shift = |index: usize| (near + index * room / tried) * period.max(1);
-    let mut shifted: Vec<f64> = (0..tried).map(|index| explained(shift(index))).collect();
+    let mut shifted: Vec<f64> = (0..tried).filter_map(|index| explained(shift(index))).collect();
+    let tried = shifted.len();
     // The same sum in another order.
     let as_good = shifted.iter().filter(|explained| **explained >= real * (1.0 - 1e-9)).count();
     shifted.sort_by(f64::total_cmp);

@@ -221,7 +221,11 @@ fn drive(log: &Dataset, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive
         runs.as_ref().map(|[first, second]| impulse(log, [&first.rates, &second.rates], runs.as_ref(), c));
     let measured = log.column("propeller_rate_1_rad_s").zip(log.column("propeller_rate_2_rad_s"));
     if let Some((first, second)) = measured {
-        let measured = impulse(log, [&filled(log, first), &filled(log, second)], runs.as_ref(), c);
+        let known = |rotor: usize, rates: &[f64]| match &runs {
+            Some(runs) => filled_along(log, rates, &runs[rotor].rates),
+            None => filled(log, rates),
+        };
+        let measured = impulse(log, [&known(0, first), &known(1, second)], runs.as_ref(), c);
         return Some(Drive { measured, predicted, words: "measured rotor rates", lever: arm });
     }
     if let Some(torque) = log.column("torque_command_nm") {
@@ -250,6 +254,13 @@ fn impulse(log: &Dataset, rates: [&[f64]; 2], runs: Option<&[RotorRun; 2]>, c: f
         running[row + 1] = sum;
     }
     running
+}
+
+/// What was measured, and between measurements the free run of the rotor, moved by what it lacks to both sides.
+fn filled_along(log: &Dataset, values: &[f64], run: &[f64]) -> Vec<f64> {
+    let lacks: Vec<f64> = values.iter().zip(run).map(|(value, run)| value - run).collect();
+    let moved = filled(log, &lacks).into_iter().zip(run).map(|(lack, run)| run + lack);
+    values.iter().zip(moved).map(|(value, moved)| if value.is_finite() { *value } else { moved }).collect()
 }
 
 /// Straight lines between known values; what precedes the first keeps it. Holes are cut out by [`windows`].

@@ -13,7 +13,7 @@ use super::used;
 use super::validate::{self, Validation};
 use super::{Estimate, IdentifiedActuator, IdentifyError};
 use crate::model::{AddedEffect, ErrorFall, LogReference, Model, Step};
-use crate::record::Dataset;
+use crate::record::{Dataset, readings};
 use crate::unit::{short, with_error};
 
 /// The effect that a late rotor gets.
@@ -187,7 +187,8 @@ impl Work<'_> {
         let run = |rotors: &[RotorLog], actuator: &IdentifiedActuator| -> Vec<Validation> {
             rotors.iter().filter_map(|rotor| validate::validate(rotor, actuator)).collect()
         };
-        let validation_measured = stale::without_stale(validation, &self.settings.rotors, &mut self.warnings);
+        let fresh = readings::measured_all(validation, &mut self.warnings);
+        let validation_measured = stale::without_stale(&fresh, &self.settings.rotors, &mut self.warnings);
         let mut other = rotor_logs(&validation_measured, self.settings, &mut self.warnings)?;
         if !self.use_battery {
             other.iter_mut().for_each(|rotor| rotor.voltage = None);

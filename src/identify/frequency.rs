@@ -9,6 +9,8 @@ use super::rotor_log::RotorLog;
 /// Samples in a window at most; at least eight windows must fit.
 const LONGEST_WINDOW: usize = 2048;
 const FEWEST_WINDOWS: usize = 8;
+/// Share of the samples, one in so many, that windows must reach.
+const REACHED: usize = 4;
 /// Sampling intervals may differ this much from their median in a record taken as uniform.
 const JITTER: f64 = 0.2;
 
@@ -41,6 +43,14 @@ pub(super) fn response(rotors: &[RotorLog], z: impl Fn(&RotorLog, usize) -> f64)
     let interval = rotors.iter().map(|rotor| rotor.interval).find(|&interval| interval > 0.0).unwrap_or(0.0);
     let mut window = LONGEST_WINDOW;
     while window > 64 && total < FEWEST_WINDOWS * window / 2 {
+        window /= 2;
+    }
+    // Where readings are missing here and there, only shorter windows fit between them.
+    let reached = |window: usize| -> usize {
+        let halves = stretches.iter().map(|stretch| stretch.0.len() / (window / 2));
+        halves.map(|halves| halves.saturating_sub(1) * window / 2).sum()
+    };
+    while window > 64 && reached(window) < total / REACHED {
         window /= 2;
     }
     welch(&stretches, window, interval)

@@ -15,7 +15,7 @@ use super::static_curve::{self, HIGHEST_DEGREE, StaticCurve};
 use super::thrust::{self, ThrustCurve};
 use super::used;
 use super::{Estimate, IdentifiedActuator, IdentifyError};
-use crate::record::Dataset;
+use crate::record::{Dataset, readings};
 
 /// Jumps of the command from which a pole may be fitted.
 pub(super) const FEWEST_JUMPS: usize = 8;
@@ -61,7 +61,8 @@ pub fn identify_telling(
     let mut copies = Vec::new();
     let distinct = used::without_copies(logs, &mut copies);
     let logs = distinct.as_ref();
-    let cleaned = stale::without_stale(logs, &settings.rotors, &mut copies);
+    let fresh = readings::measured_all(logs, &mut copies);
+    let cleaned = stale::without_stale(&fresh, &settings.rotors, &mut copies);
     let measured = cleaned.as_ref();
     let fuller = intake::fuller_battery(logs, settings);
     let mut own = settings.clone();

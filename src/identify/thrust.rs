@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::Estimate;
 use super::linear;
 use super::rotor_log::RotorLog;
+use crate::record::readings;
 
 /// Share of the thrust that a linear part may add before the quadratic is called wrong.
 const NOT_QUADRATIC: f64 = 0.03;
@@ -30,6 +31,17 @@ pub struct ThrustCurve {
     pub linear_share: Estimate,
 }
 
+/// [rad/s] [N] rate and thrust of the rows that have both. Where the two come in turns, the rate lies on a straight line
+/// between its readings.
+fn pairs(rotor: &RotorLog, thrust: &[f64]) -> Vec<(f64, f64)> {
+    let measured = rotor.segments.iter().cloned().flatten().filter(|&row| thrust[row].is_finite());
+    let of = |rate: &[f64]| -> Vec<(f64, f64)> {
+        measured.clone().map(|row| (rate[row], thrust[row])).filter(|pair| pair.0.is_finite()).collect()
+    };
+    let (together, all) = (of(&rotor.rate), of(&readings::bridged(&rotor.time, &rotor.rate)));
+    if 2 * together.len() < all.len() { all } else { together }
+}
+
 /// Fits the thrust curve over all rotors; `None` where no thrust was measured.
 pub(super) fn identify(
     rotors: &[RotorLog],
@@ -39,7 +51,7 @@ pub(super) fn identify(
     let mut rows: Vec<(f64, f64)> = Vec::new();
     for rotor in rotors {
         let Some(thrust) = &rotor.thrust else { continue };
-        rows.extend(rotor.scored().map(|row| (rotor.rate[row], thrust[row])).filter(|row| row.1.is_finite()));
+        rows.extend(pairs(rotor, thrust));
     }
     if rows.len() < 20 {
         return None;

@@ -4,6 +4,7 @@
 use serde::Serialize;
 
 use super::dataset::{Dataset, LOG_SIGNALS};
+use super::readings::Unmeasured;
 use crate::unit::short;
 
 #[cfg(test)]
@@ -88,6 +89,9 @@ pub struct ChannelFindings {
     pub clipped: Vec<Clip>,
     /// Stretches without a value, holes in time apart.
     pub dropouts: Vec<Stretch>,
+    /// Cells that are no measurements.
+    #[serde(flatten)]
+    pub unmeasured: Unmeasured,
 }
 
 /// What a log looks like.
@@ -158,14 +162,14 @@ impl Findings {
             ));
         }
         for channel in &self.channels {
-            channel.sentences(&mut said);
+            channel.sentences(self.median_interval_s, &mut said);
         }
         said
     }
 }
 
 impl ChannelFindings {
-    fn sentences(&self, said: &mut Vec<String>) {
+    fn sentences(&self, interval: f64, said: &mut Vec<String>) {
         let name = &self.name;
         if self.constant {
             said.push(format!("`{name}` is {} throughout", short(self.range[0])));
@@ -189,6 +193,7 @@ impl ChannelFindings {
             let count = counted(self.dropouts.len(), "time");
             said.push(format!("`{name}` drops out {count}, longest for {length:.3} s from {start:.3} s"));
         }
+        said.extend(self.unmeasured.sentences(name, interval));
     }
 }
 
@@ -239,6 +244,7 @@ fn channel(log: &Dataset, name: &str, values: &[f64]) -> ChannelFindings {
         frozen: if measured { frozen(name, &present) } else { Vec::new() },
         clipped: if measured { clipped(&sorted) } else { Vec::new() },
         dropouts: dropouts(log, &present, median),
+        unmeasured: Unmeasured::of(log, name),
     }
 }
 

@@ -18,6 +18,7 @@ pub mod foreign;
 pub mod log;
 pub mod mapping;
 mod noun;
+pub mod readings;
 
 mod disk;
 mod frame;

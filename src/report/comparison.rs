@@ -78,6 +78,17 @@ pub(super) fn write(page: &mut Page, found: &[Vec<Comparison>], logs: &[Dataset]
     }
 }
 
+/// A line through the samples that were measured, which a sensor slower than the log has in some rows only; it breaks where
+/// they are farther apart than `gap` [s] and than usual.
+fn whole_line(name: &str, time: &[f64], values: &[f64], gap: f64) -> Series {
+    let known = time.iter().zip(values).filter(|(_, value)| value.is_finite());
+    let (time, values): (Vec<f64>, Vec<f64>) = known.map(|(time, value)| (*time, *value)).unzip();
+    let mut apart: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    apart.sort_by(f64::total_cmp);
+    let usual = apart.get(apart.len() / 2).copied().unwrap_or(0.0);
+    Series::line(name, &time, &values).break_over(gap.max(2.5 * usual))
+}
+
 fn block_section(page: &mut Page, comparisons: &[Comparison], key: (&str, &str), log: &Dataset) {
     let blocks: Vec<(&Comparison, &Block)> = blocks_of(comparisons, key).collect();
     let Some((_, first)) = blocks.first() else { return };
@@ -91,11 +102,9 @@ fn block_section(page: &mut Page, comparisons: &[Comparison], key: (&str, &str),
     let group = format!("{} {}", key.0, log.source_name());
     let axis = |name: &str| Axis::new(name, first.unit);
     let seconds = || Axis::new("time", "s");
-    let mut signals = Plot::new("Measured and modelled", seconds(), axis(key.1)).group(&group).series(
-        Series::line("measured", &first.trace.time, &first.trace.measured)
-            .tone(Tone::Measured)
-            .break_over(gap),
-    );
+    let mut signals = Plot::new("Measured and modelled", seconds(), axis(key.1))
+        .group(&group)
+        .series(whole_line("measured", &first.trace.time, &first.trace.measured, gap).tone(Tone::Measured));
     let mut residuals =
         Plot::new("Measured minus modelled", seconds(), axis("error")).group(&group).height(180);
     let mut rms = Plot::new("Error over time (rms)", seconds(), axis("error")).group(&group).height(140);
@@ -103,7 +112,7 @@ fn block_section(page: &mut Page, comparisons: &[Comparison], key: (&str, &str),
         let trace = &block.trace;
         let residual: Vec<f64> = trace.measured.iter().zip(&trace.modelled).map(|(y, m)| y - m).collect();
         let single = blocks.len() == 1;
-        let line = |name: &str, values: &[f64]| Series::line(name, &trace.time, values).break_over(gap);
+        let line = |name: &str, values: &[f64]| whole_line(name, &trace.time, values, gap);
         let modelled = line(&comparison.model, &trace.modelled);
         let error = line(&comparison.model, &residual);
         signals = signals.series(if single { modelled.tone(Tone::Model) } else { modelled });

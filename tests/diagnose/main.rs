@@ -3,4 +3,5 @@
 
 mod desk;
 mod found;
+mod readings;
 mod refused;

@@ -5,4 +5,5 @@ mod late;
 mod logs;
 mod margins;
 mod missing;
+mod readings;
 mod section_three;

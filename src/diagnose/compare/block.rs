@@ -283,7 +283,11 @@ impl Raw {
                 };
                 variance.sqrt()
             }
-            Floor::Slope(half) => sensors::noise(half, interval, gyro, noise.of(BODY_ANGLE)),
+            Floor::Slope(half) => {
+                let [gyro, angle] = [(BODY_RATE, gyro), (BODY_ANGLE, noise.of(BODY_ANGLE))]
+                    .map(|(name, noise)| noise * sensors::thinned(log, name));
+                sensors::noise(half, interval, gyro, angle)
+            }
         }
     }
 }

@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::stretch::slopes;
-use crate::record::Dataset;
+use crate::record::{Dataset, readings};
 
 /// Bins of equal count over a channel.
 const BINS: usize = 24;
@@ -64,6 +64,7 @@ pub(super) fn dependences(log: &Dataset, rows: &[usize], error: &[f64]) -> Vec<D
     let mut found = Vec::new();
     for name in log.names() {
         let Some(values) = log.column(name) else { continue };
+        let values = readings::bridged(log.time(), values);
         let at_rows: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
         found.extend(dependence(name.to_owned(), &at_rows, error));
         let mut rate = vec![f64::NAN; log.len()];
@@ -81,7 +82,8 @@ pub(super) fn dependences(log: &Dataset, rows: &[usize], error: &[f64]) -> Vec<D
 fn dependence(on: String, channel: &[f64], error: &[f64]) -> Option<Dependence> {
     let mut order: Vec<usize> =
         (0..error.len()).filter(|k| channel[*k].is_finite() && error[*k].is_finite()).collect();
-    if order.len() < 4 * BINS || 2 * order.len() < error.len() {
+    let known = error.iter().filter(|error| error.is_finite()).count();
+    if order.len() < 4 * BINS || 2 * order.len() < known {
         return None;
     }
     let kept = order.clone();
@@ -145,6 +147,7 @@ const MOST_LAG: usize = 50;
 pub(super) fn correlations(log: &Dataset, rows: &[usize], error: &[f64], interval: f64) -> Vec<Correlation> {
     let centred_error = centred(error);
     let colour = autocorrelation(&centred_error);
+    let known = error.iter().filter(|error| error.is_finite()).count();
     let mut found: Vec<Correlation> = log
         .names()
         .filter_map(|name| {
@@ -153,7 +156,7 @@ pub(super) fn correlations(log: &Dataset, rows: &[usize], error: &[f64], interva
             let other = autocorrelation(&channel);
             // Bartlett: the variance of a correlation between two coloured signals that are unrelated.
             let stretch: f64 = 1.0 + 2.0 * colour.iter().zip(&other).skip(1).map(|(a, b)| a * b).sum::<f64>();
-            let bound = 2.58 * (stretch.max(1.0) / error.len() as f64).sqrt();
+            let bound = 2.58 * (stretch.max(1.0) / known as f64).sqrt();
             let (lag, peak) = peak(&centred_error, &channel)?;
             let direction = if lag >= 0 { Direction::ErrorFollows } else { Direction::ErrorLeads };
             Some(Correlation { with: name.to_owned(), peak, lag_s: lag as f64 * interval, direction, bound })

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::dependence::{Correlation, Dependence};
 use super::spectrum::{Spectrum, spectrum};
+use crate::record::readings;
 
 /// Where a block fails.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -65,11 +66,40 @@ impl Failure {
         Self {
             over_time: over_time(time, residual),
             groups: groups(time, modelled, residual, pieces),
-            spectrum: spectrum(joined.iter().map(|piece| &residual[piece.clone()]), interval, corner_hz),
+            spectrum: patchy_spectrum(time, &joined, residual, interval, corner_hz),
             dependences: Vec::new(),
             correlations: Vec::new(),
         }
     }
+}
+
+/// Share of samples up to which lines over the missing ones do not show in a spectrum.
+const FEW: f64 = 0.03;
+
+/// The spectrum of an error of which samples are missing: a few, or those of a sensor that tells in every second, third or
+/// fourth row only.
+fn patchy_spectrum(
+    time: &[f64],
+    pieces: &[Range<usize>],
+    residual: &[f64],
+    interval: f64,
+    corner_hz: f64,
+) -> Option<Spectrum> {
+    let missing = residual.iter().filter(|error| !error.is_finite()).count();
+    if (missing as f64) < FEW * residual.len() as f64 {
+        let whole = |piece: &Range<usize>| readings::bridged(&time[piece.clone()], &residual[piece.clone()]);
+        let whole: Vec<Vec<f64>> = pieces.iter().map(whole).collect();
+        return spectrum(whole.iter().map(Vec::as_slice), interval, corner_hz);
+    }
+    (1..=4).find_map(|stride| {
+        let own = pieces.iter().map(|piece| -> Vec<f64> {
+            let piece = &residual[piece.clone()];
+            let first = piece.iter().position(|value| value.is_finite()).unwrap_or(0);
+            piece[first..].iter().step_by(stride).copied().collect()
+        });
+        let own: Vec<Vec<f64>> = own.collect();
+        spectrum(own.iter().map(Vec::as_slice), stride as f64 * interval, corner_hz)
+    })
 }
 
 fn over_time(time: &[f64], residual: &[f64]) -> Vec<(f64, f64)> {

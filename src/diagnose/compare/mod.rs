@@ -29,7 +29,7 @@ use serde::Serialize;
 use super::expressions::{Hitch, hitch};
 use super::logs::{Absurd, check_magnitudes, nothing_in_common};
 use crate::model::{Model, ModelError};
-use crate::record::{Dataset, DatasetError};
+use crate::record::{Dataset, DatasetError, readings};
 use crate::unit::short;
 
 pub use block::{Block, Error, Trace};
@@ -110,6 +110,9 @@ pub struct Comparison {
     pub blocks: Vec<Block>,
     /// What torque the model lacks, over time; where a body rate was measured.
     pub unknown_torque: Option<UnknownTorque>,
+    /// Cells of the log that are no measurements, and were taken as missing.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
 }
 
 impl Comparison {
@@ -177,6 +180,9 @@ pub fn compare(
         });
     }
     check_magnitudes(log)?;
+    let mut warnings = Vec::new();
+    let measured = readings::measured(log, &mut warnings);
+    let log = measured.as_ref();
     let mut runs = Vec::new();
     for model in models {
         let added: Vec<_> =
@@ -202,6 +208,7 @@ pub fn compare(
             log: log.source_name().to_owned(),
             blocks: blocks.collect(),
             unknown_torque,
+            warnings: warnings.clone(),
         });
     }
     Ok(comparisons)

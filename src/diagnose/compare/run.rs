@@ -7,7 +7,7 @@ use super::stretch::{Stretch, stretches};
 use super::{CompareConfig, CompareError, sensors};
 use crate::effect::Law;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, RotorInput, RotorStart, RotorTrace};
-use crate::record::Dataset;
+use crate::record::{Dataset, readings};
 
 /// Runs every block that finds its inputs and its output.
 pub(super) fn blocks(model: &Model, log: &Dataset, config: &CompareConfig) -> Result<Vec<Raw>, CompareError> {
@@ -58,9 +58,11 @@ fn actuator(
         let modelled = rotor_run(equations, log, &stretch, rotor, measured, warms);
         // What a first-order rotor does one sample ahead: the residual less what it had coming.
         let time = &log.time()[stretch.rows.clone()];
-        for k in 1..measured.len() {
-            let kept = (-model.actuator.pole * (time[k] - time[k - 1])).exp();
-            let step = measured[k] - modelled[k] - kept * (measured[k - 1] - modelled[k - 1]);
+        let known: Vec<usize> = (0..measured.len()).filter(|k| measured[*k].is_finite()).collect();
+        for pair in known.windows(2) {
+            let (j, k) = (pair[0], pair[1]);
+            let kept = (-model.actuator.pole * (time[k] - time[j])).exp();
+            let step = measured[k] - modelled[k] - kept * (measured[j] - modelled[j]);
             if step.is_finite() {
                 squares += step * step;
                 count += 1.0;
@@ -119,9 +121,11 @@ const SLOW_TRIAL: f64 = -0.5;
 /// Measured rate to thrust.
 fn thrust(equations: &Equations, log: &Dataset, rotor: usize) -> Option<Raw> {
     let (rate, thrust) = (log.column(RATES[rotor])?, log.column(THRUSTS[rotor])?);
-    let still = vec![0.0; log.len()];
-    let (angle, body_rate) =
-        (log.column(BODY_ANGLE).unwrap_or(&still), log.column(BODY_RATE).unwrap_or(&still));
+    let driving = |name: &str| log.column(name).map(|values| readings::bridged(log.time(), values));
+    let still = || vec![0.0; log.len()];
+    let angle = driving(BODY_ANGLE).unwrap_or_else(still);
+    let body_rate = driving(BODY_RATE).unwrap_or_else(still);
+    let rate = readings::bridged(log.time(), rate);
     let at = |rate: f64, row: usize| equations.rotor_thrust(rate, SIDES[rotor], angle[row], body_rate[row]);
     let middle = rate.iter().copied().filter(|rate| rate.is_finite()).sum::<f64>()
         / rate.iter().filter(|rate| rate.is_finite()).count() as f64;
@@ -129,7 +133,7 @@ fn thrust(equations: &Equations, log: &Dataset, rotor: usize) -> Option<Raw> {
         - equations.rotor_thrust(middle, SIDES[rotor], 0.0, 0.0);
     let name = ["thrust_1", "thrust_2"][rotor];
     let mut raw = Raw::new(name, THRUSTS[rotor], "N", &[RATES[rotor]], Floor::Thrust(slope));
-    for stretch in stretches(log, &[rate, angle, body_rate]) {
+    for stretch in stretches(log, &[&rate, &angle, &body_rate]) {
         let modelled: Vec<f64> = stretch.rows.clone().map(|row| at(rate[row], row)).collect();
         raw.add(stretch.rows.clone(), &thrust[stretch.rows], &modelled);
     }
@@ -156,7 +160,8 @@ pub(super) struct Driven {
 /// Measured inputs of the body. `None` where the log has not got it.
 pub(super) fn body_inputs(equations: &Equations, log: &Dataset) -> Option<Driven> {
     if let (Some(rate_1), Some(rate_2)) = (log.column(RATES[0]), log.column(RATES[1])) {
-        let inputs = stretches(log, &[rate_1, rate_2]).into_iter().map(|stretch| {
+        let [rate_1, rate_2] = [rate_1, rate_2].map(|rate| readings::bridged(log.time(), rate));
+        let inputs = stretches(log, &[&rate_1, &rate_2]).into_iter().map(|stretch| {
             let input = rotor_driven(equations, &log.time()[stretch.rows.clone()], &stretch.inputs);
             (stretch.rows, input)
         });
@@ -219,6 +224,8 @@ fn commanded(equations: &Equations, log: &Dataset) -> Option<Driven> {
 fn body(equations: &Equations, log: &Dataset, config: &CompareConfig, drive: Drive) -> Vec<Raw> {
     let Some(rate) = log.column(BODY_RATE) else { return Vec::new() };
     let angle = log.column(BODY_ANGLE);
+    // Where a window starts; it is judged by what was measured.
+    let start_angle = angle.map(|angle| readings::bridged(log.time(), angle));
     let (name, found) = match drive {
         Drive::Measured => ("body", body_inputs(equations, log)),
         Drive::Commands => ("chain", commanded(equations, log)),
@@ -230,7 +237,7 @@ fn body(equations: &Equations, log: &Dataset, config: &CompareConfig, drive: Dri
     let mut angles = Raw::new(name, BODY_ANGLE, "rad", &driven.by, floor(true));
     let (mut squares, mut count) = (0.0, 0.0);
     for (rows, input) in &driven.stretches {
-        let measured = (&rate[rows.clone()], angle.map(|angle| &angle[rows.clone()]));
+        let measured = (&rate[rows.clone()], start_angle.as_ref().map(|angle| &angle[rows.clone()]));
         for window in windows(&input.time, measured, config.horizon_s) {
             let trace = window_run(equations, input, &window, measured);
             // The start is the measurement itself: it is not judged.

@@ -7,17 +7,18 @@ use super::block::{Floor, Raw};
 use super::run::{BODY_ANGLE, BODY_RATE};
 use super::stretch::stretches;
 use crate::model::Equations;
-use crate::record::Dataset;
+use crate::record::{Dataset, readings};
 
 /// [s] the slope's window reaches so far to both sides.
 const REACH: f64 = 0.08;
 
 /// Runs the block; `None` where one of the two sensors is missing.
 pub(super) fn run(equations: &Equations, log: &Dataset) -> Option<Raw> {
-    let (rate, angle) = (log.column(BODY_RATE)?, log.column(BODY_ANGLE)?);
+    let lines = |name: &str| log.column(name).map(|values| readings::bridged(log.time(), values));
+    let (rate, angle) = (lines(BODY_RATE)?, lines(BODY_ANGLE)?);
     let half = ((REACH / log.median_interval()).round() as usize).clamp(2, 100);
     let mut raw = Raw::new("sensors", BODY_RATE, "rad/s", &[BODY_ANGLE], Floor::Slope(half));
-    for stretch in stretches(log, &[rate, angle]) {
+    for stretch in stretches(log, &[&rate, &angle]) {
         let time = &log.time()[stretch.rows.clone()];
         if time.len() < 4 * half {
             continue;
@@ -54,6 +55,12 @@ fn slopes(time: &[f64], values: &[f64], half: usize) -> Vec<f64> {
             window.map(|j| (time[j] - mean) * values[j]).sum::<f64>() / spread
         })
         .collect()
+}
+
+/// [-] by how much more noise stays in a slope over a channel of which only one row in so many holds a reading.
+pub(super) fn thinned(log: &Dataset, name: &str) -> f64 {
+    let there = log.column(name).unwrap_or(&[]).iter().filter(|value| value.is_finite()).count();
+    (log.len() as f64 / there.max(1) as f64).sqrt()
 }
 
 /// [rad/s] what noise of gyroscope [rad/s] and angle [rad] leaves after the slopes.

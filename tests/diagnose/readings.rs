@@ -1,0 +1,107 @@
+//! Logs whose readings repeat, or are wild here and there, get the answer that they would get without.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::desk::{Desk, diagnose, number, run, said_out};
+
+/// What is measured, by the beginning of the column's name.
+const MEASURED: [&str; 2] = ["propeller_rate", "body_"];
+
+/// The log with its measured cells changed: `change` gets the row, the column's number, the cell and the cell above.
+fn changed(log: &Path, name: &str, change: impl Fn(usize, usize, f64, f64) -> f64) -> PathBuf {
+    let text = fs::read_to_string(log).expect("a log");
+    let mut lines = text.lines();
+    let header = lines.next().expect("a header");
+    let columns: Vec<bool> =
+        header.split(',').map(|name| MEASURED.iter().any(|it| name.starts_with(it))).collect();
+    let mut above = vec![f64::NAN; columns.len()];
+    let mut out = format!("{header}\n");
+    for (row, line) in lines.enumerate() {
+        let cells = line.split(',').enumerate().map(|(column, cell)| match cell.parse::<f64>() {
+            Ok(value) if columns[column] => {
+                above[column] = change(row, column, value, above[column]);
+                above[column].to_string()
+            }
+            _ => cell.to_owned(),
+        });
+        out += &(cells.collect::<Vec<_>>().join(",") + "\n");
+    }
+    let path = log.with_file_name(name);
+    fs::write(&path, out).expect("written");
+    path
+}
+
+fn held(log: &Path, name: &str) -> PathBuf {
+    changed(log, name, |row, _, cell, above| if row % 2 == 0 { cell } else { above })
+}
+
+/// One cell in 200, each column's own, is ten times what it should be, and more.
+fn wild(log: &Path, name: &str) -> PathBuf {
+    let is_wild = |row: usize, column: usize| (row * 7919 + column * 104_729).is_multiple_of(199) && row > 20;
+    changed(log, name, |row, column, cell, _| if is_wild(row, column) { 10.0 * cell + 20.0 } else { cell })
+}
+
+#[test]
+fn readings_that_repeat_or_are_wild_do_not_change_the_answer() {
+    let desk = Desk::new();
+    let hidden = [
+        (vec![], "adequate", None),
+        (
+            vec!["--hide", "gravity_pendulum:moment=0.3"],
+            "missing_effect",
+            Some(("gravity_pendulum", "moment", 0.3)),
+        ),
+    ];
+    for (number_of, (hide, verdict, effect)) in hidden.into_iter().enumerate() {
+        let named = |name: &str| format!("{name}_{number_of}.csv");
+        let fly = |name: &str, seed| desk.fly(&named(name), seed, &hide);
+        let (train, held_out) = (fly("train", 1), fly("held_out", 2));
+        let held = [held(&train, "held_train.csv"), held(&held_out, "held_held_out.csv")];
+        let wild = [wild(&train, "wild_train.csv"), wild(&held_out, "wild_held_out.csv")];
+        for ([train, held_out], sentence) in
+            [(held, "every reading stands in 2 rows"), (wild, "wild readings lie far")]
+        {
+            let (answer, _) = diagnose("paper", &train, &held_out);
+            assert_eq!(answer["verdict"], verdict, "{hide:?}, {sentence}: {answer:#}");
+            assert!(answer["warnings"].to_string().contains(sentence), "{:#}", answer["warnings"]);
+            let Some((effect, parameter, truth)) = effect else { continue };
+            assert_eq!(answer["effects"], serde_json::json!([effect]), "{sentence}: {}", answer["ladder"]);
+            let found = &answer["parameters"][&format!("{effect}.{parameter}")];
+            let off = (number(found, &["value"]) - truth).abs();
+            // The promise that logs without such cells have, too.
+            assert!(
+                off < 0.1 * truth || off < 3.0 * number(found, &["standard_error"]),
+                "{sentence}: {found}"
+            );
+        }
+    }
+}
+
+/// `compare` finds the paper's own bench at its noise, with a rotor's reading held or wild.
+#[test]
+fn compare_takes_such_readings_as_missing() {
+    let desk = Desk::new();
+    let log = desk.path("rotor.csv");
+    let flown =
+        run(&["experiment", "prbs", "--lockstep", "--duration", "60", "-o", &log.display().to_string()]);
+    assert!(flown.status.success());
+    for log in [held(&log, "held.csv"), wild(&log, "wild.csv")] {
+        let output = run(&["compare", "--log", &log.display().to_string(), "--json"]);
+        let answer: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let comparison = &answer["comparisons"][0];
+        assert!(!comparison["warnings"].as_array().expect("told").is_empty(), "{comparison:#}");
+        let block =
+            comparison["blocks"].as_array().expect("blocks").iter().find(|it| it["name"] == "actuator_1");
+        let block = block.expect("the rotor's own block");
+        // The sensor's noise, 1.5 rad/s.
+        let rms = number(block, &["error", "rms"]);
+        assert!((1.35..1.65).contains(&rms), "{rms}");
+        assert!(
+            number(block, &["error", "noise_floor"]) > 1.2 && block["failure"]["spectrum"].is_object(),
+            "{block:#}"
+        );
+        let text = said_out(&run(&["import", &log.display().to_string()]));
+        assert!(text.contains("no measurements"), "{text}");
+    }
+}
