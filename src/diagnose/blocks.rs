@@ -38,9 +38,12 @@ struct Question<'a> {
     validate: &'a [Dataset],
     horizon: f64,
     find: &'a dyn Fn(Stage) -> Found,
-    look: &'a dyn Fn(Stage) -> Found,
+    look: Look<'a>,
     settle: Settle<'a>,
 }
+
+/// Refits a block's own numbers with the given effects, without a search.
+pub(super) type Look<'a> = &'a dyn Fn(Stage, &[String]) -> Found;
 
 /// The body, and what it was under the rotors that drove it before it was asked.
 type Driven = (Found, Option<Found>);
@@ -50,13 +53,13 @@ pub(super) type Settle<'a> = &'a dyn Fn(&Found, &Trial) -> (Trial, Vec<String>);
 
 impl Blocks {
     /// Builds the rotor block, then the body block that its answer drives; `find` looks into each, `look` only refits a
-    /// block's own numbers.
+    /// block's own numbers and the effects it is given.
     pub(super) fn build(
         model: &Model,
         train: &[Dataset],
         validate: &[Dataset],
         config: &DiagnoseConfig,
-        (find, look): (&dyn Fn(Stage) -> Found, &dyn Fn(Stage) -> Found),
+        (find, look): (&dyn Fn(Stage) -> Found, Look),
         settle: Settle,
     ) -> Result<Self, DiagnoseError> {
         let question = Question { model, train, validate, horizon: config.horizon, find, look, settle };
@@ -151,42 +154,64 @@ impl Question<'_> {
         if is_explained(&body, &body.recalibrated) || verdict::is_held(&body) {
             return Ok((body, None));
         }
+        // By itself first; then beside what was found in the body, where that leaves more than noise.
+        let found = body.answer.effects.clone();
+        let mut beside = vec![Vec::new()];
+        beside.extend((!found.is_empty() && !is_explained(&body, &body.answer)).then_some(found));
+        for effects in &beside {
+            let looked = self.looked(rotor, &body, effects)?;
+            let before = if effects.is_empty() { &body.recalibrated } else { &body.answer };
+            let limit = (1.0 - TAKES_OFF) * misfit(&body, before, &body.floors);
+            let Some((left, best)) = looked.first().filter(|(left, _)| *left < limit) else { continue };
+            let (settled, changed) = (self.settle)(rotor, best);
+            let Some(driven) = self.followed(rotor, &settled)? else { continue };
+            let size = |rotor: &Trial, changed: &[String], body: &Found| {
+                rotor.effects.len() + changed.len() + body.answer.effects.len() + body.changed.len()
+            };
+            let sizes = (size(&rotor.answer, &rotor.changed, &body), size(&settled, &changed, &driven));
+            if is_better(&body, &driven, sizes) {
+                let twins = looked[1..].iter().filter(|(other, _)| *other <= (1.0 + DECIDES) * left);
+                rotor.alternatives = twins.map(|(_, trial)| trial.clone()).collect();
+                rotor.ladder = vec![rotor.recalibrated.clone(), settled.clone()];
+                rotor.dropped = vec![rotor.recalibrated.clone()];
+                rotor.floors = joint_floors(&rotor.stage, &settled);
+                (rotor.answer, rotor.changed) = (settled, changed);
+                return Ok((driven, Some(body)));
+            }
+        }
+        Ok((body, None))
+    }
+
+    /// Squared error of the body with its own numbers and `effects` refitted, under each plausible set of the rotors, best first.
+    fn looked(
+        &self,
+        rotor: &Found,
+        body: &Found,
+        effects: &[String],
+    ) -> Result<Vec<(f64, Trial)>, DiagnoseError> {
         let known = self.model.known_effects()?;
         let mut looked = Vec::new();
         for trial in plausible(rotor, &known) {
-            if let Some(driven) = self.body(Some((rotor, trial)), self.look)? {
-                looked.push((misfit(&driven, &driven.recalibrated, &body.floors), trial.clone()));
+            let look = |stage: Stage| (self.look)(stage, effects);
+            if let Some(driven) = self.body(Some((rotor, trial)), &look)? {
+                let refitted = if effects.is_empty() { &driven.recalibrated } else { &driven.answer };
+                looked.push((misfit(&driven, refitted, &body.floors), trial.clone()));
             }
         }
         looked.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let before = misfit(&body, &body.recalibrated, &body.floors);
-        let Some((left, best)) = looked.first().filter(|(left, _)| *left < (1.0 - TAKES_OFF) * before) else {
-            return Ok((body, None));
-        };
-        let (settled, changed) = (self.settle)(rotor, best);
-        let Some(mut driven) = self.body(Some((rotor, &settled)), self.find)? else {
-            return Ok((body, None));
-        };
+        Ok(looked)
+    }
+
+    /// What is missing in the body under another driver.
+    fn followed(&self, rotor: &Found, driver: &Trial) -> Result<Option<Found>, DiagnoseError> {
+        let Some(mut driven) = self.body(Some((rotor, driver)), self.find)? else { return Ok(None) };
         if is_explained(&driven, &driven.recalibrated) {
             // What an effect of the body would still gain is how far the new driver is off.
             (driven.answer, driven.changed) = (self.settle)(&driven, &driven.recalibrated);
             (driven.alternatives, driven.dropped) = (Vec::new(), Vec::new());
             driven.ladder.truncate(1);
         }
-        let size = |rotor: &Trial, changed: &[String], body: &Found| {
-            rotor.effects.len() + changed.len() + body.answer.effects.len() + body.changed.len()
-        };
-        let sizes = (size(&rotor.answer, &rotor.changed, &body), size(&settled, &changed, &driven));
-        if !is_better(&body, &driven, sizes) {
-            return Ok((body, None));
-        }
-        let twins = looked[1..].iter().filter(|(other, _)| *other <= (1.0 + DECIDES) * left);
-        rotor.alternatives = twins.map(|(_, trial)| trial.clone()).collect();
-        rotor.ladder = vec![rotor.recalibrated.clone(), settled.clone()];
-        rotor.dropped = vec![rotor.recalibrated.clone()];
-        rotor.floors = joint_floors(&rotor.stage, &settled);
-        (rotor.answer, rotor.changed) = (settled, changed);
-        Ok((driven, Some(body)))
+        Ok(Some(driven))
     }
 
     /// Where the rotors' sensors hardly show what was found in the rotors, the body's story begins where they had not got it.
@@ -195,7 +220,7 @@ impl Question<'_> {
             return Ok(body);
         }
         let before = match before {
-            None => self.body(Some((rotor, &rotor.recalibrated)), self.look)?,
+            None => self.body(Some((rotor, &rotor.recalibrated)), &|stage| (self.look)(stage, &[]))?,
             before => before,
         };
         let Some(before) = before else { return Ok(body) };

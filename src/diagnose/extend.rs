@@ -5,6 +5,7 @@ use super::blocks::Blocks;
 use super::run::{DiagnoseConfig, DiagnoseError, check_logs};
 use super::search::{Found, Search};
 use super::stage::Stage;
+use super::trial::Trial;
 use crate::model::{Effect, ErrorFall, LogReference, Model, Step};
 use crate::record::{Dataset, readings};
 
@@ -53,13 +54,15 @@ pub fn extend(
             |id: &&String| known.iter().any(|effect: &Effect| effect.id == **id && stage.holds(effect));
         ids.iter().filter(held).cloned().collect()
     };
+    let look = |stage: Stage, effects: &[String]| {
+        Search { base: model, known: &known, eligible: Vec::new(), done: &|| {} }.refit(stage, effects)
+    };
     let refit = |stage: Stage| -> Found {
         let inside = in_block(&stage);
-        Search { base: model, known: &known, eligible: Vec::new(), done: &|| {} }.refit(stage, &inside)
+        look(stage, &inside)
     };
-    let blocks = Blocks::build(model, train, validate, config, (&refit, &refit), &|_, trial| {
-        (trial.clone(), Vec::new())
-    })?;
+    let as_found = |_: &Found, trial: &Trial| (trial.clone(), Vec::new());
+    let blocks = Blocks::build(model, train, validate, config, (&refit, &look), &as_found)?;
     if let Some(id) =
         ids.iter().find(|id| !blocks.found.iter().any(|found| found.answer.effects.contains(id)))
     {

@@ -123,8 +123,9 @@ pub fn diagnose(
         let search = Search { base: model, known: &known, eligible: Vec::new(), done };
         search.settle(&found.stage, &found.stale, &found.recalibrated, trial)
     };
-    let look =
-        |stage: Stage| Search { base: model, known: &known, eligible: Vec::new(), done }.refit(stage, &[]);
+    let look = |stage: Stage, effects: &[String]| {
+        Search { base: model, known: &known, eligible: Vec::new(), done }.refit(stage, effects)
+    };
     let blocks = Blocks::build(model, train, validate, config, (&search, &look), &settle)?;
     let mut diagnosis = conclude(model, &known, &blocks, &read, config);
     let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs));
