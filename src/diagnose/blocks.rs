@@ -2,6 +2,7 @@
 
 use super::answer::{ErrorStory, Verdict};
 use super::logs::nothing_in_common;
+use super::plan::Plan;
 use super::prepare::{Driver, body_stage, rotor_stage};
 use super::run::{self, DiagnoseConfig, DiagnoseError, MOST_ALTERNATIVES};
 use super::search::{Found, Single};
@@ -22,6 +23,9 @@ const ASKED: usize = 4;
 const TAKES_OFF: f64 = 0.2;
 /// A rotor's effect that shifted traces reach more often than this is not asked about.
 const MOST_CHANCE: f64 = 0.05;
+
+/// Standard errors by which a number of the base differs plainly.
+const PLAINLY: f64 = 3.0;
 
 /// The blocks of a model beside their data, each with what was found.
 pub(super) struct Blocks {
@@ -44,6 +48,10 @@ struct Question<'a> {
 
 /// Refits a block's own numbers with the given effects, without a search.
 pub(super) type Look<'a> = &'a dyn Fn(Stage, &[String]) -> Found;
+
+/// Squared error of the body, over the noise, under a set of the rotors'; which of the base's numbers the set changes, where
+/// that is settled.
+type Drives = (f64, Trial, Option<Vec<String>>);
 
 /// The body, and what it was under the rotors that drove it before it was asked.
 type Driven = (Found, Option<Found>);
@@ -151,7 +159,9 @@ impl Question<'_> {
     /// rate, or that its numbers take up, may stand out in the body that it drives. Where the body's numbers alone do not
     /// explain it, the rotors' effects that are no luck are tried as what drives it.
     fn ask(&self, rotor: &mut Found, body: Found) -> Result<Driven, DiagnoseError> {
-        if is_explained(&body, &body.recalibrated) || verdict::is_held(&body) {
+        // Effects that were asked for stay.
+        let is_asked_for = rotor.singles.is_empty() && !body.answer.effects.is_empty();
+        if is_asked_for || is_explained(&body, &body.recalibrated) || verdict::is_held(&body) {
             return Ok((body, None));
         }
         // By itself first; then beside what was found in the body, where that leaves more than noise.
@@ -162,18 +172,27 @@ impl Question<'_> {
             let looked = self.looked(rotor, &body, effects)?;
             let before = if effects.is_empty() { &body.recalibrated } else { &body.answer };
             let limit = (1.0 - TAKES_OFF) * misfit(&body, before, &body.floors);
-            let Some((left, best)) = looked.first().filter(|(left, _)| *left < limit) else { continue };
-            let (settled, changed) = (self.settle)(rotor, best);
+            let Some((left, best, changed)) = looked.first().filter(|(left, ..)| *left < limit) else {
+                continue;
+            };
+            let (settled, changed) = match changed {
+                Some(changed) => (best.clone(), changed.clone()),
+                None => (self.settle)(rotor, best),
+            };
             let Some(driven) = self.followed(rotor, &settled)? else { continue };
             let size = |rotor: &Trial, changed: &[String], body: &Found| {
                 rotor.effects.len() + changed.len() + body.answer.effects.len() + body.changed.len()
             };
             let sizes = (size(&rotor.answer, &rotor.changed, &body), size(&settled, &changed, &driven));
             if is_better(&body, &driven, sizes) {
-                let twins = looked[1..].iter().filter(|(other, _)| *other <= (1.0 + DECIDES) * left);
-                rotor.alternatives = twins.map(|(_, trial)| trial.clone()).collect();
-                rotor.ladder = vec![rotor.recalibrated.clone(), settled.clone()];
-                rotor.dropped = vec![rotor.recalibrated.clone()];
+                let is_twin = |(other, trial, _): &&Drives| {
+                    *other <= (1.0 + DECIDES) * left && !trial.effects.is_empty()
+                };
+                rotor.alternatives =
+                    looked[1..].iter().filter(is_twin).map(|(_, trial, _)| trial.clone()).collect();
+                rotor.ladder.truncate(1);
+                rotor.ladder.extend((!settled.effects.is_empty()).then(|| settled.clone()));
+                rotor.dropped = settled.effects.iter().map(|_| rotor.recalibrated.clone()).collect();
                 rotor.floors = joint_floors(&rotor.stage, &settled);
                 (rotor.answer, rotor.changed) = (settled, changed);
                 return Ok((driven, Some(body)));
@@ -182,24 +201,43 @@ impl Question<'_> {
         Ok((body, None))
     }
 
-    /// Squared error of the body with its own numbers and `effects` refitted, under each plausible set of the rotors, best first.
-    fn looked(
-        &self,
-        rotor: &Found,
-        body: &Found,
-        effects: &[String],
-    ) -> Result<Vec<(f64, Trial)>, DiagnoseError> {
+    /// The body with its own numbers and `effects` refitted, under each plausible set of the rotors, best first.
+    fn looked(&self, rotor: &Found, body: &Found, effects: &[String]) -> Result<Vec<Drives>, DiagnoseError> {
         let known = self.model.known_effects()?;
+        let drivers = plausible(rotor, &known).into_iter().map(|trial| (trial.clone(), None));
+        let numbers = self.other_numbers(rotor, &known).map(|(trial, changed)| (trial, Some(changed)));
         let mut looked = Vec::new();
-        for trial in plausible(rotor, &known) {
+        for (trial, changed) in drivers.chain(numbers) {
             let look = |stage: Stage| (self.look)(stage, effects);
-            if let Some(driven) = self.body(Some((rotor, trial)), &look)? {
+            if let Some(driven) = self.body(Some((rotor, &trial)), &look)? {
                 let refitted = if effects.is_empty() { &driven.recalibrated } else { &driven.answer };
-                looked.push((misfit(&driven, refitted, &body.floors), trial.clone()));
+                looked.push((misfit(&driven, refitted, &body.floors), trial, changed));
             }
         }
         looked.sort_by(|a, b| a.0.total_cmp(&b.0));
         Ok(looked)
+    }
+
+    /// The base with those of its numbers changed that differ plainly, though by too little to matter to the rotors' own
+    /// error, and their names.
+    fn other_numbers(&self, rotor: &Found, known: &[Effect]) -> Option<(Trial, Vec<String>)> {
+        let differs = |name: &&String| {
+            let fitted = &rotor.recalibrated.model;
+            let (to, from) = fitted.parameter(name).zip(self.model.parameter(name)).unwrap_or_default();
+            fitted.standard_errors.get(*name).is_some_and(|error| (to - from).abs() > PLAINLY * error)
+        };
+        let names: Vec<String> = rotor.recalibrated.names.iter().filter(differs).cloned().collect();
+        let is_news =
+            rotor.answer.effects.is_empty() && names.iter().any(|name| !rotor.changed.contains(name));
+        let start = || Plan {
+            from: self.model,
+            effects: Vec::new(),
+            base: names.clone(),
+            known,
+            home: self.model,
+            without: None,
+        };
+        is_news.then(|| (start().run(&rotor.stage), names.clone()))
     }
 
     /// What is missing in the body under another driver.
@@ -216,7 +254,8 @@ impl Question<'_> {
 
     /// Where the rotors' sensors hardly show what was found in the rotors, the body's story begins where they had not got it.
     fn told_from_before(&self, rotor: &Found, (body, before): Driven) -> Result<Found, DiagnoseError> {
-        if rotor.answer.effects.is_empty() || rotor.over_floor(&rotor.recalibrated).0 > rotor.at_floor() {
+        let is_news = before.is_some() || !rotor.answer.effects.is_empty();
+        if !is_news || rotor.over_floor(&rotor.recalibrated).0 > rotor.at_floor() {
             return Ok(body);
         }
         let before = match before {
@@ -291,7 +330,7 @@ fn told_from(before: &Found, mut driven: Found, effects: &[String]) -> Found {
     driven.ladder = std::iter::once(recalibrated.clone()).chain(rungs).collect();
     if driven.answer.effects.is_empty() {
         driven.ladder.truncate(1);
-        driven.ladder.push(with(&driven.answer));
+        driven.ladder.extend((!effects.is_empty()).then(|| with(&driven.answer)));
     }
     // Candidates of the body are held against the same driver as the base; beside them stands what drives it now.
     let now = with(&driven.answer);

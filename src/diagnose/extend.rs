@@ -61,8 +61,14 @@ pub fn extend(
         let inside = in_block(&stage);
         look(stage, &inside)
     };
-    let as_found = |_: &Found, trial: &Trial| (trial.clone(), Vec::new());
-    let blocks = Blocks::build(model, train, validate, config, (&refit, &look), &as_found)?;
+    let settle = |found: &Found, trial: &Trial| {
+        if !ids.is_empty() {
+            return (trial.clone(), Vec::new());
+        }
+        let search = Search { base: model, known: &known, eligible: Vec::new(), done: &|| {} };
+        search.settle(&found.stage, &found.stale, &found.recalibrated, trial)
+    };
+    let blocks = Blocks::build(model, train, validate, config, (&refit, &look), &settle)?;
     if let Some(id) =
         ids.iter().find(|id| !blocks.found.iter().any(|found| found.answer.effects.contains(id)))
     {

@@ -158,26 +158,39 @@ fn the_judge_cannot_be_flattered() {
     assert_eq!(mark("inertia_change", answer("parameters_changed", &[], &[], &["pole"])), Mark::Wrong);
 }
 
+/// What `diagnose` says of a case.
+fn diagnosed(question: &Question, seed: u64) -> rotorbench::diagnose::Diagnosis {
+    let case = question.make(seed).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    case.write(folder.path()).unwrap();
+    let log = |name: &str| [rotorbench::record::log::read(&folder.path().join(name)).unwrap()];
+    let config = rotorbench::diagnose::DiagnoseConfig::default();
+    let model = rotorbench::model::Model::paper();
+    let found =
+        rotorbench::diagnose::diagnose(&model, &log("train.csv"), &log("validate.csv"), &config, &|| {})
+            .unwrap();
+    // The story is told where the error is: the body's falls to its noise, by a tenth at the most above it.
+    let (before, after) = (found.error.recalibrated.train, found.error.extended.train);
+    assert!(found.error.measure.contains("body_rate"), "{}", found.error.measure);
+    assert!(before > 1.5 * after && after < 1.1 * found.error.noise_floor, "{before} -> {after}");
+    found
+}
+
 /// An effect that is lost in the noise of the rotors' sensors, because it acts for a few rows of one log only or because the
-/// curve's own numbers take it up: the body that the rotors drive tells it.
+/// curve's own numbers take it up, and a pole that has changed by 6 %: the body that the rotors drive tells them.
 #[test]
 fn what_the_rotors_own_sensors_do_not_settle_their_body_does() {
     for (id, seed) in [("slew_rate_limit", 701_002_187), ("battery_scaling", 701_002_238)] {
         let entry = ENTRIES.iter().find(|entry| entry.id == id).unwrap();
-        let case = Question::Single(entry, Kind::Attitude).make(seed).unwrap();
-        let folder = tempfile::tempdir().unwrap();
-        case.write(folder.path()).unwrap();
-        let log = |name: &str| [rotorbench::record::log::read(&folder.path().join(name)).unwrap()];
-        let (train, validate) = (log("train.csv"), log("validate.csv"));
-        let config = rotorbench::diagnose::DiagnoseConfig::default();
-        let model = rotorbench::model::Model::paper();
-        let found = rotorbench::diagnose::diagnose(&model, &train, &validate, &config, &|| {}).unwrap();
+        let found = diagnosed(&Question::Single(entry, Kind::Attitude), seed);
         assert_eq!(found.effects, [id], "{:?}", found.verdict);
-        // The story is told where the error is: the body's falls to its noise, by a tenth at the most above it.
-        let (before, after) = (found.error.recalibrated.train, found.error.extended.train);
-        assert!(found.error.measure.contains("body_rate"), "{}", found.error.measure);
-        assert!(before > 1.5 * after && after < 1.1 * found.error.noise_floor, "{before} -> {after}");
     }
+    let found = diagnosed(&Question::Changed("pole", Kind::Attitude), 701_002_689);
+    let changed = &found.changed_parameters;
+    assert!(found.effects.is_empty() && changed.len() == 1, "{:?} {changed:?}", found.effects);
+    // The truth is 16.966: within three standard errors.
+    let error = changed[0].standard_error.unwrap();
+    assert!(changed[0].name == "pole" && (changed[0].to - 16.966).abs() < 3.0 * error, "{changed:?}");
 }
 
 #[test]
