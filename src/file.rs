@@ -46,7 +46,8 @@ pub fn write_atomically_with(
     fill: impl FnOnce(&mut dyn io::Write) -> io::Result<()>,
 ) -> io::Result<()> {
     if is_special(path) {
-        let mut file = io::BufWriter::new(fs::OpenOptions::new().write(true).open(path)?);
+        // What /dev/stdout leads to may be a file that others have written to.
+        let mut file = io::BufWriter::new(fs::OpenOptions::new().append(true).open(path)?);
         fill(&mut file)?;
         return file.flush();
     }
@@ -82,12 +83,15 @@ pub fn check_place(path: &Path) -> io::Result<()> {
 
 /// A device or a pipe: written to as it is. A file renamed over `/dev/null` would be the end of it, for everybody.
 fn is_special(path: &Path) -> bool {
-    fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+    let is_open_already =
+        ["/dev/fd", "/dev/std", "/proc/"].iter().any(|start| path.to_string_lossy().starts_with(start));
+    is_open_already || fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 
-/// The file behind a link, which stays one.
+/// The file behind a link, which stays one, also where that file is yet to be made.
 fn target(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_owned())
+    let behind = |link: PathBuf| path.parent().map_or(link.clone(), |folder| folder.join(&link));
+    path.canonicalize().unwrap_or_else(|_| fs::read_link(path).map_or_else(|_| path.to_owned(), behind))
 }
 
 /// The file that is written first.
@@ -110,18 +114,20 @@ mod tests {
         let at = |name: &str| folder.path().join(name);
         fs::write(at("file"), "old").expect("written");
         symlink(at("file"), at("link")).expect("linked");
+        symlink("nowhere yet", at("dangling")).expect("linked");
         let made = Command::new("mkfifo").arg(at("pipe")).status().expect("mkfifo is there");
         assert!(made.success());
         let reader = std::thread::spawn({
             let pipe = at("pipe");
             move || fs::read(pipe)
         });
-        for place in ["link", "pipe"] {
+        for place in ["link", "dangling", "pipe"] {
             check_place(&at(place)).expect("it can be written");
             write_atomically(&at(place), b"new").expect("written");
         }
         assert_eq!(fs::read(at("file")).expect("there"), b"new");
-        assert!(at("link").is_symlink(), "a link is no copy");
+        assert_eq!(fs::read(at("nowhere yet")).expect("there"), b"new");
+        assert!(at("link").is_symlink() && at("dangling").is_symlink(), "a link is no copy");
         assert!(fs::metadata(at("pipe")).expect("there").file_type().is_fifo());
         assert_eq!(reader.join().expect("no panic").expect("read"), b"new");
     }

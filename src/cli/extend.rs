@@ -50,6 +50,9 @@ pub struct Arguments {
 /// An error that keeps more than this share has not fallen: half a percent is what any free parameter takes from noise.
 const FALLEN: f64 = 0.995;
 
+/// Times the noise floor within which nothing is left to explain; a body that measured rotors drive may be so far over it.
+const AT_FLOOR: f64 = 1.25;
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     // The model that it starts from, too: the ladder of the new one begins there.
@@ -75,8 +78,18 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let train = arguments.log.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
     let validate = arguments.validate.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
     let config = DiagnoseConfig { horizon: arguments.horizon_s };
-    let warnings = repeated(&train, &validate);
+    let mut warnings = repeated(&train, &validate);
     let mut extension = extend(&model, &arguments.effect, &train, &validate, &config)?;
+    warnings.append(&mut extension.warnings);
+    let error = &extension.error;
+    let is_at_floor = error.extended.validate <= AT_FLOOR * error.noise_floor;
+    if arguments.recalibrate && !is_at_floor {
+        warnings.push(format!(
+            "other numbers leave {:.1} times what noise alone would: they make up for something that is missing; `rotorbench \
+             diagnose` looks for it",
+            error.extended.validate / error.noise_floor
+        ));
+    }
     // Side by side with the model it came from, it has to have a name of its own.
     if let Some(stem) = arguments.output.file_stem() {
         extension.model.name = stem.to_string_lossy().into_owned();
@@ -98,7 +111,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
         warnings.iter().for_each(|warning| println!("Note: {warning}"));
     }
     let error = &extension.error;
-    let beaten = if arguments.recalibrate { error.base } else { error.recalibrated };
-    let falls = error.extended.validate < FALLEN * beaten.validate;
+    // Where nothing but noise is left, refitted numbers may have got there, too.
+    let beaten = if arguments.recalibrate || is_at_floor { error.base } else { error.recalibrated };
+    let falls = error.extended.validate < FALLEN * beaten.validate && (is_at_floor || !arguments.recalibrate);
     Ok(if falls { Outcome::Done } else { Outcome::FoundWanting })
 }

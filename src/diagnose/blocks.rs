@@ -342,7 +342,10 @@ fn told_from(before: &Found, mut driven: Found, effects: &[String]) -> Found {
         let (effect, luck) = (effect.clone(), Some(luck(&recalibrated, &now, period(&driven.stage))));
         singles.push(Single { effect, luck, trial: Some(now), note: String::new() });
     }
-    driven.singles = singles;
+    // `extend` has looked for none.
+    if !before.singles.is_empty() {
+        driven.singles = singles;
+    }
     (driven.stale, driven.recalibrated) = (stale, recalibrated);
     driven
 }

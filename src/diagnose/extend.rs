@@ -2,12 +2,14 @@
 
 use super::answer::ErrorStory;
 use super::blocks::Blocks;
+use super::logs::check_magnitudes;
 use super::run::{DiagnoseConfig, DiagnoseError, check_logs};
 use super::search::{Found, Search};
 use super::stage::Stage;
 use super::trial::Trial;
 use crate::model::{Effect, ErrorFall, LogReference, Model, Step};
 use crate::record::{Dataset, readings};
+use crate::unit::short;
 
 /// A model with more effects.
 #[derive(Debug, Clone)]
@@ -16,6 +18,8 @@ pub struct Extension {
     pub model: Model,
     /// The error before and after.
     pub error: ErrorStory,
+    /// What to know about the data.
+    pub warnings: Vec<String>,
 }
 
 /// Adds the effects `ids` to `model`, refitting on `train`; `validate` is only looked at. Without effects the model's own
@@ -32,7 +36,9 @@ pub fn extend(
     config: &DiagnoseConfig,
 ) -> Result<Extension, DiagnoseError> {
     let known = model.known_effects()?;
-    let fresh = [train, validate].map(|logs| readings::measured_all(logs, &mut Vec::new()));
+    train.iter().chain(validate).try_for_each(check_magnitudes)?;
+    let mut warnings = Vec::new();
+    let fresh = [train, validate].map(|logs| readings::measured_all(logs, &mut warnings));
     let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
     let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
     for (index, id) in ids.iter().enumerate() {
@@ -89,6 +95,9 @@ pub fn extend(
             poor.unwrap_or_else(|| "these logs do not ask for other numbers than the model has".to_owned()),
         ));
     }
+    if ids.is_empty() {
+        check_numbers(model, &extended)?;
+    }
     extended.ladder.push(Step {
         added: ids.to_vec(),
         logs: train.iter().map(reference).collect(),
@@ -103,7 +112,31 @@ pub fn extend(
         },
         before: model.parameters(),
     });
-    Ok(Extension { model: extended, error })
+    Ok(Extension { model: extended, error, warnings })
+}
+
+/// Times what it was that no number of a bench becomes.
+const ABSURD: f64 = 100.0;
+
+/// Refuses numbers that no bench has: what was not measured (a rate that stood still, or read zero) asks for such.
+fn check_numbers(model: &Model, extended: &Model) -> Result<(), DiagnoseError> {
+    let is_absurd = |name: &str, from: f64, to: f64| {
+        let error = extended.standard_errors.get(name).copied().unwrap_or(0.0);
+        // Known to the last digit is no number of a fit, either.
+        let is_known = error > 0.0 && error < from.abs() + to.abs();
+        from != to && !(is_known && to.abs() < ABSURD * from.abs().max(1.0))
+    };
+    let before = model.parameters();
+    let mut numbers = before.iter().filter_map(|(name, from)| Some((name, *from, extended.parameter(name)?)));
+    match numbers.find(|(name, from, to)| is_absurd(name, *from, *to)) {
+        Some((name, from, to)) => Err(DiagnoseError::NothingToRefit(format!(
+            "`{name}` would go from {} to {}, which these logs do not determine or no bench has: look whether all of them was \
+             measured (`rotorbench import`, `rotorbench diagnose`)",
+            short(from),
+            short(to)
+        ))),
+        None => Ok(()),
+    }
 }
 
 fn reference(log: &Dataset) -> LogReference {

@@ -104,6 +104,7 @@ pub fn diagnose(
 ) -> Result<Diagnosis, DiagnoseError> {
     let known = model.known_effects()?;
     let read: Vec<&Dataset> = train.iter().chain(validate).collect();
+    read.iter().try_for_each(|log| check_magnitudes(log))?;
     // The findings tell of these cells.
     let fresh = [train, validate].map(|logs| readings::measured_all(logs, &mut Vec::new()));
     let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
@@ -397,8 +398,9 @@ fn only_in_training(found: &Found) -> Option<String> {
     let plain = |channel: &usize| over(*channel, false) > PLAINLY && over(*channel, true) <= found.at_floor();
     let channel = (0..channels.len()).find(plain)?;
     Some(format!(
-        "{}: the error is {:.2} times the noise floor where it was fitted and {:.2} times held out: something happens there \
-         that the held-out logs do not show; record more of it, or diagnose all logs without `--validate`",
+        "{}: the error is {:.2} times the noise floor where it was fitted and {:.2} times held out: these logs go \
+         where the held-out ones do not, or something happened in them; record more of it, or diagnose all logs without \
+         `--validate`",
         channels[channel].name,
         over(channel, false),
         over(channel, true)

@@ -187,8 +187,8 @@ impl Work<'_> {
         let run = |rotors: &[RotorLog], actuator: &IdentifiedActuator| -> Vec<Validation> {
             rotors.iter().filter_map(|rotor| validate::validate(rotor, actuator)).collect()
         };
-        let fresh = readings::measured_all(validation, &mut self.warnings);
-        let validation_measured = stale::without_stale(&fresh, &self.settings.rotors, &mut self.warnings);
+        let turning = stale::without_stale(validation, &self.settings.rotors, &mut self.warnings);
+        let validation_measured = readings::measured_all(&turning, &mut self.warnings);
         let mut other = rotor_logs(&validation_measured, self.settings, &mut self.warnings)?;
         if !self.use_battery {
             other.iter_mut().for_each(|rotor| rotor.voltage = None);

@@ -61,8 +61,9 @@ pub fn identify_telling(
     let mut copies = Vec::new();
     let distinct = used::without_copies(logs, &mut copies);
     let logs = distinct.as_ref();
-    let fresh = readings::measured_all(logs, &mut copies);
-    let cleaned = stale::without_stale(&fresh, &settings.rotors, &mut copies);
+    // A dropout is told as one, and not as something wild.
+    let turning = stale::without_stale(logs, &settings.rotors, &mut copies);
+    let cleaned = readings::measured_all(&turning, &mut copies);
     let measured = cleaned.as_ref();
     let fuller = intake::fuller_battery(logs, settings);
     let mut own = settings.clone();

@@ -40,6 +40,9 @@ const LONGEST_STEP: f64 = 5.5e-3;
 const MOST_STEPS: f64 = 64.0;
 /// Steps per interval for laws with memory on the torque.
 const STREAM_STEPS: usize = 4;
+/// Steps in which a sensor's memory follows a rate that rises in a straight line: held at its mean over 5 ms the rate would
+/// reach a filter of 300 rad/s half a millisecond late.
+const SENSOR_STEPS: usize = 4;
 /// Most states of laws with memory.
 const MOST_STATES: usize = 4;
 
@@ -76,8 +79,12 @@ impl Equations {
                     }
                 }
             } else {
-                let mean = Point { body_rate: 0.5 * (rate[row - 1] + rate_now), ..here };
-                self.advance_rate_sensor(&mut states, mean, time[row] - time[row - 1]);
+                self.advance_rate_sensor(
+                    &mut states,
+                    (rate[row - 1], *rate_now),
+                    &here,
+                    time[row] - time[row - 1],
+                );
             }
             shown.push(self.sensed_rate(*rate_now, *angle_now, &states));
         }
@@ -144,8 +151,8 @@ impl Equations {
                 let before = rate;
                 (angle, rate) = self.turn(angle, rate, &mut held, step);
                 if !self.rate_sensor.is_empty() {
-                    let mean = Point { body_rate: 0.5 * (before + rate), body_angle: angle, ..held };
-                    self.advance_rate_sensor(&mut sensor, mean, step);
+                    let here = Point { body_angle: angle, ..held };
+                    self.advance_rate_sensor(&mut sensor, (before, rate), &here, step);
                 }
             }
         }
@@ -216,15 +223,20 @@ impl Equations {
         point.body_rate
     }
 
-    fn advance_rate_sensor(&self, states: &mut [f64], mut mean: Point, step: f64) {
-        for (hook, state) in self.rate_sensor.iter().zip(states) {
-            mean.body_rate += match hook {
-                Hook::Memory(memory, parameters) => {
-                    *state = (memory.advance)(parameters, *state, &mean, step);
-                    (memory.add)(parameters, *state, &mean)
-                }
-                hook => hook.add(&mean),
-            };
+    /// Over `step` [s] in which the body's rate goes from the one to the other [rad/s]; `here` is the rest of the point.
+    fn advance_rate_sensor(&self, states: &mut [f64], (from, to): (f64, f64), here: &Point, step: f64) {
+        let part = 1.0 / SENSOR_STEPS as f64;
+        for index in 0..SENSOR_STEPS {
+            let mut mean = Point { body_rate: from + (to - from) * part * (index as f64 + 0.5), ..*here };
+            for (hook, state) in self.rate_sensor.iter().zip(&mut *states) {
+                mean.body_rate += match hook {
+                    Hook::Memory(memory, parameters) => {
+                        *state = (memory.advance)(parameters, *state, &mean, part * step);
+                        (memory.add)(parameters, *state, &mean)
+                    }
+                    hook => hook.add(&mean),
+                };
+            }
         }
     }
 

@@ -70,7 +70,8 @@ pub fn extension_page(
     let error = &extension.error;
     let unit = error.unit();
     let (falls, what) = if added.is_empty() {
-        (error.extended.validate < error.base.validate, "Refitting the model's own numbers".to_owned())
+        // Numbers that leave more than noise make up for something that is missing.
+        (error.extended.validate < 1.25 * error.noise_floor, "Refitting the model's own numbers".to_owned())
     } else {
         (error.extended.validate < error.recalibrated.validate, format!("Adding {}", added.join(" + ")))
     };

@@ -170,11 +170,12 @@ fn rates_that_do_not_follow_the_commands_give_no_pole() {
     assert!(text.contains("the rates do not follow these commands"), "{text}");
 }
 
-/// Readings that are wild now and then: the fit holds on to them, and it is said that it explains little.
+/// Readings that are wild three rows in a row, which is no glitch by itself: the fit holds on to them, and it is said that it
+/// explains little.
 #[test]
 fn a_fit_that_explains_little_is_told() {
     let log = moving(lively, 3000);
-    let wild = with(&log, RATE, |row, rate| if row % 150 == 7 { 4000.0 } else { rate });
+    let wild = with(&log, RATE, |row, rate| if (7..10).contains(&(row % 150)) { 4000.0 } else { rate });
     let found = found(&wild, &quadratic());
     assert!(told(&found, "of the rates' rms unexplained"), "{:?}", found.warnings);
 }

@@ -84,7 +84,8 @@ pub(super) fn find(log: &Dataset, values: &[f64], command: Option<&[f64]>) -> Op
     let mut left = values.to_vec();
     let mut rows = Vec::new();
     for _ in 0..PASSES {
-        let channel = Channel::of(log, &left, command)?;
+        // What is left may be too little to look through again; what was found is.
+        let Some(channel) = Channel::of(log, &left, command) else { break };
         let mut found = channel.wild();
         if found.is_empty() {
             break;
