@@ -170,13 +170,13 @@ fn rates_that_do_not_follow_the_commands_give_no_pole() {
     assert!(text.contains("the rates do not follow these commands"), "{text}");
 }
 
-/// Readings that are wild three rows in a row, which is no glitch by itself: the fit holds on to them, and it is said that it
-/// explains little.
+/// Stretches of a log that are another moment's: the fit holds on to them, and it is said that it explains little.
 #[test]
 fn a_fit_that_explains_little_is_told() {
     let log = moving(lively, 3000);
-    let wild = with(&log, RATE, |row, rate| if (7..10).contains(&(row % 150)) { 4000.0 } else { rate });
-    let found = found(&wild, &quadratic());
+    let rates = log.column(RATE).expect("there");
+    let mixed = with(&log, RATE, |row, rate| if row % 300 < 90 { rates[(row + 777) % 3000] } else { rate });
+    let found = found(&mixed, &quadratic());
     assert!(told(&found, "of the rates' rms unexplained"), "{:?}", found.warnings);
 }
 
