@@ -50,9 +50,6 @@ pub struct Arguments {
 /// An error that keeps more than this share has not fallen: half a percent is what any free parameter takes from noise.
 const FALLEN: f64 = 0.995;
 
-/// Times the noise floor within which nothing is left to explain; a body that measured rotors drive may be so far over it.
-const AT_FLOOR: f64 = 1.25;
-
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     // The model that it starts from, too: the ladder of the new one begins there.
@@ -82,8 +79,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let mut extension = extend(&model, &arguments.effect, &train, &validate, &config)?;
     warnings.append(&mut extension.warnings);
     let error = &extension.error;
-    let is_at_floor = error.extended.validate <= AT_FLOOR * error.noise_floor;
-    if arguments.recalibrate && !is_at_floor {
+    if arguments.recalibrate && !extension.is_at_floor {
         warnings.push(format!(
             "other numbers leave {:.1} times what noise alone would: they make up for something that is missing; `rotorbench \
              diagnose` looks for it",
@@ -110,7 +106,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         print!("{}", report::story::extension(&extension.model, &arguments.effect, &extension.error));
         warnings.iter().for_each(|warning| println!("Note: {warning}"));
     }
-    let error = &extension.error;
+    let (error, is_at_floor) = (&extension.error, extension.is_at_floor);
     // Where nothing but noise is left, refitted numbers may have got there, too.
     let beaten = if arguments.recalibrate || is_at_floor { error.base } else { error.recalibrated };
     let falls = error.extended.validate < FALLEN * beaten.validate && (is_at_floor || !arguments.recalibrate);

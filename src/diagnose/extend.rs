@@ -18,6 +18,8 @@ pub struct Extension {
     pub model: Model,
     /// The error before and after.
     pub error: ErrorStory,
+    /// Nothing but noise is left.
+    pub is_at_floor: bool,
     /// What to know about the data.
     pub warnings: Vec<String>,
 }
@@ -41,18 +43,7 @@ pub fn extend(
     let fresh = [train, validate].map(|logs| readings::measured_all(logs, &mut warnings));
     let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
     let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
-    for (index, id) in ids.iter().enumerate() {
-        let effect = model.effect(id)?;
-        if ids[..index].contains(id) {
-            return Err(DiagnoseError::Refused {
-                effect: id.clone(),
-                why: "it is asked for twice".to_owned(),
-            });
-        }
-        if let Some(why) = super::prepare::refusal(&effect, model, &logs) {
-            return Err(DiagnoseError::Refused { effect: id.clone(), why });
-        }
-    }
+    check_effects(model, ids, &logs)?;
     let asked: Vec<Effect> = known.iter().filter(|effect| ids.contains(&effect.id)).cloned().collect();
     check_logs(model, &asked, &logs)?;
     let in_block = |stage: &Stage| -> Vec<String> {
@@ -75,28 +66,11 @@ pub fn extend(
         search.settle(&found.stage, &found.stale, &found.recalibrated, trial)
     };
     let blocks = Blocks::build(model, train, validate, config, (&refit, &look), &settle)?;
-    if let Some(id) =
-        ids.iter().find(|id| !blocks.found.iter().any(|found| found.answer.effects.contains(id)))
-    {
-        let why = "the logs have no block that it acts in".to_owned();
-        return Err(DiagnoseError::Refused { effect: id.clone(), why });
-    }
-    // Data that excite nothing would leave the effect at its start, and the ladder would say that it was fitted.
-    for found in blocks.found.iter().filter(|found| !found.answer.effects.is_empty()) {
-        if let Some(why) = found.stage.too_poor() {
-            return Err(DiagnoseError::Refused { effect: found.answer.effects.join(" + "), why });
-        }
-    }
+    check_fitted(ids, &blocks)?;
     let error = blocks.error_story(config);
     let mut extended = blocks.merged(model);
-    if ids.is_empty() && extended.parameters() == model.parameters() {
-        let poor = blocks.found.iter().find_map(|found| found.stage.too_poor());
-        return Err(DiagnoseError::NothingToRefit(
-            poor.unwrap_or_else(|| "these logs do not ask for other numbers than the model has".to_owned()),
-        ));
-    }
     if ids.is_empty() {
-        check_numbers(model, &extended)?;
+        check_numbers(model, &extended, &blocks)?;
     }
     extended.ladder.push(Step {
         added: ids.to_vec(),
@@ -112,26 +86,61 @@ pub fn extend(
         },
         before: model.parameters(),
     });
-    Ok(Extension { model: extended, error, warnings })
+    Ok(Extension { model: extended, error, is_at_floor: blocks.is_at_floor(), warnings })
+}
+
+/// Refuses effects that cannot be added from these logs.
+fn check_effects(model: &Model, ids: &[String], logs: &[Dataset]) -> Result<(), DiagnoseError> {
+    for (index, id) in ids.iter().enumerate() {
+        let effect = model.effect(id)?;
+        let twice = ids[..index].contains(id).then(|| "it is asked for twice".to_owned());
+        if let Some(why) = twice.or_else(|| super::prepare::refusal(&effect, model, logs)) {
+            return Err(DiagnoseError::Refused { effect: id.clone(), why });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses effects that nothing was fitted to.
+fn check_fitted(ids: &[String], blocks: &Blocks) -> Result<(), DiagnoseError> {
+    if let Some(id) =
+        ids.iter().find(|id| !blocks.found.iter().any(|found| found.answer.effects.contains(id)))
+    {
+        let why = "the logs have no block that it acts in".to_owned();
+        return Err(DiagnoseError::Refused { effect: id.clone(), why });
+    }
+    // Data that excite nothing would leave the effect at its start, and the ladder would say that it was fitted.
+    for found in blocks.found.iter().filter(|found| !found.answer.effects.is_empty()) {
+        if let Some(why) = found.stage.too_poor() {
+            return Err(DiagnoseError::Refused { effect: found.answer.effects.join(" + "), why });
+        }
+    }
+    Ok(())
 }
 
 /// Times what it was that no number of a bench becomes.
 const ABSURD: f64 = 100.0;
 
-/// Refuses numbers that no bench has: what was not measured (a rate that stood still, or read zero) asks for such.
-fn check_numbers(model: &Model, extended: &Model) -> Result<(), DiagnoseError> {
+/// Refuses numbers that are the model's own, and those that no bench has: what was not measured (a rate that stood still, or read zero) asks for such.
+fn check_numbers(model: &Model, extended: &Model, blocks: &Blocks) -> Result<(), DiagnoseError> {
+    let before = model.parameters();
+    if extended.parameters() == before {
+        let poor = blocks.found.iter().find_map(|found| found.stage.too_poor());
+        return Err(DiagnoseError::NothingToRefit(
+            poor.unwrap_or_else(|| "these logs do not ask for other numbers than the model has".to_owned()),
+        ));
+    }
     let is_absurd = |name: &str, from: f64, to: f64| {
         let error = extended.standard_errors.get(name).copied().unwrap_or(0.0);
         // Known to the last digit is no number of a fit, either.
         let is_known = error > 0.0 && error < from.abs() + to.abs();
         from != to && !(is_known && to.abs() < ABSURD * from.abs().max(1.0))
     };
-    let before = model.parameters();
     let mut numbers = before.iter().filter_map(|(name, from)| Some((name, *from, extended.parameter(name)?)));
     match numbers.find(|(name, from, to)| is_absurd(name, *from, *to)) {
         Some((name, from, to)) => Err(DiagnoseError::NothingToRefit(format!(
-            "`{name}` would go from {} to {}, which these logs do not determine or no bench has: look whether all of them was \
-             measured (`rotorbench import`, `rotorbench diagnose`)",
+            "`{name}` would go from {} to {}, which these logs do not determine or no bench has: a rate that stood still or \
+             reads zero was not measured; leave that part of the log out",
             short(from),
             short(to)
         ))),

@@ -15,7 +15,7 @@ const LITTLE_GAIN: f64 = 0.01;
 /// Standard errors of a fall that is very steady.
 const VERY_STEADY: f64 = 3.0;
 /// A gain that shifted traces reach more often than this is luck.
-const MOST_CHANCE: f64 = 0.05;
+pub(super) const MOST_CHANCE: f64 = 0.05;
 /// The error must fall by more than this many standard errors of its fall, stretch by stretch.
 const STEADY: f64 = 2.0;
 /// A channel whose error is mostly model error must not rule the others by its small noise.

@@ -165,3 +165,17 @@ fn torque_lag_and_delay_follow_a_ramp() {
         assert!((means[row] - expected).abs() < 1e-5, "{row}: {} {expected}", means[row]);
     }
 }
+
+/// Behind a filter a rate that rises in a straight line is told late by the filter's time constant, also where samples, 5 ms
+/// apart, are slower than the filter.
+#[test]
+fn a_fast_filter_of_the_gyroscope_is_late_by_its_time_constant() {
+    let mut model = Model::paper().with(&Model::paper().effect("gyro_lag").expect("known"));
+    model.set_parameter("gyro_lag.pole", 300.0);
+    let time: Vec<f64> = (0..200).map(|row| 0.005 * f64::from(row)).collect();
+    let rate: Vec<f64> = time.iter().map(|time| 2.0 * time).collect();
+    let shown = model.equations().expect("binds").gyroscope(&time, &rate, &[0.0; 200]);
+    let late = (rate[199] - shown[199]) / 2.0;
+    // Each of the four parts of an interval is held at its mean: 1.2 % more.
+    assert!((late * 300.0 - 1.0).abs() < 0.02, "{late} s");
+}

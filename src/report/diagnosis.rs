@@ -71,7 +71,7 @@ pub fn extension_page(
     let unit = error.unit();
     let (falls, what) = if added.is_empty() {
         // Numbers that leave more than noise make up for something that is missing.
-        (error.extended.validate < 1.25 * error.noise_floor, "Refitting the model's own numbers".to_owned())
+        (extension.is_at_floor, "Refitting the model's own numbers".to_owned())
     } else {
         (error.extended.validate < error.recalibrated.validate, format!("Adding {}", added.join(" + ")))
     };

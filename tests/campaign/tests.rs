@@ -184,6 +184,15 @@ fn what_the_rotors_own_sensors_do_not_settle_their_body_does() {
         let entry = ENTRIES.iter().find(|entry| entry.id == id).unwrap();
         let found = diagnosed(&Question::Single(entry, Kind::Attitude), seed);
         assert_eq!(found.effects, [id], "{:?}", found.verdict);
+        // It stands beside the body's own candidates, all of them under the driver without it.
+        let of_body = found.candidates.iter().filter(|it| it.channel.contains("body_rate"));
+        let errors: Vec<(&str, f64)> =
+            of_body.filter_map(|it| Some((it.effect.as_str(), it.train?))).collect();
+        let own = errors.iter().find(|(effect, _)| *effect == id).map(|(_, error)| *error);
+        assert!(
+            errors.len() > 5 && own.is_some_and(|own| errors.iter().all(|(_, error)| own <= *error)),
+            "{errors:?}"
+        );
     }
     let found = diagnosed(&Question::Changed("pole", Kind::Attitude), 701_002_689);
     let changed = &found.changed_parameters;

@@ -272,3 +272,26 @@ fn the_template_is_a_model_file_with_an_effect_of_ones_own() {
     );
     assert!(!desk.path("no.toml").exists());
 }
+
+/// What happens in one log only, here a hit on the body, is no effect; nor is it passed over.
+#[test]
+fn what_only_the_training_log_shows_is_told() {
+    let desk = Desk::new();
+    let hit = ["--impulse", "10:0.05:0.6"];
+    let (train, held_out) = (desk.fly("train.csv", 1, &hit), desk.fly("held_out.csv", 2, &[]));
+    let (answer, _) = diagnose("paper", &train, &held_out);
+    assert_eq!(answer["effects"], serde_json::json!([]), "{}", answer["ladder"]);
+    assert!(answer["warnings"].to_string().contains("go where the held-out ones do not"), "{answer:#}");
+}
+
+/// Where the base's refitted numbers reach the noise as well, the effect that was hidden has made the error fall all the same.
+#[test]
+fn an_effect_that_reaches_the_noise_has_made_the_error_fall() {
+    let desk = Desk::new();
+    let hide = ["--hide", "quadratic_rotor_drag:coefficient=0.0005"];
+    let log = desk.fly("log.csv", 1, &hide).display().to_string();
+    let model = desk.path("model.toml").display().to_string();
+    let extend = ["extend", "--effect", "quadratic_rotor_drag", "--log", &log, "-o", &model];
+    let output = run(&extend);
+    assert_eq!(output.status.code(), Some(0), "{}", said_out(&output));
+}

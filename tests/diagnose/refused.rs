@@ -158,3 +158,31 @@ fn a_reader_who_has_gone_ends_a_command_that_computes_without_a_panic() {
     let output = child.wait_with_output().expect("it ends");
     assert_eq!(said(&output), "");
 }
+
+/// A rate that was not measured asks for numbers that no bench has, and a missing effect for numbers that make up for it.
+#[test]
+fn numbers_that_no_bench_has_or_that_make_up_for_an_effect_are_not_just_taken_over() {
+    let desk = Desk::new();
+    let flight = desk.fly("flight.csv", 1, &[]);
+    let text = fs::read_to_string(&flight).expect("a log");
+    let header: Vec<&str> = text.lines().next().expect("a header").split(',').collect();
+    let at = header.iter().position(|name| *name == "propeller_rate_2_rad_s").expect("measured");
+    let zero = |(row, line): (usize, &str)| {
+        let mut cells: Vec<&str> = line.split(',').collect();
+        if row > 0 {
+            cells[at] = "0";
+        }
+        cells.join(",") + "\n"
+    };
+    let zeros = desk.write("zeros.csv", &text.lines().enumerate().map(zero).collect::<String>());
+    let (log, output) = (zeros.display().to_string(), desk.path("own.toml").display().to_string());
+    let take_over = ["extend", "--recalibrate", "-o", &output, "--log"];
+    refused(&[&take_over[..], &[&log]].concat(), &["nothing to take over", "would go from"]);
+    assert!(!desk.path("own.toml").exists());
+
+    let log = desk.fly("pendulum.csv", 1, &["--hide", "gravity_pendulum:moment=0.3"]).display().to_string();
+    let output = run(&[&take_over[..], &[&log]].concat());
+    assert_eq!(output.status.code(), Some(1), "something is missing: {}", said(&output));
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.replace("\n      ", " ").contains("they make up for something that is missing"), "{text}");
+}

@@ -76,3 +76,20 @@ fn no_experiment_is_written_over_another() {
     assert_eq!(fs::read(at("moved.csv")).expect("a log"), text);
     assert_eq!(fs::read(at("flight.toml")).expect("a plan"), plan);
 }
+
+/// `-o /dev/stdout >> log` adds to the log.
+#[test]
+fn what_standard_output_leads_to_keeps_what_it_holds() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (log, out) = (folder.path().join("log.csv"), folder.path().join("out"));
+    fs::write(&log, "time_s,command_1\n0,0.5\n0.02,0.5\n").expect("written");
+    fs::write(&out, "precious\n").expect("written");
+    let added = fs::OpenOptions::new().append(true).open(&out).expect("there");
+    let import = std::process::Command::new(env!("CARGO_BIN_EXE_rotorbench"))
+        .args(["import", log.to_str().expect("UTF-8"), "-o", "/dev/stdout"])
+        .stdout(added)
+        .status();
+    assert!(import.expect("it runs").success());
+    let text = fs::read_to_string(&out).expect("there");
+    assert!(text.starts_with("precious\n") && text.contains("0.02,0.5"), "{text}");
+}

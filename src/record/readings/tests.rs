@@ -247,6 +247,17 @@ fn spikes_of_a_gyro_and_of_an_angle_are_found() {
     }
 }
 
+/// Just enough readings to look through once: what that found is kept.
+#[test]
+fn a_short_log_keeps_what_was_found() {
+    let (told, rates) = rotor(0.02, 16.0, binary(10));
+    for rows in [56, 57, 80] {
+        let mut values = noisy(&rates[..rows], 1.5);
+        values[30] = 5000.0;
+        assert_eq!(wild(&log(RATE, 0.02, &told[..rows], values), RATE), [30], "{rows} rows");
+    }
+}
+
 #[test]
 fn two_in_a_row_are_wild_and_three_are_not() {
     let (told, rates) = rotor(0.02, 16.0, binary(4));
