@@ -108,16 +108,15 @@ impl Question<'_> {
         is_news.then(|| (start().run(&rotor.stage), names.clone()))
     }
 
-    /// What is missing in the body under another driver.
+    /// What is missing in the body under another driver: nothing is looked for where its own numbers explain it, since what
+    /// an effect of the body would still gain is how far the new driver is off.
     fn followed(&self, rotor: &Found, driver: &Trial) -> Result<Option<Found>, DiagnoseError> {
-        let Some(mut driven) = self.body(Some((rotor, driver)), self.find)? else { return Ok(None) };
-        if is_explained(&driven, &driven.recalibrated) {
-            // What an effect of the body would still gain is how far the new driver is off.
-            (driven.answer, driven.changed) = (self.settle)(&driven, &driven.recalibrated);
-            (driven.alternatives, driven.dropped) = (Vec::new(), Vec::new());
+        let mut refitted = self.body(Some((rotor, driver)), &|stage| (self.look)(stage, &[]))?;
+        if let Some(driven) = refitted.as_mut().filter(|driven| is_explained(driven, &driven.recalibrated)) {
             driven.ladder.truncate(1);
+            return Ok(refitted);
         }
-        Ok(Some(driven))
+        self.body(Some((rotor, driver)), self.find)
     }
 
     /// Where the rotors' sensors hardly show what was found in the rotors, the body's story begins where they had not got it.
