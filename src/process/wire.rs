@@ -36,6 +36,8 @@ pub struct Wire<B: Bus = Port> {
     /// `None` where nobody can watch: on a bus in memory.
     status: Option<Publisher<BusStatus>>,
     published: u64,
+    /// [ns] that the first frame without an echo had waited when the bus was listened to last.
+    unheard_ns: u64,
 }
 
 /// [ns] between two log lines on another sender's commands: a flood of them must not fill the log.
@@ -111,6 +113,7 @@ impl<B: Bus> Wire<B> {
             rejoined: 0,
             status: None,
             published: 0,
+            unheard_ns: 0,
         }
     }
 
@@ -260,16 +263,26 @@ impl<B: Bus> Wire<B> {
 
     /// Publishes what the bus does, and listens for the echoes now and then: once a period, after the commands are out.
     pub fn publish(&mut self, now_ns: u64) {
-        let Some(status) = &mut self.status else { return };
+        if self.status.is_none() {
+            return;
+        }
+        let now = self.count(now_ns);
+        if let Some(status) = &mut self.status {
+            status.send(&now);
+        }
+    }
+
+    /// What is published this period. Of the echoes it says what was heard, and not what nobody has listened for yet.
+    pub(super) fn count(&mut self, now_ns: u64) -> BusStatus {
         self.published += 1;
         if self.published.is_multiple_of(LISTEN_EVERY) {
-            self.port.listen();
+            self.listen(now_ns);
         }
         let (port, decoded) = (self.port.counts(), self.receiver.counts);
-        status.send(&BusStatus {
+        BusStatus {
             sequence: self.published,
             stamp_ns: now_ns,
-            echo_age_ns: self.port.echo_age_ns(now_ns),
+            echo_age_ns: self.unheard_ns,
             received: port.received,
             lost: port.dropped,
             sent: port.sent,
@@ -282,7 +295,12 @@ impl<B: Bus> Wire<B> {
             counter: decoded.counter,
             not_a_number: decoded.not_a_number,
             out_of_range: decoded.out_of_range,
-        });
+        }
+    }
+
+    fn listen(&mut self, now_ns: u64) {
+        self.port.listen();
+        self.unheard_ns = self.port.echo_age_ns(now_ns);
     }
 
     /// Why the guard must latch, if the bus gives a reason: see [`Wire::is_dead`]; and two who command one rotor are one
@@ -305,7 +323,7 @@ impl<B: Bus> Wire<B> {
         let longest_ns = period_ns.saturating_mul(u64::from(most));
         if self.port.echo_age_ns(now_ns) > longest_ns {
             // Or nobody has listened.
-            self.port.listen();
+            self.listen(now_ns);
         }
         self.refused_in_a_row >= most || self.port.echo_age_ns(now_ns) > longest_ns
     }

@@ -74,7 +74,8 @@ pub struct BusStatus {
     pub sequence: u64,
     /// [ns] CLOCK_MONOTONIC.
     pub stamp_ns: u64,
-    /// [ns] since the first own frame that has not been seen on the bus yet; 0 = all were.
+    /// [ns] that the first own frame without an echo had waited when the echoes were listened for last, which is each fourth
+    /// period: 0, or what a frame takes to reach the wire, on a bus that lives; on a dead one it grows from one time to the next.
     pub echo_age_ns: u64,
     /// Frames of other senders received.
     pub received: u64,
@@ -82,7 +83,7 @@ pub struct BusStatus {
     pub lost: u64,
     /// Frames given to the interface.
     pub sent: u64,
-    /// Own frames seen on the bus.
+    /// Own frames seen on the bus, as far as the echoes were listened for.
     pub echoed: u64,
     /// Frames that the interface did not take.
     pub not_sent: u64,

@@ -245,3 +245,25 @@ fn sensors_that_all_fall_silent_are_published_as_stale() {
     assert_eq!(ages_ms.collect::<Vec<_>>(), [0, 101, 1_001]);
     assert!(published.iter().all(|it| it.body_rate.value == published[0].body_rate.value));
 }
+
+/// Echoes that nobody has listened for yet make no bus late: a healthy one tells no age in whichever period one looks, a
+/// dead one tells how long its frames have waited, within the periods between two times of listening.
+#[test]
+fn a_bus_that_lives_tells_no_age() {
+    let mut rig = Rig::new("echo-age");
+    let wire = &mut rig.bridge().wire;
+    let mut told_ns = |is_dead: bool| {
+        let bus = wire.port_mut();
+        bus.is_dead = is_dead;
+        bus.now_ns += PERIOD_NS;
+        bus.echo_age_ns += PERIOD_NS;
+        let now_ns = bus.now_ns;
+        wire.count(now_ns).echo_age_ns
+    };
+    for period in 0..8 {
+        assert_eq!(told_ns(false), 0, "period {period}");
+    }
+    for period in 1..=20 {
+        assert_eq!(told_ns(true), period / 4 * 4 * PERIOD_NS, "period {period}");
+    }
+}
