@@ -4,19 +4,21 @@
 
 use std::hint::black_box;
 use std::os::fd::AsRawFd;
+use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use rotorbench::bench::{BenchConfig, Trigger};
-use rotorbench::can::{Arrival, Frame, Id, Port, Roles, kernel_has_can};
+use rotorbench::can::{Roles, kernel_has_can};
 use rotorbench::clock;
 use rotorbench::process::plant;
 use rotorbench::process::run::RunLoop;
 use rotorbench::rt::{self, LogQueue};
 use rotorbench::shm::{Bench, Place, Role, SENSORS, SharedMemoryConfig, Waiter};
 use rotorbench::signal::{Sample, Sensors};
+use socketcan::{CanSocket, Socket};
 
 fn config(test: &str) -> BenchConfig {
     BenchConfig { name: format!("b{}-{test}", std::process::id()), ..BenchConfig::default() }
@@ -74,74 +76,83 @@ fn shared_memory(criterion: &mut Criterion) {
     remove(&config);
 }
 
-/// Sends a frame and waits for the next one of another sender.
-fn round_trip(port: &mut Port, frame: &Frame) {
-    port.send(frame).expect("sent");
-    let mut answered = false;
-    while !answered {
-        let _ = rt::wait([port.as_raw_fd()], clock::monotonic_ns() + 100_000_000);
-        let _ = port.receive(|arrival| answered |= matches!(arrival, Arrival::Frame { .. }));
+/// A virtual bus that is there as long as the value.
+struct OwnBus(String);
+
+impl OwnBus {
+    fn new(name: &str) -> Self {
+        let bus = Self(format!("{name}{}", std::process::id()));
+        bus.ip(&["link", "add", "dev", &bus.0, "type", "vcan"]);
+        bus.ip(&["link", "set", &bus.0, "up"]);
+        bus
+    }
+
+    fn ip(&self, words: &[&str]) {
+        let done = Command::new("ip").args(words).status().expect("ip is there");
+        assert!(done.success(), "{}: making a vcan needs root", self.0);
     }
 }
 
-/// How long `count` round trips take [ns]. Each begins a control period after the one before, because the controller
-/// steps no faster however fast the gyro is; the time between is not counted, for neither loop.
-fn paced(count: usize, port: &mut Port, period_ns: u64, mut next: impl FnMut() -> Frame) -> Vec<u64> {
-    let trip = |_| {
-        let _ = clock::sleep_until(clock::monotonic_ns() + period_ns);
-        while port.receive(|_| {}) != Ok(0) {}
-        let frame = next();
-        let start = Instant::now();
-        round_trip(port, &frame);
-        start.elapsed().as_nanos() as u64
-    };
-    (0..count).map(trip).collect()
+impl Drop for OwnBus {
+    fn drop(&mut self) {
+        let _ = Command::new("ip").args(["link", "delete", &self.0]).status();
+    }
 }
 
-/// The bare `read`/`write` loop: blocks in `read`, answers each frame with one of the same length.
-fn bare_echo(interface: &str, stop: Arc<AtomicBool>) {
-    use socketcan::{CanSocket, Socket};
-    let socket = CanSocket::open(interface).expect("the bus is up");
-    socket.set_read_timeout(Duration::from_millis(100)).expect("set");
-    let mut frame = empty_frame();
-    frame.can_id = 0x7FE;
-    frame.can_dlc = 8;
-    let mut received = [0_u8; size_of::<libc::can_frame>()];
-    while !stop.load(Ordering::Relaxed) {
-        // SAFETY: the descriptor is open; the buffers are as long as said.
-        unsafe {
-            let descriptor = socket.as_raw_fd();
-            if libc::read(descriptor, received.as_mut_ptr().cast(), received.len()) > 0 {
-                libc::write(descriptor, (&raw const frame).cast(), size_of::<libc::can_frame>());
-            }
+/// The stopwatch, and the bare loop beside which it is read: a raw socket and nothing around it.
+struct Wire(CanSocket);
+
+impl Wire {
+    fn open(bus: &OwnBus) -> Self {
+        Self(CanSocket::open(&bus.0).expect("the bus is up"))
+    }
+
+    fn write(&self, frame: &libc::can_frame) {
+        // SAFETY: the descriptor is open; the frame is as long as said. One that finds no room is not answered.
+        unsafe { libc::write(self.0.as_raw_fd(), (&raw const *frame).cast(), size_of_val(frame)) };
+    }
+
+    /// The next frame; `None` when a non-blocking socket has none.
+    fn read(&self) -> Option<libc::can_frame> {
+        let mut frame = frame(0, &[]);
+        // SAFETY: the descriptor is open; the frame is as long as said.
+        let read =
+            unsafe { libc::read(self.0.as_raw_fd(), (&raw mut frame).cast(), size_of::<libc::can_frame>()) };
+        (read > 0).then_some(frame)
+    }
+
+    /// How long it takes [ns] until `frame` is answered, within a second: `write`, `poll`, `read`, two readings of the clock.
+    fn turn_ns(&self, frame: &libc::can_frame) -> Option<f64> {
+        while self.read().is_some() {}
+        let start_ns = clock::monotonic_ns();
+        self.write(frame);
+        let mut wanted = libc::pollfd { fd: self.0.as_raw_fd(), events: libc::POLLIN, revents: 0 };
+        // SAFETY: one descriptor, as said.
+        unsafe { libc::poll(&raw mut wanted, 1, 1_000) };
+        let answer = self.read();
+        let end_ns = clock::monotonic_ns();
+        answer.map(|_| (end_ns - start_ns) as f64)
+    }
+
+    /// The bare loop: blocks in `read`, answers each frame with one of the same length; an empty one ends it.
+    fn echo(&self) {
+        let answer = frame(0x7FE, &[0; 8]);
+        while self.read().is_some_and(|frame| frame.can_dlc > 0) {
+            self.write(&answer);
         }
     }
 }
 
-fn empty_frame() -> libc::can_frame {
+fn frame(id: u32, data: &[u8]) -> libc::can_frame {
     // SAFETY: plain data for which zero is valid.
-    unsafe { std::mem::zeroed() }
+    let mut frame: libc::can_frame = unsafe { std::mem::zeroed() };
+    (frame.can_id, frame.can_dlc) = (id, data.len() as u8);
+    frame.data.iter_mut().zip(data).for_each(|(place, byte)| *place = *byte);
+    frame
 }
 
-/// Rounds in which the two loops take turns, and round trips of each in one.
-const ROUNDS: usize = 9;
-const TRIPS: usize = 50;
-
-/// Runs `work` on a thread of its own while `measure` measures.
-fn beside<T>(work: impl FnOnce(Arc<AtomicBool>) + Send + 'static, measure: impl FnOnce() -> T) -> T {
-    let stop = Arc::new(AtomicBool::new(false));
-    let thread = std::thread::spawn({
-        let stop = Arc::clone(&stop);
-        move || work(stop)
-    });
-    std::thread::sleep(Duration::from_millis(500));
-    let measured = measure();
-    stop.store(true, Ordering::Relaxed);
-    thread.join().expect("no panic");
-    measured
-}
-
-fn run_loop(config: &BenchConfig, stop: &AtomicBool) {
+/// `run` as it is, until `stop`.
+fn fly(config: &BenchConfig, stop: &AtomicBool) {
     let pilot = plant::pilot(config).expect("the built-in bench");
     let mut run = RunLoop::open(config, pilot, LogQueue::new(16)).expect("the only one");
     while !stop.load(Ordering::Relaxed) {
@@ -149,54 +160,79 @@ fn run_loop(config: &BenchConfig, stop: &AtomicBool) {
     }
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+/// Frames of the gyro, each with the next counter and value.
+fn gyro(config: &BenchConfig) -> impl FnMut() -> libc::can_frame {
+    let roles = Roles::build(&config.bus, config.period_s).expect("the built-in bus");
+    let index =
+        roles.sensor_messages().iter().position(|message| message.name == "GYRO").expect("it has one");
+    let mut sender = roles.sensor_sender();
+    let mut sensors = Sensors::default();
+    move || {
+        sensors.body_rate = Sample::good(sensors.body_rate.value + 1e-6, 1, 1);
+        let next = roles.encode_sensors(&mut sender, index, &sensors).expect("a frame");
+        frame(next.id().number(), next.data())
+    }
 }
 
-/// The bare loop and `run`, taking turns: a machine that is busy with other things is so for both. Medians, and the median
-/// of the rounds' ratios.
+/// Turns of each loop, one of each in a control period.
+const TURNS: usize = 400;
+
+/// [ns] each turn of the bare loop and, half a period later, of `run`, each on a bus of its own: a machine that is busy with
+/// other things is so for both. Ends where one is not answered.
+fn turns(config: &BenchConfig, bare: &Wire, ours: &Wire) -> Vec<(f64, f64)> {
+    let half_ns = clock::span_ns(config.period_s) / 2;
+    let (ping, mut gyro) = (frame(0x7FF, &[0; 8]), gyro(config));
+    let start_ns = clock::monotonic_ns() + half_ns;
+    let turn = |turn| {
+        let at_ns = start_ns + 2 * turn as u64 * half_ns;
+        let _ = clock::sleep_until(at_ns);
+        let bare_ns = bare.turn_ns(&ping)?;
+        let next = gyro();
+        let _ = clock::sleep_until(at_ns + half_ns);
+        Some((bare_ns, ours.turn_ns(&next)?))
+    };
+    (0..TURNS).map_while(turn).collect()
+}
+
+/// Quartiles: a quarter, the half and three quarters of the values are below.
+fn quartiles(values: impl Iterator<Item = f64>) -> [f64; 3] {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    [1, 2, 3].map(|quarter| values.get(values.len() * quarter / 4).copied().unwrap_or(f64::NAN))
+}
+
 fn frame_to_frame(_: &mut Criterion) {
-    let mut config = config("bus");
-    config.trigger = Trigger::Imu;
     if !kernel_has_can() {
         eprintln!("frame to frame: NOT MEASURED, this kernel has no CAN (tools/vcan gives a bus)");
         return;
     }
-    let period_ns = clock::span_ns(config.period_s);
-    let interface = config.bus.interface.clone();
-    let mut port = Port::open(&interface, false).expect("the bus is up");
-    let frame = Frame::classic(Id::new(0x7FF, false).expect("an id"), &[0; 8]).expect("a frame");
-    let roles = Roles::build(&config.bus, config.period_s).expect("the built-in bus");
-    let mut sender = roles.sensor_sender();
-    let gyro = roles.sensor_messages().iter().position(|message| message.name == "GYRO").expect("it has one");
-    let mut sensors = Sensors::default();
-    let mut rounds = Vec::new();
-    for _ in 0..ROUNDS {
-        let name = interface.clone();
-        let bare =
-            beside(move |stop| bare_echo(&name, stop), || paced(TRIPS, &mut port, period_ns, || frame));
-        let theirs = config.clone();
-        let ours = beside(
-            move |stop| run_loop(&theirs, &stop),
-            || {
-                paced(TRIPS, &mut port, period_ns, || {
-                    sensors.body_rate = Sample::good(sensors.body_rate.value + 1e-6, 1, 1);
-                    roles.encode_sensors(&mut sender, gyro, &sensors).expect("a frame")
-                })
-            },
-        );
-        let [bare, ours] =
-            [bare, ours].map(|times| median(times.iter().map(|time| *time as f64 * 1e-3).collect()));
-        rounds.push((bare, ours, ours / bare));
+    let (bare_bus, our_bus) = (OwnBus::new("bare"), OwnBus::new("ours"));
+    let mut config = config("bus");
+    config.trigger = Trigger::Imu;
+    config.bus.interface.clone_from(&our_bus.0);
+    let [bare, echo] = [&bare_bus; 2].map(Wire::open);
+    let ours = Wire::open(&our_bus);
+    for wire in [&bare, &ours] {
+        wire.0.set_nonblocking(true).expect("set");
     }
-    let ratios: Vec<String> = rounds.iter().map(|(_, _, ratio)| format!("{ratio:.2}")).collect();
+    let stop = AtomicBool::new(false);
+    let measured = std::thread::scope(|scope| {
+        scope.spawn(|| echo.echo());
+        scope.spawn(|| fly(&config, &stop));
+        // Until `run` has opened the bench.
+        std::thread::sleep(Duration::from_millis(500));
+        let measured = turns(&config, &bare, &ours);
+        bare.write(&frame(0x7FF, &[]));
+        stop.store(true, Ordering::Relaxed);
+        measured
+    });
+    let show = |[lower, median, upper]: [f64; 3]| format!("{median:.2} ({lower:.2} to {upper:.2})");
     println!(
-        "frame to frame, p50: bare read and write {:.1} µs; gyro frame to command frame, whole turn of `run`, {:.1} µs; ratio {:.2} (rounds: {})",
-        median(rounds.iter().map(|round| round.0).collect()),
-        median(rounds.iter().map(|round| round.1).collect()),
-        median(rounds.iter().map(|round| round.2).collect()),
-        ratios.join(" ")
+        "frame to frame, {} turns, median and quartiles: bare read and write [µs] {}; gyro frame to command frame, whole turn of `run` [µs] {}; ratio of each pair {}",
+        measured.len(),
+        show(quartiles(measured.iter().map(|(bare, _)| bare * 1e-3))),
+        show(quartiles(measured.iter().map(|(_, ours)| ours * 1e-3))),
+        show(quartiles(measured.iter().map(|(bare, ours)| ours / bare))),
     );
     remove(&config);
 }
