@@ -11,6 +11,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
+use super::left_out::{self, LeftOut};
 use super::linear;
 use super::missing;
 use super::rotor_log::{LEAST_COMMAND, bounds, held_everywhere};
@@ -41,6 +42,8 @@ pub struct Body {
     pub motion_rms: f64,
     /// Lag-one correlation of the residual: near zero when nothing is missing.
     pub residual_correlation: f64,
+    /// A torque of the body's own that is missing; J's error allows for it.
+    pub left_out: Option<LeftOut>,
     /// Samples used.
     pub samples: usize,
     /// Where the torque came from, in words.
@@ -92,7 +95,9 @@ pub(super) fn identify(
         warnings.push(format!("{source}: too few samples of the body rate to identify the inertia"));
         return None;
     }
-    // Columns: lever-arm impulse and time, each less its mean over the window.
+    // Columns: lever-arm impulse and time, each less its mean over the window. Beside: the integrals of rate and angle.
+    let own = integrals(log, rate);
+    let mut own_rows = [vec![0.0; rows], vec![0.0; rows]];
     let mut design = DMatrix::zeros(rows, 2);
     let mut instruments = DMatrix::zeros(rows, 2);
     let mut y = DVector::zeros(rows);
@@ -107,6 +112,7 @@ pub(super) fn identify(
             design[(at, 1)] = log.time()[row] - means[2];
             instruments[(at, 1)] = design[(at, 1)];
             y[at] = rate[row] - means[3];
+            own.iter().zip(&mut own_rows).for_each(|(own, rows)| rows[at] = own[row] - mean(own));
             at += 1;
         }
     }
@@ -120,11 +126,17 @@ pub(super) fn identify(
         ));
         return None;
     }
-    let arm_over_inertia = slope.scaled(arm / drive.lever);
-    let inertia = Estimate {
-        value: arm / arm_over_inertia.value,
-        standard_error: arm * arm_over_inertia.standard_error / arm_over_inertia.value.powi(2),
+    let inertia_of = |slope: Estimate| {
+        let over = slope.scaled(arm / drive.lever);
+        Estimate { value: arm / over.value, standard_error: arm * over.standard_error / over.value.powi(2) }
     };
+    let left_out = left_out::find((&design, &instruments, &y), own_rows.each_ref().map(Vec::as_slice), &fit);
+    // What is missing may be another torque than the one that shows: J is known as well as the two values agree.
+    let bent = left_out.map_or(0.0, |(.., beside)| beside.value - slope.value);
+    let slope = Estimate { standard_error: slope.standard_error.hypot(bent), ..slope };
+    let left_out =
+        left_out.map(|(goes_with, shows, beside)| LeftOut { goes_with, shows, inertia: inertia_of(beside) });
+    let (arm_over_inertia, inertia) = (slope.scaled(arm / drive.lever), inertia_of(slope));
     let each = windows.iter().flatten().zip(fit.residuals.iter());
     let traces = each.map(|(&row, residual)| (log.time()[row], rate[row], rate[row] - residual)).collect();
     Some(Body {
@@ -136,6 +148,7 @@ pub(super) fn identify(
         residual_rms: fit.residual_rms,
         motion_rms: (y.norm_squared() / rows as f64).sqrt(),
         residual_correlation: linear::lag_one_correlation(fit.residuals.as_slice()),
+        left_out,
         samples: rows,
         driven_by: drive.words,
         traces,
@@ -261,6 +274,23 @@ fn filled_along(log: &Dataset, values: &[f64], run: &[f64]) -> Vec<f64> {
     let lacks: Vec<f64> = values.iter().zip(run).map(|(value, run)| value - run).collect();
     let moved = filled(log, &lacks).into_iter().zip(run).map(|(lack, run)| run + lack);
     values.iter().zip(moved).map(|(value, moved)| if value.is_finite() { *value } else { moved }).collect()
+}
+
+/// [rad] [rad s] Running integrals of the body's rate and of its angle: of the measured one, or of the rate's own integral.
+fn integrals(log: &Dataset, rate: &[f64]) -> [Vec<f64>; 2] {
+    let running = |values: &[f64]| {
+        let mut sum = 0.0;
+        let mut running = vec![0.0; values.len()];
+        for (row, step) in log.time().windows(2).enumerate() {
+            sum += 0.5 * (step[1] - step[0]) * (values[row] + values[row + 1]);
+            running[row + 1] = sum;
+        }
+        running
+    };
+    let turned = running(&filled(log, rate));
+    let angle = log.column("body_angle_rad").map(|angle| filled(log, angle));
+    let swung = running(angle.as_deref().filter(|angle| angle[0].is_finite()).unwrap_or(&turned));
+    [turned, swung]
 }
 
 /// Straight lines between known values; what precedes the first keeps it. Holes are cut out by [`windows`].

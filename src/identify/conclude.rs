@@ -316,6 +316,16 @@ impl Work<'_> {
                 body.source, body.residual_rms, body.motion_rms, body.residual_correlation
             ));
         }
+        if let Some((body, left_out)) = self.body.as_ref().and_then(|body| Some((body, body.left_out?))) {
+            say.push(format!(
+                "{}: a torque that goes with {} shows ({:.0} standard errors), and beside it J would be {} kg m²: something is \
+                 missing in the body's model; J's error allows for it, `diagnose` looks for it",
+                body.source,
+                left_out.goes_with,
+                left_out.shows,
+                with_error(left_out.inertia.value, left_out.inertia.standard_error)
+            ));
+        }
         self.check_errors(&mut say);
         self.check_template(&mut say);
         self.check_inertia(&mut say);

@@ -268,22 +268,23 @@ fn the_thrust_coefficient_from_a_load_cell() {
     }
 }
 
-/// Both rotors and the body they turn, in midpoint steps: command, rotor rates and body rate at each sample.
-fn attitude(interval: f64, rows: usize) -> [Vec<f64>; 5] {
+/// Both rotors and the body they turn, in midpoint steps: command, rotor rates and body rate at each sample. The body has
+/// viscous `friction` [N m s/rad] and a `stiffness` [N m/rad].
+fn attitude(interval: f64, rows: usize, [friction, stiffness]: [f64; 2]) -> [Vec<f64>; 5] {
     const STEPS: u32 = 40;
     let step = interval / f64::from(STEPS);
     let mut columns: [Vec<f64>; 5] = Default::default();
     let deviation = |t: f64| 0.04 * (2.0 * binary(t) - 1.0);
-    let start = [g(0.4633), g(0.4633), 0.0];
+    let start = [g(0.4633), g(0.4633), 0.0, 0.0];
     let mut x = start;
     for row in 0..rows {
         let t = row as f64 * interval;
         let u = [0.4633 + deviation(t), 0.4633 - deviation(t)];
         let now = [u[0], u[1], x[0], x[1], x[2]];
         columns.iter_mut().zip(now).for_each(|(column, value)| column.push(value));
-        let slope = |x: [f64; 3]| {
-            let torque = ARM * THRUST * (x[0] * x[0] - x[1] * x[1]);
-            [POLE * (g(u[0]) - x[0]), POLE * (g(u[1]) - x[1]), torque / INERTIA]
+        let slope = |x: [f64; 4]| {
+            let torque = ARM * THRUST * (x[0] * x[0] - x[1] * x[1]) - friction * x[2] - stiffness * x[3];
+            [POLE * (g(u[0]) - x[0]), POLE * (g(u[1]) - x[1]), torque / INERTIA, x[2]]
         };
         for _ in 0..STEPS {
             let k = slope(x);
@@ -294,11 +295,10 @@ fn attitude(interval: f64, rows: usize) -> [Vec<f64>; 5] {
     columns
 }
 
-#[test]
-fn the_inertia_from_an_attitude_log() {
-    let interval = 0.01;
-    let [u_1, u_2, rate_1, rate_2, body_rate] = attitude(interval, 2000);
-    let time: Vec<f64> = (0..2000).map(|row| f64::from(row) * interval).collect();
+/// What is identified of the body of such a log, with noise.
+fn body_of(truth: &[Vec<f64>; 5], interval: f64, noise: &mut Noise) -> body::Body {
+    let [u_1, u_2, rate_1, rate_2, body_rate] = truth;
+    let time = (0..body_rate.len()).map(|row| row as f64 * interval).collect();
     let actuator = IdentifiedActuator {
         coefficients: vec![C_G2, C_G1],
         voltage_gain: 0.0,
@@ -307,23 +307,48 @@ fn the_inertia_from_an_attitude_log() {
         delay: 0.0,
         thrust_coefficient: THRUST,
     };
+    let mut log = Dataset::new("attitude", "", time).expect("rising time");
+    for (name, column) in [
+        ("command_1", u_1.clone()),
+        ("command_2", u_2.clone()),
+        ("propeller_rate_1_rad_s", noise.white_on(rate_1, 1.5)),
+        ("propeller_rate_2_rad_s", noise.white_on(rate_2, 1.5)),
+        ("body_rate_rad_s", noise.on(body_rate, 0.004)),
+    ] {
+        log.insert(name, column).expect("as long as time");
+    }
+    body::identify(&log, &actuator, ARM, &mut Vec::new()).expect("a turning body")
+}
+
+#[test]
+fn the_inertia_from_an_attitude_log() {
+    let interval = 0.01;
+    let truth = attitude(interval, 2000, [0.0, 0.0]);
     for memory in MEMORIES {
         let mut count = Count::new("J", INERTIA);
         for run in 0..RUNS as u64 {
-            let mut noise = Noise::new(4000 + run, memory);
-            let mut log = Dataset::new("attitude", "", time.clone()).expect("rising time");
-            for (name, column) in [
-                ("command_1", u_1.clone()),
-                ("command_2", u_2.clone()),
-                ("propeller_rate_1_rad_s", noise.white_on(&rate_1, 1.5)),
-                ("propeller_rate_2_rad_s", noise.white_on(&rate_2, 1.5)),
-                ("body_rate_rad_s", noise.on(&body_rate, 0.004)),
-            ] {
-                log.insert(name, column).expect("as long as time");
-            }
-            let body = body::identify(&log, &actuator, ARM, &mut Vec::new()).expect("a turning body");
+            let body = body_of(&truth, interval, &mut Noise::new(4000 + run, memory));
+            assert_eq!(body.left_out, None, "nothing is");
             count.take(body.inertia);
         }
         count.check(memory);
+    }
+}
+
+/// A torque of the body's own bends J by many of its standard errors when it is left out: it is told, and J's error allows for it.
+#[test]
+fn the_inertia_beside_a_torque_that_is_left_out() {
+    for (own, goes_with) in
+        [([0.05, 0.0], "the body's rate"), ([0.2, 0.0], "the body's rate"), ([0.0, 0.4], "the body's angle")]
+    {
+        let truth = attitude(0.01, 4000, own);
+        for run in 0..10 {
+            let body = body_of(&truth, 0.01, &mut Noise::new(4500 + run, MEMORIES[0]));
+            let left_out = body.left_out.expect("it shows");
+            assert_eq!(left_out.goes_with, goes_with, "{left_out:?}");
+            assert!(body.inertia.distance(INERTIA) < 3.0, "{own:?}: {:?}", body.inertia);
+            // One law of the two that are fitted beside is the true one.
+            assert!(left_out.inertia.distance(INERTIA) < 4.0, "{own:?}: {left_out:?}");
+        }
     }
 }

@@ -26,6 +26,7 @@ mod gram;
 mod intake;
 mod joint;
 mod late;
+mod left_out;
 mod linear;
 mod missing;
 mod outcome;

@@ -4,6 +4,7 @@ use super::IdentifyError;
 use super::rotor_log::{LEAST_COMMAND, RotorLog, bounds};
 use super::static_curve::polynomial;
 use crate::model::Model;
+use crate::record::readings::clipped;
 
 /// [-] [rad/s] [V] beyond these a column cannot be in the unit of its name: percent or microseconds; rpm, for a
 /// propeller's tip at 7000 rad/s reaches the speed of sound 5 cm from its axis; millivolts.
@@ -149,6 +150,19 @@ impl RotorLog {
                 "{}: `battery_voltage_v` reads {low:.2} to {high:.2} V, which no battery has that turns a rotor: it \
                  is not connected, or it is another column; taken as if no voltage had been measured",
                 self.source
+            ));
+            self.voltage = None;
+            return;
+        }
+        if let Some(clipped) = clipped::find(voltage) {
+            let at: Vec<String> = clipped.at.iter().map(|at| crate::unit::short(*at)).collect();
+            warnings.push(format!(
+                "{}: `battery_voltage_v` is clipped at {}: {} of {} readings stand there, and what the battery had is not known; \
+                 taken as if no voltage had been measured; give only the part of the log that is not at the limit",
+                self.source,
+                at.join(" and "),
+                clipped.cells,
+                clipped.of
             ));
             self.voltage = None;
             return;

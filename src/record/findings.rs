@@ -4,7 +4,8 @@
 use serde::Serialize;
 
 use super::dataset::{Dataset, LOG_SIGNALS};
-use super::readings::Unmeasured;
+use super::readings::clipped::piles;
+use super::readings::{Clip, Unmeasured};
 use crate::unit::short;
 
 #[cfg(test)]
@@ -16,12 +17,6 @@ const DROPOUT_FACTOR: f64 = 2.5;
 const FROZEN_CHANCE: f64 = 1e-3;
 /// No run shorter than this is called frozen.
 const FROZEN_LEAST: usize = 10;
-/// A channel with fewer distinct values than this is a switch; it cannot clip.
-const LEVELS_LEAST: usize = 20;
-/// A channel is clipped when its extreme value occurs this many times as often as the next one inside.
-const CLIPPED_FACTOR: usize = 5;
-/// No fewer samples at the extreme than this are called clipped.
-const CLIPPED_LEAST: usize = 10;
 /// A rotor slower than this share of its fastest stands still.
 const STANDSTILL_SHARE: f64 = 0.05;
 /// [s] a change of command this long before a hole, or inside it, is named with it.
@@ -57,15 +52,6 @@ pub struct Stretch {
     pub length_s: f64,
     /// The value held; for a dropout the last one before it.
     pub value: f64,
-}
-
-/// A channel that piles up at its end.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Clip {
-    /// The value it does not pass.
-    pub at: f64,
-    /// Samples there.
-    pub samples: usize,
 }
 
 /// What one channel looks like.
@@ -174,14 +160,15 @@ impl ChannelFindings {
         if self.constant {
             said.push(format!("`{name}` is {} throughout", short(self.range[0])));
         }
-        if let Some(longest) = longest(&self.frozen) {
+        if let Some(longest) = longest(&self.frozen).filter(|_| self.unmeasured.stuck.is_none()) {
             let (length, start, value) = (longest.length_s, longest.start_s, short(longest.value));
             let count = counted(self.frozen.len(), "time");
             said.push(format!(
                 "`{name}` is frozen {count}, longest for {length:.3} s from {start:.3} s at {value}"
             ));
         }
-        for clip in &self.clipped {
+        // Where it is sure that they are no measurements it is told with what follows of it.
+        for clip in self.clipped.iter().filter(|_| self.unmeasured.clipped.is_none()) {
             said.push(format!(
                 "`{name}` is clipped at {}: {} samples stand there",
                 short(clip.at),
@@ -242,14 +229,14 @@ fn channel(log: &Dataset, name: &str, values: &[f64]) -> ChannelFindings {
         range,
         constant,
         frozen: if measured { frozen(name, &present) } else { Vec::new() },
-        clipped: if measured { clipped(&sorted) } else { Vec::new() },
+        clipped: if measured { piles(&sorted) } else { Vec::new() },
         dropouts: dropouts(log, &present, median),
         unmeasured: Unmeasured::of(log, name),
     }
 }
 
 /// Runs of equal values that are too long for a channel that repeats itself as often as this one does.
-fn frozen(name: &str, present: &[(f64, f64, usize)]) -> Vec<Stretch> {
+pub(super) fn frozen(name: &str, present: &[(f64, f64, usize)]) -> Vec<Stretch> {
     let pairs = present.len().saturating_sub(1);
     let equal = present.windows(2).filter(|pair| pair[0].1 == pair[1].1).count();
     if pairs == 0 || equal == 0 {
@@ -264,21 +251,6 @@ fn frozen(name: &str, present: &[(f64, f64, usize)]) -> Vec<Stretch> {
     let stands = |value: f64| name.starts_with("propeller_rate") && value == 0.0;
     runs.filter(|run| run.len() >= least && !stands(run[0].1))
         .map(|run| Stretch { start_s: run[0].0, length_s: run[run.len() - 1].0 - run[0].0, value: run[0].1 })
-        .collect()
-}
-
-/// Ends of the range at which far more samples stand than just inside.
-fn clipped(sorted: &[f64]) -> Vec<Clip> {
-    let levels: Vec<&[f64]> = sorted.chunk_by(|a, b| a == b).collect();
-    if levels.len() < LEVELS_LEAST {
-        return Vec::new();
-    }
-    let ends = [(levels[0], levels[1]), (levels[levels.len() - 1], levels[levels.len() - 2])];
-    // Nothing below zero is nothing to clip: currents, thrusts and speeds of a rotor at rest pile up there.
-    ends.into_iter()
-        .filter(|(end, next)| end.len() >= CLIPPED_LEAST && end.len() > CLIPPED_FACTOR * next.len())
-        .filter(|(end, _)| end[0] != 0.0)
-        .map(|(end, _)| Clip { at: end[0], samples: end.len() })
         .collect()
 }
 

@@ -1,5 +1,5 @@
 //! Cells of a log that are no measurements: readings that a logger wrote again because the next one had not come yet,
-//! and single wild ones. Only of what is measured: commands and the battery may well be held.
+//! a gyroscope that stands still, readings at the end of a sensor's range, and single wild ones. Only of what is measured: commands and the battery may well be held.
 //!
 //! `import` reports them and leaves them in. What fits a model to a log takes them as missing: [`measured`].
 
@@ -10,12 +10,16 @@ use serde::Serialize;
 use super::dataset::Dataset;
 use crate::unit::short;
 
+pub mod clipped;
 mod repeats;
+mod stuck;
 #[cfg(test)]
 mod tests;
 mod wild;
 
+pub use clipped::{Clip, Clipped};
 pub use repeats::Repeats;
+pub use stuck::Stuck;
 pub use wild::Wild;
 
 /// Channels whose readings are looked at.
@@ -34,6 +38,12 @@ pub struct Unmeasured {
     /// Readings that stand in several rows.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repeats: Option<Repeats>,
+    /// Readings that stood still for too long.
+    #[serde(rename = "stands_still", skip_serializing_if = "Option::is_none")]
+    pub stuck: Option<Stuck>,
+    /// Readings at the end of what the sensor can tell.
+    #[serde(rename = "at_its_end", skip_serializing_if = "Option::is_none")]
+    pub clipped: Option<Clipped>,
     /// Single readings far from their neighbours.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wild: Option<Wild>,
@@ -49,20 +59,36 @@ impl Unmeasured {
         let repeats = repeats::find(log, values);
         let mut fresh = values.to_vec();
         repeats.iter().flat_map(|repeats| &repeats.rows).for_each(|row| fresh[*row] = f64::NAN);
-        Self { wild: wild::find(log, &fresh, command_of(log, name)), repeats }
+        let clipped = clipped::find(&fresh);
+        let mut within = values.to_vec();
+        for row in clipped.iter().flat_map(|clipped| &clipped.rows) {
+            (fresh[*row], within[*row]) = (f64::NAN, f64::NAN);
+        }
+        let stuck = stuck::find(log, name, &within);
+        stuck.iter().flat_map(|stuck| &stuck.rows).for_each(|row| fresh[*row] = f64::NAN);
+        // Beside an end neighbours foretell what cannot be read.
+        let wild = wild::find(log, &fresh, command_of(log, name)).filter(|_| clipped.is_none());
+        Self { repeats, stuck, clipped, wild }
     }
 
     /// Rows whose cells hold no measurement.
     pub fn rows(&self) -> impl Iterator<Item = usize> + '_ {
         let repeated = self.repeats.iter().flat_map(|repeats| repeats.rows.iter().copied());
-        repeated.chain(self.wild.iter().flat_map(|wild| wild.rows.iter().copied()))
+        let stuck = self.stuck.iter().flat_map(|stuck| stuck.rows.iter().copied());
+        let clipped = self.clipped.iter().flat_map(|clipped| clipped.rows.iter().copied());
+        repeated
+            .chain(stuck)
+            .chain(clipped)
+            .chain(self.wild.iter().flat_map(|wild| wild.rows.iter().copied()))
     }
 
     /// The same in sentences; `interval` [s] is the log's own.
     #[must_use]
     pub fn sentences(&self, name: &str, interval: f64) -> Vec<String> {
         let repeats = self.repeats.iter().map(|repeats| repeats.sentence(name, interval));
-        repeats.chain(self.wild.iter().map(|wild| wild.sentence(name))).collect()
+        let stuck = self.stuck.iter().map(|stuck| stuck.sentence(name));
+        let clipped = self.clipped.iter().map(|clipped| clipped.sentence(name));
+        repeats.chain(stuck).chain(clipped).chain(self.wild.iter().map(|wild| wild.sentence(name))).collect()
     }
 }
 

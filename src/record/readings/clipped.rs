@@ -1,0 +1,110 @@
+//! Readings at the end of what a sensor or its wire can tell: the value was at least that, and how much more is not known.
+//!
+//! Much may stand at an end of a channel's range: a level at which everything has settled, a body at rest, a coarse reading.
+//! So it is asked whether the channel comes to that end again and again and stands still there, while it moves elsewhere.
+
+use serde::Serialize;
+
+use super::told;
+
+/// A channel with fewer distinct values than this is a switch; it cannot clip.
+const LEVELS_LEAST: usize = 20;
+/// A channel is clipped when its extreme value occurs this many times as often as the next one inside.
+const FACTOR: usize = 5;
+/// No fewer samples at the extreme than this are called clipped.
+const LEAST: usize = 10;
+/// Times that the channel must have come to the end and stood there.
+const VISITS: usize = 3;
+/// Share of the readings at the end that the next one is equal to, at least; and of the others, at most: the other end may
+/// be one, too.
+const STANDS: (f64, f64) = (0.15, 0.4);
+/// Share of a usual step with which the channel comes to the end, at least: what settles there comes with less and less.
+const COMES: f64 = 0.1;
+
+/// A channel that piles up at its end.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Clip {
+    /// The value it does not pass.
+    pub at: f64,
+    /// Samples there.
+    pub samples: usize,
+}
+
+/// Ends of the range at which far more samples stand than just inside.
+pub(in crate::record) fn piles(sorted: &[f64]) -> Vec<Clip> {
+    let levels: Vec<&[f64]> = sorted.chunk_by(|a, b| a == b).collect();
+    if levels.len() < LEVELS_LEAST {
+        return Vec::new();
+    }
+    let ends = [(levels[0], levels[1]), (levels[levels.len() - 1], levels[levels.len() - 2])];
+    // Nothing below zero is nothing to clip: currents, thrusts and speeds of a rotor at rest pile up there.
+    ends.into_iter()
+        .filter(|(end, next)| end.len() >= LEAST && end.len() > FACTOR * next.len())
+        .filter(|(end, _)| end[0] != 0.0)
+        .map(|(end, _)| Clip { at: end[0], samples: end.len() })
+        .collect()
+}
+
+/// Readings of a channel at the ends of its range.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Clipped {
+    /// Their rows, from 0.
+    #[serde(skip)]
+    pub rows: Vec<usize>,
+    /// How many they are.
+    pub cells: usize,
+    /// Readings of the channel.
+    pub of: usize,
+    /// The ends, in the channel's unit, ascending.
+    pub at: Vec<f64>,
+}
+
+impl Clipped {
+    /// In words.
+    pub(super) fn sentence(&self, name: &str) -> String {
+        let at: Vec<String> = self.at.iter().map(|at| told(*at, 4)).collect();
+        format!(
+            "`{name}` is clipped at {}: {} of {} readings stand there, and how far it really went is not known; what fits a model \
+             takes them as missing; record with a wider range, or drive less",
+            at.join(" and "),
+            self.cells,
+            self.of
+        )
+    }
+}
+
+/// The clipped ones among the readings of a channel that are finite; `None` where there are none.
+#[must_use]
+pub fn find(values: &[f64]) -> Option<Clipped> {
+    let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
+    let mut sorted: Vec<f64> = known.iter().map(|row| values[*row]).collect();
+    sorted.sort_by(f64::total_cmp);
+    let piles = piles(&sorted);
+    let pairs: Vec<[f64; 2]> = known.windows(2).map(|pair| [values[pair[0]], values[pair[1]]]).collect();
+    let stands = |clip: &Clip| {
+        let (at_end, others): (Vec<[f64; 2]>, Vec<[f64; 2]>) =
+            pairs.iter().partition(|[it, _]| *it == clip.at);
+        let visits = known.chunk_by(|a, b| values[*a] == values[*b]);
+        let visits = visits.filter(|visit| visit.len() > 1 && values[visit[0]] == clip.at).count();
+        let step = |[it, next]: &[f64; 2]| (next - it).abs();
+        let usual = median(others.iter().map(step).filter(|step| *step > 0.0).collect());
+        let comes = median(others.iter().filter(|[_, next]| *next == clip.at).map(step).collect());
+        let stay = [at_end, others].map(|pairs| stay(&pairs));
+        visits >= VISITS && stay[0] >= STANDS.0 && stay[1] <= STANDS.1 && comes >= COMES * usual
+    };
+    let at: Vec<f64> = piles.iter().filter(|clip| stands(clip)).map(|clip| clip.at).collect();
+    let rows: Vec<usize> = known.iter().copied().filter(|row| at.contains(&values[*row])).collect();
+    let (cells, of) = (rows.len(), known.len());
+    (!rows.is_empty()).then_some(Clipped { rows, cells, of, at })
+}
+
+/// Share of neighbours that are equal.
+fn stay(pairs: &[[f64; 2]]) -> f64 {
+    pairs.iter().filter(|[it, next]| it == next).count() as f64 / pairs.len().max(1) as f64
+}
+
+/// The middle one; 0 of none.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(0.0)
+}
