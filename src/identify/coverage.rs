@@ -10,6 +10,7 @@ use rand_distr::StandardNormal;
 
 use super::body;
 use super::pole;
+use super::ramp_lag::KnownLag;
 use super::record_of::record_of;
 use super::rotor_log::RotorLog;
 use super::static_curve;
@@ -102,13 +103,14 @@ fn voltage(t: f64) -> f64 {
 
 /// A rotor without noise: command held over `interval` [s], midpoint steps of a twentieth of it.
 fn rotor(command: impl Fn(f64) -> f64, interval: f64, rows: usize) -> RotorLog {
-    powered(|t, _| voltage(t), command, interval, rows)
+    powered(|t, _| voltage(t), command, POLE, interval, rows)
 }
 
 /// The same from a battery of `voltage(t, rate)` [V].
 fn powered(
     voltage: impl Fn(f64, f64) -> f64,
     command: impl Fn(f64) -> f64,
+    pole: f64,
     interval: f64,
     rows: usize,
 ) -> RotorLog {
@@ -123,7 +125,7 @@ fn powered(
         volts.push(voltage(*t, now));
         for part in 0..20 {
             let volts = |rate: f64| voltage(t + (f64::from(part) + 0.5) * step, rate);
-            let slope = |rate: f64| POLE * (g(*u) - K_V * (FULL_VOLTAGE - volts(rate)) - rate);
+            let slope = |rate: f64| pole * (g(*u) - K_V * (FULL_VOLTAGE - volts(rate)) - rate);
             now += step * slope(now + 0.5 * step * slope(now));
         }
     }
@@ -166,13 +168,43 @@ fn k_v_and_the_curve_from_levels_and_ramps() {
             let mut noise = Noise::new(1000 + run, memory);
             let gain = battery::identify(&[measured(&levels, &mut noise)]).0.expect("levels").gain;
             let rows = static_curve::steady_rows(&[measured(&ramps, &mut noise)], gain.value, FULL_VOLTAGE);
-            let curve = static_curve::identify(&rows.expect("ramps"), gain.standard_error, Some(2));
+            let curve = static_curve::identify(&rows.expect("ramps"), gain.standard_error, Some(2), None);
             let curve = curve.expect("a curve").coefficients;
             for (count, estimate) in counts.iter_mut().zip([gain, curve[0], curve[1]]) {
                 count.take(estimate);
             }
         }
         counts.iter().for_each(|count| count.check(memory));
+    }
+}
+
+/// Behind each turn of a ramp a slow rotor is not yet as far behind as it will be. Seen with the fit broken: the lag as if
+/// it were settled everywhere, c_g2 covered 7 times of 100; where the ramp goes down alone, and the lag looks like the curve
+/// and comes from other logs, c_g2 was never covered without those.
+#[test]
+fn the_curve_of_a_slow_rotor_from_ramps() {
+    const SLOW: f64 = 6.0;
+    let ramp = |t: f64, length: f64| 0.3 + 0.35 * (1.0 - (t / length).rem_euclid(2.0)).abs();
+    let both = powered(|t, _| voltage(t), |t| ramp(t, 17.5), SLOW, 0.05, 2101);
+    let down = powered(|t, _| voltage(t), |t| ramp(t, 35.0), SLOW, 0.05, 700);
+    let known = KnownLag { pole: Estimate { value: SLOW, standard_error: 0.02 }, delay: 0.0 };
+    for (truth, known) in [(both, None), (down, Some(known))] {
+        for memory in MEMORIES {
+            let mut counts = [("c_g2", C_G2), ("c_g1", C_G1)].map(|(n, t)| Count::new(n, t));
+            for run in 0..RUNS as u64 {
+                let noise = &mut Noise::new(7000 + run, memory);
+                // The battery is known here.
+                let log = RotorLog { rate: noise.on(&truth.rate, 1.5), ..truth.clone() };
+                let rows = static_curve::steady_rows(&[log], K_V, FULL_VOLTAGE).expect("ramps");
+                let told = |known: KnownLag| {
+                    let value = known.pole.value + known.pole.standard_error * noise.white();
+                    KnownLag { pole: Estimate { value, ..known.pole }, ..known }
+                };
+                let curve = static_curve::identify(&rows, 0.0, Some(2), known.map(told)).expect("a curve");
+                counts.iter_mut().zip(curve.coefficients).for_each(|(count, estimate)| count.take(estimate));
+            }
+            counts.iter().for_each(|count| count.check(memory));
+        }
     }
 }
 
@@ -216,7 +248,7 @@ fn k_v_from_a_battery_that_hardly_empties() {
     // Noise with a memory hides a discharge as small as that: there it is four times as deep.
     for (memory, discharge) in MEMORIES.into_iter().zip([5e-4, 2e-3]) {
         let volts = |t: f64, rate: f64| 12.4 - discharge * t - 0.02 * (rate / 600.0).powi(3);
-        let truth = powered(volts, |t| 0.46 + 0.16 * (binary(t) - 0.5), 0.02, 3000);
+        let truth = powered(volts, |t| 0.46 + 0.16 * (binary(t) - 0.5), POLE, 0.02, 3000);
         let mut counts =
             [("c_g2", C_G2), ("c_g1", C_G1), ("k_V", K_V), ("p", POLE)].map(|(n, t)| Count::new(n, t));
         for run in 0..RUNS as u64 {
@@ -239,7 +271,7 @@ fn k_v_from_a_battery_that_hardly_empties() {
 #[test]
 fn the_pole_where_the_battery_gives_way() {
     let volts = |t: f64, rate: f64| 12.4 - 2e-3 * t - 0.25 * (rate / 617.0).powi(3);
-    let truth = powered(volts, |t| 0.46 + 0.16 * (binary(t) - 0.5), 0.02, 3000);
+    let truth = powered(volts, |t| 0.46 + 0.16 * (binary(t) - 0.5), POLE, 0.02, 3000);
     for memory in MEMORIES {
         let mut counts =
             [("c_g2", C_G2), ("c_g1", C_G1), ("k_V", K_V), ("p", POLE)].map(|(n, t)| Count::new(n, t));

@@ -33,6 +33,7 @@ mod outcome;
 mod plausible;
 pub mod pole;
 mod procedure;
+mod ramp_lag;
 mod record_of;
 mod rivals;
 mod rotor_log;

@@ -106,7 +106,12 @@ pub fn fit<const M: usize>(record: &Record<M>) -> Option<LagFit> {
 
 /// The same from a pole [rad/s] that is known to be near.
 pub(super) fn fit_from<const M: usize>(record: &Record<M>, near: f64) -> Option<LagFit> {
-    search(record, near)?.finish(record)
+    search(record, near)?.finish(record, M + 1)
+}
+
+/// The coefficients at a pole [rad/s] that is known: what it may be off by is not in their standard errors.
+pub(super) fn fit_at<const M: usize>(record: &Record<M>, pole: f64) -> Option<LagFit> {
+    Projection::new(record, pole)?.finish(record, M)
 }
 
 /// Gauss-Newton on the pole alone.
@@ -267,19 +272,22 @@ impl<const M: usize> Projection<M> {
         self.step.abs() * (self.curvature / variance.max(f64::MIN_POSITIVE)).sqrt()
     }
 
-    /// Residuals and standard errors at the minimum.
-    fn finish(self, record: &Record<M>) -> Option<LagFit> {
-        let inverse = invert(&self.normal)?;
-        let freedom = self.samples.checked_sub(M + 1 + self.states).filter(|&n| n > 0)?;
+    /// Residuals and standard errors at the minimum of the first `free` of coefficients and pole; what is not free has
+    /// none.
+    fn finish(self, record: &Record<M>, free: usize) -> Option<LagFit> {
+        let inverse = invert(&self.normal.view((0, 0), (free, free)).into_owned())?;
+        let freedom = self.samples.checked_sub(free + self.states).filter(|&n| n > 0)?;
         let white = &inverse * (self.cost / freedom as f64);
         let (residuals, scores) = self.residuals_and_scores(record);
+        let scores: Vec<_> = scores.into_iter().map(|score| score.rows(0, free).into_owned()).collect();
+        let whole = |part: DMatrix<f64>| part.resize(M + 1, M + 1, 0.0);
         let squares: f64 = residuals.iter().map(|residual| residual * residual).sum();
         let memory = linear::memory(&residuals);
         Some(LagFit {
             pole: self.pole,
             coefficients: self.coefficients.iter().copied().collect(),
-            covariance: linear::widened(&white, &inverse, &scores, residuals.len(), memory),
-            per_noise: inverse,
+            covariance: whole(linear::widened(&white, &inverse, &scores, residuals.len(), memory)),
+            per_noise: whole(inverse),
             residual_rms: (squares / residuals.len() as f64).sqrt(),
             residual_correlation: linear::lag_one_correlation(&residuals),
             samples: residuals.len(),

@@ -7,6 +7,7 @@ use super::joint::{self, JointFit};
 use super::late::{self, Delay, LateFit};
 use super::outcome::{Identification, IdentifySettings, Part, PoleFit};
 use super::pole;
+use super::ramp_lag::KnownLag;
 use super::record_of::record_of;
 use super::rivals;
 use super::rotor_log::{Foretold, RotorLog};
@@ -244,7 +245,11 @@ impl<'a> Work<'a> {
                 "no slow ramps, and no constant levels that span a range of commands",
             );
         };
-        let curve = static_curve::identify(&rows, gain.standard_error, self.settings.degree);
+        let known = self.joint.as_ref().map(|joint| KnownLag {
+            pole: joint.pole,
+            delay: joint.delay.as_ref().map_or(0.0, |told| told.delay.value),
+        });
+        let curve = static_curve::identify(&rows, gain.standard_error, self.settings.degree, known);
         match &curve {
             Some(curve) => {
                 let from = if curve.from_ramps { "ramps" } else { "constant levels" };
@@ -268,7 +273,12 @@ impl<'a> Work<'a> {
                             format!("{sentence}; taken from the fit of all at once"),
                         );
                     }
-                    self.warnings.push(format!("{sentence}; slow them down"));
+                    let then = if check.lag_fitted {
+                        "; g(u) was fitted beside that lag, slower ramps have less of it"
+                    } else {
+                        "; slow them down"
+                    };
+                    self.warnings.push(format!("{sentence}{then}"));
                 }
                 self.note(STEP, true, outcome);
             }

@@ -3,14 +3,18 @@
 //! **Deviation:** y_g = ω_p + k_V (v_bmax - v_b). The print has the other sign below Eq. (9), which contradicts
 //! its Eq. (6).
 //!
-//! **Deviation:** to (9) the print fits the powers of u alone. Where the ramps go up and down, the lag of the rotor
-//! behind them, g'(u) u̇ / p, is fitted beside: left in the residual it would pass for noise that never averages out.
+//! **Deviation:** to (9) the print fits the powers of u alone. Here the powers are taken as they arrive behind the
+//! lag of the rotor ([`ramp_lag`](super::ramp_lag)): left in the residual it would pass for noise that never averages
+//! out.
+
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::Estimate;
 use super::linear::{self, LinearFit};
+use super::ramp_lag::{self, KnownLag};
 use super::rotor_log::{Motion, RotorLog};
 
 /// Highest degree tried, as the paper compares several.
@@ -36,6 +40,12 @@ pub(super) struct SteadyRows {
     pub slope: Vec<f64>,
     /// Whether ramps gave them (else constant levels).
     pub from_ramps: bool,
+    /// The logs of the ramps, whose stretches are their segments; their rates only where all is known.
+    pub ramps: Vec<RotorLog>,
+    /// [V] v_bmax
+    pub full_voltage: f64,
+    /// [rad/(s V)] k_V in y_g.
+    pub gain: f64,
 }
 
 /// How one degree did.
@@ -62,6 +72,8 @@ pub struct RampCheck {
     pub error: f64,
     /// Whether that error is small enough for Eq. (4).
     pub slow_enough: bool,
+    /// Whether g(u) was fitted behind the lag, so that the error is not in it.
+    pub lag_fitted: bool,
 }
 
 /// The fitted curve g(u).
@@ -107,9 +119,15 @@ fn collect(rotors: &[RotorLog], wanted: Motion, gain: f64, full_voltage: f64) ->
         voltage_drop: Vec::new(),
         slope: Vec::new(),
         from_ramps: wanted == Motion::Ramp,
+        ramps: Vec::new(),
+        full_voltage,
+        gain,
     };
     for rotor in rotors {
-        for (_, part) in rotor.steady().into_iter().filter(|(motion, _)| *motion == wanted) {
+        let parts = rotor.steady().into_iter().filter(|(motion, _)| *motion == wanted);
+        let parts: Vec<Range<usize>> = parts.map(|(_, part)| part).collect();
+        let mut known = vec![f64::NAN; rotor.time.len()];
+        for part in &parts {
             // Slope over a quarter of a second: quantized commands stand still between steps.
             let reach = ((0.125 / rotor.interval).ceil() as usize).max(1);
             for row in part.clone() {
@@ -125,21 +143,57 @@ fn collect(rotors: &[RotorLog], wanted: Motion, gain: f64, full_voltage: f64) ->
                 rows.voltage_drop.push(full_voltage - voltage);
                 // Plus: see the head of this file.
                 rows.corrected_rate.push(rotor.rate[row] + gain * (full_voltage - voltage));
+                known[row] = rotor.rate[row];
             }
+        }
+        if rows.from_ramps && !parts.is_empty() {
+            rows.ramps.push(RotorLog { rate: known, segments: parts, ..rotor.clone() });
         }
     }
     rows
 }
 
 /// Fits Eq. (9). `gain_error` [rad/(s V)] is the standard error of k_V, which widens that of the curve.
-/// `degree` fixes the degree; without it cross-validation chooses.
-pub(super) fn identify(rows: &SteadyRows, gain_error: f64, degree: Option<usize>) -> Option<StaticCurve> {
+/// `degree` fixes the degree; without it cross-validation chooses. `known` is how the rotor follows its command, where
+/// other logs told.
+pub(super) fn identify(
+    rows: &SteadyRows,
+    gain_error: f64,
+    degree: Option<usize>,
+    known: Option<KnownLag>,
+) -> Option<StaticCurve> {
     let y = DVector::from_column_slice(&rows.corrected_rate);
+    let at_first = || compare_degrees(&rows.command, &y);
+    let first = if degree.is_some() { None } else { Some(at_first()?) };
+    let shape = degree.or(first.as_ref().map(|(_, preferred)| *preferred))?;
+    let beside = beside_lag(rows, shape, &y);
+    let lag = ramp_lag::choose(rows, beside.as_ref().map(Beside::lag), known);
+    let settled = lag.and_then(|lag| ramp_lag::settled(rows, &lag));
+    let again = settled.and_then(|(command, rate)| compare_degrees(&command, &DVector::from_vec(rate)));
+    let (degrees, preferred_degree) = again.or(first).or_else(at_first)?;
+    let degree = degree.unwrap_or(preferred_degree);
+    let behind = lag.and_then(|lag| ramp_lag::identify(rows, degree, &lag, gain_error));
+    let is_behind = behind.is_some();
+    let (coefficients, residual_rms) = behind.or_else(|| at_once(rows, degree, &y, gain_error))?;
+    Some(StaticCurve {
+        coefficients,
+        degrees,
+        preferred_degree,
+        residual_rms,
+        samples: rows.command.len(),
+        range: super::rotor_log::bounds(&rows.command),
+        from_ramps: rows.from_ramps,
+        ramp_check: beside.map(|beside| check_ramp(rows, &beside, is_behind || goes_both_ways(rows))),
+    })
+}
+
+/// Degrees 1 to 4 side by side, and the one that cross-validation prefers.
+fn compare_degrees(command: &[f64], y: &DVector<f64>) -> Option<(Vec<DegreeScore>, usize)> {
     let mut degrees = Vec::new();
     let mut blocks = Vec::new();
     for degree in 1..=HIGHEST_DEGREE {
-        let fit = linear::least_squares(&powers(&rows.command, degree), &y);
-        let (Some(fit), Some(errors)) = (fit, held_out(&rows.command, &y, degree)) else { continue };
+        let fit = linear::least_squares(&powers(command, degree), y);
+        let (Some(fit), Some(errors)) = (fit, held_out(command, y, degree)) else { continue };
         degrees.push(DegreeScore {
             degree,
             train: fit.residual_rms,
@@ -148,29 +202,30 @@ pub(super) fn identify(rows: &SteadyRows, gain_error: f64, degree: Option<usize>
         });
         blocks.push(errors);
     }
-    let preferred_degree = simplest(&degrees, &blocks)?;
-    let degree = degree.unwrap_or(preferred_degree);
-    let mut design = powers(&rows.command, degree);
-    let mut fit = linear::least_squares(&design, &y)?;
-    let mut ramp_check = None;
-    if let Some((wider, with_lag)) = beside_lag(rows, &fit, &design, &y) {
-        ramp_check = Some(check_ramp(rows, &fit, &with_lag));
-        if goes_both_ways(rows) {
-            (design, fit) = (wider, with_lag);
+    let preferred = simplest(&degrees, &blocks)?;
+    Some((degrees, preferred))
+}
+
+/// The powers as they are; where the ramps go up and down, the lag -g'(u) u̇ / p beside them. The coefficients, and the
+/// rms of the residual [rad/s].
+fn at_once(
+    rows: &SteadyRows,
+    degree: usize,
+    y: &DVector<f64>,
+    gain_error: f64,
+) -> Option<(Vec<Estimate>, f64)> {
+    let beside = if goes_both_ways(rows) { beside_lag(rows, degree, y) } else { None };
+    let (design, fit) = match beside {
+        Some(beside) => (beside.design, beside.with_lag),
+        None => {
+            let design = powers(&rows.command, degree);
+            let fit = linear::least_squares(&design, y)?;
+            (design, fit)
         }
-    }
-    let coefficients = with_gain_error(&fit, &design, &rows.voltage_drop, gain_error)?;
-    let coefficients = coefficients[..degree].to_vec();
-    Some(StaticCurve {
-        coefficients,
-        degrees,
-        preferred_degree,
-        residual_rms: fit.residual_rms,
-        samples: rows.command.len(),
-        range: super::rotor_log::bounds(&rows.command),
-        from_ramps: rows.from_ramps,
-        ramp_check,
-    })
+    };
+    let mut coefficients = with_gain_error(&fit, &design, &rows.voltage_drop, gain_error)?;
+    coefficients.truncate(degree);
+    Some((coefficients, fit.residual_rms))
 }
 
 fn powers(command: &[f64], degree: usize) -> DMatrix<f64> {
@@ -247,28 +302,45 @@ pub(super) fn simplest(scores: &[DegreeScore], blocks: &[Vec<f64>]) -> Option<us
 
 /// Whether the command rises and falls for at least a fifth of the rows each: only then does the lag of the rotor
 /// look different from the curve.
-fn goes_both_ways(rows: &SteadyRows) -> bool {
+pub(super) fn goes_both_ways(rows: &SteadyRows) -> bool {
     let share = |way: fn(f64) -> bool| {
         rows.slope.iter().filter(|slope| way(**slope)).count() as f64 / rows.slope.len().max(1) as f64
     };
     share(|slope| slope > 0.0) > 0.2 && share(|slope| slope < 0.0) > 0.2
 }
 
-/// On a ramp a lag 1/p leaves ω behind g(u) by g'(u) u̇ / p: that column beside the powers, and the fit with it.
-fn beside_lag(
-    rows: &SteadyRows,
-    fit: &LinearFit,
-    design: &DMatrix<f64>,
-    y: &DVector<f64>,
-) -> Option<(DMatrix<f64>, LinearFit)> {
+/// Powers of the command and the lag behind a ramp, fitted side by side.
+struct Beside {
+    /// The powers, and the lag last.
+    design: DMatrix<f64>,
+    /// Without the lag.
+    alone: LinearFit,
+    with_lag: LinearFit,
+}
+
+impl Beside {
+    /// [s]
+    fn lag(&self) -> Estimate {
+        let index = self.design.ncols() - 1;
+        Estimate {
+            value: self.with_lag.coefficients[index],
+            standard_error: self.with_lag.standard_error(index),
+        }
+    }
+}
+
+/// On a ramp that has lasted, a lag 1/p leaves ω behind g(u) by g'(u) u̇ / p: that column beside the powers.
+fn beside_lag(rows: &SteadyRows, degree: usize, y: &DVector<f64>) -> Option<Beside> {
     if !rows.from_ramps {
         return None;
     }
-    let behind = behind(rows, fit.coefficients.as_slice());
-    let mut wider = design.clone().insert_column(design.ncols(), 0.0);
-    wider.set_column(design.ncols(), &DVector::from_vec(behind));
-    let with_lag = linear::least_squares(&wider, y)?;
-    Some((wider, with_lag))
+    let design = powers(&rows.command, degree);
+    let alone = linear::least_squares(&design, y)?;
+    let behind = behind(rows, alone.coefficients.as_slice());
+    let mut design = design.insert_column(degree, 0.0);
+    design.set_column(degree, &DVector::from_vec(behind));
+    let with_lag = linear::least_squares(&design, y)?;
+    Some(Beside { design, alone, with_lag })
 }
 
 /// [rad/s²] -g'(u) u̇ of each row.
@@ -280,15 +352,14 @@ fn behind(rows: &SteadyRows, coefficients: &[f64]) -> Vec<f64> {
 }
 
 /// Whether the lag, fitted from ramps up against ramps down, is small enough for Eq. (4).
-fn check_ramp(rows: &SteadyRows, fit: &LinearFit, with_lag: &LinearFit) -> RampCheck {
-    let coefficients = fit.coefficients.as_slice();
-    let index = coefficients.len();
-    let lag =
-        Estimate { value: with_lag.coefficients[index], standard_error: with_lag.standard_error(index) };
+fn check_ramp(rows: &SteadyRows, beside: &Beside, lag_fitted: bool) -> RampCheck {
+    let coefficients = beside.alone.coefficients.as_slice();
+    let lag = beside.lag();
     let steepest = behind(rows, coefficients).iter().fold(0.0f64, |most, value| most.max(value.abs()));
     let error = lag.value.abs() * steepest;
     let (low, high) = super::rotor_log::bounds(&rows.command);
     let range = (polynomial(coefficients, high) - polynomial(coefficients, low)).abs();
     let fastest_slope = rows.slope.iter().fold(0.0f64, |most, value| most.max(value.abs()));
-    RampCheck { fastest_slope, lag, error, slow_enough: error < LAG_SHARE * range.max(f64::MIN_POSITIVE) }
+    let slow_enough = error < LAG_SHARE * range.max(f64::MIN_POSITIVE);
+    RampCheck { fastest_slope, lag, error, slow_enough, lag_fitted }
 }
