@@ -56,4 +56,14 @@ mod tests {
         assert_eq!(run(&[100, 0, 101, 102]), [Some(0), None, Some(0), Some(0)]);
         assert_eq!(run(&[100, 0, 1, 2]), [Some(0), None, Some(0), Some(0)]);
     }
+    /// The limit shrinks with the width: of a counter of one bit the next value alone goes on, of two bits one may be missing.
+    #[test]
+    fn a_narrow_counter_refuses_repetition_too() {
+        let run = |values: [u64; 5], mask| {
+            let mut counter = Counter::default();
+            values.map(|value| counter.accept(value, mask))
+        };
+        assert_eq!(run([0, 1, 1, 0, 1], 1), [Some(0), Some(0), None, Some(0), Some(0)]);
+        assert_eq!(run([0, 1, 3, 3, 2], 3), [Some(0), Some(0), Some(1), None, None]);
+    }
 }

@@ -92,5 +92,43 @@ mod tests {
         assert_eq!(frame.counters(), Some((255, 7)));
         let text = frame.to_string();
         assert!(text.contains("bus off") && text.contains("tx=255, rx=7"), "{text}");
+        let causes: Vec<&str> = text.split("; ").collect();
+        assert!(causes.len() == 3 && causes.iter().all(|cause| !cause.is_empty()), "{text}");
+    }
+
+    /// One bit of the class, or of what the controller says, each; others are none of their business.
+    #[test]
+    fn each_cause_has_bits_of_its_own() {
+        let said = |class, controller| {
+            let frame = ErrorFrame { class, data: [0, controller, 0xFF, 0xFF, 0xFF, 0xFF, 3, 4] };
+            let words = [
+                (frame.is_lost_arbitration(), "arbitration"),
+                (frame.is_receive_overflow(), "overflow"),
+                (frame.is_passive(), "passive"),
+                (frame.is_unacknowledged(), "unacknowledged"),
+                (frame.is_bus_off(), "off"),
+                (frame.is_restarted(), "restarted"),
+                (frame.counters() == Some((3, 4)), "counters"),
+            ];
+            words.iter().filter(|(is, _)| *is).map(|(_, word)| *word).collect::<Vec<_>>()
+        };
+        for (class, controller, wanted) in [
+            (0x002, 0xFF, vec!["arbitration"]),
+            (0x004, 0x01, vec!["overflow"]),
+            (0x004, 0x10, vec!["passive"]),
+            (0x004, 0x20, vec!["passive"]),
+            (0x004, 0x31, vec!["overflow", "passive"]),
+            // Nearly full or nearly passive: warnings, and the sender's queue.
+            (0x004, 0xCE, vec![]),
+            // Lost arbitration with something else is an error like others.
+            (0x006, 0x00, vec![]),
+            (0x020, 0xFF, vec!["unacknowledged"]),
+            (0x040, 0xFF, vec!["off"]),
+            (0x100, 0xFF, vec!["restarted"]),
+            (0x200, 0xFF, vec!["counters"]),
+            (0x099, 0xFF, vec![]),
+        ] {
+            assert_eq!(said(class, controller), wanted, "{class:#X} {controller:#X}");
+        }
     }
 }

@@ -179,4 +179,13 @@ mod tests {
         let remote = Frame::remote(id, 8).expect("fits");
         assert_eq!((remote.length(), remote.data().len()), (8, 0));
     }
+
+    /// As `candump` and `cansend` have them.
+    #[test]
+    fn an_identifier_shows_its_width() {
+        assert_eq!(
+            (Id::Standard(0x20).to_string(), Id::Extended(0x9_17).to_string()),
+            ("020".into(), "00000917".into())
+        );
+    }
 }

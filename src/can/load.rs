@@ -88,6 +88,20 @@ mod tests {
         assert_eq!([8, 4, 2].map(|length| classic_bits(long, length)), [160, 120, 100]);
     }
 
+    /// By hand, all stuff bits counted: head 17 + 4 (11 bits) or 36 + 8 (29 bits), ends 13, data phase
+    /// 5 + 8 n and a stuff bit for each four of them, stuff count and CRC 4 + 17 (up to 16 bytes) or 4 + 21, and a stuff bit
+    /// for each four of those begun.
+    #[test]
+    fn fd_frames_at_full_stuffing() {
+        let (short, long) = (Id::Standard(0), Id::Extended(0));
+        for (length, body) in [(0, 33.0), (8, 113.0), (12, 153.0), (16, 193.0), (20, 238.0), (64, 678.0)] {
+            for ratio in [1.0, 0.25] {
+                assert_eq!(fd_bits(short, length, ratio), 34.0 + body * ratio, "{length}");
+                assert_eq!(fd_bits(long, length, ratio), 57.0 + body * ratio, "{length}");
+            }
+        }
+    }
+
     #[test]
     fn the_bench_at_1_khz_loads_the_bus_by_67_percent() {
         let config = BusConfig::default();

@@ -18,6 +18,9 @@ use super::load::{self, MAXIMUM_PERCENT};
 use super::roles::Roles;
 use super::route::{Binding, Route, Routes};
 
+#[cfg(test)]
+mod tests;
+
 /// The DBC files that come with the crate, by the name a bench file uses.
 const BUILT_IN: [(&str, &str); 2] =
     [("bench", include_str!("../../dbc/bench.dbc")), ("vesc", include_str!("../../dbc/vesc.dbc"))];

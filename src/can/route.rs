@@ -9,6 +9,9 @@ use super::counter::Counter;
 use super::database::needs_fd;
 use super::frame::{Frame, Id, Kind, Payload};
 
+#[cfg(test)]
+mod tests;
+
 /// Why a frame or a value was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Refusal {
@@ -219,8 +222,8 @@ impl<F: Copy> Routes<F> {
     pub(super) fn new(mut messages: Vec<Route<F>>) -> Self {
         // The base identifier's 11 bits decide first; at a tie the 11-bit frame wins.
         messages.sort_by_key(|route| match route.id {
-            Id::Standard(short) => (u32::from(short), 0),
-            Id::Extended(long) => (long >> 18, 1 + (long & 0x3FFFF)),
+            Id::Standard(short) => (u32::from(short), None),
+            Id::Extended(long) => (long >> 18, Some(long)),
         });
         for route in &mut messages {
             route.is_one_word = route.fits_one_word();
