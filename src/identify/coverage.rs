@@ -230,7 +230,7 @@ fn pole_curve_and_k_v_at_once_from_lively_commands() {
 /// Pole, curve and k_V of `logs` as `identify` fits them at once, with the noise of the voltage taken away.
 fn at_once(logs: &[RotorLog], counts: &mut [Count; 4]) -> pole::LagFit {
     let course: Vec<RotorLog> = logs.iter().map(voltage::course).collect();
-    let quiet = joint::quiet(logs, joint::rough(&course, FULL_VOLTAGE).expect("a lag"));
+    let quiet = joint::foretold(logs, &course, FULL_VOLTAGE).expect("a lag");
     let fit = pole::fit(&record_of(&quiet, FULL_VOLTAGE, 0.0, |u, drop| [u, u * u, -drop]));
     let mut fit = fit.expect("lively commands");
     joint::allow_for_readings(&mut fit, &quiet, 2);
@@ -267,12 +267,14 @@ fn k_v_from_a_battery_that_hardly_empties() {
 /// A battery that gives way under load by a quarter of a volt at hover makes the rotor follow its command faster, by 4 %:
 /// that is not the pole's. The noise of the rate is a fifth of the bench's, so that a minute says as much as 25. Seen with
 /// the fit broken: the voltage of an interval as the mean of its ends, p covered 42 times of 100; the rates that draw on
-/// the battery foretold as if it gave way to none of them, 85; the noise of the readings forgotten, c_g2 82.
+/// the battery foretold as if it gave way to none of them, 85; the noise of the readings forgotten, c_g2 82. The last of these
+/// benches gives way by twice as much: foretold once only, from a lag beside the discharge alone, p was covered 29 times.
 #[test]
 fn the_pole_where_the_battery_gives_way() {
-    let volts = |t: f64, rate: f64| 12.4 - 2e-3 * t - 0.25 * (rate / 617.0).powi(3);
-    let truth = powered(volts, |t| 0.46 + 0.16 * (binary(t) - 0.5), POLE, 0.02, 3000);
-    for memory in MEMORIES {
+    for (memory, sag, hold) in [(0.0, 0.25, 0.1), (0.9, 0.25, 0.1), (0.0, 0.45, 0.04)] {
+        let volts = |t: f64, rate: f64| 12.4 - 2e-3 * t - sag * (rate / 617.0).powi(3);
+        let command = |t: f64| 0.46 + 0.16 * (binary(t * 0.1 / hold) - 0.5);
+        let truth = powered(volts, command, POLE, 0.02, 3000);
         let mut counts =
             [("c_g2", C_G2), ("c_g1", C_G1), ("k_V", K_V), ("p", POLE)].map(|(n, t)| Count::new(n, t));
         for run in 0..RUNS as u64 {

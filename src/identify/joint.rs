@@ -16,7 +16,7 @@ use super::voltage::{self, Follows};
 
 /// Rows of each log that decide on the degree: four minutes at 50 Hz.
 const DEGREE_ROWS: usize = 12_000;
-/// Fits beside a delay, each with the battery foretold from the numbers of the one before.
+/// Fits more, each with the battery foretold from the numbers of the one before.
 const PASSES: usize = 2;
 
 /// The joint fit.
@@ -184,7 +184,7 @@ fn with_battery(
     if let Some(first) = first.filter(is_late) {
         return Some(beside_delay(rotors, first, asked));
     }
-    let smooth = rough(&course, full_voltage).map(|follows| quiet(rotors, follows));
+    let smooth = foretold(rotors, &course, full_voltage);
     let found = settle(smooth.as_deref().unwrap_or(rotors), full_voltage, (true, delays), asked)?;
     if is_late(&found) {
         return Some(beside_delay(rotors, found, asked));
@@ -218,21 +218,41 @@ fn beside_delay(
     found
 }
 
+/// The logs with the noise of their voltage taken away; `course` are those with its course over time alone. What the battery
+/// gives way under the load makes a rotor faster, and bends its curve: a lag fitted beside the course alone has both in it,
+/// and with them the voltage once more. So what is foretold by it is only good enough for the next lag.
+pub(super) fn foretold(rotors: &[RotorLog], course: &[RotorLog], full_voltage: f64) -> Option<Vec<RotorLog>> {
+    let mut follows = rough(course, full_voltage)?;
+    let mut smooth = quiet(rotors, follows);
+    for _ in 0..PASSES {
+        let Some(next) = follow(&smooth, full_voltage, true, 2).filter(|next| next.voltage_gain > 0.0) else {
+            break;
+        };
+        follows = next;
+        smooth = quiet(rotors, follows);
+    }
+    Some(smooth)
+}
+
 /// A lag fitted to `rotors` with the course of their voltage; without it, where k_V comes out negative.
-pub(super) fn rough(rotors: &[RotorLog], full_voltage: f64) -> Option<Follows> {
+fn rough(rotors: &[RotorLog], full_voltage: f64) -> Option<Follows> {
     [(true, 2), (true, 1), (false, 2), (false, 1)].into_iter().find_map(|(battery, degree)| {
-        let problem = Problem { rotors, full_voltage, degree, battery };
-        let fit = sized!(problem, fit(0.0))?;
-        let quadratic = if degree == 2 { fit.coefficients[1] } else { 0.0 };
-        let (curve, voltage_gain) =
-            ([fit.coefficients[0], quadratic], if battery { fit.coefficients[degree] } else { 0.0 });
-        let follows = Follows { pole: fit.pole, delay: 0.0, curve, voltage_gain, full_voltage };
-        (voltage_gain > 0.0 || !battery).then_some(follows)
+        follow(rotors, full_voltage, battery, degree).filter(|follows| follows.voltage_gain > 0.0 || !battery)
     })
 }
 
+/// How `rotors` follow their commands by a lag that is fitted to them.
+fn follow(rotors: &[RotorLog], full_voltage: f64, battery: bool, degree: usize) -> Option<Follows> {
+    let problem = Problem { rotors, full_voltage, degree, battery };
+    let fit = sized!(problem, fit(0.0))?;
+    let quadratic = if degree == 2 { fit.coefficients[1] } else { 0.0 };
+    let voltage_gain = if battery { fit.coefficients[degree] } else { 0.0 };
+    let curve = [fit.coefficients[0], quadratic];
+    Some(Follows { pole: fit.pole, delay: 0.0, curve, voltage_gain, full_voltage })
+}
+
 /// The logs with the noise of their voltage taken away.
-pub(super) fn quiet(rotors: &[RotorLog], follows: Follows) -> Vec<RotorLog> {
+fn quiet(rotors: &[RotorLog], follows: Follows) -> Vec<RotorLog> {
     rotors.iter().map(|rotor| voltage::without_noise(rotor, follows)).collect()
 }
 
