@@ -50,7 +50,8 @@ pub struct Arguments {
     /// K as given in place of the pole placement, such as 0.276,0.120,0.052
     #[arg(long, value_name = "K1,K2,K3", value_parser = parse_numbers::<3>, allow_hyphen_values = true)]
     feedback_gain: Option<[f64; 3]>,
-    /// PID gains from a phase margin [degrees] and a gain margin [factor], such as 55,2.5
+    /// A PID with exactly this phase margin [degrees] and at least this gain margin [factor], such as 55,2.5: of all such
+    /// the one that rejects a constant torque best
     #[arg(long, value_name = "DEG,FACTOR", value_parser = parse_numbers::<2>, allow_hyphen_values = true)]
     pid_margins: Option<[f64; 2]>,
     /// Measured transport delay from the controller's step to the actuator [ms], besides the model's own
@@ -105,6 +106,7 @@ struct Task {
     config: ControllerConfig,
     angle: f64,
     period_s: f64,
+    note: Option<String>,
 }
 
 /// The answer, as `--json` writes it.
@@ -120,6 +122,7 @@ struct Design {
     pid: Option<PidConfig>,
     closed_loop: Vec<Eigenvalue>,
     margins: Option<Margins>,
+    note: Option<String>,
     warning: Option<String>,
     advice: Option<String>,
 }
@@ -162,6 +165,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         pid: None,
         closed_loop: Vec::new(),
         margins: None,
+        note: task.note.clone(),
         warning: None,
         advice: None,
     };
@@ -181,6 +185,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     } else {
         tables(&design).iter().for_each(|table| println!("{}", table.text()));
         design.refusal.iter().for_each(|refusal| println!("refused: {refusal}"));
+        design.note.iter().for_each(|note| println!("note: {note}"));
         design.warning.iter().for_each(|warning| println!("warning: {warning}"));
         design.advice.iter().for_each(|advice| println!("advice: {advice}"));
     }
@@ -203,6 +208,7 @@ impl Arguments {
         let model = Model::load(Path::new(&path))?;
         let (plant, known) = plant::of_model(&model)?;
         let mut config = bench.controller.clone();
+        let of_bench = config.kind;
         config.kind = match self.controller {
             Some(Kind::Emc) => ControllerKind::Emc,
             Some(Kind::Pid) => ControllerKind::Pid,
@@ -236,7 +242,11 @@ impl Arguments {
             config.pid = pid_by_margins(&plant, &loop_plant, period_s, phase_deg.to_radians(), gain)?;
         }
         let known = if config.compensate { known } else { Compensation::default() };
-        Ok(Task { model: model.name, plant, known, loop_plant, config, angle, period_s })
+        let is_other = self.controller.is_none() && config.kind != of_bench;
+        let note = is_other.then(|| {
+            "--pid-margins makes a PID, and the bench's own controller is EMC; --controller pid says that it is meant".to_owned()
+        });
+        Ok(Task { model: model.name, plant, known, loop_plant, config, angle, period_s, note })
     }
 
     /// Refuses what would do nothing for the controller of `config`.

@@ -218,9 +218,18 @@ impl PaperRun {
         }
         text.push_str(
             "The print does not say how strong its impulses were or how late its loop is, so peaks cannot be compared \
-             with it; its ringing of the PID needs loop delay, which is a setting here. Neither controller is tuned to \
-             lose.",
+             with it; its ringing of the PID needs loop delay, which is a setting here. ",
         );
+        if let Some([emc, pid]) = self.flights.last_chunk() {
+            text.push_str(&format!(
+                "Both controllers have the paper's settings, which were made for a loop without delay: by `design` EMC's is \
+                 stable up to a delay of {} ms, the PID's up to {} ms. The {} ms flown here leave the PID little, and that \
+                 is why it rings: this is what these gains do with that delay, not all that a PID can do.",
+                number(1e3 * emc.delay_limit, 3),
+                number(1e3 * pid.delay_limit, 3),
+                number(1e3 * pid.delay, 3),
+            ));
+        }
         text
     }
 

@@ -81,6 +81,9 @@ pub(super) fn page(design: &Design, closed: Option<&DiscreteLoop>) -> Page {
         }
         _ => page.verdict(Mark::Good, "The closed loop is stable."),
     };
+    design.note.iter().for_each(|note| {
+        page.paragraph(format!("Note: {note}."));
+    });
     design.warning.iter().for_each(|warning| {
         page.paragraph(format!("Warning: {warning}."));
     });

@@ -8,7 +8,8 @@ use std::time::Duration;
 use super::{Flight, IMPULSE, IMPULSE_AT_S, PERIOD_S, PaperError, PaperSettings};
 use crate::bench::BenchConfig;
 use crate::clock;
-use crate::control::{ControllerConfig, ControllerKind};
+use crate::control::design::{Compensator, DiscreteLoop};
+use crate::control::{Compensation, ControllerConfig, ControllerKind};
 use crate::emulate::Impulse;
 use crate::experiment::{Experiment, ExperimentConfig, Rotors, Shape};
 use crate::guard::{Cause, State};
@@ -129,6 +130,7 @@ impl<'a> Benches<'a> {
         (encoder.rate_hz, encoder.noise, encoder.quantization) = (1.0 / PERIOD_S, 0.0, 0.0);
         let settings = ControllerConfig { kind, ..ControllerConfig::paper() };
         let (parameters, _) = plant::of_model(model)?;
+        let delay_limit = delay_limit(model, &settings)?;
         let pilot =
             Pilot::controller(settings.build(&parameters, PERIOD_S)?, settings.reference.build(PERIOD_S)?);
         let mut moments = Vec::new();
@@ -146,7 +148,13 @@ impl<'a> Benches<'a> {
         let slots = clock::span_ns(IMPULSE_AT_S + JUDGED_S).div_ceil(clock::span_ns(PERIOD_S));
         let name = format!("{controller} with {} ms of delay", 1e3 * delay);
         self.fly(&config, pilot, slots, &name, &mut see, tell)?;
-        Ok(Flight { controller, delay, answer: judge(&moments, IMPULSE_AT_S, JUDGED_S), moments })
+        Ok(Flight {
+            controller,
+            delay,
+            delay_limit,
+            answer: judge(&moments, IMPULSE_AT_S, JUDGED_S),
+            moments,
+        })
     }
 
     /// The next bench, of a name of its own.
@@ -216,6 +224,20 @@ impl<'a> Benches<'a> {
         }
         Ok(())
     }
+}
+
+/// [s] delay up to which the loop is stable, the model's own apart: what `design` says of it.
+fn delay_limit(model: &Model, settings: &ControllerConfig) -> Result<f64, PaperError> {
+    let (parameters, known) = plant::of_model(model)?;
+    let compensator = match settings.kind {
+        ControllerKind::Emc => Compensator::Emc(settings.emc.gains(parameters.pole, PERIOD_S)?),
+        ControllerKind::Pid => Compensator::Pid(settings.pid),
+    };
+    let loop_plant = plant::loop_of_model(model, &parameters, &known, 0.0);
+    // As flown: the controllers cancel nothing here.
+    let nothing = Compensation::default();
+    let closed = DiscreteLoop::build(&parameters, &loop_plant, &compensator, &nothing, 0.0, PERIOD_S)?;
+    Ok(closed.margins().delay_s)
 }
 
 /// When [s] and why the guard's latch stopped the rotors; `None` while it has not.

@@ -27,7 +27,7 @@ pub const PERIOD_S: f64 = 0.02;
 pub const IMPULSE_AT_S: f64 = 5.0;
 /// [s] [N m] the impulse.
 pub const IMPULSE: (f64, f64) = (0.05, 0.6);
-/// [s] transport delays of the flights: none, and one that a real bench has.
+/// [s] transport delays of the flights: none, and one that a real bench has and the PID of Table III barely stands.
 const DELAYS_S: [f64; 2] = [0.0, 0.03];
 
 /// Why the run failed.
@@ -90,6 +90,8 @@ pub struct Flight {
     pub controller: &'static str,
     /// [s] transport delay in the loop.
     pub delay: f64,
+    /// [s] transport delay from which `design` has the loop unstable.
+    pub delay_limit: f64,
     /// How it answered.
     pub answer: Answer,
     /// Period by period. The angle is the true one.
