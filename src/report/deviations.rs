@@ -29,7 +29,7 @@ pub const DEVIATIONS: &[[&str; 3]] = &[
     [
         "(9)",
         "powers of u alone",
-        "the rotor's lag behind the ramp is fitted beside, where ramps go up and down",
+        "the powers as they arrive behind the rotor's lag: fitted with them where ramps go up and down, else as lively commands tell it",
     ],
     [
         "(10)",
