@@ -1,5 +1,7 @@
 //! The equations of Lotufo et al., MED 2016, each with the paper's numbers. `print` is what the paper prints.
 
+#[path = "paper_lpc16/alone.rs"]
+mod alone;
 #[path = "paper_lpc16/bad_logs.rs"]
 mod bad_logs;
 #[path = "paper_lpc16/bookkeeping.rs"]

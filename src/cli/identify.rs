@@ -1,5 +1,6 @@
 //! `rotorbench identify`: identify actuator and body from logs.
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::progress::Progress;
@@ -58,6 +59,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> CliResult {
     let read_from = arguments.log.iter().chain(&arguments.validate).chain([&arguments.template]);
     super::output::writable(arguments.output.iter().chain(&arguments.report), read_from)?;
+    let replaced = arguments.output.as_ref().filter(|path| path.is_file());
     let settings = settings(arguments)?;
     let logs = read(&arguments.log)?;
     let validation = read(&arguments.validate)?;
@@ -66,6 +68,10 @@ pub fn run(arguments: &Arguments) -> CliResult {
     drop(progress);
     if let Some(path) = &arguments.output {
         found.model.save(path)?;
+    }
+    if let Some(path) = replaced {
+        // A standard error that is closed is no reason to end with an error.
+        let _ = writeln!(std::io::stderr(), "note: {}: replaces the model that was there", path.display());
     }
     if let Some(path) = &arguments.report {
         found.page().save(path)?;
@@ -107,6 +113,7 @@ fn settings(arguments: &Arguments) -> Result<IdentifySettings, CliError> {
     let rotors = arguments.rotor.map_or((1..=ROTORS).collect(), |rotor| vec![usize::from(rotor)]);
     Ok(IdentifySettings {
         template,
+        full_voltage_given: arguments.full_voltage_v.is_some(),
         degree: arguments.degree.map(usize::from),
         battery: !arguments.no_battery,
         delay: !arguments.no_delay,

@@ -9,18 +9,19 @@ use super::rivals::Rival;
 use super::rotor_log::{RotorLog, bounds};
 use super::stale;
 use super::static_curve::HIGHEST_DEGREE;
+use super::unsure;
 use super::used;
 use super::validate::{self, Validation};
 use super::{Estimate, IdentifiedActuator, IdentifyError};
 use crate::model::{AddedEffect, ErrorFall, LogReference, Model, Step};
 use crate::record::{Dataset, readings};
-use crate::unit::{short, with_error};
+use crate::unit::with_error;
 
 /// The effect that a late rotor gets.
 const DELAY: &str = "transport_delay";
 /// [%] fit of a log with lively commands below which it is not explained.
 const UNFIT: f64 = 40.0;
-/// Standard error, as a share of a number, from which it hardly shows.
+/// Standard error, as a share of a number, from which it is said how little is known of it.
 const HARDLY: f64 = 0.2;
 /// [rad/s] no rotor with a propeller on it is as fast.
 const TOO_FAST: f64 = 200.0;
@@ -199,7 +200,7 @@ impl Work<'_> {
             rotors.filter(|it| it.jumps().len() >= FEWEST_JUMPS).map(|it| it.source.as_str()).collect();
         let unexplained =
             training.iter().chain(&validated).filter(|run| lively.contains(&run.source.as_str()));
-        self.warnings.extend(unexplained.filter_map(unfit));
+        self.warnings.extend(unexplained.filter(|_| !self.unlike).filter_map(unfit));
         let mut model = self.model(&actuator);
         if let Some((told, alone)) = self.delay().zip(self.without_delay(&actuator)) {
             let held_out = if validated.is_empty() {
@@ -249,7 +250,9 @@ impl Work<'_> {
     /// Says where the results contradict each other or leave something over.
     fn check_results(&mut self) {
         let mut say = Vec::new();
-        if let (Some(battery), Some(joint)) = (&self.battery, &self.joint)
+        // Of rotors that differ it is known why their common fit contradicts itself.
+        let alike = !self.unlike;
+        if let (true, Some(battery), Some(joint)) = (alike, &self.battery, &self.joint)
             && let Some(gain) = joint.voltage_gain
         {
             let sigma = battery.gain.standard_error.hypot(gain.standard_error);
@@ -267,7 +270,7 @@ impl Work<'_> {
                 pole.value
             ));
         }
-        if let Some(fit) = &self.pole
+        if let Some(fit) = self.pole.as_ref().filter(|_| alike)
             && (fit.gain.value - 1.0).abs() > 0.02
             && fit.gain.distance(1.0) > 4.0
         {
@@ -292,14 +295,14 @@ impl Work<'_> {
                     self.pole_estimate().map_or(f64::NAN, |pole| pole.value),
                     told.pole_without.value
                 ));
-            } else if !needed.is_empty() {
+            } else if alike && !needed.is_empty() {
                 say.push(format!(
                     "a first-order lag is not enough, and its pole makes up for what is missing: {}; `diagnose` tells which \
                      effect it is, `extend` adds it",
                     needed.join(", ")
                 ));
             }
-            if correlation > CORRELATED {
+            if alike && correlation > CORRELATED {
                 say.push(format!(
                     "the residual is far from noise (lag-one correlation {correlation:.2}): something is missing \
                      in the model; standard errors allow for it, `diagnose` looks for it"
@@ -326,7 +329,9 @@ impl Work<'_> {
                 with_error(left_out.inertia.value, left_out.inertia.standard_error)
             ));
         }
-        self.check_errors(&mut say);
+        if alike {
+            self.check_errors(&mut say);
+        }
         self.check_template(&mut say);
         self.check_inertia(&mut say);
         if let Some((low, high)) = self.lively_range().filter(|(low, high)| high - low < 0.05) {
@@ -353,10 +358,9 @@ impl Work<'_> {
             let Some(estimate) = estimate.filter(|it| it.standard_error > HARDLY * it.value.abs()) else {
                 continue;
             };
-            // Three digits of a number that is not known to two.
-            let digits = |value: f64| short(format!("{value:.2e}").parse().unwrap_or(value));
-            let (value, error) = (digits(estimate.value), digits(estimate.standard_error));
-            say.push(format!("{name} {value} ± {error} {unit} hardly shows in these logs: {more}"));
+            let share = 100.0 * estimate.standard_error / estimate.value.abs();
+            let value = unsure::in_digits(&estimate);
+            say.push(format!("{name} {value} {unit} is known to {share:.0} % only: {more}"));
         }
     }
 

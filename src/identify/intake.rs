@@ -18,6 +18,22 @@ pub(super) fn fuller_battery(logs: &[Dataset], settings: &IdentifySettings) -> O
     (best > FULLER * settings.template.actuator.full_voltage).then_some((10.0 * best).round() / 10.0)
 }
 
+/// What to say where the battery had `volts` [V], more than is taken for full.
+pub(super) fn tell_of_fuller(volts: f64, settings: &IdentifySettings) -> String {
+    let full = settings.template.actuator.full_voltage;
+    let taken = format!("{volts:.1} V is taken as full, so that no command counts as more than all");
+    if settings.full_voltage_given {
+        return format!(
+            "the battery had {volts:.1} V, more than the {full:.1} V that --full-voltage-v says it has when full: {taken}; is \
+             `battery_voltage_v` the voltage of that battery, of all its cells?"
+        );
+    }
+    format!(
+        "the battery had {volts:.1} V, more than the template's full {full:.1} V: {taken}; say what this bench's battery has \
+         with --full-voltage-v"
+    )
+}
+
 /// Every log's part of every rotor asked for.
 pub(super) fn rotor_logs(
     logs: &[Dataset],

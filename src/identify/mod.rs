@@ -1,7 +1,7 @@
 //! Section III of the paper, then general fitting.
 //!
-//! [`identify`] takes logs of any kind, sees for itself what each of them permits, and goes the paper's way as
-//! far as they reach:
+//! [`identify`] takes logs of any kind, sees for itself what each of them permits (and, `alone`, whether each rotor's rates
+//! can be those of its commands), and goes the paper's way as far as they reach:
 //!
 //! 1. k_V from stretches of constant command, [LPC16] Eq. (6) (`battery`);
 //! 2. g(u) from slow ramps, Eq. (9), its degree by cross-validation, and whether the ramps were slow enough for
@@ -15,6 +15,7 @@
 //! Where ramps or constant commands are missing, pole, curve and battery gain come from one joint fit (`joint`).
 //! Standard errors allow for correlated residuals. Models with effects of the catalogue are fitted by [`fit`].
 
+mod alone;
 mod battery;
 mod body;
 mod conclude;
@@ -42,6 +43,7 @@ mod static_curve;
 mod template;
 mod thrust;
 mod unmoved;
+mod unsure;
 mod used;
 mod validate;
 mod voltage;
@@ -74,7 +76,7 @@ pub enum IdentifyError {
         /// What each step lacks.
         reasons: Vec<String>,
     },
-    /// A column that cannot be in the unit of its name; everything made from it would be wrong.
+    /// A column that cannot be what its name says; everything made from it would be wrong.
     #[error("{0}")]
     Unit(String),
     /// A setting outside its range.

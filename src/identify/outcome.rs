@@ -20,6 +20,8 @@ use crate::signal::ROTORS;
 pub struct IdentifySettings {
     /// Gives the full-battery voltage, the hover rate, the arm, and all that the logs do not show.
     pub template: Model,
+    /// Whether its full-battery voltage was said of this bench, and is not the template's own.
+    pub full_voltage_given: bool,
     /// Degree of g(u); `None` = cross-validation chooses.
     pub degree: Option<usize>,
     /// Whether the battery takes part (where its voltage was logged).
@@ -34,6 +36,7 @@ impl Default for IdentifySettings {
     fn default() -> Self {
         Self {
             template: Model::paper(),
+            full_voltage_given: false,
             degree: None,
             battery: true,
             delay: true,

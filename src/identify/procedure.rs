@@ -1,5 +1,6 @@
 //! The whole of section III, as far as the logs reach.
 
+use super::alone;
 use super::battery::{self, BatteryGain};
 use super::body::{self, Body};
 use super::intake;
@@ -14,6 +15,7 @@ use super::rotor_log::{Foretold, RotorLog};
 use super::stale;
 use super::static_curve::{self, HIGHEST_DEGREE, StaticCurve};
 use super::thrust::{self, ThrustCurve};
+use super::unsure;
 use super::used;
 use super::{Estimate, IdentifiedActuator, IdentifyError};
 use crate::record::{Dataset, readings};
@@ -23,8 +25,6 @@ pub(super) const FEWEST_JUMPS: usize = 8;
 /// Scored samples from which anything may be fitted.
 const FEWEST_SAMPLES: usize = 100;
 
-/// Standard error of a pole, as a share of it, beyond which there is none.
-const UNSURE: f64 = 0.4;
 /// Standard deviation of a k_V that is taken from the template, as a share of it.
 const ASSUMED: f64 = 0.5;
 
@@ -70,13 +70,14 @@ pub fn identify_telling(
     let mut own = settings.clone();
     own.template.actuator.full_voltage = fuller.unwrap_or(settings.template.actuator.full_voltage);
     let mut work = Work::new(measured, &own, copies)?;
-    used::tell_of_seen(logs, validation, &mut work.warnings);
+    let fresh = used::without_seen(logs, validation, &mut work.warnings);
+    let validation = fresh.as_ref();
     if let Some(volts) = fuller {
-        work.warnings.push(format!(
-            "the battery had {volts:.1} V, more than the template's full {:.1} V: {volts:.1} V is taken as full, so that \
-             no command counts as more than all; say what this bench's battery has with --full-voltage-v",
-            settings.template.actuator.full_voltage
-        ));
+        work.warnings.push(intake::tell_of_fuller(volts, settings));
+    }
+    if let Some(unlike) = alone::check(&work.rotors, work.full_voltage())? {
+        work.warnings.push(unlike);
+        work.unlike = true;
     }
     tell("k_V from constant commands");
     work.battery();
@@ -109,6 +110,10 @@ pub(super) struct Work<'a> {
     pub pole: Option<PoleFit>,
     pub thrust: Option<ThrustCurve>,
     pub body: Option<Body>,
+    /// A k_V that hardly shows in constant commands.
+    pub hardly: Option<Estimate>,
+    /// Whether rotors were found to differ: what a fit of both leaves over then has that reason.
+    pub unlike: bool,
     /// Logs in which the body was seen, and what kept it from being seen in others.
     pub bodies: [Vec<String>; 2],
 }
@@ -136,6 +141,8 @@ impl<'a> Work<'a> {
             pole: None,
             thrust: None,
             body: None,
+            hardly: None,
+            unlike: false,
             bodies: [Vec::new(), Vec::new()],
         };
         if !use_battery {
@@ -166,6 +173,10 @@ impl<'a> Work<'a> {
             return self.note(STEP, false, why);
         }
         let (gain, left_out) = battery::identify(&self.rotors);
+        if let Some((gain, why)) = gain.as_ref().and_then(|it| Some((it.gain, unsure::no_gain(&it.gain)?))) {
+            self.hardly = Some(gain);
+            return self.note(STEP, false, why);
+        }
         match &gain {
             Some(gain) => {
                 let outcome = format!("{}, {left_out} left out", counted(gain.levels.len(), "level"));
@@ -202,10 +213,12 @@ impl<'a> Work<'a> {
         let parts = (self.use_battery, self.settings.delay);
         let mut told = Vec::new();
         let fit = joint::identify(&self.lively, full_voltage, parts, degree, &mut told);
-        if let Some(why) = fit.as_ref().and_then(|fit| no_pole(&fit.pole)) {
+        if let Some(why) = fit.as_ref().and_then(|fit| unsure::no_pole(&fit.pole)) {
             return self.note(STEP, false, why);
         }
-        self.warnings.append(&mut told);
+        if !self.unlike {
+            self.warnings.append(&mut told);
+        }
         match &fit {
             Some(fit) => self.note(STEP, true, outcome(fit.samples, fit.delay.as_ref())),
             None => self.note(
@@ -317,7 +330,7 @@ impl<'a> Work<'a> {
             return self.note(STEP, false, "the commands do not move z enough");
         };
         let found = Estimate { value: fit.pole, standard_error: fit.pole_error() };
-        if let Some(why) = no_pole(&found) {
+        if let Some(why) = unsure::no_pole(&found) {
             return self.note(STEP, false, why);
         }
         let rivals = rivals::both(&fit, &lively, record);
@@ -390,6 +403,9 @@ impl<'a> Work<'a> {
                 }
             }
         }
+        if let Some(why) = best.as_ref().and_then(unsure::no_inertia) {
+            return self.note(STEP, false, why);
+        }
         match &best {
             Some(best) => self.note(STEP, true, format!("{} samples, {}", best.samples, best.driven_by)),
             None => {
@@ -402,18 +418,6 @@ impl<'a> Work<'a> {
 
 fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
-}
-
-/// Why a pole that was fitted is none.
-fn no_pole(pole: &Estimate) -> Option<String> {
-    let is_sure = pole.standard_error <= UNSURE * pole.value.abs();
-    (!is_sure).then(|| {
-        format!(
-            "the pole would be {:.2} ± {:.2} rad/s, which is none: the rates do not follow these commands (another rotor's \
-             column, samples too far apart, commands that changed between the rows)",
-            pole.value, pole.standard_error
-        )
-    })
 }
 
 /// What a fit of the pole came to, in words.

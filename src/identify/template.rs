@@ -3,6 +3,7 @@
 use super::procedure::Work;
 use super::rotor_log::{RotorLog, bounds};
 use super::static_curve::formula;
+use super::unsure;
 use crate::unit::short;
 
 impl Work<'_> {
@@ -42,8 +43,9 @@ impl Work<'_> {
                 ""
             };
             say.push(format!(
-                "k_V = {gain} rad/(s V) is the template's, not this bench's: nothing in the logs shows it{allowed}; hold a \
-                 command for minutes while the battery falls, or record a PRBS"
+                "k_V = {gain} rad/(s V) is the template's, not this bench's: {}{allowed}; hold a command for minutes while \
+                 the battery falls, or record a PRBS",
+                unsure::shown_of_gain(self.hardly.as_ref(), template.voltage_gain)
             ));
         }
     }
@@ -71,11 +73,18 @@ impl Work<'_> {
         if let Some((low, high)) = volts
             && high < 0.7 * template.full_voltage
         {
-            say.push(format!(
-                "the battery had {low:.1} to {high:.1} V, but the template's is full at {:.1} V: g(u) and k_V are \
-                 drawn out to a battery that this bench does not have; give its full voltage with --full-voltage-v",
-                template.full_voltage
-            ));
+            let full = template.full_voltage;
+            say.push(if self.settings.full_voltage_given {
+                format!(
+                    "the battery had {low:.1} to {high:.1} V, but --full-voltage-v says that it is full at {full:.1} V: g(u) and \
+                     k_V are drawn out to a charge that is far from these logs; is it the battery of this bench?"
+                )
+            } else {
+                format!(
+                    "the battery had {low:.1} to {high:.1} V, but the template's is full at {full:.1} V: g(u) and k_V are \
+                     drawn out to a battery that this bench does not have; give its full voltage with --full-voltage-v"
+                )
+            });
         }
     }
 

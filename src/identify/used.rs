@@ -24,12 +24,30 @@ pub(super) fn without_copies<'a>(logs: &'a [Dataset], warnings: &mut Vec<String>
     logs.iter().enumerate().filter(|(at, _)| !copies.contains(at)).map(|(_, log)| log.clone()).collect()
 }
 
-/// Says so where a log to validate on is one that was fitted to.
-pub(super) fn tell_of_seen(logs: &[Dataset], validation: &[Dataset], warnings: &mut Vec<String>) {
-    for log in validation.iter().filter(|log| logs.iter().any(|seen| is_copy(seen, log))) {
-        let name = log.source_name();
-        warnings.push(format!("{name}: validated on what was fitted: its error says nothing of other logs"));
+/// The logs to validate on without those that were fitted to, whose error says nothing of other logs, and without copies
+/// of one another.
+pub(super) fn without_seen<'a>(
+    logs: &[Dataset],
+    validation: &'a [Dataset],
+    warnings: &mut Vec<String>,
+) -> Cow<'a, [Dataset]> {
+    let seen = |log: &Dataset| logs.iter().find(|seen| is_copy(seen, log));
+    if !validation.iter().any(|log| seen(log).is_some()) {
+        return without_copies(validation, warnings);
     }
+    for (log, seen) in validation.iter().filter_map(|log| Some((log, seen(log)?))) {
+        let (name, seen) = (log.source_name(), seen.source_name());
+        let same = if name == seen {
+            "it was".to_owned()
+        } else {
+            format!("it holds the same as {seen}, which was")
+        };
+        warnings.push(format!(
+            "{name}: not validated on: {same} fitted to, and its error says nothing of other logs"
+        ));
+    }
+    let fresh: Vec<Dataset> = validation.iter().filter(|log| seen(log).is_none()).cloned().collect();
+    Cow::Owned(without_copies(&fresh, warnings).into_owned())
 }
 
 fn is_copy(one: &Dataset, other: &Dataset) -> bool {

@@ -24,16 +24,10 @@ impl Identification {
     pub fn parameter_table(&self) -> Table {
         let mut table = Table::new(["parameter", "value", "standard error", "95 % interval", "unit", "from"])
             .caption("Identified");
-        if let Some(battery) = &self.battery {
-            // Of two the model has the surer one.
-            let beside = self.joint.as_ref().and_then(|joint| joint.voltage_gain);
-            let from = match (beside.is_some(), battery.gain.value == self.actuator.voltage_gain) {
-                (false, _) => "constant commands, Eq. (6)",
-                (true, true) => "constant commands, Eq. (6), in the model",
-                (true, false) => "constant commands, Eq. (6), less sure",
-            };
-            table = table.row(cells("k_V", battery.gain, "rad/(s V)", from));
-        }
+        table = self
+            .gains()
+            .into_iter()
+            .fold(table, |table, (gain, from)| table.row(cells("k_V", gain, "rad/(s V)", from)));
         if let Some(curve) = &self.static_curve {
             let from = if curve.from_ramps { "ramps, Eq. (9)" } else { "constant levels, Eq. (9)" };
             for (estimate, name) in curve.coefficients.iter().zip(SYMBOLS) {
@@ -59,7 +53,8 @@ impl Identification {
             for (estimate, name) in joint.coefficients.iter().zip(SYMBOLS) {
                 table = table.row(cells(name, *estimate, "rad/s", from(false)));
             }
-            if let Some(gain) = joint.voltage_gain {
+            // Where constant commands have one, too, both stand at the top.
+            if let Some(gain) = joint.voltage_gain.filter(|_| self.battery.is_none()) {
                 let is_used = gain.value == self.actuator.voltage_gain;
                 let from = if is_used && !alone { "all at once, in the model" } else { from(is_used) };
                 table = table.row(cells("k_V", gain, "rad/(s V)", from));
@@ -83,6 +78,27 @@ impl Identification {
             table = table.row(cells("bias", body.bias, "rad/s²", "constant acceleration, fitted beside"));
         }
         table
+    }
+
+    /// k_V of constant commands, and where lively ones have another: the one in the model first.
+    fn gains(&self) -> Vec<(Estimate, &'static str)> {
+        let Some(steady) = self.battery.as_ref().map(|battery| battery.gain) else { return Vec::new() };
+        let Some(lively) = self.joint.as_ref().and_then(|joint| joint.voltage_gain) else {
+            return vec![(steady, "constant commands, Eq. (6)")];
+        };
+        if steady.value == self.actuator.voltage_gain {
+            return vec![
+                (steady, "constant commands, Eq. (6), in the model"),
+                (lively, "all at once, less sure"),
+            ];
+        }
+        // Without ramps k_V goes with the curve of the lively commands, however sure the other is.
+        let beside = if steady.standard_error < lively.standard_error {
+            "constant commands, Eq. (6), as a check"
+        } else {
+            "constant commands, Eq. (6), less sure"
+        };
+        vec![(lively, "all at once, in the model"), (steady, beside)]
     }
 
     /// Which steps of section III the logs permit.

@@ -29,6 +29,22 @@ fn refused(log: &str, sentence: &str) {
 }
 
 #[test]
+fn a_model_that_was_there_is_said_to_be_replaced() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (file, model) = (folder.path().join("log.csv"), folder.path().join("model.toml"));
+    std::fs::write(&file, log::emit(&moving(lively, 1000))).expect("written");
+    let said = || {
+        let program = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
+            .args([Path::new("identify"), Path::new("--log"), &file, Path::new("-o"), &model])
+            .output()
+            .expect("the program starts");
+        assert!(program.status.success() && model.exists());
+        String::from_utf8_lossy(&program.stderr).contains("model.toml: replaces the model that was there")
+    };
+    assert_eq!([said(), said()], [false, true]);
+}
+
+#[test]
 fn too_few_samples_are_counted() {
     let toggling = |t: f64| if (t / PERIOD).round() % 2.0 == 0.0 { 0.4 } else { 0.5 };
     refused(

@@ -150,14 +150,85 @@ fn without_a_rotor_only_the_reason_is_said() {
     }
 }
 
-/// Twenty seconds of a battery that falls by 0.08 V say next to nothing, and what they say is in the model.
+/// Twenty seconds of a battery that falls by 0.08 V say little, and next to nothing where the noise is stronger: then the
+/// template's number is kept.
 #[test]
 fn a_k_v_that_hardly_shows_is_told() {
-    let noise = |row: usize| 15.0 * ((row.wrapping_mul(2_654_435_761) >> 16 & 255) as f64 / 127.5 - 1.0);
-    let found = found(&with(&settled(|_| 0.45, 1000), RATE, |row, rate| rate + noise(row)), &quadratic());
-    let gain = found.battery.as_ref().expect("one level").gain;
-    assert!(gain.standard_error > 0.2 * gain.value.abs(), "{gain:?}");
-    assert!(told(&found, "rad/(s V) hardly shows in these logs"), "{:?}", found.warnings);
+    let noise = |row: usize| (row.wrapping_mul(2_654_435_761) >> 16 & 255) as f64 / 127.5 - 1.0;
+    let noisy = |level: f64, strength: f64, rows: usize| {
+        with(&settled(|_| level, rows), RATE, |row, rate| rate + strength * noise(row))
+    };
+    let little = found(&noisy(0.45, 12.0, 1000), &quadratic());
+    let gain = little.battery.as_ref().expect("one level").gain;
+    assert!((0.2..0.4).contains(&(gain.standard_error / gain.value)), "{gain:?}");
+    assert!(told(&little, " % only: hold commands longer"), "{:?}", little.warnings);
+    assert_eq!(little.model.actuator.voltage_gain, gain.value);
+    // Beside ramps, which say the curve.
+    let ramps = settled(ramps, 7000);
+    let logs = [noisy(0.45, 36.0, 1000), ramps];
+    let next_to_nothing = identify(&logs, &[], &quadratic()).expect("identified");
+    assert!(next_to_nothing.battery.is_none());
+    assert_eq!(next_to_nothing.model.actuator.voltage_gain, 40.0);
+    assert!(!next_to_nothing.model.standard_errors.contains_key("voltage_gain"));
+    let said =
+        next_to_nothing.warnings.iter().find(|it| it.starts_with("k_V = 40 rad/(s V) is the template's"));
+    let said = said.expect("told");
+    assert!(said.contains("what the logs show, ") && said.contains(", is next to nothing"), "{said}");
+    assert!(!said.contains("speaks against it"), "{said}");
+}
+
+/// A rotor whose ESC governs its rate: it has no k_V, and a level of it alone gives no model at all.
+#[test]
+fn one_level_that_shows_nothing_gives_no_model() {
+    let noise = |row: usize| 2.0 * ((row.wrapping_mul(2_654_435_761) >> 16 & 255) as f64 / 127.5 - 1.0);
+    let governed = with(&settled(|_| 0.4633, 6000), RATE, |row, _| 617.0 + noise(row));
+    let (output, text) = run(&log::emit(&governed));
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains("k_V would be") && text.contains("which hardly shows"), "{text}");
+    let said = identify(&[governed, settled(ramps, 7000)], &[], &quadratic()).expect("ramps").warnings;
+    let against = "and speaks against it (a rotor whose ESC governs its rate has none: --no-battery";
+    assert!(said.iter().any(|it| it.contains(against)), "{said:?}");
+}
+
+/// What was said of this bench's battery is not the template's.
+#[test]
+fn a_full_voltage_that_cannot_be_is_said_to_be_the_one_that_was_given() {
+    let log = moving(lively, 3000);
+    for (volts, given, sentence) in [
+        (5.0, true, "more than the 5.0 V that --full-voltage-v says it has when full: 12.4 V is taken"),
+        (5.0, false, "more than the template's full 5.0 V: 12.4 V is taken as full"),
+        (25.2, true, "but --full-voltage-v says that it is full at 25.2 V"),
+        (25.2, false, "but the template's is full at 25.2 V"),
+    ] {
+        let mut settings = IdentifySettings { full_voltage_given: given, ..quadratic() };
+        settings.template.actuator.full_voltage = volts;
+        let found = found(&log, &settings);
+        assert!(told(&found, sentence), "{sentence}: {:?}", found.warnings);
+        let asks = told(&found, "say what this bench") || told(&found, "give its full voltage with");
+        assert_eq!(asks, !given, "{:?}", found.warnings);
+    }
+}
+
+/// Two numbers for k_V: first the one that the model has.
+#[test]
+fn the_k_v_in_the_model_stands_first() {
+    let level = settled(|_| 0.45, 6000);
+    for (strength, first) in [(0.0, "constant commands"), (30.0, "all at once")] {
+        let noise =
+            |row: usize| strength * ((row.wrapping_mul(2_654_435_761) >> 16 & 255) as f64 / 127.5 - 1.0);
+        let noisy = with(&level, RATE, |row, rate| rate + noise(row));
+        let logs = [noisy, settled(ramps, 7000), moving(lively, 3000)];
+        let found = identify(&logs, &[], &quadratic()).expect("identified");
+        let text = found.parameter_table().text();
+        let gains: Vec<&str> = text.lines().filter(|line| line.starts_with("k_V")).collect();
+        assert!(gains.len() == 2 && gains[0].contains(first), "{text}");
+        assert!(gains[0].contains("in the model") && gains[1].contains("less sure"), "{text}");
+    }
+    // Without ramps the curve is that of the lively commands, and k_V goes with it, however sure the other is.
+    let found = identify(&[level, moving(lively, 3000)], &[], &quadratic()).expect("identified");
+    let text = found.parameter_table().text();
+    let gains: Vec<&str> = text.lines().filter(|line| line.starts_with("k_V")).collect();
+    assert!(gains[0].contains("in the model") && gains[1].contains("Eq. (6), as a check"), "{text}");
 }
 
 /// Another rotor's rates: no pole and no model comes of them.

@@ -1,0 +1,173 @@
+//! Rates that are not those of the commands beside them, and rotors that differ: refused or said, not averaged.
+
+use rotorbench::identify::{IdentifySettings, identify};
+use rotorbench::record::{Dataset, log};
+
+use super::bad_logs::run;
+use super::logs::{C_G1, C_G2, FULL_VOLTAGE, K_V, POLE, lively, moving, ramps, settled, voltage};
+
+const RATE: [&str; 2] = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"];
+
+/// One rotor: what makes it differ from the paper's.
+#[derive(Clone, Copy)]
+struct Rotor {
+    linear: f64,
+    pole: f64,
+}
+
+const PAPER: Rotor = Rotor { linear: C_G2, pole: POLE };
+
+impl Rotor {
+    /// [rad/s] in ten midpoint steps for each of `rows` rows, `period` [s] apart, with 1.5 rad/s of noise that nobody can
+    /// foretell.
+    fn rates(&self, command: impl Fn(f64) -> f64, period: f64, rows: usize, seed: usize) -> Vec<f64> {
+        let step = period / 10.0;
+        let z = |u: f64, t: f64| C_G1 * u * u + self.linear * u - K_V * (FULL_VOLTAGE - voltage(t));
+        let mut rate = z(command(0.0), 0.0);
+        let mut rates = Vec::with_capacity(rows);
+        for row in 0..rows {
+            let t = row as f64 * period;
+            let hash = (row + 7919 * seed).wrapping_mul(2_654_435_761) ^ (row * seed).wrapping_mul(40_503);
+            // Uniform: its rms is half its width over the root of three.
+            rates.push(rate + 2.6 * (f64::from((hash >> 13 & 1023) as u16) / 511.5 - 1.0));
+            let u = command(t);
+            for part in 0..10 {
+                let steady = z(u, t + (f64::from(part) + 0.5) * step);
+                let middle = rate + 0.5 * step * self.pole * (steady - rate);
+                rate += step * self.pole * (steady - middle);
+            }
+        }
+        rates
+    }
+}
+
+/// Both rotors of a log, each with its command.
+fn both(rotors: [Rotor; 2], commands: [&dyn Fn(f64) -> f64; 2], rows: usize) -> Dataset {
+    let time: Vec<f64> = (0..rows).map(|row| 0.02 * row as f64).collect();
+    let mut log = Dataset::new("both.csv", "", time.clone()).expect("rising time");
+    let volts = time.iter().map(|t| voltage(*t)).collect();
+    log.insert("battery_voltage_v", volts).expect("as long as time");
+    for (at, (rotor, command)) in rotors.iter().zip(commands).enumerate() {
+        let told = time.iter().map(|t| command(*t)).collect();
+        log.insert(format!("command_{}", at + 1), told).expect("as long as time");
+        log.insert(RATE[at], rotor.rates(command, 0.02, rows, at + 1)).expect("as long as time");
+    }
+    log
+}
+
+/// Another rotor's commands, of the same kind.
+fn other(t: f64) -> f64 {
+    lively(t + 1000.0)
+}
+
+fn differential(t: f64) -> f64 {
+    0.94 - lively(t)
+}
+
+fn swapped(mut log: Dataset) -> Dataset {
+    let [one, other] = RATE.map(|name| log.column(name).expect("there").to_vec());
+    log.replace(RATE[0], other).expect("as long as before");
+    log.replace(RATE[1], one).expect("as long as before");
+    log
+}
+
+fn warnings(log: &Dataset, rotors: &[usize]) -> Vec<String> {
+    let settings =
+        IdentifySettings { degree: Some(2), rotors: rotors.to_vec(), ..IdentifySettings::default() };
+    identify(std::slice::from_ref(log), &[], &settings).expect("identified").warnings
+}
+
+fn refused(log: &Dataset, sentence: &str) {
+    let (output, text) = run(&log::emit(log));
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(text.contains(sentence), "`{sentence}` is not in: {text}");
+    assert_eq!(text.trim().lines().count(), 1, "one sentence: {text}");
+}
+
+#[test]
+fn rotors_that_are_not_alike_are_said_to_be_that_and_nothing_else() {
+    let paper: &dyn Fn(f64) -> f64 = &lively;
+    let (more, slow) = (Rotor { linear: 1.03 * C_G2, ..PAPER }, |pole| Rotor { pole, ..PAPER });
+    for (rotor, command, said) in [
+        (more, &other as &dyn Fn(f64) -> f64, ["rates at command 0.4", "± 0."]),
+        (more, &differential, ["rates at command 0.4", "± 0."]),
+        (more, paper, ["rates at command 0.4", "± 0."]),
+        (slow(12.0), &other, ["poles: 1", " of rotor 1, 12.0"]),
+        (slow(15.0), &other, ["poles: 1", " of rotor 1, 1"]),
+    ] {
+        let log = both([PAPER, rotor], [paper, command], 3000);
+        let told = warnings(&log, &[1, 2]);
+        let [first, second] = said;
+        assert!(
+            told[0].contains("both.csv: the rotors are not alike") && told[0].contains(first),
+            "{told:?}"
+        );
+        assert!(told[0].contains(second) && told[0].contains("--rotor 1 and with --rotor 2"), "{told:?}");
+        // What the model then has is said all the same, and no reason for it that is none.
+        assert!(told[1..].iter().all(|it| it.starts_with("the model has k_V = 0")), "{told:?}");
+    }
+    let log = both([PAPER, slow(12.0)], [paper, &other], 3000);
+    assert_eq!([&[1], &[2]].map(|rotor| warnings(&log, rotor)), [[""; 0]; 2], "each by itself");
+    // Ramps that both rotors were told at once.
+    let alike = both([PAPER, PAPER], [&ramps, &ramps], 7000);
+    let unlike = both([PAPER, more], [&ramps, &ramps], 7000);
+    let told = |log: &Dataset| warnings(log, &[1, 2]).iter().filter(|it| it.contains("not alike")).count();
+    assert_eq!([told(&alike), told(&unlike)], [0, 1]);
+    for command in [&other as &dyn Fn(f64) -> f64, &differential, paper] {
+        assert_eq!(warnings(&both([PAPER, PAPER], [paper, command], 3000), &[1, 2]), [""; 0]);
+    }
+}
+
+#[test]
+fn rates_of_another_rotor_are_refused() {
+    let log = both([PAPER, PAPER], [&lively, &other], 6000);
+    let sentence = "the rates of rotor 1 follow the commands of rotor 2, and those of 2 the commands of 1";
+    refused(&swapped(log.clone()), sentence);
+    let mut twice = log;
+    twice.replace(RATE[1], twice.column(RATE[0]).expect("there").to_vec()).expect("as long as before");
+    refused(&twice, "the rates of rotor 2 follow the commands of rotor 1: they are another rotor's column");
+    refused(&swapped(both([PAPER, PAPER], [&lively, &differential], 6000)), sentence);
+    // Told two commands only, each the opposite of the other's, both just slow down when they are told more.
+    let binary = |t: f64| if lively(t) > 0.47 { 0.55 } else { 0.39 };
+    let log = swapped(both([PAPER, PAPER], [&binary, &|t| 0.94 - binary(t)], 6000));
+    refused(&log, "slows down when it is told more, over all commands from 0.390 to 0.550");
+}
+
+#[test]
+fn commands_that_count_the_other_way_round_are_refused() {
+    for log in [moving(lively, 3000), settled(ramps, 7000), moving(ramps, 7000)] {
+        let told = log.column("command_1").expect("there").iter().map(|command| 1.0 - command).collect();
+        let mut turned = log.clone();
+        turned.replace("command_1", told).expect("as long as before");
+        refused(&turned, "the command counts the other way round");
+        assert!(run(&log::emit(&log)).0.status.success(), "as it was");
+    }
+}
+
+/// One rotor, rows `period` [s] apart, whose time is written in another unit.
+fn timed(command: impl Fn(f64) -> f64, period: f64, rows: usize, unit: f64) -> Dataset {
+    let at = |row: usize| period * row as f64;
+    let time = (0..rows).map(|row| unit * at(row)).collect();
+    let mut log = Dataset::new("timed.csv", "", time).expect("rising time");
+    let told = (0..rows).map(|row| command(at(row))).collect();
+    log.insert("command_1", told).expect("as long as time");
+    log.insert(RATE[0], PAPER.rates(&command, period, rows, 1)).expect("as long as time");
+    log.insert("battery_voltage_v", (0..rows).map(|row| voltage(at(row))).collect())
+        .expect("as long as time");
+    log
+}
+
+/// At 1000 and 500 Hz rows come 1 and 2 "s" apart, as those of a slow telemetry do.
+#[test]
+fn a_time_in_milliseconds_is_refused_and_a_slow_telemetry_is_not() {
+    // Bits of 20 ms; the hash of `lively` for slots of 0.1 s.
+    let bits = |t: f64| lively(5.0 * t);
+    for (rate, rows) in [(1000.0, 20_000), (500.0, 6_000)] {
+        let sentence = "if the time is in milliseconds or microseconds, import it with unit `ms` or `us`";
+        refused(&timed(bits, 1.0 / rate, rows, 1e3), sentence);
+    }
+    let held = |t: f64| 0.35 + 0.05 * ((t + 0.01) / 40.0).floor().rem_euclid(6.0);
+    let (output, text) = run(&log::emit(&timed(held, 1.0, 600, 1.0)));
+    assert!(output.status.success(), "{text}");
+    assert!(text.contains("done: ") && text.contains("of constant levels"), "{text}");
+}
