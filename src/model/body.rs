@@ -102,16 +102,19 @@ impl Equations {
     #[must_use]
     pub fn torque_means(&self, time: &[f64], means: &[f64], slopes: &[f64]) -> Vec<f64> {
         let mut means = delayed_means(time, means, slopes, self.torque_delay);
+        // How it rises within an interval matters to a law that is faster than the samples. Behind a delay it rises elsewhere.
+        let mut is_rising = self.torque_delay == 0.0;
         for hook in &self.torque_stream {
             let Some((memory, parameters)) = hook.memory() else { continue };
             let mut point = self.constants;
             point.torque = means.first().copied().unwrap_or(0.0);
             let mut state = (memory.settle)(parameters, &point);
-            for (mean, pair) in means.iter_mut().zip(time.windows(2)) {
+            for (row, (mean, pair)) in means.iter_mut().zip(time.windows(2)).enumerate() {
                 let step = (pair[1] - pair[0]) / STREAM_STEPS as f64;
-                point.torque = *mean;
+                let slope = slopes.get(row).copied().filter(|_| is_rising).unwrap_or(0.0);
                 let mut sum = 0.0;
-                for _ in 0..STREAM_STEPS {
+                for part in 0..STREAM_STEPS {
+                    point.torque = *mean + slope * step * (part as f64 + 0.5 - 0.5 * STREAM_STEPS as f64);
                     // The middle of the step stands for its mean.
                     let middle = (memory.advance)(parameters, state, &point, 0.5 * step);
                     sum += (memory.add)(parameters, middle, &point);
@@ -119,6 +122,7 @@ impl Equations {
                 }
                 *mean += sum / STREAM_STEPS as f64;
             }
+            is_rising = false;
         }
         means
     }
