@@ -83,8 +83,10 @@ impl Equations {
         let linear = self.steady.is_empty() && self.acceleration.is_empty() && self.rotor_sensor.is_empty();
         let mut state = self.settle(first, start);
         let mut known = (f64::NAN, 0.0);
-        // Index of the command in force: behind the row by the delay.
+        // Index of the command in force: behind the row by the delay. What was commanded before the first row is not known: until
+        // that row's command arrives, a rotor goes on as it is found.
         let mut late = 0;
+        let arrival = input.time.first().map_or(0.0, |first| first + self.command_delay);
         for row in 0..input.time.len() {
             trace.rate.push(state.rate);
             trace.measured.push(self.sensed(&state, first));
@@ -96,8 +98,10 @@ impl Equations {
                     late += 1;
                 }
                 let change = input.time.get(late + 1).map_or(*next, |change| change + self.command_delay);
-                let to = change.min(*next);
-                let Some(point) = self.rotor_point(input, late, row) else { return };
+                let waits = start.rate.filter(|_| from < arrival);
+                let to = if waits.is_some() { arrival } else { change }.min(*next);
+                let Some(mut point) = self.rotor_point(input, late, row) else { return };
+                point.steady_rate = waits.unwrap_or(point.steady_rate);
                 if linear {
                     let span = to - from;
                     // Rows of one interval share the exponential.
