@@ -185,6 +185,7 @@ pub fn simulate(
         rate: run.first_rate().map(|rate| rate + departure),
         slow: locals.get(1).copied().unwrap_or(0.0),
         before,
+        is_first: run.rows.start == 0,
     };
     equations.simulate_rotor(&run.input(), &start, trace);
 }

@@ -44,6 +44,7 @@ impl Work<'_> {
             (None, Some(joint)) => joint.voltage_gain.map_or(0.0, |gain| gain.value),
             (Some(_), _) if !self.use_battery => 0.0,
             (None, None) if !self.settings.battery => 0.0,
+            _ if self.no_voltage_gain().is_some() => 0.0,
             _ => self.voltage_gain().map_or(template.voltage_gain, |gain| gain.value),
         };
         IdentifiedActuator {

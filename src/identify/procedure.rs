@@ -240,9 +240,19 @@ impl<'a> Work<'a> {
         }
     }
 
+    /// A k_V that is known to be next to nothing, though not how much it is.
+    pub fn no_voltage_gain(&self) -> Option<&Estimate> {
+        let template = self.settings.template.actuator.voltage_gain;
+        let hardly = self.hardly.as_ref().filter(|_| self.use_battery && self.voltage_gain().is_none());
+        hardly.filter(|gain| unsure::is_none(gain, template))
+    }
+
     /// What k_V is taken as where no log shows it. Nobody knows by how much a bench differs from its template: half of it
     /// is what the curve's errors allow for.
     fn assumed_voltage_gain(&self) -> Estimate {
+        if let Some(shown) = self.no_voltage_gain() {
+            return Estimate { value: 0.0, standard_error: shown.standard_error.max(shown.value.abs()) };
+        }
         let taken = Estimate { value: self.settings.template.actuator.voltage_gain, standard_error: 0.0 };
         let unknown = Estimate { standard_error: ASSUMED * taken.value.abs(), ..taken };
         if self.use_battery { unknown } else { taken.scaled(0.0) }

@@ -36,6 +36,12 @@ impl Work<'_> {
                  which the logs were made"
                     .to_owned(),
             );
+        } else if let Some(shown) = self.no_voltage_gain() {
+            say.push(format!(
+                "the model has k_V = 0: what the logs show, {} rad/(s V), is next to nothing and speaks against the template's \
+                 {gain} (a rotor whose ESC governs its rate has none)",
+                unsure::in_digits(shown)
+            ));
         } else if self.use_battery && self.voltage_gain().is_none() {
             let allowed = if self.static_curve.is_some() {
                 ", and the standard errors of g(u) allow for its being off by half"
@@ -45,7 +51,7 @@ impl Work<'_> {
             say.push(format!(
                 "k_V = {gain} rad/(s V) is the template's, not this bench's: {}{allowed}; hold a command for minutes while \
                  the battery falls, or record a PRBS",
-                unsure::shown_of_gain(self.hardly.as_ref(), template.voltage_gain)
+                unsure::shown_of_gain(self.hardly.as_ref())
             ));
         }
     }

@@ -37,15 +37,16 @@ pub(super) fn no_gain(gain: &Estimate) -> Option<String> {
     })
 }
 
+/// Whether a k_V that hardly shows is plainly not the template's: it is next to nothing, then, and known to be.
+pub(super) fn is_none(gain: &Estimate, template: f64) -> bool {
+    !is_sure(gain) && gain.distance(template) > AGAINST
+}
+
 /// What of a k_V that hardly shows is to be said beside the template's, which is kept.
-pub(super) fn shown_of_gain(gain: Option<&Estimate>, template: f64) -> String {
-    let Some(gain) = gain else { return "nothing in the logs shows it".to_owned() };
-    let against = if gain.distance(template) > AGAINST {
-        ", and speaks against it (a rotor whose ESC governs its rate has none: --no-battery leaves it out)"
-    } else {
-        ""
-    };
-    format!("what the logs show, {} rad/(s V), is next to nothing{against}", in_digits(gain))
+pub(super) fn shown_of_gain(gain: Option<&Estimate>) -> String {
+    gain.map_or("nothing in the logs shows it".to_owned(), |gain| {
+        format!("what the logs show, {} rad/(s V), is next to nothing", in_digits(gain))
+    })
 }
 
 /// Why a J that was fitted is none.

@@ -25,6 +25,9 @@ pub struct RotorStart {
     pub slow: f64,
     /// What the laws with memory remember of the stretch before; `None` = settled.
     pub before: Option<Remembered>,
+    /// Here the log begins, and what was commanded before is not known: a rotor that is late goes on as it is found until the
+    /// first command arrives. Behind a hole that command was probably in force already.
+    pub is_first: bool,
 }
 
 /// States of laws with memory at the end of a stretch, and how long ago that was: heat outlives a hole in the log, a
@@ -83,8 +86,7 @@ impl Equations {
         let linear = self.steady.is_empty() && self.acceleration.is_empty() && self.rotor_sensor.is_empty();
         let mut state = self.settle(first, start);
         let mut known = (f64::NAN, 0.0);
-        // Index of the command in force: behind the row by the delay. What was commanded before the first row is not known: until
-        // that row's command arrives, a rotor goes on as it is found.
+        // Index of the command in force: behind the row by the delay.
         let mut late = 0;
         let arrival = input.time.first().map_or(0.0, |first| first + self.command_delay);
         for row in 0..input.time.len() {
@@ -98,7 +100,7 @@ impl Equations {
                     late += 1;
                 }
                 let change = input.time.get(late + 1).map_or(*next, |change| change + self.command_delay);
-                let waits = start.rate.filter(|_| from < arrival);
+                let waits = start.rate.filter(|_| start.is_first && from < arrival);
                 let to = if waits.is_some() { arrival } else { change }.min(*next);
                 let Some(mut point) = self.rotor_point(input, late, row) else { return };
                 point.steady_rate = waits.unwrap_or(point.steady_rate);

@@ -71,7 +71,7 @@ fn the_bare_rotor_is_exact_between_irregular_samples() {
     let command = vec![0.5; time.len()];
     let input = RotorInput { time: &time, command: &command, voltage: None, side: 1.0 };
     let mut trace = RotorTrace::default();
-    let start = RotorStart { rate: Some(100.0), slow: 0.0, before: None };
+    let start = RotorStart { rate: Some(100.0), ..RotorStart::default() };
     model.equations().expect("binds").simulate_rotor(&input, &start, &mut trace);
     let target = model.steady_rate(0.5);
     for (at, rate) in time.iter().zip(&trace.rate) {
@@ -99,7 +99,8 @@ fn a_motor_stays_warm_across_a_hole() {
     let before = run(0..1100, &RotorStart::default());
     let from = |hole, remembers: bool| {
         let before = remembers.then(|| before.remembered(hole));
-        run(1105..2000, &RotorStart { rate: Some(whole.rate[1105]), slow: 0.0, before }).rate[100]
+        run(1105..2000, &RotorStart { rate: Some(whole.rate[1105]), before, ..RotorStart::default() }).rate
+            [100]
     };
     // Of a hole of 0.12 s only what the rate did in it is lost: a hundredth of the way.
     assert!((from(0.12, true) - whole.rate[1205]).abs() < 0.1, "{} {}", from(0.12, true), whole.rate[1205]);
@@ -134,7 +135,7 @@ fn a_late_rotor_goes_on_as_it_is_found() {
     let time: Vec<f64> = (0..100).map(|k| 0.02 * f64::from(k)).collect();
     let input = RotorInput { time: &time, command: &[0.5; 100], voltage: None, side: 1.0 };
     let (low, high) = (model.steady_rate(0.4), model.steady_rate(0.5));
-    let start = RotorStart { rate: Some(low), ..RotorStart::default() };
+    let start = RotorStart { rate: Some(low), is_first: true, ..RotorStart::default() };
     let mut trace = RotorTrace::default();
     model.equations().expect("binds").simulate_rotor(&input, &start, &mut trace);
     for (at, rate) in time.iter().zip(&trace.rate) {

@@ -185,9 +185,10 @@ fn one_level_that_shows_nothing_gives_no_model() {
     let (output, text) = run(&log::emit(&governed));
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert!(text.contains("k_V would be") && text.contains("which hardly shows"), "{text}");
-    let said = identify(&[governed, settled(ramps, 7000)], &[], &quadratic()).expect("ramps").warnings;
-    let against = "and speaks against it (a rotor whose ESC governs its rate has none: --no-battery";
-    assert!(said.iter().any(|it| it.contains(against)), "{said:?}");
+    let found = identify(&[governed, settled(ramps, 7000)], &[], &quadratic()).expect("ramps");
+    let against = "and speaks against the template's 40 (a rotor whose ESC governs its rate has none)";
+    assert!(found.warnings.iter().any(|it| it.contains(against)), "{:?}", found.warnings);
+    assert_eq!(found.model.actuator.voltage_gain, 0.0);
 }
 
 /// What was said of this bench's battery is not the template's.

@@ -91,8 +91,8 @@ fn rotor_run(
     };
     let mut start = RotorStart {
         rate: measured.first().copied().filter(|rate| rate.is_finite()),
-        slow: 0.0,
-        before: None,
+        is_first: stretch.rows.start == 0,
+        ..RotorStart::default()
     };
     let mut trace = RotorTrace::default();
     equations.simulate_rotor(&input, &start, &mut trace);
@@ -209,7 +209,8 @@ fn commanded(equations: &Equations, log: &Dataset) -> Option<Driven> {
                 side: SIDES[rotor],
             };
             let first = log.column(RATES[rotor]).and_then(|rates| rates.get(stretch.rows.start).copied());
-            let start = RotorStart { rate: first.filter(|rate| rate.is_finite()), slow: 0.0, before: None };
+            let rate = first.filter(|rate| rate.is_finite());
+            let start = RotorStart { rate, is_first: stretch.rows.start == 0, ..RotorStart::default() };
             let mut trace = RotorTrace::default();
             equations.simulate_rotor(&input, &start, &mut trace);
             trace.rate
