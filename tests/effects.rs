@@ -138,7 +138,7 @@ fn simulate(model: &Model, rotor: bool) -> Vec<f64> {
         let mut trace = RotorTrace::default();
         equations.simulate_rotor(
             &input,
-            &RotorStart { rate: Some(500.0), slow: 0.0, before: None },
+            &RotorStart { rate: Some(500.0), ..RotorStart::default() },
             &mut trace,
         );
         return trace.measured;

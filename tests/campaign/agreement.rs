@@ -37,7 +37,8 @@ fn rotor_apart(model: &Model, truth: &Truth, rotor: usize) -> f64 {
         side: if rotor == 0 { 1.0 } else { -1.0 },
     };
     // The plant starts cold: its heat is below settled by all there is.
-    let start = RotorStart { rate: Some(first), slow: -(first / HOVER_RATE).powi(3), before: None };
+    let start =
+        RotorStart { rate: Some(first), slow: -(first / HOVER_RATE).powi(3), ..RotorStart::default() };
     let mut trace = RotorTrace::default();
     model.equations().expect("known effects").simulate_rotor(&input, &start, &mut trace);
     let pairs = truth.rows.iter().zip(&trace.measured);
