@@ -311,7 +311,9 @@ impl Work<'_> {
             }
         }
         if let Some(body) = self.body.as_ref().filter(|body| {
-            body.residual_correlation > CORRELATED && body.residual_rms > UNEXPLAINED * body.motion_rms
+            body.left_out.is_none()
+                && body.residual_correlation > CORRELATED
+                && body.residual_rms > UNEXPLAINED * body.motion_rms
         }) {
             say.push(format!(
                 "{}: J alone leaves {:.3} rad/s of the body rate's {:.3} unexplained over windows of half a second, \

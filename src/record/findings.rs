@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::dataset::{Dataset, LOG_SIGNALS};
 use super::readings::clipped::piles;
+use super::readings::stuck::frozen;
 use super::readings::{Clip, Unmeasured};
 use crate::unit::short;
 
@@ -13,10 +14,6 @@ mod tests;
 
 /// A stretch without a value is a dropout when longer than this many of the channel's own median intervals.
 const DROPOUT_FACTOR: f64 = 2.5;
-/// How unlikely a run of equal values must be, over the whole channel, to be called frozen.
-const FROZEN_CHANCE: f64 = 1e-3;
-/// No run shorter than this is called frozen.
-const FROZEN_LEAST: usize = 10;
 /// A rotor slower than this share of its fastest stands still.
 const STANDSTILL_SHARE: f64 = 0.05;
 /// [s] a change of command this long before a hole, or inside it, is named with it.
@@ -228,30 +225,24 @@ fn channel(log: &Dataset, name: &str, values: &[f64]) -> ChannelFindings {
         median_interval_s: median,
         range,
         constant,
-        frozen: if measured { frozen(name, &present) } else { Vec::new() },
+        frozen: if measured { stretches(name, &present) } else { Vec::new() },
         clipped: if measured { piles(&sorted) } else { Vec::new() },
         dropouts: dropouts(log, &present, median),
         unmeasured: Unmeasured::of(log, name),
     }
 }
 
-/// Runs of equal values that are too long for a channel that repeats itself as often as this one does.
-pub(super) fn frozen(name: &str, present: &[(f64, f64, usize)]) -> Vec<Stretch> {
-    let pairs = present.len().saturating_sub(1);
-    let equal = present.windows(2).filter(|pair| pair[0].1 == pair[1].1).count();
-    if pairs == 0 || equal == 0 {
-        return Vec::new();
-    }
-    // A run of n equal values has about the chance share^(n - 1) at each place.
-    let share = equal as f64 / pairs as f64;
-    let run = (FROZEN_CHANCE / pairs as f64).ln() / share.ln();
-    let least = (run.ceil() as usize).saturating_add(1).max(FROZEN_LEAST);
-    let runs = present.chunk_by(|a, b| a.1 == b.1);
-    // A rotor that stands still reads zero, rightly.
+/// Runs of equal values that are too long for the channel. A rotor that stands still reads zero, rightly.
+fn stretches(name: &str, present: &[(f64, f64, usize)]) -> Vec<Stretch> {
+    let values: Vec<f64> = present.iter().map(|(_, value, _)| *value).collect();
     let stands = |value: f64| name.starts_with("propeller_rate") && value == 0.0;
-    runs.filter(|run| run.len() >= least && !stands(run[0].1))
-        .map(|run| Stretch { start_s: run[0].0, length_s: run[run.len() - 1].0 - run[0].0, value: run[0].1 })
-        .collect()
+    let runs = frozen(&values).into_iter().filter(|run| !stands(values[run.start]));
+    runs.map(|run| Stretch {
+        start_s: present[run.start].0,
+        length_s: present[run.end - 1].0 - present[run.start].0,
+        value: values[run.start],
+    })
+    .collect()
 }
 
 /// Stretches between two values of a channel that are too long for it, where the log itself has rows.

@@ -12,7 +12,7 @@ use crate::unit::short;
 
 pub mod clipped;
 mod repeats;
-mod stuck;
+pub(super) mod stuck;
 #[cfg(test)]
 mod tests;
 mod wild;
@@ -156,6 +156,16 @@ pub fn bridged(time: &[f64], values: &[f64]) -> Vec<f64> {
         }
     }
     bridged
+}
+
+fn quantile(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    let at = (share * values.len() as f64) as usize;
+    if values.is_empty() {
+        return None;
+    }
+    let at = at.min(values.len() - 1);
+    Some(*values.select_nth_unstable_by(at, f64::total_cmp).1)
 }
 
 /// A number for people: so many digits of it.

@@ -144,7 +144,7 @@ fn bus_lines(bus: &BusStatus) -> Vec<Line<'static>> {
         some.map(|(count, what)| format!("{count} {what}")).collect::<Vec<_>>().join(", ")
     };
     let mut lines = vec![Line::raw(format!(
-        "bus: received {}  sent {}  own seen back, when last looked for, {}; oldest not seen then {:.0} ms",
+        "bus: received {}  sent {}  echoes heard {}, the oldest missing for {:.0} ms",
         bus.received,
         bus.sent,
         bus.echoed,

@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 
-use super::told;
+use super::{quantile, told};
 
 /// A channel with fewer distinct values than this is a switch; it cannot clip.
 const LEVELS_LEAST: usize = 20;
@@ -87,10 +87,13 @@ pub fn find(values: &[f64]) -> Option<Clipped> {
         let visits = known.chunk_by(|a, b| values[*a] == values[*b]);
         let visits = visits.filter(|visit| visit.len() > 1 && values[visit[0]] == clip.at).count();
         let step = |[it, next]: &[f64; 2]| (next - it).abs();
-        let usual = median(others.iter().map(step).filter(|step| *step > 0.0).collect());
-        let comes = median(others.iter().filter(|[_, next]| *next == clip.at).map(step).collect());
+        let usual = quantile(others.iter().map(step).filter(|step| *step > 0.0), 0.5).unwrap_or(0.0);
+        let comes = quantile(others.iter().filter(|[_, next]| *next == clip.at).map(step), 0.5);
         let stay = [at_end, others].map(|pairs| stay(&pairs));
-        visits >= VISITS && stay[0] >= STANDS.0 && stay[1] <= STANDS.1 && comes >= COMES * usual
+        visits >= VISITS
+            && stay[0] >= STANDS.0
+            && stay[1] <= STANDS.1
+            && comes.is_some_and(|comes| comes >= COMES * usual)
     };
     let at: Vec<f64> = piles.iter().filter(|clip| stands(clip)).map(|clip| clip.at).collect();
     let rows: Vec<usize> = known.iter().copied().filter(|row| at.contains(&values[*row])).collect();
@@ -101,10 +104,4 @@ pub fn find(values: &[f64]) -> Option<Clipped> {
 /// Share of neighbours that are equal.
 fn stay(pairs: &[[f64; 2]]) -> f64 {
     pairs.iter().filter(|[it, next]| it == next).count() as f64 / pairs.len().max(1) as f64
-}
-
-/// The middle one; 0 of none.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

@@ -3,12 +3,17 @@
 //! Of a rotor its command has to be asked, too, which is for who knows what it does. A body may rest: at zero it does, and
 //! where its angle stands as well.
 
+use std::ops::Range;
+
 use serde::Serialize;
 
 use super::told;
 use crate::record::dataset::Dataset;
-use crate::record::findings::frozen;
 
+/// How unlikely a run of equal values must be, over the whole channel, to be called frozen.
+const CHANCE: f64 = 1e-3;
+/// No run shorter than this is called frozen.
+const LEAST: usize = 10;
 /// The channel that is looked at, and the one that knows better.
 const RATE: &str = "body_rate_rad_s";
 const ANGLE: &str = "body_angle_rad";
@@ -54,41 +59,55 @@ pub(super) fn find(log: &Dataset, name: &str, values: &[f64]) -> Option<Stuck> {
     if name != RATE {
         return None;
     }
-    let time = log.time();
-    let range = |values: &mut dyn Iterator<Item = f64>| {
-        let ends = values
-            .filter(|value| value.is_finite())
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
-        ends.1 - ends.0
-    };
-    let rests = |rows: &std::ops::Range<usize>| {
-        log.column(ANGLE).is_some_and(|angle| {
-            range(&mut angle[rows.clone()].iter().copied()) < MOVES * range(&mut angle.iter().copied())
-        })
-    };
-    let present: Vec<(f64, f64, usize)> = (0..values.len())
-        .filter(|row| values[*row].is_finite())
-        .map(|row| (time[row], values[row], row))
+    let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
+    let readings: Vec<f64> = known.iter().map(|row| values[*row]).collect();
+    let runs: Vec<&[usize]> = frozen(&readings)
+        .into_iter()
+        .map(|run| &known[run])
+        .filter(|run| values[run[0]] != 0.0 && !rests(log, run))
         .collect();
-    let mut found: Vec<(std::ops::Range<usize>, f64)> = frozen(name, &present)
-        .iter()
-        .filter(|stretch| stretch.value != 0.0)
-        .map(|stretch| {
-            let from = time.partition_point(|time| *time < stretch.start_s);
-            // The first of them was a measurement.
-            let to = time.partition_point(|time| *time <= stretch.start_s + stretch.length_s + 1e-9);
-            (from + 1..to, stretch.value)
-        })
-        .collect();
-    found.retain(|(rows, _)| !rests(rows));
-    let (longest, value) = found.iter().max_by_key(|(rows, _)| rows.len())?;
-    let is_there = |row: &usize| values[*row].is_finite();
-    let rows: Vec<usize> = found.iter().flat_map(|(rows, _)| rows.clone()).filter(is_there).collect();
+    let longest = runs.iter().max_by_key(|run| run.len())?;
+    let (from, to) = (longest[0], longest[longest.len() - 1]);
+    // The first of them was a measurement.
+    let rows: Vec<usize> = runs.iter().flat_map(|run| &run[1..]).copied().collect();
     Some(Stuck {
         cells: rows.len(),
-        places: found.len(),
-        longest_s: [time[longest.start - 1], time[longest.end - 1]],
-        value: *value,
+        places: runs.len(),
+        longest_s: [log.time()[from], log.time()[to]],
+        value: values[from],
         rows,
     })
+}
+
+/// Whether the body's angle stands over these rows, too.
+fn rests(log: &Dataset, rows: &[usize]) -> bool {
+    let range = |angles: &mut dyn Iterator<Item = f64>| {
+        let ends = (f64::INFINITY, f64::NEG_INFINITY);
+        let (low, high) = angles
+            .filter(|angle| angle.is_finite())
+            .fold(ends, |(low, high), angle| (low.min(angle), high.max(angle)));
+        high - low
+    };
+    log.column(ANGLE).is_some_and(|angle| {
+        range(&mut rows.iter().map(|row| angle[*row])) < MOVES * range(&mut angle.iter().copied())
+    })
+}
+
+/// Runs of equal values, by place, that are too long for a channel that repeats itself as often as this one does.
+pub(in crate::record) fn frozen(values: &[f64]) -> Vec<Range<usize>> {
+    let pairs = values.len().saturating_sub(1);
+    let equal = values.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    if pairs == 0 || equal == 0 {
+        return Vec::new();
+    }
+    // A run of n equal values has about the chance share^(n - 1) at each place.
+    let share = equal as f64 / pairs as f64;
+    let run = (CHANCE / pairs as f64).ln() / share.ln();
+    let least = (run.ceil() as usize).saturating_add(1).max(LEAST);
+    let mut at = 0;
+    let runs = values.chunk_by(|a, b| a == b).map(|run| {
+        at += run.len();
+        at - run.len()..at
+    });
+    runs.filter(|run| run.len() >= least).collect()
 }

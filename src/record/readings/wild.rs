@@ -8,7 +8,7 @@
 
 use serde::Serialize;
 
-use super::told;
+use super::{quantile, told};
 use crate::record::dataset::Dataset;
 
 /// Readings to each side that foretell one.
@@ -280,14 +280,4 @@ fn seen(time: &[f64], values: &[f64], rows: &[usize]) -> Seen {
 fn sorted<const N: usize>(mut values: [f64; N]) -> [f64; N] {
     values.sort_by(f64::total_cmp);
     values
-}
-
-fn quantile(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    let at = (share * values.len() as f64) as usize;
-    if values.is_empty() {
-        return None;
-    }
-    let at = at.min(values.len() - 1);
-    Some(*values.select_nth_unstable_by(at, f64::total_cmp).1)
 }
