@@ -1,7 +1,8 @@
 //! Frequency response from data: Welch's averaged periodograms with coherence, beside the model's.
 
-use rustfft::FftPlanner;
+use rustfft::algorithm::Radix4;
 use rustfft::num_complex::Complex64;
+use rustfft::{Fft, FftDirection};
 use serde::Serialize;
 
 use super::rotor_log::RotorLog;
@@ -82,7 +83,7 @@ fn welch(stretches: &[(Vec<f64>, Vec<f64>)], window: usize, interval: f64) -> Ve
     let half = window / 2;
     let shape: Vec<f64> =
         (0..window).map(|k| 0.5 - 0.5 * (std::f64::consts::TAU * k as f64 / window as f64).cos()).collect();
-    let transform = FftPlanner::new().plan_fft_forward(window);
+    let transform = Radix4::new(window, FftDirection::Forward);
     let mut cross = vec![Complex64::ZERO; half];
     let (mut input_power, mut output_power) = (vec![0.0; half], vec![0.0; half]);
     let mut windows = 0usize;

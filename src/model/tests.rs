@@ -127,7 +127,7 @@ fn a_delay_between_samples_is_exact() {
 }
 
 /// What was commanded before the log began is not known: a rotor that is late goes on as it is found until the first row's
-/// command arrives.
+/// command arrives. Behind a hole that command was in force before.
 #[test]
 fn a_late_rotor_goes_on_as_it_is_found() {
     let mut model = Model::paper().with(&Model::paper().effect("transport_delay").expect("known"));
@@ -135,12 +135,14 @@ fn a_late_rotor_goes_on_as_it_is_found() {
     let time: Vec<f64> = (0..100).map(|k| 0.02 * f64::from(k)).collect();
     let input = RotorInput { time: &time, command: &[0.5; 100], voltage: None, side: 1.0 };
     let (low, high) = (model.steady_rate(0.4), model.steady_rate(0.5));
-    let start = RotorStart { rate: Some(low), is_first: true, ..RotorStart::default() };
-    let mut trace = RotorTrace::default();
-    model.equations().expect("binds").simulate_rotor(&input, &start, &mut trace);
-    for (at, rate) in time.iter().zip(&trace.rate) {
-        let exact = high + (low - high) * (-16.0 * (at - 0.05).max(0.0)).exp();
-        assert!((rate - exact).abs() < 1e-9, "{at}: {rate} {exact}");
+    for (is_first, arrival) in [(true, 0.05), (false, 0.0)] {
+        let start = RotorStart { rate: Some(low), is_first, ..RotorStart::default() };
+        let mut trace = RotorTrace::default();
+        model.equations().expect("binds").simulate_rotor(&input, &start, &mut trace);
+        for (at, rate) in time.iter().zip(&trace.rate) {
+            let exact = high + (low - high) * (-16.0 * (at - arrival).max(0.0)).exp();
+            assert!((rate - exact).abs() < 1e-9, "{at}: {rate} {exact}");
+        }
     }
 }
 

@@ -89,6 +89,20 @@ fn a_voltage_that_never_moves_says_nothing_of_k_v() {
     assert_eq!(constant.model.actuator.voltage_gain, 0.0);
 }
 
+/// At the end of its range a battery's reading is no voltage: as if it had not been measured.
+#[test]
+fn a_battery_reading_that_is_clipped_says_nothing_of_k_v() {
+    let log = moving(lively, 3000);
+    // Down by half a volt under load and back, a dozen times; what the wire tells ends at 12.2 V.
+    let sags = |row: usize| 12.0 + 0.4 * (0.05 * row as f64).sin() + 0.01 * ((row * 7919 % 13) as f64 - 6.0);
+    let clipped = found(&with(&log, VOLTAGE, |row, _| sags(row).min(12.2)), &quadratic());
+    assert!(told(&clipped, "`battery_voltage_v` is clipped at 12.2"), "{:?}", clipped.warnings);
+    let without = found(&with(&log, VOLTAGE, |_, _| f64::NAN), &quadratic());
+    assert_eq!(clipped.model.actuator, without.model.actuator);
+    let whole = found(&with(&log, VOLTAGE, |row, _| sags(row)), &quadratic());
+    assert!(!told(&whole, "is clipped at"), "{:?}", whole.warnings);
+}
+
 /// Of a curve that was fitted without the battery's part the template's k_V would take 0.3 V times 40 once more.
 #[test]
 fn a_battery_that_does_not_show_is_not_put_into_the_model() {

@@ -1,7 +1,8 @@
 //! At which frequencies an error lives.
 
-use rustfft::FftPlanner;
+use rustfft::algorithm::Radix4;
 use rustfft::num_complex::Complex;
+use rustfft::{Fft, FftDirection};
 use serde::Serialize;
 
 /// Power of an error over frequency.
@@ -28,7 +29,7 @@ pub(super) fn spectrum<'a>(
     interval: f64,
     corner_hz: f64,
 ) -> Option<Spectrum> {
-    let transform = FftPlanner::new().plan_fft_forward(PIECE);
+    let transform = Radix4::new(PIECE, FftDirection::Forward);
     let window: Vec<f64> =
         (0..PIECE).map(|k| 0.5 - 0.5 * (std::f64::consts::TAU * k as f64 / PIECE as f64).cos()).collect();
     let weight: f64 = window.iter().map(|w| w * w).sum();
