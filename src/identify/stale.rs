@@ -17,6 +17,10 @@ const STARTED: f64 = 2.0;
 const ISOLATED: usize = 3;
 /// Share of the log's middle rate from which a neighbour turns.
 const NEIGHBOUR: f64 = 0.1;
+/// [s] behind a reading from which a rotor that began to turn with it would have got far, and share of what it reads from there
+/// until [`STARTED`] which one that begins to turn does not reach at once.
+const GOT_FAR: f64 = 0.25;
+const AT_ONCE: f64 = 0.7;
 /// [s] shortest standstill of a reading that is looked at.
 const FROZEN: f64 = 1.0;
 /// [s] for which it goes on behind the command's change: no rotor of this kind waits for so long.
@@ -109,16 +113,30 @@ fn zeros(time: &[f64], told: &[f64], rate: &[f64], segment: &Range<usize>) -> Ve
     while at < known.len() {
         let count = known[at..].iter().take_while(|row| rate[**row] == 0.0).count();
         let rows = &known[at..at + count];
-        let told = |row: &&usize| told[**row] >= LEAST_COMMAND;
+        let is_told = |row: &&usize| told[**row] >= LEAST_COMMAND;
         let is_between = turns(at.checked_sub(1)) && turns(Some(at + count));
-        let is_short = (1..=ISOLATED).contains(&count) && rows.iter().all(|row| told(&row)) && is_between;
+        let is_short = (1..=ISOLATED).contains(&count) && rows.iter().all(|row| is_told(&row)) && is_between;
+        // Before the first frame of a telemetry that starts late the rotor turned as behind it.
+        let is_first = at == 0 && rows.iter().all(|row| told[*row] >= TURNS);
+        let is_late = is_first && is_up(time, rate, &known[count..]);
         // Once it must have started and has not, it was not measured from the beginning.
-        if is_short || rows.iter().any(|row| is_started[*row - segment.start]) {
-            zeros.extend(rows.iter().filter(told));
+        if is_short || is_late || rows.iter().any(|row| is_started[*row - segment.start]) {
+            zeros.extend(rows.iter().filter(is_told));
         }
         at += count.max(1);
     }
     zeros
+}
+
+/// Whether the first of these rows reads what a rotor reads that turned before: one that starts climbs from near zero, and
+/// has got far when as little time is over as this looks away from.
+fn is_up(time: &[f64], rate: &[f64], rows: &[usize]) -> bool {
+    let Some(first) = rows.first() else { return false };
+    let behind = rows.iter().filter(|row| (GOT_FAR..STARTED).contains(&(time[**row] - time[*first])));
+    let mut sizes: Vec<f64> = behind.map(|row| rate[*row].abs()).filter(|size| *size > 0.0).collect();
+    sizes.sort_by(f64::total_cmp);
+    // Not the least of them, which may be wild.
+    sizes.get(sizes.len() / 10).is_some_and(|low| rate[*first].abs() >= AT_ONCE * low)
 }
 
 /// Where in a segment a rotor has been told to turn for so long that it does.
@@ -300,6 +318,17 @@ mod tests {
         // Long ones are no better, once the rotor must have started; a rotor that starts is none.
         let (rows, told) = taken(&changed(&lively, |row, rate| if row >= 4000 { 0.0 } else { rate }));
         assert_eq!((rows.first(), rows.len()), (Some(&4000), 2000), "{told:?}");
+        // Nor are those before the first frame; a rotor that starts, and one in its dead zone, are none of these.
+        for count in [1, 3, 25] {
+            let (rows, told) = taken(&changed(&lively, |row, rate| if row < count { 0.0 } else { rate }));
+            assert_eq!(rows, (0..count).collect::<Vec<usize>>(), "{told:?}");
+        }
+        let from_rest =
+            changed(&log(|_| 0.45, 0.0, 1e-3), |row, rate| rate * (1.0 - 0.73f64.powi(row as i32)));
+        assert_eq!(taken(&from_rest), (vec![], vec![]), "it starts with the log");
+        let dead_zone = log(|t| 0.06 + 0.02 * t, 2.0, 1e-3);
+        let dead_zone = changed(&dead_zone, |row, rate| if row < 150 { 0.0 } else { rate });
+        assert_eq!(taken(&dead_zone), (vec![], vec![]), "up to 0.12 it stands");
         let starts = log(|t| if t < 1.0 { 0.0 } else { 0.45 }, 2.0, 1e-3);
         let starts = changed(&starts, |row, rate| if row < 100 { 0.0 } else { rate });
         assert_eq!(taken(&starts), (vec![], vec![]), "it took a second to start");
