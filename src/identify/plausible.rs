@@ -154,7 +154,7 @@ impl RotorLog {
             self.voltage = None;
             return;
         }
-        if let Some(clipped) = clipped::find(voltage) {
+        if let Some(clipped) = clipped::find(voltage, Some(&self.command)) {
             let at: Vec<String> = clipped.at.iter().map(|at| crate::unit::short(*at)).collect();
             warnings.push(format!(
                 "{}: `battery_voltage_v` is clipped at {}: {} of {} readings stand there, and what the battery had is not known; \

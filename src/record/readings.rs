@@ -59,7 +59,7 @@ impl Unmeasured {
         let repeats = repeats::find(log, values);
         let mut fresh = values.to_vec();
         repeats.iter().flat_map(|repeats| &repeats.rows).for_each(|row| fresh[*row] = f64::NAN);
-        let clipped = clipped::find(&fresh);
+        let clipped = clipped::find(&fresh, command_of(log, name));
         let mut within = values.to_vec();
         for row in clipped.iter().flat_map(|clipped| &clipped.rows) {
             (fresh[*row], within[*row]) = (f64::NAN, f64::NAN);

@@ -2,6 +2,7 @@
 //!
 //! Much may stand at an end of a channel's range: a level at which everything has settled, a body at rest, a coarse reading.
 //! So it is asked whether the channel comes to that end again and again and stands still there, while it moves elsewhere.
+//! What a coarse reading of a rotor settles to under one of its commands is not clipped, either.
 
 use serde::Serialize;
 
@@ -15,11 +16,13 @@ const FACTOR: usize = 5;
 const LEAST: usize = 10;
 /// Times that the channel must have come to the end and stood there.
 const VISITS: usize = 3;
-/// Share of the readings at the end that the next one is equal to, at least; and of the others, at most: the other end may
-/// be one, too.
+/// Share of the readings at the end that the next one is equal to, at least; and of those at neither end, at most.
 const STANDS: (f64, f64) = (0.15, 0.4);
 /// Share of a usual step with which the channel comes to the end, at least: what settles there comes with less and less.
 const COMES: f64 = 0.1;
+/// Steps of the reading with which it comes to a level at which it settles, at most; share of its arrivals there that are
+/// under one command; and how much that moves [-].
+const SETTLES: (f64, f64, f64) = (2.5, 0.9, 1e-3);
 
 /// A channel that piles up at its end.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -73,9 +76,10 @@ impl Clipped {
     }
 }
 
-/// The clipped ones among the readings of a channel that are finite; `None` where there are none.
+/// The clipped ones among the readings of a channel that are finite; `None` where there are none. `command` is what moves
+/// it, where that is one rotor's and is known.
 #[must_use]
-pub fn find(values: &[f64]) -> Option<Clipped> {
+pub fn find(values: &[f64], command: Option<&[f64]>) -> Option<Clipped> {
     let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
     let mut sorted: Vec<f64> = known.iter().map(|row| values[*row]).collect();
     sorted.sort_by(f64::total_cmp);
@@ -89,16 +93,42 @@ pub fn find(values: &[f64]) -> Option<Clipped> {
         let step = |[it, next]: &[f64; 2]| (next - it).abs();
         let usual = quantile(others.iter().map(step).filter(|step| *step > 0.0), 0.5).unwrap_or(0.0);
         let comes = quantile(others.iter().filter(|[_, next]| *next == clip.at).map(step), 0.5);
-        let stay = [at_end, others].map(|pairs| stay(&pairs));
+        let within = others.iter().filter(|[it, _]| piles.iter().all(|pile| *it != pile.at));
+        let stay = [stay(&at_end), stay(&within.copied().collect::<Vec<_>>())];
         visits >= VISITS
             && stay[0] >= STANDS.0
             && stay[1] <= STANDS.1
             && comes.is_some_and(|comes| comes >= COMES * usual)
     };
-    let at: Vec<f64> = piles.iter().filter(|clip| stands(clip)).map(|clip| clip.at).collect();
+    let settles =
+        |clip: &Clip| command.is_some_and(|command| settles(values, &known, &sorted, command, clip.at));
+    let at = piles.iter().filter(|clip| stands(clip) && !settles(clip)).map(|clip| clip.at);
+    let at: Vec<f64> = at.collect();
     let rows: Vec<usize> = known.iter().copied().filter(|row| at.contains(&values[*row])).collect();
     let (cells, of) = (rows.len(), known.len());
     (!rows.is_empty()).then_some(Clipped { rows, cells, of, at })
+}
+
+/// Whether a channel comes to an end of its range as what settles does that is read in steps: slowly, the last two steps of
+/// the way are hardly more than that, and always under the same command. What is beyond an end is reached in full stride,
+/// or under several commands.
+fn settles(values: &[f64], known: &[usize], sorted: &[f64], command: &[f64], end: f64) -> bool {
+    let inside = sorted.iter().copied().filter(|value| *value != end);
+    let step = inside.map(|value| (value - end).abs()).fold(f64::INFINITY, f64::min);
+    let arrivals: Vec<(f64, f64)> = known
+        .windows(3)
+        .filter(|rows| values[rows[1]] != end && values[rows[2]] == end)
+        .filter_map(|rows| {
+            let [first, before, there] = [0, 1, 2].map(|at| values[rows[at]]);
+            // The one under which it came: where a command changes in the row of a reading, that one answers to the last.
+            let under = command.get(..rows[2])?.iter().rev().find(|command| command.is_finite())?;
+            Some(((there - before).abs().max((before - first).abs()), *under))
+        })
+        .collect();
+    let Some(usual) = quantile(arrivals.iter().map(|(_, command)| *command), 0.5) else { return false };
+    let same = arrivals.iter().filter(|(_, command)| (command - usual).abs() <= SETTLES.2).count() as f64;
+    let comes = quantile(arrivals.iter().map(|(comes, _)| *comes), 0.5);
+    same >= SETTLES.1 * arrivals.len() as f64 && comes.is_some_and(|comes| comes <= SETTLES.0 * step)
 }
 
 /// Share of neighbours that are equal.

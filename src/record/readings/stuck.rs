@@ -1,13 +1,14 @@
 //! A gyroscope that stops telling: the same reading for far longer than this one ever repeats itself.
 //!
 //! Of a rotor its command has to be asked, too, which is for who knows what it does. A body may rest: at zero it does, and
-//! where its angle stands as well.
+//! where its angle stands as well. Without an angle it is asked whether what turns it came and went meanwhile, while it
+//! elsewhere moves the reading in as short a time.
 
 use std::ops::Range;
 
 use serde::Serialize;
 
-use super::told;
+use super::{quantile, told};
 use crate::record::dataset::Dataset;
 
 /// How unlikely a run of equal values must be, over the whole channel, to be called frozen.
@@ -19,6 +20,11 @@ const RATE: &str = "body_rate_rad_s";
 const ANGLE: &str = "body_angle_rad";
 /// Share of the angle's whole range by which it must move meanwhile.
 const MOVES: f64 = 0.02;
+
+/// Without an angle: times that what turns the body must change meanwhile, by this share of its range; and smallest steps
+/// of the reading by which it usually moves in such a time.
+const DRIVEN: (usize, f64) = (3, 0.25);
+const STEPS: f64 = 5.0;
 
 /// Readings of a gyroscope that stood still.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -61,11 +67,12 @@ pub(super) fn find(log: &Dataset, name: &str, values: &[f64]) -> Option<Stuck> {
     }
     let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
     let readings: Vec<f64> = known.iter().map(|row| values[*row]).collect();
-    let runs: Vec<&[usize]> = frozen(&readings)
-        .into_iter()
-        .map(|run| &known[run])
-        .filter(|run| values[run[0]] != 0.0 && !rests(log, run))
-        .collect();
+    let found = frozen(&readings).into_iter().filter(|run| readings[run.start] != 0.0);
+    let is_stuck = |run: &Range<usize>| match log.column(ANGLE) {
+        Some(angle) => !rests(angle, &known[run.clone()]),
+        None => is_driven(log, &known[run.clone()]) && moves_elsewhere(&readings, run.len()),
+    };
+    let runs: Vec<&[usize]> = found.filter(is_stuck).map(|run| &known[run]).collect();
     let longest = runs.iter().max_by_key(|run| run.len())?;
     let (from, to) = (longest[0], longest[longest.len() - 1]);
     // The first of them was a measurement.
@@ -79,18 +86,51 @@ pub(super) fn find(log: &Dataset, name: &str, values: &[f64]) -> Option<Stuck> {
     })
 }
 
+/// Greatest less least of what is finite.
+fn range(values: impl Iterator<Item = f64>) -> f64 {
+    let ends = (f64::INFINITY, f64::NEG_INFINITY);
+    let finite = values.filter(|value| value.is_finite());
+    let (low, high) = finite.fold(ends, |(low, high), value| (low.min(value), high.max(value)));
+    high - low
+}
+
 /// Whether the body's angle stands over these rows, too.
-fn rests(log: &Dataset, rows: &[usize]) -> bool {
-    let range = |angles: &mut dyn Iterator<Item = f64>| {
-        let ends = (f64::INFINITY, f64::NEG_INFINITY);
-        let (low, high) = angles
-            .filter(|angle| angle.is_finite())
-            .fold(ends, |(low, high), angle| (low.min(angle), high.max(angle)));
-        high - low
-    };
-    log.column(ANGLE).is_some_and(|angle| {
-        range(&mut rows.iter().map(|row| angle[*row])) < MOVES * range(&mut angle.iter().copied())
-    })
+fn rests(angle: &[f64], rows: &[usize]) -> bool {
+    range(rows.iter().map(|row| angle[*row])) < MOVES * range(angle.iter().copied())
+}
+
+/// Whether what turns the body comes and goes over these rows.
+fn is_driven(log: &Dataset, rows: &[usize]) -> bool {
+    let Some(drive) = drive(log) else { return false };
+    let moves = DRIVEN.1 * range(drive.iter().copied());
+    let mut told = rows.iter().map(|row| drive[*row]).filter(|value| value.is_finite());
+    let Some(mut last) = told.next() else { return false };
+    let mut changes = 0;
+    for value in told.filter(|_| moves > 0.0) {
+        if (value - last).abs() >= moves {
+            (changes, last) = (changes + 1, value);
+        }
+    }
+    changes >= DRIVEN.0
+}
+
+/// What turns the body, up to a factor: a torque, or the one rotor's command less the other's; of one rotor its own.
+fn drive(log: &Dataset) -> Option<Vec<f64>> {
+    if let Some(torque) = log.column("torque_command_nm") {
+        return Some(torque.to_vec());
+    }
+    match (log.column("command_1"), log.column("command_2")) {
+        (Some(first), Some(second)) => Some(first.iter().zip(second).map(|(a, b)| a - b).collect()),
+        (one, other) => one.or(other).map(<[f64]>::to_vec),
+    }
+}
+
+/// Whether the reading usually moves by more than its own coarseness over as many rows as these.
+fn moves_elsewhere(readings: &[f64], rows: usize) -> bool {
+    let steps = readings.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
+    let step = steps.fold(f64::INFINITY, f64::min);
+    let usual = quantile(readings.chunks_exact(rows).map(|rows| range(rows.iter().copied())), 0.5);
+    usual.is_some_and(|usual| usual >= STEPS * step)
 }
 
 /// Runs of equal values, by place, that are too long for a channel that repeats itself as often as this one does.

@@ -355,7 +355,7 @@ fn readings_at_the_end_of_a_range_are_missing_and_told() {
         let values = noisy(values, size);
         let mut sorted = values.clone();
         sorted.sort_by(f64::total_cmp);
-        for (low, high) in [(0.0, 0.9), (0.0, 0.98), (0.05, 1.0), (0.2, 0.8)] {
+        for (low, high) in [(0.0, 0.9), (0.0, 0.98), (0.05, 1.0), (0.2, 0.8), (0.36, 0.64)] {
             let ends = [low, high].map(|share| sorted[(share * (ROWS - 1) as f64) as usize]);
             let clipped = values.iter().map(|value| value.clamp(ends[0], ends[1])).collect();
             let log = log(name, 0.02, &told, clipped);
@@ -367,6 +367,41 @@ fn readings_at_the_end_of_a_range_are_missing_and_told() {
             }
             assert!(said.len() == 1 && said[0].contains("is clipped at"), "{said:?}");
         }
+    }
+}
+
+/// Under two commands, most of the readings at either end; a coarse reading, too.
+#[test]
+fn both_ends_of_a_range_may_hold_most_of_the_readings() {
+    let (told, rates) = rotor(0.02, 16.0, binary(10));
+    for step in [1e-3, 2.0] {
+        let values = on_grid(&noisy(&rates, 1.5), step);
+        let clipped: Vec<f64> = values.iter().map(|rate| rate.clamp(560.0, 680.0)).collect();
+        let at_ends = clipped.iter().filter(|rate| **rate == 560.0 || **rate == 680.0).count();
+        assert!(at_ends > ROWS * 65 / 100);
+        let found = Unmeasured::of(&log(RATE, 0.02, &told, clipped), RATE).clipped;
+        assert_eq!(found.map(|it| (it.cells, it.at)), Some((at_ends, vec![560.0, 680.0])), "steps of {step}");
+    }
+}
+
+/// Under two commands a quiet, coarse reading settles at the same two values again and again, as a supply's voltage under
+/// load does the other way round.
+#[test]
+fn what_a_coarse_reading_settles_to_is_no_clip() {
+    for (interval, pole, rows, step, size) in [
+        (0.02, 20.0, 10, 3.0, 0.3),
+        (0.02, 16.0, 10, 1.5, 0.1),
+        (0.01, 12.0, 30, 3.0, 0.3),
+        (0.01, 12.0, 30, 2.0, 0.15),
+    ] {
+        let (told, rates) = rotor(interval, pole, binary(rows));
+        let values = on_grid(&noisy(&rates, size), step);
+        let found = Unmeasured::of(&log(RATE, interval, &told, values), RATE).clipped;
+        assert!(found.is_none(), "{pole}, {step}: {:?}", found.map(|it| (it.cells, it.at)));
+        let sags = rates.iter().map(|rate| 12.6 - (rate / 700.0).powi(3));
+        let sags = on_grid(&sags.collect::<Vec<_>>(), 0.01);
+        let found = clipped::find(&sags, Some(&told));
+        assert!(found.is_none(), "{pole}, a supply: {:?}", found.map(|it| (it.cells, it.at)));
     }
 }
 
@@ -413,4 +448,13 @@ fn a_gyroscope_that_stands_still_is_missing_and_told() {
     let angle = (0..ROWS).map(|row| if is_held(row) { 0.2 } else { (0.01 * row as f64).sin() }).collect();
     rests.insert("body_angle_rad", angle).unwrap();
     assert_eq!(Unmeasured::of(&rests, name).stuck, None);
+    // Without an angle: held while nothing turns it, with a bias; or moved so gently that a coarse reading stands.
+    let still = (0..ROWS).map(|row| if is_held(row) { 0.45 } else { told[row] }).collect::<Vec<f64>>();
+    assert_eq!(Unmeasured::of(&log(name, 0.02, &still, stopped(0.123)), name).stuck, None);
+    let gentle = (0..ROWS)
+        .map(|row| if row % 60 < 20 { 0.02 } else { 0.3 * (0.3 * row as f64).sin() })
+        .collect::<Vec<f64>>();
+    let (told, _) = rotor(0.02, 16.0, binary(60));
+    let gentle = on_grid(&gentle, 0.01);
+    assert_eq!(Unmeasured::of(&log(name, 0.02, &told, gentle), name).stuck, None);
 }
