@@ -17,6 +17,7 @@ use super::missing;
 use super::rotor_log::{LEAST_COMMAND, bounds, held_everywhere};
 use super::{Estimate, IdentifiedActuator, RotorRun};
 use crate::record::Dataset;
+use crate::unit::with_error;
 
 /// [s] length of a window.
 const WINDOW: f64 = 0.5;
@@ -120,9 +121,9 @@ pub(super) fn identify(
     let slope = Estimate { value: fit.coefficients[0], standard_error: fit.standard_error(0) };
     if slope.value < 3.0 * slope.standard_error || slope.value <= 0.0 {
         warnings.push(format!(
-            "{source}: the torque hardly shows in the body rate (d/J = {:.3} ± {:.3}); excite the attitude more, \
+            "{source}: the torque hardly shows in the body rate (d/J = {}); excite the attitude more, \
              or check that the body may turn and that its rate has the sign of torque = d (f1 - f2)",
-            slope.value, slope.standard_error
+            with_error(slope.value, slope.standard_error)
         ));
         return None;
     }

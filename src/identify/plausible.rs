@@ -5,6 +5,7 @@ use super::rotor_log::{LEAST_COMMAND, RotorLog, bounds};
 use super::static_curve::polynomial;
 use crate::model::Model;
 use crate::record::readings::clipped;
+use crate::unit::STANDARD_GRAVITY;
 
 /// [-] [rad/s] [V] beyond these a column cannot be in the unit of its name: percent or microseconds; rpm, for a
 /// propeller's tip at 7000 rad/s reaches the speed of sound 5 cm from its axis; millivolts.
@@ -32,6 +33,19 @@ const UNITS: [(&str, f64); 4] = [
     ("krpm", 0.06 / std::f64::consts::TAU),
     ("deg/s", 360.0 / std::f64::consts::TAU),
 ];
+
+/// The same factor of thrusts: they go with the square of the rates, and another rotor's are further from the template's.
+const ANOTHER_THRUST: f64 = 6.0;
+/// Units that a thrust may have been written in and that are further from 1 N than that, and what they say for 1 N.
+const THRUST_UNITS: [(&str, f64); 3] =
+    [("gf", 1e3 / STANDARD_GRAVITY), ("kgf", 1.0 / STANDARD_GRAVITY), ("mN", 1e3)];
+
+/// The unit that says nearly `ratio` for one of the right ones.
+fn nearest(units: &[(&'static str, f64)], ratio: f64) -> Option<&'static str> {
+    let away = |unit: &(&str, f64)| (ratio / unit.1).ln().abs();
+    let nearest = units.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+    nearest.filter(|unit| away(unit) < LIKE.ln()).map(|unit| unit.0)
+}
 
 impl RotorLog {
     /// Says so where a column can hardly be in the unit of its name, or is at its limits; refuses where it cannot. A
@@ -88,8 +102,12 @@ impl RotorLog {
             && high >= 100.0
         {
             let sentence = format!(
-                "{source}: battery voltages from {low:.3} to {high:.3} V are not those of a battery; if the \
-                 column is in millivolts, import it with unit `mV`"
+                "{source}: battery voltages from {low:.3} to {high:.3} V are not those of a battery; {}",
+                if high > IMPOSSIBLE.2 {
+                    "if the column is in millivolts, import it with unit `mV`"
+                } else {
+                    "a charge in percent is no voltage (leave that column out); tenths of a volt want the scale 0.1 at `import`"
+                }
             );
             say(sentence, high > IMPOSSIBLE.2)?;
         }
@@ -178,35 +196,46 @@ impl RotorLog {
         }
     }
 
-    /// Says so where the rates are those of another unit, by what the template's rotor does at the same commands. It
+    /// Says so where rates or thrusts are those of another unit, by what the template's rotor does at the same commands. It
     /// may well be another rotor: nothing is refused.
     pub(super) fn hold_against(&self, template: &Model, warnings: &mut Vec<String>) {
         let curve = template.actuator.steady_rate.get(1..).unwrap_or_default();
-        let ratio = |row: usize| {
-            let expected = polynomial(curve, self.command[row]);
-            (self.command[row] >= LEAST_HELD && expected > 0.0).then(|| self.rate[row].abs() / expected)
+        let middle = |of: &dyn Fn(usize, f64) -> f64, another: f64| {
+            let ratio = |row: usize| {
+                let expected = polynomial(curve, self.command[row]);
+                (self.command[row] >= LEAST_HELD && expected > 0.0).then(|| of(row, expected))
+            };
+            let rows = self.segments.iter().cloned().flatten();
+            let mut ratios: Vec<f64> = rows.filter_map(ratio).filter(|ratio| ratio.is_finite()).collect();
+            ratios.sort_by(f64::total_cmp);
+            let middle = ratios.get(ratios.len() / 2).copied();
+            middle.filter(|ratio| !(1.0 / another..another).contains(ratio))
         };
-        let mut ratios: Vec<f64> = self.scored().filter_map(ratio).collect();
-        ratios.sort_by(f64::total_cmp);
-        let Some(&ratio) = ratios.get(ratios.len() / 2) else { return };
-        if (1.0 / ANOTHER..ANOTHER).contains(&ratio) {
-            return;
+        let mut say = |what: &str, values: &[f64], si: &str, ratio: f64, unit: Option<&str>| {
+            let unit = unit.map_or_else(
+                || "is the unit of the column right?".to_owned(),
+                |name| {
+                    format!("if the column is in {name}, import it with unit `{name}`; everything in {si} is off by that else")
+                },
+            );
+            let (least, most) = bounds(values);
+            warnings.push(format!(
+                "{}: {what} from {least:.4} to {most:.4} {si} are {} times what the template's rotor does at these \
+                 commands; {unit}",
+                self.source,
+                crate::unit::short((1e3 * ratio).round() / 1e3)
+            ));
+        };
+        if let Some(ratio) = middle(&|row, expected| self.rate[row].abs() / expected, ANOTHER) {
+            say("rates", &self.rate, "rad/s", ratio, nearest(&UNITS, ratio));
         }
-        let away = |unit: &(&str, f64)| (ratio / unit.1).ln().abs();
-        let nearest =
-            UNITS.iter().min_by(|a, b| away(a).total_cmp(&away(b))).filter(|unit| away(unit) < LIKE.ln());
-        let unit = nearest.map_or_else(
-            || "is the unit of the column right?".to_owned(),
-            |(name, _)| {
-                format!("if the column is in {name}, import it with unit `{name}`; everything in rad/s is off by that else")
-            },
-        );
-        let (slowest, fastest) = bounds(&self.rate);
-        warnings.push(format!(
-            "{}: rates from {slowest:.4} to {fastest:.4} rad/s are {} times what the template's rotor does at these \
-             commands; {unit}",
-            self.source,
-            crate::unit::short((1e3 * ratio).round() / 1e3)
-        ));
+        let Some(thrust) = self.thrust.as_deref() else { return };
+        let coefficient = template.actuator.thrust_coefficient;
+        let ratio =
+            middle(&|row, expected| thrust[row] / (coefficient * expected * expected), ANOTHER_THRUST);
+        // What is below zero has the wrong sign, which is told where the curve is fitted.
+        if let Some(ratio) = ratio.filter(|ratio| *ratio > 0.0) {
+            say("thrusts", thrust, "N", ratio, nearest(&THRUST_UNITS, ratio));
+        }
     }
 }

@@ -78,12 +78,12 @@ pub(super) fn identify(
         ));
     }
     if coefficient.value <= 0.0 {
-        warnings.push("thrust falls with the rate: is the sign of the load cell right?".to_owned());
-    } else if coefficient.value * hover_rate * hover_rate > 500.0 {
-        warnings.push(format!(
-            "thrust at {hover_rate:.0} rad/s would be {:.0} N; if the column is in grams, import it with unit `gf`",
-            coefficient.value * hover_rate * hover_rate
-        ));
+        warnings.push(
+            "thrust falls with the rate, which no propeller's does: is the sign of the load cell right? The template's thrust \
+             curve is kept"
+                .to_owned(),
+        );
+        return None;
     }
     Some(ThrustCurve {
         coefficient,

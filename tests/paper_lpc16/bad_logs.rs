@@ -91,6 +91,11 @@ fn wrong_units_are_refused() {
         "if the column is in rpm, import it with unit `rpm`",
     );
     refused(&with("battery_voltage_v", &|v| 1000.0 * v), "millivolts");
+    let percent = run(&with("battery_voltage_v", &|v| 100.0 - 3.0 * (12.4 - v))).1;
+    assert!(
+        percent.contains("a charge in percent is no voltage") && !percent.contains("millivolts"),
+        "{percent}"
+    );
     refused(&with("propeller_rate_1_rad_s", &|w| -w), "import it with scale -1");
 }
 

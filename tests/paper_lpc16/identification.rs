@@ -130,10 +130,15 @@ fn eq_13_the_thrust_curve_and_its_tangent() {
         ((&|rate: f64| THRUST * rate * rate + 0.5) as &dyn Fn(f64) -> f64, "thrust is not c ω² alone"),
         (&|rate| -THRUST * rate * rate, "is the sign of the load cell right?"),
         (&|rate| 101.97 * THRUST * rate * rate, "import it with unit `gf`"),
+        (&|rate| 0.102 * THRUST * rate * rate, "import it with unit `kgf`"),
     ] {
         let warnings = with_thrust(thrust).warnings;
         assert!(warnings.iter().any(|warning| warning.contains(sentence)), "{sentence}: {warnings:?}");
     }
+    // A model with such a c is none that anything takes.
+    let falling = with_thrust(&|rate| -THRUST * rate * rate);
+    assert!(falling.thrust.is_none());
+    close(falling.model.actuator.thrust_coefficient, THRUST, 3.2e-5 * THRUST);
 }
 
 /// The log with some of its columns only.
@@ -204,6 +209,7 @@ fn eq_12_has_a_sign_and_a_body_that_does_not_turn_has_no_inertia() {
         let told =
             found.warnings.iter().any(|warning| warning.contains("the torque hardly shows in the body rate"));
         assert!(told, "{:?}", found.warnings);
+        assert!(!found.warnings.iter().any(|warning| warning.contains("0.000 ±")), "{:?}", found.warnings);
         assert_eq!(found.model.body.inertia, 0.032, "the template's");
     }
 }
