@@ -233,6 +233,14 @@ fn recorded_flights_are_judged_side_by_side() {
     let told = compared(folder, &[&["emc.mcap"], &IMPULSE[..]].concat());
     assert_eq!(told["flights"][0]["struck_from"], "told");
     assert_eq!(told["flights"][0]["answer"], flights[0]["answer"]);
+    assert_eq!(told["warnings"], serde_json::json!([]), "{told:#}");
+    // Said otherwise than recorded: both are named.
+    let told = compared(folder, &["emc.mcap", "--impulse", "6:0.05:0.6"]);
+    let warning = told["warnings"][0].as_str().expect("a warning");
+    assert!(
+        warning.contains("0.6 N m for 0.05 s at 6 s") && warning.contains("0.6 N m for 0.05 s at 5 s"),
+        "{warning}"
+    );
 }
 
 #[test]
@@ -242,6 +250,7 @@ fn a_flight_that_does_not_say_when_it_was_struck_is_judged_from_its_angle_and_sa
     // Nobody strikes: the reference jumps in a quarter of a second, so that the angle is far from it.
     let moves = "[[controller.reference.moves]]\nat_s = 6.0\nangle_rad = 0.2\nduration_s = 0.25\n";
     fly(folder, "moved", moves, &[]);
+    fly(folder, "alone", "", &[]);
     fly(folder, "weak", "", &["--impulse", "5:0.05:0.3"]);
     fly(folder, "strong", "", &["--impulse", "5:0.05:0.6"]);
     let found = compared(folder, &["moved.mcap"]);
@@ -260,6 +269,7 @@ fn a_flight_that_does_not_say_when_it_was_struck_is_judged_from_its_angle_and_sa
     std::fs::write(folder.join("log.csv"), "time_s,command_1\n0,0.5\n").expect("written");
     for (arguments, sentence) in [
         (&["--runs", "log.csv"][..], "not a recording"),
+        (&["--runs", "strong.mcap", "alone.mcap"], "alone.mcap: nothing struck the body in this flight"),
         (&["--runs", "strong.mcap", "--impulse", "14.9:1:1"], "the flight lasts from"),
         (&["--runs", "strong.mcap", "--impulse", "1:0:1"], "three numbers, the first not below zero"),
         (&["--runs", "strong.mcap", "--log", "log.csv"], "cannot be used with"),

@@ -11,6 +11,7 @@ use crate::clock;
 use crate::emulate::Impulse;
 use crate::record::{Record, RecordError, Recording};
 use crate::signal::ControlStep;
+use crate::unit::short;
 
 /// Share of the largest angle below which a flight has not been struck yet.
 const UNMOVED: f64 = 0.05;
@@ -26,6 +27,16 @@ pub enum FlightError {
     /// It holds no flight.
     #[error("{}: no step of a controller with the guard open; a flight is what `run` or `control` recorded", path.display())]
     NoFlight {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Nothing struck the body.
+    #[error(
+        "{}: nothing struck the body in this flight, as its recording says, so there is no answer to judge; fly again with \
+         --impulse AT:DURATION:TORQUE",
+        path.display()
+    )]
+    NotStruck {
         /// The file.
         path: PathBuf,
     },
@@ -91,6 +102,9 @@ pub struct RecordedFlight {
     pub answer: Answer,
     /// The impulses behind the first one.
     pub later: Vec<LaterStrike>,
+    /// What the recording says of it, in words, where that is something else than was told.
+    #[serde(skip)]
+    pub recorded_otherwise: Option<String>,
     /// Period by period.
     #[serde(skip)]
     pub moments: Vec<Moment>,
@@ -134,6 +148,7 @@ struct RawFlight {
     controller: &'static str,
     moments: Vec<Moment>,
     struck_from: StruckFrom,
+    recorded_otherwise: Option<String>,
     /// [s] when each impulse began, in order, where impulses are known.
     impulses: Vec<(f64, Impulse)>,
     /// [s] when the body was struck; impulses that follow each other too closely to be judged are one strike.
@@ -167,10 +182,14 @@ impl RawFlight {
             controller,
             moments,
             struck_from: StruckFrom::Told,
+            recorded_otherwise: None,
             impulses: Vec::new(),
             strikes: Vec::new(),
         };
         flight.find_the_impulses(told);
+        if flight.struck_from == StruckFrom::Angle && flight.was_left_alone() {
+            return Err(FlightError::NotStruck { path: flight.path });
+        }
         let (from_s, to_s) = flight.span();
         let struck_s = flight.strikes.first().copied().unwrap_or(f64::NAN);
         if struck_s < from_s || flight.behind_s(0).is_none_or(|behind| behind < SHORTEST_S) {
@@ -195,6 +214,7 @@ impl RawFlight {
     fn find_the_impulses(&mut self, told: Option<Impulse>) {
         self.impulses = self.recorded_impulses();
         if let Some(impulse) = told {
+            self.recorded_otherwise = self.recorded_otherwise(&impulse);
             self.impulses.retain(|(at_s, _)| *at_s > impulse.at_s);
             self.impulses.insert(0, (impulse.at_s, impulse));
         } else if self.impulses.is_empty() {
@@ -207,6 +227,25 @@ impl RawFlight {
             if self.strikes.last().is_none_or(|last| at_s - last >= SHORTEST_S) {
                 self.strikes.push(at_s);
             }
+        }
+    }
+
+    /// Whether the recording says all that moved the body, and that is nothing.
+    fn was_left_alone(&self) -> bool {
+        let config = self.config.as_ref().filter(|_| self.is_virtual);
+        config.is_some_and(|it| it.emulator.impulse.is_empty() && it.controller.reference.moves.is_empty())
+    }
+
+    /// What the recording says struck the body, in words, where it says so and it is not what was `told`.
+    fn recorded_otherwise(&self, told: &Impulse) -> Option<String> {
+        // As floating-point numbers from the same text they are equal to the last bit.
+        let is_told = |(at_s, it): &(f64, Impulse)| Impulse { at_s: *at_s, ..*it } == *told;
+        if self.impulses.iter().any(is_told) {
+            return None;
+        }
+        match self.impulses.first() {
+            Some((at_s, first)) => Some(words(&Impulse { at_s: *at_s, ..*first })),
+            None => self.was_left_alone().then(|| "nothing".to_owned()),
         }
     }
 
@@ -279,9 +318,14 @@ impl RawFlight {
             is_angle_measured: self.is_angle_measured,
             answer: judge(&self.moments, struck_s, judged_s),
             later: later.collect(),
+            recorded_otherwise: self.recorded_otherwise,
             moments: self.moments,
         }
     }
+}
+
+fn words(impulse: &Impulse) -> String {
+    format!("{} N m for {} s at {} s", short(impulse.torque), short(impulse.duration_s), short(impulse.at_s))
 }
 
 fn moment(step: &ControlStep, begun_ns: u64, is_angle_measured: bool) -> Moment {
@@ -304,6 +348,13 @@ fn warnings(flights: &[RecordedFlight]) -> Vec<String> {
         if !flight.is_angle_measured {
             warnings.push(format!(
                 "{name}: the angle was not measured; the controller's own estimate is judged, which drifts with the gyro's bias"
+            ));
+        }
+        if let Some((recorded, told)) = flight.recorded_otherwise.as_ref().zip(flight.impulse.as_ref()) {
+            warnings.push(format!(
+                "{name}: --impulse says that {} struck the body, its recording says {recorded}; judged is what --impulse says: \
+                 without it the recording's own is",
+                words(told)
             ));
         }
         if flight.struck_from == StruckFrom::Angle {
