@@ -43,6 +43,14 @@ pub enum ExperimentError {
         /// [s] since the start.
         time_s: f64,
     },
+    /// A ramp whose lower end is above its upper one.
+    #[error("experiment: a ramp's `low`, {}, must lie below its `high`, {}", short(*low), short(*high))]
+    Upside {
+        /// [-]
+        low: f64,
+        /// [-]
+        high: f64,
+    },
     /// More chips than the longest sequence has.
     #[error("experiment: the PRBS would need {needed} chips; the longest sequence has {longest}")]
     TooLong {
@@ -213,7 +221,10 @@ impl Shape {
             }
             Self::Ramp { low, high, slope, cycles } => {
                 range("high", *high, 0.0, 1.0)?;
-                range("low", *low, 0.0, *high)?;
+                range("low", *low, 0.0, 1.0)?;
+                if low > high {
+                    return Err(ExperimentError::Upside { low: *low, high: *high });
+                }
                 // Faster, and nothing of the ramp is left on the grid of the periods; of none at all nothing ever was.
                 range("slope", *slope, 1e-4, (high - low) / (FEWEST_SLOTS * period_s))?;
                 range("cycles", f64::from(*cycles), 1.0, 1000.0)?;

@@ -89,6 +89,7 @@ fn what_cannot_be_is_refused_by_name() {
     let ramp = |low, high, slope| Shape::Ramp { low, high, slope, cycles: 1 };
     assert!(refuse(ramp(0.3, 0.7, 50.0)).contains("`slope` must lie in 0.0001.."));
     assert!(refuse(ramp(0.3, 0.3, 0.1)).contains("`slope`"));
+    assert!(refuse(ramp(0.7, 0.25, 0.1)).contains("`low`, 0.7, must lie below its `high`, 0.25"));
     assert!(refuse(Shape::Constant { levels: vec![], hold_s: 1.0 }).contains("levels"));
     assert!(refuse(Shape::Constant { levels: vec![f64::NAN], hold_s: 1.0 }).contains("0..1"));
 }

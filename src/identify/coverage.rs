@@ -136,6 +136,7 @@ fn powered(
         command,
         rate,
         voltage: Some(volts),
+        voltage_gap: None,
         thrust: None,
         segments,
         interval,

@@ -104,7 +104,14 @@ pub(super) fn uses_battery(
         else {
             continue;
         };
-        if to - from > STANDS {
+        let is_empty = |gap: &(f64, f64)| gap.1 - gap.0 > STANDS && from >= gap.0 && to <= gap.1;
+        if let Some((from, to)) = rotor.voltage_gap.filter(is_empty) {
+            warnings.push(format!(
+                "{}: `battery_voltage_v` has no reading between {from:.1} and {to:.1} s: the one before is taken for all of that \
+                 time, and k_V and g(u) are off by what the battery did meanwhile; leave that part of the log out",
+                rotor.source
+            ));
+        } else if to - from > STANDS {
             warnings.push(format!(
                 "{}: `battery_voltage_v` reads exactly {} V from {from:.1} to {to:.1} s: if that reading froze, k_V and g(u) \
                  believe it and are off; leave that part of the log out",

@@ -45,6 +45,8 @@ pub(super) struct RotorLog {
     pub rate: Vec<f64>,
     /// [V] each reading held until the next.
     pub voltage: Option<Vec<f64>>,
+    /// [s] longest time between two readings of the voltage.
+    pub voltage_gap: Option<(f64, f64)>,
     /// [N] not-a-number = not measured.
     pub thrust: Option<Vec<f64>>,
     /// Stretches without holes over which every command is known.
@@ -107,6 +109,7 @@ impl RotorLog {
             command: held(command, &segments),
             rate: rate.to_vec(),
             voltage: voltage.map(held_everywhere),
+            voltage_gap: voltage.and_then(|voltage| longest_gap(log.time(), voltage)),
             thrust: column("thrust", "_n").map(<[f64]>::to_vec),
             segments: missing.known.iter().filter(|known| known.len() > 1).cloned().collect(),
             interval: log.median_interval(),
@@ -278,6 +281,15 @@ pub(super) fn held(values: &[f64], segments: &[Range<usize>]) -> Vec<f64> {
         }
     }
     held
+}
+
+/// [s] the longest time in which a column has no reading: from the last before, or the log's begin, to the next, or its end.
+fn longest_gap(time: &[f64], values: &[f64]) -> Option<(f64, f64)> {
+    let (first, last) = (*time.first()?, *time.last()?);
+    let known = (0..values.len()).filter(|row| values[*row].is_finite()).map(|row| time[row]);
+    let ends: Vec<f64> = std::iter::once(first).chain(known).chain(std::iter::once(last)).collect();
+    let gaps = ends.windows(2).map(|pair| (pair[0], pair[1]));
+    gaps.max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)))
 }
 
 /// Each value held over missing cells, the first one also backwards: a battery changes slowly.

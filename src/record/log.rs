@@ -53,6 +53,16 @@ pub enum LogError {
         /// What is there.
         cell: String,
     },
+    /// A row does not say when it was.
+    #[error(
+        "{path}, line {line}: the cell of `time_s` is empty; every row needs its time (`import` leaves out rows without one, and says which)"
+    )]
+    RowWithoutTime {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: u64,
+    },
     /// The cells are numbers, but no log.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
@@ -134,6 +144,9 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
                 cell: cell.to_owned(),
             })?);
         }
+        if columns[time_at].last().is_some_and(|time| time.is_nan()) {
+            return Err(LogError::RowWithoutTime { path: path.to_owned(), line });
+        }
     }
     let time = std::mem::take(&mut columns[time_at]);
     let mut log = Dataset::new(path.display().to_string(), content_hash(bytes), time)?;
@@ -214,6 +227,11 @@ mod tests {
             ("time_s,a\r\n\r\n0,1\r\n\r\n1,x\r\n", "log.csv, line 5, column `a`: `x` is not a number"),
             ("time_s,a\n0,inf\n", "log.csv, line 2, column `a`: `inf` is not a number"),
             ("time_s,a\n0,1,2\n", "log.csv, line 2: 3 cells under a header of 2"),
+            (
+                "time_s,a\n0,1\n\n,2\n",
+                "log.csv, line 4: the cell of `time_s` is empty; every row needs its time (`import` \
+                 leaves out rows without one, and says which)",
+            ),
             ("t,a\n0,1\n", "log.csv: the header has no column `time_s`; it reads `t,a`"),
             ("", "log.csv: the header has no column `time_s`; it reads ``"),
             ("time_s,a,a\n0,1,1\n", "log.csv: column `a` is there twice"),

@@ -285,4 +285,14 @@ fn a_voltage_that_cannot_be_is_told_or_left_out() {
         "{:?}",
         froze.warnings
     );
+    // Cells that are empty are no reading that stands.
+    let empty = |row: usize| (1001..2801).contains(&row);
+    let empty = with(&log, VOLTAGE, |row, volts| if empty(row) { f64::NAN } else { volts });
+    let empty = found(&empty, &quadratic());
+    assert!(
+        told(&empty, "`battery_voltage_v` has no reading between 20.0 and 56.0 s")
+            && !told(&empty, "reads exactly"),
+        "{:?}",
+        empty.warnings
+    );
 }
