@@ -57,6 +57,15 @@ impl BodyRun {
         }
     }
 
+    /// Without the windows that begin before `time` [s].
+    #[must_use]
+    pub(super) fn since(mut self, time: f64) -> Self {
+        let begins = |window: &Range<usize>| self.input.time.get(window.start).is_some_and(|at| *at >= time);
+        self.windows.retain(begins);
+        self.counts.truncate(self.windows.len());
+        self
+    }
+
     /// Every so many of its windows.
     #[must_use]
     pub(super) fn thinned(&self, share: usize) -> Self {

@@ -21,6 +21,7 @@ pub mod stage;
 pub mod surrogate;
 pub mod trial;
 mod verdict;
+mod warnings;
 mod worth;
 
 pub use answer::{Diagnosis, Verdict};

@@ -22,10 +22,8 @@ pub fn median(values: &mut [f64]) -> f64 {
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
-/// Standard deviation of what changes from sample to sample: third differences forget what moves slowly, and
-/// their median forgets a spike here and there. `pieces` are cut at holes; zeros and what is not a number are missing.
-#[must_use]
-pub fn white_noise(values: &[f64], pieces: &[std::ops::Range<usize>]) -> f64 {
+/// Third differences, zeros and what is not a number left out.
+fn differences(values: &[f64], pieces: &[std::ops::Range<usize>]) -> Vec<f64> {
     let is_there = |value: &f64| *value != 0.0 && value.is_finite();
     let difference = |four: &[f64]| (four[3] - 3.0 * four[2] + 3.0 * four[1] - four[0]).abs();
     let mut differences = Vec::with_capacity(values.len());
@@ -39,6 +37,14 @@ pub fn white_noise(values: &[f64], pieces: &[std::ops::Range<usize>]) -> f64 {
         let own = there().map(|values| values.collect::<Vec<f64>>());
         differences = own.flat_map(|own| own.windows(4).map(difference).collect::<Vec<f64>>()).collect();
     }
+    differences
+}
+
+/// Standard deviation of what changes from sample to sample: third differences forget what moves slowly, and
+/// their median forgets a spike here and there. `pieces` are cut at holes; zeros and what is not a number are missing.
+#[must_use]
+pub fn white_noise(values: &[f64], pieces: &[std::ops::Range<usize>]) -> f64 {
+    let mut differences = differences(values, pieces);
     if differences.is_empty() {
         return 0.0;
     }
@@ -47,9 +53,49 @@ pub fn white_noise(values: &[f64], pieces: &[std::ops::Range<usize>]) -> f64 {
         return middle;
     }
     // More than half of them are nothing at all: a coarse grid. Then every one of them counts.
-    let sum: f64 = differences.iter().map(|value| value * value).sum();
-    (sum / (THIRD_DIFFERENCE * differences.len() as f64)).sqrt()
+    all_alike(&differences)
 }
+
+/// Standard deviation from third differences, each of which counts.
+fn all_alike(differences: &[f64]) -> f64 {
+    let sum: f64 = differences.iter().map(|value| value * value).sum();
+    (sum / (THIRD_DIFFERENCE * differences.len().max(1) as f64)).sqrt()
+}
+
+/// The same of a reading in steps of `step`. Where the noise does not reach over a step, neighbours read alike and what the
+/// steps take away, step/√12 rms, does not change from sample to sample: what changes is too small for it.
+fn of_reading(values: &[f64], pieces: &[std::ops::Range<usize>], step: f64) -> f64 {
+    let noise = white_noise(values, pieces);
+    if !(step.is_finite() && DITHERED * step > noise) {
+        return noise;
+    }
+    let steps = step / 12.0_f64.sqrt();
+    let at_most = (DITHERED * step).hypot(steps);
+    let each = all_alike(&differences(values, pieces));
+    noise.max(steps).max(each.min(at_most))
+}
+
+/// The step that readings are told in: all of them lie on a grid of it; 0 where they do not.
+#[must_use]
+pub fn reading_step(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+    values.sort_unstable_by(f64::total_cmp);
+    let of_range = values.last().zip(values.first()).map_or(0.0, |(last, first)| SAME * (last - first));
+    let gaps = || values.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > of_range);
+    let step = gaps().fold(f64::INFINITY, f64::min);
+    let is_whole = |gap: &f64| (gap / step - (gap / step).round()).abs() < OFF_GRID;
+    let (whole, all) = (gaps().filter(is_whole).count(), gaps().count());
+    if all >= FEWEST_GAPS && whole as f64 > ON_GRID * all as f64 { step } else { 0.0 }
+}
+
+/// Steps that noise must reach over, as its standard deviation, to be seen for what it is.
+pub const DITHERED: f64 = 0.5;
+/// Share of the range below which two readings are one, and of a step by which one may lie beside the grid: decimals.
+const SAME: f64 = 1e-7;
+const OFF_GRID: f64 = 0.05;
+/// Share of the gaps between readings that must be whole steps, and the fewest gaps that show a grid.
+const ON_GRID: f64 = 0.95;
+const FEWEST_GAPS: usize = 5;
 
 /// The noise floor of each channel in its unit, from residuals over the data's own sigma: the sensor's noise, and
 /// what the noise of the rotors' sensors does to a body of `inertia` [kg m²] that they drive.
@@ -58,7 +104,8 @@ pub fn floors(data: &BlockData, residuals: &[f64], inertia: f64) -> [f64; 2] {
     let mut floors = data.sigma;
     let carried = data.carried();
     for (channel, floor) in floors.iter_mut().enumerate().take(data.channels().len()) {
-        *floor *= white_noise(residuals, &data.pieces(channel));
+        let step = data.reading_step(channel) / *floor;
+        *floor *= of_reading(residuals, &data.pieces(channel), step);
         *floor = floor.hypot(carried[channel] / inertia).max(RESOLUTION * data.spread(channel));
     }
     floors
@@ -216,6 +263,30 @@ mod tests {
             let (level, carried) = smooth(&values);
             assert!(level.iter().chain(&carried).all(|value| value.is_finite()), "{stride}");
         }
+    }
+
+    /// A signal that moves by a few steps from sample to sample, read in steps larger than its noise: noise and steps together
+    /// are what a perfect model leaves.
+    #[test]
+    fn the_floor_of_a_coarse_reading_has_its_steps_in_it() {
+        let whole = std::slice::from_ref(&(0..6000));
+        for (step, sigma) in [(5.0, 1.5), (3.0, 0.45), (1.5, 0.45), (10.0, 1.5), (0.1, 1.5)] {
+            let truth: Vec<f64> = (0..6000).map(|row| 600.0 + 100.0 * (row as f64 * 0.2).sin()).collect();
+            let read: Vec<f64> = noise(6000, sigma)
+                .iter()
+                .zip(&truth)
+                .map(|(noise, truth)| ((truth + noise) / step).round() * step)
+                .collect();
+            let found = reading_step(read.iter().copied());
+            assert!((found / step - 1.0).abs() < 1e-3, "{step}: {found}");
+            let left: Vec<f64> = read.iter().zip(&truth).map(|(read, truth)| read - truth).collect();
+            let rms = spread(left.iter().copied());
+            let floor = of_reading(&left, whole, found);
+            // 10 % over the floor is what counts as something missing. What steps do to a smooth signal changes sign more often
+            // than noise would, which third differences take for more, by 14 % here.
+            assert!((0.92..1.2).contains(&(floor / rms)), "{step}, {sigma}: {floor} of {rms}");
+        }
+        assert_eq!(reading_step(noise(6000, 1.0).into_iter()), 0.0, "no steps");
     }
 
     #[test]

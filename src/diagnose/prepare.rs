@@ -13,6 +13,9 @@ use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart,
 use crate::record::{Dataset, readings};
 use crate::signal::ROTORS;
 
+/// Time constants of a rotor after which it has forgotten where it began.
+const FORGETS: f64 = 8.0;
+
 /// The rotor block of the logs; `None` when no log has a command beside a rotor rate.
 #[must_use]
 pub fn rotor_stage(train: &[Dataset], validate: &[Dataset]) -> Option<Stage> {
@@ -75,6 +78,10 @@ impl Driver<'_> {
         let rates: Vec<Option<Rates>> =
             (0..ROTORS).map(|rotor| self.rotor_rate(log, rotor, data, trial, held_out)).collect();
         let command = data.column("torque_command_nm").map(hold);
+        // A rotor that nobody measured is taken as settled where a stretch begins, which it may not be.
+        let measured = |rotor: usize| data.column(PROPELLER_RATES[rotor]).is_some();
+        let by_commands = rates.iter().all(Option::is_some) && !(0..ROTORS).all(measured);
+        let unknown = if by_commands { FORGETS / self.equations.rotor_pole() } else { 0.0 };
         let mut runs = Vec::new();
         for rows in data.segments() {
             let cut = |values: &[f64]| values[rows.clone()].to_vec();
@@ -104,7 +111,8 @@ impl Driver<'_> {
                 rate: cut(rate),
                 angle: angle.map(cut).unwrap_or_default(),
             };
-            runs.push(BodyRun::new(log, rows.clone(), source, horizon));
+            let begin = source.time.first().map_or(0.0, |first| first + unknown);
+            runs.push(BodyRun::new(log, rows.clone(), source, horizon).since(begin));
         }
         runs.retain(|run| !run.windows.is_empty());
         runs

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::body::{self, BodyRun};
-use super::noise::spread;
+use super::noise::{reading_step, spread};
 use super::rotor::{self, RotorRun};
 use crate::identify::fit::OutputError;
 use crate::model::{BodyTrace, Effect, Model, RotorTrace};
@@ -49,6 +49,7 @@ pub struct BlockData {
     units: Vec<Range<usize>>,
     len: usize,
     carried: [f64; 2],
+    reading_step: [f64; 2],
 }
 
 /// Heat at the start can be found for a few long stretches, not for many short ones.
@@ -76,7 +77,22 @@ impl BlockData {
             Runs::Rotor(_) => [0.0; 2],
             Runs::Body(runs) => body::carried(runs),
         };
-        Self { runs, sigma: [1.0; 2], units, len, carried }
+        let reading_step = match &runs {
+            Runs::Rotor(runs) => {
+                [reading_step(runs.iter().flat_map(|run| run.measured.iter().copied())), 0.0]
+            }
+            Runs::Body(runs) => [
+                reading_step(runs.iter().flat_map(|run| run.rate.iter().copied())),
+                reading_step(runs.iter().flat_map(|run| run.angle.iter().copied())),
+            ],
+        };
+        Self { runs, sigma: [1.0; 2], units, len, carried, reading_step }
+    }
+
+    /// The step in which a channel is read, in its unit; 0 where there is none.
+    #[must_use]
+    pub fn reading_step(&self, channel: usize) -> f64 {
+        self.reading_step[channel]
     }
 
     /// What the noise of what drives a body of 1 kg m² does to each channel, rms, in its unit times kg m².

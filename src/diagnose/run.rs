@@ -18,7 +18,6 @@ use super::trial::Trial;
 use super::verdict::joint;
 use crate::effect;
 use crate::model::{Effect, Model, ModelError};
-use crate::record::findings::Findings;
 use crate::record::{Dataset, readings};
 
 /// Settings of a diagnosis.
@@ -173,7 +172,7 @@ fn conclude(
         r#where: places(blocks, verdicts),
         ladder: main.ladder.iter().map(|trial| rung(main, trial, channel)).collect(),
         candidates: blocks.iter().flat_map(|found| candidates(found, channel_of(found))).collect(),
-        warnings: warnings(logs, blocks),
+        warnings: super::warnings::warnings(logs, blocks),
         next_experiment,
         alternatives,
         effects,
@@ -360,51 +359,6 @@ fn places(blocks: &[Found], verdicts: &[Verdict]) -> Vec<Place> {
     }
     places.sort_by(|a, b| b.share_of_error.total_cmp(&a.share_of_error));
     places
-}
-
-fn warnings(logs: &[&Dataset], blocks: &[Found]) -> Vec<String> {
-    let mut warnings = Vec::new();
-    for log in logs {
-        let said = Findings::of(log).warnings;
-        warnings.extend(said.into_iter().map(|warning| format!("{}: {warning}", log.source_name())));
-    }
-    if blocks.iter().all(|found| found.stage.train.is_rotor())
-        && logs.iter().any(|log| log.column("body_rate_rad_s").is_some())
-    {
-        warnings.push(
-            "the body is not judged: not every set of logs holds its rate and what drives it".to_owned(),
-        );
-    }
-    for found in blocks {
-        if let Some(why) = found.stage.too_poor() {
-            warnings.push(why);
-        }
-        let (over, channel) = found.over_floor(&found.answer);
-        if over > found.at_floor() {
-            let name = found.stage.train.channels()[channel].name;
-            warnings.push(format!("{name}: the error stays at {over:.2} times the noise floor"));
-        }
-        warnings.extend(only_in_training(found));
-    }
-    warnings
-}
-
-/// What the logs fitted on show and the held-out ones do not: no effect can be judged by it.
-fn only_in_training(found: &Found) -> Option<String> {
-    let channels = found.stage.train.channels();
-    let over = |channel: usize, held_out| {
-        found.answer.channel_error(&found.stage, channel, held_out) / found.floors[channel]
-    };
-    let plain = |channel: &usize| over(*channel, false) > PLAINLY && over(*channel, true) <= found.at_floor();
-    let channel = (0..channels.len()).find(plain)?;
-    Some(format!(
-        "{}: the error is {:.2} times the noise floor where it was fitted and {:.2} times held out: these logs go \
-         where the held-out ones do not, or something happened in them; record more of it, or diagnose all logs without \
-         `--validate`",
-        channels[channel].name,
-        over(channel, false),
-        over(channel, true)
-    ))
 }
 
 fn next_experiment(effects: &[String], alternatives: &[Vec<String>]) -> Option<NextExperiment> {

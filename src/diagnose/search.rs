@@ -358,7 +358,8 @@ impl<'a> Search<'a> {
         let plan = |effect: &&'a Effect| Plan { effects: vec![*effect], ..self.start(self.base, &[]) };
         let plans: Vec<Plan> = candidates.iter().map(plan).collect();
         let trials = run_all(&plans, stage, self.done);
-        let best = trials.into_iter().min_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage)))?;
+        let sound = trials.into_iter().filter(|trial| is_sound(stage, trial, self.known));
+        let best = sound.min_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage)))?;
         let limit = if count > 1 { 1.0 + 0.5 * LEAST_GAIN } else { 1.0 - 0.25 * LEAST_GAIN };
         (!changed.is_exact(stage) && best.validate(stage) < limit * changed.validate(stage)).then_some(best)
     }

@@ -1,12 +1,18 @@
 //! How often a meaningless candidate does as well: the trace an effect leaves in the simulation, shifted in time
 //! so that it keeps its shape and loses its meaning.
 
+use rand::{RngExt, SeedableRng};
+
 use super::trial::Trial;
 
 /// Shifted traces tried for each candidate.
 const SHIFTS: usize = 199;
 /// One shifted trace of so many does as well by the luck that is told.
 const ONE_IN: usize = 20;
+/// A chance that this or fewer shifts could not show is asked of windows with other signs.
+const RARE: f64 = 0.01;
+/// Windows below which nothing tells luck.
+const FEWEST_WINDOWS: usize = 8;
 
 /// What shifted traces of a candidate do.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,7 +55,7 @@ pub fn luck(without: &Trial, with: &Trial, period: usize) -> Luck {
     let count = before.len();
     let power = dot(&trace, &trace);
     let windows = count / period.max(1);
-    if !(power > 0.0 && power.is_finite()) || windows < 20 {
+    if !(power > 0.0 && power.is_finite()) || windows < FEWEST_WINDOWS {
         return Luck { chance: 1.0, share: 1.0 };
     }
     // What one factor on the trace explains: the square of its projection. Where only some rows hold a measurement, a
@@ -73,8 +79,22 @@ pub fn luck(without: &Trial, with: &Trial, period: usize) -> Luck {
     let as_good = shifted.iter().filter(|explained| **explained >= real * (1.0 - 1e-9)).count();
     shifted.sort_by(f64::total_cmp);
     let lucky = shifted.iter().nth_back(tried / ONE_IN).copied().unwrap_or(0.0);
-    Luck {
-        chance: (1 + as_good) as f64 / (1 + tried) as f64,
-        share: (lucky / dot(before, before).max(f64::MIN_POSITIVE)).min(1.0),
+    let mut chance = (1 + as_good) as f64 / (1 + tried) as f64;
+    if as_good == 0 && chance > RARE {
+        // Too few shifts to tell how rare it is.
+        chance = chance.min(flipped(&trace, before, period));
     }
+    Luck { chance, share: (lucky / dot(before, before).max(f64::MIN_POSITIVE)).min(1.0) }
+}
+
+/// How often a trace explains as much when each window of it may have the other sign, which nothing that it has to do with
+/// the residual survives: for logs of so few windows that there are not enough shifts.
+fn flipped(trace: &[f64], residuals: &[f64], period: usize) -> f64 {
+    let windows = trace.chunks(period).zip(residuals.chunks(period));
+    let own: Vec<f64> = windows.map(|(trace, residuals)| dot(trace, residuals)).collect();
+    let real = own.iter().sum::<f64>().abs();
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+    let mut sum = || -> f64 { own.iter().map(|own| if random.random() { *own } else { -own }).sum() };
+    let as_good = (0..SHIFTS).filter(|_| sum().abs() >= real * (1.0 - 1e-9)).count();
+    (1 + as_good) as f64 / (1 + SHIFTS) as f64
 }

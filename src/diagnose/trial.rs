@@ -3,6 +3,7 @@
 use super::noise::RESOLUTION;
 use super::problem::{BlockData, Problem};
 use super::stage::Stage;
+use crate::effect::Law;
 use crate::identify::fit::{Fit, OutputError};
 use crate::model::{Effect, Model};
 
@@ -103,43 +104,48 @@ impl Trial {
     /// a curve bent to the data.
     #[must_use]
     pub fn cancels(&self, stage: &Stage, known: &[Effect]) -> bool {
-        let traces: Vec<Vec<f64>> = self.effects.iter().map(|id| self.trace(stage, id, known)).collect();
-        let pairs = traces
-            .iter()
-            .enumerate()
-            .flat_map(|(at, one)| traces[at + 1..].iter().map(move |two| (one, two)));
-        pairs.into_iter().any(|(one, two)| {
-            let left: f64 = one.iter().zip(two).map(|(one, two)| (one + two).powi(2)).sum();
-            left < LEFT_OF_BOTH * power(one).min(power(two))
+        let traces: Vec<Vec<f64>> = self.effects.iter().map(|id| self.trace(stage, &[id], known)).collect();
+        let ids = &self.effects;
+        let mut pairs = (0..ids.len()).flat_map(|one| (one + 1..ids.len()).map(move |two| (one, two)));
+        pairs.any(|(one, two)| {
+            let least = LEFT_OF_BOTH * power(&traces[one]).min(power(&traces[two]));
+            // One without the other may run away: then only both at once say what is left.
+            let sum =
+                || traces[one].iter().zip(&traces[two]).map(|(one, two)| (one + two).powi(2)).sum::<f64>();
+            sum() < least || power(&self.trace(stage, &[&ids[one], &ids[two]], known)) < least
         })
     }
 
-    /// Whether the data hold every effect of a single parameter away from where it would not be there: of two lags in
-    /// a row, each of which could be none, one is idle.
+    /// Whether the data hold every effect away from where it would not be there: of two lags in a row, each of which could be
+    /// none, one is idle. Where each run's start of a slow state is free, a level of its own for each run comes with it, and
+    /// only its course speaks for it: more is asked of that.
     #[must_use]
     pub fn is_determined(&self, known: &[Effect]) -> bool {
         let added = known.iter().filter(|effect| self.effects.contains(&effect.id));
-        added.filter_map(|effect| effect.card).all(|card| {
-            let [parameter] = card.parameters else { return true };
-            let name = format!("{}.{}", card.id, parameter.name);
+        let numbers = added.filter_map(|effect| effect.card).flat_map(|card| {
+            let is_slow = matches!(&card.law, Law::Memory(memory) if memory.slow);
+            let least = if is_slow { DETERMINED_SLOW } else { DETERMINED };
+            let numbers = card.parameters.iter().filter(|parameter| !parameter.neutral.is_nan());
+            numbers
+                .map(move |parameter| (format!("{}.{}", card.id, parameter.name), parameter.neutral, least))
+        });
+        numbers.into_iter().all(|(name, neutral, least)| {
             let (Some(value), Some(error)) =
                 (self.model.parameter(&name), self.model.standard_errors.get(&name))
             else {
                 return false;
             };
-            match parameter.neutral {
-                neutral if neutral.is_nan() => true,
-                // An infinitely fast pole is none: its time is what is measured.
-                neutral if neutral.is_infinite() => value.abs() > DETERMINED * error,
-                neutral => (value - neutral).abs() > DETERMINED * error,
-            }
+            // An infinitely fast pole is none: its time is what is measured.
+            let away = if neutral.is_infinite() { value.abs() } else { (value - neutral).abs() };
+            away > least * error
         })
     }
 
-    /// What the effect adds to the fitted simulation on the training part, all else held.
-    fn trace(&self, stage: &Stage, id: &str, known: &[Effect]) -> Vec<f64> {
+    /// What the effects add to the fitted simulation on the training part, all else held.
+    fn trace(&self, stage: &Stage, ids: &[&String], known: &[Effect]) -> Vec<f64> {
         let inside: Vec<&Effect> = known.iter().filter(|effect| self.model.has(&effect.id)).collect();
-        let without = Problem::new(&stage.train, self.model.without(id), Vec::new(), &inside);
+        let model = ids.iter().fold(self.model.clone(), |model, id| model.without(id));
+        let without = Problem::new(&stage.train, model, Vec::new(), &inside);
         let mut residuals = vec![0.0; self.fit.residuals.len()];
         without.residuals(&[], &self.fit.locals, &mut residuals);
         residuals.iter().zip(&self.fit.residuals).map(|(without, with)| without - with).collect()
@@ -148,6 +154,8 @@ impl Trial {
 
 /// Standard errors by which a parameter must differ from none.
 const DETERMINED: f64 = 2.0;
+/// The same for one whose state at the start of each run is free, too.
+const DETERMINED_SLOW: f64 = 4.0;
 /// Of two effects that cancel, less than this share of the power of either is left.
 const LEFT_OF_BOTH: f64 = 0.2;
 
@@ -237,13 +245,16 @@ mod tests {
 
     #[test]
     fn a_spring_and_a_pendulum_of_opposite_sign_cancel_and_of_one_sign_do_not() {
-        for (stiffness, cancels) in [(-0.3, true), (0.3, false), (-0.05, false)] {
-            let pendulum: &[_] = &[("moment", 0.3, 0.01), ("angle_offset", 0.0, 0.01)];
+        // The last two are so strong that either runs away without the other.
+        for (moment, stiffness, cancels) in
+            [(0.3, -0.3, true), (0.3, 0.3, false), (0.3, -0.05, false), (1.5, -1.5, true), (1.5, -0.5, false)]
+        {
+            let pendulum: &[_] = &[("moment", moment, 0.01), ("angle_offset", 0.0, 0.01)];
             let (stage, trial, known) = trial(&[
                 ("gravity_pendulum", pendulum),
                 ("cable_stiffness", &[("stiffness", stiffness, 0.01)]),
             ]);
-            assert_eq!(trial.cancels(&stage, &known), cancels, "stiffness {stiffness}");
+            assert_eq!(trial.cancels(&stage, &known), cancels, "moment {moment}, stiffness {stiffness}");
         }
     }
 
@@ -259,6 +270,22 @@ mod tests {
         ] {
             let (_, trial, known) = trial(&[(id, &[(name, value, error)])]);
             assert_eq!(trial.is_determined(&known), determined, "{id}.{name} = {value} ± {error}");
+        }
+    }
+
+    /// Of several numbers the one without which there would be no effect counts. Heat brings a level of its own for each run
+    /// with it: only what is far from none speaks for it.
+    #[test]
+    fn of_several_numbers_the_size_must_be_determined() {
+        let (angle, time) = (("angle_offset", 0.1, 5.0), ("time_constant", 30.0, 90.0));
+        for (id, size, other, determined) in [
+            ("gravity_pendulum", ("moment", 0.3, 0.1), angle, true),
+            ("gravity_pendulum", ("moment", 0.3, 0.2), angle, false),
+            ("motor_heating", ("gain", 0.02, 0.004), time, true),
+            ("motor_heating", ("gain", 0.02, 0.006), time, false),
+        ] {
+            let (_, trial, known) = trial(&[(id, &[size, other])]);
+            assert_eq!(trial.is_determined(&known), determined, "{id}: {size:?}");
         }
     }
 

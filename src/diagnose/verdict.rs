@@ -7,6 +7,9 @@ use super::trial::Trial;
 /// Share of what is above the noise that effects must explain to be called the answer when the floor is not reached:
 /// a wrong law can come near a strong effect that is in no catalogue.
 const EXPLAINED: f64 = 0.95;
+/// Times the noise floor beyond which they are not, whatever they explain: a law that is in no catalogue, such as a gyro
+/// whose clock is late, is explained for nineteen parts in twenty by others.
+const NEAR_FLOOR: f64 = 1.5;
 /// Times the model's inertia from which a body is not a heavier one, but one that is held.
 const HELD: f64 = 100.0;
 
@@ -18,7 +21,8 @@ pub(super) fn is_held(found: &Found) -> bool {
 
 /// The verdict on one block.
 pub(super) fn verdict(found: &Found) -> Verdict {
-    let at_floor = found.over_floor(&found.answer).0 <= found.at_floor();
+    let over_floor = found.over_floor(&found.answer).0;
+    let at_floor = over_floor <= found.at_floor();
     let named = !found.answer.effects.is_empty();
     // Data that excite nothing say nothing, whatever their error is.
     if found.stage.too_poor().is_some() || is_held(found) {
@@ -26,9 +30,11 @@ pub(super) fn verdict(found: &Found) -> Verdict {
     }
     match (at_floor, named) {
         (true, true) => Verdict::MissingEffect,
+        // What the logs fitted on show and the held-out ones do not is not explained by being there once.
+        (true, false) if super::warnings::strays(found).is_some() => Verdict::Unknown,
         (true, false) if found.changed.is_empty() => Verdict::Adequate,
         (true, false) => Verdict::ParametersChanged,
-        (false, true) if found.explained() >= EXPLAINED => Verdict::MissingEffect,
+        (false, true) if found.explained() >= EXPLAINED && over_floor <= NEAR_FLOOR => Verdict::MissingEffect,
         (false, _) => Verdict::Unknown,
     }
 }
@@ -136,12 +142,19 @@ mod tests {
     }
 
     #[test]
-    fn short_of_the_noise_an_effect_must_explain_nineteen_parts_of_twenty() {
-        // Of 99 parts of squared error above the noise 94 and 96 %.
-        for (share, said_to_be) in [(0.94, Verdict::Unknown), (0.96, Verdict::MissingEffect)] {
-            let left = (100.0_f64 - share * 99.0).sqrt();
-            assert_eq!(said(rotor(), 10.0, left, &["static_offset"], &[]), said_to_be, "{share}");
-            assert_eq!(said(rotor(), 10.0, left, &[], &["pole"]), Verdict::Unknown, "numbers alone, {share}");
+    fn short_of_the_noise_an_effect_must_explain_nineteen_parts_of_twenty_and_come_near_it() {
+        // Of 15 parts of squared error above the noise 94 and 96 %; and of 99, which leaves 2.2 times the noise.
+        let named = Verdict::MissingEffect;
+        for (before, share, said_to_be) in
+            [(4.0_f64, 0.94, Verdict::Unknown), (4.0, 0.96, named), (10.0, 0.96, Verdict::Unknown)]
+        {
+            let left = (before * before - share * (before * before - 1.0)).sqrt();
+            assert_eq!(said(rotor(), before, left, &["static_offset"], &[]), said_to_be, "{share}");
+            assert_eq!(
+                said(rotor(), before, left, &[], &["pole"]),
+                Verdict::Unknown,
+                "numbers alone, {share}"
+            );
         }
     }
 

@@ -239,6 +239,25 @@ mod tests {
         assert!(found.chance < 0.01, "and the trace itself explains a fifth: {}", found.chance);
     }
 
+    /// Few windows have few shifts: their signs tell, too.
+    #[test]
+    fn of_a_dozen_windows_a_trace_with_meaning_is_no_luck_and_one_without_is() {
+        let (windows, period) = (12, 40);
+        let rows = windows * period;
+        let chance = |trace: &dyn Fn(usize) -> f64, own: f64| {
+            let after = leaves((0..rows).map(|row| noise(row) + (own - 1.0) * trace(row)).collect());
+            let before = leaves((0..rows).map(|row| noise(row) + own * trace(row)).collect());
+            luck(&before, &after, period).chance
+        };
+        let real = chance(&|row| noise(row + 100_000), 1.0);
+        assert!(real <= 0.02, "{real}");
+        // Of twenty that have nothing to do with the residual one at 5 % is due; five would come in 0.3 % of all cases.
+        let lucky = (0..20).filter(|seed| chance(&|row| noise(row + 1_000_000 * (seed + 1)), 0.0) <= 0.05);
+        assert!(lucky.count() < 5);
+        let seven = leaves(vec![1.0; 7 * period]);
+        assert_eq!(luck(&seven, &leaves(vec![0.5; 7 * period]), period).chance, 1.0, "too few to tell");
+    }
+
     #[test]
     fn a_limit_beyond_which_one_command_lies_is_a_bend_of_the_curve() {
         let known = Model::paper().known_effects().expect("the catalogue");

@@ -101,6 +101,12 @@ impl Model {
 }
 
 impl Equations {
+    /// [rad/s] the pole of a rotor.
+    #[must_use]
+    pub fn rotor_pole(&self) -> f64 {
+        self.pole
+    }
+
     fn bind(&mut self, site: Site, law: &Law, parameters: Vec<f64>) {
         let hook = match law {
             Law::Delay(delay) => {

@@ -37,6 +37,32 @@ impl Desk {
         assert!(output.status.success(), "{}", said(&output));
         log
     }
+
+    /// The columns of a log that `keeps` wants, up to `until` [s], their values through `change`.
+    pub fn changed(
+        &self,
+        log: &Path,
+        name: &str,
+        until: f64,
+        keeps: impl Fn(&str) -> bool,
+        change: impl Fn(&str, f64) -> f64,
+    ) -> PathBuf {
+        let text = fs::read_to_string(log).expect("a log");
+        let mut lines = text.lines();
+        let names: Vec<&str> = lines.next().expect("a header").split(',').collect();
+        let kept = |line: &str, cell: &dyn Fn(&str, &str) -> String| -> String {
+            let cells = names.iter().zip(line.split(',')).filter(|(name, _)| keeps(name));
+            cells.map(|(name, value)| cell(name, value)).collect::<Vec<_>>().join(",") + "\n"
+        };
+        let mut out = kept(&names.join(","), &|_, value| value.to_owned());
+        let value = |name: &str, value: &str| {
+            value.parse().map_or_else(|_| value.to_owned(), |value| change(name, value).to_string())
+        };
+        let early =
+            |line: &&str| line.split(',').next().and_then(|t| t.parse().ok()).is_some_and(|t: f64| t < until);
+        lines.filter(early).for_each(|line| out.push_str(&kept(line, &value)));
+        self.write(name, &out)
+    }
 }
 
 pub fn run(arguments: &[&str]) -> Output {

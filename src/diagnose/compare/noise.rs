@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::noise::{RESOLUTION, spread};
+use super::super::noise::{DITHERED, RESOLUTION, reading_step, spread};
 use super::block::Raw;
 use crate::record::Dataset;
 
@@ -43,6 +43,11 @@ impl Noise {
         for (name, size) in &mut sizes {
             let values = log.column(name).unwrap_or(&[]);
             *size = size.max(RESOLUTION * spread(values.iter().copied()));
+            // Nor what a reading's steps take away, which does not change from sample to sample where the noise is smaller.
+            let step = reading_step(values.iter().copied());
+            if *size < DITHERED * step {
+                *size = size.hypot(step / 12.0_f64.sqrt());
+            }
         }
         Self(sizes)
     }
