@@ -27,6 +27,8 @@ const BLOCKS: usize = 40;
 const NARROWEST: f64 = 0.05;
 /// Share of the curve's range that a ramp's lag may take before it is called too fast.
 const LAG_SHARE: f64 = 0.005;
+/// Standard errors from which ramps that go one way show a lag.
+const SHOWS: f64 = 3.0;
 
 /// Rows for Eq. (9).
 pub(super) struct SteadyRows {
@@ -70,7 +72,7 @@ pub struct RampCheck {
     pub lag: Estimate,
     /// [rad/s] error that lag makes on the fastest ramp.
     pub error: f64,
-    /// Whether that error is small enough for Eq. (4).
+    /// Whether that error is small enough for Eq. (4), or ramps that go one way do not tell the lag from the curve.
     pub slow_enough: bool,
     /// Whether g(u) was fitted behind the lag, so that the error is not in it.
     pub lag_fitted: bool,
@@ -360,6 +362,7 @@ fn check_ramp(rows: &SteadyRows, beside: &Beside, lag_fitted: bool) -> RampCheck
     let (low, high) = super::rotor_log::bounds(&rows.command);
     let range = (polynomial(coefficients, high) - polynomial(coefficients, low)).abs();
     let fastest_slope = rows.slope.iter().fold(0.0f64, |most, value| most.max(value.abs()));
-    let slow_enough = error < LAG_SHARE * range.max(f64::MIN_POSITIVE);
+    let seen = goes_both_ways(rows) || lag.value > SHOWS * lag.standard_error;
+    let slow_enough = !seen || error < LAG_SHARE * range.max(f64::MIN_POSITIVE);
     RampCheck { fastest_slope, lag, error, slow_enough, lag_fitted }
 }
