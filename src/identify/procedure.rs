@@ -112,7 +112,7 @@ pub(super) struct Work<'a> {
     pub body: Option<Body>,
     /// A k_V that hardly shows in constant commands.
     pub hardly: Option<Estimate>,
-    /// Whether rotors were found to differ: what a fit of both leaves over then has that reason.
+    /// Whether rotors were found to differ, or to lead their commands: what a fit leaves over then has that reason.
     pub unlike: bool,
     /// Logs in which the body was seen, and what kept it from being seen in others.
     pub bodies: [Vec<String>; 2],
@@ -248,10 +248,10 @@ impl<'a> Work<'a> {
     }
 
     /// What k_V is taken as where no log shows it. Nobody knows by how much a bench differs from its template: half of it
-    /// is what the curve's errors allow for.
+    /// is what the curve's errors allow for. One that is taken as none is off by what shows of it, and by the error of that.
     fn assumed_voltage_gain(&self) -> Estimate {
         if let Some(shown) = self.no_voltage_gain() {
-            return Estimate { value: 0.0, standard_error: shown.standard_error.max(shown.value.abs()) };
+            return Estimate { value: 0.0, standard_error: shown.standard_error.hypot(shown.value) };
         }
         let taken = Estimate { value: self.settings.template.actuator.voltage_gain, standard_error: 0.0 };
         let unknown = Estimate { standard_error: ASSUMED * taken.value.abs(), ..taken };

@@ -45,7 +45,7 @@ pub(super) fn is_none(gain: &Estimate, template: f64) -> bool {
 /// What of a k_V that hardly shows is to be said beside the template's, which is kept.
 pub(super) fn shown_of_gain(gain: Option<&Estimate>) -> String {
     gain.map_or("nothing in the logs shows it".to_owned(), |gain| {
-        format!("what the logs show, {} rad/(s V), is next to nothing", in_digits(gain))
+        format!("what the logs show, {} rad/(s V), is not known well enough", in_digits(gain))
     })
 }
 

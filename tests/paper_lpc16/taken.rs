@@ -5,7 +5,7 @@ use rotorbench::record::{Dataset, log};
 
 use super::bad_logs::run;
 use super::close;
-use super::logs::{C_G1, C_G2, INERTIA, attitude, lively, moving, ramps, settled, voltage};
+use super::logs::{C_G1, C_G2, INERTIA, PERIOD, attitude, lively, moving, ramps, settled, voltage};
 
 const RATE: &str = "propeller_rate_1_rad_s";
 const VOLTAGE: &str = "battery_voltage_v";
@@ -187,8 +187,30 @@ fn a_k_v_that_hardly_shows_is_told() {
     let said =
         next_to_nothing.warnings.iter().find(|it| it.starts_with("k_V = 40 rad/(s V) is the template's"));
     let said = said.expect("told");
-    assert!(said.contains("what the logs show, ") && said.contains(", is next to nothing"), "{said}");
+    assert!(said.contains("what the logs show, ") && said.contains(", is not known well enough"), "{said}");
     assert!(!said.contains("speaks against it"), "{said}");
+}
+
+/// A k_V of 10, of which a noisy level shows 4 ± 4: far from the template's 40, and so taken as none. That it is off by 10
+/// is what the curve's errors must know of.
+#[test]
+fn a_k_v_that_is_taken_as_none_weighs_on_the_curve_with_all_that_it_may_be() {
+    let volts = |row: usize| voltage(row as f64 * PERIOD);
+    // Neighbours are opposite, so that no noise of the slope is in what shows.
+    let noise = |row: usize| {
+        let size = ((row / 2).wrapping_mul(2_654_435_761) >> 16 & 255) as f64 / 127.5 - 1.0;
+        if row % 2 == 0 { 26.3 * size } else { -26.3 * size }
+    };
+    let shown = |row: usize, _| 600.0 + 4.0 * volts(row) + noise(row);
+    let level = with(&settled(|_| 0.45, 3000), RATE, shown);
+    let ramps = with(&settled(ramps, 7000), RATE, |row, rate| rate + 30.0 * (12.6 - volts(row)));
+    let found = identify(&[level, ramps], &[], &quadratic()).expect("ramps");
+    assert_eq!(found.model.actuator.voltage_gain, 0.0);
+    assert!(told(&found, "the logs show, 4 ± 4.0"), "{:?}", found.warnings);
+    let curve = found.static_curve.expect("ramps").coefficients;
+    // 10 of the root of 4² + 4²; in that of u² there is as much again of what a wrong k_V leaves over.
+    assert!((1.5..2.0).contains(&curve[0].distance(C_G2)), "{curve:?}");
+    assert!((1.3..1.6).contains(&curve[1].distance(C_G1)), "{curve:?}");
 }
 
 /// A rotor whose ESC governs its rate: it has no k_V, and a level of it alone gives no model at all.
