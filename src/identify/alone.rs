@@ -1,15 +1,17 @@
 //! Each rotor of each log by itself, before all are fitted together: whether its rates follow its own commands, upwards and
-//! no slower than a rotor can; and whether two rotors of a log are alike. A fit of all at once makes numbers of them in any
+//! no slower than a rotor can, and not before them; and whether two rotors of a log are alike. A fit of all at once makes numbers of them in any
 //! case, and its warnings then name wrong reasons.
 
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::lead;
 use super::linear;
 use super::pole::{self, LagFit};
 use super::procedure::FEWEST_JUMPS;
 use super::record_of::record_of;
+use super::rivals::{self, Rival};
 use super::rotor_log::{RotorLog, bounds};
 use super::unsure;
 use super::{Estimate, IdentifyError};
@@ -29,6 +31,8 @@ const FALLEN: f64 = 2.0;
 const NARROWEST: f64 = 0.05;
 /// Correlation of steady rates with their commands from which they fall.
 const FALLS: f64 = -0.8;
+/// Power of the voltage with which a rate at one command falls at most.
+const GIVES_WAY: f64 = 2.0;
 /// [-] difference of two commands that is one, and its spread from which its part in the rates is known.
 const APART: (f64, f64) = (1e-6, 0.02);
 /// Rows that show a difference of steady rates.
@@ -65,7 +69,8 @@ impl Follows {
     }
 }
 
-/// Refuses rates that cannot be those of the commands beside them. Says so where two rotors are not alike.
+/// Refuses rates that cannot be those of the commands beside them. Says so where they lead these, or two rotors are not
+/// alike.
 ///
 /// # Errors
 /// [`IdentifyError::Unit`] with the log, and what its columns or its time may be instead.
@@ -87,14 +92,26 @@ pub(super) fn check(rotors: &[RotorLog], full_voltage: f64) -> Result<Option<Str
         refuse(follows.as_ref().and_then(|follows| too_slow(rotor, follows)))?;
         refuse(falls(rotor, follows.as_ref()))?;
     }
+    let lead = |(part, own): (&Option<RotorLog>, &Option<Follows>)| {
+        let part = part.as_ref()?;
+        let left = own.as_ref().map_or_else(|| scatter(part), |own| own.fit.residual_rms);
+        lead::tell(part, left, |part, delay| lag(part, full_voltage, delay))
+    };
+    if let Some(leads) = looked_at.iter().zip(&own).find_map(lead) {
+        return Ok(Some(leads));
+    }
     let unlike = pairs.iter().find_map(|&(one, other)| {
         let rotors = [&rotors[one], &rotors[other]];
         let moving = own[one].as_ref().zip(own[other].as_ref()).filter(|(a, b)| a.is_plain() && b.is_plain());
-        let (rates, poles) = match moving {
-            Some((a, b)) => (moving_rates(rotors, [a, b], full_voltage), differing_poles([a, b])),
-            None => (steady_rates(rotors), None),
+        let (rates, answers) = match moving {
+            Some((a, b)) => {
+                let parts = looked_at[one].as_ref().zip(looked_at[other].as_ref())?;
+                let answers = Answers::of(parts.into(), [a, b], full_voltage);
+                (moving_rates(rotors, [a, b], full_voltage), answers)
+            }
+            None => (steady_rates(rotors), Answers::default()),
         };
-        tell_of_unlike(rotors, rates, poles)
+        tell_of_unlike(rotors, rates, &answers)
     });
     Ok(unlike)
 }
@@ -110,17 +127,25 @@ fn lively_part(rotor: &RotorLog) -> Option<RotorLog> {
 }
 
 fn follows(part: &RotorLog, full_voltage: f64) -> Option<Follows> {
-    let part = std::slice::from_ref(part);
-    let beside = || pole::fit(&record_of(part, full_voltage, 0.0, |u, drop| [u, u * u, -drop]));
-    let alone = || pole::fit(&record_of(part, full_voltage, 0.0, |u, _| [u, u * u]));
-    let [rotor] = part else { return None };
-    let fit = rotor.voltage.is_some().then(beside).flatten().or_else(alone)?;
-    let of_scored = |column: &[f64]| rotor.scored().map(|row| column[row]).collect::<Vec<f64>>();
-    let mut commands = of_scored(&rotor.command);
+    let fit = lag(part, full_voltage, 0.0)?;
+    let mut commands: Vec<f64> = part.scored().map(|row| part.command[row]).collect();
     commands.sort_by(f64::total_cmp);
     let last = commands.len().checked_sub(1)?;
     let range = (commands[last * 5 / 100], commands[last - last * 5 / 100]);
-    Some(Follows { fit, scatter: deviation(&of_scored(&rotor.rate)), range })
+    Some(Follows { fit, scatter: scatter(part), range })
+}
+
+/// A lag behind commands that act `delay` [s] late, with the battery where it was read.
+fn lag(part: &RotorLog, full_voltage: f64, delay: f64) -> Option<LagFit> {
+    let part = std::slice::from_ref(part);
+    let beside = || pole::fit(&record_of(part, full_voltage, delay, |u, drop| [u, u * u, -drop]));
+    let alone = || pole::fit(&record_of(part, full_voltage, delay, |u, _| [u, u * u]));
+    part[0].voltage.is_some().then(beside).flatten().or_else(alone)
+}
+
+/// [rad/s] standard deviation of the rates.
+fn scatter(part: &RotorLog) -> f64 {
+    deviation(&part.scored().map(|row| part.rate[row]).collect::<Vec<f64>>())
 }
 
 /// [unit of the values]
@@ -192,7 +217,7 @@ fn falls(rotor: &RotorLog, follows: Option<&Follows>) -> Option<String> {
     ))
 }
 
-/// [-] lowest and highest steady command, where the rates fall from one to the other.
+/// [-] lowest and highest steady command, where the rates fall from one to the other by more than the battery takes.
 fn falls_steadily(rotor: &RotorLog) -> Option<(f64, f64)> {
     let steady = rotor.steady().into_iter().flat_map(|(_, rows)| rows);
     let rows: Vec<usize> = steady.filter(|row| rotor.rate[*row].is_finite()).collect();
@@ -206,7 +231,13 @@ fn falls_steadily(rotor: &RotorLog) -> Option<(f64, f64)> {
     let (command, rate) = (mean(&commands), mean(&rates));
     let product =
         commands.iter().zip(&rates).map(|(u, w)| (u - command) * (w - rate)).sum::<f64>() / rows.len() as f64;
-    (product < FALLS * deviation(&commands) * deviation(&rates)).then_some((low, high))
+    let spread = deviation(&commands);
+    let fall = -product / (spread * spread) * (high - low);
+    let volts: Vec<f64> =
+        rotor.voltage.as_ref().map_or_else(Vec::new, |volts| rows.iter().map(|&row| volts[row]).collect());
+    let (least, most) = bounds(&volts);
+    let taken = if most > 0.0 { GIVES_WAY * rate.abs() * (most - least) / most } else { 0.0 };
+    (product < FALLS * spread * deviation(&rates) && fall > taken).then_some((low, high))
 }
 
 /// A command [-], and the rates [rad/s] of both rotors there.
@@ -224,9 +255,45 @@ fn moving_rates(rotors: [&RotorLog; 2], follows: [&Follows; 2], full_voltage: f6
     Some((command, follows.map(|follows| follows.at(command, drop)))).filter(|_| drop.is_finite())
 }
 
-fn differing_poles(follows: [&Follows; 2]) -> Option<[Estimate; 2]> {
-    let poles = follows.map(|it| Estimate { value: it.fit.pole, standard_error: it.fit.pole_error() });
-    differ(&poles, UNLIKE.1).then_some(poles)
+/// What differs in how two rotors answer.
+#[derive(Default)]
+struct Answers {
+    /// [rad/s]
+    poles: Option<[Estimate; 2]>,
+    /// [ms] zero: none is needed.
+    delays: Option<[Estimate; 2]>,
+}
+
+impl Answers {
+    /// A lag makes up for a delay with its pole: poles that differ are held against each other beside it.
+    fn of(parts: [&RotorLog; 2], follows: [&Follows; 2], full_voltage: f64) -> Self {
+        let plain = |it: &Follows| Estimate { value: it.fit.pole, standard_error: it.fit.pole_error() };
+        if !differ(&follows.map(plain), UNLIKE.1) {
+            return Self::default();
+        }
+        let late = [0, 1].map(|at| delay(parts[at], &follows[at].fit, full_voltage));
+        let pole = |at: usize| {
+            let pole = plain(follows[at]);
+            Estimate { value: late[at].as_ref().map_or(pole.value, |late| late.pole), ..pole }
+        };
+        let none = Estimate { value: 0.0, standard_error: 0.0 };
+        let delays = [0, 1].map(|at| late[at].as_ref().map_or(none, |late| late.time.scaled(1e3)));
+        let those = |both: [Estimate; 2]| differ(&both, UNLIKE.1).then_some(both);
+        Self { poles: those([0, 1].map(pole)), delays: those(delays) }
+    }
+}
+
+/// The delay with which a rotor answers, where its log asks for one.
+fn delay(part: &RotorLog, lag: &LagFit, full_voltage: f64) -> Option<Rival> {
+    let part = std::slice::from_ref(part);
+    let tried = if lag.coefficients.len() > 2 {
+        rivals::both(lag, part, |part, delay| {
+            record_of(part, full_voltage, delay, |u, drop| [u, u * u, -drop])
+        })
+    } else {
+        rivals::both(lag, part, |part, delay| record_of(part, full_voltage, delay, |u, _| [u, u * u]))
+    };
+    tried.into_iter().find(|rival| rival.effect == "transport_delay" && rival.needed && rival.clear)
 }
 
 /// Whether two numbers differ plainly, and by more than that share.
@@ -276,20 +343,21 @@ fn steady_rates([one, other]: [&RotorLog; 2]) -> Option<Rates> {
     Some((mean(&other.command), rates))
 }
 
-fn tell_of_unlike(
-    rotors: [&RotorLog; 2],
-    rates: Option<Rates>,
-    poles: Option<[Estimate; 2]>,
-) -> Option<String> {
+fn tell_of_unlike(rotors: [&RotorLog; 2], rates: Option<Rates>, answers: &Answers) -> Option<String> {
     let [one, other] = rotors.map(number);
-    let in_words = |[a, b]: [Estimate; 2]| {
-        let [a, b] = [a, b].map(|it| with_error(it.value, it.standard_error));
-        format!("{a} rad/s of rotor {one}, {b} of rotor {other}")
+    let in_words = |[a, b]: [Estimate; 2], unit: &str| {
+        let [a, b] = [a, b].map(|it| match it.standard_error {
+            0.0 => crate::unit::short(it.value),
+            error => with_error(it.value, error),
+        });
+        format!("{a} {unit} of rotor {one}, {b} of rotor {other}")
     };
     let rates = rates.filter(|(_, rates)| differ(rates, UNLIKE.0));
-    let rates = rates.map(|(command, rates)| format!("rates at command {command:.3}: {}", in_words(rates)));
-    let poles = poles.map(|poles| format!("poles: {}", in_words(poles)));
-    let differences: Vec<String> = rates.into_iter().chain(poles).collect();
+    let rates =
+        rates.map(|(command, rates)| format!("rates at command {command:.3}: {}", in_words(rates, "rad/s")));
+    let delays = answers.delays.map(|delays| format!("answers come late by {}", in_words(delays, "ms")));
+    let poles = answers.poles.map(|poles| format!("poles: {}", in_words(poles, "rad/s")));
+    let differences: Vec<String> = rates.into_iter().chain(delays).chain(poles).collect();
     let file = file(rotors[0]);
     (!differences.is_empty()).then(|| {
         format!(

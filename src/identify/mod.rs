@@ -27,6 +27,7 @@ mod gram;
 mod intake;
 mod joint;
 mod late;
+mod lead;
 mod left_out;
 mod linear;
 mod missing;

@@ -13,9 +13,11 @@ const RATE: [&str; 2] = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"];
 struct Rotor {
     linear: f64,
     pole: f64,
+    /// [s] with which it answers late.
+    delay: f64,
 }
 
-const PAPER: Rotor = Rotor { linear: C_G2, pole: POLE };
+const PAPER: Rotor = Rotor { linear: C_G2, pole: POLE, delay: 0.0 };
 
 impl Rotor {
     /// [rad/s] in ten midpoint steps for each of `rows` rows, `period` [s] apart, with 1.5 rad/s of noise that nobody can
@@ -30,9 +32,10 @@ impl Rotor {
             let hash = (row + 7919 * seed).wrapping_mul(2_654_435_761) ^ (row * seed).wrapping_mul(40_503);
             // Uniform: its rms is half its width over the root of three.
             rates.push(rate + 2.6 * (f64::from((hash >> 13 & 1023) as u16) / 511.5 - 1.0));
-            let u = command(t);
             for part in 0..10 {
-                let steady = z(u, t + (f64::from(part) + 0.5) * step);
+                let now = t + (f64::from(part) + 0.5) * step;
+                let sent = ((now - self.delay) / period).floor().max(0.0) * period;
+                let steady = z(command(sent), now);
                 let middle = rate + 0.5 * step * self.pole * (steady - rate);
                 rate += step * self.pole * (steady - middle);
             }
@@ -94,6 +97,8 @@ fn rotors_that_are_not_alike_are_said_to_be_that_and_nothing_else() {
         (more, paper, ["rates at command 0.4", "± 0."]),
         (slow(12.0), &other, ["poles: 1", " of rotor 1, 12.0"]),
         (slow(15.0), &other, ["poles: 1", " of rotor 1, 1"]),
+        // Alike but for the delay, which a lag alone takes for a slower pole.
+        (Rotor { delay: 0.01, ..PAPER }, &other, ["(answers come late by 0 ms of rotor 1, ", " of rotor 2)"]),
     ] {
         let log = both([PAPER, rotor], [paper, command], 3000);
         let told = warnings(&log, &[1, 2]);
@@ -116,6 +121,55 @@ fn rotors_that_are_not_alike_are_said_to_be_that_and_nothing_else() {
     for command in [&other as &dyn Fn(f64) -> f64, &differential, paper] {
         assert_eq!(warnings(&both([PAPER, PAPER], [paper, command], 3000), &[1, 2]), [""; 0]);
     }
+}
+
+/// Bits of 40 ms; the hash of `lively` for slots of 0.1 s.
+fn quick(t: f64) -> f64 {
+    lively(2.5 * t)
+}
+
+/// What is left over by a lag fitted to such a log is as good as white, and the pole is off by half of itself.
+#[test]
+fn commands_that_are_written_after_they_were_sent_are_told() {
+    let log = timed(quick, 0.02, 3000, 1.0);
+    assert_eq!(warnings(&log, &[1]), [""; 0]);
+    let told = log.column("command_1").expect("there").to_vec();
+    let row_before = |row: usize| told[row.saturating_sub(1)];
+    let mut late = log.clone();
+    late.replace("command_1", (0..3000).map(row_before).collect()).expect("as long as before");
+    // Every second row of a log whose commands change in those between.
+    let fine = timed(|t| quick(t + 0.01), 0.01, 6000, 1.0);
+    let mut half = Dataset::new("timed.csv", "", log.time().to_vec()).expect("rising time");
+    for name in ["command_1", RATE[0], "battery_voltage_v"] {
+        let column = fine.column(name).expect("there");
+        half.insert(name, column.iter().step_by(2).copied().collect()).expect("as long as time");
+    }
+    for (log, by) in [(late, "a row"), (half, "half a row")] {
+        let told = warnings(&log, &[1]);
+        let sentence = format!("the rates lead the commands: with each command {by} earlier");
+        assert!(told[0].contains(&sentence) && told[0].contains("a pole of 1"), "{told:?}");
+        // Nothing else is said of what the fit leaves over.
+        assert!(told.iter().all(|it| !it.contains("noise") && !it.contains("unexplained")), "{told:?}");
+    }
+}
+
+/// Told a little more all the time while its battery falls by 4 V, a rotor slows down.
+#[test]
+fn a_rotor_that_its_battery_slows_down_is_not_refused() {
+    let time: Vec<f64> = (0..4800).map(|row| 0.05 * f64::from(row)).collect();
+    let command: Vec<f64> = time.iter().map(|t| 0.44 + 0.06 * t / 240.0).collect();
+    let volts: Vec<f64> = time.iter().map(|t| FULL_VOLTAGE - 4.0 * t / 240.0).collect();
+    let z = |(u, v): (&f64, &f64)| C_G1 * u * u + C_G2 * u - K_V * (FULL_VOLTAGE - v);
+    let rates: Vec<f64> = command.iter().zip(&volts).map(z).collect();
+    assert!(rates[4799] < rates[0]);
+    let mut log = Dataset::new("slower.csv", "", time).expect("rising time");
+    for (name, column) in [("command_1", command), (RATE[0], rates), ("battery_voltage_v", volts)] {
+        log.insert(name, column).expect("as long as time");
+    }
+    let settings = IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
+    let curve = identify(&[log], &[], &settings).expect("identified").static_curve.expect("a ramp");
+    // With the template's k_V, which is this bench's.
+    assert!(curve.coefficients[0].distance(C_G2) < 1.0, "{:?}", curve.coefficients);
 }
 
 #[test]
