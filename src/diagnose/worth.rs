@@ -67,7 +67,7 @@ pub(super) fn weigh(stage: &mut Stage, trial: &Trial) {
 
 /// Whether a set can be physics: every effect of it determined, none cancelled by another.
 pub(super) fn is_sound(stage: &Stage, trial: &Trial, known: &[Effect]) -> bool {
-    is_exercised(stage, trial) && trial.is_determined(known) && !trial.cancels(stage, known)
+    is_exercised(stage, trial) && trial.is_determined(stage, known) && !trial.cancels(stage, known)
 }
 
 /// Different commands that must lie beyond a limit: one cannot be told from a curve that bends there.

@@ -199,7 +199,7 @@ fn a_k_v_that_is_taken_as_none_weighs_on_the_curve_with_all_that_it_may_be() {
     // Neighbours are opposite, so that no noise of the slope is in what shows.
     let noise = |row: usize| {
         let size = ((row / 2).wrapping_mul(2_654_435_761) >> 16 & 255) as f64 / 127.5 - 1.0;
-        if row % 2 == 0 { 26.3 * size } else { -26.3 * size }
+        if row.is_multiple_of(2) { 26.3 * size } else { -26.3 * size }
     };
     let shown = |row: usize, _| 600.0 + 4.0 * volts(row) + noise(row);
     let level = with(&settled(|_| 0.45, 3000), RATE, shown);
