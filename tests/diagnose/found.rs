@@ -300,7 +300,8 @@ fn an_effect_that_reaches_the_noise_has_made_the_error_fall() {
     assert_eq!(output.status.code(), Some(0), "{}", said_out(&output));
 }
 
-/// Seven seconds held out are seventeen windows of the body: too few to shift, not too few to tell.
+/// Seven seconds held out are seventeen windows of the body: with fifteen shifts no chance is below a sixteenth. The signs of
+/// the windows tell more.
 #[test]
 fn a_short_log_held_out_is_enough_for_a_strong_effect() {
     let desk = Desk::new();
@@ -311,6 +312,9 @@ fn a_short_log_held_out_is_enough_for_a_strong_effect() {
     let (answer, _) = diagnose("paper", &train, &held_out);
     assert_eq!(answer["effects"], serde_json::json!(["gravity_pendulum"]), "{}", answer["candidates"]);
     assert_eq!(answer["verdict"], "missing_effect");
+    let candidates = answer["candidates"].as_array().expect("candidates");
+    let pendulum = candidates.iter().find(|it| it["effect"] == "gravity_pendulum").expect("a candidate");
+    assert!(pendulum["chance"].as_f64().expect("a number") <= 0.02, "{pendulum}");
 }
 
 /// Nobody measured the rotors: at the log's beginning they are not where their commands are.
