@@ -1,7 +1,7 @@
 //! From logs to rotors: which logs hold one, and whether their battery can take part.
 
 use super::rotor_log::{LEAST_COMMAND, RotorLog, bounds};
-use super::{IdentifyError, IdentifySettings, used};
+use super::{IdentifyError, IdentifySettings, staircase, used};
 use crate::record::Dataset;
 use crate::unit::short;
 
@@ -100,10 +100,8 @@ pub(super) fn uses_battery(
         return false;
     }
     for rotor in rotors {
-        let Some((from, to, volts)) = rotor.voltage.as_deref().and_then(|it| standing(&rotor.time, it))
-        else {
-            continue;
-        };
+        let Some(voltage) = rotor.voltage.as_deref() else { continue };
+        let Some((from, to, volts)) = standing(&rotor.time, voltage) else { continue };
         let is_empty = |gap: &(f64, f64)| gap.1 - gap.0 > STANDS && from >= gap.0 && to <= gap.1;
         if let Some((from, to)) = rotor.voltage_gap.filter(is_empty) {
             warnings.push(format!(
@@ -111,7 +109,7 @@ pub(super) fn uses_battery(
                  time, and k_V and g(u) are off by what the battery did meanwhile; leave that part of the log out",
                 rotor.source
             ));
-        } else if to - from > STANDS {
+        } else if to - from > STANDS.max(staircase::longest_tread(&rotor.time, voltage)) {
             warnings.push(format!(
                 "{}: `battery_voltage_v` reads exactly {} V from {from:.1} to {to:.1} s: if that reading froze, k_V and g(u) \
                  believe it and are off; leave that part of the log out",

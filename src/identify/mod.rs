@@ -39,6 +39,7 @@ mod ramp_lag;
 mod record_of;
 mod rivals;
 mod rotor_log;
+mod staircase;
 mod stale;
 mod static_curve;
 mod template;

@@ -12,6 +12,7 @@ use super::ramp_lag::KnownLag;
 use super::record_of::record_of;
 use super::rivals;
 use super::rotor_log::{Foretold, RotorLog};
+use super::staircase;
 use super::stale;
 use super::static_curve::{self, HIGHEST_DEGREE, StaticCurve};
 use super::thrust::{self, ThrustCurve};
@@ -124,11 +125,16 @@ impl<'a> Work<'a> {
         settings: &'a IdentifySettings,
         mut warnings: Vec<String>,
     ) -> Result<Self, IdentifyError> {
-        let rotors = intake::rotor_logs(logs, settings, &mut warnings)?;
+        let mut rotors = intake::rotor_logs(logs, settings, &mut warnings)?;
+        let use_battery = intake::uses_battery(&rotors, settings, &mut warnings);
+        if use_battery {
+            warnings.extend(rotors.iter_mut().filter_map(staircase::mend));
+        } else {
+            rotors.iter_mut().for_each(|rotor| rotor.voltage = None);
+        }
         let lively: Vec<RotorLog> =
             rotors.iter().filter(|rotor| rotor.jumps().len() >= FEWEST_JUMPS).cloned().collect();
-        let use_battery = intake::uses_battery(&rotors, settings, &mut warnings);
-        let mut work = Self {
+        Ok(Self {
             settings,
             rotors,
             lively,
@@ -144,11 +150,7 @@ impl<'a> Work<'a> {
             hardly: None,
             unlike: false,
             bodies: [Vec::new(), Vec::new()],
-        };
-        if !use_battery {
-            work.rotors.iter_mut().chain(&mut work.lively).for_each(|rotor| rotor.voltage = None);
-        }
-        Ok(work)
+        })
     }
 
     fn note(&mut self, step: &'static str, done: bool, outcome: impl Into<String>) {

@@ -1,11 +1,11 @@
 //! What logs do not show is the template's, or is left out, and is said so; what they only seem to show is left out, too.
 
-use rotorbench::identify::{Identification, IdentifySettings, identify};
+use rotorbench::identify::{Estimate, Identification, IdentifySettings, identify};
 use rotorbench::record::{Dataset, log};
 
 use super::bad_logs::run;
 use super::close;
-use super::logs::{C_G1, C_G2, INERTIA, PERIOD, attitude, lively, moving, ramps, settled, voltage};
+use super::logs::{C_G1, C_G2, INERTIA, K_V, PERIOD, attitude, lively, moving, ramps, settled, voltage};
 
 const RATE: &str = "propeller_rate_1_rad_s";
 const VOLTAGE: &str = "battery_voltage_v";
@@ -211,6 +211,36 @@ fn a_k_v_that_is_taken_as_none_weighs_on_the_curve_with_all_that_it_may_be() {
     // 10 of the root of 4² + 4²; in that of u² there is as much again of what a wrong k_V leaves over.
     assert!((1.5..2.0).contains(&curve[0].distance(C_G2)), "{curve:?}");
     assert!((1.3..1.6).contains(&curve[1].distance(C_G1)), "{curve:?}");
+}
+
+/// As many ESCs read it: over a minute two or three steps. Taken as it reads, k_V is known half as well, and k_V and the curve
+/// come out up to 3 standard errors off.
+#[test]
+fn a_battery_that_is_read_in_tenths_of_a_volt_gives_the_numbers_of_a_fine_reading() {
+    // Two noises that have nothing to do with each other, of which the voltage's is a tenth of a step.
+    let noise = |row: usize, factor: usize| ((row + 1).wrapping_mul(factor) >> 16 & 255) as f64 / 127.5 - 1.0;
+    let as_read = |log: &Dataset| {
+        let log = with(log, RATE, |row, rate| rate + 2.6 * noise(row, 2_654_435_761));
+        let volts = |row: usize, volts: f64| volts + 0.017 * noise(row, 2_246_822_519);
+        with(&log, VOLTAGE, |row, it| (volts(row, it) * 10.0).round() / 10.0)
+    };
+    let [level, ramps, lively] =
+        [moving(|_| 0.45, 3000), moving(ramps, 3500), moving(lively, 3000)].map(|log| as_read(&log));
+    for logs in [vec![level, ramps], vec![lively]] {
+        let found = identify(&logs, &[], &quadratic()).expect("identified");
+        assert!(!told(&found, "froze") && !told(&found, "steps of"), "{:?}", found.warnings);
+        let (actuator, errors) = (&found.model.actuator, &found.model.standard_errors);
+        let curve = &actuator.steady_rate;
+        for (name, value, truth, share) in [
+            ("voltage_gain", actuator.voltage_gain, K_V, 0.02),
+            ("steady_rate_linear", curve[1], C_G2, 0.0012),
+            ("steady_rate_quadratic", curve[2], C_G1, 0.004),
+        ] {
+            let number = Estimate { value, standard_error: errors[name] };
+            assert!(number.distance(truth) < 3.0, "{name} {number:?}");
+            assert!(number.standard_error < share * truth, "{name} {number:?}");
+        }
+    }
 }
 
 /// A rotor whose ESC governs its rate: it has no k_V, and a level of it alone gives no model at all.
