@@ -75,7 +75,8 @@ impl Unmeasured {
     pub fn rows(&self) -> impl Iterator<Item = usize> + '_ {
         let repeated = self.repeats.iter().flat_map(|repeats| repeats.rows.iter().copied());
         let stuck = self.stuck.iter().flat_map(|stuck| stuck.rows.iter().copied());
-        let clipped = self.clipped.iter().flat_map(|clipped| clipped.rows.iter().copied());
+        let clipped =
+            self.clipped.iter().flat_map(|clipped| clipped.rows.iter().chain(&clipped.beside).copied());
         repeated
             .chain(stuck)
             .chain(clipped)

@@ -54,6 +54,10 @@ pub struct Clipped {
     /// Their rows, from 0.
     #[serde(skip)]
     pub rows: Vec<usize>,
+    /// Rows of the readings right before and behind those: that they are within the range is their noise's choice as much as
+    /// the channel's, so they are biased.
+    #[serde(skip)]
+    pub beside: Vec<usize>,
     /// How many they are.
     pub cells: usize,
     /// Readings of the channel.
@@ -68,7 +72,7 @@ impl Clipped {
         let at: Vec<String> = self.at.iter().map(|at| told(*at, 4)).collect();
         format!(
             "`{name}` is clipped at {}: {} of {} readings stand there, and how far it really went is not known; what fits a model \
-             takes them as missing; record with a wider range, or drive less",
+             takes them as missing, and the reading on either side of each stay there; record with a wider range, or drive less",
             at.join(" and "),
             self.cells,
             self.of
@@ -105,8 +109,15 @@ pub fn find(values: &[f64], command: Option<&[f64]>) -> Option<Clipped> {
     let at = piles.iter().filter(|clip| stands(clip) && !settles(clip)).map(|clip| clip.at);
     let at: Vec<f64> = at.collect();
     let rows: Vec<usize> = known.iter().copied().filter(|row| at.contains(&values[*row])).collect();
+    let is_at_end = |row: &usize| at.contains(&values[*row]);
+    let next_to_end = |pair: &[usize]| match [is_at_end(&pair[0]), is_at_end(&pair[1])] {
+        [true, false] => Some(pair[1]),
+        [false, true] => Some(pair[0]),
+        _ => None,
+    };
+    let beside = known.windows(2).filter_map(next_to_end).collect();
     let (cells, of) = (rows.len(), known.len());
-    (!rows.is_empty()).then_some(Clipped { rows, cells, of, at })
+    (!rows.is_empty()).then_some(Clipped { rows, beside, cells, of, at })
 }
 
 /// Whether a channel comes to an end of its range as what settles does that is read in steps: slowly, the last two steps of
