@@ -9,8 +9,15 @@ pub const STANDARD_GRAVITY: f64 = 9.806_65;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum UnitError {
     /// No unit has this spelling.
-    #[error("unknown unit `{0}`")]
-    Unknown(String),
+    #[error("unknown unit `{unit}`; for what is measured in {needed}: {known}")]
+    Unknown {
+        /// Spelling found.
+        unit: String,
+        /// SI unit of what is needed.
+        needed: &'static str,
+        /// The spellings that there are for it.
+        known: String,
+    },
     /// The unit exists and measures something else.
     #[error("unit `{unit}` measures {measures}, but {needed} is needed")]
     Mismatch {
@@ -59,6 +66,12 @@ pub const UNITS: &[Unit] = &[
     Unit { name: "degC", si: "K", scale: 1.0, offset: 273.15 }, Unit { name: "°C", si: "K", scale: 1.0, offset: 273.15 },
 ];
 
+/// Every spelling of a unit that measures the same as the SI unit `si`.
+fn spellings(si: &str) -> String {
+    let named = UNITS.iter().filter(|unit| unit.si == si && !unit.name.is_empty());
+    named.map(|unit| format!("`{}`", unit.name)).collect::<Vec<_>>().join(", ")
+}
+
 impl Unit {
     /// The unit spelled `name` that measures the same as the SI unit `si`.
     ///
@@ -75,7 +88,7 @@ impl Unit {
         }
         Err(match other {
             Some(measures) => UnitError::Mismatch { unit: name.to_owned(), measures, needed: si },
-            None => UnitError::Unknown(name.to_owned()),
+            None => UnitError::Unknown { unit: name.to_owned(), needed: si, known: spellings(si) },
         })
     }
 
@@ -155,7 +168,10 @@ mod tests {
             Unit::parse("V", "rad/s").unwrap_err().to_string(),
             "unit `V` measures V, but rad/s is needed"
         );
-        assert_eq!(Unit::parse("furlong", "m").unwrap_err().to_string(), "unknown unit `furlong`");
+        assert_eq!(
+            Unit::parse("furlong", "m").unwrap_err().to_string(),
+            "unknown unit `furlong`; for what is measured in m: `m`, `mm`, `cm`"
+        );
         assert!((Unit::parse("g", "m/s^2").expect("known").to_si(1.0) - STANDARD_GRAVITY).abs() < 1e-12);
         assert!((Unit::parse("degC", "K").expect("known").to_si(20.0) - 293.15).abs() < 1e-12);
     }

@@ -27,7 +27,7 @@ pub struct Arguments {
 /// An effect of one's own, as the README has it.
 const OWN: &str = r#"[[user_effects]]
 id = "creaking_pivot"
-site = "torque"            # command, steady_rate, rotor_acceleration, thrust, torque, body_rate_sensor
+site = "torque"            # command, steady_rate, rotor_acceleration, thrust, torque, body_rate_sensor, rotor_rate_sensor
 expression = "-k*body_rate*abs(body_rate)^0.5"     # what it ADDS to the site's quantity
 [[user_effects.parameters]]
 name = "k"

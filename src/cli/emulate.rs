@@ -91,7 +91,9 @@ impl PlantArguments {
         }
         let id = |text: &String| text.split(':').next().unwrap_or_default().trim().to_owned();
         let moves = |id: &String| {
-            find(id).is_some_and(|card| card.site == Site::Torque && matches!(card.law, Law::Static(_)))
+            find(id).is_some_and(|card| {
+                card.site == Site::Torque && matches!(card.law, Law::Static(_) | Law::Sharp(_))
+            })
         };
         self.hide.iter().map(id).find(moves).map(|id| format!("--hide {id}"))
     }

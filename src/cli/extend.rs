@@ -1,6 +1,6 @@
 //! `rotorbench extend`: adds an effect to a model and shows the fall of the error.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
@@ -50,6 +50,13 @@ pub struct Arguments {
 /// An error that keeps more than this share has not fallen: half a percent is what any free parameter takes from noise.
 const FALLEN: f64 = 0.995;
 
+/// Side by side with the model it came from, a model has to have a name of its own: its file's.
+fn name_after(model: &mut Model, file: &Path) {
+    if let Some(stem) = file.file_stem() {
+        model.name = stem.to_string_lossy().into_owned();
+    }
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     // The model that it starts from, too: the ladder of the new one begins there.
@@ -57,12 +64,13 @@ pub fn run(arguments: &Arguments) -> CliResult {
     super::output::writable(std::iter::once(&arguments.output).chain(&arguments.report), inputs)?;
     let model = Model::load(&arguments.model)?;
     if arguments.step_back {
-        let back = model.step_back().ok_or_else(|| {
+        let mut back = model.step_back().ok_or_else(|| {
             CliError::new(format!(
                 "{}: the ladder is empty, there is no step to undo",
                 arguments.model.display()
             ))
         })?;
+        name_after(&mut back, &arguments.output);
         back.save(&arguments.output)?;
         if arguments.json {
             let undone = model.ladder.last().map(|step| &step.added);
@@ -86,10 +94,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             error.extended.validate / error.noise_floor
         ));
     }
-    // Side by side with the model it came from, it has to have a name of its own.
-    if let Some(stem) = arguments.output.file_stem() {
-        extension.model.name = stem.to_string_lossy().into_owned();
-    }
+    name_after(&mut extension.model, &arguments.output);
     extension.model.save(&arguments.output)?;
     if let Some(path) = &arguments.report {
         let shown = if validate.is_empty() { &train } else { &validate };

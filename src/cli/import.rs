@@ -173,6 +173,11 @@ fn note_lines(notes: &Notes) -> Vec<String> {
     };
     say(&notes.short_rows, "row(s) end before the header does: the rest of their cells is missing");
     say(&notes.long_rows, "row(s) go on behind the header: the surplus is not read");
+    say(&notes.repeated_header, "line(s) say the header again, left out");
+    say(
+        &notes.cut_cell,
+        "cell at the end of the file, whose last line has no end, may have been cut in writing: left out",
+    );
     say(&notes.without_time, "row(s) without a time, left out");
     say(&notes.repeated_time, "row(s) repeat the time of the row before: merged into it");
     say(&notes.conflicting_cells, "cell(s) contradict the row of the same time: left out");

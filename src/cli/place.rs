@@ -218,7 +218,7 @@ mod tests {
             ),
             (
                 "[bus.sensors]\nbody_rate = { signal = \"GYRO.rate\", unit = \"rads\" }",
-                "bench.toml, line 2: bus.sensors.body_rate: `GYRO.rate`: unknown unit `rads`",
+                "bench.toml, line 2: bus.sensors.body_rate: `GYRO.rate`: unknown unit `rads`; for what is measured in rad/s: `rad/s`, `deg/s`, `°/s`, `dps`, `rpm`, `RPM`, `Hz`, `rev/s`, `krpm`",
             ),
             (
                 "[bus.commands.rotor_1]\nsignal = \"COMMAND.rotor_1\"",

@@ -212,7 +212,7 @@ impl Diagnosis {
             )],
             Verdict::Adequate => vec!["Use the model; a log that moves more could show more.".to_owned()],
             Verdict::InsufficientData => vec![
-                "Record a log in which something moves: `rotorbench experiment prbs`, for a minute or more."
+                "Record a longer log, in which something moves: `rotorbench experiment prbs`, for a minute or more."
                     .to_owned(),
             ],
         };

@@ -22,7 +22,7 @@ pub(super) fn warnings(logs: &[&Dataset], blocks: &[Found]) -> Vec<String> {
         && logs.iter().any(|log| log.column("body_rate_rad_s").is_some())
     {
         warnings.push(
-            "the body is not judged: not every set of logs holds its rate and what drives it".to_owned(),
+            "the body is not judged: not every set of logs holds its rate, what drives it, and enough of both".to_owned(),
         );
     }
     for found in blocks {

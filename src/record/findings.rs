@@ -1,10 +1,12 @@
 //! What a log looks like before anybody fits anything to it: rate, jitter, holes, channels that are frozen, clipped
 //! or drop out, starts from standstill.
 
+use std::ops::Range;
+
 use serde::Serialize;
 
 use super::dataset::{Dataset, LOG_SIGNALS};
-use super::readings::clipped::piles;
+use super::readings::clipped::{self, piles};
 use super::readings::stuck::frozen;
 use super::readings::{Clip, Unmeasured};
 use crate::unit::short;
@@ -16,6 +18,9 @@ mod tests;
 const DROPOUT_FACTOR: f64 = 2.5;
 /// A rotor slower than this share of its fastest stands still.
 const STANDSTILL_SHARE: f64 = 0.05;
+/// A channel that moves slowly beside the steps of its reading, and those that it takes at once, at most.
+const BATTERY: &str = "battery_voltage_v";
+const A_STEP: f64 = 2.5;
 /// [s] a change of command this long before a hole, or inside it, is named with it.
 const BEFORE_HOLE_S: f64 = 0.1;
 
@@ -226,17 +231,42 @@ fn channel(log: &Dataset, name: &str, values: &[f64]) -> ChannelFindings {
         range,
         constant,
         frozen: if measured { stretches(name, &present) } else { Vec::new() },
-        clipped: if measured { piles(&sorted) } else { Vec::new() },
+        clipped: if measured { clips(log, name, values, &sorted) } else { Vec::new() },
         dropouts: dropouts(log, &present, median),
         unmeasured: Unmeasured::of(log, name),
     }
+}
+
+/// Ends of its range at which a channel piles up. A battery settles at levels, too, which is asked of its reading.
+fn clips(log: &Dataset, name: &str, values: &[f64], sorted: &[f64]) -> Vec<Clip> {
+    let mut clips = piles(sorted);
+    if name == BATTERY && !clips.is_empty() {
+        let found = clipped::find(values, log.column("command_1").or(log.column("command_2")));
+        clips.retain(|clip| found.as_ref().is_some_and(|found| found.at.contains(&clip.at)));
+    }
+    clips
+}
+
+/// The runs of equal values that a reading did not just go on from: a battery that is read in steps stands on each. At the
+/// end of the log one that is no longer than others were will have gone on, too.
+fn without_treads(values: &[f64], runs: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
+    let step = steps.fold(f64::INFINITY, f64::min);
+    let goes_on = |run: &Range<usize>| {
+        values.get(run.end).is_some_and(|next| (next - values[run.start]).abs() <= A_STEP * step)
+    };
+    let longest = runs.iter().filter(|run| goes_on(run)).map(Range::len).max().unwrap_or(0);
+    let is_tread = |run: &Range<usize>| goes_on(run) || (run.end == values.len() && run.len() <= 2 * longest);
+    runs.into_iter().filter(|run| !is_tread(run)).collect()
 }
 
 /// Runs of equal values that are too long for the channel. A rotor that stands still reads zero, rightly.
 fn stretches(name: &str, present: &[(f64, f64, usize)]) -> Vec<Stretch> {
     let values: Vec<f64> = present.iter().map(|(_, value, _)| *value).collect();
     let stands = |value: f64| name.starts_with("propeller_rate") && value == 0.0;
-    let runs = frozen(&values).into_iter().filter(|run| !stands(values[run.start]));
+    let found = frozen(&values);
+    let found = if name == BATTERY { without_treads(&values, found) } else { found };
+    let runs = found.into_iter().filter(|run| !stands(values[run.start]));
     runs.map(|run| Stretch {
         start_s: present[run.start].0,
         length_s: present[run.end - 1].0 - present[run.start].0,

@@ -136,6 +136,10 @@ pub struct Notes {
     pub short_rows: Places,
     /// Rows with more cells than the header; the surplus is not read.
     pub long_rows: Places,
+    /// Lines that say the header again, left out.
+    pub repeated_header: Places,
+    /// The last line has no end: its last cell may have been cut in writing, and is left out.
+    pub cut_cell: Places,
     /// Rows left out because they have no time.
     pub without_time: Places,
     /// Rows with the time of the row before: they fill its empty cells.
@@ -237,9 +241,20 @@ impl Table<'_> {
         let mut lines = Lines::new(body.as_bytes(), comment, config.skip_lines as u64 + 1);
         let mut rows = Vec::new();
         let mut record = csv::StringRecord::new();
+        let unfinished = body.rfind(['\n', '\r']).map_or(0, |end| end + 1);
+        let is_unfinished = !body[unfinished..].trim().is_empty() && !is_remark(&&body[unfinished..]);
         while reader.read_record(&mut record).map_err(|error| self.syntax(&error))? {
             let line = lines.of(record.position());
+            if config.header && record.iter().eq(header.iter()) {
+                self.notes.repeated_header.add(line);
+                continue;
+            }
             self.notes.rows += 1;
+            let begin = record.position().map_or(0, |position| position.byte() as usize);
+            if is_unfinished && begin >= unfinished && !record.is_empty() {
+                self.notes.cut_cell.add(line);
+                record.truncate(record.len() - 1);
+            }
             match record.len().cmp(&header.len()) {
                 std::cmp::Ordering::Less => self.notes.short_rows.add(line),
                 std::cmp::Ordering::Greater => self.notes.long_rows.add(line),

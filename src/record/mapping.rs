@@ -264,8 +264,12 @@ impl SignalMapping {
             }
             (Some(known), None) => Err(format!("its unit is missing: say which unit becomes {}", known.unit)),
             (None, Some(_)) => {
-                Err("it is not of the log format, so that its unit is its name's affair; use `scale`"
-                    .to_owned())
+                let names: Vec<&str> = LOG_SIGNALS[1..].iter().map(|known| known.name).collect();
+                Err(format!(
+                    "no signal of the log format has this name ({}); a channel of your own that is only carried along has no \
+                     `unit`, use `scale`",
+                    names.join(", ")
+                ))
             }
             (None, None) => Ok(None),
         }

@@ -89,6 +89,29 @@ fn bad_habits_are_read_and_counted() {
     assert_eq!(notes.unused_columns, ["other"]);
 }
 
+/// A logger that was started anew into the same file, and one that was killed while it wrote: `12` may have been `1234`.
+#[test]
+fn a_header_that_comes_again_and_a_cell_that_was_cut() {
+    let text = "t,esc,speed\n0,10,60\n10,10,61\nt,esc,speed\n20,10,62\n30,10,6";
+    let (log, notes) = read(text).expect("a log all the same");
+    assert_eq!(log.time(), [0.0, 0.01, 0.02, 0.03]);
+    assert_eq!(
+        (notes.repeated_header.count, notes.repeated_header.first_lines.as_slice()),
+        (1, [4].as_slice())
+    );
+    assert_eq!((notes.cut_cell.count, notes.cut_cell.first_lines.as_slice()), (1, [6].as_slice()));
+    let rates = column(&log, "propeller_rate_1_rad_s");
+    assert!(rates[2].is_finite() && rates[3].is_nan(), "{rates:?}");
+    assert_eq!(column(&log, "command_1")[3], 0.1, "what stands before it was written whole");
+    let (_, notes) = read("t,esc,speed\n0,10,60\n10,10,61\n").expect("a good log");
+    assert_eq!((notes.repeated_header.count, notes.cut_cell.count), (0, 0));
+    // A time that was cut is no time, and a remark at the end cuts nothing.
+    let (log, notes) = read("t,esc,speed\n0,10,60\n10,10,61\n2").expect("a log all the same");
+    assert_eq!((log.len(), notes.cut_cell.count), (2, 1));
+    let (_, notes) = read("t,esc,speed\n0,10,60\n10,10,61\n# the end").expect("a good log");
+    assert_eq!(notes.cut_cell.count, 0);
+}
+
 #[test]
 fn nothing_is_invented_across_a_hole() {
     let mut text = "t,esc,speed\n".to_owned();

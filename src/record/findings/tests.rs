@@ -59,6 +59,44 @@ fn a_quantized_channel_is_neither_frozen_nor_clipped() {
     assert_eq!(findings.warnings, Vec::<String>::new(), "{:?}", findings.channels[0]);
 }
 
+/// 10 mV steps, noise that shows at first and not any more: it stands on every step. Where it does not go on from where it
+/// stood, it was frozen.
+#[test]
+fn a_battery_read_in_steps_stands_on_each_and_freezes_where_it_jumps() {
+    let battery = |frozen: bool| {
+        let time: Vec<f64> = (0..4000).map(|row| f64::from(row) * 0.01).collect();
+        let reading = |row: i32| {
+            let noise = if row < 2000 { 0.006 * f64::from(row * 37 % 11 - 5) / 5.0 } else { 0.0 };
+            let held = if frozen && (2500..3300).contains(&row) { 2500 } else { row };
+            ((12.6 - 2e-4 * f64::from(held) + noise) * 100.0).round() / 100.0
+        };
+        let mut log = Dataset::new("test", "", time).expect("time rises");
+        log.insert("battery_voltage_v", (0..4000).map(reading).collect()).expect("right length");
+        Findings::of(&log)
+    };
+    let good = battery(false);
+    assert_eq!(good.warnings, Vec::<String>::new(), "{:?}", good.channels[0]);
+    let frozen = &battery(true).channels[0].frozen;
+    assert!(frozen.len() == 1 && (frozen[0].length_s - 8.0).abs() < 0.5, "{frozen:?}");
+}
+
+/// A bench supply that comes to rest at both levels: nothing of it is beyond the sensor's range.
+#[test]
+fn a_battery_that_settles_is_not_clipped() {
+    let time: Vec<f64> = (0..6000).map(|row| f64::from(row) * 0.01).collect();
+    let load = |row: i32| f64::from(row / 400 % 2);
+    let mut volts = 12.13;
+    let reading = |row: i32| {
+        volts += 0.02 * (12.13 - 0.91 * load(row) - volts);
+        (volts * 100.0).round() / 100.0
+    };
+    let mut log = Dataset::new("test", "", time).expect("time rises");
+    log.insert("battery_voltage_v", (0..6000).map(reading).collect()).expect("right length");
+    log.insert("command_1", (0..6000).map(|row| 0.4 + 0.2 * load(row)).collect()).expect("right length");
+    let findings = Findings::of(&log);
+    assert!(findings.warnings.iter().all(|warning| !warning.contains("clipped")), "{:?}", findings.warnings);
+}
+
 #[test]
 fn a_slow_channel_does_not_drop_out() {
     let findings = Findings::of(&log(|row, value| {
