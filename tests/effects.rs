@@ -79,7 +79,7 @@ fn at_its_neutral_value_an_effect_adds_nothing() {
             parameters[index] = parameter.neutral;
             for point in points(50) {
                 let added = match &card.law {
-                    Law::Static(law) | Law::Stairs(law) => law(&parameters, &point),
+                    Law::Static(law) | Law::Sharp(law) | Law::Stairs(law) => law(&parameters, &point),
                     Law::Delay(delay) => delay(&parameters),
                     Law::Memory(memory) => {
                         let state =
@@ -101,7 +101,7 @@ fn at_its_neutral_value_an_effect_adds_nothing() {
 #[test]
 fn declared_symmetries_hold() {
     for card in CATALOGUE {
-        let Law::Static(law) = &card.law else {
+        let (Law::Static(law) | Law::Sharp(law)) = &card.law else {
             assert_eq!(
                 card.symmetry,
                 Symmetry::None,

@@ -1,5 +1,6 @@
 //! Residuals, comparison, search for the missing effect, extension.
 
+pub mod abreast;
 pub mod answer;
 mod benches;
 mod blocks;
@@ -17,6 +18,7 @@ pub mod rotor;
 mod run;
 mod scan;
 pub mod search;
+mod settle;
 pub mod stage;
 pub mod surrogate;
 pub mod trial;

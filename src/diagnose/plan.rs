@@ -1,14 +1,11 @@
 //! How a trial is come by: where its fit starts, which starts are followed, and the judgement.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
-
 use super::problem::Problem;
 use super::scan;
 use super::stage::Stage;
 use super::trial::Trial;
 use crate::effect::Law;
-use crate::identify::fit::{Fit, FitConfig, Free, fit, judge};
+use crate::identify::fit::{Fit, FitConfig, Free, Slopes, fit, fit_on, judge, judge_on};
 use crate::model::{Effect, EffectParameter, Model};
 
 /// What a trial may change, and where it starts.
@@ -45,11 +42,11 @@ impl Glance {
 }
 
 /// Steps of the first look at each start.
-const LOOK: FitConfig = FitConfig { iterations: 4, tolerance: 1e-3, goal: None };
+const LOOK: FitConfig = FitConfig { iterations: 4, tolerance: 1e-3, goal: None, goes_on: true };
 /// The way to the end: a change of the cost by a hundred-thousandth decides nothing.
-const FOLLOW: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5, goal: None };
+const FOLLOW: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5, goal: None, goes_on: true };
 /// From the end of the fit on all data to that on a part of them it is not far.
-const PART: FitConfig = FitConfig { iterations: 15, tolerance: 1e-4, goal: None };
+const PART: FitConfig = FitConfig { iterations: 15, tolerance: 1e-4, goal: None, goes_on: true };
 /// Share of the cost without the effect that a fit with it must fall below to be worth its whole way: [`gains`] asks for
 /// more than what is left.
 ///
@@ -106,9 +103,10 @@ impl Plan<'_> {
         let limit = AS_GOOD * starts.first().map_or(0.0, |(cost, _)| *cost);
         let ends = starts.iter().take(2).filter(|(cost, _)| *cost <= limit).map(|(_, model)| model);
         let follow = FitConfig { goal: self.without.map(|cost| WORTH * cost), ..FOLLOW };
-        let ends = ends.map(|model| fit(&problem, &self.frees(&names, model), None, &follow));
-        let best = ends.min_by(|a, b| a.cost.total_cmp(&b.cost));
-        let mut best = best.unwrap_or_else(|| fit(&problem, &self.frees(&names, &template), None, &FOLLOW));
+        let ends = ends.map(|model| fit_on(&problem, &self.frees(&names, model), None, &follow, None));
+        let best = ends.min_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
+        let from_template = || fit_on(&problem, &self.frees(&names, &template), None, &FOLLOW, None);
+        let (mut best, slopes) = best.unwrap_or_else(from_template);
         let is_worth_it = follow.goal.is_none_or(|goal| best.cost < goal);
         for (index, name) in names.iter().enumerate().filter(|_| is_worth_it) {
             if self.in_stairs(name) {
@@ -128,7 +126,7 @@ impl Plan<'_> {
                 model.standard_errors.insert(name.clone(), *error);
             }
         }
-        let judged = self.judged(&model, &best, &names, stage);
+        let judged = self.judged(&model, (&best, &slopes), &names, stage);
         Trial {
             effects: self.effects.iter().map(|effect| effect.id.clone()).collect(),
             model,
@@ -154,20 +152,26 @@ impl Plan<'_> {
     }
 
     /// The residuals on data that the fit has not seen.
-    fn judged(&self, model: &Model, best: &Fit, names: &[String], stage: &Stage) -> Fit {
+    fn judged(&self, model: &Model, (best, slopes): (&Fit, &Slopes), names: &[String], stage: &Stage) -> Fit {
         let inside = self.inside(model);
         let problem = |data| Problem::new(data, model.clone(), names.to_vec(), &inside);
         if stage.folds.is_empty() {
             return judge(&problem(&stage.validate), &best.globals);
         }
         let mut joint = Fit { residuals: vec![0.0; best.residuals.len()], cost: 0.0, ..best.clone() };
+        // Their fits start where the one on all data ended. Stairs were moved since then, and what is beside them.
+        let has_stairs = names.iter().any(|name| self.in_stairs(name));
+        let slopes = Some(slopes).filter(|_| !has_stairs);
         for (train, held_out) in &stage.folds {
-            let mut part = fit(&problem(train), &self.frees(names, model), Some(&best.locals), &PART);
+            let frees = self.frees(names, model);
+            let (mut part, _) = fit_on(&problem(train), &frees, Some(&best.locals), &PART, slopes);
             for index in (0..names.len()).filter(|index| self.in_stairs(&names[*index])) {
                 scan::settle(&problem(train), train, index, &mut part);
             }
             self.forget(&mut part, names);
-            let judged = judge(&problem(held_out), &part.globals);
+            let from = slopes.map(|slopes| (best.locals.as_slice(), slopes.of_locals()));
+            let from = from.as_ref().map(|(locals, slopes)| (*locals, slopes));
+            let judged = judge_on(&problem(held_out), &part.globals, from);
             joint.cost += judged.cost;
             // Each sample is judged in one part, and zero in the others.
             joint.residuals.iter_mut().zip(&judged.residuals).for_each(|(sum, residual)| *sum += residual);
@@ -220,6 +224,9 @@ impl Plan<'_> {
                     })
                     .collect();
                 starts.extend(others);
+                if self.in_stairs(&name) && template.effects.len() > fresh.len() {
+                    starts.extend(self.stairs_at_home(template, (&name, parameter.bounds), stage));
+                }
             }
         }
         starts.truncate(MOST_STARTS);
@@ -228,6 +235,24 @@ impl Plan<'_> {
             starts.extend(at_home);
         }
         starts
+    }
+
+    /// Beside another effect the base's numbers may have made up for the stairs that were missing: from where they were, the
+    /// stairs show.
+    fn stairs_at_home(
+        &self,
+        template: &Model,
+        (name, bounds): (&str, (f64, f64)),
+        stage: &Stage,
+    ) -> Vec<Model> {
+        let home = self.at_home(template);
+        let values = scan::values(&stage.train, &home, name, bounds, &self.inside(&home));
+        let at = |value: f64| {
+            let mut model = home.clone();
+            model.set_parameter(name, value);
+            model
+        };
+        values.into_iter().map(at).collect()
     }
 
     /// A few steps from each start, on a part of the data; best first.
@@ -331,72 +356,6 @@ fn base_free(name: &str, start: f64) -> Free {
         _ => (-1e6, 1e6),
     };
     Free { start, bounds, scale: start.abs().max(1e-9) }
-}
-
-/// Runs plans on every core; `done` is told after each.
-pub fn run_all(plans: &[Plan], stage: &Stage, done: &(dyn Fn() + Sync)) -> Vec<Trial> {
-    spread(plans, |plan| {
-        let trial = plan.run(stage);
-        done();
-        trial
-    })
-}
-
-/// Runs the most promising `most` of each group of plans, by a look at a part of the data.
-pub fn run_promising(
-    groups: &[Vec<Plan>],
-    most: usize,
-    stage: &Stage,
-    done: &(dyn Fn() + Sync),
-) -> Vec<Trial> {
-    let all: Vec<(usize, &Plan)> = groups
-        .iter()
-        .enumerate()
-        .flat_map(|(group, plans)| plans.iter().map(move |plan| (group, plan)))
-        .collect();
-    let looked = spread(&all, |(_, plan)| {
-        done();
-        plan.glance(stage)
-    });
-    let mut looked: Vec<((usize, &Plan), Glance)> = all.into_iter().zip(looked).collect();
-    looked.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
-    let mut taken = vec![0; groups.len()];
-    let promising: Vec<(&Plan, Mutex<Option<Glance>>)> = looked
-        .into_iter()
-        .filter(|((group, _), _)| {
-            taken[*group] += 1;
-            taken[*group] <= most
-        })
-        .map(|((_, plan), glance)| (plan, Mutex::new(Some(glance))))
-        .collect();
-    let trials = spread(&promising, |(plan, glance)| {
-        let glance = glance.lock().unwrap_or_else(PoisonError::into_inner).take();
-        glance.map(|glance| plan.finish(glance, stage))
-    });
-    trials.into_iter().flatten().collect()
-}
-
-/// Does the work for every item, on every core; answers in the items' order.
-fn spread<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    let next = AtomicUsize::new(0);
-    let answers: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::with_capacity(items.len()));
-    let cores =
-        std::thread::available_parallelism().map_or(1, std::num::NonZero::get).min(items.len().max(1));
-    std::thread::scope(|scope| {
-        for _ in 0..cores {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(item) = items.get(index) else { break };
-                    let answer = work(item);
-                    answers.lock().unwrap_or_else(PoisonError::into_inner).push((index, answer));
-                }
-            });
-        }
-    });
-    let mut answers = answers.into_inner().unwrap_or_else(PoisonError::into_inner);
-    answers.sort_by_key(|(index, _)| *index);
-    answers.into_iter().map(|(_, answer)| answer).collect()
 }
 
 #[cfg(test)]

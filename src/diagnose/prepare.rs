@@ -15,6 +15,9 @@ use crate::signal::ROTORS;
 
 /// Time constants of a rotor after which it has forgotten where it began.
 const FORGETS: f64 = 8.0;
+/// [s] what was commanded before a log began is not known: rotors that are late may have been on their way to anything. The
+/// first window that they drive does not count.
+pub(super) const UNTOLD_S: f64 = 0.1;
 
 /// The rotor block of the logs; `None` when no log has a command beside a rotor rate.
 #[must_use]
@@ -82,6 +85,8 @@ impl Driver<'_> {
         let measured = |rotor: usize| data.column(PROPELLER_RATES[rotor]).is_some();
         let by_commands = rates.iter().all(Option::is_some) && !(0..ROTORS).all(measured);
         let unknown = if by_commands { FORGETS / self.equations.rotor_pole() } else { 0.0 };
+        // One that is late may have been on its way to anything where the log begins.
+        let is_modelled = self.trial.is_some() && rates.iter().all(Option::is_some);
         let mut runs = Vec::new();
         for rows in data.segments() {
             let cut = |values: &[f64]| values[rows.clone()].to_vec();
@@ -111,7 +116,8 @@ impl Driver<'_> {
                 rate: cut(rate),
                 angle: angle.map(cut).unwrap_or_default(),
             };
-            let begin = source.time.first().map_or(0.0, |first| first + unknown);
+            let untold = if is_modelled && rows.start == 0 { UNTOLD_S } else { 0.0 };
+            let begin = source.time.first().map_or(0.0, |first| first + unknown.max(untold));
             runs.push(BodyRun::new(log, rows.clone(), source, horizon).since(begin));
         }
         runs.retain(|run| !run.windows.is_empty());

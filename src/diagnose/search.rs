@@ -1,13 +1,14 @@
 //! The search of one block: forward, several sets abreast, dropping one out, everything refitted each time.
 
+use super::abreast::{run_all, run_promising};
 use super::noise::floors;
-use super::plan::{Plan, run_all, run_promising};
+use super::plan::Plan;
 use super::stage::Stage;
 use super::surrogate::{Luck, luck};
 use super::trial::Trial;
+use super::verdict::stands;
 use super::worth::{
-    LEAST_GAIN, floor, gains, is_sound, joint_floors, loss, nearest, over_floor, period, same_set, steps,
-    weigh,
+    floor, gains, is_sound, joint_floors, loss, nearest, over_floor, period, same_set, steps, weigh,
 };
 use crate::model::{Effect, Model};
 
@@ -105,6 +106,9 @@ impl<'a> Search<'a> {
     pub fn run(&self, mut stage: Stage) -> Found {
         let base_names = stage.base_parameters(self.base);
         let (stale, recalibrated) = self.bases(&mut stage);
+        if stands(&stage, &stale, &recalibrated) {
+            return self.unmoved(stage, stale, recalibrated);
+        }
         let singles = self.singles(&stage, &recalibrated, &base_names);
         let mut trials: Vec<Trial> = singles.iter().filter_map(|single| single.trial.clone()).collect();
         self.deepen(&stage, &base_names, &recalibrated, &mut trials);
@@ -112,11 +116,34 @@ impl<'a> Search<'a> {
         self.conclude(stage, (stale, recalibrated), singles, trials, best)
     }
 
-    fn lookup(&self, ids: &[String]) -> Vec<&'a Effect> {
+    /// What is found of a body that does not move, whatever the torque on it: nothing can be, and nothing is looked for.
+    fn unmoved(&self, stage: Stage, stale: Trial, recalibrated: Trial) -> Found {
+        let note = "the body does not move, whatever the torque on it";
+        let single = |(effect, why): &(&Effect, Option<String>)| Single {
+            effect: effect.id.clone(),
+            trial: None,
+            luck: None,
+            note: why.clone().unwrap_or_else(|| note.to_owned()),
+        };
+        Found {
+            singles: self.eligible.iter().map(single).collect(),
+            floors: joint_floors(&stage, &stale),
+            answer: stale.clone(),
+            ladder: vec![recalibrated.clone()],
+            alternatives: Vec::new(),
+            dropped: Vec::new(),
+            changed: Vec::new(),
+            stage,
+            stale,
+            recalibrated,
+        }
+    }
+
+    pub(super) fn lookup(&self, ids: &[String]) -> Vec<&'a Effect> {
         ids.iter().filter_map(|id| self.known.iter().find(|effect| effect.id == *id)).collect()
     }
 
-    fn candidates(&self) -> Vec<&'a Effect> {
+    pub(super) fn candidates(&self) -> Vec<&'a Effect> {
         self.eligible.iter().filter(|(_, why)| why.is_none()).map(|(effect, _)| *effect).collect()
     }
 
@@ -247,14 +274,15 @@ impl<'a> Search<'a> {
             let drop = |id| self.without(&stage, (&best, id), &base_names, &recalibrated, &trials);
             dropped = best.effects.iter().map(|id| drop(id)).collect();
         }
-        let alternatives = nearest(&stage, &best, &trials, self.known);
+        let mut alternatives = nearest(&stage, &best, &trials, self.known);
         let mut ladder = vec![recalibrated.clone()];
         ladder.extend(steps(&stage, &best, &trials));
         let (mut answer, mut changed) = self.settle(&stage, &stale, &recalibrated, &best);
         let unexplained_change = best.effects.is_empty() && !changed.is_empty();
         let instead =
             unexplained_change.then(|| self.instead_of_change(&stage, &answer, changed.len())).flatten();
-        if let Some(effect) = instead {
+        if let Some((effect, twins)) = instead {
+            alternatives = twins;
             (best, answer, changed) = (effect.clone(), effect, Vec::new());
             dropped = vec![recalibrated.clone()];
             ladder.push(answer.clone());
@@ -320,7 +348,7 @@ impl<'a> Search<'a> {
         Plan { effects: self.lookup(effects), ..self.start(from, base) }
     }
 
-    fn start<'b>(&'b self, from: &'b Model, base: &[String]) -> Plan<'b> {
+    pub(super) fn start<'b>(&'b self, from: &'b Model, base: &[String]) -> Plan<'b> {
         let base = base.to_vec();
         Plan { from, effects: Vec::new(), base, known: self.known, home: self.base, without: None }
     }
@@ -349,74 +377,5 @@ impl<'a> Search<'a> {
         }
         let plans: Vec<Plan> = models.iter().map(|(model, set)| self.plan(model, set, base)).collect();
         run_all(&plans, stage, self.done)
-    }
-
-    /// One effect on the base as it was, where it does better than changed numbers of the base, or as well as
-    /// several of them: numbers that all moved at once are less likely than one effect.
-    fn instead_of_change(&self, stage: &Stage, changed: &Trial, count: usize) -> Option<Trial> {
-        let candidates = self.candidates();
-        let plan = |effect: &&'a Effect| Plan { effects: vec![*effect], ..self.start(self.base, &[]) };
-        let plans: Vec<Plan> = candidates.iter().map(plan).collect();
-        let trials = run_all(&plans, stage, self.done);
-        let sound = trials.into_iter().filter(|trial| is_sound(stage, trial, self.known));
-        let best = sound.min_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage)))?;
-        let limit = if count > 1 { 1.0 + 0.5 * LEAST_GAIN } else { 1.0 - 0.25 * LEAST_GAIN };
-        (!changed.is_exact(stage) && best.validate(stage) < limit * changed.validate(stage)).then_some(best)
-    }
-
-    /// The effects of `best` with as few changed base parameters as do as well, found forwards from the base as it
-    /// was: a parameter that is refitted for nothing only brings its noise along.
-    pub(super) fn settle(
-        &self,
-        stage: &Stage,
-        stale: &Trial,
-        recalibrated: &Trial,
-        best: &Trial,
-    ) -> (Trial, Vec<String>) {
-        let names = stage.base_parameters(self.base);
-        let effects = self.lookup(&best.effects);
-        // The base's numbers as they were, the effects' as they were found.
-        let mut model = best.model.clone();
-        for name in &names {
-            if let Some(value) = self.base.parameter(name) {
-                model.set_parameter(name, value);
-            }
-            model.standard_errors.remove(name);
-        }
-        let (mut now, target) = if best.effects.is_empty() {
-            (stale.clone(), recalibrated)
-        } else {
-            (Plan { effects: effects.clone(), ..self.start(&model, &[]) }.run(stage), best)
-        };
-        let mut free: Vec<String> = Vec::new();
-        while free.len() < names.len() {
-            // From the base's numbers a better valley may have been found than the one of `best`: then each number has
-            // to be worth its change by itself.
-            let is_behind = gains(stage, &now, target);
-            let is_ahead = target.validate(stage) * (1.0 - LEAST_GAIN) > now.validate(stage);
-            if !is_behind && !is_ahead {
-                break;
-            }
-            let left: Vec<&String> = names.iter().filter(|name| !free.contains(name)).collect();
-            let plan = |name: &&String| Plan {
-                effects: effects.clone(),
-                base: free.iter().chain([*name]).cloned().collect(),
-                ..self.start(&model, &[])
-            };
-            let next = run_all(&left.iter().map(plan).collect::<Vec<Plan>>(), stage, self.done);
-            let best =
-                next.into_iter().zip(left).min_by(|a, b| a.0.validate(stage).total_cmp(&b.0.validate(stage)));
-            let Some((trial, name)) = best else { break };
-            if !is_behind && !gains(stage, &now, &trial) {
-                break;
-            }
-            free.push(name.clone());
-            now = trial;
-        }
-        // Started from the base's numbers a fit can end in another valley, or without one of the effects: then the way
-        // there does not count.
-        let lost_one = !now.effects.is_empty() && !is_sound(stage, &now, self.known);
-        let behind = target.validate(stage) < now.validate(stage) * (1.0 - LEAST_GAIN);
-        if lost_one || (behind && !now.is_exact(stage)) { (target.clone(), names) } else { (now, free) }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::answer::Verdict;
 use super::search::Found;
+use super::stage::Stage;
 use super::trial::Trial;
 
 /// Share of what is above the noise that effects must explain to be called the answer when the floor is not reached:
@@ -15,8 +16,12 @@ const HELD: f64 = 100.0;
 
 /// Whether a body does not move, whatever the torque on it: a rotor is identified with the body held still.
 pub(super) fn is_held(found: &Found) -> bool {
-    let inertia = |trial: &Trial| trial.model.body.inertia;
-    !found.stage.train.is_rotor() && inertia(&found.recalibrated) > HELD * inertia(&found.stale)
+    stands(&found.stage, &found.stale, &found.recalibrated)
+}
+
+/// The same, of the base as it is and refitted.
+pub(super) fn stands(stage: &Stage, stale: &Trial, recalibrated: &Trial) -> bool {
+    !stage.train.is_rotor() && recalibrated.model.body.inertia > HELD * stale.model.body.inertia
 }
 
 /// The verdict on one block.
@@ -51,7 +56,6 @@ mod tests {
     use crate::diagnose::body::{BodyRun, BodySource};
     use crate::diagnose::problem::{BlockData, Runs};
     use crate::diagnose::rotor::rotor_runs;
-    use crate::diagnose::stage::Stage;
     use crate::identify::fit::Fit;
     use crate::model::Model;
     use crate::record::Dataset;

@@ -1,7 +1,11 @@
 //! What an effect must bring to be worth its place, which sets can be physics, and which the data cannot tell apart.
 
+use std::ops::Range;
+
 use super::noise::floors;
-use super::problem::Runs;
+use super::prepare::UNTOLD_S;
+use super::problem::{BlockData, Runs};
+use super::rotor::RotorRun;
 use super::stage::Stage;
 use super::surrogate::luck;
 use super::trial::Trial;
@@ -98,9 +102,24 @@ pub(super) fn same_set(a: &[String], b: &[String]) -> bool {
     a.len() == b.len() && a.iter().all(|id| b.contains(id))
 }
 
-/// Squared error on all data, fitted and held out.
+/// Squared error on all data, fitted and held out, but for how each log begins: there a late rotor is on its way to what nobody
+/// logged, and laws of lateness differ in what they take that to be.
 pub(super) fn loss(stage: &Stage, trial: &Trial) -> f64 {
-    trial.fit.cost * trial.train(stage).signum() + trial.judged.cost
+    let fitted = trial.fit.cost - beginnings(&stage.train, &trial.fit.residuals);
+    let judged = trial.judged.cost - beginnings(&stage.validate, &trial.judged.residuals);
+    fitted * trial.train(stage).signum() + judged
+}
+
+/// Squared error of the rotors in the beginnings of their logs.
+fn beginnings(data: &BlockData, residuals: &[f64]) -> f64 {
+    let Runs::Rotor(runs) = &data.runs else { return 0.0 };
+    let firsts = runs.iter().zip(data.units()).filter(|(run, _)| run.rows.start == 0);
+    let of_run = |(run, unit): (&RotorRun, &Range<usize>)| -> f64 {
+        let until = run.time.first().map_or(0.0, |first| first + UNTOLD_S);
+        let count = run.time.iter().take_while(|time| **time < until).count();
+        residuals[unit.clone()].iter().take(count).map(|residual| residual * residual).sum()
+    };
+    firsts.map(of_run).sum()
 }
 
 /// Share of the unexplained squared error within which two sets are the same to us, a tenth of the error itself: what is
@@ -160,7 +179,6 @@ pub(super) fn steps(stage: &Stage, best: &Trial, trials: &[Trial]) -> Vec<Trial>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::problem::BlockData;
     use crate::diagnose::rotor::rotor_runs;
     use crate::identify::fit::Fit;
     use crate::model::Model;

@@ -165,6 +165,8 @@ pub enum Law {
     Delay(fn(&[f64]) -> f64),
     /// Without memory.
     Static(StaticLaw),
+    /// Without memory, and one that turns round within a few milliseconds, as friction does where a body comes to rest.
+    Sharp(StaticLaw),
     /// Without memory, and in jumps over its one parameter: a fit must look at every value.
     Stairs(StaticLaw),
     /// With one state.

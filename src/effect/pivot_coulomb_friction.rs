@@ -33,7 +33,7 @@ pub(super) static CARD: Card = Card {
             meaning: "rate over which it turns round",
         },
     ],
-    law: Law::Static(add),
+    law: Law::Sharp(add),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::Dissipative,
     report: [

@@ -9,6 +9,11 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+mod normal;
+
+pub use normal::Slopes;
+use normal::{Normal, least_squares, standard_errors, sum_of_squares};
+
 /// Most local parameters of a unit.
 pub const MOST_LOCALS: usize = 3;
 
@@ -42,6 +47,13 @@ pub struct Free {
     pub scale: f64,
 }
 
+impl Free {
+    /// The value, or the bound that it is beyond; bounds that are not numbers, as absurd data give them, bound nothing.
+    fn within(&self, value: f64) -> f64 {
+        value.max(self.bounds.0).min(self.bounds.1)
+    }
+}
+
 /// When a fit stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitConfig {
@@ -51,11 +63,13 @@ pub struct FitConfig {
     pub tolerance: f64,
     /// A fit that stays above this cost is for nothing, and is given up when it hardly falls any more.
     pub goal: Option<f64>,
+    /// Whether a step that went as foretold may be followed by another one without derivatives of its own.
+    pub goes_on: bool,
 }
 
 impl Default for FitConfig {
     fn default() -> Self {
-        Self { iterations: 40, tolerance: 1e-7, goal: None }
+        Self { iterations: 40, tolerance: 1e-7, goal: None, goes_on: false }
     }
 }
 
@@ -87,61 +101,103 @@ const HELD_BACK: f64 = 1e-2;
 /// A step that lowers the cost by a smaller share is slow, and so many of them in a row lead nowhere soon.
 const SLOW: (f64, usize) = (2e-4, 3);
 
-/// Normal equations of the globals, the locals eliminated.
-struct Normal {
-    hessian: DMatrix<f64>,
-    gradient: DVector<f64>,
-    /// Derivatives by the globals, column by column.
-    columns: Vec<Vec<f64>>,
-    /// The same without what the locals take up.
-    bare_columns: Vec<Vec<f64>>,
-    /// Derivatives by the locals, column by column.
-    local_columns: Vec<Vec<f64>>,
-    /// The globals at which the locals' derivatives were taken.
-    taken_at: Vec<f64>,
-}
-
 /// The locals' derivatives are taken anew when a global has moved by more than this share.
 const MOVED: f64 = 0.05;
+/// A step's fall over the foretold one within which the derivatives it was made with hold for the next step, too.
+const AS_FORETOLD: (f64, f64) = (0.9, 1.1);
+/// Most steps that are made with derivatives which were not taken for them.
+const MOST_ON: usize = 3;
 
 /// Fits a problem.
 pub fn fit(problem: &dyn OutputError, free: &[Free], locals: Option<&[f64]>, config: &FitConfig) -> Fit {
+    fit_on(problem, free, locals, config, None).0
+}
+
+/// Fits a problem that starts where another one ended whose residuals are laid out alike, with its `slopes`: those of residuals
+/// that do not count here are left out. Gives the slopes at the end, too.
+pub fn fit_on(
+    problem: &dyn OutputError,
+    free: &[Free],
+    locals: Option<&[f64]>,
+    config: &FitConfig,
+    slopes: Option<&Slopes>,
+) -> (Fit, Slopes) {
     let mut search = Search::start(problem, free, locals);
     let mut damping = 1e-4;
-    let mut iterations = 0;
-    let mut known: Option<Normal> = None;
-    let mut slow = 0;
+    let (mut iterations, mut slow, mut on) = (0, 0, 0);
+    let counts = |slopes: &Slopes| slopes.counting(&search.residuals, free.len(), problem.locals());
+    let mut normal = match slopes.and_then(counts) {
+        Some(slopes) => search.assembled(slopes),
+        None => search.normal(None),
+    };
     while iterations < config.iterations {
-        let normal = search.normal(known.take());
-        let mut fall = None;
+        let mut step = None;
         while damping < MOST_DAMPING && iterations < config.iterations {
             iterations += 1;
-            fall = search.step(&normal, damping);
-            if fall.is_some() {
+            step = search.step(&normal, damping);
+            if step.is_some() {
                 damping = (damping * 0.1).max(1e-12);
+                break;
+            }
+            // Other derivatives, or none to follow: a shorter step is not what is wanting.
+            if on > 0 || !normal.leads_on() {
                 break;
             }
             damping *= 10.0;
         }
-        known = Some(normal);
+        let fall = step.as_ref().map(|step| step.fall);
         slow = if fall.is_some_and(|fall| fall > SLOW.0) { 0 } else { slow + 1 };
         if slow >= SLOW.1 && config.goal.is_some_and(|goal| search.cost > goal) {
             break;
         }
         // A step that is short because it was held back says nothing about how far the valley goes on.
-        if fall.is_none_or(|fall| fall < config.tolerance && damping < HELD_BACK) {
+        let is_there = fall.is_none_or(|fall| fall < config.tolerance && damping < HELD_BACK);
+        if (is_there && !(on > 0 && fall.is_none())) || iterations >= config.iterations {
             break;
         }
+        let next = step.filter(|step| config.goes_on && on < MOST_ON && step.went_as_foretold());
+        on = if next.is_some() { on + 1 } else { 0 };
+        normal = match next {
+            Some(step) => {
+                // The step was the last to swap the residuals.
+                let residuals = (search.scratch.as_slice(), search.residuals.as_slice());
+                search.assembled(normal.updated((&step.globals, &step.locals), residuals, problem.units()))
+            }
+            None => search.normal(Some(normal)),
+        };
     }
-    search.finish(iterations, known)
+    search.finish(iterations, normal)
 }
 
 /// Fits the local parameters alone, the globals held; the cost then judges the globals on other data.
 pub fn judge(problem: &dyn OutputError, globals: &[f64]) -> Fit {
+    judge_on(problem, globals, None)
+}
+
+/// The same from the locals and with the slopes of a fit of residuals that are laid out alike.
+pub fn judge_on(problem: &dyn OutputError, globals: &[f64], from: Option<(&[f64], &Slopes)>) -> Fit {
     let held: Vec<Free> =
         globals.iter().map(|value| Free { start: *value, bounds: (*value, *value), scale: 1.0 }).collect();
     // Locals enter almost linearly: a few steps suffice.
-    fit(problem, &held, None, &FitConfig { iterations: 6, tolerance: 1e-6, goal: None })
+    let config = FitConfig { iterations: 6, tolerance: 1e-6, goal: None, goes_on: false };
+    let (locals, slopes) = from.map_or((None, None), |(locals, slopes)| (Some(locals), Some(slopes)));
+    fit_on(problem, &held, locals, &config, slopes).0
+}
+
+/// A step that lowered the cost.
+struct Step {
+    /// Share by which it did, and by which it should have.
+    fall: f64,
+    foretold: f64,
+    /// By what the parameters moved.
+    globals: Vec<f64>,
+    locals: Vec<f64>,
+}
+
+impl Step {
+    fn went_as_foretold(&self) -> bool {
+        (AS_FORETOLD.0..AS_FORETOLD.1).contains(&(self.fall / self.foretold))
+    }
 }
 
 /// A search under way.
@@ -155,23 +211,12 @@ struct Search<'a> {
     scratch: Vec<f64>,
 }
 
-fn sum_of_squares(values: &[f64]) -> f64 {
-    let sum: f64 = values.iter().map(|value| value * value).sum();
-    // A simulation that ran away must lose against any that did not.
-    if sum.is_finite() { sum } else { f64::MAX }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 impl<'a> Search<'a> {
     fn start(problem: &'a dyn OutputError, free: &'a [Free], locals: Option<&[f64]>) -> Self {
         let count = problem.units().len() * problem.locals();
         let locals =
             locals.filter(|given| given.len() == count).map_or_else(|| vec![0.0; count], <[f64]>::to_vec);
-        let globals: Vec<f64> =
-            free.iter().map(|free| free.start.clamp(free.bounds.0, free.bounds.1)).collect();
+        let globals: Vec<f64> = free.iter().map(|free| free.within(free.start)).collect();
         let mut residuals = vec![0.0; problem.len()];
         problem.residuals(&globals, &locals, &mut residuals);
         let cost = sum_of_squares(&residuals);
@@ -213,29 +258,19 @@ impl<'a> Search<'a> {
                 if is_free(&self.free[index]) { self.column(index) } else { vec![0.0; self.residuals.len()] }
             })
             .collect();
-        let (local_columns, taken_at) = match known.filter(|known| self.is_near(&known.taken_at)) {
+        let known = known.map(|known| known.slopes).filter(|known| self.is_near(&known.taken_at));
+        let (local_columns, taken_at) = match known {
             Some(known) => (known.local_columns, known.taken_at),
             None => {
                 let columns = (0..self.problem.locals()).map(|index| self.local_column(index));
                 (columns.collect(), self.globals.clone())
             }
         };
-        let mut residuals = self.residuals.clone();
-        let mut bare_columns = columns.clone();
-        for unit in self.problem.units() {
-            let basis = orthonormal(&local_columns, unit);
-            for column in bare_columns.iter_mut().chain(std::iter::once(&mut residuals)) {
-                remove(&basis, &mut column[unit.clone()]);
-            }
-        }
-        let size = columns.len();
-        let hessian = DMatrix::from_fn(size, size, |row, column| {
-            // The upper triangle mirrors the lower one.
-            if row >= column { dot(&bare_columns[row], &bare_columns[column]) } else { 0.0 }
-        });
-        let hessian = DMatrix::from_fn(size, size, |row, column| hessian[(row.max(column), row.min(column))]);
-        let gradient = DVector::from_fn(size, |row, _| dot(&bare_columns[row], &residuals));
-        Normal { hessian, gradient, columns, bare_columns, local_columns, taken_at }
+        self.assembled(Slopes { columns, local_columns, taken_at })
+    }
+
+    fn assembled(&self, slopes: Slopes) -> Normal {
+        Normal::of(slopes, &self.residuals, self.problem.units())
     }
 
     /// Whether the locals' derivatives taken there still hold: locals enter almost linearly.
@@ -245,19 +280,16 @@ impl<'a> Search<'a> {
         moved.into_iter().all(|((now, then), size)| (now - then).abs() <= MOVED * then.abs().max(size))
     }
 
-    /// Tries one step; the share by which the cost fell, `None` when it did not.
-    fn step(&mut self, normal: &Normal, damping: f64) -> Option<f64> {
+    /// Tries one step; `None` when the cost did not fall.
+    fn step(&mut self, normal: &Normal, damping: f64) -> Option<Step> {
         let change = self.direction(normal, damping);
         let globals: Vec<f64> = (0..self.globals.len())
-            .map(|index| {
-                (self.globals[index] + change[index])
-                    .clamp(self.free[index].bounds.0, self.free[index].bounds.1)
-            })
+            .map(|index| self.free[index].within(self.globals[index] + change[index]))
             .collect();
         let mut locals = self.moved_locals(normal, &globals);
         self.problem.residuals(&globals, &locals, &mut self.scratch);
         let mut cost = sum_of_squares(&self.scratch);
-        if cost >= self.cost && !self.locals.is_empty() {
+        if cost >= self.cost && !self.locals.is_empty() && globals != self.globals {
             // Locals foreseen for a long step may be far off where the globals alone are not.
             locals.clone_from(&self.locals);
             self.problem.residuals(&globals, &locals, &mut self.scratch);
@@ -267,10 +299,18 @@ impl<'a> Search<'a> {
         if !matches!(cost.partial_cmp(&self.cost), Some(std::cmp::Ordering::Less)) {
             return None;
         }
-        let fall = (self.cost - cost) / self.cost;
+        let difference = |now: &[f64], before: &[f64]| -> Vec<f64> {
+            now.iter().zip(before).map(|(now, before)| now - before).collect()
+        };
+        let step = Step {
+            fall: (self.cost - cost) / self.cost,
+            foretold: normal.foretold(&difference(&globals, &self.globals)) / self.cost,
+            globals: difference(&globals, &self.globals),
+            locals: difference(&locals, &self.locals),
+        };
         std::mem::swap(&mut self.residuals, &mut self.scratch);
         (self.globals, self.locals, self.cost) = (globals, locals, cost);
-        Some(fall)
+        Some(step)
     }
 
     /// The damped Gauss-Newton step; parameters that stand at a bound and push against it stay.
@@ -308,120 +348,35 @@ impl<'a> Search<'a> {
             return locals;
         }
         let mut expected = self.residuals.clone();
-        for (index, column) in normal.columns.iter().enumerate() {
+        for (index, column) in normal.slopes.columns.iter().enumerate() {
             let change = globals[index] - self.globals[index];
             if change != 0.0 {
                 expected.iter_mut().zip(column).for_each(|(value, slope)| *value += change * slope);
             }
         }
         for (unit, own) in self.problem.units().iter().zip(locals.chunks_mut(count)) {
-            for (local, change) in own.iter_mut().zip(least_squares(&normal.local_columns, unit, &expected)) {
+            for (local, change) in
+                own.iter_mut().zip(least_squares(&normal.slopes.local_columns, unit, &expected))
+            {
                 *local -= change;
             }
         }
         locals
     }
 
-    fn finish(mut self, iterations: usize, known: Option<Normal>) -> Fit {
-        // The last step was short: its derivatives are those of the end.
-        let normal = known.unwrap_or_else(|| self.normal(None));
+    /// The last step was short: its derivatives are those of the end.
+    fn finish(self, iterations: usize, normal: Normal) -> (Fit, Slopes) {
         let standard_errors = standard_errors(&normal, &self.residuals, self.problem.units());
-        Fit {
+        let fit = Fit {
             globals: self.globals,
             locals: self.locals,
             standard_errors,
             cost: self.cost,
             residuals: self.residuals,
             iterations,
-        }
+        };
+        (fit, normal.slopes)
     }
-}
-
-/// An orthonormal basis of the columns over a unit (Gram-Schmidt, twice is enough for two or three columns).
-fn orthonormal(columns: &[Vec<f64>], unit: &Range<usize>) -> Vec<Vec<f64>> {
-    let mut basis: Vec<Vec<f64>> = Vec::with_capacity(columns.len());
-    for column in columns {
-        let mut part = column[unit.clone()].to_vec();
-        let before = dot(&part, &part);
-        remove(&basis, &mut part);
-        remove(&basis, &mut part);
-        let length = dot(&part, &part);
-        // A column that the others already span carries nothing.
-        if length > 1e-12 * before && length > 0.0 {
-            let scale = length.sqrt().recip();
-            part.iter_mut().for_each(|value| *value *= scale);
-            basis.push(part);
-        }
-    }
-    basis
-}
-
-/// Takes away what the basis spans.
-fn remove(basis: &[Vec<f64>], part: &mut [f64]) {
-    for direction in basis {
-        let share = dot(direction, part);
-        part.iter_mut().zip(direction).for_each(|(value, unit)| *value -= share * unit);
-    }
-}
-
-/// The coefficients of the local columns that come nearest to `target` over a unit.
-fn least_squares(columns: &[Vec<f64>], unit: &Range<usize>, target: &[f64]) -> Vec<f64> {
-    let count = columns.len();
-    let part = |index: usize| &columns[index][unit.clone()];
-    let matrix = DMatrix::from_fn(count, count, |row, column| {
-        let value = dot(part(row), part(column));
-        // A whiff of damping: a unit too short for its locals leaves them where they are.
-        if row == column { value * (1.0 + 1e-9) + f64::MIN_POSITIVE } else { value }
-    });
-    let right = DVector::from_fn(count, |row, _| dot(part(row), &target[unit.clone()]));
-    match matrix.cholesky() {
-        Some(cholesky) => {
-            cholesky.solve(&right).iter().map(|value| if value.is_finite() { *value } else { 0.0 }).collect()
-        }
-        None => vec![0.0; count],
-    }
-}
-
-/// Number of clusters the residuals are cut into when one unit spans a whole log.
-const CLUSTERS: usize = 40;
-
-/// The larger of two standard errors: from white noise of the residuals' own size, and from what clusters of
-/// residuals say, which holds for correlated residuals too.
-fn standard_errors(normal: &Normal, residuals: &[f64], units: &[Range<usize>]) -> Vec<f64> {
-    let size = normal.columns.len();
-    let live: Vec<usize> = (0..size).filter(|index| normal.hessian[(*index, *index)] > 0.0).collect();
-    let mut errors = vec![f64::INFINITY; size];
-    let scale: Vec<f64> = live.iter().map(|index| normal.hessian[(*index, *index)].sqrt()).collect();
-    let matrix = DMatrix::from_fn(live.len(), live.len(), |row, column| {
-        normal.hessian[(live[row], live[column])] / (scale[row] * scale[column])
-    });
-    let Some(inverse) = matrix.cholesky().map(|cholesky| cholesky.inverse()) else { return errors };
-    let used = residuals.iter().filter(|value| **value != 0.0).count();
-    let spent = live.len() + units.len() * normal.local_columns.len();
-    let variance = sum_of_squares(residuals) / used.saturating_sub(spent).max(1) as f64;
-    let mut meat = DMatrix::zeros(live.len(), live.len());
-    for cluster in clusters(units, residuals.len()) {
-        let score = DVector::from_fn(live.len(), |row, _| {
-            dot(&normal.bare_columns[live[row]][cluster.clone()], &residuals[cluster.clone()]) / scale[row]
-        });
-        meat += &score * score.transpose();
-    }
-    let robust = &inverse * meat * &inverse;
-    for (row, index) in live.iter().enumerate() {
-        errors[*index] =
-            (variance * inverse[(row, row)]).max(robust[(row, row)]).max(0.0).sqrt() / scale[row];
-    }
-    errors
-}
-
-/// Clusters of residuals that are as good as independent: units, or pieces of long ones.
-fn clusters(units: &[Range<usize>], len: usize) -> Vec<Range<usize>> {
-    let longest = (len / CLUSTERS).max(1);
-    let cut = |unit: &Range<usize>| {
-        let end = unit.end;
-        unit.clone().step_by(longest).map(move |from| from..(from + longest).min(end))
-    };
-    units.iter().flat_map(cut).collect()
 }
 
 #[cfg(test)]

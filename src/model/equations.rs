@@ -42,6 +42,8 @@ pub struct Equations {
     pub(super) voltage_gain: f64,
     pub(super) pole: f64,
     pub(super) inertia: f64,
+    /// Whether a law turns round within a few milliseconds, or may.
+    pub(super) is_sharp: bool,
     /// The constants every law may look at.
     pub(super) constants: Point,
     pub(super) command_delay: f64,
@@ -68,6 +70,7 @@ impl Model {
             voltage_gain: self.actuator.voltage_gain,
             pole: self.actuator.pole,
             inertia: self.body.inertia,
+            is_sharp: false,
             constants: Point {
                 full_voltage: self.actuator.full_voltage,
                 battery_voltage: self.actuator.full_voltage,
@@ -108,6 +111,7 @@ impl Equations {
     }
 
     fn bind(&mut self, site: Site, law: &Law, parameters: Vec<f64>) {
+        self.is_sharp |= matches!(law, Law::Sharp(_) | Law::Expression(_));
         let hook = match law {
             Law::Delay(delay) => {
                 let late = delay(&parameters);
@@ -118,7 +122,7 @@ impl Equations {
                 }
                 return;
             }
-            Law::Static(law) | Law::Stairs(law) => Hook::Static(*law, parameters),
+            Law::Static(law) | Law::Sharp(law) | Law::Stairs(law) => Hook::Static(*law, parameters),
             Law::Expression(expression) => Hook::Expression(Arc::clone(expression), parameters),
             Law::Memory(memory) => Hook::Memory(*memory, parameters),
         };

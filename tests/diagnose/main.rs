@@ -3,5 +3,6 @@
 
 mod desk;
 mod found;
+mod late;
 mod readings;
 mod refused;

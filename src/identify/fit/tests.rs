@@ -73,3 +73,90 @@ fn standard_errors_hold() {
     // Binomial with 95 %: 200 draws lie between 180 and 200 but once in ten thousand times.
     assert!(within >= 180, "{within} of 200");
 }
+
+/// A problem that counts how often it is simulated, and of which only some residuals count.
+struct Counted {
+    problem: Decay,
+    counts: fn(usize) -> bool,
+    runs: std::sync::atomic::AtomicUsize,
+}
+
+impl Counted {
+    fn new(counts: fn(usize) -> bool) -> Self {
+        // A wave that is no part of the law, so that something is left.
+        let problem = decay(|row| 0.05 * (1.7 * row as f64).sin());
+        Self { problem, counts, runs: std::sync::atomic::AtomicUsize::new(0) }
+    }
+
+    fn runs(&self) -> usize {
+        self.runs.swap(0, std::sync::atomic::Ordering::Relaxed)
+    }
+}
+
+impl OutputError for Counted {
+    fn units(&self) -> &[Range<usize>] {
+        self.problem.units()
+    }
+    fn locals(&self) -> usize {
+        self.problem.locals()
+    }
+    fn len(&self) -> usize {
+        self.problem.len()
+    }
+    fn residuals(&self, globals: &[f64], locals: &[f64], out: &mut [f64]) {
+        self.runs.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        self.problem.residuals(globals, locals, out);
+        out.iter_mut()
+            .enumerate()
+            .filter(|(row, _)| !(self.counts)(*row))
+            .for_each(|(_, value)| *value = 0.0);
+    }
+    fn local_scale(&self, index: usize) -> f64 {
+        self.problem.local_scale(index)
+    }
+}
+
+/// How far two fits are apart, in standard errors of the first.
+fn apart(one: &Fit, other: &Fit) -> f64 {
+    let distance =
+        |index: usize| (one.globals[index] - other.globals[index]).abs() / one.standard_errors[index];
+    (0..one.globals.len()).map(distance).fold(0.0, f64::max)
+}
+
+/// Steps without derivatives of their own lead to the same place, with fewer simulations.
+#[test]
+fn going_on_with_known_slopes_ends_where_new_ones_lead() {
+    let problem = Counted::new(|_| true);
+    let config = FitConfig::default();
+    let anew = fit(&problem, &FREE, None, &config);
+    let runs = problem.runs();
+    let on = fit(&problem, &FREE, None, &FitConfig { goes_on: true, ..config });
+    assert!(apart(&anew, &on) < 0.01, "{:?} {:?}", anew.globals, on.globals);
+    let errors = anew.standard_errors.iter().zip(&on.standard_errors);
+    assert!(errors.clone().all(|(anew, on)| (on / anew - 1.0).abs() < 0.05), "{errors:?}");
+    let fewer = problem.runs();
+    assert!(fewer < runs, "{fewer} of {runs}");
+}
+
+/// A part of the data, fitted from where all of them led: the same with the slopes that are known there, in fewer simulations.
+#[test]
+fn a_part_fitted_with_the_slopes_of_all_is_fitted_as_by_itself() {
+    let part = |row: usize| row / 20 % 3 != 1;
+    let (all, problem) = (Counted::new(|_| true), Counted::new(part));
+    let (whole, slopes) = fit_on(&all, &FREE, None, &FitConfig::default(), None);
+    let free = [0, 1].map(|index| Free { start: whole.globals[index], ..FREE[index] });
+    let config = FitConfig { goes_on: true, ..FitConfig::default() };
+    let alone = fit(&problem, &free, Some(&whole.locals), &FitConfig::default());
+    let runs = problem.runs();
+    let (seeded, _) = fit_on(&problem, &free, Some(&whole.locals), &config, Some(&slopes));
+    assert!(apart(&whole, &alone) > 0.05, "a part is not the whole: {:?}", alone.globals);
+    assert!(apart(&alone, &seeded) < 0.01, "{:?} {:?}", alone.globals, seeded.globals);
+    let fewer = problem.runs();
+    assert!(fewer < runs, "{fewer} of {runs}");
+    // What was left out is judged in the same way.
+    let rest = Counted::new(|row| row / 20 % 3 == 1);
+    let from = slopes.of_locals();
+    let judged = judge_on(&rest, &alone.globals, Some((&whole.locals, &from)));
+    let without = judge(&rest, &alone.globals);
+    assert!((judged.cost / without.cost - 1.0).abs() < 1e-6, "{} {}", judged.cost, without.cost);
+}

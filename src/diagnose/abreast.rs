@@ -1,0 +1,74 @@
+//! Plans carried out on every core.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use super::plan::{Glance, Plan};
+use super::stage::Stage;
+use super::trial::Trial;
+
+/// Runs plans on every core; `done` is told after each.
+pub fn run_all(plans: &[Plan], stage: &Stage, done: &(dyn Fn() + Sync)) -> Vec<Trial> {
+    spread(plans, |plan| {
+        let trial = plan.run(stage);
+        done();
+        trial
+    })
+}
+
+/// Runs the most promising `most` of each group of plans, by a look at a part of the data.
+pub fn run_promising(
+    groups: &[Vec<Plan>],
+    most: usize,
+    stage: &Stage,
+    done: &(dyn Fn() + Sync),
+) -> Vec<Trial> {
+    let all: Vec<(usize, &Plan)> = groups
+        .iter()
+        .enumerate()
+        .flat_map(|(group, plans)| plans.iter().map(move |plan| (group, plan)))
+        .collect();
+    let looked = spread(&all, |(_, plan)| {
+        done();
+        plan.glance(stage)
+    });
+    let mut looked: Vec<((usize, &Plan), Glance)> = all.into_iter().zip(looked).collect();
+    looked.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
+    let mut taken = vec![0; groups.len()];
+    let promising: Vec<(&Plan, Mutex<Option<Glance>>)> = looked
+        .into_iter()
+        .filter(|((group, _), _)| {
+            taken[*group] += 1;
+            taken[*group] <= most
+        })
+        .map(|((_, plan), glance)| (plan, Mutex::new(Some(glance))))
+        .collect();
+    let trials = spread(&promising, |(plan, glance)| {
+        let glance = glance.lock().unwrap_or_else(PoisonError::into_inner).take();
+        glance.map(|glance| plan.finish(glance, stage))
+    });
+    trials.into_iter().flatten().collect()
+}
+
+/// Does the work for every item, on every core; answers in the items' order.
+fn spread<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let next = AtomicUsize::new(0);
+    let answers: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::with_capacity(items.len()));
+    let cores =
+        std::thread::available_parallelism().map_or(1, std::num::NonZero::get).min(items.len().max(1));
+    std::thread::scope(|scope| {
+        for _ in 0..cores {
+            scope.spawn(|| {
+                loop {
+                    let index = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(item) = items.get(index) else { break };
+                    let answer = work(item);
+                    answers.lock().unwrap_or_else(PoisonError::into_inner).push((index, answer));
+                }
+            });
+        }
+    });
+    let mut answers = answers.into_inner().unwrap_or_else(PoisonError::into_inner);
+    answers.sort_by_key(|(index, _)| *index);
+    answers.into_iter().map(|(_, answer)| answer).collect()
+}
