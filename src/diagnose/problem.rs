@@ -197,6 +197,21 @@ impl BlockData {
         matches!(&self.runs, Runs::Rotor(runs) if rotor::hold_levels(runs))
     }
 
+    /// One sample in `share`, in pieces from all over each rotor's run: a part of an experiment in one piece may hold a few
+    /// commands only. Of the body every so many windows.
+    #[must_use]
+    pub fn here_and_there(&self, share: usize) -> Self {
+        let Runs::Rotor(runs) = &self.runs else { return self.thinned(share) };
+        let pieces = runs.iter().flat_map(|run| {
+            let all = run.time.len();
+            let count = (all / share / SHORTEST_PIECE).clamp(1, MOST_PIECES);
+            let length = (all / share / count).max(2).min(all);
+            let gap = (all - (length * count).min(all)) / count;
+            (0..count).map(move |piece| run.cut((piece * (length + gap) + gap / 2).min(all - length), length))
+        });
+        Self { sigma: self.sigma, ..Self::new(Runs::Rotor(pieces.collect())) }
+    }
+
     /// One sample in `share`: the middle of each rotor's run, every so many windows of the body.
     #[must_use]
     pub fn thinned(&self, share: usize) -> Self {
@@ -213,6 +228,10 @@ impl BlockData {
         Self { sigma: self.sigma, ..Self::new(runs) }
     }
 }
+
+/// Samples of a piece, at least, and pieces of a run, at most, of which a part of it is made.
+const SHORTEST_PIECE: usize = 50;
+const MOST_PIECES: usize = 10;
 
 /// Stretches that the data are cut into, so that each part of them has something of everything.
 const STRETCHES: usize = 30;

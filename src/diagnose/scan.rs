@@ -36,7 +36,7 @@ pub(super) fn values(
     let (data, template) = plain.as_ref().map_or((data, template), |(data, model)| (data, model));
     let inside: Vec<&Effect> = inside.iter().copied().filter(|effect| template.has(&effect.id)).collect();
     let inside = inside.as_slice();
-    let few = data.thinned((data.len() / FEW_SAMPLES).max(1));
+    let few = data.here_and_there((data.len() / FEW_SAMPLES).max(1));
     let mut cost = cost_of(&few, template, name, inside);
     let mut grid = Vec::new();
     let mut value = least.max(bounds.0);

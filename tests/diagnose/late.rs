@@ -1,4 +1,4 @@
-//! What nobody logged before a log began, and what a curve makes up for.
+//! What nobody logged before a log began, and what a part of a log does not hold.
 
 use std::fmt::Write;
 
@@ -88,16 +88,19 @@ fn rotors_that_were_on_their_way_when_the_log_began_are_late_all_the_same() {
     }
 }
 
-/// A rotor whose command is rounded to a grid and whose curve bends: fitted without the grid, the curve and the base's numbers
-/// make up for some of it, and the grid no longer shows from there.
-fn rounded_and_bent(seed: u64) -> String {
+/// A rotor whose command is rounded to a grid and whose curve bends, in an experiment of three parts: levels of any height, a
+/// staircase of five, four in turns. What lies in the middle holds five commands only.
+fn rounded_and_bent(seed: u64, grid: f64, rows: usize) -> String {
     let mut draws = Draws(seed);
     let mut text = "time_s,command_1,battery_voltage_v,propeller_rate_1_rad_s\n".to_owned();
     let (mut command, mut rate) = (0.5, f64::NAN);
-    let grid = 0.0056;
-    for row in 0..3000 {
-        if row % 30 == 0 {
-            command = 0.48 + 0.12 * draws.next();
+    for row in 0..rows {
+        if row < rows / 3 {
+            command = if row % 10 == 0 { 0.475 + 0.2 * draws.next() } else { command };
+        } else if row < 2 * rows / 3 {
+            command = 0.331_666_7 + 0.066_666_7 * (row / 25 % 5) as f64;
+        } else if row % 10 == 0 {
+            command = [0.3333, 0.4533, 0.4733, 0.5933][(2.0 + 2.0 * draws.next()) as usize % 4];
         }
         let reached: f64 = grid * (command / grid).round();
         let z = steady(reached) - 1650.0 * (reached - 0.4698).powi(3);
@@ -110,12 +113,17 @@ fn rounded_and_bent(seed: u64) -> String {
 }
 
 #[test]
-fn a_grid_is_found_beside_a_curve_that_made_up_for_it() {
+fn a_grid_is_looked_for_in_all_parts_of_an_experiment() {
     let desk = Desk::new();
-    let (train, held_out) = (rounded_and_bent(5), rounded_and_bent(6));
-    let (train, held_out) = (desk.write("train.csv", &train), desk.write("held_out.csv", &held_out));
-    let (answer, _) = diagnose("paper", &train, &held_out);
-    let effects = answer["effects"].as_array().expect("a list");
-    let has = |id: &str| effects.iter().any(|it| it == id);
-    assert!(effects.len() == 2 && has("static_cubic") && has("command_quantization"), "{answer}");
+    for (seed, grid) in [(25, 0.0062), (55, 0.0083)] {
+        let train = desk.write("train.csv", &rounded_and_bent(seed, grid, 6000));
+        let held_out = desk.write("held_out.csv", &rounded_and_bent(seed + 1, grid, 3000));
+        let (answer, _) = diagnose("paper", &train, &held_out);
+        let effects = answer["effects"].as_array().expect("a list");
+        let has = |id: &str| effects.iter().any(|it| it == id);
+        assert!(effects.len() == 2 && has("static_cubic") && has("command_quantization"), "{answer}");
+        assert_eq!(answer["verdict"], "missing_effect", "{}", answer["warnings"]);
+        let step = &answer["parameters"]["command_quantization.step"]["value"];
+        assert!((step.as_f64().expect("a number") / grid - 1.0).abs() < 1e-3, "{step}");
+    }
 }
