@@ -224,9 +224,6 @@ impl Plan<'_> {
                     })
                     .collect();
                 starts.extend(others);
-                if self.in_stairs(&name) && template.effects.len() > fresh.len() {
-                    starts.extend(self.stairs_at_home(template, (&name, parameter.bounds), stage));
-                }
             }
         }
         starts.truncate(MOST_STARTS);
@@ -235,24 +232,6 @@ impl Plan<'_> {
             starts.extend(at_home);
         }
         starts
-    }
-
-    /// Beside another effect the base's numbers may have made up for the stairs that were missing: from where they were, the
-    /// stairs show.
-    fn stairs_at_home(
-        &self,
-        template: &Model,
-        (name, bounds): (&str, (f64, f64)),
-        stage: &Stage,
-    ) -> Vec<Model> {
-        let home = self.at_home(template);
-        let values = scan::values(&stage.train, &home, name, bounds, &self.inside(&home));
-        let at = |value: f64| {
-            let mut model = home.clone();
-            model.set_parameter(name, value);
-            model
-        };
-        values.into_iter().map(at).collect()
     }
 
     /// A few steps from each start, on a part of the data; best first.

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::dataset::{Dataset, LOG_SIGNALS};
 use super::readings::clipped::{self, piles};
-use super::readings::stuck::frozen;
+use super::readings::stuck::{frozen, smallest_step};
 use super::readings::{Clip, Unmeasured};
 use crate::unit::short;
 
@@ -250,8 +250,7 @@ fn clips(log: &Dataset, name: &str, values: &[f64], sorted: &[f64]) -> Vec<Clip>
 /// The runs of equal values that a reading did not just go on from: a battery that is read in steps stands on each. At the
 /// end of the log one that is no longer than others were will have gone on, too.
 fn without_treads(values: &[f64], runs: Vec<Range<usize>>) -> Vec<Range<usize>> {
-    let steps = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
-    let step = steps.fold(f64::INFINITY, f64::min);
+    let step = smallest_step(values);
     let goes_on = |run: &Range<usize>| {
         values.get(run.end).is_some_and(|next| (next - values[run.start]).abs() <= A_STEP * step)
     };

@@ -57,6 +57,16 @@ fn a_bound_holds() {
     assert_eq!(found.globals[1], 2.0);
 }
 
+/// A log that runs away makes a start, and with it the bounds, no number or the wrong way round.
+#[test]
+fn absurd_bounds_are_survived() {
+    for bounds in [(f64::NAN, f64::NAN), (10.0, 0.1), (f64::NEG_INFINITY, f64::NAN)] {
+        let free = [FREE[0], Free { bounds, ..FREE[1] }];
+        let found = fit(&decay(|_| 0.0), &free, None, &FitConfig::default());
+        assert_eq!(found.globals.len(), 2, "{bounds:?}");
+    }
+}
+
 /// Errors over repeated noise: two thirds of them lie within one standard error, 95 of 100 within two.
 #[test]
 fn standard_errors_hold() {

@@ -127,10 +127,14 @@ fn drive(log: &Dataset) -> Option<Vec<f64>> {
 
 /// Whether the reading usually moves by more than its own coarseness over as many rows as these.
 fn moves_elsewhere(readings: &[f64], rows: usize) -> bool {
-    let steps = readings.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
-    let step = steps.fold(f64::INFINITY, f64::min);
     let usual = quantile(readings.chunks_exact(rows).map(|rows| range(rows.iter().copied())), 0.5);
-    usual.is_some_and(|usual| usual >= STEPS * step)
+    usual.is_some_and(|usual| usual >= STEPS * smallest_step(readings))
+}
+
+/// The least that a reading ever moves by; infinite where it never moves.
+pub(in crate::record) fn smallest_step(readings: &[f64]) -> f64 {
+    let steps = readings.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
+    steps.fold(f64::INFINITY, f64::min)
 }
 
 /// Runs of equal values, by place, that are too long for a channel that repeats itself as often as this one does.
