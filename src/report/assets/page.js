@@ -34,6 +34,13 @@
   const groups = new Map();
   const plots = [];
 
+  // As the curve is drawn: two of one colour differ by their dashes.
+  function marker(self, index) {
+    const { _stroke, stroke, dash } = self.series[index];
+    const ink = _stroke || stroke();
+    return dash ? `repeating-linear-gradient(90deg, ${ink} 0 .3em, transparent .3em .4em)` : ink;
+  }
+
   function curveOptions(spec) {
     const options = [{ label: spec.x.label, value: (_, value) => written(value) }];
     const bands = [];
@@ -186,7 +193,7 @@
         sync: spec.group ? { key: spec.group, scales: ["x", null] } : undefined,
         points: { size: 6 },
       },
-      legend: { markers: { width: 0, fill: (self, index) => self.series[index]._stroke || self.series[index].stroke() } },
+      legend: { markers: { width: 0, fill: marker } },
       hooks: {
         draw: [self => drawMarks(self, spec)],
         setSelect: [self => { self.zoomed = self.select.width > 0; }],
