@@ -40,6 +40,12 @@ const ANOTHER_THRUST: f64 = 6.0;
 const THRUST_UNITS: [(&str, f64); 3] =
     [("gf", 1e3 / STANDARD_GRAVITY), ("kgf", 1.0 / STANDARD_GRAVITY), ("mN", 1e3)];
 
+/// Units of thrust nearer to 1 N. Another propeller's thrusts are as near: they are asked for only within a share of what
+/// they would say, and where the rates are the template's within as much.
+const NEAR_THRUST_UNITS: [(&str, f64); 2] =
+    [("lbf", 1.0 / 4.448_221_615_260_5), ("ozf", 16.0 / 4.448_221_615_260_5)];
+const NEAR: f64 = 1.15;
+
 /// The unit that says nearly `ratio` for one of the right ones.
 fn nearest(units: &[(&'static str, f64)], ratio: f64) -> Option<&'static str> {
     let away = |unit: &(&str, f64)| (ratio / unit.1).ln().abs();
@@ -200,7 +206,7 @@ impl RotorLog {
     /// may well be another rotor: nothing is refused.
     pub(super) fn hold_against(&self, template: &Model, warnings: &mut Vec<String>) {
         let curve = template.actuator.steady_rate.get(1..).unwrap_or_default();
-        let middle = |of: &dyn Fn(usize, f64) -> f64, another: f64| {
+        let middle = |of: &dyn Fn(usize, f64) -> f64| {
             let ratio = |row: usize| {
                 let expected = polynomial(curve, self.command[row]);
                 (self.command[row] >= LEAST_HELD && expected > 0.0).then(|| of(row, expected))
@@ -208,9 +214,9 @@ impl RotorLog {
             let rows = self.segments.iter().cloned().flatten();
             let mut ratios: Vec<f64> = rows.filter_map(ratio).filter(|ratio| ratio.is_finite()).collect();
             ratios.sort_by(f64::total_cmp);
-            let middle = ratios.get(ratios.len() / 2).copied();
-            middle.filter(|ratio| !(1.0 / another..another).contains(ratio))
+            ratios.get(ratios.len() / 2).copied()
         };
+        let is_another = |ratio: &f64, another: f64| !(1.0 / another..another).contains(ratio);
         let mut say = |what: &str, values: &[f64], si: &str, ratio: f64, unit: Option<&str>| {
             let unit = unit.map_or_else(
                 || "is the unit of the column right?".to_owned(),
@@ -226,15 +232,23 @@ impl RotorLog {
                 crate::unit::short((1e3 * ratio).round() / 1e3)
             ));
         };
-        if let Some(ratio) = middle(&|row, expected| self.rate[row].abs() / expected, ANOTHER) {
+        let of_rates = middle(&|row, expected| self.rate[row].abs() / expected);
+        if let Some(ratio) = of_rates.filter(|ratio| is_another(ratio, ANOTHER)) {
             say("rates", &self.rate, "rad/s", ratio, nearest(&UNITS, ratio));
         }
         let Some(thrust) = self.thrust.as_deref() else { return };
         let coefficient = template.actuator.thrust_coefficient;
-        let ratio =
-            middle(&|row, expected| thrust[row] / (coefficient * expected * expected), ANOTHER_THRUST);
+        let of_thrusts = middle(&|row, expected| thrust[row] / (coefficient * expected * expected));
         // What is below zero has the wrong sign, which is told where the curve is fitted.
-        if let Some(ratio) = ratio.filter(|ratio| *ratio > 0.0) {
+        let Some(ratio) = of_thrusts.filter(|ratio| *ratio > 0.0) else { return };
+        let is_near = |unit: &&(&str, f64)| !is_another(&(ratio / unit.1), NEAR);
+        let near = NEAR_THRUST_UNITS
+            .iter()
+            .find(is_near)
+            .filter(|_| of_rates.is_some_and(|it| !is_another(&it, NEAR)));
+        if let Some((unit, _)) = near {
+            say("thrusts", thrust, "N", ratio, Some(unit));
+        } else if is_another(&ratio, ANOTHER_THRUST) {
             say("thrusts", thrust, "N", ratio, nearest(&THRUST_UNITS, ratio));
         }
     }

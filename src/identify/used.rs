@@ -60,6 +60,16 @@ pub(super) fn tell_of_units(log: &Dataset, warnings: &mut Vec<String>) {
         let suffix = format!("_{}", signal.unit.to_lowercase().replace(' ', "").replace('/', "_"));
         let Some(stem) = signal.name.strip_suffix(suffix.as_str()) else { continue };
         for column in log.names().filter(|column| *column != signal.name) {
+            if column == stem {
+                warnings.push(format!(
+                    "{}: `{column}` is not read, for its name does not say its unit: the log format has `{}` for {}; name it \
+                     so if it is in {}, else import it with its unit",
+                    log.source_name(),
+                    signal.name,
+                    signal.meaning,
+                    signal.unit
+                ));
+            }
             let Some(unit) = column.strip_prefix(stem).and_then(|rest| rest.strip_prefix('_')) else {
                 continue;
             };

@@ -34,7 +34,9 @@ pub enum LogError {
         reason: String,
     },
     /// The header is empty or lacks time.
-    #[error("{path}: the header has no column `time_s`; it reads `{header}`")]
+    #[error(
+        "{path}: the header has no column `time_s`; it reads `{header}`; `import --mapping` makes a log of a foreign file"
+    )]
     NoTime {
         /// The file.
         path: PathBuf,
@@ -232,8 +234,14 @@ mod tests {
                 "log.csv, line 4: the cell of `time_s` is empty; every row needs its time (`import` \
                  leaves out rows without one, and says which)",
             ),
-            ("t,a\n0,1\n", "log.csv: the header has no column `time_s`; it reads `t,a`"),
-            ("", "log.csv: the header has no column `time_s`; it reads ``"),
+            (
+                "t,a\n0,1\n",
+                "log.csv: the header has no column `time_s`; it reads `t,a`; `import --mapping` makes a log of a foreign file",
+            ),
+            (
+                "",
+                "log.csv: the header has no column `time_s`; it reads ``; `import --mapping` makes a log of a foreign file",
+            ),
             ("time_s,a,a\n0,1,1\n", "log.csv: column `a` is there twice"),
             (
                 "time_s\n1\n0\n",

@@ -42,11 +42,13 @@ fn logs_that_cannot_be_used_are_named_with_the_reason() {
     let mut header = Dataset::new("header.csv", "", vec![]).expect("no time goes back");
     let mut rpm = renamed("rpm.csv");
     let mut frozen = renamed("frozen.csv");
+    let mut bare = renamed("bare.csv");
     for name in ["command_1", "battery_voltage_v", "propeller_rate_1_rad_s"] {
         five.insert(name, column(name)[..5].to_vec()).expect("five");
         header.insert(name, vec![]).expect("none");
         rpm.insert(name.replace("rad_s", "rpm"), column(name)).expect("fits");
         frozen.insert(name, column(name)).expect("fits");
+        bare.insert(name.replace("_rad_s", ""), column(name)).expect("fits");
     }
     frozen.replace("command_1", vec![0.4633; good.len()]).expect("fits");
     for (bad, sentence) in [
@@ -54,6 +56,7 @@ fn logs_that_cannot_be_used_are_named_with_the_reason() {
         (&header, "header.csv: not used: it has a header and no rows"),
         (&rpm, "rpm.csv: not used: it has no command_N with a propeller_rate_N_rad_s"),
         (&rpm, "`propeller_rate_1_rpm` is not read: the log format has `propeller_rate_1_rad_s`"),
+        (&bare, "bare.csv: `propeller_rate_1` is not read, for its name does not say its unit"),
         (&frozen, "frozen.csv, rotor 1: the command stands still at 0.4633 while the rate scatters"),
         (&frozen, "frozen.csv: not used: no rate was measured while a rotor ran under a known command"),
     ] {

@@ -152,10 +152,15 @@ fn eq_13_the_thrust_curve_and_its_tangent() {
         (&|rate| -THRUST * rate * rate, "is the sign of the load cell right?"),
         (&|rate| 101.97 * THRUST * rate * rate, "import it with unit `gf`"),
         (&|rate| 0.102 * THRUST * rate * rate, "import it with unit `kgf`"),
+        (&|rate| 0.2248 * THRUST * rate * rate, "import it with unit `lbf`"),
+        (&|rate| 3.597 * THRUST * rate * rate, "import it with unit `ozf`"),
     ] {
         let warnings = with_thrust(thrust).warnings;
         assert!(warnings.iter().any(|warning| warning.contains(sentence)), "{sentence}: {warnings:?}");
     }
+    // Another propeller's.
+    let another = with_thrust(&|rate| 0.4 * THRUST * rate * rate).warnings;
+    assert!(!another.iter().any(|warning| warning.contains("thrust")), "{another:?}");
     // A model with such a c is none that anything takes.
     let falling = with_thrust(&|rate| -THRUST * rate * rate);
     assert!(falling.thrust.is_none());
