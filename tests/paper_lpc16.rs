@@ -14,6 +14,8 @@ mod identification;
 mod late;
 #[path = "paper_lpc16/logs.rs"]
 mod logs;
+#[path = "paper_lpc16/one_battery.rs"]
+mod one_battery;
 mod sources;
 #[path = "paper_lpc16/steps.rs"]
 mod steps;

@@ -1,21 +1,19 @@
 //! Each rotor of each log by itself, before all are fitted together: whether its rates follow its own commands, upwards and
-//! no slower than a rotor can, and not before them; and whether two rotors of a log are alike. A fit of all at once makes numbers of them in any
-//! case, and its warnings then name wrong reasons.
+//! no slower than a rotor can, and not before them; and whether rotors are [`alike`]. A fit of all at once makes numbers of
+//! them in any case, and its warnings then name wrong reasons.
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
+use super::alike::{self, FEWEST_STEADY};
 use super::lead;
-use super::linear;
 use super::pole::{self, LagFit};
 use super::procedure::FEWEST_JUMPS;
 use super::record_of::record_of;
-use super::rivals::{self, Rival};
 use super::rotor_log::{RotorLog, bounds};
 use super::unsure;
 use super::{Estimate, IdentifyError};
-use crate::unit::with_error;
 
 /// Rows from the first jump on that are looked at: four minutes at 50 Hz.
 const LOOKED_AT: usize = 12_000;
@@ -32,33 +30,26 @@ const NARROWEST: f64 = 0.05;
 /// Correlation of steady rates with their commands from which they fall.
 const FALLS: f64 = -0.8;
 /// Power of the voltage with which a rate at one command falls at most.
-const GIVES_WAY: f64 = 2.0;
-/// [-] difference of two commands that is one, and its spread from which its part in the rates is known.
-const APART: (f64, f64) = (1e-6, 0.02);
-/// Rows that show a difference of steady rates.
-const FEWEST_STEADY: usize = 100;
-/// Standard errors, and shares of a rate and of a pole, from which two rotors differ plainly.
-const PLAINLY: f64 = 5.0;
-const UNLIKE: (f64, f64) = (0.005, 0.02);
+pub(super) const GIVES_WAY: f64 = 2.0;
 
 /// What the rates of a rotor do after its commands (or after another's).
-struct Follows {
-    fit: LagFit,
+pub(super) struct Follows {
+    pub fit: LagFit,
     /// [rad/s] standard deviation of the rates.
     scatter: f64,
     /// [-] between which nine of ten commands lie.
-    range: (f64, f64),
+    pub range: (f64, f64),
 }
 
 impl Follows {
     /// Whether the pole is one, and most of the motion is explained.
-    fn is_plain(&self) -> bool {
+    pub fn is_plain(&self) -> bool {
         let pole = Estimate { value: self.fit.pole, standard_error: self.fit.pole_error() };
         unsure::is_sure(&pole) && self.fit.residual_rms < FOLLOWS * self.scatter
     }
 
     /// [rad/s] the steady rate at a command [-] and a voltage drop [V].
-    fn at(&self, command: f64, drop: f64) -> Estimate {
+    pub fn at(&self, command: f64, drop: f64) -> Estimate {
         let mut place = vec![command, command * command];
         place.extend((self.fit.coefficients.len() > 2).then_some(-drop));
         place.push(0.0);
@@ -69,12 +60,21 @@ impl Follows {
     }
 }
 
+/// What is to be said of rotors that were looked at by themselves.
+#[derive(Debug, Default)]
+pub(super) struct Said {
+    /// For people.
+    pub sentences: Vec<String>,
+    /// Whether rates lead their commands, or rotors of a log differ: what a fit leaves over then has that reason.
+    pub unlike: bool,
+}
+
 /// Refuses rates that cannot be those of the commands beside them. Says so where they lead these, or two rotors are not
 /// alike.
 ///
 /// # Errors
 /// [`IdentifyError::Unit`] with the log, and what its columns or its time may be instead.
-pub(super) fn check(rotors: &[RotorLog], full_voltage: f64) -> Result<Option<String>, IdentifyError> {
+pub(super) fn check(rotors: &[RotorLog], full_voltage: f64) -> Result<Said, IdentifyError> {
     let refuse = |sentence: Option<String>| sentence.map_or(Ok(()), |it| Err(IdentifyError::Unit(it)));
     let looked_at: Vec<Option<RotorLog>> = rotors.iter().map(lively_part).collect();
     let own = |at: usize| looked_at[at].as_ref().and_then(|part| follows(part, full_voltage));
@@ -97,27 +97,23 @@ pub(super) fn check(rotors: &[RotorLog], full_voltage: f64) -> Result<Option<Str
         let left = own.as_ref().map_or_else(|| scatter(part), |own| own.fit.residual_rms);
         lead::tell(part, left, |part, delay| lag(part, full_voltage, delay))
     };
-    if let Some(leads) = looked_at.iter().zip(&own).find_map(lead) {
-        return Ok(Some(leads));
+    let looked = |at: usize| (&rotors[at], own[at].as_ref());
+    let of_a_log =
+        || pairs.iter().find_map(|&(one, other)| alike::of_a_log([looked(one), looked(other)], full_voltage));
+    if let Some(unlike) = looked_at.iter().zip(&own).find_map(lead).or_else(of_a_log) {
+        return Ok(Said { sentences: vec![unlike], unlike: true });
     }
-    let unlike = pairs.iter().find_map(|&(one, other)| {
-        let rotors = [&rotors[one], &rotors[other]];
-        let moving = own[one].as_ref().zip(own[other].as_ref()).filter(|(a, b)| a.is_plain() && b.is_plain());
-        let (rates, answers) = match moving {
-            Some((a, b)) => {
-                let parts = looked_at[one].as_ref().zip(looked_at[other].as_ref())?;
-                let answers = Answers::of(parts.into(), [a, b], full_voltage);
-                (moving_rates(rotors, [a, b], full_voltage), answers)
-            }
-            None => (steady_rates(rotors), Answers::default()),
-        };
-        tell_of_unlike(rotors, rates, &answers)
+    // Each against the first that moves.
+    let first = (0..rotors.len()).find(|at| own[*at].is_some());
+    let of_two_logs = first.and_then(|first| {
+        let others = (first + 1..rotors.len()).filter(|at| rotors[*at].file() != rotors[first].file());
+        others.into_iter().find_map(|other| alike::of_two_logs([looked(first), looked(other)], full_voltage))
     });
-    Ok(unlike)
+    Ok(Said { sentences: of_two_logs.into_iter().collect(), unlike: false })
 }
 
 /// The rotor from its first jump on, where it is lively.
-fn lively_part(rotor: &RotorLog) -> Option<RotorLog> {
+pub(super) fn lively_part(rotor: &RotorLog) -> Option<RotorLog> {
     let jumps = rotor.jumps();
     let first = *jumps.first().filter(|_| jumps.len() >= FEWEST_JUMPS)?;
     let part = first..first + LOOKED_AT;
@@ -156,17 +152,7 @@ fn deviation(values: &[f64]) -> f64 {
 }
 
 fn are_of_one_log(one: &RotorLog, other: &RotorLog) -> bool {
-    file(one) == file(other) && number(one) != number(other) && one.time == other.time
-}
-
-/// The log's name.
-fn file(rotor: &RotorLog) -> &str {
-    rotor.source.rsplit_once(", rotor ").map_or(rotor.source.as_str(), |(file, _)| file)
-}
-
-/// The number that the columns of a rotor have.
-fn number(rotor: &RotorLog) -> &str {
-    rotor.source.rsplit(' ').next().unwrap_or_default()
+    one.file() == other.file() && one.number() != other.number() && one.time == other.time
 }
 
 /// What to say where a rotor's rates follow the other's commands.
@@ -179,10 +165,10 @@ fn crossed(parts: [&RotorLog; 2], own: [&Option<Follows>; 2], full_voltage: f64)
     };
     let found: Vec<usize> = (0..2).filter_map(follows_other).collect();
     let (first, at) = (parts[0], *found.first()?);
-    let (this, that) = (number(parts[at]), number(parts[1 - at]));
+    let (this, that) = (parts[at].number(), parts[1 - at].number());
     let both =
         if found.len() > 1 { format!(", and those of {that} the commands of {this}") } else { String::new() };
-    let file = file(first);
+    let file = first.file();
     Some(format!(
         "{file}: the rates of rotor {this} follow the commands of rotor {that}{both}: they are another rotor's column; give \
          each command the rate of its own rotor"
@@ -238,132 +224,4 @@ fn falls_steadily(rotor: &RotorLog) -> Option<(f64, f64)> {
     let (least, most) = bounds(&volts);
     let taken = if most > 0.0 { GIVES_WAY * rate.abs() * (most - least) / most } else { 0.0 };
     (product < FALLS * spread * deviation(&rates) && fall > taken).then_some((low, high))
-}
-
-/// A command [-], and the rates [rad/s] of both rotors there.
-type Rates = (f64, [Estimate; 2]);
-
-/// At the mean command and charge of both.
-fn moving_rates(rotors: [&RotorLog; 2], follows: [&Follows; 2], full_voltage: f64) -> Option<Rates> {
-    let mean = |of: &dyn Fn(&RotorLog, usize) -> f64| {
-        let all = rotors.iter().flat_map(|rotor| rotor.scored().map(move |row| of(rotor, row)));
-        let (sum, count) = all.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-        sum / count
-    };
-    let command = mean(&|rotor, row| rotor.command[row]);
-    let drop = mean(&|rotor, row| rotor.voltage.as_ref().map_or(0.0, |voltage| full_voltage - voltage[row]));
-    Some((command, follows.map(|follows| follows.at(command, drop)))).filter(|_| drop.is_finite())
-}
-
-/// What differs in how two rotors answer.
-#[derive(Default)]
-struct Answers {
-    /// [rad/s]
-    poles: Option<[Estimate; 2]>,
-    /// [ms] zero: none is needed.
-    delays: Option<[Estimate; 2]>,
-}
-
-impl Answers {
-    /// A lag makes up for a delay with its pole: poles that differ are held against each other beside it.
-    fn of(parts: [&RotorLog; 2], follows: [&Follows; 2], full_voltage: f64) -> Self {
-        let plain = |it: &Follows| Estimate { value: it.fit.pole, standard_error: it.fit.pole_error() };
-        if !differ(&follows.map(plain), UNLIKE.1) {
-            return Self::default();
-        }
-        let late = [0, 1].map(|at| delay(parts[at], &follows[at].fit, full_voltage));
-        let pole = |at: usize| {
-            let pole = plain(follows[at]);
-            Estimate { value: late[at].as_ref().map_or(pole.value, |late| late.pole), ..pole }
-        };
-        let none = Estimate { value: 0.0, standard_error: 0.0 };
-        let delays = [0, 1].map(|at| late[at].as_ref().map_or(none, |late| late.time.scaled(1e3)));
-        let those = |both: [Estimate; 2]| differ(&both, UNLIKE.1).then_some(both);
-        Self { poles: those([0, 1].map(pole)), delays: those(delays) }
-    }
-}
-
-/// The delay with which a rotor answers, where its log asks for one.
-fn delay(part: &RotorLog, lag: &LagFit, full_voltage: f64) -> Option<Rival> {
-    let part = std::slice::from_ref(part);
-    let tried = if lag.coefficients.len() > 2 {
-        rivals::both(lag, part, |part, delay| {
-            record_of(part, full_voltage, delay, |u, drop| [u, u * u, -drop])
-        })
-    } else {
-        rivals::both(lag, part, |part, delay| record_of(part, full_voltage, delay, |u, _| [u, u * u]))
-    };
-    tried.into_iter().find(|rival| rival.effect == "transport_delay" && rival.needed && rival.clear)
-}
-
-/// Whether two numbers differ plainly, and by more than that share.
-fn differ([a, b]: &[Estimate; 2], share: f64) -> bool {
-    let apart = (a.value - b.value).abs();
-    let sigma = a.standard_error.hypot(b.standard_error);
-    apart > PLAINLY * sigma && apart > share * a.value.abs().min(b.value.abs())
-}
-
-/// Where both are steady at once: their difference is then not the battery's.
-fn steady_rates([one, other]: [&RotorLog; 2]) -> Option<Rates> {
-    let steady = |rotor: &RotorLog| {
-        let mut steady = vec![false; rotor.time.len()];
-        rotor.steady().into_iter().for_each(|(_, rows)| steady[rows].fill(true));
-        steady
-    };
-    let (first, second) = (steady(one), steady(other));
-    let both = |row: &usize| {
-        first[*row] && second[*row] && one.rate[*row].is_finite() && other.rate[*row].is_finite()
-    };
-    let rows: Vec<usize> = (0..one.time.len()).filter(both).collect();
-    if rows.len() < FEWEST_STEADY {
-        return None;
-    }
-    let apart: Vec<f64> = rows.iter().map(|&row| one.command[row] - other.command[row]).collect();
-    let (low, high) = bounds(&apart);
-    let difference = rows.iter().map(|&row| one.rate[row] - other.rate[row]);
-    let difference = DVector::from_iterator(rows.len(), difference);
-    // At equal commands, and not beyond those that were told: a curve of degree two takes up how they differ.
-    let of = |columns: usize| {
-        let sum = |at: usize| one.command[rows[at]] + other.command[rows[at]];
-        let entry = |at: usize, column: usize| [1.0, apart[at], apart[at] * sum(at)][column];
-        linear::least_squares(&DMatrix::from_fn(rows.len(), columns, entry), &difference)
-    };
-    let fit = if low.abs().max(high.abs()) < APART.0 {
-        of(1)?
-    } else if high - low > APART.1 && low <= 0.0 && high >= 0.0 {
-        of(3).or_else(|| of(2))?
-    } else {
-        return None;
-    };
-    let mean = |column: &[f64]| rows.iter().map(|&row| column[row]).sum::<f64>() / rows.len() as f64;
-    // The error of the difference is all that counts: half of its variance to each.
-    let error = fit.standard_error(0) / std::f64::consts::SQRT_2;
-    let rate = mean(&other.rate);
-    let rates = [rate + fit.coefficients[0], rate].map(|value| Estimate { value, standard_error: error });
-    Some((mean(&other.command), rates))
-}
-
-fn tell_of_unlike(rotors: [&RotorLog; 2], rates: Option<Rates>, answers: &Answers) -> Option<String> {
-    let [one, other] = rotors.map(number);
-    let in_words = |[a, b]: [Estimate; 2], unit: &str| {
-        let [a, b] = [a, b].map(|it| match it.standard_error {
-            0.0 => crate::unit::short(it.value),
-            error => with_error(it.value, error),
-        });
-        format!("{a} {unit} of rotor {one}, {b} of rotor {other}")
-    };
-    let rates = rates.filter(|(_, rates)| differ(rates, UNLIKE.0));
-    let rates =
-        rates.map(|(command, rates)| format!("rates at command {command:.3}: {}", in_words(rates, "rad/s")));
-    let delays = answers.delays.map(|delays| format!("answers come late by {}", in_words(delays, "ms")));
-    let poles = answers.poles.map(|poles| format!("poles: {}", in_words(poles, "rad/s")));
-    let differences: Vec<String> = rates.into_iter().chain(delays).chain(poles).collect();
-    let file = file(rotors[0]);
-    (!differences.is_empty()).then(|| {
-        format!(
-            "{file}: the rotors are not alike ({}): a model of both is right for neither; identify each by itself, with \
-             --rotor {one} and with --rotor {other}",
-            differences.join("; ")
-        )
-    })
 }

@@ -12,7 +12,8 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::linear;
-use super::rotor_log::{Motion, RotorLog};
+use super::motion::Motion;
+use super::rotor_log::RotorLog;
 use super::{Estimate, Weighted};
 
 /// Below this first-stage F statistic the voltage moved too little over its noise to say anything.

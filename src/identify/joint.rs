@@ -261,7 +261,10 @@ fn quiet(rotors: &[RotorLog], follows: Follows) -> Vec<RotorLog> {
 /// with what is foretold of it). `gain` is the place of k_V among the coefficients.
 pub(super) fn allow_for_readings(fit: &mut LagFit, rotors: &[RotorLog], gain: usize) {
     let rows = |rotor: &RotorLog| rotor.time.len() as f64;
-    let noise = |rotor: &RotorLog| rotor.foretold.map_or(0.0, |it| it.noise.powi(2) * rows(rotor));
+    // Rotors of one log share the reading, and what its noise does to each does not average out.
+    let shared = |rotor: &RotorLog| rotors.iter().filter(|it| it.file() == rotor.file()).count() as f64;
+    let noise =
+        |rotor: &RotorLog| rotor.foretold.map_or(0.0, |it| it.noise.powi(2) * rows(rotor) * shared(rotor));
     let total: f64 = rotors.iter().map(rows).sum();
     let variance = rotors.iter().map(noise).sum::<f64>() / total.max(1.0);
     fit.covariance += &fit.per_noise * (fit.coefficients[gain].powi(2) * variance);

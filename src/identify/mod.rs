@@ -15,10 +15,12 @@
 //! Where ramps or constant commands are missing, pole, curve and battery gain come from one joint fit (`joint`).
 //! Standard errors allow for correlated residuals. Models with effects of the catalogue are fitted by [`fit`].
 
+mod alike;
 mod alone;
 mod battery;
 mod body;
 mod conclude;
+mod contradictions;
 #[cfg(test)]
 mod coverage;
 pub mod fit;
@@ -31,6 +33,7 @@ mod lead;
 mod left_out;
 mod linear;
 mod missing;
+mod motion;
 mod outcome;
 mod plausible;
 pub mod pole;
@@ -42,6 +45,7 @@ mod rotor_log;
 mod staircase;
 mod stale;
 mod static_curve;
+mod steps;
 mod template;
 mod thrust;
 mod unmoved;

@@ -11,26 +11,8 @@ use crate::record::Dataset;
 pub(super) const LEAST_COMMAND: f64 = 0.05;
 /// [s] after leaving standstill before samples count.
 const STARTING: f64 = 0.5;
-/// [-] change of command within [`FAST_SPAN`] that is a jump, not a ramp.
-const JUMP: f64 = 0.02;
-/// [s]
-const FAST_SPAN: f64 = 0.1;
-/// [s] after a jump before the rotor counts as settled: more than ten times 1/p of a slow rotor of 6 rad/s.
-const SETTLING: f64 = 2.0;
-/// [s] shortest settled stretch worth using.
-const SHORTEST: f64 = 5.0;
-
 /// Sampling intervals without a row that make a hole, as [`Dataset::holes`] has it.
 const HOLE: f64 = 2.5;
-
-/// How the command moves over a stretch of rows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Motion {
-    /// One value.
-    Constant,
-    /// Slow change, no jumps.
-    Ramp,
-}
 
 /// One rotor of one log.
 #[derive(Debug, Clone)]
@@ -55,6 +37,17 @@ pub(super) struct RotorLog {
     pub interval: f64,
     /// What is known of the voltage where it was foretold, and not read.
     pub foretold: Option<Foretold>,
+    /// The log's other rotor, where it was commanded.
+    pub beside: Option<Beside>,
+}
+
+/// A rotor that draws on the same battery.
+#[derive(Debug, Clone)]
+pub(super) struct Beside {
+    /// [-] each command held until the next.
+    pub command: Vec<f64>,
+    /// [rad/s] as `RotorLog::rate`; `None` = no such column.
+    pub rate: Option<Vec<f64>>,
 }
 
 /// A voltage without the noise of its reading.
@@ -64,6 +57,20 @@ pub(super) struct Foretold {
     pub pole: f64,
     /// [V] rms of what was read beside it.
     pub noise: f64,
+}
+
+/// What the numbers of both rotors of a log add up to.
+const OTHER: usize = 3;
+
+impl Beside {
+    fn of(log: &Dataset, rotor: usize) -> Option<Self> {
+        let command = log.column(&format!("command_{rotor}"))?;
+        let rate = log.column(&format!("propeller_rate_{rotor}_rad_s"));
+        command
+            .iter()
+            .any(|command| command.is_finite())
+            .then(|| Self { command: held_everywhere(command), rate: rate.map(<[f64]>::to_vec) })
+    }
 }
 
 /// Where a rotor stands or starts, for which the model has no law: at commands below 0.05 and half a second after.
@@ -114,6 +121,7 @@ impl RotorLog {
             segments: missing.known.iter().filter(|known| known.len() > 1).cloned().collect(),
             interval: log.median_interval(),
             foretold: None,
+            beside: Beside::of(log, OTHER - rotor),
         };
         this.check(warnings)?;
         this.leave_out_starts(warnings);
@@ -122,6 +130,16 @@ impl RotorLog {
             warnings.push(this.tell_of(&missing));
         }
         Ok(Some(this))
+    }
+
+    /// The log's name.
+    pub fn file(&self) -> &str {
+        self.source.rsplit_once(", rotor ").map_or(self.source.as_str(), |(file, _)| file)
+    }
+
+    /// The number that the columns of the rotor have.
+    pub fn number(&self) -> &str {
+        self.source.rsplit(' ').next().unwrap_or_default()
     }
 
     /// What is missing, and what was made of it.
@@ -159,7 +177,9 @@ impl RotorLog {
         let mut head = self.clone();
         let columns = [&mut head.time, &mut head.command, &mut head.rate];
         let optional = [&mut head.voltage, &mut head.thrust].into_iter().flatten();
-        columns.into_iter().chain(optional).for_each(|column| column.truncate(rows));
+        let beside = head.beside.as_mut().map(|it| std::iter::once(&mut it.command).chain(&mut it.rate));
+        let columns = columns.into_iter().chain(optional).chain(beside.into_iter().flatten());
+        columns.for_each(|column| column.truncate(rows));
         head.segments.iter_mut().for_each(|segment| segment.end = segment.end.min(rows));
         head.segments.retain(|segment| segment.start < segment.end);
         head
@@ -188,77 +208,6 @@ impl RotorLog {
                  out: a rotor that stands or starts does not follow the model",
                 self.source
             ));
-        }
-    }
-
-    /// Rows right after which the command jumps.
-    pub fn jumps(&self) -> Vec<usize> {
-        let jump = |row: &usize| (self.command[row + 1] - self.command[*row]).abs() > JUMP;
-        let inside = self.segments.iter().flat_map(|segment| segment.start..segment.end - 1);
-        inside.filter(jump).collect()
-    }
-
-    /// Stretches over which the rotor follows slowly enough to be called steady, [LPC16] Eq. (4).
-    pub fn steady(&self) -> Vec<(Motion, Range<usize>)> {
-        let mut stretches = Vec::new();
-        for segment in &self.whole() {
-            for calm in self.calm(segment) {
-                self.split_by_motion(calm, &mut stretches);
-            }
-        }
-        stretches
-    }
-
-    /// Parts of a segment that begin `SETTLING` after a fast change and hold no other.
-    fn calm(&self, segment: &Range<usize>) -> Vec<Range<usize>> {
-        let mut parts = Vec::new();
-        let mut start = segment.start;
-        let mut behind = segment.start;
-        let mut settled_at = f64::NEG_INFINITY;
-        for row in segment.clone() {
-            while self.time[row] - self.time[behind] > FAST_SPAN && behind + 1 < row {
-                behind += 1;
-            }
-            if (self.command[row] - self.command[behind]).abs() > JUMP {
-                parts.push(start..row);
-                settled_at = self.time[row] + SETTLING;
-            }
-            if self.time[row] <= settled_at {
-                start = row + 1;
-            }
-        }
-        parts.push(start..segment.end);
-        parts.retain(|part| !part.is_empty() && self.span(part) >= SHORTEST);
-        parts
-    }
-
-    /// [s]
-    fn span(&self, rows: &Range<usize>) -> f64 {
-        if rows.is_empty() { 0.0 } else { self.time[rows.end - 1] - self.time[rows.start] }
-    }
-
-    fn split_by_motion(&self, calm: Range<usize>, into: &mut Vec<(Motion, Range<usize>)>) {
-        let mut start = calm.start;
-        let mut constants = Vec::new();
-        for row in calm.clone() {
-            let last = row + 1 == calm.end;
-            if last || (self.command[row + 1] - self.command[start]).abs() > 1e-6 {
-                if self.span(&(start..row + 1)) >= SHORTEST {
-                    constants.push(start..row + 1);
-                }
-                start = row + 1;
-            }
-        }
-        let mut from = calm.start;
-        for constant in constants {
-            if self.span(&(from..constant.start)) >= SHORTEST {
-                into.push((Motion::Ramp, from..constant.start));
-            }
-            from = constant.end;
-            into.push((Motion::Constant, constant));
-        }
-        if self.span(&(from..calm.end)) >= SHORTEST {
-            into.push((Motion::Ramp, from..calm.end));
         }
     }
 }
@@ -306,6 +255,7 @@ pub(super) fn held_everywhere(values: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::motion::Motion;
     use super::*;
 
     fn log(command: impl Fn(f64) -> f64, seconds: f64) -> Dataset {

@@ -5,12 +5,15 @@
 //! interval of one step around it, in which the voltage lies with its noise: the course over time, and what the load takes
 //! with the cube of the rate, are those of greatest likelihood. Where steps are fine against the noise that is least squares.
 
+mod columns;
+
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, SQRT_2};
 
 use nalgebra::{DMatrix, DVector};
 
 use super::rotor_log::{RotorLog, bounds, held_everywhere};
+use columns::{Columns, RIDGE, Sums};
 
 /// Steps that a log reaches over from which treads average out.
 const MOST_STEPS: f64 = 30.0;
@@ -34,9 +37,8 @@ const LOADED: f64 = 0.1;
 const NOISE: (f64, f64) = (0.02, 0.5);
 /// Weight of all treads beside all edges where the search starts: enough to settle what no edge tells.
 const TREADS: f64 = 0.01;
-/// Least weight of a row, and a ridge, that keep directions apart which nothing tells apart.
+/// Least weight of a row, which keeps directions apart that nothing tells apart.
 const LEAST: f64 = 1e-3;
-const RIDGE: f64 = 1e-9;
 /// Steps of the search, which needs two to eight, and share of a step of the reading below which it has ended.
 const MOST_PASSES: usize = 60;
 const ENDED: f64 = 1e-3;
@@ -47,7 +49,7 @@ pub(super) fn mend(rotor: &mut RotorLog) -> Option<String> {
     let voltage = rotor.voltage.as_deref()?;
     let step = step_of(voltage)?;
     let stairs = Staircase { time: &rotor.time, voltage, step, edges: edges(voltage, step) };
-    let with_load = load(&rotor.rate).and_then(|load| stairs.fit(Some(load)));
+    let with_load = load(rotor).and_then(|load| stairs.fit(Some(load)));
     let fit = with_load.or_else(|| stairs.fit(None))?;
     if fit.noise > NOISE.1 * step {
         return None;
@@ -99,61 +101,6 @@ fn edges(voltage: &[f64], step: f64) -> Vec<usize> {
 /// [V]
 fn between(voltage: &[f64], row: usize) -> f64 {
     0.5 * (voltage[row] + voltage[row + 1])
-}
-
-/// What the voltage is made of: hats over time, and the load.
-struct Columns<'a> {
-    time: &'a [f64],
-    /// [-] cube of the rate over its mean, where it moves.
-    load: Option<Vec<f64>>,
-    bends: usize,
-}
-
-impl Columns<'_> {
-    fn count(&self) -> usize {
-        self.bends + 1 + usize::from(self.load.is_some())
-    }
-
-    /// [s] all of the log.
-    fn span(&self) -> f64 {
-        self.time[self.time.len() - 1] - self.time[0]
-    }
-
-    /// The columns that are not zero.
-    fn at(&self, row: usize) -> impl Iterator<Item = (usize, f64)> {
-        let place = (self.time[row] - self.time[0]) / self.span() * self.bends as f64;
-        let left = (place.floor() as usize).min(self.bends - 1);
-        let right = place - left as f64;
-        let load = self.load.as_ref().map(|load| (self.bends + 1, load[row]));
-        [(left, 1.0 - right), (left + 1, right)].into_iter().chain(load)
-    }
-}
-
-/// Normal equations.
-struct Sums {
-    squares: DMatrix<f64>,
-    products: DVector<f64>,
-}
-
-impl Sums {
-    fn new(count: usize) -> Self {
-        Self { squares: DMatrix::zeros(count, count), products: DVector::zeros(count) }
-    }
-
-    fn add(&mut self, columns: &Columns, row: usize, weight: f64, product: f64) {
-        for (a, x) in columns.at(row) {
-            self.products[a] += x * product;
-            columns.at(row).for_each(|(b, y)| self.squares[(a, b)] += weight * x * y);
-        }
-    }
-
-    fn solve(mut self, rows: usize) -> Option<DVector<f64>> {
-        for at in 0..self.products.len() {
-            self.squares[(at, at)] += RIDGE * rows as f64;
-        }
-        let solved = self.squares.cholesky()?.solve(&self.products);
-        solved.iter().all(|value| value.is_finite()).then_some(solved)
-    }
 }
 
 /// A voltage as it is read.
@@ -273,15 +220,20 @@ impl<'a> Staircase<'a> {
     }
 }
 
-/// [-] cube of the rate over its mean, where it moves.
-fn load(rate: &[f64]) -> Option<Vec<f64>> {
-    let rate = held_everywhere(rate);
-    let count = rate.len() as f64;
-    let mean = rate.iter().sum::<f64>() / count;
-    let load: Vec<f64> = rate.iter().map(|rate| (rate / mean).powi(3)).collect();
-    let middle = load.iter().sum::<f64>() / count;
-    let variance = load.iter().map(|load| (load - middle).powi(2)).sum::<f64>() / count;
-    (variance.sqrt() > LOADED * middle).then_some(load)
+/// [-] cubes of the rates of all that draws on the battery, over their mean, where they move.
+fn load(rotor: &RotorLog) -> Option<Vec<f64>> {
+    let cubes =
+        |rate: &[f64]| -> Vec<f64> { held_everywhere(rate).iter().map(|rate| rate.powi(3)).collect() };
+    let mut load = cubes(&rotor.rate);
+    let beside = rotor.beside.as_ref().and_then(|beside| beside.rate.as_deref());
+    if let Some(rate) = beside.filter(|rate| rate.iter().any(|rate| rate.is_finite())) {
+        load.iter_mut().zip(cubes(rate)).for_each(|(load, other)| *load += other);
+    }
+    let mean = |load: &[f64]| load.iter().sum::<f64>() / load.len() as f64;
+    let scale = mean(&load);
+    load.iter_mut().for_each(|load| *load /= scale);
+    let variance = load.iter().map(|load| (load - 1.0).powi(2)).sum::<f64>() / load.len() as f64;
+    (variance.sqrt() > LOADED).then_some(load)
 }
 
 /// What a row of a staircase says of the noise [its standard deviations].
@@ -311,95 +263,4 @@ impl Cut {
 }
 
 #[cfg(test)]
-mod tests {
-    use rand::{RngExt, SeedableRng};
-    use rand_chacha::ChaCha8Rng;
-    use rand_distr::StandardNormal;
-
-    use super::*;
-
-    const ROWS: usize = 4500;
-
-    /// [V] 90 s in which a rotor of this rate [rad/s] takes three tenths of a volt at 617 rad/s, and the discharge as much.
-    fn volts(rate: f64, row: usize) -> f64 {
-        12.57 - 0.3 * row as f64 / ROWS as f64 - 0.3 * (rate / 617.0).powi(3)
-    }
-
-    /// [rad/s] slow ramps, or a rate that hardly moves.
-    fn rate(row: usize, moves: bool) -> f64 {
-        let place = (row as f64 / 1125.0).fract();
-        if moves { 300.0 + 500.0 * (1.0 - (2.0 * place - 1.0).abs()) } else { 617.0 }
-    }
-
-    /// The log as it is read, and the voltage as it was.
-    fn read(step: f64, noise: f64, moves: bool) -> (RotorLog, Vec<f64>) {
-        let mut random = ChaCha8Rng::seed_from_u64(7);
-        let truth: Vec<f64> = (0..ROWS).map(|row| volts(rate(row, moves), row)).collect();
-        let mut noisy = |volts: &f64| volts + noise * random.sample::<f64, _>(StandardNormal);
-        let read = truth.iter().map(|volts| (noisy(volts) / step).round() * step).collect();
-        let log = RotorLog {
-            source: "log.csv, rotor 1".to_owned(),
-            time: (0..ROWS).map(|row| 0.02 * row as f64).collect(),
-            command: vec![0.4; ROWS],
-            rate: (0..ROWS).map(|row| rate(row, moves)).collect(),
-            voltage: Some(read),
-            voltage_gap: None,
-            thrust: None,
-            segments: std::iter::once(0..ROWS).collect(),
-            interval: 0.02,
-            foretold: None,
-        };
-        (log, truth)
-    }
-
-    /// [V] rms of what the log reads too much, on the mean of each 300 rows.
-    fn off(log: &RotorLog, truth: &[f64]) -> f64 {
-        let read = log.voltage.as_deref().expect("there");
-        let off: Vec<f64> = read.iter().zip(truth).map(|(read, truth)| read - truth).collect();
-        let parts = off.chunks(300).map(|part| (part.iter().sum::<f64>() / part.len() as f64).powi(2));
-        (parts.sum::<f64>() * 300.0 / ROWS as f64).sqrt()
-    }
-
-    #[test]
-    fn a_staircase_is_read_as_what_it_steps_over() {
-        for moves in [true, false] {
-            for (step, noise) in [(0.1, 0.0), (0.1, 0.005), (0.1, 0.02), (0.05, 0.005), (0.05, 0.02)] {
-                let (mut log, truth) = read(step, noise, moves);
-                let before = off(&log, &truth);
-                assert_eq!(mend(&mut log), None);
-                let after = off(&log, &truth);
-                // Where the rate moves, the noise is strong or treads are short, 300 rows go over several.
-                assert!(moves || noise > 0.06 * step || before > 0.2 * step, "{step} {noise}: {before}");
-                assert!(after < 0.1 * step, "{step} {noise} {moves}: {before} to {after}");
-            }
-        }
-    }
-
-    #[test]
-    fn fine_steps_and_steps_below_the_noise_stay_as_they_were_read() {
-        for (step, noise) in [(1e-9, 0.02), (0.01, 0.02), (0.05, 0.05)] {
-            let (mut log, _) = read(step, noise, true);
-            let before = log.voltage.clone();
-            assert_eq!((mend(&mut log), log.voltage), (None, before), "{step} {noise}");
-        }
-    }
-
-    #[test]
-    fn a_voltage_that_crosses_one_edge_is_told() {
-        let (mut log, _) = read(0.5, 0.005, false);
-        let before = log.voltage.clone();
-        let told = mend(&mut log).expect("told");
-        assert!(told.contains("in steps of 0.5 V, and crosses too few of them"), "{told}");
-        assert_eq!(log.voltage, before);
-    }
-
-    /// One edge under either of two loads: what the load takes and how the voltage fell are one.
-    #[test]
-    fn an_edge_under_each_of_two_loads_is_told() {
-        let (mut log, _) = read(0.1, 0.01, false);
-        log.rate[ROWS / 2..].fill(750.0);
-        let fell = |row: usize| 12.42 - 0.24 * row as f64 / ROWS as f64;
-        log.voltage = Some((0..ROWS).map(|row| (fell(row) * 10.0).round() / 10.0).collect());
-        assert!(mend(&mut log).is_some());
-    }
-}
+mod tests;

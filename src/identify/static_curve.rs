@@ -14,8 +14,9 @@ use serde::Serialize;
 
 use super::Estimate;
 use super::linear::{self, LinearFit};
+use super::motion::Motion;
 use super::ramp_lag::{self, KnownLag};
-use super::rotor_log::{Motion, RotorLog};
+use super::rotor_log::RotorLog;
 
 /// Highest degree tried, as the paper compares several.
 pub const HIGHEST_DEGREE: usize = 4;
@@ -27,6 +28,9 @@ const BLOCKS: usize = 40;
 const NARROWEST: f64 = 0.05;
 /// Share of the curve's range that a ramp's lag may take before it is called too fast.
 const LAG_SHARE: f64 = 0.005;
+/// Standard errors of the difference from which a higher degree is the better one. From one on it was a degree too high one
+/// time in twenty, and the coefficients then several of their errors off.
+const BETTER: f64 = 2.0;
 /// Standard errors from which ramps that go one way show a lag.
 const SHOWS: f64 = 3.0;
 
@@ -288,7 +292,7 @@ pub(super) fn polynomial(coefficients: &[f64], u: f64) -> f64 {
 }
 
 /// The lowest degree whose held-out error is not significantly above the best: block by block, the mean
-/// difference of the squared errors is within one standard error.
+/// difference of the squared errors is within [`BETTER`] standard errors.
 pub(super) fn simplest(scores: &[DegreeScore], blocks: &[Vec<f64>]) -> Option<usize> {
     let best = (0..scores.len()).min_by(|&a, &b| scores[a].held_out.total_cmp(&scores[b].held_out))?;
     let near = |errors: &Vec<f64>| {
@@ -296,7 +300,7 @@ pub(super) fn simplest(scores: &[DegreeScore], blocks: &[Vec<f64>]) -> Option<us
         let count = differences.len() as f64;
         let mean = differences.iter().sum::<f64>() / count;
         let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-        mean <= (variance / count).sqrt()
+        mean <= BETTER * (variance / count).sqrt()
     };
     let at = blocks.iter().position(near).unwrap_or(best);
     scores.get(at).map(|score| score.degree)

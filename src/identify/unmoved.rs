@@ -5,7 +5,8 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use super::linear;
-use super::rotor_log::{Motion, RotorLog};
+use super::motion::Motion;
+use super::rotor_log::RotorLog;
 
 /// Scatter of the rate about its smooth course, as a share of the rate, that no rotor has under a constant command: the
 /// first where neighbours scatter alike, so that it is no noise of the sensor, the second in any case.

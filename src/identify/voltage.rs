@@ -3,12 +3,13 @@
 //! **Deviation:** (6) and what the paper builds on it regress on the voltage as it was read. Noise of a regressor biases
 //! its coefficient towards zero: of a minute's discharge half of what is read is noise. So the voltage is replaced by
 //! what can be foretold of it (two-stage least squares): its smooth course over time, and what the commands draw from
-//! it, at once and as the rotor follows them. None of these carries noise of the reading.
+//! it, at once and as the rotors follow them. None of these carries noise of the reading. What the other rotor draws has a
+//! part in it, too: left out, it would stay behind in the rates, and look like physics that is missing.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::record_of::record_of;
-use super::rotor_log::{Foretold, RotorLog};
+use super::rotor_log::{Beside, Foretold, RotorLog};
 use crate::effect::followed;
 
 /// [s] a discharge bends over no shorter time.
@@ -17,8 +18,11 @@ const SHORTEST_BEND: f64 = 10.0;
 const MOST_KNOTS: usize = 240;
 /// Samples for each number that is fitted, at least: what noise they carry over is a tenth of the reading's variance.
 const ROWS_EACH: usize = 10;
-/// Functions of the command: u, u², and the first three powers of the rate that they give.
-const OF_COMMAND: usize = 5;
+/// Functions of a rotor's command: u, u², and the first three powers of the rate that they give; and of both rotors.
+const OF_ONE: usize = 5;
+const OF_COMMAND: usize = 2 * OF_ONE;
+/// [-] commands of both rotors that are nowhere further apart are one.
+const SAME: f64 = 1e-6;
 /// Each leaves a twentieth of the error that was there before it, with a battery that gives way by a third of a volt at
 /// hover, which is much.
 const PASSES: usize = 2;
@@ -45,7 +49,7 @@ pub(super) struct Follows {
 pub(super) fn course(rotor: &RotorLog) -> RotorLog {
     let Some(voltage) = rotor.voltage.as_deref() else { return rotor.clone() };
     let nothing = OfCommand { functions: [0.0; OF_COMMAND], known: true };
-    let course = foretold(rotor, voltage, &vec![nothing; rotor.time.len()]).map(|(course, _)| course);
+    let course = foretold(rotor, voltage, &vec![nothing; rotor.time.len()], 0).map(|(course, _)| course);
     RotorLog { voltage: Some(course.unwrap_or_else(|| voltage.to_vec())), ..rotor.clone() }
 }
 
@@ -55,21 +59,28 @@ pub(super) fn without_noise(rotor: &RotorLog, follows: Follows) -> RotorLog {
     let mut smooth = RotorLog { voltage: None, ..rotor.clone() };
     // The rates that draw on the voltage give way with it themselves: at first as if they did not.
     for _ in 0..PASSES {
-        let of_command = of_command(&smooth, follows);
-        let Some((foretold, noise)) = foretold(&smooth, voltage, &of_command) else { return rotor.clone() };
+        let (of_command, count) = of_both(&smooth, follows);
+        let Some((foretold, noise)) = foretold(&smooth, voltage, &of_command, count) else {
+            return rotor.clone();
+        };
         smooth.voltage = Some(foretold);
         smooth.foretold = Some(Foretold { pole: follows.pole, noise });
     }
     smooth
 }
 
-/// [V] what time and commands foretell of `voltage`, and the rms of what is left.
-fn foretold(rotor: &RotorLog, voltage: &[f64], of_command: &[OfCommand]) -> Option<(Vec<f64>, f64)> {
+/// [V] what time and the first `count` functions of the commands foretell of `voltage`, and the rms of what is left.
+fn foretold(
+    rotor: &RotorLog,
+    voltage: &[f64],
+    of_command: &[OfCommand],
+    count: usize,
+) -> Option<(Vec<f64>, f64)> {
     let (first, last) = (*rotor.time.first()?, *rotor.time.last()?);
     let bends = ((last - first) / SHORTEST_BEND).floor() as usize;
     let knots = bends.clamp(1, MOST_KNOTS) + 1;
     let spacing = (last - first) / (knots - 1) as f64;
-    let size = knots + OF_COMMAND;
+    let size = knots + count;
     // The columns that are not zero: the two hats that a time lies under, and the functions of the command.
     let columns = |row: usize| {
         let place = ((rotor.time[row] - first) / spacing).clamp(0.0, (knots - 1) as f64);
@@ -77,7 +88,7 @@ fn foretold(rotor: &RotorLog, voltage: &[f64], of_command: &[OfCommand]) -> Opti
         let right = place - left as f64;
         let hats = [(left, 1.0 - right), (left + 1, right)];
         let of_command = of_command[row].functions;
-        hats.into_iter().chain((0..OF_COMMAND).map(move |at| (knots + at, of_command[at])))
+        hats.into_iter().chain((0..count).map(move |at| (knots + at, of_command[at])))
     };
     let mut squares = DMatrix::<f64>::zeros(size, size);
     let mut products = DVector::<f64>::zeros(size);
@@ -109,45 +120,69 @@ fn foretold(rotor: &RotorLog, voltage: &[f64], of_command: &[OfCommand]) -> Opti
     Some((foretold, (left / (known - size) as f64).sqrt()))
 }
 
-/// What a row's command gives.
+/// What a row's commands give.
 #[derive(Debug, Clone, Copy)]
 struct OfCommand {
+    /// Those of the rotor itself first.
     functions: [f64; OF_COMMAND],
     /// Whether the rate comes from commands that are known: not so soon after some that are missing, for as long as these
     /// act on behind a delay. What such rows say of the battery would be taken for noise.
     known: bool,
 }
 
-/// [-] u and u² now, and the first powers of the rate, settled where a stretch begins; `rotor` has the voltage that was
-/// foretold before. Commands that
-/// are missing are held; where they are known (again), the rate goes on from what was measured there: its noise has no part
-/// in that of the voltage.
-fn of_command(rotor: &RotorLog, follows: Follows) -> Vec<OfCommand> {
-    let at_once = |u: &f64| OfCommand { functions: [*u, u * u, 0.0, 0.0, 0.0], known: false };
-    let mut all: Vec<OfCommand> = rotor.command.iter().map(at_once).collect();
-    let held = followed_rate(rotor, follows, None);
-    // What is wanting from the rate, on the whole: at first all that the battery takes.
+/// What the commands of all that draws on the battery give, and how many functions that are; `rotor` has the voltage that
+/// was foretold before.
+fn of_both(rotor: &RotorLog, follows: Follows) -> (Vec<OfCommand>, usize) {
+    let mut all = of_command(rotor, follows, missing(rotor, follows));
+    let is_apart = |beside: &&Beside| {
+        rotor.command.iter().zip(&beside.command).any(|(one, other)| (one - other).abs() > SAME)
+    };
+    let Some(beside) = rotor.beside.as_ref().filter(is_apart) else { return (all, OF_ONE) };
+    // What was measured is not its rate.
+    let other = RotorLog { command: beside.command.clone(), ..rotor.clone() };
+    for (both, other) in all.iter_mut().zip(of_command(&other, follows, None)) {
+        both.functions[OF_ONE..].copy_from_slice(&other.functions[..OF_ONE]);
+    }
+    (all, OF_COMMAND)
+}
+
+/// [rad/s] What is wanting from the rate, on the whole: at first all that the battery takes.
+fn missing(rotor: &RotorLog, follows: Follows) -> Option<f64> {
     let (mut missing, mut count) = (0.0, 0.0);
-    for &(row, rate, _) in held.iter().filter(|(row, ..)| rotor.rate[*row].is_finite()) {
+    let held = followed_rate(rotor, follows, None);
+    for (row, rate, _) in held.into_iter().filter(|(row, ..)| rotor.rate[*row].is_finite()) {
         missing += rate - rotor.rate[row];
         count += 1.0;
     }
-    let missing = if count > 0.0 { missing / count } else { 0.0 };
-    let followed = followed_rate(rotor, follows, Some(missing));
+    Some(if count > 0.0 { missing / count } else { 0.0 })
+}
+
+/// [-] u and u² now, and the first powers of the rate, settled where a stretch begins. Commands that are missing are held;
+/// where they are known (again), the rate goes on from what was measured there, and as much more as is `missing` [rad/s]: its
+/// noise has no part in that of the voltage.
+fn of_command(rotor: &RotorLog, follows: Follows, missing: Option<f64>) -> Vec<OfCommand> {
+    let at_once = |u: &f64| {
+        let mut functions = [0.0; OF_COMMAND];
+        functions[..2].copy_from_slice(&[*u, u * u]);
+        OfCommand { functions, known: false }
+    };
+    let mut all: Vec<OfCommand> = rotor.command.iter().map(at_once).collect();
+    let followed = followed_rate(rotor, follows, missing);
     // Centred and scaled: powers of a rate that moves by a tenth of itself would hardly be told apart.
     let share = 1.0 / followed.len().max(1) as f64;
     let mean = followed.iter().map(|(_, rate, _)| rate * share).sum::<f64>();
     let spread = followed.iter().map(|(_, rate, _)| (rate - mean).powi(2) * share).sum::<f64>().sqrt();
     for (row, rate, known) in followed {
         let rate = if spread > 0.0 { (rate - mean) / spread } else { 0.0 };
-        all[row].functions[2..].copy_from_slice(&[rate, rate * rate, rate.powi(3)]);
+        all[row].functions[2..OF_ONE].copy_from_slice(&[rate, rate * rate, rate.powi(3)]);
         all[row].known = known;
     }
     all
 }
 
-/// Row, the rate [rad/s] that the curve gives, and whether the commands that it comes from are known; less what the voltage takes that was foretold before. With `missing` [rad/s] the rate goes on from what
-/// was measured, and as much more, where commands are known again, or a stretch begins.
+/// Row, the rate [rad/s] that the curve gives, less what the voltage takes that was foretold before, and whether the commands
+/// that it comes from are known. With `missing` [rad/s] the rate goes on from what was measured, and as much more, where
+/// commands are known again, or a stretch begins.
 fn followed_rate(rotor: &RotorLog, follows: Follows, missing: Option<f64>) -> Vec<(usize, f64, bool)> {
     let Follows { pole, delay, curve: [linear, quadratic], voltage_gain, full_voltage } = follows;
     let whole = RotorLog { segments: rotor.whole(), ..rotor.clone() };

@@ -123,6 +123,40 @@ fn rotors_that_are_not_alike_are_said_to_be_that_and_nothing_else() {
     }
 }
 
+/// One rotor of a log of its own.
+fn alone(name: &str, number: usize, rotor: Rotor, command: &dyn Fn(f64) -> f64) -> Dataset {
+    let (rows, at) = (3000, |row: usize| 0.02 * row as f64);
+    let mut log = Dataset::new(name, "", (0..rows).map(at).collect()).expect("rising time");
+    log.insert(format!("command_{number}"), (0..rows).map(|row| command(at(row))).collect())
+        .expect("as long as time");
+    log.insert(RATE[number - 1], rotor.rates(command, 0.02, rows, number)).expect("as long as time");
+    log.insert("battery_voltage_v", (0..rows).map(|row| voltage(at(row))).collect())
+        .expect("as long as time");
+    log
+}
+
+/// A pole between both, with an error that is none, and nothing said.
+#[test]
+fn rotors_of_two_logs_that_are_not_alike_are_told() {
+    let slow = Rotor { pole: 14.5, ..PAPER };
+    let more = Rotor { linear: 1.02 * C_G2, ..PAPER };
+    for (rotor, number, said) in [
+        (PAPER, 2, None),
+        (PAPER, 1, None),
+        (slow, 2, Some("one.csv, rotor 1 and two.csv, rotor 2 are not alike (poles: 1")),
+        (slow, 1, Some("one.csv, rotor 1 and two.csv, rotor 1 are not alike (poles: 1")),
+        (more, 2, Some("one.csv, rotor 1 and two.csv, rotor 2 are not alike (rates at command 0.4")),
+    ] {
+        let logs = [alone("one.csv", 1, PAPER, &lively), alone("two.csv", number, rotor, &other)];
+        let settings = IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
+        let told = identify(&logs, &[], &settings).expect("identified").warnings;
+        match said {
+            Some(said) => assert!(told[0].contains(said), "{told:?}"),
+            None => assert_eq!(told, [""; 0]),
+        }
+    }
+}
+
 /// Bits of 40 ms; the hash of `lively` for slots of 0.1 s.
 fn quick(t: f64) -> f64 {
     lively(2.5 * t)
