@@ -167,6 +167,24 @@ fn the_rigid_body_is_exact() {
     }
 }
 
+/// A body that friction brings to rest within 40 ms, in a log whose rows are 50 ms apart.
+#[test]
+fn a_body_slows_down_between_rows_that_are_far_apart() {
+    let mut model = Model::paper();
+    model = model.with(&model.effect("pivot_viscous_friction").expect("known"));
+    model.set_parameter("pivot_viscous_friction.coefficient", model.body.inertia / 0.04);
+    let time: Vec<f64> = (0..6).map(|row| 0.05 * f64::from(row)).collect();
+    let torque = vec![0.0; time.len()];
+    let input = BodyInput { time: time.clone(), torque, ..BodyInput::default() };
+    let mut trace = BodyTrace::default();
+    let start = BodyStart { angle: 0.0, rate: 1.0, sensor: 0.0 };
+    model.equations().expect("binds").simulate_body(&input, 0, time.len(), &start, &mut trace);
+    for (rate, at) in trace.rate.iter().zip(&time) {
+        // 1e-5 for each of the five steps between two rows.
+        assert!((rate - (-at / 0.04).exp()).abs() < 5e-5, "{at} s: {rate}");
+    }
+}
+
 /// A ramp of torque through delay and lag, against the closed form of a lagged, late ramp.
 #[test]
 fn torque_lag_and_delay_follow_a_ramp() {

@@ -5,6 +5,7 @@ use std::process::Command;
 
 use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::record::Dataset;
+use rotorbench::shm::{PassingBench, SharedMemoryConfig};
 
 use crate::bench::{bench, prbs, run};
 
@@ -121,7 +122,9 @@ fn values_that_suggest_another_unit_or_no_sensor_are_said() {
 fn an_experiment_on_a_bench_that_nobody_guards_says_so_and_leaves_nothing() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let config = folder.path().join("bench.toml");
-    std::fs::write(&config, format!("name = \"nobody-{}\"\n", std::process::id())).expect("written");
+    let name = format!("nobody-{}", std::process::id());
+    let _gone_with_the_test = PassingBench::open(&name, &SharedMemoryConfig::default()).expect("a bench");
+    std::fs::write(&config, format!("name = \"{name}\"\n")).expect("written");
     let output = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
         .args(["experiment", "ramp", "--output"])
         .arg(folder.path().join("ramp.csv"))

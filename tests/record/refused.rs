@@ -1,5 +1,7 @@
 //! A run that is refused leaves nothing behind.
 
+use rotorbench::shm::{PassingBench, SharedMemoryConfig};
+
 use super::rotorbench;
 
 #[test]
@@ -7,7 +9,9 @@ fn a_run_that_is_refused_leaves_no_recording() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
     let (bench, recording) = (file("bench.toml"), file("run.mcap"));
-    let text = format!("name = 't{}-refused'\n[bus]\ninterface = 'nope0'\n", std::process::id());
+    let name = format!("t{}-refused", std::process::id());
+    let _gone_with_the_test = PassingBench::open(&name, &SharedMemoryConfig::default()).expect("a bench");
+    let text = format!("name = '{name}'\n[bus]\ninterface = 'nope0'\n");
     std::fs::write(&bench, text).expect("written");
     let refused = rotorbench(&["run", "--config", &bench, "--record", &recording]);
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();

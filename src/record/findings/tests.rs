@@ -84,7 +84,8 @@ fn a_battery_read_in_steps_stands_on_each_and_freezes_where_it_jumps() {
 #[test]
 fn a_battery_that_settles_is_not_clipped() {
     let time: Vec<f64> = (0..6000).map(|row| f64::from(row) * 0.01).collect();
-    let load = |row: i32| f64::from(row / 400 % 2);
+    // Half a second of time constant: most of each ten seconds it stands.
+    let load = |row: i32| f64::from(row / 1000 % 2);
     let mut volts = 12.13;
     let reading = |row: i32| {
         volts += 0.02 * (12.13 - 0.91 * load(row) - volts);
