@@ -2,6 +2,7 @@
 
 pub mod abreast;
 pub mod answer;
+mod battery;
 mod benches;
 mod blocks;
 pub mod body;

@@ -1,6 +1,6 @@
 //! How a trial is come by: where its fit starts, which starts are followed, and the judgement.
 
-use super::problem::Problem;
+use super::problem::{BlockData, Problem};
 use super::scan;
 use super::stage::Stage;
 use super::trial::Trial;
@@ -70,6 +70,26 @@ impl Plan<'_> {
         self.finish(self.glance(stage), stage)
     }
 
+    /// The least cost on data when the plan's numbers are fitted from where a model has them; not looked for any longer where
+    /// it stays plainly above `goal`.
+    #[must_use]
+    pub(super) fn cost_on(&self, data: &BlockData, model: &Model, goal: Option<f64>) -> f64 {
+        let inside = self.inside(model);
+        let names = self.names_in(&inside, data.is_rotor());
+        let problem = Problem::new(data, model.clone(), names.clone(), &inside);
+        fit(&problem, &self.frees(&names, model), None, &FitConfig { goal, ..FOLLOW }).cost
+    }
+
+    /// Base numbers and parameters of the effects of a block that are free.
+    fn names_in(&self, inside: &[&Effect], in_rotor: bool) -> Vec<String> {
+        let mut names = self.base.clone();
+        let in_block = inside.iter().filter(|effect| effect.site.is_rotor() == in_rotor);
+        names.extend(in_block.flat_map(|effect| {
+            effect.parameters.iter().map(move |parameter| format!("{}.{}", effect.id, parameter.name))
+        }));
+        names
+    }
+
     /// Looks at every start.
     #[must_use]
     pub fn glance(&self, stage: &Stage) -> Glance {
@@ -81,11 +101,7 @@ impl Plan<'_> {
                 fresh.push(*effect);
             }
         }
-        let mut names = self.base.clone();
-        let in_block = self.inside(&template).into_iter().filter(|effect| stage.holds(effect));
-        names.extend(in_block.flat_map(|effect| {
-            effect.parameters.iter().map(move |parameter| format!("{}.{}", effect.id, parameter.name))
-        }));
+        let names = self.names_in(&self.inside(&template), stage.train.is_rotor());
         let starts = if fresh.is_empty() {
             vec![(0.0, template.clone())]
         } else {
@@ -340,7 +356,7 @@ fn base_free(name: &str, start: f64) -> Free {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::problem::{BlockData, Runs};
+    use crate::diagnose::problem::Runs;
     use crate::diagnose::rotor::rotor_runs;
     use crate::record::Dataset;
 

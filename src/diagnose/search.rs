@@ -110,10 +110,8 @@ impl<'a> Search<'a> {
             return self.unmoved(stage, stale, recalibrated);
         }
         let singles = self.singles(&stage, &recalibrated, &base_names);
-        let mut trials: Vec<Trial> = singles.iter().filter_map(|single| single.trial.clone()).collect();
-        self.deepen(&stage, &base_names, &recalibrated, &mut trials);
-        let best = self.climb(&stage, &recalibrated, &trials);
-        self.conclude(stage, (stale, recalibrated), singles, trials, best)
+        let trials: Vec<Trial> = singles.iter().filter_map(|single| single.trial.clone()).collect();
+        self.among(stage, (stale, recalibrated), singles, trials)
     }
 
     /// What is found of a body that does not move, whatever the torque on it: nothing can be, and nothing is looked for.
@@ -172,7 +170,13 @@ impl<'a> Search<'a> {
     }
 
     /// Carries the best sets on, one effect deeper each time, until nothing is left to explain.
-    fn deepen(&self, stage: &Stage, base: &[String], recalibrated: &Trial, trials: &mut Vec<Trial>) {
+    pub(super) fn deepen(
+        &self,
+        stage: &Stage,
+        base: &[String],
+        recalibrated: &Trial,
+        trials: &mut Vec<Trial>,
+    ) {
         let candidates = self.candidates();
         let mut before = recalibrated.clone();
         for depth in 1..DEEPEST {
@@ -200,7 +204,8 @@ impl<'a> Search<'a> {
                     set.push(effect.id.clone());
                     let mut sorted = set.clone();
                     sorted.sort();
-                    if trial.effects.contains(&effect.id) || sets.contains(&sorted) {
+                    let is_known = || trials.iter().any(|known| same_set(&known.effects, &set));
+                    if trial.effects.contains(&effect.id) || sets.contains(&sorted) || is_known() {
                         continue;
                     }
                     sets.push(sorted);
@@ -229,7 +234,7 @@ impl<'a> Search<'a> {
     }
 
     /// The smallest set that no larger one beats.
-    fn climb(&self, stage: &Stage, recalibrated: &Trial, trials: &[Trial]) -> Trial {
+    pub(super) fn climb(&self, stage: &Stage, recalibrated: &Trial, trials: &[Trial]) -> Trial {
         let mut answer = recalibrated.clone();
         for depth in 1..=DEEPEST {
             // Two effects may be worth nothing one by one: each depth is held against the answer so far.
@@ -241,12 +246,12 @@ impl<'a> Search<'a> {
         answer
     }
 
-    fn conclude(
+    pub(super) fn conclude(
         &self,
         stage: Stage,
         (stale, recalibrated): (Trial, Trial),
         singles: Vec<Single>,
-        mut trials: Vec<Trial>,
+        trials: &mut Vec<Trial>,
         mut best: Trial,
     ) -> Found {
         let base_names = stage.base_parameters(self.base);
@@ -256,7 +261,7 @@ impl<'a> Search<'a> {
             dropped = best
                 .effects
                 .iter()
-                .map(|id| self.without(&stage, (&best, id), &base_names, &recalibrated, &trials))
+                .map(|id| self.without(&stage, (&best, id), &base_names, &recalibrated, trials))
                 .collect();
             let idle = dropped.iter().filter(|without| !gains(&stage, without, &best));
             let Some(without) = idle.min_by(|a, b| a.validate(&stage).total_cmp(&b.validate(&stage))) else {
@@ -264,19 +269,19 @@ impl<'a> Search<'a> {
             };
             best = without.clone();
         }
-        let swapped = self.swaps(&stage, &best, &trials, &base_names);
+        let swapped = self.swaps(&stage, &best, trials, &base_names);
         trials.extend(swapped);
-        if let Some(better) = nearest(&stage, &best, &trials, self.known)
+        if let Some(better) = nearest(&stage, &best, trials, self.known)
             .first()
             .filter(|trial| loss(&stage, trial) < loss(&stage, &best))
         {
             best = better.clone();
-            let drop = |id| self.without(&stage, (&best, id), &base_names, &recalibrated, &trials);
+            let drop = |id| self.without(&stage, (&best, id), &base_names, &recalibrated, trials);
             dropped = best.effects.iter().map(|id| drop(id)).collect();
         }
-        let mut alternatives = nearest(&stage, &best, &trials, self.known);
+        let mut alternatives = nearest(&stage, &best, trials, self.known);
         let mut ladder = vec![recalibrated.clone()];
-        ladder.extend(steps(&stage, &best, &trials));
+        ladder.extend(steps(&stage, &best, trials));
         let (mut answer, mut changed) = self.settle(&stage, &stale, &recalibrated, &best);
         let unexplained_change = best.effects.is_empty() && !changed.is_empty();
         let instead =

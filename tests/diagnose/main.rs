@@ -1,6 +1,7 @@
 //! `diagnose` and `extend` as their user sees them: logs of the emulator, which integrates finer than the fitter and has
 //! laws of its own, with something hidden in it; and the refusals.
 
+mod battery;
 mod desk;
 mod found;
 mod late;

@@ -144,8 +144,11 @@ impl Question<'_> {
 fn plausible<'a>(rotor: &'a Found, known: &[Effect]) -> Vec<&'a Trial> {
     let stage = &rotor.stage;
     let limit = loss(stage, &rotor.recalibrated).min((1.0 + DECIDES) * loss(stage, &rotor.answer));
-    let singles =
-        rotor.singles.iter().filter(|single| single.luck.is_some_and(|luck| luck.chance <= MOST_CHANCE));
+    // One with a note was refused after it had been tried.
+    let is_no_luck = |single: &&Single| {
+        single.note.is_empty() && single.luck.is_some_and(|luck| luck.chance <= MOST_CHANCE)
+    };
+    let singles = rotor.singles.iter().filter(is_no_luck);
     let trials = singles.filter_map(|single| single.trial.as_ref());
     let mut trials: Vec<&Trial> = trials
         .filter(|trial| {

@@ -104,8 +104,9 @@ pub(super) struct Raw {
     pub unit: &'static str,
     pub driven_by: Vec<String>,
     pub run: String,
-    /// Whether the sensor's noise is all that a perfect model would leave.
-    pub free_run: bool,
+    /// Whether what a perfect model leaves changes from sample to sample by the sensor's noise alone, or by hardly more: the
+    /// noisy start of a window moves all of it smoothly.
+    pub shows_noise: bool,
     pub rows: Vec<usize>,
     pub measured: Vec<f64>,
     pub modelled: Vec<f64>,
@@ -148,7 +149,7 @@ impl Raw {
                 _ => "smoothed alike",
             }
             .to_owned(),
-            free_run: matches!(floor, Floor::Sensor),
+            shows_noise: matches!(floor, Floor::Sensor | Floor::Window { .. }),
             rows: Vec::new(),
             measured: Vec::new(),
             modelled: Vec::new(),

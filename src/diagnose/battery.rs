@@ -1,0 +1,136 @@
+//! Whether a law that reads the battery knows anything of it: where another stretch of the reading does as well, it does not.
+//!
+//! What such a law adds has the shape of the commands whatever the battery does, and with few levels it may lie well by
+//! chance. [`luck`] shifts command and battery together and cannot see that. Here the reading alone is shifted, round the end of
+//! its log, and everything is fitted again.
+//!
+//! [`luck`]: super::surrogate::luck
+
+use super::abreast::spread;
+use super::plan::Plan;
+use super::problem::{BlockData, Runs};
+use super::search::{Found, Search, Single};
+use super::stage::Stage;
+use super::surrogate::Luck;
+use super::trial::Trial;
+use crate::model::Effect;
+
+/// Shifted readings tried. None of them may do as well: two laws are asked, each perhaps beside more than one set of others.
+const SHIFTS: usize = 79;
+/// The chance above which a law's reading is taken for luck: no shifted one may do as well.
+const MOST_CHANCE: f64 = 1.0 / (1 + SHIFTS) as f64;
+/// Share of the log by which a reading is shifted at least: the battery of the next second says nearly the same.
+const NEAR: f64 = 0.05;
+/// Samples that suffice; of more, pieces from all over the log are taken.
+const ENOUGH: usize = 10_000;
+
+/// Effects of an answer that read the battery.
+fn readers<'a>(answer: &Trial, known: &'a [Effect]) -> Vec<&'a Effect> {
+    let reads = |effect: &&Effect| {
+        effect.needs.iter().any(|need| need == "battery_voltage_v") && answer.effects.contains(&effect.id)
+    };
+    known.iter().filter(reads).collect()
+}
+
+/// The same data with each rotor's battery reading shifted by a share of its log, what goes beyond the end coming first.
+fn shifted(data: &BlockData, share: f64) -> BlockData {
+    let mut copy = data.clone();
+    if let Runs::Rotor(runs) = &mut copy.runs {
+        for group in runs.chunk_by_mut(|a, b| (a.log, a.rotor) == (b.log, b.rotor)) {
+            let mut volts: Vec<f64> =
+                group.iter().filter_map(|run| run.voltage.as_deref()).flatten().copied().collect();
+            let by = (share * volts.len() as f64) as usize;
+            volts.rotate_left(by);
+            let mut left = volts.as_slice();
+            for reading in group.iter_mut().filter_map(|run| run.voltage.as_mut()) {
+                let (own, rest) = left.split_at(reading.len());
+                reading.copy_from_slice(own);
+                left = rest;
+            }
+        }
+    }
+    copy
+}
+
+impl Search<'_> {
+    /// The answer among the sets tried, and those that they lead to. Again without them where laws that read the battery are
+    /// part of it by luck.
+    pub(super) fn among(
+        &self,
+        stage: Stage,
+        bases: (Trial, Trial),
+        singles: Vec<Single>,
+        mut trials: Vec<Trial>,
+    ) -> Found {
+        self.deepen(&stage, &stage.base_parameters(self.base), &bases.1, &mut trials);
+        let best = self.climb(&stage, &bases.1, &trials);
+        let mut found = self.conclude(stage, bases, singles, &mut trials, best);
+        let lucky = self.battery_luck(&found.stage, &found.answer);
+        let Some((chance, ids)) = lucky.filter(|(chance, _)| *chance > MOST_CHANCE) else {
+            return found;
+        };
+        trials.retain(|trial| !trial.effects.iter().any(|id| ids.contains(id)));
+        let mut eligible = self.eligible.clone();
+        let note = "the battery's reading, shifted in time, does as well";
+        for (_, why) in eligible.iter_mut().filter(|(effect, _)| ids.contains(&effect.id)) {
+            *why = Some(note.to_owned());
+        }
+        for single in found.singles.iter_mut().filter(|single| ids.contains(&single.effect)) {
+            single.luck = single.luck.map(|luck| Luck { chance: luck.chance.max(chance), ..luck });
+            single.note = note.to_owned();
+        }
+        let Found { stage, stale, recalibrated, singles, .. } = found;
+        Search { eligible, ..*self }.among(stage, (stale, recalibrated), singles, trials)
+    }
+
+    /// How often a shifted reading does as well as the battery's own for what an answer's laws make of it, counted as
+    /// (1 + as good) / (1 + tried), and their ids. `None` where no law reads the battery, or the base does, too.
+    fn battery_luck(&self, stage: &Stage, answer: &Trial) -> Option<(f64, Vec<String>)> {
+        let readers = readers(answer, self.known);
+        // Shifted under the base's own law, too, the reading would always do worse.
+        if readers.is_empty() || !stage.train.is_rotor() || answer.model.actuator.voltage_gain != 0.0 {
+            return None;
+        }
+        let few = (stage.train.len() > ENOUGH).then(|| {
+            let share = stage.train.len().div_ceil(ENOUGH);
+            stage.train.here_and_there(share)
+        });
+        let data = few.as_ref().unwrap_or(&stage.train);
+        let plan = Plan {
+            effects: self.lookup(&answer.effects),
+            ..self.start(&answer.model, &stage.base_parameters(self.base))
+        };
+        let own = plan.cost_on(data, &answer.model, None);
+        let share = |index: usize| NEAR + (1.0 - 2.0 * NEAR) * (index as f64 + 0.5) / SHIFTS as f64;
+        let shares: Vec<f64> = (0..SHIFTS).map(share).collect();
+        let does_as_well =
+            spread(&shares, |share| plan.cost_on(&shifted(data, *share), &answer.model, Some(own)) <= own);
+        let as_good = does_as_well.into_iter().filter(|it| *it).count();
+        let ids = readers.into_iter().map(|effect| effect.id.clone()).collect();
+        Some(((1 + as_good) as f64 / (1 + SHIFTS) as f64, ids))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::rotor::rotor_runs;
+    use crate::record::Dataset;
+
+    #[test]
+    fn a_reading_is_shifted_round_the_end_of_its_log_across_holes() {
+        let mut time: Vec<f64> = (0..100).map(|row| 0.01 * f64::from(row)).collect();
+        time[60..].iter_mut().for_each(|time| *time += 1.0);
+        let mut log = Dataset::new("here", "", time).expect("time rises");
+        let same = |value: f64| vec![value; 100];
+        log.insert("command_1", same(0.5)).expect("fits");
+        log.insert("propeller_rate_1_rad_s", same(600.0)).expect("fits");
+        log.insert("battery_voltage_v", (0..100).map(f64::from).collect()).expect("fits");
+        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log])));
+        let Runs::Rotor(runs) = shifted(&data, 0.3).runs else { panic!("of rotors") };
+        assert_eq!(runs.len(), 2, "a hole");
+        let volts: Vec<f64> = runs.iter().filter_map(|run| run.voltage.clone()).flatten().collect();
+        let expected: Vec<f64> = (30..100).chain(0..30).map(f64::from).collect();
+        assert_eq!(volts, expected);
+    }
+}
