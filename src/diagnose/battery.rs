@@ -13,7 +13,9 @@ use super::search::{Found, Search, Single};
 use super::stage::Stage;
 use super::surrogate::Luck;
 use super::trial::Trial;
+use crate::effect::Law;
 use crate::model::Effect;
+use crate::signal::ROTORS;
 
 /// Shifted readings tried. None of them may do as well: two laws are asked, each perhaps beside more than one set of others.
 const SHIFTS: usize = 79;
@@ -21,32 +23,36 @@ const SHIFTS: usize = 79;
 const MOST_CHANCE: f64 = 1.0 / (1 + SHIFTS) as f64;
 /// Share of the log by which a reading is shifted at least: the battery of the next second says nearly the same.
 const NEAR: f64 = 0.05;
+/// Costs within this factor of each other are nearly the same; and within one and so much they are, as far as fits converge.
+const AS_WELL: f64 = 1.02;
+const SAME: f64 = 1e-4;
+/// The signal in an expression.
+const BATTERY: &str = "battery_voltage";
 /// Samples that suffice; of more, pieces from all over the log are taken.
 const ENOUGH: usize = 10_000;
 
-/// Effects of an answer that read the battery.
-fn readers<'a>(answer: &Trial, known: &'a [Effect]) -> Vec<&'a Effect> {
-    let reads = |effect: &&Effect| {
-        effect.needs.iter().any(|need| need == "battery_voltage_v") && answer.effects.contains(&effect.id)
-    };
-    known.iter().filter(reads).collect()
+/// Whether a law reads the battery.
+fn reads(effect: &Effect) -> bool {
+    match &effect.law {
+        Law::Expression(expression) => expression.names(BATTERY),
+        _ => effect.needs.iter().any(|need| need == "battery_voltage_v"),
+    }
 }
 
-/// The same data with each rotor's battery reading shifted by a share of its log, what goes beyond the end coming first.
+/// The same data with each rotor's battery reading shifted by a share of all its logs, one behind the other: what goes beyond
+/// the end comes first. A level that one log has and the others have not is shifted, too.
 fn shifted(data: &BlockData, share: f64) -> BlockData {
     let mut copy = data.clone();
-    if let Runs::Rotor(runs) = &mut copy.runs {
-        for group in runs.chunk_by_mut(|a, b| (a.log, a.rotor) == (b.log, b.rotor)) {
-            let mut volts: Vec<f64> =
-                group.iter().filter_map(|run| run.voltage.as_deref()).flatten().copied().collect();
-            let by = (share * volts.len() as f64) as usize;
-            volts.rotate_left(by);
-            let mut left = volts.as_slice();
-            for reading in group.iter_mut().filter_map(|run| run.voltage.as_mut()) {
-                let (own, rest) = left.split_at(reading.len());
-                reading.copy_from_slice(own);
-                left = rest;
-            }
+    let Runs::Rotor(runs) = &mut copy.runs else { return copy };
+    for rotor in 0..ROTORS {
+        let readings = runs.iter_mut().filter(|run| run.rotor == rotor);
+        let mut readings: Vec<&mut Vec<f64>> = readings.filter_map(|run| run.voltage.as_mut()).collect();
+        let mut volts: Vec<f64> = readings.iter().flat_map(|reading| reading.iter().copied()).collect();
+        let by = (share * volts.len() as f64) as usize;
+        volts.rotate_left(by);
+        let mut left = volts.into_iter();
+        for cell in readings.iter_mut().flat_map(|reading| reading.iter_mut()) {
+            *cell = left.next().unwrap_or(*cell);
         }
     }
     copy
@@ -65,7 +71,7 @@ impl Search<'_> {
         self.deepen(&stage, &stage.base_parameters(self.base), &bases.1, &mut trials);
         let best = self.climb(&stage, &bases.1, &trials);
         let mut found = self.conclude(stage, bases, singles, &mut trials, best);
-        let lucky = self.battery_luck(&found.stage, &found.answer);
+        let lucky = self.battery_luck(&found);
         let Some((chance, ids)) = lucky.filter(|(chance, _)| *chance > MOST_CHANCE) else {
             return found;
         };
@@ -84,11 +90,18 @@ impl Search<'_> {
     }
 
     /// How often a shifted reading does as well as the battery's own for what an answer's laws make of it, counted as
-    /// (1 + as good) / (1 + tried), and their ids. `None` where no law reads the battery, or the base does, too.
-    fn battery_luck(&self, stage: &Stage, answer: &Trial) -> Option<(f64, Vec<String>)> {
-        let readers = readers(answer, self.known);
+    /// (1 + as good) / (1 + tried), and their ids. `None` where no law reads the battery, the base does, too, or numbers of the
+    /// base alone do as well: they would make up for any reading.
+    fn battery_luck(&self, found: &Found) -> Option<(f64, Vec<String>)> {
+        let (stage, answer) = (&found.stage, &found.answer);
+        let of = |ids: &[String]| self.lookup(ids).into_iter().filter(|effect| reads(effect)).collect();
+        let readers: Vec<&Effect> = of(&answer.effects);
+        let base: Vec<String> = self.base.effects.iter().map(|effect| effect.id.clone()).collect();
+        let of_base: Vec<&Effect> = of(&base);
         // Shifted under the base's own law, too, the reading would always do worse.
-        if readers.is_empty() || !stage.train.is_rotor() || answer.model.actuator.voltage_gain != 0.0 {
+        let base_reads = self.base.actuator.voltage_gain != 0.0 || !of_base.is_empty();
+        let is_instead = found.recalibrated.fit.cost <= AS_WELL * answer.fit.cost;
+        if readers.is_empty() || !stage.train.is_rotor() || base_reads || is_instead {
             return None;
         }
         let few = (stage.train.len() > ENOUGH).then(|| {
@@ -103,8 +116,12 @@ impl Search<'_> {
         let own = plan.cost_on(data, &answer.model, None);
         let share = |index: usize| NEAR + (1.0 - 2.0 * NEAR) * (index as f64 + 0.5) / SHIFTS as f64;
         let shares: Vec<f64> = (0..SHIFTS).map(share).collect();
-        let does_as_well =
-            spread(&shares, |share| plan.cost_on(&shifted(data, *share), &answer.model, Some(own)) <= own);
+        let does_as_well = spread(&shares, |share| {
+            // A goal a little above: at it a fit must not stop short.
+            let cost = plan.cost_on(&shifted(data, *share), &answer.model, Some(AS_WELL * own));
+            (self.done)();
+            cost <= (1.0 + SAME) * own
+        });
         let as_good = does_as_well.into_iter().filter(|it| *it).count();
         let ids = readers.into_iter().map(|effect| effect.id.clone()).collect();
         Some(((1 + as_good) as f64 / (1 + SHIFTS) as f64, ids))
@@ -132,5 +149,24 @@ mod tests {
         let volts: Vec<f64> = runs.iter().filter_map(|run| run.voltage.clone()).flatten().collect();
         let expected: Vec<f64> = (30..100).chain(0..30).map(f64::from).collect();
         assert_eq!(volts, expected);
+    }
+
+    /// A supply set to one voltage in one log and to another in the next.
+    #[test]
+    fn a_level_of_one_log_is_shifted_into_another() {
+        let log = |volts: f64| {
+            let time: Vec<f64> = (0..100).map(|row| 0.01 * f64::from(row)).collect();
+            let mut log = Dataset::new("here", "", time).expect("time rises");
+            for (name, value) in
+                [("command_1", 0.5), ("propeller_rate_1_rad_s", 600.0), ("battery_voltage_v", volts)]
+            {
+                log.insert(name, vec![value; 100]).expect("fits");
+            }
+            log
+        };
+        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log(12.6), log(11.0)])));
+        let Runs::Rotor(runs) = shifted(&data, 0.5).runs else { panic!("of rotors") };
+        let volts: Vec<Option<Vec<f64>>> = runs.into_iter().map(|run| run.voltage).collect();
+        assert_eq!(volts, [Some(vec![11.0; 100]), Some(vec![12.6; 100])]);
     }
 }

@@ -71,7 +71,7 @@ impl Plan<'_> {
     }
 
     /// The least cost on data when the plan's numbers are fitted from where a model has them; not looked for any longer where
-    /// it stays plainly above `goal`.
+    /// it hardly falls any more and is above `goal`.
     #[must_use]
     pub(super) fn cost_on(&self, data: &BlockData, model: &Model, goal: Option<f64>) -> f64 {
         let inside = self.inside(model);

@@ -37,7 +37,7 @@ pub struct Single {
     pub trial: Option<Trial>,
     /// What its shifted traces do; `None` when it was not tried.
     pub luck: Option<Luck>,
-    /// Why it was not tried.
+    /// Why it was not tried, or why it was refused after it had been.
     pub note: String,
 }
 

@@ -277,11 +277,11 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
     let refused: Vec<String> = diagnosis
         .candidates
         .iter()
-        .filter(|candidate| candidate.validate.is_none() && !candidate.note.is_empty())
+        .filter(|candidate| !candidate.note.is_empty())
         .map(|candidate| format!("`{}`: {}", candidate.effect, candidate.note))
         .collect();
     if !refused.is_empty() {
-        page.details("Candidates that were not tried", |page| {
+        page.details("Candidates that were not tried, or refused", |page| {
             page.list(refused);
         });
     }

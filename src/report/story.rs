@@ -79,8 +79,10 @@ fn errors(error: &ErrorStory) -> String {
 
 /// Those that are judged by the channel the error is told in: errors of different blocks have different units.
 fn candidates(diagnosis: &Diagnosis) -> String {
-    let told =
-        |candidate: &&Candidate| candidate.note.is_empty() && diagnosis.error.is_of(&candidate.channel);
+    let told = |candidate: &&Candidate| {
+        let is_tried = candidate.note.is_empty() || candidate.validate.is_some();
+        is_tried && diagnosis.error.is_of(&candidate.channel)
+    };
     let mut candidates: Vec<_> = diagnosis.candidates.iter().filter(told).collect();
     if candidates.is_empty() {
         return String::new();
@@ -97,7 +99,11 @@ fn candidates(diagnosis: &Diagnosis) -> String {
         "by luck".to_owned(),
     ]);
     let cell = |value: Option<f64>, digits| value.map_or("-".to_owned(), |value| number(value, digits));
+    let mut refused = String::new();
     for candidate in candidates.into_iter().take(SHOWN) {
+        if !candidate.note.is_empty() {
+            refused += &wrapped("  ", &format!("{} is refused: {}", candidate.effect, candidate.note));
+        }
         table = table.row([
             candidate.effect.clone(),
             cell(candidate.validate, 4),
@@ -106,7 +112,7 @@ fn candidates(diagnosis: &Diagnosis) -> String {
         ]);
     }
     format!(
-        "\nHeld-out error with one effect, and how often a meaningless one does as well\n{}",
+        "\nHeld-out error with one effect, and how often a meaningless one does as well\n{}{refused}",
         table.text()
     )
 }

@@ -168,6 +168,11 @@ impl Raw {
         self.pieces.push(from..self.rows.len());
     }
 
+    /// Whether each piece is a window, started at a measurement.
+    pub(super) fn is_in_windows(&self) -> bool {
+        matches!(self.floor, Floor::Window { .. })
+    }
+
     fn residual(&self) -> Vec<f64> {
         self.measured.iter().zip(&self.modelled).map(|(y, m)| y - m).collect()
     }

@@ -28,10 +28,15 @@ impl Noise {
                 sizes.insert(name.to_owned(), white_noise(pieces));
             }
         }
-        // Of a window of three samples no third difference is left.
-        let shows = |raw: &&Raw| raw.shows_noise && raw.pieces.iter().any(|piece| piece.len() > 3);
-        for raw in runs.iter().flatten().filter(shows) {
+        for raw in runs.iter().flatten().filter(|raw| raw.shows_noise) {
             let residual: Vec<f64> = raw.measured.iter().zip(&raw.modelled).map(|(y, m)| y - m).collect();
+            // Short windows, or few readings in each, leave no differences, or too few to tell anything.
+            let there = |four: &&[f64]| four.iter().all(|value| value.is_finite());
+            let known =
+                raw.pieces.iter().map(|piece| residual[piece.clone()].windows(4).filter(there).count());
+            if raw.is_in_windows() && known.sum::<usize>() < BLOCK {
+                continue;
+            }
             let left = white_noise(raw.pieces.iter().map(|piece| &residual[piece.clone()]));
             if let Some(size) = sizes.get_mut(&raw.signal) {
                 // The smaller of two estimates of one noise would lie below both: only a clear fall counts.
@@ -164,8 +169,17 @@ mod tests {
             let modelled: Vec<f64> = swing[rows.clone()].iter().map(|rate| rate + begun).collect();
             raw.add(rows.clone(), &rate[rows], &modelled);
         }
+        // Three readings in each window: they tell nothing.
+        let mut sparse = Raw::new("body", "body_rate_rad_s", "rad/s", &[], floor);
+        for start in (0..5_985).step_by(15) {
+            let rows = start + 1..start + 16;
+            let seldom = |row: usize| if row % 5 == 0 { rate[row] } else { f64::NAN };
+            sparse.add(rows.clone(), &rows.clone().map(seldom).collect::<Vec<f64>>(), &swing[rows]);
+        }
         let alone = Noise::estimate(&log, &[]).of("body_rate_rad_s");
+        let of_few = Noise::estimate(&log, &[vec![sparse]]).of("body_rate_rad_s");
         let found = Noise::estimate(&log, &[vec![raw]]).of("body_rate_rad_s");
+        assert_eq!(of_few, alone);
         assert!(alone > 0.008, "{alone}");
         // 4,800 correlated differences know it to about 1.7 %.
         assert!((found / 0.004 - 1.0).abs() < 0.06, "{found}");
