@@ -173,7 +173,7 @@ mod tests {
         let mut sparse = Raw::new("body", "body_rate_rad_s", "rad/s", &[], floor);
         for start in (0..5_985).step_by(15) {
             let rows = start + 1..start + 16;
-            let seldom = |row: usize| if row % 5 == 0 { rate[row] } else { f64::NAN };
+            let seldom = |row: usize| if row.is_multiple_of(5) { rate[row] } else { f64::NAN };
             sparse.add(rows.clone(), &rows.clone().map(seldom).collect::<Vec<f64>>(), &swing[rows]);
         }
         let alone = Noise::estimate(&log, &[]).of("body_rate_rad_s");
