@@ -136,6 +136,11 @@ impl Gate {
             self.newest = Some(command);
             self.is_pending = true;
         }
+        self.hear(now_ns)
+    }
+
+    /// Takes in what an operator asks for, for the next step. Returns whether that is an emergency stop.
+    pub fn hear(&mut self, now_ns: u64) -> bool {
         let mut asked = self.topics.stops.iter_mut().find_map(Subscriber::newest);
         if asked.is_none() && self.request.is_none() {
             asked = self.topics.requests.next_in_order();
@@ -151,7 +156,9 @@ impl Gate {
         self.is_stop()
     }
 
-    fn is_stop(&self) -> bool {
+    /// Whether the operator wants an emergency stop, as far as he was heard; the next step makes it.
+    #[must_use]
+    pub fn is_stop(&self) -> bool {
         self.request.is_some_and(|request| request.act == OperatorAct::Stop as u32)
     }
 
@@ -188,18 +195,13 @@ impl Gate {
     }
 
     /// Steps the guard with a command of this very thread: for the process that is bridge and control in one. Such a
-    /// process begins the slots itself, see [`Gate::cycle_mut`]. Without a command it is a miss.
+    /// process begins the slots itself, see [`Gate::cycle_mut`], and listens to the operator, see [`Gate::hear`]. Without a
+    /// command it is a miss.
     pub fn step_with(&mut self, now_ns: u64, sensors: &Sensors, command: Option<&Command>) -> Applied {
-        self.take_in(now_ns);
         if let Some(command) = command {
             self.newest = Some(*command);
         }
         self.step(now_ns, sensors)
-    }
-
-    /// Whether the operator wants an emergency stop; the next step makes it.
-    pub fn is_stop_wanted(&mut self, now_ns: u64) -> bool {
-        self.take_in(now_ns)
     }
 
     fn step(&mut self, now_ns: u64, sensors: &Sensors) -> Applied {

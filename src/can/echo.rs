@@ -101,7 +101,7 @@ impl EchoSocket {
         let (mut local, mut lost) = (0, 0);
         for _ in 0..BATCHES {
             let last_dropped = &mut self.last_dropped;
-            let taken = batch.receive(self.socket.as_raw_fd(), |raw| {
+            let taken = batch.receive::<BATCH>(self.socket.as_raw_fd(), |raw| {
                 local += usize::from(raw.is_local);
                 if let Some(dropped) = raw.dropped {
                     lost += u64::from(dropped.wrapping_sub(*last_dropped));

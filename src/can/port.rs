@@ -24,6 +24,9 @@ use super::stamp::StampClock;
 /// Most frames that one [`Port::receive`] takes, so that a flood cannot hold the cycle.
 const MOST: usize = 16 * BATCH;
 
+/// Frames that it has room for at first. There is one, as a rule; preparing room for many more takes as long as decoding it.
+const FEW: usize = 4;
+
 /// [ns] that a time which was told may be too early without the clock being asked: what publishing takes on a slow machine.
 /// By more, CLOCK_REALTIME may have been set.
 const A_MOMENT_NS: u64 = 200_000;
@@ -174,7 +177,7 @@ impl Port {
                 None => self.compare_clocks(self.looked_ns),
             };
             let Self { socket, batch, stamps, counts, last_dropped, echoes, looked_ns, .. } = self;
-            let received = batch.receive(socket.as_raw_fd(), |raw| {
+            let each = |raw: RawArrival| {
                 if raw.software_ns > realtime_ns && std::mem::take(&mut is_told) {
                     // It came after the time that was told: by its own stamp, if that is a moment, else by the clock.
                     let later_ns = raw.software_ns - realtime_ns;
@@ -200,10 +203,16 @@ impl Port {
                     has_foreign |= !is_echo;
                     take(arrival);
                 }
-            });
+            };
+            let fd = socket.as_raw_fd();
+            let (room, received) = if total == 0 {
+                (FEW, batch.receive::<FEW>(fd, each))
+            } else {
+                (BATCH, batch.receive::<BATCH>(fd, each))
+            };
             let received = received.map_err(|error| self.fault(&error))?;
             total += received;
-            if received < BATCH {
+            if received < room {
                 self.stamps.empty_ns = asked_ns;
                 break;
             }
@@ -307,7 +316,12 @@ impl Port {
 
     /// Takes in the echoes of what was sent, where they are apart: what has not been listened for counts as not seen. Neither
     /// waits nor allocates; one system call as a rule, none where they are not apart.
+    ///
+    /// Now and then it compares the clocks, too: here, after the commands, nobody waits for it, as the next frame's answer would.
     pub fn listen(&mut self) {
+        if self.stamps.is_distance_old(self.looked_ns) {
+            self.compare_clocks(self.looked_ns);
+        }
         let Some(echoes) = &mut self.echoes else { return };
         let (echoed, lost) = echoes.listen(&mut self.batch);
         self.counts.echoed += echoed as u64;

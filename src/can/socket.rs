@@ -9,7 +9,7 @@ use crate::clock::NANOSECONDS_PER_SECOND;
 
 use super::frame::{Frame, Id, Kind};
 
-/// Frames taken in one system call.
+/// Most frames taken in one system call.
 pub(super) const BATCH: usize = 16;
 
 /// [byte] room for the control messages of one frame: three stamps (64) and the drop count (24), and to spare.
@@ -45,11 +45,16 @@ impl Batch {
         Box::new(unsafe { zeroed() })
     }
 
-    /// Takes up to [`BATCH`] frames that are there now and hands each to `take`. The number taken, 0 when none
-    /// was there.
-    pub(super) fn receive(&mut self, fd: RawFd, mut take: impl FnMut(RawArrival)) -> io::Result<usize> {
+    /// Takes up to `N` frames, [`BATCH`] at most, that are there now and hands each to `take`. The number taken, 0 when
+    /// none was there.
+    pub(super) fn receive<const N: usize>(
+        &mut self,
+        fd: RawFd,
+        mut take: impl FnMut(RawArrival),
+    ) -> io::Result<usize> {
+        const { assert!(N <= BATCH) };
         // SAFETY: `iovec` and `mmsghdr` are plain C structs of integers and pointers; zero is a value for both.
-        let (mut vectors, mut headers): ([libc::iovec; BATCH], [libc::mmsghdr; BATCH]) =
+        let (mut vectors, mut headers): ([libc::iovec; N], [libc::mmsghdr; N]) =
             unsafe { (zeroed(), zeroed()) };
         let buffers = self.frames.iter_mut().zip(self.control.iter_mut());
         for ((header, vector), (frame, control)) in headers.iter_mut().zip(&mut vectors).zip(buffers) {
@@ -66,7 +71,7 @@ impl Batch {
             libc::recvmmsg(
                 fd,
                 headers.as_mut_ptr(),
-                BATCH as libc::c_uint,
+                N as libc::c_uint,
                 libc::MSG_DONTWAIT,
                 std::ptr::null_mut(),
             )

@@ -36,7 +36,6 @@ impl Flight {
     pub fn step(&mut self, now_ns: u64, sensors: &Sensors, applied: &Applied) -> Command {
         let mut command = self.pilot.step(&mut self.state, sensors, applied);
         command.stamp_ns = now_ns;
-        self.angle.see(sensors, applied, &command);
         command
     }
 
@@ -46,7 +45,7 @@ impl Flight {
         self.angle = AngleError::default();
     }
 
-    /// Publishes a step: the command, and all it was made from.
+    /// Publishes a step, [`Flight::record`] included: the command, and all it was made from.
     pub fn publish(&mut self, sensors: &Sensors, applied: &Applied, command: &Command) {
         self.command(command);
         self.record(sensors, applied, command);
@@ -57,8 +56,9 @@ impl Flight {
         self.commands.send(command);
     }
 
-    /// Publishes what a command was made from, for the recorder.
+    /// Publishes what a command was made from, for the recorder, and counts how well the angle was held.
     pub fn record(&mut self, sensors: &Sensors, applied: &Applied, command: &Command) {
+        self.angle.see(sensors, applied, command);
         let (sensors, applied, command) = (*sensors, *applied, *command);
         self.steps.send(&ControlStep { sensors, applied, command });
     }

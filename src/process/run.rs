@@ -120,31 +120,35 @@ impl RunLoop {
 
     /// Waits for the socket, a request or the timer, and does what is to be done.
     pub fn turn(&mut self) {
-        let look = self.wait();
-        self.answer(&look);
+        let (look, has_rung) = self.wait();
+        self.answer(&look, has_rung);
     }
 
-    fn wait(&mut self) -> Look {
-        let deadline_ns = self.gate.cycle().due_ns();
+    /// What is on the bus, and whether an operator has rung.
+    fn wait(&mut self) -> (Look, bool) {
+        let deadline_ns = if self.gate.is_stop() { 0 } else { self.gate.cycle().due_ns() };
         let doors = [self.wire.descriptor(), self.gate.bell().descriptor()];
         let now_ns = self.out_ns.take().unwrap_or_else(clock::monotonic_ns);
         let (woken, woken_ns) = rt::wait_from(doors, deadline_ns, now_ns);
         let ready = if let Wake::Ready(bits) = woken { bits } else { 0 };
         let look = self.wire.receive(ready & 1 != 0, woken_ns);
-        if ready & 2 != 0 {
+        let has_rung = ready & 2 != 0;
+        if has_rung {
             self.gate.bell().quiet();
         }
-        look
+        (look, has_rung)
     }
 
-    fn answer(&mut self, look: &Look) {
+    fn answer(&mut self, look: &Look, has_rung: bool) {
         let is_imu = self.trigger == Trigger::Imu;
         let now_ns = look.at_ns;
         let period_ns = self.gate.cycle().period_ns();
         if let Some(cause) = self.wire.trouble(look, now_ns, self.hold_periods, period_ns) {
             self.gate.trip(now_ns, cause);
         }
-        let stop = self.gate.is_stop_wanted(now_ns);
+        // Who asks for something rings. The places where he may have asked are memory gone cold: looked at on the way of a
+        // frame for one who rang only.
+        let stop = if has_rung { self.gate.hear(now_ns) } else { self.gate.is_stop() };
         let is_due = is_imu && look.gyro && self.pace.is_due(&self.wire.sensors().body_rate);
         let release = if is_due {
             Some(self.gate.cycle_mut().begin_at_arrival(now_ns, period_ns / 2))
@@ -172,6 +176,10 @@ impl RunLoop {
         }
         if is_news {
             self.gate.publish_sensors(&sensors, false);
+        }
+        if !has_rung {
+            // One who died before he could ring. A stop ends the next wait at once.
+            self.gate.hear(now_ns);
         }
     }
 

@@ -193,7 +193,6 @@ impl<B: Bus> Wire<B> {
         if has_error {
             self.port.ask();
         }
-        self.tell_of_interface();
         look.at_ns = self.port.looked_ns();
         if look.updated {
             self.sensors.sequence += 1;
@@ -261,8 +260,10 @@ impl<B: Bus> Wire<B> {
         out_ns
     }
 
-    /// Publishes what the bus does, and listens for the echoes now and then: once a period, after the commands are out.
+    /// Publishes what the bus does, says what was found at its interface, and listens for the echoes now and then: once a
+    /// period, after the commands are out.
     pub fn publish(&mut self, now_ns: u64) {
+        self.tell_of_interface();
         if self.status.is_none() {
             return;
         }

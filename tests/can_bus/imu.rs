@@ -1,15 +1,17 @@
-//! `run` with the IMU frame as its trigger, and an IMU that sends faster than the control period.
+//! `run` with the IMU frame as its trigger: an IMU that sends faster than the control period, and an operator who does not ring.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use rotorbench::bench::Trigger;
 use rotorbench::can::Roles;
+use rotorbench::clock;
+use rotorbench::guard::{OperatorAct, State};
 use rotorbench::process::plant;
 use rotorbench::process::run::RunLoop;
 use rotorbench::rt::LogQueue;
-use rotorbench::shm::{Bench, COMMAND, Role};
-use rotorbench::signal::{Sample, Sensors};
+use rotorbench::shm::{Bench, COMMAND, Role, STOPS};
+use rotorbench::signal::{Request, Sample, Sensors};
 
 use crate::bus::Bus;
 use crate::faults::bench;
@@ -60,4 +62,40 @@ fn an_imu_at_four_times_the_rate_steps_the_controller_with_each_fourth_frame() {
     say(&format!("{commands} steps of the controller on {frames} frames of an IMU at four times its rate"));
     // A machine that holds the sender up makes the frames rarer, and each second or third of them due: never each one.
     assert!(commands as u32 >= frames / 5 && commands as u32 <= frames / 2, "{commands} of {frames}");
+}
+
+/// A `stop` that died between its request and its ring is found after a frame's answer is out, and the next turn makes it: it
+/// waits for neither frame nor slot.
+#[test]
+fn a_stop_that_nobody_rang_for_is_made_in_the_next_turn() {
+    let bus = Bus::new();
+    let mut bench = bench("unrung", &bus);
+    bench.config.trigger = Trigger::Imu;
+    let config = &bench.config;
+    let roles = Roles::build(&config.bus, config.period_s).expect("valid");
+    let gyro = roles.sensor_messages().iter().position(|message| message.name == "GYRO").expect("it has one");
+    let pilot = plant::pilot(config).expect("the built-in bench");
+    let mut run = RunLoop::open(config, pilot, LogQueue::new(16)).expect("the only one");
+    let operator = Bench::join(&config.name, &config.shared_memory, Role::Operator).expect("joined");
+    let (mut port, mut sender, mut sensors) = (bus.port(), roles.sensor_sender(), Sensors::default());
+    // Not too old by the time that `run` has opened the place of the request.
+    let mut stops = operator.publish(&STOPS[0]).expect("free");
+    for sequence in 1.. {
+        let (stamp_ns, act) = (clock::monotonic_ns(), OperatorAct::Stop as u32);
+        stops.send(&Request { sequence, stamp_ns, act, reserved: 0 });
+        sensors.body_rate = Sample::good(1e-4 * sequence as f64, 1, 1);
+        let frame = roles.encode_sensors(&mut sender, gyro, &sensors).expect("a frame");
+        port.send(&frame).expect("there is room");
+        run.turn();
+        assert_ne!(run.gate().applied().state, State::EmergencyStop as u32, "not on the way of a frame");
+        if run.gate().is_stop() {
+            break;
+        }
+        assert!(sequence < 1_000, "it is never found");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let slots = run.gate().cycle().slots();
+    run.turn();
+    assert_eq!(run.gate().applied().state, State::EmergencyStop as u32);
+    assert_eq!(run.gate().cycle().slots(), slots, "at once, and not when a slot was due");
 }

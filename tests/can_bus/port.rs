@@ -58,6 +58,46 @@ fn a_stamp_is_when_the_frame_came_and_not_when_it_was_read() {
     assert!(*stamp_ns < sent + 100_000_000, "stamped {} ns after it was sent", stamp_ns - sent);
 }
 
+/// The port makes room for a few frames at first: that there are more shows only when that is full.
+#[test]
+fn all_that_is_there_is_taken_at_once_and_in_order() {
+    let bus = Bus::new();
+    // What came first hears last: once it has them all, the other has, too.
+    let (mut witness, mut one, mut other) = (bus.port(), bus.port(), bus.port());
+    for count in [1_u8, 3, 4, 5, 19, 20, 21, 60] {
+        for number in 0..count {
+            one.send(&frame(1, &[number])).expect("there is room");
+        }
+        receive(&mut witness, |arrivals| arrivals.len() == usize::from(count));
+        let mut numbers = Vec::new();
+        let taken = other.receive(|arrival| {
+            if let Arrival::Frame { frame, .. } = arrival {
+                numbers.push(frame.data()[0]);
+            }
+        });
+        assert_eq!((taken, numbers), (Ok(usize::from(count)), (0..count).collect()));
+    }
+}
+
+/// On a bus where every look finds a frame, nobody has time to compare the clocks but the one who has sent his command.
+#[test]
+fn clocks_are_compared_when_the_command_is_out() {
+    let bus = Bus::new();
+    let (mut port, mut other) = (commander(&bus), bus.port());
+    let off_ns = |port: &Port| port.stamp_uncertainty_ns(monotonic_ns());
+    // The drift since is more than a comparison is off, unless it was held up each time; or so was the sleep, and the look had to
+    // compare them.
+    let is_better = (0..50).any(|_| {
+        std::thread::sleep(std::time::Duration::from_millis(60));
+        other.send(&frame(0x20, &[])).expect("there is room");
+        receive(&mut port, |arrivals| !arrivals.is_empty());
+        let before_ns = off_ns(&port);
+        port.listen();
+        off_ns(&port) < before_ns
+    });
+    assert!(is_better);
+}
+
 /// Whoever tells the port what time it was spares it the clock, and not the truth: what came since has its own time.
 #[test]
 fn a_frame_that_came_after_the_time_that_was_told_has_its_own() {
