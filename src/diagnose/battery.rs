@@ -32,7 +32,7 @@ const BATTERY: &str = "battery_voltage";
 const ENOUGH: usize = 10_000;
 
 /// Whether a law reads the battery.
-fn reads(effect: &Effect) -> bool {
+pub(super) fn reads(effect: &Effect) -> bool {
     match &effect.law {
         Law::Expression(expression) => expression.names(BATTERY),
         _ => effect.needs.iter().any(|need| need == "battery_voltage_v"),

@@ -1,6 +1,7 @@
 //! Whether several logs can come from one bench. Fitted together, logs of two benches would give numbers that are true
 //! of neither, and a missing effect that is the difference between them.
 
+use super::battery::reads;
 use super::plan::Plan;
 use super::prepare::{Driver, body_stage, rotor_stage};
 use super::run::DiagnoseError;
@@ -16,8 +17,15 @@ const FACTOR: f64 = 1.3;
 const PLAINLY: f64 = 8.0;
 /// One set of numbers for all logs must cost this many times the squared error of one set for each.
 const COST: f64 = 2.0;
+/// Most that a rotor's rate goes with the voltage: as the square with a drag that hardly grows; as the first power, or less, as
+/// a rule. And how near the rates of two logs are known at a command that one of them may hardly have been at.
+const POWER: f64 = 2.0;
+const NEAR: f64 = 0.05;
+/// Share of the voltage by which a supply was set to another.
+const SET: f64 = 0.02;
 
-/// Refuses logs that one set of the base's numbers cannot describe, where a set for each log can.
+/// Refuses logs that one set of the base's numbers cannot describe, where a set for each log can, and the supply's voltage
+/// is no reason for it.
 ///
 /// # Errors
 /// [`DiagnoseError::DifferentBenches`] names the number and its values.
@@ -42,9 +50,13 @@ pub(super) fn check(
         }
         let separate: f64 = alone.iter().map(|(_, trial)| trial.fit.cost).sum();
         if joint.fit.cost > COST * separate
-            && let Some(error) = differing(&joint, &alone)
+            && let Some(error) = differing(&joint, &alone, |_| true)
         {
-            return Err(error);
+            let in_curve = |name: &str| name.starts_with("steady_rate");
+            let is_curve = differing(&joint, &alone, |name| !in_curve(name)).is_none();
+            if body || !is_curve || !supply_explains(model, known, &alone) {
+                return Err(error);
+            }
         }
     }
     Ok(())
@@ -61,6 +73,40 @@ fn stage(model: &Model, logs: &[Dataset], body: bool, horizon: f64) -> Result<Op
     Ok(stage.filter(|stage| stage.too_poor().is_none()))
 }
 
+/// Whether the logs may be of one bench whose supply was set to other voltages, of which the base knows nothing: the rotor is
+/// faster at the higher one, by no more than a power of it that there are rotors of.
+fn supply_explains(model: &Model, known: &[Effect], alone: &[(&Dataset, Trial)]) -> bool {
+    if model.actuator.voltage_gain != 0.0 || known.iter().any(|law| reads(law) && model.has(&law.id)) {
+        return false;
+    }
+    let commands = alone.iter().flat_map(|(log, _)| columns(log, &["command_1", "command_2"]));
+    let Some(command) = mean(commands) else { return false };
+    let each = alone.iter().map(|(log, trial)| {
+        let volts = mean(columns(log, &["battery_voltage_v"]))?;
+        Some((volts.ln(), trial.model.steady_rate(command).ln()))
+    });
+    let Some(each) = each.collect::<Option<Vec<_>>>() else { return false };
+    let is_set = each.iter().zip(each.iter().skip(1)).any(|(one, other)| (one.0 - other.0).abs() > SET);
+    is_set
+        && each.iter().enumerate().all(|(index, one)| {
+            each[index + 1..].iter().all(|other| {
+                let (volts, rates) = (one.0 - other.0, one.1 - other.1);
+                let [least, most] = [0.0_f64.min(POWER * volts), 0.0_f64.max(POWER * volts)];
+                (least - NEAR..=most + NEAR).contains(&rates)
+            })
+        })
+}
+
+fn columns<'a>(log: &'a Dataset, names: &'a [&str]) -> impl Iterator<Item = f64> + 'a {
+    let columns = names.iter().filter_map(|name| log.column(name)).flatten();
+    columns.copied().filter(|value| value.is_finite())
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+    (count > 0.0).then_some(sum / count)
+}
+
 fn trial(model: &Model, known: &[Effect], stage: &Stage) -> Trial {
     Plan {
         from: model,
@@ -73,12 +119,16 @@ fn trial(model: &Model, known: &[Effect], stage: &Stage) -> Trial {
     .run(stage)
 }
 
-/// The number in which two of the logs differ most, if they plainly do.
-fn differing(joint: &Trial, alone: &[(&Dataset, Trial)]) -> Option<DiagnoseError> {
+/// The first number of those asked for in which two of the logs plainly differ.
+fn differing(
+    joint: &Trial,
+    alone: &[(&Dataset, Trial)],
+    is_asked: impl Fn(&str) -> bool,
+) -> Option<DiagnoseError> {
     let value = |trial: &Trial, name: &str| {
         Some((trial.model.parameter(name)?, *trial.model.standard_errors.get(name)?))
     };
-    for name in &joint.names {
+    for name in joint.names.iter().filter(|name| is_asked(name)) {
         for (index, (log, one)) in alone.iter().enumerate() {
             for (other_log, other) in &alone[index + 1..] {
                 let (Some((a, a_error)), Some((b, b_error))) = (value(one, name), value(other, name)) else {

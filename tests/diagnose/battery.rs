@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::desk::{Desk, diagnose};
+use crate::desk::{Desk, diagnose, diagnose_all, refused};
 
 /// [s] between two rows.
 const ROW: f64 = 0.02;
@@ -74,6 +74,42 @@ fn a_battery_that_empties_is_named() {
     let (effects, answer) = answer(|noise| log(noise, command, settles, volts));
     assert_eq!(effects, ["battery_scaling"], "{answer}");
     assert_eq!(answer["verdict"], "missing_effect");
+}
+
+/// Alone, the two logs give curves that are a third apart: the experiment that the cards of the battery ask for.
+#[test]
+fn one_bench_at_two_supply_voltages_is_one_bench() {
+    let desk = Desk::new();
+    let model = desk.write("bare.toml", MODEL).display().to_string();
+    let at = |name: &str, noise: usize, volts: f64| {
+        let command = |row: usize| 0.475 + 0.125 * draw(row / 25 + 1000 * noise);
+        let settles = |_, command: f64| curve(command * volts / 12.6);
+        desk.write(name, &log(noise, command, settles, |row| volts + 0.01 * draw(row + 5000 * noise)))
+    };
+    let logs = [at("high.csv", 3, 12.6), at("low.csv", 4, 10.9)];
+    let (answer, _) =
+        diagnose_all(&model, &logs.each_ref().map(|log| log.as_path()), &at("mid.csv", 5, 11.8));
+    assert_eq!(answer["effects"], serde_json::json!(["battery_scaling"]), "{answer}");
+    assert_eq!(answer["verdict"], "missing_effect");
+}
+
+/// Not so where the voltages differ by less than that takes: rotors a third apart.
+#[test]
+fn two_benches_at_two_supply_voltages_are_two() {
+    let desk = Desk::new();
+    let model = desk.write("bare.toml", MODEL).display().to_string();
+    let at = |name: &str, noise: usize, volts: f64, factor: f64| {
+        let command = |row: usize| 0.475 + 0.125 * draw(row / 25 + 1000 * noise);
+        let settles = |_, command: f64| factor * curve(command * volts / 12.6);
+        let log = log(noise, command, settles, |row| volts + 0.01 * draw(row + 5000 * noise));
+        desk.write(name, &log).display().to_string()
+    };
+    let logs = [at("one.csv", 3, 12.6, 1.0), at("other.csv", 4, 12.2, 1.4)];
+    let arguments = ["diagnose", "--model", &model, "--log", &logs[0], &logs[1]];
+    refused(
+        &arguments,
+        &["one.csv", "other.csv", "not of one bench", "steady_rate", "diagnose each by itself"],
+    );
 }
 
 /// A dozen levels, at each of which the rotor goes a few per cent faster or slower for a reason that nobody knows, and the

@@ -74,8 +74,17 @@ pub fn said(output: &Output) -> String {
 }
 
 pub fn diagnose(model: &str, log: &Path, validate: &Path) -> (Value, Option<i32>) {
-    let (log, validate) = (log.display().to_string(), validate.display().to_string());
-    let output = run(&["diagnose", "--model", model, "--log", &log, "--validate", &validate, "--json"]);
+    diagnose_all(model, &[log], validate)
+}
+
+/// The same of several logs.
+pub fn diagnose_all(model: &str, logs: &[&Path], validate: &Path) -> (Value, Option<i32>) {
+    let text = |path: &Path| path.display().to_string();
+    let (logs, validate): (Vec<String>, String) =
+        (logs.iter().map(|log| text(log)).collect(), text(validate));
+    let mut arguments = vec!["diagnose", "--model", model, "--validate", &validate, "--json", "--log"];
+    arguments.extend(logs.iter().map(String::as_str));
+    let output = run(&arguments);
     let answer = serde_json::from_slice(&output.stdout);
     (answer.unwrap_or_else(|error| panic!("{error}: {}", said(&output))), output.status.code())
 }

@@ -20,6 +20,17 @@ pub fn voltage(t: f64) -> f64 {
     12.4 - 0.004 * t
 }
 
+/// A log of columns of samples, T_s apart.
+pub fn of_columns<const N: usize>(source: &str, names: [&str; N], columns: [Vec<f64>; N]) -> Dataset {
+    let samples = columns.first().map_or(0, Vec::len);
+    let time = (0..samples).map(|k| k as f64 * PERIOD).collect();
+    let mut log = Dataset::new(source, "", time).expect("rising time");
+    for (name, column) in names.into_iter().zip(columns) {
+        log.insert(name, column).expect("as long as time");
+    }
+    log
+}
+
 /// ω_p by Eq. (2) with the command held over T_s, in 200 midpoint steps for each sample.
 pub fn moving(command: impl Fn(f64) -> f64, samples: usize) -> Dataset {
     let step = PERIOD / 200.0;
@@ -98,12 +109,7 @@ pub fn attitude(deviation: impl Fn(f64) -> f64, samples: usize) -> Dataset {
             x = std::array::from_fn(|i| x[i] + step * k[i]);
         }
     }
-    let time = (0..samples).map(|k| k as f64 * PERIOD).collect();
-    let mut log = Dataset::new("attitude.csv", "", time).expect("rising time");
     let names =
         ["command_1", "command_2", "propeller_rate_1_rad_s", "propeller_rate_2_rad_s", "body_rate_rad_s"];
-    for (name, column) in names.into_iter().zip(columns) {
-        log.insert(name, column).expect("as long as time");
-    }
-    log
+    of_columns("attitude.csv", names, columns)
 }

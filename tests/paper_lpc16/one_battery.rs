@@ -3,7 +3,7 @@
 use rotorbench::identify::{Identification, IdentifySettings, identify};
 use rotorbench::record::Dataset;
 
-use super::logs::{C_G1, C_G2, PERIOD, POLE, lively, z};
+use super::logs::{C_G1, C_G2, PERIOD, POLE, lively, of_columns, z};
 
 const ROWS: usize = 3000;
 
@@ -44,14 +44,9 @@ fn log(step: f64) -> Dataset {
             rates = [0, 1].map(|at| rates[at] + h * middle[at]);
         }
     }
-    let time = (0..ROWS).map(|row| row as f64 * PERIOD).collect();
-    let mut log = Dataset::new("both.csv", "", time).expect("rising time");
     let names =
         ["command_1", "command_2", "propeller_rate_1_rad_s", "propeller_rate_2_rad_s", "battery_voltage_v"];
-    for (name, column) in names.into_iter().zip(columns) {
-        log.insert(name, column).expect("as long as time");
-    }
-    log
+    of_columns("both.csv", names, columns)
 }
 
 fn found(log: &Dataset, rotors: &[usize]) -> Identification {
