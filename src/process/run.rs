@@ -109,7 +109,7 @@ impl RunLoop {
     }
 
     /// Begins a period from now: for after the real-time set-up.
-    pub(super) fn start(&mut self) {
+    pub fn start(&mut self) {
         self.gate.start_at(clock::monotonic_ns());
     }
 

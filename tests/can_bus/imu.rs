@@ -1,4 +1,5 @@
-//! `run` with the IMU frame as its trigger: an IMU that sends faster than the control period, and an operator who does not ring.
+//! `run` with the IMU frame as its trigger: an IMU that sends faster than the control period, one that is silent, an operator who
+//! rings, and one who does not.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -10,12 +11,12 @@ use rotorbench::guard::{OperatorAct, State};
 use rotorbench::process::plant;
 use rotorbench::process::run::RunLoop;
 use rotorbench::rt::LogQueue;
-use rotorbench::shm::{Bench, COMMAND, Role, STOPS};
+use rotorbench::shm::{Bench, COMMAND, Role, STOPS, Waiter};
 use rotorbench::signal::{Request, Sample, Sensors};
 
 use crate::bus::Bus;
 use crate::faults::bench;
-use crate::processes::say;
+use crate::processes::{late, say, up_to_three_times};
 
 #[test]
 fn an_imu_at_four_times_the_rate_steps_the_controller_with_each_fourth_frame() {
@@ -98,4 +99,69 @@ fn a_stop_that_nobody_rang_for_is_made_in_the_next_turn() {
     run.turn();
     assert_eq!(run.gate().applied().state, State::EmergencyStop as u32);
     assert_eq!(run.gate().cycle().slots(), slots, "at once, and not when a slot was due");
+}
+
+/// Who rings wakes `run` from its wait for a frame, before a frame or a slot does, and is heard.
+#[test]
+fn a_stop_that_is_rung_for_ends_the_wait_for_a_frame() {
+    up_to_three_times(|| {
+        let bus = Bus::new();
+        let mut bench = bench("rung", &bus);
+        bench.config.trigger = Trigger::Imu;
+        bench.config.period_s = 1.0;
+        let config = &bench.config;
+        let pilot = plant::pilot(config).expect("the built-in bench");
+        let mut run = RunLoop::open(config, pilot, LogQueue::new(16)).expect("the only one");
+        run.start();
+        let operator = Bench::join(&config.name, &config.shared_memory, Role::Operator).expect("joined");
+        let mut stops = operator.publish(&STOPS[0]).expect("free");
+        let bell = operator.bell(Waiter::Gate).expect("a bell");
+        // More than once: the first may be too early for `run` to have opened the place of the request.
+        for sequence in 1..=20 {
+            let slots = run.gate().cycle().slots();
+            std::thread::scope(|scope| {
+                scope.spawn(|| {
+                    std::thread::sleep(Duration::from_millis(30));
+                    let (stamp_ns, act) = (clock::monotonic_ns(), OperatorAct::Stop as u32);
+                    stops.send(&Request { sequence, stamp_ns, act, reserved: 0 });
+                    bell.ring();
+                });
+                run.turn();
+            });
+            let gate = run.gate();
+            if gate.cycle().slots() != slots {
+                late("a slot came before the ring".to_owned());
+            }
+            if gate.applied().state == State::EmergencyStop as u32 {
+                return;
+            }
+            assert!(!gate.is_stop(), "woken by the ring, which was not heard");
+        }
+        panic!("it is never heard");
+    });
+}
+
+/// Nor does it sleep on when no frame comes: each turn ends at its slot.
+#[test]
+fn without_frames_each_slot_ends_the_wait() {
+    up_to_three_times(|| {
+        let bus = Bus::new();
+        let mut bench = bench("slots", &bus);
+        bench.config.trigger = Trigger::Imu;
+        // User-Mode Linux sleeps 10 ms at least.
+        bench.config.period_s = 0.05;
+        let pilot = plant::pilot(&bench.config).expect("the built-in bench");
+        let mut run = RunLoop::open(&bench.config, pilot, LogQueue::new(16)).expect("the only one");
+        run.start();
+        for _ in 0..40 {
+            run.turn();
+        }
+        let timing = run.gate().cycle().statistics().summary();
+        say(&format!("{} slots in 40 turns without frames, {} of them run", timing.slots, timing.run));
+        if timing.skipped > 4 {
+            late(format!("{} slots skipped", timing.skipped));
+        }
+        // A wait never ends before its time; a signal or a frame of somebody else may end some.
+        assert!(timing.run >= 36, "{timing:?}");
+    });
 }

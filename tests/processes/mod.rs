@@ -219,6 +219,20 @@ impl Process {
         std::fs::read_to_string(&self.log).unwrap_or_default()
     }
 
+    /// What each of its threads waits for, as the kernel says.
+    fn threads(&self) -> String {
+        let tasks =
+            std::fs::read_dir(format!("/proc/{}/task", self.child.id())).into_iter().flatten().flatten();
+        let line = |task: std::fs::DirEntry| {
+            let read = |name| std::fs::read_to_string(task.path().join(name)).unwrap_or_default();
+            let [name, stat, place, call] = ["comm", "stat", "wchan", "syscall"].map(read);
+            let state =
+                stat.rsplit(')').next().and_then(|rest| rest.split_whitespace().next()).unwrap_or("?");
+            format!("thread {}: {state}, in {place}, system call {call}\n", name.trim())
+        };
+        tasks.map(line).collect()
+    }
+
     /// What it has said on standard output.
     pub fn output(&self) -> String {
         std::fs::read_to_string(self.log.with_extension("out")).unwrap_or_default()
@@ -228,7 +242,7 @@ impl Process {
 impl Drop for Process {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            eprintln!("--- {}\n{}", self.name, self.log());
+            eprintln!("--- {}\n{}{}", self.name, self.log(), self.threads());
         }
         let _ = self.child.kill();
         let _ = self.child.wait();
