@@ -154,7 +154,10 @@ impl<'a> Resolver<'a> {
         let (message, node_mask) = found.ok_or_else(|| {
             let names =
                 self.databases.iter().flat_map(|database| &database.messages).map(|message| &message.name);
-            fail(format!("no DBC file has a message `{message_name}`; there are {}", list(names)))
+            let names = list(names);
+            let there =
+                if names.is_empty() { "they hold none".to_owned() } else { format!("there are {names}") };
+            fail(format!("no DBC file has a message `{message_name}`; {there}"))
         })?;
         let signal = message.signal(signal_name).ok_or_else(|| {
             let names = message.signals.iter().map(|signal| &signal.name);

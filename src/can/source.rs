@@ -72,6 +72,12 @@ impl Source {
         self.messages.get(&u64::from(id)).copied().unwrap_or(1)
     }
 
+    /// Line of the second message with this identifier as written, or 1.
+    pub(super) fn second_line(&self, id: u32) -> usize {
+        let mut lines = self.ids.iter().filter(|(_, of_line)| *of_line == u64::from(id));
+        lines.nth(1).map_or(1, |(line, _)| *line)
+    }
+
     /// Line of a signal, or of its message.
     pub(super) fn signal_line(&self, id: u32, name: &str) -> usize {
         let line = self.signals.get(&(u64::from(id), name.to_owned()));

@@ -13,6 +13,7 @@ use crate::clock::span_s;
 use crate::guard::{Guard, Signal};
 use crate::process::{emulate, plant};
 use crate::report::Table;
+use crate::shm::Place;
 use crate::signal::Sensors;
 
 /// Arguments of `check`.
@@ -76,6 +77,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     plant::pilot(&config)?;
     config.real_time.check()?;
     emulate::emulator(&config)?;
+    Place::check_name(&config.name)?;
     let resolved = resolve(&config, &roles, &guard)?;
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&resolved)?);

@@ -3,7 +3,7 @@
 //! Results go to standard output, everything else to standard error.
 
 use std::fmt;
-use std::io::Write as _;
+use std::io::{IsTerminal as _, Write as _};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -11,6 +11,9 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser};
 
 use crate::diagnose::compare::CompareConfig;
 use place::Setting;
+
+#[macro_use]
+mod print;
 
 mod arm;
 mod bridge;
@@ -292,6 +295,8 @@ fn start_log() {
     tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_writer(std::io::stderr)
+        // Codes for colours are for eyes, not for files.
+        .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
         .log_internal_errors(false)
         .init();

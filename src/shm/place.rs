@@ -49,10 +49,7 @@ impl Place {
     /// # Errors
     /// A name that cannot be a file name, an unknown group, a directory that is not ours.
     pub fn open(bench: &str, config: &SharedMemoryConfig) -> Result<Self, ShmError> {
-        let valid = |letter: char| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_';
-        if bench.is_empty() || bench.len() > 32 || !bench.chars().all(valid) {
-            return Err(ShmError::Name { bench: bench.to_owned() });
-        }
+        Self::check_name(bench)?;
         let group = match &config.group {
             Some(name) => Some(group_id(name)?),
             None => None,
@@ -68,6 +65,16 @@ impl Place {
             place.make(&place.directory.join(room))?;
         }
         Ok(place)
+    }
+
+    /// Checks that `bench` can name one: 1 to 32 letters, digits, `-` or `_`.
+    ///
+    /// # Errors
+    /// [`ShmError::Name`].
+    pub fn check_name(bench: &str) -> Result<(), ShmError> {
+        let valid = |letter: char| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_';
+        let is_one = (1..=32).contains(&bench.len()) && bench.chars().all(valid);
+        if is_one { Ok(()) } else { Err(ShmError::Name { bench: bench.to_owned() }) }
     }
 
     fn named(owner: &str, bench: &str, group: Option<u32>) -> Self {

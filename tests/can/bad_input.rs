@@ -63,7 +63,7 @@ fn a_dbc_file_that_cannot_be_is_refused_with_its_line() {
             "BO_ 1 M: 8 A\n SG_ a m0M : 0|8@1+ (1,0) [0|0] \"\" A\n\nSG_MUL_VAL_ 1 a a 0-0;",
             "x.dbc:10: message `M`: signal `a` selects itself through its multiplexers",
         ),
-        ("BO_ 1 M: 8 A\n\nBO_ 1 N: 8 A", "x.dbc:9: message `N` has the identifier of the one in line 9"),
+        ("BO_ 1 M: 8 A\n\nBO_ 1 N: 8 A", "x.dbc:11: message `N` has the identifier of the one in line 9"),
         (
             "BO_ 2048 M: 8 A",
             "x.dbc:9: identifier 2048 has more than 11 bits (a 29-bit identifier has bit 31 set)",

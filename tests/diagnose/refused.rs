@@ -159,6 +159,32 @@ fn a_reader_who_has_gone_ends_a_command_that_computes_without_a_panic() {
     assert_eq!(said(&output), "");
 }
 
+#[test]
+fn a_disk_that_is_full_behind_standard_output_is_told() {
+    for command in ["effects", "check"] {
+        let full = fs::File::options().write(true).open("/dev/full").expect("Linux has it");
+        let output = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
+            .arg(command)
+            .stdout(full)
+            .output()
+            .expect("it runs");
+        assert_eq!(output.status.code(), Some(2));
+        assert_eq!(said(&output), "error: standard output: No space left on device (os error 28)\n");
+    }
+}
+
+#[test]
+fn a_name_that_no_bench_can_have_is_refused_by_whoever_reads_it() {
+    let desk = Desk::new();
+    for name in ["a/b", ""] {
+        let file = desk.write("bench.toml", &format!("name = \"{name}\"\n")).display().to_string();
+        refused(
+            &["check", "--config", &file],
+            &["bench.toml, line 1", "cannot name a bench", "1 to 32 letters"],
+        );
+    }
+}
+
 /// A rate that was not measured asks for numbers that no bench has, and a missing effect for numbers that make up for it.
 #[test]
 fn numbers_that_no_bench_has_or_that_make_up_for_an_effect_are_not_just_taken_over() {
