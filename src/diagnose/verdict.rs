@@ -4,6 +4,7 @@ use super::answer::Verdict;
 use super::search::Found;
 use super::stage::Stage;
 use super::trial::Trial;
+use super::worth::{joint_floors, over_floor};
 
 /// Share of what is above the noise that effects must explain to be called the answer when the floor is not reached:
 /// a wrong law can come near a strong effect that is in no catalogue.
@@ -13,6 +14,8 @@ const EXPLAINED: f64 = 0.95;
 const NEAR_FLOOR: f64 = 1.5;
 /// Times the model's inertia from which a body is not a heavier one, but one that is held.
 const HELD: f64 = 100.0;
+/// Times the noise floor up to which a body that is held may move.
+const STILL: f64 = 3.0;
 
 /// Whether a body does not move, whatever the torque on it: a rotor is identified with the body held still.
 pub(super) fn is_held(found: &Found) -> bool {
@@ -21,6 +24,13 @@ pub(super) fn is_held(found: &Found) -> bool {
 
 /// The same, of the base as it is and refitted.
 pub(super) fn stands(stage: &Stage, stale: &Trial, recalibrated: &Trial) -> bool {
+    let over_floor = || over_floor(stage, recalibrated, &joint_floors(stage, stale)).0;
+    does_not_follow(stage, stale, recalibrated) && over_floor() <= STILL
+}
+
+/// Whether a body with all the inertia in the world is the best that the torque on it can be made of: one that is held, or one
+/// that turns against its torque, as with a gyro of the wrong sign or with rotors 1 and 2 exchanged.
+pub(super) fn does_not_follow(stage: &Stage, stale: &Trial, recalibrated: &Trial) -> bool {
     !stage.train.is_rotor() && recalibrated.model.body.inertia > HELD * stale.model.body.inertia
 }
 

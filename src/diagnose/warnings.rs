@@ -2,6 +2,7 @@
 
 use super::problem::{BlockData, Runs};
 use super::search::Found;
+use super::verdict::{does_not_follow, is_held};
 use crate::record::{Dataset, Findings};
 
 /// Times the noise floor from which an error is plainly one.
@@ -34,10 +35,22 @@ pub(super) fn warnings(logs: &[&Dataset], blocks: &[Found]) -> Vec<String> {
             let name = found.stage.train.channels()[channel].name;
             warnings.push(format!("{name}: the error stays at {over:.2} times the noise floor"));
         }
+        warnings.extend(against(found));
         warnings.extend(only_in_training(found));
         warnings.extend(unlike(logs, found));
     }
     warnings
+}
+
+/// A body that moves, and not as the torque on it would have it.
+fn against(found: &Found) -> Option<String> {
+    let (stage, stale, recalibrated) = (&found.stage, &found.stale, &found.recalibrated);
+    let moves = does_not_follow(stage, stale, recalibrated) && !is_held(found);
+    moves.then(|| {
+        "the body moves, but not as the torque on it would have it: look whether the gyro's sign is that of the torque, and \
+         whether rotors 1 and 2 are exchanged, before anything else"
+            .to_owned()
+    })
 }
 
 /// The channel whose error is plain where it was fitted and at the floor where it was held out, with both over the floor.

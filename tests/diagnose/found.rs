@@ -153,6 +153,21 @@ fn a_body_that_is_held_says_nothing_of_its_inertia() {
     assert!(text.contains("inertia = 0.032\n"), "{text}");
 }
 
+/// A gyro that is mounted the other way round: all the inertia in the world is the best that its torque can be made of, and yet it
+/// is not held. It was told as that, and nothing was missing.
+#[test]
+fn a_body_that_turns_against_its_torque_is_not_one_that_is_held() {
+    let desk = Desk::new();
+    let turned = |name: &str, seed: u32| {
+        let flight = desk.fly(&format!("as-{name}"), seed, &[]);
+        let sign = |name: &str, value: f64| if name == "body_rate_rad_s" { -value } else { value };
+        desk.changed(&flight, name, f64::INFINITY, |name| name != "body_angle_rad", sign)
+    };
+    let (answer, code) = diagnose("paper", &turned("train.csv", 1), &turned("held-out.csv", 2));
+    assert_eq!((code, answer["verdict"].as_str()), (Some(1), Some("unknown")), "{answer:#}");
+    assert!(answer["warnings"].to_string().contains("the gyro's sign"), "{}", answer["warnings"]);
+}
+
 /// A rotor's exact answer to steps, without noise: the paper's rotor, or one with a limit of the command.
 fn exact_rotor(limit: f64, seed: u32) -> String {
     let mut text = "time_s,command_1,battery_voltage_v,propeller_rate_1_rad_s\n".to_owned();
