@@ -324,8 +324,9 @@ fn an_echo_apart_is_heard_and_another_sender_is_not() {
     for round in 0..20_u64 {
         port.send(&own[0]).expect("there is room");
         foreign.iter().for_each(|it| other.send(it).expect("there is room"));
-        let mut arrived = Vec::new();
-        assert_eq!(port.receive(|arrival| arrived.push(arrival)), Ok(3), "{arrived:?}");
+        // A slow kernel delivers behind the call that sends.
+        let arrived = receive(&mut port, |arrivals| arrivals.len() == foreign.len());
+        assert_eq!(arrived.len(), foreign.len(), "{arrived:?}");
         for (arrival, sent) in arrived.iter().zip(&foreign) {
             assert!(matches!(arrival, Arrival::Frame { frame, .. } if frame == sent), "{arrival:?}");
         }
