@@ -14,15 +14,20 @@ pub struct Answer {
 }
 
 /// Asks the program about the logs in `folder`. The logs are copied under names that say nothing, away from
-/// the truth.
+/// the truth. The paper's model is asked about, or the folder's own.
 pub fn ask(program: &Path, folder: &Path) -> io::Result<Answer> {
     let away = tempfile::tempdir()?;
     for (from, to) in [("train.csv", "a.csv"), ("validate.csv", "b.csv")] {
         fs::copy(folder.join(from), away.path().join(to))?;
     }
+    let own = folder.join("model.toml");
+    if own.exists() {
+        fs::copy(own, away.path().join("model.toml"))?;
+    }
+    let model = if away.path().join("model.toml").exists() { "model.toml" } else { "paper" };
     let started = Instant::now();
     let output = Command::new(program)
-        .args(["diagnose", "--json", "--model", "paper", "--log", "a.csv", "--validate", "b.csv"])
+        .args(["diagnose", "--json", "--model", model, "--log", "a.csv", "--validate", "b.csv"])
         .current_dir(away.path())
         .output()?;
     let seconds = started.elapsed().as_secs_f64();

@@ -100,6 +100,8 @@ fn questions(draws: u64, seed: u64) -> Vec<Question> {
         out.extend((0..OUTSIDE_ACTUATOR).map(|number| Question::Outside(number, Kind::Actuator)));
         out.extend((0..OUTSIDE_ATTITUDE).map(|number| Question::Outside(number, Kind::Attitude)));
     }
+    // Behind all others: a seed's cases stay what they were before these were asked.
+    (0..draws).for_each(|_| out.extend(Question::sags()));
     out
 }
 

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::{Map, Value, json};
 
-use crate::catalogue::{ENTRIES, Entry, Kind};
+use crate::catalogue::{ENTRIES, Entry, Kind, SAG};
 use crate::experiment::{Noise, Truth, actuator, attitude};
 use crate::plant::{Base, Hidden, Outside};
 use crate::strength::{ROUNDS, Rest, without};
@@ -45,6 +45,22 @@ pub const OUTSIDE_ACTUATOR: usize = 6;
 /// not the drawing's and that has friction as well is still a bench with friction.
 const BASE_CHANGED_AS_WELL: f64 = 0.15;
 
+/// The paper's model as its numbers are printed, without the battery's part.
+const WITHOUT_BATTERY: &str = r#"name = "without the battery"
+
+[actuator]
+steady_rate = [0.0, 1124.5, 447.1]
+voltage_gain = 0.0
+full_voltage = 12.6
+pole = 16.0
+thrust_coefficient = 1.596526e-5
+hover_rate = 616.964467
+
+[body]
+inertia = 0.032
+arm = 0.25
+"#;
+
 /// Error over the noise floor below which an effect is drawn again.
 const BARELY_VISIBLE: f64 = 1.03;
 
@@ -54,6 +70,7 @@ pub struct Case {
     pub validate: Truth,
     pub noise: Noise,
     pub truth: Value,
+    lacks_battery: bool,
 }
 
 fn path(samples: usize, mut value: impl FnMut(usize) -> f64) -> Vec<f64> {
@@ -171,6 +188,16 @@ impl Question {
             .collect()
     }
 
+    /// The effect that the paper's model has already, on both benches.
+    pub fn sags() -> [Self; 2] {
+        [Kind::Actuator, Kind::Attitude].map(|kind| Self::Single(&SAG, kind))
+    }
+
+    /// The model that is asked about does not know of the battery.
+    fn lacks_battery(&self) -> bool {
+        matches!(self, Self::Single(entry, _) if entry.id == SAG.id)
+    }
+
     /// A random pair of different effects that both show on one bench.
     pub fn pair(rng: &mut ChaCha8Rng) -> Self {
         let kind = if rng.random_bool(0.5) { Kind::Actuator } else { Kind::Attitude };
@@ -194,6 +221,9 @@ impl Question {
     fn draw(&self, rng: &mut ChaCha8Rng, seed: u64) -> Option<Case> {
         let kind = self.kind();
         let mut base = Base::PAPER;
+        if self.lacks_battery() {
+            base.voltage_gain = 0.0;
+        }
         let mut hidden = Hidden::nothing();
         let mut effects: Vec<(&'static Entry, Vec<f64>)> = Vec::new();
         let mut named = Map::new();
@@ -259,7 +289,7 @@ impl Question {
             "base_changed_as_well": also, "seed": seed, "removal": removal,
             "noise": {"propeller_rate_rad_s": noise.rate, "body_rate_rad_s": noise.gyro, "body_angle_rad": noise.angle},
         });
-        Some(Case { train, validate, noise, truth })
+        Some(Case { train, validate, noise, truth, lacks_battery: self.lacks_battery() })
     }
 
     /// Error over the noise floor with each effect left out, by its name; with the base as printed, where a
@@ -296,9 +326,12 @@ fn draw_parameters(entry: &Entry, rng: &mut ChaCha8Rng) -> Vec<f64> {
 }
 
 impl Case {
-    /// Writes `train.csv` and `validate.csv` into `folder`.
+    /// Writes `train.csv` and `validate.csv` into `folder`, and `model.toml` where another model than the paper's is asked about.
     pub fn write(&self, folder: &Path) -> io::Result<()> {
         fs::create_dir_all(folder)?;
+        if self.lacks_battery {
+            fs::write(folder.join("model.toml"), WITHOUT_BATTERY)?;
+        }
         let seed = self.truth["seed"].as_u64().unwrap_or_default();
         let mut rng = ChaCha8Rng::seed_from_u64(seed ^ 0x006E_6F69_7365);
         fs::write(folder.join("train.csv"), self.train.csv(self.noise, &mut rng))?;

@@ -63,7 +63,16 @@ pub struct Entry {
 
 use Draw::{Factor, Signed, Size, Uniform};
 
-/// Every effect of the catalogue but `battery_sag`, which the paper's model has already.
+/// What the paper's model has already: asked about with a model that lacks it, and not in pairs.
+pub const SAG: Entry = Entry {
+    id: "battery_sag",
+    actuator: true,
+    attitude: true,
+    parameters: &[("gain", Size(4.0, 80.0))],
+    hide: |h, p| h.battery_sag = p[0],
+};
+
+/// Every effect of the catalogue but `battery_sag`.
 /// Rate laws show on both benches, but for the ones whose cause an attitude bench hardly visits.
 #[rustfmt::skip]
 pub const ENTRIES: &[Entry] = &[

@@ -125,7 +125,7 @@ impl<'a> Motion<'a> {
         let static_part = if h.battery_scaling {
             self.base.steady_rate(u * voltage / FULL_BATTERY)
         } else {
-            self.base.steady_rate(u) - self.base.voltage_gain * (FULL_BATTERY - voltage)
+            self.base.steady_rate(u) - (self.base.voltage_gain + h.battery_sag) * (FULL_BATTERY - voltage)
         };
         let bent = static_part + h.static_offset + h.static_cubic * (u - HOVER_COMMAND).powi(3);
         let extra = if matches!(h.outside, Outside::RatePath(_)) { path } else { 0.0 };

@@ -47,6 +47,8 @@ impl Base {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hidden {
     pub battery_scaling: bool,
+    /// [rad/(s V)] beside what the base knows.
+    pub battery_sag: f64,
     pub transport_delay: f64,
     pub asymmetric_pole: f64,
     pub speed_dependent_pole: f64,
@@ -81,6 +83,7 @@ impl Hidden {
     pub fn nothing() -> Self {
         Self {
             battery_scaling: false,
+            battery_sag: 0.0,
             transport_delay: 0.0,
             asymmetric_pole: 1.0,
             speed_dependent_pole: 0.0,
