@@ -90,12 +90,12 @@ impl Database {
         let mut messages = Vec::with_capacity(tree.messages.len());
         let mut lines = HashMap::new();
         for message in tree.messages.iter().filter(|message| message.name != NO_MESSAGE) {
-            let second = source.second_line(message.id.raw());
+            let raw = message.id.raw();
             let message = read_message(&tree, message, &source)?;
             if let Some(first) = lines.insert(message.id, message.line) {
                 let reason =
                     format!("message `{}` has the identifier of the one in line {first}", message.name);
-                return Err(source.error(second, reason));
+                return Err(source.error(source.second_line(raw), reason));
             }
             messages.push(message);
         }

@@ -214,6 +214,12 @@ fn electrical_revolutions_need_pole_pairs_and_a_node_its_mask() {
 }
 
 #[test]
+fn a_bus_without_a_message_is_refused() {
+    let said = role_refusal(|bus| bus.database.clear());
+    assert!(said.contains("no DBC file has a message `") && said.ends_with("; they hold none"), "{said}");
+}
+
+#[test]
 fn a_missing_file_and_a_full_bus_are_refused() {
     let config = BusConfig {
         database: vec![DatabaseConfig { file: "no/such.dbc".to_owned(), node_mask: None }],

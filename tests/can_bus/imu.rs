@@ -4,7 +4,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use rotorbench::bench::Trigger;
+use rotorbench::bench::{BenchConfig, Trigger};
 use rotorbench::can::Roles;
 use rotorbench::clock;
 use rotorbench::guard::{OperatorAct, State};
@@ -16,16 +16,26 @@ use rotorbench::signal::{Request, Sample, Sensors};
 
 use crate::bus::Bus;
 use crate::faults::bench;
-use crate::processes::{late, say, up_to_three_times};
+use crate::processes::{TestBench, late, say, up_to_three_times};
+
+fn triggered(test: &str, bus: &Bus, period_s: f64) -> TestBench {
+    let mut bench = bench(test, bus);
+    bench.config.trigger = Trigger::Imu;
+    bench.config.period_s = period_s;
+    bench
+}
+
+fn run_of(config: &BenchConfig) -> RunLoop {
+    let pilot = plant::pilot(config).expect("the built-in bench");
+    RunLoop::open(config, pilot, LogQueue::new(16)).expect("the only one")
+}
 
 #[test]
 fn an_imu_at_four_times_the_rate_steps_the_controller_with_each_fourth_frame() {
     const FRAMES: u32 = 160;
     let bus = Bus::new();
-    let mut bench = bench("imu", &bus);
-    bench.config.trigger = Trigger::Imu;
     // Frames each 20 ms: User-Mode Linux sleeps 10 ms at least.
-    bench.config.period_s = 0.08;
+    let bench = triggered("imu", &bus, 0.08);
     let roles = Roles::build(&bench.config.bus, bench.config.period_s).expect("valid");
     let gyro = roles.sensor_messages().iter().position(|message| message.name == "GYRO").expect("it has one");
     let stop = AtomicBool::new(false);
@@ -34,8 +44,7 @@ fn an_imu_at_four_times_the_rate_steps_the_controller_with_each_fourth_frame() {
         let run = scope.spawn({
             let (config, stop) = (&bench.config, &stop);
             move || {
-                let pilot = plant::pilot(config).expect("the built-in bench");
-                let mut run = RunLoop::open(config, pilot, LogQueue::new(16)).expect("the only one");
+                let mut run = run_of(config);
                 opened.send(()).expect("waited for");
                 while !stop.load(Ordering::Relaxed) {
                     run.turn();
@@ -70,13 +79,11 @@ fn an_imu_at_four_times_the_rate_steps_the_controller_with_each_fourth_frame() {
 #[test]
 fn a_stop_that_nobody_rang_for_is_made_in_the_next_turn() {
     let bus = Bus::new();
-    let mut bench = bench("unrung", &bus);
-    bench.config.trigger = Trigger::Imu;
+    let bench = triggered("unrung", &bus, 0.02);
     let config = &bench.config;
     let roles = Roles::build(&config.bus, config.period_s).expect("valid");
     let gyro = roles.sensor_messages().iter().position(|message| message.name == "GYRO").expect("it has one");
-    let pilot = plant::pilot(config).expect("the built-in bench");
-    let mut run = RunLoop::open(config, pilot, LogQueue::new(16)).expect("the only one");
+    let mut run = run_of(config);
     let operator = Bench::join(&config.name, &config.shared_memory, Role::Operator).expect("joined");
     let (mut port, mut sender, mut sensors) = (bus.port(), roles.sensor_sender(), Sensors::default());
     // Not too old by the time that `run` has opened the place of the request.
@@ -106,12 +113,9 @@ fn a_stop_that_nobody_rang_for_is_made_in_the_next_turn() {
 fn a_stop_that_is_rung_for_ends_the_wait_for_a_frame() {
     up_to_three_times(|| {
         let bus = Bus::new();
-        let mut bench = bench("rung", &bus);
-        bench.config.trigger = Trigger::Imu;
-        bench.config.period_s = 1.0;
+        let bench = triggered("rung", &bus, 1.0);
         let config = &bench.config;
-        let pilot = plant::pilot(config).expect("the built-in bench");
-        let mut run = RunLoop::open(config, pilot, LogQueue::new(16)).expect("the only one");
+        let mut run = run_of(config);
         run.start();
         let operator = Bench::join(&config.name, &config.shared_memory, Role::Operator).expect("joined");
         let mut stops = operator.publish(&STOPS[0]).expect("free");
@@ -146,12 +150,9 @@ fn a_stop_that_is_rung_for_ends_the_wait_for_a_frame() {
 fn without_frames_each_slot_ends_the_wait() {
     up_to_three_times(|| {
         let bus = Bus::new();
-        let mut bench = bench("slots", &bus);
-        bench.config.trigger = Trigger::Imu;
         // User-Mode Linux sleeps 10 ms at least.
-        bench.config.period_s = 0.05;
-        let pilot = plant::pilot(&bench.config).expect("the built-in bench");
-        let mut run = RunLoop::open(&bench.config, pilot, LogQueue::new(16)).expect("the only one");
+        let bench = triggered("slots", &bus, 0.05);
+        let mut run = run_of(&bench.config);
         run.start();
         for _ in 0..40 {
             run.turn();

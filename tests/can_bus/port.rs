@@ -327,6 +327,7 @@ fn an_echo_apart_is_heard_and_another_sender_is_not() {
         // A slow kernel delivers behind the call that sends.
         let arrived = receive(&mut port, |arrivals| arrivals.len() == foreign.len());
         assert_eq!(arrived.len(), foreign.len(), "{arrived:?}");
+        assert_eq!(port.receive(|arrival| panic!("{arrival:?}")), Ok(0), "and nothing else");
         for (arrival, sent) in arrived.iter().zip(&foreign) {
             assert!(matches!(arrival, Arrival::Frame { frame, .. } if frame == sent), "{arrival:?}");
         }

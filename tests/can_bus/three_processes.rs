@@ -41,8 +41,8 @@ print(json.dumps(dict(count=count, jumps=jumps, high=high, rate=rate, other=othe
 fn the_angle_is_held_and_others_see_it() {
     let soak: Option<f64> = std::env::var("ROTORBENCH_SOAK_S").ok().and_then(|it| it.parse().ok());
     let seconds = soak.unwrap_or(6.0);
-    // User-Mode Linux, with its one processor and slow system calls, does not carry three processes and candump at
-    // 200 Hz: 200 Hz is for the long runs, on a kernel that has CAN.
+    // User-Mode Linux, with its one processor and slow system calls, carries three processes and candump at 200 Hz on a
+    // quiet machine only: for the long runs.
     let rates: &[f64] = if soak.is_some() { &[50.0, 200.0] } else { &[50.0] };
     for &rate_hz in rates {
         up_to_three_times(|| hold(rate_hz, seconds));

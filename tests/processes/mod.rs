@@ -159,9 +159,9 @@ pub fn late(what: String) -> ! {
     std::panic::resume_unwind(Box::new(Late(what)))
 }
 
-/// Runs a scenario up to three times, as far as only time was against it. These processes have no real-time
-/// priority, share the processors with the rest of the test run and, in User-Mode Linux, have one emulated processor:
-/// the machine may hold any of them up for longer than the guard allows, and then the reaction is late, for another
+/// Runs a scenario up to three times, as far as only time was against it. These processes share
+/// the processors with the rest of the test run (what priority they are granted counts among themselves only where the kernel
+/// is User-Mode Linux) and have one emulated processor there: the machine may hold any of them up for longer than the guard allows, and then the reaction is late, for another
 /// cause, or before there was a fault. A defect makes each of the three late. What is wrong at any speed, such as a
 /// rotor that turns after the latch, fails at once.
 pub fn up_to_three_times(scenario: impl Fn()) {
