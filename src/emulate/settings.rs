@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::clock;
+use crate::guard::GuardConfig;
 use crate::unit::short;
 
 use super::battery::BatteryConfig;
@@ -89,7 +90,8 @@ pub struct EmulatorConfig {
     pub integration_step_s: f64,
     /// [s] transport delay of commands on their way to the ESCs.
     pub command_delay_s: f64,
-    /// [s] after which an emulated ESC stops its rotor when no command comes, as real ones do.
+    /// [s] after which an emulated ESC stops its rotor when no command comes, as real ones do; built in: the guard's built-in
+    /// `hold_s`, as the README asks of real ones.
     pub esc_timeout_s: f64,
     /// [rad] body angle at the start.
     pub initial_angle: f64,
@@ -115,7 +117,7 @@ impl Default for EmulatorConfig {
             seed: 1,
             integration_step_s: 0.0005,
             command_delay_s: 0.0,
-            esc_timeout_s: 0.5,
+            esc_timeout_s: GuardConfig::default().hold_s,
             initial_angle: 0.0,
             hold_until_commanded: true,
             impulse_period_s: 0.0,
