@@ -1,5 +1,6 @@
 //! `identify` against the emulator, which integrates finer than the fitter and shares no code with it.
 
+mod at_random;
 mod bench;
 mod late;
 mod logs;
