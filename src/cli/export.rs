@@ -32,8 +32,16 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if outputs.iter().all(|(_, output, _)| output.is_none()) {
         return Err(CliError::new("export: nothing to write; give -o FILE.csv, --candump FILE.log or both"));
     }
+    let is_frames = |path: &&PathBuf| path.extension().is_some_and(|it| it == "log" || it == "candump");
+    if let Some(path) = arguments.output.as_ref().filter(is_frames) {
+        return Err(CliError::new(format!(
+            "export: -o writes the CSV log, and `{}` is named like raw frames: give --candump for those",
+            path.display()
+        )));
+    }
     super::output::writable(arguments.output.iter().chain(&arguments.candump), [&arguments.recording])?;
     let mut written = serde_json::Map::new();
+    let mut outcome = Outcome::Done;
     for (what, output, write) in outputs {
         let Some(output) = output else { continue };
         let summary = write(&arguments.recording, output)?;
@@ -41,6 +49,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
             End::Whole => None,
             End::CutOff { byte, reason } => Some(format!("cut off at byte {byte}: {reason}")),
         };
+        if summary.written == 0 {
+            outcome = Outcome::FoundWanting;
+        }
         if arguments.json {
             let summary = json!({
                 "file": output, "written": summary.written, "out_of_order": summary.out_of_order,
@@ -50,6 +61,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
             continue;
         }
         println!("{} {what} → {}", summary.written, output.display());
+        if summary.written == 0 && what == "frames" {
+            println!("warning: the recording holds no raw frames: it was not made on a bus");
+        }
         if summary.lost > 0 {
             println!(
                 "warning: the recorder lost {} records: it or its disk was too slow, or the disk full",
@@ -66,5 +80,5 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&written)?);
     }
-    Ok(Outcome::Done)
+    Ok(outcome)
 }

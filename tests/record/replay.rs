@@ -190,6 +190,7 @@ fn the_command_says_where_they_part_and_refuses_what_is_no_recording() {
         (vec!["export", &at("text.mcap"), "-o", &at("out.csv")], "not a recording"),
         (vec!["export", &at("run.mcap")], "nothing to write"),
         (vec!["export", &at("run.mcap"), "-o", &at("run.mcap")], "this command reads that file"),
+        (vec!["export", &at("run.mcap"), "-o", &at("out.log")], "give --candump for those"),
     ] {
         let refused = rotorbench(&arguments);
         let said = String::from_utf8_lossy(&refused.stderr).into_owned();
@@ -198,4 +199,8 @@ fn the_command_says_where_they_part_and_refuses_what_is_no_recording() {
         assert_eq!(said.trim().lines().count(), 1, "one sentence: {said}");
     }
     assert_eq!(std::fs::read_to_string(at("out.csv")).expect("there"), "precious");
+    // Flown over a bus in memory.
+    let none = rotorbench(&["export", &at("run.mcap"), "--candump", &at("none.log")]);
+    let said = String::from_utf8_lossy(&none.stdout).into_owned();
+    assert!(none.status.code() == Some(1) && said.contains("holds no raw frames"), "{said}");
 }
