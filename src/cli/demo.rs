@@ -14,13 +14,14 @@ use crate::control::MoveConfig;
 use crate::emulate::{HiddenConfig, Impulse};
 use crate::file::write_atomically;
 use crate::process::control::{self, ControlSummary};
+use crate::process::operator;
 use crate::process::plant;
 use crate::process::record::Background;
 use crate::record::{Dataset, Record, Recording, export, log};
 use crate::report::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone};
 use crate::rt::Shutdown;
 use crate::shm::{APPLIED, Bench, CONTROL_STEPS, PassingBench, Role};
-use crate::signal::ControlStep;
+use crate::signal::{ControlStep, GuardEvent};
 
 mod story;
 
@@ -33,7 +34,14 @@ pub struct Arguments {
     /// Seed of the sensors' noise and of the effect that the emulator hides
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    /// Hide this effect (`id` or `id:parameter=value,...`) and not a drawn one; may be given several times
+    #[arg(long, value_name = "EFFECT")]
+    hide: Vec<String>,
 }
+
+/// What an earlier story left and this one may not write: with it, the folder would tell two.
+const LATE: [&str; 5] =
+    ["index.html", "extended.toml", "loop-extended.mcap", "loop-extended.csv", "loop-extended.toml"];
 
 /// [s] that the bench flies, each time.
 const FLIGHT_S: f64 = 19.0;
@@ -44,33 +52,45 @@ const AFTER_S: f64 = 1.0;
 struct Flown {
     summary: ControlSummary,
     steps: Vec<ControlStep>,
+    events: Vec<GuardEvent>,
     log: Dataset,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let out = &arguments.out;
+    let (mut bench, emulator) = benches(arguments)?;
     fs::create_dir_all(out).map_err(|error| at(out, &error))?;
-    let (mut bench, emulator) = benches(arguments.seed);
+    for path in LATE.map(|name| out.join(name)).iter().filter(|path| path.exists()) {
+        fs::remove_file(path).map_err(|error| at(path, &error))?;
+    }
     let hidden: Vec<String> = emulator.emulator.hidden.iter().map(ToString::to_string).collect();
     let shutdown = Shutdown::listen()?;
     // First, so that it goes last: nothing of the demo stays in shared memory.
     let _passing = PassingBench::open(&bench.name, &bench.shared_memory)?;
-    let flown = fly(&bench, &emulator, out, "loop", &shutdown)?;
+    let flown = match fly(&bench, &emulator, out, "loop", &shutdown) {
+        _ if shutdown.is_interrupted() => return Ok(interrupted()),
+        flown => flown?,
+    };
+    guard_lines(&flown, &bench).iter().for_each(|line| println!("{line}"));
     println!("{}", timing::angle(&flown.summary.angle));
     print!("{}", timing::table(&flown.summary.timing));
     let (angle, torque) = pictures(&flown.steps, &emulator);
     angle.save_svg(&out.join("angle.svg"))?;
     torque.save_svg(&out.join("disturbance.svg"))?;
-    let mut page = first_page(&flown, angle, torque);
+    let mut page = first_page(&flown, &bench, (angle, torque));
     let lesson = story::learn(&flown.log)?;
     println!("{}", story::text(&lesson, &hidden.join(", ")));
     story::tell(&mut page, &lesson, &hidden.join(", "));
-    if let Some(extension) = lesson.extension.as_ref().filter(|_| !shutdown.is_interrupted()) {
+    if let Some(extension) = &lesson.extension {
         let model = out.join("extended.toml");
         extension.model.save(&model)?;
         bench.model = model.display().to_string();
-        let again = fly(&bench, &emulator, out, "loop-extended", &Shutdown::listen()?)?;
+        let shutdown = Shutdown::listen()?;
+        let again = match fly(&bench, &emulator, out, "loop-extended", &shutdown) {
+            _ if shutdown.is_interrupted() => return Ok(interrupted()),
+            again => again?,
+        };
         better_page(&mut page, &flown, &again, &emulator);
     }
     let report = out.join("index.html");
@@ -79,12 +99,30 @@ pub fn run(arguments: &Arguments) -> CliResult {
     Ok(Outcome::Done)
 }
 
+/// Half a story is none.
+fn interrupted() -> Outcome {
+    println!("interrupted before the story's end: there is no report");
+    Outcome::FoundWanting
+}
+
+/// What the guard said, and when after the first step of the controller [s].
+fn guard_lines(flown: &Flown, bench: &BenchConfig) -> Vec<String> {
+    let begun_ns = flown.steps.first().map_or(0, |step| step.command.stamp_ns);
+    let line = |event: &GuardEvent| {
+        let after_s = (i128::from(event.stamp_ns) - i128::from(begun_ns)) as f64 * 1e-9;
+        let ended = if after_s > FLIGHT_S - bench.period_s { " (the controller has ended)" } else { "" };
+        format!("{after_s:6.2} s  guard: {}{ended}", operator::sentence(event))
+    };
+    flown.events.iter().map(line).collect()
+}
+
 fn at(path: &Path, error: &std::io::Error) -> CliError {
     CliError::new(format!("{}: {error}", path.display()))
 }
 
 /// The bench as its controller knows it, and as it really is. Only the emulator's process is told the second.
-fn benches(seed: u64) -> (BenchConfig, BenchConfig) {
+fn benches(arguments: &Arguments) -> Result<(BenchConfig, BenchConfig), CliError> {
+    let seed = arguments.seed;
     let mut bench = BenchConfig { name: format!("demo-{}", std::process::id()), ..BenchConfig::default() };
     bench.period_s = 0.01;
     let angles = [0.3, -0.3, 0.2, -0.25, 0.3, 0.0];
@@ -108,8 +146,15 @@ fn benches(seed: u64) -> (BenchConfig, BenchConfig) {
     let shows_in_flight = |id: &str| {
         matches!(id, "gravity_pendulum" | "pivot_viscous_friction" | "quadratic_air_drag" | "cable_stiffness")
     };
-    emulator.emulator.hidden.extend(HiddenConfig::draw(seed, shows_in_flight));
-    (bench, emulator)
+    if arguments.hide.is_empty() {
+        emulator.emulator.hidden.extend(HiddenConfig::draw(seed, shows_in_flight));
+    }
+    for text in &arguments.hide {
+        emulator.emulator.hidden.push(HiddenConfig::parse(text)?);
+    }
+    // Before anything is flown or taken away.
+    emulator.emulator.build()?;
+    Ok((bench, emulator))
 }
 
 /// The emulator's process; ends with this one, however this one ends.
@@ -175,7 +220,8 @@ fn fly(
     background.finish()?;
     let log = export::dataset(&recording)?;
     log::write(&log, &out.join(name).with_extension("csv"))?;
-    Ok(Flown { summary, steps: steps(&recording)?, log })
+    let (steps, events) = told(&recording)?;
+    Ok(Flown { summary, steps, events, log })
 }
 
 /// The live line.
@@ -208,15 +254,17 @@ fn watch(bench: &BenchConfig, ended: &Shutdown) {
     bar.finish_and_clear();
 }
 
-/// The controller's steps, from the recording.
-fn steps(recording: &Path) -> Result<Vec<ControlStep>, CliError> {
-    let mut steps = Vec::new();
+/// The controller's steps and the guard's events, from the recording.
+fn told(recording: &Path) -> Result<(Vec<ControlStep>, Vec<GuardEvent>), CliError> {
+    let (mut steps, mut events) = (Vec::new(), Vec::new());
     for record in Recording::open(recording)? {
-        if let Record::ControlStep(step) = record? {
-            steps.push(step);
+        match record? {
+            Record::ControlStep(step) => steps.push(step),
+            Record::GuardEvent(event) => events.push(event),
+            _ => {}
         }
     }
-    Ok(steps)
+    Ok((steps, events))
 }
 
 /// The angle, and the disturbance with its estimate.
@@ -251,7 +299,7 @@ fn pictures(steps: &[ControlStep], emulator: &BenchConfig) -> (Plot, Plot) {
     (impulses.iter().fold(angle, strike), impulses.iter().fold(torque, strike))
 }
 
-fn first_page(flown: &Flown, angle: Plot, torque: Plot) -> Page {
+fn first_page(flown: &Flown, bench: &BenchConfig, (angle, torque): (Plot, Plot)) -> Page {
     let (angle_error, timing) = (&flown.summary.angle, &flown.summary.timing);
     let table = Table::new(["", "value", "unit"])
         .row(["angle error, rms", &format!("{:.4}", angle_error.rms), "rad"])
@@ -267,7 +315,9 @@ fn first_page(flown: &Flown, angle: Plot, torque: Plot) -> Page {
         )
         .table(table)
         .plot(angle)
-        .plot(torque);
+        .plot(torque)
+        .paragraph("What the guard said, seconds after the controller's first step:")
+        .list(guard_lines(flown, bench));
     page
 }
 

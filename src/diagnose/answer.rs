@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::identify::DEGREES;
 use crate::model::Model;
 
 /// The verdict.
@@ -37,6 +38,13 @@ pub struct ChangedParameter {
     pub standard_error: Option<f64>,
     /// SI unit.
     pub unit: String,
+}
+
+impl ChangedParameter {
+    /// An inertia as much smaller than the model's as a degree is than a radian.
+    fn is_in_degrees(&self) -> bool {
+        self.name == "inertia" && DEGREES.contains(&(self.from / self.to))
+    }
 }
 
 /// A parameter found.
@@ -152,6 +160,9 @@ pub struct Diagnosis {
     pub warnings: Vec<String>,
     /// What would tell more.
     pub next_experiment: Option<NextExperiment>,
+    /// A body that moves, and not as the torque on it would have it, which no effect explains.
+    #[serde(skip)]
+    pub turns_against_torque: bool,
     /// The model with the effects, refitted.
     #[serde(skip)]
     pub model: Model,
@@ -197,6 +208,11 @@ impl Diagnosis {
             )
         };
         let mut steps = match self.verdict {
+            _ if self.turns_against_torque => vec![
+                "Look whether the gyro's sign is that of the torque, and whether rotors 1 and 2 are exchanged; then diagnose \
+                 again. What is named before that only comes nearest."
+                    .to_owned(),
+            ],
             Verdict::MissingEffect => vec![format!("Add it: {}", extend(&self.effects))],
             Verdict::Unknown if self.effects.is_empty() => {
                 vec!["Write what you suspect as an effect of your own, `[[user_effects]]` in the model file, and diagnose \
@@ -216,7 +232,18 @@ impl Diagnosis {
                     .to_owned(),
             ],
         };
-        if let Some(next) = self.next_experiment.as_ref().filter(|next| !next.run.is_empty()) {
+        if let Some(inertia) = self.changed_parameters.iter().find(|changed| changed.is_in_degrees()) {
+            steps.insert(
+                0,
+                format!(
+                    "Look whether the body's rate (and its angle) are in degrees: J comes out as 1/{:.0} of the model's, and 180/π \
+                     is 57. If so, `import` the log with the units `deg/s` and `deg`, and diagnose again.",
+                    inertia.from / inertia.to
+                ),
+            );
+        }
+        let experiment = self.next_experiment.as_ref().filter(|_| !self.turns_against_torque);
+        if let Some(next) = experiment.filter(|next| !next.run.is_empty()) {
             steps.push(format!("To tell the sets apart, record: {}", next.run));
         }
         steps

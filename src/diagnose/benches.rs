@@ -86,15 +86,12 @@ fn supply_explains(model: &Model, known: &[Effect], alone: &[(&Dataset, Trial)])
         Some((volts.ln(), trial.model.steady_rate(command).ln()))
     });
     let Some(each) = each.collect::<Option<Vec<_>>>() else { return false };
-    let is_set = each.iter().zip(each.iter().skip(1)).any(|(one, other)| (one.0 - other.0).abs() > SET);
-    is_set
-        && each.iter().enumerate().all(|(index, one)| {
-            each[index + 1..].iter().all(|other| {
-                let (volts, rates) = (one.0 - other.0, one.1 - other.1);
-                let [least, most] = [0.0_f64.min(POWER * volts), 0.0_f64.max(POWER * volts)];
-                (least - NEAR..=most + NEAR).contains(&rates)
-            })
-        })
+    let pairs =
+        || each.iter().flat_map(|one| each.iter().map(move |other| (one.0 - other.0, one.1 - other.1)));
+    let is_set = pairs().any(|(volts, _)| volts > SET);
+    // Each pair comes in both orders; a voltage that has no logarithm is within no bounds.
+    let mut risen = pairs().filter(|(volts, _)| volts.is_nan() || *volts >= 0.0);
+    is_set && risen.all(|(volts, rates)| (-NEAR..=POWER * volts + NEAR).contains(&rates))
 }
 
 fn columns<'a>(log: &'a Dataset, names: &'a [&str]) -> impl Iterator<Item = f64> + 'a {

@@ -1,14 +1,16 @@
 //! Adds effects to a model, refits, and writes down what it did to the error.
 
 use super::answer::ErrorStory;
+use super::benches;
 use super::blocks::Blocks;
 use super::logs::check_magnitudes;
 use super::run::{DiagnoseConfig, DiagnoseError, check_logs};
 use super::search::{Found, Search};
 use super::stage::Stage;
 use super::trial::Trial;
+use crate::identify;
 use crate::model::{Effect, ErrorFall, LogReference, Model, Step};
-use crate::record::{Dataset, readings};
+use crate::record::Dataset;
 use crate::unit::short;
 
 /// A model with more effects.
@@ -40,19 +42,21 @@ pub fn extend(
     let known = model.known_effects()?;
     train.iter().chain(validate).try_for_each(check_magnitudes)?;
     let mut warnings = Vec::new();
-    let fresh = [train, validate].map(|logs| readings::measured_all(logs, &mut warnings));
+    let fresh = [train, validate].map(|logs| identify::measured(logs, &mut warnings));
     let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
     let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
     check_effects(model, ids, &logs)?;
     let asked: Vec<Effect> = known.iter().filter(|effect| ids.contains(&effect.id)).cloned().collect();
     check_logs(model, &asked, &logs)?;
+    warnings.extend(identify::check_columns(&logs, model)?);
+    benches::check(model, &known, &logs, config.horizon)?;
     let in_block = |stage: &Stage| -> Vec<String> {
         let held =
             |id: &&String| known.iter().any(|effect: &Effect| effect.id == **id && stage.holds(effect));
         ids.iter().filter(held).cloned().collect()
     };
     let look = |stage: Stage, effects: &[String]| {
-        Search { base: model, known: &known, eligible: Vec::new(), done: &|| {} }.refit(stage, effects)
+        Search { base: model, known: &known, eligible: Vec::new(), done: &|| {} }.rung(stage, effects)
     };
     let refit = |stage: Stage| -> Found {
         let inside = in_block(&stage);

@@ -81,14 +81,19 @@ pub fn without_battery(model: &Model, logs: &[Dataset]) -> Vec<String> {
 /// Logs that are there twice: what was fitted cannot judge the fit.
 #[must_use]
 pub fn repeated(train: &[Dataset], validate: &[Dataset]) -> Vec<String> {
+    // Two parts of one recording are two logs.
+    let is_same = |one: &Dataset, other: &Dataset| {
+        let ends = |log: &Dataset| (log.time().first().copied(), log.time().last().copied());
+        one.sha256() == other.sha256() && ends(one) == ends(other)
+    };
     let mut said = Vec::new();
     for (index, log) in train.iter().enumerate() {
-        if train[..index].iter().any(|other| other.sha256() == log.sha256()) {
+        if train[..index].iter().any(|other| is_same(log, other)) {
             said.push(format!("{} is given twice: it counts double", log.source_name()));
         }
     }
     for log in validate {
-        if train.iter().any(|other| other.sha256() == log.sha256()) {
+        if train.iter().any(|other| is_same(log, other)) {
             said.push(format!(
                 "{} is fitted on and judged on: its held-out error is none, and every effect looks better than it is",
                 log.source_name()
@@ -129,5 +134,7 @@ mod tests {
         assert!(repeated(&one, &both[1..]).is_empty());
         assert!(repeated(&both, &one)[0].starts_with("a.csv is fitted on and judged on"));
         assert!(repeated(&[&one[..], &one[..]].concat(), &[])[0].contains("twice"));
+        let later = Dataset::new("a.csv", "1", vec![1.0, 2.0]).expect("time rises");
+        assert!(repeated(&one, &[later]).is_empty(), "another part of the same recording");
     }
 }

@@ -15,6 +15,7 @@ pub mod noise;
 pub mod plan;
 pub mod prepare;
 pub mod problem;
+mod refit;
 pub mod rotor;
 mod run;
 mod scan;

@@ -17,8 +17,9 @@ use super::stage::Stage;
 use super::trial::Trial;
 use super::verdict::joint;
 use crate::effect;
+use crate::identify::{self, IdentifyError};
 use crate::model::{Effect, Model, ModelError};
-use crate::record::{Dataset, readings};
+use crate::record::Dataset;
 
 /// Settings of a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,6 +47,9 @@ pub enum DiagnoseError {
     /// A value that no bench can have measured.
     #[error(transparent)]
     Absurd(#[from] Absurd),
+    /// A column that cannot be what its name says, or is of another rotor than the model's.
+    #[error(transparent)]
+    Column(#[from] IdentifyError),
     /// An effect cannot be added from these logs.
     #[error("effect `{effect}`: {why}")]
     Refused {
@@ -104,11 +108,12 @@ pub fn diagnose(
     let known = model.known_effects()?;
     let read: Vec<&Dataset> = train.iter().chain(validate).collect();
     read.iter().try_for_each(|log| check_magnitudes(log))?;
-    // The findings tell of these cells.
-    let fresh = [train, validate].map(|logs| readings::measured_all(logs, &mut Vec::new()));
+    let mut told = Vec::new();
+    let fresh = [train, validate].map(|logs| identify::measured(logs, &mut told));
     let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
     let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
     check_logs(model, &known, &logs)?;
+    told.extend(identify::check_columns(&logs, model)?);
     benches::check(model, &known, &logs, config.horizon)?;
     let search = |stage: Stage| {
         let held = |effect: &&Effect| stage.holds(effect);
@@ -128,7 +133,9 @@ pub fn diagnose(
     };
     let blocks = Blocks::build(model, train, validate, config, (&search, &look), &settle)?;
     let mut diagnosis = conclude(model, &known, &blocks, &read, config);
-    let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs));
+    // The findings tell of some of these cells, too.
+    told.retain(|sentence| !diagnosis.warnings.contains(sentence));
+    let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs)).chain(told);
     diagnosis.warnings.splice(0..0, said);
     if blocks.is_held {
         diagnosis.warnings.push(
@@ -174,6 +181,7 @@ fn conclude(
         candidates: blocks.iter().flat_map(|found| candidates(found, channel_of(found))).collect(),
         warnings: super::warnings::warnings(logs, blocks),
         next_experiment,
+        turns_against_torque: blocks.iter().any(super::warnings::turns_against_torque),
         alternatives,
         effects,
         model: extended,

@@ -300,30 +300,8 @@ impl<'a> Search<'a> {
         Found { stage, stale, recalibrated, singles, answer, ladder, alternatives, dropped, floors, changed }
     }
 
-    /// The given effects added and everything refitted, without a search.
-    #[must_use]
-    pub fn refit(&self, mut stage: Stage, ids: &[String]) -> Found {
-        let (stale, recalibrated) = self.bases(&mut stage);
-        let base_names = stage.base_parameters(self.base);
-        // One after another as the search goes, and all at once: the first finds the way where they are far from
-        // where they start, the second where they only make sense together.
-        let mut best = recalibrated.clone();
-        for count in 1..=ids.len() {
-            best = self.plan(&best.model, &ids[..count], &base_names).run(&stage);
-        }
-        if ids.len() > 1 {
-            let at_once = self.plan(&recalibrated.model, ids, &base_names).run(&stage);
-            best = if at_once.fit.cost < best.fit.cost { at_once } else { best };
-        }
-        let (answer, changed) = self.settle(&stage, &stale, &recalibrated, &best);
-        let floors = joint_floors(&stage, &answer);
-        let ladder = vec![recalibrated.clone(), answer.clone()];
-        let (singles, alternatives, dropped) = (Vec::new(), Vec::new(), Vec::new());
-        Found { stage, stale, recalibrated, singles, answer, ladder, alternatives, dropped, floors, changed }
-    }
-
     /// The base as it is and recalibrated; the stage learns how large its noise is.
-    fn bases(&self, stage: &mut Stage) -> (Trial, Trial) {
+    pub(super) fn bases(&self, stage: &mut Stage) -> (Trial, Trial) {
         let base_names = stage.base_parameters(self.base);
         let first = self.plan(self.base, &[], &base_names).run(stage);
         weigh(stage, &first);
@@ -349,7 +327,7 @@ impl<'a> Search<'a> {
         self.plan(&model, &left, base).run(stage)
     }
 
-    fn plan<'b>(&'b self, from: &'b Model, effects: &[String], base: &[String]) -> Plan<'b> {
+    pub(super) fn plan<'b>(&'b self, from: &'b Model, effects: &[String], base: &[String]) -> Plan<'b> {
         Plan { effects: self.lookup(effects), ..self.start(from, base) }
     }
 

@@ -35,22 +35,23 @@ pub(super) fn warnings(logs: &[&Dataset], blocks: &[Found]) -> Vec<String> {
             let name = found.stage.train.channels()[channel].name;
             warnings.push(format!("{name}: the error stays at {over:.2} times the noise floor"));
         }
-        warnings.extend(against(found));
+        if turns_against_torque(found) {
+            warnings.push(
+                "the body moves, but not as the torque on it would have it: look whether the gyro's sign is that of the torque, \
+                 and whether rotors 1 and 2 are exchanged, before anything else"
+                    .to_owned(),
+            );
+        }
         warnings.extend(only_in_training(found));
         warnings.extend(unlike(logs, found));
     }
     warnings
 }
 
-/// A body that moves, and not as the torque on it would have it.
-fn against(found: &Found) -> Option<String> {
-    let (stage, stale, recalibrated) = (&found.stage, &found.stale, &found.recalibrated);
-    let moves = does_not_follow(stage, stale, recalibrated) && !is_held(found);
-    moves.then(|| {
-        "the body moves, but not as the torque on it would have it: look whether the gyro's sign is that of the torque, and \
-         whether rotors 1 and 2 are exchanged, before anything else"
-            .to_owned()
-    })
+/// Whether a body moves, and not as the torque on it would have it, and no effect explains that either.
+pub(super) fn turns_against_torque(found: &Found) -> bool {
+    let is_unexplained = found.over_floor(&found.answer).0 > found.at_floor();
+    is_unexplained && does_not_follow(&found.stage, &found.stale, &found.recalibrated) && !is_held(found)
 }
 
 /// The channel whose error is plain where it was fitted and at the floor where it was held out, with both over the floor.

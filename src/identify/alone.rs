@@ -19,6 +19,11 @@ use super::{Estimate, IdentifyError};
 const LOOKED_AT: usize = 12_000;
 /// [1/s] no rotor on a bench follows its command as slowly as this pole.
 const SLOWEST_POLE: f64 = 0.3;
+/// Milliseconds and microseconds in a second, and a factor that says about as much.
+const TIMES: [f64; 2] = [1e3, 1e6];
+const ABOUT: f64 = 2.0;
+/// Share of the voltage that an empty battery lacks.
+const EMPTIED: f64 = 0.3;
 /// Share of the scatter of the rates that a fit leaves over at most, where it is believed that the rates follow.
 const FOLLOWS: f64 = 0.6;
 /// Errors of which one is that much smaller tell whose command a rate follows.
@@ -69,47 +74,73 @@ pub(super) struct Said {
     pub unlike: bool,
 }
 
-/// Refuses rates that cannot be those of the commands beside them. Says so where they lead these, or two rotors are not
-/// alike.
-///
-/// # Errors
-/// [`IdentifyError::Unit`] with the log, and what its columns or its time may be instead.
-pub(super) fn check(rotors: &[RotorLog], full_voltage: f64) -> Result<Said, IdentifyError> {
-    let refuse = |sentence: Option<String>| sentence.map_or(Ok(()), |it| Err(IdentifyError::Unit(it)));
-    let looked_at: Vec<Option<RotorLog>> = rotors.iter().map(lively_part).collect();
-    let own = |at: usize| looked_at[at].as_ref().and_then(|part| follows(part, full_voltage));
-    let own: Vec<Option<Follows>> = (0..rotors.len()).map(own).collect();
-    let pairs: Vec<(usize, usize)> = (1..rotors.len())
-        .filter(|at| are_of_one_log(&rotors[at - 1], &rotors[*at]))
-        .map(|at| (at - 1, at))
-        .collect();
-    for &(one, other) in &pairs {
-        if let (Some(first), Some(second)) = (&looked_at[one], &looked_at[other]) {
-            refuse(crossed([first, second], [&own[one], &own[other]], full_voltage))?;
+/// Rotors looked at each by itself.
+pub(super) struct Alone<'a> {
+    rotors: &'a [RotorLog],
+    full_voltage: f64,
+    lively: Vec<Option<RotorLog>>,
+    own: Vec<Option<Follows>>,
+    /// Both rotors of a log.
+    pairs: Vec<(usize, usize)>,
+}
+
+impl<'a> Alone<'a> {
+    /// Looks at them; `full_voltage` [V].
+    pub fn look(rotors: &'a [RotorLog], full_voltage: f64) -> Self {
+        let lively: Vec<Option<RotorLog>> = rotors.iter().map(lively_part).collect();
+        let own =
+            lively.iter().map(|part| part.as_ref().and_then(|part| follows(part, full_voltage))).collect();
+        let pairs = (1..rotors.len())
+            .filter(|at| are_of_one_log(&rotors[at - 1], &rotors[*at]))
+            .map(|at| (at - 1, at))
+            .collect();
+        Self { rotors, full_voltage, lively, own, pairs }
+    }
+
+    /// Refuses rates that cannot be those of the commands beside them. `pole` [1/s] is that of the bench's model, where there is
+    /// one: beside it a slow rotor has another reason than its time, unless that is off by the factor of a unit.
+    ///
+    /// # Errors
+    /// [`IdentifyError::Unit`] with the log, and what its columns or its time may be instead.
+    pub fn refuse(&self, pole: Option<f64>) -> Result<(), IdentifyError> {
+        let refuse = |sentence: Option<String>| sentence.map_or(Ok(()), |it| Err(IdentifyError::Unit(it)));
+        for &(one, other) in &self.pairs {
+            if let (Some(first), Some(second)) = (&self.lively[one], &self.lively[other]) {
+                refuse(crossed([first, second], [&self.own[one], &self.own[other]], self.full_voltage))?;
+            }
         }
+        for (rotor, follows) in self.rotors.iter().zip(&self.own) {
+            refuse(follows.as_ref().and_then(|follows| too_slow(rotor, follows, pole)))?;
+            refuse(falls(rotor, follows.as_ref()))?;
+        }
+        Ok(())
     }
-    for (rotor, follows) in rotors.iter().zip(&own) {
-        refuse(follows.as_ref().and_then(|follows| too_slow(rotor, follows)))?;
-        refuse(falls(rotor, follows.as_ref()))?;
+
+    /// Says so where rates lead their commands, or two rotors are not alike.
+    pub fn say(&self) -> Said {
+        let (rotors, own, full_voltage) = (self.rotors, &self.own, self.full_voltage);
+        let lead = |(part, own): (&Option<RotorLog>, &Option<Follows>)| {
+            let part = part.as_ref()?;
+            let left = own.as_ref().map_or_else(|| scatter(part), |own| own.fit.residual_rms);
+            lead::tell(part, left, |part, delay| lag(part, full_voltage, delay))
+        };
+        let looked = |at: usize| (&rotors[at], own[at].as_ref());
+        let of_a_log = || {
+            let mut pairs = self.pairs.iter();
+            pairs.find_map(|&(one, other)| alike::of_a_log([looked(one), looked(other)], full_voltage))
+        };
+        if let Some(unlike) = self.lively.iter().zip(own).find_map(lead).or_else(of_a_log) {
+            return Said { sentences: vec![unlike], unlike: true };
+        }
+        // Each against the first that moves.
+        let first = (0..rotors.len()).find(|at| own[*at].is_some());
+        let of_two_logs = first.and_then(|first| {
+            let mut others =
+                (first + 1..rotors.len()).filter(|at| rotors[*at].file() != rotors[first].file());
+            others.find_map(|other| alike::of_two_logs([looked(first), looked(other)], full_voltage))
+        });
+        Said { sentences: of_two_logs.into_iter().collect(), unlike: false }
     }
-    let lead = |(part, own): (&Option<RotorLog>, &Option<Follows>)| {
-        let part = part.as_ref()?;
-        let left = own.as_ref().map_or_else(|| scatter(part), |own| own.fit.residual_rms);
-        lead::tell(part, left, |part, delay| lag(part, full_voltage, delay))
-    };
-    let looked = |at: usize| (&rotors[at], own[at].as_ref());
-    let of_a_log =
-        || pairs.iter().find_map(|&(one, other)| alike::of_a_log([looked(one), looked(other)], full_voltage));
-    if let Some(unlike) = looked_at.iter().zip(&own).find_map(lead).or_else(of_a_log) {
-        return Ok(Said { sentences: vec![unlike], unlike: true });
-    }
-    // Each against the first that moves.
-    let first = (0..rotors.len()).find(|at| own[*at].is_some());
-    let of_two_logs = first.and_then(|first| {
-        let others = (first + 1..rotors.len()).filter(|at| rotors[*at].file() != rotors[first].file());
-        others.into_iter().find_map(|other| alike::of_two_logs([looked(first), looked(other)], full_voltage))
-    });
-    Ok(Said { sentences: of_two_logs.into_iter().collect(), unlike: false })
 }
 
 /// The rotor from its first jump on, where it is lively.
@@ -160,7 +191,8 @@ fn crossed(parts: [&RotorLog; 2], own: [&Option<Follows>; 2], full_voltage: f64)
     let follows_other = |at: usize| {
         let other = RotorLog { rate: parts[at].rate.clone(), ..parts[1 - at].clone() };
         let other = follows(&other, full_voltage).filter(Follows::is_plain)?;
-        let left = own[at].as_ref().map_or(other.scatter, |own| own.fit.residual_rms);
+        // Commands of two levels have no fit of their own: they say nothing of whose they are.
+        let left = own[at].as_ref()?.fit.residual_rms;
         (other.fit.residual_rms < CROSSED * left).then_some(at)
     };
     let found: Vec<usize> = (0..2).filter_map(follows_other).collect();
@@ -176,9 +208,11 @@ fn crossed(parts: [&RotorLog; 2], own: [&Option<Follows>; 2], full_voltage: f64)
 }
 
 /// What to say of a time that is no bench's.
-fn too_slow(rotor: &RotorLog, follows: &Follows) -> Option<String> {
+fn too_slow(rotor: &RotorLog, follows: &Follows, expected: Option<f64>) -> Option<String> {
     let pole = follows.fit.pole;
-    (follows.is_plain() && pole < SLOWEST_POLE).then(|| {
+    let is_unit =
+        |expected: f64| TIMES.iter().any(|unit| (1.0 / ABOUT..ABOUT).contains(&(unit * pole / expected)));
+    (follows.is_plain() && pole < SLOWEST_POLE && expected.is_none_or(is_unit)).then(|| {
         format!(
             "{}: the rates follow the commands with a time constant of {:.0} s (a pole of {pole:.3} 1/s), and no rotor on a \
              bench is that slow; if the time is in milliseconds or microseconds, import it with unit `ms` or `us`",
@@ -219,9 +253,11 @@ fn falls_steadily(rotor: &RotorLog) -> Option<(f64, f64)> {
         commands.iter().zip(&rates).map(|(u, w)| (u - command) * (w - rate)).sum::<f64>() / rows.len() as f64;
     let spread = deviation(&commands);
     let fall = -product / (spread * spread) * (high - low);
-    let volts: Vec<f64> =
-        rotor.voltage.as_ref().map_or_else(Vec::new, |volts| rows.iter().map(|&row| volts[row]).collect());
-    let (least, most) = bounds(&volts);
-    let taken = if most > 0.0 { GIVES_WAY * rate.abs() * (most - least) / most } else { 0.0 };
+    // Where nobody read it the battery may have emptied meanwhile.
+    let given_way = rotor.voltage.as_ref().map_or(EMPTIED, |volts| {
+        let (least, most) = bounds(&rows.iter().map(|&row| volts[row]).collect::<Vec<f64>>());
+        if most > 0.0 { (most - least) / most } else { 0.0 }
+    });
+    let taken = GIVES_WAY * rate.abs() * given_way;
     (product < FALLS * spread * deviation(&rates) && fall > taken).then_some((low, high))
 }

@@ -11,6 +11,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
+use super::attitude_unit::{self, Mistaken};
 use super::left_out::{self, LeftOut};
 use super::linear;
 use super::missing;
@@ -80,12 +81,18 @@ pub(super) fn identify(
         return None;
     }
     let source = log.source_name().to_owned();
-    match check_rate_unit(log, rate) {
-        Ok(told) => warnings.extend(told),
-        Err(sentence) => {
-            warnings.push(sentence);
+    match attitude_unit::mistaken(log, rate) {
+        Some(Mistaken::Rate(sentence)) => {
+            warnings.push(format!("{sentence}; J is not identified from this log"));
             return None;
         }
+        Some(Mistaken::Angle(sentence)) => {
+            warnings.push(format!("{sentence}; J comes from the rate and holds"))
+        }
+        Some(Mistaken::Perhaps(sentence)) => {
+            warnings.push(format!("{sentence}: J comes out 57 times too small otherwise"))
+        }
+        None => {}
     }
     let drive = drive(log, actuator, arm)?;
     let driven = driven(log, rate);
@@ -154,74 +161,6 @@ pub(super) fn identify(
         driven_by: drive.words,
         traces,
     })
-}
-
-/// [rad/s] no body on a bench turns faster than a gyroscope of 2000 deg/s can tell.
-const FASTEST: f64 = 60.0;
-/// Around 180/π: as far as noise and the lag of a sensor can move the ratio of a rate to the slope of its angle.
-const DEGREES: std::ops::Range<f64> = 40.0..80.0;
-/// Samples over which that slope is taken.
-const SPAN: usize = 10;
-
-/// The rate against the angle's own slope: a factor of 57 is a unit. `Err`: J cannot come from this log.
-fn check_rate_unit(log: &Dataset, rate: &[f64]) -> Result<Option<String>, String> {
-    let source = log.source_name();
-    let (slowest, fastest) = bounds(rate);
-    let fastest = fastest.max(-slowest);
-    let Some(angle) = log.column("body_angle_rad") else {
-        return if fastest > FASTEST {
-            Err(format!(
-                "{source}: the body rate reaches {fastest:.0} rad/s, which no body on a bench does; if the column is in \
-                 degrees per second, import it with unit `deg/s`; J is not identified from this log"
-            ))
-        } else {
-            Ok(None)
-        };
-    };
-    let (low, high) = bounds(angle);
-    // Over ten samples, so that the noise of the angle does not count; the rate's mean over the same ten.
-    let time = log.time();
-    let (mut slopes, mut means) = (0.0, 0.0);
-    for row in SPAN..log.len() {
-        let span = row - SPAN..=row;
-        let slope = (angle[row] - angle[row - SPAN]) / (time[row] - time[row - SPAN]);
-        let known = rate[span].iter().filter(|rate| rate.is_finite());
-        let mean = known.clone().sum::<f64>() / known.count() as f64;
-        if slope.is_finite() && mean.is_finite() {
-            slopes += slope * slope;
-            means += mean * mean;
-        }
-    }
-    let ratio = (means / slopes.max(f64::MIN_POSITIVE)).sqrt();
-    if DEGREES.contains(&ratio) {
-        return Err(format!(
-            "{source}: the body rate is {ratio:.0} times the slope of the body angle: it is in degrees per second, import \
-             it with unit `deg/s`; J is not identified from this log"
-        ));
-    }
-    if fastest > FASTEST {
-        return Err(format!(
-            "{source}: the body rate reaches {fastest:.0} rad/s, and the angle spans {:.0} rad; no body on a bench does that; if \
-             the columns are in degrees, import them with the units `deg/s` and `deg`; J is not identified from this log",
-            high - low
-        ));
-    }
-    if DEGREES.contains(&(1.0 / ratio)) {
-        return Ok(Some(format!(
-            "{source}: the slope of the body angle is {:.0} times the body rate: the angle is in degrees, import it with \
-             unit `deg`; J comes from the rate and holds",
-            1.0 / ratio
-        )));
-    }
-    // A body without stops may well turn over: this is a question, not a verdict.
-    Ok((high - low > std::f64::consts::TAU).then(|| {
-        format!(
-            "{source}: the body angle spans {:.1} rad, {:.1} turns; if angle and rate are in degrees, import them with the \
-             units `deg` and `deg/s`: J comes out 57 times too small otherwise",
-            high - low,
-            (high - low) / std::f64::consts::TAU
-        )
-    }))
 }
 
 fn drive(log: &Dataset, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive> {

@@ -17,6 +17,7 @@
 
 mod alike;
 mod alone;
+mod attitude_unit;
 mod battery;
 mod body;
 mod conclude;
@@ -48,6 +49,7 @@ mod static_curve;
 mod steps;
 mod template;
 mod thrust;
+mod units;
 mod unmoved;
 mod unsure;
 mod used;
@@ -56,6 +58,7 @@ mod voltage;
 
 use serde::Serialize;
 
+pub(crate) use attitude_unit::DEGREES;
 pub use battery::{BatteryGain, LevelGain};
 pub use body::Body;
 pub(crate) use frequency::near;
@@ -66,8 +69,10 @@ pub use outcome::{Identification, IdentifySettings, Part, PoleFit};
 pub use procedure::{STEPS, identify, identify_telling};
 pub use rivals::Rival;
 pub use rotor_log::at_standstill;
+pub use stale::measured;
 pub use static_curve::{DegreeScore, HIGHEST_DEGREE, RampCheck, StaticCurve};
 pub use thrust::ThrustCurve;
+pub use units::check_columns;
 pub use validate::Validation;
 
 /// Why nothing could be identified.

@@ -1,6 +1,6 @@
 //! The whole of section III, as far as the logs reach.
 
-use super::alone;
+use super::alone::Alone;
 use super::battery::BatteryGain;
 use super::body::Body;
 use super::intake;
@@ -64,7 +64,9 @@ pub fn identify_telling(
     if let Some(volts) = fuller {
         work.warnings.push(intake::tell_of_fuller(volts, settings));
     }
-    let said = alone::check(&work.rotors, work.full_voltage())?;
+    let alone = Alone::look(&work.rotors, work.full_voltage());
+    alone.refuse(None)?;
+    let said = alone.say();
     work.warnings.extend(said.sentences);
     work.unlike = said.unlike;
     tell("k_V from constant commands");

@@ -97,10 +97,20 @@ impl RotorLog {
         rotor: usize,
         warnings: &mut Vec<String>,
     ) -> Result<Option<Self>, IdentifyError> {
+        let Some((mut this, missing)) = Self::read(log, rotor) else { return Ok(None) };
+        this.check(warnings)?;
+        this.leave_out_starts(warnings);
+        this.leave_out_unmoved(warnings);
+        if missing.places > 0 && bounds(&this.command).1 >= LEAST_COMMAND {
+            warnings.push(this.tell_of(&missing));
+        }
+        Ok(Some(this))
+    }
+
+    /// The same as it is logged, and the commands that are missing.
+    pub fn read(log: &Dataset, rotor: usize) -> Option<(Self, Missing)> {
         let column = |stem: &str, unit: &str| log.column(&format!("{stem}_{rotor}{unit}"));
-        let (Some(command), Some(rate)) = (column("command", ""), column("propeller_rate", "_rad_s")) else {
-            return Ok(None);
-        };
+        let (command, rate) = (column("command", "")?, column("propeller_rate", "_rad_s")?);
         let voltage = log.column("battery_voltage_v");
         let source = format!("{}, rotor {rotor}", log.source_name());
         let mut segments = log.segments();
@@ -110,7 +120,7 @@ impl RotorLog {
         }
         segments.retain(|segment| segment.len() > 2);
         let missing = missing::find(log.time(), command, &segments);
-        let mut this = Self {
+        let this = Self {
             source,
             time: log.time().to_vec(),
             command: held(command, &segments),
@@ -123,13 +133,7 @@ impl RotorLog {
             foretold: None,
             beside: Beside::of(log, OTHER - rotor),
         };
-        this.check(warnings)?;
-        this.leave_out_starts(warnings);
-        this.leave_out_unmoved(warnings);
-        if missing.places > 0 && bounds(&this.command).1 >= LEAST_COMMAND {
-            warnings.push(this.tell_of(&missing));
-        }
-        Ok(Some(this))
+        Some((this, missing))
     }
 
     /// The log's name.
@@ -191,7 +195,7 @@ impl RotorLog {
     }
 
     /// Takes out of the score where the rotor stands or starts: the model has no law for that.
-    fn leave_out_starts(&mut self, warnings: &mut Vec<String>) {
+    pub(super) fn leave_out_starts(&mut self, warnings: &mut Vec<String>) {
         let mut left = 0;
         for segment in self.whole() {
             let stands = at_standstill(&self.time[segment.clone()], &self.command[segment.clone()]);
@@ -217,6 +221,13 @@ pub(super) fn bounds(values: &[f64]) -> (f64, f64) {
     let finite = || values.iter().copied().filter(|value| value.is_finite());
     let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
     if low > high { (0.0, 0.0) } else { (low, high) }
+}
+
+/// The value below which this share of the finite ones lies; 0 of none.
+pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
+    let mut values: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    let Some(last) = values.len().checked_sub(1) else { return 0.0 };
+    *values.select_nth_unstable_by((share * last as f64).round() as usize, f64::total_cmp).1
 }
 
 /// Each value held over missing cells, inside each stretch only.

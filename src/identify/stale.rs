@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::rotor_log::{LEAST_COMMAND, held};
-use crate::record::Dataset;
+use crate::record::{Dataset, readings};
 use crate::unit::short;
 
 /// [-] from this command on every rotor turns: the dead zones of speed controllers end below it.
@@ -33,6 +33,14 @@ const JUMP: f64 = 0.02;
 /// Steps of the reading that the command's change would have moved it by.
 const STEPS: f64 = 2.0;
 
+/// The logs with every cell taken as missing that is no measurement, by what the commands say too; of each it is said which.
+pub fn measured<'a>(logs: &'a [Dataset], told: &mut Vec<String>) -> Cow<'a, [Dataset]> {
+    match without_stale(logs, &[1, 2], told) {
+        Cow::Borrowed(logs) => readings::measured_all(logs, told),
+        Cow::Owned(logs) => Cow::Owned(readings::measured_all(&logs, told).into_owned()),
+    }
+}
+
 /// The logs with these readings taken as missing; of each rotor it is said how many and where.
 pub(super) fn without_stale<'a>(
     logs: &'a [Dataset],
@@ -46,7 +54,7 @@ pub(super) fn without_stale<'a>(
             let command = log.column(&format!("command_{rotor}"));
             let Some((command, rate)) = command.zip(log.column(&name)) else { continue };
             let source = format!("{}, rotor {rotor}", log.source_name());
-            let Some(rate) = measured(log, &source, command, rate, warnings) else { continue };
+            let Some(rate) = fresh(log, &source, command, rate, warnings) else { continue };
             // As long as the column it replaces.
             let _ = cleaned.to_mut()[at].replace(&name, rate);
         }
@@ -55,7 +63,7 @@ pub(super) fn without_stale<'a>(
 }
 
 /// [rad/s] the rate without what was not measured; `None` where nothing had to be taken away.
-fn measured(
+fn fresh(
     log: &Dataset,
     source: &str,
     command: &[f64],

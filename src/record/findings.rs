@@ -159,7 +159,8 @@ impl Findings {
 impl ChannelFindings {
     fn sentences(&self, interval: f64, said: &mut Vec<String>) {
         let name = &self.name;
-        if self.constant {
+        // That the guard was armed throughout is how it should be.
+        if self.constant && !name.starts_with("guard_") {
             said.push(format!("`{name}` is {} throughout", short(self.range[0])));
         }
         if let Some(longest) = longest(&self.frozen).filter(|_| self.unmeasured.stuck.is_none()) {

@@ -1,5 +1,5 @@
 //! Cells of a log that are no measurements: readings that a logger wrote again because the next one had not come yet,
-//! a gyroscope that stands still, readings at the end of a sensor's range, and single wild ones. Only of what is measured: commands and the battery may well be held.
+//! a gyroscope that stands still, readings at the end of a sensor's range, and single wild ones. Only of what is measured: commands and the battery may well be held; the battery's zeros are none, either.
 //!
 //! `import` reports them and leaves them in. What fits a model to a log takes them as missing: [`measured`].
 
@@ -11,6 +11,7 @@ use super::dataset::Dataset;
 use crate::unit::short;
 
 pub mod clipped;
+pub mod empty;
 mod repeats;
 pub(super) mod stuck;
 #[cfg(test)]
@@ -18,12 +19,14 @@ mod tests;
 mod wild;
 
 pub use clipped::{Clip, Clipped};
+pub use empty::Empty;
 pub use repeats::Repeats;
 pub use stuck::Stuck;
 pub use wild::Wild;
 
 /// Channels whose readings are looked at.
-const MEASURED: [&str; 6] = [
+const MEASURED: [&str; 7] = [
+    empty::BATTERY,
     "propeller_rate_1_rad_s",
     "propeller_rate_2_rad_s",
     "thrust_1_n",
@@ -47,6 +50,9 @@ pub struct Unmeasured {
     /// Single readings far from their neighbours.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wild: Option<Wild>,
+    /// Readings that no battery has.
+    #[serde(rename = "reads_empty", skip_serializing_if = "Option::is_none")]
+    pub empty: Option<Empty>,
 }
 
 impl Unmeasured {
@@ -56,6 +62,9 @@ impl Unmeasured {
         let Some(values) = log.column(name).filter(|_| MEASURED.contains(&name)) else {
             return Self::default();
         };
+        if name == empty::BATTERY {
+            return Self { empty: empty::find(values), ..Self::default() };
+        }
         let repeats = repeats::find(log, values);
         let mut fresh = values.to_vec();
         repeats.iter().flat_map(|repeats| &repeats.rows).for_each(|row| fresh[*row] = f64::NAN);
@@ -68,7 +77,7 @@ impl Unmeasured {
         stuck.iter().flat_map(|stuck| &stuck.rows).for_each(|row| fresh[*row] = f64::NAN);
         // Beside an end neighbours foretell what cannot be read.
         let wild = wild::find(log, &fresh, command_of(log, name)).filter(|_| clipped.is_none());
-        Self { repeats, stuck, clipped, wild }
+        Self { repeats, stuck, clipped, wild, empty: None }
     }
 
     /// Rows whose cells hold no measurement.
@@ -81,6 +90,7 @@ impl Unmeasured {
             .chain(stuck)
             .chain(clipped)
             .chain(self.wild.iter().flat_map(|wild| wild.rows.iter().copied()))
+            .chain(self.empty.iter().flat_map(|empty| empty.rows.iter().copied()))
     }
 
     /// The same in sentences; `interval` [s] is the log's own.
@@ -89,7 +99,9 @@ impl Unmeasured {
         let repeats = self.repeats.iter().map(|repeats| repeats.sentence(name, interval));
         let stuck = self.stuck.iter().map(|stuck| stuck.sentence(name));
         let clipped = self.clipped.iter().map(|clipped| clipped.sentence(name));
-        repeats.chain(stuck).chain(clipped).chain(self.wild.iter().map(|wild| wild.sentence(name))).collect()
+        let wild = self.wild.iter().map(|wild| wild.sentence(name));
+        let empty = self.empty.iter().map(|empty| empty.sentence(name));
+        repeats.chain(stuck).chain(clipped).chain(wild).chain(empty).collect()
     }
 }
 

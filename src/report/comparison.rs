@@ -6,8 +6,7 @@ use super::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone, number};
 use crate::diagnose::compare::{Block, Comparison, Direction};
 use crate::record::Dataset;
 use crate::record::dataset::LOG_SIGNALS;
-use crate::record::findings::Findings;
-use story::{about, block_table, blocks_of, keys, percent, sentences, torque_sentence};
+use story::{about, block_table, blocks_of, keys, notes, percent, sentences, torque_sentence};
 
 pub use story::text;
 
@@ -39,7 +38,7 @@ pub fn page(found: &[Vec<Comparison>], logs: &[Dataset]) -> Page {
 pub(super) fn write(page: &mut Page, found: &[Vec<Comparison>], logs: &[Dataset]) {
     for (comparisons, log) in found.iter().zip(logs) {
         page.heading(log.source_name()).paragraph(about(log));
-        page.list(Findings::of(log).warnings.into_iter().map(|warning| format!("Note: {warning}")));
+        page.list(notes(comparisons, log).into_iter().map(|note| format!("Note: {note}")));
         for comparison in comparisons {
             let (mark, sentence) = if comparison.is_adequate() {
                 (Mark::Good, "every block is at its noise floor: nothing is left to explain.".to_owned())

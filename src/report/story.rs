@@ -117,6 +117,22 @@ fn candidates(diagnosis: &Diagnosis) -> String {
     )
 }
 
+/// Effects that nobody knows anything of, by why.
+fn not_tried(diagnosis: &Diagnosis) -> String {
+    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
+    let untried = |candidate: &&Candidate| !candidate.note.is_empty() && candidate.validate.is_none();
+    for candidate in diagnosis.candidates.iter().filter(untried) {
+        match reasons.iter_mut().find(|(why, _)| *why == candidate.note) {
+            Some((_, effects)) => effects.push(&candidate.effect),
+            None => reasons.push((&candidate.note, vec![&candidate.effect])),
+        }
+    }
+    let told = |(why, effects): (&str, Vec<&str>)| {
+        wrapped("Not tried: ", &format!("{} ({why})", effects.join(", ")))
+    };
+    reasons.into_iter().map(told).collect()
+}
+
 /// A diagnosis; `next` says what to do.
 #[must_use]
 pub fn diagnosis(diagnosis: &Diagnosis, next: &[String]) -> String {
@@ -143,6 +159,7 @@ pub fn diagnosis(diagnosis: &Diagnosis, next: &[String]) -> String {
         out += &wrapped("", &sentence);
     }
     out += &candidates(diagnosis);
+    out += &not_tried(diagnosis);
     out.push('\n');
     for step in next {
         // A command stays on one line, to be copied.

@@ -2,8 +2,10 @@
 //! laws of its own, with something hidden in it; and the refusals.
 
 mod battery;
+mod columns;
 mod desk;
 mod found;
+mod ladder;
 mod late;
 mod readings;
 mod refused;

@@ -92,6 +92,13 @@ fn logs_of_two_benches_are_refused() {
         &["diagnose", "--log", &one, &other],
         &["one.csv", "other.csv", "not of one bench", "inertia", "diagnose each by itself"],
     );
+    let taken = desk.path("taken.toml");
+    let path = taken.display().to_string();
+    for added in [&["--recalibrate"][..], &["--effect", "gravity_pendulum"]] {
+        let arguments = [&["extend", "-o", &path, "--log", &one, &other][..], added].concat();
+        refused(&arguments, &["one.csv", "other.csv", "not of one bench"]);
+    }
+    assert!(!taken.exists(), "a model of two benches");
 }
 
 #[test]
@@ -193,17 +200,23 @@ fn numbers_that_no_bench_has_or_that_make_up_for_an_effect_are_not_just_taken_ov
     let text = fs::read_to_string(&flight).expect("a log");
     let header: Vec<&str> = text.lines().next().expect("a header").split(',').collect();
     let at = header.iter().position(|name| *name == "propeller_rate_2_rad_s").expect("measured");
-    let zero = |(row, line): (usize, &str)| {
-        let mut cells: Vec<&str> = line.split(',').collect();
-        if row > 0 {
-            cells[at] = "0";
-        }
-        cells.join(",") + "\n"
+    let reading = |name: &str, cell: fn(usize) -> &'static str| {
+        let read = |(row, line): (usize, &str)| {
+            let mut cells: Vec<&str> = line.split(',').collect();
+            if row > 0 {
+                cells[at] = cell(row);
+            }
+            cells.join(",") + "\n"
+        };
+        desk.write(name, &text.lines().enumerate().map(read).collect::<String>()).display().to_string()
     };
-    let zeros = desk.write("zeros.csv", &text.lines().enumerate().map(zero).collect::<String>());
-    let (log, output) = (zeros.display().to_string(), desk.path("own.toml").display().to_string());
+    let output = desk.path("own.toml").display().to_string();
     let take_over = ["extend", "--recalibrate", "-o", &output, "--log"];
-    refused(&[&take_over[..], &[&log]].concat(), &["nothing to take over", "would go from"]);
+    // Zeros were not measured; the noise of a sensor that sees nothing is not known from a rate.
+    let zeros = reading("zeros.csv", |_| "0");
+    refused(&[&take_over[..], &[&zeros]].concat(), &["nothing to take over", "do not ask for other numbers"]);
+    let noise = reading("noise.csv", |row| ["3", "5", "4"][row % 3]);
+    refused(&[&take_over[..], &[&noise]].concat(), &["nothing to take over", "would go from"]);
     assert!(!desk.path("own.toml").exists());
 
     let log = desk.fly("pendulum.csv", 1, &["--hide", "gravity_pendulum:moment=0.3"]).display().to_string();

@@ -79,7 +79,7 @@ pub(super) fn text(lesson: &Lesson, hidden: &str) -> String {
         Verdict::MissingEffect => {
             format!("found missing: {}{}", diagnosis.effects.join(", "), twins(diagnosis))
         }
-        other => format!("verdict: {other:?}"),
+        _ => diagnosis.sentence(""),
     });
     lines.push(format!(
         "held-out error: {} -> {} rad/s, noise floor {} ({})",

@@ -28,6 +28,7 @@ use serde::Serialize;
 
 use super::expressions::{Hitch, hitch};
 use super::logs::{Absurd, check_magnitudes, nothing_in_common};
+use crate::identify;
 use crate::model::{Model, ModelError};
 use crate::record::{Dataset, DatasetError, readings};
 use crate::unit::short;
@@ -113,6 +114,9 @@ pub struct Comparison {
     /// Cells of the log that are no measurements, and were taken as missing.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
+    /// Columns of the log that can hardly be what their names say, or are of another rotor than the first model's.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub mistaken_columns: Vec<String>,
 }
 
 impl Comparison {
@@ -196,6 +200,9 @@ pub fn compare(
     if runs.iter().all(Vec::is_empty) {
         return Err(CompareError::NothingToCompare(nothing_in_common(&[log])));
     }
+    // Told, not refused: a comparison may be what somebody looks at to find that out.
+    let mistaken = models.first().map(|model| identify::check_columns(std::slice::from_ref(log), model));
+    let mistaken = mistaken.unwrap_or(Ok(Vec::new())).unwrap_or_else(|error| vec![error.to_string()]);
     let noise = noise::Noise::estimate(log, &runs);
     let mut comparisons = Vec::new();
     for (model, run) in models.iter().zip(runs) {
@@ -209,6 +216,7 @@ pub fn compare(
             blocks: blocks.collect(),
             unknown_torque,
             warnings: warnings.clone(),
+            mistaken_columns: mistaken.clone(),
         });
     }
     Ok(comparisons)

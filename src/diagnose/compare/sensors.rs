@@ -11,6 +11,8 @@ use crate::record::{Dataset, readings};
 
 /// [s] the slope's window reaches so far to both sides.
 const REACH: f64 = 0.08;
+/// Share of an interval by which its neighbours may differ and rows are even.
+const EVEN: f64 = 0.1;
 
 /// Runs the block; `None` where one of the two sensors is missing.
 pub(super) fn run(equations: &Equations, log: &Dataset) -> Option<Raw> {
@@ -24,17 +26,7 @@ pub(super) fn run(equations: &Equations, log: &Dataset) -> Option<Raw> {
             continue;
         }
         let true_rate = slopes(time, &stretch.inputs[1], half);
-        let mut turned = 0.0;
-        let integral: Vec<f64> = (0..time.len())
-            .map(|k| {
-                if k > 0 {
-                    turned +=
-                        0.5 * (stretch.inputs[0][k] + stretch.inputs[0][k - 1]) * (time[k] - time[k - 1]);
-                }
-                turned
-            })
-            .collect();
-        let measured = slopes(time, &integral, half);
+        let measured = slopes(time, &integral(time, &stretch.inputs[0]), half);
         let modelled = equations.gyroscope(time, &true_rate, &stretch.inputs[1]);
         // Windows at the ends are lopsided and noisier.
         let kept = half..time.len() - half;
@@ -42,6 +34,26 @@ pub(super) fn run(equations: &Equations, log: &Dataset) -> Option<Raw> {
         raw.add(rows, &measured[kept.clone()], &modelled[kept]);
     }
     (!raw.measured.is_empty()).then_some(raw)
+}
+
+/// The integral from the first sample on. A body that is quick beside the rows bends between them: where rows are even, a
+/// cubic through four of them.
+fn integral(time: &[f64], values: &[f64]) -> Vec<f64> {
+    let mut turned = 0.0;
+    let rest = (1..values.len()).map(|k| {
+        let step = time[k] - time[k - 1];
+        let is_even = |other: f64| (other / step - 1.0).abs() < EVEN;
+        let neighbours = (k >= 2 && k + 1 < values.len())
+            .then(|| is_even(time[k - 1] - time[k - 2]) && is_even(time[k + 1] - time[k]));
+        let mean = 0.5 * (values[k - 1] + values[k]);
+        turned += step
+            * match neighbours {
+                Some(true) => mean + (values[k - 1] + values[k] - values[k - 2] - values[k + 1]) / 24.0,
+                _ => mean,
+            };
+        turned
+    });
+    std::iter::once(0.0).chain(rest).collect()
 }
 
 /// Slope of the straight line through `half` samples to both sides, [unit/s].
@@ -70,4 +82,20 @@ pub(super) fn noise(half: usize, interval: f64, gyro: f64, angle: f64) -> f64 {
     // The weights on the rate are a parabola over the window, whose squares integrate to 3 / (5 reach).
     let smoothed = gyro * (0.6 / n).sqrt();
     (angle / spread.sqrt()).hypot(smoothed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Straight lines between the rows would cut 0.3 % off this motion: 3.3e-4 rad.
+    #[test]
+    fn a_quick_body_is_integrated_between_its_rows() {
+        let time: Vec<f64> = (0..500).map(|row| 0.02 * f64::from(row)).collect();
+        let rate: Vec<f64> = time.iter().map(|t| (10.0 * t).cos()).collect();
+        let off = |(t, angle): (&f64, f64)| (angle - 0.1 * (10.0 * t).sin()).abs();
+        let worst = time.iter().zip(integral(&time, &rate)).map(off).fold(0.0, f64::max);
+        // Both ends are straight lines: 7e-5 rad each.
+        assert!(worst < 1.5e-4, "{worst}");
+    }
 }

@@ -203,6 +203,12 @@ pub(super) fn torque_sentence(comparison: &Comparison) -> Option<String> {
     ))
 }
 
+/// What to know about a log, first what makes everything else worthless.
+pub(super) fn notes(comparisons: &[Comparison], log: &Dataset) -> Vec<String> {
+    let mistaken = comparisons.first().map(|first| first.mistaken_columns.clone()).unwrap_or_default();
+    mistaken.into_iter().chain(Findings::of(log).warnings).collect()
+}
+
 /// One screen.
 #[must_use]
 pub fn text(found: &[Vec<Comparison>], logs: &[Dataset]) -> String {
@@ -227,8 +233,8 @@ pub fn text(found: &[Vec<Comparison>], logs: &[Dataset]) -> String {
             let over_time: Vec<f64> = worst.failure.over_time.iter().map(|(_, rms)| *rms).collect();
             let _ = writeln!(out, "  error over time  {}", sparkline(&over_time, 60));
         }
-        for warning in Findings::of(log).warnings {
-            out += &wrapped("Note: ", &warning);
+        for note in notes(comparisons, log) {
+            out += &wrapped("Note: ", &note);
         }
         out.push('\n');
     }
