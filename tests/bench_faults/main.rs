@@ -9,7 +9,7 @@ mod recorder;
 
 use std::time::Duration;
 
-use processes::{TestBench, Watcher, late, say, up_to_three_times};
+use processes::{TestBench, Watcher, late, say, up_to_six_times};
 use rotorbench::clock;
 use rotorbench::guard::{Cause, State};
 use rotorbench::shm::{Bench, REQUEST, Role, STOPS, SharedMemoryConfig};
@@ -25,7 +25,7 @@ fn flying(test: &str) -> (TestBench, processes::Process, processes::Process, Wat
 
 #[test]
 fn a_killed_controller_is_noticed_and_may_come_back() {
-    up_to_three_times(|| {
+    up_to_six_times(|| {
         let (bench, _emulator, control, mut watcher) = flying("kill");
         let at_ns = clock::monotonic_ns();
         control.signal(libc::SIGKILL);
@@ -55,7 +55,7 @@ fn a_killed_controller_is_noticed_and_may_come_back() {
 
 #[test]
 fn a_stopped_controller_is_noticed_and_its_return_moves_nothing() {
-    up_to_three_times(|| {
+    up_to_six_times(|| {
         let (bench, _emulator, control, mut watcher) = flying("pause");
         let at_ns = clock::monotonic_ns();
         control.signal(libc::SIGSTOP);
@@ -70,7 +70,7 @@ fn a_stopped_controller_is_noticed_and_its_return_moves_nothing() {
 
 #[test]
 fn an_emulator_that_stood_still_latches_when_it_goes_on() {
-    up_to_three_times(|| {
+    up_to_six_times(|| {
         let (bench, emulator, _control, mut watcher) = flying("still");
         emulator.signal(libc::SIGSTOP);
         std::thread::sleep(Duration::from_secs(1));
@@ -86,7 +86,7 @@ fn an_emulator_that_stood_still_latches_when_it_goes_on() {
 
 #[test]
 fn an_emulator_that_was_killed_comes_back_disarmed() {
-    up_to_three_times(|| {
+    up_to_six_times(|| {
         let (bench, emulator, mut control, mut watcher) = flying("back");
         emulator.signal(libc::SIGKILL);
         std::thread::sleep(Duration::from_millis(300));
@@ -108,7 +108,7 @@ fn every_way_to_end_the_emulator_ends_in_the_safe_command() {
         (libc::SIGHUP, "closed terminal"),
         (libc::SIGTSTP, "Ctrl-Z"),
     ] {
-        up_to_three_times(|| {
+        up_to_six_times(|| {
             let (bench, mut emulator, _control, mut watcher) = flying("end");
             let at_ns = clock::monotonic_ns();
             emulator.signal(signal);
@@ -123,7 +123,7 @@ fn every_way_to_end_the_emulator_ends_in_the_safe_command() {
 /// Somebody's `arm` waits for its checks, somebody's `stop` was suspended: the next `stop` must get through.
 #[test]
 fn a_stop_gets_past_operators_who_hang() {
-    up_to_three_times(|| {
+    up_to_six_times(|| {
         let (bench, _emulator, _control, mut watcher) = flying("hang");
         let member =
             Bench::join(&bench.config.name, &SharedMemoryConfig::default(), Role::Operator).expect("there");
@@ -140,7 +140,7 @@ fn a_stop_gets_past_operators_who_hang() {
 
 #[test]
 fn a_second_one_of_either_kind_is_refused_in_one_sentence() {
-    up_to_three_times(|| {
+    up_to_six_times(|| {
         let (bench, _emulator, _control, mut watcher) = flying("second");
         for (command, other) in [(["control"].as_slice(), "control"), (&["emulate", "--shm"], "emulate")] {
             let refused = bench.run(command);
@@ -161,7 +161,7 @@ fn a_second_one_of_either_kind_is_refused_in_one_sentence() {
 #[test]
 fn the_angle_is_held_through_torque_impulses_at_50_hz_and_at_1_khz() {
     for period_s in [0.02, 0.001] {
-        up_to_three_times(|| hold(period_s));
+        up_to_six_times(|| hold(period_s));
     }
 }
 

@@ -13,7 +13,7 @@ use rotorbench::clock;
 use rotorbench::guard::{Cause, State};
 use rotorbench::signal::{AppliedFlags, GuardEvent};
 
-use crate::processes::{Process, TestBench, Watcher, late, say, up_to_three_times};
+use crate::processes::{Process, TestBench, Watcher, late, say, up_to_six_times};
 
 /// [s] that a flight is looked at after the fault.
 const AFTERWARDS: Duration = Duration::from_millis(1_500);
@@ -232,7 +232,7 @@ fn no_fault_of_a_process_at_any_moment_breaks_a_promise() {
     for row in &ROWS {
         let mut seen = Vec::new();
         for draw in 1..=draws {
-            up_to_three_times_with(|| fly(row, draw), &mut seen);
+            up_to_six_times_with(|| fly(row, draw), &mut seen);
         }
         let line = line(row, &seen);
         say(&line);
@@ -244,9 +244,9 @@ fn no_fault_of_a_process_at_any_moment_breaks_a_promise() {
 }
 
 /// Keeps what the scenario that held came to.
-fn up_to_three_times_with(scenario: impl Fn() -> Seen, into: &mut Vec<Seen>) {
+fn up_to_six_times_with(scenario: impl Fn() -> Seen, into: &mut Vec<Seen>) {
     let kept = std::sync::Mutex::new(None);
-    up_to_three_times(|| {
+    up_to_six_times(|| {
         let seen = scenario();
         *kept.lock().expect("nobody panics with it") = Some(seen);
     });

@@ -10,7 +10,7 @@ use rotorbench::clock;
 use rotorbench::guard::State;
 use rotorbench::record::{End, Record, Recording};
 
-use crate::processes::{Process, TestBench, Watcher, late, say, up_to_three_times};
+use crate::processes::{Process, TestBench, Watcher, late, say, up_to_six_times};
 
 fn flying(test: &str, period_s: f64) -> (TestBench, Process, Process, Watcher) {
     let bench = TestBench::new(test, |config| {
@@ -51,7 +51,7 @@ fn assert_flies(watcher: &mut Watcher) {
 fn a_recorder_killed_in_the_middle_of_a_write_leaves_all_but_the_last_second() {
     let mut dice = ChaCha8Rng::seed_from_u64(20);
     let moments: Vec<u64> = (0..5).map(|_| dice.random_range(1_500..3_000)).collect();
-    up_to_three_times(|| {
+    up_to_six_times(|| {
         let (bench, _emulator, _control, mut watcher) = flying("cut", 0.005);
         for (number, moment_ms) in moments.iter().enumerate() {
             let (recorder, path) = start_recorder(&bench, &format!("{number}.mcap"));
@@ -85,7 +85,7 @@ fn a_recorder_killed_in_the_middle_of_a_write_leaves_all_but_the_last_second() {
 /// A recorder that stands still is the slowest disk of all: the rings in shared memory overtake it.
 #[test]
 fn back_pressure_is_counted_and_never_felt() {
-    up_to_three_times(|| {
+    up_to_six_times(|| {
         let (bench, _emulator, _control, mut watcher) = flying("slow", 0.001);
         let (mut recorder, path) = start_recorder(&bench, "slow.mcap");
         std::thread::sleep(Duration::from_millis(700));
@@ -112,7 +112,7 @@ fn back_pressure_is_counted_and_never_felt() {
 /// written, and is not felt.
 #[test]
 fn a_disk_that_refuses_ends_the_recording_and_nothing_else() {
-    up_to_three_times(|| {
+    up_to_six_times(|| {
         let (bench, _emulator, _control, mut watcher) = flying("disk", 0.005);
         let path = bench.file.with_file_name("disk.mcap");
         let mut recorder = bench.start_limited(400_000, &["record", "-o", &path.display().to_string()]);

@@ -3,7 +3,7 @@
 
 use std::os::fd::AsRawFd;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use rotorbench::bench::Trigger;
 use rotorbench::can::{Frame, Id};
@@ -18,7 +18,7 @@ use socketcan::{CanErrorFrame, CanSocket, Socket};
 use crate::bus::{Bus, ip};
 use crate::counting::allocations;
 use crate::faults::{Hardware, bench};
-use crate::processes::{TestBench, say};
+use crate::processes::{Patience, TestBench, say};
 
 /// State code of an armed guard, as a bit.
 const ARMED: u32 = 1 << 2;
@@ -67,9 +67,9 @@ fn everything_happens(bench: &TestBench, bus: &Bus) -> u32 {
     let member = Bench::join(&bench.config.name, &bench.config.shared_memory, Role::Monitor).expect("joined");
     let mut applied = member.subscribe(&APPLIED).expect("subscribed");
     let mut states = 0;
-    let deadline = Instant::now() + Duration::from_secs(30);
+    let mut patience = Patience::seconds(30);
     while states & ARMED == 0 {
-        assert!(Instant::now() < deadline, "the bench is never armed");
+        assert!(patience.lasts(), "the bench is never armed");
         let _ = operator::act(&bench.config, OperatorAct::Disarm);
         let _ = operator::act(&bench.config, OperatorAct::Arm);
         while let Some(applied) = applied.next_in_order() {

@@ -2,9 +2,11 @@
 
 use std::process::Command;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use rotorbench::can::{Arrival, Port};
+
+use crate::processes::Patience;
 
 static MADE: AtomicU32 = AtomicU32::new(0);
 
@@ -72,9 +74,9 @@ fn as_root(program: &str) -> Command {
 /// Everything that arrives until `enough` says so. Ten seconds without are a failure, not a measurement.
 pub fn receive(port: &mut Port, enough: impl Fn(&[Arrival]) -> bool) -> Vec<Arrival> {
     let mut arrivals = Vec::new();
-    let deadline = Instant::now() + Duration::from_secs(10);
+    let mut patience = Patience::seconds(10);
     while !enough(&arrivals) {
-        assert!(Instant::now() < deadline, "only {} arrived: {arrivals:?}", arrivals.len());
+        assert!(patience.lasts(), "only {} arrived: {arrivals:?}", arrivals.len());
         port.receive(|arrival| arrivals.push(arrival)).expect("the interface is up");
         std::thread::sleep(Duration::from_millis(1));
     }

@@ -9,7 +9,7 @@ use rotorbench::shm::{BUS, Bench, Role, SENSORS};
 
 use crate::bus::{Bus, run};
 use crate::faults::{Hardware, Lie, bench, flying, safe_on_the_bus};
-use crate::processes::{Process, TestBench, say, up_to_three_times};
+use crate::processes::{Process, TestBench, say, up_to_six_times};
 
 /// Ends a bridge that was started with `--json`; what it says of the bus.
 fn bus_of(mut bridge: Process) -> serde_json::Value {
@@ -75,7 +75,7 @@ fn cansend_moves_no_rotor_and_is_counted_by_cause() {
 /// nobody, and no reason to end the flight.
 #[test]
 fn one_impossible_value_in_flight_is_counted_and_used_by_nobody() {
-    up_to_three_times(|| {
+    up_to_six_times(|| {
         let bus = Bus::new();
         let bench = bench("values", &bus);
         let hardware = Hardware::start(&bench);
@@ -110,7 +110,7 @@ fn one_impossible_value_in_flight_is_counted_and_used_by_nobody() {
 /// A second node that sends our command's identifier: seen as what it is, whatever it says.
 #[test]
 fn a_foreign_command_latches_and_our_own_echo_does_not() {
-    up_to_three_times(|| {
+    up_to_six_times(|| {
         let bus = Bus::new();
         let bench = bench("foreign", &bus);
         let _hardware = Hardware::start(&bench);

@@ -16,7 +16,7 @@ use rotorbench::signal::{Request, Sample, Sensors};
 
 use crate::bus::Bus;
 use crate::faults::bench;
-use crate::processes::{TestBench, late, say, up_to_three_times};
+use crate::processes::{TestBench, late, say, up_to_six_times};
 
 fn triggered(test: &str, bus: &Bus, period_s: f64) -> TestBench {
     let mut bench = bench(test, bus);
@@ -111,7 +111,7 @@ fn a_stop_that_nobody_rang_for_is_made_in_the_next_turn() {
 /// Who rings wakes `run` from its wait for a frame, before a frame or a slot does, and is heard.
 #[test]
 fn a_stop_that_is_rung_for_ends_the_wait_for_a_frame() {
-    up_to_three_times(|| {
+    up_to_six_times(|| {
         let bus = Bus::new();
         let bench = triggered("rung", &bus, 1.0);
         let config = &bench.config;
@@ -148,7 +148,7 @@ fn a_stop_that_is_rung_for_ends_the_wait_for_a_frame() {
 /// Nor does it sleep on when no frame comes: each turn ends at its slot.
 #[test]
 fn without_frames_each_slot_ends_the_wait() {
-    up_to_three_times(|| {
+    up_to_six_times(|| {
         let bus = Bus::new();
         // User-Mode Linux sleeps 10 ms at least.
         let bench = triggered("slots", &bus, 0.05);

@@ -9,7 +9,7 @@ use rotorbench::{clock, rt};
 use serde_json::Value;
 
 use super::bus::Bus;
-use super::processes::up_to_three_times;
+use super::processes::up_to_six_times;
 
 fn jitter(options: &[&str]) -> Output {
     let fixed = ["jitter", "--json", "--without-cyclictest", "--rounds", "1", "--period-us", "20000"];
@@ -39,7 +39,7 @@ fn a_virtual_bus_is_measured_from_frame_to_command() {
 /// What is measured is an armed bench: it ends as every bench does, by its guard.
 #[test]
 fn the_measured_loop_ends_by_the_ramp() {
-    up_to_three_times(|| {
+    up_to_six_times(|| {
         let bus = Bus::new();
         let mut port = bus.port();
         let roles = Roles::build(&BusConfig::default(), 0.02).expect("sound");

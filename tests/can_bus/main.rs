@@ -7,6 +7,7 @@ mod bus;
 mod counting;
 mod ends;
 mod faults;
+mod flood;
 mod foreign;
 mod imu;
 mod jitter;

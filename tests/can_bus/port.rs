@@ -8,6 +8,7 @@ use rotorbench::signal::Applied;
 use socketcan::{CanErrorFrame, CanSocket, Socket, SocketOptions};
 
 use crate::bus::{Bus, ip, receive, run};
+use crate::processes::Patience;
 
 fn frame(number: u32, data: &[u8]) -> Frame {
     Frame::classic(Id::new(number, number > 0x7FF).expect("valid"), data).expect("fits")
@@ -193,12 +194,12 @@ fn error_frames_are_decoded_and_the_interface_is_asked() {
 
 /// Waits for what another thread will do; the limit only ends a test that hangs.
 fn eventually<T>(mut ready: impl FnMut() -> Option<T>) -> T {
-    let deadline = std::time::Instant::now() + std::time::Duration::from_secs(10);
+    let mut patience = Patience::seconds(10);
     loop {
         if let Some(value) = ready() {
             return value;
         }
-        assert!(std::time::Instant::now() < deadline, "it never happened");
+        assert!(patience.lasts(), "it never happened");
         std::thread::sleep(std::time::Duration::from_millis(1));
     }
 }

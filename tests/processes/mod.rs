@@ -150,23 +150,46 @@ impl Drop for TestBench {
     }
 }
 
+/// A time to wait in which a machine that stands still for a while uses up no more than one look's worth: this
+/// kernel, emulated or not, may be stopped for seconds, and what is waited for was stopped with it.
+pub struct Patience {
+    left: Duration,
+    looked: Instant,
+}
+
+impl Patience {
+    const LOOK: Duration = Duration::from_millis(200);
+
+    pub fn seconds(seconds: u64) -> Self {
+        Self { left: Duration::from_secs(seconds), looked: Instant::now() }
+    }
+
+    /// Whether to look once more.
+    pub fn lasts(&mut self) -> bool {
+        self.left = self.left.saturating_sub(self.looked.elapsed().min(Self::LOOK));
+        self.looked = Instant::now();
+        !self.left.is_zero()
+    }
+}
+
 /// A scenario in which something took too long.
 struct Late(String);
 
-/// Ends a scenario of [`up_to_three_times`] that a busy machine may have spoilt.
+/// Ends a scenario of [`up_to_six_times`] that a busy machine may have spoilt.
 pub fn late(what: String) -> ! {
     say(&what);
     std::panic::resume_unwind(Box::new(Late(what)))
 }
 
-/// Runs a scenario up to three times, as far as only time was against it. These processes share
-/// the processors with the rest of the test run (what priority they are granted counts among themselves only where the kernel
-/// is User-Mode Linux) and have one emulated processor there: the machine may hold any of them up for longer than the guard allows, and then the reaction is late, for another
-/// cause, or before there was a fault. A defect makes each of the three late. What is wrong at any speed, such as a
-/// rotor that turns after the latch, fails at once.
-pub fn up_to_three_times(scenario: impl Fn()) {
+/// Runs a scenario up to six times, as far as only time was against it. These processes share the processors with the
+/// rest of the test run (what priority they are granted counts among themselves only where the kernel is User-Mode
+/// Linux) and have one emulated processor there: the machine may hold any of them up for longer than the guard allows,
+/// and then the reaction is late, for another cause, or before there was a fault. On a machine that is short of
+/// processor time that is every other attempt. A defect makes each of the six late. What is wrong at any speed, such as
+/// a rotor that turns after the latch, fails at once.
+pub fn up_to_six_times(scenario: impl Fn()) {
     let mut last = String::new();
-    for _ in 0..3 {
+    for _ in 0..6 {
         match std::panic::catch_unwind(std::panic::AssertUnwindSafe(&scenario)) {
             Ok(()) => return,
             Err(panic) => match panic.downcast::<Late>() {
@@ -175,7 +198,7 @@ pub fn up_to_three_times(scenario: impl Fn()) {
             },
         }
     }
-    panic!("three times of three: {last}");
+    panic!("six times of six: {last}");
 }
 
 /// Says something that a passing test says, too.
@@ -200,12 +223,12 @@ impl Process {
 
     /// Waits for the end; the exit status.
     pub fn wait(&mut self) -> std::process::ExitStatus {
-        let start = Instant::now();
+        let mut patience = Patience::seconds(60);
         loop {
             if let Some(status) = self.child.try_wait().expect("a child") {
                 return status;
             }
-            assert!(start.elapsed() < Duration::from_secs(60), "{} does not end:\n{}", self.name, self.log());
+            assert!(patience.lasts(), "{} does not end:\n{}", self.name, self.log());
             std::thread::sleep(Duration::from_millis(2));
         }
     }
@@ -278,7 +301,7 @@ impl Watcher {
 
     /// Waits until the guard lets through what `wanted` accepts. The limit only ends a test that hangs.
     pub fn until(&mut self, what: &str, wanted: impl Fn(&Applied) -> bool) -> Applied {
-        let start = Instant::now();
+        let mut patience = Patience::seconds(30);
         loop {
             let mut found = None;
             self.each(|applied| found = found.or(wanted(applied).then_some(*applied)));
@@ -286,8 +309,7 @@ impl Watcher {
                 return found;
             }
             let causes: Vec<String> = self.said.iter().map(operator::sentence).collect();
-            let waited = start.elapsed();
-            assert!(waited < Duration::from_secs(30), "{what} never came; {:?}; {causes:#?}", self.newest);
+            assert!(patience.lasts(), "{what} never came; {:?}; {causes:#?}", self.newest);
             std::thread::sleep(Duration::from_millis(1));
         }
     }
