@@ -16,10 +16,11 @@ pub fn run_all(plans: &[Plan], stage: &Stage, done: &(dyn Fn() + Sync)) -> Vec<T
     })
 }
 
-/// Runs the most promising `most` of each group of plans, by a look at a part of the data.
+/// Runs the most promising `most` of each group of plans, by a look at a part of the data; of a body's, whose part is
+/// every so many windows, the `finished` best at the end of their way on that part.
 pub fn run_promising(
     groups: &[Vec<Plan>],
-    most: usize,
+    (most, finished): (usize, usize),
     stage: &Stage,
     done: &(dyn Fn() + Sync),
 ) -> Vec<Trial> {
@@ -35,19 +36,34 @@ pub fn run_promising(
     let mut looked: Vec<((usize, &Plan), Glance)> = all.into_iter().zip(looked).collect();
     looked.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
     let mut taken = vec![0; groups.len()];
-    let promising: Vec<(&Plan, Mutex<Option<Glance>>)> = looked
-        .into_iter()
-        .filter(|((group, _), _)| {
-            taken[*group] += 1;
-            taken[*group] <= most
-        })
-        .map(|((_, plan), glance)| (plan, Mutex::new(Some(glance))))
-        .collect();
-    let trials = spread(&promising, |(plan, glance)| {
-        let glance = glance.lock().unwrap_or_else(PoisonError::into_inner).take();
-        glance.map(|glance| plan.finish(glance, stage))
+    looked.retain(|((group, _), _)| {
+        taken[*group] += 1;
+        taken[*group] <= most
     });
-    trials.into_iter().flatten().collect()
+    let mut promising: Vec<(&Plan, Glance)> =
+        looked.into_iter().map(|((_, plan), glance)| (plan, glance)).collect();
+    // The part of a rotor's run is its middle: what drifts looks different there.
+    if !stage.train.is_rotor() {
+        let goal = promising.first().map_or(0.0, |(_, glance)| glance.cost());
+        promising = each(promising, |plan, glance| (plan, plan.sketch(glance, stage, goal)));
+        promising.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
+        promising.truncate(finished);
+    }
+    each(promising, |plan, glance| plan.finish(glance, stage))
+}
+
+/// Does the work for every plan and what was seen of it, on every core.
+fn each<'p, R: Send>(
+    plans: Vec<(&'p Plan<'p>, Glance)>,
+    work: impl Fn(&'p Plan<'p>, Glance) -> R + Sync,
+) -> Vec<R> {
+    let items: Vec<(&Plan, Mutex<Option<Glance>>)> =
+        plans.into_iter().map(|(plan, glance)| (plan, Mutex::new(Some(glance)))).collect();
+    let done = spread(&items, |(plan, glance)| {
+        let glance = glance.lock().unwrap_or_else(PoisonError::into_inner).take();
+        glance.map(|glance| work(plan, glance))
+    });
+    done.into_iter().flatten().collect()
 }
 
 /// Does the work for every item, on every core; answers in the items' order.

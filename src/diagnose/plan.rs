@@ -31,6 +31,8 @@ pub struct Glance {
     names: Vec<String>,
     /// Cost on the part of the data looked at, and the start, best first.
     starts: Vec<(f64, Model)>,
+    /// Whether the starts are ends of a way on that part.
+    is_sketched: bool,
 }
 
 impl Glance {
@@ -39,12 +41,20 @@ impl Glance {
     pub fn cost(&self) -> f64 {
         self.starts.first().map_or(f64::INFINITY, |(cost, _)| *cost)
     }
+
+    /// The best start, and the second where it is as good.
+    fn worth_following(&self) -> impl Iterator<Item = &(f64, Model)> {
+        let limit = AS_GOOD * self.starts.first().map_or(0.0, |(cost, _)| *cost);
+        self.starts.iter().take(2).filter(move |(cost, _)| *cost <= limit)
+    }
 }
 
 /// Steps of the first look at each start.
 const LOOK: FitConfig = FitConfig { iterations: 4, tolerance: 1e-3, goal: None, goes_on: true };
 /// The way to the end: a change of the cost by a hundred-thousandth decides nothing.
 const FOLLOW: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5, goal: None, goes_on: true };
+/// The way to the end on a part of the data, from where the one on all data begins.
+const SKETCH: FitConfig = FitConfig { iterations: 10, tolerance: 1e-3, goal: None, goes_on: true };
 /// From the end of the fit on all data to that on a part of them it is not far.
 const PART: FitConfig = FitConfig { iterations: 15, tolerance: 1e-4, goal: None, goes_on: true };
 /// Share of the cost without the effect that a fit with it must fall below to be worth its whole way: [`gains`] asks for
@@ -107,21 +117,42 @@ impl Plan<'_> {
         } else {
             self.looked_at(self.starts(&template, &fresh, stage), &names, stage)
         };
-        Glance { template, names, starts }
+        Glance { template, names, starts, is_sketched: false }
+    }
+
+    /// Follows the best starts to the end on a part of the data, as far as that may lead below `goal`: the fit on all of
+    /// them then has little left to do.
+    #[must_use]
+    pub fn sketch(&self, glance: Glance, stage: &Stage, goal: f64) -> Glance {
+        let Some(data) = &stage.coarse else { return glance };
+        let problem =
+            Problem::new(data, glance.template.clone(), glance.names.clone(), &self.inside(&glance.template));
+        let config = FitConfig { goal: Some(goal), ..SKETCH };
+        let follow = |(_, model): &(f64, Model)| {
+            let end = fit(&problem, &self.frees(&glance.names, model), None, &config);
+            (end.cost, problem.model(&end.globals))
+        };
+        let mut starts: Vec<(f64, Model)> = glance.worth_following().map(follow).collect();
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        starts.truncate(1);
+        Glance { starts, is_sketched: true, ..glance }
     }
 
     /// Follows the best starts to the end, and judges.
     #[must_use]
     pub fn finish(&self, glance: Glance, stage: &Stage) -> Trial {
-        let Glance { template, names, starts } = glance;
-        let inside = self.inside(&template);
+        let Glance { template, names, .. } = &glance;
+        let inside = self.inside(template);
         let problem = Problem::new(&stage.train, template.clone(), names.clone(), &inside);
-        let limit = AS_GOOD * starts.first().map_or(0.0, |(cost, _)| *cost);
-        let ends = starts.iter().take(2).filter(|(cost, _)| *cost <= limit).map(|(_, model)| model);
-        let follow = FitConfig { goal: self.without.map(|cost| WORTH * cost), ..FOLLOW };
-        let ends = ends.map(|model| fit_on(&problem, &self.frees(&names, model), None, &follow, None));
+        let follow = FitConfig {
+            goal: self.without.map(|cost| WORTH * cost),
+            ..if glance.is_sketched { PART } else { FOLLOW }
+        };
+        let ends = glance
+            .worth_following()
+            .map(|(_, model)| fit_on(&problem, &self.frees(names, model), None, &follow, None));
         let best = ends.min_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
-        let from_template = || fit_on(&problem, &self.frees(&names, &template), None, &FOLLOW, None);
+        let from_template = || fit_on(&problem, &self.frees(names, template), None, &FOLLOW, None);
         let (mut best, slopes) = best.unwrap_or_else(from_template);
         let is_worth_it = follow.goal.is_none_or(|goal| best.cost < goal);
         for (index, name) in names.iter().enumerate().filter(|_| is_worth_it) {
@@ -129,9 +160,9 @@ impl Plan<'_> {
                 // The value and the rest of the numbers depend on each other.
                 scan::settle(&problem, &stage.train, index, &mut best);
                 let settled = problem.model(&best.globals);
-                best = fit(&problem, &self.frees(&names, &settled), Some(&best.locals), &FOLLOW);
+                best = fit(&problem, &self.frees(names, &settled), Some(&best.locals), &FOLLOW);
                 if self.from.parameter(name).is_some() {
-                    self.look_again(&problem, (name, &names), stage, &mut best);
+                    self.look_again(&problem, (name, names), stage, &mut best);
                 }
                 scan::polish(&problem, &stage.train, index, &mut best);
             }
@@ -142,11 +173,11 @@ impl Plan<'_> {
                 model.standard_errors.insert(name.clone(), *error);
             }
         }
-        let judged = self.judged(&model, (&best, &slopes), &names, stage);
+        let judged = self.judged(&model, (&best, &slopes), names, stage);
         Trial {
             effects: self.effects.iter().map(|effect| effect.id.clone()).collect(),
             model,
-            names,
+            names: names.clone(),
             fit: best,
             judged,
         }

@@ -12,11 +12,14 @@ use super::worth::{
 };
 use crate::model::{Effect, Model};
 
-/// Sets carried on abreast.
-const ABREAST: usize = 3;
+/// Sets carried on abreast: single effects, and sets of two and more. What several known laws approach together from
+/// several sides is mostly none of them.
+const ABREAST: (usize, usize) = (3, 2);
 /// Candidates that are fitted to the end beside each set of two or more, the most promising ones. Beside a single
 /// effect all are: a law in a corner, such as a limit, looks like nothing for its first steps.
-const PROMISING: usize = 8;
+/// And of a body's sets those that are fitted to the end on all data, the best of a depth.
+const PAIRS: (usize, usize) = (usize::MAX, 8);
+const MORE: (usize, usize) = (8, 4);
 /// Most effects of one block.
 const DEEPEST: usize = 5;
 /// An error within this factor of the noise floor leaves nothing to explain.
@@ -193,7 +196,11 @@ impl<'a> Search<'a> {
                 return;
             }
             // Beside one that leaves next to nothing the others are only longer ways.
-            let abreast = if falls && nearest < AT_FLOOR { 1 } else { ABREAST };
+            let abreast = match depth {
+                _ if falls && nearest < AT_FLOOR => 1,
+                1 => ABREAST.0,
+                _ => ABREAST.1,
+            };
             let front: Vec<Trial> = front.iter().take(abreast).map(|it| (*it).clone()).collect();
             let mut sets: Vec<Vec<String>> = Vec::new();
             let mut groups: Vec<Vec<Plan>> = Vec::new();
@@ -218,8 +225,7 @@ impl<'a> Search<'a> {
                 }
                 groups.push(plans);
             }
-            let deeper =
-                run_promising(&groups, if depth == 1 { usize::MAX } else { PROMISING }, stage, self.done);
+            let deeper = run_promising(&groups, if depth == 1 { PAIRS } else { MORE }, stage, self.done);
             trials.extend(deeper);
             before = best;
         }
@@ -358,7 +364,7 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        let plans: Vec<Plan> = models.iter().map(|(model, set)| self.plan(model, set, base)).collect();
-        run_all(&plans, stage, self.done)
+        let plans = models.iter().map(|(model, set)| self.plan(model, set, base)).collect();
+        run_promising(&[plans], (usize::MAX, usize::MAX), stage, self.done)
     }
 }

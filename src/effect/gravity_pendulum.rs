@@ -1,6 +1,6 @@
 //! The centre of mass is not on the axis.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use super::{Card, Law, Parameter, Point, Site, Symmetry, sin};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -47,5 +47,5 @@ pub(super) static CARD: Card = Card {
 
 fn add(parameters: &[f64], point: &Point) -> f64 {
     let [moment, angle_offset] = *parameters else { return 0.0 };
-    -moment * (point.body_angle + angle_offset).sin()
+    -moment * sin(point.body_angle + angle_offset)
 }

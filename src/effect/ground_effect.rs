@@ -1,6 +1,6 @@
 //! A rotor near the floor pushes harder.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use super::{Card, Law, Parameter, Point, Site, Symmetry, sin};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -50,7 +50,7 @@ const LARGEST_RATIO: f64 = 0.9;
 
 fn add(parameters: &[f64], point: &Point) -> f64 {
     let [radius, height] = *parameters else { return 0.0 };
-    let own_height = height + point.side * point.arm * point.body_angle.sin();
+    let own_height = height + point.side * point.arm * sin(point.body_angle);
     let ratio = (radius / (4.0 * own_height.max(0.0))).min(LARGEST_RATIO);
     point.thrust * (1.0 / (1.0 - ratio * ratio) - 1.0)
 }

@@ -1,6 +1,6 @@
 //! Dry friction in the pivot.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use super::{Card, Law, Parameter, Point, Site, Symmetry, tanh};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -47,5 +47,5 @@ pub(super) static CARD: Card = Card {
 
 fn add(parameters: &[f64], point: &Point) -> f64 {
     let [torque, smoothing_rate] = *parameters else { return 0.0 };
-    -torque * (point.body_rate / smoothing_rate).tanh()
+    -torque * tanh(point.body_rate / smoothing_rate)
 }
