@@ -1,6 +1,6 @@
 //! The search of one block: forward, several sets abreast, dropping one out, everything refitted each time.
 
-use super::abreast::{run_all, run_promising};
+use super::abreast::{run_all, run_promising, spread};
 use super::noise::floors;
 use super::plan::Plan;
 use super::stage::Stage;
@@ -31,6 +31,9 @@ const AT_FLOOR_DRIVEN: f64 = 1.25;
 const NEARLY: f64 = 1.06;
 /// Below this factor no further effect is looked for.
 const DONE: f64 = 1.03;
+/// A body whose error is this many noise floors, where one more effect than before left more than this share of it, has
+/// something else on it: a further effect would bend a curve to the data.
+const FAR: (f64, f64) = (2.0, 0.8);
 /// A candidate on its own.
 #[derive(Debug, Clone)]
 pub struct Single {
@@ -182,6 +185,7 @@ impl<'a> Search<'a> {
     ) {
         let candidates = self.candidates();
         let mut before = recalibrated.clone();
+        let mut left = f64::INFINITY;
         for depth in 1..DEEPEST {
             let sound = self.sound(stage, trials, depth);
             let paying: Vec<&Trial> =
@@ -195,6 +199,11 @@ impl<'a> Search<'a> {
             if nearest < DONE || (!falls && (depth > 1 || nearest < NEARLY)) {
                 return;
             }
+            let is_in_vain = depth > 1 && nearest > FAR.0 && nearest > FAR.1 * left;
+            if is_in_vain && !stage.train.is_rotor() {
+                return;
+            }
+            left = nearest;
             // Beside one that leaves next to nothing the others are only longer ways.
             let abreast = match depth {
                 _ if falls && nearest < AT_FLOOR => 1,
@@ -264,11 +273,7 @@ impl<'a> Search<'a> {
         let mut dropped: Vec<Trial>;
         // Drop one out until each that stays is worth its place.
         loop {
-            dropped = best
-                .effects
-                .iter()
-                .map(|id| self.without(&stage, (&best, id), &base_names, &recalibrated, trials))
-                .collect();
+            dropped = self.each_dropped(&stage, &best, &base_names, &recalibrated, trials);
             let idle = dropped.iter().filter(|without| !gains(&stage, without, &best));
             let Some(without) = idle.min_by(|a, b| a.validate(&stage).total_cmp(&b.validate(&stage))) else {
                 break;
@@ -282,8 +287,7 @@ impl<'a> Search<'a> {
             .filter(|trial| loss(&stage, trial) < loss(&stage, &best))
         {
             best = better.clone();
-            let drop = |id| self.without(&stage, (&best, id), &base_names, &recalibrated, trials);
-            dropped = best.effects.iter().map(|id| drop(id)).collect();
+            dropped = self.each_dropped(&stage, &best, &base_names, &recalibrated, trials);
         }
         let mut alternatives = nearest(&stage, &best, trials, self.known);
         let mut ladder = vec![recalibrated.clone()];
@@ -314,6 +318,24 @@ impl<'a> Search<'a> {
         (self.plan(self.base, &[], &[]).run(stage), self.plan(self.base, &[], &base_names).run(stage))
     }
 
+    /// For each effect of `best` the set without it; `trials` learn of it where it is better than what they had.
+    fn each_dropped(
+        &self,
+        stage: &Stage,
+        best: &Trial,
+        base: &[String],
+        recalibrated: &Trial,
+        trials: &mut [Trial],
+    ) -> Vec<Trial> {
+        let dropped = spread(&best.effects, |id| self.without(stage, (best, id), base, recalibrated, trials));
+        for without in &dropped {
+            if let Some(known) = trials.iter_mut().find(|trial| same_set(&trial.effects, &without.effects)) {
+                known.clone_from(without);
+            }
+        }
+        dropped
+    }
+
     fn without(
         &self,
         stage: &Stage,
@@ -326,11 +348,14 @@ impl<'a> Search<'a> {
             return recalibrated.clone();
         }
         let left: Vec<String> = best.effects.iter().filter(|other| *other != id).cloned().collect();
-        if let Some(known) = trials.iter().find(|trial| same_set(&trial.effects, &left)) {
+        let known = trials.iter().find(|trial| same_set(&trial.effects, &left));
+        if let Some(known) = known.filter(|known| !gains(stage, known, best)) {
             return known.clone();
         }
+        // A fit of the smaller set may have ended on its way: an effect must be worth more than a better start.
         let model = best.model.without(id);
-        self.plan(&model, &left, base).run(stage)
+        let again = self.plan(&model, &left, base).run(stage);
+        known.filter(|known| known.fit.cost <= again.fit.cost).cloned().unwrap_or(again)
     }
 
     pub(super) fn plan<'b>(&'b self, from: &'b Model, effects: &[String], base: &[String]) -> Plan<'b> {

@@ -17,9 +17,15 @@ use rotorbench::record::{Dataset, log};
 
 /// Runs of what takes milliseconds; the median counts.
 const REPEATS: usize = 31;
-/// A law that no catalogue has: a pivot with teeth, and a motor that likes some speeds more than others.
-const UNKNOWN: [(&str, &str, &str); 2] = [
+/// A law that no catalogue has: a pivot with teeth, one that sticks the more the slower it turns, and a motor that likes some
+/// speeds more than others.
+const UNKNOWN: [(&str, &str, &str); 3] = [
     ("torque", "0.04 * sin(9 * body_angle_rad + 2) * (1 + 0.5 * cos(2 * body_rate_rad_s))", "pivot"),
+    (
+        "torque",
+        "-0.05 * (1 + 2.5 * exp(-(body_rate_rad_s / 0.3)^2)) * tanh(body_rate_rad_s / 0.02)",
+        "sticking",
+    ),
     ("steady_rate", "12 * sin(0.06 * propeller_rate_rad_s)", "motor"),
 ];
 
@@ -128,13 +134,16 @@ fn main() {
     fs::create_dir_all(&folder).expect("a folder of our own");
     let logs = Logs { folder };
     println!("{:<44} {:>7} {:>8} {:>10} {:>8}   answer", "diagnose", "rows", "s", "free runs", "peak MB");
-    let [pivot, motor] = UNKNOWN.map(|law| logs.plant(law));
+    let [pivot, sticking, motor] = UNKNOWN.map(|law| logs.plant(law));
     let attitude = ["--closed-loop", "--amplitude", "0.03"];
     let actuator = ["--rotors", "one"];
-    let cases: [(&str, &[&str], &[&str]); 6] = [
+    let both = ["--hide", "gravity_pendulum:moment=0.3", "--hide", "pivot_viscous_friction:coefficient=0.05"];
+    let cases: [(&str, &[&str], &[&str]); 8] = [
         ("attitude, nothing hidden", &attitude, &[]),
         ("attitude, gravity_pendulum", &attitude, &["--hide", "gravity_pendulum:moment=0.3"]),
+        ("attitude, pendulum and friction", &attitude, &both),
         ("attitude, a law of no catalogue", &attitude, &["--model", &pivot]),
+        ("attitude, another one, with friction", &attitude, &["--model", &sticking]),
         ("actuator, nothing hidden", &actuator, &[]),
         ("actuator, asymmetric_pole", &actuator, &["--hide", "asymmetric_pole:ratio=1.4"]),
         ("actuator, a law of no catalogue", &actuator, &["--model", &motor]),
