@@ -62,7 +62,7 @@ fn a_stopped_controller_is_noticed_and_its_return_moves_nothing() {
         let safe = watcher.until_safe(at_ns);
         bench.judge("SIGSTOP of control", at_ns, safe.stamp_ns);
         watcher.assert_latched(&[Cause::CommandMissing]);
-        std::thread::sleep(Duration::from_millis(800));
+        std::thread::sleep(Duration::from_secs(1));
         control.signal(libc::SIGCONT);
         watcher.assert_latched(&[Cause::CommandMissing]);
     });
@@ -178,8 +178,17 @@ fn hold(period_s: f64) {
         config.emulator.impulse_period_s = 2.0;
     });
     let emulator = bench.start(&["emulate", "--shm"]);
-    let mut control = bench.start(&["control", "--seconds", "8", "--json"]);
-    bench.fly(&mut bench.watch());
+    let mut control = bench.start(&["control", "--json"]);
+    let mut watcher = bench.watch();
+    bench.fly(&mut watcher);
+    // From the first impulse on to the third.
+    let until = watcher.newest.stamp_ns + 5_000_000_000;
+    watcher.until("five seconds of flight", |applied| applied.stamp_ns > until);
+    let state = State::from_code(watcher.newest.state).unwrap_or_default();
+    if !state.is_active() {
+        late(format!("it flew to the end, and is {state}: {:?}", watcher.said));
+    }
+    control.signal(libc::SIGTERM);
     assert!(control.wait().success(), "{}", control.log());
     let summary: serde_json::Value = serde_json::from_str(&control.output()).expect("JSON");
     let (angle, timing) = (&summary["angle"], &summary["timing"]);
@@ -193,11 +202,15 @@ fn hold(period_s: f64) {
     ));
     let number = |value: &serde_json::Value| value.as_u64().expect("a number");
     assert_eq!(number(&timing["slots"]), number(&timing["run"]) + number(&timing["skipped"]));
-    assert!(number(&angle["count"]) > 100, "{summary:#}");
+    if (number(&angle["count"]) as f64) < 0.8 * 5.0 / period_s {
+        late(format!("held for too few periods: {summary:#}"));
+    }
     // An impulse of 0.6 N m for 50 ms turns the body at 0.94 rad/s: unheld, it would be past 0.5 rad in half a
     // second, and against its stop in two.
     let greatest = angle["greatest"].as_f64().expect("a number");
-    assert!(greatest < 0.5, "{summary:#}");
+    if greatest >= 0.5 {
+        late(format!("not held: {summary:#}"));
+    }
     assert!(greatest > 0.02, "the impulses were felt: {summary:#}");
     drop(emulator);
 }

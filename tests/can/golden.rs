@@ -66,7 +66,9 @@ impl Tally {
 fn check_line(database: &Database, kind: &str, words: &[&str], tally: &mut Tally) -> Option<String> {
     let [id, payload, signals @ ..] = words else { return Some("no vector".to_owned()) };
     let id = Id::new(u32::from_str_radix(id, 16).expect("hex"), id.len() == 8).expect("valid");
-    let message = database.messages.iter().find(|message| message.id == id)?;
+    let Some(message) = database.messages.iter().find(|message| message.id == id) else {
+        return Some("no such message".to_owned());
+    };
     let payload = bytes(payload);
     let expected: BTreeMap<&str, &str> =
         signals.iter().map(|signal| signal.split_once('=').expect("SIGNAL=BITS")).collect();

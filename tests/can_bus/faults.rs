@@ -133,9 +133,8 @@ pub fn bench(test: &str, bus: &Bus) -> TestBench {
         config.emulator.sensors = config.emulator.sensors.clone().at_rate(200.0);
         // The end of a process that locked 200 MB holds the one emulated processor, and the bridge with it, for 200 ms.
         config.real_time.lock_memory = false;
-        // A gyro as fine as this one never says the same twice: three periods of the same are enough to know.
+        // A gyro as fine as this one never says the same twice: that it does is a fault.
         config.emulator.sensors.body_rate.quantization = 0.0;
-        config.guard.body_rate.frozen_after_s = Some(3.0 * config.period_s);
     })
 }
 
@@ -213,7 +212,7 @@ fn processes_that_die_or_stand_still_end_in_the_safe_command() {
                 let causes = [Cause::CommandMissing, Cause::SignalStale, Cause::CommandAnswersOldSensors];
                 watcher.assert_latched(&causes);
                 if signal == libc::SIGSTOP {
-                    std::thread::sleep(Duration::from_millis(800));
+                    std::thread::sleep(Duration::from_secs(1));
                     if victim == "control" {
                         control.signal(libc::SIGCONT)
                     } else {
@@ -271,7 +270,7 @@ fn rotors_stop_by_their_own_timeout_when_the_bridge_is_gone() {
             });
             bench.judge(&format!("{name} of bridge, seen at the rotors' speed"), at_ns, slowing_ns);
             if signal == libc::SIGSTOP {
-                std::thread::sleep(Duration::from_millis(500));
+                std::thread::sleep(Duration::from_secs(1));
                 watcher.each(|_| {});
                 let at_ns = clock::monotonic_ns();
                 bridge.signal(libc::SIGCONT);
@@ -295,9 +294,7 @@ fn an_interface_that_goes_down_latches_and_carries_zeros_when_it_is_back() {
         let bench = bench("down", &bus);
         let _hardware = Hardware::start(&bench);
         let (mut bridge, _control, mut watcher) = flying(&bench);
-        bus.down();
-        // From here it is surely down; the program that takes it down needs longer than the hold to start in User-Mode Linux.
-        let at_ns = clock::monotonic_ns();
+        let at_ns = bus.down();
         let safe = watcher.until_safe(at_ns);
         bench.judge("interface down", at_ns, safe.stamp_ns);
         bus.up();

@@ -9,7 +9,7 @@ use rotorbench::shm::{BUS, Bench, Role, SENSORS};
 
 use crate::bus::{Bus, run};
 use crate::faults::{Hardware, Lie, bench, flying, safe_on_the_bus};
-use crate::processes::{Process, TestBench, say, up_to_six_times};
+use crate::processes::{Process, TestBench, late, say, up_to_six_times};
 
 /// Ends a bridge that was started with `--json`; what it says of the bus.
 fn bus_of(mut bridge: Process) -> serde_json::Value {
@@ -98,6 +98,9 @@ fn one_impossible_value_in_flight_is_counted_and_used_by_nobody() {
         let maximum = bench.config.guard.rotor_maximum;
         watcher.each(|applied| assert!(applied.rotor.iter().all(|rotor| (0.0..=maximum).contains(rotor))));
         let state = State::from_code(watcher.newest.state).unwrap_or_default();
+        if !state.is_active() {
+            late(format!("it flew on, and is {state}: {:?}", watcher.said));
+        }
         assert!(told >= 4, "the bad values are flagged where they are published: {told}");
         let decoded = bus_of(bridge)["decoded"].clone();
         say(&format!("impossible values in flight, guard {state}: {decoded}"));

@@ -8,7 +8,7 @@ use rotorbench::signal::Applied;
 use socketcan::{CanErrorFrame, CanSocket, Socket, SocketOptions};
 
 use crate::bus::{Bus, ip, receive, run};
-use crate::processes::Patience;
+use crate::processes::{Patience, TestBench};
 
 fn frame(number: u32, data: &[u8]) -> Frame {
     Frame::classic(Id::new(number, number > 0x7FF).expect("valid"), data).expect("fits")
@@ -170,6 +170,17 @@ fn an_interface_that_is_not_there_or_goes_away_is_said_by_name() {
     drop(bus);
     assert_eq!(port.send(&frame(1, &[])), Err(Fault::Gone), "{name}");
     assert!(InterfaceStatus::read(&name).is_err());
+}
+
+/// The program's own words for it.
+#[test]
+fn a_bridge_on_an_interface_that_is_not_there_says_so_and_ends_with_2() {
+    let bench = TestBench::new("nope", |config| config.bus.interface = "nope0".to_owned());
+    let ended = bench.run(&["bridge"]);
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(2), "{said}");
+    assert!(said.contains("`nope0`: there is none of that name"), "{said}");
+    assert!(!said.contains("panicked"), "{said}");
 }
 
 #[test]

@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 
 use rotorbench::emulate::Impulse;
 use rotorbench::guard::{Cause, State};
+use rotorbench::shm::{Bench, Role, SENSORS, SharedMemoryConfig};
 
 use crate::bus::{Bus, run};
 use crate::processes::{TestBench, late, say, up_to_six_times};
@@ -82,16 +83,29 @@ fn hold(rate_hz: f64, seconds: f64) {
     let mut control = bench.start(&["control", "--seconds", &length, "--json"]);
     let mut watcher = bench.watch();
     bench.fly(&mut watcher);
-    // Garbage from a third program, with and without the sensors' ids, while it flies.
-    for frame in
-        ["123#DEADBEEF", "020#01", "041#0102030405060708", "020#00000000FFFFFFFF", "1FFFFFFF#00", "7DF#R"]
-    {
+    let member =
+        Bench::join(&bench.config.name, &SharedMemoryConfig::default(), Role::Monitor).expect("joined");
+    let mut sensors = member.subscribe(&SENSORS).expect("subscribed");
+    // Garbage from a third program, with and without the sensors' ids, while it flies: not a number, and a million rad/s.
+    for frame in [
+        "123#DEADBEEF",
+        "020#01",
+        "041#0102030405060708",
+        "020#00000000FFFFFFFF",
+        "020#0014000000247449",
+        "1FFFFFFF#00",
+        "7DF#R",
+    ] {
         run("cansend", &[&bus.name, frame]);
     }
     let mut highest = 0.0_f64;
     let end = std::time::Instant::now() + std::time::Duration::from_secs_f64(seconds);
     while std::time::Instant::now() < end {
         watcher.each(|applied| highest = applied.rotor.into_iter().fold(highest, f64::max));
+        while let Some(sensors) = sensors.next_in_order() {
+            let rate = sensors.body_rate.value;
+            assert!(rate.abs() < 40.0, "a controller was told {rate} rad/s");
+        }
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
     let state = State::from_code(watcher.newest.state).unwrap_or_default();
@@ -128,14 +142,19 @@ fn hold(rate_hz: f64, seconds: f64) {
         late(format!("{held} periods, angle error up to {greatest}: {control:#}"));
     }
     assert!(greatest > 0.02, "the impulses were felt: {control:#}");
+    // What the controller believes is one thing, the body another.
+    let turned = emulator["body"]["angle_peak_rad"].as_f64().expect("a number");
+    if turned >= 0.3 {
+        late(format!("the body turned by {turned} rad"));
+    }
     let decoded = &bridge["bus"]["decoded"];
     assert!(
         decoded["wrong_length"].as_u64() >= Some(1) && decoded["unknown_id"].as_u64() >= Some(3),
         "{decoded}"
     );
-    // The frame that is no number is refused for whatever is found first: its counter, if that does not fit.
+    // The gyro's two are refused for whatever is found first: their counter, if that does not fit.
     let refused = |cause: &str| decoded[cause].as_u64().expect("a number");
-    assert!(refused("not_a_number") + refused("counter") >= 1, "{decoded}");
+    assert!(refused("not_a_number") + refused("out_of_range") + refused("counter") >= 2, "{decoded}");
     let dbc = concat!(env!("CARGO_MANIFEST_DIR"), "/dbc/bench.dbc");
     let text = std::fs::read_to_string(&log).expect("readable");
     if let Some(dropped) = text.lines().find(|it| it.contains("DROPCOUNT")) {

@@ -189,11 +189,14 @@ pub fn late(what: String) -> ! {
 /// a rotor that turns after the latch, fails at once.
 pub fn up_to_six_times(scenario: impl Fn()) {
     let mut last = String::new();
-    for _ in 0..6 {
+    for attempt in 1..=6 {
         match std::panic::catch_unwind(std::panic::AssertUnwindSafe(&scenario)) {
             Ok(()) => return,
             Err(panic) => match panic.downcast::<Late>() {
-                Ok(late) => last = late.0,
+                Ok(late) => {
+                    say(&format!("attempt {attempt} of six was late"));
+                    last = late.0;
+                }
                 Err(panic) => std::panic::resume_unwind(panic),
             },
         }
