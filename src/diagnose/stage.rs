@@ -8,6 +8,8 @@ use crate::signal::ROTORS;
 const FEWEST_SAMPLES: usize = 100;
 /// [-] commands that stay within this of each other excite nothing.
 const LEAST_COMMAND: f64 = 1e-3;
+/// Share of the greatest torque that its changes must be.
+const LEAST_TORQUE: f64 = 1e-6;
 
 /// The data of one block: to fit on, to judge on.
 #[derive(Debug, Clone)]
@@ -73,14 +75,20 @@ impl Stage {
                     runs.iter().filter(|run| run.rotor == rotor).map(|run| run.time.len()).sum()
                 };
                 let samples: usize = (0..ROTORS).map(of).max().unwrap_or(0);
-                let moved =
-                    spread(&mut runs.iter().flat_map(|run| run.command.iter().copied())) > LEAST_COMMAND;
+                // Each by itself: two that stand at different commands do not move.
+                let moves = |rotor: usize| {
+                    let own = runs.iter().filter(|run| run.rotor == rotor);
+                    spread(&mut own.flat_map(|run| run.command.iter().copied())) > LEAST_COMMAND
+                };
+                let moved = (0..ROTORS).any(moves);
                 (samples, moved, "the rotors' commands")
             }
             Runs::Body(runs) => {
                 let samples = runs.iter().map(|run| run.rate.len()).sum::<usize>();
-                let torque = spread(&mut runs.iter().flat_map(|run| run.input.torque.iter().copied()));
-                (samples, torque > 0.0, "the torque on the body")
+                let torque = || runs.iter().flat_map(|run| run.input.torque.iter().copied());
+                let greatest = torque().map(f64::abs).fold(0.0, f64::max);
+                // What is left of a constant one is rounding.
+                (samples, spread(&mut torque()) > LEAST_TORQUE * greatest, "the torque on the body")
             }
         };
         if samples < FEWEST_SAMPLES {

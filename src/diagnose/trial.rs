@@ -1,11 +1,12 @@
 //! One set of effects, everything refitted, judged on data it has not seen.
 
 use super::noise::RESOLUTION;
-use super::problem::{BlockData, Problem};
+use super::problem::{BlockData, Problem, Runs};
+use super::rotor::RotorRun;
 use super::stage::Stage;
 use crate::effect::Law;
 use crate::identify::fit::{Fit, OutputError};
-use crate::model::{Effect, Model};
+use crate::model::{Effect, EffectParameter, Model};
 
 /// A set of effects after its fit.
 #[derive(Debug, Clone)]
@@ -123,6 +124,9 @@ impl Trial {
     #[must_use]
     pub fn is_determined(&self, stage: &Stage, known: &[Effect]) -> bool {
         let has_free_start = self.fit.locals.len() > stage.train.units().len();
+        if has_free_start && self.is_a_level(stage, known) {
+            return false;
+        }
         let added = known.iter().filter(|effect| self.effects.contains(&effect.id));
         let numbers = added.filter_map(|effect| effect.card).flat_map(|card| {
             let is_free = has_free_start && matches!(&card.law, Law::Memory(memory) if memory.slow);
@@ -144,6 +148,29 @@ impl Trial {
         })
     }
 
+    /// Whether a slow state hardly moves within the longest run: with a free start for each run it is a level of its own for
+    /// each, which any two logs that differ ask for.
+    fn is_a_level(&self, stage: &Stage, known: &[Effect]) -> bool {
+        let Runs::Rotor(runs) = &stage.train.runs else { return false };
+        let span =
+            |run: &RotorRun| run.time.last().zip(run.time.first()).map_or(0.0, |(last, first)| last - first);
+        let longest = runs.iter().map(span).fold(0.0, f64::max);
+        let slow =
+            known.iter().filter(|effect| self.effects.contains(&effect.id)).filter_map(
+                |effect| match &effect.law {
+                    Law::Memory(memory) if memory.slow => Some((memory, effect)),
+                    _ => None,
+                },
+            );
+        slow.into_iter().any(|(memory, effect)| {
+            let value = |parameter: &EffectParameter| {
+                self.model.parameter(&format!("{}.{}", effect.id, parameter.name)).unwrap_or(f64::NAN)
+            };
+            let values: Vec<f64> = effect.parameters.iter().map(value).collect();
+            (memory.rate)(&values) * longest < LEAST_WAY
+        })
+    }
+
     /// What the effects add to the fitted simulation on the training part, all else held.
     fn trace(&self, stage: &Stage, ids: &[&String], known: &[Effect]) -> Vec<f64> {
         let inside: Vec<&Effect> = known.iter().filter(|effect| self.model.has(&effect.id)).collect();
@@ -157,6 +184,8 @@ impl Trial {
 
 /// Standard errors by which a parameter must differ from none.
 const DETERMINED: f64 = 2.0;
+/// Time constants of a slow state that the longest run must last.
+const LEAST_WAY: f64 = 0.2;
 /// The same for one whose state at the start of each run is free, too.
 const DETERMINED_SLOW: f64 = 3.0;
 /// Of two effects that cancel, less than this share of the power of either is left.

@@ -197,7 +197,7 @@ impl Effect {
             name: parameter.name.clone(),
             unit: parameter.unit.clone(),
             bounds: (parameter.lower, parameter.upper),
-            starts: vec![parameter.start],
+            starts: user_starts(parameter.start, (parameter.lower, parameter.upper)),
             neutral: f64::NAN,
         });
         Ok(Self {
@@ -209,6 +209,14 @@ impl Effect {
             card: None,
         })
     }
+}
+
+/// Where fits of a user's parameter start: where he says, with the other sign, and ten times as strong. He does not know how
+/// strong his law is on this bench, and a law that begins too weak or the wrong way round may never come home.
+fn user_starts(start: f64, (lower, upper): (f64, f64)) -> Vec<f64> {
+    let others =
+        [10.0 * start, -start].into_iter().filter(|other| *other != start && (lower..=upper).contains(other));
+    std::iter::once(start).chain(others).collect()
 }
 
 /// Names of the coefficients of g(u) by power, and their symbols in the paper.

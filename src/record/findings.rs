@@ -310,10 +310,11 @@ fn holes(log: &Dataset) -> Vec<HoleFinding> {
 
 fn standstill_starts(log: &Dataset) -> Vec<f64> {
     let mut starts = Vec::new();
-    for name in ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"] {
-        let Some(rates) = log.column(name) else { continue };
-        let limit =
-            STANDSTILL_SHARE * rates.iter().copied().filter(|rate| rate.is_finite()).fold(0.0, f64::max);
+    let columns = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"].map(|name| log.column(name));
+    // Of both: the greatest rate of a rotor that rests all the time is its sensor's noise.
+    let all = columns.into_iter().flatten().flatten().copied();
+    let limit = STANDSTILL_SHARE * all.filter(|rate| rate.is_finite()).fold(0.0, f64::max);
+    for rates in columns.into_iter().flatten() {
         let known: Vec<(f64, bool)> = log
             .time()
             .iter()

@@ -24,6 +24,17 @@ fn logs_that_cannot_tell_are_said_to_be_such() {
             "{name}: no reason given"
         );
     }
+    // Two rotors that stand at different commands have not moved either, nor has the body between them.
+    let row = |index: usize| {
+        let [one, other, rate] = [7, 11, 13].map(|modulus| (index * index % modulus) as f64);
+        let (rotors, body) = (format!("{},{}", 617.0 + one, 660.0 + other), 1e-3 * rate);
+        format!("{},0.44,0.49,12.5,{rotors},{body},{}\n", 0.01 * index as f64, 1e-4 * one)
+    };
+    let head = "time_s,command_1,command_2,battery_voltage_v,propeller_rate_1_rad_s,propeller_rate_2_rad_s,\
+                body_rate_rad_s,body_angle_rad\n";
+    let log = desk.write("two.csv", &(head.to_owned() + &(0..2000).map(row).collect::<String>()));
+    let (answer, code) = diagnose("paper", &log, &log);
+    assert_eq!((&answer["verdict"], code), (&"insufficient_data".into(), Some(1)), "{answer:#}");
     let log =
         desk.write("voltage.csv", "time_s,battery_voltage_v\n0,12.6\n0.02,12.6\n").display().to_string();
     refused(&["diagnose", "--log", &log], &["voltage.csv", "nothing to compare", "command_1"]);

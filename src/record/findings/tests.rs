@@ -124,3 +124,18 @@ fn holes_name_the_step_and_starts_from_standstill_are_counted() {
     assert_eq!(findings.standstill_starts_s.len(), 1);
     assert_eq!(findings.warnings.len(), 2, "{:?}", findings.warnings);
 }
+
+/// The other rotor says where standstill ends: what a resting one shows is noise.
+#[test]
+fn a_rotor_that_rests_all_the_time_does_not_start() {
+    let noise: Vec<f64> = (0..400).map(|row: usize| if row % 10 < 4 { 0.0 } else { 4.0 }).collect();
+    for (greatest, starts) in [(600.0, 0), (4.0, 1)] {
+        let turning = vec![greatest; 400];
+        let mut log =
+            Dataset::new("here", "", (0..400).map(|row| 0.01 * f64::from(row)).collect()).expect("rises");
+        log.insert("propeller_rate_1_rad_s", turning).expect("fits");
+        log.insert("propeller_rate_2_rad_s", noise.clone()).expect("fits");
+        let found = standstill_starts(&log);
+        assert_eq!(found.is_empty(), starts == 0, "{greatest}: {found:?}");
+    }
+}
