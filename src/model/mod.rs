@@ -265,13 +265,19 @@ impl Model {
         if let Some(card) = effect::find(id) {
             return Ok(Effect::from_card(card));
         }
-        match self.user_effects.iter().find(|user| user.id == id) {
+        match self.user_effect(id) {
             Some(user) => Effect::from_user(user),
             None => Err(ModelError::UnknownEffect {
                 id: id.to_owned(),
                 nearest: file::nearest_id(id, self.user_effects.iter().map(|user| user.id.as_str())),
             }),
         }
+    }
+
+    /// What the user wrote of an effect.
+    #[must_use]
+    pub fn user_effect(&self, id: &str) -> Option<&UserEffect> {
+        self.user_effects.iter().find(|user| user.id == id)
     }
 
     /// Every effect that could be added: the user's own, then the catalogue.

@@ -5,7 +5,7 @@ use super::{Bars, Mark, Page, Table, comparison, number};
 use crate::diagnose::answer::{Both, ErrorStory, FoundParameter};
 use crate::diagnose::compare::{CompareConfig, CompareError, compare};
 use crate::diagnose::{Diagnosis, Extension, Verdict};
-use crate::effect::find;
+use crate::effect::{Site, find};
 use crate::model::{Change, Model};
 use crate::record::Dataset;
 
@@ -30,7 +30,7 @@ pub fn page(
     }
     page.heading("What to do next").list(next.to_vec());
     page.list(diagnosis.warnings.iter().map(|warning| format!("Note: {warning}")));
-    cards(&mut page, &diagnosis.effects);
+    cards(&mut page, &diagnosis.effects, &diagnosis.model);
     parameters(&mut page, diagnosis);
     page.heading("How far the error falls");
     error_table(&mut page, &diagnosis.error);
@@ -85,7 +85,7 @@ pub fn extension_page(
         ),
     );
     key_numbers(&mut page, error);
-    cards(&mut page, added);
+    cards(&mut page, added, &extension.model);
     parameter_table(&mut page, found_parameters(&extension.model).iter().map(|(name, found)| (name, found)));
     change_table(&mut page, extension.model.last_changes().into_iter());
     page.heading("How far the error falls");
@@ -132,12 +132,21 @@ fn key_numbers(page: &mut Page, error: &ErrorStory) {
     }
 }
 
-/// The cards of effects in plain words.
-fn cards(page: &mut Page, effects: &[String]) {
+/// The cards of effects in plain words; of the user's own what the model file says of them.
+fn cards(page: &mut Page, effects: &[String], model: &Model) {
+    let acts_on = |site: Site| format!("(acts on: {})", site.name().replace('_', " "));
+    for user in effects.iter().filter_map(|id| model.user_effect(id)) {
+        page.heading(&user.id);
+        if !user.meaning.is_empty() {
+            page.paragraph(&user.meaning);
+        }
+        page.formula(format!("+ {}    {}", user.expression, acts_on(user.site)))
+            .paragraph("An effect of the user's own, from the model file.");
+    }
     for card in effects.iter().filter_map(|id| find(id)) {
         page.heading(card.id)
             .paragraph(format!("{} {}", card.report[0], card.report[1]))
-            .formula(format!("{}    (acts on: {})", card.equation, card.site.name().replace('_', " ")))
+            .formula(format!("{}    {}", card.equation, acts_on(card.site)))
             .paragraph(format!("How it shows: {}", card.residual))
             .paragraph(format!("Source: {}. Experiment: {}", card.source, card.experiment));
     }

@@ -42,11 +42,22 @@ fn measured(value: f64, error: Option<f64>, unit: &str) -> String {
     format!("{}{error}{unit}", number(value, 5))
 }
 
-/// The card of an effect in a few lines, with its parameters as found.
-fn card<'a>(id: &str, parameters: impl Iterator<Item = (&'a String, &'a FoundParameter)>) -> String {
+/// The card of an effect in a few lines, with its parameters as found; of the user's own what the model file says of it.
+fn card<'a>(
+    id: &str,
+    model: &Model,
+    parameters: impl Iterator<Item = (&'a String, &'a FoundParameter)>,
+) -> String {
     let card = find(id);
-    let mut out = format!("  {id}{}\n", card.map_or(String::new(), |card| format!("  {}", card.equation)));
-    out += &card.map_or(String::new(), |card| wrapped("    ", card.report[0]));
+    let (equation, meaning) = match (card, model.user_effect(id)) {
+        (Some(card), _) => (format!("  {}", card.equation), card.report[0]),
+        (None, Some(user)) => (format!("  + {}", user.expression), user.meaning.as_str()),
+        (None, None) => (String::new(), ""),
+    };
+    let mut out = format!("  {id}{equation}\n");
+    if !meaning.is_empty() {
+        out += &wrapped("    ", meaning);
+    }
     for (name, found) in parameters {
         let Some(bare) = name.strip_prefix(id).and_then(|rest| rest.strip_prefix('.')) else { continue };
         let symbol = card
@@ -138,7 +149,7 @@ fn not_tried(diagnosis: &Diagnosis) -> String {
 pub fn diagnosis(diagnosis: &Diagnosis, next: &[String]) -> String {
     let mut out = wrapped("", &diagnosis.sentence(""));
     for id in &diagnosis.effects {
-        out += &card(id, diagnosis.parameters.iter());
+        out += &card(id, &diagnosis.model, diagnosis.parameters.iter());
     }
     for changed in &diagnosis.changed_parameters {
         let to = measured(changed.to, changed.standard_error, &changed.unit);
@@ -182,7 +193,7 @@ pub fn extension(model: &Model, added: &[String], error: &ErrorStory) -> String 
     let mut out = String::new();
     let found = found_parameters(model);
     for id in added {
-        out += &card(id, found.iter().map(|(name, found)| (name, found)));
+        out += &card(id, model, found.iter().map(|(name, found)| (name, found)));
     }
     for changed in model.last_changes() {
         let (unit, symbol) = Model::base_parameter_unit(&changed.name);

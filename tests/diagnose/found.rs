@@ -105,6 +105,18 @@ fn an_effect_of_the_users_own_competes_with_the_catalogue() {
     let k = &answer["parameters"]["creaking_pivot.k"];
     let off = (number(k, &["value"]) - 0.06).abs();
     assert!(off < 0.006 || off < 3.0 * number(k, &["standard_error"]), "{k}");
+    // Its card is what the model file says of it, on the screen and on the page.
+    let with_words = base.replace("site = \"torque\"", "meaning = \"The pivot creaks.\"\nsite = \"torque\"");
+    let mine = desk.write("words.toml", &with_words).display().to_string();
+    let (log, validate) = (train.display().to_string(), held_out.display().to_string());
+    let [better, page] = ["better.toml", "page.html"].map(|name| desk.path(name).display().to_string());
+    let logs = ["--log", &log, "--validate", &validate, "-o", &better, "--report", &page];
+    let told =
+        said_out(&run(&[&["extend", "--model", &mine, "--effect", "creaking_pivot"][..], &logs].concat()));
+    let page = fs::read_to_string(&page).expect("a page");
+    for words in ["-k*body_rate*abs(body_rate)^0.5", "The pivot creaks."] {
+        assert!(told.contains(words) && page.contains(words), "{words}: {told}");
+    }
 }
 
 /// A rotor is identified with the body held still, and its log has the body's columns, too. With them as a body, its inertia

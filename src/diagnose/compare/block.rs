@@ -199,7 +199,6 @@ impl Raw {
                 failure.dependences = torque.dependences.clone();
                 failure.correlations = correlations(log, &torque.rows, &torque.torque, interval);
             }
-            ("chain", _) => {}
             _ => {
                 failure.dependences = dependences(log, &self.rows, &residual);
                 failure.correlations = correlations(log, &self.rows, &residual, interval);

@@ -167,14 +167,11 @@ pub(super) fn sentences(comparison: &Comparison, block: &Block) -> Vec<String> {
         .take(3)
         .map(|d| format!("{} {} (by luck {})", percent(d.explained), plain(&d.on), percent(d.luck)))
         .collect();
-    // The chain's error is that of the blocks before it, which are asked one by one.
-    let is_asked = block.name != "chain";
-    let on = Some(if real.is_empty() {
+    out.push(if real.is_empty() {
         format!("{what} depends on no measured channel by more than luck.")
     } else {
         format!("{what} is a function of: {}.", real.join(", "))
     });
-    out.extend(on.filter(|_| is_asked));
     let evidence = block.failure.correlations.iter().filter(|c| {
         c.peak.abs() > c.bound && c.direction == Direction::ErrorFollows && c.with != block.signal
     });
