@@ -16,8 +16,8 @@ pub fn run_all(plans: &[Plan], stage: &Stage, done: &(dyn Fn() + Sync)) -> Vec<T
     })
 }
 
-/// Runs the most promising `most` of each group of plans, by a look at a part of the data; of a body's, whose part is
-/// every so many windows, the `finished` best at the end of their way on that part.
+/// Of the most promising `most` of each group of plans, by a look at a part of the data, runs those `finished` to the end
+/// that are best when they have been followed for a while.
 pub fn run_promising(
     groups: &[Vec<Plan>],
     (most, finished): (usize, usize),
@@ -42,13 +42,10 @@ pub fn run_promising(
     });
     let mut promising: Vec<(&Plan, Glance)> =
         looked.into_iter().map(|((_, plan), glance)| (plan, glance)).collect();
-    // The part of a rotor's run is its middle: what drifts looks different there.
-    if !stage.train.is_rotor() {
-        let goal = promising.first().map_or(0.0, |(_, glance)| glance.cost());
-        promising = each(promising, |plan, glance| (plan, plan.sketch(glance, stage, goal)));
-        promising.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
-        promising.truncate(finished);
-    }
+    let goal = promising.first().map_or(0.0, |(_, glance)| glance.cost());
+    promising = each(promising, |plan, glance| (plan, plan.sketch(glance, stage, goal)));
+    promising.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
+    promising.truncate(finished);
     each(promising, |plan, glance| plan.finish(glance, stage))
 }
 

@@ -31,7 +31,7 @@ pub struct Glance {
     names: Vec<String>,
     /// Cost on the part of the data looked at, and the start, best first.
     starts: Vec<(f64, Model)>,
-    /// Whether the starts are ends of a way on that part.
+    /// Whether the starts are ends of a way, and not places on it.
     is_sketched: bool,
 }
 
@@ -53,7 +53,7 @@ impl Glance {
 const LOOK: FitConfig = FitConfig { iterations: 4, tolerance: 1e-3, goal: None, goes_on: true };
 /// The way to the end: a change of the cost by a hundred-thousandth decides nothing.
 const FOLLOW: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5, goal: None, goes_on: true };
-/// The way to the end on a part of the data, from where the one on all data begins.
+/// As far as a set is followed before the best ones are chosen.
 const SKETCH: FitConfig = FitConfig { iterations: 10, tolerance: 1e-3, goal: None, goes_on: true };
 /// From the end of the fit on all data to that on a part of them it is not far.
 const PART: FitConfig = FitConfig { iterations: 15, tolerance: 1e-4, goal: None, goes_on: true };
@@ -120,14 +120,20 @@ impl Plan<'_> {
         Glance { template, names, starts, is_sketched: false }
     }
 
-    /// Follows the best starts to the end on a part of the data, as far as that may lead below `goal`: the fit on all of
-    /// them then has little left to do.
+    /// Follows the best starts for a while. A body's to the end on a part of the data, as far as that may lead below `goal`:
+    /// the fit on all of them then has little left to do. A rotor's on all data, as far as it may be worth it: their part is
+    /// the middle of a run, where what drifts looks different.
     #[must_use]
     pub fn sketch(&self, glance: Glance, stage: &Stage, goal: f64) -> Glance {
-        let Some(data) = &stage.coarse else { return glance };
+        let is_rotor = stage.train.is_rotor();
+        let (data, goal) = match &stage.coarse {
+            _ if is_rotor => (&stage.train, self.without.map(|cost| WORTH * cost)),
+            Some(coarse) => (coarse, Some(goal)),
+            None => return glance,
+        };
         let problem =
             Problem::new(data, glance.template.clone(), glance.names.clone(), &self.inside(&glance.template));
-        let config = FitConfig { goal: Some(goal), ..SKETCH };
+        let config = FitConfig { goal, ..SKETCH };
         let follow = |(_, model): &(f64, Model)| {
             let end = fit(&problem, &self.frees(&glance.names, model), None, &config);
             (end.cost, problem.model(&end.globals))
@@ -135,7 +141,7 @@ impl Plan<'_> {
         let mut starts: Vec<(f64, Model)> = glance.worth_following().map(follow).collect();
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         starts.truncate(1);
-        Glance { starts, is_sketched: true, ..glance }
+        Glance { starts, is_sketched: !is_rotor, ..glance }
     }
 
     /// Follows the best starts to the end, and judges.

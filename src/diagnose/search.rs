@@ -17,7 +17,7 @@ use crate::model::{Effect, Model};
 const ABREAST: (usize, usize) = (3, 2);
 /// Candidates that are fitted to the end beside each set of two or more, the most promising ones. Beside a single
 /// effect all are: a law in a corner, such as a limit, looks like nothing for its first steps.
-/// And of a body's sets those that are fitted to the end on all data, the best of a depth.
+/// And those of a depth that are fitted to the end when all have been followed for a while.
 const PAIRS: (usize, usize) = (usize::MAX, 8);
 const MORE: (usize, usize) = (8, 4);
 /// Most effects of one block.
