@@ -262,3 +262,36 @@ impl Controller for Emc {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Matrix2, Matrix3, Matrix3x2, RowVector2, RowVector3, Vector3};
+
+    use super::*;
+
+    /// With everything else at rest the law answers -(M + K Q) x̂_d. M, read off the step with the Q of
+    /// Eq. (29), is the print's, and both solve the equation that the print leaves to its source.
+    #[test]
+    fn eq_29_is_what_the_step_does_about_a_disturbance() {
+        let (plant, period_s, beta) = (PlantParameters::paper(), 0.02, 0.276);
+        let emc = Emc::build(&ControllerConfig::paper(), &plant, &Compensation::default(), period_s)
+            .expect("the paper's controller");
+        let answer = |x_d: [f64; 2]| {
+            let mut state = EmcState { x_d, ..emc.start() };
+            let hover = plant.command_for(plant.hover_rate);
+            let applied = Applied { command_sequence: 1, rotor: [hover; 2], ..Applied::default() };
+            let command = emc.step(&mut state, &Sensors::default(), &Reference::default(), &applied);
+            command.torque / emc.torque_unit
+        };
+        let q = Matrix3x2::new(0.0, 0.0, 0.0, 0.0, 1.0, 0.0);
+        let k = RowVector3::from(emc.gains.k);
+        let m = -RowVector2::new(answer([1.0, 0.0]), answer([0.0, 1.0])) - k * q;
+        // Rounding of numbers near 4.
+        assert!((m - RowVector2::new(1.0, 1.0 / beta)).abs().max() < 1e-12, "{m}");
+        let a_c = Matrix3::new(1.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 1.0 - beta);
+        let a_d = Matrix2::new(1.0, 1.0, 0.0, 1.0);
+        let h_c = Matrix3x2::new(0.0, 0.0, 1.0, 0.0, 0.0, 0.0);
+        let b_c = Vector3::new(0.0, 0.0, beta);
+        assert!((a_c * q - q * a_d - h_c + b_c * m).abs().max() < 1e-12);
+    }
+}

@@ -173,13 +173,13 @@ fn hold(rate_hz: f64, seconds: f64) {
     let high = seen["high"].as_f64().expect("a number");
     assert!(high + 0.001 > highest && high <= bench.config.guard.rotor_maximum + 0.001, "{seen}, {highest}");
     say(&format!(
-        "{rate_hz} Hz, {seconds} s, three processes: angle error rms {:.4}, greatest {greatest:.4} rad (body {}); {} of \
-         {} control slots run, late p99 {} µs; candump and cantools saw {commands} commands, {} gyro frames, not taken: {decoded}",
+        "{rate_hz} Hz, {seconds} s, three processes: angle error rms {:.4}, greatest {greatest:.4} rad (body {:.4}); {} of \
+         {} control slots run, late p99 {:.0} µs; candump and cantools saw {commands} commands, {} gyro frames, not taken: {decoded}",
         control["angle"]["rms"].as_f64().or(emulator["body"]["angle_rms_rad"].as_f64()).unwrap_or(f64::NAN),
-        emulator["body"]["angle_peak_rad"],
+        emulator["body"]["angle_peak_rad"].as_f64().unwrap_or(f64::NAN),
         control["timing"]["run"],
         control["timing"]["slots"],
-        control["timing"]["lateness"]["p99_us"],
+        control["timing"]["lateness"]["p99_us"].as_f64().unwrap_or(f64::NAN),
         seen["count"]["GYRO"],
     ));
 }
