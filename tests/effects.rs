@@ -189,3 +189,63 @@ fn every_parameter_moves_the_simulation_smoothly() {
         }
     }
 }
+
+/// Two laws on the command: one creeps with time, the other is a limit.
+fn creeping() -> Model {
+    let law = "[[user_effects]]\nid = \"creep\"\nsite = \"command\"\nexpression = \"0.01*time_s\"\n\
+               [[effects]]\nid = \"creep\"\nparameters = {}\n\
+               [[effects]]\nid = \"command_saturation\"\nparameters = { limit = 0.68 }\n";
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("creep.toml");
+    Model::paper().save(&path).expect("written");
+    let text = std::fs::read_to_string(&path).expect("read") + "\n" + law;
+    std::fs::write(&path, text).expect("written");
+    Model::load(&path).expect("a model")
+}
+
+/// A rotor that merely lags has a way of its own through the simulation, without what it does not need. One whose command is
+/// a picosecond late takes the long way. It is 5000 rad/s² times that behind, and spans that differ by 1e-9 of themselves
+/// share their exponential: 1e-9 of a third of 300 rad/s.
+#[test]
+fn the_short_way_of_a_rotor_that_merely_lags_gives_what_the_long_one_gives() {
+    let time: Vec<f64> = (0..800).map(|row| 0.02 * f64::from(row) + 0.002 * f64::from(row % 7)).collect();
+    let command: Vec<f64> = time.iter().map(|at| 0.5 + 0.2 * (0.7 * at).sin()).collect();
+    let voltage: Vec<f64> = time.iter().map(|at| 12.5 - 0.05 * at).collect();
+    for (model, voltage) in [(Model::paper(), None), (creeping(), Some(voltage.as_slice()))] {
+        let delay = model.effect("transport_delay").expect("in the catalogue");
+        let mut late = model.with(&delay);
+        late.set_parameter("transport_delay.delay", 1e-12);
+        let run = |model: &Model| {
+            let mut trace = RotorTrace::default();
+            let input = RotorInput { time: &time, command: &command, voltage, side: 1.0 };
+            let start = RotorStart { rate: Some(500.0), ..RotorStart::default() };
+            model.equations().expect("known effects").simulate_rotor(&input, &start, &mut trace);
+            trace
+        };
+        let (short, long) = (run(&model), run(&late));
+        for (short, long) in
+            [(&short.rate, &long.rate), (&short.measured, &long.measured), (&short.mean, &long.mean)]
+        {
+            assert_eq!((short.len(), long.len()), (time.len(), time.len()));
+            let apart = short.iter().zip(long).map(|(short, long)| (short - long).abs());
+            let apart = apart.fold(0.0, f64::max);
+            assert!(apart < 1e-6, "{apart}");
+        }
+    }
+}
+
+/// What a user's law on the command is told of time: the rotor settles where the command has crept to.
+#[test]
+fn a_law_on_the_command_knows_the_time() {
+    let model = creeping();
+    let equations = model.equations().expect("known effects");
+    let time: Vec<f64> = (0..500).map(|row| 0.02 * f64::from(row)).collect();
+    let input = RotorInput { time: &time, command: &vec![0.5; 500], voltage: None, side: 1.0 };
+    let mut trace = RotorTrace::default();
+    equations.simulate_rotor(&input, &RotorStart::default(), &mut trace);
+    // Behind the slow ramp by 1/16 s: 0.01 / 16 of the command, on a slope of 1600 rad/s, is 1 rad/s.
+    let u = 0.5 + 0.01 * time[499];
+    let settled = 1124.5 * u + 447.1 * u * u;
+    assert!((trace.rate[499] - settled).abs() < 2.0, "{} of {settled}", trace.rate[499]);
+    assert!(settled - trace.rate[0] > 100.0);
+}

@@ -14,8 +14,11 @@ const PHASE: f64 = 0.07;
 const LEAST_SHARE: f64 = 0.4;
 /// Most values looked at.
 const MOST_VALUES: usize = 10_000;
-/// Values, the best on few samples, that all samples are asked about.
+/// Values, the best on few samples, that more samples are asked about, and how many.
 const ASKED: usize = 40;
+const SOME_SAMPLES: usize = 3000;
+/// Values, the best of those, that all samples are asked about.
+const LEFT: usize = 10;
 /// Values followed by a closer look.
 const CLOSER: usize = 3;
 /// Values of a closer look on each side.
@@ -45,10 +48,16 @@ pub(super) fn values(
         value += spacing(value, typical);
     }
     let asked = apart(grid, &mut cost, typical, ASKED);
+    let some = data.here_and_there((data.len() / SOME_SAMPLES).max(1));
+    let mut cost = cost_of(&some, template, name, inside);
+    let closer = |values: Vec<f64>, cost: &mut dyn FnMut(f64) -> f64| -> Vec<f64> {
+        values.into_iter().map(|value| fine(&mut *cost, value, spacing(value, typical), 1).0).collect()
+    };
+    let asked = closer(asked, &mut cost);
+    let left = apart(asked, &mut cost, typical, LEFT);
     let mut cost = cost_of(data, template, name, inside);
-    let closer: Vec<f64> =
-        asked.into_iter().map(|value| fine(&mut cost, value, spacing(value, typical), 1).0).collect();
-    let best = apart(closer, &mut cost, typical, CLOSER);
+    let left = closer(left, &mut cost);
+    let best = apart(left, &mut cost, typical, CLOSER);
     best.into_iter().map(|value| fine(&mut cost, value, spacing(value, typical), LOOKS).0).collect()
 }
 

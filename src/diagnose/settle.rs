@@ -8,6 +8,9 @@ use super::trial::Trial;
 use super::worth::{LEAST_GAIN, gains, is_sound, nearest};
 use crate::model::Effect;
 
+/// Times the cost of changed numbers.
+const GIVEN_UP: f64 = 1.2;
+
 impl<'a> Search<'a> {
     /// One effect on the base as it was, where it does better than changed numbers of the base, or as well as
     /// several of them: numbers that all moved at once are less likely than one effect. And those that cannot be told from it.
@@ -18,7 +21,10 @@ impl<'a> Search<'a> {
         count: usize,
     ) -> Option<(Trial, Vec<Trial>)> {
         let candidates = self.candidates();
-        let plan = |effect: &&'a Effect| Plan { effects: vec![*effect], ..self.start(self.base, &[]) };
+        // A fit that stays far above the changed numbers' is given up.
+        let without = Some(GIVEN_UP * changed.fit.cost);
+        let plan =
+            |effect: &&'a Effect| Plan { effects: vec![*effect], without, ..self.start(self.base, &[]) };
         let plans: Vec<Plan> = candidates.iter().map(plan).collect();
         let trials = run_all(&plans, stage, self.done);
         let sound = trials.iter().filter(|trial| is_sound(stage, trial, self.known));

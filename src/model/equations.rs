@@ -147,8 +147,7 @@ impl Equations {
         let constants = self.constants;
         let command = read("command_1", constants.hover_command);
         let voltage = read("battery_voltage_v", constants.full_voltage);
-        let mut point = self.steady_point(command, voltage, 1.0);
-        point.time = time;
+        let mut point = self.steady_point(time, command, voltage, 1.0);
         point.propeller_rate_1 = read("propeller_rate_1_rad_s", constants.hover_rate);
         point.propeller_rate_2 = read("propeller_rate_2_rad_s", constants.hover_rate);
         point.propeller_rate = point.propeller_rate_1;
@@ -161,14 +160,21 @@ impl Equations {
     }
 
     /// [rad/s] z and the point it belongs to, before the laws that act on z. [LPC16] Eq. (2).
-    pub(super) fn steady_point(&self, command: f64, voltage: f64, side: f64) -> Point {
-        let mut point = Point { command, battery_voltage: voltage, side, ..self.constants };
+    pub(super) fn steady_point(&self, time: f64, command: f64, voltage: f64, side: f64) -> Point {
+        let mut point = Point { time, side, ..self.constants };
+        point.steady_rate = self.steady_rate_at(&mut point, command, voltage);
+        point
+    }
+
+    /// [rad/s] z at a command and a voltage, which the point learns, and what becomes of the command.
+    #[inline]
+    pub(super) fn steady_rate_at(&self, point: &mut Point, command: f64, voltage: f64) -> f64 {
+        (point.command, point.battery_voltage) = (command, voltage);
         for hook in &self.command {
-            point.command += hook.add(&point);
+            point.command += hook.add(point);
         }
         let curve = self.steady_rate.iter().rev().fold(0.0, |sum, c| sum * point.command + c);
         // **Deviation:** Eq. (2) prints a plus, which contradicts Eq. (6).
-        point.steady_rate = curve - self.voltage_gain * (point.full_voltage - voltage);
-        point
+        curve - self.voltage_gain * (point.full_voltage - voltage)
     }
 }

@@ -85,6 +85,11 @@ impl Equations {
         let Some(first) = self.rotor_point(input, 0, 0) else { return };
         let linear = self.steady.is_empty() && self.acceleration.is_empty() && self.rotor_sensor.is_empty();
         let mut state = self.settle(first, start);
+        if linear && self.command_delay == 0.0 {
+            self.follow(input, state.rate, trace);
+            trace.end = state.steady;
+            return;
+        }
         let mut known = (f64::NAN, 0.0);
         // Index of the command in force: behind the row by the delay.
         let mut late = 0;
@@ -124,12 +129,36 @@ impl Equations {
         trace.end = state.steady;
     }
 
+    /// The run of a rotor that merely lags behind its command and is told it in time: the general way, with nothing in it
+    /// that is not needed. A search for a grid asks for it thousands of times.
+    fn follow(&self, input: &RotorInput, start: f64, trace: &mut RotorTrace) {
+        let mut point = Point { side: input.side, ..self.constants };
+        let full = std::slice::from_ref(&self.constants.full_voltage);
+        let (voltage, step) = input.voltage.map_or((full, 0), |voltage| (voltage, 1));
+        let (mut rate, mut known) = (start, (f64::NAN, 0.0));
+        let spans = input.time.windows(2).zip(input.command).enumerate();
+        for (row, (times, command)) in spans {
+            trace.rate.push(rate);
+            let Some(voltage) = voltage.get(row * step) else { return };
+            let span = times[1] - times[0];
+            if (known.0 - span).abs() > SAME_SPAN * span || known.0.is_nan() {
+                known = (span, followed(self.pole, span));
+            }
+            point.time = times[0];
+            let steady = self.steady_rate_at(&mut point, *command, *voltage);
+            let way = steady - rate;
+            trace.mean.push((steady * span - way * known.1 / self.pole) / span);
+            rate += way * known.1;
+        }
+        trace.rate.push(rate);
+        trace.mean.push(rate);
+        trace.measured.extend_from_slice(&trace.rate);
+    }
+
     fn rotor_point(&self, input: &RotorInput, command_row: usize, row: usize) -> Option<Point> {
         let command = *input.command.get(command_row)?;
         let voltage = input.voltage.map_or(Some(self.constants.full_voltage), |v| v.get(row).copied())?;
-        let mut point = self.steady_point(command, voltage, input.side);
-        point.time = *input.time.get(row)?;
-        Some(point)
+        Some(self.steady_point(*input.time.get(row)?, command, voltage, input.side))
     }
 
     /// Every state settled at a held point, but for what the start says.
