@@ -67,8 +67,8 @@ pub(super) fn run<const M: usize>(
     }
 }
 
-/// Scored rows laid aside, column by column; what lies behind the last one is zero.
-struct Block<const M: usize> {
+/// Scored rows laid aside, column by column.
+pub(super) struct Block<const M: usize> {
     f: [[f64; BLOCK]; M],
     d: [[f64; BLOCK]; M],
     y: [f64; BLOCK],
@@ -76,7 +76,8 @@ struct Block<const M: usize> {
 }
 
 impl<const M: usize> Block<M> {
-    const EMPTY: Self = Self { f: [[0.0; BLOCK]; M], d: [[0.0; BLOCK]; M], y: [0.0; BLOCK], rows: 0 };
+    pub(super) const EMPTY: Self =
+        Self { f: [[0.0; BLOCK]; M], d: [[0.0; BLOCK]; M], y: [0.0; BLOCK], rows: 0 };
 
     fn push(&mut self, f: &[f64; M], d: &[f64; M], y: f64) {
         let row = self.rows;
@@ -129,9 +130,9 @@ impl<const M: usize> Gram<M> {
         samples: 0,
     };
 
-    pub fn gather(record: &Record<M>, segment: &Range<usize>, pole: f64) -> Self {
+    /// Over one stretch; `block` is there to be used again, since stretches may be many and short.
+    pub fn gather(record: &Record<M>, segment: &Range<usize>, pole: f64, block: &mut Block<M>) -> Self {
         let mut gram = Self::ZERO;
-        let mut block = Block::EMPTY;
         run(record, segment, pole, |row, f, d, e, g| {
             let y = record.output[row];
             if y.is_nan() {
@@ -139,17 +140,18 @@ impl<const M: usize> Gram<M> {
             }
             block.push(f, d, y);
             if block.rows == BLOCK {
-                gram.take(&mut block);
+                gram.take(block);
             }
             // Soon forgotten: no part in what the loop costs.
             if e > 0.0 {
                 gram.take_initial(f, d, y, e, g);
             }
         });
-        let rows = block.rows;
-        block.f.iter_mut().chain(&mut block.d).for_each(|column| column[rows..].fill(0.0));
-        block.y[rows..].fill(0.0);
-        gram.take(&mut block);
+        // Sums are taken over whole lanes: what lies behind the last row in them is zero.
+        let behind = block.rows..block.rows.next_multiple_of(LANES);
+        block.f.iter_mut().chain(&mut block.d).for_each(|column| column[behind.clone()].fill(0.0));
+        block.y[behind].fill(0.0);
+        gram.take(block);
         gram.mirror();
         gram
     }

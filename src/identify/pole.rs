@@ -14,7 +14,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::gram::{FORGOTTEN, Gram, run};
+use super::gram::{Block, FORGOTTEN, Gram, run};
 use super::linear::{self, invert};
 
 /// ⟨e, e⟩ from which an initial state counts as known: its standard error is then at most three times the noise.
@@ -202,9 +202,10 @@ struct Projection<const M: usize> {
 impl<const M: usize> Projection<M> {
     fn new(record: &Record<M>, pole: f64) -> Option<Self> {
         let segments = &record.segments;
+        let mut block = Block::EMPTY;
         let grams: Vec<Gram<M>> = segments
             .iter()
-            .map(|segment| Gram::gather(record, segment, pole).without_initial_state())
+            .map(|segment| Gram::gather(record, segment, pole, &mut block).without_initial_state())
             .collect();
         let sum = |entry: &dyn Fn(&Gram<M>) -> f64| grams.iter().map(entry).sum::<f64>();
         let samples = grams.iter().map(|gram| gram.samples).sum::<usize>();
