@@ -121,13 +121,13 @@ impl Plan<'_> {
     }
 
     /// Follows the best starts for a while. A body's to the end on a part of the data, as far as that may lead below `goal`:
-    /// the fit on all of them then has little left to do. A rotor's on all data, as far as it may be worth it: their part is
-    /// the middle of a run, where what drifts looks different.
+    /// the fit on all of them then has little left to do. A rotor's on all data, unless they are very many, as far as it may be
+    /// worth it: their part is the middle of a run, where what drifts looks different.
     #[must_use]
     pub fn sketch(&self, glance: Glance, stage: &Stage, goal: f64) -> Glance {
-        let is_rotor = stage.train.is_rotor();
+        let on_all = stage.train.is_rotor() && stage.shortened().is_none();
         let (data, goal) = match &stage.coarse {
-            _ if is_rotor => (&stage.train, self.without.map(|cost| WORTH * cost)),
+            _ if on_all => (&stage.train, self.without.map(|cost| WORTH * cost)),
             Some(coarse) => (coarse, Some(goal)),
             None => return glance,
         };
@@ -141,7 +141,7 @@ impl Plan<'_> {
         let mut starts: Vec<(f64, Model)> = glance.worth_following().map(follow).collect();
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         starts.truncate(1);
-        Glance { starts, is_sketched: !is_rotor, ..glance }
+        Glance { starts, is_sketched: !on_all, ..glance }
     }
 
     /// Follows the best starts to the end, and judges.
@@ -154,9 +154,15 @@ impl Plan<'_> {
             goal: self.without.map(|cost| WORTH * cost),
             ..if glance.is_sketched { PART } else { FOLLOW }
         };
+        let short = stage.shortened().filter(|_| !glance.is_sketched);
+        let short = short.map(|data| Problem::new(data, template.clone(), names.clone(), &inside));
+        let near = |model: &Model| {
+            let end = short.as_ref().map(|short| fit(short, &self.frees(names, model), None, &FOLLOW));
+            end.map_or_else(|| model.clone(), |end| problem.model(&end.globals))
+        };
         let ends = glance
             .worth_following()
-            .map(|(_, model)| fit_on(&problem, &self.frees(names, model), None, &follow, None));
+            .map(|(_, model)| fit_on(&problem, &self.frees(names, &near(model)), None, &follow, None));
         let best = ends.min_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
         let from_template = || fit_on(&problem, &self.frees(names, template), None, &FOLLOW, None);
         let (mut best, slopes) = best.unwrap_or_else(from_template);
