@@ -1,0 +1,254 @@
+//! One flight of the demo: the emulator in a process of its own, the controller here, shared memory between them.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command as Program, Stdio};
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::at;
+use crate::bench::BenchConfig;
+use crate::cli::CliError;
+use crate::clock;
+use crate::file::write_atomically;
+use crate::guard::{Cause, State};
+use crate::process::control::{self, ControlSummary};
+use crate::process::operator;
+use crate::process::plant;
+use crate::process::record::Background;
+use crate::record::{Dataset, Record, Recording, export, log};
+use crate::rt::Shutdown;
+use crate::shm::{APPLIED, Bench, CONTROL_STEPS, Role};
+use crate::signal::{ControlStep, GuardEvent};
+
+/// [s] that the guard holds a command in the flights that are tried until one comes to its end: as everywhere in the
+/// first. Where the machine stands still for longer, it waits longer in the next: only emulated rotors turn, and a demo
+/// that asks for a quiet machine shows nothing on a shared one.
+const HOLDS_S: [f64; 3] = [0.1, 0.3, 0.5];
+/// [s] that the bench flies, each time.
+const FLIGHT_S: f64 = 19.0;
+/// [s] that the emulator outlives the flight: the guard must be seen to stop the rotors.
+const AFTER_S: f64 = 1.0;
+
+/// One flight.
+pub struct Flown {
+    /// What the controller's process says at its end.
+    pub summary: ControlSummary,
+    /// Every step of the controller.
+    pub steps: Vec<ControlStep>,
+    /// Every change of the guard's state.
+    pub events: Vec<GuardEvent>,
+    /// The recording as a log.
+    pub log: Dataset,
+    /// [s] how long the guard held a command.
+    pub hold_s: f64,
+}
+
+/// The emulator's process; ends with this one, however this one ends.
+struct EmulatorProcess(Child);
+
+impl EmulatorProcess {
+    fn start(config: &BenchConfig, out: &Path) -> Result<Self, CliError> {
+        let file = out.join("emulator.toml");
+        write_atomically(&file, toml::to_string(config)?.as_bytes()).map_err(|error| at(&file, &error))?;
+        let seconds = FLIGHT_S + AFTER_S;
+        let program = std::env::current_exe()?;
+        let child = Program::new(program)
+            .args(["emulate", "--shm", "--arm", "--json", "--seconds", &seconds.to_string(), "--config"])
+            .arg(&file)
+            .env("ROTORBENCH_LOG", "warn")
+            .stdout(Stdio::null())
+            .spawn()?;
+        Ok(Self(child))
+    }
+
+    /// Waits for its end; a failure is this command's failure.
+    fn finish(mut self) -> Result<(), CliError> {
+        let status = self.0.wait()?;
+        if status.success() {
+            Ok(())
+        } else {
+            Err(CliError::new(format!("the emulator's process: {status}")))
+        }
+    }
+}
+
+impl Drop for EmulatorProcess {
+    fn drop(&mut self) {
+        // Already waited for, unless this process is on its way out; then nothing must be left running.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// The loop in real time: emulator in a process of its own, EMC here, shared memory between them.
+fn fly(
+    bench: &BenchConfig,
+    emulator: &BenchConfig,
+    out: &Path,
+    name: &str,
+    shutdown: &Shutdown,
+) -> Result<Flown, CliError> {
+    let pilot = plant::pilot(bench)?;
+    let recording = out.join(name).with_extension("mcap");
+    if recording.exists() {
+        fs::remove_file(&recording).map_err(|error| at(&recording, &error))?;
+    }
+    let background = Background::start(bench, &recording, "demo", None)?;
+    let process = EmulatorProcess::start(emulator, out)?;
+    let ended = Shutdown::default();
+    let summary = std::thread::scope(|scope| {
+        scope.spawn(|| watch(bench, &ended));
+        let summary = control::control(bench, pilot, Some(FLIGHT_S), shutdown);
+        ended.request();
+        summary
+    })?;
+    process.finish()?;
+    background.finish()?;
+    let log = export::dataset(&recording)?;
+    log::write(&log, &out.join(name).with_extension("csv"))?;
+    let (steps, events) = told(&recording)?;
+    Ok(Flown { summary, steps, events, log, hold_s: bench.guard.hold_s })
+}
+
+/// The live line.
+fn watch(bench: &BenchConfig, ended: &Shutdown) {
+    let Ok(bench) = Bench::join(&bench.name, &bench.shared_memory, Role::Monitor) else { return };
+    let (Ok(mut steps), Ok(mut applied)) = (bench.subscribe(&CONTROL_STEPS), bench.subscribe(&APPLIED))
+    else {
+        return;
+    };
+    let style = ProgressStyle::with_template("{bar:24} {msg}");
+    let bar = ProgressBar::new((FLIGHT_S * 10.0) as u64)
+        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let start_ns = clock::monotonic_ns();
+    while !ended.is_requested() {
+        std::thread::sleep(Duration::from_millis(50));
+        let flown_s = clock::span_s(clock::monotonic_ns().saturating_sub(start_ns));
+        bar.set_position((flown_s * 10.0) as u64);
+        if let (Some(ControlStep { command, .. }), Some(applied)) = (steps.newest(), applied.newest()) {
+            let estimate = &command.estimate;
+            bar.set_message(format!(
+                "{flown_s:4.1} s  angle {:+.3} rad (wanted {:+.3})  disturbance {:+.3} N m  u {:.3} {:.3}",
+                estimate.body_angle,
+                estimate.reference_angle,
+                estimate.disturbance_torque,
+                applied.rotor[0],
+                applied.rotor[1],
+            ));
+        }
+    }
+    bar.finish_and_clear();
+}
+
+/// The controller's steps and the guard's events, from the recording.
+fn told(recording: &Path) -> Result<(Vec<ControlStep>, Vec<GuardEvent>), CliError> {
+    let (mut steps, mut events) = (Vec::new(), Vec::new());
+    for record in Recording::open(recording)? {
+        match record? {
+            Record::ControlStep(step) => steps.push(step),
+            Record::GuardEvent(event) => events.push(event),
+            _ => {}
+        }
+    }
+    Ok((steps, events))
+}
+
+/// [s] from the controller's first step.
+fn after_s(event: &GuardEvent, flown: &Flown) -> f64 {
+    let begun_ns = flown.steps.first().map_or(0, |step| step.command.stamp_ns);
+    (i128::from(event.stamp_ns) - i128::from(begun_ns)) as f64 * 1e-9
+}
+
+/// What only a machine that stood still gives on a bench whose processes all run.
+const LATE_CAUSES: [Cause; 6] = [
+    Cause::TooManyMisses,
+    Cause::CommandMissing,
+    Cause::CommandExpired,
+    Cause::CommandAnswersOldSensors,
+    Cause::SignalStale,
+    Cause::GuardPaused,
+];
+
+/// [s] after the controller's first step, when the guard opens at the latest in a flight that may be shown: the first
+/// blow comes soon after.
+const OPEN_S: f64 = 2.0;
+
+/// Whether the guard opened too late, or closed before the controller had ended for a reason that only a machine that
+/// stood still gives.
+fn was_held_up(flown: &Flown, bench: &BenchConfig) -> bool {
+    let is_open = |code| State::from_code(code).is_some_and(State::is_active);
+    let opened = |event: &&GuardEvent| !is_open(event.from) && is_open(event.to);
+    let opens_s = flown.events.iter().find(opened).map(|event| after_s(event, flown));
+    let closed_by_time = flown.events.iter().any(|event| {
+        let closed = is_open(event.from) && !is_open(event.to);
+        let by_time = Cause::from_code(event.cause).is_some_and(|cause| LATE_CAUSES.contains(&cause));
+        closed && by_time && after_s(event, flown) < FLIGHT_S - bench.period_s
+    });
+    flown.steps.is_empty() || opens_s.is_none_or(|opens_s| opens_s > OPEN_S) || closed_by_time
+}
+
+/// [of the flight] in which the guard was degraded: some of the commands were held.
+pub fn degraded(flown: &Flown) -> f64 {
+    let is_degraded = |code| State::from_code(code) == Some(State::Degraded);
+    let mut since_s = None;
+    let mut sum_s = 0.0;
+    for event in &flown.events {
+        let now_s = after_s(event, flown);
+        if let Some(since_s) = since_s.take() {
+            sum_s += now_s - since_s;
+        }
+        since_s = is_degraded(event.to).then_some(now_s);
+    }
+    sum_s / FLIGHT_S
+}
+
+/// How the attempts at a flight ended.
+pub enum Flight {
+    /// The guard let one come to its end.
+    Whole(Box<Flown>),
+    /// It ended each before its time, because the machine stood still.
+    HeldUp,
+    /// The user did not want to wait.
+    Interrupted,
+}
+
+/// Flies until the guard lets a flight come to its end, a few times at most, and without less patience than `least_hold_s`. What the guard said is printed.
+pub fn fly_whole(
+    bench: &BenchConfig,
+    emulator: &BenchConfig,
+    out: &Path,
+    (name, least_hold_s): (&str, f64),
+    user: &Shutdown,
+) -> Result<Flight, CliError> {
+    let (mut bench, mut emulator) = (bench.clone(), emulator.clone());
+    for hold_s in HOLDS_S.into_iter().filter(|hold_s| *hold_s >= least_hold_s) {
+        bench.guard.hold_s = hold_s;
+        emulator.guard.hold_s = hold_s;
+        // A controller that has ended asks for everybody's end: each flight has its own.
+        let flown = fly(&bench, &emulator, out, name, &Shutdown::listen()?);
+        if user.is_interrupted() {
+            return Ok(Flight::Interrupted);
+        }
+        let flown = flown?;
+        guard_lines(&flown, &bench).iter().for_each(|line| println!("{line}"));
+        if !was_held_up(&flown, &bench) {
+            return Ok(Flight::Whole(Box::new(flown)));
+        }
+        println!(
+            "the machine stood still for longer than the guard holds a command, {hold_s} s: it ended the flight"
+        );
+    }
+    Ok(Flight::HeldUp)
+}
+
+/// What the guard said, and when after the first step of the controller [s].
+pub fn guard_lines(flown: &Flown, bench: &BenchConfig) -> Vec<String> {
+    let line = |event: &GuardEvent| {
+        let after_s = after_s(event, flown);
+        let ended = if after_s > FLIGHT_S - bench.period_s { " (the controller has ended)" } else { "" };
+        format!("{after_s:6.2} s  guard: {}{ended}", operator::sentence(event))
+    };
+    flown.events.iter().map(line).collect()
+}
