@@ -7,12 +7,32 @@ use super::plan::{Glance, Plan};
 use super::stage::Stage;
 use super::trial::Trial;
 
+/// An effect that leaves so many times the squares that another one leaves is no answer, and no start of a good one.
+const FAR: f64 = 4.0;
+
 /// Runs plans on every core; `done` is told after each.
 pub fn run_all(plans: &[Plan], stage: &Stage, done: &(dyn Fn() + Sync)) -> Vec<Trial> {
     spread(plans, |plan| {
         let trial = plan.run(stage);
         done();
         trial
+    })
+}
+
+/// Runs effects one by one. A body's are followed on a part of the data first, where there are many, and those that leave
+/// far more than the best one are not followed to the last digit.
+pub fn run_singles(plans: &[Plan], stage: &Stage, done: &(dyn Fn() + Sync)) -> Vec<Trial> {
+    if stage.train.is_rotor() || stage.coarse.is_none() {
+        return run_all(plans, stage, done);
+    }
+    let sketched = spread(plans, |plan| {
+        done();
+        plan.sketch(plan.glance(stage), stage, None)
+    });
+    let best = sketched.iter().map(Glance::cost).fold(f64::INFINITY, f64::min);
+    each(plans.iter().zip(sketched).collect(), |plan, glance| {
+        let is_near = glance.cost() <= FAR * best;
+        plan.finish(if is_near { glance.to_the_end() } else { glance }, stage)
     })
 }
 
@@ -43,7 +63,7 @@ pub fn run_promising(
     let mut promising: Vec<(&Plan, Glance)> =
         looked.into_iter().map(|((_, plan), glance)| (plan, glance)).collect();
     let goal = promising.first().map_or(0.0, |(_, glance)| glance.cost());
-    promising = each(promising, |plan, glance| (plan, plan.sketch(glance, stage, goal)));
+    promising = each(promising, |plan, glance| (plan, plan.sketch(glance, stage, Some(goal))));
     promising.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
     promising.truncate(finished);
     each(promising, |plan, glance| plan.finish(glance, stage))

@@ -31,8 +31,10 @@ pub struct Glance {
     names: Vec<String>,
     /// Cost on the part of the data looked at, and the start, best first.
     starts: Vec<(f64, Model)>,
-    /// Whether the starts are ends of a way, and not places on it.
+    /// Whether the starts are ends of a way on a part of the data, and not places on it.
     is_sketched: bool,
+    /// The way that is left from the starts.
+    way: FitConfig,
 }
 
 impl Glance {
@@ -40,6 +42,11 @@ impl Glance {
     #[must_use]
     pub fn cost(&self) -> f64 {
         self.starts.first().map_or(f64::INFINITY, |(cost, _)| *cost)
+    }
+
+    /// The same, with the fit that follows to be followed as far as it goes.
+    pub(super) fn to_the_end(self) -> Self {
+        Self { way: FOLLOW, ..self }
     }
 
     /// The best start, and the second where it is as good.
@@ -117,18 +124,18 @@ impl Plan<'_> {
         } else {
             self.looked_at(self.starts(&template, &fresh, stage), &names, stage)
         };
-        Glance { template, names, starts, is_sketched: false }
+        Glance { template, names, starts, is_sketched: false, way: FOLLOW }
     }
 
     /// Follows the best starts for a while. A body's to the end on a part of the data, as far as that may lead below `goal`:
     /// the fit on all of them then has little left to do. A rotor's on all data, unless they are very many, as far as it may be
     /// worth it: their part is the middle of a run, where what drifts looks different.
     #[must_use]
-    pub fn sketch(&self, glance: Glance, stage: &Stage, goal: f64) -> Glance {
+    pub fn sketch(&self, glance: Glance, stage: &Stage, goal: Option<f64>) -> Glance {
         let on_all = stage.train.is_rotor() && stage.shortened().is_none();
         let (data, goal) = match &stage.coarse {
             _ if on_all => (&stage.train, self.without.map(|cost| WORTH * cost)),
-            Some(coarse) => (coarse, Some(goal)),
+            Some(coarse) => (coarse, goal),
             None => return glance,
         };
         let problem =
@@ -141,7 +148,7 @@ impl Plan<'_> {
         let mut starts: Vec<(f64, Model)> = glance.worth_following().map(follow).collect();
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         starts.truncate(1);
-        Glance { starts, is_sketched: !on_all, ..glance }
+        Glance { starts, is_sketched: !on_all, way: if on_all { FOLLOW } else { PART }, ..glance }
     }
 
     /// Follows the best starts to the end, and judges.
@@ -150,10 +157,7 @@ impl Plan<'_> {
         let Glance { template, names, .. } = &glance;
         let inside = self.inside(template);
         let problem = Problem::new(&stage.train, template.clone(), names.clone(), &inside);
-        let follow = FitConfig {
-            goal: self.without.map(|cost| WORTH * cost),
-            ..if glance.is_sketched { PART } else { FOLLOW }
-        };
+        let follow = FitConfig { goal: self.without.map(|cost| WORTH * cost), ..glance.way };
         let short = stage.shortened().filter(|_| !glance.is_sketched);
         let short = short.map(|data| Problem::new(data, template.clone(), names.clone(), &inside));
         let near = |model: &Model| {

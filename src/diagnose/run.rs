@@ -20,6 +20,7 @@ use crate::effect;
 use crate::identify::{self, IdentifyError};
 use crate::model::{Effect, Model, ModelError};
 use crate::record::Dataset;
+use crate::unit::short;
 
 /// Settings of a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,7 +79,7 @@ pub enum DiagnoseError {
         other: f64,
     },
     /// An expression has no value on the data.
-    #[error("effect `{effect}`: its expression is not a number on {log} at {time} s ({})", signals.join(", "))]
+    #[error("effect `{effect}`: its expression is not a number on {log} at {} s ({})", short(*time), signals.join(", "))]
     NotANumber {
         /// Id of the user's effect.
         effect: String,

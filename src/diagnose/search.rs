@@ -1,6 +1,6 @@
 //! The search of one block: forward, several sets abreast, dropping one out, everything refitted each time.
 
-use super::abreast::{run_all, run_promising, spread};
+use super::abreast::{run_promising, run_singles, spread};
 use super::noise::floors;
 use super::plan::Plan;
 use super::stage::Stage;
@@ -161,7 +161,7 @@ impl<'a> Search<'a> {
                 ..self.start(&recalibrated.model, base)
             })
             .collect();
-        let trials = run_all(&plans, stage, self.done);
+        let trials = run_singles(&plans, stage, self.done);
         let tried = candidates.iter().zip(trials).map(|(effect, trial)| Single {
             effect: effect.id.clone(),
             luck: Some(luck(recalibrated, &trial, period(stage))),

@@ -146,12 +146,13 @@ impl Equations {
                 *state = (memory.settle)(parameters, &at_start) + start.sensor;
             }
         }
+        let mut held = self.constants;
         let longest = if self.is_sharp { LONGEST_STEP } else { LONGEST_SMOOTH_STEP };
         for row in from..to {
             trace.angle.push(angle);
             trace.rate.push(self.sensed_rate(rate, angle, &sensor));
             let (Some(now), Some(next)) = (input.time.get(row), input.time.get(row + 1)) else { break };
-            let mut held = self.body_point(input, row);
+            Self::hold(input, row, &mut held);
             let steps = ((next - now) / longest).ceil().clamp(1.0, MOST_STEPS);
             let step = (next - now) / steps;
             for _ in 0..steps as usize {
@@ -165,42 +166,44 @@ impl Equations {
         }
     }
 
-    fn body_point(&self, input: &BodyInput, row: usize) -> Point {
-        let at = |values: &Vec<f64>| values.get(row).copied().unwrap_or(0.0);
-        Point {
-            time: at(&input.time),
-            torque: at(&input.torque),
-            propeller_rate_1: at(&input.propeller_rate[0]),
-            propeller_rate_2: at(&input.propeller_rate[1]),
-            ..self.constants
-        }
+    /// What the interval after a row holds.
+    #[inline]
+    fn hold(input: &BodyInput, row: usize, point: &mut Point) {
+        let at = |values: &[f64]| values.get(row).copied().unwrap_or(0.0);
+        point.time = at(&input.time);
+        point.torque = at(&input.torque);
+        point.propeller_rate_1 = at(&input.propeller_rate[0]);
+        point.propeller_rate_2 = at(&input.propeller_rate[1]);
     }
 
     /// [rad/s²] of the body. [LPC16] Eq. (1). `point` holds what the interval holds; the laws' own quantities in it
     /// are scratch, because a copy for each of the many calls would cost more than the laws.
+    #[inline]
     fn body_acceleration(&self, angle: f64, rate: f64, point: &mut Point) -> f64 {
-        let torque = point.torque;
         (point.body_angle, point.body_rate) = (angle, rate);
-        if !self.thrust.is_empty() {
-            for (side, propeller_rate) in [(1.0, point.propeller_rate_1), (-1.0, point.propeller_rate_2)] {
-                let bare = point.thrust_coefficient * propeller_rate * propeller_rate;
-                (point.side, point.propeller_rate, point.thrust) = (side, propeller_rate, bare);
-                for hook in &self.thrust {
-                    point.thrust += hook.add(point);
-                }
-                point.torque += side * point.arm * (point.thrust - bare);
-            }
+        if self.thrust.is_empty() {
+            // Laws on the torque look at the bare one.
+            return self.torque.iter().fold(point.torque, |sum, hook| sum + hook.add(point))
+                * self.per_inertia;
         }
-        let extra: f64 = self.torque.iter().map(|hook| hook.add(point)).sum();
-        let acceleration = (point.torque + extra) / self.inertia;
+        let torque = point.torque;
+        for (side, propeller_rate) in [(1.0, point.propeller_rate_1), (-1.0, point.propeller_rate_2)] {
+            let bare = point.thrust_coefficient * propeller_rate * propeller_rate;
+            (point.side, point.propeller_rate, point.thrust) = (side, propeller_rate, bare);
+            for hook in &self.thrust {
+                point.thrust += hook.add(point);
+            }
+            point.torque += side * point.arm * (point.thrust - bare);
+        }
+        let sum = self.torque.iter().fold(point.torque, |sum, hook| sum + hook.add(point));
         point.torque = torque;
-        acceleration
+        sum * self.per_inertia
     }
 
     /// One classical Runge-Kutta step.
     fn turn(&self, angle: f64, rate: f64, held: &mut Point, step: f64) -> (f64, f64) {
         if self.thrust.is_empty() && self.torque.is_empty() {
-            let acceleration = held.torque / self.inertia;
+            let acceleration = held.torque * self.per_inertia;
             let turned = rate + 0.5 * step * acceleration;
             return (angle + step * turned, rate + step * acceleration);
         }
@@ -219,7 +222,11 @@ impl Equations {
         )
     }
 
+    #[inline]
     fn sensed_rate(&self, rate: f64, angle: f64, states: &[f64]) -> f64 {
+        if self.rate_sensor.is_empty() {
+            return rate;
+        }
         let mut point = Point { body_rate: rate, body_angle: angle, ..self.constants };
         for (hook, state) in self.rate_sensor.iter().zip(states) {
             point.body_rate += match hook {

@@ -18,6 +18,7 @@ pub(super) enum Hook {
 
 impl Hook {
     /// What a law without memory adds; a law with memory answers zero.
+    #[inline]
     pub(super) fn add(&self, point: &Point) -> f64 {
         match self {
             Self::Static(law, parameters) => law(parameters, point),
@@ -41,7 +42,8 @@ pub struct Equations {
     pub(super) steady_rate: Vec<f64>,
     pub(super) voltage_gain: f64,
     pub(super) pole: f64,
-    pub(super) inertia: f64,
+    /// [1/(kg m²)] a division in each of the many calls would cost as much as a law.
+    pub(super) per_inertia: f64,
     /// Whether a law turns round within a few milliseconds, or may.
     pub(super) is_sharp: bool,
     /// The constants every law may look at.
@@ -69,7 +71,7 @@ impl Model {
             steady_rate: self.actuator.steady_rate.clone(),
             voltage_gain: self.actuator.voltage_gain,
             pole: self.actuator.pole,
-            inertia: self.body.inertia,
+            per_inertia: 1.0 / self.body.inertia,
             is_sharp: false,
             constants: Point {
                 full_voltage: self.actuator.full_voltage,

@@ -67,7 +67,7 @@ pub enum CompareError {
     #[error(transparent)]
     Absurd(#[from] Absurd),
     /// A law that the model has gives no number on the data.
-    #[error("model `{model}`: the expression of `{effect}` is not a number on {log} at {time} s ({})", signals.join(", "))]
+    #[error("model `{model}`: the expression of `{effect}` is not a number on {log} at {} s ({})", short(*time), signals.join(", "))]
     NotANumber {
         /// Name of the model.
         model: String,
