@@ -32,7 +32,7 @@ pub fn run_singles(plans: &[Plan], stage: &Stage, done: &(dyn Fn() + Sync)) -> V
     let best = sketched.iter().map(Glance::cost).fold(f64::INFINITY, f64::min);
     each(plans.iter().zip(sketched).collect(), |plan, glance| {
         let is_near = glance.cost() <= FAR * best;
-        plan.finish(if is_near { glance.to_the_end() } else { glance }, stage)
+        plan.finish(if is_near { glance.followed_to_the_end() } else { glance }, stage)
     })
 }
 

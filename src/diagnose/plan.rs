@@ -45,7 +45,7 @@ impl Glance {
     }
 
     /// The same, with the fit that follows to be followed as far as it goes.
-    pub(super) fn to_the_end(self) -> Self {
+    pub(super) fn followed_to_the_end(self) -> Self {
         Self { way: FOLLOW, ..self }
     }
 
