@@ -66,11 +66,15 @@ impl BodyRun {
         self
     }
 
-    /// Every so many of its windows.
+    /// One in so many of its windows.
     #[must_use]
     pub(super) fn thinned(&self, share: usize) -> Self {
-        let windows = self.windows.iter().step_by(share).cloned().collect();
-        let counts = self.counts.iter().step_by(share).copied().collect();
+        // Rarely taken ones are not taken in step, lest they meet each move of an experiment at the same moment.
+        let within = |group: usize| if share > FEW_APART { scattered(group) % share } else { 0 };
+        let taken = (0..self.windows.len().div_ceil(share)).map(|group| group * share + within(group));
+        let taken: Vec<usize> = taken.filter(|index| *index < self.windows.len()).collect();
+        let windows = taken.iter().map(|index| self.windows[*index].clone()).collect();
+        let counts = taken.iter().map(|index| self.counts[*index]).collect();
         Self { windows, counts, ..self.clone() }
     }
 
@@ -100,8 +104,15 @@ pub struct BodySource {
     pub angle: Vec<f64>,
 }
 
+/// Windows so far apart are taken in step.
+const FEW_APART: usize = 3;
 /// A window with fewer samples cannot tell a start from a law.
 const FEWEST_SAMPLES: usize = 6;
+
+/// A number that follows no rule from one index to the next: Knuth's multiplicative hash.
+fn scattered(index: usize) -> usize {
+    (index.wrapping_mul(2_654_435_761) >> 16) & 0xffff
+}
 
 /// Windows of `horizon` [s] one after the other; a rest too short joins none.
 fn windows(time: &[f64], horizon: f64) -> Vec<Range<usize>> {

@@ -21,7 +21,8 @@ pub struct Plan<'a> {
     pub base: Vec<String>,
     /// Every effect the model may hold, to look up.
     pub known: &'a [Effect],
-    /// Cost on the same data of the set that one effect was added to; `None` where it does not matter.
+    /// Cost on the same data that the fit must come below to be worth its whole way, mostly of the set that one effect was
+    /// added to; `None` where it does not matter.
     pub without: Option<f64>,
 }
 
@@ -62,7 +63,7 @@ const LOOK: FitConfig = FitConfig { iterations: 4, tolerance: 1e-3, goal: None, 
 const FOLLOW: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5, goal: None, goes_on: true };
 /// As far as a set is followed before the best ones are chosen.
 const SKETCH: FitConfig = FitConfig { iterations: 10, tolerance: 1e-3, goal: None, goes_on: true };
-/// From the end of the fit on all data to that on a part of them it is not far.
+/// From the end of the fit on all data to that on a part of them it is not far, nor back.
 const PART: FitConfig = FitConfig { iterations: 15, tolerance: 1e-4, goal: None, goes_on: true };
 /// Share of the cost without the effect that a fit with it must fall below to be worth its whole way: [`gains`] asks for
 /// more than what is left.
@@ -129,7 +130,7 @@ impl Plan<'_> {
 
     /// Follows the best starts for a while. A body's to the end on a part of the data, as far as that may lead below `goal`:
     /// the fit on all of them then has little left to do. A rotor's on all data, unless they are very many, as far as it may be
-    /// worth it: their part is the middle of a run, where what drifts looks different.
+    /// worth it: their part is the middle of a run, where what drifts looks different. (Of very many it is two long pieces.)
     #[must_use]
     pub fn sketch(&self, glance: Glance, stage: &Stage, goal: Option<f64>) -> Glance {
         let on_all = stage.train.is_rotor() && stage.shortened().is_none();
@@ -162,7 +163,9 @@ impl Plan<'_> {
         let short = short.map(|data| Problem::new(data, template.clone(), names.clone(), &inside));
         let near = |model: &Model| {
             let end = short.as_ref().map(|short| fit(short, &self.frees(names, model), None, &FOLLOW));
-            end.map_or_else(|| model.clone(), |end| problem.model(&end.globals))
+            let end = end.map(|end| problem.model(&end.globals));
+            // A part that is not like the rest leads astray.
+            end.filter(|end| problem.cost_of(end) < problem.cost_of(model)).unwrap_or_else(|| model.clone())
         };
         let ends = glance
             .worth_following()

@@ -125,6 +125,16 @@ impl BlockData {
         self.len
     }
 
+    /// How many of the samples were measured.
+    #[must_use]
+    pub fn readings(&self) -> usize {
+        let finite = |values: &[f64]| values.iter().filter(|value| value.is_finite()).count();
+        match &self.runs {
+            Runs::Rotor(runs) => runs.iter().map(|run| finite(&run.measured)).sum(),
+            Runs::Body(runs) => runs.iter().map(|run| finite(&run.rate) + finite(&run.angle)).sum(),
+        }
+    }
+
     /// Whether there is nothing to compare.
     #[must_use]
     pub fn is_empty(&self) -> bool {
@@ -201,10 +211,24 @@ impl BlockData {
     /// commands only. Of the body every so many windows.
     #[must_use]
     pub fn here_and_there(&self, share: usize) -> Self {
+        self.in_pieces(share, MOST_PIECES)
+    }
+
+    /// The same, in as few and long pieces as leave a slow state of each run its own start: two of each of two rotors.
+    #[must_use]
+    pub fn halfway(&self, share: usize) -> Self {
+        let runs = match &self.runs {
+            Runs::Rotor(runs) => runs.len(),
+            Runs::Body(runs) => runs.len(),
+        };
+        self.in_pieces(share, (MOST_SLOW_UNITS / runs.max(1)).max(1))
+    }
+
+    fn in_pieces(&self, share: usize, most: usize) -> Self {
         let Runs::Rotor(runs) = &self.runs else { return self.thinned(share) };
         let pieces = runs.iter().flat_map(|run| {
             let all = run.time.len();
-            let count = (all / share / SHORTEST_PIECE).clamp(1, MOST_PIECES);
+            let count = (all / share / SHORTEST_PIECE).clamp(1, most);
             let length = (all / share / count).max(2).min(all);
             let gap = (all - (length * count).min(all)) / count;
             (0..count).map(move |piece| run.cut((piece * (length + gap) + gap / 2).min(all - length), length))

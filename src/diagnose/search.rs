@@ -15,9 +15,9 @@ use crate::model::{Effect, Model};
 /// Sets carried on abreast: single effects, and sets of two and more. What several known laws approach together from
 /// several sides is mostly none of them.
 const ABREAST: (usize, usize) = (3, 2);
-/// Candidates that are fitted to the end beside each set of two or more, the most promising ones. Beside a single
+/// Candidates that are followed for a while beside each set of two or more, the most promising ones. Beside a single
 /// effect all are: a law in a corner, such as a limit, looks like nothing for its first steps.
-/// And those of a depth that are fitted to the end when all have been followed for a while.
+/// And those of a depth that are fitted to the end after that.
 const PAIRS: (usize, usize) = (usize::MAX, 8);
 const MORE: (usize, usize) = (8, 4);
 /// Most effects of one block.

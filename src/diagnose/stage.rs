@@ -27,10 +27,10 @@ pub struct Stage {
 
 /// Training samples below which every one of them is looked at.
 const MANY_SAMPLES: usize = 3000;
-/// Share of the data, one in so many, that suffices to compare starts; and samples that do, of however many.
+/// Share of the data, one in so many, that suffices to compare starts; and readings that do, of however many.
 const COARSE: usize = 3;
 const ENOUGH_SAMPLES: usize = 12_000;
-/// Samples from which a fit goes on a part of them as far as it can before it goes on all.
+/// Readings from which a fit goes on a part of them as far as it can before it goes on all.
 const LONG: usize = 30_000;
 /// Parts that a log is cut into where no other is given.
 const FOLDS: usize = 3;
@@ -47,15 +47,16 @@ impl Stage {
                 .collect(),
         };
         // Of levels held for long a part would miss most.
-        let share = COARSE.max(train.len() / ENOUGH_SAMPLES);
-        let coarse = (train.len() > MANY_SAMPLES && !train.holds_levels()).then(|| train.thinned(share));
+        let share = COARSE.max(train.readings() / ENOUGH_SAMPLES);
+        let part = || if train.readings() > LONG { train.halfway(share) } else { train.thinned(share) };
+        let coarse = (train.len() > MANY_SAMPLES && !train.holds_levels()).then(part);
         Self { validate: validate.unwrap_or_else(|| train.clone()), train, folds, coarse }
     }
 
     /// Whether all data are too many to find the way on; then the part to find it on.
     #[must_use]
     pub fn shortened(&self) -> Option<&BlockData> {
-        self.coarse.as_ref().filter(|_| self.train.len() > LONG)
+        self.coarse.as_ref().filter(|_| self.train.readings() > LONG)
     }
 
     /// Tells both parts how large the noise of each channel is.

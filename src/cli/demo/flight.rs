@@ -161,32 +161,39 @@ fn after_s(event: &GuardEvent, flown: &Flown) -> f64 {
     (i128::from(event.stamp_ns) - i128::from(begun_ns)) as f64 * 1e-9
 }
 
-/// What only a machine that stood still gives on a bench whose processes all run.
-const LATE_CAUSES: [Cause; 6] = [
+/// What a machine that stood still gives on a bench whose processes all run.
+const LATE_CAUSES: [Cause; 7] = [
     Cause::TooManyMisses,
     Cause::CommandMissing,
     Cause::CommandExpired,
     Cause::CommandAnswersOldSensors,
+    Cause::SignalNever,
     Cause::SignalStale,
     Cause::GuardPaused,
 ];
-
+/// What an undisturbed flight gives.
+const ORDINARY_CAUSES: [Cause; 6] = [
+    Cause::None,
+    Cause::OperatorArm,
+    Cause::OperatorDisarm,
+    Cause::ChecksPassed,
+    Cause::Recovered,
+    Cause::Shutdown,
+];
 /// [s] after the controller's first step, when the guard opens at the latest in a flight that may be shown: the first
 /// blow comes soon after.
 const OPEN_S: f64 = 2.0;
 
-/// Whether the guard opened too late, or closed before the controller had ended for a reason that only a machine that
-/// stood still gives.
-fn was_held_up(flown: &Flown, bench: &BenchConfig) -> bool {
+/// Whether the guard opened too late, or closed before the controller ended at `end_s`, and lateness was all it ever
+/// found: a value that is wrong, or a controller that swings, is told as what it is. `events` with their times [s].
+fn was_held_up(events: &[(f64, GuardEvent)], end_s: f64) -> bool {
     let is_open = |code| State::from_code(code).is_some_and(State::is_active);
-    let opened = |event: &&GuardEvent| !is_open(event.from) && is_open(event.to);
-    let opens_s = flown.events.iter().find(opened).map(|event| after_s(event, flown));
-    let closed_by_time = flown.events.iter().any(|event| {
-        let closed = is_open(event.from) && !is_open(event.to);
-        let by_time = Cause::from_code(event.cause).is_some_and(|cause| LATE_CAUSES.contains(&cause));
-        closed && by_time && after_s(event, flown) < FLIGHT_S - bench.period_s
-    });
-    flown.steps.is_empty() || opens_s.is_none_or(|opens_s| opens_s > OPEN_S) || closed_by_time
+    let flown = || events.iter().filter(|(at_s, _)| *at_s < end_s);
+    let opens_s = events.iter().find(|(_, it)| !is_open(it.from) && is_open(it.to)).map(|(at_s, _)| *at_s);
+    let closes = flown().any(|(_, it)| is_open(it.from) && !is_open(it.to));
+    let is_known = |cause| LATE_CAUSES.contains(&cause) || ORDINARY_CAUSES.contains(&cause);
+    let only_late = flown().all(|(_, it)| Cause::from_code(it.cause).is_some_and(is_known));
+    only_late && (closes || opens_s.is_none_or(|opens_s| opens_s > OPEN_S))
 }
 
 /// [of the flight] in which the guard was degraded: some of the commands were held.
@@ -233,7 +240,8 @@ pub fn fly_whole(
         }
         let flown = flown?;
         guard_lines(&flown, &bench).iter().for_each(|line| println!("{line}"));
-        if !was_held_up(&flown, &bench) {
+        let timed: Vec<_> = flown.events.iter().map(|event| (after_s(event, &flown), *event)).collect();
+        if !was_held_up(&timed, FLIGHT_S - bench.period_s) {
             return Ok(Flight::Whole(Box::new(flown)));
         }
         println!(
@@ -251,4 +259,40 @@ pub fn guard_lines(flown: &Flown, bench: &BenchConfig) -> Vec<String> {
         format!("{after_s:6.2} s  guard: {}{ended}", operator::sentence(event))
     };
     flown.events.iter().map(line).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn event((at_s, from, to, cause): (f64, State, State, Cause)) -> (f64, GuardEvent) {
+        let [from, to, cause] = [from as u32, to as u32, cause as u32];
+        (at_s, GuardEvent { from, to, cause, ..GuardEvent::default() })
+    }
+
+    #[test]
+    fn only_a_flight_that_lateness_ended_is_flown_again() {
+        let armed = (0.2, State::Disarmed, State::Armed, Cause::ChecksPassed);
+        let late = (5.0, State::Armed, State::Degraded, Cause::CommandMissing);
+        let held_up =
+            |events: &[_]| was_held_up(&events.iter().copied().map(event).collect::<Vec<_>>(), 18.99);
+        let latched = |at_s, cause| (at_s, State::Degraded, State::FailsafeLatched, cause);
+        assert!(!held_up(&[armed, late, latched(19.1, Cause::CommandMissing)]), "it came to its end");
+        for cause in [Cause::GuardPaused, Cause::CommandMissing, Cause::TooManyMisses] {
+            assert!(held_up(&[armed, late, latched(5.1, cause)]), "{cause:?}");
+        }
+        assert!(held_up(&[]), "it never opened");
+        assert!(
+            held_up(&[(9.0, State::Disarmed, State::Armed, Cause::ChecksPassed)]),
+            "too late for the first blow"
+        );
+        assert!(!held_up(&[armed, latched(5.1, Cause::Oscillation)]), "a controller's own fault");
+        let wrong = (4.0, State::Armed, State::Degraded, Cause::SignalOutOfRange);
+        assert!(
+            !held_up(&[armed, wrong, latched(5.1, Cause::TooManyMisses)]),
+            "misses that were wrong values"
+        );
+        let refused = (2.2, State::PreArm, State::Disarmed, Cause::SignalOutOfRange);
+        assert!(!held_up(&[refused]), "never opened, and not for lateness");
+    }
 }
