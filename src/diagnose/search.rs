@@ -250,10 +250,17 @@ impl<'a> Search<'a> {
 
     /// The smallest set that no larger one beats.
     pub(super) fn climb(&self, stage: &Stage, recalibrated: &Trial, trials: &[Trial]) -> Trial {
-        let mut answer = recalibrated.clone();
-        for depth in 1..=DEEPEST {
-            // Two effects may be worth nothing one by one: each depth is held against the answer so far.
-            let best = self.sound(stage, trials, depth).into_iter().find(|it| gains(stage, &answer, it));
+        // Two effects may be worth nothing one by one: each depth is held against the answer so far.
+        self.climb_from(stage, recalibrated.clone(), trials)
+    }
+
+    /// The smallest set that holds all of `answer` and that no larger one beats.
+    fn climb_from(&self, stage: &Stage, mut answer: Trial, trials: &[Trial]) -> Trial {
+        let first = answer.effects.clone();
+        let goes_on = |trial: &&Trial| first.iter().all(|id| trial.effects.contains(id));
+        for depth in first.len() + 1..=DEEPEST {
+            let sound = self.sound(stage, trials, depth).into_iter().filter(goes_on);
+            let best = sound.into_iter().find(|it| gains(stage, &answer, it));
             if let Some(best) = best {
                 answer = best.clone();
             }
@@ -286,7 +293,8 @@ impl<'a> Search<'a> {
             .first()
             .filter(|trial| loss(&stage, trial) < loss(&stage, &best))
         {
-            best = better.clone();
+            // What goes on from it may have been passed over with it: a law that shows in one stretch gains nothing by itself.
+            best = self.climb_from(&stage, better.clone(), trials);
             dropped = self.each_dropped(&stage, &best, &base_names, &recalibrated, trials);
         }
         let mut alternatives = nearest(&stage, &best, trials, self.known);
