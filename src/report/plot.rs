@@ -222,21 +222,15 @@ impl Series {
 }
 
 /// `value` to this many significant digits; `None` (a hole) when it is not finite.
-fn rounded(value: f64, digits: i32) -> Option<f64> {
+fn rounded(value: f64, digits: usize) -> Option<f64> {
     if !value.is_finite() {
         return None;
     }
     if value == 0.0 {
         return Some(0.0);
     }
-    let decimals = digits - 1 - value.abs().log10().floor() as i32;
-    // Dividing by a power of ten gives the double nearest to the decimal, which prints short.
-    let rounded = if decimals >= 0 {
-        (value * 10f64.powi(decimals)).round() / 10f64.powi(decimals)
-    } else {
-        (value / 10f64.powi(-decimals)).round() * 10f64.powi(-decimals)
-    };
-    Some(if rounded.is_finite() { rounded } else { value })
+    // By way of the decimal: the double nearest to it prints short, and no power of ten has to be exact.
+    Some(format!("{value:.*e}", digits.saturating_sub(1)).parse().unwrap_or(value))
 }
 
 /// One plot with its axes, curves and marks.
