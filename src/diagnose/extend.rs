@@ -89,6 +89,7 @@ pub fn extend(
             validate_after: error.extended.validate,
         },
         before: model.parameters(),
+        standard_errors_before: model.standard_errors.clone(),
     });
     Ok(Extension { model: extended, error, is_at_floor: blocks.is_at_floor(), warnings })
 }

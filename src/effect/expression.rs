@@ -86,6 +86,16 @@ impl Expression {
                 error(column, format!("`{name}` is neither a signal nor a parameter"))
             })?);
         }
+        let is_bound = |index: usize| {
+            sources.iter().any(|source| matches!(source, Source::Parameter(it) if *it == index))
+        };
+        if let Some(idle) = (0..parameters.len()).find(|index| !is_bound(*index)) {
+            let reason = format!(
+                "the parameter `{}` does not appear in it: nothing could be fitted",
+                parameters[idle]
+            );
+            return Err(error(text.chars().count(), reason));
+        }
         if sources.len() > MOST_VARIABLES {
             return Err(error(0, format!("more than {MOST_VARIABLES} variables")));
         }
@@ -244,6 +254,7 @@ mod tests {
             ("sin(+)", 5, "missing before this bracket"),
             ("b*foo(body_rate)", 2, "`foo` is no function; there are"),
             ("b (body_rate)", 0, "`b` is no function"),
+            ("2*body_rate", 11, "`b` does not appear in it"),
         ];
         for (text, place, words) in cases {
             let error = Expression::parse(text, &["b"]).unwrap_err();

@@ -49,6 +49,9 @@ pub struct Step {
     pub error: ErrorFall,
     /// Every parameter before the step, by name: what stepping back restores.
     pub before: BTreeMap<String, f64>,
+    /// The standard errors of those that had been fitted.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub standard_errors_before: BTreeMap<String, f64>,
 }
 
 /// A number of the base before and after a step, in its SI unit.
@@ -107,7 +110,13 @@ impl Model {
         let mut model = self.clone();
         let step = model.ladder.pop()?;
         model.effects.retain(|added| !step.added.contains(&added.id));
-        model.standard_errors.clear();
+        // Of what the step did not move the errors stand, too; of what it added they go with it.
+        let is_moved = |name: &str| match step.before.get(name) {
+            Some(before) => self.parameter(name) != Some(*before),
+            None => name.contains('.'),
+        };
+        model.standard_errors.retain(|name, _| !is_moved(name));
+        model.standard_errors.extend(step.standard_errors_before);
         for (name, value) in &step.before {
             model.set_parameter(name, *value);
         }

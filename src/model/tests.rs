@@ -34,6 +34,37 @@ fn a_model_file_reads_back_the_same() {
 }
 
 #[test]
+fn stepping_back_restores_the_numbers_and_how_well_they_are_known() {
+    let mut base = Model::paper();
+    base.standard_errors = [("pole".to_owned(), 0.5), ("steady_rate_linear".to_owned(), 3.0)].into();
+    let mut after = base.with(&base.effect("transport_delay").expect("known"));
+    after.set_parameter("pole", 20.0);
+    after.standard_errors.insert("pole".to_owned(), 0.2);
+    after.standard_errors.insert("transport_delay.delay".to_owned(), 1e-3);
+    let error = ErrorFall {
+        measure: "rms [rad/s]".to_owned(),
+        noise_floor: 1.0,
+        train_before: 3.0,
+        train_after: 1.0,
+        validate_before: 3.0,
+        validate_after: 1.0,
+    };
+    after.ladder.push(Step {
+        added: vec!["transport_delay".to_owned()],
+        logs: Vec::new(),
+        validation: Vec::new(),
+        error,
+        before: base.parameters(),
+        standard_errors_before: base.standard_errors.clone(),
+    });
+    assert_eq!(after.step_back().expect("a rung"), base);
+    // A file of before says nothing of them: what was not moved is known as it was.
+    after.ladder[0].standard_errors_before.clear();
+    let back = after.step_back().expect("a rung");
+    assert_eq!(back.standard_errors, [("steady_rate_linear".to_owned(), 3.0)].into());
+}
+
+#[test]
 fn a_wrong_model_file_says_where() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("model.toml");

@@ -9,7 +9,7 @@ use rotorbench::shm::{BUS, Bench, Role, SENSORS};
 
 use crate::bus::{Bus, run};
 use crate::faults::{Hardware, Lie, bench, flying, safe_on_the_bus};
-use crate::processes::{Process, TestBench, late, say, up_to_six_times};
+use crate::processes::{Process, TestBench, Watcher, late, say, up_to_six_times};
 
 /// Ends a bridge that was started with `--json`; what it says of the bus.
 fn bus_of(mut bridge: Process) -> serde_json::Value {
@@ -22,53 +22,65 @@ fn member(bench: &TestBench) -> Bench {
     Bench::join(&bench.config.name, &bench.config.shared_memory, Role::Monitor).expect("joined")
 }
 
+/// Starting `cansend` may stop the emulated processor for longer than an echo may take.
+fn own_frames_came_back(watcher: &Watcher) {
+    if watcher.newest.cause == Cause::BusDead as u32 {
+        late(format!("the bridge's own frames come back in time: {:?}", watcher.said));
+    }
+}
+
 /// `cansend` as the only sender on the bus, so that its frames go on from one another as they should: each is counted
 /// under its own cause, exactly.
 #[test]
 fn cansend_moves_no_rotor_and_is_counted_by_cause() {
-    let bus = Bus::new();
-    let bench = bench("cansend", &bus);
-    let bridge = bench.start(&["bridge", "--json"]);
-    let _control = bench.start(&["control"]);
-    let mut watcher = bench.watch();
-    watcher.until("a guard", |it| it.sequence > 10);
-    // Gyro: counter, temperature, two bytes of nothing, the rate as a float of 32 bits.
-    let not_a_number = ["020#001400000000C07F", "020#011400000000807F"];
-    let too_fast = ["020#0214000000247449", "020#03140000002474C9"];
-    let good = ["020#041400000000003F"];
-    let repeated = ["020#041400000000003F", "020#D01400000000003F"];
-    let wrong_length = ["020#01", "020#", "041#00", "030#0102030405"];
-    let unknown = ["123#DEADBEEF", "1FFFFFFF#00", "7DF#R", "020#R", "010#R"];
-    for frame in [&not_a_number[..], &too_fast, &good, &repeated, &wrong_length, &unknown].concat() {
-        run("cansend", &[&bus.name, frame]);
-    }
-    let mut turned = false;
-    watcher.each(|applied| turned |= applied.rotor != [0.0, 0.0]);
-    assert_eq!(watcher.newest.state, State::Disarmed as u32, "none of it is a reason to latch");
-    // And with the command's identifier: full throttle, and no command at all.
-    let foreign = ["010#0050C350C3000000", "010#"];
-    for frame in foreign {
-        run("cansend", &[&bus.name, frame]);
-    }
-    watcher.until("the latch", |it| it.state == State::FailsafeLatched as u32);
-    assert_eq!(watcher.newest.cause, Cause::ForeignCommand as u32);
-    assert_eq!(bench.run(&["arm"]).status.code(), Some(1), "nothing of this arms a bench");
-    watcher.each(|applied| turned |= applied.rotor != [0.0, 0.0]);
-    assert!(!turned, "a rotor was commanded");
-    assert!(bridge.log().contains("another sender commands the rotors"), "{}", bridge.log());
-    let decoded = bus_of(bridge)["decoded"].clone();
-    say(&format!("cansend, counted by cause: {decoded}"));
-    for (cause, frames) in [
-        ("not_a_number", not_a_number.len()),
-        ("out_of_range", too_fast.len()),
-        ("accepted", good.len()),
-        ("counter", repeated.len()),
-        ("wrong_length", wrong_length.len()),
-        ("unknown_id", unknown.len()),
-        ("foreign_command", foreign.len()),
-    ] {
-        assert_eq!(decoded[cause].as_u64(), Some(frames as u64), "{cause}: {decoded}");
-    }
+    up_to_six_times(|| {
+        let bus = Bus::new();
+        let bench = bench("cansend", &bus);
+        let bridge = bench.start(&["bridge", "--json"]);
+        let _control = bench.start(&["control"]);
+        let mut watcher = bench.watch();
+        watcher.until("a guard", |it| it.sequence > 10);
+        // Gyro: counter, temperature, two bytes of nothing, the rate as a float of 32 bits.
+        let not_a_number = ["020#001400000000C07F", "020#011400000000807F"];
+        let too_fast = ["020#0214000000247449", "020#03140000002474C9"];
+        let good = ["020#041400000000003F"];
+        let repeated = ["020#041400000000003F", "020#D01400000000003F"];
+        let wrong_length = ["020#01", "020#", "041#00", "030#0102030405"];
+        let unknown = ["123#DEADBEEF", "1FFFFFFF#00", "7DF#R", "020#R", "010#R"];
+        for frame in [&not_a_number[..], &too_fast, &good, &repeated, &wrong_length, &unknown].concat() {
+            run("cansend", &[&bus.name, frame]);
+        }
+        let mut turned = false;
+        watcher.each(|applied| turned |= applied.rotor != [0.0, 0.0]);
+        own_frames_came_back(&watcher);
+        let told = &watcher.said;
+        assert_eq!(watcher.newest.state, State::Disarmed as u32, "none of it is a reason to latch: {told:?}");
+        // And with the command's identifier: full throttle, and no command at all.
+        let foreign = ["010#0050C350C3000000", "010#"];
+        for frame in foreign {
+            run("cansend", &[&bus.name, frame]);
+        }
+        watcher.until("the latch", |it| it.state == State::FailsafeLatched as u32);
+        own_frames_came_back(&watcher);
+        assert_eq!(watcher.newest.cause, Cause::ForeignCommand as u32);
+        assert_eq!(bench.run(&["arm"]).status.code(), Some(1), "nothing of this arms a bench");
+        watcher.each(|applied| turned |= applied.rotor != [0.0, 0.0]);
+        assert!(!turned, "a rotor was commanded");
+        assert!(bridge.log().contains("another sender commands the rotors"), "{}", bridge.log());
+        let decoded = bus_of(bridge)["decoded"].clone();
+        say(&format!("cansend, counted by cause: {decoded}"));
+        for (cause, frames) in [
+            ("not_a_number", not_a_number.len()),
+            ("out_of_range", too_fast.len()),
+            ("accepted", good.len()),
+            ("counter", repeated.len()),
+            ("wrong_length", wrong_length.len()),
+            ("unknown_id", unknown.len()),
+            ("foreign_command", foreign.len()),
+        ] {
+            assert_eq!(decoded[cause].as_u64(), Some(frames as u64), "{cause}: {decoded}");
+        }
+    });
 }
 
 /// A gyro that says one impossible thing in an otherwise perfect frame, while the bench flies: counted by cause, used by

@@ -388,6 +388,10 @@ fn an_echo_apart_shows_a_dead_bus_and_is_heard_after_the_interface_was_made_agai
         port.send(&frame(0x10, &[])).ok()
     });
     bus.port().send(&frame(0x20, &[])).expect("there is room");
+    eventually(|| {
+        port.listen();
+        (port.counts().echoed >= 3).then_some(())
+    });
     port.listen();
     assert_eq!(port.counts().echoed, 3, "its own frame, and nothing else");
 }
