@@ -404,33 +404,4 @@ fn base_free(name: &str, start: f64) -> Free {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::diagnose::problem::Runs;
-    use crate::diagnose::rotor::rotor_runs;
-    use crate::record::Dataset;
-
-    const ROWS: usize = 3000;
-
-    /// Every third stretch a rotor turns 3 % faster. A curve fitted to all leaves 2, 1 and 1 % in them, squared 6; a curve
-    /// that has not seen the stretch it is judged on leaves 3, 1.5 and 1.5 %, squared 13.5.
-    #[test]
-    fn what_is_held_out_is_judged_by_numbers_that_have_not_seen_it() {
-        let time: Vec<f64> = (0..ROWS).map(|row| 0.02 * row as f64).collect();
-        let command: Vec<f64> = (0..ROWS).map(|row| 0.5 + 0.01 * (row / 7 % 2) as f64).collect();
-        let mut log = Dataset::new("here", "", time).expect("time rises");
-        let model = Model::paper();
-        let turning = |row: usize| if (row * 30 / ROWS).is_multiple_of(3) { 1.03 } else { 1.0 };
-        let steady = 1124.5 * 0.505 + 447.1 * 0.505 * 0.505;
-        log.insert("command_1", command).expect("fits");
-        log.insert("propeller_rate_1_rad_s", (0..ROWS).map(|row| steady * turning(row)).collect())
-            .expect("fits");
-        let stage = Stage::new(BlockData::new(Runs::Rotor(rotor_runs(&[log]))), None);
-        let base = vec!["steady_rate_linear".to_owned()];
-        let plan = Plan { from: &model, home: &model, effects: Vec::new(), base, known: &[], without: None };
-        let trial = plan.run(&stage);
-        let ratio = trial.judged.cost / trial.fit.cost;
-        // The commands' own ripple, and the one initial state that all stretches share, are the rest.
-        assert!((2.0..2.5).contains(&ratio), "{ratio}");
-    }
-}
+mod tests;

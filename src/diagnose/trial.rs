@@ -232,6 +232,8 @@ mod tests {
     use super::*;
     use crate::diagnose::body::{BodyRun, BodySource};
     use crate::diagnose::problem::{BlockData, Runs};
+    use crate::diagnose::rotor::rotor_runs;
+    use crate::record::Dataset;
 
     /// An effect's id and its parameters: name, value, standard error.
     type Hidden<'a> = (&'a str, &'a [(&'a str, f64, f64)]);
@@ -316,6 +318,24 @@ mod tests {
             assert_eq!(trial.is_determined(&stage, &known), determined, "± {error}");
             trial.fit.locals.truncate(units);
             assert!(trial.is_determined(&stage, &known), "the start is not free");
+        }
+    }
+
+    /// Two logs that differ by a level each are no heat: one that would take hours moves nowhere in a minute.
+    #[test]
+    fn heat_that_hardly_moves_within_a_log_is_a_level() {
+        let time: Vec<f64> = (0..6000).map(|row| 0.01 * f64::from(row)).collect();
+        let mut log = Dataset::new("here", "", time).expect("time rises");
+        log.insert("command_1", (0..6000).map(|row| 0.5 + 0.1 * f64::from(row / 40 % 2)).collect())
+            .expect("fits");
+        log.insert("propeller_rate_1_rad_s", vec![600.0; 6000]).expect("fits");
+        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log])));
+        let rotor = Stage::new(data.clone(), Some(data));
+        for (time_constant, determined) in [(30.0, true), (290.0, true), (310.0, false), (2000.0, false)] {
+            let numbers = [("gain", 0.02, 1e-3), ("time_constant", time_constant, 1.0)];
+            let (_, mut trial, known) = trial(&[("motor_heating", &numbers)]);
+            trial.fit.locals = vec![0.0; 2 * rotor.train.units().len()];
+            assert_eq!(trial.is_determined(&rotor, &known), determined, "{time_constant} s in 60 s");
         }
     }
 

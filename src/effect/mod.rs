@@ -256,7 +256,12 @@ pub fn followed(rate: f64, span: f64) -> f64 {
 /// the library's takes three times as long.
 #[must_use]
 pub(crate) fn tanh(value: f64) -> f64 {
-    if value.abs() < 0.25 { small_tanh(value) } else { 1.0 - 2.0 / ((2.0 * value).exp() + 1.0) }
+    match value.abs() {
+        small if small < 0.25 => small_tanh(value),
+        // One to the last digit, as of most friction.
+        large if large > 20.0 => value.signum(),
+        _ => 1.0 - 2.0 / ((2.0 * value).exp() + 1.0),
+    }
 }
 
 /// The sine, to the last digit. Most benches turn by less than an eighth of a circle, where a series does: asked for as often,

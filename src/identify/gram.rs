@@ -92,6 +92,39 @@ impl<const M: usize> Block<M> {
     }
 }
 
+/// Rows of `N` numbers laid aside column by column, for all products of two of them.
+pub(super) struct Columns<const N: usize> {
+    columns: [[f64; BLOCK]; N],
+    rows: usize,
+}
+
+impl<const N: usize> Columns<N> {
+    pub const EMPTY: Self = Self { columns: [[0.0; BLOCK]; N], rows: 0 };
+
+    pub fn push(&mut self, values: &[f64; N]) {
+        for (column, value) in self.columns.iter_mut().zip(values) {
+            column[self.rows] = *value;
+        }
+        self.rows += 1;
+    }
+
+    pub fn is_full(&self) -> bool {
+        self.rows == BLOCK
+    }
+
+    /// Adds the products of the first `used` columns, the lower half of them, and forgets the rows.
+    pub fn take(&mut self, used: usize, products: &mut [[f64; N]; N]) {
+        let behind = self.rows..self.rows.next_multiple_of(LANES);
+        self.columns.iter_mut().for_each(|column| column[behind.clone()].fill(0.0));
+        for (i, products) in products.iter_mut().enumerate().take(used) {
+            for (j, product) in products.iter_mut().enumerate().take(i + 1) {
+                *product += dot(&self.columns[i], &self.columns[j], self.rows);
+            }
+        }
+        self.rows = 0;
+    }
+}
+
 /// Two sums of four products each, side by side: written out, because a test build does not find them by itself.
 fn dot(a: &[f64; BLOCK], b: &[f64; BLOCK], rows: usize) -> f64 {
     let mut sums = [f64x4::ZERO; LANES / 4];

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::Estimate;
+use super::gram::Columns;
 use super::linear::invert;
 use super::pole::{self, LagFit, Record};
 use super::record_of::NO_DELAY;
@@ -132,6 +133,7 @@ const WIDEST: usize = 8;
 fn two_pole_cost<const M: usize>(record: &Record<M>, slow: f64, fast: f64) -> f64 {
     let columns = M + 3;
     let mut normal = DMatrix::<f64>::zeros(M + 1, M + 1);
+    let mut block = Columns::<WIDEST>::EMPTY;
     for segment in &record.segments {
         let mut gram = [[0.0; WIDEST]; WIDEST];
         let (mut a, mut b) = ([0.0; M], [0.0; M]);
@@ -146,10 +148,9 @@ fn two_pole_cost<const M: usize>(record: &Record<M>, slow: f64, fast: f64) -> f6
                 values[M] = states[0];
                 values[M + 1] = states[1];
                 values[M + 2] = record.output[row];
-                for i in 0..columns {
-                    for j in 0..=i {
-                        gram[i][j] += values[i] * values[j];
-                    }
+                block.push(&values);
+                if block.is_full() {
+                    block.take(columns, &mut gram);
                 }
             }
             if row + 1 < segment.end {
@@ -167,6 +168,7 @@ fn two_pole_cost<const M: usize>(record: &Record<M>, slow: f64, fast: f64) -> f6
                 states = [states[0] * slow_decay, states[1] * fast_decay];
             }
         }
+        block.take(columns, &mut gram);
         let mut gram = DMatrix::from_fn(columns, columns, |i, j| gram[i.max(j)][i.min(j)]);
         eliminate(&mut gram, M);
         eliminate(&mut gram, M + 1);

@@ -76,27 +76,46 @@ struct State {
     sensor: [f64; MOST_STATES],
 }
 
+/// How a span of held inputs is gone through: what all spans of one length have in common.
+#[derive(Clone, Copy)]
+struct Stride {
+    /// [s] the span.
+    span: f64,
+    /// Steps of it.
+    count: usize,
+    /// [s] one of them.
+    step: f64,
+    /// Shares of the ways to z, see [`shares_of`].
+    shares: [f64; 3],
+    /// The share of the way that is gone after the whole span.
+    followed: f64,
+}
+
 impl Equations {
     /// Runs a rotor freely over its inputs.
     pub fn simulate_rotor(&self, input: &RotorInput, start: &RotorStart, trace: &mut RotorTrace) {
         trace.rate.clear();
         trace.measured.clear();
         trace.mean.clear();
-        let Some(first) = self.rotor_point(input, 0, 0) else { return };
+        let mut point = Point { side: input.side, ..self.constants };
+        if self.hold_rotor(&mut point, input, (0, 0)).is_none() {
+            return;
+        }
         let linear = self.steady.is_empty() && self.acceleration.is_empty() && self.rotor_sensor.is_empty();
-        let mut state = self.settle(first, start);
+        let mut state = self.settle(point, start);
         if linear && self.command_delay == 0.0 {
             self.follow(input, state.rate, trace);
             trace.end = state.steady;
             return;
         }
-        let mut known = (f64::NAN, 0.0);
+        let mut sensor = point;
+        let mut stride = self.stride(0.0);
         // Index of the command in force: behind the row by the delay.
         let mut late = 0;
         let arrival = input.time.first().map_or(0.0, |first| first + self.command_delay);
         for row in 0..input.time.len() {
             trace.rate.push(state.rate);
-            trace.measured.push(self.sensed(&state, first));
+            trace.measured.push(self.sensed(&state, &mut sensor));
             let (Some(now), Some(next)) = (input.time.get(row), input.time.get(row + 1)) else { break };
             let mut from = *now;
             let mut turned = 0.0;
@@ -107,19 +126,21 @@ impl Equations {
                 let change = input.time.get(late + 1).map_or(*next, |change| change + self.command_delay);
                 let waits = start.rate.filter(|_| start.is_first && from < arrival);
                 let to = if waits.is_some() { arrival } else { change }.min(*next);
-                let Some(mut point) = self.rotor_point(input, late, row) else { return };
+                if self.hold_rotor(&mut point, input, (late, row)).is_none() {
+                    return;
+                }
                 point.steady_rate = waits.unwrap_or(point.steady_rate);
+                let span = to - from;
+                // Rows of one interval share the exponential and the steps.
+                if (stride.span - span).abs() > SAME_SPAN * span {
+                    stride = self.stride(span);
+                }
                 if linear {
-                    let span = to - from;
-                    // Rows of one interval share the exponential.
-                    if (known.0 - span).abs() > SAME_SPAN * span || known.0.is_nan() {
-                        known = (span, followed(self.pole, span));
-                    }
                     let way = point.steady_rate - state.rate;
-                    turned += point.steady_rate * span - way * known.1 / self.pole;
-                    state.rate += way * known.1;
+                    turned += point.steady_rate * span - way * stride.followed / self.pole;
+                    state.rate += way * stride.followed;
                 } else {
-                    turned += self.advance(&mut state, point, to - from);
+                    turned += self.advance(&mut state, &mut point, &stride);
                 }
                 from = to;
             }
@@ -155,10 +176,41 @@ impl Equations {
         trace.measured.extend_from_slice(&trace.rate);
     }
 
-    fn rotor_point(&self, input: &RotorInput, command_row: usize, row: usize) -> Option<Point> {
+    /// The point learns the command and the battery's voltage of two rows, and z.
+    #[inline]
+    fn hold_rotor(
+        &self,
+        point: &mut Point,
+        input: &RotorInput,
+        (command_row, row): (usize, usize),
+    ) -> Option<()> {
         let command = *input.command.get(command_row)?;
         let voltage = input.voltage.map_or(Some(self.constants.full_voltage), |v| v.get(row).copied())?;
-        Some(self.steady_point(*input.time.get(row)?, command, voltage, input.side))
+        point.time = *input.time.get(row)?;
+        point.propeller_rate = self.constants.propeller_rate;
+        point.steady_rate = self.constants.steady_rate;
+        point.steady_rate = self.steady_rate_at(point, command, voltage);
+        Some(())
+    }
+
+    /// How a span is gone through.
+    fn stride(&self, span: f64) -> Stride {
+        let hooks = self.steady.iter().chain(&self.rotor_sensor);
+        let rates =
+            hooks.filter_map(|hook| hook.memory().map(|(memory, parameters)| (memory.rate)(parameters)));
+        // The laws on the acceleration move the pole by a small factor at most.
+        let pole = if self.acceleration.is_empty() { 0.5 * self.pole } else { self.pole };
+        let fastest = rates.fold(pole, f64::max);
+        let finest = (span / SHORTEST_STEP).max(span * self.pole).ceil().max(1.0);
+        let steps = (span * fastest / STEP_SHARE).ceil().clamp(1.0, finest);
+        let step = span / steps;
+        Stride {
+            span,
+            count: steps as usize,
+            step,
+            shares: shares_of(self.pole * step),
+            followed: followed(self.pole, span),
+        }
     }
 
     /// Every state settled at a held point, but for what the start says.
@@ -193,56 +245,46 @@ impl Equations {
         state
     }
 
-    fn sensed(&self, state: &State, at: Point) -> f64 {
-        if self.rotor_sensor.is_empty() {
-            return state.rate;
-        }
-        let mut point = Point { propeller_rate: state.rate, ..at };
+    fn sensed(&self, state: &State, point: &mut Point) -> f64 {
+        point.propeller_rate = state.rate;
         for (hook, memory_state) in self.rotor_sensor.iter().zip(&state.sensor) {
             point.propeller_rate += match hook {
-                Hook::Memory(memory, parameters) => (memory.add)(parameters, *memory_state, &point),
-                hook => hook.add(&point),
+                Hook::Memory(memory, parameters) => (memory.add)(parameters, *memory_state, point),
+                hook => hook.add(point),
             };
         }
         point.propeller_rate
     }
 
     /// Advances every state over a span in which command and voltage hold; answers the angle turned [rad].
-    fn advance(&self, state: &mut State, held: Point, span: f64) -> f64 {
-        let hooks = self.steady.iter().chain(&self.rotor_sensor);
-        let rates =
-            hooks.filter_map(|hook| hook.memory().map(|(memory, parameters)| (memory.rate)(parameters)));
-        // The laws on the acceleration move the pole by a small factor at most.
-        let pole = if self.acceleration.is_empty() { 0.5 * self.pole } else { self.pole };
-        let fastest = rates.fold(pole, f64::max);
-        let finest = (span / SHORTEST_STEP).max(span * self.pole).ceil().max(1.0);
-        let steps = (span * fastest / STEP_SHARE).ceil().clamp(1.0, finest);
-        let step = span / steps;
+    fn advance(&self, state: &mut State, point: &mut Point, stride: &Stride) -> f64 {
+        let (step, held) = (stride.step, point.steady_rate);
         let mut turned = 0.0;
-        for _ in 0..steps as usize {
+        for _ in 0..stride.count {
             let before = state.rate;
-            let target = self.steady_over(state, held, step);
-            state.rate = self.accelerate(before, &held, target, step);
+            point.propeller_rate = before;
+            let z = self.steady_over(state, point, held, step);
+            state.rate = self.accelerate(before, point, z, stride);
             // The slopes at both ends bend the straight line: the pole is what bends it most.
-            let bend = self.pole * ((target[0] - before) - (target[2] - state.rate));
-            let mean = 0.5 * (before + state.rate) + step * bend / 12.0;
+            let bend = self.pole * ((z[0] - before) - (z[2] - state.rate));
+            let mean = 0.5 * (before + state.rate) + step * bend * (1.0 / 12.0);
             turned += step * mean;
             if !self.rotor_sensor.is_empty() {
-                self.advance_sensor(state, Point { propeller_rate: mean, ..held }, step);
+                (point.propeller_rate, point.steady_rate) = (mean, held);
+                self.advance_sensor(state, point, step);
             }
         }
         turned
     }
 
     /// z at the begin, the middle and the end of a step, the memories on the way advanced.
-    fn steady_over(&self, state: &mut State, held: Point, step: f64) -> [f64; 3] {
-        let mut z = [held.steady_rate; 3];
-        let mut point = Point { propeller_rate: state.rate, ..held };
+    fn steady_over(&self, state: &mut State, point: &mut Point, held: f64, step: f64) -> [f64; 3] {
+        let mut z = [held; 3];
         for (hook, memory_state) in self.steady.iter().zip(&mut state.steady) {
             let Some((memory, parameters)) = hook.memory() else {
                 for value in &mut z {
                     point.steady_rate = *value;
-                    *value += hook.add(&point);
+                    *value += hook.add(point);
                 }
                 continue;
             };
@@ -250,10 +292,10 @@ impl Equations {
             for (node, add) in added.iter_mut().enumerate() {
                 if node > 0 {
                     point.steady_rate = 0.5 * (z[node - 1] + z[node]);
-                    *memory_state = (memory.advance)(parameters, *memory_state, &point, 0.5 * step);
+                    *memory_state = (memory.advance)(parameters, *memory_state, point, 0.5 * step);
                 }
                 point.steady_rate = z[node];
-                *add = (memory.add)(parameters, *memory_state, &point);
+                *add = (memory.add)(parameters, *memory_state, point);
             }
             for (value, add) in z.iter_mut().zip(added) {
                 *value += add;
@@ -263,31 +305,37 @@ impl Equations {
     }
 
     /// One classical Runge-Kutta step of the rate.
-    fn accelerate(&self, rate: f64, held: &Point, z: [f64; 3], step: f64) -> f64 {
+    fn accelerate(&self, rate: f64, point: &mut Point, z: [f64; 3], stride: &Stride) -> f64 {
         // [LPC16] Eq. (2).
-        let bare = |rate: f64, z: f64| self.pole * (z - rate);
         if self.acceleration.is_empty() {
-            return runge_kutta(bare, rate, z, step);
+            return rate + z.iter().zip(stride.shares).map(|(z, share)| share * (z - rate)).sum::<f64>();
         }
-        let mut point = *held;
         let with_laws = |rate: f64, z: f64| {
             (point.propeller_rate, point.steady_rate) = (rate, z);
-            bare(rate, z) + self.acceleration.iter().map(|hook| hook.add(&point)).sum::<f64>()
+            self.pole * (z - rate) + self.acceleration.iter().map(|hook| hook.add(point)).sum::<f64>()
         };
-        runge_kutta(with_laws, rate, z, step)
+        runge_kutta(with_laws, rate, z, stride.step)
     }
 
-    fn advance_sensor(&self, state: &mut State, mut mean: Point, step: f64) {
+    fn advance_sensor(&self, state: &mut State, mean: &mut Point, step: f64) {
         for (hook, memory_state) in self.rotor_sensor.iter().zip(&mut state.sensor) {
             mean.propeller_rate += match hook {
                 Hook::Memory(memory, parameters) => {
-                    *memory_state = (memory.advance)(parameters, *memory_state, &mean, step);
-                    (memory.add)(parameters, *memory_state, &mean)
+                    *memory_state = (memory.advance)(parameters, *memory_state, mean, step);
+                    (memory.add)(parameters, *memory_state, mean)
                 }
-                hook => hook.add(&mean),
+                hook => hook.add(mean),
             };
         }
     }
+}
+
+/// What one classical Runge-Kutta step of the bare law goes of the ways to z at its begin, middle and end: of a linear law it
+/// is a sum, whose shares a span has in common. `way` is pole times step. As [`runge_kutta`], in a third of the time.
+fn shares_of(way: f64) -> [f64; 3] {
+    let begin = way * (1.0 - way * (1.0 - way * (0.5 - 0.25 * way)));
+    let middle = way * (4.0 - way * (2.0 - 0.5 * way));
+    [begin / 6.0, middle / 6.0, way / 6.0]
 }
 
 /// One classical Runge-Kutta step of a rate whose acceleration depends on itself and on z, which is given at the begin,
@@ -299,4 +347,21 @@ fn runge_kutta(mut acceleration: impl FnMut(f64, f64) -> f64, rate: f64, z: [f64
     let third = acceleration(rate + 0.5 * step * second, z[1]);
     let fourth = acceleration(rate + step * third, z[2]);
     rate + step / 6.0 * (first + 2.0 * (second + third) + fourth)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shares_of_a_step_are_those_of_runge_and_kutta() {
+        for way in [1e-3, 0.1, STEP_SHARE, 1.0] {
+            let (pole, rate, z) = (20.0, 500.0, [600.0, 650.0, 680.0]);
+            let shares = shares_of(way);
+            let short = rate + z.iter().zip(shares).map(|(z, share)| share * (z - rate)).sum::<f64>();
+            let long = runge_kutta(|rate, z| pole * (z - rate), rate, z, way / pole);
+            // Sums of a dozen terms of 700, in another order.
+            assert!((short - long).abs() < 1e-11, "{way}: {short} and {long}");
+        }
+    }
 }
