@@ -46,7 +46,7 @@ fn the_measured_loop_ends_by_the_ramp() {
         let (mut receiver, mut commands) = (roles.command_receiver(), RotorCommands::default());
         let mut states = Vec::new();
         std::thread::scope(|scope| {
-            let measured = scope.spawn(|| jitter(&["--duration-s", "3", "--interface", &bus.name]));
+            let measured = scope.spawn(|| jitter(&["--duration-s", "2", "--interface", &bus.name]));
             let mut is_over = false;
             while !is_over {
                 // Once more after the end: what came last.

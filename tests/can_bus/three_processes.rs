@@ -79,7 +79,7 @@ fn hold(rate_hz: f64, seconds: f64) {
         .expect("candump (can-utils) is installed");
     let length = format!("{}", seconds + 20.0);
     let mut emulator = bench.start(&["emulate", "--can", &bus.name, "--seconds", &length, "--json"]);
-    let bridge = bench.start(&["bridge", "--json"]);
+    let mut bridge = bench.start(&["bridge", "--json"]);
     let mut control = bench.start(&["control", "--seconds", &length, "--json"]);
     let mut watcher = bench.watch();
     bench.fly(&mut watcher);
@@ -123,10 +123,10 @@ fn hold(rate_hz: f64, seconds: f64) {
     }
     assert!(highest <= bench.config.guard.rotor_maximum);
     assert!(bench.run(&["disarm"]).status.success(), "the operator ends the flight");
-    assert!(control.wait().success() && emulator.wait().success());
-    let mut bridge = bridge;
-    bridge.signal(libc::SIGTERM);
-    assert!(bridge.wait().success());
+    for process in [&mut control, &mut emulator, &mut bridge] {
+        process.signal(libc::SIGTERM);
+        assert!(process.wait().success());
+    }
     // Told to end rather than killed, so that it writes what it still holds.
     run("kill", &["-TERM", &candump.id().to_string()]);
     let _ = candump.wait();
