@@ -126,6 +126,18 @@ fn rooms_import_only_what_the_table_allows() {
     assert!(wrong.is_empty(), "imports the table does not allow:\n{}", wrong.join("\n"));
 }
 
+/// The program's path is there only for a crate that has the program.
+#[test]
+fn the_tests_of_guard_and_can_do_without_the_program() {
+    let files: Vec<_> =
+        ["tests/guard", "tests/can"].iter().flat_map(|room| sources(Path::new(room))).collect();
+    for file in &files {
+        let text = fs::read_to_string(file).expect("the file is readable");
+        assert!(!text.contains("CARGO_BIN_EXE"), "{}: tools/mutants could not build it", file.display());
+    }
+    assert!(files.len() > 10, "{files:?}");
+}
+
 #[test]
 fn the_import_reader_sees_every_spelling() {
     let rooms =

@@ -8,6 +8,8 @@ use crate::effect::Law;
 use crate::identify::fit::{Fit, FitConfig, Free, Slopes, fit, fit_on, judge, judge_on};
 use crate::model::{Effect, EffectParameter, Model};
 
+mod starts;
+
 /// What a trial may change, and where it starts.
 #[derive(Debug, Clone)]
 pub struct Plan<'a> {
@@ -57,8 +59,6 @@ impl Glance {
     }
 }
 
-/// Steps of the first look at each start.
-const LOOK: FitConfig = FitConfig { iterations: 4, tolerance: 1e-3, goal: None, goes_on: true };
 /// The way to the end: a change of the cost by a hundred-thousandth decides nothing.
 const FOLLOW: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5, goal: None, goes_on: true };
 /// As far as a set is followed before the best ones are chosen.
@@ -72,14 +72,6 @@ const PART: FitConfig = FitConfig { iterations: 15, tolerance: 1e-4, goal: None,
 const WORTH: f64 = 0.99;
 /// A second start is followed when its first look was within this factor of the best.
 const AS_GOOD: f64 = 1.1;
-/// Most starts of one trial, from the same base numbers.
-const MOST_STARTS: usize = 12;
-/// A start that costs so many times what it costs without the effect is too strong.
-const ABSURD: f64 = 4.0;
-/// How often such a start is made weaker, to a fifth each time.
-const MOST_TAMINGS: usize = 6;
-/// A base number refitted by more than this share may have been driven into another valley by what is missing.
-const STRAYED: f64 = 0.25;
 
 impl Plan<'_> {
     /// Fits and judges.
@@ -268,81 +260,6 @@ impl Plan<'_> {
         self.known.iter().filter(|effect| model.has(&effect.id)).collect()
     }
 
-    /// The models from which a fit of the fresh effects may start.
-    fn starts(&self, template: &Model, fresh: &[&Effect], stage: &Stage) -> Vec<Model> {
-        let inside = self.inside(template);
-        let mut starts = vec![template.clone()];
-        for effect in fresh {
-            for parameter in &effect.parameters {
-                let name = format!("{}.{}", effect.id, parameter.name);
-                let values = if self.in_stairs(&name) {
-                    scan::values(&stage.train, template, &name, parameter.bounds, &inside)
-                } else {
-                    parameter.starts.iter().skip(1).copied().collect()
-                };
-                let others: Vec<Model> = starts
-                    .iter()
-                    .flat_map(|model| values.iter().map(move |value| (model, *value)))
-                    .map(|(model, value)| {
-                        let mut other = model.clone();
-                        other.set_parameter(&name, value);
-                        other
-                    })
-                    .collect();
-                starts.extend(others);
-            }
-        }
-        starts.truncate(MOST_STARTS);
-        if self.strayed(template) {
-            let at_home: Vec<Model> = starts.iter().map(|model| self.at_home(model)).collect();
-            starts.extend(at_home);
-        }
-        starts
-    }
-
-    /// A few steps from each start, on a part of the data; best first.
-    fn looked_at(&self, starts: Vec<Model>, names: &[String], stage: &Stage) -> Vec<(f64, Model)> {
-        let Some(first) = starts.first() else { return Vec::new() };
-        let data = stage.coarse.as_ref().unwrap_or(&stage.train);
-        let problem = Problem::new(data, first.clone(), names.to_vec(), &self.inside(first));
-        let look = |model: &Model| {
-            let model = &self.tamed(model, &problem);
-            let look = fit(&problem, &self.frees(names, model), None, &LOOK);
-            (look.cost, problem.model(&look.globals))
-        };
-        let mut looks: Vec<(f64, Model)> = starts.iter().map(look).collect();
-        looks.sort_by(|a, b| a.0.total_cmp(&b.0));
-        looks
-    }
-
-    /// A start whose effects are weak enough for this bench: what is little on one bench is absurd on another that turns
-    /// five times as fast, and from an absurd start no slope leads home.
-    fn tamed(&self, start: &Model, problem: &Problem) -> Model {
-        let cost = |model: &Model| problem.cost_of(model);
-        let weaker = |model: &Model, share: f64| {
-            let mut weaker = model.clone();
-            for effect in self.effects.iter().filter(|effect| !self.from.has(&effect.id)) {
-                for parameter in effect.parameters.iter().filter(|parameter| parameter.neutral.is_finite()) {
-                    let name = format!("{}.{}", effect.id, parameter.name);
-                    if let Some(value) = model.parameter(&name) {
-                        weaker.set_parameter(&name, parameter.neutral + share * (value - parameter.neutral));
-                    }
-                }
-            }
-            weaker
-        };
-        let limit = ABSURD * cost(&weaker(start, 0.0));
-        let mut tamed = start.clone();
-        for _ in 0..MOST_TAMINGS {
-            // Not a number is no start either.
-            if cost(&tamed) <= limit {
-                break;
-            }
-            tamed = weaker(&tamed, 0.2);
-        }
-        tamed
-    }
-
     fn frees(&self, names: &[String], model: &Model) -> Vec<Free> {
         names.iter().map(|name| self.free(model, name)).collect()
     }
@@ -351,25 +268,6 @@ impl Plan<'_> {
     fn in_stairs(&self, name: &str) -> bool {
         let id = name.split_once('.').map_or("", |(id, _)| id);
         self.known.iter().any(|effect| effect.id == id && matches!(effect.law, Law::Stairs(_)))
-    }
-
-    /// Whether a free base number is far from where it was.
-    fn strayed(&self, model: &Model) -> bool {
-        self.base.iter().any(|name| match (model.parameter(name), self.home.parameter(name)) {
-            (Some(now), Some(home)) => (now - home).abs() > STRAYED * home.abs(),
-            _ => false,
-        })
-    }
-
-    /// The model with its free base numbers where they were.
-    fn at_home(&self, model: &Model) -> Model {
-        let mut home = model.clone();
-        for name in &self.base {
-            if let Some(value) = self.home.parameter(name) {
-                home.set_parameter(name, value);
-            }
-        }
-        home
     }
 
     fn free(&self, model: &Model, name: &str) -> Free {

@@ -1,7 +1,7 @@
-//! The CAN room through its public face, without a bus.
+//! The CAN room through its public face, without a bus and without the program: `tools/mutants` makes a crate of the room and
+//! these tests alone.
 
 mod bad_input;
-mod bad_input_spoken;
 mod fuzz;
 mod golden;
 mod roles;

@@ -2,6 +2,7 @@
 
 use std::process::{Command, Output};
 
+mod bench_refused;
 mod capture;
 mod doctor;
 mod import;

@@ -1,4 +1,4 @@
-//! What the program itself says of bad input: one sentence with the place, and exit 2.
+//! What the program itself says of a bad bench file or database: one sentence with the place, and exit 2.
 
 use std::path::Path;
 use std::process::Command;
