@@ -151,3 +151,59 @@ impl fmt::Display for Fault {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A bus that refuses every second frame, and says nothing of what it need not.
+    #[derive(Default)]
+    struct Refusing {
+        sent: u64,
+    }
+
+    impl Bus for Refusing {
+        fn receive(&mut self, _: impl FnMut(Arrival)) -> Result<usize, Fault> {
+            Ok(0)
+        }
+
+        fn send(&mut self, _: &Frame) -> Result<(), Fault> {
+            self.sent += 1;
+            match self.sent {
+                2 => Err(Fault::Full),
+                4 => Err(Fault::Down),
+                _ => Ok(()),
+            }
+        }
+
+        fn echo_age_ns(&self, _: u64) -> u64 {
+            0
+        }
+
+        fn counts(&self) -> PortCounts {
+            PortCounts::default()
+        }
+
+        fn now_ns(&self) -> u64 {
+            1_000 + self.sent
+        }
+    }
+
+    #[test]
+    fn frames_go_out_one_by_one_and_the_first_fault_is_told() {
+        let mut bus = Refusing::default();
+        assert_eq!(bus.send_all(&[Frame::EMPTY]), (1_001, None));
+        assert_eq!(bus.send_all(&[Frame::EMPTY; 4]), (1_005, Some(Fault::Full)), "each was tried");
+        assert_eq!(bus.looked_ns(), bus.now_ns());
+        assert!(!bus.is_gone() && bus.answer().is_none());
+    }
+
+    #[test]
+    fn a_fault_says_what_it_is() {
+        let said = |number| Fault::of(&io::Error::from_raw_os_error(number)).to_string();
+        assert_eq!(said(libc::ENOBUFS), "the interface has no room for a frame");
+        assert_eq!(said(libc::ENETDOWN), "the interface is down");
+        assert_eq!(said(libc::ENODEV), "the interface is gone");
+        assert!(said(libc::EPERM).contains("not permitted"), "{}", said(libc::EPERM));
+    }
+}

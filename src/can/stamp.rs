@@ -208,6 +208,24 @@ mod tests {
         assert_eq!(clock.uncertainty_ns(1_000 + DISTANCE_OLDEST_NS), Some(DISTANCE_DRIFT_NS));
     }
 
+    /// A reading that is as sure as the drift until the next one needs no second.
+    #[test]
+    fn a_narrow_reading_is_the_last() {
+        for (width, readings) in [(40_000, 1), (60_000, 3)] {
+            let (mut clock, mut now, mut count) = (StampClock::new(0), 0, 0);
+            let monotonic = || {
+                now += width;
+                now
+            };
+            let realtime = || {
+                count += 1;
+                7
+            };
+            clock.measure(monotonic, realtime);
+            assert_eq!(count, readings, "{width} ns wide");
+        }
+    }
+
     #[test]
     fn the_distance_of_the_clocks_holds_for_a_tenth_of_a_second() {
         let mut clock = StampClock::new(0);

@@ -27,6 +27,18 @@ fn a_dbc_file_that_cannot_be_is_refused_with_its_line() {
             "BO_ 1 M: 8 A\n SG_ a : 0|8@1+ (1,0) [0|0] \"\" A\n SG_ b : 0|4@0+ (1,0) [0|0] \"\" A",
             "x.dbc:11: message `M`: signals `a` and `b` overlap",
         ),
+        // Two of one page; and one of a page in a page, beside one of the outer page.
+        (
+            "BO_ 1 M: 8 A\n SG_ s M : 0|8@1+ (1,0) [0|0] \"\" A\n SG_ a m1 : 8|8@1+ (1,0) [0|0] \"\" A\n \
+             SG_ b m1 : 15|8@1+ (1,0) [0|0] \"\" A",
+            "x.dbc:12: message `M`: signals `a` and `b` overlap",
+        ),
+        (
+            "BO_ 1 M: 8 A\n SG_ s M : 0|8@1+ (1,0) [0|0] \"\" A\n SG_ t m0M : 8|8@1+ (1,0) [0|0] \"\" A\n \
+             SG_ a m1 : 16|8@1+ (1,0) [0|0] \"\" A\n SG_ b m0 : 16|8@1+ (1,0) [0|0] \"\" A\n\n\
+             SG_MUL_VAL_ 1 t s 0-0;\nSG_MUL_VAL_ 1 a t 1-1;\nSG_MUL_VAL_ 1 b s 0-0;",
+            "x.dbc:13: message `M`: signals `a` and `b` overlap",
+        ),
         (
             "BO_ 1 M: 2 A\n SG_ a : 9|8@1+ (1,0) [0|0] \"\" A",
             "x.dbc:10: message `M`: signal `a` reaches outside the 2 bytes of its message",
@@ -73,6 +85,7 @@ fn a_dbc_file_that_cannot_be_is_refused_with_its_line() {
             "BO_ 65537 M: 8 A",
             "x.dbc:9: identifier 65537 has more than 11 bits (a 29-bit identifier has bit 31 set)",
         ),
+        ("BO_ 2684354560 M: 8 A", "x.dbc:9: identifier 2684354560 has more than 29 bits"),
         ("BO_ 2684354561 M: 8 A", "x.dbc:9: identifier 2684354561 has more than 29 bits"),
         (
             "BO_ 1 M: 8 A\n SG_ a : 0|32@1- (1,0) [0|0] \"\" A\n\nSIG_VALTYPE_ 1 A : 1;",
@@ -90,16 +103,32 @@ fn a_dbc_file_that_cannot_be_is_refused_with_its_line() {
 #[test]
 fn what_tools_write_is_accepted() {
     let text = "BO_ 3221225472 VECTOR__INDEPENDENT_SIG_MSG: 0 Vector__XXX\n SG_ lost : 0|8@1+ (1,0) [0|0] \"\" A\n\n\
-                BO_ 7 Short: 8 A\n SG_ t : 0|8@1+ (1,0) [0|0] \"\u{b0}C\" A\n\nCM_ BO_ 7 \"first line\nBO_ 70000 in a comment\";\n\
+                BO_ 7 Short: 8 A\n SG_ t : 0|8@1+ (1,0) [0|0] \"\u{b0}C\" A\n\nBO_ 8 Plain: 8 A\n SG_ p : 0|8@1+ (1,0) [0|0] \"\" A\n\nCM_ BO_ 7 \"first line\nBO_ 70000 in a comment\";\n\
                 BA_DEF_ BO_ \"SystemMessageLongSymbol\" STRING ;\nBA_DEF_DEF_ \"SystemMessageLongSymbol\" \"\";\n\
-                BA_ \"SystemMessageLongSymbol\" BO_ 7 \"A_Name_Longer_Than_Thirty_Two_Characters\";\n";
+                BA_ \"SystemMessageLongSymbol\" BO_ 7 \"A_Name_Longer_Than_Thirty_Two_Characters\";\n\
+                BA_ \"SystemMessageLongSymbol\" BO_ 8 \"\";\n";
     let utf8 = format!("\u{feff}{HEAD}{text}");
     let cp1252: Vec<u8> = format!("{HEAD}{text}").chars().map(|letter| letter as u8).collect();
     for bytes in [utf8.as_bytes(), &cp1252] {
         let database = Database::parse("x.dbc", bytes).expect("what tools write");
+        assert!(database.message("Plain").is_some(), "an empty long name is none");
         let message = database.message("A_Name_Longer_Than_Thirty_Two_Characters").expect("the long name");
-        assert_eq!((database.messages.len(), message.signals[0].unit.as_str()), (1, "°C"));
+        assert_eq!((database.messages.len(), message.signals[0].unit.as_str()), (2, "°C"));
     }
+}
+
+/// A comment of two lines has ended where it ends: what is behind it has a line.
+#[test]
+fn what_stands_behind_a_long_text_has_its_line() {
+    let text = "VERSION \"first\nsecond\"\n\nNS_ :\n\nBS_:\n\nBU_: A\n\nBO_ 1 M: 2 A\n SG_ a : 9|8@1+ (1,0) [0|0] \"\" A\n";
+    let error = Database::parse("x.dbc", text.as_bytes()).expect_err("it reaches outside").to_string();
+    assert!(error.starts_with("x.dbc:11: message `M`"), "{error}");
+}
+
+#[test]
+fn a_table_says_no_more_than_it_must() {
+    let text = toml::to_string(&SignalConfig::new("GYRO.rate")).expect("a table");
+    assert_eq!(text, "signal = \"GYRO.rate\"\n");
 }
 
 /// What is said of the default `[bus]` table with something changed.

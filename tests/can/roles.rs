@@ -96,21 +96,25 @@ fn a_multiplexed_sensor_is_sent_on_its_page_and_taken_from_no_other() {
 
 #[test]
 fn commands_cross_from_the_bridge_to_the_emulator() {
-    for config in [BusConfig::default(), vesc()] {
+    // The bench's frame carries both commands, a VESC's one each.
+    for (config, each) in [(BusConfig::default(), vec![0b11]), (vesc(), vec![0b01, 0b10])] {
         let roles = Roles::build(&config, 0.02).expect("sound");
         let (mut sender, mut receiver) = (roles.command_sender(), roles.command_receiver());
         let mut commands = RotorCommands::default();
         for rotor in [[0.0, 0.0], [1.0, 0.5], [0.123, 0.987]] {
             let applied = Applied { rotor, state: 2, ..Applied::default() };
-            for frame in roles.encode_commands(&mut sender, &applied).iter() {
-                roles.decode_commands(&mut receiver, frame, 5, &mut commands);
-            }
+            let frames = roles.encode_commands(&mut sender, &applied);
+            let decode = |frame| roles.decode_commands(&mut receiver, frame, 5, &mut commands).updated;
+            assert_eq!(frames.iter().map(decode).collect::<Vec<_>>(), each);
+            assert!(frames.iter().all(|frame| roles.is_command(frame)));
             for (got, sent) in commands.rotor.iter().zip(rotor) {
                 // Half of the step of the bench profile, 0.00002.
                 assert!((got - sent).abs() <= 1e-5, "{commands:?}");
             }
         }
         assert_eq!(commands.stamp_ns, [5, 5]);
+        assert_eq!(receiver.counts.accepted, 3 * each.len() as u64);
+        assert!(!roles.is_command(&gyro(0, 0.0)));
     }
 }
 
