@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::body::{self, BodyRun};
 use super::noise::{reading_step, spread};
 use super::rotor::{self, RotorRun};
-use crate::identify::fit::OutputError;
+use crate::identify::fit::{OutputError, sum_of_squares};
 use crate::model::{BodyTrace, Effect, Model, RotorTrace};
 
 /// What is measured at a block's end.
@@ -301,7 +301,7 @@ impl<'a> Problem<'a> {
         let locals = vec![0.0; self.data.units.len() * self.locals];
         let mut residuals = vec![0.0; self.data.len];
         self.residuals(&start, &locals, &mut residuals);
-        residuals.iter().map(|value| value * value).sum()
+        sum_of_squares(&residuals)
     }
 
     /// [rad/s] what the rotors' sensors would tell, run by run, each started where it was measured; `None` for a body.

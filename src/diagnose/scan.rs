@@ -3,7 +3,7 @@
 
 use super::problem::{BlockData, Problem, Runs};
 use crate::effect::Site;
-use crate::identify::fit::{Fit, OutputError};
+use crate::identify::fit::{Fit, OutputError, sum_of_squares};
 use crate::model::{Effect, Model};
 
 /// Samples that decide where a closer look is worth it.
@@ -172,14 +172,12 @@ fn spacing(value: f64, typical: f64) -> f64 {
     (PHASE * value * value / typical).min(0.05 * value)
 }
 
-fn sum_of_squares(values: &[f64]) -> f64 {
-    values.iter().map(|value| value * value).sum()
-}
-
 /// Squares of what is small beside the noise, sizes of what is large (pseudo-Huber).
 fn robust_sum(values: &[f64]) -> f64 {
     let of = |value: f64| (1.0 + (value / ROBUST).powi(2)).sqrt() - 1.0;
-    2.0 * ROBUST * ROBUST * values.iter().map(|value| of(*value)).sum::<f64>()
+    let sum = values.iter().map(|value| of(*value)).sum::<f64>();
+    // As for squares: what ran away loses.
+    if sum.is_finite() { 2.0 * ROBUST * ROBUST * sum } else { f64::MAX }
 }
 
 fn cost_of<'a>(

@@ -277,16 +277,7 @@ impl<'a> Search<'a> {
         mut best: Trial,
     ) -> Found {
         let base_names = stage.base_parameters(self.base);
-        let mut dropped: Vec<Trial>;
-        // Drop one out until each that stays is worth its place.
-        loop {
-            dropped = self.each_dropped(&stage, &best, &base_names, &recalibrated, trials);
-            let idle = dropped.iter().filter(|without| !gains(&stage, without, &best));
-            let Some(without) = idle.min_by(|a, b| a.validate(&stage).total_cmp(&b.validate(&stage))) else {
-                break;
-            };
-            best = without.clone();
-        }
+        let mut dropped = self.drop_idle(&stage, &mut best, &base_names, &recalibrated, trials);
         let swapped = self.swaps(&stage, &best, trials, &base_names);
         trials.extend(swapped);
         if let Some(better) = nearest(&stage, &best, trials, self.known)
@@ -294,8 +285,13 @@ impl<'a> Search<'a> {
             .filter(|trial| loss(&stage, trial) < loss(&stage, &best))
         {
             // What goes on from it may have been passed over with it: a law that shows in one stretch gains nothing by itself.
+            let size = better.effects.len();
             best = self.climb_from(&stage, better.clone(), trials);
-            dropped = self.each_dropped(&stage, &best, &base_names, &recalibrated, trials);
+            dropped = if best.effects.len() > size {
+                self.drop_idle(&stage, &mut best, &base_names, &recalibrated, trials)
+            } else {
+                self.each_dropped(&stage, &best, &base_names, &recalibrated, trials)
+            };
         }
         let mut alternatives = nearest(&stage, &best, trials, self.known);
         let mut ladder = vec![recalibrated.clone()];
@@ -324,6 +320,25 @@ impl<'a> Search<'a> {
         let first = self.plan(self.base, &[], &base_names).run(stage);
         weigh(stage, &first);
         (self.plan(self.base, &[], &[]).run(stage), self.plan(self.base, &[], &base_names).run(stage))
+    }
+
+    /// Drops one out until each that stays is worth its place; the sets without each of those.
+    fn drop_idle(
+        &self,
+        stage: &Stage,
+        best: &mut Trial,
+        base: &[String],
+        recalibrated: &Trial,
+        trials: &mut [Trial],
+    ) -> Vec<Trial> {
+        loop {
+            let dropped = self.each_dropped(stage, best, base, recalibrated, trials);
+            let idle = dropped.iter().filter(|without| !gains(stage, without, best));
+            let Some(without) = idle.min_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage))) else {
+                return dropped;
+            };
+            *best = without.clone();
+        }
     }
 
     /// For each effect of `best` the set without it; `trials` learn of it where it is better than what they had.

@@ -6,6 +6,7 @@
 #[macro_use]
 mod lag;
 mod expression;
+mod syntax;
 
 pub use expression::{Expression, ExpressionError};
 
@@ -99,10 +100,45 @@ impl Site {
     }
 }
 
+impl Site {
+    /// The signals that an expression there may look at, by name without unit: those that are known wherever the site's law is
+    /// worked out, in `diagnose`, in `compare` and in the emulator.
+    #[must_use]
+    pub fn signals(self) -> &'static [&'static str] {
+        match self {
+            Self::Command => &["time", "command", "battery_voltage", "full_voltage", "hover_rate", "side"],
+            Self::SteadyRate | Self::RotorAcceleration | Self::RotorRateSensor => &[
+                "time",
+                "command",
+                "battery_voltage",
+                "full_voltage",
+                "steady_rate",
+                "propeller_rate",
+                "hover_rate",
+                "side",
+            ],
+            Self::Thrust => {
+                &["thrust", "propeller_rate", "hover_rate", "body_angle", "body_rate", "full_voltage", "side"]
+            }
+            Self::Torque => &[
+                "time",
+                "torque",
+                "propeller_rate_1",
+                "propeller_rate_2",
+                "hover_rate",
+                "body_angle",
+                "body_rate",
+                "full_voltage",
+            ],
+            Self::BodyRateSensor => &["time", "body_angle", "body_rate", "hover_rate", "full_voltage"],
+        }
+    }
+}
+
 /// What a law may look at, at one instant. Rotor laws see one rotor; `side` tells which.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Point {
-    /// [s] time since the log began.
+    /// [s] time as the log counts it.
     pub time: f64,
     /// [-] u, the rotor's command as it is after the laws before.
     pub command: f64,

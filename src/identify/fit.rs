@@ -12,7 +12,8 @@ use nalgebra::{DMatrix, DVector};
 mod normal;
 
 pub use normal::Slopes;
-use normal::{Normal, least_squares, standard_errors, sum_of_squares};
+pub use normal::sum_of_squares;
+use normal::{Normal, least_squares, standard_errors};
 
 /// Most local parameters of a unit.
 pub const MOST_LOCALS: usize = 3;

@@ -73,7 +73,8 @@ impl Equations {
         let mut states = [0.0; MOST_STATES];
         let mut shown = Vec::with_capacity(rate.len());
         for (row, (rate_now, angle_now)) in rate.iter().zip(angle).enumerate() {
-            let here = Point { body_rate: *rate_now, body_angle: *angle_now, ..self.constants };
+            let here =
+                Point { time: time[row], body_rate: *rate_now, body_angle: *angle_now, ..self.constants };
             if row == 0 {
                 for (hook, state) in self.rate_sensor.iter().zip(&mut states) {
                     if let Some((memory, parameters)) = hook.memory() {
@@ -88,7 +89,7 @@ impl Equations {
                     time[row] - time[row - 1],
                 );
             }
-            shown.push(self.sensed_rate(*rate_now, *angle_now, &states));
+            shown.push(self.sensed_rate(*rate_now, *angle_now, time[row], &states));
         }
         shown
     }
@@ -150,7 +151,8 @@ impl Equations {
         let longest = if self.is_sharp { LONGEST_STEP } else { LONGEST_SMOOTH_STEP };
         for row in from..to {
             trace.angle.push(angle);
-            trace.rate.push(self.sensed_rate(rate, angle, &sensor));
+            let at = input.time.get(row).copied().unwrap_or(0.0);
+            trace.rate.push(self.sensed_rate(rate, angle, at, &sensor));
             let (Some(now), Some(next)) = (input.time.get(row), input.time.get(row + 1)) else { break };
             Self::hold(input, row, &mut held);
             let steps = ((next - now) / longest).ceil().clamp(1.0, MOST_STEPS);
@@ -223,11 +225,11 @@ impl Equations {
     }
 
     #[inline]
-    fn sensed_rate(&self, rate: f64, angle: f64, states: &[f64]) -> f64 {
+    fn sensed_rate(&self, rate: f64, angle: f64, time: f64, states: &[f64]) -> f64 {
         if self.rate_sensor.is_empty() {
             return rate;
         }
-        let mut point = Point { body_rate: rate, body_angle: angle, ..self.constants };
+        let mut point = Point { time, body_rate: rate, body_angle: angle, ..self.constants };
         for (hook, state) in self.rate_sensor.iter().zip(states) {
             point.body_rate += match hook {
                 Hook::Memory(memory, parameters) => (memory.add)(parameters, *state, &point),

@@ -186,13 +186,18 @@ impl Effect {
     fn from_user(user: &UserEffect) -> Result<Self, ModelError> {
         let names: Vec<&str> = user.parameters.iter().map(|parameter| parameter.name.as_str()).collect();
         let expression = Expression::parse(&user.expression, &names)
+            .and_then(|expression| expression.at(user.site))
             .map_err(|source| ModelError::Expression { effect: user.id.clone(), source })?;
-        let needs = if user.site.is_rotor() {
-            vec!["command_*".to_owned(), "propeller_rate_*_rad_s".to_owned()]
+        let own: &[&str] = if user.site.is_rotor() {
+            &["command_*", "propeller_rate_*_rad_s"]
         } else {
-            let angle = expression.names("body_angle").then(|| "body_angle_rad".to_owned());
-            std::iter::once("body_rate_rad_s".to_owned()).chain(angle).collect()
+            &["body_rate_rad_s"]
         };
+        let looked_at =
+            LOGGED.iter().filter(|(signals, _)| signals.iter().any(|name| expression.names(name)));
+        let looked_at = looked_at.flat_map(|(_, columns)| *columns);
+        let mut needs: Vec<String> = own.iter().map(|name| (*name).to_owned()).collect();
+        needs.extend(looked_at.map(|name| (*name).to_owned()));
         let parameters = user.parameters.iter().map(|parameter| EffectParameter {
             name: parameter.name.clone(),
             unit: parameter.unit.clone(),
@@ -210,6 +215,14 @@ impl Effect {
         })
     }
 }
+
+/// What a log must have where an expression of the body looks at these, or one of a rotor at its battery.
+const LOGGED: &[(&[&str], &[&str])] = &[
+    (&["battery_voltage"], &["battery_voltage_v"]),
+    (&["body_angle"], &["body_angle_rad"]),
+    (&["propeller_rate_1"], &["propeller_rate_1_rad_s"]),
+    (&["propeller_rate_2"], &["propeller_rate_2_rad_s"]),
+];
 
 /// Where fits of a user's parameter start: where he says, with the other sign, and ten times as strong. He does not know how
 /// strong his law is on this bench, and a law that begins too weak or the wrong way round may never come home.

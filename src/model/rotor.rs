@@ -109,12 +109,24 @@ impl Equations {
             return;
         }
         let mut sensor = point;
+        // A law without memory, one of the user's, may look at what changes from row to row.
+        let sensor_looks = self.rotor_sensor.iter().any(|hook| hook.memory().is_none());
         let mut stride = self.stride(0.0);
         // Index of the command in force: behind the row by the delay.
         let mut late = 0;
         let arrival = input.time.first().map_or(0.0, |first| first + self.command_delay);
         for row in 0..input.time.len() {
             trace.rate.push(state.rate);
+            if sensor_looks {
+                while (input.time.get(late + 1).zip(input.time.get(row)))
+                    .is_some_and(|(change, now)| change + self.command_delay <= *now)
+                {
+                    late += 1;
+                }
+                if self.hold_rotor(&mut sensor, input, (late, row)).is_none() {
+                    return;
+                }
+            }
             trace.measured.push(self.sensed(&state, &mut sensor));
             let (Some(now), Some(next)) = (input.time.get(row), input.time.get(row + 1)) else { break };
             let mut from = *now;

@@ -80,7 +80,7 @@ fn a_wrong_model_file_says_where() {
             "no parameter `tork`",
         ),
         (
-            "[[user_effects]]\nid = \"mine\"\nsite = \"torque\"\nexpression = \"-k*body_rat\"\n",
+            "[[user_effects]]\nid = \"mine\"\nsite = \"torque\"\nexpression = \"-0.1*body_rat\"\n",
             "^ `body_rat` is neither",
         ),
         ("bodyy = 3\n", "unknown field `bodyy`"),
@@ -270,5 +270,55 @@ fn a_torque_lag_faster_than_the_samples_sees_what_happens_between_them() {
         let expected = mean(&lagged, time[row]);
         // Held at its mean over each sample it would be off by 0.012.
         assert!((means[row] - expected).abs() < 0.006, "{row}: {} {expected}", means[row]);
+    }
+}
+
+/// The paper's model with a law of a user's in force.
+fn with_law(site: Site, expression: &str) -> Model {
+    let mut model = Model::paper();
+    model.user_effects.push(UserEffect {
+        id: "mine".to_owned(),
+        site,
+        expression: expression.to_owned(),
+        parameters: Vec::new(),
+        meaning: String::new(),
+    });
+    model.with(&model.effect("mine").expect("known"))
+}
+
+/// What a user's law at a sensor looks at is that of each row, not of the first, and the same wherever it is worked out.
+#[test]
+fn a_law_at_a_sensor_looks_at_the_row() {
+    let time: Vec<f64> = (0..50).map(|row| 100.0 + 0.02 * f64::from(row)).collect();
+    let still = vec![0.0; time.len()];
+    let drifting = with_law(Site::BodyRateSensor, "0.1*(time_s - 100)");
+    let equations = drifting.equations().expect("binds");
+    let input = BodyInput { time: time.clone(), torque: still.clone(), propeller_rate: Default::default() };
+    let mut trace = BodyTrace::default();
+    equations.simulate_body(&input, 0, time.len(), &BodyStart::default(), &mut trace);
+    let shown = equations.gyroscope(&time, &still, &still);
+    for (row, (run, shown)) in trace.rate.iter().zip(&shown).enumerate() {
+        let drift = 0.1 * 0.02 * row as f64;
+        assert!((run - drift).abs() < 1e-9 && (shown - drift).abs() < 1e-9, "{row}: {run} {shown} {drift}");
+    }
+
+    // Rows 0.02 s apart, the command 0.03 s late: a change is in force from the second row behind it on.
+    let command: Vec<f64> = (0..50).map(|row| if row < 20 { 0.4 } else { 0.5 }).collect();
+    let volts: Vec<f64> = (0..50).map(|row| 12.6 - 0.01 * f64::from(row)).collect();
+    for (delay, from) in [(0.0, 20), (0.03, 22)] {
+        let mut model = with_law(Site::RotorRateSensor, "100*command + 10*battery_voltage");
+        if delay > 0.0 {
+            model = model.with(&model.effect("transport_delay").expect("known"));
+            model.set_parameter("transport_delay.delay", delay);
+        }
+        let input = RotorInput { time: &time, command: &command, voltage: Some(&volts), side: 1.0 };
+        let mut trace = RotorTrace::default();
+        let equations = model.equations().expect("binds");
+        equations.simulate_rotor(&input, &RotorStart::default(), &mut trace);
+        for row in 0..time.len() {
+            let added = 100.0 * if row < from { 0.4 } else { 0.5 } + 10.0 * volts[row];
+            let found = trace.measured[row] - trace.rate[row];
+            assert!((found - added).abs() < 1e-9, "{delay}, {row}: {found}, not {added}");
+        }
     }
 }

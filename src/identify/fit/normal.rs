@@ -114,7 +114,9 @@ impl Normal {
     }
 }
 
-pub(super) fn sum_of_squares(values: &[f64]) -> f64 {
+/// The sum of the squares; the greatest number there is where that is none.
+#[must_use]
+pub fn sum_of_squares(values: &[f64]) -> f64 {
     let sum: f64 = values.iter().map(|value| value * value).sum();
     // A simulation that ran away must lose against any that did not.
     if sum.is_finite() { sum } else { f64::MAX }
