@@ -315,8 +315,8 @@ fn a_law_at_a_sensor_looks_at_the_row() {
         let mut trace = RotorTrace::default();
         let equations = model.equations().expect("binds");
         equations.simulate_rotor(&input, &RotorStart::default(), &mut trace);
-        for row in 0..time.len() {
-            let added = 100.0 * if row < from { 0.4 } else { 0.5 } + 10.0 * volts[row];
+        for (row, volt) in volts.iter().enumerate() {
+            let added = 100.0 * if row < from { 0.4 } else { 0.5 } + 10.0 * volt;
             let found = trace.measured[row] - trace.rate[row];
             assert!((found - added).abs() < 1e-9, "{delay}, {row}: {found}, not {added}");
         }
