@@ -30,23 +30,28 @@
 //! units exist only at edges and always show in the name (`_deg`, `_rpm`, `_ms`, `_ns`).
 
 pub mod bench;
+pub mod bus_guard;
 pub mod can;
 pub mod cli;
 pub mod clock;
+pub mod compare;
 pub mod control;
 pub mod diagnose;
 pub mod effect;
 pub mod emulate;
+pub mod estimation;
 pub mod experiment;
 pub mod file;
-pub mod gate;
 pub mod guard;
 pub mod identify;
+pub mod log;
 pub mod model;
-pub mod process;
-pub mod record;
+pub mod recording;
 pub mod report;
 pub mod rt;
+pub mod runtime;
+pub mod screening;
 pub mod shm;
 pub mod signal;
+pub mod studies;
 pub mod unit;

@@ -4,11 +4,11 @@
 use std::time::{Duration, Instant};
 
 use rotorbench::bench::{BenchConfig, Trigger};
+use rotorbench::bus_guard::Gate;
 use rotorbench::clock;
-use rotorbench::gate::Gate;
 use rotorbench::guard::GuardConfig;
-use rotorbench::process::control::ControlLoop;
-use rotorbench::process::plant;
+use rotorbench::runtime::control::ControlLoop;
+use rotorbench::runtime::controller_plant;
 use rotorbench::shm::{Bench, Place, Role, SENSORS, SharedMemoryConfig};
 use rotorbench::signal::{Sample, Sensors};
 
@@ -97,7 +97,7 @@ fn cycles_do_not_allocate(test: &str, trigger: Trigger) {
             assert_ne!(states & ARMED, 0, "the bench was armed, so the test went the whole way");
         }
     });
-    let pilot = plant::pilot(&config).expect("the built-in bench");
+    let pilot = controller_plant::pilot(&config).expect("the built-in bench");
     let mut control = ControlLoop::open(&config, pilot).expect("the only controller");
     let observer = Bench::join(&config.name, &SharedMemoryConfig::default(), Role::Monitor).expect("joined");
     let mut lives_seen = observer.subscribe(&SENSORS).expect("subscribed");

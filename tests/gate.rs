@@ -1,11 +1,11 @@
 //! The guard and the controller on their bench, in the thread of the test and at times that the test says.
 
 use rotorbench::bench::{BenchConfig, Trigger};
+use rotorbench::bus_guard::Gate;
 use rotorbench::clock;
-use rotorbench::gate::Gate;
 use rotorbench::guard::{Cause, OperatorAct, State};
-use rotorbench::process::control::ControlLoop;
-use rotorbench::process::plant;
+use rotorbench::runtime::control::ControlLoop;
+use rotorbench::runtime::controller_plant;
 use rotorbench::shm::{Bench, COMMAND, Place, REQUEST, Role, SENSORS, SharedMemoryConfig, Waiter};
 use rotorbench::signal::{Request, Sample, Sensors};
 
@@ -92,7 +92,7 @@ fn a_faster_imu_does_not_make_the_controller_faster() {
         let imu = join(&config, Role::Emulate);
         let mut out = imu.publish(&SENSORS).expect("the only publisher");
         let bell = imu.bell(Waiter::Control).expect("opened");
-        let pilot = plant::pilot(&config).expect("the built-in bench");
+        let pilot = controller_plant::pilot(&config).expect("the built-in bench");
         let mut control = ControlLoop::open(&config, pilot).expect("the only controller");
         let mut commands = join(&config, Role::Monitor).subscribe(&COMMAND).expect("subscribed");
         let start_ns = clock::monotonic_ns();

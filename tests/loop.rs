@@ -4,9 +4,9 @@ use rotorbench::control::{ControllerConfig, ControllerKind, PlantParameters};
 use rotorbench::emulate::{EmulatorConfig, Impulse, SensorsConfig};
 use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
 use rotorbench::guard::{Cause, GuardConfig, OperatorAct, State};
-use rotorbench::process::lockstep::{self, Interference, Lockstep, Slot};
-use rotorbench::process::pilot::Pilot;
-use rotorbench::record::Dataset;
+use rotorbench::log::Dataset;
+use rotorbench::runtime::command_source::Pilot;
+use rotorbench::runtime::lockstep::{self, Interference, Lockstep, Slot};
 use rotorbench::signal::{Command, GuardEvent, Health, Sensors};
 
 fn prbs(duration_s: f64) -> ExperimentConfig {

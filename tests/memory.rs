@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use rotorbench::record::{Disk, Provenance, Record, Recorder, RecorderOptions};
+use rotorbench::recording::{Disk, Provenance, Record, Recorder, RecorderOptions};
 use rotorbench::signal::{Applied, Command, ControlStep, CycleSample, GuardStep, Sensors};
 
 /// One period of a bench: what its threads would send.

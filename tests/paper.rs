@@ -5,9 +5,9 @@ use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use rotorbench::process::paper::{self, PaperSettings};
-use rotorbench::record::log;
+use rotorbench::log::csv;
 use rotorbench::rt::Shutdown;
+use rotorbench::studies::paper::{self, PaperSettings};
 use serde_json::Value;
 
 /// What a `paper` of this process number has in shared memory.
@@ -221,7 +221,7 @@ fn recorded_flights_are_judged_side_by_side() {
     );
     // The peak in the log that `export` writes, in a second way: the grid of its rows is the guard's.
     rotorbench(folder, &["export", "emc.mcap", "-o", "emc.csv"]);
-    let log = log::read(&folder.join("emc.csv")).expect("a log");
+    let log = csv::read(&folder.join("emc.csv")).expect("a log");
     let angles: Vec<f64> =
         log.column("body_angle_rad").expect("measured").iter().copied().filter(|it| it.is_finite()).collect();
     let peak = angles.iter().fold(0.0_f64, |most, angle| most.max(angle.abs()));

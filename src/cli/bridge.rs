@@ -2,8 +2,8 @@
 
 use super::operate::BenchArguments;
 use super::{CliResult, Outcome, timing};
-use crate::process::bridge;
 use crate::rt::Shutdown;
+use crate::runtime::bridge;
 
 /// Arguments of `bridge`.
 #[derive(Debug, clap::Args)]

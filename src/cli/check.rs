@@ -11,8 +11,8 @@ use crate::can::{
 };
 use crate::clock::span_s;
 use crate::guard::{Guard, Signal};
-use crate::process::{emulate, plant};
 use crate::report::Table;
+use crate::runtime::{controller_plant, emulate};
 use crate::shm::Place;
 use crate::signal::Sensors;
 
@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let config = arguments.bench.load()?;
     let roles = Roles::build(&config.bus, config.period_s)?;
     let guard = config.guard.build(config.period_s)?;
-    plant::pilot(&config)?;
+    controller_plant::pilot(&config)?;
     config.real_time.check()?;
     emulate::emulator(&config)?;
     Place::check_name(&config.name)?;

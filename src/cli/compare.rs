@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use super::{CliResult, Outcome};
-use crate::diagnose::compare::{CompareConfig, compare};
+use crate::compare::{CompareConfig, compare};
 use crate::emulate::Impulse;
+use crate::log::csv;
 use crate::model::Model;
-use crate::process::recorded_flight::compare_flights;
-use crate::record::log;
 use crate::report::comparison;
+use crate::studies::controller_comparison::compare_flights;
 use crate::unit::short;
 
 /// Arguments of `compare`.
@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let mut found = Vec::new();
     let mut logs = Vec::new();
     for path in &arguments.log {
-        let log = log::read(path)?;
+        let log = csv::read(path)?;
         found.push(compare(&models, &log, &config)?);
         logs.push(log);
     }
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if let (Some(path), Some(log), Some(comparison)) =
         (&arguments.signals, logs.first(), found.first().and_then(|models| models.last()))
     {
-        log::write(&comparison.signals(log)?, path)?;
+        csv::write(&comparison.signals(log)?, path)?;
     }
     if arguments.json {
         let comparisons: Vec<_> = found.iter().flatten().collect();

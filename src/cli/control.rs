@@ -2,8 +2,9 @@
 
 use super::operate::BenchArguments;
 use super::{CliResult, Outcome, timing};
-use crate::process::{control, duet, plant};
 use crate::rt::Shutdown;
+use crate::runtime::lockstep::two_process;
+use crate::runtime::{control, controller_plant};
 
 /// Arguments of `control`.
 #[derive(Debug, clap::Args)]
@@ -17,7 +18,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with = "seconds")]
     lockstep: bool,
     /// In lockstep: how long an emulator may be silent before it is taken as gone
-    #[arg(long, value_name = "S", requires = "lockstep", default_value_t = duet::PATIENCE_S,
+    #[arg(long, value_name = "S", requires = "lockstep", default_value_t = two_process::PATIENCE_S,
           value_parser = super::operate::seconds)]
     patience: f64,
     /// Write the summary as JSON on standard output
@@ -28,10 +29,10 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let config = arguments.bench.load()?;
-    let pilot = plant::pilot(&config)?;
+    let pilot = controller_plant::pilot(&config)?;
     let shutdown = Shutdown::listen()?;
     if arguments.lockstep {
-        let summary = duet::answer(&config, pilot, arguments.patience, &shutdown)?;
+        let summary = two_process::answer(&config, pilot, arguments.patience, &shutdown)?;
         if arguments.json {
             println!("{}", serde_json::to_string_pretty(&summary)?);
         } else {

@@ -16,8 +16,8 @@ use crate::control::{
     PidConfig, PlantParameters,
 };
 use crate::model::Model;
-use crate::process::plant;
 use crate::report::number;
+use crate::runtime::controller_plant;
 use crate::unit::short;
 use show::{page, tables};
 
@@ -206,7 +206,7 @@ impl Arguments {
         let path = self.model.clone().unwrap_or_else(|| PathBuf::from(&bench.model));
         super::output::writable(&self.report, self.bench.config.iter().chain([&path]))?;
         let model = Model::load(Path::new(&path))?;
-        let (plant, known) = plant::of_model(&model)?;
+        let (plant, known) = controller_plant::of_model(&model)?;
         let mut config = bench.controller.clone();
         let of_bench = config.kind;
         config.kind = match self.controller {
@@ -231,7 +231,7 @@ impl Arguments {
         emc.feedback_gain = self.feedback_gain.or(emc.feedback_gain);
         let period_s = bench.period_s;
         let angle = angle_deg.to_radians();
-        let mut loop_plant = plant::loop_of_model(&model, &plant, &known, angle);
+        let mut loop_plant = controller_plant::loop_of_model(&model, &plant, &known, angle);
         loop_plant.delay_s += 1e-3 * self.delay_ms;
         if let Some([phase_deg, gain]) = self.pid_margins {
             if !(phase_deg > 0.0 && phase_deg < 180.0 && gain >= 1.0) {

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 
 use super::{CliResult, Outcome};
-use crate::diagnose::compare::CompareConfig;
+use crate::compare::CompareConfig;
 use crate::diagnose::{DiagnoseConfig, Verdict, diagnose};
+use crate::log::csv;
 use crate::model::Model;
-use crate::record::log;
 use crate::report;
 
 /// Arguments of `diagnose`.
@@ -37,8 +37,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let inputs = arguments.log.iter().chain(&arguments.validate).chain([&arguments.model]);
     super::output::writable(&arguments.report, inputs)?;
     let model = Model::load(&arguments.model)?;
-    let train = arguments.log.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
-    let validate = arguments.validate.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
+    let train = arguments.log.iter().map(|path| csv::read(path)).collect::<Result<Vec<_>, _>>()?;
+    let validate = arguments.validate.iter().map(|path| csv::read(path)).collect::<Result<Vec<_>, _>>()?;
     let config = DiagnoseConfig { horizon: arguments.horizon_s };
     let progress = indicatif::ProgressBar::new_spinner().with_message("candidates fitted");
     progress.set_style(indicatif::ProgressStyle::with_template("{spinner} {pos} {msg}, {elapsed}")?);

@@ -8,8 +8,9 @@ use crate::bench::BenchConfig;
 use crate::effect::{Law, Site, find};
 use crate::emulate::{HiddenConfig, Impulse, PlantConfig};
 use crate::model::Model;
-use crate::process::{duet, emulate, lockstep_run};
 use crate::rt::Shutdown;
+use crate::runtime::emulate;
+use crate::runtime::lockstep::{run, two_process};
 
 /// Arguments of `emulate`.
 #[derive(Debug, clap::Args)]
@@ -30,7 +31,7 @@ pub struct Arguments {
     #[arg(long, requires = "shm", conflicts_with = "arm")]
     lockstep: bool,
     /// In lockstep: how long a controller may be silent before it is taken as gone
-    #[arg(long, value_name = "S", requires = "lockstep", default_value_t = duet::PATIENCE_S,
+    #[arg(long, value_name = "S", requires = "lockstep", default_value_t = two_process::PATIENCE_S,
           value_parser = super::operate::seconds)]
     patience: f64,
     /// Write the summary as JSON on standard output
@@ -158,8 +159,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return Ok(Outcome::Done);
     }
     if arguments.lockstep {
-        let seconds = arguments.seconds.unwrap_or(lockstep_run::DEFAULT_S);
-        let summary = duet::conduct(&config, seconds, arguments.patience, &shutdown)?;
+        let seconds = arguments.seconds.unwrap_or(run::DEFAULT_S);
+        let summary = two_process::conduct(&config, seconds, arguments.patience, &shutdown)?;
         return timing::say_lockstep(&summary, arguments.json);
     }
     let summary = emulate::behind_gate(&config, arguments.arm, arguments.seconds, &shutdown)?;

@@ -12,10 +12,10 @@ use crate::bench::BenchConfig;
 use crate::clock;
 use crate::experiment::{ExperimentConfig, Rotors, Shape};
 use crate::file::write_atomically;
-use crate::process::experiment::{self, Ending};
-use crate::process::plant::FlightPlan;
-use crate::record::{export, log};
+use crate::log::{csv, export};
 use crate::rt::Shutdown;
+use crate::runtime::controller_plant::FlightPlan;
+use crate::runtime::experiment::{self, Ending};
 
 /// Arguments of `experiment`.
 #[derive(Debug, clap::Args)]
@@ -246,7 +246,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     } else {
         on_bench(&config, &plan, output, &shutdown)?
     };
-    log::write(&dataset, output)?;
+    csv::write(&dataset, output)?;
     let protocol = Protocol {
         bench: &config.name,
         period_s: config.period_s,
@@ -256,7 +256,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         ending: &ending,
         samples: dataset.len(),
         log: output.display().to_string(),
-        log_sha256: log::content_hash(log::emit(&dataset).as_bytes()),
+        log_sha256: csv::content_hash(csv::emit(&dataset).as_bytes()),
         plan: &plan,
         emulator: arguments.lockstep.then_some(&config.emulator),
     };
@@ -279,7 +279,7 @@ fn in_lockstep(
     config: &BenchConfig,
     plan: &FlightPlan,
     shutdown: &Shutdown,
-) -> Result<(crate::record::Dataset, Ending), CliError> {
+) -> Result<(crate::log::Dataset, Ending), CliError> {
     let progress = Progress::of_share();
     let (trace, ending) = experiment::in_lockstep(config, plan, &mut (), |share| {
         progress.share("", share);
@@ -297,7 +297,7 @@ fn on_bench(
     plan: &FlightPlan,
     output: &Path,
     shutdown: &Shutdown,
-) -> Result<(crate::record::Dataset, Ending), CliError> {
+) -> Result<(crate::log::Dataset, Ending), CliError> {
     let recording = output.with_extension("mcap");
     let progress = Progress::of_share();
     let waiting = || {

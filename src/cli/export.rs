@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use serde_json::json;
 
 use super::{CliError, CliResult, Outcome};
-use crate::record::{End, export};
+use crate::log::export;
+use crate::recording::End;
 
 /// Arguments of `export`.
 #[derive(Debug, clap::Args)]

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use serde_json::json;
 
 use super::{CliError, CliResult, Outcome};
-use crate::diagnose::compare::CompareConfig;
-use crate::diagnose::logs::repeated;
+use crate::compare::CompareConfig;
 use crate::diagnose::{DiagnoseConfig, extend};
+use crate::log::csv;
 use crate::model::Model;
-use crate::record::log;
 use crate::report;
+use crate::screening::requirements::repeated;
 
 /// Arguments of `extend`.
 #[derive(Debug, clap::Args)]
@@ -80,8 +80,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
         }
         return Ok(Outcome::Done);
     }
-    let train = arguments.log.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
-    let validate = arguments.validate.iter().map(|path| log::read(path)).collect::<Result<Vec<_>, _>>()?;
+    let train = arguments.log.iter().map(|path| csv::read(path)).collect::<Result<Vec<_>, _>>()?;
+    let validate = arguments.validate.iter().map(|path| csv::read(path)).collect::<Result<Vec<_>, _>>()?;
     let config = DiagnoseConfig { horizon: arguments.horizon_s };
     let mut warnings = repeated(&train, &validate);
     let mut extension = extend(&model, &arguments.effect, &train, &validate, &config)?;

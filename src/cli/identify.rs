@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use super::progress::Progress;
 use super::{CliError, CliResult, Outcome};
 use crate::identify::{IdentifySettings, STEPS, identify_telling};
+use crate::log::{Dataset, csv};
 use crate::model::Model;
-use crate::record::{Dataset, log};
 use crate::signal::ROTORS;
 use crate::unit::short;
 
@@ -122,5 +122,5 @@ fn settings(arguments: &Arguments) -> Result<IdentifySettings, CliError> {
 }
 
 fn read(paths: &[PathBuf]) -> Result<Vec<Dataset>, CliError> {
-    paths.iter().map(|path| log::read(path).map_err(CliError::from)).collect()
+    paths.iter().map(|path| csv::read(path).map_err(CliError::from)).collect()
 }

@@ -9,9 +9,9 @@ use serde::Serialize;
 use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
 use crate::can::Roles;
-use crate::record::capture::CaptureNotes;
-use crate::record::findings::Findings;
-use crate::record::{Dataset, Mapping, Notes, capture, export, foreign, log};
+use crate::log::can_capture::CaptureNotes;
+use crate::log::{Dataset, Mapping, Notes, can_capture, csv, export, mapped_csv};
+use crate::screening::summary::Findings;
 
 /// Arguments of `import`.
 #[derive(Debug, clap::Args)]
@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let (log, notes, frames) = read(arguments)?;
     let findings = Findings::of(&log);
     if let Some(output) = &arguments.output {
-        log::write(&log, output)?;
+        csv::write(&log, output)?;
     }
     if arguments.json {
         let report = Report {
@@ -86,7 +86,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
 fn read(arguments: &Arguments) -> Result<(Dataset, Notes, Option<CaptureNotes>), CliError> {
     let path = &arguments.log;
     if let Some(mapping) = &arguments.mapping {
-        let (log, notes) = foreign::read(path, &Mapping::load(mapping)?, arguments.part)?;
+        let (log, notes) = mapped_csv::read(path, &Mapping::load(mapping)?, arguments.part)?;
         return Ok((log, notes, None));
     }
     let mut start = [0; 8];
@@ -98,10 +98,10 @@ fn read(arguments: &Arguments) -> Result<(Dataset, Notes, Option<CaptureNotes>),
         Some([b'(', ..]) => {
             let config = BenchConfig::load(arguments.config.as_deref())?;
             let roles = Roles::build(&config.bus, config.period_s)?;
-            let (log, notes) = capture::read(path, &roles, arguments.interface.as_deref())?;
+            let (log, notes) = can_capture::read(path, &roles, arguments.interface.as_deref())?;
             Ok((log, Notes::default(), Some(notes)))
         }
-        _ => Ok((log::read(path)?, Notes::default(), None)),
+        _ => Ok((csv::read(path)?, Notes::default(), None)),
     }
 }
 
@@ -163,7 +163,7 @@ fn frame_lines(notes: &CaptureNotes) -> String {
 /// What the reader left out, cut or merged, in words.
 fn note_lines(notes: &Notes) -> Vec<String> {
     let mut lines = Vec::new();
-    let mut say = |places: &foreign::Places, what: &str| {
+    let mut say = |places: &mapped_csv::Places, what: &str| {
         if places.count > 0 {
             let shown: Vec<String> = places.first_lines.iter().map(u64::to_string).collect();
             let more = if places.count > shown.len() { ", ..." } else { "" };

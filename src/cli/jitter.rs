@@ -8,9 +8,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::operate::BenchArguments;
 use super::{CliResult, Outcome};
-use crate::process::jitter::{Cyclictest, JitterConfig, jitter};
 use crate::report;
 use crate::rt::Shutdown;
+use crate::studies::jitter::{Cyclictest, JitterConfig, jitter};
 
 /// Arguments of `jitter`.
 #[derive(Debug, clap::Args)]

@@ -9,7 +9,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory as _, FromArgMatches as _, Parser};
 
-use crate::diagnose::compare::CompareConfig;
+use crate::compare::CompareConfig;
 use place::Setting;
 
 #[macro_use]

@@ -13,8 +13,8 @@ use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
 use crate::clock;
 use crate::guard::State;
-use crate::process::operator;
 use crate::rt::Shutdown;
+use crate::runtime::operator;
 use crate::shm::{APPLIED, BUS, Bench, COMMAND, GUARD_EVENTS, Role, SENSORS, ShmError, Subscriber};
 use crate::signal::{Applied, BusStatus, Command, CycleSample, GuardEvent, Heartbeat, Sensors};
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::{CliResult, Outcome};
 use crate::bench::{BenchConfig, BenchError};
 use crate::guard::{OperatorAct, State};
-use crate::process::operator;
+use crate::runtime::operator;
 
 /// Which bench.
 #[derive(Debug, clap::Args)]

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use super::progress::Progress;
 use super::{CliError, CliResult, Outcome};
-use crate::process::paper::{self, PaperError, PaperSettings};
 use crate::rt::Shutdown;
+use crate::studies::paper::{self, PaperError, PaperSettings};
 use crate::unit::short;
 
 /// Arguments of `paper`.

@@ -14,8 +14,8 @@ use crate::control::ControlError;
 use crate::emulate::EmulateError;
 use crate::file::line_and_column;
 use crate::guard::GuardError;
-use crate::process::ProcessError;
 use crate::rt::RealTimeError;
+use crate::runtime::ProcessError;
 use crate::shm::ShmError;
 
 /// A setting of the bench file, as an error names it.
@@ -184,7 +184,7 @@ mod tests {
     use super::*;
     use crate::bench::BenchConfig;
     use crate::can::Roles;
-    use crate::process::{emulate, plant};
+    use crate::runtime::{controller_plant, emulate};
     use crate::shm::Place;
 
     /// What `check` and the processes find wrong with a bench file, as its user reads it.
@@ -194,7 +194,7 @@ mod tests {
             let config = BenchConfig::parse(text, path)?;
             Roles::build(&config.bus, config.period_s)?;
             config.guard.build(config.period_s)?;
-            plant::pilot(&config)?;
+            controller_plant::pilot(&config)?;
             config.real_time.check()?;
             emulate::emulator(&config)?;
             Place::open(&config.name, &config.shared_memory)?;

@@ -7,9 +7,9 @@ use serde_json::json;
 
 use super::operate::BenchArguments;
 use super::{CliError, CliResult, Outcome};
-use crate::process::record;
-use crate::record::RecorderSummary;
+use crate::recording::RecorderSummary;
 use crate::rt::Shutdown;
+use crate::runtime::record;
 
 /// Arguments of `record`.
 #[derive(Debug, clap::Args)]

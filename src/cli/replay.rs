@@ -7,9 +7,9 @@ use serde::Serialize;
 use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
 use crate::model::Model;
-use crate::process::plant::{self, FlightPlan};
-use crate::process::replay::{Replay, Verdict};
-use crate::record::{End, Provenance, Record, Recording};
+use crate::recording::{End, Provenance, Record, Recording};
+use crate::runtime::controller_plant::{self, FlightPlan};
+use crate::runtime::replay::{Replay, Verdict};
 
 /// Arguments of `replay`.
 #[derive(Debug, clap::Args)]
@@ -45,7 +45,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let mut recording = Recording::open(&arguments.recording)?;
     let (config, model) = settings(arguments, recording.provenance())?;
     let plan = plan(&arguments.recording, recording.provenance())?;
-    let pilot = plant::pilot_of(&config, &model, plan.as_ref())?;
+    let pilot = controller_plant::pilot_of(&config, &model, plan.as_ref())?;
     let guard = config.guard.build(config.period_s)?;
     let mut lost = 0;
     let mut replay = Replay::new(&pilot, &guard);

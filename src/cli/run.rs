@@ -3,9 +3,11 @@
 use super::emulate::PlantArguments;
 use super::operate::BenchArguments;
 use super::{CliError, CliResult, Outcome, timing};
-use crate::process::record::Background;
-use crate::process::{lockstep_run, plant, run};
 use crate::rt::Shutdown;
+
+use crate::runtime::lockstep::run as lockstep_run;
+use crate::runtime::record::Background;
+use crate::runtime::{controller_plant, run};
 
 /// Arguments of `run`.
 #[derive(Debug, clap::Args)]
@@ -42,7 +44,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         ));
     }
     let config = arguments.bench.load()?;
-    let pilot = plant::pilot(&config)?;
+    let pilot = controller_plant::pilot(&config)?;
     let shutdown = Shutdown::listen()?;
     let recording = arguments.record.as_ref();
     let recording = recording.map(|path| Background::start(&config, path, "run", None)).transpose()?;

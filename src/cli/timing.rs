@@ -3,10 +3,10 @@
 use std::fmt::Write;
 
 use super::{CliResult, Outcome};
-use crate::process::flight::AngleError;
-use crate::process::lockstep_run::LockstepSummary;
-use crate::process::wire::WireSummary;
 use crate::rt::{Percentiles, Summary};
+use crate::runtime::bus_io::WireSummary;
+use crate::runtime::control_output::AngleError;
+use crate::runtime::lockstep::run::LockstepSummary;
 
 /// How well the angle was held, on one line.
 #[must_use]

@@ -1,54 +1,52 @@
 //! The blocks of a model one after the other: the rotors, then the body that they drive.
 
-use super::answer::{ErrorStory, Verdict};
-use super::logs::nothing_in_common;
-use super::prepare::{Driver, body_stage, rotor_stage};
+use super::block_builder::{Driver, body_stage, rotor_stage};
+use super::candidate_fit::Trial;
+use super::data_split::Stage;
+use super::diagnosis::{ErrorStory, Verdict};
+use super::model_selection::senses_rotors;
 use super::run::{self, DiagnoseConfig, DiagnoseError, MOST_ALTERNATIVES};
 use super::search::Found;
-use super::stage::Stage;
-use super::trial::Trial;
 use super::verdict;
-use super::worth::senses_rotors;
+use crate::log::Dataset;
 use crate::model::Model;
-use crate::record::Dataset;
-
-mod ask;
+use crate::screening::requirements::nothing_in_common;
 
 /// A body's squared error must differ by this share before it decides about the rotors.
-const DECIDES: f64 = 0.05;
+pub(crate) const DECIDES: f64 = 0.05;
 
 /// The blocks of a model beside their data, each with what was found.
-pub(super) struct Blocks {
-    pub(super) found: Vec<Found>,
-    pub(super) verdicts: Vec<Verdict>,
+pub(crate) struct Blocks {
+    pub(crate) found: Vec<Found>,
+    pub(crate) verdicts: Vec<Verdict>,
     /// The logs hold a body that was held still, and is left out.
-    pub(super) is_held: bool,
+    pub(crate) is_held: bool,
 }
 
 /// Logs and settings of a diagnosis.
-struct Question<'a> {
-    model: &'a Model,
-    train: &'a [Dataset],
-    validate: &'a [Dataset],
-    horizon: f64,
-    find: &'a dyn Fn(Stage) -> Found,
-    look: Look<'a>,
-    settle: Settle<'a>,
+pub(crate) struct Question<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) train: &'a [Dataset],
+    pub(crate) validate: &'a [Dataset],
+    pub(crate) horizon: f64,
+    pub(crate) find: &'a dyn Fn(Stage) -> Found,
+    pub(crate) look: Look<'a>,
+    pub(crate) settle: Settle<'a>,
 }
 
 /// Refits a block's own numbers with the given effects, without a search.
-pub(super) type Look<'a> = &'a dyn Fn(Stage, &[String]) -> Found;
+pub(crate) type Look<'a> = &'a dyn Fn(Stage, &[String]) -> Found;
 
 /// The body, and what it was under the rotors that drove it before it was asked.
-type Driven = (Found, Option<Found>);
+pub(crate) type Driven = (Found, Option<Found>);
 
 /// Takes back what a set changed of the base's own numbers for nothing: the set, and the names of the changed ones.
-pub(super) type Settle<'a> = &'a dyn Fn(&Found, &Trial) -> (Trial, Vec<String>);
+pub(crate) type Settle<'a> = &'a dyn Fn(&Found, &Trial) -> (Trial, Vec<String>);
 
 impl Blocks {
     /// Builds the rotor block, then the body block that its answer drives; `find` looks into each, `look` only refits a
     /// block's own numbers and the effects it is given.
-    pub(super) fn build(
+    pub(crate) fn build(
         model: &Model,
         train: &[Dataset],
         validate: &[Dataset],
@@ -80,19 +78,19 @@ impl Blocks {
     }
 
     /// Whether each block that says something is left with nothing but noise.
-    pub(super) fn is_at_floor(&self) -> bool {
+    pub(crate) fn is_at_floor(&self) -> bool {
         let judged =
             self.found.iter().zip(&self.verdicts).filter(|(_, it)| **it != Verdict::InsufficientData);
         judged.into_iter().all(|(found, _)| found.over_floor(&found.answer).0 <= found.at_floor())
     }
 
     /// The model with what each block found.
-    pub(super) fn merged(&self, model: &Model) -> Model {
+    pub(crate) fn merged(&self, model: &Model) -> Model {
         run::merged(model, &self.found, &self.verdicts)
     }
 
     /// The error in the block and channel where it says most.
-    pub(super) fn error_story(&self, config: &DiagnoseConfig) -> ErrorStory {
+    pub(crate) fn error_story(&self, config: &DiagnoseConfig) -> ErrorStory {
         let (main, channel) = run::main_block(&self.found);
         run::error_story(main, channel, config)
     }
@@ -100,7 +98,7 @@ impl Blocks {
 
 impl Question<'_> {
     /// The body as one answer about the rotors drives it; `None` when the logs hold no body.
-    fn body(
+    pub(crate) fn body(
         &self,
         rotor: Option<(&Found, &Trial)>,
         find: &dyn Fn(Stage) -> Found,

@@ -1,16 +1,16 @@
 //! Adds effects to a model, refits, and writes down what it did to the error.
 
-use super::answer::ErrorStory;
-use super::benches;
 use super::blocks::Blocks;
-use super::logs::check_magnitudes;
+use super::candidate_fit::Trial;
+use super::data_split::Stage;
+use super::diagnosis::ErrorStory;
+use super::pooled_logs;
 use super::run::{DiagnoseConfig, DiagnoseError, check_logs};
 use super::search::{Found, Search};
-use super::stage::Stage;
-use super::trial::Trial;
 use crate::identify;
+use crate::log::Dataset;
 use crate::model::{Effect, ErrorFall, LogReference, Model, Step};
-use crate::record::Dataset;
+use crate::screening::requirements::check_magnitudes;
 use crate::unit::short;
 
 /// A model with more effects.
@@ -42,14 +42,14 @@ pub fn extend(
     let known = model.known_effects()?;
     train.iter().chain(validate).try_for_each(check_magnitudes)?;
     let mut warnings = Vec::new();
-    let fresh = [train, validate].map(|logs| identify::measured(logs, &mut warnings));
+    let fresh = [train, validate].map(|logs| crate::screening::rate_dropouts::measured(logs, &mut warnings));
     let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
     let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
     check_effects(model, ids, &logs)?;
     let asked: Vec<Effect> = known.iter().filter(|effect| ids.contains(&effect.id)).cloned().collect();
     check_logs(model, &asked, &logs)?;
     warnings.extend(identify::check_columns(&logs, model)?);
-    benches::check(model, &known, &logs, config.horizon)?;
+    pooled_logs::check(model, &known, &logs, config.horizon)?;
     let in_block = |stage: &Stage| -> Vec<String> {
         let held =
             |id: &&String| known.iter().any(|effect: &Effect| effect.id == **id && stage.holds(effect));
@@ -99,7 +99,7 @@ fn check_effects(model: &Model, ids: &[String], logs: &[Dataset]) -> Result<(), 
     for (index, id) in ids.iter().enumerate() {
         let effect = model.effect(id)?;
         let twice = ids[..index].contains(id).then(|| "it is asked for twice".to_owned());
-        if let Some(why) = twice.or_else(|| super::prepare::refusal(&effect, model, logs)) {
+        if let Some(why) = twice.or_else(|| super::block_builder::refusal(&effect, model, logs)) {
             return Err(DiagnoseError::Refused { effect: id.clone(), why });
         }
     }

@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
-use super::body::{self, BodyRun};
-use super::noise::{reading_step, spread};
-use super::rotor::{self, RotorRun};
-use crate::identify::fit::{OutputError, sum_of_squares};
+use super::body_block::{self, BodyRun};
+use super::rotor_block::{self, RotorRun};
+use crate::estimation::noise_floor::{reading_step, spread};
+use crate::estimation::normal_equations::sum_of_squares;
+use crate::estimation::output_error::OutputError;
 use crate::model::{BodyTrace, Effect, Model, RotorTrace};
 
 /// What is measured at a block's end.
@@ -75,7 +76,7 @@ impl BlockData {
         }
         let carried = match &runs {
             Runs::Rotor(_) => [0.0; 2],
-            Runs::Body(runs) => body::carried(runs),
+            Runs::Body(runs) => body_block::carried(runs),
         };
         let reading_step = match &runs {
             Runs::Rotor(runs) => {
@@ -147,7 +148,7 @@ impl BlockData {
         let rate = Channel { name: "body_rate_rad_s", unit: "rad/s" };
         let angle = Channel { name: "body_angle_rad", unit: "rad" };
         match &self.runs {
-            Runs::Rotor(_) => vec![rotor::channel()],
+            Runs::Rotor(_) => vec![rotor_block::channel()],
             Runs::Body(runs) if runs.iter().all(|run| run.channels() == 2) => vec![rate, angle],
             Runs::Body(_) => vec![rate],
         }
@@ -188,7 +189,7 @@ impl BlockData {
         let share = |index: usize, count: usize| ((index * STRETCHES) / count.max(1)) % parts == part;
         match &mut copy.runs {
             Runs::Rotor(runs) => {
-                let blocks = rotor::blocks(runs, STRETCHES);
+                let blocks = rotor_block::blocks(runs, STRETCHES);
                 let all = runs.iter_mut().flat_map(|run| run.counts.iter_mut());
                 all.zip(blocks).for_each(|(counts, block)| *counts &= (block % parts == part) == held_out);
             }
@@ -204,7 +205,7 @@ impl BlockData {
     /// Whether rotors are driven by levels held for long.
     #[must_use]
     pub fn holds_levels(&self) -> bool {
-        matches!(&self.runs, Runs::Rotor(runs) if rotor::hold_levels(runs))
+        matches!(&self.runs, Runs::Rotor(runs) if rotor_block::hold_levels(runs))
     }
 
     /// One sample in `share`, in pieces from all over each rotor's run: a part of an experiment in one piece may hold a few
@@ -311,7 +312,7 @@ impl<'a> Problem<'a> {
         let equations = self.template.equations().ok()?;
         let mut trace = RotorTrace::default();
         let rates = runs.iter().map(|run| {
-            rotor::simulate(&equations, run, None, &[], &mut trace);
+            rotor_block::simulate(&equations, run, None, &[], &mut trace);
             trace.measured.clone()
         });
         Some(rates.collect())
@@ -350,20 +351,28 @@ impl OutputError for Problem<'_> {
                     let last = runs[..unit].last().filter(|_| self.locals == 1);
                     let before =
                         last.and_then(|last| run.goes_on_after(last)).map(|hole| trace.remembered(hole));
-                    rotor::simulate(&equations, run, before, self.local(locals, unit), &mut trace);
-                    rotor::residuals(run, &trace, sigma[0], &mut out[self.data.units[unit].clone()]);
+                    rotor_block::simulate(&equations, run, before, self.local(locals, unit), &mut trace);
+                    rotor_block::residuals(run, &trace, sigma[0], &mut out[self.data.units[unit].clone()]);
                 }
             }
             Runs::Body(runs) => {
                 let mut trace = BodyTrace::default();
                 let mut unit = 0;
                 for run in runs {
-                    let under = body::input_under(&equations, run);
+                    let under = body_block::input_under(&equations, run);
                     let input = under.as_ref().unwrap_or(&run.input);
                     for window in 0..run.windows.len() {
                         let out = &mut out[self.data.units[unit].clone()];
                         let own = self.local(locals, unit);
-                        body::window_residuals(&equations, (run, input), window, own, sigma, &mut trace, out);
+                        body_block::window_residuals(
+                            &equations,
+                            (run, input),
+                            window,
+                            own,
+                            sigma,
+                            &mut trace,
+                            out,
+                        );
                         unit += 1;
                     }
                 }

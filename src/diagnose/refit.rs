@@ -1,12 +1,12 @@
 //! Given effects added and everything refitted, without a search; and the errors before and after in one measure.
 
-use super::noise::floors;
+use super::candidate_fit::Trial;
+use super::data_split::Stage;
+use super::model_selection::{joint_floors, weigh};
 use super::problem::{BlockData, Problem};
 use super::search::{Found, Search};
-use super::stage::Stage;
-use super::trial::Trial;
-use super::worth::{joint_floors, weigh};
-use crate::identify::fit::judge;
+use crate::estimation::noise_floor::floors;
+use crate::estimation::output_error::judge;
 use crate::model::Effect;
 
 impl Search<'_> {

@@ -2,24 +2,24 @@
 
 use std::collections::BTreeMap;
 
-use super::answer::{
+use super::block_builder::refusal;
+use super::blocks::Blocks;
+use super::candidate_fit::Trial;
+use super::data_split::Stage;
+use super::diagnosis::{
     Both, Candidate, ChangedParameter, Diagnosis, ErrorStory, FoundParameter, NextExperiment, Place, Rung,
     Verdict,
 };
-use super::benches;
-use super::blocks::Blocks;
-use super::dependence::evidence;
-use super::expressions::{Hitch, hitch};
-use super::logs::{Absurd, check_magnitudes, repeated, without_battery};
-use super::prepare::refusal;
+use super::expression_domain::{Hitch, hitch};
+use super::pooled_logs;
 use super::search::{Found, Search};
-use super::stage::Stage;
-use super::trial::Trial;
 use super::verdict::joint;
 use crate::effect;
+use crate::estimation::dependence::evidence;
 use crate::identify::{self, IdentifyError};
+use crate::log::Dataset;
 use crate::model::{Effect, Model, ModelError};
-use crate::record::Dataset;
+use crate::screening::requirements::{Absurd, check_magnitudes, repeated, without_battery};
 use crate::unit::short;
 
 /// Settings of a diagnosis.
@@ -93,7 +93,7 @@ pub enum DiagnoseError {
 }
 
 /// Sets named beside the answer.
-pub(super) const MOST_ALTERNATIVES: usize = 2;
+pub(crate) const MOST_ALTERNATIVES: usize = 2;
 
 /// Finds what the model is missing.
 ///
@@ -110,12 +110,12 @@ pub fn diagnose(
     let read: Vec<&Dataset> = train.iter().chain(validate).collect();
     read.iter().try_for_each(|log| check_magnitudes(log))?;
     let mut told = Vec::new();
-    let fresh = [train, validate].map(|logs| identify::measured(logs, &mut told));
+    let fresh = [train, validate].map(|logs| crate::screening::rate_dropouts::measured(logs, &mut told));
     let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
     let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
     check_logs(model, &known, &logs)?;
     told.extend(identify::check_columns(&logs, model)?);
-    benches::check(model, &known, &logs, config.horizon)?;
+    pooled_logs::check(model, &known, &logs, config.horizon)?;
     let search = |stage: Stage| {
         let held = |effect: &&Effect| stage.holds(effect);
         let mut eligible: Vec<_> =
@@ -148,7 +148,7 @@ pub fn diagnose(
 }
 
 /// Refuses logs and expressions that no fit can start from.
-pub(super) fn check_logs(model: &Model, effects: &[Effect], logs: &[Dataset]) -> Result<(), DiagnoseError> {
+pub(crate) fn check_logs(model: &Model, effects: &[Effect], logs: &[Dataset]) -> Result<(), DiagnoseError> {
     for log in logs {
         check_magnitudes(log)?;
         if let Some(Hitch { effect, log, time, signals }) = hitch(model, effects, log)? {
@@ -180,9 +180,9 @@ fn conclude(
         r#where: places(blocks, verdicts),
         ladder: main.ladder.iter().map(|trial| rung(main, trial, channel)).collect(),
         candidates: blocks.iter().flat_map(|found| candidates(found, channel_of(found))).collect(),
-        warnings: super::warnings::warnings(logs, blocks),
+        warnings: super::caveats::warnings(logs, blocks),
         next_experiment,
-        turns_against_torque: blocks.iter().any(super::warnings::turns_against_torque),
+        turns_against_torque: blocks.iter().any(super::caveats::turns_against_torque),
         alternatives,
         effects,
         model: extended,
@@ -200,7 +200,7 @@ fn channel_of(found: &Found) -> usize {
 const PLAINLY: f64 = 1.5;
 
 /// The block and channel that the error is told in: where the recalibrated base is worst over its noise.
-pub(super) fn main_block(blocks: &[Found]) -> (&Found, usize) {
+pub(crate) fn main_block(blocks: &[Found]) -> (&Found, usize) {
     let worst = |found: &&Found| {
         let (stale, recalibrated) =
             (found.over_floor(&found.stale).0, found.over_floor(&found.recalibrated).0);
@@ -213,7 +213,7 @@ pub(super) fn main_block(blocks: &[Found]) -> (&Found, usize) {
 }
 
 /// The model with what each block found.
-pub(super) fn merged(model: &Model, blocks: &[Found], verdicts: &[Verdict]) -> Model {
+pub(crate) fn merged(model: &Model, blocks: &[Found], verdicts: &[Verdict]) -> Model {
     let mut merged = model.clone();
     for (found, verdict) in blocks.iter().zip(verdicts) {
         let best = &found.answer;
@@ -281,7 +281,7 @@ fn error_of(found: &Found, trial: &Trial, channel: usize) -> Both {
     }
 }
 
-pub(super) fn error_story(found: &Found, channel: usize, config: &DiagnoseConfig) -> ErrorStory {
+pub(crate) fn error_story(found: &Found, channel: usize, config: &DiagnoseConfig) -> ErrorStory {
     let what = found.stage.train.channels()[channel];
     let how = if found.stage.train.is_rotor() {
         "free run between holes".to_owned()

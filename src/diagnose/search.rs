@@ -1,15 +1,15 @@
 //! The search of one block: forward, several sets abreast, dropping one out, everything refitted each time.
 
-use super::abreast::{run_promising, run_singles, spread};
-use super::noise::floors;
-use super::plan::Plan;
-use super::stage::Stage;
-use super::surrogate::{Luck, luck};
-use super::trial::Trial;
-use super::verdict::stands;
-use super::worth::{
+use super::candidate::Plan;
+use super::candidate_fit::Trial;
+use super::data_split::Stage;
+use super::model_selection::{
     floor, gains, is_sound, joint_floors, loss, nearest, over_floor, period, same_set, steps, weigh,
 };
+use super::parallel::{run_promising, run_singles, spread};
+use super::surrogate_test::{Luck, luck};
+use super::verdict::stands;
+use crate::estimation::noise_floor::floors;
 use crate::model::{Effect, Model};
 
 /// Sets carried on abreast: single effects, and sets of two and more. What several known laws approach together from
@@ -143,11 +143,11 @@ impl<'a> Search<'a> {
         }
     }
 
-    pub(super) fn lookup(&self, ids: &[String]) -> Vec<&'a Effect> {
+    pub(crate) fn lookup(&self, ids: &[String]) -> Vec<&'a Effect> {
         ids.iter().filter_map(|id| self.known.iter().find(|effect| effect.id == *id)).collect()
     }
 
-    pub(super) fn candidates(&self) -> Vec<&'a Effect> {
+    pub(crate) fn candidates(&self) -> Vec<&'a Effect> {
         self.eligible.iter().filter(|(_, why)| why.is_none()).map(|(effect, _)| *effect).collect()
     }
 
@@ -176,7 +176,7 @@ impl<'a> Search<'a> {
     }
 
     /// Carries the best sets on, one effect deeper each time, until nothing is left to explain.
-    pub(super) fn deepen(
+    pub(crate) fn deepen(
         &self,
         stage: &Stage,
         base: &[String],
@@ -249,7 +249,7 @@ impl<'a> Search<'a> {
     }
 
     /// The smallest set that no larger one beats.
-    pub(super) fn climb(&self, stage: &Stage, recalibrated: &Trial, trials: &[Trial]) -> Trial {
+    pub(crate) fn climb(&self, stage: &Stage, recalibrated: &Trial, trials: &[Trial]) -> Trial {
         // Two effects may be worth nothing one by one: each depth is held against the answer so far.
         self.climb_from(stage, recalibrated.clone(), trials)
     }
@@ -268,7 +268,7 @@ impl<'a> Search<'a> {
         answer
     }
 
-    pub(super) fn conclude(
+    pub(crate) fn conclude(
         &self,
         stage: Stage,
         (stale, recalibrated): (Trial, Trial),
@@ -315,7 +315,7 @@ impl<'a> Search<'a> {
     }
 
     /// The base as it is and recalibrated; the stage learns how large its noise is.
-    pub(super) fn bases(&self, stage: &mut Stage) -> (Trial, Trial) {
+    pub(crate) fn bases(&self, stage: &mut Stage) -> (Trial, Trial) {
         let base_names = stage.base_parameters(self.base);
         let first = self.plan(self.base, &[], &base_names).run(stage);
         weigh(stage, &first);
@@ -381,11 +381,11 @@ impl<'a> Search<'a> {
         known.filter(|known| known.fit.cost <= again.fit.cost).cloned().unwrap_or(again)
     }
 
-    pub(super) fn plan<'b>(&'b self, from: &'b Model, effects: &[String], base: &[String]) -> Plan<'b> {
+    pub(crate) fn plan<'b>(&'b self, from: &'b Model, effects: &[String], base: &[String]) -> Plan<'b> {
         Plan { effects: self.lookup(effects), ..self.start(from, base) }
     }
 
-    pub(super) fn start<'b>(&'b self, from: &'b Model, base: &[String]) -> Plan<'b> {
+    pub(crate) fn start<'b>(&'b self, from: &'b Model, base: &[String]) -> Plan<'b> {
         let base = base.to_vec();
         Plan { from, effects: Vec::new(), base, known: self.known, home: self.base, without: None }
     }

@@ -1,10 +1,10 @@
 //! From what a search found to the word for it.
 
-use super::answer::Verdict;
+use super::candidate_fit::Trial;
+use super::data_split::Stage;
+use super::diagnosis::Verdict;
+use super::model_selection::{joint_floors, over_floor};
 use super::search::Found;
-use super::stage::Stage;
-use super::trial::Trial;
-use super::worth::{joint_floors, over_floor};
 
 /// Share of what is above the noise that effects must explain to be called the answer when the floor is not reached:
 /// a wrong law can come near a strong effect that is in no catalogue.
@@ -18,24 +18,24 @@ const HELD: f64 = 100.0;
 const STILL: f64 = 3.0;
 
 /// Whether a body does not move, whatever the torque on it: a rotor is identified with the body held still.
-pub(super) fn is_held(found: &Found) -> bool {
+pub(crate) fn is_held(found: &Found) -> bool {
     stands(&found.stage, &found.stale, &found.recalibrated)
 }
 
 /// The same, of the base as it is and refitted.
-pub(super) fn stands(stage: &Stage, stale: &Trial, recalibrated: &Trial) -> bool {
+pub(crate) fn stands(stage: &Stage, stale: &Trial, recalibrated: &Trial) -> bool {
     let over_floor = || over_floor(stage, recalibrated, &joint_floors(stage, stale)).0;
     does_not_follow(stage, stale, recalibrated) && over_floor() <= STILL
 }
 
 /// Whether a body with all the inertia in the world is the best that the torque on it can be made of: one that is held, or one
 /// that turns against its torque, as with a gyro of the wrong sign or with rotors 1 and 2 exchanged.
-pub(super) fn does_not_follow(stage: &Stage, stale: &Trial, recalibrated: &Trial) -> bool {
+pub(crate) fn does_not_follow(stage: &Stage, stale: &Trial, recalibrated: &Trial) -> bool {
     !stage.train.is_rotor() && recalibrated.model.body.inertia > HELD * stale.model.body.inertia
 }
 
 /// The verdict on one block.
-pub(super) fn verdict(found: &Found) -> Verdict {
+pub(crate) fn verdict(found: &Found) -> Verdict {
     let over_floor = found.over_floor(&found.answer).0;
     let at_floor = over_floor <= found.at_floor();
     let named = !found.answer.effects.is_empty();
@@ -46,7 +46,7 @@ pub(super) fn verdict(found: &Found) -> Verdict {
     match (at_floor, named) {
         (true, true) => Verdict::MissingEffect,
         // What the logs fitted on show and the held-out ones do not is not explained by being there once.
-        (true, false) if super::warnings::strays(found).is_some() => Verdict::Unknown,
+        (true, false) if super::caveats::strays(found).is_some() => Verdict::Unknown,
         (true, false) if found.changed.is_empty() => Verdict::Adequate,
         (true, false) => Verdict::ParametersChanged,
         (false, true) if found.explained() >= EXPLAINED && over_floor <= NEAR_FLOOR => Verdict::MissingEffect,
@@ -55,20 +55,20 @@ pub(super) fn verdict(found: &Found) -> Verdict {
 }
 
 /// The verdict on all blocks: the one that asks most of the user.
-pub(super) fn joint(verdicts: &[Verdict]) -> Verdict {
+pub(crate) fn joint(verdicts: &[Verdict]) -> Verdict {
     let order = [Verdict::Unknown, Verdict::MissingEffect, Verdict::ParametersChanged, Verdict::Adequate];
     order.into_iter().find(|verdict| verdicts.contains(verdict)).unwrap_or(Verdict::InsufficientData)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::body_block::{BodyRun, BodySource};
+    use super::super::problem::{BlockData, Runs};
+    use super::super::rotor_block::rotor_runs;
     use super::*;
-    use crate::diagnose::body::{BodyRun, BodySource};
-    use crate::diagnose::problem::{BlockData, Runs};
-    use crate::diagnose::rotor::rotor_runs;
-    use crate::identify::fit::Fit;
+    use crate::estimation::output_error::Fit;
+    use crate::log::Dataset;
     use crate::model::Model;
-    use crate::record::Dataset;
 
     const ROWS: usize = 2400;
 

@@ -1,7 +1,7 @@
 //! The emulator behind shared memory: in the place of bridge and hardware.
 
+use crate::bus_guard::Gate;
 use crate::clock;
-use crate::gate::Gate;
 use crate::guard::Cause;
 use crate::rt::{self, Shutdown, Wake};
 

@@ -1,7 +1,7 @@
 use crate::effect::Site;
 
 use super::hidden::Law;
-use super::*;
+use crate::emulate::*;
 
 const SECOND: u64 = clock::NANOSECONDS_PER_SECOND;
 

@@ -1,6 +1,6 @@
 //! Every shape slot by slot, and what is refused.
 
-use super::*;
+use crate::experiment::*;
 use crate::guard::Limits;
 
 fn config(shape: Shape) -> ExperimentConfig {

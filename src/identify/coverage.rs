@@ -12,15 +12,15 @@ use bench::{
     measured, powered, rotor, voltage,
 };
 
-use super::body;
+use super::inertia;
 use super::pole;
 use super::ramp_lag::KnownLag;
-use super::record_of::record_of;
-use super::rotor_log::RotorLog;
+use super::regressors::record_of;
 use super::static_curve;
-use super::thrust;
-use super::{Estimate, IdentifiedActuator, battery, joint, voltage};
-use crate::record::Dataset;
+use super::thrust_curve;
+use super::{Estimate, IdentifiedActuator, joint_fit, voltage_gain, voltage_instruments};
+use crate::log::Dataset;
+use crate::screening::rotor_data::RotorLog;
 
 #[test]
 fn k_v_and_the_curve_from_levels_and_ramps() {
@@ -30,7 +30,7 @@ fn k_v_and_the_curve_from_levels_and_ramps() {
         let mut counts = [("k_V", K_V), ("c_g2", C_G2), ("c_g1", C_G1)].map(|(n, t)| Count::new(n, t));
         for run in 0..RUNS as u64 {
             let mut noise = Noise::new(1000 + run, memory);
-            let gain = battery::identify(&[measured(&levels, &mut noise)]).0.expect("levels").gain;
+            let gain = voltage_gain::identify(&[measured(&levels, &mut noise)]).0.expect("levels").gain;
             let rows = static_curve::steady_rows(&[measured(&ramps, &mut noise)], gain.value, FULL_VOLTAGE);
             let curve = static_curve::identify(&rows.expect("ramps"), gain.standard_error, Some(2), None);
             let curve = curve.expect("a curve").coefficients;
@@ -93,11 +93,11 @@ fn pole_curve_and_k_v_at_once_from_lively_commands() {
 
 /// Pole, curve and k_V of `logs` as `identify` fits them at once, with the noise of the voltage taken away.
 fn at_once(logs: &[RotorLog], counts: &mut [Count; 4]) -> pole::LagFit {
-    let course: Vec<RotorLog> = logs.iter().map(voltage::course).collect();
-    let quiet = joint::foretold(logs, &course, FULL_VOLTAGE).expect("a lag");
+    let course: Vec<RotorLog> = logs.iter().map(voltage_instruments::course).collect();
+    let quiet = joint_fit::foretold(logs, &course, FULL_VOLTAGE).expect("a lag");
     let fit = pole::fit(&record_of(&quiet, FULL_VOLTAGE, 0.0, |u, drop| [u, u * u, -drop]));
     let mut fit = fit.expect("lively commands");
-    joint::allow_for_readings(&mut fit, &quiet, 2);
+    joint_fit::allow_for_readings(&mut fit, &quiet, 2);
     for (index, count) in counts.iter_mut().enumerate() {
         let value = fit.coefficients.get(index).copied().unwrap_or(fit.pole);
         count.take(Estimate { value, standard_error: fit.error(index) });
@@ -119,7 +119,8 @@ fn k_v_from_a_battery_that_hardly_empties() {
             let log = measured(&truth, &mut Noise::new(5000 + run, memory));
             let fit = at_once(std::slice::from_ref(&log), &mut counts);
             if run == 0 {
-                let whole = joint::identify(&[log], FULL_VOLTAGE, (true, false), Some(2), &mut Vec::new());
+                let whole =
+                    joint_fit::identify(&[log], FULL_VOLTAGE, (true, false), Some(2), &mut Vec::new());
                 let gain = whole.expect("lively commands").voltage_gain.expect("it shows").value;
                 assert_eq!(gain, fit.coefficients[2], "what is counted here is what identify does");
             }
@@ -173,7 +174,7 @@ fn the_thrust_coefficient_from_a_load_cell() {
             let mut noise = Noise::new(3000 + run, memory);
             truth.thrust = Some(noise.on(&thrust, 0.08));
             let log = RotorLog { rate: noise.white_on(&truth.rate, 1.5), ..truth.clone() };
-            count.take(thrust::identify(&[log], 617.0, &mut Vec::new()).expect("thrust").coefficient);
+            count.take(thrust_curve::identify(&[log], 617.0, &mut Vec::new()).expect("thrust").coefficient);
         }
         count.check(memory);
     }
@@ -207,7 +208,7 @@ fn attitude(interval: f64, rows: usize, [friction, stiffness]: [f64; 2]) -> [Vec
 }
 
 /// What is identified of the body of such a log, with noise.
-fn body_of(truth: &[Vec<f64>; 5], interval: f64, noise: &mut Noise) -> body::Body {
+fn body_of(truth: &[Vec<f64>; 5], interval: f64, noise: &mut Noise) -> inertia::Body {
     let [u_1, u_2, rate_1, rate_2, body_rate] = truth;
     let time = (0..body_rate.len()).map(|row| row as f64 * interval).collect();
     let actuator = IdentifiedActuator {
@@ -228,7 +229,7 @@ fn body_of(truth: &[Vec<f64>; 5], interval: f64, noise: &mut Noise) -> body::Bod
     ] {
         log.insert(name, column).expect("as long as time");
     }
-    body::identify(&log, &actuator, ARM, &mut Vec::new()).expect("a turning body")
+    inertia::identify(&log, &actuator, ARM, &mut Vec::new()).expect("a turning body")
 }
 
 #[test]

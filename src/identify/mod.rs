@@ -15,65 +15,48 @@
 //! Where ramps or constant commands are missing, pole, curve and battery gain come from one joint fit (`joint`).
 //! Standard errors allow for correlated residuals. Models with effects of the catalogue are fitted by [`fit`].
 
-mod alike;
-mod alone;
-mod attitude_unit;
-mod battery;
-mod body;
-mod conclude;
-mod contradictions;
+mod assemble;
+mod command_response;
+mod command_timing;
+mod consistency;
 #[cfg(test)]
 mod coverage;
-pub mod fit;
-mod frequency;
-mod gram;
-mod intake;
-mod joint;
-mod late;
-mod lead;
-mod left_out;
-mod linear;
-mod missing;
-mod motion;
-mod outcome;
-mod plausible;
+mod dead_time;
+mod inertia;
+mod inputs;
+mod joint_fit;
+mod lag_order;
+mod mistaken_columns;
+mod omitted_torque;
+pub(crate) mod pipeline;
 pub mod pole;
-mod procedure;
+mod quantized_voltage;
 mod ramp_lag;
-mod record_of;
-mod rivals;
-mod rotor_log;
-mod staircase;
-mod stale;
-mod static_curve;
+mod regressors;
+mod result;
+mod rotor_mismatch;
+mod significance;
+pub(crate) mod static_curve;
 mod steps;
-mod template;
-mod thrust;
-mod units;
-mod unmoved;
-mod unsure;
-mod used;
+mod thrust_curve;
+mod unidentified;
 mod validate;
-mod voltage;
+mod voltage_gain;
+mod voltage_instruments;
 
 use serde::Serialize;
 
-pub(crate) use attitude_unit::DEGREES;
-pub use battery::{BatteryGain, LevelGain};
-pub use body::Body;
-pub(crate) use frequency::near;
-pub use frequency::{LagResponse, ResponsePoint};
-pub use joint::JointFit;
-pub use late::Delay;
-pub use outcome::{Identification, IdentifySettings, Part, PoleFit};
-pub use procedure::{STEPS, identify, identify_telling};
-pub use rivals::Rival;
-pub use rotor_log::at_standstill;
-pub use stale::measured;
+pub use dead_time::Delay;
+pub use inertia::Body;
+pub use joint_fit::JointFit;
+pub use lag_order::Rival;
+pub use mistaken_columns::check_columns;
+pub use pipeline::{STEPS, identify, identify_telling};
+pub use result::{Identification, IdentifySettings, Part, PoleFit};
 pub use static_curve::{DegreeScore, HIGHEST_DEGREE, RampCheck, StaticCurve};
-pub use thrust::ThrustCurve;
-pub use units::check_columns;
+pub use thrust_curve::ThrustCurve;
 pub use validate::Validation;
+pub use voltage_gain::{BatteryGain, LevelGain};
 
 /// Why nothing could be identified.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -203,7 +186,7 @@ impl IdentifiedActuator {
         command: &[f64],
         voltage: Option<&[f64]>,
     ) -> RotorRun {
-        let held = |values: &[f64]| rotor_log::held_everywhere(values);
+        let held = |values: &[f64]| crate::screening::rotor_data::held_everywhere(values);
         let command = held(command);
         let voltage = voltage.map(held);
         let steady = |acting: usize, row: usize| {

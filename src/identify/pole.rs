@@ -7,15 +7,15 @@
 //!
 //! The fit is variable projection (Golub, Pereyra 1973, with Kaufman's derivative): for a given p the
 //! coefficients and initial states are linear and eliminated, so that only p is searched. One pass over the
-//! record gathers all inner products that a Gauss-Newton step needs ([`gram`](super::gram)); no column of the
+//! record gathers all inner products that a Gauss-Newton step needs ([`gram`](crate::estimation::variable_projection)); no column of the
 //! record's length is ever stored.
 
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::gram::{Block, FORGOTTEN, Gram, run};
-use super::linear::{self, invert};
+use crate::estimation::least_squares::{self, invert};
+use crate::estimation::variable_projection::{Block, FORGOTTEN, Gram, run};
 
 /// ⟨e, e⟩ from which an initial state counts as known: its standard error is then at most three times the noise.
 /// Less comes from stretches whose beginning was not measured, and blows up when carried back to it.
@@ -73,7 +73,7 @@ pub struct LagFit {
     /// Covariance of the coefficients and, last, of the pole.
     pub covariance: DMatrix<f64>,
     /// The same for white noise of 1 rad/s.
-    pub(super) per_noise: DMatrix<f64>,
+    pub(crate) per_noise: DMatrix<f64>,
     /// [rad/s] rms of the residual over the scored samples.
     pub residual_rms: f64,
     /// Lag-one correlation of the residual.
@@ -105,12 +105,12 @@ pub fn fit<const M: usize>(record: &Record<M>) -> Option<LagFit> {
 }
 
 /// The same from a pole [rad/s] that is known to be near.
-pub(super) fn fit_from<const M: usize>(record: &Record<M>, near: f64) -> Option<LagFit> {
+pub(crate) fn fit_from<const M: usize>(record: &Record<M>, near: f64) -> Option<LagFit> {
     search(record, near)?.finish(record, M + 1)
 }
 
 /// The coefficients at a pole [rad/s] that is known: what it may be off by is not in their standard errors.
-pub(super) fn fit_at<const M: usize>(record: &Record<M>, pole: f64) -> Option<LagFit> {
+pub(crate) fn fit_at<const M: usize>(record: &Record<M>, pole: f64) -> Option<LagFit> {
     Projection::new(record, pole)?.finish(record, M)
 }
 
@@ -143,7 +143,7 @@ fn search<const M: usize>(record: &Record<M>, near: f64) -> Option<Projection<M>
 
 /// [rad/s] measured minus modelled output at every row, also those the fit was not scored on; not-a-number where
 /// nothing was measured.
-pub(super) fn errors<const M: usize>(record: &Record<M>, fit: &LagFit) -> Vec<f64> {
+pub(crate) fn errors<const M: usize>(record: &Record<M>, fit: &LagFit) -> Vec<f64> {
     let mut errors = vec![f64::NAN; record.time.len()];
     for (segment, x0) in record.segments.iter().zip(&fit.initial) {
         run(record, segment, fit.pole, |row, f, _, e, _| {
@@ -283,14 +283,14 @@ impl<const M: usize> Projection<M> {
         let scores: Vec<_> = scores.into_iter().map(|score| score.rows(0, free).into_owned()).collect();
         let whole = |part: DMatrix<f64>| part.resize(M + 1, M + 1, 0.0);
         let squares: f64 = residuals.iter().map(|residual| residual * residual).sum();
-        let memory = linear::memory(&residuals);
+        let memory = least_squares::memory(&residuals);
         Some(LagFit {
             pole: self.pole,
             coefficients: self.coefficients.iter().copied().collect(),
-            covariance: whole(linear::widened(&white, &inverse, &scores, residuals.len(), memory)),
+            covariance: whole(least_squares::widened(&white, &inverse, &scores, residuals.len(), memory)),
             per_noise: whole(inverse),
             residual_rms: (squares / residuals.len() as f64).sqrt(),
-            residual_correlation: linear::lag_one_correlation(&residuals),
+            residual_correlation: least_squares::lag_one_correlation(&residuals),
             samples: residuals.len(),
             initial: self.initial.iter().map(|(x0, known)| if *known { *x0 } else { f64::NAN }).collect(),
         })
@@ -301,7 +301,7 @@ impl<const M: usize> Projection<M> {
         let coefficients: [f64; M] = std::array::from_fn(|i| self.coefficients[i]);
         let mut residuals = Vec::with_capacity(self.samples);
         let mut scores = Vec::new();
-        let mut blocks = linear::blocks(self.samples);
+        let mut blocks = least_squares::blocks(self.samples);
         let mut end = blocks.next().map_or(0, |block| block.end);
         let mut sum = ([0.0; M], 0.0);
         let each = record.segments.iter().zip(&self.initial).zip(&self.shares);

@@ -7,10 +7,10 @@
 
 use super::Estimate;
 use super::pole::{self, LagFit, Record};
-use super::record_of::record_of;
-use super::rotor_log::RotorLog;
+use super::regressors::record_of;
 use super::static_curve::{HIGHEST_DEGREE, SteadyRows, goes_both_ways, polynomial};
 use crate::effect::followed;
+use crate::screening::rotor_data::RotorLog;
 
 /// Standard errors from which the ramps show a lag.
 const SHOWS: f64 = 3.0;
@@ -19,7 +19,7 @@ const AWAY: f64 = 3.0;
 
 /// How the rotor follows its command, from other logs.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct KnownLag {
+pub(crate) struct KnownLag {
     /// [rad/s]
     pub pole: Estimate,
     /// [s]
@@ -28,7 +28,7 @@ pub(super) struct KnownLag {
 
 /// The lag that ramps are fitted behind.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct RampLag {
+pub(crate) struct RampLag {
     /// [rad/s] where the search starts, or the pole itself.
     pole: f64,
     /// [rad/s] standard error of a pole that is known; `None` where the ramps tell it.
@@ -38,7 +38,7 @@ pub(super) struct RampLag {
 }
 
 /// The lag to be fitted behind: `seen` [s] is that between ramps up and ramps down, half a sample of the hold in it.
-pub(super) fn choose(rows: &SteadyRows, seen: Option<Estimate>, known: Option<KnownLag>) -> Option<RampLag> {
+pub(crate) fn choose(rows: &SteadyRows, seen: Option<Estimate>, known: Option<KnownLag>) -> Option<RampLag> {
     if !rows.from_ramps {
         return None;
     }
@@ -59,7 +59,7 @@ pub(super) fn choose(rows: &SteadyRows, seen: Option<Estimate>, known: Option<Kn
 
 /// The coefficients of g(u), and the rms of the residual [rad/s]. `gain_error` [rad/(s V)] is the standard error of
 /// k_V: by what the curve moves with it, and with a pole that is known, its errors grow.
-pub(super) fn identify(
+pub(crate) fn identify(
     rows: &SteadyRows,
     degree: usize,
     lag: &RampLag,
@@ -89,7 +89,7 @@ pub(super) fn identify(
 }
 
 /// Commands [-] of the ramps and the rates [rad/s] as they would be without the lag.
-pub(super) fn settled(rows: &SteadyRows, lag: &RampLag) -> Option<(Vec<f64>, Vec<f64>)> {
+pub(crate) fn settled(rows: &SteadyRows, lag: &RampLag) -> Option<(Vec<f64>, Vec<f64>)> {
     let ramps = &corrected(rows, rows.gain, lag.pole);
     let degree = (1..=HIGHEST_DEGREE).rev().find(|degree| fit(ramps, *degree, lag).is_some())?;
     match degree {

@@ -13,10 +13,10 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::Estimate;
-use super::linear::{self, LinearFit};
-use super::motion::Motion;
 use super::ramp_lag::{self, KnownLag};
-use super::rotor_log::RotorLog;
+use crate::estimation::least_squares::{self, LinearFit};
+use crate::screening::excitation::Motion;
+use crate::screening::rotor_data::RotorLog;
 
 /// Highest degree tried, as the paper compares several.
 pub const HIGHEST_DEGREE: usize = 4;
@@ -35,7 +35,7 @@ const BETTER: f64 = 2.0;
 const SHOWS: f64 = 3.0;
 
 /// Rows for Eq. (9).
-pub(super) struct SteadyRows {
+pub(crate) struct SteadyRows {
     /// [-]
     pub command: Vec<f64>,
     /// [rad/s] y_g.
@@ -104,7 +104,7 @@ pub struct StaticCurve {
 }
 
 /// Collects steady rows: ramps if there are any worth it, else constant levels.
-pub(super) fn steady_rows(rotors: &[RotorLog], gain: f64, full_voltage: f64) -> Option<SteadyRows> {
+pub(crate) fn steady_rows(rotors: &[RotorLog], gain: f64, full_voltage: f64) -> Option<SteadyRows> {
     let ramps = collect(rotors, Motion::Ramp, gain, full_voltage);
     if ramps.command.len() >= 100 && spread(&ramps.command) >= NARROWEST {
         return Some(ramps);
@@ -114,7 +114,7 @@ pub(super) fn steady_rows(rotors: &[RotorLog], gain: f64, full_voltage: f64) -> 
 }
 
 fn spread(values: &[f64]) -> f64 {
-    let (low, high) = super::rotor_log::bounds(values);
+    let (low, high) = crate::screening::rotor_data::bounds(values);
     high - low
 }
 
@@ -162,7 +162,7 @@ fn collect(rotors: &[RotorLog], wanted: Motion, gain: f64, full_voltage: f64) ->
 /// Fits Eq. (9). `gain_error` [rad/(s V)] is the standard error of k_V, which widens that of the curve.
 /// `degree` fixes the degree; without it cross-validation chooses. `known` is how the rotor follows its command, where
 /// other logs told.
-pub(super) fn identify(
+pub(crate) fn identify(
     rows: &SteadyRows,
     gain_error: f64,
     degree: Option<usize>,
@@ -187,7 +187,7 @@ pub(super) fn identify(
         preferred_degree,
         residual_rms,
         samples: rows.command.len(),
-        range: super::rotor_log::bounds(&rows.command),
+        range: crate::screening::rotor_data::bounds(&rows.command),
         from_ramps: rows.from_ramps,
         ramp_check: beside.map(|beside| check_ramp(rows, &beside, is_behind || goes_both_ways(rows))),
     })
@@ -198,7 +198,7 @@ fn compare_degrees(command: &[f64], y: &DVector<f64>) -> Option<(Vec<DegreeScore
     let mut degrees = Vec::new();
     let mut blocks = Vec::new();
     for degree in 1..=HIGHEST_DEGREE {
-        let fit = linear::least_squares(&powers(command, degree), y);
+        let fit = least_squares::least_squares(&powers(command, degree), y);
         let (Some(fit), Some(errors)) = (fit, held_out(command, y, degree)) else { continue };
         degrees.push(DegreeScore {
             degree,
@@ -225,7 +225,7 @@ fn at_once(
         Some(beside) => (beside.design, beside.with_lag),
         None => {
             let design = powers(&rows.command, degree);
-            let fit = linear::least_squares(&design, y)?;
+            let fit = least_squares::least_squares(&design, y)?;
             (design, fit)
         }
     };
@@ -245,7 +245,7 @@ fn with_gain_error(
     voltage_drop: &[f64],
     gain_error: f64,
 ) -> Option<Vec<Estimate>> {
-    let inverse = linear::invert(&(design.transpose() * design))?;
+    let inverse = least_squares::invert(&(design.transpose() * design))?;
     let shift = inverse * (design.transpose() * DVector::from_column_slice(voltage_drop)) * gain_error;
     let estimate = |(index, value): (usize, &f64)| Estimate {
         value: *value,
@@ -264,7 +264,7 @@ fn held_out(command: &[f64], y: &DVector<f64>, degree: usize) -> Option<Vec<f64>
             (0..rows).partition(|&row| block_of(row) % FOLDS == fold);
         let kept_command: Vec<f64> = kept.iter().map(|&row| command[row]).collect();
         let kept_y = DVector::from_iterator(kept.len(), kept.iter().map(|&row| y[row]));
-        let fit = linear::least_squares(&powers(&kept_command, degree), &kept_y)?;
+        let fit = least_squares::least_squares(&powers(&kept_command, degree), &kept_y)?;
         for row in held {
             let error = y[row] - polynomial(fit.coefficients.as_slice(), command[row]);
             let entry = &mut errors[block_of(row)];
@@ -275,7 +275,7 @@ fn held_out(command: &[f64], y: &DVector<f64>, degree: usize) -> Option<Vec<f64>
 }
 
 /// Σ c_j u^j from j = 1, in words.
-pub(super) fn formula(coefficients: &[f64]) -> String {
+pub(crate) fn formula(coefficients: &[f64]) -> String {
     let term = |(at, value): (usize, &f64)| {
         let power = match at {
             0 => "u".to_owned(),
@@ -287,13 +287,13 @@ pub(super) fn formula(coefficients: &[f64]) -> String {
 }
 
 /// Σ c_j u^j from j = 1.
-pub(super) fn polynomial(coefficients: &[f64], u: f64) -> f64 {
+pub(crate) fn polynomial(coefficients: &[f64], u: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| (sum + c) * u)
 }
 
 /// The lowest degree whose held-out error is not significantly above the best: block by block, the mean
 /// difference of the squared errors is within [`BETTER`] standard errors.
-pub(super) fn simplest(scores: &[DegreeScore], blocks: &[Vec<f64>]) -> Option<usize> {
+pub(crate) fn simplest(scores: &[DegreeScore], blocks: &[Vec<f64>]) -> Option<usize> {
     let best = (0..scores.len()).min_by(|&a, &b| scores[a].held_out.total_cmp(&scores[b].held_out))?;
     let near = |errors: &Vec<f64>| {
         let differences: Vec<f64> = errors.iter().zip(&blocks[best]).map(|(a, b)| a - b).collect();
@@ -308,7 +308,7 @@ pub(super) fn simplest(scores: &[DegreeScore], blocks: &[Vec<f64>]) -> Option<us
 
 /// Whether the command rises and falls for at least a fifth of the rows each: only then does the lag of the rotor
 /// look different from the curve.
-pub(super) fn goes_both_ways(rows: &SteadyRows) -> bool {
+pub(crate) fn goes_both_ways(rows: &SteadyRows) -> bool {
     let share = |way: fn(f64) -> bool| {
         rows.slope.iter().filter(|slope| way(**slope)).count() as f64 / rows.slope.len().max(1) as f64
     };
@@ -341,11 +341,11 @@ fn beside_lag(rows: &SteadyRows, degree: usize, y: &DVector<f64>) -> Option<Besi
         return None;
     }
     let design = powers(&rows.command, degree);
-    let alone = linear::least_squares(&design, y)?;
+    let alone = least_squares::least_squares(&design, y)?;
     let behind = behind(rows, alone.coefficients.as_slice());
     let mut design = design.insert_column(degree, 0.0);
     design.set_column(degree, &DVector::from_vec(behind));
-    let with_lag = linear::least_squares(&design, y)?;
+    let with_lag = least_squares::least_squares(&design, y)?;
     Some(Beside { design, alone, with_lag })
 }
 
@@ -363,7 +363,7 @@ fn check_ramp(rows: &SteadyRows, beside: &Beside, lag_fitted: bool) -> RampCheck
     let lag = beside.lag();
     let steepest = behind(rows, coefficients).iter().fold(0.0f64, |most, value| most.max(value.abs()));
     let error = lag.value.abs() * steepest;
-    let (low, high) = super::rotor_log::bounds(&rows.command);
+    let (low, high) = crate::screening::rotor_data::bounds(&rows.command);
     let range = (polynomial(coefficients, high) - polynomial(coefficients, low)).abs();
     let fastest_slope = rows.slope.iter().fold(0.0f64, |most, value| most.max(value.abs()));
     let seen = goes_both_ways(rows) || lag.value > SHOWS * lag.standard_error;

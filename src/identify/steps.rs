@@ -1,21 +1,21 @@
 //! The steps of section III, each as far as the logs reach: what it found, or why it found nothing.
 
-use super::battery;
-use super::body::{self, Body};
-use super::joint::{self, JointFit};
-use super::late::{self, Delay, LateFit};
-use super::outcome::PoleFit;
+use super::dead_time::{self, Delay, LateFit};
+use super::inertia::{self, Body};
+use super::joint_fit::{self, JointFit};
+use super::lag_order;
+use super::pipeline::{FEWEST_JUMPS, Work};
 use super::pole;
-use super::procedure::{FEWEST_JUMPS, Work};
 use super::ramp_lag::KnownLag;
-use super::record_of::record_of;
-use super::rivals;
-use super::rotor_log::{Foretold, RotorLog};
+use super::regressors::record_of;
+use super::result::PoleFit;
+use super::significance;
 use super::static_curve;
-use super::thrust;
-use super::unsure;
+use super::thrust_curve;
+use super::voltage_gain;
 use super::{Estimate, IdentifiedActuator};
-use crate::record::Dataset;
+use crate::log::Dataset;
+use crate::screening::rotor_data::{Foretold, RotorLog};
 
 /// Scored samples from which anything may be fitted.
 const FEWEST_SAMPLES: usize = 100;
@@ -24,7 +24,7 @@ const FEWEST_SAMPLES: usize = 100;
 const ASSUMED: f64 = 0.5;
 
 impl Work<'_> {
-    pub(super) fn battery(&mut self) {
+    pub(crate) fn battery(&mut self) {
         const STEP: &str = "k_V from constant commands, Eq. (6)";
         if !self.use_battery {
             let why = match (self.settings.battery, self.rotors.is_empty()) {
@@ -37,8 +37,10 @@ impl Work<'_> {
             };
             return self.note(STEP, false, why);
         }
-        let (gain, left_out) = battery::identify(&self.rotors);
-        if let Some((gain, why)) = gain.as_ref().and_then(|it| Some((it.gain, unsure::no_gain(&it.gain)?))) {
+        let (gain, left_out) = voltage_gain::identify(&self.rotors);
+        if let Some((gain, why)) =
+            gain.as_ref().and_then(|it| Some((it.gain, significance::no_gain(&it.gain)?)))
+        {
             self.hardly = Some(gain);
             return self.note(STEP, false, why);
         }
@@ -60,7 +62,7 @@ impl Work<'_> {
         self.battery = gain;
     }
 
-    pub(super) fn joint(&mut self) {
+    pub(crate) fn joint(&mut self) {
         const STEP: &str = "g(u), k_V and p at once, by output error";
         let samples: usize = self.lively.iter().map(|rotor| rotor.scored().count()).sum();
         if self.lively.is_empty() {
@@ -77,8 +79,8 @@ impl Work<'_> {
         let (full_voltage, degree) = (self.full_voltage(), self.settings.degree);
         let parts = (self.use_battery, self.settings.delay);
         let mut told = Vec::new();
-        let fit = joint::identify(&self.lively, full_voltage, parts, degree, &mut told);
-        if let Some(why) = fit.as_ref().and_then(|fit| unsure::no_pole(&fit.pole)) {
+        let fit = joint_fit::identify(&self.lively, full_voltage, parts, degree, &mut told);
+        if let Some(why) = fit.as_ref().and_then(|fit| significance::no_pole(&fit.pole)) {
             return self.note(STEP, false, why);
         }
         if !self.unlike {
@@ -96,7 +98,7 @@ impl Work<'_> {
     }
 
     /// The better of both estimates of k_V.
-    pub(super) fn voltage_gain(&self) -> Option<Estimate> {
+    pub(crate) fn voltage_gain(&self) -> Option<Estimate> {
         let steady = self.battery.as_ref().map(|battery| battery.gain);
         let lively = self.joint.as_ref().and_then(|joint| joint.voltage_gain);
         match (steady, lively) {
@@ -106,10 +108,10 @@ impl Work<'_> {
     }
 
     /// A k_V that is known to be next to nothing, though not how much it is.
-    pub(super) fn no_voltage_gain(&self) -> Option<&Estimate> {
+    pub(crate) fn no_voltage_gain(&self) -> Option<&Estimate> {
         let template = self.settings.template.actuator.voltage_gain;
         let hardly = self.hardly.as_ref().filter(|_| self.use_battery && self.voltage_gain().is_none());
-        hardly.filter(|gain| unsure::is_none(gain, template))
+        hardly.filter(|gain| significance::is_none(gain, template))
     }
 
     /// What k_V is taken as where no log shows it. Nobody knows by how much a bench differs from its template: half of it
@@ -123,7 +125,7 @@ impl Work<'_> {
         if self.use_battery { unknown } else { taken.scaled(0.0) }
     }
 
-    pub(super) fn static_curve(&mut self) {
+    pub(crate) fn static_curve(&mut self) {
         const STEP: &str = "g(u) from ramps, Eq. (9)";
         let gain = self.voltage_gain().unwrap_or_else(|| self.assumed_voltage_gain());
         let Some(rows) = static_curve::steady_rows(&self.rotors, gain.value, self.full_voltage()) else {
@@ -177,7 +179,7 @@ impl Work<'_> {
         self.static_curve = curve;
     }
 
-    pub(super) fn pole(&mut self) {
+    pub(crate) fn pole(&mut self) {
         const STEP: &str = "p from z by output error, section III.B";
         if self.static_curve.is_none() || self.lively.is_empty() {
             let why = match (self.joint.is_some(), self.lively.is_empty()) {
@@ -205,15 +207,15 @@ impl Work<'_> {
             return self.note(STEP, false, "the commands do not move z enough");
         };
         let found = Estimate { value: fit.pole, standard_error: fit.pole_error() };
-        if let Some(why) = unsure::no_pole(&found) {
+        if let Some(why) = significance::no_pole(&found) {
             return self.note(STEP, false, why);
         }
-        let rivals = rivals::both(&fit, &lively, record);
+        let rivals = lag_order::both(&fit, &lively, record);
         let interval = self.lively.first().map_or(0.0, |rotor| rotor.interval);
         let late = self
             .settings
             .delay
-            .then(|| late::identify(&fit, &rivals, interval, |delay| record(&lively, delay)));
+            .then(|| dead_time::identify(&fit, &rivals, interval, |delay| record(&lively, delay)));
         let (fit, delay) = match late.flatten() {
             Some(LateFit { fit, told }) => (fit, Some(told)),
             None => (fit, None),
@@ -233,24 +235,24 @@ impl Work<'_> {
         });
     }
 
-    pub(super) fn thrust(&mut self) {
+    pub(crate) fn thrust(&mut self) {
         const STEP: &str = "thrust curve and its tangent, Eq. (13)";
         let hover = self.settings.template.actuator.hover_rate;
-        self.thrust = thrust::identify(&self.rotors, hover, &mut self.warnings);
+        self.thrust = thrust_curve::identify(&self.rotors, hover, &mut self.warnings);
         match &self.thrust {
             Some(thrust) => self.note(STEP, true, format!("{} samples", thrust.samples)),
             None => self.note(STEP, false, "no thrust in the logs; the template's curve is kept"),
         }
     }
 
-    pub(super) fn body(&mut self, logs: &[Dataset], actuator: &IdentifiedActuator) {
+    pub(crate) fn body(&mut self, logs: &[Dataset], actuator: &IdentifiedActuator) {
         const STEP: &str = "J from an attitude log, Eq. (1)";
         let arm = self.settings.template.body.arm;
         let mut fits: Vec<Body> = Vec::new();
         let mut in_vain = Vec::new();
         for log in logs {
             let mut told = Vec::new();
-            match body::identify(log, actuator, arm, &mut told) {
+            match inertia::identify(log, actuator, arm, &mut told) {
                 Some(fit) => {
                     fits.push(fit);
                     self.warnings.append(&mut told);
@@ -278,7 +280,7 @@ impl Work<'_> {
                 }
             }
         }
-        if let Some(why) = best.as_ref().and_then(unsure::no_inertia) {
+        if let Some(why) = best.as_ref().and_then(significance::no_inertia) {
             return self.note(STEP, false, why);
         }
         match &best {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::IdentifiedActuator;
-use super::rotor_log::RotorLog;
+use crate::screening::rotor_data::RotorLog;
 
 /// How the identified rotor does on a log it was not fitted to.
 #[derive(Debug, Clone, Serialize)]
@@ -26,7 +26,7 @@ pub struct Validation {
 }
 
 /// Free run over one rotor's log; each stretch starts from the rate that fits it best, for the first one measured is noisy.
-pub(super) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Option<Validation> {
+pub(crate) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Option<Validation> {
     let mut traces = Vec::new();
     for segment in &rotor.segments {
         let Some(first) = segment.clone().find(|&row| rotor.rate[row].is_finite()) else { continue };

@@ -1,4 +1,4 @@
-use super::*;
+use crate::model::*;
 
 #[test]
 fn the_paper_has_its_printed_numbers() {

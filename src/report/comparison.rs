@@ -3,9 +3,9 @@
 mod story;
 
 use super::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone, number};
-use crate::diagnose::compare::{Block, Comparison, Direction};
-use crate::record::Dataset;
-use crate::record::dataset::LOG_SIGNALS;
+use crate::compare::{Block, Comparison, Direction};
+use crate::log::Dataset;
+use crate::log::dataset::LOG_SIGNALS;
 use story::{about, block_table, blocks_of, keys, notes, percent, sentences, torque_sentence};
 
 pub use story::text;

@@ -2,12 +2,12 @@
 
 use super::story::found_parameters;
 use super::{Bars, Mark, Page, Table, comparison, number};
-use crate::diagnose::answer::{Both, ErrorStory, FoundParameter};
-use crate::diagnose::compare::{CompareConfig, CompareError, compare};
+use crate::compare::{CompareConfig, CompareError, compare};
+use crate::diagnose::diagnosis::{Both, ErrorStory, FoundParameter};
 use crate::diagnose::{Diagnosis, Extension, Verdict};
 use crate::effect::{Site, find};
+use crate::log::Dataset;
 use crate::model::{Change, Model};
-use crate::record::Dataset;
 
 /// The page of a diagnosis of `base`; `logs` are shown with both models, the held-out ones if there are any; `next`
 /// says what to do.

@@ -1,8 +1,8 @@
 //! Flights side by side: the table of answers to an impulse, and the curves, for `paper` and for `compare --runs`.
 
 use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
-use crate::process::answer::{Answer, Moment};
-use crate::process::recorded_flight::{FlightComparison, RecordedFlight};
+use crate::studies::controller_comparison::{FlightComparison, RecordedFlight};
+use crate::studies::impulse_response::{Answer, Moment};
 
 /// A flight to be shown.
 #[derive(Debug, Clone)]

@@ -1,7 +1,8 @@
 //! The report of `identify`: the tables of section III, its figures, and what the reader must know.
 
 use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
-use crate::identify::{Body, DegreeScore, Estimate, Identification, LagResponse, Validation, near};
+use crate::estimation::spectrum::{LagResponse, near};
+use crate::identify::{Body, DegreeScore, Estimate, Identification, Validation};
 
 /// Value and 95 % interval as cells of a row.
 fn cells(name: &str, estimate: Estimate, unit: &str, from: &str) -> [String; 6] {

@@ -3,8 +3,8 @@
 use hdrhistogram::Histogram;
 
 use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
-use crate::process::jitter::{Jitter, Ratios, StageResult};
 use crate::rt::{Granted, Machine, Percentiles};
+use crate::studies::jitter::{Jitter, Ratios, StageResult};
 
 /// [ns] in a µs.
 const MICROSECOND: f64 = 1e3;

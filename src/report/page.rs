@@ -242,8 +242,8 @@ fn paired(text: &str, mark: &str) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Axis, Series};
     use super::*;
-    use crate::report::{Axis, Series};
 
     #[test]
     fn one_file_with_everything_inside_and_all_text_escaped() {

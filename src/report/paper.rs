@@ -5,8 +5,8 @@ use super::flights::{DISTURBANCE, Shown, answer_plots, answer_table};
 use super::identification::error_plots;
 use super::{Mark, Page, Table, Tone, number};
 use crate::identify::HIGHEST_DEGREE;
-use crate::process::answer::JUDGED_S;
-use crate::process::paper::{Beside, Flight, PaperRun};
+use crate::studies::impulse_response::JUDGED_S;
+use crate::studies::paper::{Beside, Flight, PaperRun};
 
 impl PaperRun {
     /// Table I and the pole of Table IV: printed, ours, standard error.

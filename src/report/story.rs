@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{Table, number};
-use crate::diagnose::answer::{Candidate, Diagnosis, ErrorStory, FoundParameter, Verdict};
+use crate::diagnose::diagnosis::{Candidate, Diagnosis, ErrorStory, FoundParameter, Verdict};
 use crate::effect::find;
 use crate::model::Model;
 
@@ -74,7 +74,7 @@ fn card<'a>(
 
 /// The errors of a story, one line each.
 fn errors(error: &ErrorStory) -> String {
-    let row = |name: &str, both: crate::diagnose::answer::Both| {
+    let row = |name: &str, both: crate::diagnose::diagnosis::Both| {
         [name.to_owned(), number(both.train, 4), number(both.validate, 4)]
     };
     let mut out = wrapped("", &format!("Error: {}", error.measure));

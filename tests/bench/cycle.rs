@@ -13,9 +13,9 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use rotorbench::bench::{BenchConfig, Trigger};
 use rotorbench::can::{Roles, kernel_has_can};
 use rotorbench::clock;
-use rotorbench::process::plant;
-use rotorbench::process::run::RunLoop;
 use rotorbench::rt::{self, LogQueue};
+use rotorbench::runtime::controller_plant;
+use rotorbench::runtime::run::RunLoop;
 use rotorbench::shm::{Bench, Place, Role, SENSORS, SharedMemoryConfig, Waiter};
 use rotorbench::signal::{Sample, Sensors};
 use socketcan::{CanSocket, Socket};
@@ -153,7 +153,7 @@ fn frame(id: u32, data: &[u8]) -> libc::can_frame {
 
 /// `run` as it is, until `stop`.
 fn fly(config: &BenchConfig, stop: &AtomicBool) {
-    let pilot = plant::pilot(config).expect("the built-in bench");
+    let pilot = controller_plant::pilot(config).expect("the built-in bench");
     let mut run = RunLoop::open(config, pilot, LogQueue::new(16)).expect("the only one");
     while !stop.load(Ordering::Relaxed) {
         run.turn();

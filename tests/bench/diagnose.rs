@@ -12,8 +12,8 @@ use std::process::Command;
 use std::time::Instant;
 
 use rotorbench::diagnose::{DiagnoseConfig, Verdict, diagnose};
+use rotorbench::log::{Dataset, csv};
 use rotorbench::model::{Model, RotorInput, RotorStart, RotorTrace};
-use rotorbench::record::{Dataset, log};
 
 /// Runs of what takes milliseconds; the median counts.
 const REPEATS: usize = 31;
@@ -47,7 +47,7 @@ impl Logs {
             .output()
             .expect("the program runs");
         assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
-        log::read(Path::new(&path)).expect("what was written can be read")
+        csv::read(Path::new(&path)).expect("what was written can be read")
     }
 
     /// A plant with a law of no catalogue, as a model file.

@@ -8,8 +8,8 @@ use std::time::Instant;
 use rotorbench::emulate::EmulatorConfig;
 use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
 use rotorbench::identify::pole::{Record, fit};
-use rotorbench::process::lockstep::drive;
-use rotorbench::record::Dataset;
+use rotorbench::log::Dataset;
+use rotorbench::runtime::lockstep::drive;
 
 /// [s] T_s of the paper.
 const PERIOD: f64 = 0.02;

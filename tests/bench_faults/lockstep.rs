@@ -3,9 +3,9 @@
 
 use rotorbench::bench::BenchConfig;
 use rotorbench::emulate::{Impulse, SensorsConfig};
-use rotorbench::process::digest::Digest;
-use rotorbench::process::lockstep::{Interference, Lockstep};
-use rotorbench::process::{emulate, plant};
+use rotorbench::runtime::lockstep::digest::Digest;
+use rotorbench::runtime::lockstep::{Interference, Lockstep};
+use rotorbench::runtime::{controller_plant, emulate};
 use rotorbench::signal::Command;
 use serde_json::Value;
 
@@ -86,7 +86,7 @@ impl Interference for Silence {
 fn silent_from(config: &BenchConfig, answered: u64, slots: u64) -> String {
     let guard = config.guard.build(config.period_s).expect("valid");
     let emulator = emulate::emulator(config).expect("valid");
-    let pilot = plant::pilot(config).expect("valid");
+    let pilot = controller_plant::pilot(config).expect("valid");
     let bench = Lockstep::new(emulator, pilot, config.period_s).guarded(guard);
     let (mut state, mut digest) = (bench.start(), Digest::default());
     let mut silence = Silence(answered);

@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rotorbench::clock;
 use rotorbench::guard::State;
-use rotorbench::record::{End, Record, Recording};
+use rotorbench::recording::{End, Record, Recording};
 
 use crate::processes::{Process, TestBench, Watcher, late, say, up_to_six_times};
 

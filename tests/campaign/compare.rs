@@ -4,9 +4,9 @@ use std::path::Path;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rotorbench::diagnose::compare::{CompareConfig, Comparison, compare};
+use rotorbench::compare::{CompareConfig, Comparison, compare};
+use rotorbench::log::{Dataset, csv};
 use rotorbench::model::Model;
-use rotorbench::record::{Dataset, log};
 
 use crate::catalogue::Kind;
 use crate::experiment::{Noise, actuator, attitude};
@@ -19,7 +19,7 @@ fn made(kind: Kind, hidden: &Hidden, seed: u64) -> Dataset {
         Kind::Attitude => attitude(&Base::PAPER, hidden, &mut rng, false),
     };
     let text = truth.expect("stays on its bench").csv(Noise::USUAL, &mut rng);
-    log::parse(text.as_bytes(), Path::new("made.csv")).expect("a log")
+    csv::parse(text.as_bytes(), Path::new("made.csv")).expect("a log")
 }
 
 fn paper_on(log: &Dataset) -> Comparison {

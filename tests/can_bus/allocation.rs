@@ -8,10 +8,10 @@ use std::time::Duration;
 use rotorbench::bench::Trigger;
 use rotorbench::can::{Frame, Id};
 use rotorbench::guard::OperatorAct;
-use rotorbench::process::bridge::BridgeLoop;
-use rotorbench::process::run::RunLoop;
-use rotorbench::process::{operator, plant};
 use rotorbench::rt::LogQueue;
+use rotorbench::runtime::bridge::BridgeLoop;
+use rotorbench::runtime::run::RunLoop;
+use rotorbench::runtime::{controller_plant, operator};
 use rotorbench::shm::{APPLIED, Bench, Role};
 use socketcan::{CanErrorFrame, CanSocket, Socket};
 
@@ -129,7 +129,7 @@ fn the_cycle_of_run_on_a_socket_does_not_allocate() {
         bench.config.trigger = trigger;
         let config = bench.config.clone();
         let open = move || {
-            let pilot = plant::pilot(&config).expect("the built-in bench");
+            let pilot = controller_plant::pilot(&config).expect("the built-in bench");
             let mut run = RunLoop::open(&config, pilot, LogQueue::new(64)).expect("the only one");
             Box::new(move || run.turn()) as Box<dyn FnMut()>
         };

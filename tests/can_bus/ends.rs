@@ -3,9 +3,9 @@
 use rotorbench::can::{Arrival, Port, Roles, RotorCommands};
 use rotorbench::clock;
 use rotorbench::guard::{Cause, State};
-use rotorbench::process::bridge;
-use rotorbench::process::wire::Wire;
 use rotorbench::rt::{LogQueue, Shutdown};
+use rotorbench::runtime::bridge;
+use rotorbench::runtime::bus_io::Wire;
 use rotorbench::shm::{Bench, Role};
 use rotorbench::signal::Applied;
 

@@ -8,9 +8,9 @@ use rotorbench::bench::{BenchConfig, Trigger};
 use rotorbench::can::Roles;
 use rotorbench::clock;
 use rotorbench::guard::{OperatorAct, State};
-use rotorbench::process::plant;
-use rotorbench::process::run::RunLoop;
 use rotorbench::rt::LogQueue;
+use rotorbench::runtime::controller_plant;
+use rotorbench::runtime::run::RunLoop;
 use rotorbench::shm::{Bench, COMMAND, Role, STOPS, Waiter};
 use rotorbench::signal::{Request, Sample, Sensors};
 
@@ -26,7 +26,7 @@ fn triggered(test: &str, bus: &Bus, period_s: f64) -> TestBench {
 }
 
 fn run_of(config: &BenchConfig) -> RunLoop {
-    let pilot = plant::pilot(config).expect("the built-in bench");
+    let pilot = controller_plant::pilot(config).expect("the built-in bench");
     RunLoop::open(config, pilot, LogQueue::new(16)).expect("the only one")
 }
 

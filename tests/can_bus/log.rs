@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use rotorbench::can::{Arrival, Frame, Id, Kind};
-use rotorbench::record::{Provenance, RawFrame, Recorder, RecorderOptions, Recording};
+use rotorbench::recording::{Provenance, RawFrame, Recorder, RecorderOptions, Recording};
 
 use crate::bus::{Bus, receive, run};
 use crate::processes::say;

@@ -5,12 +5,12 @@ use rotorbench::bench::BenchConfig;
 use rotorbench::can::{Frame, ReceiverState, Roles, RotorCommands, SenderState};
 use rotorbench::emulate::{Emulator, EmulatorState, Impulse};
 use rotorbench::guard::{Cause, Guard, GuardState, OperatorAct, State};
-use rotorbench::process::lockstep::ORIGIN_NS;
-use rotorbench::process::pilot::{Pilot, PilotState};
-use rotorbench::process::plant;
-use rotorbench::process::wire::Wire;
-use rotorbench::record::{Recorder, RecorderHandle};
+use rotorbench::recording::{Recorder, RecorderHandle};
 use rotorbench::rt::LogQueue;
+use rotorbench::runtime::bus_io::Wire;
+use rotorbench::runtime::command_source::{Pilot, PilotState};
+use rotorbench::runtime::controller_plant;
+use rotorbench::runtime::lockstep::ORIGIN_NS;
 use rotorbench::signal::{Applied, Command, ControlStep, GuardEvent, GuardStep, Request, Sensors};
 
 use crate::bus::MemoryBus;
@@ -45,7 +45,7 @@ impl Parts {
         Self {
             emulator: config.emulator.build().expect("the built-in plant"),
             roles: Roles::build(&config.bus, config.period_s).expect("the built-in bus"),
-            pilot: plant::pilot(&config).expect("the built-in controller"),
+            pilot: controller_plant::pilot(&config).expect("the built-in controller"),
             period_ns: 1_000_000_000 / u64::from(rate_hz),
             hold: u64::from(guard.hold_periods()),
             maximum: guard.limits().maximum,

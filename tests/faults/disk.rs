@@ -2,7 +2,7 @@
 
 use std::io::{self, ErrorKind, Write};
 
-use rotorbench::record::{Disk, Provenance, Recorder, RecorderOptions};
+use rotorbench::recording::{Disk, Provenance, Recorder, RecorderOptions};
 
 /// [byte] what it takes: the head of a recording and a little of a flight.
 const ROOM: usize = 100_000;

@@ -2,8 +2,8 @@
 
 use rotorbench::emulate::{Emulator, EmulatorConfig};
 use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
-use rotorbench::process::lockstep::drive;
-use rotorbench::record::Dataset;
+use rotorbench::log::Dataset;
+use rotorbench::runtime::lockstep::drive;
 
 /// [s] sampling time T_s of the paper.
 pub(crate) const PERIOD: f64 = 0.02;

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::process::Command;
 
 use rotorbench::identify::{IdentifySettings, identify};
-use rotorbench::record::Dataset;
+use rotorbench::log::Dataset;
 use rotorbench::shm::{PassingBench, SharedMemoryConfig};
 
 use crate::bench::{bench, prbs, run};

@@ -10,8 +10,8 @@ use rotorbench::emulate::SensorConfig;
 use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
 use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::model::Model;
-use rotorbench::process::experiment::in_lockstep;
-use rotorbench::process::plant::{self, FlightPlan};
+use rotorbench::runtime::controller_plant::{self, FlightPlan};
+use rotorbench::runtime::experiment::in_lockstep;
 use rotorbench::signal::{Applied, Reference};
 use serde_json::Value;
 
@@ -80,7 +80,7 @@ const WINDOW: u32 = 400;
 /// L at one frequency, `cycles` in each [`WINDOW`], in closed loop on the emulated bench: a sine is added to the torque
 /// that the controller of `model` commands, which is not told of it, and its answer is correlated with the sine.
 fn swept(model: &Model, delay: f64, kind: ControllerKind, cycles: u32) -> Complex<f64> {
-    let (parameters, known) = plant::of_model(model).expect("a parabola");
+    let (parameters, known) = controller_plant::of_model(model).expect("a parabola");
     let config = ControllerConfig { kind, ..ControllerConfig::default() };
     let controller = config.build_compensated(&parameters, &known, PERIOD).expect("stable");
     let allocator = Allocator::build(&parameters, &known).expect("a parabola");

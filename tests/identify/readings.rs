@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rotorbench::emulate::EmulatorConfig;
 use rotorbench::identify::{Estimate, Identification, IdentifySettings, identify};
-use rotorbench::record::Dataset;
+use rotorbench::log::Dataset;
 
 use crate::bench::{bench, prbs, run};
 

@@ -1,7 +1,7 @@
 //! Rates that are not those of the commands beside them, and rotors that differ: refused or said, not averaged.
 
 use rotorbench::identify::{IdentifySettings, identify};
-use rotorbench::record::{Dataset, log};
+use rotorbench::log::{Dataset, csv};
 
 use super::bad_logs::run;
 use super::logs::{C_G1, C_G2, FULL_VOLTAGE, K_V, POLE, lively, moving, ramps, settled, voltage};
@@ -81,7 +81,7 @@ fn warnings(log: &Dataset, rotors: &[usize]) -> Vec<String> {
 }
 
 fn refused(log: &Dataset, sentence: &str) {
-    let (output, text) = run(&log::emit(log));
+    let (output, text) = run(&csv::emit(log));
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert!(text.contains(sentence), "`{sentence}` is not in: {text}");
     assert_eq!(text.trim().lines().count(), 1, "one sentence: {text}");
@@ -228,7 +228,7 @@ fn commands_that_count_the_other_way_round_are_refused() {
         let mut turned = log.clone();
         turned.replace("command_1", told).expect("as long as before");
         refused(&turned, "the command counts the other way round");
-        assert!(run(&log::emit(&log)).0.status.success(), "as it was");
+        assert!(run(&csv::emit(&log)).0.status.success(), "as it was");
     }
 }
 
@@ -255,7 +255,7 @@ fn a_time_in_milliseconds_is_refused_and_a_slow_telemetry_is_not() {
         refused(&timed(bits, 1.0 / rate, rows, 1e3), sentence);
     }
     let held = |t: f64| 0.35 + 0.05 * ((t + 0.01) / 40.0).floor().rem_euclid(6.0);
-    let (output, text) = run(&log::emit(&timed(held, 1.0, 600, 1.0)));
+    let (output, text) = run(&csv::emit(&timed(held, 1.0, 600, 1.0)));
     assert!(output.status.success(), "{text}");
     assert!(text.contains("done: ") && text.contains("of constant levels"), "{text}");
 }

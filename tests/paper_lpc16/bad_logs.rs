@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use rotorbench::record::{Dataset, log};
+use rotorbench::log::{Dataset, csv};
 
 use super::logs::{PERIOD, attitude, lively, moving, settled};
 
@@ -32,7 +32,7 @@ fn refused(log: &str, sentence: &str) {
 fn a_model_that_was_there_is_said_to_be_replaced() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (file, model) = (folder.path().join("log.csv"), folder.path().join("model.toml"));
-    std::fs::write(&file, log::emit(&moving(lively, 1000))).expect("written");
+    std::fs::write(&file, csv::emit(&moving(lively, 1000))).expect("written");
     let said = || {
         let program = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
             .args([Path::new("identify"), Path::new("--log"), &file, Path::new("-o"), &model])
@@ -48,30 +48,30 @@ fn a_model_that_was_there_is_said_to_be_replaced() {
 fn too_few_samples_are_counted() {
     let toggling = |t: f64| if (t / PERIOD).round() % 2.0 == 0.0 { 0.4 } else { 0.5 };
     refused(
-        &log::emit(&moving(toggling, 30)),
+        &csv::emit(&moving(toggling, 30)),
         "only 30 usable samples of command and rate, 100 are the least",
     );
 }
 
 #[test]
 fn no_excitation_says_what_excites() {
-    let still = log::emit(&settled(|_| 0.4, 200));
+    let still = csv::emit(&settled(|_| 0.4, 200));
     refused(&still, "steps or a PRBS excite the pole");
     refused(&still, "no command was held constant for five seconds");
 }
 
 #[test]
 fn saturated_commands_are_told() {
-    refused(&log::emit(&settled(|_| 1.0, 200)), "the command is at its limit 1 in 100 % of the samples");
+    refused(&csv::emit(&settled(|_| 1.0, 200)), "the command is at its limit 1 in 100 % of the samples");
     // Where some are, the rest can still be used.
-    let (output, text) = run(&log::emit(&moving(|t| (lively(t) + 0.45).min(1.0), 3000)));
+    let (output, text) = run(&csv::emit(&moving(|t| (lively(t) + 0.45).min(1.0), 3000)));
     assert_eq!(output.status.code(), Some(0), "{text}");
     assert!(text.contains("the command is at its limit 1 in"), "{text}");
 }
 
 #[test]
 fn time_running_backwards_is_placed() {
-    let mut lines: Vec<String> = log::emit(&moving(lively, 500)).lines().map(str::to_owned).collect();
+    let mut lines: Vec<String> = csv::emit(&moving(lively, 500)).lines().map(str::to_owned).collect();
     lines.swap(100, 101);
     refused(&lines.join("\n"), "time");
 }
@@ -82,7 +82,7 @@ fn wrong_units_are_refused() {
         let mut log = moving(lively, 500);
         let changed = log.column(name).expect("put in above").iter().map(|value| change(*value)).collect();
         log.replace(name, changed).expect("as long as before");
-        log::emit(&log)
+        csv::emit(&log)
     };
     refused(&with("command_1", &|u| 1000.0 + 1000.0 * u), "but 0 to 1 is expected");
     let rpm = 60.0 / std::f64::consts::TAU;
@@ -105,14 +105,14 @@ fn a_rotor_that_stands_while_it_is_commanded_is_not_told_to_turn_round() {
     // Noise about zero, a little more of it below: another rotor's commands, or a rotor that is not connected.
     let noise = |row: usize| f64::from((row.wrapping_mul(2_654_435_761) >> 24 & 255) as u8) / 64.0 - 2.1;
     log.replace("propeller_rate_1_rad_s", (0..500).map(noise).collect()).expect("as long as before");
-    let text = log::emit(&log);
+    let text = csv::emit(&log);
     refused(&text, "the rotor stands while it is commanded");
     assert!(!run(&text).1.contains("scale -1"));
 }
 
 #[test]
 fn commands_that_are_missing_are_told_as_that() {
-    let text = log::emit(&moving(lively, 500)).replace("command_1", "throttle");
+    let text = csv::emit(&moving(lively, 500)).replace("command_1", "throttle");
     refused(&text, "the commands are missing: it has no command_N beside its propeller_rate_N_rad_s");
 }
 
@@ -126,14 +126,14 @@ fn a_pole_that_no_rotor_has_asks_for_the_unit_of_time() {
         fast.insert(name, log.column(name).expect("there").to_vec()).expect("as long as time");
     }
     let sentence = "rad/s is faster than any rotor with a propeller: is the time in seconds?";
-    let [slow, fast] = [log, fast].map(|log| run(&log::emit(&log)).1);
+    let [slow, fast] = [log, fast].map(|log| run(&csv::emit(&log)).1);
     assert!(fast.contains(sentence), "{fast}");
     assert!(!slow.contains(sentence), "{slow}");
 }
 
 #[test]
 fn without_the_battery_the_rest_is_identified_and_said_so() {
-    let text = log::emit(&moving(lively, 3000));
+    let text = csv::emit(&moving(lively, 3000));
     let text = text.replace("battery_voltage_v", "something_else_v");
     let (output, text) = run(&text);
     assert_eq!(output.status.code(), Some(0), "{text}");
@@ -152,7 +152,7 @@ fn a_body_in_degrees_has_no_inertia_and_the_rotors_are_identified_all_the_same()
             let changed = log.column(name).expect("there").iter().map(|value| value.to_degrees()).collect();
             log.replace(name, changed).expect("as long as before");
         }
-        log::emit(&log)
+        csv::emit(&log)
     };
     let with_angle = |log: &Dataset| {
         let rate = log.column("body_rate_rad_s").expect("there");

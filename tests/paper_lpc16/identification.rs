@@ -1,7 +1,7 @@
 //! Section III equation by equation.
 
 use rotorbench::identify::{Identification, IdentifiedActuator, IdentifySettings, identify};
-use rotorbench::record::Dataset;
+use rotorbench::log::Dataset;
 
 use super::close;
 use super::logs::{

@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rotorbench::identify::{Identification, IdentifySettings, identify};
-use rotorbench::record::Dataset;
+use rotorbench::log::Dataset;
 
 use super::close;
 use super::logs::{C_G1, C_G2, PERIOD, POLE, dataset, lively, voltage, z};

@@ -1,6 +1,6 @@
 //! Logs made by small steps of the differential equation: nothing is shared with the fitter.
 
-use rotorbench::record::Dataset;
+use rotorbench::log::Dataset;
 
 /// [s] T_s.
 pub const PERIOD: f64 = 0.02;

@@ -1,7 +1,7 @@
 //! Two rotors that draw on one battery, each with commands of its own.
 
 use rotorbench::identify::{Identification, IdentifySettings, identify};
-use rotorbench::record::Dataset;
+use rotorbench::log::Dataset;
 
 use super::logs::{C_G1, C_G2, PERIOD, POLE, lively, of_columns, z};
 

@@ -1,7 +1,7 @@
 //! What logs do not show is the template's, or is left out, and is said so; what they only seem to show is left out, too.
 
 use rotorbench::identify::{Estimate, Identification, IdentifySettings, identify};
-use rotorbench::record::{Dataset, log};
+use rotorbench::log::{Dataset, csv};
 
 use super::bad_logs::run;
 use super::close;
@@ -156,7 +156,7 @@ fn without_a_rotor_only_the_reason_is_said() {
             "the command stands still at 0.4700 while the rate scatters",
         ),
     ] {
-        let (output, text) = run(&log::emit(&bad));
+        let (output, text) = run(&csv::emit(&bad));
         assert_eq!(output.status.code(), Some(2), "{text}");
         assert!(text.contains(reason), "`{reason}` is not in: {text}");
         assert!(text.contains("not used: no rate was measured while a rotor ran"), "{text}");
@@ -248,7 +248,7 @@ fn a_battery_that_is_read_in_tenths_of_a_volt_gives_the_numbers_of_a_fine_readin
 fn one_level_that_shows_nothing_gives_no_model() {
     let noise = |row: usize| 2.0 * ((row.wrapping_mul(2_654_435_761) >> 16 & 255) as f64 / 127.5 - 1.0);
     let governed = with(&settled(|_| 0.4633, 6000), RATE, |row, _| 617.0 + noise(row));
-    let (output, text) = run(&log::emit(&governed));
+    let (output, text) = run(&csv::emit(&governed));
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert!(text.contains("k_V would be") && text.contains("which hardly shows"), "{text}");
     let found = identify(&[governed, settled(ramps, 7000)], &[], &quadratic()).expect("ramps");
@@ -303,7 +303,7 @@ fn the_k_v_in_the_model_stands_first() {
 fn rates_that_do_not_follow_the_commands_give_no_pole() {
     let log = moving(lively, 3000);
     let rates = log.column(RATE).expect("there");
-    let (output, text) = run(&log::emit(&with(&log, RATE, |row, _| rates[(row * 1009 + 13) % 3000])));
+    let (output, text) = run(&csv::emit(&with(&log, RATE, |row, _| rates[(row * 1009 + 13) % 3000])));
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert!(text.contains("the rates do not follow these commands"), "{text}");
 }

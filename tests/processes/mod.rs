@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use rotorbench::bench::BenchConfig;
 use rotorbench::clock::{self, NANOSECONDS_PER_SECOND};
 use rotorbench::guard::{Cause, OperatorAct, State};
-use rotorbench::process::operator;
+use rotorbench::runtime::operator;
 use rotorbench::shm::{APPLIED, Bench, GUARD_EVENTS, Place, Role, SharedMemoryConfig, Subscriber};
 use rotorbench::signal::{Applied, GuardEvent};
 

@@ -3,9 +3,8 @@
 use std::path::Path;
 
 use rotorbench::can::{BusConfig, Roles};
-use rotorbench::record::{
-    Provenance, RawFrame, Recorder, RecorderOptions, Recording, candump, capture, export,
-};
+use rotorbench::log::{can_capture, candump, export};
+use rotorbench::recording::{Provenance, RawFrame, Recorder, RecorderOptions, Recording};
 use rotorbench::signal::{Applied, Sample, Sensors};
 
 /// What a recording of these frames must export, to the letter: read by canplayer (can-utils) and python-can.
@@ -95,7 +94,7 @@ fn a_candump_log_becomes_a_log_through_dbc_and_roles() {
     let path = folder.path().join("bus.log");
     let roles = Roles::build(&BusConfig::default(), 0.02).expect("the built-in bench");
     std::fs::write(&path, bus_log(&roles, 50)).expect("written");
-    let (log, notes) = capture::read(&path, &roles, None).expect("understood");
+    let (log, notes) = can_capture::read(&path, &roles, None).expect("understood");
     assert_eq!(notes.rows_by, "command");
     assert_eq!((log.len(), notes.out_of_order), (50, 0));
     assert_eq!(log.time()[1], 0.02);
@@ -111,10 +110,10 @@ fn a_candump_log_becomes_a_log_through_dbc_and_roles() {
     near("propeller_rate_1_rad_s", 7, 607.0, 0.5);
     near("battery_voltage_v", 7, 14.8, 0.05);
 
-    let none = capture::read(&path, &roles, Some("can9")).expect_err("no frame of that interface");
+    let none = can_capture::read(&path, &roles, Some("can9")).expect_err("no frame of that interface");
     assert!(none.to_string().contains("carries a signal"), "{none}");
     std::fs::write(&path, "(1735270496.916858) can0 110#00\nnonsense\n").expect("written");
-    let wrong = capture::read(&path, &roles, None).expect_err("line 2").to_string();
+    let wrong = can_capture::read(&path, &roles, None).expect_err("line 2").to_string();
     assert!(wrong.contains("bus.log, line 2: "), "{wrong}");
 }
 

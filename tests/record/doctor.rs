@@ -118,5 +118,5 @@ fn a_killed_bench_is_found_and_mended() {
         .collect();
     assert!(left.is_empty(), "{left:?}");
     // Killed in the middle, its recording can still be read.
-    assert!(rotorbench::record::Recording::open(Path::new(&recording)).is_ok());
+    assert!(rotorbench::recording::Recording::open(Path::new(&recording)).is_ok());
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-use rotorbench::record::{
+use rotorbench::recording::{
     Disk, End, FrameFlags, Provenance, RawFrame, Record, Recorder, RecorderOptions, Recording,
 };
 use rotorbench::signal::{

@@ -5,10 +5,11 @@ use std::path::Path;
 use super::rotorbench;
 use rotorbench::bench::BenchConfig;
 use rotorbench::emulate::Impulse;
-use rotorbench::process::lockstep::Lockstep;
-use rotorbench::process::replay::Replay;
-use rotorbench::process::{plant, record};
-use rotorbench::record::{Record, Recorder, RecorderOptions, Recording, export, log};
+use rotorbench::log::{csv, export};
+use rotorbench::recording::{Record, Recorder, RecorderOptions, Recording};
+use rotorbench::runtime::lockstep::Lockstep;
+use rotorbench::runtime::replay::Replay;
+use rotorbench::runtime::{controller_plant, record};
 
 /// A bench at 1 kHz that is struck, so that nothing in it stands still.
 fn bench() -> BenchConfig {
@@ -25,7 +26,7 @@ fn fly(bench: &BenchConfig, seconds: f64, path: &Path) {
     let recorder = Recorder::start(path, &provenance, RecorderOptions::default()).expect("a new file");
     let emulator = bench.emulator.build().expect("the built-in plant");
     let guard = bench.guard.build(bench.period_s).expect("the built-in guard");
-    let pilot = plant::pilot(bench).expect("the built-in controller");
+    let pilot = controller_plant::pilot(bench).expect("the built-in controller");
     let lockstep = Lockstep::new(emulator, pilot, bench.period_s).guarded(guard);
     let mut handle = recorder.handle();
     let mut state = lockstep.start();
@@ -39,8 +40,8 @@ fn fly(bench: &BenchConfig, seconds: f64, path: &Path) {
 fn replay(
     path: &Path,
     bench: &BenchConfig,
-) -> (rotorbench::process::replay::Verdict, rotorbench::process::replay::Verdict, u64) {
-    let pilot = plant::pilot(bench).expect("a controller");
+) -> (rotorbench::runtime::replay::Verdict, rotorbench::runtime::replay::Verdict, u64) {
+    let pilot = controller_plant::pilot(bench).expect("a controller");
     let guard = bench.guard.build(bench.period_s).expect("a guard");
     let mut replay = Replay::new(&pilot, &guard);
     replay.run(Recording::open(path).expect("a recording")).expect("readable");
@@ -70,7 +71,7 @@ fn a_changed_constant_is_named_at_the_first_sample_that_differs() {
     // By hand: where the command of the changed controller, fed the recorded inputs, first differs.
     let mut changed = bench();
     changed.controller.reference.angle_rad += 1e-9;
-    let pilot = plant::pilot(&changed).expect("a controller");
+    let pilot = controller_plant::pilot(&changed).expect("a controller");
     let mut state = pilot.start();
     let mut expected = None;
     for record in Recording::open(&path).expect("a recording") {
@@ -108,7 +109,7 @@ fn what_came_late_or_was_lost_is_not_claimed() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.mcap");
     fly(&bench(), 1.0, &path);
-    let pilot = plant::pilot(&bench()).expect("a controller");
+    let pilot = controller_plant::pilot(&bench()).expect("a controller");
     let guard = bench().guard.build(bench().period_s).expect("a guard");
     // A recording that begins late.
     let mut late = Replay::new(&pilot, &guard);
@@ -133,7 +134,7 @@ fn an_export_holds_what_was_measured_and_what_the_rotors_got() {
     fly(&bench, 5.0, &path);
     let summary = export::write_log(&path, &csv).expect("exported");
     assert_eq!((summary.written, summary.out_of_order, summary.lost), (250, 0, 0));
-    let read = log::read(&csv).expect("our own log");
+    let read = csv::read(&csv).expect("our own log");
     let direct = export::dataset(&path).expect("the same in memory");
     assert_eq!(read.time(), direct.time());
     assert_eq!(read.names().collect::<Vec<_>>(), direct.names().collect::<Vec<_>>());

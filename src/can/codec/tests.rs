@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::*;
+use crate::can::codec::*;
 
 /// Rounding and limiting as their definitions say, in integers, without the addition that does it at once.
 fn nearest(layout: Layout, number: f64) -> u64 {

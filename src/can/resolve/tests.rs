@@ -1,5 +1,5 @@
-use super::*;
 use crate::can::MessageConfig;
+use crate::can::resolve::*;
 use crate::can::route::Reading;
 
 fn database(body: &str) -> Database {

@@ -1,5 +1,5 @@
-use super::*;
 use crate::can::layout::{ByteOrder, Layout, Number};
+use crate::can::route::*;
 
 fn codec(start: u16, size: u16, length: usize) -> SignalCodec {
     let layout = Layout { start, size, order: ByteOrder::Little, number: Number::Unsigned };

@@ -13,12 +13,13 @@ use crate::cli::CliError;
 use crate::clock;
 use crate::file::write_atomically;
 use crate::guard::{Cause, State};
-use crate::process::control::{self, ControlSummary};
-use crate::process::operator;
-use crate::process::plant;
-use crate::process::record::Background;
-use crate::record::{Dataset, Record, Recording, export, log};
+use crate::log::{Dataset, csv, export};
+use crate::recording::{Record, Recording};
 use crate::rt::Shutdown;
+use crate::runtime::control::{self, ControlSummary};
+use crate::runtime::controller_plant;
+use crate::runtime::operator;
+use crate::runtime::record::Background;
 use crate::shm::{APPLIED, Bench, CONTROL_STEPS, Role};
 use crate::signal::{ControlStep, GuardEvent};
 
@@ -90,7 +91,7 @@ fn fly(
     name: &str,
     shutdown: &Shutdown,
 ) -> Result<Flown, CliError> {
-    let pilot = plant::pilot(bench)?;
+    let pilot = controller_plant::pilot(bench)?;
     let recording = out.join(name).with_extension("mcap");
     if recording.exists() {
         fs::remove_file(&recording).map_err(|error| at(&recording, &error))?;
@@ -107,7 +108,7 @@ fn fly(
     process.finish()?;
     background.finish()?;
     let log = export::dataset(&recording)?;
-    log::write(&log, &out.join(name).with_extension("csv"))?;
+    csv::write(&log, &out.join(name).with_extension("csv"))?;
     let (steps, events) = told(&recording)?;
     Ok(Flown { summary, steps, events, log, hold_s: bench.guard.hold_s })
 }

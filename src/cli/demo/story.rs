@@ -1,10 +1,11 @@
 //! What the demo learns from its own recording: where the model fails, which effect is missing, how far the error
 //! falls with it.
 
-use super::{CliError, Flown};
+use super::Flown;
+use crate::cli::CliError;
 use crate::diagnose::{DiagnoseConfig, Diagnosis, Extension, Verdict, diagnose, extend};
+use crate::log::Dataset;
 use crate::model::Model;
-use crate::record::Dataset;
 use crate::report::{Bars, Mark, Page, Table, number};
 
 /// [s] after arming: from here on nobody strikes the body, and the angle is moved.

@@ -12,7 +12,7 @@ use ratatui::widgets::{Block, Paragraph, Sparkline};
 use super::{Process, View, guard_state};
 use crate::clock::{self, NANOSECONDS_PER_SECOND};
 use crate::guard::{Cause, State};
-use crate::process::operator;
+use crate::runtime::operator;
 use crate::signal::{BusStatus, Health, Sample};
 
 /// Rows of the frame around a table.

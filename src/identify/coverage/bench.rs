@@ -5,24 +5,24 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use crate::identify::Estimate;
-use crate::identify::rotor_log::RotorLog;
+use crate::screening::rotor_data::RotorLog;
 
 /// With a true coverage of 95 % the count of 300 has a standard deviation of 1.26 %: 90 % lies 4 below, 99 % 3.2
 /// above. An honest estimator falls outside once in a thousand times, and the seeds are fixed.
-pub(super) const RUNS: usize = 300;
-pub(super) const MEMORIES: [f64; 2] = [0.0, 0.9];
+pub(crate) const RUNS: usize = 300;
+pub(crate) const MEMORIES: [f64; 2] = [0.0, 0.9];
 
-pub(super) const C_G1: f64 = 447.1;
-pub(super) const C_G2: f64 = 1124.5;
-pub(super) const K_V: f64 = 40.0;
-pub(super) const POLE: f64 = 16.0;
-pub(super) const FULL_VOLTAGE: f64 = 12.6;
-pub(super) const THRUST: f64 = 1.5965e-5;
-pub(super) const INERTIA: f64 = 0.032;
-pub(super) const ARM: f64 = 0.25;
+pub(crate) const C_G1: f64 = 447.1;
+pub(crate) const C_G2: f64 = 1124.5;
+pub(crate) const K_V: f64 = 40.0;
+pub(crate) const POLE: f64 = 16.0;
+pub(crate) const FULL_VOLTAGE: f64 = 12.6;
+pub(crate) const THRUST: f64 = 1.5965e-5;
+pub(crate) const INERTIA: f64 = 0.032;
+pub(crate) const ARM: f64 = 0.25;
 
 /// Noise of a given strength; each value remembers the one before.
-pub(super) struct Noise {
+pub(crate) struct Noise {
     random: ChaCha8Rng,
     memory: f64,
     last: f64,
@@ -53,7 +53,7 @@ impl Noise {
 }
 
 /// Counts, for one parameter, how often the interval held the truth.
-pub(super) struct Count {
+pub(crate) struct Count {
     name: &'static str,
     truth: f64,
     inside: usize,
@@ -81,22 +81,22 @@ impl Count {
     }
 }
 
-pub(super) fn g(u: f64) -> f64 {
+pub(crate) fn g(u: f64) -> f64 {
     C_G1 * u * u + C_G2 * u
 }
 
 /// [V] a discharge, faster at first.
-pub(super) fn voltage(t: f64) -> f64 {
+pub(crate) fn voltage(t: f64) -> f64 {
     12.2 - 0.004 * t + 0.1 * (-t / 15.0).exp()
 }
 
 /// A rotor without noise: command held over `interval` [s], midpoint steps of a twentieth of it.
-pub(super) fn rotor(command: impl Fn(f64) -> f64, interval: f64, rows: usize) -> RotorLog {
+pub(crate) fn rotor(command: impl Fn(f64) -> f64, interval: f64, rows: usize) -> RotorLog {
     powered(|t, _| voltage(t), command, POLE, interval, rows)
 }
 
 /// The same from a battery of `voltage(t, rate)` [V].
-pub(super) fn powered(
+pub(crate) fn powered(
     voltage: impl Fn(f64, f64) -> f64,
     command: impl Fn(f64) -> f64,
     pole: f64,
@@ -135,7 +135,7 @@ pub(super) fn powered(
 }
 
 /// The same run measured: 1.5 rad/s of noise on the rate, 0.01 V on the voltage.
-pub(super) fn measured(truth: &RotorLog, noise: &mut Noise) -> RotorLog {
+pub(crate) fn measured(truth: &RotorLog, noise: &mut Noise) -> RotorLog {
     let mut log = truth.clone();
     log.rate = noise.on(&truth.rate, 1.5);
     log.voltage = truth.voltage.as_ref().map(|volts| noise.white_on(volts, 0.01));
@@ -143,7 +143,7 @@ pub(super) fn measured(truth: &RotorLog, noise: &mut Noise) -> RotorLog {
 }
 
 /// Two levels that nobody can foretell, each for 0.1 s: a multiplicative hash of the slot's number.
-pub(super) fn binary(t: f64) -> f64 {
+pub(crate) fn binary(t: f64) -> f64 {
     let slot = ((t + 1e-9) / 0.1).floor() as u32;
     let hash = slot.wrapping_mul(2_654_435_761) ^ (slot.wrapping_mul(40_503) >> 7);
     f64::from((hash >> 13) % 2)

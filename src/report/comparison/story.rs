@@ -2,11 +2,11 @@
 
 use std::fmt::Write as _;
 
-use crate::diagnose::compare::{Block, Comparison, Direction};
-use crate::record::Dataset;
-use crate::record::findings::Findings;
+use crate::compare::{Block, Comparison, Direction};
+use crate::log::Dataset;
 use crate::report::story::wrapped;
 use crate::report::{Mark, Table, number, sparkline};
+use crate::screening::summary::Findings;
 
 pub(super) fn percent(share: f64) -> String {
     format!("{} %", number(100.0 * share, if share < 0.1 { 2 } else { 3 }))

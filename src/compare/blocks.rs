@@ -1,0 +1,319 @@
+//! Runs each block on measured inputs, through the model's own free runs.
+
+use std::ops::Range;
+
+use super::score::{Floor, Raw};
+use super::{CompareConfig, CompareError, gyro_block};
+use crate::effect::Law;
+use crate::log::Dataset;
+use crate::log::segments::{Stretch, stretches};
+use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, RotorInput, RotorStart, RotorTrace};
+use crate::screening::readings;
+
+/// Runs every block that finds its inputs and its output.
+pub(crate) fn blocks(model: &Model, log: &Dataset, config: &CompareConfig) -> Result<Vec<Raw>, CompareError> {
+    let equations = model.equations()?;
+    let mut blocks = Vec::new();
+    for rotor in 0..2 {
+        blocks.extend(actuator(model, &equations, log, rotor)?);
+        blocks.extend(thrust(&equations, log, rotor));
+    }
+    blocks.extend(body(&equations, log, config, Drive::Measured));
+    blocks.extend(gyro_block::run(&equations, log));
+    blocks.extend(body(&equations, log, config, Drive::Commands));
+    Ok(blocks)
+}
+
+pub(crate) const RATES: [&str; 2] = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"];
+const COMMANDS: [&str; 2] = ["command_1", "command_2"];
+const THRUSTS: [&str; 2] = ["thrust_1_n", "thrust_2_n"];
+pub(crate) const BODY_RATE: &str = "body_rate_rad_s";
+pub(crate) const BODY_ANGLE: &str = "body_angle_rad";
+const TORQUE_COMMAND: &str = "torque_command_nm";
+const BATTERY: &str = "battery_voltage_v";
+const SIDES: [f64; 2] = [1.0, -1.0];
+
+/// Command and battery to rate, free run over each stretch.
+fn actuator(
+    model: &Model,
+    equations: &Equations,
+    log: &Dataset,
+    rotor: usize,
+) -> Result<Option<Raw>, CompareError> {
+    let (Some(command), Some(rate)) = (log.column(COMMANDS[rotor]), log.column(RATES[rotor])) else {
+        return Ok(None);
+    };
+    let battery = log.column(BATTERY);
+    let mut driven_by = vec![COMMANDS[rotor]];
+    driven_by.extend(battery.map(|_| BATTERY));
+    let name = ["actuator_1", "actuator_2"][rotor];
+    let mut raw = Raw::new(name, RATES[rotor], "rad/s", &driven_by, Floor::Sensor);
+    let inputs: Vec<&[f64]> = std::iter::once(command).chain(battery).collect();
+    let mut warms = false;
+    for added in &model.effects {
+        warms |= matches!(model.effect(&added.id)?.law, Law::Memory(memory) if memory.slow);
+    }
+    let (mut squares, mut count) = (0.0, 0.0);
+    for stretch in stretches(log, &inputs) {
+        let measured = &rate[stretch.rows.clone()];
+        let modelled = rotor_run(equations, log, &stretch, rotor, measured, warms);
+        // What a first-order rotor does one sample ahead: the residual less what it had coming.
+        let time = &log.time()[stretch.rows.clone()];
+        let known: Vec<usize> = (0..measured.len()).filter(|k| measured[*k].is_finite()).collect();
+        for pair in known.windows(2) {
+            let (j, k) = (pair[0], pair[1]);
+            let kept = (-model.actuator.pole * (time[k] - time[j])).exp();
+            let step = measured[k] - modelled[k] - kept * (measured[j] - modelled[j]);
+            if step.is_finite() {
+                squares += step * step;
+                count += 1.0;
+            }
+        }
+        raw.add(stretch.rows, measured, &modelled);
+    }
+    raw.one_step = (count > 0.0).then(|| f64::sqrt(squares / count));
+    Ok((count > 0.0).then_some(raw))
+}
+
+/// Rate that the telemetry would show over a stretch, started at the first measured value.
+fn rotor_run(
+    equations: &Equations,
+    log: &Dataset,
+    stretch: &Stretch,
+    rotor: usize,
+    measured: &[f64],
+    warms: bool,
+) -> Vec<f64> {
+    let input = RotorInput {
+        time: &log.time()[stretch.rows.clone()],
+        command: &stretch.inputs[0],
+        voltage: stretch.inputs.get(1).map(Vec::as_slice),
+        side: SIDES[rotor],
+    };
+    let mut start = RotorStart {
+        rate: measured.first().copied().filter(|rate| rate.is_finite()),
+        is_first: stretch.rows.start == 0,
+        ..RotorStart::default()
+    };
+    let mut trace = RotorTrace::default();
+    equations.simulate_rotor(&input, &start, &mut trace);
+    if warms {
+        // How warm the motor was at the start is not in the log: the value that fits best, the response to it
+        // being close to linear.
+        let settled = std::mem::take(&mut trace.measured);
+        start.slow = SLOW_TRIAL;
+        equations.simulate_rotor(&input, &start, &mut trace);
+        let (mut along, mut size) = (0.0, 0.0);
+        for ((y, a), b) in
+            measured.iter().zip(&settled).zip(&trace.measured).filter(|((y, _), _)| y.is_finite())
+        {
+            along += (y - a) * (b - a);
+            size += (b - a).powi(2);
+        }
+        start.slow = if size > 0.0 { SLOW_TRIAL * along / size } else { 0.0 };
+        equations.simulate_rotor(&input, &start, &mut trace);
+    }
+    trace.measured
+}
+
+/// Departure of a slow state from settled that is tried to learn what it does.
+const SLOW_TRIAL: f64 = -0.5;
+
+/// Measured rate to thrust.
+fn thrust(equations: &Equations, log: &Dataset, rotor: usize) -> Option<Raw> {
+    let (rate, thrust) = (log.column(RATES[rotor])?, log.column(THRUSTS[rotor])?);
+    let driving = |name: &str| log.column(name).map(|values| readings::bridged(log.time(), values));
+    let still = || vec![0.0; log.len()];
+    let angle = driving(BODY_ANGLE).unwrap_or_else(still);
+    let body_rate = driving(BODY_RATE).unwrap_or_else(still);
+    let rate = readings::bridged(log.time(), rate);
+    let at = |rate: f64, row: usize| equations.rotor_thrust(rate, SIDES[rotor], angle[row], body_rate[row]);
+    let middle = rate.iter().copied().filter(|rate| rate.is_finite()).sum::<f64>()
+        / rate.iter().filter(|rate| rate.is_finite()).count() as f64;
+    let slope = equations.rotor_thrust(middle + 1.0, SIDES[rotor], 0.0, 0.0)
+        - equations.rotor_thrust(middle, SIDES[rotor], 0.0, 0.0);
+    let name = ["thrust_1", "thrust_2"][rotor];
+    let mut raw = Raw::new(name, THRUSTS[rotor], "N", &[RATES[rotor]], Floor::Thrust(slope));
+    for stretch in stretches(log, &[&rate, &angle, &body_rate]) {
+        let modelled: Vec<f64> = stretch.rows.clone().map(|row| at(rate[row], row)).collect();
+        raw.add(stretch.rows.clone(), &thrust[stretch.rows], &modelled);
+    }
+    (!raw.rows.is_empty()).then_some(raw)
+}
+
+/// What drives the body.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Drive {
+    /// Measured rotor rates, or the torque command.
+    Measured,
+    /// Commands, through the modelled rotors.
+    Commands,
+}
+
+/// What drives the body.
+pub(crate) struct Driven {
+    /// Rows of the log, and the input over them.
+    pub stretches: Vec<(Range<usize>, BodyInput)>,
+    /// Columns.
+    pub by: Vec<&'static str>,
+}
+
+/// Measured inputs of the body. `None` where the log has not got it.
+pub(crate) fn body_inputs(equations: &Equations, log: &Dataset) -> Option<Driven> {
+    if let (Some(rate_1), Some(rate_2)) = (log.column(RATES[0]), log.column(RATES[1])) {
+        let [rate_1, rate_2] = [rate_1, rate_2].map(|rate| readings::bridged(log.time(), rate));
+        let inputs = stretches(log, &[&rate_1, &rate_2]).into_iter().map(|stretch| {
+            let input = rotor_driven(equations, &log.time()[stretch.rows.clone()], &stretch.inputs);
+            (stretch.rows, input)
+        });
+        return Some(Driven { stretches: inputs.collect(), by: RATES.to_vec() });
+    }
+    let torque = log.column(TORQUE_COMMAND)?;
+    let inputs = stretches(log, &[torque]).into_iter().map(|stretch| {
+        let time = log.time()[stretch.rows.clone()].to_vec();
+        let torque = equations.torque_means(&time, &stretch.inputs[0], &vec![0.0; time.len()]);
+        (stretch.rows, BodyInput { time, torque, propeller_rate: [Vec::new(), Vec::new()] })
+    });
+    Some(Driven { stretches: inputs.collect(), by: vec![TORQUE_COMMAND] })
+}
+
+/// Input of the body from the rates of both rotors at the samples, straight lines between them.
+fn rotor_driven(equations: &Equations, time: &[f64], rates: &[Vec<f64>]) -> BodyInput {
+    let torque: Vec<f64> =
+        rates[0].iter().zip(&rates[1]).map(|(a, b)| equations.rotor_torque(*a, *b)).collect();
+    let means = |values: &Vec<f64>| -> Vec<f64> {
+        let last = values.last().copied();
+        values.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).chain(last).collect()
+    };
+    let rises =
+        time.windows(2).zip(torque.windows(2)).map(|(at, value)| (value[1] - value[0]) / (at[1] - at[0]));
+    let slopes: Vec<f64> = rises.chain([0.0]).collect();
+    BodyInput {
+        torque: equations.torque_means(time, &means(&torque), &slopes),
+        propeller_rate: [means(&rates[0]), means(&rates[1])],
+        time: time.to_vec(),
+    }
+}
+
+/// Inputs of the body through the modelled rotors.
+fn commanded(equations: &Equations, log: &Dataset) -> Option<Driven> {
+    let (command_1, command_2) = (log.column(COMMANDS[0])?, log.column(COMMANDS[1])?);
+    let battery = log.column(BATTERY);
+    let inputs: Vec<&[f64]> = [command_1, command_2].into_iter().chain(battery).collect();
+    let body = stretches(log, &inputs).into_iter().map(|stretch| {
+        let time = &log.time()[stretch.rows.clone()];
+        let rates = [0, 1].map(|rotor| {
+            let input = RotorInput {
+                time,
+                command: &stretch.inputs[rotor],
+                voltage: stretch.inputs.get(2).map(Vec::as_slice),
+                side: SIDES[rotor],
+            };
+            let first = log.column(RATES[rotor]).and_then(|rates| rates.get(stretch.rows.start).copied());
+            let rate = first.filter(|rate| rate.is_finite());
+            let start = RotorStart { rate, is_first: stretch.rows.start == 0, ..RotorStart::default() };
+            let mut trace = RotorTrace::default();
+            equations.simulate_rotor(&input, &start, &mut trace);
+            trace.rate
+        });
+        (stretch.rows, rotor_driven(equations, time, &rates))
+    });
+    let by = COMMANDS.into_iter().chain(battery.map(|_| BATTERY)).collect();
+    Some(Driven { stretches: body.collect(), by })
+}
+
+/// Windows over the body: rate, and angle where it is measured.
+fn body(equations: &Equations, log: &Dataset, config: &CompareConfig, drive: Drive) -> Vec<Raw> {
+    let Some(rate) = log.column(BODY_RATE) else { return Vec::new() };
+    let angle = log.column(BODY_ANGLE);
+    // Where a window starts; it is judged by what was measured.
+    let start_angle = angle.map(|angle| readings::bridged(log.time(), angle));
+    let (name, found) = match drive {
+        Drive::Measured => ("body", body_inputs(equations, log)),
+        Drive::Commands => ("chain", commanded(equations, log)),
+    };
+    let Some(driven) = found else { return Vec::new() };
+    let rotors = driven.by.first() == Some(&RATES[0]);
+    let floor = |angle| Floor::Window { rotors, angle };
+    let mut rates = Raw::new(name, BODY_RATE, "rad/s", &driven.by, floor(false));
+    let mut angles = Raw::new(name, BODY_ANGLE, "rad", &driven.by, floor(true));
+    let (mut squares, mut count) = (0.0, 0.0);
+    for (rows, input) in &driven.stretches {
+        let measured = (&rate[rows.clone()], start_angle.as_ref().map(|angle| &angle[rows.clone()]));
+        for window in windows(&input.time, measured, config.horizon_s) {
+            let trace = window_run(equations, input, &window, measured);
+            // The start is the measurement itself: it is not judged.
+            let judged = rows.start + window.start + 1..rows.start + window.end;
+            rates.add(judged.clone(), &rate[judged.clone()], &trace.rate[1..]);
+            if let Some(angle) = angle {
+                angles.add(judged.clone(), &angle[judged], &trace.angle[1..]);
+            }
+        }
+        for window in windows(&input.time, measured, f64::MIN_POSITIVE) {
+            let trace = window_run(equations, input, &window, measured);
+            let step = rate[rows.start + window.end - 1] - trace.rate[1];
+            if step.is_finite() {
+                squares += step * step;
+                count += 1.0;
+            }
+        }
+    }
+    rates.run = format!("windows of {} s", config.horizon_s);
+    angles.run = rates.run.clone();
+    rates.one_step = (count > 0.0).then(|| f64::sqrt(squares / count));
+    [rates, angles].into_iter().filter(|raw| raw.measured.iter().any(|value| value.is_finite())).collect()
+}
+
+/// Windows of `horizon` [s]: first row to one past the last, which is the next one's first.
+fn windows(time: &[f64], measured: (&[f64], Option<&[f64]>), horizon: f64) -> Vec<Range<usize>> {
+    let known =
+        |row: usize| measured.0[row].is_finite() && measured.1.is_none_or(|angle| angle[row].is_finite());
+    let mut found = Vec::new();
+    let mut from = 0;
+    while let Some(start) = (from..time.len()).find(|row| known(*row)) {
+        // A billionth of the horizon forgives the rounding of stamps.
+        let reached = |row: &usize| time[*row] - time[start] >= horizon * (1.0 - 1e-9);
+        let Some(to) = (start + 1..time.len()).find(reached) else {
+            // What is left is shorter than a window: it is judged as far as it goes.
+            if start + 1 < time.len() {
+                found.push(start..time.len());
+            }
+            break;
+        };
+        found.push(start..to + 1);
+        from = to;
+    }
+    found
+}
+
+/// One window from the measured state.
+fn window_run(
+    equations: &Equations,
+    input: &BodyInput,
+    window: &Range<usize>,
+    measured: (&[f64], Option<&[f64]>),
+) -> BodyTrace {
+    let angle = measured.1.map_or(0.0, |angle| angle[window.start]);
+    let rate = true_rate(equations, input, window.start, angle, measured.0[window.start]);
+    let start = BodyStart { angle, rate, sensor: 0.0 };
+    let mut trace = BodyTrace::default();
+    equations.simulate_body(input, window.start, window.end, &start, &mut trace);
+    trace
+}
+
+/// [rad/s] the body rate that the model's gyroscope would show as `reading`: its laws are straight lines.
+pub(crate) fn true_rate(
+    equations: &Equations,
+    input: &BodyInput,
+    row: usize,
+    angle: f64,
+    reading: f64,
+) -> f64 {
+    let shown = |rate: f64| {
+        let mut trace = BodyTrace::default();
+        equations.simulate_body(input, row, row + 1, &BodyStart { angle, rate, sensor: 0.0 }, &mut trace);
+        trace.rate.first().copied().unwrap_or(rate)
+    };
+    let (offset, slope) = (shown(0.0), shown(1.0) - shown(0.0));
+    if slope.abs() > 1e-6 { (reading - offset) / slope } else { reading }
+}

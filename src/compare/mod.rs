@@ -1,0 +1,223 @@
+//! Where a model fails: each block by itself, driven by *measured* inputs, so that one block's error does not
+//! hide in the next; then the whole chain.
+//!
+//! | block | driven by | answers | how |
+//! |---|---|---|---|
+//! | `actuator_1`, `actuator_2` | command, battery | rotor rate | free run |
+//! | `thrust_1`, `thrust_2` | measured rotor rate | thrust | at each sample |
+//! | `body` | measured rotor rates, or the torque command | body rate, angle | windows of a horizon |
+//! | `sensors` | measured angle | body rate | at each sample, smoothed |
+//! | `chain` | commands, battery | body rate, angle | windows of a horizon |
+//!
+//! The body is unstable by itself, so it is run over windows, each started at the measured state. One step
+//! ahead is given beside it as a diagnostic only: it ranks models wrongly where the noise is white.
+
+mod blocks;
+mod dependence;
+mod gyro_block;
+mod noise;
+mod regimes;
+mod score;
+mod spectrum;
+mod unknown_torque;
+
+use std::ops::RangeInclusive;
+
+use serde::Serialize;
+
+use crate::diagnose::expression_domain::{Hitch, hitch};
+use crate::identify;
+use crate::log::{Dataset, DatasetError};
+use crate::model::{Model, ModelError};
+use crate::screening::readings;
+use crate::screening::requirements::{Absurd, check_magnitudes, nothing_in_common};
+use crate::unit::short;
+
+pub use dependence::{Correlation, Dependence, Direction};
+pub use regimes::{Failure, Group};
+pub use score::{Block, Error, Trace};
+pub use spectrum::Spectrum;
+pub use unknown_torque::UnknownTorque;
+
+/// How to compare.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CompareConfig {
+    /// [s] horizon of the windows of the body.
+    pub horizon_s: f64,
+}
+
+impl CompareConfig {
+    /// [s] horizons that make sense.
+    pub const HORIZONS_S: RangeInclusive<f64> = 0.01..=600.0;
+}
+
+impl Default for CompareConfig {
+    fn default() -> Self {
+        Self { horizon_s: 0.3 }
+    }
+}
+
+/// Why nothing could be compared.
+#[derive(Debug, thiserror::Error)]
+pub enum CompareError {
+    /// No block finds both its inputs and its output.
+    #[error("{0}")]
+    NothingToCompare(String),
+    /// A value that no bench can have measured.
+    #[error(transparent)]
+    Absurd(#[from] Absurd),
+    /// A law that the model has gives no number on the data.
+    #[error("model `{model}`: the expression of `{effect}` is not a number on {log} at {} s ({})", short(*time), signals.join(", "))]
+    NotANumber {
+        /// Name of the model.
+        model: String,
+        /// Id of the user's effect.
+        effect: String,
+        /// The log.
+        log: String,
+        /// [s] where.
+        time: f64,
+        /// What the expression saw there.
+        signals: Vec<String>,
+    },
+    /// Too few samples.
+    #[error("{log}: {samples} samples; at least {needed} are needed")]
+    TooShort {
+        /// The log.
+        log: String,
+        /// How many there are.
+        samples: usize,
+        /// How many are needed.
+        needed: usize,
+    },
+    /// The horizon is not a time.
+    #[error("horizon {} s: it must lie in 0.01..600", short(*.0))]
+    Horizon(f64),
+    /// The model cannot run.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+}
+
+/// One model on one log.
+#[derive(Debug, Clone, Serialize)]
+pub struct Comparison {
+    /// Name of the model.
+    pub model: String,
+    /// Ids of its effects.
+    pub effects: Vec<String>,
+    /// The log.
+    pub log: String,
+    /// Blocks that could be compared, upstream first.
+    pub blocks: Vec<Block>,
+    /// What torque the model lacks, over time; where a body rate was measured.
+    pub unknown_torque: Option<UnknownTorque>,
+    /// Cells of the log that are no measurements, and were taken as missing.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
+    /// Columns of the log that can hardly be what their names say, or are of another rotor than the first model's.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub mistaken_columns: Vec<String>,
+}
+
+impl Comparison {
+    /// The block whose error stands highest over its noise floor. The whole chain is no block of its own.
+    #[must_use]
+    pub fn worst(&self) -> Option<&Block> {
+        let single = self.blocks.iter().filter(|block| block.name != "chain");
+        single.max_by(|a, b| a.error.over_floor().total_cmp(&b.error.over_floor()))
+    }
+
+    /// The log with what the model says beside it: `modelled_<block>_<signal>`, and the unknown torque.
+    ///
+    /// # Errors
+    /// [`DatasetError`] when the log has columns of these names already.
+    pub fn signals(&self, log: &Dataset) -> Result<Dataset, DatasetError> {
+        let mut out = log.clone();
+        let spread = |rows: &[usize], values: &[f64]| {
+            let mut column = vec![f64::NAN; log.len()];
+            for (row, value) in rows.iter().zip(values) {
+                if let Some(cell) = column.get_mut(*row) {
+                    *cell = *value;
+                }
+            }
+            column
+        };
+        for block in &self.blocks {
+            let name = format!("modelled_{}_{}", block.name, block.signal);
+            out.insert(name, spread(&block.trace.rows, &block.trace.modelled))?;
+        }
+        if let Some(torque) = &self.unknown_torque {
+            out.insert("unknown_torque_nm", spread(&torque.rows, &torque.torque))?;
+            out.insert("unknown_torque_error_nm", spread(&torque.rows, &torque.standard_error))?;
+        }
+        Ok(out)
+    }
+
+    /// Whether every block is at its noise floor.
+    #[must_use]
+    pub fn is_adequate(&self) -> bool {
+        self.blocks.iter().all(|block| block.error.is_noise())
+    }
+}
+
+/// Fewer samples than this say nothing.
+const FEWEST: usize = 50;
+
+/// Compares every model with one log. The noise of each sensor is estimated once, from what no model and no
+/// smooth curve explains, so that the models are held against the same floor.
+///
+/// # Errors
+/// [`CompareError`] when the log is too short, or nothing in it can be compared.
+pub fn compare(
+    models: &[Model],
+    log: &Dataset,
+    config: &CompareConfig,
+) -> Result<Vec<Comparison>, CompareError> {
+    if !CompareConfig::HORIZONS_S.contains(&config.horizon_s) {
+        return Err(CompareError::Horizon(config.horizon_s));
+    }
+    if log.len() < FEWEST {
+        return Err(CompareError::TooShort {
+            log: log.source_name().to_owned(),
+            samples: log.len(),
+            needed: FEWEST,
+        });
+    }
+    check_magnitudes(log)?;
+    let mut warnings = Vec::new();
+    let measured = readings::measured(log, &mut warnings);
+    let log = measured.as_ref();
+    let mut runs = Vec::new();
+    for model in models {
+        let added: Vec<_> =
+            model.effects.iter().map(|added| model.effect(&added.id)).collect::<Result<_, _>>()?;
+        if let Some(hitch) = hitch(model, &added, log)? {
+            let Hitch { effect, log, time, signals } = hitch;
+            return Err(CompareError::NotANumber { model: model.name.clone(), effect, log, time, signals });
+        }
+        runs.push(blocks::blocks(model, log, config)?);
+    }
+    if runs.iter().all(Vec::is_empty) {
+        return Err(CompareError::NothingToCompare(nothing_in_common(&[log])));
+    }
+    // Told, not refused: a comparison may be what somebody looks at to find that out.
+    let mistaken = models.first().map(|model| identify::check_columns(std::slice::from_ref(log), model));
+    let mistaken = mistaken.unwrap_or(Ok(Vec::new())).unwrap_or_else(|error| vec![error.to_string()]);
+    let noise = noise::Noise::estimate(log, &runs);
+    let mut comparisons = Vec::new();
+    for (model, run) in models.iter().zip(runs) {
+        let unknown_torque = unknown_torque::smooth(model, log, &noise)?;
+        let blocks =
+            run.into_iter().map(|raw| raw.judge(model, log, &noise, config, unknown_torque.as_ref()));
+        comparisons.push(Comparison {
+            model: model.name.clone(),
+            effects: model.effects.iter().map(|added| added.id.clone()).collect(),
+            log: log.source_name().to_owned(),
+            blocks: blocks.collect(),
+            unknown_torque,
+            warnings: warnings.clone(),
+            mistaken_columns: mistaken.clone(),
+        });
+    }
+    Ok(comparisons)
+}

@@ -1,0 +1,172 @@
+//! Whether a law that reads the battery knows anything of it: where another stretch of the reading does as well, it does not.
+//!
+//! What such a law adds has the shape of the commands whatever the battery does, and with few levels it may lie well by
+//! chance. [`luck`] shifts command and battery together and cannot see that. Here the reading alone is shifted, round the end of
+//! its log, and everything is fitted again.
+//!
+//! [`luck`]: super::surrogate_test::luck
+
+use super::candidate::Plan;
+use super::candidate_fit::Trial;
+use super::data_split::Stage;
+use super::parallel::spread;
+use super::problem::{BlockData, Runs};
+use super::search::{Found, Search, Single};
+use super::surrogate_test::Luck;
+use crate::effect::Law;
+use crate::model::Effect;
+use crate::signal::ROTORS;
+
+/// Shifted readings tried. None of them may do as well: two laws are asked, each perhaps beside more than one set of others.
+const SHIFTS: usize = 79;
+/// The chance above which a law's reading is taken for luck: no shifted one may do as well.
+const MOST_CHANCE: f64 = 1.0 / (1 + SHIFTS) as f64;
+/// Share of the log by which a reading is shifted at least: the battery of the next second says nearly the same.
+const NEAR: f64 = 0.05;
+/// Costs within this factor of each other are nearly the same; and within one and so much they are, as far as fits converge.
+const AS_WELL: f64 = 1.02;
+const SAME: f64 = 1e-4;
+/// The signal in an expression.
+const BATTERY: &str = "battery_voltage";
+/// Samples that suffice; of more, pieces from all over the log are taken.
+const ENOUGH: usize = 10_000;
+
+/// Whether a law reads the battery.
+pub(crate) fn reads(effect: &Effect) -> bool {
+    match &effect.law {
+        Law::Expression(expression) => expression.names(BATTERY),
+        _ => effect.needs.iter().any(|need| need == "battery_voltage_v"),
+    }
+}
+
+/// The same data with each rotor's battery reading shifted by a share of all its logs, one behind the other: what goes beyond
+/// the end comes first. A level that one log has and the others have not is shifted, too.
+fn shifted(data: &BlockData, share: f64) -> BlockData {
+    let mut copy = data.clone();
+    let Runs::Rotor(runs) = &mut copy.runs else { return copy };
+    for rotor in 0..ROTORS {
+        let readings = runs.iter_mut().filter(|run| run.rotor == rotor);
+        let mut readings: Vec<&mut Vec<f64>> = readings.filter_map(|run| run.voltage.as_mut()).collect();
+        let mut volts: Vec<f64> = readings.iter().flat_map(|reading| reading.iter().copied()).collect();
+        let by = (share * volts.len() as f64) as usize;
+        volts.rotate_left(by);
+        let mut left = volts.into_iter();
+        for cell in readings.iter_mut().flat_map(|reading| reading.iter_mut()) {
+            *cell = left.next().unwrap_or(*cell);
+        }
+    }
+    copy
+}
+
+impl Search<'_> {
+    /// The answer among the sets tried, and those that they lead to. Again without them where laws that read the battery are
+    /// part of it by luck.
+    pub(crate) fn among(
+        &self,
+        stage: Stage,
+        bases: (Trial, Trial),
+        singles: Vec<Single>,
+        mut trials: Vec<Trial>,
+    ) -> Found {
+        self.deepen(&stage, &stage.base_parameters(self.base), &bases.1, &mut trials);
+        let best = self.climb(&stage, &bases.1, &trials);
+        let mut found = self.conclude(stage, bases, singles, &mut trials, best);
+        let lucky = self.battery_luck(&found);
+        let Some((chance, ids)) = lucky.filter(|(chance, _)| *chance > MOST_CHANCE) else {
+            return found;
+        };
+        trials.retain(|trial| !trial.effects.iter().any(|id| ids.contains(id)));
+        let mut eligible = self.eligible.clone();
+        let note = "the battery's reading, shifted in time, does as well";
+        for (_, why) in eligible.iter_mut().filter(|(effect, _)| ids.contains(&effect.id)) {
+            *why = Some(note.to_owned());
+        }
+        for single in found.singles.iter_mut().filter(|single| ids.contains(&single.effect)) {
+            single.luck = single.luck.map(|luck| Luck { chance: luck.chance.max(chance), ..luck });
+            single.note = note.to_owned();
+        }
+        let Found { stage, stale, recalibrated, singles, .. } = found;
+        Search { eligible, ..*self }.among(stage, (stale, recalibrated), singles, trials)
+    }
+
+    /// How often a shifted reading does as well as the battery's own for what an answer's laws make of it, counted as
+    /// (1 + as good) / (1 + tried), and their ids. `None` where no law reads the battery, the base does, too, or numbers of the
+    /// base alone do as well: they would make up for any reading.
+    fn battery_luck(&self, found: &Found) -> Option<(f64, Vec<String>)> {
+        let (stage, answer) = (&found.stage, &found.answer);
+        let of = |ids: &[String]| self.lookup(ids).into_iter().filter(|effect| reads(effect)).collect();
+        let readers: Vec<&Effect> = of(&answer.effects);
+        let base: Vec<String> = self.base.effects.iter().map(|effect| effect.id.clone()).collect();
+        let of_base: Vec<&Effect> = of(&base);
+        // Shifted under the base's own law, too, the reading would always do worse.
+        let base_reads = self.base.actuator.voltage_gain != 0.0 || !of_base.is_empty();
+        let is_instead = found.recalibrated.fit.cost <= AS_WELL * answer.fit.cost;
+        if readers.is_empty() || !stage.train.is_rotor() || base_reads || is_instead {
+            return None;
+        }
+        let few = (stage.train.len() > ENOUGH).then(|| {
+            let share = stage.train.len().div_ceil(ENOUGH);
+            stage.train.here_and_there(share)
+        });
+        let data = few.as_ref().unwrap_or(&stage.train);
+        let plan = Plan {
+            effects: self.lookup(&answer.effects),
+            ..self.start(&answer.model, &stage.base_parameters(self.base))
+        };
+        let own = plan.cost_on(data, &answer.model, None);
+        let share = |index: usize| NEAR + (1.0 - 2.0 * NEAR) * (index as f64 + 0.5) / SHIFTS as f64;
+        let shares: Vec<f64> = (0..SHIFTS).map(share).collect();
+        let does_as_well = spread(&shares, |share| {
+            // A goal a little above: at it a fit must not stop short.
+            let cost = plan.cost_on(&shifted(data, *share), &answer.model, Some(AS_WELL * own));
+            (self.done)();
+            cost <= (1.0 + SAME) * own
+        });
+        let as_good = does_as_well.into_iter().filter(|it| *it).count();
+        let ids = readers.into_iter().map(|effect| effect.id.clone()).collect();
+        Some(((1 + as_good) as f64 / (1 + SHIFTS) as f64, ids))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rotor_block::rotor_runs;
+    use super::*;
+    use crate::log::Dataset;
+
+    #[test]
+    fn a_reading_is_shifted_round_the_end_of_its_log_across_holes() {
+        let mut time: Vec<f64> = (0..100).map(|row| 0.01 * f64::from(row)).collect();
+        time[60..].iter_mut().for_each(|time| *time += 1.0);
+        let mut log = Dataset::new("here", "", time).expect("time rises");
+        let same = |value: f64| vec![value; 100];
+        log.insert("command_1", same(0.5)).expect("fits");
+        log.insert("propeller_rate_1_rad_s", same(600.0)).expect("fits");
+        log.insert("battery_voltage_v", (0..100).map(f64::from).collect()).expect("fits");
+        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log])));
+        let Runs::Rotor(runs) = shifted(&data, 0.3).runs else { panic!("of rotors") };
+        assert_eq!(runs.len(), 2, "a hole");
+        let volts: Vec<f64> = runs.iter().filter_map(|run| run.voltage.clone()).flatten().collect();
+        let expected: Vec<f64> = (30..100).chain(0..30).map(f64::from).collect();
+        assert_eq!(volts, expected);
+    }
+
+    /// A supply set to one voltage in one log and to another in the next.
+    #[test]
+    fn a_level_of_one_log_is_shifted_into_another() {
+        let log = |volts: f64| {
+            let time: Vec<f64> = (0..100).map(|row| 0.01 * f64::from(row)).collect();
+            let mut log = Dataset::new("here", "", time).expect("time rises");
+            for (name, value) in
+                [("command_1", 0.5), ("propeller_rate_1_rad_s", 600.0), ("battery_voltage_v", volts)]
+            {
+                log.insert(name, vec![value; 100]).expect("fits");
+            }
+            log
+        };
+        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log(12.6), log(11.0)])));
+        let Runs::Rotor(runs) = shifted(&data, 0.5).runs else { panic!("of rotors") };
+        let volts: Vec<Option<Vec<f64>>> = runs.into_iter().map(|run| run.voltage).collect();
+        assert_eq!(volts, [Some(vec![11.0; 100]), Some(vec![12.6; 100])]);
+    }
+}

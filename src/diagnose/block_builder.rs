@@ -1,0 +1,315 @@
+//! From logs to blocks: which blocks the logs can judge, what is held out, what drives the body.
+
+use std::ops::Range;
+
+use super::body_block::{BodyRun, BodySource};
+use super::candidate_fit::Trial;
+use super::data_split::Stage;
+use super::problem::{BlockData, Runs, hold};
+use super::rotor_block::{COMMANDS, PROPELLER_RATES, RotorRun, rotor_runs, simulate};
+use crate::effect::Law;
+use crate::estimation::noise_floor::{missing_alike, smooth, white, white_noise};
+use crate::log::Dataset;
+use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
+use crate::screening::readings;
+use crate::signal::ROTORS;
+
+/// Time constants of a rotor after which it has forgotten where it began.
+const FORGETS: f64 = 8.0;
+/// [s] what was commanded before a log began is not known: rotors that are late may have been on their way to anything. The
+/// first window that they drive does not count.
+pub(crate) const UNTOLD_S: f64 = 0.1;
+
+/// The rotor block of the logs; `None` when no log has a command beside a rotor rate.
+#[must_use]
+pub fn rotor_stage(train: &[Dataset], validate: &[Dataset]) -> Option<Stage> {
+    split(
+        BlockData::new(Runs::Rotor(rotor_runs(train))),
+        BlockData::new(Runs::Rotor(rotor_runs(validate))),
+        validate,
+    )
+}
+
+/// The body block of the logs; `None` when no log has a body rate beside anything that drives it.
+///
+/// # Errors
+/// [`ModelError`] when the model holds an unknown effect.
+pub fn body_stage(
+    train: &[Dataset],
+    validate: &[Dataset],
+    driver: &Driver,
+    horizon: f64,
+) -> Result<Option<Stage>, ModelError> {
+    let block = |logs: &[Dataset], locals: Option<&Trial>, held_out: bool| {
+        let runs =
+            logs.iter().enumerate().flat_map(|(log, data)| driver.runs(log, data, locals, held_out, horizon));
+        BlockData::new(Runs::Body(runs.collect()))
+    };
+    let train_block = block(train, driver.trial, false);
+    let validate_block = block(validate, driver.trial, true);
+    Ok(split(train_block, validate_block, validate))
+}
+
+fn split(train: BlockData, validate: BlockData, logs: &[Dataset]) -> Option<Stage> {
+    if train.is_empty() || (!logs.is_empty() && validate.is_empty()) {
+        return None;
+    }
+    Some(Stage::new(train, (!logs.is_empty()).then_some(validate)))
+}
+
+/// What drives the body: rotor rates as measured, their noise taken out with the help of the rotor model.
+pub struct Driver<'a> {
+    /// The rotor model as it was found, bound.
+    pub equations: &'a Equations,
+    /// The rotor block's answer, and the data it stands on.
+    pub trial: Option<&'a Trial>,
+    /// The rotor block's data.
+    pub stage: Option<&'a Stage>,
+}
+
+impl Driver<'_> {
+    /// The runs of one log.
+    fn runs(
+        &self,
+        log: usize,
+        data: &Dataset,
+        trial: Option<&Trial>,
+        held_out: bool,
+        horizon: f64,
+    ) -> Vec<BodyRun> {
+        let Some(rate) = data.column("body_rate_rad_s") else { return Vec::new() };
+        let angle = data.column("body_angle_rad");
+        let rates: Vec<Option<Rates>> =
+            (0..ROTORS).map(|rotor| self.rotor_rate(log, rotor, data, trial, held_out)).collect();
+        let command = data.column("torque_command_nm").map(hold);
+        // A rotor that nobody measured is taken as settled where a stretch begins, which it may not be.
+        let measured = |rotor: usize| data.column(PROPELLER_RATES[rotor]).is_some();
+        let by_commands = rates.iter().all(Option::is_some) && !(0..ROTORS).all(measured);
+        let unknown = if by_commands { FORGETS / self.equations.rotor_pole() } else { 0.0 };
+        // One that is late may have been on its way to anything where the log begins.
+        let is_modelled = self.trial.is_some() && rates.iter().all(Option::is_some);
+        let mut runs = Vec::new();
+        for rows in data.segments() {
+            let cut = |values: &[f64]| values[rows.clone()].to_vec();
+            let held = vec![0.0; rows.len()];
+            let (torque, torque_slope, carried, propeller_rate) = match (&rates[..], &command) {
+                ([Some(first), Some(second)], _) => {
+                    let (first, second) = (first.cut(rows.clone()), second.cut(rows.clone()));
+                    let torque = |first: &[f64], second: &[f64]| -> Vec<f64> {
+                        let pairs = first.iter().zip(second);
+                        pairs.map(|(first, second)| self.equations.rotor_torque(*first, *second)).collect()
+                    };
+                    let slope = slopes(&data.time()[rows.clone()], &torque(&first.at, &second.at));
+                    let quiet = torque(&first.mean, &second.mean);
+                    let noisy = torque(&first.noisy(), &second.noisy());
+                    let carried = noisy.iter().zip(&quiet).map(|(noisy, quiet)| noisy - quiet).collect();
+                    (quiet, slope, carried, [first.mean, second.mean])
+                }
+                (_, Some(command)) => (cut(command), held.clone(), held, [Vec::new(), Vec::new()]),
+                _ => return Vec::new(),
+            };
+            let source = BodySource {
+                time: cut(data.time()),
+                torque,
+                torque_slope,
+                carried,
+                propeller_rate,
+                rate: cut(rate),
+                angle: angle.map(cut).unwrap_or_default(),
+            };
+            let untold = if is_modelled && rows.start == 0 { UNTOLD_S } else { 0.0 };
+            let begin = source.time.first().map_or(0.0, |first| first + unknown.max(untold));
+            runs.push(BodyRun::new(log, rows.clone(), source, horizon).since(begin));
+        }
+        runs.retain(|run| !run.windows.is_empty());
+        runs
+    }
+
+    /// The best guess of a rotor's true rate over a log.
+    fn rotor_rate(
+        &self,
+        log: usize,
+        rotor: usize,
+        data: &Dataset,
+        trial: Option<&Trial>,
+        held_out: bool,
+    ) -> Option<Rates> {
+        let measured = data.column(PROPELLER_RATES[rotor]);
+        let has_command = data.column(COMMANDS[rotor]).is_some();
+        match (measured, trial, self.stage) {
+            (Some(measured), Some(trial), Some(stage)) if has_command => {
+                let mut rates = Rates::between(data.time(), measured);
+                for (run, locals) in runs_of(stage, trial, held_out) {
+                    if run.log == log && run.rotor == rotor {
+                        self.fuse(run, locals, &mut rates);
+                    }
+                }
+                Some(rates)
+            }
+            (Some(measured), ..) => Some(Rates::between(data.time(), measured)),
+            (None, ..) if has_command => self.simulated(rotor, data),
+            _ => None,
+        }
+    }
+
+    /// The free run of the rotor model, moved by what the smoothed measurement says it lacks.
+    fn fuse(&self, run: &RotorRun, locals: &[f64], rates: &mut Rates) {
+        let mut trace = RotorTrace::default();
+        simulate(self.equations, run, None, locals, &mut trace);
+        let lacks: Vec<f64> =
+            run.measured.iter().zip(&trace.measured).map(|(measured, model)| measured - model).collect();
+        let (lacks, carried) = smooth(&lacks);
+        for (row, lack) in run.rows.clone().zip(&lacks) {
+            let within = row - run.rows.start;
+            let next = lacks.get(within + 1).unwrap_or(lack);
+            rates.at[row] = trace.rate[within] + lack;
+            rates.mean[row] = trace.mean[within] + 0.5 * (lack + next);
+            // Each rotor has noise of its own: the second takes the example backwards.
+            let drawn = if run.rotor == 0 { within } else { carried.len() - 1 - within };
+            rates.carried[row] = carried[drawn];
+        }
+    }
+
+    /// Without a measurement the rotor model has to do.
+    fn simulated(&self, rotor: usize, data: &Dataset) -> Option<Rates> {
+        let command = hold(data.column(COMMANDS[rotor])?);
+        let voltage = data.column("battery_voltage_v").map(hold);
+        let still = vec![0.0; data.len()];
+        let mut rates = Rates { at: still.clone(), mean: still.clone(), carried: still };
+        let mut trace = RotorTrace::default();
+        for rows in data.segments() {
+            let input = RotorInput {
+                time: &data.time()[rows.clone()],
+                command: &command[rows.clone()],
+                voltage: voltage.as_ref().map(|voltage| &voltage[rows.clone()]),
+                side: if rotor == 0 { 1.0 } else { -1.0 },
+            };
+            self.equations.simulate_rotor(&input, &RotorStart::default(), &mut trace);
+            rates.at[rows.clone()].copy_from_slice(&trace.rate);
+            rates.mean[rows].copy_from_slice(&trace.mean);
+        }
+        Some(rates)
+    }
+}
+
+/// [rad/s] rates of a rotor: at the samples, their means over the interval after each, and an example of the noise in
+/// them.
+struct Rates {
+    at: Vec<f64>,
+    mean: Vec<f64>,
+    carried: Vec<f64>,
+}
+
+impl Rates {
+    /// Straight lines between the samples at `time` [s].
+    fn between(time: &[f64], measured: &[f64]) -> Self {
+        let lines = |values: &[f64]| hold(&readings::bridged(time, values));
+        let at = lines(measured);
+        let pairs = at.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
+        let size = white_noise(measured, std::slice::from_ref(&(0..measured.len())));
+        let mut carried = white(at.len(), size);
+        missing_alike(&mut carried, measured);
+        Self { mean: pairs.chain(at.last().copied()).collect(), carried: lines(&carried), at }
+    }
+
+    fn cut(&self, rows: Range<usize>) -> Self {
+        let part = |values: &[f64]| values[rows.clone()].to_vec();
+        Self { at: part(&self.at), mean: part(&self.mean), carried: part(&self.carried) }
+    }
+
+    /// The means with an example of their noise.
+    fn noisy(&self) -> Vec<f64> {
+        self.mean.iter().zip(&self.carried).map(|(mean, noise)| mean + noise).collect()
+    }
+}
+
+/// How a signal rises within the interval after each sample.
+fn slopes(time: &[f64], values: &[f64]) -> Vec<f64> {
+    let pairs = time.windows(2).zip(values.windows(2));
+    pairs.map(|(time, value)| (value[1] - value[0]) / (time[1] - time[0])).chain([0.0]).collect()
+}
+
+/// The runs of a part of a rotor stage, each with its local start.
+fn runs_of<'a>(
+    stage: &'a Stage,
+    trial: &'a Trial,
+    held_out: bool,
+) -> impl Iterator<Item = (&'a RotorRun, &'a [f64])> {
+    let (data, fit) = if held_out { (&stage.validate, &trial.judged) } else { (&stage.train, &trial.fit) };
+    let runs = match &data.runs {
+        Runs::Rotor(runs) => runs.as_slice(),
+        Runs::Body(_) => &[],
+    };
+    let locals = fit.locals.len() / runs.len().max(1);
+    runs.iter()
+        .enumerate()
+        .map(move |(index, run)| (run, fit.locals.get(index * locals..(index + 1) * locals).unwrap_or(&[])))
+}
+
+/// Different commands that a grid needs to show.
+const FEWEST_COMMANDS: usize = 60;
+
+fn different_commands(log: &Dataset) -> usize {
+    let count = |name: &&str| {
+        let mut commands: Vec<f64> = log.column(name).unwrap_or(&[]).to_vec();
+        commands.retain(|command| command.is_finite());
+        commands.sort_by(f64::total_cmp);
+        commands.dedup();
+        commands.len()
+    };
+    COMMANDS.iter().map(count).max().unwrap_or(0)
+}
+
+/// Why an effect cannot be judged, or `None` when it can.
+#[must_use]
+pub fn refusal(effect: &Effect, model: &Model, logs: &[Dataset]) -> Option<String> {
+    if model.has(&effect.id) {
+        return Some("the model has it".to_owned());
+    }
+    if effect.id == "battery_sag" && model.actuator.voltage_gain != 0.0 {
+        return Some("the model has it, as voltage_gain".to_owned());
+    }
+    // c3 (u - u0)³ is a polynomial of degree three: the model's own coefficients reach all of it.
+    if effect.id == "static_cubic" && model.actuator.steady_rate.len() > 3 {
+        return Some("the model's curve g(u) has a cubic of its own".to_owned());
+    }
+    // Where few levels are held, a grid is an offset of each of them at will.
+    if matches!(effect.law, Law::Stairs(_)) {
+        let fewest = logs.iter().map(different_commands).min().unwrap_or(0);
+        if fewest < FEWEST_COMMANDS {
+            return Some(format!(
+                "a log holds {fewest} different commands, {FEWEST_COMMANDS} are the least that can show a grid"
+            ));
+        }
+    }
+    effect.needs.iter().find_map(|need| {
+        let there = |data: &Dataset| {
+            let any = |name: String| data.column(&name).is_some();
+            if need.contains('*') {
+                any(need.replace('*', "1")) || any(need.replace('*', "2"))
+            } else {
+                any(need.clone())
+            }
+        };
+        // A torque command stands in for rotor rates only where the law does not look at them.
+        (!logs.iter().all(there)).then(|| format!("needs `{need}`, which a log lacks"))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_grid_is_not_looked_for_in_few_levels() {
+        let grid = Model::paper().effect("command_quantization").expect("known");
+        for (levels, refused) in [(59, true), (60, false)] {
+            let time: Vec<f64> = (0..600).map(|row| 0.01 * f64::from(row)).collect();
+            let mut log = Dataset::new("here", "", time).expect("time rises");
+            log.insert("command_1", (0..600).map(|row| 0.3 + 1e-3 * f64::from(row % levels)).collect())
+                .expect("fits");
+            log.insert("propeller_rate_1_rad_s", vec![600.0; 600]).expect("fits");
+            assert_eq!(refusal(&grid, &Model::paper(), &[log]).is_some(), refused, "{levels} levels");
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! The body block: free runs over short windows, driven by what the rotors were measured to do.
+
+use std::ops::Range;
+
+use super::problem::hold;
+use crate::model::{BodyInput, BodyStart, BodyTrace, Equations};
+use crate::screening::readings;
+
+/// One stretch of one log.
+#[derive(Debug, Clone)]
+pub struct BodyRun {
+    /// Index of the log.
+    pub log: usize,
+    /// Its samples in the log.
+    pub rows: Range<usize>,
+    /// [N m/s] how the torque rises within the interval after each sample.
+    pub torque_slope: Vec<f64>,
+    /// [N m] an example of the noise that the torque carries from the rotors' sensors.
+    pub carried: Vec<f64>,
+    /// The inputs for a model without lateness or lag of the torque.
+    pub input: BodyInput,
+    /// [rad/s] not-a-number where missing.
+    pub rate: Vec<f64>,
+    /// [rad] not-a-number where missing; empty when the log has none.
+    pub angle: Vec<f64>,
+    /// [rad/s] where windows start.
+    pub start_rate: Vec<f64>,
+    /// [rad] where windows start.
+    pub start_angle: Vec<f64>,
+    /// The windows, in samples of this run.
+    pub windows: Vec<Range<usize>>,
+    /// Whether each window counts.
+    pub counts: Vec<bool>,
+}
+
+impl BodyRun {
+    /// A run cut into windows of `horizon` [s].
+    #[must_use]
+    pub fn new(log: usize, rows: Range<usize>, source: BodySource, horizon: f64) -> Self {
+        let BodySource { time, torque, torque_slope, carried, propeller_rate, rate, angle } = source;
+        let windows = windows(&time, horizon);
+        let start = |values: &[f64]| hold(&readings::bridged(&time, values));
+        let angle = if angle.iter().any(|value| value.is_finite()) { angle } else { Vec::new() };
+        let (start_rate, start_angle) = (start(&rate), start(&angle));
+        Self {
+            log,
+            rows,
+            torque_slope,
+            carried,
+            start_rate,
+            start_angle,
+            rate,
+            angle,
+            counts: vec![true; windows.len()],
+            windows,
+            input: BodyInput { torque, propeller_rate, time },
+        }
+    }
+
+    /// Without the windows that begin before `time` [s].
+    #[must_use]
+    pub(crate) fn since(mut self, time: f64) -> Self {
+        let begins = |window: &Range<usize>| self.input.time.get(window.start).is_some_and(|at| *at >= time);
+        self.windows.retain(begins);
+        self.counts.truncate(self.windows.len());
+        self
+    }
+
+    /// One in so many of its windows.
+    #[must_use]
+    pub(crate) fn thinned(&self, share: usize) -> Self {
+        // Rarely taken ones are not taken in step, lest they meet each move of an experiment at the same moment.
+        let within = |group: usize| if share > FEW_APART { scattered(group) % share } else { 0 };
+        let taken = (0..self.windows.len().div_ceil(share)).map(|group| group * share + within(group));
+        let taken: Vec<usize> = taken.filter(|index| *index < self.windows.len()).collect();
+        let windows = taken.iter().map(|index| self.windows[*index].clone()).collect();
+        let counts = taken.iter().map(|index| self.counts[*index]).collect();
+        Self { windows, counts, ..self.clone() }
+    }
+
+    /// Channels measured: the rate, and the angle where there is one.
+    #[must_use]
+    pub fn channels(&self) -> usize {
+        if self.angle.is_empty() { 1 } else { 2 }
+    }
+}
+
+/// The signals of a run.
+#[derive(Debug, Clone, Default)]
+pub struct BodySource {
+    /// [s]
+    pub time: Vec<f64>,
+    /// [N m] mean over the interval after each sample, before any effect.
+    pub torque: Vec<f64>,
+    /// [N m/s] how it rises within the interval.
+    pub torque_slope: Vec<f64>,
+    /// [N m] an example of the noise in it.
+    pub carried: Vec<f64>,
+    /// [rad/s] means; empty when there is none.
+    pub propeller_rate: [Vec<f64>; 2],
+    /// [rad/s]
+    pub rate: Vec<f64>,
+    /// [rad]
+    pub angle: Vec<f64>,
+}
+
+/// Windows so far apart are taken in step.
+const FEW_APART: usize = 3;
+/// A window with fewer samples cannot tell a start from a law.
+const FEWEST_SAMPLES: usize = 6;
+
+/// A number that follows no rule from one index to the next: Knuth's multiplicative hash.
+fn scattered(index: usize) -> usize {
+    (index.wrapping_mul(2_654_435_761) >> 16) & 0xffff
+}
+
+/// Windows of `horizon` [s] one after the other; a rest too short joins none.
+fn windows(time: &[f64], horizon: f64) -> Vec<Range<usize>> {
+    let mut windows = Vec::new();
+    let mut from = 0;
+    while let Some(begin) = time.get(from) {
+        let length = time[from..].iter().take_while(|at| **at - begin < horizon).count();
+        let to = from + length.max(FEWEST_SAMPLES);
+        if to > time.len() || time.last().is_some_and(|last| last - begin < 0.7 * horizon) {
+            break;
+        }
+        windows.push(from..to);
+        from = to;
+    }
+    windows
+}
+
+/// The inputs of a run under a model: late and lagged as the model says.
+#[must_use]
+pub fn input_under(equations: &Equations, run: &BodyRun) -> Option<BodyInput> {
+    equations.has_torque_stream().then(|| BodyInput {
+        torque: equations.torque_means(&run.input.time, &run.input.torque, &run.torque_slope),
+        ..run.input.clone()
+    })
+}
+
+/// What the noise in the torque does to rate and angle of a body of 1 kg m² over the windows, rms, the fitted initial
+/// state taken off: [rad/s] and [rad] times kg m².
+#[must_use]
+pub fn carried(runs: &[BodyRun]) -> [f64; 2] {
+    let (mut sums, mut count) = ([0.0, 0.0], 0.0);
+    for run in runs {
+        for rows in &run.windows {
+            let (mut rates, mut angles) = (vec![0.0], vec![0.0]);
+            for row in rows.start..rows.end - 1 {
+                let step = run.input.time[row + 1] - run.input.time[row];
+                let (rate, angle) = (rates[rates.len() - 1], angles[angles.len() - 1]);
+                rates.push(rate + step * run.carried[row]);
+                angles.push(angle + step * (rate + 0.5 * step * run.carried[row]));
+            }
+            let mean = rates.iter().sum::<f64>() / rates.len() as f64;
+            sums[0] += rates.iter().map(|rate| (rate - mean).powi(2)).sum::<f64>();
+            sums[1] += beside_a_line(&angles);
+            count += rates.len() as f64;
+        }
+    }
+    sums.map(|sum| (sum / f64::max(count, 1.0)).sqrt())
+}
+
+/// Sum of squares of what a straight line leaves of evenly spaced values.
+fn beside_a_line(values: &[f64]) -> f64 {
+    let count = values.len() as f64;
+    let middle = 0.5 * (count - 1.0);
+    let mean = values.iter().sum::<f64>() / count;
+    let (mut along, mut spread, mut power) = (0.0, 0.0, 0.0);
+    for (index, value) in values.iter().enumerate() {
+        let at = index as f64 - middle;
+        along += at * (value - mean);
+        spread += at * at;
+        power += (value - mean).powi(2);
+    }
+    (power - along * along / spread.max(f64::MIN_POSITIVE)).max(0.0)
+}
+
+/// Simulates one window from its local start, and writes the residuals: rates, then angles.
+pub fn window_residuals(
+    equations: &Equations,
+    (run, input): (&BodyRun, &BodyInput),
+    window: usize,
+    locals: &[f64],
+    sigma: [f64; 2],
+    trace: &mut BodyTrace,
+    out: &mut [f64],
+) {
+    let rows = run.windows[window].clone();
+    let has_angle = !run.angle.is_empty();
+    let local = |index: usize| locals.get(index).copied().unwrap_or(0.0);
+    let (rate, angle, sensor) =
+        if has_angle { (local(0), local(1), local(2)) } else { (local(0), 0.0, local(1)) };
+    let at = |values: &[f64]| values.get(rows.start).copied().unwrap_or(0.0);
+    let start = BodyStart { angle: at(&run.start_angle) + angle, rate: at(&run.start_rate) + rate, sensor };
+    trace.rate.clear();
+    trace.angle.clear();
+    equations.simulate_body(input, rows.start, rows.end, &start, trace);
+    let counts = run.counts[window];
+    let difference = |measured: f64, simulated: f64, sigma: f64| {
+        if counts && measured.is_finite() { (measured - simulated) / sigma } else { 0.0 }
+    };
+    let (rates, angles) = out.split_at_mut(rows.len());
+    for ((value, measured), simulated) in rates.iter_mut().zip(&run.rate[rows.clone()]).zip(&trace.rate) {
+        *value = difference(*measured, *simulated, sigma[0]);
+    }
+    if has_angle {
+        for ((value, measured), simulated) in angles.iter_mut().zip(&run.angle[rows]).zip(&trace.angle) {
+            *value = difference(*measured, *simulated, sigma[1]);
+        }
+    }
+}

@@ -1,0 +1,277 @@
+//! Parameters without a slope: the step of a grid moves the error in jumps, so that no derivative leads to it. They
+//! are found by looking at every value that could make a difference.
+
+use super::problem::{BlockData, Problem, Runs};
+use crate::effect::Site;
+use crate::estimation::normal_equations::sum_of_squares;
+use crate::estimation::output_error::{Fit, OutputError};
+use crate::model::{Effect, Model};
+
+/// Samples that decide where a closer look is worth it.
+const FEW_SAMPLES: usize = 1000;
+/// [-] by how much of a step a typical command's place on the grid moves from one value to the next.
+const PHASE: f64 = 0.07;
+/// A grid whose rounding error is below this share of the noise cannot be seen.
+const LEAST_SHARE: f64 = 0.4;
+/// Most values looked at.
+const MOST_VALUES: usize = 10_000;
+/// Values, the best on few samples, that more samples are asked about, and how many.
+const ASKED: usize = 40;
+const SOME_SAMPLES: usize = 3000;
+/// Values, the best of those, that all samples are asked about.
+const LEFT: usize = 10;
+/// [-] of the noise: from here on what is left counts by its size rather than by its square.
+const ROBUST: f64 = 1.5;
+/// Values followed by a closer look.
+const CLOSER: usize = 3;
+/// Values of a closer look on each side.
+const FINE: i32 = 8;
+/// Closer and closer looks: on a long log a step shows to a millionth.
+const LOOKS: i32 = 4;
+
+/// Values of the parameter `name` of `template` from which a fit is worth it, best first.
+pub(crate) fn values(
+    data: &BlockData,
+    template: &Model,
+    name: &str,
+    bounds: (f64, f64),
+    inside: &[&Effect],
+) -> Vec<f64> {
+    let Some((least, typical)) = sizes(data) else { return Vec::new() };
+    let plain = plainly(data, template, name, inside);
+    let (data, template) = plain.as_ref().map_or((data, template), |(data, model)| (data, model));
+    let inside: Vec<&Effect> = inside.iter().copied().filter(|effect| template.has(&effect.id)).collect();
+    let inside = inside.as_slice();
+    let few = data.here_and_there((data.len() / FEW_SAMPLES).max(1));
+    // A hair beside the right grid all levels but one or two fit, and those are off by a whole step: squares would rank it
+    // behind grids on which nothing fits.
+    let mut cost = cost_of(&few, template, name, inside);
+    let mut grid = Vec::new();
+    // From the coarse end: where there are too many, the finest, which matter least, are left out.
+    let mut value = bounds.1;
+    while value >= least.max(bounds.0) && value > 0.0 && grid.len() < MOST_VALUES {
+        grid.push(value);
+        value -= spacing(value, typical);
+    }
+    let asked = apart(grid, &mut cost, typical, ASKED);
+    let some = data.here_and_there((data.len() / SOME_SAMPLES).max(1));
+    let mut cost = cost_of(&some, template, name, inside);
+    let closer = |values: Vec<f64>, cost: &mut dyn FnMut(f64) -> f64| -> Vec<f64> {
+        values.into_iter().map(|value| fine(&mut *cost, value, spacing(value, typical), 1).0).collect()
+    };
+    let asked = closer(asked, &mut cost);
+    let left = apart(asked, &mut cost, typical, LEFT);
+    let mut cost = cost_of(data, template, name, inside);
+    let left = closer(left, &mut cost);
+    let best = apart(left, &mut cost, typical, CLOSER);
+    best.into_iter().map(|value| fine(&mut cost, value, spacing(value, typical), LOOKS).0).collect()
+}
+
+/// The same question for a rotor that merely follows: what `template` leaves of the data on top of what the rotor would
+/// do by itself, and the model without its laws behind the command. Thousands of values are looked at, and a stair moves
+/// both alike; `None` where there is nothing to leave out.
+fn plainly(data: &BlockData, template: &Model, name: &str, inside: &[&Effect]) -> Option<(BlockData, Model)> {
+    let mut model = inside
+        .iter()
+        .filter(|effect| effect.site != Site::Command)
+        .fold(template.clone(), |model, effect| model.without(&effect.id));
+    if model.effects.len() == template.effects.len() {
+        return None;
+    }
+    let simulated = |of: &Model| {
+        let mut smooth = of.clone();
+        smooth.set_parameter(name, 0.0);
+        Problem::new(data, smooth, Vec::new(), inside).simulated()
+    };
+    let (whole, alone) = (simulated(template)?, simulated(&model)?);
+    let mut plain = data.clone();
+    if let Runs::Rotor(runs) = &mut plain.runs {
+        for (run, (whole, alone)) in runs.iter_mut().zip(whole.iter().zip(&alone)) {
+            let rates = run.measured.iter_mut().zip(whole.iter().zip(alone));
+            rates.for_each(|(rate, (whole, alone))| *rate += alone - whole);
+        }
+    }
+    model.standard_errors.clear();
+    Some((plain, model))
+}
+
+/// The best of some values, not two from one valley.
+fn apart(values: Vec<f64>, cost: &mut impl FnMut(f64) -> f64, typical: f64, most: usize) -> Vec<f64> {
+    let mut looked: Vec<(f64, f64)> = values.into_iter().map(|value| (cost(value), value)).collect();
+    looked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut apart: Vec<f64> = Vec::new();
+    for (_, value) in looked {
+        if apart.iter().all(|other| (value - other).abs() > 2.0 * spacing(value, typical)) {
+            apart.push(value);
+        }
+        if apart.len() == most {
+            break;
+        }
+    }
+    apart
+}
+
+/// Moves the parameter `index` of a fit to the best value nearby.
+pub(crate) fn settle(problem: &Problem, data: &BlockData, index: usize, found: &mut Fit) {
+    let Some((_, typical)) = sizes(data) else { return };
+    let mut scratch = vec![0.0; problem.len()];
+    let mut globals = found.globals.clone();
+    let cost = |value: f64| {
+        globals[index] = value;
+        problem.residuals(&globals, &found.locals, &mut scratch);
+        sum_of_squares(&scratch)
+    };
+    let start = found.globals[index];
+    found.globals[index] = fine(cost, start, spacing(start, typical), LOOKS).0;
+}
+
+/// Moves the parameter `index` of a fit to the best value nearby, and gives it a standard error: how far it must
+/// move until the cost rises by the variance of the noise.
+pub(crate) fn polish(problem: &Problem, data: &BlockData, index: usize, found: &mut Fit) {
+    let Some((_, typical)) = sizes(data) else { return };
+    let start = found.globals[index];
+    let mut scratch = vec![0.0; problem.len()];
+    let mut globals = found.globals.clone();
+    let mut cost = |value: f64| {
+        globals[index] = value;
+        problem.residuals(&globals, &found.locals, &mut scratch);
+        sum_of_squares(&scratch)
+    };
+    let (value, least) = fine(&mut cost, start, spacing(start, typical), LOOKS);
+    let used = found.residuals.iter().filter(|residual| **residual != 0.0).count().max(1);
+    let rise = least / used as f64;
+    let side = |sign: f64, cost: &mut dyn FnMut(f64) -> f64| {
+        let step = |count: i32| 2f64.powf(0.5 * f64::from(count)) * 1e-6 * value;
+        (0..40).map(step).find(|step| cost(value + sign * step) > least + rise).unwrap_or(value)
+    };
+    let error = 0.5 * (side(1.0, &mut cost) + side(-1.0, &mut cost));
+    found.globals[index] = value;
+    found.cost = least;
+    problem.residuals(&found.globals, &found.locals, &mut found.residuals);
+    found.standard_errors[index] = error;
+}
+
+/// The best of the values about one, and its cost, in `looks` that come closer and closer.
+fn fine(mut cost: impl FnMut(f64) -> f64, about: f64, spacing: f64, looks: i32) -> (f64, f64) {
+    let mut best = (about, cost(about));
+    let mut width = spacing;
+    for _ in 0..looks {
+        let middle = best.0;
+        for step in (-FINE..=FINE).filter(|step| *step != 0) {
+            let value = middle + width * f64::from(step) / f64::from(FINE);
+            let looked = (value, cost(value));
+            if looked.1 < best.1 {
+                best = looked;
+            }
+        }
+        width *= 1.5 / f64::from(FINE);
+    }
+    best
+}
+
+fn spacing(value: f64, typical: f64) -> f64 {
+    (PHASE * value * value / typical).min(0.05 * value)
+}
+
+/// Squares of what is small beside the noise, sizes of what is large (pseudo-Huber).
+fn robust_sum(values: &[f64]) -> f64 {
+    let of = |value: f64| (1.0 + (value / ROBUST).powi(2)).sqrt() - 1.0;
+    let sum = values.iter().map(|value| of(*value)).sum::<f64>();
+    // As for squares: what ran away loses.
+    if sum.is_finite() { 2.0 * ROBUST * ROBUST * sum } else { f64::MAX }
+}
+
+fn cost_of<'a>(
+    data: &'a BlockData,
+    template: &Model,
+    name: &str,
+    inside: &[&Effect],
+) -> impl FnMut(f64) -> f64 + 'a + use<'a> {
+    let problem = Problem::new(data, template.clone(), vec![name.to_owned()], inside);
+    let locals = vec![0.0; problem.units().len() * problem.locals()];
+    let mut residuals = vec![0.0; problem.len()];
+    move |value| {
+        problem.residuals(&[value], &locals, &mut residuals);
+        robust_sum(&residuals)
+    }
+}
+
+/// [-] The smallest grid that shows above the noise, and a typical command.
+fn sizes(data: &BlockData) -> Option<(f64, f64)> {
+    let Runs::Rotor(runs) = &data.runs else { return None };
+    let range = |values: &mut dyn Iterator<Item = f64>| {
+        values
+            .filter(|value| value.is_finite())
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+    };
+    let command = range(&mut runs.iter().flat_map(|run| run.command.iter().copied()));
+    let rate = range(&mut runs.iter().flat_map(|run| run.measured.iter().copied()));
+    let slope = (rate.1 - rate.0) / (command.1 - command.0);
+    // A rounding error is spread evenly over a step: its rms is the step over the root of 12.
+    let least = LEAST_SHARE * data.sigma[0] * 12f64.sqrt() / slope;
+    (least.is_finite() && least > 0.0 && command.1 > 0.0).then_some((least, command.1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rotor_block::rotor_runs;
+    use super::*;
+    use crate::log::Dataset;
+
+    const STEP: f64 = 0.0061;
+
+    /// A rotor that gets its command on a grid, behind two lags, in a hundred small Euler steps a sample: no code of the
+    /// model.
+    fn on_a_grid() -> BlockData {
+        let (rows, parts) = (2000, 100);
+        let time: Vec<f64> = (0..rows).map(|row| 0.02 * f64::from(row)).collect();
+        // A new level every quarter of a second, from a multiplicative hash.
+        let level =
+            |row: i32| f64::from((row as u32 / 12).wrapping_mul(2_654_435_761) >> 16 & 0xfff) / 4096.0;
+        let command: Vec<f64> = (0..rows).map(|row| 0.3 + 0.3 * level(row)).collect();
+        let g = |u: f64| 1124.5 * u + 447.1 * u * u;
+        let (mut behind, mut rate) = (g(0.3), g(0.3));
+        let mut rates = Vec::new();
+        for u in &command {
+            rates.push(rate);
+            for _ in 0..parts {
+                let step = 0.02 / f64::from(parts);
+                behind += step * 40.0 * (g((u / STEP).round() * STEP) - behind);
+                rate += step * 16.0 * (behind - rate);
+            }
+        }
+        let mut log = Dataset::new("here", "", time).expect("time rises");
+        log.insert("command_1", command).expect("fits");
+        log.insert("propeller_rate_1_rad_s", rates).expect("fits");
+        let mut data = BlockData::new(Runs::Rotor(rotor_runs(&[log])));
+        data.sigma[0] = 1.5;
+        data
+    }
+
+    /// The best grid that is found behind a second lag.
+    fn found(data: &BlockData) -> f64 {
+        let known = Model::paper().known_effects().expect("the catalogue");
+        let effect = |id: &str| known.iter().find(|effect| effect.id == id).expect("known");
+        let inside = [effect("second_order_lag"), effect("command_quantization")];
+        let mut template = inside.iter().fold(Model::paper(), |model, effect| model.with(effect));
+        template.set_parameter("second_order_lag.pole", 40.0);
+        let found = values(data, &template, "command_quantization.step", (0.0, 0.3), &inside);
+        found.first().copied().expect("a grid")
+    }
+
+    /// Looked for without the second lag's own simulation, the grid is found to a thousandth all the same.
+    #[test]
+    fn a_grid_behind_a_second_lag_is_found() {
+        let best = found(&on_a_grid());
+        assert!((best / STEP - 1.0).abs() < 1e-3, "{best}");
+    }
+
+    /// The less noise, the finer the grids that would show, and the more there are of them: more than are looked at.
+    #[test]
+    fn a_grid_is_found_without_noise() {
+        let mut data = on_a_grid();
+        data.sigma[0] = 0.05;
+        let best = found(&data);
+        assert!((best / STEP - 1.0).abs() < 1e-3, "{best}");
+    }
+}

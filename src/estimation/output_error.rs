@@ -1,0 +1,382 @@
+//! Output-error fitting: the parameters with which a free run comes nearest to what was measured.
+//!
+//! A problem has global parameters, and local ones (initial states) of each unit (a stretch of a log between
+//! holes, a window). The local ones are eliminated unit by unit, so that a thousand windows cost no more than
+//! their simulation. Gauss-Newton steps with Levenberg-Marquardt damping; derivatives by differences of the
+//! same simulation that serves every other purpose.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+pub use super::normal_equations::Slopes;
+pub use super::normal_equations::sum_of_squares;
+use super::normal_equations::{Normal, least_squares, standard_errors};
+
+/// Most local parameters of a unit.
+pub const MOST_LOCALS: usize = 3;
+
+/// What can be fitted.
+pub trait OutputError: Sync {
+    /// Where each unit's residuals stand in the residual vector.
+    fn units(&self) -> &[Range<usize>];
+    /// Number of local parameters of each unit, at most [`MOST_LOCALS`].
+    fn locals(&self) -> usize;
+    /// Length of the residual vector.
+    fn len(&self) -> usize;
+    /// Whether there is no residual.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+    /// Writes measured minus simulated over its standard deviation; zero where nothing was measured.
+    /// `locals` holds those of unit 0, then of unit 1, ...
+    fn residuals(&self, globals: &[f64], locals: &[f64], out: &mut [f64]);
+    /// The size of a change of a local parameter that shows: the step of its derivative.
+    fn local_scale(&self, index: usize) -> f64;
+}
+
+/// A global parameter of a fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Free {
+    /// Where the fit starts.
+    pub start: f64,
+    /// Smallest and largest value.
+    pub bounds: (f64, f64),
+    /// Its typical size, for the step of the derivative.
+    pub scale: f64,
+}
+
+impl Free {
+    /// The value, or the bound that it is beyond; bounds that are not numbers, as absurd data give them, bound nothing.
+    fn within(&self, value: f64) -> f64 {
+        value.max(self.bounds.0).min(self.bounds.1)
+    }
+}
+
+/// When a fit stops.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FitConfig {
+    /// Most accepted or refused steps.
+    pub iterations: usize,
+    /// It has converged when a step lowers the cost by less than this share.
+    pub tolerance: f64,
+    /// A fit that stays above this cost is for nothing, and is given up when it hardly falls any more.
+    pub goal: Option<f64>,
+    /// Whether a step that went as foretold may be followed by another one without derivatives of its own.
+    pub goes_on: bool,
+}
+
+impl Default for FitConfig {
+    fn default() -> Self {
+        Self { iterations: 40, tolerance: 1e-7, goal: None, goes_on: false }
+    }
+}
+
+/// What a fit found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// Global parameters.
+    pub globals: Vec<f64>,
+    /// Local parameters, unit by unit.
+    pub locals: Vec<f64>,
+    /// Standard error of each global parameter; infinite where the data do not determine it.
+    pub standard_errors: Vec<f64>,
+    /// Sum of squares of the residuals.
+    pub cost: f64,
+    /// Residuals at the solution.
+    pub residuals: Vec<f64>,
+    /// Steps taken.
+    pub iterations: usize,
+}
+
+/// Relative step of the difference quotients: half the digits of a double, rounded up for kinks in the laws.
+const DERIVATIVE_STEP: f64 = 1e-6;
+/// Damping at which a step is so short that no descent is left.
+const MOST_DAMPING: f64 = 1e10;
+
+/// Damping from which a step is much shorter than the one without.
+const HELD_BACK: f64 = 1e-2;
+
+/// A step that lowers the cost by a smaller share is slow, and so many of them in a row lead nowhere soon.
+const SLOW: (f64, usize) = (2e-4, 3);
+
+/// The locals' derivatives are taken anew when a global has moved by more than this share.
+const MOVED: f64 = 0.05;
+/// A step's fall over the foretold one within which the derivatives it was made with hold for the next step, too.
+const AS_FORETOLD: (f64, f64) = (0.9, 1.1);
+/// Most steps that are made with derivatives which were not taken for them.
+const MOST_ON: usize = 3;
+
+/// Fits a problem.
+pub fn fit(problem: &dyn OutputError, free: &[Free], locals: Option<&[f64]>, config: &FitConfig) -> Fit {
+    fit_on(problem, free, locals, config, None).0
+}
+
+/// Fits a problem that starts where another one ended whose residuals are laid out alike, with its `slopes`: those of residuals
+/// that do not count here are left out. Gives the slopes at the end, too.
+pub fn fit_on(
+    problem: &dyn OutputError,
+    free: &[Free],
+    locals: Option<&[f64]>,
+    config: &FitConfig,
+    slopes: Option<&Slopes>,
+) -> (Fit, Slopes) {
+    let mut search = Search::start(problem, free, locals);
+    let mut damping = 1e-4;
+    let (mut iterations, mut slow, mut on) = (0, 0, 0);
+    let counts = |slopes: &Slopes| slopes.counting(&search.residuals, free.len(), problem.locals());
+    let mut normal = match slopes.and_then(counts) {
+        Some(slopes) => search.assembled(slopes),
+        None => search.normal(None),
+    };
+    while iterations < config.iterations {
+        let mut step = None;
+        while damping < MOST_DAMPING && iterations < config.iterations {
+            iterations += 1;
+            step = search.step(&normal, damping);
+            if step.is_some() {
+                damping = (damping * 0.1).max(1e-12);
+                break;
+            }
+            // Other derivatives, or none to follow: a shorter step is not what is wanting.
+            if on > 0 || !normal.leads_on() {
+                break;
+            }
+            damping *= 10.0;
+        }
+        let fall = step.as_ref().map(|step| step.fall);
+        slow = if fall.is_some_and(|fall| fall > SLOW.0) { 0 } else { slow + 1 };
+        if slow >= SLOW.1 && config.goal.is_some_and(|goal| search.cost > goal) {
+            break;
+        }
+        // A step that is short because it was held back says nothing about how far the valley goes on.
+        let is_there = fall.is_none_or(|fall| fall < config.tolerance && damping < HELD_BACK);
+        if (is_there && !(on > 0 && fall.is_none())) || iterations >= config.iterations {
+            break;
+        }
+        let next = step.filter(|step| config.goes_on && on < MOST_ON && step.went_as_foretold());
+        on = if next.is_some() { on + 1 } else { 0 };
+        normal = match next {
+            Some(step) => {
+                // The step was the last to swap the residuals.
+                let residuals = (search.scratch.as_slice(), search.residuals.as_slice());
+                search.assembled(normal.updated((&step.globals, &step.locals), residuals, problem.units()))
+            }
+            None => search.normal(Some(normal)),
+        };
+    }
+    search.finish(iterations, normal)
+}
+
+/// Fits the local parameters alone, the globals held; the cost then judges the globals on other data.
+pub fn judge(problem: &dyn OutputError, globals: &[f64]) -> Fit {
+    judge_on(problem, globals, None)
+}
+
+/// The same from the locals and with the slopes of a fit of residuals that are laid out alike.
+pub fn judge_on(problem: &dyn OutputError, globals: &[f64], from: Option<(&[f64], &Slopes)>) -> Fit {
+    let held: Vec<Free> =
+        globals.iter().map(|value| Free { start: *value, bounds: (*value, *value), scale: 1.0 }).collect();
+    // Locals enter almost linearly: a few steps suffice.
+    let config = FitConfig { iterations: 6, tolerance: 1e-6, goal: None, goes_on: false };
+    let (locals, slopes) = from.map_or((None, None), |(locals, slopes)| (Some(locals), Some(slopes)));
+    fit_on(problem, &held, locals, &config, slopes).0
+}
+
+/// A step that lowered the cost.
+struct Step {
+    /// Share by which it did, and by which it should have.
+    fall: f64,
+    foretold: f64,
+    /// By what the parameters moved.
+    globals: Vec<f64>,
+    locals: Vec<f64>,
+}
+
+impl Step {
+    fn went_as_foretold(&self) -> bool {
+        (AS_FORETOLD.0..AS_FORETOLD.1).contains(&(self.fall / self.foretold))
+    }
+}
+
+/// A search under way.
+struct Search<'a> {
+    problem: &'a dyn OutputError,
+    free: &'a [Free],
+    globals: Vec<f64>,
+    locals: Vec<f64>,
+    residuals: Vec<f64>,
+    cost: f64,
+    scratch: Vec<f64>,
+}
+
+impl<'a> Search<'a> {
+    fn start(problem: &'a dyn OutputError, free: &'a [Free], locals: Option<&[f64]>) -> Self {
+        let count = problem.units().len() * problem.locals();
+        let locals =
+            locals.filter(|given| given.len() == count).map_or_else(|| vec![0.0; count], <[f64]>::to_vec);
+        let globals: Vec<f64> = free.iter().map(|free| free.within(free.start)).collect();
+        let mut residuals = vec![0.0; problem.len()];
+        problem.residuals(&globals, &locals, &mut residuals);
+        let cost = sum_of_squares(&residuals);
+        let scratch = vec![0.0; residuals.len()];
+        Self { problem, free, globals, locals, residuals, cost, scratch }
+    }
+
+    /// The difference quotient of the residuals by global `index`.
+    fn column(&mut self, index: usize) -> Vec<f64> {
+        let free = self.free[index];
+        let held = self.globals[index];
+        let size = (DERIVATIVE_STEP * held.abs().max(free.scale)).max(f64::MIN_POSITIVE);
+        let step = if held + size > free.bounds.1 { -size } else { size };
+        self.globals[index] = held + step;
+        self.problem.residuals(&self.globals, &self.locals, &mut self.scratch);
+        self.globals[index] = held;
+        self.quotient(step)
+    }
+
+    /// The difference quotient by local `index` of every unit at once: units do not see each other.
+    fn local_column(&mut self, index: usize) -> Vec<f64> {
+        let count = self.problem.locals();
+        let step = 1e-3 * self.problem.local_scale(index);
+        let mut moved = self.locals.clone();
+        moved.iter_mut().skip(index).step_by(count.max(1)).for_each(|local| *local += step);
+        self.problem.residuals(&self.globals, &moved, &mut self.scratch);
+        self.quotient(step)
+    }
+
+    fn quotient(&self, step: f64) -> Vec<f64> {
+        let slopes = self.scratch.iter().zip(&self.residuals).map(|(moved, at)| (moved - at) / step);
+        slopes.map(|slope| if slope.is_finite() { slope } else { 0.0 }).collect()
+    }
+
+    fn normal(&mut self, known: Option<Normal>) -> Normal {
+        let is_free = |free: &Free| free.bounds.0 < free.bounds.1;
+        let columns: Vec<Vec<f64>> = (0..self.globals.len())
+            .map(|index| {
+                if is_free(&self.free[index]) { self.column(index) } else { vec![0.0; self.residuals.len()] }
+            })
+            .collect();
+        let known = known.map(|known| known.slopes).filter(|known| self.is_near(&known.taken_at));
+        let (local_columns, taken_at) = match known {
+            Some(known) => (known.local_columns, known.taken_at),
+            None => {
+                let columns = (0..self.problem.locals()).map(|index| self.local_column(index));
+                (columns.collect(), self.globals.clone())
+            }
+        };
+        self.assembled(Slopes { columns, local_columns, taken_at })
+    }
+
+    fn assembled(&self, slopes: Slopes) -> Normal {
+        Normal::of(slopes, &self.residuals, self.problem.units())
+    }
+
+    /// Whether the locals' derivatives taken there still hold: locals enter almost linearly.
+    fn is_near(&self, taken_at: &[f64]) -> bool {
+        let sizes = self.free.iter().map(|free| free.scale);
+        let moved = self.globals.iter().zip(taken_at).zip(sizes);
+        moved.into_iter().all(|((now, then), size)| (now - then).abs() <= MOVED * then.abs().max(size))
+    }
+
+    /// Tries one step; `None` when the cost did not fall.
+    fn step(&mut self, normal: &Normal, damping: f64) -> Option<Step> {
+        let change = self.direction(normal, damping);
+        let globals: Vec<f64> = (0..self.globals.len())
+            .map(|index| self.free[index].within(self.globals[index] + change[index]))
+            .collect();
+        let mut locals = self.moved_locals(normal, &globals);
+        self.problem.residuals(&globals, &locals, &mut self.scratch);
+        let mut cost = sum_of_squares(&self.scratch);
+        if cost >= self.cost && !self.locals.is_empty() && globals != self.globals {
+            // Locals foreseen for a long step may be far off where the globals alone are not.
+            locals.clone_from(&self.locals);
+            self.problem.residuals(&globals, &locals, &mut self.scratch);
+            cost = sum_of_squares(&self.scratch);
+        }
+        // Not a number is no fall either.
+        if !matches!(cost.partial_cmp(&self.cost), Some(std::cmp::Ordering::Less)) {
+            return None;
+        }
+        let difference = |now: &[f64], before: &[f64]| -> Vec<f64> {
+            now.iter().zip(before).map(|(now, before)| now - before).collect()
+        };
+        let step = Step {
+            fall: (self.cost - cost) / self.cost,
+            foretold: normal.foretold(&difference(&globals, &self.globals)) / self.cost,
+            globals: difference(&globals, &self.globals),
+            locals: difference(&locals, &self.locals),
+        };
+        std::mem::swap(&mut self.residuals, &mut self.scratch);
+        (self.globals, self.locals, self.cost) = (globals, locals, cost);
+        Some(step)
+    }
+
+    /// The damped Gauss-Newton step; parameters that stand at a bound and push against it stay.
+    fn direction(&self, normal: &Normal, damping: f64) -> Vec<f64> {
+        let size = self.globals.len();
+        let moves: Vec<usize> = (0..size)
+            .filter(|index| {
+                let (free, value) = (&self.free[*index], self.globals[*index]);
+                let down = normal.gradient[*index] > 0.0;
+                let stuck = (down && value <= free.bounds.0) || (!down && value >= free.bounds.1);
+                !stuck && normal.hessian[(*index, *index)] > 0.0
+            })
+            .collect();
+        let mut change = vec![0.0; size];
+        let scale: Vec<f64> = moves.iter().map(|index| normal.hessian[(*index, *index)].sqrt()).collect();
+        let matrix = DMatrix::from_fn(moves.len(), moves.len(), |row, column| {
+            let value = normal.hessian[(moves[row], moves[column])] / (scale[row] * scale[column]);
+            if row == column { value + damping } else { value }
+        });
+        let right = DVector::from_fn(moves.len(), |row, _| -normal.gradient[moves[row]] / scale[row]);
+        if let Some(cholesky) = matrix.cholesky() {
+            let solution = cholesky.solve(&right);
+            for (row, index) in moves.iter().enumerate() {
+                change[*index] = solution[row] / scale[row];
+            }
+        }
+        change
+    }
+
+    /// Locals that are best for the moved globals, to first order.
+    fn moved_locals(&self, normal: &Normal, globals: &[f64]) -> Vec<f64> {
+        let count = self.problem.locals();
+        let mut locals = self.locals.clone();
+        if count == 0 {
+            return locals;
+        }
+        let mut expected = self.residuals.clone();
+        for (index, column) in normal.slopes.columns.iter().enumerate() {
+            let change = globals[index] - self.globals[index];
+            if change != 0.0 {
+                expected.iter_mut().zip(column).for_each(|(value, slope)| *value += change * slope);
+            }
+        }
+        for (unit, own) in self.problem.units().iter().zip(locals.chunks_mut(count)) {
+            for (local, change) in
+                own.iter_mut().zip(least_squares(&normal.slopes.local_columns, unit, &expected))
+            {
+                *local -= change;
+            }
+        }
+        locals
+    }
+
+    /// The last step was short: its derivatives are those of the end.
+    fn finish(self, iterations: usize, normal: Normal) -> (Fit, Slopes) {
+        let standard_errors = standard_errors(&normal, &self.residuals, self.problem.units());
+        let fit = Fit {
+            globals: self.globals,
+            locals: self.locals,
+            standard_errors,
+            cost: self.cost,
+            residuals: self.residuals,
+            iterations,
+        };
+        (fit, normal.slopes)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,253 @@
+//! From the steps of section III to one answer: the rotor, and the model file.
+
+use super::consistency::unfit;
+use super::dead_time::Delay;
+use super::inputs::rotor_logs;
+use super::pipeline::{FEWEST_JUMPS, Work};
+use super::result::Identification;
+use super::static_curve::HIGHEST_DEGREE;
+use super::validate::{self, Validation};
+use super::{Estimate, IdentifiedActuator, IdentifyError};
+use crate::estimation::spectrum;
+use crate::log::Dataset;
+use crate::model::{AddedEffect, ErrorFall, LogReference, Model, Step};
+use crate::screening::duplicate_logs;
+use crate::screening::rate_dropouts;
+use crate::screening::readings;
+use crate::screening::rotor_data::RotorLog;
+
+/// The effect that a late rotor gets.
+pub(crate) const DELAY: &str = "transport_delay";
+impl Work<'_> {
+    /// The rotor as known so far.
+    pub(crate) fn actuator(&self) -> IdentifiedActuator {
+        let template = &self.settings.template.actuator;
+        let values = |estimates: &[Estimate]| estimates.iter().map(|estimate| estimate.value).collect();
+        let coefficients = match (&self.static_curve, &self.joint) {
+            (Some(curve), _) => values(&curve.coefficients),
+            (None, Some(joint)) => values(&joint.coefficients),
+            (None, None) => template.steady_rate.get(1..).unwrap_or_default().to_vec(),
+        };
+        // Curve and gain belong together: what a curve was fitted without, it goes without.
+        let gain = match (&self.static_curve, &self.joint) {
+            (None, Some(joint)) => joint.voltage_gain.map_or(0.0, |gain| gain.value),
+            (Some(_), _) if !self.use_battery => 0.0,
+            (None, None) if !self.settings.battery => 0.0,
+            _ if self.no_voltage_gain().is_some() => 0.0,
+            _ => self.voltage_gain().map_or(template.voltage_gain, |gain| gain.value),
+        };
+        IdentifiedActuator {
+            coefficients,
+            voltage_gain: gain,
+            full_voltage: template.full_voltage,
+            pole: self.pole_estimate().map_or(template.pole, |pole| pole.value),
+            delay: self.delay().map_or(0.0, |told| told.delay.value),
+            thrust_coefficient: self
+                .thrust
+                .as_ref()
+                .map_or(template.thrust_coefficient, |thrust| thrust.coefficient.value),
+        }
+    }
+
+    /// Pole and delay of the fit of all at once, where that has a battery: those from z hold k_V and the curve for exact,
+    /// and their errors know nothing of theirs.
+    fn is_pole_of_all(&self) -> bool {
+        self.joint.as_ref().is_some_and(|joint| self.pole.is_none() || joint.voltage_gain.is_some())
+    }
+
+    pub(crate) fn pole_estimate(&self) -> Option<Estimate> {
+        let of_all = self.joint.as_ref().filter(|_| self.is_pole_of_all()).map(|joint| joint.pole);
+        of_all.or(self.pole.as_ref().map(|fit| fit.pole))
+    }
+
+    /// The delay that goes with the pole.
+    pub(crate) fn delay(&self) -> Option<&Delay> {
+        let of_all = self.joint.as_ref().filter(|_| self.is_pole_of_all());
+        of_all.map_or_else(|| self.pole.as_ref()?.delay.as_ref(), |joint| joint.delay.as_ref())
+    }
+
+    /// The rotor as a first-order lag alone would have it, where a delay was taken in.
+    fn without_delay(&self, actuator: &IdentifiedActuator) -> Option<IdentifiedActuator> {
+        let told = self.delay()?;
+        let mut alone = IdentifiedActuator { pole: told.pole_without.value, delay: 0.0, ..actuator.clone() };
+        let joint = self.joint.as_ref().and_then(|joint| joint.without_delay.as_ref());
+        if let Some((coefficients, gain)) = joint.filter(|_| self.static_curve.is_none()) {
+            alone.coefficients.clone_from(coefficients);
+            alone.voltage_gain = gain.unwrap_or(alone.voltage_gain);
+        }
+        Some(alone)
+    }
+
+    /// The model with a transport delay as its first step up.
+    fn with_delay(
+        &self,
+        mut model: Model,
+        actuator: &IdentifiedActuator,
+        logs: [&[Dataset]; 2],
+        errors: [[f64; 2]; 2],
+    ) -> Model {
+        let Some((told, alone)) = self.delay().zip(self.without_delay(actuator)) else { return model };
+        let reference = |log: &Dataset| LogReference {
+            file: log.source_name().to_owned(),
+            sha256: log.sha256().to_owned(),
+        };
+        let mut before = model.clone();
+        before.actuator.steady_rate = powers(&alone.coefficients);
+        before.actuator.voltage_gain = alone.voltage_gain;
+        before.actuator.pole = alone.pole;
+        let [[train_before, train_after], [validate_before, validate_after]] = errors;
+        model.ladder.push(Step {
+            added: vec![DELAY.to_owned()],
+            logs: logs[0].iter().map(reference).collect(),
+            validation: logs[1].iter().map(reference).collect(),
+            error: ErrorFall {
+                measure: "rms of the rotor rate [rad/s]".to_owned(),
+                // With the delay what is left is noise: that is why it was taken in.
+                noise_floor: told.residual_with,
+                train_before,
+                train_after,
+                validate_before,
+                validate_after,
+            },
+            before: before.parameters(),
+            // Of what was fitted at once with the delay: without it nobody has asked.
+            standard_errors_before: std::collections::BTreeMap::new(),
+        });
+        model.effects.push(AddedEffect {
+            id: DELAY.to_owned(),
+            parameters: [("delay".to_owned(), told.delay.value)].into(),
+        });
+        model.standard_errors.insert(format!("{DELAY}.delay"), told.delay.standard_error);
+        model
+    }
+
+    fn model(&self, actuator: &IdentifiedActuator) -> Model {
+        let mut model = self.settings.template.clone();
+        model.name = "identified".to_owned();
+        model.ladder.clear();
+        model.standard_errors.clear();
+        // What was identified now stands in for what the template knew of it.
+        model.effects.retain(|added| added.id != DELAY || self.pole_estimate().is_none());
+        model.actuator.steady_rate = powers(&actuator.coefficients);
+        model.actuator.voltage_gain = actuator.voltage_gain;
+        model.actuator.pole = actuator.pole;
+        model.actuator.thrust_coefficient = actuator.thrust_coefficient;
+        let mut error = |name: &str, value: f64| {
+            if value.is_finite() && value > 0.0 {
+                model.standard_errors.insert(name.to_owned(), value);
+            }
+        };
+        let coefficients = match (&self.static_curve, &self.joint) {
+            (Some(curve), _) => curve.coefficients.as_slice(),
+            (None, Some(joint)) => joint.coefficients.as_slice(),
+            (None, None) => &[],
+        };
+        const NAMES: [&str; HIGHEST_DEGREE] =
+            ["steady_rate_linear", "steady_rate_quadratic", "steady_rate_cubic", "steady_rate_quartic"];
+        coefficients.iter().zip(NAMES).for_each(|(estimate, name)| error(name, estimate.standard_error));
+        if let Some(pole) = self.pole_estimate() {
+            error("pole", pole.standard_error);
+        }
+        if let Some(gain) = self.voltage_gain().filter(|gain| gain.value == actuator.voltage_gain) {
+            error("voltage_gain", gain.standard_error);
+        }
+        if let Some(thrust) = &self.thrust {
+            error("thrust_coefficient", thrust.coefficient.standard_error);
+        }
+        if let Some(body) = &self.body {
+            error("inertia", body.inertia.standard_error);
+            model.body.inertia = body.inertia.value;
+        }
+        model
+    }
+
+    pub(crate) fn finish(
+        mut self,
+        logs: &[Dataset],
+        validation: &[Dataset],
+        actuator: IdentifiedActuator,
+    ) -> Result<Identification, IdentifyError> {
+        let [bodies, in_vain] = &self.bodies;
+        let idle = duplicate_logs::idle(logs, &self.rotors, bodies, in_vain);
+        if self.parts.iter().all(|part| !part.done) {
+            return Err(self.nothing(idle));
+        }
+        self.warnings.extend(idle);
+        self.check_results();
+        let response = spectrum::response(&self.lively, |rotor, row| {
+            actuator.steady_rate(rotor.command[row], rotor.voltage.as_ref().map(|voltage| voltage[row]))
+        });
+        let run = |rotors: &[RotorLog], actuator: &IdentifiedActuator| -> Vec<Validation> {
+            rotors.iter().filter_map(|rotor| validate::validate(rotor, actuator)).collect()
+        };
+        let turning = rate_dropouts::without_stale(validation, &self.settings.rotors, &mut self.warnings);
+        let validation_measured = readings::measured_all(&turning, &mut self.warnings);
+        let mut other = rotor_logs(&validation_measured, self.settings, &mut self.warnings)?;
+        if !self.use_battery {
+            other.iter_mut().for_each(|rotor| rotor.voltage = None);
+        }
+        let (training, validated) = (run(&self.rotors, &actuator), run(&other, &actuator));
+        let rotors = self.rotors.iter().chain(&other);
+        let lively: Vec<&str> =
+            rotors.filter(|it| it.jumps().len() >= FEWEST_JUMPS).map(|it| it.source.as_str()).collect();
+        let unexplained =
+            training.iter().chain(&validated).filter(|run| lively.contains(&run.source.as_str()));
+        self.warnings.extend(unexplained.filter(|_| !self.unlike).filter_map(unfit));
+        let mut model = self.model(&actuator);
+        if let Some((told, alone)) = self.delay().zip(self.without_delay(&actuator)) {
+            let held_out = if validated.is_empty() {
+                told.held_out
+            } else {
+                [rms(&run(&other, &alone)), rms(&validated)]
+            };
+            let errors = [[told.residual_without, told.residual_with], held_out];
+            model = self.with_delay(model, &actuator, [logs, validation], errors);
+        }
+        Ok(Identification {
+            model,
+            frequency_response: response,
+            interval: self.lively.first().map_or(0.0, |rotor| rotor.interval),
+            training,
+            validation: validated,
+            parts: self.parts,
+            battery: self.battery,
+            static_curve: self.static_curve,
+            pole: self.pole,
+            joint: self.joint,
+            actuator,
+            thrust: self.thrust,
+            body: self.body,
+            warnings: self.warnings,
+        })
+    }
+
+    /// Why nothing can be identified: what each log lacks, and where there are rotors, what each step lacks.
+    fn nothing(self, mut reasons: Vec<String>) -> IdentifyError {
+        // The body's reasons are those of the logs.
+        let told = |warning: &String| {
+            let sentence = warning.split_once(": ").map_or(warning.as_str(), |(_, sentence)| sentence);
+            reasons.iter().any(|reason| reason.ends_with(sentence))
+        };
+        let (_, warnings): (Vec<String>, Vec<String>) = self.warnings.into_iter().partition(told);
+        if !self.rotors.is_empty() {
+            // What is kept of the template does not matter where nothing is written.
+            let lacks =
+                |outcome: &str| outcome.split("; the template's").next().unwrap_or_default().to_owned();
+            reasons.extend(self.parts.iter().map(|part| format!("{}: {}", part.step, lacks(&part.outcome))));
+        }
+        reasons.extend(warnings);
+        IdentifyError::Nothing { reasons }
+    }
+}
+
+/// [rad/s] coefficients by ascending power, from u^0.
+fn powers(coefficients: &[f64]) -> Vec<f64> {
+    std::iter::once(0.0).chain(coefficients.iter().copied()).collect()
+}
+
+/// [rad/s] over all samples of `runs`.
+fn rms(runs: &[Validation]) -> f64 {
+    let squares: f64 = runs.iter().map(|run| run.rms * run.rms * run.samples as f64).sum();
+    let samples: usize = runs.iter().map(|run| run.samples).sum();
+    (squares / samples.max(1) as f64).sqrt()
+}

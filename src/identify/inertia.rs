@@ -1,0 +1,337 @@
+//! The body from an attitude log: d/J, and J where the arm is known, from `ω̇_b = (d/J)(f_1 - f_2)`,
+//! [LPC16] Eq. (1) with the sign of its Eq. (12); or 1/J from a logged torque.
+//!
+//! The rate is compared over short windows, each with a free start, so that nothing has to be differentiated
+//! and a drift of the gyro does not add up. A constant torque is fitted beside. Where the actuator is known the
+//! measured rotor rates are replaced, as instruments, by those it predicts from the commands: the noise of the
+//! rates would otherwise make the body look heavier.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use super::omitted_torque::{self, LeftOut};
+use super::{Estimate, IdentifiedActuator, RotorRun};
+use crate::estimation::least_squares;
+use crate::log::Dataset;
+use crate::screening::attitude_units::{self, Mistaken};
+use crate::screening::missing_commands;
+use crate::screening::rotor_data::{LEAST_COMMAND, bounds, held_everywhere};
+use crate::unit::with_error;
+
+/// [s] length of a window.
+const WINDOW: f64 = 0.5;
+/// Fewest samples of the gyro in a window.
+const FEWEST: usize = 5;
+
+/// What the attitude log says about the body.
+#[derive(Debug, Clone, Serialize)]
+pub struct Body {
+    /// File it comes from.
+    pub source: String,
+    /// [1/(kg m)] d/J; for a logged torque, with the arm given, d times 1/J.
+    pub arm_over_inertia: Estimate,
+    /// [kg m²] J, with the arm as given.
+    pub inertia: Estimate,
+    /// [m] arm d it holds for.
+    pub arm: f64,
+    /// [rad/s²] constant angular acceleration fitted beside: a torque bias over J.
+    pub bias: Estimate,
+    /// [rad/s] rms of the residual over windows of half a second.
+    pub residual_rms: f64,
+    /// [rad/s] rms of the body rate over the same windows, each about its mean.
+    pub motion_rms: f64,
+    /// Lag-one correlation of the residual: near zero when nothing is missing.
+    pub residual_correlation: f64,
+    /// A torque of the body's own that is missing; J's error allows for it.
+    pub left_out: Option<LeftOut>,
+    /// Samples used.
+    pub samples: usize,
+    /// Where the torque came from, in words.
+    pub driven_by: &'static str,
+    /// [s] [rad/s] [rad/s]: time, measured rate, and the fit's, each window from its own mean; for plots.
+    #[serde(skip)]
+    pub traces: Vec<(f64, f64, f64)>,
+}
+
+/// The angular impulse per lever arm and mass moment: integral of (f_1 - f_2) over time, measured and predicted.
+struct Drive {
+    measured: Vec<f64>,
+    predicted: Option<Vec<f64>>,
+    words: &'static str,
+    /// d in front of it: the arm, or 1 for a logged torque.
+    lever: f64,
+}
+
+/// Identifies the body from one log; `None` where the log holds no attitude or nothing that drives it.
+pub(crate) fn identify(
+    log: &Dataset,
+    actuator: &IdentifiedActuator,
+    arm: f64,
+    warnings: &mut Vec<String>,
+) -> Option<Body> {
+    let rate = log.column("body_rate_rad_s")?;
+    // With one rotor standing all the time the body was held: that log is about the other rotor.
+    if ["command_1", "command_2"]
+        .iter()
+        .filter_map(|name| log.column(name))
+        .any(|command| bounds(command).1 < LEAST_COMMAND)
+    {
+        return None;
+    }
+    let source = log.source_name().to_owned();
+    match attitude_units::mistaken(log, rate) {
+        Some(Mistaken::Rate(sentence)) => {
+            warnings.push(format!("{sentence}; J is not identified from this log"));
+            return None;
+        }
+        Some(Mistaken::Angle(sentence)) => {
+            warnings.push(format!("{sentence}; J comes from the rate and holds"))
+        }
+        Some(Mistaken::Perhaps(sentence)) => {
+            warnings.push(format!("{sentence}: J comes out 57 times too small otherwise"))
+        }
+        None => {}
+    }
+    let drive = drive(log, actuator, arm)?;
+    let driven = driven(log, rate);
+    let rate = driven.as_slice();
+    let windows = windows(log, rate, actuator.pole);
+    let rows: usize = windows.iter().map(Vec::len).sum();
+    if rows < 10 * FEWEST {
+        warnings.push(format!("{source}: too few samples of the body rate to identify the inertia"));
+        return None;
+    }
+    // Columns: lever-arm impulse and time, each less its mean over the window. Beside: the integrals of rate and angle.
+    let own = integrals(log, rate);
+    let mut own_rows = [vec![0.0; rows], vec![0.0; rows]];
+    let mut design = DMatrix::zeros(rows, 2);
+    let mut instruments = DMatrix::zeros(rows, 2);
+    let mut y = DVector::zeros(rows);
+    let predicted = drive.predicted.as_deref().unwrap_or(&drive.measured);
+    let mut at = 0;
+    for window in &windows {
+        let mean = |values: &[f64]| window.iter().map(|&row| values[row]).sum::<f64>() / window.len() as f64;
+        let means = [mean(&drive.measured), mean(predicted), mean(log.time()), mean(rate)];
+        for &row in window {
+            design[(at, 0)] = drive.measured[row] - means[0];
+            instruments[(at, 0)] = predicted[row] - means[1];
+            design[(at, 1)] = log.time()[row] - means[2];
+            instruments[(at, 1)] = design[(at, 1)];
+            y[at] = rate[row] - means[3];
+            own.iter().zip(&mut own_rows).for_each(|(own, rows)| rows[at] = own[row] - mean(own));
+            at += 1;
+        }
+    }
+    let fit = least_squares::instrumental(&design, &instruments, &y)?;
+    let slope = Estimate { value: fit.coefficients[0], standard_error: fit.standard_error(0) };
+    if slope.value < 3.0 * slope.standard_error || slope.value <= 0.0 {
+        warnings.push(format!(
+            "{source}: the torque hardly shows in the body rate (d/J = {}); excite the attitude more, \
+             or check that the body may turn and that its rate has the sign of torque = d (f1 - f2)",
+            with_error(slope.value, slope.standard_error)
+        ));
+        return None;
+    }
+    let inertia_of = |slope: Estimate| {
+        let over = slope.scaled(arm / drive.lever);
+        Estimate { value: arm / over.value, standard_error: arm * over.standard_error / over.value.powi(2) }
+    };
+    let left_out =
+        omitted_torque::find((&design, &instruments, &y), own_rows.each_ref().map(Vec::as_slice), &fit);
+    // What is missing may be another torque than the one that shows: J is known as well as the two values agree.
+    let bent = left_out.map_or(0.0, |(.., beside)| beside.value - slope.value);
+    let slope = Estimate { standard_error: slope.standard_error.hypot(bent), ..slope };
+    let left_out =
+        left_out.map(|(goes_with, shows, beside)| LeftOut { goes_with, shows, inertia: inertia_of(beside) });
+    let (arm_over_inertia, inertia) = (slope.scaled(arm / drive.lever), inertia_of(slope));
+    let each = windows.iter().flatten().zip(fit.residuals.iter());
+    let traces = each.map(|(&row, residual)| (log.time()[row], rate[row], rate[row] - residual)).collect();
+    Some(Body {
+        source,
+        arm_over_inertia,
+        inertia,
+        arm,
+        bias: Estimate { value: fit.coefficients[1], standard_error: fit.standard_error(1) },
+        residual_rms: fit.residual_rms,
+        motion_rms: (y.norm_squared() / rows as f64).sqrt(),
+        residual_correlation: least_squares::lag_one_correlation(fit.residuals.as_slice()),
+        left_out,
+        samples: rows,
+        driven_by: drive.words,
+        traces,
+    })
+}
+
+fn drive(log: &Dataset, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive> {
+    let commands = log.column("command_1").zip(log.column("command_2"));
+    let voltage = log.column("battery_voltage_v").map(held_everywhere);
+    let runs = commands.map(|(first, second)| {
+        [first, second].map(|command| actuator.run_from(None, log.time(), command, voltage.as_deref()))
+    });
+    let c = actuator.thrust_coefficient;
+    let predicted =
+        runs.as_ref().map(|[first, second]| impulse(log, [&first.rates, &second.rates], runs.as_ref(), c));
+    let measured = log.column("propeller_rate_1_rad_s").zip(log.column("propeller_rate_2_rad_s"));
+    if let Some((first, second)) = measured {
+        let known = |rotor: usize, rates: &[f64]| match &runs {
+            Some(runs) => filled_along(log, rates, &runs[rotor].rates),
+            None => filled(log, rates),
+        };
+        let measured = impulse(log, [&known(0, first), &known(1, second)], runs.as_ref(), c);
+        return Some(Drive { measured, predicted, words: "measured rotor rates", lever: arm });
+    }
+    if let Some(torque) = log.column("torque_command_nm") {
+        let measured = integral_of_held(log, torque);
+        return Some(Drive { measured, predicted: None, words: "commanded torque", lever: 1.0 });
+    }
+    let words = "rotor rates predicted from the commands";
+    predicted.map(|measured| Drive { measured, predicted: None, words, lever: arm })
+}
+
+/// [N s] running integral of f_1 - f_2 with f = c ω², by the trapezoidal rule; where the commands are known, with what the
+/// rule misses of the exponentials between the samples, taken from the rotors' free run.
+fn impulse(log: &Dataset, rates: [&[f64]; 2], runs: Option<&[RotorRun; 2]>, c: f64) -> Vec<f64> {
+    let trapezium =
+        |rates: &[f64], row: usize, h: f64| 0.5 * h * (rates[row].powi(2) + rates[row + 1].powi(2));
+    let mut sum = 0.0;
+    let mut running = vec![0.0; log.len()];
+    for (row, step) in log.time().windows(2).enumerate() {
+        let h = step[1] - step[0];
+        let of = |rotor: usize| {
+            let missed =
+                runs.map_or(0.0, |runs| runs[rotor].squares[row] - trapezium(&runs[rotor].rates, row, h));
+            trapezium(rates[rotor], row, h) + missed
+        };
+        sum += c * (of(0) - of(1));
+        running[row + 1] = sum;
+    }
+    running
+}
+
+/// What was measured, and between measurements the free run of the rotor, moved by what it lacks to both sides.
+fn filled_along(log: &Dataset, values: &[f64], run: &[f64]) -> Vec<f64> {
+    let lacks: Vec<f64> = values.iter().zip(run).map(|(value, run)| value - run).collect();
+    let moved = filled(log, &lacks).into_iter().zip(run).map(|(lack, run)| run + lack);
+    values.iter().zip(moved).map(|(value, moved)| if value.is_finite() { *value } else { moved }).collect()
+}
+
+/// [rad] [rad s] Running integrals of the body's rate and of its angle: of the measured one, or of the rate's own integral.
+fn integrals(log: &Dataset, rate: &[f64]) -> [Vec<f64>; 2] {
+    let running = |values: &[f64]| {
+        let mut sum = 0.0;
+        let mut running = vec![0.0; values.len()];
+        for (row, step) in log.time().windows(2).enumerate() {
+            sum += 0.5 * (step[1] - step[0]) * (values[row] + values[row + 1]);
+            running[row + 1] = sum;
+        }
+        running
+    };
+    let turned = running(&filled(log, rate));
+    let angle = log.column("body_angle_rad").map(|angle| filled(log, angle));
+    let swung = running(angle.as_deref().filter(|angle| angle[0].is_finite()).unwrap_or(&turned));
+    [turned, swung]
+}
+
+/// Straight lines between known values; what precedes the first keeps it. Holes are cut out by [`windows`].
+fn filled(log: &Dataset, values: &[f64]) -> Vec<f64> {
+    let time = log.time();
+    let known: Vec<usize> = (0..values.len()).filter(|&row| values[row].is_finite()).collect();
+    let mut next = 0;
+    (0..values.len())
+        .map(|row| {
+            while next < known.len() && known[next] < row {
+                next += 1;
+            }
+            match (next.checked_sub(1).and_then(|at| known.get(at)), known.get(next)) {
+                (Some(&before), Some(&after)) => {
+                    let share = (time[row] - time[before]) / (time[after] - time[before]);
+                    values[before] + share * (values[after] - values[before])
+                }
+                (None, Some(&only)) | (Some(&only), None) => values[only],
+                (None, None) => f64::NAN,
+            }
+        })
+        .collect()
+}
+
+/// The body rate, but where a rotor's rate was not measured for longer than a window: a straight line over a gap like that is
+/// no measurement of what drove the body.
+fn driven(log: &Dataset, rate: &[f64]) -> Vec<f64> {
+    let mut driven = rate.to_vec();
+    let columns = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"].map(|name| log.column(name));
+    let [Some(first), Some(second)] = columns else { return driven };
+    let time = log.time();
+    for measured in [first, second] {
+        let mut begins = 0;
+        for row in 0..=time.len() {
+            if row < time.len() && !measured[row].is_finite() {
+                continue;
+            }
+            let (before, end) = (begins.max(1) - 1, row.min(time.len() - 1));
+            if row > begins && time[end] - time[before] > WINDOW {
+                driven[begins..row].fill(f64::NAN);
+            }
+            begins = row + 1;
+        }
+    }
+    driven
+}
+
+/// Running integral of a command, held from its row until the next one.
+fn integral_of_held(log: &Dataset, values: &[f64]) -> Vec<f64> {
+    let (mut sum, mut held) = (0.0, 0.0);
+    let mut running = vec![0.0; values.len()];
+    for (row, step) in log.time().windows(2).enumerate() {
+        held = if values[row].is_finite() { values[row] } else { held };
+        sum += held * (step[1] - step[0]);
+        running[row + 1] = sum;
+    }
+    running
+}
+
+/// What a rotor of a pole [rad/s] does over an interval shorter than this share of its time constant is known also where
+/// a command is missing.
+const SHORT: f64 = 0.05;
+
+/// Stretches without holes, and where it matters without a missing command: what a rotor did meanwhile is not known.
+fn known(log: &Dataset, pole: f64) -> Vec<Range<usize>> {
+    let both = |names: [&str; 2]| log.column(names[0]).zip(log.column(names[1]));
+    let torque = || log.column("torque_command_nm").map(|torque| (torque, torque));
+    let rates = || both(["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"]);
+    let mut stretches = log.segments();
+    let Some((first, second)) = both(["command_1", "command_2"]).or_else(torque).or_else(rates) else {
+        return stretches;
+    };
+    // Never the same twice: whatever is missing counts.
+    let there = |row: usize| first[row].is_finite() && second[row].is_finite();
+    let mut turn = 0.0;
+    let mut next = || {
+        turn = 1.0 - turn;
+        turn
+    };
+    let told: Vec<f64> = (0..log.len()).map(|row| if there(row) { next() } else { f64::NAN }).collect();
+    for stretch in &mut stretches {
+        stretch.start = stretch.clone().find(|&row| there(row)).unwrap_or(stretch.end);
+    }
+    let missing = missing_commands::find(log.time(), &told, &stretches);
+    if missing.interval * pole < SHORT { log.segments() } else { missing.known }
+}
+
+/// Rows with a body rate, cut into windows over which it is known what the rotors did.
+fn windows(log: &Dataset, rate: &[f64], pole: f64) -> Vec<Vec<usize>> {
+    let mut windows: Vec<Vec<usize>> = Vec::new();
+    for segment in known(log, pole) {
+        let mut window: Vec<usize> = Vec::new();
+        for row in segment.filter(|&row| rate[row].is_finite()) {
+            if window.first().is_some_and(|&first| log.time()[row] - log.time()[first] >= WINDOW) {
+                windows.push(std::mem::take(&mut window));
+            }
+            window.push(row);
+        }
+        windows.push(window);
+    }
+    windows.retain(|window| window.len() >= FEWEST);
+    windows
+}

@@ -1,0 +1,254 @@
+//! Rivals of the first-order lag: a transport delay before it, or a second pole behind it.
+
+use serde::Serialize;
+
+use super::Estimate;
+use super::pole::{self, LagFit, Record};
+use super::regressors::NO_DELAY;
+use crate::estimation::least_squares::invert;
+use crate::estimation::variable_projection::Columns;
+use crate::screening::rotor_data::RotorLog;
+
+use nalgebra::DMatrix;
+
+/// A rival counts when its gain is this many standard errors of its parameter.
+const SIGNIFICANT: f64 = 4.0;
+/// Share of the rms error it must take away to be worth a word.
+const WORTH: f64 = 0.01;
+/// Longest delay tried, in half sampling intervals; with the search around it, below [`UNHEARD`](super::regressors).
+const LONGEST_DELAY: usize = 12;
+/// Rows of each log that decide on a rival: two minutes at 50 Hz.
+const DECIDING_ROWS: usize = 6_000;
+
+/// A rival model of the same record.
+#[derive(Debug, Clone, Serialize)]
+pub struct Rival {
+    /// `transport_delay` or `second_order_lag`, as in the catalogue of effects.
+    pub effect: &'static str,
+    /// [s] delay, or time constant of the second pole.
+    pub time: Estimate,
+    /// [rad/s] pole beside it.
+    pub pole: f64,
+    /// [rad/s] rms error left; the first-order lag's is in [`super::PoleFit`].
+    pub residual_rms: f64,
+    /// Whether the data ask for it.
+    pub needed: bool,
+    /// Whether they prefer it to every other rival.
+    pub clear: bool,
+}
+
+/// Both rivals on the first [`DECIDING_ROWS`] rows of each log: `record(rotors, τ)` is the record of `rotors`
+/// with commands delayed by τ.
+pub(crate) fn both<const M: usize>(
+    whole: &LagFit,
+    rotors: &[RotorLog],
+    record: impl Fn(&[RotorLog], f64) -> Record<M>,
+) -> Vec<Rival> {
+    let heads: Vec<RotorLog> = rotors.iter().map(|rotor| rotor.head(DECIDING_ROWS)).collect();
+    let interval = rotors.first().map_or(0.0, |rotor| rotor.interval);
+    let record = |delay: f64| record(&heads, delay);
+    let head = record(NO_DELAY);
+    let Some(lag) = pole::fit_from(&head, whole.pole) else { return Vec::new() };
+    let mut rivals: Vec<Rival> =
+        delay(&lag, interval, record).into_iter().chain(second_order(&lag, &head)).collect();
+    let least = |but: usize| {
+        let others = rivals.iter().enumerate().filter(|(index, _)| *index != but);
+        others.map(|(_, rival)| rival.residual_rms).fold(lag.residual_rms, f64::min)
+    };
+    let clear: Vec<bool> =
+        (0..rivals.len()).map(|index| is_clear(&rivals[index], least(index), &lag)).collect();
+    rivals.iter_mut().zip(clear).for_each(|(rival, clear)| rival.clear = clear);
+    // As errors over the whole record, so that they can be read beside that of the lag alone.
+    rivals.iter_mut().for_each(|rival| rival.residual_rms *= whole.residual_rms / lag.residual_rms);
+    rivals
+}
+
+/// Whether a rival stands out: each standard error by which the next best is worse raises the cost by the variance of
+/// the noise, of what is left with the rival itself.
+fn is_clear(rival: &Rival, next: f64, lag: &LagFit) -> bool {
+    let raised = lag.samples as f64 * ((next / rival.residual_rms).powi(2) - 1.0);
+    raised > SIGNIFICANT * SIGNIFICANT
+}
+
+/// Fits a delay in front of the lag.
+fn delay<const M: usize>(lag: &LagFit, interval: f64, record: impl Fn(f64) -> Record<M>) -> Option<Rival> {
+    let fit = |delay: f64| pole::fit_from(&record(delay), lag.pole);
+    let cost =
+        |delay: f64| fit(delay).map_or(f64::INFINITY, |fit| fit.residual_rms.powi(2) * fit.samples as f64);
+    let step = 0.5 * interval;
+    let coarse = least((0..=LONGEST_DELAY).map(|index| (index as f64 * step).max(NO_DELAY)), cost)?;
+    let (time, least) = golden(cost, (coarse - step).max(NO_DELAY), coarse + step);
+    Some(rival("transport_delay", time, least, lag, fit(time)?.pole, cost, interval * 0.2))
+}
+
+/// Fits a second pole behind the first.
+fn second_order<const M: usize>(lag: &LagFit, record: &Record<M>) -> Option<Rival> {
+    // With the fast time constant given, the slower pole keeps the sum of both times near that of one lag.
+    let best = |time: f64| {
+        let centre = 1.0 / (1.0 / lag.pole - time).max(0.3 / lag.pole);
+        golden(|pole| two_pole_cost(record, pole, 1.0 / time), 0.6 * centre, (1.6 * centre).min(0.95 / time))
+    };
+    let times = (0..10).map(|power| 1e-4 / lag.pole * 2.5f64.powi(power));
+    let coarse = least(times, |time| best(time).1)?;
+    let (log_time, least) =
+        golden(|log| best(log.exp()).1, (coarse / 2.5).ln(), (coarse * 2.5).min(0.9 / lag.pole).ln());
+    let time = log_time.exp();
+    Some(rival("second_order_lag", time, least, lag, best(time).0, |time| best(time).1, 0.2 * time))
+}
+
+/// The candidate with the least cost.
+fn least(candidates: impl Iterator<Item = f64>, cost: impl Fn(f64) -> f64) -> Option<f64> {
+    let costs = candidates.map(|candidate| (candidate, cost(candidate)));
+    costs.min_by(|a, b| a.1.total_cmp(&b.1)).map(|best| best.0)
+}
+
+/// Judges a rival by its parameter's standard error, from the curvature of the cost around it and stretched by
+/// the correlation of the residual.
+fn rival(
+    effect: &'static str,
+    time: f64,
+    least: f64,
+    first_order: &LagFit,
+    pole: f64,
+    cost: impl Fn(f64) -> f64,
+    reach: f64,
+) -> Rival {
+    let samples = first_order.samples as f64;
+    let curvature = ((cost(time + reach) - least) / (reach * reach)).max(f64::MIN_POSITIVE);
+    let correlation = first_order.residual_correlation.clamp(0.0, 0.98);
+    let stretch = ((1.0 + correlation) / (1.0 - correlation)).sqrt();
+    let standard_error = stretch * (least / samples / curvature).sqrt();
+    let residual_rms = (least / samples).sqrt();
+    let needed =
+        time > SIGNIFICANT * standard_error && residual_rms < (1.0 - WORTH) * first_order.residual_rms;
+    let time = Estimate { value: time, standard_error };
+    Rival { effect, time, pole, residual_rms, needed, clear: false }
+}
+
+/// Columns of the two-pole problem: at most five outputs, two initial states, the measurement.
+const WIDEST: usize = 8;
+
+/// Sum of squared errors with two poles: `pq/((s+p)(s+q)) = (q H_p - p H_q)/(q - p)` with H first-order lags, so
+/// that the held input is still solved exactly.
+fn two_pole_cost<const M: usize>(record: &Record<M>, slow: f64, fast: f64) -> f64 {
+    let columns = M + 3;
+    let mut normal = DMatrix::<f64>::zeros(M + 1, M + 1);
+    let mut block = Columns::<WIDEST>::EMPTY;
+    for segment in &record.segments {
+        let mut gram = [[0.0; WIDEST]; WIDEST];
+        let (mut a, mut b) = ([0.0; M], [0.0; M]);
+        let mut states = [1.0, 1.0];
+        let mut values = [0.0; WIDEST];
+        let (mut interval, mut decays) = (f64::NAN, (1.0, 1.0));
+        for row in segment.clone() {
+            if record.output[row].is_finite() {
+                for j in 0..M {
+                    values[j] = (fast * a[j] - slow * b[j]) / (fast - slow);
+                }
+                values[M] = states[0];
+                values[M + 1] = states[1];
+                values[M + 2] = record.output[row];
+                block.push(&values);
+                if block.is_full() {
+                    block.take(columns, &mut gram);
+                }
+            }
+            if row + 1 < segment.end {
+                let span = record.time[row + 1] - record.time[row];
+                if (span - interval).abs() > 1e-9 * span || interval.is_nan() {
+                    interval = span;
+                    decays = ((-slow * span).exp(), (-fast * span).exp());
+                }
+                let (slow_decay, fast_decay) = decays;
+                for j in 0..M {
+                    let input = record.inputs[row][j];
+                    a[j] = slow_decay * (a[j] - input) + input;
+                    b[j] = fast_decay * (b[j] - input) + input;
+                }
+                states = [states[0] * slow_decay, states[1] * fast_decay];
+            }
+        }
+        block.take(columns, &mut gram);
+        let mut gram = DMatrix::from_fn(columns, columns, |i, j| gram[i.max(j)][i.min(j)]);
+        eliminate(&mut gram, M);
+        eliminate(&mut gram, M + 1);
+        let kept = |index: usize| if index < M { index } else { M + 2 };
+        normal += DMatrix::from_fn(M + 1, M + 1, |i, j| gram[(kept(i), kept(j))]);
+    }
+    let Some(inverse) = invert(&normal.view((0, 0), (M, M)).into_owned()) else { return f64::INFINITY };
+    let right = normal.view((0, M), (M, 1)).into_owned();
+    normal[(M, M)] - (right.transpose() * inverse * &right)[(0, 0)]
+}
+
+/// Projects column `index` out of a Gram matrix.
+fn eliminate(gram: &mut DMatrix<f64>, index: usize) {
+    let pivot = gram[(index, index)];
+    if pivot > 1e-12 {
+        let column = gram.column(index).into_owned();
+        gram.ger(-1.0 / pivot, &column, &column, 1.0);
+    }
+}
+
+const GOLDEN_STEPS: usize = 16;
+
+/// Minimum of a function with one valley between two ends: golden section, to a 5e-4 part of the span.
+pub(crate) fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (f64, f64) {
+    const SHARE: f64 = 0.618_033_988_749_895;
+    let (mut left, mut right) = (high - SHARE * (high - low), low + SHARE * (high - low));
+    let (mut f_left, mut f_right) = (f(left), f(right));
+    for _ in 0..GOLDEN_STEPS {
+        if f_left <= f_right {
+            (high, right, f_right) = (right, left, f_left);
+            left = high - SHARE * (high - low);
+            f_left = f(left);
+        } else {
+            (low, left, f_left) = (left, right, f_right);
+            right = low + SHARE * (high - low);
+            f_right = f(right);
+        }
+    }
+    if f_left <= f_right { (left, f_left) } else { (right, f_right) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_distr::StandardNormal;
+
+    #[test]
+    fn golden_section_finds_a_valley_also_at_an_end() {
+        assert!((golden(|x| (x - 0.3).powi(2), 0.0, 1.0).0 - 0.3).abs() < 1e-3);
+        assert!(golden(|x| x, 0.0, 1.0).0 < 1e-3);
+    }
+
+    /// Two poles, integrated by Euler in steps a thousand times finer than the sampling, and noise.
+    fn two_poles(slow: f64, fast: f64) -> Record<1> {
+        let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(2);
+        let (mut first, mut second) = (600.0, 600.0);
+        let whole = std::iter::once(0..6000).collect();
+        let mut record = Record { time: vec![], output: vec![], inputs: vec![], segments: whole };
+        for row in 0..6000 {
+            let noise: f64 = random.sample(StandardNormal);
+            let input = if random.random::<bool>() { 700.0 } else { 500.0 };
+            record.time.push(f64::from(row) * 0.02);
+            record.output.push(second + 1.5 * noise);
+            record.inputs.push([input]);
+            for _ in 0..1000 {
+                first += 2e-5 * slow * (input - first);
+                second += 2e-5 * fast * (first - second);
+            }
+        }
+        record
+    }
+
+    #[test]
+    fn a_second_pole_is_found_and_a_first_order_lag_is_left_alone() {
+        let record = two_poles(16.0, 80.0);
+        let rival = second_order(&pole::fit(&record).unwrap(), &record).unwrap();
+        assert!(rival.needed);
+        assert!(rival.time.distance(1.0 / 80.0) < 3.5, "{rival:?}");
+        let record = two_poles(16.0, 40_000.0);
+        assert!(!second_order(&pole::fit(&record).unwrap(), &record).unwrap().needed);
+    }
+}

@@ -1,0 +1,48 @@
+//! Torques of the body's own that J alone leaves out: one that goes with its angle, as gravity's or a cable's, and one that
+//! goes with its rate, as friction's. They bend J when they are not fitted beside it, by more than noise tells.
+
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use super::Estimate;
+use crate::estimation::least_squares::{self, LinearFit};
+
+/// Standard errors from which such a torque is there.
+const SHOWS: f64 = 5.0;
+/// Standard errors of d/J by which it moves it, from which that matters.
+const MOVES: f64 = 2.0;
+
+/// A torque that is missing, and what J would be with it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct LeftOut {
+    /// What it goes with: the body's angle or its rate.
+    pub goes_with: &'static str,
+    /// [-] how many standard errors it shows with.
+    pub shows: f64,
+    /// [kg m²] J beside it, and beside the other one.
+    pub inertia: Estimate,
+}
+
+/// What `alone`, d/J and a bias, leaves out; `integrals` are those of rate and angle over time, each less its mean over its
+/// window, row by row as `design`. With it comes the d/J beside them.
+pub(crate) fn find(
+    (design, instruments, y): (&DMatrix<f64>, &DMatrix<f64>, &DVector<f64>),
+    integrals: [&[f64]; 2],
+    alone: &LinearFit,
+) -> Option<(&'static str, f64, Estimate)> {
+    let beside = |matrix: &DMatrix<f64>| {
+        let mut wide = matrix.clone().insert_columns(2, 2, 0.0);
+        for (column, values) in integrals.iter().enumerate() {
+            values.iter().enumerate().for_each(|(row, value)| wide[(row, 2 + column)] = *value);
+        }
+        wide
+    };
+    let fit = least_squares::instrumental(&beside(design), &beside(instruments), y)?;
+    let shows = |index: usize| fit.coefficients[index].abs() / fit.standard_error(index);
+    let (what, shows) =
+        if shows(2) > shows(3) { ("the body's rate", shows(2)) } else { ("the body's angle", shows(3)) };
+    let moved = (fit.coefficients[0] - alone.coefficients[0]).abs();
+    let matters = moved > MOVES * alone.standard_error(0) && shows > SHOWS && shows.is_finite();
+    let slope = Estimate { value: fit.coefficients[0], standard_error: fit.standard_error(0) };
+    (matters && slope.value > 0.0).then_some((what, shows, slope))
+}

@@ -1,0 +1,266 @@
+//! A battery that is read in steps as coarse as its noise, or coarser: over a few steps what is read is a staircase, which
+//! no fit averages out. It bends with time as a battery does, and is taken for one.
+//!
+//! When a tread ends is known far better than where on the tread the voltage is. So what is read is taken for what it is, an
+//! interval of one step around it, in which the voltage lies with its noise: the course over time, and what the load takes
+//! with the cube of the rate, are those of greatest likelihood. Where steps are fine against the noise that is least squares.
+
+mod columns;
+
+use std::collections::BTreeMap;
+use std::f64::consts::{PI, SQRT_2};
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::screening::rotor_data::{RotorLog, bounds, held_everywhere};
+use columns::{Columns, RIDGE, Sums};
+
+/// Steps that a log reaches over from which treads average out.
+const MOST_STEPS: f64 = 30.0;
+/// Share of a step by which the difference of two readings may miss a multiple of it.
+const OFF: f64 = 0.02;
+/// [V] no reading is as fine.
+const FINEST: f64 = 1e-6;
+/// A tread over the mean of all, at most.
+const LONGEST: f64 = 3.0;
+/// Error of an edge in steps, and of a fall that is known as a share of it.
+const EDGE: f64 = 0.05;
+const KNOWN: f64 = 0.15;
+/// Logarithm of the likelihood by which a load shows.
+const PLAINLY: f64 = 6.0;
+/// Steps for each knot of the course, and the shortest time [s] between two.
+const STEPS_EACH: f64 = 2.0;
+const SHORTEST_BEND: f64 = 10.0;
+/// Standard deviation of the load, as a share of its mean, from which it is told from the course.
+const LOADED: f64 = 0.1;
+/// Noise in steps: the least that is taken, and from where on it carries the reading over the treads.
+const NOISE: (f64, f64) = (0.02, 0.5);
+/// Weight of all treads beside all edges where the search starts: enough to settle what no edge tells.
+const TREADS: f64 = 0.01;
+/// Least weight of a row, which keeps directions apart that nothing tells apart.
+const LEAST: f64 = 1e-3;
+/// Steps of the search, which needs two to eight, and share of a step of the reading below which it has ended.
+const MOST_PASSES: usize = 60;
+const ENDED: f64 = 1e-3;
+
+/// Puts readings without treads in the place of a staircase, as noisy as what is known of the voltage. Says so where the
+/// edges do not tell how it fell.
+pub(crate) fn mend(rotor: &mut RotorLog) -> Option<String> {
+    let voltage = rotor.voltage.as_deref()?;
+    let step = step_of(voltage)?;
+    let stairs = Staircase { time: &rotor.time, voltage, step, edges: edges(voltage, step) };
+    let with_load = load(rotor).and_then(|load| stairs.fit(Some(load)));
+    let fit = with_load.or_else(|| stairs.fit(None))?;
+    if fit.noise > NOISE.1 * step {
+        return None;
+    }
+    let is_known = stairs.tells(&fit);
+    // What the load takes and what time takes are one where no two edges lie under one load; a load that nothing asks for is
+    // none.
+    let has_load = fit.columns.load.is_some();
+    let alone = |likelihood: f64| {
+        stairs.fit(None).filter(|it| stairs.tells(it) && it.likelihood + PLAINLY > likelihood)
+    };
+    let taken = if is_known { Some(fit) } else { alone(fit.likelihood).or(Some(fit).filter(|_| has_load)) };
+    let mended = taken.map(|fit| stairs.without_treads(&fit));
+    if mended.is_some() {
+        rotor.voltage = mended;
+    }
+    (!is_known).then(|| {
+        format!(
+            "{}: `battery_voltage_v` is read in steps of {} V, and crosses too few of them to tell how it fell: k_V and g(u) may \
+             be off by more than their errors say; read it finer, or record a longer discharge",
+            rotor.source,
+            crate::unit::short((1e6 * step).round() / 1e6)
+        )
+    })
+}
+
+/// [s] what a tread may last, by how long those last over which a reading goes that is a staircase; zero where it is none.
+pub(crate) fn longest_tread(time: &[f64], voltage: &[f64]) -> f64 {
+    let (low, high) = bounds(voltage);
+    let treads = step_of(voltage).map(|step| (high - low) / step + 1.0);
+    treads.map_or(0.0, |treads| LONGEST * (time[time.len() - 1] - time[0]) / treads)
+}
+
+/// [V] the step of a reading that has few.
+fn step_of(voltage: &[f64]) -> Option<f64> {
+    let changes = || voltage.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let step = changes().filter(|change| *change > FINEST).reduce(f64::min)?;
+    let (low, high) = bounds(voltage);
+    let off = |change: f64| (change / step - (change / step).round()).abs() > OFF;
+    (high - low <= MOST_STEPS * step && !changes().any(off)).then_some(step)
+}
+
+/// Rows behind which the next tread begins: there the voltage is in the middle between both.
+fn edges(voltage: &[f64], step: f64) -> Vec<usize> {
+    let is_edge = |row: &usize| ((voltage[row + 1] - voltage[*row]).abs() / step - 1.0).abs() < OFF;
+    (0..voltage.len() - 1).filter(is_edge).collect()
+}
+
+/// [V]
+fn between(voltage: &[f64], row: usize) -> f64 {
+    0.5 * (voltage[row] + voltage[row + 1])
+}
+
+/// A voltage as it is read.
+struct Staircase<'a> {
+    /// [s]
+    time: &'a [f64],
+    /// [V]
+    voltage: &'a [f64],
+    /// [V]
+    step: f64,
+    /// Rows behind which the next tread begins.
+    edges: Vec<usize>,
+}
+
+/// What it steps over.
+struct Fit<'a> {
+    columns: Columns<'a>,
+    weights: DVector<f64>,
+    /// [V]
+    noise: f64,
+    /// Logarithm.
+    likelihood: f64,
+}
+
+impl Fit<'_> {
+    fn value(&self, row: usize) -> f64 {
+        self.columns.at(row).map(|(at, x)| self.weights[at] * x).sum()
+    }
+
+    /// [V] over the log.
+    fn fall(&self) -> f64 {
+        (self.weights[self.columns.bends] - self.weights[0]).abs()
+    }
+}
+
+impl<'a> Staircase<'a> {
+    fn fit(&self, load: Option<Vec<f64>>) -> Option<Fit<'a>> {
+        let mut fit = self.by_edges(Columns { time: self.time, load, bends: 1 })?;
+        let bends = (fit.fall() / (STEPS_EACH * self.step)).min(fit.columns.span() / SHORTEST_BEND) as usize;
+        if bends > 1 {
+            fit = self.by_edges(Columns { bends, ..fit.columns })?;
+        }
+        for _ in 0..MOST_PASSES {
+            let mut sums = Sums::new(fit.columns.count());
+            let mut variance = 0.0;
+            fit.likelihood = 0.0;
+            for row in 0..self.voltage.len() {
+                let Cut { mean, told, share } = self.cut(&fit, row);
+                sums.add(&fit.columns, row, told.max(LEAST), fit.noise * mean);
+                variance += fit.noise * fit.noise * (mean * mean + (1.0 - told).clamp(0.0, 1.0));
+                fit.likelihood += share.ln();
+            }
+            let change = sums.solve(self.voltage.len())?;
+            fit.weights += &change;
+            fit.noise = (variance / self.voltage.len() as f64).sqrt().max(NOISE.0 * self.step);
+            if change.amax() < ENDED * self.step {
+                break;
+            }
+        }
+        Some(fit)
+    }
+
+    /// Least squares on the edges, and a little on the treads.
+    fn by_edges(&self, columns: Columns<'a>) -> Option<Fit<'a>> {
+        let mut sums = Sums::new(columns.count());
+        let weight = TREADS * self.edges.len() as f64 / self.voltage.len() as f64;
+        (0..self.voltage.len()).for_each(|row| sums.add(&columns, row, weight, weight * self.voltage[row]));
+        for &row in &self.edges {
+            // Half on either side.
+            let middle = 0.5 * between(self.voltage, row);
+            [row, row + 1].into_iter().for_each(|row| sums.add(&columns, row, 0.5, middle));
+        }
+        let weights = sums.solve(self.voltage.len())?;
+        let mut fit = Fit { columns, weights, noise: 0.0, likelihood: 0.0 };
+        let missed = self.edges.iter().map(|row| (between(self.voltage, *row) - fit.value(*row)).powi(2));
+        let scatter = (missed.sum::<f64>() / self.edges.len() as f64).sqrt();
+        fit.noise = scatter.clamp(NOISE.0 * self.step, NOISE.1 * self.step);
+        Some(fit)
+    }
+
+    fn cut(&self, fit: &Fit, row: usize) -> Cut {
+        Cut::of(self.voltage[row] - fit.value(row), self.step, fit.noise)
+    }
+
+    /// Whether the edges tell how the voltage fell: all that lie near each other on one edge count as one.
+    fn tells(&self, fit: &Fit) -> bool {
+        let columns = &fit.columns;
+        let mut places: BTreeMap<[i64; 2], (DVector<f64>, f64)> = BTreeMap::new();
+        for &row in &self.edges {
+            let place = [
+                (between(self.voltage, row) / self.step).floor(),
+                ((self.time[row] - self.time[0]) / SHORTEST_BEND).floor(),
+            ];
+            let none = || (DVector::zeros(columns.count()), 0.0);
+            let (sum, rows) = places.entry(place.map(|place| place as i64)).or_insert_with(none);
+            columns.at(row).for_each(|(at, x)| sum[at] += x);
+            *rows += 1.0;
+        }
+        let mut squares = DMatrix::identity(columns.count(), columns.count()) * RIDGE;
+        for (sum, rows) in places.values() {
+            squares += sum * sum.transpose() / (rows * rows);
+        }
+        let mut fall = DVector::zeros(columns.count());
+        (fall[0], fall[columns.bends]) = (-1.0, 1.0);
+        let Some(squares) = squares.cholesky() else { return false };
+        let error = EDGE * self.step * fall.dot(&squares.solve(&fall)).sqrt();
+        error < KNOWN * fit.fall().max(self.step)
+    }
+
+    /// [V] What is left of the likelihood's slope has no part in the columns. With it, and as strong as what the treads tell
+    /// is weak, least squares on what is given here finds the same course, and with the errors that it has.
+    fn without_treads(&self, fit: &Fit) -> Vec<f64> {
+        let rows = || 0..self.voltage.len();
+        let told = rows().map(|row| self.cut(fit, row).mean.powi(2)).sum::<f64>() / self.voltage.len() as f64;
+        let scale = fit.noise / told.max(LEAST);
+        rows().map(|row| fit.value(row) + scale * self.cut(fit, row).mean).collect()
+    }
+}
+
+/// [-] cubes of the rates of all that draws on the battery, over their mean, where they move.
+fn load(rotor: &RotorLog) -> Option<Vec<f64>> {
+    let cubes =
+        |rate: &[f64]| -> Vec<f64> { held_everywhere(rate).iter().map(|rate| rate.powi(3)).collect() };
+    let mut load = cubes(&rotor.rate);
+    let beside = rotor.beside.as_ref().and_then(|beside| beside.rate.as_deref());
+    if let Some(rate) = beside.filter(|rate| rate.iter().any(|rate| rate.is_finite())) {
+        load.iter_mut().zip(cubes(rate)).for_each(|(load, other)| *load += other);
+    }
+    let mean = |load: &[f64]| load.iter().sum::<f64>() / load.len() as f64;
+    let scale = mean(&load);
+    load.iter_mut().for_each(|load| *load /= scale);
+    let variance = load.iter().map(|load| (load - 1.0).powi(2)).sum::<f64>() / load.len() as f64;
+    (variance.sqrt() > LOADED).then_some(load)
+}
+
+/// What a row of a staircase says of the noise [its standard deviations].
+struct Cut {
+    /// Where it lies.
+    mean: f64,
+    /// How much of what a reading without steps would tell of the course: of one of noise alone all, of a tread none.
+    told: f64,
+    /// How likely the reading is.
+    share: f64,
+}
+
+impl Cut {
+    /// An interval of one `step` [V] was read, whose middle is `off` [V] above the course, with `noise` [V] about it.
+    fn of(off: f64, step: f64, noise: f64) -> Self {
+        let ends @ [low, high] = [off - 0.5 * step, off + 0.5 * step].map(|end| end / noise);
+        let [below, above] = ends.map(|end| 0.5 * libm::erf(end / SQRT_2));
+        let share = above - below;
+        // So far away that the law of the noise says nothing: the nearer end.
+        if share < RIDGE {
+            return Self { mean: 0f64.clamp(low, high), told: 1.0, share: RIDGE };
+        }
+        let [at_low, at_high] = ends.map(|end| (-0.5 * end * end).exp() / (2.0 * PI).sqrt());
+        let mean = (at_low - at_high) / share;
+        Self { mean, told: mean * mean + (high * at_high - low * at_low) / share, share }
+    }
+}
+
+#[cfg(test)]
+mod tests;

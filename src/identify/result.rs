@@ -1,0 +1,115 @@
+//! What goes into section III, and what comes out of it.
+
+use serde::Serialize;
+
+use super::dead_time::Delay;
+use super::inertia::Body;
+use super::joint_fit::JointFit;
+use super::lag_order::Rival;
+use super::static_curve::StaticCurve;
+use super::thrust_curve::ThrustCurve;
+use super::validate::Validation;
+use super::voltage_gain::BatteryGain;
+use super::{Estimate, IdentifiedActuator};
+use crate::estimation::spectrum::ResponsePoint;
+use crate::model::Model;
+use crate::signal::ROTORS;
+
+/// What to identify from the logs, and what to take as given.
+#[derive(Debug, Clone)]
+pub struct IdentifySettings {
+    /// Gives the full-battery voltage, the hover rate, the arm, and all that the logs do not show.
+    pub template: Model,
+    /// Whether its full-battery voltage was said of this bench, and is not the template's own.
+    pub full_voltage_given: bool,
+    /// Degree of g(u); `None` = cross-validation chooses.
+    pub degree: Option<usize>,
+    /// Whether the battery takes part (where its voltage was logged).
+    pub battery: bool,
+    /// Whether a transport delay that the data settle goes into the model.
+    pub delay: bool,
+    /// Which rotors' columns to use, from 1; they are taken as identical, as the paper does.
+    pub rotors: Vec<usize>,
+}
+
+impl Default for IdentifySettings {
+    fn default() -> Self {
+        Self {
+            template: Model::paper(),
+            full_voltage_given: false,
+            degree: None,
+            battery: true,
+            delay: true,
+            rotors: (1..=ROTORS).collect(),
+        }
+    }
+}
+
+/// The pole from z to ω_p, [LPC16] section III.B, Eq. (10).
+///
+/// **Deviation:** from the data (10) the print fits the pole alone. Here a gain and an offset are fitted beside it,
+/// so that a small error of the static curve does not move it; both are shown, and the model keeps gain 1.
+#[derive(Debug, Clone, Serialize)]
+pub struct PoleFit {
+    /// [rad/s]
+    pub pole: Estimate,
+    /// [-] gain from z to ω_p: 1 when the static curve holds in motion.
+    pub gain: Estimate,
+    /// [rad/s] offset fitted beside.
+    pub offset: Estimate,
+    /// [rad/s] rms of the residual.
+    pub residual_rms: f64,
+    /// Lag-one correlation of the residual: near zero when nothing is missing.
+    pub residual_correlation: f64,
+    /// Samples used.
+    pub samples: usize,
+    /// A delay and a second pole, tried.
+    pub rivals: Vec<Rival>,
+    /// The delay, where it was settled; pole, gain and offset then were fitted beside it.
+    pub delay: Option<Delay>,
+}
+
+/// One step of section III: done, or why not.
+#[derive(Debug, Clone, Serialize)]
+pub struct Part {
+    /// The step and its equation.
+    pub step: &'static str,
+    /// What was done, or what is missing.
+    pub outcome: String,
+    /// Whether it was done.
+    pub done: bool,
+}
+
+/// All that the logs say.
+#[derive(Debug, Clone, Serialize)]
+pub struct Identification {
+    /// The steps of section III, and which of them the logs permit.
+    pub parts: Vec<Part>,
+    /// k_V by Eq. (6).
+    pub battery: Option<BatteryGain>,
+    /// g(u) by Eq. (9).
+    pub static_curve: Option<StaticCurve>,
+    /// p by output error from z.
+    pub pole: Option<PoleFit>,
+    /// Everything at once.
+    pub joint: Option<JointFit>,
+    /// The rotor as the model file gets it.
+    pub actuator: IdentifiedActuator,
+    /// Frequency response from z to the measured rate.
+    pub frequency_response: Vec<ResponsePoint>,
+    /// [s] median sampling interval of the logs with lively commands.
+    pub interval: f64,
+    /// Thrust curve.
+    pub thrust: Option<ThrustCurve>,
+    /// Body.
+    pub body: Option<Body>,
+    /// How the result does on the logs it was fitted to.
+    pub training: Vec<Validation>,
+    /// How it does on other logs.
+    pub validation: Vec<Validation>,
+    /// What the reader must know.
+    pub warnings: Vec<String>,
+    /// The model: the template with all that was identified.
+    #[serde(skip)]
+    pub model: Model,
+}

@@ -1,0 +1,97 @@
+//! The thrust curve where thrust was measured: f = c ω² through the origin, and the tangent at hover,
+//! [LPC16] Eq. (13), f ≈ c_p1 ω + c_p0.
+
+use nalgebra::{DMatrix, DVector};
+use serde::Serialize;
+
+use super::Estimate;
+use crate::estimation::least_squares;
+use crate::screening::readings;
+use crate::screening::rotor_data::RotorLog;
+
+/// Share of the thrust that a linear part may add before the quadratic is called wrong.
+const NOT_QUADRATIC: f64 = 0.03;
+
+/// The fitted thrust curve.
+#[derive(Debug, Clone, Serialize)]
+pub struct ThrustCurve {
+    /// [N s²/rad²] c.
+    pub coefficient: Estimate,
+    /// [rad/s] hover rate ω_0 at which the tangent is taken.
+    pub hover_rate: f64,
+    /// [N s/rad] c_p1 = 2 c ω_0.
+    pub slope: Estimate,
+    /// [N] c_p0 = -c ω_0².
+    pub offset: Estimate,
+    /// [N] rms of the residual.
+    pub residual_rms: f64,
+    /// Samples used.
+    pub samples: usize,
+    /// [-] linear part at hover, as a share of the thrust, if one is allowed beside the quadratic.
+    pub linear_share: Estimate,
+}
+
+/// [rad/s] [N] rate and thrust of the rows that have both. Where the two come in turns, the rate lies on a straight line
+/// between its readings.
+fn pairs(rotor: &RotorLog, thrust: &[f64]) -> Vec<(f64, f64)> {
+    let measured = rotor.segments.iter().cloned().flatten().filter(|&row| thrust[row].is_finite());
+    let of = |rate: &[f64]| -> Vec<(f64, f64)> {
+        measured.clone().map(|row| (rate[row], thrust[row])).filter(|pair| pair.0.is_finite()).collect()
+    };
+    let (together, all) = (of(&rotor.rate), of(&readings::bridged(&rotor.time, &rotor.rate)));
+    if 2 * together.len() < all.len() { all } else { together }
+}
+
+/// Fits the thrust curve over all rotors; `None` where no thrust was measured.
+pub(crate) fn identify(
+    rotors: &[RotorLog],
+    hover_rate: f64,
+    warnings: &mut Vec<String>,
+) -> Option<ThrustCurve> {
+    let mut rows: Vec<(f64, f64)> = Vec::new();
+    for rotor in rotors {
+        let Some(thrust) = &rotor.thrust else { continue };
+        rows.extend(pairs(rotor, thrust));
+    }
+    if rows.len() < 20 {
+        return None;
+    }
+    let y = DVector::from_iterator(rows.len(), rows.iter().map(|row| row.1));
+    let square = DMatrix::from_fn(rows.len(), 1, |row, _| rows[row].0.powi(2));
+    let fit = least_squares::least_squares(&square, &y)?;
+    let coefficient = Estimate { value: fit.coefficients[0], standard_error: fit.standard_error(0) };
+    let both = DMatrix::from_fn(rows.len(), 2, |row, column| {
+        let ratio = rows[row].0 / hover_rate;
+        if column == 0 { ratio } else { ratio * ratio }
+    });
+    let linear_share = least_squares::least_squares(&both, &y).map_or(Estimate::unknown(), |fit| {
+        let thrust = fit.coefficients[0] + fit.coefficients[1];
+        Estimate { value: fit.coefficients[0] / thrust, standard_error: fit.standard_error(0) / thrust.abs() }
+    });
+    if linear_share.value.abs() > NOT_QUADRATIC
+        && linear_share.value.abs() > 4.0 * linear_share.standard_error
+    {
+        warnings.push(format!(
+            "thrust is not c ω² alone: a linear part of {:.0} % at hover fits better (an offset of the load cell, \
+             its lag during fast changes, or the propeller)",
+            100.0 * linear_share.value
+        ));
+    }
+    if coefficient.value <= 0.0 {
+        warnings.push(
+            "thrust falls with the rate, which no propeller's does: is the sign of the load cell right? The template's thrust \
+             curve is kept"
+                .to_owned(),
+        );
+        return None;
+    }
+    Some(ThrustCurve {
+        coefficient,
+        hover_rate,
+        slope: coefficient.scaled(2.0 * hover_rate),
+        offset: coefficient.scaled(-hover_rate * hover_rate),
+        residual_rms: fit.residual_rms,
+        samples: rows.len(),
+        linear_share,
+    })
+}

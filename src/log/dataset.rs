@@ -1,0 +1,312 @@
+//! A log in memory: time, and columns by their log-format names. Missing cells are not-a-number, holes in
+//! time are known, and nothing here ever interpolates across one.
+
+use std::ops::Range;
+
+/// A hole is a gap longer than this many median sampling intervals: one lost sample is jitter, two are a hole.
+const HOLE_FACTOR: f64 = 2.5;
+
+/// A signal of the log format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LogSignal {
+    /// Column name, unit included.
+    pub name: &'static str,
+    /// SI unit.
+    pub unit: &'static str,
+    /// What it is, in a few words.
+    pub meaning: &'static str,
+}
+
+const fn signal(name: &'static str, unit: &'static str, meaning: &'static str) -> LogSignal {
+    LogSignal { name, unit, meaning }
+}
+
+/// The signals that the log format knows; other columns are carried along under their own names.
+pub const LOG_SIGNALS: &[LogSignal] = &[
+    signal("time_s", "s", "time"),
+    signal("command_1", "-", "command of rotor 1, 0 to 1"),
+    signal("command_2", "-", "command of rotor 2, 0 to 1"),
+    signal("torque_command_nm", "N m", "commanded torque"),
+    signal("battery_voltage_v", "V", "battery voltage"),
+    signal("propeller_rate_1_rad_s", "rad/s", "speed of rotor 1"),
+    signal("propeller_rate_2_rad_s", "rad/s", "speed of rotor 2"),
+    signal("thrust_1_n", "N", "thrust of rotor 1"),
+    signal("thrust_2_n", "N", "thrust of rotor 2"),
+    signal("current_1_a", "A", "current of rotor 1"),
+    signal("current_2_a", "A", "current of rotor 2"),
+    signal("body_rate_rad_s", "rad/s", "body rate"),
+    signal("body_angle_rad", "rad", "body angle"),
+];
+
+/// [s] to the nanosecond: what is finer is the rounding of a sum.
+pub(crate) fn nanoseconds(time: f64) -> f64 {
+    (1e9 * time).round() / 1e9
+}
+
+/// Why a dataset cannot be what was asked.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum DatasetError {
+    /// Time stops, goes back, or is not a number.
+    #[error(
+        "{source_name}: time goes from {} s to {} s at sample {row}; it must rise (`import` leaves out rows that go back, and says which)",
+        nanoseconds(*before), nanoseconds(*after)
+    )]
+    Time {
+        /// File or other origin.
+        source_name: String,
+        /// Sample, from 1.
+        row: usize,
+        /// [s]
+        before: f64,
+        /// [s]
+        after: f64,
+    },
+    /// A column has another length than time has.
+    #[error("{source_name}: column `{column}` has {found} values for {expected} samples")]
+    Length {
+        /// File or other origin.
+        source_name: String,
+        /// Name of the column.
+        column: String,
+        /// Values in it.
+        found: usize,
+        /// Samples of time.
+        expected: usize,
+    },
+    /// Two columns have the same name.
+    #[error("{source_name}: column `{column}` is there twice")]
+    Duplicate {
+        /// File or other origin.
+        source_name: String,
+        /// Name of the column.
+        column: String,
+    },
+    /// What is asked needs a column that is not there, or is empty.
+    #[error("{source_name}: no column `{column}`; it holds {}", .present.join(", "))]
+    Missing {
+        /// File or other origin.
+        source_name: String,
+        /// Name of the column.
+        column: String,
+        /// Names of the columns that are there.
+        present: Vec<String>,
+    },
+}
+
+/// A gap in time over which nothing is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hole {
+    /// Sample after which it begins.
+    pub after: usize,
+    /// [s] when it begins.
+    pub start: f64,
+    /// [s] how long it is.
+    pub length: f64,
+}
+
+/// A log: rising time and named columns of the same length.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dataset {
+    source_name: String,
+    sha256: String,
+    time: Vec<f64>,
+    columns: Vec<(String, Vec<f64>)>,
+}
+
+impl Dataset {
+    /// A log of `time` [s] without columns yet. `source_name` appears in messages and in the model's ladder,
+    /// `sha256` is the content hash of the file (empty when there is no file).
+    ///
+    /// # Errors
+    /// [`DatasetError::Time`] when time does not rise strictly.
+    pub fn new(
+        source_name: impl Into<String>,
+        sha256: impl Into<String>,
+        time: Vec<f64>,
+    ) -> Result<Self, DatasetError> {
+        let source_name = source_name.into();
+        if let Some(first) = time.first().filter(|first| !first.is_finite()) {
+            return Err(DatasetError::Time { source_name, row: 1, before: f64::NAN, after: *first });
+        }
+        for (index, pair) in time.windows(2).enumerate() {
+            // Written so that not-a-number is refused too.
+            if !(pair[1] > pair[0] && pair[1].is_finite()) {
+                return Err(DatasetError::Time {
+                    source_name,
+                    row: index + 2,
+                    before: pair[0],
+                    after: pair[1],
+                });
+            }
+        }
+        Ok(Self { source_name, sha256: sha256.into(), time, columns: Vec::new() })
+    }
+
+    /// Adds a column.
+    ///
+    /// # Errors
+    /// [`DatasetError`] when its length is not that of time, or its name is taken.
+    pub fn insert(&mut self, name: impl Into<String>, values: Vec<f64>) -> Result<(), DatasetError> {
+        let column = name.into();
+        let source_name = self.source_name.clone();
+        if values.len() != self.time.len() {
+            let (found, expected) = (values.len(), self.time.len());
+            return Err(DatasetError::Length { source_name, column, found, expected });
+        }
+        if column == "time_s" || self.columns.iter().any(|(name, _)| *name == column) {
+            return Err(DatasetError::Duplicate { source_name, column });
+        }
+        self.columns.push((column, values));
+        Ok(())
+    }
+
+    /// Replaces the values of a column that is there, or adds it.
+    ///
+    /// # Errors
+    /// [`DatasetError::Length`] when the length is not that of time.
+    pub fn replace(&mut self, name: &str, values: Vec<f64>) -> Result<(), DatasetError> {
+        self.columns.retain(|(column, _)| column != name);
+        self.insert(name, values)
+    }
+
+    /// Where it came from: a file name, or a few words.
+    #[must_use]
+    pub fn source_name(&self) -> &str {
+        &self.source_name
+    }
+
+    /// SHA-256 of the file's bytes in hexadecimal; empty when there is no file.
+    #[must_use]
+    pub fn sha256(&self) -> &str {
+        &self.sha256
+    }
+
+    /// [s] time of each sample.
+    #[must_use]
+    pub fn time(&self) -> &[f64] {
+        &self.time
+    }
+
+    /// Number of samples.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Whether there is no sample.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.time.is_empty()
+    }
+
+    /// Names of the columns, time apart, in the file's order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.columns.iter().map(|(name, _)| name.as_str())
+    }
+
+    /// Values of a column; not-a-number = missing cell. `None` when it is absent or has no value at all.
+    #[must_use]
+    pub fn column(&self, name: &str) -> Option<&[f64]> {
+        let (_, values) = self.columns.iter().find(|(column, _)| column == name)?;
+        values.iter().any(|value| value.is_finite()).then_some(values.as_slice())
+    }
+
+    /// Values of a column that must be there.
+    ///
+    /// # Errors
+    /// [`DatasetError::Missing`] names the column and what is there.
+    pub fn require(&self, name: &str) -> Result<&[f64], DatasetError> {
+        self.column(name).ok_or_else(|| DatasetError::Missing {
+            source_name: self.source_name.clone(),
+            column: name.to_owned(),
+            present: self.names().map(str::to_owned).collect(),
+        })
+    }
+
+    /// [s] median sampling interval; 0 with fewer than two samples.
+    #[must_use]
+    pub fn median_interval(&self) -> f64 {
+        let mut intervals: Vec<f64> = self.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        if intervals.is_empty() {
+            return 0.0;
+        }
+        let middle = intervals.len() / 2;
+        *intervals.select_nth_unstable_by(middle, f64::total_cmp).1
+    }
+
+    /// The gaps in time that are longer than 2.5 median sampling intervals.
+    #[must_use]
+    pub fn holes(&self) -> Vec<Hole> {
+        let limit = HOLE_FACTOR * self.median_interval();
+        let gaps = self.time.windows(2).enumerate().map(|(after, pair)| (after, pair[0], pair[1] - pair[0]));
+        gaps.filter(|(_, _, length)| *length > limit)
+            .map(|(after, start, length)| Hole { after, start, length })
+            .collect()
+    }
+
+    /// The stretches of samples between holes.
+    #[must_use]
+    pub fn segments(&self) -> Vec<Range<usize>> {
+        let mut segments = Vec::new();
+        let mut start = 0;
+        for hole in self.holes() {
+            segments.push(start..hole.after + 1);
+            start = hole.after + 1;
+        }
+        if start < self.len() {
+            segments.push(start..self.len());
+        }
+        segments
+    }
+
+    /// The samples of `rows` (clipped to what is there) as a log of their own.
+    #[must_use]
+    pub fn slice(&self, rows: Range<usize>) -> Self {
+        let end = rows.end.min(self.len());
+        let rows = rows.start.min(end)..end;
+        let columns = self.columns.iter().map(|(name, values)| (name.clone(), values[rows.clone()].to_vec()));
+        Self {
+            source_name: self.source_name.clone(),
+            sha256: self.sha256.clone(),
+            time: self.time[rows.clone()].to_vec(),
+            columns: columns.collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn holes_part_the_log_and_jitter_does_not() {
+        let log = Dataset::new("here", "", vec![0.0, 1.0, 2.1, 3.0, 5.0, 9.0, 10.0]).expect("time rises");
+        assert_eq!(log.holes(), [Hole { after: 4, start: 5.0, length: 4.0 }]);
+        assert_eq!(log.segments(), [0..5, 5..7]);
+        assert_eq!(log.slice(5..99).time(), [9.0, 10.0]);
+    }
+
+    #[test]
+    fn refuses_what_cannot_be_a_log() {
+        assert_eq!(
+            Dataset::new("a.csv", "", vec![0.0, 1.0, 1.0]).unwrap_err().to_string(),
+            "a.csv: time goes from 1 s to 1 s at sample 3; it must rise (`import` leaves out rows that go back, and says which)"
+        );
+        let rounded =
+            Dataset::new("a.csv", "", vec![0.1 + 0.2, 3.552_713_678_800_501e-15]).unwrap_err().to_string();
+        assert!(rounded.contains("time goes from 0.3 s to 0 s"), "{rounded}");
+        assert!(Dataset::new("a.csv", "", vec![0.0, f64::NAN]).is_err());
+        assert!(Dataset::new("a.csv", "", vec![f64::NAN]).is_err());
+        let mut log = Dataset::new("a.csv", "", vec![0.0, 1.0]).expect("time rises");
+        log.insert("command_1", vec![0.1, 0.2]).expect("right length");
+        assert!(log.insert("command_1", vec![0.1, 0.2]).is_err());
+        assert!(log.insert("time_s", vec![0.1, 0.2]).is_err());
+        assert!(log.insert("command_2", vec![0.1]).is_err());
+        log.insert("current_1_a", vec![f64::NAN; 2]).expect("right length");
+        assert_eq!(log.column("current_1_a"), None);
+        assert_eq!(
+            log.require("body_rate_rad_s").unwrap_err().to_string(),
+            "a.csv: no column `body_rate_rad_s`; it holds command_1, current_1_a"
+        );
+    }
+}

@@ -1,0 +1,330 @@
+//! The mapping file: what the columns of a foreign log mean.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::file::toml_error;
+use crate::unit::{Unit, UnitError};
+
+use super::dataset::LOG_SIGNALS;
+
+/// Mappings that come with the program, by name.
+pub const SHIPPED: &[(&str, &str)] = &[("rcbenchmark", include_str!("mappings/rcbenchmark.toml"))];
+
+/// A mapping file, as people write it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MappingConfig {
+    /// What it reads.
+    #[serde(default)]
+    pub description: String,
+    /// Character between cells.
+    #[serde(default = "comma")]
+    pub delimiter: char,
+    /// Lines that start with this character are remarks.
+    #[serde(default)]
+    pub comment: Option<char>,
+    /// Lines above the header.
+    #[serde(default)]
+    pub skip_lines: usize,
+    /// Whether a header line names the columns; without one they are named `#1`, `#2`, ...
+    #[serde(default = "yes")]
+    pub header: bool,
+    /// Text encoding by its WHATWG name, such as `windows-1252`.
+    #[serde(default = "utf_8")]
+    pub encoding: String,
+    /// Numbers are written 1,5 instead of 1.5.
+    #[serde(default)]
+    pub decimal_comma: bool,
+    /// Cells that mean "no value", beside empty ones and `nan`.
+    #[serde(default)]
+    pub missing: Vec<String>,
+    /// Where time comes from.
+    pub time: TimeConfig,
+    /// The columns that are wanted.
+    pub signal: Vec<SignalMapping>,
+}
+
+/// Where time comes from: a column, or a fixed period.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TimeConfig {
+    /// Name of the column.
+    #[serde(default)]
+    pub column: Option<String>,
+    /// Unit of the column.
+    #[serde(default = "second")]
+    pub unit: String,
+    /// [s] time from row to row, where no column holds it.
+    #[serde(default)]
+    pub period_s: Option<f64>,
+}
+
+/// One column of the foreign log and what it becomes: `(cell * scale + offset)` in `unit`, then SI.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SignalMapping {
+    /// Name in our log: one of the log format, or any other of small letters, digits and `_`, which is carried along.
+    pub name: String,
+    /// Name of the column.
+    pub column: String,
+    /// Unit of the scaled value; needed for every signal of the log format, meaningless for others.
+    #[serde(default)]
+    pub unit: Option<String>,
+    /// Factor, 1 if left out.
+    #[serde(default = "one")]
+    pub scale: f64,
+    /// Added after the factor, in `unit`; 0 if left out.
+    #[serde(default)]
+    pub offset: f64,
+    /// Values outside are cut to this range (in SI), and counted.
+    #[serde(default)]
+    pub clamp: Option<[f64; 2]>,
+    /// Values outside this range (in SI) are no measurement: the cell counts as missing.
+    #[serde(default)]
+    pub valid: Option<[f64; 2]>,
+    /// Whether the column may be absent.
+    #[serde(default)]
+    pub optional: bool,
+}
+
+fn comma() -> char {
+    ','
+}
+
+fn yes() -> bool {
+    true
+}
+
+fn utf_8() -> String {
+    "utf-8".to_owned()
+}
+
+fn second() -> String {
+    "s".to_owned()
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+/// Why a mapping cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum MappingError {
+    /// Neither a shipped mapping nor a file.
+    #[error("no mapping `{name}`: not a file, and not one of {}", shipped_names())]
+    Unknown {
+        /// What was asked for.
+        name: String,
+    },
+    /// The file system said no.
+    #[error("{path}")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// Not TOML, or not a mapping.
+    #[error("{path}: {message}")]
+    Syntax {
+        /// The file.
+        path: PathBuf,
+        /// Line, column and reason.
+        message: String,
+    },
+    /// A signal cannot be mapped so.
+    #[error("{path}: signal `{signal}`: {reason}")]
+    Signal {
+        /// The file.
+        path: PathBuf,
+        /// Name of the signal.
+        signal: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// Something else in the file is wrong.
+    #[error("{path}: {reason}")]
+    Setting {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+}
+
+fn shipped_names() -> String {
+    SHIPPED.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+/// A mapping that has been checked.
+#[derive(Debug, Clone)]
+pub struct Mapping {
+    pub(crate) config: MappingConfig,
+    pub(crate) encoding: &'static encoding_rs::Encoding,
+    /// Unit of time, and of each signal of the log format.
+    pub(crate) time_unit: Unit,
+    pub(crate) units: Vec<Option<Unit>>,
+}
+
+impl Mapping {
+    /// The shipped mapping of that name, else the file.
+    ///
+    /// # Errors
+    /// [`MappingError`] with the place.
+    pub fn load(name: &str) -> Result<Self, MappingError> {
+        if let Some((name, text)) = SHIPPED.iter().find(|(shipped, _)| *shipped == name) {
+            return Self::parse(text, Path::new(name));
+        }
+        let path = Path::new(name);
+        match std::fs::read_to_string(path) {
+            Ok(text) => Self::parse(&text, path),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                Err(MappingError::Unknown { name: name.to_owned() })
+            }
+            Err(source) => Err(MappingError::File { path: path.to_owned(), source }),
+        }
+    }
+
+    /// The mapping in `text`; `path` is for messages.
+    ///
+    /// # Errors
+    /// [`MappingError`] with the place.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, MappingError> {
+        let config: MappingConfig = toml::from_str(text).map_err(|error| MappingError::Syntax {
+            path: path.to_owned(),
+            message: toml_error(text, &error),
+        })?;
+        config.build(path)
+    }
+}
+
+impl MappingConfig {
+    /// Checks everything that can be checked without a log.
+    ///
+    /// # Errors
+    /// [`MappingError`]; `path` is for messages.
+    pub fn build(self, path: &Path) -> Result<Mapping, MappingError> {
+        let setting = |reason: String| MappingError::Setting { path: path.to_owned(), reason };
+        let encoding = encoding_rs::Encoding::for_label(self.encoding.as_bytes())
+            .ok_or_else(|| setting(format!("there is no text encoding `{}`", self.encoding)))?;
+        if !self.delimiter.is_ascii() || self.comment.is_some_and(|comment| !comment.is_ascii()) {
+            return Err(setting("`delimiter` and `comment` must be ASCII characters".to_owned()));
+        }
+        if self.decimal_comma && self.delimiter == ',' {
+            return Err(setting("with `decimal_comma` the delimiter cannot be a comma too".to_owned()));
+        }
+        match (&self.time.column, self.time.period_s) {
+            (Some(_), None) => {}
+            (None, Some(period)) if period.is_finite() && period > 0.0 => {}
+            (None, Some(period)) => return Err(setting(format!("time: period_s = {period} is not a time"))),
+            _ => return Err(setting("time: give either `column` or `period_s`".to_owned())),
+        }
+        let time_unit =
+            Unit::parse(&self.time.unit, "s").map_err(|error| setting(format!("time: {error}")))?;
+        let mut units = Vec::new();
+        for (index, signal) in self.signal.iter().enumerate() {
+            let unit = signal.check(&self.signal[..index]).map_err(|reason| MappingError::Signal {
+                path: path.to_owned(),
+                signal: signal.name.clone(),
+                reason,
+            })?;
+            units.push(unit);
+        }
+        Ok(Mapping { config: self, encoding, time_unit, units })
+    }
+}
+
+impl SignalMapping {
+    /// The unit to convert from, or what is wrong; `before` are the signals mapped already.
+    fn check(&self, before: &[Self]) -> Result<Option<Unit>, String> {
+        if self.name == "time_s" {
+            return Err("time has a table of its own, [time]".to_owned());
+        }
+        if before.iter().any(|other| other.name == self.name) {
+            return Err("it is mapped twice".to_owned());
+        }
+        let plain = |letter: char| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == '_';
+        if self.name.is_empty() || !self.name.chars().all(plain) {
+            return Err("names are of small letters, digits and `_`".to_owned());
+        }
+        if !(self.scale.is_finite() && self.offset.is_finite() && self.scale != 0.0) {
+            return Err(format!("scale = {}, offset = {} is no conversion", self.scale, self.offset));
+        }
+        for (key, range) in [("clamp", self.clamp), ("valid", self.valid)] {
+            if range.is_some_and(|[low, high]| low.is_nan() || high.is_nan() || low >= high) {
+                return Err(format!("`{key}` must go from low to high"));
+            }
+        }
+        let known = LOG_SIGNALS.iter().find(|known| known.name == self.name);
+        match (known, &self.unit) {
+            (Some(known), Some(unit)) => {
+                Unit::parse(unit, known.unit).map(Some).map_err(|error: UnitError| error.to_string())
+            }
+            (Some(known), None) => Err(format!("its unit is missing: say which unit becomes {}", known.unit)),
+            (None, Some(_)) => {
+                let names: Vec<&str> = LOG_SIGNALS[1..].iter().map(|known| known.name).collect();
+                Err(format!(
+                    "no signal of the log format has this name ({}); a channel of your own that is only carried along has no \
+                     `unit`, use `scale`",
+                    names.join(", ")
+                ))
+            }
+            (None, None) => Ok(None),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(text: &str) -> String {
+        Mapping::parse(text, Path::new("m.toml")).expect_err("a bad mapping").to_string()
+    }
+
+    #[test]
+    fn every_shipped_mapping_is_good() {
+        for (name, _) in SHIPPED {
+            assert!(!Mapping::load(name).expect("good").config.description.is_empty());
+        }
+    }
+
+    #[test]
+    fn dshot_throttle_becomes_zero_to_one() {
+        let mapping = Mapping::load("rcbenchmark").expect("good");
+        let command = &mapping.config.signal[0];
+        let of = |throttle: f64| throttle * command.scale + command.offset;
+        assert!(of(48.0).abs() < 1e-15, "{}", of(48.0));
+        assert!((of(2047.0) - 1.0).abs() < 1e-15, "{}", of(2047.0));
+    }
+
+    #[test]
+    fn errors_name_the_place_and_the_signal() {
+        let signal = |rest: &str| format!("[time]\ncolumn = \"t\"\n[[signal]]\nname = \"command_1\"\n{rest}");
+        assert_eq!(error("[time"), "m.toml: line 1, column 6: unclosed table, expected `]`");
+        assert_eq!(
+            error(&signal("column = \"u\"\nunits = \"-\"\n")),
+            "m.toml: line 6, column 1: unknown field `units`, expected one of `name`, `column`, `unit`, `scale`, \
+             `offset`, `clamp`, `valid`, `optional`"
+        );
+        assert_eq!(
+            error(&signal("column = \"u\"\nunit = \"V\"\n")),
+            "m.toml: signal `command_1`: unit `V` measures V, but - is needed"
+        );
+        assert_eq!(
+            error(&signal("column = \"u\"\n")),
+            "m.toml: signal `command_1`: its unit is missing: say which unit becomes -"
+        );
+        assert_eq!(
+            error(&signal("column = \"u\"\nunit = \"-\"\nclamp = [1.0, 0.0]\n")),
+            "m.toml: signal `command_1`: `clamp` must go from low to high"
+        );
+        assert_eq!(error("signal = []\n[time]\n"), "m.toml: time: give either `column` or `period_s`");
+        assert_eq!(
+            Mapping::load("nowhere").expect_err("unknown").to_string(),
+            "no mapping `nowhere`: not a file, and not one of `rcbenchmark`"
+        );
+    }
+}

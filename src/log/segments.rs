@@ -1,0 +1,105 @@
+//! Stretches of a log over which a block can run: no hole in time, every input known.
+
+use std::ops::Range;
+
+use super::dataset::Dataset;
+
+/// An input is held over missing cells for at most so many of its own median intervals.
+const HOLD_FACTOR: f64 = 2.5;
+
+/// A stretch: its rows, and the inputs over them, each held until its next value.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Stretch {
+    /// Rows of the log.
+    pub rows: Range<usize>,
+    /// Inputs in the order asked for, one value a row.
+    pub inputs: Vec<Vec<f64>>,
+}
+
+/// Stretches of `log` where all `inputs` are known. A channel slower than the log is held between its
+/// samples; a channel that stops ends the stretch, because holding on would invent data.
+pub(crate) fn stretches(log: &Dataset, inputs: &[&[f64]]) -> Vec<Stretch> {
+    let time = log.time();
+    let held: Vec<Vec<f64>> = inputs.iter().map(|values| hold(time, values)).collect();
+    let mut found = Vec::new();
+    for segment in log.segments() {
+        let mut start = segment.start;
+        while start < segment.end {
+            let known = |row: usize| held.iter().all(|values| values.get(row).is_some_and(|v| v.is_finite()));
+            let Some(first) = (start..segment.end).find(|row| known(*row)) else { break };
+            let end = (first..segment.end).find(|row| !known(*row)).unwrap_or(segment.end);
+            let inputs = held.iter().map(|values| values[first..end].to_vec()).collect();
+            if end - first > 1 {
+                found.push(Stretch { rows: first..end, inputs });
+            }
+            start = end;
+        }
+    }
+    found
+}
+
+/// Each value held until the next, but not for longer than the channel's own pace allows.
+fn hold(time: &[f64], values: &[f64]) -> Vec<f64> {
+    let mut stamps = time.iter().zip(values).filter(|(_, value)| value.is_finite()).map(|(at, _)| *at);
+    let mut intervals = Vec::new();
+    if let Some(mut before) = stamps.next() {
+        for at in stamps {
+            intervals.push(at - before);
+            before = at;
+        }
+    }
+    intervals.sort_by(f64::total_cmp);
+    let pace = intervals.get(intervals.len() / 2).copied().unwrap_or(0.0);
+    let mut newest = (f64::NEG_INFINITY, f64::NAN);
+    let known = time.iter().zip(values).map(|(at, value)| {
+        if value.is_finite() {
+            newest = (*at, *value);
+        }
+        if at - newest.0 <= HOLD_FACTOR * pace { newest.1 } else { *value }
+    });
+    known.collect()
+}
+
+/// Centred slope of a signal over rows of a stretch, by straight lines through five samples: [unit/s].
+pub(crate) fn slopes(time: &[f64], values: &[f64]) -> Vec<f64> {
+    const HALF: usize = 2;
+    (0..values.len())
+        .map(|row| {
+            let window = row.saturating_sub(HALF)..(row + HALF + 1).min(values.len());
+            let count = window.len() as f64;
+            let (at, of) = (&time[window.clone()], &values[window]);
+            let (mean_time, mean) = (at.iter().sum::<f64>() / count, of.iter().sum::<f64>() / count);
+            let spread: f64 = at.iter().map(|t| (t - mean_time).powi(2)).sum();
+            at.iter().zip(of).map(|(t, y)| (t - mean_time) * (y - mean)).sum::<f64>() / spread
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slow_channels_are_held_and_dead_ones_end_the_stretch() {
+        let time: Vec<f64> = (0..40).map(f64::from).collect();
+        let command = vec![0.5; 40];
+        // Read every fourth second, and no more after the 20th.
+        let battery: Vec<f64> =
+            (0..40).map(|k| if k % 4 == 2 && k <= 20 { 12.0 } else { f64::NAN }).collect();
+        let log = Dataset::new("here", "", time).unwrap();
+        let found = stretches(&log, &[&command, &battery]);
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].rows, 2..29, "from its first value to 2.5 of its intervals behind its last (18)");
+        assert!(found[0].inputs[1].iter().all(|v| *v == 12.0));
+    }
+
+    #[test]
+    fn nothing_is_carried_across_a_hole() {
+        let time = vec![0.0, 1.0, 2.0, 3.0, 10.0, 11.0, 12.0];
+        let log = Dataset::new("here", "", time.clone()).unwrap();
+        let values = vec![1.0, 1.0, 1.0, 1.0, f64::NAN, f64::NAN, 2.0];
+        let found = stretches(&log, &[&values]);
+        assert_eq!(found.iter().map(|stretch| stretch.rows.len()).collect::<Vec<_>>(), [4]);
+        assert_eq!(slopes(&time[..4], &[0.0, 2.0, 4.0, 6.0]), [2.0; 4]);
+    }
+}

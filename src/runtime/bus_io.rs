@@ -1,0 +1,363 @@
+//! The bus half of a loop: frames to sensors, what the guard let through to frames, and whether the bus is alive.
+
+use serde::Serialize;
+
+use super::ProcessError;
+use crate::bench::BenchConfig;
+use crate::bus_guard::Gate;
+use crate::can::{Arrival, Bus, Counts, Fault, Id, InterfaceAnswer, InterfaceStatus, Port, PortCounts};
+use crate::can::{ReceiverState, Refusal, Roles, SenderState, SensorField};
+use crate::clock::NANOSECONDS_PER_SECOND;
+use crate::guard::{Cause, Signal};
+use crate::rt::{LogQueue, Severity};
+use crate::shm::{BUS, Bench, Publisher};
+use crate::signal::{Applied, BusStatus, Sensors};
+use std::os::fd::{AsRawFd, RawFd};
+
+/// The bus, its codec, and the newest value of everything measured.
+#[derive(Debug)]
+pub struct Wire<B: Bus = Port> {
+    port: B,
+    roles: Roles,
+    receiver: ReceiverState,
+    sender: SenderState,
+    log: LogQueue,
+    sensors: Sensors,
+    /// Flags of the guard's signals as they were presented last.
+    health: [u32; Signal::COUNT],
+    /// Command frames in a row that the interface did not take.
+    refused_in_a_row: u32,
+    /// The descriptor was ready and gave nothing: not waited for until the next slot.
+    is_quiet: bool,
+    /// [ns] before which another sender's commands are not logged again.
+    foreign_told_ns: u64,
+    /// Times that the interface was joined again, as far as they were logged.
+    rejoined: u64,
+    /// `None` where nobody can watch: on a bus in memory.
+    status: Option<Publisher<BusStatus>>,
+    published: u64,
+    /// [ns] that the first frame without an echo had waited when the bus was listened to last.
+    unheard_ns: u64,
+}
+
+/// [ns] between two log lines on another sender's commands: a flood of them must not fill the log.
+const FOREIGN_TOLD_EVERY_NS: u64 = NANOSECONDS_PER_SECOND;
+
+/// Periods after which the bus is listened to for the echoes of the commands: whether it lives. Nobody waits for the answer, and
+/// where it could be the one that says no, it is asked for at once; see [`Wire::is_dead`].
+const LISTEN_EVERY: u64 = 4;
+
+/// What a look at the bus brought.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Look {
+    /// [ns] CLOCK_MONOTONIC of the look: one reading of the clock serves all that follows.
+    pub at_ns: u64,
+    /// A sensor has a new value.
+    pub updated: bool,
+    /// The gyro has.
+    pub gyro: bool,
+    /// The controller says that it left the bus.
+    pub bus_off: bool,
+    /// Somebody else sends what only we may send.
+    pub foreign: bool,
+}
+
+/// What the bus did, and what was refused of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct WireSummary {
+    /// Frames of the port.
+    pub port: PortCounts,
+    /// Frames and values by what became of them.
+    pub decoded: Counts,
+}
+
+impl Wire {
+    /// Opens the bus of the bench file; what it does is published on `bench`.
+    ///
+    /// # Errors
+    /// A DBC file, a role or an interface that cannot be, with its name.
+    pub fn open(config: &BenchConfig, bench: &Bench, log: LogQueue) -> Result<Self, ProcessError> {
+        let roles = Roles::build(&config.bus, config.period_s)?;
+        let interface = &config.bus.interface;
+        let commands: Vec<Id> = roles.command_messages().iter().map(|message| message.id).collect();
+        let port = Port::open_with_echo_apart(interface, config.bus.fd, &commands)?;
+        let status = InterfaceStatus::read(interface)?;
+        tracing::info!(?status.state, ?status.bit_rate, ?status.restart_ms, "interface {interface}");
+        let mut wire = Self::on(port, roles, log);
+        wire.status = Some(bench.publish(&BUS)?);
+        Ok(wire)
+    }
+
+    /// For the wait; -1, which `ppoll` ignores, while there is no point in waiting for it.
+    #[must_use]
+    pub fn descriptor(&self) -> RawFd {
+        if self.is_quiet { -1 } else { self.port.as_raw_fd() }
+    }
+}
+
+impl<B: Bus> Wire<B> {
+    /// On a bus that is open already, with nobody to watch its interface.
+    #[must_use]
+    pub fn on(port: B, roles: Roles, log: LogQueue) -> Self {
+        Self {
+            port,
+            receiver: roles.sensor_receiver(),
+            sender: roles.command_sender(),
+            roles,
+            log,
+            sensors: Sensors::default(),
+            health: [0; Signal::COUNT],
+            refused_in_a_row: 0,
+            is_quiet: false,
+            foreign_told_ns: 0,
+            rejoined: 0,
+            status: None,
+            published: 0,
+            unheard_ns: 0,
+        }
+    }
+
+    /// The bus, in the hands of a test.
+    #[cfg(test)]
+    pub(crate) fn port_mut(&mut self) -> &mut B {
+        &mut self.port
+    }
+
+    /// Newest value of everything measured.
+    #[must_use]
+    pub fn sensors(&self) -> &Sensors {
+        &self.sensors
+    }
+
+    /// [ns] when it looked at the bus last, a period ago at most: what needs to know no better reads no clock of its own.
+    #[must_use]
+    pub fn looked_ns(&self) -> u64 {
+        self.port.looked_ns()
+    }
+
+    /// [ns] now, on the clock of the bus.
+    #[must_use]
+    pub fn now_ns(&self) -> u64 {
+        self.port.now_ns()
+    }
+
+    /// The sensors as whoever reads them at the time of `look` must see them, [`Gate::marked`], and whether that is news: a
+    /// value that came, or a flag that time has set though nothing came. News have a number and a stamp of their own.
+    pub fn present(&mut self, look: &Look, gate: &Gate) -> (Sensors, bool) {
+        let mut marked = gate.marked(look.at_ns, &self.sensors);
+        let health = Signal::ALL.map(|signal| signal.sample(&marked).health);
+        let is_aged = self.sensors.sequence > 0 && health != self.health;
+        if is_aged && !look.updated {
+            self.sensors.sequence += 1;
+            self.sensors.stamp_ns = look.at_ns;
+            (marked.sequence, marked.stamp_ns) = (self.sensors.sequence, self.sensors.stamp_ns);
+        }
+        self.health = health;
+        (marked, look.updated || is_aged)
+    }
+
+    /// Whether the bus must be looked at though the wait did not end because of it: it is not waited for, or its interface
+    /// is gone and may be back.
+    #[must_use]
+    pub fn must_look(&self) -> bool {
+        self.is_quiet || self.port.is_gone()
+    }
+
+    /// Takes in what is on the bus. `was_ready` says that the wait, which ended at `woken_ns`, ended because of it.
+    pub fn receive(&mut self, was_ready: bool, woken_ns: u64) -> Look {
+        self.port.look_at(woken_ns);
+        let Self { port, roles, receiver, sensors, log, .. } = self;
+        let gyro = SensorField::BodyRate.bit();
+        let (mut look, mut has_error) = (Look::default(), false);
+        let received = port.receive(|arrival| match arrival {
+            Arrival::Frame { frame, stamp_ns, .. } => {
+                let decoded = roles.decode_sensors(receiver, &frame, stamp_ns, sensors);
+                look.updated |= decoded.updated != 0;
+                look.gyro |= decoded.updated & gyro != 0;
+                look.foreign |= decoded.refused == Some(Refusal::ForeignCommand);
+            }
+            Arrival::Echo { .. } => {}
+            Arrival::Error { error, .. } => {
+                look.bus_off |= error.is_bus_off();
+                log.say(Severity::Warning, "error frame on the bus, of class", f64::from(error.class));
+                has_error = true;
+            }
+        });
+        match received {
+            Ok(count) => self.is_quiet = was_ready && count == 0,
+            Err(fault) => {
+                self.log.say(Severity::Error, describe(fault), 0.0);
+                has_error = true;
+            }
+        }
+        if has_error {
+            self.port.ask();
+        }
+        look.at_ns = self.port.looked_ns();
+        if look.updated {
+            self.sensors.sequence += 1;
+            self.sensors.stamp_ns = look.at_ns;
+        }
+        if look.foreign {
+            self.tell_of_foreigner();
+        }
+        look
+    }
+
+    fn tell_of_foreigner(&mut self) {
+        let now_ns = self.port.now_ns();
+        if now_ns >= self.foreign_told_ns {
+            self.foreign_told_ns = now_ns.saturating_add(FOREIGN_TOLD_EVERY_NS);
+            let text = "another sender commands the rotors: frames with our command's identifier so far";
+            self.log.say(Severity::Error, text, self.receiver.counts.foreign_command as f64);
+        }
+    }
+
+    /// Says what was found at the interface.
+    fn tell_of_interface(&mut self) {
+        let rejoined = self.port.counts().rejoined;
+        if rejoined != self.rejoined {
+            self.rejoined = rejoined;
+            self.log.say(
+                Severity::Warning,
+                "the interface was gone and is joined again; times",
+                rejoined as f64,
+            );
+            self.port.ask();
+        }
+        while let Some(InterfaceAnswer { status, is_as_opened }) = self.port.answer() {
+            if status.is_up && !is_as_opened {
+                let text =
+                    "the interface is up with other bit rates than at the start, or without FD; its bit/s";
+                self.log.say(Severity::Error, text, status.bit_rate.map_or(0.0, f64::from));
+                continue;
+            }
+            let bad = status.state.is_some_and(|state| state != socketcan::nl::CanState::ErrorActive);
+            let severity = if bad || !status.is_up { Severity::Error } else { Severity::Info };
+            let text = if status.is_up {
+                "interface is up; its restart-ms"
+            } else {
+                "interface is down; its restart-ms"
+            };
+            self.log.say(severity, text, status.restart_ms.map_or(0.0, f64::from));
+        }
+    }
+
+    /// Sends what the guard let through; the newest wins, nothing is queued or tried again. [ns] when it was out.
+    pub fn send(&mut self, applied: &Applied) -> u64 {
+        self.is_quiet = false;
+        let frames = self.roles.encode_commands(&mut self.sender, applied);
+        let (out_ns, fault) = self.port.send_all(&frames);
+        let Some(fault) = fault else {
+            self.refused_in_a_row = 0;
+            return out_ns;
+        };
+        self.refused_in_a_row = self.refused_in_a_row.saturating_add(1);
+        if self.refused_in_a_row == 1 {
+            self.log.say(Severity::Error, describe(fault), 0.0);
+            self.port.ask();
+        }
+        out_ns
+    }
+
+    /// Publishes what the bus does, says what was found at its interface, and listens for the echoes now and then: once a
+    /// period, after the commands are out.
+    pub fn publish(&mut self, now_ns: u64) {
+        self.tell_of_interface();
+        if self.status.is_none() {
+            return;
+        }
+        let now = self.count(now_ns);
+        if let Some(status) = &mut self.status {
+            status.send(&now);
+        }
+    }
+
+    /// What is published this period. Of the echoes it says what was heard, and not what nobody has listened for yet.
+    pub(crate) fn count(&mut self, now_ns: u64) -> BusStatus {
+        self.published += 1;
+        if self.published.is_multiple_of(LISTEN_EVERY) {
+            self.listen(now_ns);
+        }
+        let (port, decoded) = (self.port.counts(), self.receiver.counts);
+        BusStatus {
+            sequence: self.published,
+            stamp_ns: now_ns,
+            echo_age_ns: self.unheard_ns,
+            received: port.received,
+            lost: port.dropped,
+            sent: port.sent,
+            echoed: port.echoed,
+            not_sent: port.full + port.down + port.failed,
+            error_frames: port.errors,
+            unknown_id: decoded.unknown_id,
+            foreign_command: decoded.foreign_command,
+            wrong_length: decoded.wrong_length,
+            counter: decoded.counter,
+            not_a_number: decoded.not_a_number,
+            out_of_range: decoded.out_of_range,
+        }
+    }
+
+    fn listen(&mut self, now_ns: u64) {
+        self.port.listen();
+        self.unheard_ns = self.port.echo_age_ns(now_ns);
+    }
+
+    /// Why the guard must latch, if the bus gives a reason: see [`Wire::is_dead`]; and two who command one rotor are one
+    /// too many.
+    #[must_use]
+    pub fn trouble(&mut self, look: &Look, now_ns: u64, most: u32, period_ns: u64) -> Option<Cause> {
+        if look.bus_off || self.is_dead(now_ns, most, period_ns) {
+            Some(Cause::BusDead)
+        } else if look.foreign {
+            Some(Cause::ForeignCommand)
+        } else {
+            None
+        }
+    }
+
+    /// Whether commands no longer reach the bus: `most` in a row were refused, or none was seen there for as many
+    /// periods. Counted, not timed, where it can be: a pause of this very process is no fault of the bus.
+    #[must_use]
+    pub fn is_dead(&mut self, now_ns: u64, most: u32, period_ns: u64) -> bool {
+        let longest_ns = period_ns.saturating_mul(u64::from(most));
+        if self.port.echo_age_ns(now_ns) > longest_ns {
+            // Or nobody has listened.
+            self.listen(now_ns);
+        }
+        self.refused_in_a_row >= most || self.port.echo_age_ns(now_ns) > longest_ns
+    }
+
+    /// Totals so far.
+    #[must_use]
+    pub fn summary(&mut self) -> WireSummary {
+        self.port.listen();
+        WireSummary { port: self.port.counts(), decoded: self.receiver.counts }
+    }
+}
+
+impl<B: Bus> Drop for Wire<B> {
+    /// However the process ends, as long as it ends by itself: the last frames say zero.
+    fn drop(&mut self) {
+        self.send(&Applied::default());
+    }
+}
+
+fn describe(fault: Fault) -> &'static str {
+    match fault {
+        Fault::Full => "the bus takes no command: no room",
+        Fault::Down => "the interface is down",
+        Fault::Gone => "the interface is gone",
+        Fault::Other(_) => "the bus takes no command: refused by the system",
+    }
+}
+
+/// Whether `interface` is virtual: no wire leaves this machine. A serial adapter (slcan) is listed among the virtual
+/// interfaces, too: newer kernels give it a controller's state, older ones only the name that its user gave it.
+#[must_use]
+pub fn is_virtual(interface: &str) -> bool {
+    let is_named_real = ["can", "slcan"].iter().any(|kind| interface.starts_with(kind));
+    let is_listed = std::path::Path::new("/sys/devices/virtual/net").join(interface).exists();
+    !is_named_real && is_listed && InterfaceStatus::read(interface).is_ok_and(|status| status.state.is_none())
+}

@@ -1,0 +1,203 @@
+//! `control`: one controller on a fixed period, or on the arrival of the IMU frame, between shared memory and
+//! shared memory.
+
+use super::ProcessError;
+use super::command_source::Pilot;
+use super::control_output::{AngleError, Flight};
+use super::imu_trigger::Pace;
+use crate::bench::{BenchConfig, Trigger};
+use crate::clock;
+use crate::rt::{self, Cycle, Granted, Shutdown, Summary, Wake};
+use crate::shm::{APPLIED, Bell, Bench, Publisher, Role, SENSORS, Subscriber, Waiter};
+use crate::signal::{Applied, CycleSample, Heartbeat, Sensors};
+
+/// Periods without news of the guard after which it is taken as closed.
+const SILENT_PERIODS: u64 = 10;
+
+/// The control process before its thread is made real-time.
+#[derive(Debug)]
+pub struct ControlLoop {
+    trigger: Trigger,
+    cycle: Cycle,
+    flight: Flight,
+    sensors: Subscriber<Sensors>,
+    newest: Sensors,
+    pace: Pace,
+    applied: Subscriber<Applied>,
+    passed: Applied,
+    cycles: Publisher<CycleSample>,
+    heartbeats: Publisher<Heartbeat>,
+    heartbeat: Heartbeat,
+    gate_bell: Bell,
+    bell: Bell,
+    /// `newest` came after the last look, and is to be looked at without waiting.
+    is_news: bool,
+    // Last: everything above lives on it.
+    _bench: Bench,
+}
+
+/// What the control process ends with.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct ControlSummary {
+    /// How well the angle was held.
+    pub angle: AngleError,
+    /// Timing of the cycle.
+    pub timing: Summary,
+    /// What the system granted.
+    pub granted: Granted,
+}
+
+impl ControlLoop {
+    /// Joins the bench and takes its controls.
+    ///
+    /// # Errors
+    /// A second controller on the same bench; a bench that cannot be joined.
+    pub fn open(config: &BenchConfig, pilot: Pilot) -> Result<Self, ProcessError> {
+        config.check()?;
+        let bench = Bench::join(&config.name, &config.shared_memory, Role::Control)?;
+        let period_ns = clock::span_ns(config.period_s);
+        let flight = Flight::open(&bench, pilot)?;
+        let now_ns = clock::monotonic_ns();
+        Ok(Self {
+            trigger: config.trigger,
+            cycle: Cycle::new(period_ns, now_ns.saturating_add(period_ns)),
+            flight,
+            sensors: bench.subscribe(&SENSORS)?,
+            newest: Sensors::default(),
+            pace: Pace::new(period_ns),
+            applied: bench.subscribe(&APPLIED)?,
+            passed: Applied::default(),
+            cycles: bench.publish(&Role::Control.cycle())?,
+            heartbeats: bench.publish(&Role::Control.heartbeat())?,
+            heartbeat: Heartbeat {
+                count: 0,
+                stamp_ns: now_ns,
+                born_ns: now_ns,
+                role: Role::Control as u32,
+                process_id: std::process::id(),
+            },
+            gate_bell: bench.bell(Waiter::Gate)?,
+            bell: bench.bell(Waiter::Control)?,
+            is_news: false,
+            _bench: bench,
+        })
+    }
+
+    /// Begins a period from now: for after the real-time set-up.
+    pub(crate) fn start(&mut self) {
+        self.cycle.start_at(clock::monotonic_ns().saturating_add(self.cycle.period_ns()));
+    }
+
+    /// Waits for the next slot and runs it. Returns whether a command went out.
+    pub fn turn(&mut self) -> bool {
+        let (is_imu, due_ns) = (self.trigger == Trigger::Imu, self.cycle.due_ns());
+        let (woken, now_ns) = if is_imu && !std::mem::take(&mut self.is_news) {
+            rt::wait_and_tell([self.bell.descriptor()], due_ns)
+        } else {
+            (if is_imu { Wake::Deadline } else { rt::wait([], due_ns) }, clock::monotonic_ns())
+        };
+        self.look();
+        let flew = self.run_slot(now_ns);
+        if matches!(woken, Wake::Ready(_)) {
+            // After the command is out, which it would delay; what came meanwhile may have rung the bell that is quiet now.
+            self.bell.quiet();
+            self.is_news = self.look();
+        }
+        flew
+    }
+
+    /// Takes the newest sensors, if there are newer ones.
+    fn look(&mut self) -> bool {
+        let newest = self.sensors.newest();
+        self.newest = newest.unwrap_or(self.newest);
+        newest.is_some()
+    }
+
+    /// Runs a slot at `now_ns`, if one has begun. Returns whether a command went out.
+    fn run_slot(&mut self, now_ns: u64) -> bool {
+        let is_imu = self.trigger == Trigger::Imu;
+        let release = if is_imu && self.pace.is_due(&self.newest.body_rate) {
+            self.cycle.begin_at_arrival(now_ns, self.cycle.period_ns() / 2)
+        } else if is_imu {
+            // A slot without an IMU frame of its own has nothing to run for: the guard sees that no command comes.
+            if now_ns >= self.cycle.due_ns() {
+                self.cycle.skip();
+            }
+            return false;
+        } else if let Some(release) = self.cycle.begin(now_ns) {
+            release
+        } else {
+            return false;
+        };
+        let has_sensors = self.newest.sequence > 0;
+        if has_sensors {
+            self.fly(now_ns);
+        }
+        let finished_ns = clock::monotonic_ns();
+        let sample = self.cycle.finish(release, finished_ns, self.newest.body_rate.stamp_ns);
+        self.cycles.send(&CycleSample { role: Role::Control as u32, ..sample });
+        self.heartbeat.count += 1;
+        self.heartbeat.stamp_ns = finished_ns;
+        self.heartbeats.send(&self.heartbeat);
+        has_sensors
+    }
+
+    fn fly(&mut self, now_ns: u64) {
+        if let Some(applied) = self.applied.newest() {
+            self.passed = applied;
+        }
+        let silent_ns = self.cycle.period_ns().saturating_mul(SILENT_PERIODS);
+        if now_ns.saturating_sub(self.passed.stamp_ns) > silent_ns {
+            self.passed = Applied::default();
+        }
+        let command = self.flight.step(now_ns, &self.newest, &self.passed);
+        self.flight.command(&command);
+        self.gate_bell.ring();
+        self.flight.record(&self.newest, &self.passed, &command);
+    }
+
+    /// The slots and their timing.
+    #[must_use]
+    pub fn cycle(&self) -> &Cycle {
+        &self.cycle
+    }
+
+    /// How well the angle was held so far.
+    #[must_use]
+    pub fn angle(&self) -> AngleError {
+        self.flight.angle()
+    }
+}
+
+/// Runs the controller until `shutdown`, for `seconds` at most. The guard sees the commands stop, and stops the rotors.
+///
+/// # Errors
+/// [`ProcessError`] before the first cycle.
+pub fn control(
+    config: &BenchConfig,
+    pilot: Pilot,
+    seconds: Option<f64>,
+    shutdown: &Shutdown,
+) -> Result<ControlSummary, ProcessError> {
+    let mut control = ControlLoop::open(config, pilot)?;
+    let granted = config.real_time.beneath().apply()?;
+    control.start();
+    tracing::info!(bench = config.name, period_s = config.period_s, "control: {granted}");
+    let end_ns = end_after(seconds);
+    while !shutdown.is_requested() && is_before(end_ns) && !control.flight.is_finished() {
+        control.turn();
+    }
+    shutdown.request();
+    tracing::info!("control ends: {}", shutdown.reason());
+    Ok(ControlSummary { angle: control.angle(), timing: control.cycle.statistics().summary(), granted })
+}
+
+/// [ns] CLOCK_MONOTONIC when a run of `seconds` that begins now ends.
+pub(crate) fn end_after(seconds: Option<f64>) -> u64 {
+    seconds.map_or(u64::MAX, |seconds| clock::monotonic_ns().saturating_add(clock::span_ns(seconds)))
+}
+
+/// Whether it is before `end_ns`, by [`end_after`]; without an end the clock is not asked.
+pub(crate) fn is_before(end_ns: u64) -> bool {
+    end_ns == u64::MAX || clock::monotonic_ns() < end_ns
+}

@@ -1,0 +1,150 @@
+//! What a controller must know of the plant, from a model.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::ProcessError;
+use super::command_source::Pilot;
+use crate::bench::BenchConfig;
+use crate::control::design::LoopPlant;
+use crate::control::{Compensation, PlantParameters};
+use crate::experiment::ExperimentConfig;
+use crate::model::Model;
+
+/// The plant of `model`, and what of its effects a controller can cancel.
+///
+/// # Errors
+/// [`ProcessError::SteadyRate`] when its static curve is of a higher degree than a controller inverts.
+pub fn of_model(model: &Model) -> Result<(PlantParameters, Compensation), ProcessError> {
+    let actuator = &model.actuator;
+    let curve = |power: usize| actuator.steady_rate.get(power).copied().unwrap_or(0.0);
+    if actuator.steady_rate.iter().skip(4).any(|coefficient| *coefficient != 0.0) {
+        let terms = actuator.steady_rate.len();
+        return Err(ProcessError::SteadyRate { model: model.name.clone(), terms });
+    }
+    let effect = |name: &str| model.parameter(name).unwrap_or(0.0);
+    let plant = PlantParameters {
+        inertia: model.body.inertia,
+        arm: model.body.arm,
+        pole: actuator.pole,
+        // The tangent of f = c ω² at hover. [LPC16] Eq. (13).
+        thrust_slope: 2.0 * actuator.thrust_coefficient * actuator.hover_rate,
+        thrust_coefficient: actuator.thrust_coefficient,
+        hover_rate: actuator.hover_rate,
+        steady_rate_quadratic: curve(2),
+        steady_rate_linear: curve(1),
+        voltage_gain: actuator.voltage_gain + effect("battery_sag.gain"),
+        full_voltage: actuator.full_voltage,
+    };
+    let nothing = Compensation::default();
+    let (own_cubic, added_cubic) = (curve(3), effect("static_cubic.coefficient"));
+    let compensation = Compensation {
+        pendulum_moment: effect("gravity_pendulum.moment"),
+        pendulum_offset: effect("gravity_pendulum.angle_offset"),
+        stiffness: effect("cable_stiffness.stiffness"),
+        torque_bias: effect("torque_bias.torque"),
+        coulomb_torque: effect("pivot_coulomb_friction.torque"),
+        coulomb_rate: model
+            .parameter("pivot_coulomb_friction.smoothing_rate")
+            .unwrap_or(nothing.coulomb_rate),
+        viscous_friction: effect("pivot_viscous_friction.coefficient"),
+        quadratic_drag: effect("quadratic_air_drag.coefficient"),
+        dead_zone: effect("command_dead_zone.width"),
+        command_limit: model.parameter("command_saturation.limit").unwrap_or(nothing.command_limit),
+        steady_rate_offset: curve(0) + effect("static_offset.coefficient"),
+        // One cubic can be cancelled: the curve's own about zero, or else the added one about hover.
+        steady_rate_cubic: if own_cubic == 0.0 { added_cubic } else { own_cubic },
+        cubic_center: if own_cubic == 0.0 { model.hover_command() } else { 0.0 },
+        battery_scaling: model.has("battery_scaling"),
+    };
+    Ok((plant, compensation))
+}
+
+/// An experiment and how it is flown: written into a recording, so that it can be flown again.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FlightPlan {
+    /// Whether its deviation rides on the controller; else it commands the rotors alone.
+    pub closed_loop: bool,
+    /// The experiment.
+    pub experiment: ExperimentConfig,
+}
+
+/// The linear plant of `model` at rest at `angle` [rad], with the effects that change the loop: delays, lags, and
+/// the slopes of the torques on the body.
+#[must_use]
+pub fn loop_of_model(model: &Model, plant: &PlantParameters, known: &Compensation, angle: f64) -> LoopPlant {
+    let delays = ["transport_delay.delay", "torque_delay.delay"];
+    let lags = ["second_order_lag.pole", "rotor_lag.pole"];
+    let inflow = model.parameter("inflow_damping.coefficient").unwrap_or(0.0);
+    let mut linear = LoopPlant {
+        delay_s: delays.iter().filter_map(|name| model.parameter(name)).sum(),
+        lags: lags.iter().filter_map(|name| model.parameter(name)).collect(),
+        gyro_pole: model.parameter("gyro_lag.pole"),
+        ..LoopPlant::new(plant)
+    };
+    // Each rotor loses k c ω_p v of its thrust at its own speed v = ± d ω_b.
+    linear.damping += 2.0 * plant.arm * plant.arm * inflow * plant.thrust_coefficient * plant.hover_rate;
+    linear.with_torques(known, angle)
+}
+
+/// The controller of a bench with its reference, made for the bench's model.
+///
+/// # Errors
+/// A model that cannot be read or inverted; a controller that cannot be built.
+pub fn pilot(config: &BenchConfig) -> Result<Pilot, ProcessError> {
+    pilot_of(config, &Model::load(Path::new(&config.model))?, None)
+}
+
+/// Whatever flies a bench of `model`: its controller, or what `plan` says.
+///
+/// # Errors
+/// A model that cannot be inverted; a controller or experiment that cannot be built.
+pub fn pilot_of(
+    config: &BenchConfig,
+    model: &Model,
+    plan: Option<&FlightPlan>,
+) -> Result<Pilot, ProcessError> {
+    let experiment = plan.map(|plan| plan.experiment.build(config.period_s)).transpose()?;
+    if let (Some(experiment), Some(FlightPlan { closed_loop: false, .. })) = (&experiment, plan) {
+        return Ok(Pilot::experiment(experiment.clone()));
+    }
+    let (plant, known) = of_model(model)?;
+    let controller = config.controller.build_compensated(&plant, &known, config.period_s)?;
+    let pilot = Pilot::controller(controller, config.controller.reference.build(config.period_s)?);
+    Ok(match experiment {
+        Some(experiment) => pilot.excited_by(experiment),
+        None => pilot,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_papers_model_gives_the_papers_plant() {
+        let (plant, known) = of_model(&Model::paper()).expect("a parabola");
+        let paper = PlantParameters::paper();
+        let close = |ours: f64, printed: f64| (ours - printed).abs() <= 1e-12 * printed.abs();
+        assert!(close(plant.inertia, paper.inertia) && close(plant.arm, paper.arm));
+        assert!(close(plant.pole, paper.pole) && close(plant.thrust_slope, paper.thrust_slope));
+        assert!(close(plant.thrust_coefficient, paper.thrust_coefficient));
+        assert!(close(plant.hover_rate, paper.hover_rate));
+        assert!(close(plant.steady_rate_quadratic, paper.steady_rate_quadratic));
+        assert!(close(plant.steady_rate_linear, paper.steady_rate_linear));
+        assert!(close(plant.voltage_gain, paper.voltage_gain));
+        assert!(close(plant.full_voltage, paper.full_voltage));
+        assert!(!known.acts_on_body() && !known.battery_scaling);
+    }
+
+    #[test]
+    fn a_curve_that_cannot_be_inverted_is_refused() {
+        let mut model = Model::paper();
+        model.actuator.steady_rate.resize(5, 0.0);
+        assert!(of_model(&model).is_ok(), "a zero is a term the model does not have");
+        model.actuator.steady_rate[4] = 10.0;
+        assert!(matches!(of_model(&model), Err(ProcessError::SteadyRate { terms: 5, .. })));
+    }
+}

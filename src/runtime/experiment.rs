@@ -1,0 +1,189 @@
+//! `experiment`: a test signal through control and guard, on a running bench or on the emulated one in lockstep.
+
+use std::path::Path;
+
+use super::ProcessError;
+use super::command_source::Pilot;
+use super::control;
+use super::controller_plant::{self, FlightPlan};
+use super::lockstep::{Interference, Lockstep};
+use super::record::Background;
+use super::trace::Trace;
+use crate::bench::BenchConfig;
+use crate::clock;
+use crate::experiment::{Experiment, ExperimentError};
+use crate::guard::{Cause, State};
+use crate::rt::Shutdown;
+use crate::shm::{APPLIED, Bench, Role};
+use crate::signal::Applied;
+
+/// How an experiment ended.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Ending {
+    /// Whether it ran to its end.
+    pub complete: bool,
+    /// Why it ended, in plain words.
+    pub reason: String,
+}
+
+/// Builds the experiment and holds it against the guard's limits.
+///
+/// # Errors
+/// What cannot be, or the limit that would clip it.
+pub fn prepare(config: &BenchConfig, plan: &FlightPlan) -> Result<(Experiment, Pilot), ProcessError> {
+    config.check()?;
+    let experiment = plan.experiment.build(config.period_s)?;
+    let guard = config.guard.build(config.period_s)?;
+    experiment.check(&guard.limits()).map_err(ExperimentError::from)?;
+    let pilot = if plan.closed_loop {
+        controller_plant::pilot(config)?.excited_by(experiment.clone())
+    } else {
+        Pilot::experiment(experiment.clone())
+    };
+    Ok((experiment, pilot))
+}
+
+/// Flies `plan` on the emulated bench in virtual time. The log begins with the first excited slot; `progress` is
+/// told the share that is done, and stops the run by answering `false`.
+///
+/// # Errors
+/// See [`prepare`]; settings of the emulator that cannot be.
+pub fn in_lockstep(
+    config: &BenchConfig,
+    plan: &FlightPlan,
+    interference: &mut impl Interference,
+    mut progress: impl FnMut(f64) -> bool,
+) -> Result<(Trace, Ending), ProcessError> {
+    /// Slots between two words on progress.
+    const TELL: u64 = 5000;
+    let (experiment, pilot) = prepare(config, plan)?;
+    let guard = config.guard.build(config.period_s)?;
+    let bench = Lockstep::new(super::emulate::emulator(config)?, pilot, config.period_s).guarded(guard);
+    let mut state = bench.start();
+    let mut trace = Trace::default();
+    let period_ns = clock::span_ns(config.period_s);
+    let mut flown = 0;
+    while !bench.is_finished(&state) {
+        let slot = bench.step(&mut state, interference);
+        if let Some(at) = bench.experiment_slot(&state) {
+            flown = at + 1;
+            if let Some(row) = at.checked_sub(experiment.lead_in()) {
+                trace.push(row.saturating_mul(period_ns), &slot.sensors, &slot.applied);
+            }
+        }
+        if let Some(reason) = refusal(&slot.applied, flown, slot.slot, config) {
+            return Ok((trace, Ending { complete: false, reason }));
+        }
+        if slot.slot.is_multiple_of(TELL) && !progress(flown as f64 / experiment.slots() as f64) {
+            let reason = "stopped by the operator".to_owned();
+            return Ok((trace, Ending { complete: false, reason }));
+        }
+    }
+    Ok((trace, Ending { complete: true, reason: "complete".to_owned() }))
+}
+
+/// Why an experiment cannot go on: the guard closed again, or never opened.
+fn refusal(applied: &Applied, flown: u64, slot: u64, config: &BenchConfig) -> Option<String> {
+    let state = State::from_code(applied.state).unwrap_or_default();
+    let never = flown == 0 && slot as f64 * config.period_s > config.guard.arm_timeout_s + 1.0;
+    if !never && (flown == 0 || state.is_active()) {
+        return None;
+    }
+    let cause = Cause::from_code(applied.cause).unwrap_or_default();
+    Some(format!("guard {state}: {cause}"))
+}
+
+/// Flies `plan` on a running bench and records it; waits until the operator has armed, and calls `waiting` as that
+/// begins. `progress` is told the share that is done.
+///
+/// # Errors
+/// See [`prepare`]; a bench that nobody guards, or that has a controller; a recording that is there already.
+pub fn on_bench(
+    config: &BenchConfig,
+    plan: &FlightPlan,
+    recording: &Path,
+    shutdown: &Shutdown,
+    waiting: impl FnOnce(),
+    progress: impl FnMut(f64) + Send,
+) -> Result<Ending, ProcessError> {
+    let (experiment, pilot) = prepare(config, plan)?;
+    super::operator::require_guard(config)?;
+    let background = Background::start(config, recording, "experiment", Some(plan))?;
+    let bench = Bench::join(&config.name, &config.shared_memory, Role::Monitor)?;
+    let applied = bench.subscribe(&APPLIED)?;
+    waiting();
+    let ended = Shutdown::default();
+    let reason = std::thread::scope(|scope| {
+        let watch = Watch { slots: experiment.slots(), period_s: config.period_s, shutdown, ended: &ended };
+        let watcher = scope.spawn(move || watch.run(applied, progress));
+        let flown = control::control(config, pilot, None, shutdown);
+        ended.request();
+        let reason = watcher.join().unwrap_or(None);
+        flown.map(|_| reason)
+    });
+    let reason = match reason {
+        Ok(reason) => reason,
+        Err(refused) => {
+            background.discard();
+            return Err(refused);
+        }
+    };
+    background.finish()?;
+    Ok(match reason {
+        None => Ending { complete: true, reason: "complete".to_owned() },
+        Some(reason) => Ending { complete: false, reason },
+    })
+}
+
+/// [s] without a word from the guard after which the bench counts as gone.
+const GONE_S: f64 = 5.0;
+
+/// Looks on at the guard while an experiment is flown.
+struct Watch<'a> {
+    slots: u64,
+    period_s: f64,
+    shutdown: &'a Shutdown,
+    ended: &'a Shutdown,
+}
+
+impl Watch<'_> {
+    /// Why the experiment did not run to its end; `None` when it did.
+    fn run(
+        &self,
+        mut applied: crate::shm::Subscriber<Applied>,
+        mut progress: impl FnMut(f64),
+    ) -> Option<String> {
+        let mut begun_ns = None;
+        let mut share = 0.0;
+        let span_s = self.slots as f64 * self.period_s;
+        let mut heard_ns = clock::monotonic_ns();
+        let mut is_told = false;
+        while !self.ended.is_requested() {
+            std::thread::sleep(std::time::Duration::from_millis(20));
+            let Some(applied) = applied.newest() else {
+                if clock::span_s(clock::monotonic_ns().saturating_sub(heard_ns)) > GONE_S {
+                    self.shutdown.request();
+                    return Some(format!("nothing was heard of the bench's guard for {GONE_S} s"));
+                }
+                continue;
+            };
+            heard_ns = clock::monotonic_ns();
+            let state = State::from_code(applied.state).unwrap_or_default();
+            if state == State::FailsafeLatched && begun_ns.is_none() && !is_told {
+                let cause = Cause::from_code(applied.cause).unwrap_or_default();
+                tracing::warn!("the guard is latched ({cause}): `rotorbench disarm`, then `rotorbench arm`");
+                is_told = true;
+            }
+            if state.is_active() {
+                let begun_ns = *begun_ns.get_or_insert(applied.stamp_ns);
+                share = (clock::span_s(applied.stamp_ns.saturating_sub(begun_ns)) / span_s).min(1.0);
+                progress(share);
+            } else if begun_ns.is_some() && share < 1.0 {
+                self.shutdown.request();
+                let cause = Cause::from_code(applied.cause).unwrap_or_default();
+                return Some(format!("guard {state}: {cause}"));
+            }
+        }
+        (share < 1.0).then(|| "stopped by the operator".to_owned())
+    }
+}

@@ -1,0 +1,108 @@
+//! The bodies of the processes: bridge, control, run, record.
+
+pub mod bridge;
+pub mod bus_io;
+pub mod command_source;
+pub mod control;
+pub mod control_output;
+pub mod controller_plant;
+pub mod emulate;
+pub mod experiment;
+mod imu_trigger;
+pub mod lockstep;
+pub mod operator;
+pub mod record;
+pub mod replay;
+pub mod run;
+pub mod trace;
+
+use crate::bench::BenchError;
+use crate::can::CanError;
+use crate::control::ControlError;
+use crate::emulate::EmulateError;
+use crate::experiment::ExperimentError;
+use crate::guard::GuardError;
+use crate::model::ModelError;
+use crate::recording::RecordError;
+use crate::rt::RealTimeError;
+use crate::shm::ShmError;
+
+/// Why a process of the bench cannot run.
+#[derive(Debug, thiserror::Error)]
+pub enum ProcessError {
+    /// The bench file.
+    #[error(transparent)]
+    Bench(#[from] BenchError),
+    /// The model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// The bus.
+    #[error(transparent)]
+    Can(#[from] CanError),
+    /// The controller.
+    #[error(transparent)]
+    Control(#[from] ControlError),
+    /// The emulator.
+    #[error(transparent)]
+    Emulate(#[from] EmulateError),
+    /// The guard.
+    #[error(transparent)]
+    Guard(#[from] GuardError),
+    /// The shared memory.
+    #[error(transparent)]
+    Shm(#[from] ShmError),
+    /// The real-time settings.
+    #[error(transparent)]
+    RealTime(#[from] RealTimeError),
+    /// The experiment.
+    #[error(transparent)]
+    Experiment(#[from] ExperimentError),
+    /// The recording.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// The operating system has no thread, or no signal handler, to give.
+    #[error("cannot start: {0}")]
+    Start(#[from] std::io::Error),
+    /// The static curve has a term that no controller can invert.
+    #[error(
+        "model `{model}`: steady_rate has {terms} coefficients; a controller inverts at most 4 (a cubic)"
+    )]
+    SteadyRate {
+        /// Name of the model.
+        model: String,
+        /// How many it has.
+        terms: usize,
+    },
+    /// `--arm` on what may be real hardware.
+    #[error(
+        "--arm is for the emulator: `{interface}` is not a virtual interface by kind and name; use `rotorbench arm`"
+    )]
+    ArmOnHardware {
+        /// The interface.
+        interface: String,
+    },
+    /// A measurement of timing that cannot be.
+    #[error(
+        "{seconds} s in {rounds} rounds: each round of 1 to 1000 takes 0.05 s or more, at least two periods and at most a day"
+    )]
+    Jitter {
+        /// [s] for each stage.
+        seconds: f64,
+        /// How often the stages take turns.
+        rounds: u32,
+    },
+    /// A bus that may be real is measured only for who names it.
+    #[error(
+        "`{interface}` may have hardware on it: `--interface {interface}` measures there, sending the safe command only"
+    )]
+    JitterOnHardware {
+        /// The interface.
+        interface: String,
+    },
+    /// Nobody guards the bench.
+    #[error("bench `{bench}` is not running: no bridge, run or emulate --shm answers")]
+    NotRunning {
+        /// Name of the bench.
+        bench: String,
+    },
+}

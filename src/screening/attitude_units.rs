@@ -1,0 +1,106 @@
+//! Rate and angle of the body in units that are not those of their names: one is the slope of the other.
+
+use super::plausibility::MOST;
+use super::rotor_data::{bounds, quantile};
+use crate::log::Dataset;
+
+/// [rad/s] no body on a bench turns faster than a gyroscope of 2000 deg/s can tell.
+const FASTEST: f64 = 60.0;
+/// Around 180/π: as far as noise and the lag of a sensor can move the ratio of a rate to the slope of its angle.
+pub const DEGREES: std::ops::Range<f64> = 40.0..80.0;
+/// The same around 1000: a time in milliseconds makes every slope as much smaller.
+const MILLISECONDS: std::ops::Range<f64> = 700.0..1400.0;
+/// [s] over which that slope is taken, so that the noise of the angle does not count; and up to how many times as long where
+/// the angle comes slowly.
+const SPAN: f64 = 0.1;
+const LONGER: f64 = 3.0;
+/// Correlation of rate and slope from which one is the other: both are noise where the body is held.
+const ONE: f64 = 0.7;
+
+/// What is wrong, in a sentence.
+pub(crate) enum Mistaken {
+    /// The rate, or the time, is not in its unit.
+    Rate(String),
+    /// The angle is not, and the rate is.
+    Angle(String),
+    /// Both may be: a body without stops may well turn over.
+    Perhaps(String),
+}
+
+/// The rate [rad/s] against the angle's own slope: a factor of 57 is a unit.
+pub(crate) fn mistaken(log: &Dataset, rate: &[f64]) -> Option<Mistaken> {
+    let source = log.source_name();
+    // A few flipped bits are no rate.
+    let fastest = quantile(&rate.iter().map(|rate| rate.abs()).collect::<Vec<f64>>(), MOST);
+    let Some(angle) = log.column("body_angle_rad") else {
+        return (fastest > FASTEST).then(|| {
+            Mistaken::Rate(format!(
+                "{source}: the body rate reaches {fastest:.0} rad/s, which no body on a bench does; if the column is in \
+                 degrees per second, import it with unit `deg/s`"
+            ))
+        });
+    };
+    let (low, high) = bounds(angle);
+    let ratio = ratio_to_slope(log.time(), angle, rate);
+    if let Some(ratio) = ratio.filter(|ratio| DEGREES.contains(ratio)) {
+        return Some(Mistaken::Rate(format!(
+            "{source}: the body rate is {ratio:.0} times the slope of the body angle: it is in degrees per second, import \
+             it with unit `deg/s`"
+        )));
+    }
+    if let Some(ratio) = ratio.filter(|ratio| MILLISECONDS.contains(ratio)) {
+        return Some(Mistaken::Rate(format!(
+            "{source}: the body rate is {ratio:.0} times the slope of the body angle: the time is in milliseconds, import it \
+             with unit `ms`"
+        )));
+    }
+    if fastest > FASTEST {
+        return Some(Mistaken::Rate(format!(
+            "{source}: the body rate reaches {fastest:.0} rad/s, and the angle spans {:.0} rad; no body on a bench does that; if \
+             the columns are in degrees, import them with the units `deg/s` and `deg`",
+            high - low
+        )));
+    }
+    if let Some(ratio) = ratio.filter(|ratio| DEGREES.contains(&(1.0 / ratio))) {
+        return Some(Mistaken::Angle(format!(
+            "{source}: the slope of the body angle is {:.0} times the body rate: the angle is in degrees, import it with \
+             unit `deg`",
+            1.0 / ratio
+        )));
+    }
+    (high - low > std::f64::consts::TAU).then(|| {
+        Mistaken::Perhaps(format!(
+            "{source}: the body angle spans {:.1} rad, {:.1} turns; if angle and rate are in degrees, import them with the \
+             units `deg` and `deg/s`",
+            high - low,
+            (high - low) / std::f64::consts::TAU
+        ))
+    })
+}
+
+/// How many times the slope of the angle [rad] the rate is; `None` where it does not go with it. From reading to reading of
+/// the angle, a while apart, against the rate's mean meanwhile.
+fn ratio_to_slope(time: &[f64], angle: &[f64], rate: &[f64]) -> Option<f64> {
+    let (mut slopes, mut means, mut both) = (0.0, 0.0, 0.0);
+    let mut from = None::<usize>;
+    for row in (0..time.len()).filter(|row| angle[*row].is_finite()) {
+        let Some(first) = from else {
+            from = Some(row);
+            continue;
+        };
+        let span = time[row] - time[first];
+        if span < SPAN {
+            continue;
+        }
+        from = Some(row);
+        let known = || rate[first..=row].iter().filter(|rate| rate.is_finite());
+        let (slope, mean) =
+            ((angle[row] - angle[first]) / span, known().sum::<f64>() / known().count() as f64);
+        if mean.is_finite() && span < LONGER * SPAN.max(time[row] - time[row - 1]) {
+            slopes += slope * slope;
+            means += mean * mean;
+            both += slope * mean;
+        }
+    }
+    (both.abs() > ONE * (slopes * means).sqrt()).then(|| (means / slopes).sqrt())
+}

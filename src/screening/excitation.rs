@@ -1,0 +1,96 @@
+//! How a rotor's command moves: jumps, ramps slow enough for [LPC16] Eq. (4), and levels.
+
+use std::ops::Range;
+
+use super::rotor_data::RotorLog;
+
+/// [-] change of command within [`FAST_SPAN`] that is a jump, not a ramp.
+const JUMP: f64 = 0.02;
+/// [s]
+const FAST_SPAN: f64 = 0.1;
+/// [s] after a jump before the rotor counts as settled: more than ten times 1/p of a slow rotor of 6 rad/s.
+const SETTLING: f64 = 2.0;
+/// [s] shortest settled stretch worth using.
+const SHORTEST: f64 = 5.0;
+
+/// How the command moves over a stretch of rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Motion {
+    /// One value.
+    Constant,
+    /// Slow change, no jumps.
+    Ramp,
+}
+
+impl RotorLog {
+    /// Rows right after which the command jumps.
+    pub fn jumps(&self) -> Vec<usize> {
+        let jump = |row: &usize| (self.command[row + 1] - self.command[*row]).abs() > JUMP;
+        let inside = self.segments.iter().flat_map(|segment| segment.start..segment.end - 1);
+        inside.filter(jump).collect()
+    }
+
+    /// Stretches over which the rotor follows slowly enough to be called steady, [LPC16] Eq. (4).
+    pub fn steady(&self) -> Vec<(Motion, Range<usize>)> {
+        let mut stretches = Vec::new();
+        for segment in &self.whole() {
+            for calm in self.calm(segment) {
+                self.split_by_motion(calm, &mut stretches);
+            }
+        }
+        stretches
+    }
+
+    /// Parts of a segment that begin `SETTLING` after a fast change and hold no other.
+    fn calm(&self, segment: &Range<usize>) -> Vec<Range<usize>> {
+        let mut parts = Vec::new();
+        let mut start = segment.start;
+        let mut behind = segment.start;
+        let mut settled_at = f64::NEG_INFINITY;
+        for row in segment.clone() {
+            while self.time[row] - self.time[behind] > FAST_SPAN && behind + 1 < row {
+                behind += 1;
+            }
+            if (self.command[row] - self.command[behind]).abs() > JUMP {
+                parts.push(start..row);
+                settled_at = self.time[row] + SETTLING;
+            }
+            if self.time[row] <= settled_at {
+                start = row + 1;
+            }
+        }
+        parts.push(start..segment.end);
+        parts.retain(|part| !part.is_empty() && self.span(part) >= SHORTEST);
+        parts
+    }
+
+    /// [s]
+    fn span(&self, rows: &Range<usize>) -> f64 {
+        if rows.is_empty() { 0.0 } else { self.time[rows.end - 1] - self.time[rows.start] }
+    }
+
+    fn split_by_motion(&self, calm: Range<usize>, into: &mut Vec<(Motion, Range<usize>)>) {
+        let mut start = calm.start;
+        let mut constants = Vec::new();
+        for row in calm.clone() {
+            let last = row + 1 == calm.end;
+            if last || (self.command[row + 1] - self.command[start]).abs() > 1e-6 {
+                if self.span(&(start..row + 1)) >= SHORTEST {
+                    constants.push(start..row + 1);
+                }
+                start = row + 1;
+            }
+        }
+        let mut from = calm.start;
+        for constant in constants {
+            if self.span(&(from..constant.start)) >= SHORTEST {
+                into.push((Motion::Ramp, from..constant.start));
+            }
+            from = constant.end;
+            into.push((Motion::Constant, constant));
+        }
+        if self.span(&(from..calm.end)) >= SHORTEST {
+            into.push((Motion::Ramp, from..calm.end));
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! A gyroscope that stops telling: the same reading for far longer than this one ever repeats itself.
+//!
+//! Of a rotor its command has to be asked, too, which is for who knows what it does. A body may rest: at zero it does, and
+//! where its angle stands as well. Without an angle it is asked whether what turns it came and went meanwhile, while it
+//! elsewhere moves the reading in as short a time.
+
+use std::ops::Range;
+
+use serde::Serialize;
+
+use super::readings::{quantile, told};
+use crate::log::dataset::Dataset;
+
+/// How unlikely a run of equal values must be, over the whole channel, to be called frozen.
+const CHANCE: f64 = 1e-3;
+/// No run shorter than this is called frozen.
+const LEAST: usize = 10;
+/// The channel that is looked at, and the one that knows better.
+const RATE: &str = "body_rate_rad_s";
+const ANGLE: &str = "body_angle_rad";
+/// Share of the angle's whole range by which it must move meanwhile.
+const MOVES: f64 = 0.02;
+
+/// Without an angle: times that what turns the body must change meanwhile, by this share of its range; and smallest steps
+/// of the reading by which it usually moves in such a time.
+const DRIVEN: (usize, f64) = (3, 0.25);
+const STEPS: f64 = 5.0;
+
+/// Readings of a gyroscope that stood still.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Stuck {
+    /// Rows that repeat the one before, from 0.
+    #[serde(skip)]
+    pub rows: Vec<usize>,
+    /// How many they are.
+    pub cells: usize,
+    /// Stretches in which it stood.
+    pub places: usize,
+    /// [s] longest of them: from, to.
+    pub longest_s: [f64; 2],
+    /// [rad/s] what it read there.
+    pub value: f64,
+}
+
+impl Stuck {
+    /// In words.
+    pub(crate) fn sentence(&self, name: &str) -> String {
+        let [from, to] = self.longest_s;
+        let places = if self.places == 1 {
+            String::new()
+        } else {
+            format!(", and in {} more places", self.places - 1)
+        };
+        format!(
+            "`{name}` is frozen from {from:.1} to {to:.1} s at {}{places}: it was not measured there, and what fits a model takes \
+             the {} readings as missing",
+            told(self.value, 4),
+            self.cells
+        )
+    }
+}
+
+/// Stretches of a channel that were not measured; `None` where there are none.
+pub(crate) fn find(log: &Dataset, name: &str, values: &[f64]) -> Option<Stuck> {
+    if name != RATE {
+        return None;
+    }
+    let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
+    let readings: Vec<f64> = known.iter().map(|row| values[*row]).collect();
+    let found = frozen(&readings).into_iter().filter(|run| readings[run.start] != 0.0);
+    let is_stuck = |run: &Range<usize>| match log.column(ANGLE) {
+        Some(angle) => !rests(angle, &known[run.clone()]),
+        None => is_driven(log, &known[run.clone()]) && moves_elsewhere(&readings, run.len()),
+    };
+    let runs: Vec<&[usize]> = found.filter(is_stuck).map(|run| &known[run]).collect();
+    let longest = runs.iter().max_by_key(|run| run.len())?;
+    let (from, to) = (longest[0], longest[longest.len() - 1]);
+    // The first of them was a measurement.
+    let rows: Vec<usize> = runs.iter().flat_map(|run| &run[1..]).copied().collect();
+    Some(Stuck {
+        cells: rows.len(),
+        places: runs.len(),
+        longest_s: [log.time()[from], log.time()[to]],
+        value: values[from],
+        rows,
+    })
+}
+
+/// Greatest less least of what is finite.
+fn range(values: impl Iterator<Item = f64>) -> f64 {
+    let ends = (f64::INFINITY, f64::NEG_INFINITY);
+    let finite = values.filter(|value| value.is_finite());
+    let (low, high) = finite.fold(ends, |(low, high), value| (low.min(value), high.max(value)));
+    high - low
+}
+
+/// Whether the body's angle stands over these rows, too.
+fn rests(angle: &[f64], rows: &[usize]) -> bool {
+    range(rows.iter().map(|row| angle[*row])) < MOVES * range(angle.iter().copied())
+}
+
+/// Whether what turns the body comes and goes over these rows.
+fn is_driven(log: &Dataset, rows: &[usize]) -> bool {
+    let Some(drive) = drive(log) else { return false };
+    let moves = DRIVEN.1 * range(drive.iter().copied());
+    let mut told = rows.iter().map(|row| drive[*row]).filter(|value| value.is_finite());
+    let Some(mut last) = told.next() else { return false };
+    let mut changes = 0;
+    for value in told.filter(|_| moves > 0.0) {
+        if (value - last).abs() >= moves {
+            (changes, last) = (changes + 1, value);
+        }
+    }
+    changes >= DRIVEN.0
+}
+
+/// What turns the body, up to a factor: a torque, or the one rotor's command less the other's; of one rotor its own.
+fn drive(log: &Dataset) -> Option<Vec<f64>> {
+    if let Some(torque) = log.column("torque_command_nm") {
+        return Some(torque.to_vec());
+    }
+    match (log.column("command_1"), log.column("command_2")) {
+        (Some(first), Some(second)) => Some(first.iter().zip(second).map(|(a, b)| a - b).collect()),
+        (one, other) => one.or(other).map(<[f64]>::to_vec),
+    }
+}
+
+/// Whether the reading usually moves by more than its own coarseness over as many rows as these.
+fn moves_elsewhere(readings: &[f64], rows: usize) -> bool {
+    let usual = quantile(readings.chunks_exact(rows).map(|rows| range(rows.iter().copied())), 0.5);
+    usual.is_some_and(|usual| usual >= STEPS * smallest_step(readings))
+}
+
+/// The least that a reading ever moves by; infinite where it never moves.
+pub(crate) fn smallest_step(readings: &[f64]) -> f64 {
+    let steps = readings.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
+    steps.fold(f64::INFINITY, f64::min)
+}
+
+/// Runs of equal values, by place, that are too long for a channel that repeats itself as often as this one does.
+pub(crate) fn frozen(values: &[f64]) -> Vec<Range<usize>> {
+    let pairs = values.len().saturating_sub(1);
+    let equal = values.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    if pairs == 0 || equal == 0 {
+        return Vec::new();
+    }
+    // A run of n equal values has about the chance share^(n - 1) at each place.
+    let share = equal as f64 / pairs as f64;
+    let run = (CHANCE / pairs as f64).ln() / share.ln();
+    let least = (run.ceil() as usize).saturating_add(1).max(LEAST);
+    let mut at = 0;
+    let runs = values.chunk_by(|a, b| a == b).map(|run| {
+        at += run.len();
+        at - run.len()..at
+    });
+    runs.filter(|run| run.len() >= least).collect()
+}

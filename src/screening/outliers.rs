@@ -1,0 +1,283 @@
+//! Single readings that are no measurement: a frame with a flipped bit, half or double the speed, a spike of a gyro.
+//!
+//! Rotors and bodies have a memory: a true peak leaves a decay behind it, and a step leaves a new level. So a wild
+//! reading is one that lies far from all that its neighbours foretell of it: from the lines between those to both
+//! sides, and from the lines on through those before it and through those behind it; or from their middle, by more than
+//! they are from each other. What is far is learnt from the
+//! channel itself. Where commands move, what a command can do to this rotor is learnt, too.
+
+use serde::Serialize;
+
+use super::readings::{quantile, told};
+use crate::log::dataset::Dataset;
+
+/// Readings to each side that foretell one.
+const SIDE: usize = 3;
+/// Shares of the readings whose distances from what is foretold say what is usual, and the multiples of both that are
+/// far: for normal noise, ten times its size with what else is asked; the heavy tails of a Laplace distribution stay below.
+const USUAL: [(f64, f64); 2] = [(0.5, 7.0), (0.8, 6.0)];
+/// Least distance, as a share of the channel's middle 98 %, and of its level, that is worth to be called wild.
+const WORTH: (f64, f64) = (0.05, 0.02);
+/// Smallest steps between readings that a distance must be, too: a coarse reading flickers.
+const STEPS: f64 = 6.0;
+/// Multiples of the range of its neighbours, and of the noise, by which a reading of a body lies beside their middle.
+const BESIDE: (f64, f64) = (5.0, 10.0);
+/// [s] between readings, above which a body or a rotor under unknown commands may move and come back.
+const TOO_SLOW: f64 = 0.05;
+/// [s] for which a rotor goes on answering to a command.
+const ANSWERS: f64 = 0.25;
+/// Commands that moved, from which on it is known what they do; the share of them that is usual, and the multiple of it that
+/// no command does.
+const MOVED: (usize, f64, f64) = (30, 0.9, 4.0);
+/// Share of its way that a rotor goes from one reading to the next, above which a peak of one reading may be true.
+const AT_ONCE: f64 = 0.7;
+/// Multiple of the chord of the rotor's curve by which no command moves it.
+const STEEPEST: f64 = 4.5;
+/// Share of a channel from which on wild readings are something else.
+const TOO_MANY: f64 = 0.1;
+/// Fewest readings that are looked at.
+const FEWEST: usize = 50;
+/// Times that the rest is looked through again: of neighbours that are both wild one may hide the other.
+const PASSES: usize = 5;
+
+/// Wild readings of a channel.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Wild {
+    /// Their rows, from 0.
+    #[serde(skip)]
+    pub rows: Vec<usize>,
+    /// How many they are.
+    pub cells: usize,
+    /// Readings of the channel.
+    pub of: usize,
+    /// [s] when the first one came.
+    pub first_s: f64,
+    /// What it reads, in the channel's unit.
+    pub first: f64,
+    /// They are too many for glitches, and stay.
+    pub too_many: bool,
+}
+
+impl Wild {
+    /// In words.
+    pub(crate) fn sentence(&self, name: &str) -> String {
+        let Self { cells, of, first_s, .. } = self;
+        let first = told(self.first, 4);
+        if self.too_many {
+            return format!(
+                "`{name}`: {cells} of {of} readings lie far from their neighbours, the first at {first_s:.2} s ({first}): too many \
+                 for single glitches, and they are left in"
+            );
+        }
+        let wild =
+            if *cells == 1 { "1 wild reading lies".to_owned() } else { format!("{cells} wild readings lie") };
+        format!(
+            "`{name}`: {wild} far from the neighbours, the first at {first_s:.2} s ({first}): no measurements, and what fits a \
+             model takes them as missing"
+        )
+    }
+}
+
+/// The wild ones among the readings of a channel of `log`: those of `values` that are finite. `command` is what moves
+/// what is measured, where that is a rotor and is known.
+pub(crate) fn find(log: &Dataset, values: &[f64], command: Option<&[f64]>) -> Option<Wild> {
+    let mut left = values.to_vec();
+    let mut rows = Vec::new();
+    for _ in 0..PASSES {
+        // What is left may be too little to look through again; what was found is.
+        let Some(channel) = Channel::of(log, &left, command) else { break };
+        let mut found = channel.wild();
+        if found.is_empty() {
+            break;
+        }
+        found.iter().for_each(|row| left[*row] = f64::NAN);
+        rows.append(&mut found);
+    }
+    rows.sort_unstable();
+    let first = *rows.first()?;
+    let of = values.iter().filter(|value| value.is_finite()).count();
+    let cells = rows.len();
+    let too_many = cells as f64 > TOO_MANY * of as f64;
+    let rows = if too_many { Vec::new() } else { rows };
+    Some(Wild { rows, cells, of, first_s: log.time()[first], first: values[first], too_many })
+}
+
+/// A reading with its neighbours.
+struct Seen {
+    row: usize,
+    /// From what is foretold of it, in the channel's unit.
+    distance: f64,
+    /// How far the channel usually goes from one of the neighbours to the next.
+    goes: f64,
+    /// Rows of the first and of the last neighbour.
+    reach: (usize, usize),
+    /// From the middle of its neighbours, and the range of those, the most extreme one left out.
+    beside: (f64, f64),
+    /// Range of it and all of its neighbours, and the largest step from one of them to the next.
+    moves: (f64, f64),
+}
+
+/// A channel, and what is usual in it.
+struct Channel<'a> {
+    log: &'a Dataset,
+    command: Option<&'a [f64]>,
+    seen: Vec<Seen>,
+    /// [s] between readings.
+    interval: f64,
+    /// Distance from what is foretold that is far.
+    far: f64,
+    /// Distance that is worth the name.
+    worth: f64,
+    /// Size of the noise.
+    noise: f64,
+    /// Middle of the channel.
+    level: f64,
+}
+
+impl<'a> Channel<'a> {
+    fn of(log: &'a Dataset, values: &[f64], command: Option<&'a [f64]>) -> Option<Self> {
+        let time = log.time();
+        let stretches: Vec<Vec<usize>> = log
+            .segments()
+            .into_iter()
+            .map(|rows| rows.filter(|row| values[*row].is_finite()).collect())
+            .collect();
+        let pairs = || stretches.iter().flat_map(|rows| rows.windows(2));
+        let interval = quantile(pairs().map(|pair| time[pair[1]] - time[pair[0]]), 0.5)?;
+        let step = pairs().map(|pair| (values[pair[1]] - values[pair[0]]).abs()).filter(|step| *step > 0.0);
+        let step = step.fold(f64::INFINITY, f64::min);
+        let windows = stretches.iter().flat_map(|rows| rows.windows(2 * SIDE + 1));
+        let seen: Vec<Seen> = windows.map(|rows| seen(time, values, rows)).collect();
+        if seen.len() < FEWEST || !step.is_finite() {
+            return None;
+        }
+        let of = |share: f64| quantile(stretches.iter().flatten().map(|row| values[*row]), share);
+        let (range, level) = (of(0.99)? - of(0.01)?, of(0.5)?);
+        let usual = |share: f64| quantile(seen.iter().map(|seen| seen.distance), share);
+        let bends = stretches.iter().flat_map(|rows| rows.windows(3)).map(|three| {
+            let [before, here, after] = [0, 1, 2].map(|at| values[three[at]]);
+            (before - 2.0 * here + after).abs()
+        });
+        Some(Self {
+            far: USUAL.iter().filter_map(|(share, times)| Some(times * usual(*share)?)).sum(),
+            worth: (WORTH.0 * range).max(WORTH.1 * level.abs()).max(STEPS * step),
+            // The median of the size of a normal variable, and the size of a second difference.
+            noise: quantile(bends, 0.5)? / (0.674_489_75 * f64::sqrt(6.0)),
+            log,
+            command,
+            seen,
+            interval,
+            level,
+        })
+    }
+
+    fn wild(&self) -> Vec<usize> {
+        let far = |seen: &&Seen| seen.distance > self.far + self.worth + seen.goes;
+        let far: Vec<&Seen> = self.seen.iter().filter(far).collect();
+        if far.is_empty() {
+            return Vec::new();
+        }
+        let wild: Vec<&Seen> = match self.command {
+            Some(command) => {
+                let moves = Moves::of(self, command);
+                far.into_iter().filter(|seen| !moves.explain(self, seen)).collect()
+            }
+            None => {
+                let alone = |seen: &&Seen| {
+                    let (beside, range) = seen.beside;
+                    seen.distance > self.far + self.worth + 2.0 * seen.goes
+                        && beside > BESIDE.0 * range + BESIDE.1 * self.noise
+                };
+                far.into_iter().filter(|_| self.interval <= TOO_SLOW).filter(alone).collect()
+            }
+        };
+        wild.into_iter().map(|seen| seen.row).collect()
+    }
+}
+
+/// What the commands of a rotor do to what is measured of it.
+struct Moves {
+    /// [-] each command held until the next.
+    command: Vec<f64>,
+    /// Distance from what is foretold, for each unit of the command's range around a reading, that is the most it does;
+    /// `None` where commands hardly ever moved, or the rotor goes all of the way from one reading to the next.
+    most: Option<f64>,
+    /// Change of the channel for a unit of the command that is more than any.
+    steepest: f64,
+}
+
+impl Moves {
+    fn of(channel: &Channel, command: &[f64]) -> Self {
+        let mut last = command.iter().copied().find(|command| command.is_finite()).unwrap_or(0.0);
+        let held = command.iter().map(|command| {
+            last = if command.is_finite() { *command } else { last };
+            last
+        });
+        let command: Vec<f64> = held.collect();
+        let middle = quantile(command.iter().copied(), 0.5).unwrap_or(0.0);
+        let steepest = STEEPEST * channel.level.abs() / middle.abs().max(0.05);
+        let mut moves = Self { command, most: None, steepest };
+        let around: Vec<(&Seen, f64)> =
+            channel.seen.iter().map(|seen| (seen, moves.around(channel, seen))).collect();
+        let told = || around.iter().filter(|(_, range)| *range > 0.0);
+        let large =
+            told().map(|(seen, _)| seen.moves).filter(|(range, _)| *range > channel.far + channel.worth);
+        let is_fast = quantile(large.map(|(range, step)| step / range), 0.5).is_none_or(|all| all > AT_ONCE);
+        let enough = told().count() >= MOVED.0 && !is_fast;
+        let usual = quantile(told().map(|(seen, range)| seen.distance / range), MOVED.1);
+        moves.most = usual.filter(|_| enough).map(|usual| MOVED.2 * usual);
+        moves
+    }
+
+    /// [-] range of the commands that a reading and its neighbours may answer to.
+    fn around(&self, channel: &Channel, seen: &Seen) -> f64 {
+        let time = channel.log.time();
+        let since = time[seen.reach.0] - ANSWERS;
+        let first = time.partition_point(|time| *time < since);
+        let told = &self.command[first..=seen.reach.1];
+        let (low, high) = told.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), command| {
+            (low.min(*command), high.max(*command))
+        });
+        high - low
+    }
+
+    /// Whether the commands can have done it: it is no more than they usually do, or they hardly moved before, and could.
+    fn explain(&self, channel: &Channel, seen: &Seen) -> bool {
+        let range = self.around(channel, seen);
+        let usual = self.most.map_or(f64::INFINITY, |most| most * range);
+        let possible = self.steepest * range;
+        range > 0.0 && seen.distance <= usual + channel.worth && seen.beside.0 <= possible + channel.worth
+    }
+}
+
+/// The middle one of `rows` beside the others.
+fn seen(time: &[f64], values: &[f64], rows: &[usize]) -> Seen {
+    let row = rows[SIDE];
+    let line = |from: usize, to: usize| {
+        let (from, to) = (rows[from], rows[to]);
+        let share = (time[row] - time[from]) / (time[to] - time[from]);
+        values[from] + share * (values[to] - values[from])
+    };
+    let foretold = [line(2, 4), line(1, 5), line(1, 2), line(4, 5)];
+    let nearest = foretold.iter().map(|value| (values[row] - value).abs()).fold(f64::INFINITY, f64::min);
+    let step = |from: usize, to: usize| (values[rows[to]] - values[rows[from]]).abs();
+    let goes = sorted([step(0, 1), step(1, 2), 0.5 * step(2, 4), step(4, 5), step(5, 6)])[2];
+    let others: [f64; 2 * SIDE] = std::array::from_fn(|at| values[rows[at + usize::from(at >= SIDE)]]);
+    let others = sorted(others);
+    // The most extreme one is at one of the ends.
+    let low_end = others[SIDE] - others[0] > others[2 * SIDE - 1] - others[SIDE - 1];
+    let kept = if low_end { &others[1..] } else { &others[..2 * SIDE - 1] };
+    let beside = ((values[row] - kept[kept.len() / 2]).abs(), kept[kept.len() - 1] - kept[0]);
+    // Beside another wild one the lines through that lead to nowhere, and its neighbours' middle still says something.
+    let distance = nearest.max(beside.0 - beside.1);
+    let all = rows.iter().map(|row| values[*row]);
+    let (low, high) =
+        all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let largest = (0..2 * SIDE).map(|at| step(at, at + 1)).fold(0.0, f64::max);
+    Seen { row, distance, goes, reach: (rows[0], rows[2 * SIDE]), beside, moves: (high - low, largest) }
+}
+
+fn sorted<const N: usize>(mut values: [f64; N]) -> [f64; N] {
+    values.sort_by(f64::total_cmp);
+    values
+}

@@ -1,0 +1,345 @@
+//! Readings of a rate that are no measurement: zeros of a telemetry that dropped out, and a reading that stands still
+//! to the last digit while the command moves the rotor.
+
+use std::borrow::Cow;
+use std::ops::Range;
+
+use super::readings;
+use super::rotor_data::{LEAST_COMMAND, held};
+use crate::log::Dataset;
+use crate::unit::short;
+
+/// [-] from this command on every rotor turns: the dead zones of speed controllers end below it.
+const TURNS: f64 = 0.15;
+/// [s] behind which a rotor told to turn has started.
+const STARTED: f64 = 2.0;
+/// Readings of zero in a row that are a dropout wherever their neighbours turn: at no rate of sampling that shows a rotor
+/// moving could it stop and run up again in so short a time.
+const ISOLATED: usize = 3;
+/// Share of the log's middle rate from which a neighbour turns.
+const NEIGHBOUR: f64 = 0.1;
+/// [s] behind a reading from which a rotor that began to turn with it would have got far, and share of what it reads from there
+/// until [`STARTED`] which one that begins to turn does not reach at once.
+const GOT_FAR: f64 = 0.25;
+const AT_ONCE: f64 = 0.7;
+/// [s] shortest standstill of a reading that is looked at.
+const FROZEN: f64 = 1.0;
+/// [s] for which it goes on behind the command's change: no rotor of this kind waits for so long.
+const UNANSWERED: f64 = 0.5;
+/// Fewest equal readings: of a few a coarse reading may well be the same.
+const FEWEST: usize = 5;
+/// [-] change of the command that moves no rotor by more than its noise, and one that moves any reading.
+const SAME: f64 = 0.002;
+const JUMP: f64 = 0.02;
+/// Steps of the reading that the command's change would have moved it by.
+const STEPS: f64 = 2.0;
+
+/// The logs with every cell taken as missing that is no measurement, by what the commands say too; of each it is said which.
+pub fn measured<'a>(logs: &'a [Dataset], told: &mut Vec<String>) -> Cow<'a, [Dataset]> {
+    match without_stale(logs, &[1, 2], told) {
+        Cow::Borrowed(logs) => readings::measured_all(logs, told),
+        Cow::Owned(logs) => Cow::Owned(readings::measured_all(&logs, told).into_owned()),
+    }
+}
+
+/// The logs with these readings taken as missing; of each rotor it is said how many and where.
+pub(crate) fn without_stale<'a>(
+    logs: &'a [Dataset],
+    rotors: &[usize],
+    warnings: &mut Vec<String>,
+) -> Cow<'a, [Dataset]> {
+    let mut cleaned = Cow::Borrowed(logs);
+    for (at, log) in logs.iter().enumerate() {
+        for rotor in rotors {
+            let name = format!("propeller_rate_{rotor}_rad_s");
+            let command = log.column(&format!("command_{rotor}"));
+            let Some((command, rate)) = command.zip(log.column(&name)) else { continue };
+            let source = format!("{}, rotor {rotor}", log.source_name());
+            let Some(rate) = fresh(log, &source, command, rate, warnings) else { continue };
+            // As long as the column it replaces.
+            let _ = cleaned.to_mut()[at].replace(&name, rate);
+        }
+    }
+    cleaned
+}
+
+/// [rad/s] the rate without what was not measured; `None` where nothing had to be taken away.
+fn fresh(
+    log: &Dataset,
+    source: &str,
+    command: &[f64],
+    rate: &[f64],
+    warnings: &mut Vec<String>,
+) -> Option<Vec<f64>> {
+    let segments = log.segments();
+    let told = held(command, &segments);
+    let time = log.time();
+    let mut rate = rate.to_vec();
+    let zeros: Vec<usize> = segments.iter().flat_map(|segment| zeros(time, &told, &rate, segment)).collect();
+    if let Some(first) = zeros.first() {
+        warnings.push(format!(
+            "{source}: the rate reads exactly 0 in {} rows in which the rotor was told to turn, first at {:.2} s: a dropout of \
+             the telemetry, or a rotor that stood; taken as missing",
+            zeros.len(),
+            time[*first]
+        ));
+        zeros.iter().for_each(|row| rate[*row] = f64::NAN);
+    }
+    let scale = Scale::of(&rate);
+    let frozen: Vec<Frozen> =
+        segments.iter().flat_map(|segment| frozen(time, &told, &rate, segment, &scale)).collect();
+    if let Some(longest) = frozen.iter().max_by(|a, b| a.span().total_cmp(&b.span())) {
+        let left: usize = frozen.iter().map(|run| run.rows.len()).sum();
+        let places = match frozen.len() {
+            1 => String::new(),
+            places => format!(", and in {} more places", places - 1),
+        };
+        warnings.push(format!(
+            "{source}: the rate reads exactly {} rad/s from {:.1} to {:.1} s while the command changes (from {} to {}){places}: \
+             it was not measured there (a sensor or a recorder that froze, a wrong column, a rotor at its limit); {left} \
+             samples are left out",
+            short(longest.value),
+            longest.from,
+            longest.to,
+            short(longest.commands.0),
+            short(longest.commands.1),
+        ));
+        frozen.iter().flat_map(|run| &run.rows).for_each(|row| rate[*row] = f64::NAN);
+    }
+    (!zeros.is_empty() || !frozen.is_empty()).then_some(rate)
+}
+
+/// Rows of a segment that read zero although the rotor turned, or should have.
+fn zeros(time: &[f64], told: &[f64], rate: &[f64], segment: &Range<usize>) -> Vec<usize> {
+    let middle = middle(rate);
+    let is_started = started(time, told, segment);
+    let known: Vec<usize> = segment.clone().filter(|row| rate[*row].is_finite()).collect();
+    let turns = |at: Option<usize>| {
+        at.and_then(|at| known.get(at)).is_some_and(|row| rate[*row].abs() > NEIGHBOUR * middle)
+    };
+    let mut zeros = Vec::new();
+    let mut at = 0;
+    while at < known.len() {
+        let count = known[at..].iter().take_while(|row| rate[**row] == 0.0).count();
+        let rows = &known[at..at + count];
+        let is_told = |row: &&usize| told[**row] >= LEAST_COMMAND;
+        let is_between = turns(at.checked_sub(1)) && turns(Some(at + count));
+        let is_short = (1..=ISOLATED).contains(&count) && rows.iter().all(|row| is_told(&row)) && is_between;
+        // Before the first frame of a telemetry that starts late the rotor turned as behind it.
+        let is_first = at == 0 && rows.iter().all(|row| told[*row] >= TURNS);
+        let is_late = is_first && is_up(time, rate, &known[count..]);
+        // Once it must have started and has not, it was not measured from the beginning.
+        if is_short || is_late || rows.iter().any(|row| is_started[*row - segment.start]) {
+            zeros.extend(rows.iter().filter(is_told));
+        }
+        at += count.max(1);
+    }
+    zeros
+}
+
+/// Whether the first of these rows reads what a rotor reads that turned before: one that starts climbs from near zero, and
+/// has got far when as little time is over as this looks away from.
+fn is_up(time: &[f64], rate: &[f64], rows: &[usize]) -> bool {
+    let Some(first) = rows.first() else { return false };
+    let behind = rows.iter().filter(|row| (GOT_FAR..STARTED).contains(&(time[**row] - time[*first])));
+    let mut sizes: Vec<f64> = behind.map(|row| rate[*row].abs()).filter(|size| *size > 0.0).collect();
+    sizes.sort_by(f64::total_cmp);
+    // Not the least of them, which may be wild.
+    sizes.get(sizes.len() / 10).is_some_and(|low| rate[*first].abs() >= AT_ONCE * low)
+}
+
+/// Where in a segment a rotor has been told to turn for so long that it does.
+fn started(time: &[f64], told: &[f64], segment: &Range<usize>) -> Vec<bool> {
+    let mut since = None;
+    let is_started = segment.clone().map(|row| {
+        since = (told[row] >= TURNS).then(|| since.unwrap_or(time[row]));
+        since.is_some_and(|since| time[row] - since >= STARTED)
+    });
+    is_started.collect()
+}
+
+/// [rad/s] the median of what is not zero.
+fn middle(rate: &[f64]) -> f64 {
+    let mut sizes: Vec<f64> =
+        rate.iter().map(|rate| rate.abs()).filter(|size| size.is_finite() && *size > 0.0).collect();
+    sizes.sort_by(f64::total_cmp);
+    sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// The values that a reading takes, ascending: how finely it tells.
+struct Scale(Vec<f64>);
+
+impl Scale {
+    fn of(rate: &[f64]) -> Self {
+        let mut values: Vec<f64> = rate.iter().copied().filter(|rate| rate.is_finite()).collect();
+        values.sort_by(f64::total_cmp);
+        values.dedup();
+        Self(values)
+    }
+
+    /// [rad/s] from one of the values to its nearest neighbour; `None` where it is the only one.
+    fn step(&self, value: f64) -> Option<f64> {
+        let at = self.0.partition_point(|other| *other < value);
+        let below = at.checked_sub(1).and_then(|below| self.0.get(below)).map(|below| value - below);
+        let above = self.0.get(at + 1).map(|above| above - value);
+        below.into_iter().chain(above).reduce(f64::min)
+    }
+}
+
+/// A reading that stood still.
+struct Frozen {
+    /// Rows with the reading.
+    rows: Vec<usize>,
+    /// [rad/s] what it read.
+    value: f64,
+    /// [s]
+    from: f64,
+    /// [s]
+    to: f64,
+    /// [-] lowest and highest command meanwhile.
+    commands: (f64, f64),
+}
+
+impl Frozen {
+    fn span(&self) -> f64 {
+        self.to - self.from
+    }
+}
+
+/// Runs of equal readings of a segment that did not answer to the command. A rotor that stands is none of them; zeros are
+/// judged by [`zeros`].
+fn frozen(time: &[f64], told: &[f64], rate: &[f64], segment: &Range<usize>, scale: &Scale) -> Vec<Frozen> {
+    let is_known = |row: &usize| rate[*row].is_finite() && told[*row].is_finite();
+    let known: Vec<usize> = segment.clone().filter(is_known).collect();
+    let mut found = Vec::new();
+    for rows in known.chunk_by(|a, b| rate[*a] == rate[*b]) {
+        let (first, last) = (rows[0], rows[rows.len() - 1]);
+        let (value, from, to) = (rate[first], time[first], time[last]);
+        if value == 0.0 || rows.len() < FEWEST || to - from < FROZEN {
+            continue;
+        }
+        // What the command's change would have done, by the chord of the rotor's curve, which is less steep than the curve.
+        let chord = value.abs() / told[first].max(LEAST_COMMAND);
+        let shows = scale.step(value).map_or(JUMP, |step| (STEPS * step / chord).max(SAME));
+        let is_asked = |row: &usize| (told[*row] - told[first]).abs() > shows;
+        let unanswered = (first..last).find(is_asked).is_some_and(|row| to - time[row] >= UNANSWERED);
+        if unanswered {
+            let commands = super::rotor_data::bounds(&told[first..=last]);
+            found.push(Frozen { rows: rows.to_vec(), value, from, to, commands });
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ROWS: usize = 6000;
+
+    fn hash(row: usize) -> usize {
+        row.wrapping_mul(2_654_435_761) >> 7
+    }
+
+    /// Two levels, each for a tenth of a second at least, or what `command` says; a rotor of 16 rad/s, its rate read with 2
+    /// rad/s of noise in steps of `step` [rad/s].
+    fn log(command: impl Fn(f64) -> f64, noise: f64, step: f64) -> Dataset {
+        let time: Vec<f64> = (0..ROWS).map(|row| row as f64 * 0.02).collect();
+        let told: Vec<f64> = time.iter().map(|t| command(*t)).collect();
+        let mut rate = 1400.0 * told[0];
+        let mut rates = Vec::new();
+        for (row, told) in told.iter().enumerate() {
+            let scatter = noise * ((hash(row) >> 9 & 255) as f64 / 128.0 - 1.0);
+            rates.push(((rate + scatter) / step).round() * step);
+            rate += 0.27 * (1400.0 * told - rate);
+        }
+        let mut log = Dataset::new("log.csv", "", time).unwrap();
+        log.insert("command_1", told).unwrap();
+        log.insert("propeller_rate_1_rad_s", rates).unwrap();
+        log
+    }
+
+    fn binary(t: f64) -> f64 {
+        if hash((t / 0.1 + 0.5) as usize) & 1 == 1 { 0.5 } else { 0.4 }
+    }
+
+    /// Rows of rotor 1 that were taken away, and what was said.
+    fn taken(log: &Dataset) -> (Vec<usize>, Vec<String>) {
+        let mut warnings = Vec::new();
+        let cleaned = without_stale(std::slice::from_ref(log), &[1, 2], &mut warnings);
+        let name = "propeller_rate_1_rad_s";
+        let left = cleaned[0].column(name).map_or(vec![f64::NAN; log.len()], <[f64]>::to_vec);
+        let before = log.column(name).unwrap();
+        let is_taken = |row: &usize| before[*row].is_finite() && !left[*row].is_finite();
+        ((0..log.len()).filter(is_taken).collect(), warnings)
+    }
+
+    fn changed(log: &Dataset, change: impl Fn(usize, f64) -> f64) -> Dataset {
+        let name = "propeller_rate_1_rad_s";
+        let rates = log.column(name).unwrap().iter().enumerate();
+        let mut log = log.clone();
+        log.replace(name, rates.map(|(row, rate)| change(row, *rate)).collect()).unwrap();
+        log
+    }
+
+    #[test]
+    fn a_rate_that_freezes_is_left_out_and_told_of() {
+        let lively = log(binary, 2.0, 1e-3);
+        let (rows, told) = taken(&changed(&lively, |_, _| 612.5));
+        assert_eq!(rows.len(), ROWS, "never moved: {told:?}");
+        let sentence = "log.csv, rotor 1: the rate reads exactly 612.5 rad/s from 0.0 to 120.0 s while the command changes \
+                        (from 0.4 to 0.5)";
+        assert!(told.len() == 1 && told[0].starts_with(sentence), "{told:?}");
+        let last = lively.column("propeller_rate_1_rad_s").unwrap()[3000];
+        let half = changed(&lively, |row, rate| if (3000..4000).contains(&row) { last } else { rate });
+        let (rows, told) = taken(&half);
+        assert_eq!((rows.first(), rows.last(), rows.len()), (Some(&3000), Some(&3999), 1000), "{told:?}");
+        assert!(told[0].contains("from 60.0 to 80.0 s") && told[0].contains("1000 samples"), "{told:?}");
+    }
+
+    #[test]
+    fn what_a_sound_reading_does_is_no_freezing() {
+        // A coarse reading under one level, under levels that change once, on a slow ramp and on its way back, and beside a
+        // command that moves by less than the reading tells.
+        let ramp = |t: f64| 0.3 + 0.002 * (60.0 - (t - 60.0).abs());
+        for (name, log) in [
+            ("one level", log(|_| 0.45, 0.0, 10.0)),
+            ("levels", log(|t| 0.3 + 0.1 * (t / 20.0).floor() / 5.0, 0.0, 10.0)),
+            ("ramp", log(ramp, 0.0, 10.0)),
+            ("coarse", log(|t| 0.46 + 0.002 * (2.0 * t).sin().signum(), 0.0, 20.0)),
+            ("lively", log(binary, 0.0, 10.0)),
+            ("at rest", log(|t| if t < 60.0 { 0.03 * (t / 30.0).floor() } else { 0.45 }, 0.0, 10.0)),
+        ] {
+            assert_eq!(taken(&log), (vec![], vec![]), "{name}");
+        }
+        let dead_zone = log(|t| 0.06 + 0.04 * (t / 10.0).floor() / 12.0, 0.0, 10.0);
+        assert_eq!(taken(&changed(&dead_zone, |_, _| 0.0)), (vec![], vec![]), "a rotor below its dead zone");
+    }
+
+    #[test]
+    fn single_zeros_are_missing_and_counted() {
+        let lively = log(binary, 2.0, 1e-3);
+        let lost = |row: usize| row > 0 && (hash(row).is_multiple_of(40) || (3000..3003).contains(&row));
+        let (rows, told) = taken(&changed(&lively, |row, rate| if lost(row) { 0.0 } else { rate }));
+        let expected: Vec<usize> = (0..ROWS).filter(|row| lost(*row)).collect();
+        assert!(expected.len() > 100 && rows == expected, "{told:?}");
+        assert!(told[0].contains(&format!("exactly 0 in {} rows", expected.len())), "{told:?}");
+        // Long ones are no better, once the rotor must have started; a rotor that starts is none.
+        let (rows, told) = taken(&changed(&lively, |row, rate| if row >= 4000 { 0.0 } else { rate }));
+        assert_eq!((rows.first(), rows.len()), (Some(&4000), 2000), "{told:?}");
+        // Nor are those before the first frame; a rotor that starts, and one in its dead zone, are none of these.
+        for count in [1, 3, 25] {
+            let (rows, told) = taken(&changed(&lively, |row, rate| if row < count { 0.0 } else { rate }));
+            assert_eq!(rows, (0..count).collect::<Vec<usize>>(), "{told:?}");
+        }
+        let from_rest =
+            changed(&log(|_| 0.45, 0.0, 1e-3), |row, rate| rate * (1.0 - 0.73f64.powi(row as i32)));
+        assert_eq!(taken(&from_rest), (vec![], vec![]), "it starts with the log");
+        let dead_zone = log(|t| 0.06 + 0.02 * t, 2.0, 1e-3);
+        let dead_zone = changed(&dead_zone, |row, rate| if row < 150 { 0.0 } else { rate });
+        assert_eq!(taken(&dead_zone), (vec![], vec![]), "up to 0.12 it stands");
+        let starts = log(|t| if t < 1.0 { 0.0 } else { 0.45 }, 2.0, 1e-3);
+        let starts = changed(&starts, |row, rate| if row < 100 { 0.0 } else { rate });
+        assert_eq!(taken(&starts), (vec![], vec![]), "it took a second to start");
+    }
+}

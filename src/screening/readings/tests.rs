@@ -1,0 +1,198 @@
+//! Logs in which readings repeat, and logs in which they seem to.
+
+use crate::screening::readings::*;
+
+mod ends;
+mod outliers;
+
+const RATE: &str = "propeller_rate_1_rad_s";
+const ROWS: usize = 6000;
+
+/// A number from -1 to 1 that a row has always, and no two in a way that shows.
+fn hash(row: usize) -> f64 {
+    let mixed = (row as u64 ^ 0x9e37).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mixed = (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    (mixed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+}
+
+/// Noise of size one: of twelve numbers as these, nearly normal.
+fn noise(row: usize) -> f64 {
+    (0..12).map(|part| hash(12 * row + part + 1_000_000)).sum::<f64>() / 2.0
+}
+
+/// Rows `interval` [s] apart under the name of a measured channel, with a command beside.
+fn log(name: &str, interval: f64, told: &[f64], values: Vec<f64>) -> Dataset {
+    let time = (0..values.len()).map(|row| row as f64 * interval).collect();
+    let mut log = Dataset::new("log.csv", "", time).unwrap();
+    log.insert("command_1", told.to_vec()).unwrap();
+    log.insert(name, values).unwrap();
+    log
+}
+
+/// Commands, and what a rotor of `pole` [rad/s] does under them.
+fn rotor(interval: f64, pole: f64, command: impl Fn(usize) -> f64) -> (Vec<f64>, Vec<f64>) {
+    let told: Vec<f64> = (0..ROWS).map(command).collect();
+    let mut rate = 1300.0 * told[0];
+    let follow = 1.0 - (-pole * interval).exp();
+    let rates = told.iter().map(|told| {
+        let now = rate;
+        rate += follow * (1300.0 * told - rate);
+        now
+    });
+    let rates = rates.collect();
+    (told, rates)
+}
+
+/// Two levels, changed or not each `rows` rows.
+fn binary(rows: usize) -> impl Fn(usize) -> f64 {
+    move |row| if hash(row / rows) > 0.0 { 0.55 } else { 0.4 }
+}
+
+/// A level of its own each `rows` rows.
+fn levels(rows: usize) -> impl Fn(usize) -> f64 {
+    move |row| 0.45 + 0.2 * hash(row / rows)
+}
+
+fn on_grid(values: &[f64], step: f64) -> Vec<f64> {
+    values.iter().map(|value| (value / step).round() * step).collect()
+}
+
+fn noisy(values: &[f64], size: f64) -> Vec<f64> {
+    values.iter().enumerate().map(|(row, value)| value + size * noise(row)).collect()
+}
+
+/// Each reading written again until the next comes; `fresh` says in which rows one does.
+fn held(values: &[f64], fresh: impl Fn(usize) -> bool) -> Vec<f64> {
+    let mut last = values[0];
+    let each = values.iter().enumerate().map(|(row, value)| {
+        last = if fresh(row) { *value } else { last };
+        last
+    });
+    each.collect()
+}
+
+fn repeats(log: &Dataset, name: &str) -> Option<Repeats> {
+    Unmeasured::of(log, name).repeats
+}
+
+#[test]
+fn held_readings_are_taken_as_missing_and_told() {
+    type Fresh = fn(usize) -> bool;
+    let patterns: [(&str, Fresh, &str); 5] = [
+        (
+            "second",
+            |row| row.is_multiple_of(2),
+            "every reading stands in 2 rows, fresh ones come at 25 Hz in a log of 50 Hz",
+        ),
+        (
+            "third",
+            |row| row.is_multiple_of(3),
+            "every reading stands in 3 rows, fresh ones come at 16.7 Hz in a log of 50 Hz",
+        ),
+        ("fourth", |row| row.is_multiple_of(4), "every reading stands in 4 rows, fresh ones come at 12.5 Hz"),
+        ("1-2-1-2", |row| row % 3 != 2, "readings stand in 1 to 2 rows, fresh ones come at 33.3"),
+        ("1-1-1-2", |row| row % 5 != 4, "readings stand in 1 to 2 rows, fresh ones come at 40 Hz"),
+    ];
+    for (pattern, fresh, sentence) in patterns {
+        for (kind, command) in [("fast", binary(1)), ("slow", binary(10))] {
+            let (told, rates) = rotor(0.02, 16.0, command);
+            let log = log(RATE, 0.02, &told, held(&noisy(&rates, 1.5), fresh));
+            let mut said = Vec::new();
+            let cleaned = measured(&log, &mut said);
+            let left = cleaned.column(RATE).unwrap();
+            let wrong = (0..ROWS).filter(|row| left[*row].is_finite() != fresh(*row)).count();
+            assert_eq!(wrong, 0, "{pattern} {kind}: {said:?}");
+            assert!(said.len() == 1 && said[0].contains(sentence), "{pattern} {kind}: {said:?}");
+            assert_eq!(cleaned.column("command_1"), log.column("command_1"));
+        }
+    }
+}
+
+/// A speed in steps of a controller's own counting, noise below a step, and an angle of 4096 steps a turn that swings.
+#[test]
+fn coarse_readings_that_are_held_are_seen_as_held() {
+    let (told, rates) = rotor(0.02, 16.0, binary(3));
+    let fresh = |row: usize| row.is_multiple_of(2);
+    let coarse = log(RATE, 0.02, &told, held(&on_grid(&noisy(&rates, 1.5), 2.0), fresh));
+    assert_eq!(repeats(&coarse, RATE).map(|found| found.stands_in), Some([2, 2]));
+    let swing: Vec<f64> = (0..ROWS).map(|row| 0.4 * (0.02 * row as f64 * 1.7).sin()).collect();
+    let angle =
+        log("body_angle_rad", 0.01, &told, held(&on_grid(&swing, std::f64::consts::TAU / 4096.0), fresh));
+    assert_eq!(repeats(&angle, "body_angle_rad").map(|found| found.stands_in), Some([2, 2]));
+}
+
+/// At a level to which a rate has settled, and at zero, readings are left at the telemetry's pace.
+#[test]
+fn a_level_that_stands_keeps_readings_at_the_telemetrys_pace() {
+    let (told, mut rates) = rotor(0.02, 16.0, binary(2));
+    rates[3000..4000].fill(612.5);
+    let log = log(RATE, 0.02, &told, held(&rates, |row| row.is_multiple_of(2)));
+    let cleaned = measured(&log, &mut Vec::new());
+    let left = &cleaned.column(RATE).unwrap()[3000..4000];
+    assert_eq!(left.iter().filter(|rate| rate.is_finite()).count(), 500);
+}
+
+#[test]
+fn fresh_readings_that_happen_to_be_equal_are_left_alone() {
+    let (told, lively) = rotor(0.02, 16.0, binary(1));
+    let (slow_told, slow) = rotor(0.02, 16.0, levels(100));
+    // One step, or one tick of a period's counter, in each second row.
+    let ramp: Vec<f64> = (0..ROWS).map(|row| 0.01 * (row / 2) as f64).collect();
+    let ticks: Vec<f64> = (0..ROWS).map(|row| 3.6e5 / (3600 - row / 2) as f64).collect();
+    let still: Vec<f64> = (0..ROWS).map(|row| 0.002 * noise(row)).collect();
+    let swing: Vec<f64> = (0..ROWS).map(|row| 0.3 * (0.01 * row as f64).sin()).collect();
+    let mut stands = noisy(&lively, 1.5);
+    stands[1000..3000].fill(0.0);
+    for (name, channel, told, values) in [
+        ("noise in coarse steps", RATE, &told, on_grid(&noisy(&lively, 1.5), 5.0)),
+        ("noise smaller than a step", RATE, &slow_told, on_grid(&noisy(&slow, 1.7), 2.0)),
+        ("noise as large as a step", RATE, &slow_told, on_grid(&noisy(&slow, 2.0), 2.0)),
+        ("coarse, without noise", RATE, &slow_told, on_grid(&slow, 10.0)),
+        ("levels without noise", RATE, &slow_told, on_grid(&slow, 1e-3)),
+        ("levels to the last bit", RATE, &slow_told, slow.clone()),
+        ("a slow ramp in few digits", RATE, &told, ramp),
+        ("a period counted in ticks", RATE, &told, ticks),
+        (
+            "a link that loses half of its frames",
+            RATE,
+            &told,
+            held(&noisy(&lively, 1.5), |row| hash(row) > 0.0),
+        ),
+        ("a rotor that stands for long", RATE, &told, stands),
+        ("a body at rest", "body_rate_rad_s", &told, on_grid(&still, 0.001)),
+        ("a coarse angle", "body_angle_rad", &told, on_grid(&swing, 0.005)),
+        ("few digits", "body_rate_rad_s", &told, on_grid(&swing, 0.01)),
+    ] {
+        let log = log(channel, 0.02, told, values);
+        assert_eq!(repeats(&log, channel), None, "{name}");
+        let mut said = Vec::new();
+        assert!(matches!(measured(&log, &mut said), Cow::Borrowed(_)) && said.is_empty(), "{name}: {said:?}");
+    }
+}
+
+/// Levels of two rows, two rows a second: nobody can tell from these whether a reading was held.
+#[test]
+fn rows_so_far_apart_that_everything_settles_say_nothing() {
+    let (told, rates) = rotor(0.5, 16.0, levels(2));
+    assert_eq!(repeats(&log(RATE, 0.5, &told, on_grid(&rates, 0.1)), RATE), None);
+}
+
+#[test]
+fn commands_and_batteries_may_be_held() {
+    let (told, rates) = rotor(0.02, 16.0, levels(2));
+    let mut log = log(RATE, 0.02, &told, noisy(&rates, 1.5));
+    let volts: Vec<f64> = (0..ROWS).map(|row| 12.0 + 0.3 * hash(row / 2)).collect();
+    log.insert("battery_voltage_v", volts).unwrap();
+    let mut said = Vec::new();
+    assert!(matches!(measured(&log, &mut said), Cow::Borrowed(_)) && said.is_empty(), "{said:?}");
+}
+
+#[test]
+fn lines_bridge_what_is_missing_here_and_there_and_no_more() {
+    let none = f64::NAN;
+    let time: Vec<f64> = (0..13).map(f64::from).collect();
+    let values = [0.0, 1.0, none, 3.0, 4.0, none, none, none, none, none, 10.0, 11.0, none];
+    let found = bridged(&time, &values);
+    assert_eq!(found[..5], [0.0, 1.0, 2.0, 3.0, 4.0]);
+    assert!(found[5..10].iter().all(|value| value.is_nan()) && found[12].is_nan(), "{found:?}");
+}

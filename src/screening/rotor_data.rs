@@ -1,0 +1,333 @@
+//! One rotor's part of a log, made ready: commands held between samples, stretches without holes, what was
+//! excited and how, and whether the numbers can be what their names say.
+
+use std::ops::Range;
+
+use super::missing_commands::{self, Missing};
+use crate::identify::IdentifyError;
+use crate::log::Dataset;
+
+/// [-] below this command a rotor may stand still; the model does not speak of starting from standstill.
+pub(crate) const LEAST_COMMAND: f64 = 0.05;
+/// [s] after leaving standstill before samples count.
+const STARTING: f64 = 0.5;
+/// Sampling intervals without a row that make a hole, as [`Dataset::holes`] has it.
+const HOLE: f64 = 2.5;
+
+/// One rotor of one log.
+#[derive(Debug, Clone)]
+pub(crate) struct RotorLog {
+    /// File and rotor, for people.
+    pub source: String,
+    /// [s]
+    pub time: Vec<f64>,
+    /// [-] each command held until the next.
+    pub command: Vec<f64>,
+    /// [rad/s] not-a-number = not measured, or the rotor is standing or starting.
+    pub rate: Vec<f64>,
+    /// [V] each reading held until the next.
+    pub voltage: Option<Vec<f64>>,
+    /// [s] longest time between two readings of the voltage.
+    pub voltage_gap: Option<(f64, f64)>,
+    /// [N] not-a-number = not measured.
+    pub thrust: Option<Vec<f64>>,
+    /// Stretches without holes over which every command is known.
+    pub segments: Vec<Range<usize>>,
+    /// [s] median sampling interval.
+    pub interval: f64,
+    /// What is known of the voltage where it was foretold, and not read.
+    pub foretold: Option<Foretold>,
+    /// The log's other rotor, where it was commanded.
+    pub beside: Option<Beside>,
+}
+
+/// A rotor that draws on the same battery.
+#[derive(Debug, Clone)]
+pub(crate) struct Beside {
+    /// [-] each command held until the next.
+    pub command: Vec<f64>,
+    /// [rad/s] as `RotorLog::rate`; `None` = no such column.
+    pub rate: Option<Vec<f64>>,
+}
+
+/// A voltage without the noise of its reading.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Foretold {
+    /// [1/s] Between two samples it moves as what follows a held command with this pole.
+    pub pole: f64,
+    /// [V] rms of what was read beside it.
+    pub noise: f64,
+}
+
+/// What the numbers of both rotors of a log add up to.
+const OTHER: usize = 3;
+
+impl Beside {
+    fn of(log: &Dataset, rotor: usize) -> Option<Self> {
+        let command = log.column(&format!("command_{rotor}"))?;
+        let rate = log.column(&format!("propeller_rate_{rotor}_rad_s"));
+        command
+            .iter()
+            .any(|command| command.is_finite())
+            .then(|| Self { command: held_everywhere(command), rate: rate.map(<[f64]>::to_vec) })
+    }
+}
+
+/// Where a rotor stands or starts, for which the model has no law: at commands below 0.05 and half a second after.
+/// `time` [s] and `command` [-] of a stretch without holes.
+#[must_use]
+pub fn at_standstill(time: &[f64], command: &[f64]) -> Vec<bool> {
+    let mut waiting_until = f64::NEG_INFINITY;
+    let stands = time.iter().zip(command).map(|(time, command)| {
+        if *command < LEAST_COMMAND {
+            waiting_until = time + STARTING;
+        }
+        *time <= waiting_until
+    });
+    stands.collect()
+}
+
+impl RotorLog {
+    /// The part of rotor `rotor` (from 1); `None` when the log does not hold its command and rate.
+    ///
+    /// # Errors
+    /// [`IdentifyError::Unit`] when a column cannot be in the unit of its name.
+    pub fn of(
+        log: &Dataset,
+        rotor: usize,
+        warnings: &mut Vec<String>,
+    ) -> Result<Option<Self>, IdentifyError> {
+        let Some((mut this, missing)) = Self::read(log, rotor) else { return Ok(None) };
+        this.check(warnings)?;
+        this.leave_out_starts(warnings);
+        this.leave_out_unmoved(warnings);
+        if missing.places > 0 && bounds(&this.command).1 >= LEAST_COMMAND {
+            warnings.push(this.tell_of(&missing));
+        }
+        Ok(Some(this))
+    }
+
+    /// The same as it is logged, and the commands that are missing.
+    pub fn read(log: &Dataset, rotor: usize) -> Option<(Self, Missing)> {
+        let column = |stem: &str, unit: &str| log.column(&format!("{stem}_{rotor}{unit}"));
+        let (command, rate) = (column("command", "")?, column("propeller_rate", "_rad_s")?);
+        let voltage = log.column("battery_voltage_v");
+        let source = format!("{}, rotor {rotor}", log.source_name());
+        let mut segments = log.segments();
+        for segment in &mut segments {
+            // Before the first command of a stretch nobody knows what the rotor was told.
+            segment.start = segment.clone().find(|&row| command[row].is_finite()).unwrap_or(segment.end);
+        }
+        segments.retain(|segment| segment.len() > 2);
+        let missing = missing_commands::find(log.time(), command, &segments);
+        let this = Self {
+            source,
+            time: log.time().to_vec(),
+            command: held(command, &segments),
+            rate: rate.to_vec(),
+            voltage: voltage.map(held_everywhere),
+            voltage_gap: voltage.and_then(|voltage| longest_gap(log.time(), voltage)),
+            thrust: column("thrust", "_n").map(<[f64]>::to_vec),
+            segments: missing.known.iter().filter(|known| known.len() > 1).cloned().collect(),
+            interval: log.median_interval(),
+            foretold: None,
+            beside: Beside::of(log, OTHER - rotor),
+        };
+        Some((this, missing))
+    }
+
+    /// The log's name.
+    pub fn file(&self) -> &str {
+        self.source.rsplit_once(", rotor ").map_or(self.source.as_str(), |(file, _)| file)
+    }
+
+    /// The number that the columns of the rotor have.
+    pub fn number(&self) -> &str {
+        self.source.rsplit(' ').next().unwrap_or_default()
+    }
+
+    /// What is missing, and what was made of it.
+    fn tell_of(&self, missing: &Missing) -> String {
+        let Missing { places, rows, cells, interval, .. } = missing;
+        let measured = self.rate.iter().filter(|rate| rate.is_finite()).count();
+        format!(
+            "{}: commands come each {} ms, and in {places} places one or more are missing ({rows} rows, {cells} empty cells): \
+             what the rotor was told until the next one is not known, so each stretch behind such a place starts \
+             anew; {} of {measured} samples are used",
+            self.source,
+            crate::unit::short((1e6 * interval).round() / 1e3),
+            self.scored().count()
+        )
+    }
+
+    /// Stretches without holes, whether every command is known or not: for what changes slowly.
+    pub fn whole(&self) -> Vec<Range<usize>> {
+        let mut whole: Vec<Range<usize>> = Vec::new();
+        for segment in &self.segments {
+            let joins = |last: &Range<usize>| {
+                let mut between = last.end - 1..segment.start;
+                between.all(|row| self.time[row + 1] - self.time[row] <= HOLE * self.interval)
+            };
+            match whole.last_mut().filter(|last| joins(last)) {
+                Some(last) => last.end = segment.end,
+                None => whole.push(segment.clone()),
+            }
+        }
+        whole
+    }
+
+    /// The first `rows` rows.
+    pub fn head(&self, rows: usize) -> Self {
+        let mut head = self.clone();
+        let columns = [&mut head.time, &mut head.command, &mut head.rate];
+        let optional = [&mut head.voltage, &mut head.thrust].into_iter().flatten();
+        let beside = head.beside.as_mut().map(|it| std::iter::once(&mut it.command).chain(&mut it.rate));
+        let columns = columns.into_iter().chain(optional).chain(beside.into_iter().flatten());
+        columns.for_each(|column| column.truncate(rows));
+        head.segments.iter_mut().for_each(|segment| segment.end = segment.end.min(rows));
+        head.segments.retain(|segment| segment.start < segment.end);
+        head
+    }
+
+    /// Rows that have both a command and a scored rate.
+    pub fn scored(&self) -> impl Iterator<Item = usize> + '_ {
+        self.segments.iter().cloned().flatten().filter(|&row| self.rate[row].is_finite())
+    }
+
+    /// Takes out of the score where the rotor stands or starts: the model has no law for that.
+    pub(crate) fn leave_out_starts(&mut self, warnings: &mut Vec<String>) {
+        let mut left = 0;
+        for segment in self.whole() {
+            let stands = at_standstill(&self.time[segment.clone()], &self.command[segment.clone()]);
+            for row in segment.clone().zip(stands).filter_map(|(row, stands)| stands.then_some(row)) {
+                if self.rate[row].is_finite() {
+                    self.rate[row] = f64::NAN;
+                    left += 1;
+                }
+            }
+        }
+        if left > 0 {
+            warnings.push(format!(
+                "{}: {left} samples at commands below {LEAST_COMMAND} or within {STARTING} s after are left \
+                 out: a rotor that stands or starts does not follow the model",
+                self.source
+            ));
+        }
+    }
+}
+
+/// Smallest and largest finite value; (0, 0) of none.
+pub(crate) fn bounds(values: &[f64]) -> (f64, f64) {
+    let finite = || values.iter().copied().filter(|value| value.is_finite());
+    let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+    if low > high { (0.0, 0.0) } else { (low, high) }
+}
+
+/// The value below which this share of the finite ones lies; 0 of none.
+pub(crate) fn quantile(values: &[f64], share: f64) -> f64 {
+    let mut values: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    let Some(last) = values.len().checked_sub(1) else { return 0.0 };
+    *values.select_nth_unstable_by((share * last as f64).round() as usize, f64::total_cmp).1
+}
+
+/// Each value held over missing cells, inside each stretch only.
+pub(crate) fn held(values: &[f64], segments: &[Range<usize>]) -> Vec<f64> {
+    let mut held = values.to_vec();
+    for segment in segments {
+        for row in segment.clone().skip(1) {
+            if !held[row].is_finite() {
+                held[row] = held[row - 1];
+            }
+        }
+    }
+    held
+}
+
+/// [s] the longest time in which a column has no reading: from the last before, or the log's begin, to the next, or its end.
+fn longest_gap(time: &[f64], values: &[f64]) -> Option<(f64, f64)> {
+    let (first, last) = (*time.first()?, *time.last()?);
+    let known = (0..values.len()).filter(|row| values[*row].is_finite()).map(|row| time[row]);
+    let ends: Vec<f64> = std::iter::once(first).chain(known).chain(std::iter::once(last)).collect();
+    let gaps = ends.windows(2).map(|pair| (pair[0], pair[1]));
+    gaps.max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)))
+}
+
+/// Each value held over missing cells, the first one also backwards: a battery changes slowly.
+pub(crate) fn held_everywhere(values: &[f64]) -> Vec<f64> {
+    let mut last = values.iter().copied().find(|value| value.is_finite()).unwrap_or(f64::NAN);
+    values
+        .iter()
+        .map(|&value| {
+            last = if value.is_finite() { value } else { last };
+            last
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::excitation::Motion;
+    use super::*;
+
+    fn log(command: impl Fn(f64) -> f64, seconds: f64) -> Dataset {
+        let time: Vec<f64> = (0..(seconds * 50.0) as usize).map(|k| k as f64 * 0.02).collect();
+        let u: Vec<f64> = time.iter().map(|&t| command(t)).collect();
+        let rate: Vec<f64> = u.iter().map(|u| 1400.0 * u).collect();
+        let mut log = Dataset::new("log.csv", "", time).unwrap();
+        log.insert("command_1", u).unwrap();
+        log.insert("propeller_rate_1_rad_s", rate).unwrap();
+        log
+    }
+
+    fn rotor(log: &Dataset) -> (RotorLog, Vec<String>) {
+        let mut warnings = Vec::new();
+        (RotorLog::of(log, 1, &mut warnings).unwrap().unwrap(), warnings)
+    }
+
+    #[test]
+    fn tells_levels_from_ramps_from_jumps() {
+        let staircase = log(|t| 0.3 + 0.1 * (t / 20.0).floor(), 60.0);
+        let motions: Vec<Motion> = rotor(&staircase).0.steady().iter().map(|part| part.0).collect();
+        assert_eq!(motions, [Motion::Constant; 3]);
+        assert_eq!(rotor(&staircase).0.jumps().len(), 2);
+        let ramp = log(|t| 0.3 + 0.01 * t, 30.0);
+        assert_eq!(rotor(&ramp).0.steady(), [(Motion::Ramp, 0..1500)]);
+        let binary = log(|t| 0.4 + 0.1 * f64::from((t * 1.7).sin() > 0.0), 60.0);
+        assert!(rotor(&binary).0.steady().is_empty());
+        assert!(rotor(&binary).0.jumps().len() > 20);
+    }
+
+    #[test]
+    fn standstill_is_left_out_and_said() {
+        let (rotor, warnings) = rotor(&log(|t| if t < 5.0 { 0.0 } else { 0.5 }, 20.0));
+        assert!(rotor.scored().all(|row| rotor.time[row] > 5.4));
+        assert!(warnings.iter().any(|warning| warning.contains("stands or starts")), "{warnings:?}");
+    }
+
+    #[test]
+    fn wrong_units_get_a_sentence() {
+        let (_, warnings) = rotor(&log(|t| 0.9 + 0.01 * t, 20.0));
+        assert!(warnings.iter().any(|warning| warning.contains("0 to 1 is expected")), "{warnings:?}");
+        let mut fast = log(|_| 0.5, 20.0);
+        fast.replace("propeller_rate_1_rad_s", vec![6000.0; 1000]).unwrap();
+        let (_, warnings) = rotor(&fast);
+        assert!(warnings.iter().any(|warning| warning.contains("rpm")), "{warnings:?}");
+        let refused = RotorLog::of(&log(|t| 1000.0 + t, 20.0), 1, &mut Vec::new()).unwrap_err();
+        assert!(refused.to_string().contains("0 to 1 is expected"), "{refused}");
+    }
+
+    #[test]
+    fn commands_are_held_over_missing_cells_but_not_over_holes() {
+        let mut time: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.02).collect();
+        time.extend((0..100).map(|k| 10.0 + f64::from(k) * 0.02));
+        let mut u = vec![f64::NAN; 200];
+        u[0] = 0.4;
+        u[120] = 0.6;
+        let mut log = Dataset::new("log.csv", "", time).unwrap();
+        log.insert("command_1", u).unwrap();
+        log.insert("propeller_rate_1_rad_s", vec![500.0; 200]).unwrap();
+        let (rotor, _) = rotor(&log);
+        assert_eq!(rotor.segments, [0..100, 120..200]);
+        assert_eq!((rotor.command[99], rotor.command[199]), (0.4, 0.6));
+    }
+}

@@ -1,0 +1,164 @@
+//! Telemetry slower than the rows: a logger that writes each reading again until the next one comes.
+//!
+//! A cell equal to the last digit to the one before may be many things: a coarse reading of something that hardly moves,
+//! a rotor that stands, a level at which everything has settled. So it is asked how long readings stand *while the signal
+//! moves*: by many steps of the reading into a run of equal cells, and by many out of it. Of fresh readings nearly all
+//! such runs are one cell long; of held ones they have the length that telemetry and rows give them.
+
+use serde::Serialize;
+
+use super::readings::told;
+use crate::log::dataset::Dataset;
+
+/// [s] rows so far apart say nothing: between them a rotor may settle to the last digit.
+const TOO_SLOW: f64 = 0.15;
+/// Share of cells equal to the one before, below which nobody holds anything.
+const FEWEST_EQUAL: f64 = 0.1;
+/// Steps of the reading by which it moves into a run and out of it. Noise of so many steps brings two equal readings in a
+/// row in one of twenty cases.
+const STEPS: f64 = 5.0;
+/// Different values, to both sides, over which the step is taken.
+const NEIGHBOURS: usize = 5;
+/// Runs in motion from which their lengths tell something.
+const FEWEST_RUNS: usize = 20;
+/// Share of them that have one of two neighbouring lengths, where a reading is held until the next.
+const ALIKE: f64 = 0.8;
+/// Share of them that are longer than one cell; and the least of it in each third of the log.
+const HELD: (f64, f64) = (0.2, 0.1);
+/// Share of the runs in motion that are not longer than what is taken as the telemetry's pace.
+const USUAL: f64 = 0.97;
+
+/// Readings that stand in several rows.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Repeats {
+    /// Rows that repeat the one before, from 0.
+    #[serde(skip)]
+    pub rows: Vec<usize>,
+    /// How many they are.
+    pub cells: usize,
+    /// Fewest and most rows in which a reading usually stands while the signal moves.
+    pub stands_in: [usize; 2],
+    /// [s] from one reading to the next, on average.
+    pub interval_s: f64,
+}
+
+impl Repeats {
+    /// In words; `interval` [s] between rows.
+    pub(crate) fn sentence(&self, name: &str, interval: f64) -> String {
+        let [least, most] = self.stands_in;
+        let stands = if least == most {
+            format!("every reading stands in {most} rows")
+        } else {
+            format!("readings stand in {least} to {most} rows")
+        };
+        format!(
+            "`{name}`: {stands}, fresh ones come at {} Hz in a log of {} Hz; the {} cells that repeat one are no measurements, and \
+             what fits a model takes them as missing",
+            told(self.interval_s.recip(), 3),
+            told(interval.recip(), 3),
+            self.cells
+        )
+    }
+}
+
+/// Equal cells in a row: their rows, and what they read.
+struct Run {
+    rows: Vec<usize>,
+    value: f64,
+}
+
+/// How a channel of `log` repeats itself; `None` where each cell is a reading of its own.
+pub(crate) fn find(log: &Dataset, values: &[f64]) -> Option<Repeats> {
+    let interval = log.median_interval();
+    let stretches: Vec<Vec<Run>> =
+        log.segments().into_iter().map(|rows| runs(values, rows)).filter(|runs| !runs.is_empty()).collect();
+    let each = || stretches.iter().flatten();
+    let cells: usize = each().map(|run| run.rows.len()).sum();
+    let equal = cells - each().count();
+    if interval >= TOO_SLOW || (equal as f64) < FEWEST_EQUAL * cells as f64 {
+        return None;
+    }
+    let pace = pace(&in_motion(log.time(), &stretches, &Steps::of(values)))?;
+    let rows: Vec<usize> = each().flat_map(|run| behind(&run.rows, pace.stands_in[1])).collect();
+    Some(Repeats { cells: rows.len(), rows, ..pace })
+}
+
+/// Rows of a run that hold no reading of their own, of a telemetry that has a new one in every `most` rows at least. A run
+/// that is longer is a level: there the first of so many is one, as long as the level goes on behind them; of less a reading
+/// may have come to be equal by chance, and what its rows hold is old.
+fn behind(rows: &[usize], most: usize) -> impl Iterator<Item = usize> + '_ {
+    let is_reading =
+        move |place: usize| place == 0 || place.is_multiple_of(most) && place + most <= rows.len();
+    rows.iter().enumerate().filter(move |(place, _)| !is_reading(*place)).map(|(_, row)| *row)
+}
+
+fn runs(values: &[f64], rows: std::ops::Range<usize>) -> Vec<Run> {
+    let known: Vec<usize> = rows.filter(|row| values[*row].is_finite()).collect();
+    let equal = known.chunk_by(|a, b| values[*a] == values[*b]);
+    equal.map(|rows| Run { rows: rows.to_vec(), value: values[rows[0]] }).collect()
+}
+
+/// How finely a channel tells, near each of its values.
+struct Steps(Vec<f64>);
+
+impl Steps {
+    fn of(values: &[f64]) -> Self {
+        let mut different: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+        different.sort_by(f64::total_cmp);
+        different.dedup();
+        Self(different)
+    }
+
+    /// From one value to the next, near `value`: the median over some of them, for a period that is counted in ticks tells
+    /// a fast rotor's rate more coarsely than a slow one's.
+    fn near(&self, value: f64) -> f64 {
+        let at = self.0.partition_point(|other| *other < value);
+        let near = at.saturating_sub(NEIGHBOURS)..(at + NEIGHBOURS + 1).min(self.0.len());
+        let mut steps: Vec<f64> = self.0[near].windows(2).map(|pair| pair[1] - pair[0]).collect();
+        steps.sort_by(f64::total_cmp);
+        steps.get(steps.len() / 2).copied().unwrap_or(f64::INFINITY)
+    }
+}
+
+/// Lengths of the runs into and out of which the signal moves by many steps, in the log's order, with the time [s] until
+/// the next.
+fn in_motion(time: &[f64], stretches: &[Vec<Run>], steps: &Steps) -> Vec<(usize, f64)> {
+    let triples = stretches.iter().flat_map(|runs| runs.windows(3));
+    let moving = triples.filter(|three| {
+        let (before, here, after) = (three[0].value, three[1].value, three[2].value);
+        let far = STEPS * steps.near(here);
+        (here - before).abs() >= far && (after - here).abs() >= far
+    });
+    moving.map(|three| (three[1].rows.len(), time[three[2].rows[0]] - time[three[1].rows[0]])).collect()
+}
+
+/// The telemetry's pace in rows; `None` where it is that of the rows, or there is none.
+fn pace(runs: &[(usize, f64)]) -> Option<Repeats> {
+    let lengths: &Vec<usize> = &runs.iter().map(|run| run.0).collect();
+    if lengths.len() < FEWEST_RUNS {
+        return None;
+    }
+    let longest = lengths.iter().copied().max()?;
+    let count = |least: usize| lengths.iter().filter(|length| (least..=least + 1).contains(*length)).count();
+    let least = (1..=longest).max_by_key(|least| (count(*least), *least))?;
+    let alike = |lengths: &[usize]| -> Vec<usize> {
+        lengths.iter().copied().filter(|length| (least..=least + 1).contains(length)).collect()
+    };
+    let held = |lengths: &[usize]| {
+        alike(lengths).iter().filter(|length| **length > 1).count() as f64 / lengths.len() as f64
+    };
+    let usual = alike(lengths);
+    let everywhere = lengths.chunks(lengths.len().div_ceil(3)).all(|third| held(third) >= HELD.1);
+    if (usual.len() as f64) < ALIKE * lengths.len() as f64 || held(lengths) < HELD.0 || !everywhere {
+        return None;
+    }
+    let share = |length: usize| usual.iter().filter(|it| **it == length).count() as f64 / usual.len() as f64;
+    let stands_in = match (share(least), share(least + 1)) {
+        (short, _) if short >= USUAL => [least, least],
+        (_, long) if long >= USUAL => [least + 1, least + 1],
+        _ => [least, least + 1],
+    };
+    let spans = runs.iter().filter(|run| (least..=least + 1).contains(&run.0)).map(|run| run.1);
+    let interval_s = spans.sum::<f64>() / usual.len() as f64;
+    Some(Repeats { rows: Vec::new(), cells: 0, stands_in, interval_s })
+}

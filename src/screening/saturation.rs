@@ -1,0 +1,148 @@
+//! Readings at the end of what a sensor or its wire can tell: the value was at least that, and how much more is not known.
+//!
+//! Much may stand at an end of a channel's range: a level at which everything has settled, a body at rest, a coarse reading.
+//! So it is asked whether the channel comes to that end again and again and stands still there, while it moves elsewhere.
+//! What a coarse reading of a rotor settles to under one of its commands is not clipped, either.
+
+use serde::Serialize;
+
+use super::readings::{quantile, told};
+
+/// A channel with fewer distinct values than this is a switch; it cannot clip.
+const LEVELS_LEAST: usize = 20;
+/// A channel is clipped when its extreme value occurs this many times as often as the next one inside.
+const FACTOR: usize = 5;
+/// No fewer samples at the extreme than this are called clipped.
+const LEAST: usize = 10;
+/// Times that the channel must have come to the end and stood there.
+const VISITS: usize = 3;
+/// Share of the readings at the end that the next one is equal to, at least; and of those at neither end, at most.
+const STANDS: (f64, f64) = (0.15, 0.4);
+/// Share of a usual step with which the channel comes to the end, at least: what settles there comes with less and less.
+const COMES: f64 = 0.1;
+/// Steps of the reading with which it comes to a level at which it settles, at most; share of its arrivals there that are
+/// under one command; and how much that moves [-].
+const SETTLES: (f64, f64, f64) = (2.5, 0.9, 1e-3);
+
+/// A channel that piles up at its end.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Clip {
+    /// The value it does not pass.
+    pub at: f64,
+    /// Samples there.
+    pub samples: usize,
+}
+
+/// Ends of the range at which far more samples stand than just inside.
+pub(crate) fn piles(sorted: &[f64]) -> Vec<Clip> {
+    let levels: Vec<&[f64]> = sorted.chunk_by(|a, b| a == b).collect();
+    if levels.len() < LEVELS_LEAST {
+        return Vec::new();
+    }
+    let ends = [(levels[0], levels[1]), (levels[levels.len() - 1], levels[levels.len() - 2])];
+    // Nothing below zero is nothing to clip: currents, thrusts and speeds of a rotor at rest pile up there.
+    ends.into_iter()
+        .filter(|(end, next)| end.len() >= LEAST && end.len() > FACTOR * next.len())
+        .filter(|(end, _)| end[0] != 0.0)
+        .map(|(end, _)| Clip { at: end[0], samples: end.len() })
+        .collect()
+}
+
+/// Readings of a channel at the ends of its range.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Clipped {
+    /// Their rows, from 0.
+    #[serde(skip)]
+    pub rows: Vec<usize>,
+    /// Rows of the readings right before and behind those: that they are within the range is their noise's choice as much as
+    /// the channel's, so they are biased.
+    #[serde(skip)]
+    pub beside: Vec<usize>,
+    /// How many they are.
+    pub cells: usize,
+    /// Readings of the channel.
+    pub of: usize,
+    /// The ends, in the channel's unit, ascending.
+    pub at: Vec<f64>,
+}
+
+impl Clipped {
+    /// In words.
+    pub(crate) fn sentence(&self, name: &str) -> String {
+        let at: Vec<String> = self.at.iter().map(|at| told(*at, 4)).collect();
+        format!(
+            "`{name}` is clipped at {}: {} of {} readings stand there, and how far it really went is not known; what fits a model \
+             takes them as missing, and the reading on either side of each stay there; record with a wider range, or drive less",
+            at.join(" and "),
+            self.cells,
+            self.of
+        )
+    }
+}
+
+/// The clipped ones among the readings of a channel that are finite; `None` where there are none. `command` is what moves
+/// it, where that is one rotor's and is known.
+#[must_use]
+pub fn find(values: &[f64], command: Option<&[f64]>) -> Option<Clipped> {
+    let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
+    let mut sorted: Vec<f64> = known.iter().map(|row| values[*row]).collect();
+    sorted.sort_by(f64::total_cmp);
+    let piles = piles(&sorted);
+    let pairs: Vec<[f64; 2]> = known.windows(2).map(|pair| [values[pair[0]], values[pair[1]]]).collect();
+    let stands = |clip: &Clip| {
+        let (at_end, others): (Vec<[f64; 2]>, Vec<[f64; 2]>) =
+            pairs.iter().partition(|[it, _]| *it == clip.at);
+        let visits = known.chunk_by(|a, b| values[*a] == values[*b]);
+        let visits = visits.filter(|visit| visit.len() > 1 && values[visit[0]] == clip.at).count();
+        let step = |[it, next]: &[f64; 2]| (next - it).abs();
+        let usual = quantile(others.iter().map(step).filter(|step| *step > 0.0), 0.5).unwrap_or(0.0);
+        let comes = quantile(others.iter().filter(|[_, next]| *next == clip.at).map(step), 0.5);
+        let within = others.iter().filter(|[it, _]| piles.iter().all(|pile| *it != pile.at));
+        let stay = [stay(&at_end), stay(&within.copied().collect::<Vec<_>>())];
+        visits >= VISITS
+            && stay[0] >= STANDS.0
+            && stay[1] <= STANDS.1
+            && comes.is_some_and(|comes| comes >= COMES * usual)
+    };
+    let settles =
+        |clip: &Clip| command.is_some_and(|command| settles(values, &known, &sorted, command, clip.at));
+    let at = piles.iter().filter(|clip| stands(clip) && !settles(clip)).map(|clip| clip.at);
+    let at: Vec<f64> = at.collect();
+    let rows: Vec<usize> = known.iter().copied().filter(|row| at.contains(&values[*row])).collect();
+    let is_at_end = |row: &usize| at.contains(&values[*row]);
+    let next_to_end = |pair: &[usize]| match [is_at_end(&pair[0]), is_at_end(&pair[1])] {
+        [true, false] => Some(pair[1]),
+        [false, true] => Some(pair[0]),
+        _ => None,
+    };
+    let beside = known.windows(2).filter_map(next_to_end).collect();
+    let (cells, of) = (rows.len(), known.len());
+    (!rows.is_empty()).then_some(Clipped { rows, beside, cells, of, at })
+}
+
+/// Whether a channel comes to an end of its range as what settles does that is read in steps: slowly, the last two steps of
+/// the way are hardly more than that, and always under the same command. What is beyond an end is reached in full stride,
+/// or under several commands.
+fn settles(values: &[f64], known: &[usize], sorted: &[f64], command: &[f64], end: f64) -> bool {
+    let inside = sorted.iter().copied().filter(|value| *value != end);
+    let step = inside.map(|value| (value - end).abs()).fold(f64::INFINITY, f64::min);
+    let arrivals: Vec<(f64, f64)> = known
+        .windows(3)
+        .filter(|rows| values[rows[1]] != end && values[rows[2]] == end)
+        .filter_map(|rows| {
+            let [first, before, there] = [0, 1, 2].map(|at| values[rows[at]]);
+            // The one under which it came: where a command changes in the row of a reading, that one answers to the last.
+            let under = command.get(..rows[2])?.iter().rev().find(|command| command.is_finite())?;
+            Some(((there - before).abs().max((before - first).abs()), *under))
+        })
+        .collect();
+    let Some(usual) = quantile(arrivals.iter().map(|(_, command)| *command), 0.5) else { return false };
+    let same = arrivals.iter().filter(|(_, command)| (command - usual).abs() <= SETTLES.2).count() as f64;
+    let comes = quantile(arrivals.iter().map(|(comes, _)| *comes), 0.5);
+    same >= SETTLES.1 * arrivals.len() as f64 && comes.is_some_and(|comes| comes <= SETTLES.0 * step)
+}
+
+/// Share of neighbours that are equal.
+fn stay(pairs: &[[f64; 2]]) -> f64 {
+    pairs.iter().filter(|[it, next]| it == next).count() as f64 / pairs.len().max(1) as f64
+}

@@ -1,0 +1,141 @@
+//! Logs with one thing wrong in each.
+
+use crate::screening::summary::*;
+
+/// 100 Hz, 10 s, a lively gyro.
+fn log(change: impl Fn(usize, &mut f64)) -> Dataset {
+    let time: Vec<f64> = (0..1000).map(|row| f64::from(row) * 0.01).collect();
+    let rate = (0..1000)
+        .map(|row| {
+            let mut value = (row as f64 * 0.37).sin() + 1e-4 * (row % 7) as f64;
+            change(row, &mut value);
+            value
+        })
+        .collect();
+    let mut log = Dataset::new("test", "", time).expect("time rises");
+    log.insert("body_rate_rad_s", rate).expect("right length");
+    log
+}
+
+#[test]
+fn a_good_log_raises_nothing() {
+    let findings = Findings::of(&log(|_, _| {}));
+    assert_eq!(findings.warnings, Vec::<String>::new());
+    assert!((findings.median_interval_s - 0.01).abs() < 1e-9);
+}
+
+#[test]
+fn a_frozen_stretch_is_found_once_and_measured() {
+    let findings = Findings::of(&log(|row, value| {
+        if (300..340).contains(&row) {
+            *value = 0.5;
+        }
+    }));
+    let frozen = &findings.channels[0].frozen;
+    assert_eq!(frozen.len(), 1);
+    assert!((frozen[0].start_s - 3.0).abs() < 1e-9 && (frozen[0].length_s - 0.39).abs() < 1e-9);
+    assert_eq!(frozen[0].value, 0.5);
+}
+
+#[test]
+fn a_clipped_channel_and_a_dropout_are_found() {
+    let findings = Findings::of(&log(|_, value| *value = value.min(0.8)));
+    assert_eq!(findings.channels[0].clipped.len(), 1);
+    assert_eq!(findings.channels[0].clipped[0].at, 0.8);
+    let findings = Findings::of(&log(|row, value| {
+        if (500..520).contains(&row) {
+            *value = f64::NAN;
+        }
+    }));
+    let dropouts = &findings.channels[0].dropouts;
+    assert_eq!(dropouts.len(), 1);
+    assert!((dropouts[0].length_s - 0.21).abs() < 1e-9);
+    assert_eq!(findings.channels[0].missing, 20);
+}
+
+#[test]
+fn a_quantized_channel_is_neither_frozen_nor_clipped() {
+    let findings = Findings::of(&log(|row, value| *value = 15.0 - (row / 20) as f64 * 0.01));
+    assert_eq!(findings.warnings, Vec::<String>::new(), "{:?}", findings.channels[0]);
+}
+
+/// 10 mV steps, noise that shows at first and not any more: it stands on every step. Where it does not go on from where it
+/// stood, it was frozen.
+#[test]
+fn a_battery_read_in_steps_stands_on_each_and_freezes_where_it_jumps() {
+    let battery = |frozen: bool| {
+        let time: Vec<f64> = (0..4000).map(|row| f64::from(row) * 0.01).collect();
+        let reading = |row: i32| {
+            let noise = if row < 2000 { 0.006 * f64::from(row * 37 % 11 - 5) / 5.0 } else { 0.0 };
+            let held = if frozen && (2500..3300).contains(&row) { 2500 } else { row };
+            ((12.6 - 2e-4 * f64::from(held) + noise) * 100.0).round() / 100.0
+        };
+        let mut log = Dataset::new("test", "", time).expect("time rises");
+        log.insert("battery_voltage_v", (0..4000).map(reading).collect()).expect("right length");
+        Findings::of(&log)
+    };
+    let good = battery(false);
+    assert_eq!(good.warnings, Vec::<String>::new(), "{:?}", good.channels[0]);
+    let frozen = &battery(true).channels[0].frozen;
+    assert!(frozen.len() == 1 && (frozen[0].length_s - 8.0).abs() < 0.5, "{frozen:?}");
+}
+
+/// A bench supply that comes to rest at both levels: nothing of it is beyond the sensor's range.
+#[test]
+fn a_battery_that_settles_is_not_clipped() {
+    let time: Vec<f64> = (0..6000).map(|row| f64::from(row) * 0.01).collect();
+    // Half a second of time constant: most of each ten seconds it stands.
+    let load = |row: i32| f64::from(row / 1000 % 2);
+    let mut volts = 12.13;
+    let reading = |row: i32| {
+        volts += 0.02 * (12.13 - 0.91 * load(row) - volts);
+        (volts * 100.0).round() / 100.0
+    };
+    let mut log = Dataset::new("test", "", time).expect("time rises");
+    log.insert("battery_voltage_v", (0..6000).map(reading).collect()).expect("right length");
+    log.insert("command_1", (0..6000).map(|row| 0.4 + 0.2 * load(row)).collect()).expect("right length");
+    let findings = Findings::of(&log);
+    assert!(findings.warnings.iter().all(|warning| !warning.contains("clipped")), "{:?}", findings.warnings);
+}
+
+#[test]
+fn a_slow_channel_does_not_drop_out() {
+    let findings = Findings::of(&log(|row, value| {
+        if row % 10 != 0 {
+            *value = f64::NAN;
+        }
+    }));
+    assert!(findings.channels[0].dropouts.is_empty());
+}
+
+#[test]
+fn holes_name_the_step_and_starts_from_standstill_are_counted() {
+    let rows = 200;
+    let time = (0..rows).map(|row| f64::from(row) * 0.01 + if row >= 100 { 0.2 } else { 0.0 }).collect();
+    let mut log = Dataset::new("test", "", time).expect("time rises");
+    let turns = |row: i32| row >= 98;
+    log.insert("command_1", (0..rows).map(|row| if turns(row) { 0.5 } else { 0.0 }).collect())
+        .expect("right length");
+    let rate = (0..rows).map(|row| if turns(row) { 400.0 + f64::from(row) } else { 0.0 }).collect();
+    log.insert("propeller_rate_1_rad_s", rate).expect("right length");
+    let findings = Findings::of(&log);
+    assert_eq!(findings.holes.len(), 1);
+    assert_eq!(findings.holes[0].at_step, Some(Step::Up));
+    assert_eq!(findings.standstill_starts_s.len(), 1);
+    assert_eq!(findings.warnings.len(), 2, "{:?}", findings.warnings);
+}
+
+/// The other rotor says where standstill ends: what a resting one shows is noise.
+#[test]
+fn a_rotor_that_rests_all_the_time_does_not_start() {
+    let noise: Vec<f64> = (0..400).map(|row: usize| if row % 10 < 4 { 0.0 } else { 4.0 }).collect();
+    for (greatest, starts) in [(600.0, 0), (4.0, 1)] {
+        let turning = vec![greatest; 400];
+        let mut log =
+            Dataset::new("here", "", (0..400).map(|row| 0.01 * f64::from(row)).collect()).expect("rises");
+        log.insert("propeller_rate_1_rad_s", turning).expect("fits");
+        log.insert("propeller_rate_2_rad_s", noise.clone()).expect("fits");
+        let found = standstill_starts(&log);
+        assert_eq!(found.is_empty(), starts == 0, "{greatest}: {found:?}");
+    }
+}

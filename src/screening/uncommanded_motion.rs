@@ -1,0 +1,164 @@
+//! Rates that move while the command stands still: it is not this command that moved the rotor.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::excitation::Motion;
+use super::rotor_data::RotorLog;
+use crate::estimation::least_squares;
+
+/// Scatter of the rate about its smooth course, as a share of the rate, that no rotor has under a constant command: the
+/// first where neighbours scatter alike, so that it is no noise of the sensor, the second in any case.
+const SCATTER: (f64, f64) = (0.02, 0.04);
+/// Lag-one correlation from which neighbours scatter alike.
+const ALIKE: f64 = 0.3;
+/// Samples that show it.
+const FEWEST: usize = 50;
+/// Powers of time in the smooth course of a rate: battery and temperature.
+const COURSE: usize = 4;
+
+impl RotorLog {
+    /// Takes out of the score where the command stands still and the rate does not, and says so.
+    pub(crate) fn leave_out_unmoved(&mut self, warnings: &mut Vec<String>) {
+        let mut left = 0;
+        let mut shown: Option<(f64, f64, f64)> = None;
+        let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
+        for (motion, rows) in self.steady() {
+            if motion != Motion::Constant {
+                continue;
+            }
+            let Some((scatter, mean)) = self.scatter(&rows) else { continue };
+            if shown.is_none_or(|(most, ..)| scatter > most) {
+                shown = Some((scatter, mean, self.command[rows.start]));
+            }
+            let rows = self.since_change(&rows)..rows.end;
+            (first, last) = (first.min(self.time[rows.start]), last.max(self.time[rows.end - 1]));
+            for row in rows.clone().filter(|&row| self.rate[row].is_finite()).collect::<Vec<_>>() {
+                self.rate[row] = f64::NAN;
+                left += 1;
+            }
+            self.cut(&rows);
+        }
+        if let Some((scatter, mean, command)) = shown {
+            warnings.push(format!(
+                "{}: the command stands still at {command:.4} while the rate scatters by {scatter:.0} rad/s ({:.0} %) about \
+                 its smooth course: it is not this command that moved the rotor (a wrong column, a recorder that \
+                 froze, the log of something else); {left} samples, from {first:.1} to {last:.1} s, are left out",
+                self.source,
+                100.0 * scatter / mean
+            ));
+        }
+    }
+
+    /// The first row since which the command is what it is in `rows`: it settles for a while before it counts as steady, but
+    /// what froze was frozen meanwhile, too.
+    fn since_change(&self, rows: &Range<usize>) -> usize {
+        let whole = self.whole();
+        let begins = whole.iter().find(|whole| whole.contains(&rows.start)).map_or(rows.start, |it| it.start);
+        let command = self.command[rows.start];
+        (begins..rows.start)
+            .rev()
+            .take_while(|&row| self.command[row] == command)
+            .last()
+            .unwrap_or(rows.start)
+    }
+
+    /// Ends the stretches of known commands before these rows, and begins new ones behind: what the rotor was told
+    /// meanwhile is not known.
+    fn cut(&mut self, rows: &Range<usize>) {
+        let left = |segment: &Range<usize>| {
+            [segment.start..segment.end.min(rows.start), segment.start.max(rows.end)..segment.end]
+        };
+        let left: Vec<Range<usize>> = self.segments.iter().flat_map(left).filter(|it| it.len() > 1).collect();
+        self.segments = left;
+    }
+
+    /// [rad/s] scatter of the rate about its smooth course and its mean, where that is too much for a constant command.
+    fn scatter(&self, rows: &Range<usize>) -> Option<(f64, f64)> {
+        let rows: Vec<usize> = rows.clone().filter(|&row| self.rate[row].is_finite()).collect();
+        if rows.len() < FEWEST {
+            return None;
+        }
+        let (first, last) = (self.time[rows[0]], self.time[rows[rows.len() - 1]]);
+        let place = |row: usize| 2.0 * (self.time[row] - first) / (last - first) - 1.0;
+        let course = DMatrix::from_fn(rows.len(), COURSE, |at, power| place(rows[at]).powi(power as i32));
+        let rate = DVector::from_iterator(rows.len(), rows.iter().map(|&row| self.rate[row]));
+        let fit = least_squares::least_squares(&course, &rate)?;
+        let share = fit.residual_rms / rate.mean().abs().max(f64::MIN_POSITIVE);
+        let alike = least_squares::lag_one_correlation(fit.residuals.as_slice()) > ALIKE;
+        (share > SCATTER.1 || (share > SCATTER.0 && alike)).then_some((fit.residual_rms, rate.mean().abs()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::Dataset;
+
+    /// Two minutes at 50 Hz; `command` is what the log says, `moved` what the rotor is told, from `froze` [s] on.
+    fn log(froze: f64, noise: f64) -> Dataset {
+        let time: Vec<f64> = (0..6000).map(|row| f64::from(row) * 0.02).collect();
+        let binary = |row: usize| if row.wrapping_mul(2_654_435_761) >> 7 & 1 == 1 { 0.5 } else { 0.4 };
+        let stands = |row: usize| time[row] >= froze;
+        let command = (0..6000).map(|row| if stands(row) { 0.45 } else { binary(row) }).collect();
+        let mut rate = 600.0;
+        let mut rates = Vec::new();
+        for row in 0..6000_usize {
+            let scatter =
+                noise * (f64::from((row.wrapping_mul(2_654_435_761) >> 24 & 255) as u8) / 128.0 - 1.0);
+            rates.push(rate + scatter);
+            let told = if froze.is_finite() || !stands(row) { binary(row) } else { 0.45 };
+            rate += 0.27 * (1400.0 * told - rate);
+        }
+        let mut log = Dataset::new("log.csv", "", time).unwrap();
+        log.insert("command_1", command).unwrap();
+        log.insert("propeller_rate_1_rad_s", rates).unwrap();
+        log
+    }
+
+    fn rotor(log: &Dataset) -> (RotorLog, Vec<String>) {
+        let mut warnings = Vec::new();
+        (RotorLog::of(log, 1, &mut warnings).unwrap().unwrap(), warnings)
+    }
+
+    #[test]
+    fn a_frozen_command_says_so_and_is_left_out() {
+        let (whole, warnings) = rotor(&log(0.0, 2.0));
+        assert_eq!(whole.scored().count(), 0, "{warnings:?}");
+        assert!(warnings.iter().any(|it| it.contains("stands still at 0.4500")), "{warnings:?}");
+        let (part, warnings) = rotor(&log(60.0, 2.0));
+        // Back to the last change of the command, from which on the log does not say what the rotor was told.
+        assert!((2995..=3005).contains(&part.scored().count()), "{warnings:?}");
+        assert!(warnings.iter().any(|it| it.contains("from 60.0 to 120.0 s, are left out")), "{warnings:?}");
+        assert_eq!(part.segments, vec![0..3000]);
+        assert_eq!(rotor(&log(f64::INFINITY, 2.0)).1, [""; 0], "commands that move the rotor");
+    }
+
+    /// Behind a command that comes back the rotor's state is not known: a stretch of its own begins.
+    #[test]
+    fn a_command_that_comes_back_begins_a_new_stretch() {
+        let (mut log, lively) = (log(60.0, 2.0), log(f64::INFINITY, 2.0));
+        let column = |log: &Dataset| log.column("command_1").unwrap().to_vec();
+        let (frozen, told) = (column(&log), column(&lively));
+        let commands = (0..6000).map(|row| if row < 4000 { frozen[row] } else { told[row] });
+        log.replace("command_1", commands.collect()).unwrap();
+        let (part, warnings) = rotor(&log);
+        assert_eq!(part.segments, [0..3000, 4000..6000], "{warnings:?}");
+        assert!(warnings[0].contains("1000 samples, from 60.0 to 80.0 s"), "{warnings:?}");
+    }
+
+    #[test]
+    fn noise_and_drift_under_a_constant_command_are_no_motion() {
+        let mut calm = log(0.0, 0.0);
+        let wander = |row: usize| {
+            // 1 % of white noise, a battery that gives way, and half a percent of slow wandering.
+            let noise = f64::from((row.wrapping_mul(2_654_435_761) >> 24 & 255) as u8) / 128.0 - 1.0;
+            let time = row as f64 * 0.02;
+            600.0 + 10.0 * noise - 0.2 * time + 3.0 * (0.3 * time).sin()
+        };
+        calm.replace("propeller_rate_1_rad_s", (0..6000).map(wander).collect()).unwrap();
+        let (calm, warnings) = rotor(&calm);
+        assert_eq!((calm.scored().count(), warnings), (6000, vec![]));
+    }
+}

@@ -1,0 +1,387 @@
+//! Flights out of recordings, judged side by side: the same disturbance through several controllers.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::impulse_response::{Answer, JUDGED_S, Moment, judge};
+use crate::bench::BenchConfig;
+use crate::clock;
+use crate::emulate::Impulse;
+use crate::recording::{Record, RecordError, Recording};
+use crate::runtime::lockstep::ORIGIN_NS;
+use crate::signal::ControlStep;
+use crate::unit::short;
+
+/// Share of the largest angle below which a flight has not been struck yet.
+const UNMOVED: f64 = 0.05;
+/// [s] shortest stretch behind the impulse that says anything.
+const SHORTEST_S: f64 = 0.5;
+
+/// Why flights cannot be compared.
+#[derive(Debug, thiserror::Error)]
+pub enum FlightError {
+    /// The recording.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// It holds no flight.
+    #[error("{}: no step of a controller with the guard open; a flight is what `run` or `control` recorded", path.display())]
+    NoFlight {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Nothing struck the body.
+    #[error(
+        "{}: nothing struck the body in this flight, as its recording says, so there is no answer to judge; fly again with \
+         --impulse AT:DURATION:TORQUE",
+        path.display()
+    )]
+    NotStruck {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It ends too early.
+    #[error("{}: struck at {struck_s:.2} s, but the flight lasts from {from_s:.2} to {to_s:.2} s only", path.display())]
+    NothingBehind {
+        /// The file.
+        path: PathBuf,
+        /// [s] when it was struck.
+        struck_s: f64,
+        /// [s] its first moment.
+        from_s: f64,
+        /// [s] its last one.
+        to_s: f64,
+    },
+}
+
+/// How it is known when the body was struck.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum StruckFrom {
+    /// Said by who compares.
+    Told,
+    /// The emulator's settings in the recording, which was made in virtual time.
+    Recording,
+    /// The moment from which the angle moves to its largest value.
+    Angle,
+}
+
+/// An impulse behind the first one, judged.
+#[derive(Debug, Serialize)]
+pub struct LaterStrike {
+    /// [s] when the body was struck, since the flight's clock began.
+    pub struck_s: f64,
+    /// What struck it.
+    pub impulse: Impulse,
+    /// [s] how long it was judged.
+    pub judged_s: f64,
+    /// How the controller answered.
+    pub answer: Answer,
+}
+
+/// One recorded flight, judged.
+#[derive(Debug, Serialize)]
+pub struct RecordedFlight {
+    /// File name.
+    pub recording: String,
+    /// `EMC` or `PID`.
+    pub controller: &'static str,
+    /// [s] transport delay of the emulated bench; absent where the recording does not say it.
+    pub delay: Option<f64>,
+    /// [s] when the body was struck, since the flight's clock began.
+    pub struck_s: f64,
+    /// How that is known.
+    pub struck_from: StruckFrom,
+    /// The impulse, where it is known.
+    pub impulse: Option<Impulse>,
+    /// [s] how long behind the impulse it was judged: at most [`JUDGED_S`].
+    pub judged_s: f64,
+    /// Whether the angle was measured at the pivot; else it is the controller's own estimate.
+    pub is_angle_measured: bool,
+    /// How the controller answered.
+    pub answer: Answer,
+    /// The impulses behind the first one.
+    pub later: Vec<LaterStrike>,
+    /// What the recording says of it, in words, where that is something else than was told.
+    #[serde(skip)]
+    pub recorded_otherwise: Option<String>,
+    /// Period by period.
+    #[serde(skip)]
+    pub moments: Vec<Moment>,
+}
+
+/// Several flights, and what the reader must know of them.
+#[derive(Debug, Serialize)]
+pub struct FlightComparison {
+    /// In the order given.
+    pub flights: Vec<RecordedFlight>,
+    /// Where they are not alike.
+    pub warnings: Vec<String>,
+}
+
+/// Reads and judges the flights in `recordings` over [`JUDGED_S`] behind each impulse as `paper` does, or over the time
+/// that all of them have before the next impulse or their end: what drifts back over the band long after is no answer
+/// to it. `told` is the impulse, `at_s` counted from the first record of a controller's step, where the recordings do
+/// not say it.
+///
+/// # Errors
+/// [`FlightError`] naming the file.
+pub fn compare_flights(
+    recordings: &[PathBuf],
+    told: Option<Impulse>,
+) -> Result<FlightComparison, FlightError> {
+    let mut raw = recordings.iter().map(|path| RawFlight::read(path, told)).collect::<Result<Vec<_>, _>>()?;
+    let most = raw.iter().map(|flight| flight.strikes.len()).max().unwrap_or(0);
+    let window = |index: usize| raw.iter().filter_map(|it| it.behind_s(index)).fold(JUDGED_S, f64::min);
+    let windows: Vec<f64> = (0..most).map(window).collect();
+    let flights: Vec<RecordedFlight> = raw.drain(..).map(|flight| flight.judged(&windows)).collect();
+    let warnings = warnings(&flights);
+    Ok(FlightComparison { flights, warnings })
+}
+
+/// A flight before it is judged.
+struct RawFlight {
+    path: PathBuf,
+    config: Option<BenchConfig>,
+    is_virtual: bool,
+    is_angle_measured: bool,
+    controller: &'static str,
+    moments: Vec<Moment>,
+    struck_from: StruckFrom,
+    recorded_otherwise: Option<String>,
+    /// [s] when each impulse began, in order, where impulses are known.
+    impulses: Vec<(f64, Impulse)>,
+    /// [s] when the body was struck; impulses that follow each other too closely to be judged are one strike.
+    strikes: Vec<f64>,
+}
+
+impl RawFlight {
+    fn read(path: &Path, told: Option<Impulse>) -> Result<Self, FlightError> {
+        let mut recording = Recording::open(path)?;
+        let mut steps = Vec::new();
+        for record in recording.by_ref() {
+            if let Record::ControlStep(step) = record? {
+                steps.push(step);
+            }
+        }
+        // A recording of another version is still a flight.
+        let config: Option<BenchConfig> = toml::from_str(&recording.provenance().bench).ok();
+        // Nobody's monotonic clock is that young when a bench starts.
+        let is_virtual = steps.first().is_some_and(|step| step.command.stamp_ns < 2 * ORIGIN_NS);
+        let begun_ns = if is_virtual { ORIGIN_NS } else { steps.first().map_or(0, |it| it.command.stamp_ns) };
+        steps.retain(|step| step.applied.command_sequence > 0 && matches!(step.command.controller, 1 | 2));
+        let Some(last) = steps.last() else { return Err(FlightError::NoFlight { path: path.to_owned() }) };
+        let controller = if last.command.controller == 1 { "EMC" } else { "PID" };
+        let is_angle_measured = steps.iter().all(|step| step.sensors.body_angle.is_good());
+        let moments = steps.iter().map(|step| moment(step, begun_ns, is_angle_measured)).collect();
+        let mut flight = Self {
+            path: path.to_owned(),
+            config,
+            is_virtual,
+            is_angle_measured,
+            controller,
+            moments,
+            struck_from: StruckFrom::Told,
+            recorded_otherwise: None,
+            impulses: Vec::new(),
+            strikes: Vec::new(),
+        };
+        flight.find_the_impulses(told);
+        if flight.struck_from == StruckFrom::Angle && flight.was_left_alone() {
+            return Err(FlightError::NotStruck { path: flight.path });
+        }
+        let (from_s, to_s) = flight.span();
+        let struck_s = flight.strikes.first().copied().unwrap_or(f64::NAN);
+        if struck_s < from_s || flight.behind_s(0).is_none_or(|behind| behind < SHORTEST_S) {
+            return Err(FlightError::NothingBehind { path: flight.path, struck_s, from_s, to_s });
+        }
+        flight.know_the_disturbance();
+        Ok(flight)
+    }
+
+    fn span(&self) -> (f64, f64) {
+        let time = |moment: Option<&Moment>| moment.map_or(0.0, |moment| moment.time);
+        (time(self.moments.first()), time(self.moments.last()))
+    }
+
+    /// [s] that can be judged behind a strike: until the next one, or the end.
+    fn behind_s(&self, index: usize) -> Option<f64> {
+        let struck_s = self.strikes.get(index)?;
+        let until_s = self.strikes.get(index + 1).copied().unwrap_or(f64::INFINITY);
+        Some(self.span().1.min(until_s) - struck_s)
+    }
+
+    fn find_the_impulses(&mut self, told: Option<Impulse>) {
+        self.impulses = self.recorded_impulses();
+        if let Some(impulse) = told {
+            self.recorded_otherwise = self.recorded_otherwise(&impulse);
+            self.impulses.retain(|(at_s, _)| *at_s > impulse.at_s);
+            self.impulses.insert(0, (impulse.at_s, impulse));
+        } else if self.impulses.is_empty() {
+            self.struck_from = StruckFrom::Angle;
+            self.strikes.push(self.onset());
+        } else {
+            self.struck_from = StruckFrom::Recording;
+        }
+        for &(at_s, _) in &self.impulses {
+            if self.strikes.last().is_none_or(|last| at_s - last >= SHORTEST_S) {
+                self.strikes.push(at_s);
+            }
+        }
+    }
+
+    /// Whether the recording says all that moved the body, and that is nothing.
+    fn was_left_alone(&self) -> bool {
+        let config = self.config.as_ref().filter(|_| self.is_virtual);
+        config.is_some_and(|it| it.emulator.impulse.is_empty() && it.controller.reference.moves.is_empty())
+    }
+
+    /// What the recording says struck the body, in words, where it says so and it is not what was `told`.
+    fn recorded_otherwise(&self, told: &Impulse) -> Option<String> {
+        // As floating-point numbers from the same text they are equal to the last bit.
+        let is_told = |(at_s, it): &(f64, Impulse)| Impulse { at_s: *at_s, ..*it } == *told;
+        if self.impulses.iter().any(is_told) {
+            return None;
+        }
+        match self.impulses.first() {
+            Some((at_s, first)) => Some(words(&Impulse { at_s: *at_s, ..*first })),
+            None => self.was_left_alone().then(|| "nothing".to_owned()),
+        }
+    }
+
+    /// The emulator's impulses up to the end of the flight, in order, where they were recorded on the flight's clock.
+    fn recorded_impulses(&self) -> Vec<(f64, Impulse)> {
+        let Some(config) = self.config.as_ref().filter(|_| self.is_virtual) else { return Vec::new() };
+        let (emulator, to_s) = (&config.emulator, self.span().1);
+        // A flight has no more impulses than moments.
+        let rounds = if emulator.impulse_period_s > 0.0 { self.moments.len() } else { 1 };
+        let each = emulator.impulse.iter().flat_map(|impulse| {
+            let at = |round: usize| impulse.at_s + round as f64 * emulator.impulse_period_s;
+            (0..rounds).map(at).take_while(|at_s| *at_s < to_s).map(|at_s| (at_s, *impulse))
+        });
+        let mut impulses: Vec<(f64, Impulse)> = each.collect();
+        impulses.sort_by(|a, b| a.0.total_cmp(&b.0));
+        if impulses.is_empty() {
+            // One that comes too late is still the one that was meant.
+            let first = emulator.impulse.iter().min_by(|a, b| a.at_s.total_cmp(&b.at_s));
+            impulses.extend(first.map(|first| (first.at_s, *first)));
+        }
+        impulses
+    }
+
+    /// [s] the last moment before the largest angle at which the body had not moved.
+    fn onset(&self) -> f64 {
+        let largest = (0..self.moments.len())
+            .max_by(|a, b| self.moments[*a].angle.abs().total_cmp(&self.moments[*b].angle.abs()))
+            .unwrap_or(0);
+        let peak = self.moments.get(largest).map_or(0.0, |moment| moment.angle.abs());
+        let before = self.moments.get(..largest).unwrap_or_default();
+        before
+            .iter()
+            .rev()
+            .find(|moment| moment.angle.abs() < UNMOVED * peak)
+            .map_or(0.0, |moment| moment.time)
+    }
+
+    fn know_the_disturbance(&mut self) {
+        if self.struck_from == StruckFrom::Angle {
+            return;
+        }
+        let torque = |(at_s, it): &(f64, Impulse)| (*at_s..*at_s + it.duration_s, it.torque);
+        let torques: Vec<_> = self.impulses.iter().map(torque).collect();
+        for moment in &mut self.moments {
+            let acting = torques.iter().filter(|(struck, _)| struck.contains(&moment.time));
+            moment.disturbance = acting.map(|(_, torque)| torque).sum();
+        }
+    }
+
+    /// `windows` [s]: how long each strike is judged.
+    fn judged(self, windows: &[f64]) -> RecordedFlight {
+        let emulator = self.config.as_ref().filter(|_| self.is_virtual).map(|config| &config.emulator);
+        let name = self.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let struck_s = self.strikes.first().copied().unwrap_or(f64::NAN);
+        let judged_s = windows.first().copied().unwrap_or(JUDGED_S);
+        let by = |struck_s: f64| self.impulses.iter().find(|it| it.0 == struck_s).map(|it| it.1);
+        let later = self.strikes.iter().zip(windows).skip(1).filter(|(_, judged_s)| **judged_s >= SHORTEST_S);
+        let later = later.filter_map(|(&struck_s, &judged_s)| {
+            let answer = judge(&self.moments, struck_s, judged_s);
+            Some(LaterStrike { struck_s, impulse: by(struck_s)?, judged_s, answer })
+        });
+        RecordedFlight {
+            recording: name,
+            controller: self.controller,
+            delay: emulator.map(|emulator| emulator.command_delay_s),
+            struck_s,
+            struck_from: self.struck_from,
+            impulse: by(struck_s),
+            judged_s,
+            is_angle_measured: self.is_angle_measured,
+            answer: judge(&self.moments, struck_s, judged_s),
+            later: later.collect(),
+            recorded_otherwise: self.recorded_otherwise,
+            moments: self.moments,
+        }
+    }
+}
+
+fn words(impulse: &Impulse) -> String {
+    format!("{} N m for {} s at {} s", short(impulse.torque), short(impulse.duration_s), short(impulse.at_s))
+}
+
+fn moment(step: &ControlStep, begun_ns: u64, is_angle_measured: bool) -> Moment {
+    let estimate = &step.command.estimate;
+    let angle = if is_angle_measured { step.sensors.body_angle.value } else { estimate.body_angle };
+    Moment {
+        time: clock::span_s(step.command.stamp_ns.saturating_sub(begun_ns)),
+        angle: angle - estimate.reference_angle,
+        torque: step.command.torque,
+        estimate: estimate.disturbance_torque,
+        disturbance: f64::NAN,
+    }
+}
+
+/// What makes flights unlike each other.
+fn warnings(flights: &[RecordedFlight]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for flight in flights {
+        let name = &flight.recording;
+        if !flight.is_angle_measured {
+            warnings.push(format!(
+                "{name}: the angle was not measured; the controller's own estimate is judged, which drifts with the gyro's bias"
+            ));
+        }
+        if let Some((recorded, told)) = flight.recorded_otherwise.as_ref().zip(flight.impulse.as_ref()) {
+            warnings.push(format!(
+                "{name}: --impulse says that {} struck the body, its recording says {recorded}; judged is what --impulse says: \
+                 without it the recording's own is",
+                words(told)
+            ));
+        }
+        if flight.struck_from == StruckFrom::Angle {
+            warnings.push(format!(
+                "{name}: it does not say when the body was struck; taken from the angle, {:.2} s after the first step. \
+                 --impulse AT:DURATION:TORQUE says it, and then the error of the disturbance's estimate is known, too",
+                flight.struck_s
+            ));
+        }
+    }
+    let push = |impulse: &Impulse| impulse.duration_s * impulse.torque;
+    if let Some(first) = flights.first().and_then(|flight| flight.impulse.as_ref()) {
+        for flight in flights.iter().skip(1) {
+            let Some(other) = &flight.impulse else { continue };
+            // As floating-point numbers from the same text they are equal to the last bit.
+            if push(other) != push(first) || other.torque != first.torque {
+                warnings.push(format!(
+                    "not the same disturbance: {} was struck by {} N m for {} s, {} by {} N m for {} s",
+                    flights[0].recording,
+                    first.torque,
+                    first.duration_s,
+                    flight.recording,
+                    other.torque,
+                    other.duration_s
+                ));
+            }
+        }
+    }
+    warnings
+}

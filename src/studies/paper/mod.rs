@@ -1,0 +1,245 @@
+//! The paper run on the emulator: section III from its own experiments, section V from its own flights.
+//!
+//! The emulated bench is a process of its own, `rotorbench emulate --shm --lockstep`, one for each experiment and
+//! flight; experiment and controller answer it from this one, step by step in virtual time.
+
+mod bench;
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::impulse_response::{Answer, Moment};
+use crate::control::gains::complementary_eigenvalues;
+use crate::control::{ControllerConfig, ControllerKind, EmcGains};
+use crate::experiment::Shape;
+use crate::guard::Cause;
+use crate::identify::{Identification, IdentifyError, IdentifySettings, identify_telling};
+use crate::log::DatasetError;
+use crate::rt::Shutdown;
+use crate::runtime::ProcessError;
+
+use bench::Benches;
+
+/// [s] T_s and T_c. [LPC16] Eq. (3), Table IV.
+pub const PERIOD_S: f64 = 0.02;
+/// [s] when the impulse strikes.
+pub const IMPULSE_AT_S: f64 = 5.0;
+/// [s] [N m] the impulse.
+pub const IMPULSE: (f64, f64) = (0.05, 0.6);
+/// [s] transport delays of the flights: none, and one that a real bench has and the PID of Table III barely stands.
+const DELAYS_S: [f64; 2] = [0.0, 0.03];
+
+/// Why the run failed.
+#[derive(Debug, thiserror::Error)]
+pub enum PaperError {
+    /// The emulated bench, an experiment or a controller cannot be built.
+    #[error(transparent)]
+    Process(#[from] ProcessError),
+    /// The emulator's process cannot be started.
+    #[error("the emulator's process, {}: {error}", program.display())]
+    Start {
+        /// The program.
+        program: PathBuf,
+        /// What the system says.
+        error: std::io::Error,
+    },
+    /// The emulator's process ended before its time.
+    #[error("{what}: the emulator's process ended after {answered} steps ({status})")]
+    Emulator {
+        /// Which experiment or flight.
+        what: String,
+        /// Steps that were answered.
+        answered: u64,
+        /// How it ended.
+        status: String,
+    },
+    /// The guard stopped the rotors.
+    #[error("{what}: the guard stopped the rotors after {time_s:.2} s: {cause}")]
+    Stopped {
+        /// Which experiment or flight.
+        what: String,
+        /// [s] of virtual time since the bench began.
+        time_s: f64,
+        /// Why.
+        cause: Cause,
+    },
+    /// The operator wanted to stop.
+    #[error("stopped in the middle of {what}: {reason}")]
+    Interrupted {
+        /// Which experiment or flight.
+        what: String,
+        /// What told it to end.
+        reason: &'static str,
+    },
+    /// A controller refuses.
+    #[error(transparent)]
+    Control(#[from] crate::control::ControlError),
+    /// A log is none.
+    #[error(transparent)]
+    Dataset(#[from] DatasetError),
+    /// Identification fails.
+    #[error(transparent)]
+    Identify(#[from] IdentifyError),
+}
+
+/// One flight.
+#[derive(Debug, Clone, Serialize)]
+pub struct Flight {
+    /// `EMC` or `PID`.
+    pub controller: &'static str,
+    /// [s] transport delay in the loop.
+    pub delay: f64,
+    /// [s] transport delay from which `design` has the loop unstable.
+    pub delay_limit: f64,
+    /// How it answered.
+    pub answer: Answer,
+    /// Period by period. The angle is the true one.
+    #[serde(skip)]
+    pub moments: Vec<Moment>,
+}
+
+/// A printed number and ours.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct Beside {
+    /// Table of the print.
+    pub table: &'static str,
+    /// Symbol of the print.
+    pub symbol: &'static str,
+    /// As printed.
+    pub printed: f64,
+    /// Ours; absent where nothing was identified.
+    pub ours: Option<f64>,
+    /// Standard error of ours, where it was identified and not computed.
+    pub standard_error: Option<f64>,
+    /// Unit of all three.
+    pub unit: &'static str,
+}
+
+/// Everything the report shows.
+#[derive(Debug, Serialize)]
+pub struct PaperRun {
+    /// Tables I to IV, number by number.
+    pub beside: Vec<Beside>,
+    /// Section III.
+    pub identification: Identification,
+    /// Gains of EMC from the identified pole, β = γ_0 = 0.276 as printed.
+    pub gains: EmcGains,
+    /// Section V.
+    pub flights: Vec<Flight>,
+}
+
+/// What to run.
+#[derive(Debug, Clone)]
+pub struct PaperSettings {
+    /// Seed of the emulated bench's noise.
+    pub seed: u64,
+    /// [s] length of the PRBS; the paper's is 2400.
+    pub prbs_s: f64,
+    /// [s] length of each of the six constant commands.
+    pub hold_s: f64,
+    /// The program `rotorbench`, which the emulator's processes run.
+    pub program: PathBuf,
+}
+
+/// Runs the paper on an emulated bench with the paper's parameters. `tell` hears what is being done, and the share
+/// that is done; `shutdown` stops it. However it ends, nothing of it stays in shared memory, unless it is killed:
+/// then the next run cleans up.
+///
+/// # Errors
+/// [`PaperError`] of the room that refuses, or that it was stopped.
+pub fn run(
+    settings: &PaperSettings,
+    shutdown: &Shutdown,
+    tell: &mut dyn FnMut(&str, f64),
+) -> Result<PaperRun, PaperError> {
+    bench::clean_up_after_the_killed();
+    let PaperSettings { seed, prbs_s, hold_s, .. } = *settings;
+    let levels = vec![0.35, 0.4, 0.45, 0.5, 0.55, 0.6];
+    let ramp = |slope| Shape::Ramp { low: 0.3, high: 0.65, slope, cycles: 2 };
+    let prbs = |seed, duration_s| Shape::Prbs { amplitude: 0.08, bandwidth_hz: 0.0, duration_s, seed };
+    let experiments = [
+        (Shape::Constant { levels, hold_s }, "constant commands"),
+        (ramp(0.01), "ramps"),
+        (prbs(seed, prbs_s), "PRBS"),
+        (ramp(0.02), "ramps of another slope"),
+        (prbs(seed.wrapping_add(1), 60.0), "another PRBS"),
+    ];
+    let flights: Vec<(f64, &'static str, ControllerKind)> = DELAYS_S
+        .iter()
+        .flat_map(|delay| [(*delay, "EMC", ControllerKind::Emc), (*delay, "PID", ControllerKind::Pid)])
+        .collect();
+    let mut benches = Benches::new(settings, &experiments, flights.len(), shutdown);
+    let mut logs = Vec::new();
+    for (shape, name) in experiments {
+        logs.push(benches.experiment(shape, name, tell)?);
+    }
+    let validation = logs.split_off(3);
+    let identification = identify_telling(&logs, &validation, &IdentifySettings::default(), &mut |step| {
+        tell(step, benches.share());
+    })?;
+    let gains = ControllerConfig::paper().emc.gains(identification.model.actuator.pole, PERIOD_S)?;
+    let mut flown = Vec::new();
+    for (delay, controller, kind) in flights {
+        flown.push(benches.flight(controller, kind, delay, &identification.model, tell)?);
+    }
+    Ok(PaperRun { beside: beside(&identification, &gains), identification, gains, flights: flown })
+}
+
+/// Tables I and IV from what was identified, Tables II and III from the gains.
+fn beside(found: &Identification, gains: &EmcGains) -> Vec<Beside> {
+    let curve = |index: usize| found.static_curve.as_ref()?.coefficients.get(index).copied();
+    let identified = [
+        ("I", "c_g1", 447.1, curve(1), "rad/s"),
+        ("I", "c_g2", 1124.5, curve(0), "rad/s"),
+        ("I", "k_V", 40.0, found.battery.as_ref().map(|battery| battery.gain), "rad/(s V)"),
+        ("IV", "p", 16.0, found.pole.as_ref().map(|fit| fit.pole), "rad/s"),
+    ];
+    let [l_0, l_1, l_2, l_3] = gains.l;
+    let [k_1, k_2, k_3] = gains.k;
+    let settings = ControllerConfig::paper();
+    let [g_0, g_1, g_2, g_3] = complementary_eigenvalues(gains.beta, settings.emc.alpha);
+    let (actuator, body, pid) = (&found.model.actuator, &found.model.body, settings.pid);
+    let tangent = 2.0 * actuator.thrust_coefficient * actuator.hover_rate;
+    let computed = [
+        ("II", "γ_0", 0.276, g_0, "-"),
+        ("II", "γ_1", 0.120, g_1, "-"),
+        ("II", "γ_2", 0.052, g_2, "-"),
+        ("II", "γ_3", 0.023, g_3, "-"),
+        ("II", "l_0", -5.03e-17, l_0, "-"),
+        ("II", "l_1", 1.95e-1, l_1, "-"),
+        ("II", "l_2", 1.02e-2, l_2, "-"),
+        ("II", "l_3", 1.43e-4, l_3, "-"),
+        // **Deviation:** Table III repeats γ_0, γ_1, γ_2 of Table II; as gains they are unstable.
+        ("III", "k_1", 0.276, k_1, "-"),
+        ("III", "k_2", 0.120, k_2, "-"),
+        ("III", "k_3", 0.052, k_3, "-"),
+        ("III", "k_P", 2.248, pid.k_p, "N m/rad"),
+        ("III", "k_I", 0.985, pid.k_i, "N m/(rad s)"),
+        ("III", "k_D", 0.574, pid.k_d, "N m s/rad"),
+        ("IV", "β", 0.27, gains.beta, "-"),
+        ("IV", "J", 0.032, body.inertia, "kg m²"),
+        ("IV", "d", 0.25, body.arm, "m"),
+        ("IV", "T_c", 0.02, PERIOD_S, "s"),
+        ("IV", "v_bmax", 12.6, actuator.full_voltage, "V"),
+        ("IV", "c_p1", 0.0197, tangent, "N s/rad"),
+        ("IV", "c_p0", -6.0771, -0.5 * tangent * actuator.hover_rate, "N"),
+    ];
+    let identified = identified.map(|(table, symbol, printed, ours, unit)| Beside {
+        table,
+        symbol,
+        printed,
+        ours: ours.map(|ours| ours.value),
+        standard_error: ours.map(|ours| ours.standard_error),
+        unit,
+    });
+    let computed = computed.map(|(table, symbol, printed, ours, unit)| Beside {
+        table,
+        symbol,
+        printed,
+        ours: Some(ours),
+        standard_error: None,
+        unit,
+    });
+    identified.into_iter().chain(computed).collect()
+}
