@@ -25,9 +25,9 @@ use std::ops::RangeInclusive;
 
 use serde::Serialize;
 
-use crate::diagnose::expression_domain::{Hitch, hitch};
 use crate::identify;
 use crate::log::{Dataset, DatasetError};
+use crate::model::expression_domain::{Hitch, hitch};
 use crate::model::{Model, ModelError};
 use crate::screening::readings;
 use crate::screening::requirements::{Absurd, check_magnitudes, nothing_in_common};

@@ -10,7 +10,6 @@ mod caveats;
 pub mod data_split;
 pub mod diagnosis;
 pub mod driver_inference;
-pub(crate) mod expression_domain;
 mod extend;
 mod grid_search;
 mod model_selection;

@@ -10,7 +10,6 @@ use super::diagnosis::{
     Both, Candidate, ChangedParameter, Diagnosis, ErrorStory, FoundParameter, NextExperiment, Place, Rung,
     Verdict,
 };
-use super::expression_domain::{Hitch, hitch};
 use super::pooled_logs;
 use super::search::{Found, Search};
 use super::verdict::joint;
@@ -18,6 +17,7 @@ use crate::effect;
 use crate::estimation::dependence::evidence;
 use crate::identify::{self, IdentifyError};
 use crate::log::Dataset;
+use crate::model::expression_domain::{Hitch, hitch};
 use crate::model::{Effect, Model, ModelError};
 use crate::screening::requirements::{Absurd, check_magnitudes, repeated, without_battery};
 use crate::unit::short;

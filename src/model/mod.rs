@@ -15,6 +15,7 @@
 
 mod body;
 mod equations;
+pub(crate) mod expression_domain;
 mod file;
 mod ladder;
 mod rotor;
