@@ -27,8 +27,7 @@ use serde::Serialize;
 
 use crate::identify;
 use crate::log::{Dataset, DatasetError};
-use crate::model::expression_domain::{Hitch, hitch};
-use crate::model::{Model, ModelError};
+use crate::model::{Model, ModelError, UndefinedRow};
 use crate::screening::readings;
 use crate::screening::requirements::{Absurd, check_magnitudes, nothing_in_common};
 use crate::unit::short;
@@ -191,9 +190,10 @@ pub fn compare(
     for model in models {
         let added: Vec<_> =
             model.effects.iter().map(|added| model.effect(&added.id)).collect::<Result<_, _>>()?;
-        if let Some(hitch) = hitch(model, &added, log)? {
-            let Hitch { effect, log, time, signals } = hitch;
-            return Err(CompareError::NotANumber { model: model.name.clone(), effect, log, time, signals });
+        let undefined = model.first_undefined_row(&added, log.time(), &|name| log.column(name))?;
+        if let Some(UndefinedRow { effect, time, signals }) = undefined {
+            let (model, log) = (model.name.clone(), log.source_name().to_owned());
+            return Err(CompareError::NotANumber { model, effect, log, time, signals });
         }
         runs.push(blocks::blocks(model, log, config)?);
     }

@@ -17,8 +17,7 @@ use crate::effect;
 use crate::estimation::dependence::evidence;
 use crate::identify::{self, IdentifyError};
 use crate::log::Dataset;
-use crate::model::expression_domain::{Hitch, hitch};
-use crate::model::{Effect, Model, ModelError};
+use crate::model::{Effect, Model, ModelError, UndefinedRow};
 use crate::screening::requirements::{Absurd, check_magnitudes, repeated, without_battery};
 use crate::unit::short;
 
@@ -151,8 +150,14 @@ pub fn diagnose(
 pub(crate) fn check_logs(model: &Model, effects: &[Effect], logs: &[Dataset]) -> Result<(), DiagnoseError> {
     for log in logs {
         check_magnitudes(log)?;
-        if let Some(Hitch { effect, log, time, signals }) = hitch(model, effects, log)? {
-            return Err(DiagnoseError::NotANumber { effect, log, time, signals });
+        let undefined = model.first_undefined_row(effects, log.time(), &|name| log.column(name))?;
+        if let Some(UndefinedRow { effect, time, signals }) = undefined {
+            return Err(DiagnoseError::NotANumber {
+                effect,
+                log: log.source_name().to_owned(),
+                time,
+                signals,
+            });
         }
     }
     Ok(())

@@ -15,7 +15,7 @@
 
 mod body;
 mod equations;
-pub(crate) mod expression_domain;
+mod expression_domain;
 mod file;
 mod ladder;
 mod rotor;
@@ -28,6 +28,7 @@ use crate::effect::{self, Card, Expression, Law, Site};
 
 pub use body::{BodyInput, BodyStart, BodyTrace};
 pub use equations::Equations;
+pub(crate) use expression_domain::UndefinedRow;
 pub use file::ModelError;
 pub use ladder::{Change, ErrorFall, LogReference, Step};
 pub use rotor::{Remembered, RotorInput, RotorStart, RotorTrace};
