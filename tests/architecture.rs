@@ -65,7 +65,6 @@ const STILL_UPWARD: &[(&str, &str)] = &[
     ("estimation/noise_floor.rs", "diagnose"),
     ("estimation/spectrum.rs", "screening"),
     ("estimation/variable_projection.rs", "identify"),
-    ("screening/duplicate_logs.rs", "identify"),
     ("screening/plausibility.rs", "identify"),
     ("screening/rotor_data.rs", "identify"),
 ];
@@ -81,7 +80,6 @@ const STILL_IN_CIRCLES: &[&[&str]] = &[
         "compare/unknown_torque.rs",
     ],
     &["diagnose/blocks.rs", "diagnose/pooled_logs.rs", "diagnose/run.rs"],
-    &["diagnose/body_block.rs", "diagnose/problem.rs", "diagnose/rotor_block.rs"],
     &["diagnose/caveats.rs", "diagnose/search.rs", "diagnose/verdict.rs"],
     &[
         "emulate/battery.rs",
@@ -91,9 +89,6 @@ const STILL_IN_CIRCLES: &[&[&str]] = &[
         "emulate/sensor.rs",
         "emulate/settings.rs",
     ],
-    &["identify/assemble.rs", "identify/consistency.rs"],
-    &["identify/command_response.rs", "identify/pipeline.rs", "identify/rotor_mismatch.rs"],
-    &["identify/ramp_lag.rs", "identify/static_curve.rs"],
     &["report/bars.rs", "report/page.rs", "report/table.rs"],
     &[
         "screening/battery_range.rs",

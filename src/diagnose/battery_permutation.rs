@@ -6,11 +6,11 @@
 //!
 //! [`luck`]: super::surrogate_test::luck
 
+use super::block_data::{BlockData, Runs};
 use super::candidate::Plan;
 use super::candidate_fit::Trial;
 use super::data_split::Stage;
 use super::parallel::spread;
-use super::problem::{BlockData, Runs};
 use super::search::{Found, Search, Single};
 use super::surrogate_test::Luck;
 use crate::effect::Law;

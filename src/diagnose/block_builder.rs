@@ -2,14 +2,15 @@
 
 use std::ops::Range;
 
+use super::block_data::{BlockData, Runs};
 use super::body_block::{BodyRun, BodySource};
 use super::candidate_fit::Trial;
 use super::data_split::Stage;
-use super::problem::{BlockData, Runs, hold};
 use super::rotor_block::{COMMANDS, PROPELLER_RATES, RotorRun, rotor_runs, simulate};
 use crate::effect::Law;
 use crate::estimation::noise_floor::{missing_alike, smooth, white, white_noise};
 use crate::log::Dataset;
+use crate::log::segments::held_throughout;
 use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
 use crate::screening::readings;
 use crate::signal::ROTORS;
@@ -81,7 +82,7 @@ impl Driver<'_> {
         let angle = data.column("body_angle_rad");
         let rates: Vec<Option<Rates>> =
             (0..ROTORS).map(|rotor| self.rotor_rate(log, rotor, data, trial, held_out)).collect();
-        let command = data.column("torque_command_nm").map(hold);
+        let command = data.column("torque_command_nm").map(held_throughout);
         // A rotor that nobody measured is taken as settled where a stretch begins, which it may not be.
         let measured = |rotor: usize| data.column(PROPELLER_RATES[rotor]).is_some();
         let by_commands = rates.iter().all(Option::is_some) && !(0..ROTORS).all(measured);
@@ -172,8 +173,8 @@ impl Driver<'_> {
 
     /// Without a measurement the rotor model has to do.
     fn simulated(&self, rotor: usize, data: &Dataset) -> Option<Rates> {
-        let command = hold(data.column(COMMANDS[rotor])?);
-        let voltage = data.column("battery_voltage_v").map(hold);
+        let command = held_throughout(data.column(COMMANDS[rotor])?);
+        let voltage = data.column("battery_voltage_v").map(held_throughout);
         let still = vec![0.0; data.len()];
         let mut rates = Rates { at: still.clone(), mean: still.clone(), carried: still };
         let mut trace = RotorTrace::default();
@@ -203,7 +204,7 @@ struct Rates {
 impl Rates {
     /// Straight lines between the samples at `time` [s].
     fn between(time: &[f64], measured: &[f64]) -> Self {
-        let lines = |values: &[f64]| hold(&readings::bridged(time, values));
+        let lines = |values: &[f64]| held_throughout(&readings::bridged(time, values));
         let at = lines(measured);
         let pairs = at.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
         let size = white_noise(measured, std::slice::from_ref(&(0..measured.len())));

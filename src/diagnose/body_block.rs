@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::problem::hold;
+use crate::log::segments::held_throughout;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations};
 use crate::screening::readings;
 
@@ -39,7 +39,7 @@ impl BodyRun {
     pub fn new(log: usize, rows: Range<usize>, source: BodySource, horizon: f64) -> Self {
         let BodySource { time, torque, torque_slope, carried, propeller_rate, rate, angle } = source;
         let windows = windows(&time, horizon);
-        let start = |values: &[f64]| hold(&readings::bridged(&time, values));
+        let start = |values: &[f64]| held_throughout(&readings::bridged(&time, values));
         let angle = if angle.iter().any(|value| value.is_finite()) { angle } else { Vec::new() };
         let (start_rate, start_angle) = (start(&rate), start(&angle));
         Self {

@@ -1,9 +1,10 @@
 //! How a trial is come by: where its fit starts, which starts are followed, and the judgement.
 
+use super::block_data::BlockData;
 use super::candidate_fit::Trial;
 use super::data_split::Stage;
 use super::grid_search;
-use super::problem::{BlockData, Problem};
+use super::problem::Problem;
 use crate::effect::Law;
 use crate::estimation::normal_equations::Slopes;
 use crate::estimation::output_error::{Fit, FitConfig, Free, fit, fit_on, judge, judge_on};

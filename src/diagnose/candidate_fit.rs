@@ -1,7 +1,8 @@
 //! One set of effects, everything refitted, judged on data it has not seen.
 
+use super::block_data::{BlockData, Runs};
 use super::data_split::Stage;
-use super::problem::{BlockData, Problem, Runs};
+use super::problem::Problem;
 use super::rotor_block::RotorRun;
 use crate::effect::Law;
 use crate::estimation::noise_floor::RESOLUTION;
@@ -229,8 +230,8 @@ fn mean_square(fit: &Fit, data: &BlockData) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::block_data::{BlockData, Runs};
     use super::super::body_block::{BodyRun, BodySource};
-    use super::super::problem::{BlockData, Runs};
     use super::super::rotor_block::rotor_runs;
     use super::*;
     use crate::log::Dataset;

@@ -1,6 +1,6 @@
 //! What is said beside the answer.
 
-use super::problem::{BlockData, Runs};
+use super::block_data::{BlockData, Runs};
 use super::search::Found;
 use super::verdict::{does_not_follow, is_held};
 use crate::log::Dataset;

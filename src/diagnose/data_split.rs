@@ -1,6 +1,6 @@
 //! The data of one block: what is fitted on, what is judged on.
 
-use super::problem::{BlockData, Runs};
+use super::block_data::{BlockData, Runs};
 use crate::model::{Effect, Model};
 use crate::signal::ROTORS;
 

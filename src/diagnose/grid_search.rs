@@ -1,7 +1,8 @@
 //! Parameters without a slope: the step of a grid moves the error in jumps, so that no derivative leads to it. They
 //! are found by looking at every value that could make a difference.
 
-use super::problem::{BlockData, Problem, Runs};
+use super::block_data::{BlockData, Runs};
+use super::problem::Problem;
 use crate::effect::Site;
 use crate::estimation::normal_equations::sum_of_squares;
 use crate::estimation::output_error::{Fit, OutputError};

@@ -2,6 +2,7 @@
 
 mod battery_permutation;
 pub mod block_builder;
+pub mod block_data;
 mod blocks;
 pub mod body_block;
 pub mod candidate;

@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use super::block_builder::UNTOLD_S;
+use super::block_data::{BlockData, Runs};
 use super::candidate_fit::Trial;
 use super::data_split::Stage;
-use super::problem::{BlockData, Runs};
 use super::rotor_block::RotorRun;
 use super::surrogate_test::luck;
 use crate::effect::{Site, find};

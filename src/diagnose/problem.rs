@@ -2,264 +2,11 @@
 
 use std::ops::Range;
 
-use super::body_block::{self, BodyRun};
-use super::rotor_block::{self, RotorRun};
-use crate::estimation::noise_floor::{reading_step, spread};
+use super::block_data::{BlockData, MOST_SLOW_UNITS, Runs};
+use super::{body_block, rotor_block};
 use crate::estimation::normal_equations::sum_of_squares;
 use crate::estimation::output_error::OutputError;
 use crate::model::{BodyTrace, Effect, Model, RotorTrace};
-
-/// What is measured at a block's end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Channel {
-    /// Its name.
-    pub name: &'static str,
-    /// Its SI unit.
-    pub unit: &'static str,
-}
-
-/// A value for every sample: missing cells hold the value before, leading ones the first value.
-#[must_use]
-pub fn hold(values: &[f64]) -> Vec<f64> {
-    let mut last = values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
-    let held = values.iter().map(|value| {
-        if value.is_finite() {
-            last = *value;
-        }
-        last
-    });
-    held.collect()
-}
-
-/// The data of one block.
-#[derive(Debug, Clone)]
-pub enum Runs {
-    /// Free runs of rotors.
-    Rotor(Vec<RotorRun>),
-    /// Windows of the body.
-    Body(Vec<BodyRun>),
-}
-
-/// The data of one block, laid out for residuals.
-#[derive(Debug, Clone)]
-pub struct BlockData {
-    /// The runs.
-    pub runs: Runs,
-    /// Standard deviation of each channel's noise, in its unit.
-    pub sigma: [f64; 2],
-    units: Vec<Range<usize>>,
-    len: usize,
-    carried: [f64; 2],
-    reading_step: [f64; 2],
-}
-
-/// Heat at the start can be found for a few long stretches, not for many short ones.
-const MOST_SLOW_UNITS: usize = 4;
-
-impl BlockData {
-    /// Lays out runs.
-    #[must_use]
-    pub fn new(runs: Runs) -> Self {
-        let mut units = Vec::new();
-        let mut len = 0;
-        let mut unit = |length: usize| {
-            units.push(len..len + length);
-            len += length;
-        };
-        match &runs {
-            Runs::Rotor(runs) => runs.iter().for_each(|run| unit(run.time.len())),
-            Runs::Body(runs) => {
-                for run in runs {
-                    run.windows.iter().for_each(|window| unit(window.len() * run.channels()));
-                }
-            }
-        }
-        let carried = match &runs {
-            Runs::Rotor(_) => [0.0; 2],
-            Runs::Body(runs) => body_block::carried(runs),
-        };
-        let reading_step = match &runs {
-            Runs::Rotor(runs) => {
-                [reading_step(runs.iter().flat_map(|run| run.measured.iter().copied())), 0.0]
-            }
-            Runs::Body(runs) => [
-                reading_step(runs.iter().flat_map(|run| run.rate.iter().copied())),
-                reading_step(runs.iter().flat_map(|run| run.angle.iter().copied())),
-            ],
-        };
-        Self { runs, sigma: [1.0; 2], units, len, carried, reading_step }
-    }
-
-    /// The step in which a channel is read, in its unit; 0 where there is none.
-    #[must_use]
-    pub fn reading_step(&self, channel: usize) -> f64 {
-        self.reading_step[channel]
-    }
-
-    /// What the noise of what drives a body of 1 kg m² does to each channel, rms, in its unit times kg m².
-    #[must_use]
-    pub fn carried(&self) -> [f64; 2] {
-        self.carried
-    }
-
-    /// Whether it is a body that measured rotors drive.
-    #[must_use]
-    pub fn is_driven_by_rotors(&self) -> bool {
-        matches!(&self.runs, Runs::Body(runs) if runs.iter().any(|run| !run.input.propeller_rate[0].is_empty()))
-    }
-
-    /// Whether it is the rotor block.
-    #[must_use]
-    pub fn is_rotor(&self) -> bool {
-        matches!(self.runs, Runs::Rotor(_))
-    }
-
-    /// Units of the residual vector: stretches of a rotor, windows of the body.
-    #[must_use]
-    pub fn units(&self) -> &[Range<usize>] {
-        &self.units
-    }
-
-    /// Length of the residual vector.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.len
-    }
-
-    /// How many of the samples were measured.
-    #[must_use]
-    pub fn readings(&self) -> usize {
-        let finite = |values: &[f64]| values.iter().filter(|value| value.is_finite()).count();
-        match &self.runs {
-            Runs::Rotor(runs) => runs.iter().map(|run| finite(&run.measured)).sum(),
-            Runs::Body(runs) => runs.iter().map(|run| finite(&run.rate) + finite(&run.angle)).sum(),
-        }
-    }
-
-    /// Whether there is nothing to compare.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
-    /// Channels: what is measured at the block's end.
-    #[must_use]
-    pub fn channels(&self) -> Vec<Channel> {
-        let rate = Channel { name: "body_rate_rad_s", unit: "rad/s" };
-        let angle = Channel { name: "body_angle_rad", unit: "rad" };
-        match &self.runs {
-            Runs::Rotor(_) => vec![rotor_block::channel()],
-            Runs::Body(runs) if runs.iter().all(|run| run.channels() == 2) => vec![rate, angle],
-            Runs::Body(_) => vec![rate],
-        }
-    }
-
-    /// Standard deviation of what was measured in a channel, in its unit.
-    #[must_use]
-    pub fn spread(&self, channel: usize) -> f64 {
-        match &self.runs {
-            Runs::Rotor(runs) => spread(runs.iter().flat_map(|run| run.measured.iter().copied())),
-            Runs::Body(runs) if channel == 0 => spread(runs.iter().flat_map(|run| run.rate.iter().copied())),
-            Runs::Body(runs) => spread(runs.iter().flat_map(|run| run.angle.iter().copied())),
-        }
-    }
-
-    /// The pieces of the residual vector that belong to a channel.
-    #[must_use]
-    pub fn pieces(&self, channel: usize) -> Vec<Range<usize>> {
-        match &self.runs {
-            Runs::Rotor(_) => self.units.clone(),
-            Runs::Body(runs) => {
-                let channels = runs.iter().flat_map(|run| run.windows.iter().map(|_| run.channels()));
-                let split = |(unit, channels): (&Range<usize>, usize)| {
-                    let length = unit.len() / channels;
-                    (channel < channels)
-                        .then(|| unit.start + channel * length..unit.start + (channel + 1) * length)
-                };
-                self.units.iter().zip(channels).filter_map(split).collect()
-            }
-        }
-    }
-
-    /// A copy in which only part `part` of `parts` counts, or only the others. A part is made of stretches spread over
-    /// all of the data.
-    #[must_use]
-    pub fn part(&self, part: usize, parts: usize, held_out: bool) -> Self {
-        let mut copy = self.clone();
-        let share = |index: usize, count: usize| ((index * STRETCHES) / count.max(1)) % parts == part;
-        match &mut copy.runs {
-            Runs::Rotor(runs) => {
-                let blocks = rotor_block::blocks(runs, STRETCHES);
-                let all = runs.iter_mut().flat_map(|run| run.counts.iter_mut());
-                all.zip(blocks).for_each(|(counts, block)| *counts &= (block % parts == part) == held_out);
-            }
-            Runs::Body(runs) => {
-                let count: usize = runs.iter().map(|run| run.counts.len()).sum();
-                let all = runs.iter_mut().flat_map(|run| run.counts.iter_mut());
-                all.enumerate().for_each(|(index, counts)| *counts &= share(index, count) == held_out);
-            }
-        }
-        copy
-    }
-
-    /// Whether rotors are driven by levels held for long.
-    #[must_use]
-    pub fn holds_levels(&self) -> bool {
-        matches!(&self.runs, Runs::Rotor(runs) if rotor_block::hold_levels(runs))
-    }
-
-    /// One sample in `share`, in pieces from all over each rotor's run: a part of an experiment in one piece may hold a few
-    /// commands only. Of the body every so many windows.
-    #[must_use]
-    pub fn here_and_there(&self, share: usize) -> Self {
-        self.in_pieces(share, MOST_PIECES)
-    }
-
-    /// The same, in as few and long pieces as leave a slow state of each run its own start: two of each of two rotors.
-    #[must_use]
-    pub fn halfway(&self, share: usize) -> Self {
-        let runs = match &self.runs {
-            Runs::Rotor(runs) => runs.len(),
-            Runs::Body(runs) => runs.len(),
-        };
-        self.in_pieces(share, (MOST_SLOW_UNITS / runs.max(1)).max(1))
-    }
-
-    fn in_pieces(&self, share: usize, most: usize) -> Self {
-        let Runs::Rotor(runs) = &self.runs else { return self.thinned(share) };
-        let pieces = runs.iter().flat_map(|run| {
-            let all = run.time.len();
-            let count = (all / share / SHORTEST_PIECE).clamp(1, most);
-            let length = (all / share / count).max(2).min(all);
-            let gap = (all - (length * count).min(all)) / count;
-            (0..count).map(move |piece| run.cut((piece * (length + gap) + gap / 2).min(all - length), length))
-        });
-        Self { sigma: self.sigma, ..Self::new(Runs::Rotor(pieces.collect())) }
-    }
-
-    /// One sample in `share`: the middle of each rotor's run, every so many windows of the body.
-    #[must_use]
-    pub fn thinned(&self, share: usize) -> Self {
-        let runs = match &self.runs {
-            Runs::Rotor(runs) => {
-                let middle = runs.iter().map(|run| {
-                    let keep = (run.time.len() / share).max(2).min(run.time.len());
-                    run.cut((run.time.len() - keep) / 2, keep)
-                });
-                Runs::Rotor(middle.collect())
-            }
-            Runs::Body(runs) => Runs::Body(runs.iter().map(|run| run.thinned(share)).collect()),
-        };
-        Self { sigma: self.sigma, ..Self::new(runs) }
-    }
-}
-
-/// Samples of a piece, at least, and pieces of a run, at most, of which a part of it is made.
-const SHORTEST_PIECE: usize = 50;
-const MOST_PIECES: usize = 10;
-
-/// Stretches that the data are cut into, so that each part of them has something of everything.
-const STRETCHES: usize = 30;
 
 /// A block under a model, some parameters of which are free.
 pub struct Problem<'a> {
@@ -276,7 +23,7 @@ impl<'a> Problem<'a> {
         let remembers = |effect: &&&Effect, slow: bool| matches!(&effect.law, crate::effect::Law::Memory(memory) if memory.slow == slow);
         let locals = if data.is_rotor() {
             let slow = effects.iter().any(|effect| effect.site.is_rotor() && remembers(&effect, true));
-            1 + usize::from(slow && data.units.len() <= MOST_SLOW_UNITS)
+            1 + usize::from(slow && data.units().len() <= MOST_SLOW_UNITS)
         } else {
             let sensor = |effect: &&&Effect| effect.site == crate::effect::Site::BodyRateSensor;
             data.channels().len()
@@ -299,8 +46,8 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn cost_of(&self, model: &Model) -> f64 {
         let start: Vec<f64> = self.names.iter().map(|name| model.parameter(name).unwrap_or(0.0)).collect();
-        let locals = vec![0.0; self.data.units.len() * self.locals];
-        let mut residuals = vec![0.0; self.data.len];
+        let locals = vec![0.0; self.data.units().len() * self.locals];
+        let mut residuals = vec![0.0; self.data.len()];
         self.residuals(&start, &locals, &mut residuals);
         sum_of_squares(&residuals)
     }
@@ -325,7 +72,7 @@ impl<'a> Problem<'a> {
 
 impl OutputError for Problem<'_> {
     fn units(&self) -> &[Range<usize>] {
-        &self.data.units
+        self.data.units()
     }
 
     fn locals(&self) -> usize {
@@ -333,7 +80,7 @@ impl OutputError for Problem<'_> {
     }
 
     fn len(&self) -> usize {
-        self.data.len
+        self.data.len()
     }
 
     fn residuals(&self, globals: &[f64], locals: &[f64], out: &mut [f64]) {
@@ -352,7 +99,7 @@ impl OutputError for Problem<'_> {
                     let before =
                         last.and_then(|last| run.goes_on_after(last)).map(|hole| trace.remembered(hole));
                     rotor_block::simulate(&equations, run, before, self.local(locals, unit), &mut trace);
-                    rotor_block::residuals(run, &trace, sigma[0], &mut out[self.data.units[unit].clone()]);
+                    rotor_block::residuals(run, &trace, sigma[0], &mut out[self.data.units()[unit].clone()]);
                 }
             }
             Runs::Body(runs) => {
@@ -362,7 +109,7 @@ impl OutputError for Problem<'_> {
                     let under = body_block::input_under(&equations, run);
                     let input = under.as_ref().unwrap_or(&run.input);
                     for window in 0..run.windows.len() {
-                        let out = &mut out[self.data.units[unit].clone()];
+                        let out = &mut out[self.data.units()[unit].clone()];
                         let own = self.local(locals, unit);
                         body_block::window_residuals(
                             &equations,

@@ -1,9 +1,10 @@
 //! Given effects added and everything refitted, without a search; and the errors before and after in one measure.
 
+use super::block_data::BlockData;
 use super::candidate_fit::Trial;
 use super::data_split::Stage;
 use super::model_selection::{joint_floors, weigh};
-use super::problem::{BlockData, Problem};
+use super::problem::Problem;
 use super::search::{Found, Search};
 use crate::estimation::noise_floor::floors;
 use crate::estimation::output_error::judge;

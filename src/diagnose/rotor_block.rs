@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use super::problem::{Channel, hold};
 use crate::estimation::noise_floor::median;
 use crate::log::Dataset;
+use crate::log::segments::held_throughout;
 use crate::model::{Equations, Remembered, RotorInput, RotorStart, RotorTrace};
 use crate::screening::rotor_data::at_standstill;
 use crate::signal::ROTORS;
@@ -113,8 +113,8 @@ pub fn rotor_runs(logs: &[Dataset]) -> Vec<RotorRun> {
             else {
                 continue;
             };
-            let voltage = data.column("battery_voltage_v").map(hold);
-            let command = hold(command);
+            let voltage = data.column("battery_voltage_v").map(held_throughout);
+            let command = held_throughout(command);
             for rows in stretches(data, &command).into_iter().filter(|rows| rows.len() >= FEWEST_SAMPLES) {
                 let measured = measured[rows.clone()].to_vec();
                 if measured.iter().filter(|rate| rate.is_finite()).count() < FEWEST_SAMPLES {
@@ -196,12 +196,6 @@ pub fn residuals(run: &RotorRun, trace: &RotorTrace, sigma: f64, out: &mut [f64]
     for (value, ((measured, simulated), counts)) in out.iter_mut().zip(pairs) {
         *value = if *counts && measured.is_finite() { (measured - simulated) / sigma } else { 0.0 };
     }
-}
-
-/// The one channel of the block.
-#[must_use]
-pub fn channel() -> Channel {
-    Channel { name: "propeller_rate_rad_s", unit: "rad/s" }
 }
 
 #[cfg(test)]

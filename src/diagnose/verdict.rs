@@ -62,8 +62,8 @@ pub(crate) fn joint(verdicts: &[Verdict]) -> Verdict {
 
 #[cfg(test)]
 mod tests {
+    use super::super::block_data::{BlockData, Runs};
     use super::super::body_block::{BodyRun, BodySource};
-    use super::super::problem::{BlockData, Runs};
     use super::super::rotor_block::rotor_runs;
     use super::*;
     use crate::estimation::output_error::Fit;

@@ -1,8 +1,8 @@
 //! What the error depends on: the channel whose value tells most about it.
 
 use super::output_error::Fit;
+use crate::diagnose::block_data::{BlockData, Runs};
 use crate::diagnose::body_block::BodyRun;
-use crate::diagnose::problem::{BlockData, Runs};
 use crate::diagnose::rotor_block::RotorRun;
 
 /// Bins of equal count that a channel is cut into.

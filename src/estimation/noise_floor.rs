@@ -3,7 +3,7 @@
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use crate::diagnose::problem::BlockData;
+use crate::diagnose::block_data::BlockData;
 
 /// The median of absolute values of normal noise, over its standard deviation.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;

@@ -3,21 +3,21 @@
 use super::consistency::unfit;
 use super::dead_time::Delay;
 use super::inputs::rotor_logs;
-use super::pipeline::{FEWEST_JUMPS, Work};
+use super::lag_order::DELAY;
+use super::pipeline::Work;
 use super::result::Identification;
-use super::static_curve::HIGHEST_DEGREE;
+use super::steady_rows::HIGHEST_DEGREE;
 use super::validate::{self, Validation};
 use super::{Estimate, IdentifiedActuator, IdentifyError};
 use crate::estimation::spectrum;
 use crate::log::Dataset;
 use crate::model::{AddedEffect, ErrorFall, LogReference, Model, Step};
 use crate::screening::duplicate_logs;
+use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rate_dropouts;
 use crate::screening::readings;
 use crate::screening::rotor_data::RotorLog;
 
-/// The effect that a late rotor gets.
-pub(crate) const DELAY: &str = "transport_delay";
 impl Work<'_> {
     /// The rotor as known so far.
     pub(crate) fn actuator(&self) -> IdentifiedActuator {

@@ -2,21 +2,12 @@
 //! no slower than a rotor can, and not before them; and whether rotors are [`alike`]. A fit of all at once makes numbers of
 //! them in any case, and its warnings then name wrong reasons.
 
-use std::ops::Range;
-
-use nalgebra::DVector;
-
+use super::IdentifyError;
 use super::command_timing;
-use super::pipeline::FEWEST_JUMPS;
-use super::pole::{self, LagFit};
-use super::regressors::record_of;
 use super::rotor_mismatch::{self, FEWEST_STEADY};
-use super::significance;
-use super::{Estimate, IdentifyError};
+use super::single_rotor_fit::{Follows, GIVES_WAY, deviation, follows, lag, lively_part, scatter};
 use crate::screening::rotor_data::{RotorLog, bounds};
 
-/// Rows from the first jump on that are looked at: four minutes at 50 Hz.
-const LOOKED_AT: usize = 12_000;
 /// [1/s] no rotor on a bench follows its command as slowly as this pole.
 const SLOWEST_POLE: f64 = 0.3;
 /// Milliseconds and microseconds in a second, and a factor that says about as much.
@@ -24,8 +15,6 @@ const TIMES: [f64; 2] = [1e3, 1e6];
 const ABOUT: f64 = 2.0;
 /// Share of the voltage that an empty battery lacks.
 const EMPTIED: f64 = 0.3;
-/// Share of the scatter of the rates that a fit leaves over at most, where it is believed that the rates follow.
-const FOLLOWS: f64 = 0.6;
 /// Errors of which one is that much smaller tell whose command a rate follows.
 const CROSSED: f64 = 0.5;
 /// Rms of what a fit leaves over, by which a curve falls that does.
@@ -34,36 +23,6 @@ const FALLEN: f64 = 2.0;
 const NARROWEST: f64 = 0.05;
 /// Correlation of steady rates with their commands from which they fall.
 const FALLS: f64 = -0.8;
-/// Power of the voltage with which a rate at one command falls at most.
-pub(crate) const GIVES_WAY: f64 = 2.0;
-
-/// What the rates of a rotor do after its commands (or after another's).
-pub(crate) struct Follows {
-    pub fit: LagFit,
-    /// [rad/s] standard deviation of the rates.
-    scatter: f64,
-    /// [-] between which nine of ten commands lie.
-    pub range: (f64, f64),
-}
-
-impl Follows {
-    /// Whether the pole is one, and most of the motion is explained.
-    pub fn is_plain(&self) -> bool {
-        let pole = Estimate { value: self.fit.pole, standard_error: self.fit.pole_error() };
-        significance::is_sure(&pole) && self.fit.residual_rms < FOLLOWS * self.scatter
-    }
-
-    /// [rad/s] the steady rate at a command [-] and a voltage drop [V].
-    pub fn at(&self, command: f64, drop: f64) -> Estimate {
-        let mut place = vec![command, command * command];
-        place.extend((self.fit.coefficients.len() > 2).then_some(-drop));
-        place.push(0.0);
-        let place = DVector::from(place);
-        let rates = DVector::from_vec(self.fit.coefficients.clone()).push(0.0);
-        let variance = (place.transpose() * &self.fit.covariance * &place)[(0, 0)];
-        Estimate { value: rates.dot(&place), standard_error: variance.max(0.0).sqrt() }
-    }
-}
 
 /// What is to be said of rotors that were looked at by themselves.
 #[derive(Debug, Default)]
@@ -143,45 +102,6 @@ impl<'a> Alone<'a> {
         });
         Said { sentences: of_two_logs.into_iter().collect(), unlike: false }
     }
-}
-
-/// The rotor from its first jump on, where it is lively.
-pub(crate) fn lively_part(rotor: &RotorLog) -> Option<RotorLog> {
-    let jumps = rotor.jumps();
-    let first = *jumps.first().filter(|_| jumps.len() >= FEWEST_JUMPS)?;
-    let part = first..first + LOOKED_AT;
-    let inside = |segment: &Range<usize>| segment.start.max(part.start)..segment.end.min(part.end);
-    let segments = rotor.segments.iter().map(inside).filter(|it| it.len() > 1).collect();
-    Some(RotorLog { segments, ..rotor.clone() })
-}
-
-fn follows(part: &RotorLog, full_voltage: f64) -> Option<Follows> {
-    let fit = lag(part, full_voltage, 0.0)?;
-    let mut commands: Vec<f64> = part.scored().map(|row| part.command[row]).collect();
-    commands.sort_by(f64::total_cmp);
-    let last = commands.len().checked_sub(1)?;
-    let range = (commands[last * 5 / 100], commands[last - last * 5 / 100]);
-    Some(Follows { fit, scatter: scatter(part), range })
-}
-
-/// A lag behind commands that act `delay` [s] late, with the battery where it was read.
-fn lag(part: &RotorLog, full_voltage: f64, delay: f64) -> Option<LagFit> {
-    let part = std::slice::from_ref(part);
-    let beside = || pole::fit(&record_of(part, full_voltage, delay, |u, drop| [u, u * u, -drop]));
-    let alone = || pole::fit(&record_of(part, full_voltage, delay, |u, _| [u, u * u]));
-    part[0].voltage.is_some().then(beside).flatten().or_else(alone)
-}
-
-/// [rad/s] standard deviation of the rates.
-fn scatter(part: &RotorLog) -> f64 {
-    deviation(&part.scored().map(|row| part.rate[row]).collect::<Vec<f64>>())
-}
-
-/// [unit of the values]
-fn deviation(values: &[f64]) -> f64 {
-    let count = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()
 }
 
 fn are_of_one_log(one: &RotorLog, other: &RotorLog) -> bool {

@@ -1,8 +1,7 @@
 //! Where the results contradict each other, hardly show, or leave something over: each with what it may be.
 
-use super::assemble::DELAY;
 use super::dead_time::CORRELATED;
-use super::lag_order::Rival;
+use super::lag_order::{DELAY, Rival};
 use super::pipeline::Work;
 use super::significance;
 use super::validate::Validation;

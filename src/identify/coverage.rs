@@ -17,6 +17,7 @@ use super::pole;
 use super::ramp_lag::KnownLag;
 use super::regressors::record_of;
 use super::static_curve;
+use super::steady_rows;
 use super::thrust_curve;
 use super::{Estimate, IdentifiedActuator, joint_fit, voltage_gain, voltage_instruments};
 use crate::log::Dataset;
@@ -31,7 +32,7 @@ fn k_v_and_the_curve_from_levels_and_ramps() {
         for run in 0..RUNS as u64 {
             let mut noise = Noise::new(1000 + run, memory);
             let gain = voltage_gain::identify(&[measured(&levels, &mut noise)]).0.expect("levels").gain;
-            let rows = static_curve::steady_rows(&[measured(&ramps, &mut noise)], gain.value, FULL_VOLTAGE);
+            let rows = steady_rows::steady_rows(&[measured(&ramps, &mut noise)], gain.value, FULL_VOLTAGE);
             let curve = static_curve::identify(&rows.expect("ramps"), gain.standard_error, Some(2), None);
             let curve = curve.expect("a curve").coefficients;
             for (count, estimate) in counts.iter_mut().zip([gain, curve[0], curve[1]]) {
@@ -59,7 +60,7 @@ fn the_curve_of_a_slow_rotor_from_ramps() {
                 let noise = &mut Noise::new(7000 + run, memory);
                 // The battery is known here.
                 let log = RotorLog { rate: noise.on(&truth.rate, 1.5), ..truth.clone() };
-                let rows = static_curve::steady_rows(&[log], K_V, FULL_VOLTAGE).expect("ramps");
+                let rows = steady_rows::steady_rows(&[log], K_V, FULL_VOLTAGE).expect("ramps");
                 let told = |known: KnownLag| {
                     let value = known.pole.value + known.pole.standard_error * noise.white();
                     KnownLag { pole: Estimate { value, ..known.pole }, ..known }

@@ -10,7 +10,8 @@ use super::dead_time::{self, Delay, LateFit};
 use super::lag_order::{self, Rival};
 use super::pole::{self, LagFit, Record};
 use super::regressors::record_of;
-use super::static_curve::{DegreeScore, HIGHEST_DEGREE};
+use super::static_curve::DegreeScore;
+use super::steady_rows::HIGHEST_DEGREE;
 use super::voltage_instruments::{self, Follows};
 use crate::screening::rotor_data::RotorLog;
 

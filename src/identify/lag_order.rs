@@ -11,6 +11,8 @@ use crate::screening::rotor_data::RotorLog;
 
 use nalgebra::DMatrix;
 
+/// The effect that a late rotor gets.
+pub(crate) const DELAY: &str = "transport_delay";
 /// A rival counts when its gain is this many standard errors of its parameter.
 const SIGNIFICANT: f64 = 4.0;
 /// Share of the rms error it must take away to be worth a word.
@@ -78,7 +80,7 @@ fn delay<const M: usize>(lag: &LagFit, interval: f64, record: impl Fn(f64) -> Re
     let step = 0.5 * interval;
     let coarse = least((0..=LONGEST_DELAY).map(|index| (index as f64 * step).max(NO_DELAY)), cost)?;
     let (time, least) = golden(cost, (coarse - step).max(NO_DELAY), coarse + step);
-    Some(rival("transport_delay", time, least, lag, fit(time)?.pole, cost, interval * 0.2))
+    Some(rival(DELAY, time, least, lag, fit(time)?.pole, cost, interval * 0.2))
 }
 
 /// Fits a second pole behind the first.

@@ -36,7 +36,9 @@ mod regressors;
 mod result;
 mod rotor_mismatch;
 mod significance;
-pub(crate) mod static_curve;
+mod single_rotor_fit;
+mod static_curve;
+mod steady_rows;
 mod steps;
 mod thrust_curve;
 mod unidentified;
@@ -53,7 +55,8 @@ pub use lag_order::Rival;
 pub use mistaken_columns::check_columns;
 pub use pipeline::{STEPS, identify, identify_telling};
 pub use result::{Identification, IdentifySettings, Part, PoleFit};
-pub use static_curve::{DegreeScore, HIGHEST_DEGREE, RampCheck, StaticCurve};
+pub use static_curve::{DegreeScore, RampCheck, StaticCurve};
+pub use steady_rows::HIGHEST_DEGREE;
 pub use thrust_curve::ThrustCurve;
 pub use validate::Validation;
 pub use voltage_gain::{BatteryGain, LevelGain};
@@ -156,7 +159,7 @@ impl IdentifiedActuator {
     pub fn steady_rate(&self, command: f64, voltage: Option<f64>) -> f64 {
         let drop =
             voltage.filter(|voltage| voltage.is_finite()).map_or(0.0, |voltage| self.full_voltage - voltage);
-        static_curve::polynomial(&self.coefficients, command) - self.voltage_gain * drop
+        command * crate::model::polynomial(&self.coefficients, command) - self.voltage_gain * drop
     }
 
     /// The row whose command has arrived, at each instant of `time` [s].

@@ -6,18 +6,18 @@ use super::inputs;
 use super::joint_fit::JointFit;
 use super::quantized_voltage;
 use super::result::{Identification, IdentifySettings, Part, PoleFit};
-use super::static_curve::{HIGHEST_DEGREE, StaticCurve};
+use super::static_curve::StaticCurve;
+use super::steady_rows::HIGHEST_DEGREE;
 use super::thrust_curve::ThrustCurve;
 use super::voltage_gain::BatteryGain;
 use super::{Estimate, IdentifyError};
 use crate::log::Dataset;
 use crate::screening::duplicate_logs;
+use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rate_dropouts;
 use crate::screening::readings;
 use crate::screening::rotor_data::RotorLog;
 
-/// Jumps of the command from which a pole may be fitted.
-pub(crate) const FEWEST_JUMPS: usize = 8;
 /// Steps that [`identify_telling`] tells of.
 pub const STEPS: usize = 7;
 

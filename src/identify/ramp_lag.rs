@@ -8,8 +8,9 @@
 use super::Estimate;
 use super::pole::{self, LagFit, Record};
 use super::regressors::record_of;
-use super::static_curve::{HIGHEST_DEGREE, SteadyRows, goes_both_ways, polynomial};
+use super::steady_rows::{HIGHEST_DEGREE, SteadyRows, goes_both_ways};
 use crate::effect::followed;
+use crate::model::polynomial;
 use crate::screening::rotor_data::RotorLog;
 
 /// Standard errors from which the ramps show a lag.
@@ -105,7 +106,8 @@ fn settled_by<const M: usize>(ramps: &[RotorLog], lag: &RampLag) -> Option<(Vec<
     let fit = fit_to(&record, lag)?;
     let errors = pole::errors(&record, &fit);
     let each = record.inputs.iter().zip(errors).filter(|(_, error)| error.is_finite());
-    Some(each.map(|(inputs, error)| (inputs[0], polynomial(&fit.coefficients, inputs[0]) + error)).unzip())
+    let curve = |u: f64| u * polynomial(&fit.coefficients, u);
+    Some(each.map(|(inputs, error)| (inputs[0], curve(inputs[0]) + error)).unzip())
 }
 
 fn fit(ramps: &[RotorLog], degree: usize, lag: &RampLag) -> Option<LagFit> {

@@ -7,25 +7,20 @@
 //! lag of the rotor ([`ramp_lag`](super::ramp_lag)): left in the residual it would pass for noise that never averages
 //! out.
 
-use std::ops::Range;
-
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::Estimate;
 use super::ramp_lag::{self, KnownLag};
+use super::steady_rows::{HIGHEST_DEGREE, SteadyRows, goes_both_ways};
 use crate::estimation::least_squares::{self, LinearFit};
-use crate::screening::excitation::Motion;
-use crate::screening::rotor_data::RotorLog;
+use crate::model::polynomial;
+use crate::screening::rotor_data::bounds;
 
-/// Highest degree tried, as the paper compares several.
-pub const HIGHEST_DEGREE: usize = 4;
 /// Folds of the cross-validation, each of blocks spread over the whole record.
 const FOLDS: usize = 5;
 /// Blocks of neighbouring samples that stay together in one fold.
 const BLOCKS: usize = 40;
-/// [-] range of commands below which a curve is not worth fitting.
-const NARROWEST: f64 = 0.05;
 /// Share of the curve's range that a ramp's lag may take before it is called too fast.
 const LAG_SHARE: f64 = 0.005;
 /// Standard errors of the difference from which a higher degree is the better one. From one on it was a degree too high one
@@ -33,26 +28,6 @@ const LAG_SHARE: f64 = 0.005;
 const BETTER: f64 = 2.0;
 /// Standard errors from which ramps that go one way show a lag.
 const SHOWS: f64 = 3.0;
-
-/// Rows for Eq. (9).
-pub(crate) struct SteadyRows {
-    /// [-]
-    pub command: Vec<f64>,
-    /// [rad/s] y_g.
-    pub corrected_rate: Vec<f64>,
-    /// [V] v_bmax - v_b.
-    pub voltage_drop: Vec<f64>,
-    /// [1/s] slope of the command.
-    pub slope: Vec<f64>,
-    /// Whether ramps gave them (else constant levels).
-    pub from_ramps: bool,
-    /// The logs of the ramps, whose stretches are their segments; their rates only where all is known.
-    pub ramps: Vec<RotorLog>,
-    /// [V] v_bmax
-    pub full_voltage: f64,
-    /// [rad/(s V)] k_V in y_g.
-    pub gain: f64,
-}
 
 /// How one degree did.
 #[derive(Debug, Clone, Serialize)]
@@ -103,62 +78,6 @@ pub struct StaticCurve {
     pub ramp_check: Option<RampCheck>,
 }
 
-/// Collects steady rows: ramps if there are any worth it, else constant levels.
-pub(crate) fn steady_rows(rotors: &[RotorLog], gain: f64, full_voltage: f64) -> Option<SteadyRows> {
-    let ramps = collect(rotors, Motion::Ramp, gain, full_voltage);
-    if ramps.command.len() >= 100 && spread(&ramps.command) >= NARROWEST {
-        return Some(ramps);
-    }
-    let levels = collect(rotors, Motion::Constant, gain, full_voltage);
-    (levels.command.len() >= 100 && spread(&levels.command) >= NARROWEST).then_some(levels)
-}
-
-fn spread(values: &[f64]) -> f64 {
-    let (low, high) = crate::screening::rotor_data::bounds(values);
-    high - low
-}
-
-fn collect(rotors: &[RotorLog], wanted: Motion, gain: f64, full_voltage: f64) -> SteadyRows {
-    let mut rows = SteadyRows {
-        command: Vec::new(),
-        corrected_rate: Vec::new(),
-        voltage_drop: Vec::new(),
-        slope: Vec::new(),
-        from_ramps: wanted == Motion::Ramp,
-        ramps: Vec::new(),
-        full_voltage,
-        gain,
-    };
-    for rotor in rotors {
-        let parts = rotor.steady().into_iter().filter(|(motion, _)| *motion == wanted);
-        let parts: Vec<Range<usize>> = parts.map(|(_, part)| part).collect();
-        let mut known = vec![f64::NAN; rotor.time.len()];
-        for part in &parts {
-            // Slope over a quarter of a second: quantized commands stand still between steps.
-            let reach = ((0.125 / rotor.interval).ceil() as usize).max(1);
-            for row in part.clone() {
-                let voltage = rotor.voltage.as_ref().map_or(full_voltage, |voltage| voltage[row]);
-                if !rotor.rate[row].is_finite() || !voltage.is_finite() {
-                    continue;
-                }
-                let (before, after) =
-                    (row.saturating_sub(reach).max(part.start), (row + reach).min(part.end - 1));
-                let span = (rotor.time[after] - rotor.time[before]).max(f64::MIN_POSITIVE);
-                rows.slope.push((rotor.command[after] - rotor.command[before]) / span);
-                rows.command.push(rotor.command[row]);
-                rows.voltage_drop.push(full_voltage - voltage);
-                // Plus: see the head of this file.
-                rows.corrected_rate.push(rotor.rate[row] + gain * (full_voltage - voltage));
-                known[row] = rotor.rate[row];
-            }
-        }
-        if rows.from_ramps && !parts.is_empty() {
-            rows.ramps.push(RotorLog { rate: known, segments: parts, ..rotor.clone() });
-        }
-    }
-    rows
-}
-
 /// Fits Eq. (9). `gain_error` [rad/(s V)] is the standard error of k_V, which widens that of the curve.
 /// `degree` fixes the degree; without it cross-validation chooses. `known` is how the rotor follows its command, where
 /// other logs told.
@@ -187,7 +106,7 @@ pub(crate) fn identify(
         preferred_degree,
         residual_rms,
         samples: rows.command.len(),
-        range: crate::screening::rotor_data::bounds(&rows.command),
+        range: bounds(&rows.command),
         from_ramps: rows.from_ramps,
         ramp_check: beside.map(|beside| check_ramp(rows, &beside, is_behind || goes_both_ways(rows))),
     })
@@ -266,7 +185,7 @@ fn held_out(command: &[f64], y: &DVector<f64>, degree: usize) -> Option<Vec<f64>
         let kept_y = DVector::from_iterator(kept.len(), kept.iter().map(|&row| y[row]));
         let fit = least_squares::least_squares(&powers(&kept_command, degree), &kept_y)?;
         for row in held {
-            let error = y[row] - polynomial(fit.coefficients.as_slice(), command[row]);
+            let error = y[row] - command[row] * polynomial(fit.coefficients.as_slice(), command[row]);
             let entry = &mut errors[block_of(row)];
             *entry = (entry.0 + error * error, entry.1 + 1);
         }
@@ -286,11 +205,6 @@ pub(crate) fn formula(coefficients: &[f64]) -> String {
     coefficients.iter().enumerate().map(term).collect::<Vec<String>>().join(" + ").replace("+ -", "- ")
 }
 
-/// Σ c_j u^j from j = 1.
-pub(crate) fn polynomial(coefficients: &[f64], u: f64) -> f64 {
-    coefficients.iter().rev().fold(0.0, |sum, c| (sum + c) * u)
-}
-
 /// The lowest degree whose held-out error is not significantly above the best: block by block, the mean
 /// difference of the squared errors is within [`BETTER`] standard errors.
 pub(crate) fn simplest(scores: &[DegreeScore], blocks: &[Vec<f64>]) -> Option<usize> {
@@ -304,15 +218,6 @@ pub(crate) fn simplest(scores: &[DegreeScore], blocks: &[Vec<f64>]) -> Option<us
     };
     let at = blocks.iter().position(near).unwrap_or(best);
     scores.get(at).map(|score| score.degree)
-}
-
-/// Whether the command rises and falls for at least a fifth of the rows each: only then does the lag of the rotor
-/// look different from the curve.
-pub(crate) fn goes_both_ways(rows: &SteadyRows) -> bool {
-    let share = |way: fn(f64) -> bool| {
-        rows.slope.iter().filter(|slope| way(**slope)).count() as f64 / rows.slope.len().max(1) as f64
-    };
-    share(|slope| slope > 0.0) > 0.2 && share(|slope| slope < 0.0) > 0.2
 }
 
 /// Powers of the command and the lag behind a ramp, fitted side by side.
@@ -363,8 +268,9 @@ fn check_ramp(rows: &SteadyRows, beside: &Beside, lag_fitted: bool) -> RampCheck
     let lag = beside.lag();
     let steepest = behind(rows, coefficients).iter().fold(0.0f64, |most, value| most.max(value.abs()));
     let error = lag.value.abs() * steepest;
-    let (low, high) = crate::screening::rotor_data::bounds(&rows.command);
-    let range = (polynomial(coefficients, high) - polynomial(coefficients, low)).abs();
+    let (low, high) = bounds(&rows.command);
+    let curve = |u: f64| u * polynomial(coefficients, u);
+    let range = (curve(high) - curve(low)).abs();
     let fastest_slope = rows.slope.iter().fold(0.0f64, |most, value| most.max(value.abs()));
     let seen = goes_both_ways(rows) || lag.value > SHOWS * lag.standard_error;
     let slow_enough = !seen || error < LAG_SHARE * range.max(f64::MIN_POSITIVE);

@@ -4,17 +4,20 @@ use super::dead_time::{self, Delay, LateFit};
 use super::inertia::{self, Body};
 use super::joint_fit::{self, JointFit};
 use super::lag_order;
-use super::pipeline::{FEWEST_JUMPS, Work};
+use super::pipeline::Work;
 use super::pole;
 use super::ramp_lag::KnownLag;
 use super::regressors::record_of;
 use super::result::PoleFit;
 use super::significance;
 use super::static_curve;
+use super::steady_rows;
 use super::thrust_curve;
 use super::voltage_gain;
 use super::{Estimate, IdentifiedActuator};
 use crate::log::Dataset;
+use crate::model::polynomial;
+use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::{Foretold, RotorLog};
 
 /// Scored samples from which anything may be fitted.
@@ -128,7 +131,7 @@ impl Work<'_> {
     pub(crate) fn static_curve(&mut self) {
         const STEP: &str = "g(u) from ramps, Eq. (9)";
         let gain = self.voltage_gain().unwrap_or_else(|| self.assumed_voltage_gain());
-        let Some(rows) = static_curve::steady_rows(&self.rotors, gain.value, self.full_voltage()) else {
+        let Some(rows) = steady_rows::steady_rows(&self.rotors, gain.value, self.full_voltage()) else {
             return self.note(
                 STEP,
                 false,
@@ -190,9 +193,8 @@ impl Work<'_> {
             return self.note(STEP, false, why);
         }
         let actuator = self.actuator();
-        let steady = |u: f64, drop: f64| {
-            static_curve::polynomial(&actuator.coefficients, u) - actuator.voltage_gain * drop
-        };
+        let steady =
+            |u: f64, drop: f64| u * polynomial(&actuator.coefficients, u) - actuator.voltage_gain * drop;
         // The voltage moves as the rotor does, which is known by now.
         let pole = self.joint.as_ref().map(|joint| joint.pole.value);
         let moves = |rotor: &RotorLog| RotorLog {

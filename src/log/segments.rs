@@ -38,6 +38,18 @@ pub(crate) fn stretches(log: &Dataset, inputs: &[&[f64]]) -> Vec<Stretch> {
     found
 }
 
+/// A value for every sample: missing cells hold the value before, leading ones the first; zeros where there is none.
+pub(crate) fn held_throughout(values: &[f64]) -> Vec<f64> {
+    let mut last = values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
+    let held = values.iter().map(|value| {
+        if value.is_finite() {
+            last = *value;
+        }
+        last
+    });
+    held.collect()
+}
+
 /// Each value held until the next, but not for longer than the channel's own pace allows.
 fn hold(time: &[f64], values: &[f64]) -> Vec<f64> {
     let mut stamps = time.iter().zip(values).filter(|(_, value)| value.is_finite()).map(|(at, _)| *at);

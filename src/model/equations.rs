@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Model, ModelError};
+use super::{Model, ModelError, polynomial};
 use crate::effect::{Expression, Law, Memory, Point, Site, StaticLaw};
 
 /// One effect at its site.
@@ -175,7 +175,7 @@ impl Equations {
         for hook in &self.command {
             point.command += hook.add(point);
         }
-        let curve = self.steady_rate.iter().rev().fold(0.0, |sum, c| sum * point.command + c);
+        let curve = polynomial(&self.steady_rate, point.command);
         // **Deviation:** Eq. (2) prints a plus, which contradicts Eq. (6).
         curve - self.voltage_gain * (point.full_voltage - voltage)
     }

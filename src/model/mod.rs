@@ -247,6 +247,12 @@ const CURVE: [(&str, &str); 6] = [
 /// The highest degree of g(u) plus one.
 pub const MOST_COEFFICIENTS: usize = CURVE.len();
 
+/// Σ c_j u^j, `coefficients` by ascending power from u^0 on (Horner).
+#[must_use]
+pub fn polynomial(coefficients: &[f64], u: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * u + coefficient)
+}
+
 impl Model {
     /// Tables I and IV of the paper.
     #[must_use]
@@ -397,7 +403,7 @@ impl Model {
     /// [rad/s] g(u), the static curve at full battery. [LPC16] Eq. (7).
     #[must_use]
     pub fn steady_rate(&self, command: f64) -> f64 {
-        self.actuator.steady_rate.iter().rev().fold(0.0, |sum, coefficient| sum * command + coefficient)
+        polynomial(&self.actuator.steady_rate, command)
     }
 
     /// [-] u_0, the command that holds the hover rate at full battery.

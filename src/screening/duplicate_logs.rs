@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
+use super::excitation::FEWEST_JUMPS;
 use super::rotor_data::RotorLog;
-use crate::identify::pipeline::FEWEST_JUMPS;
 use crate::log::{Dataset, LOG_SIGNALS};
 use crate::signal::ROTORS;
 use crate::unit::UNITS;

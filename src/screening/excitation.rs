@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use super::rotor_data::RotorLog;
 
+/// Jumps of the command from which a pole may be fitted.
+pub(crate) const FEWEST_JUMPS: usize = 8;
 /// [-] change of command within [`FAST_SPAN`] that is a jump, not a ramp.
 const JUMP: f64 = 0.02;
 /// [s]

@@ -4,7 +4,6 @@ use super::battery_range::EMPTY;
 use super::rotor_data::{LEAST_COMMAND, RotorLog, bounds, quantile};
 use super::saturation;
 use crate::identify::IdentifyError;
-use crate::identify::static_curve::polynomial;
 use crate::model::Model;
 use crate::unit::STANDARD_GRAVITY;
 
@@ -244,9 +243,8 @@ impl RotorLog {
 
     /// The middle of what is asked of each row and of the rate [rad/s] that the model's rotor has at its command.
     fn middle(&self, model: &Model, of: impl Fn(usize, f64) -> f64) -> Option<f64> {
-        let curve = model.actuator.steady_rate.get(1..).unwrap_or_default();
         let ratio = |row: usize| {
-            let expected = polynomial(curve, self.command[row]);
+            let expected = model.steady_rate(self.command[row]);
             (self.command[row] >= LEAST_HELD && expected > 0.0).then(|| of(row, expected))
         };
         let rows = self.segments.iter().cloned().flatten();

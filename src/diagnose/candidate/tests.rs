@@ -1,5 +1,5 @@
+use crate::diagnose::block_data::Runs;
 use crate::diagnose::candidate::*;
-use crate::diagnose::problem::Runs;
 use crate::diagnose::rotor_block::rotor_runs;
 use crate::log::Dataset;
 

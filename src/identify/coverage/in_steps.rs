@@ -1,7 +1,7 @@
 //! A battery that is read in steps.
 
 use super::bench::{C_G1, C_G2, Count, FULL_VOLTAGE, K_V, Noise, POLE, RUNS, powered};
-use crate::identify::{quantized_voltage, static_curve};
+use crate::identify::{quantized_voltage, static_curve, steady_rows};
 use crate::screening::rotor_data::RotorLog;
 
 /// Ramps on a battery that gives way under the load, read in tenths of a volt. Seen with the choice of the degree broken: one
@@ -19,7 +19,7 @@ fn the_curve_behind_a_battery_read_in_steps() {
         let read = noise.white_on(exact, 0.02).iter().map(|volts| (10.0 * volts).round() / 10.0).collect();
         let mut log = RotorLog { rate: noise.on(&truth.rate, 1.5), voltage: Some(read), ..truth.clone() };
         assert_eq!(quantized_voltage::mend(&mut log), None);
-        let rows = static_curve::steady_rows(&[log], K_V, FULL_VOLTAGE).expect("ramps");
+        let rows = steady_rows::steady_rows(&[log], K_V, FULL_VOLTAGE).expect("ramps");
         let curve = |degree| static_curve::identify(&rows, 0.0, degree, None).expect("a curve");
         above += usize::from(curve(None).preferred_degree > 2);
         let coefficients = curve(Some(2)).coefficients;

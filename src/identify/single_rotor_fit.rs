@@ -1,0 +1,87 @@
+//! One rotor of one log by itself: its rates behind its commands, a first-order lag fitted to its lively part.
+
+use std::ops::Range;
+
+use nalgebra::DVector;
+
+use super::Estimate;
+use super::pole::{self, LagFit};
+use super::regressors::record_of;
+use super::significance;
+use crate::screening::excitation::FEWEST_JUMPS;
+use crate::screening::rotor_data::RotorLog;
+
+/// Rows from the first jump on that are looked at: four minutes at 50 Hz.
+const LOOKED_AT: usize = 12_000;
+/// Share of the scatter of the rates that a fit leaves over at most, where it is believed that the rates follow.
+const FOLLOWS: f64 = 0.6;
+/// Power of the voltage with which a rate at one command falls at most.
+pub(crate) const GIVES_WAY: f64 = 2.0;
+
+/// What the rates of a rotor do after its commands (or after another's).
+pub(crate) struct Follows {
+    pub fit: LagFit,
+    /// [rad/s] standard deviation of the rates.
+    scatter: f64,
+    /// [-] between which nine of ten commands lie.
+    pub range: (f64, f64),
+}
+
+impl Follows {
+    /// Whether the pole is one, and most of the motion is explained.
+    pub fn is_plain(&self) -> bool {
+        let pole = Estimate { value: self.fit.pole, standard_error: self.fit.pole_error() };
+        significance::is_sure(&pole) && self.fit.residual_rms < FOLLOWS * self.scatter
+    }
+
+    /// [rad/s] the steady rate at a command [-] and a voltage drop [V].
+    pub fn at(&self, command: f64, drop: f64) -> Estimate {
+        let mut place = vec![command, command * command];
+        place.extend((self.fit.coefficients.len() > 2).then_some(-drop));
+        place.push(0.0);
+        let place = DVector::from(place);
+        let rates = DVector::from_vec(self.fit.coefficients.clone()).push(0.0);
+        let variance = (place.transpose() * &self.fit.covariance * &place)[(0, 0)];
+        Estimate { value: rates.dot(&place), standard_error: variance.max(0.0).sqrt() }
+    }
+}
+
+/// The rotor from its first jump on, where it is lively.
+pub(crate) fn lively_part(rotor: &RotorLog) -> Option<RotorLog> {
+    let jumps = rotor.jumps();
+    let first = *jumps.first().filter(|_| jumps.len() >= FEWEST_JUMPS)?;
+    let part = first..first + LOOKED_AT;
+    let inside = |segment: &Range<usize>| segment.start.max(part.start)..segment.end.min(part.end);
+    let segments = rotor.segments.iter().map(inside).filter(|it| it.len() > 1).collect();
+    Some(RotorLog { segments, ..rotor.clone() })
+}
+
+/// The fit to a lively part.
+pub(crate) fn follows(part: &RotorLog, full_voltage: f64) -> Option<Follows> {
+    let fit = lag(part, full_voltage, 0.0)?;
+    let mut commands: Vec<f64> = part.scored().map(|row| part.command[row]).collect();
+    commands.sort_by(f64::total_cmp);
+    let last = commands.len().checked_sub(1)?;
+    let range = (commands[last * 5 / 100], commands[last - last * 5 / 100]);
+    Some(Follows { fit, scatter: scatter(part), range })
+}
+
+/// A lag behind commands that act `delay` [s] late, with the battery where it was read.
+pub(crate) fn lag(part: &RotorLog, full_voltage: f64, delay: f64) -> Option<LagFit> {
+    let part = std::slice::from_ref(part);
+    let beside = || pole::fit(&record_of(part, full_voltage, delay, |u, drop| [u, u * u, -drop]));
+    let alone = || pole::fit(&record_of(part, full_voltage, delay, |u, _| [u, u * u]));
+    part[0].voltage.is_some().then(beside).flatten().or_else(alone)
+}
+
+/// [rad/s] standard deviation of the rates.
+pub(crate) fn scatter(part: &RotorLog) -> f64 {
+    deviation(&part.scored().map(|row| part.rate[row]).collect::<Vec<f64>>())
+}
+
+/// [unit of the values]
+pub(crate) fn deviation(values: &[f64]) -> f64 {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()
+}

@@ -1,0 +1,96 @@
+//! The rows of slow ramps, or of constant commands, that [LPC16] Eq. (9) is fitted to.
+
+use std::ops::Range;
+
+use crate::screening::excitation::Motion;
+use crate::screening::rotor_data::{RotorLog, bounds};
+
+/// Highest degree tried, as the paper compares several.
+pub const HIGHEST_DEGREE: usize = 4;
+/// [-] range of commands below which a curve is not worth fitting.
+const NARROWEST: f64 = 0.05;
+
+/// Rows for Eq. (9).
+pub(crate) struct SteadyRows {
+    /// [-]
+    pub command: Vec<f64>,
+    /// [rad/s] y_g.
+    pub corrected_rate: Vec<f64>,
+    /// [V] v_bmax - v_b.
+    pub voltage_drop: Vec<f64>,
+    /// [1/s] slope of the command.
+    pub slope: Vec<f64>,
+    /// Whether ramps gave them (else constant levels).
+    pub from_ramps: bool,
+    /// The logs of the ramps, whose stretches are their segments; their rates only where all is known.
+    pub ramps: Vec<RotorLog>,
+    /// [V] v_bmax
+    pub full_voltage: f64,
+    /// [rad/(s V)] k_V in y_g.
+    pub gain: f64,
+}
+
+/// Collects steady rows: ramps if there are any worth it, else constant levels.
+pub(crate) fn steady_rows(rotors: &[RotorLog], gain: f64, full_voltage: f64) -> Option<SteadyRows> {
+    let ramps = collect(rotors, Motion::Ramp, gain, full_voltage);
+    if ramps.command.len() >= 100 && spread(&ramps.command) >= NARROWEST {
+        return Some(ramps);
+    }
+    let levels = collect(rotors, Motion::Constant, gain, full_voltage);
+    (levels.command.len() >= 100 && spread(&levels.command) >= NARROWEST).then_some(levels)
+}
+
+fn spread(values: &[f64]) -> f64 {
+    let (low, high) = bounds(values);
+    high - low
+}
+
+fn collect(rotors: &[RotorLog], wanted: Motion, gain: f64, full_voltage: f64) -> SteadyRows {
+    let mut rows = SteadyRows {
+        command: Vec::new(),
+        corrected_rate: Vec::new(),
+        voltage_drop: Vec::new(),
+        slope: Vec::new(),
+        from_ramps: wanted == Motion::Ramp,
+        ramps: Vec::new(),
+        full_voltage,
+        gain,
+    };
+    for rotor in rotors {
+        let parts = rotor.steady().into_iter().filter(|(motion, _)| *motion == wanted);
+        let parts: Vec<Range<usize>> = parts.map(|(_, part)| part).collect();
+        let mut known = vec![f64::NAN; rotor.time.len()];
+        for part in &parts {
+            // Slope over a quarter of a second: quantized commands stand still between steps.
+            let reach = ((0.125 / rotor.interval).ceil() as usize).max(1);
+            for row in part.clone() {
+                let voltage = rotor.voltage.as_ref().map_or(full_voltage, |voltage| voltage[row]);
+                if !rotor.rate[row].is_finite() || !voltage.is_finite() {
+                    continue;
+                }
+                let (before, after) =
+                    (row.saturating_sub(reach).max(part.start), (row + reach).min(part.end - 1));
+                let span = (rotor.time[after] - rotor.time[before]).max(f64::MIN_POSITIVE);
+                rows.slope.push((rotor.command[after] - rotor.command[before]) / span);
+                rows.command.push(rotor.command[row]);
+                rows.voltage_drop.push(full_voltage - voltage);
+                // Plus: see the head of this file.
+                rows.corrected_rate.push(rotor.rate[row] + gain * (full_voltage - voltage));
+                known[row] = rotor.rate[row];
+            }
+        }
+        if rows.from_ramps && !parts.is_empty() {
+            rows.ramps.push(RotorLog { rate: known, segments: parts, ..rotor.clone() });
+        }
+    }
+    rows
+}
+
+/// Whether the command rises and falls for at least a fifth of the rows each: only then does the lag of the rotor
+/// look different from the curve.
+pub(crate) fn goes_both_ways(rows: &SteadyRows) -> bool {
+    let share = |way: fn(f64) -> bool| {
+        rows.slope.iter().filter(|slope| way(**slope)).count() as f64 / rows.slope.len().max(1) as f64
+    };
+    share(|slope| slope > 0.0) > 0.2 && share(|slope| slope < 0.0) > 0.2
+}
