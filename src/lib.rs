@@ -54,4 +54,5 @@ pub mod screening;
 pub mod shm;
 pub mod signal;
 pub mod studies;
+pub mod threshold;
 pub mod unit;

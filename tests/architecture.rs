@@ -14,6 +14,8 @@ const TABLE: &[(&str, &[&str])] = &[
     // Files that appear complete or not at all: recordings, models, reports and logs need the same.
     ("file", &[]),
     ("unit", &[]),
+    // What a number that decides something says of itself.
+    ("threshold", &[]),
     ("clock", &[]),
     ("signal", &["unit"]),
     ("effect", &["unit", "signal"]),
@@ -113,7 +115,8 @@ fn allowed(room: &str) -> BTreeSet<&'static str> {
     for name in named {
         assert!(above.contains(name), "`{room}` names `{name}`, which is not above it");
     }
-    named.iter().copied().collect()
+    // Every room may have thresholds.
+    named.iter().copied().chain(above.contains(&"threshold").then_some("threshold")).collect()
 }
 
 /// Every path of `use` lines and of expressions that begins with `crate`, `super` or `self`, its groups written out.

@@ -27,7 +27,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let shutdown = Shutdown::listen()?;
     let summary = bridge::bridge(&config, arguments.arm, arguments.seconds, &shutdown)?;
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&summary)?);
+        println!("{}", crate::report::json::answer(&summary)?);
         return Ok(Outcome::Done);
     }
     println!("guard at the end: {} ({})", summary.state, summary.cause);

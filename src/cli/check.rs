@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     Place::check_name(&config.name)?;
     let resolved = resolve(&config, &roles, &guard)?;
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&resolved)?);
+        println!("{}", crate::report::json::answer(&resolved)?);
     } else {
         print!("{}", text(&resolved));
     }

@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use super::{CliResult, Outcome};
-use crate::compare::{CompareConfig, compare};
+use crate::compare::{CompareConfig, Comparison, compare};
 use crate::emulate::Impulse;
 use crate::log::csv;
 use crate::model::Model;
 use crate::report::comparison;
+use crate::report::json;
 use crate::studies::controller_comparison::compare_flights;
 use crate::unit::short;
 
@@ -69,8 +70,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
         csv::write(&comparison.signals(log)?, path)?;
     }
     if arguments.json {
-        let comparisons: Vec<_> = found.iter().flatten().collect();
-        println!("{}", serde_json::to_string_pretty(&serde_json::json!({ "comparisons": comparisons }))?);
+        let told = |it: &Comparison| json::with_sentences(it, &it.findings);
+        let comparisons = found.iter().flatten().map(told).collect::<Result<Vec<_>, _>>()?;
+        println!("{}", json::answer(&serde_json::json!({ "comparisons": comparisons }))?);
     } else {
         print!("{}", comparison::text(&found, &logs));
     }
@@ -95,7 +97,7 @@ fn compare_runs(arguments: &Arguments) -> CliResult {
         compared.page().save(path)?;
     }
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&compared)?);
+        println!("{}", json::answer(&compared)?);
         return Ok(Outcome::Done);
     }
     println!("{}", compared.table().text());

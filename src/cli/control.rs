@@ -34,7 +34,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if arguments.lockstep {
         let summary = two_process::answer(&config, pilot, arguments.patience, &shutdown)?;
         if arguments.json {
-            println!("{}", serde_json::to_string_pretty(&summary)?);
+            println!("{}", crate::report::json::answer(&summary)?);
         } else {
             println!("steps answered: {}\n{}", summary.answered, timing::angle(&summary.angle));
         }
@@ -42,7 +42,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let summary = control::control(&config, pilot, arguments.seconds, &shutdown)?;
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&summary)?);
+        println!("{}", crate::report::json::answer(&summary)?);
         return Ok(Outcome::Done);
     }
     println!("{}", timing::angle(&summary.angle));

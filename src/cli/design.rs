@@ -181,7 +181,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         page(&design, closed.as_ref()).save(path)?;
     }
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&design)?);
+        println!("{}", crate::report::json::answer(&design)?);
     } else {
         tables(&design).iter().for_each(|table| println!("{}", table.text()));
         design.refusal.iter().for_each(|refusal| println!("refused: {refusal}"));

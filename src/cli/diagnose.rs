@@ -8,6 +8,7 @@ use crate::diagnose::{DiagnoseConfig, Verdict, diagnose};
 use crate::log::csv;
 use crate::model::Model;
 use crate::report;
+use crate::report::json;
 
 /// Arguments of `diagnose`.
 #[derive(Debug, clap::Args)]
@@ -53,7 +54,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         report::diagnosis::page(&diagnosis, &model, shown, &windows, &next)?.save(path)?;
     }
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&diagnosis)?);
+        println!("{}", json::answer(&json::with_sentences(&diagnosis, &diagnosis.findings)?)?);
     } else {
         print!("{}", report::story::diagnosis(&diagnosis, &next));
     }

@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let only = arguments.config.as_ref().map(|_| config.name.as_str());
     findings.extend(leftovers(only, arguments.fix));
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&findings)?);
+        println!("{}", crate::report::json::answer(&findings)?);
     } else {
         for finding in &findings {
             let mark = match finding.grade {

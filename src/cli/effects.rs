@@ -48,9 +48,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         if arguments.json {
             println!(
                 "{}",
-                serde_json::to_string_pretty(
-                    &CATALOGUE.iter().map(|card| as_json(card)).collect::<Vec<_>>()
-                )?
+                crate::report::json::answer(&CATALOGUE.iter().map(|card| as_json(card)).collect::<Vec<_>>())?
             );
         } else {
             list(&model);
@@ -66,7 +64,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return Ok(Outcome::Done);
     };
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&as_json(card))?)
+        println!("{}", crate::report::json::answer(&as_json(card))?)
     } else {
         show(card)
     }

@@ -147,7 +147,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         config.bus.interface.clone_from(interface);
         let summary = emulate::on_bus(&config, arguments.seconds, &shutdown)?;
         if arguments.json {
-            println!("{}", serde_json::to_string_pretty(&summary)?);
+            println!("{}", crate::report::json::answer(&summary)?);
             return Ok(Outcome::Done);
         }
         body(&summary.body);
@@ -165,7 +165,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let summary = emulate::behind_gate(&config, arguments.arm, arguments.seconds, &shutdown)?;
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&summary)?);
+        println!("{}", crate::report::json::answer(&summary)?);
         return Ok(Outcome::Done);
     }
     body(&summary.body);

@@ -262,7 +262,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     };
     write_protocol(&protocol, &output.with_extension("toml"))?;
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&protocol)?);
+        println!("{}", crate::report::json::answer(&protocol)?);
     } else {
         println!("{}: {} samples, {}", output.display(), dataset.len(), ending.reason);
     }

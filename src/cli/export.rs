@@ -79,7 +79,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         }
     }
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&written)?);
+        println!("{}", crate::report::json::answer(&written)?);
     }
     Ok(outcome)
 }

@@ -10,6 +10,8 @@ use crate::diagnose::{DiagnoseConfig, extend};
 use crate::log::csv;
 use crate::model::Model;
 use crate::report;
+use crate::report::findings::sentences;
+use crate::report::json;
 use crate::screening::requirements::repeated;
 
 /// Arguments of `extend`.
@@ -74,7 +76,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         back.save(&arguments.output)?;
         if arguments.json {
             let undone = model.ladder.last().map(|step| &step.added);
-            println!("{}", serde_json::to_string_pretty(&json!({ "undone": undone, "model": back }))?);
+            println!("{}", crate::report::json::answer(&json!({ "undone": undone, "model": back }))?);
         } else {
             println!("{}: {} steps on the ladder", arguments.output.display(), back.ladder.len());
         }
@@ -85,7 +87,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let config = DiagnoseConfig { horizon: arguments.horizon_s };
     let mut warnings = repeated(&train, &validate);
     let mut extension = extend(&model, &arguments.effect, &train, &validate, &config)?;
-    warnings.append(&mut extension.warnings);
+    warnings.extend(sentences(&extension.findings));
     let error = &extension.error;
     if arguments.recalibrate && !extension.is_at_floor {
         warnings.push(format!(
@@ -105,8 +107,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if arguments.json {
         let answer = json!({
             "added": arguments.effect, "error": extension.error, "model": extension.model, "warnings": warnings,
+            "findings": extension.findings,
         });
-        println!("{}", serde_json::to_string_pretty(&answer)?);
+        println!("{}", json::answer(&answer)?);
     } else {
         print!("{}", report::story::extension(&extension.model, &arguments.effect, &extension.error));
         warnings.iter().for_each(|warning| println!("Note: {warning}"));

@@ -8,6 +8,8 @@ use super::{CliError, CliResult, Outcome};
 use crate::identify::{IdentifySettings, STEPS, identify_telling};
 use crate::log::{Dataset, csv};
 use crate::model::Model;
+use crate::report::findings::sentence;
+use crate::report::json;
 use crate::signal::ROTORS;
 use crate::unit::short;
 
@@ -77,15 +79,15 @@ pub fn run(arguments: &Arguments) -> CliResult {
         found.page().save(path)?;
     }
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&found)?);
+        println!("{}", json::answer(&json::with_sentences(&found, &found.findings)?)?);
         return Ok(Outcome::Done);
     }
     println!("{}\n{}", found.part_table().text(), found.parameter_table().text());
     for table in [found.error_table(), found.degree_table(), found.rival_table()].into_iter().flatten() {
         println!("{}", table.text());
     }
-    for warning in &found.warnings {
-        println!("warning: {warning}");
+    for warning in &found.findings {
+        println!("warning: {}", sentence(warning));
     }
     Ok(Outcome::Done)
 }

@@ -11,6 +11,7 @@ use crate::bench::BenchConfig;
 use crate::can::Roles;
 use crate::log::can_capture::CaptureNotes;
 use crate::log::{Dataset, Mapping, Notes, can_capture, csv, export, mapped_csv};
+use crate::report::findings::sentence;
 use crate::screening::summary::Findings;
 
 /// Arguments of `import`.
@@ -70,7 +71,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             findings: &findings,
             output: arguments.output.as_deref(),
         };
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        println!("{}", crate::report::json::answer(&report)?);
     } else {
         print!("{}", text(&log, &notes, &findings));
         if let Some(frames) = &frames {
@@ -134,7 +135,7 @@ fn text(log: &Dataset, notes: &Notes, findings: &Findings) -> String {
         ));
     }
     lines.extend(note_lines(notes));
-    lines.extend(findings.warnings.iter().map(|warning| format!("warning: {warning}")));
+    lines.extend(findings.findings.iter().map(|warning| format!("warning: {}", sentence(warning))));
     lines.join("\n") + "\n"
 }
 

@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         eprintln!("report: {}", path.display());
     }
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&measured)?);
+        println!("{}", crate::report::json::answer(&measured)?);
     } else {
         println!("{}\n{}", measured.machine_table().text(), measured.span_table().text());
         println!("{}", measured.count_table().text());

@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     };
     run.page().save(&arguments.report)?;
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&run)?);
+        println!("{}", crate::report::json::answer(&run)?);
     } else {
         println!(
             "{}\n{}\n\n{}\n{}\n{}",

@@ -75,7 +75,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             lost_by_recorder: lost,
             cut_off,
         };
-        println!("{}", serde_json::to_string_pretty(&report)?);
+        println!("{}", crate::report::json::answer(&report)?);
     } else {
         print(controller, "controller", "step");
         print(guard, "guard", "period");

@@ -59,7 +59,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     };
     super::record::end(recording)?;
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&summary)?);
+        println!("{}", crate::report::json::answer(&summary)?);
         return Ok(Outcome::Done);
     }
     println!("{}", timing::angle(&summary.angle));

@@ -80,7 +80,7 @@ pub fn say_lockstep(summary: &LockstepSummary, json: bool) -> CliResult {
     // A slot without an answer: the controller has vanished.
     let outcome = if summary.answered == summary.slots { Outcome::Done } else { Outcome::FoundWanting };
     if json {
-        println!("{}", serde_json::to_string_pretty(summary)?);
+        println!("{}", crate::report::json::answer(summary)?);
         return Ok(outcome);
     }
     let LockstepSummary { slots, answered, duration_s, wall_s, state, cause, .. } = summary;

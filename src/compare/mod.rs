@@ -28,6 +28,7 @@ use serde::Serialize;
 use crate::identify;
 use crate::log::{Dataset, DatasetError};
 use crate::model::{Model, ModelError, UndefinedRow};
+use crate::screening::Finding;
 use crate::screening::readings;
 use crate::screening::requirements::{Absurd, check_magnitudes, nothing_in_common};
 use crate::unit::short;
@@ -112,7 +113,7 @@ pub struct Comparison {
     pub unknown_torque: Option<UnknownTorque>,
     /// Cells of the log that are no measurements, and were taken as missing.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub warnings: Vec<String>,
+    pub findings: Vec<Finding>,
     /// Columns of the log that can hardly be what their names say, or are of another rotor than the first model's.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mistaken_columns: Vec<String>,
@@ -215,7 +216,7 @@ pub fn compare(
             log: log.source_name().to_owned(),
             blocks: blocks.collect(),
             unknown_torque,
-            warnings: warnings.clone(),
+            findings: warnings.clone(),
             mistaken_columns: mistaken.clone(),
         });
     }

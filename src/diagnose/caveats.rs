@@ -4,6 +4,7 @@ use super::block_data::{BlockData, Runs};
 use super::search::Found;
 use super::verdict::{does_not_follow, is_held};
 use crate::log::Dataset;
+use crate::screening::Finding;
 use crate::screening::summary::Findings;
 
 /// Times the noise floor from which an error is plainly one.
@@ -14,37 +15,37 @@ const UNLIKE: (f64, f64) = (3e-3, 5.0);
 const INDEPENDENT: f64 = 20.0;
 
 /// What the logs are found to hold, what is not judged, what stays unexplained.
-pub(crate) fn warnings(logs: &[&Dataset], blocks: &[Found]) -> Vec<String> {
-    let mut warnings = Vec::new();
+pub(crate) fn warnings(logs: &[&Dataset], blocks: &[Found]) -> Vec<Finding> {
+    let mut warnings: Vec<Finding> = Vec::new();
     for log in logs {
-        let said = Findings::of(log).warnings;
-        warnings.extend(said.into_iter().map(|warning| format!("{}: {warning}", log.source_name())));
+        let said = Findings::of(log).findings;
+        warnings.extend(said.into_iter().map(|warning| warning.of(log.source_name())));
     }
     if blocks.iter().all(|found| found.stage.train.is_rotor())
         && logs.iter().any(|log| log.column("body_rate_rad_s").is_some())
     {
         warnings.push(
-            "the body is not judged: not every set of logs holds its rate, what drives it, and enough of both".to_owned(),
+            "the body is not judged: not every set of logs holds its rate, what drives it, and enough of both".into(),
         );
     }
     for found in blocks {
         if let Some(why) = found.stage.too_poor() {
-            warnings.push(why);
+            warnings.push(why.into());
         }
         let (over, channel) = found.over_floor(&found.answer);
         if over > found.at_floor() {
             let name = found.stage.train.channels()[channel].name;
-            warnings.push(format!("{name}: the error stays at {over:.2} times the noise floor"));
+            warnings.push(format!("{name}: the error stays at {over:.2} times the noise floor").into());
         }
         if turns_against_torque(found) {
             warnings.push(
                 "the body moves, but not as the torque on it would have it: look whether the gyro's sign is that of the torque, \
                  and whether rotors 1 and 2 are exchanged, before anything else"
-                    .to_owned(),
+                    .into(),
             );
         }
-        warnings.extend(only_in_training(found));
-        warnings.extend(unlike(logs, found));
+        warnings.extend(only_in_training(found).map(Finding::from));
+        warnings.extend(unlike(logs, found).map(Finding::from));
     }
     warnings
 }

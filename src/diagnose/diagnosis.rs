@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::model::Model;
+use crate::screening::Finding;
 use crate::screening::attitude_units::DEGREES;
 
 /// The verdict.
@@ -157,7 +158,7 @@ pub struct Diagnosis {
     /// Every candidate.
     pub candidates: Vec<Candidate>,
     /// What to know about data and answer.
-    pub warnings: Vec<String>,
+    pub findings: Vec<Finding>,
     /// What would tell more.
     pub next_experiment: Option<NextExperiment>,
     /// A body that moves, and not as the torque on it would have it, which no effect explains.

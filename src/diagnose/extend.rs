@@ -10,6 +10,7 @@ use super::search::{Found, Search};
 use crate::identify;
 use crate::log::Dataset;
 use crate::model::{Effect, ErrorFall, LogReference, Model, Step};
+use crate::screening::Finding;
 use crate::screening::requirements::check_magnitudes;
 use crate::unit::short;
 
@@ -23,7 +24,7 @@ pub struct Extension {
     /// Nothing but noise is left.
     pub is_at_floor: bool,
     /// What to know about the data.
-    pub warnings: Vec<String>,
+    pub findings: Vec<Finding>,
 }
 
 /// Adds the effects `ids` to `model`, refitting on `train`; `validate` is only looked at. Without effects the model's own
@@ -48,7 +49,7 @@ pub fn extend(
     check_effects(model, ids, &logs)?;
     let asked: Vec<Effect> = known.iter().filter(|effect| ids.contains(&effect.id)).cloned().collect();
     check_logs(model, &asked, &logs)?;
-    warnings.extend(identify::check_columns(&logs, model)?);
+    warnings.extend(identify::check_columns(&logs, model)?.into_iter().map(Finding::from));
     pooled_logs::check(model, &known, &logs, config.horizon)?;
     let in_block = |stage: &Stage| -> Vec<String> {
         let held =
@@ -91,7 +92,7 @@ pub fn extend(
         before: model.parameters(),
         standard_errors_before: model.standard_errors.clone(),
     });
-    Ok(Extension { model: extended, error, is_at_floor: blocks.is_at_floor(), warnings })
+    Ok(Extension { model: extended, error, is_at_floor: blocks.is_at_floor(), findings: warnings })
 }
 
 /// Refuses effects that cannot be added from these logs.

@@ -18,6 +18,7 @@ use crate::estimation::dependence::evidence;
 use crate::identify::{self, IdentifyError};
 use crate::log::Dataset;
 use crate::model::{Effect, Model, ModelError, UndefinedRow};
+use crate::screening::Finding;
 use crate::screening::requirements::{Absurd, check_magnitudes, repeated, without_battery};
 use crate::unit::short;
 
@@ -113,7 +114,7 @@ pub fn diagnose(
     let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
     let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
     check_logs(model, &known, &logs)?;
-    told.extend(identify::check_columns(&logs, model)?);
+    told.extend(identify::check_columns(&logs, model)?.into_iter().map(Finding::from));
     pooled_logs::check(model, &known, &logs, config.horizon)?;
     let search = |stage: Stage| {
         let held = |effect: &&Effect| stage.holds(effect);
@@ -134,13 +135,17 @@ pub fn diagnose(
     let blocks = Blocks::build(model, train, validate, config, (&search, &look), &settle)?;
     let mut diagnosis = conclude(model, &known, &blocks, &read, config);
     // The findings tell of some of these cells, too.
-    told.retain(|sentence| !diagnosis.warnings.contains(sentence));
-    let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs)).chain(told);
-    diagnosis.warnings.splice(0..0, said);
+    told.retain(|sentence| !diagnosis.findings.contains(sentence));
+    let said = repeated(train, validate)
+        .into_iter()
+        .chain(without_battery(model, &logs))
+        .map(Finding::from)
+        .chain(told);
+    diagnosis.findings.splice(0..0, said);
     if blocks.is_held {
-        diagnosis.warnings.push(
+        diagnosis.findings.push(
             "the body does not move, whatever the torque on it: it was held still, and these logs say nothing of it"
-                .to_owned(),
+                .to_owned().into(),
         );
     }
     Ok(diagnosis)
@@ -185,7 +190,7 @@ fn conclude(
         r#where: places(blocks, verdicts),
         ladder: main.ladder.iter().map(|trial| rung(main, trial, channel)).collect(),
         candidates: blocks.iter().flat_map(|found| candidates(found, channel_of(found))).collect(),
-        warnings: super::caveats::warnings(logs, blocks),
+        findings: super::caveats::warnings(logs, blocks),
         next_experiment,
         turns_against_torque: blocks.iter().any(super::caveats::turns_against_torque),
         alternatives,

@@ -12,6 +12,7 @@ use super::{Estimate, IdentifiedActuator, IdentifyError};
 use crate::estimation::spectrum;
 use crate::log::Dataset;
 use crate::model::{AddedEffect, ErrorFall, LogReference, Model, Step};
+use crate::screening::Finding;
 use crate::screening::duplicate_logs;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rate_dropouts;
@@ -172,7 +173,7 @@ impl Work<'_> {
         if self.parts.iter().all(|part| !part.done) {
             return Err(self.nothing(idle));
         }
-        self.warnings.extend(idle);
+        self.findings.extend(idle.into_iter().map(Finding::from));
         self.check_results();
         let response = spectrum::response(&self.lively, |rotor, row| {
             actuator.steady_rate(rotor.command[row], rotor.voltage.as_ref().map(|voltage| voltage[row]))
@@ -180,9 +181,9 @@ impl Work<'_> {
         let run = |rotors: &[RotorLog], actuator: &IdentifiedActuator| -> Vec<Validation> {
             rotors.iter().filter_map(|rotor| validate::validate(rotor, actuator)).collect()
         };
-        let turning = rate_dropouts::without_stale(validation, &self.settings.rotors, &mut self.warnings);
-        let validation_measured = readings::measured_all(&turning, &mut self.warnings);
-        let mut other = rotor_logs(&validation_measured, self.settings, &mut self.warnings)?;
+        let turning = rate_dropouts::without_stale(validation, &self.settings.rotors, &mut self.findings);
+        let validation_measured = readings::measured_all(&turning, &mut self.findings);
+        let mut other = rotor_logs(&validation_measured, self.settings, &mut self.findings)?;
         if !self.use_battery {
             other.iter_mut().for_each(|rotor| rotor.voltage = None);
         }
@@ -192,7 +193,7 @@ impl Work<'_> {
             rotors.filter(|it| it.jumps().len() >= FEWEST_JUMPS).map(|it| it.source.as_str()).collect();
         let unexplained =
             training.iter().chain(&validated).filter(|run| lively.contains(&run.source.as_str()));
-        self.warnings.extend(unexplained.filter(|_| !self.unlike).filter_map(unfit));
+        self.findings.extend(unexplained.filter(|_| !self.unlike).filter_map(unfit).map(Finding::from));
         let mut model = self.model(&actuator);
         if let Some((told, alone)) = self.delay().zip(self.without_delay(&actuator)) {
             let held_out = if validated.is_empty() {
@@ -217,7 +218,7 @@ impl Work<'_> {
             actuator,
             thrust: self.thrust,
             body: self.body,
-            warnings: self.warnings,
+            findings: self.findings,
         })
     }
 
@@ -228,7 +229,8 @@ impl Work<'_> {
             let sentence = warning.split_once(": ").map_or(warning.as_str(), |(_, sentence)| sentence);
             reasons.iter().any(|reason| reason.ends_with(sentence))
         };
-        let (_, warnings): (Vec<String>, Vec<String>) = self.warnings.into_iter().partition(told);
+        let said = self.findings.iter().map(ToString::to_string);
+        let (_, warnings): (Vec<String>, Vec<String>) = said.partition(told);
         if !self.rotors.is_empty() {
             // What is kept of the template does not matter where nothing is written.
             let lacks =

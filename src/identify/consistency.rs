@@ -5,6 +5,7 @@ use super::lag_order::{DELAY, Rival};
 use super::pipeline::Work;
 use super::significance;
 use super::validate::Validation;
+use crate::screening::Finding;
 use crate::screening::rotor_data::bounds;
 use crate::unit::with_error;
 
@@ -21,7 +22,7 @@ const UNEXPLAINED: f64 = 0.2;
 impl Work<'_> {
     /// Says where the results contradict each other or leave something over.
     pub(crate) fn check_results(&mut self) {
-        let mut say = Vec::new();
+        let mut say: Vec<Finding> = Vec::new();
         // Of rotors that differ it is known why their common fit contradicts itself.
         let alike = !self.unlike;
         if let (true, Some(battery), Some(joint)) = (alike, &self.battery, &self.joint)
@@ -33,23 +34,26 @@ impl Work<'_> {
                     "k_V is {:.2} from constant commands and {:.2} from lively ones: the battery does not act as \
                      a plain subtraction (see `diagnose`)",
                     battery.gain.value, gain.value
-                ));
+                ).into());
             }
         }
         if let Some(pole) = self.pole_estimate().filter(|pole| pole.value > TOO_FAST) {
             say.push(format!(
                 "a pole of {:.0} rad/s is faster than any rotor with a propeller: is the time in seconds?",
                 pole.value
-            ));
+            ).into());
         }
         if let Some(fit) = self.pole.as_ref().filter(|_| alike)
             && (fit.gain.value - 1.0).abs() > 0.02
             && fit.gain.distance(1.0) > 4.0
         {
-            say.push(format!(
-                "the gain from z to the rate is {:.3} in motion: the static curve does not hold there",
-                fit.gain.value
-            ));
+            say.push(
+                format!(
+                    "the gain from z to the rate is {:.3} in motion: the static curve does not hold there",
+                    fit.gain.value
+                )
+                .into(),
+            );
         }
         let rivals = self.pole.as_ref().map(|fit| (&fit.rivals, fit.residual_correlation));
         let rivals = rivals.or(self.joint.as_ref().map(|fit| (&fit.rivals, fit.residual_correlation)));
@@ -59,26 +63,29 @@ impl Work<'_> {
                 |rival: &&Rival| rival.needed && (taken.is_none() || rival.effect != DELAY && rival.clear);
             let needed: Vec<String> = rivals.iter().filter(needed).map(in_words).collect();
             if let Some(told) = taken {
-                say.push(format!(
-                    "the rotor answers {} ms late: the model has `{DELAY}` for it, and the pole fitted \
+                say.push(
+                    format!(
+                        "the rotor answers {} ms late: the model has `{DELAY}` for it, and the pole fitted \
                      beside it, {:.3} rad/s; without it the pole would come out as {:.3}, to make \
                      up for the delay (--no-delay leaves it out)",
-                    with_error(1e3 * told.delay.value, 1e3 * told.delay.standard_error),
-                    self.pole_estimate().map_or(f64::NAN, |pole| pole.value),
-                    told.pole_without.value
-                ));
+                        with_error(1e3 * told.delay.value, 1e3 * told.delay.standard_error),
+                        self.pole_estimate().map_or(f64::NAN, |pole| pole.value),
+                        told.pole_without.value
+                    )
+                    .into(),
+                );
             } else if alike && !needed.is_empty() {
                 say.push(format!(
                     "a first-order lag is not enough, and its pole makes up for what is missing: {}; `diagnose` tells which \
                      effect it is, `extend` adds it",
                     needed.join(", ")
-                ));
+                ).into());
             }
             if alike && correlation > CORRELATED {
                 say.push(format!(
                     "the residual is far from noise (lag-one correlation {correlation:.2}): something is missing \
                      in the model; standard errors allow for it, `diagnose` looks for it"
-                ));
+                ).into());
             }
         }
         if let Some(body) = self.body.as_ref().filter(|body| {
@@ -91,7 +98,7 @@ impl Work<'_> {
                  and that is far from noise (lag-one correlation {:.2}): something is missing in the body's model, \
                  and J carries part of it; `diagnose` looks for it",
                 body.source, body.residual_rms, body.motion_rms, body.residual_correlation
-            ));
+            ).into());
         }
         if let Some((body, left_out)) = self.body.as_ref().and_then(|body| Some((body, body.left_out?))) {
             say.push(format!(
@@ -101,7 +108,7 @@ impl Work<'_> {
                 left_out.goes_with,
                 left_out.shows,
                 with_error(left_out.inertia.value, left_out.inertia.standard_error)
-            ));
+            ).into());
         }
         if alike {
             self.check_errors(&mut say);
@@ -109,13 +116,15 @@ impl Work<'_> {
         self.check_template(&mut say);
         self.check_inertia(&mut say);
         if let Some((low, high)) = self.lively_range().filter(|(low, high)| high - low < 0.05) {
-            say.push(format!("lively commands span only {low:.3} to {high:.3}: g(u) holds near there only"));
+            say.push(
+                format!("lively commands span only {low:.3} to {high:.3}: g(u) holds near there only").into(),
+            );
         }
-        self.warnings.extend(say);
+        self.findings.extend(say);
     }
 
     /// Says which numbers of the model hardly show.
-    fn check_errors(&self, say: &mut Vec<String>) {
+    fn check_errors(&self, say: &mut Vec<Finding>) {
         let gain = self.voltage_gain().filter(|_| self.static_curve.is_some() || self.joint.is_none());
         let gain = gain.or(self.joint.as_ref().and_then(|joint| joint.voltage_gain));
         // An error that is large because something is missing in the model is told as that.
@@ -134,7 +143,7 @@ impl Work<'_> {
             };
             let share = 100.0 * estimate.standard_error / estimate.value.abs();
             let value = significance::in_digits(&estimate);
-            say.push(format!("{name} {value} {unit} is known to {share:.0} % only: {more}"));
+            say.push(format!("{name} {value} {unit} is known to {share:.0} % only: {more}").into());
         }
     }
 

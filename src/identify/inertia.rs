@@ -15,6 +15,7 @@ use super::omitted_torque::{self, LeftOut};
 use super::{Estimate, IdentifiedActuator, RotorRun};
 use crate::estimation::least_squares;
 use crate::log::Dataset;
+use crate::screening::Finding;
 use crate::screening::attitude_units::{self, Mistaken};
 use crate::screening::missing_commands;
 use crate::screening::rotor_data::{LEAST_COMMAND, bounds, held_everywhere};
@@ -69,7 +70,7 @@ pub(crate) fn identify(
     log: &Dataset,
     actuator: &IdentifiedActuator,
     arm: f64,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Finding>,
 ) -> Option<Body> {
     let rate = log.column("body_rate_rad_s")?;
     // With one rotor standing all the time the body was held: that log is about the other rotor.
@@ -83,14 +84,14 @@ pub(crate) fn identify(
     let source = log.source_name().to_owned();
     match attitude_units::mistaken(log, rate) {
         Some(Mistaken::Rate(sentence)) => {
-            warnings.push(format!("{sentence}; J is not identified from this log"));
+            warnings.push(format!("{sentence}; J is not identified from this log").into());
             return None;
         }
         Some(Mistaken::Angle(sentence)) => {
-            warnings.push(format!("{sentence}; J comes from the rate and holds"))
+            warnings.push(format!("{sentence}; J comes from the rate and holds").into())
         }
         Some(Mistaken::Perhaps(sentence)) => {
-            warnings.push(format!("{sentence}: J comes out 57 times too small otherwise"))
+            warnings.push(format!("{sentence}: J comes out 57 times too small otherwise").into())
         }
         None => {}
     }
@@ -100,7 +101,7 @@ pub(crate) fn identify(
     let windows = windows(log, rate, actuator.pole);
     let rows: usize = windows.iter().map(Vec::len).sum();
     if rows < 10 * FEWEST {
-        warnings.push(format!("{source}: too few samples of the body rate to identify the inertia"));
+        warnings.push(format!("{source}: too few samples of the body rate to identify the inertia").into());
         return None;
     }
     // Columns: lever-arm impulse and time, each less its mean over the window. Beside: the integrals of rate and angle.
@@ -127,11 +128,14 @@ pub(crate) fn identify(
     let fit = least_squares::instrumental(&design, &instruments, &y)?;
     let slope = Estimate { value: fit.coefficients[0], standard_error: fit.standard_error(0) };
     if slope.value < 3.0 * slope.standard_error || slope.value <= 0.0 {
-        warnings.push(format!(
-            "{source}: the torque hardly shows in the body rate (d/J = {}); excite the attitude more, \
+        warnings.push(
+            format!(
+                "{source}: the torque hardly shows in the body rate (d/J = {}); excite the attitude more, \
              or check that the body may turn and that its rate has the sign of torque = d (f1 - f2)",
-            with_error(slope.value, slope.standard_error)
-        ));
+                with_error(slope.value, slope.standard_error)
+            )
+            .into(),
+        );
         return None;
     }
     let inertia_of = |slope: Estimate| {

@@ -2,6 +2,7 @@
 
 use super::{IdentifyError, IdentifySettings, quantized_voltage};
 use crate::log::Dataset;
+use crate::screening::Finding;
 use crate::screening::duplicate_logs;
 use crate::screening::rotor_data::{LEAST_COMMAND, RotorLog, bounds};
 use crate::unit::short;
@@ -39,7 +40,7 @@ pub(crate) fn tell_of_fuller(volts: f64, settings: &IdentifySettings) -> String 
 pub(crate) fn rotor_logs(
     logs: &[Dataset],
     settings: &IdentifySettings,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Finding>,
 ) -> Result<Vec<RotorLog>, IdentifyError> {
     let mut rotors = Vec::new();
     let mut of_standing = Vec::new();
@@ -72,7 +73,7 @@ pub(crate) fn rotor_logs(
 pub(crate) fn uses_battery(
     rotors: &[RotorLog],
     settings: &IdentifySettings,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Finding>,
 ) -> bool {
     if !settings.battery || rotors.is_empty() {
         return false;
@@ -85,7 +86,7 @@ pub(crate) fn uses_battery(
              without the battery's part, so they hold for the charge at which the log was made, and p takes up how the \
              battery gives way under load",
             without.join(", ")
-        ));
+        ).into());
         return false;
     }
     let ranges = rotors.iter().filter_map(|rotor| rotor.voltage.as_deref().map(bounds));
@@ -97,7 +98,7 @@ pub(crate) fn uses_battery(
              p are fitted without it; they hold at that voltage if a supply held it, and if the reading froze, for the \
              charge at which the log was made, with p taking up how the battery gives way under load",
             short(low)
-        ));
+        ).into());
         return false;
     }
     for rotor in rotors {
@@ -109,14 +110,14 @@ pub(crate) fn uses_battery(
                 "{}: `battery_voltage_v` has no reading between {from:.1} and {to:.1} s: the one before is taken for all of that \
                  time, and k_V and g(u) are off by what the battery did meanwhile; leave that part of the log out",
                 rotor.source
-            ));
+            ).into());
         } else if to - from > STANDS.max(quantized_voltage::longest_tread(&rotor.time, voltage)) {
             warnings.push(format!(
                 "{}: `battery_voltage_v` reads exactly {} V from {from:.1} to {to:.1} s: if that reading froze, k_V and g(u) \
                  believe it and are off; leave that part of the log out",
                 rotor.source,
                 short(volts)
-            ));
+            ).into());
         }
     }
     true

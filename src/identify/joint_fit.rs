@@ -13,6 +13,7 @@ use super::regressors::record_of;
 use super::static_curve::DegreeScore;
 use super::steady_rows::HIGHEST_DEGREE;
 use super::voltage_instruments::{self, Follows};
+use crate::screening::Finding;
 use crate::screening::rotor_data::RotorLog;
 
 /// Rows of each log that decide on the degree: four minutes at 50 Hz.
@@ -153,7 +154,7 @@ pub(crate) fn identify(
     full_voltage: f64,
     (battery, delays): (bool, bool),
     degree: Option<usize>,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Finding>,
 ) -> Option<JointFit> {
     let found = if battery {
         with_battery(rotors, full_voltage, delays, degree)?
@@ -165,7 +166,7 @@ pub(crate) fn identify(
         warnings.push(
             "the battery's effect does not show beside the command in these logs: k_V is left out of the joint \
              fit; record a longer discharge, or constant commands"
-                .to_owned(),
+                .to_owned().into(),
         );
     }
     Some(found)

@@ -12,6 +12,7 @@ use super::thrust_curve::ThrustCurve;
 use super::voltage_gain::BatteryGain;
 use super::{Estimate, IdentifyError};
 use crate::log::Dataset;
+use crate::screening::Finding;
 use crate::screening::duplicate_logs;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rate_dropouts;
@@ -60,15 +61,15 @@ pub fn identify_telling(
     let mut own = settings.clone();
     own.template.actuator.full_voltage = fuller.unwrap_or(settings.template.actuator.full_voltage);
     let mut work = Work::new(measured, &own, copies)?;
-    let fresh = duplicate_logs::without_seen(logs, validation, &mut work.warnings);
+    let fresh = duplicate_logs::without_seen(logs, validation, &mut work.findings);
     let validation = fresh.as_ref();
     if let Some(volts) = fuller {
-        work.warnings.push(inputs::tell_of_fuller(volts, settings));
+        work.findings.push(inputs::tell_of_fuller(volts, settings).into());
     }
     let alone = Alone::look(&work.rotors, work.full_voltage());
     alone.refuse(None)?;
     let said = alone.say();
-    work.warnings.extend(said.sentences);
+    work.findings.extend(said.sentences.into_iter().map(Finding::from));
     work.unlike = said.unlike;
     tell("k_V from constant commands");
     work.battery();
@@ -94,7 +95,7 @@ pub(crate) struct Work<'a> {
     pub lively: Vec<RotorLog>,
     pub use_battery: bool,
     pub parts: Vec<Part>,
-    pub warnings: Vec<String>,
+    pub findings: Vec<Finding>,
     pub battery: Option<BatteryGain>,
     pub joint: Option<JointFit>,
     pub static_curve: Option<StaticCurve>,
@@ -113,12 +114,12 @@ impl<'a> Work<'a> {
     fn new(
         logs: &[Dataset],
         settings: &'a IdentifySettings,
-        mut warnings: Vec<String>,
+        mut warnings: Vec<Finding>,
     ) -> Result<Self, IdentifyError> {
         let mut rotors = inputs::rotor_logs(logs, settings, &mut warnings)?;
         let use_battery = inputs::uses_battery(&rotors, settings, &mut warnings);
         if use_battery {
-            warnings.extend(rotors.iter_mut().filter_map(quantized_voltage::mend));
+            warnings.extend(rotors.iter_mut().filter_map(quantized_voltage::mend).map(Finding::from));
         } else {
             rotors.iter_mut().for_each(|rotor| rotor.voltage = None);
         }
@@ -130,7 +131,7 @@ impl<'a> Work<'a> {
             lively,
             use_battery,
             parts: Vec::new(),
-            warnings,
+            findings: warnings,
             battery: None,
             joint: None,
             static_curve: None,

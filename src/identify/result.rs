@@ -13,6 +13,7 @@ use super::voltage_gain::BatteryGain;
 use super::{Estimate, IdentifiedActuator};
 use crate::estimation::spectrum::ResponsePoint;
 use crate::model::Model;
+use crate::screening::Finding;
 use crate::signal::ROTORS;
 
 /// What to identify from the logs, and what to take as given.
@@ -108,7 +109,7 @@ pub struct Identification {
     /// How it does on other logs.
     pub validation: Vec<Validation>,
     /// What the reader must know.
-    pub warnings: Vec<String>,
+    pub findings: Vec<Finding>,
     /// The model: the template with all that was identified.
     #[serde(skip)]
     pub model: Model,

@@ -87,7 +87,7 @@ impl Work<'_> {
             return self.note(STEP, false, why);
         }
         if !self.unlike {
-            self.warnings.append(&mut told);
+            self.findings.append(&mut told);
         }
         match &fit {
             Some(fit) => self.note(STEP, true, outcome(fit.samples, fit.delay.as_ref())),
@@ -171,7 +171,7 @@ impl Work<'_> {
                     } else {
                         "; slow them down"
                     };
-                    self.warnings.push(format!("{sentence}{then}"));
+                    self.findings.push(format!("{sentence}{then}").into());
                 }
                 self.note(STEP, true, outcome);
             }
@@ -240,7 +240,7 @@ impl Work<'_> {
     pub(crate) fn thrust(&mut self) {
         const STEP: &str = "thrust curve and its tangent, Eq. (13)";
         let hover = self.settings.template.actuator.hover_rate;
-        self.thrust = thrust_curve::identify(&self.rotors, hover, &mut self.warnings);
+        self.thrust = thrust_curve::identify(&self.rotors, hover, &mut self.findings);
         match &self.thrust {
             Some(thrust) => self.note(STEP, true, format!("{} samples", thrust.samples)),
             None => self.note(STEP, false, "no thrust in the logs; the template's curve is kept"),
@@ -257,15 +257,18 @@ impl Work<'_> {
             match inertia::identify(log, actuator, arm, &mut told) {
                 Some(fit) => {
                     fits.push(fit);
-                    self.warnings.append(&mut told);
+                    self.findings.append(&mut told);
                 }
                 None => in_vain.append(&mut told),
             }
         }
-        self.bodies = [fits.iter().map(|fit| fit.source.clone()).collect(), in_vain.clone()];
+        self.bodies = [
+            fits.iter().map(|fit| fit.source.clone()).collect(),
+            in_vain.iter().map(ToString::to_string).collect(),
+        ];
         // A log made for the rotors need not move the body where another one does.
         if fits.is_empty() {
-            self.warnings.append(&mut in_vain);
+            self.findings.append(&mut in_vain);
         }
         // The log that says most decides; the others are in agreement or are warned of.
         let best =
@@ -274,11 +277,11 @@ impl Work<'_> {
             for other in &fits {
                 let sigma = other.inertia.standard_error.hypot(best.inertia.standard_error);
                 if (other.inertia.value - best.inertia.value).abs() > 4.0 * sigma {
-                    self.warnings.push(format!(
+                    self.findings.push(format!(
                         "{} says J = {:.5} kg m², {} says {:.5}: not the same bench, or something is missing in the \
                          body's model",
                         best.source, best.inertia.value, other.source, other.inertia.value
-                    ));
+                    ).into());
                 }
             }
         }

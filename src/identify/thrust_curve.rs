@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::Estimate;
 use crate::estimation::least_squares;
+use crate::screening::Finding;
 use crate::screening::readings;
 use crate::screening::rotor_data::RotorLog;
 
@@ -46,7 +47,7 @@ fn pairs(rotor: &RotorLog, thrust: &[f64]) -> Vec<(f64, f64)> {
 pub(crate) fn identify(
     rotors: &[RotorLog],
     hover_rate: f64,
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Finding>,
 ) -> Option<ThrustCurve> {
     let mut rows: Vec<(f64, f64)> = Vec::new();
     for rotor in rotors {
@@ -75,13 +76,13 @@ pub(crate) fn identify(
             "thrust is not c ω² alone: a linear part of {:.0} % at hover fits better (an offset of the load cell, \
              its lag during fast changes, or the propeller)",
             100.0 * linear_share.value
-        ));
+        ).into());
     }
     if coefficient.value <= 0.0 {
         warnings.push(
             "thrust falls with the rate, which no propeller's does: is the sign of the load cell right? The template's thrust \
              curve is kept"
-                .to_owned(),
+                .to_owned().into(),
         );
         return None;
     }

@@ -3,12 +3,13 @@
 use super::pipeline::Work;
 use super::significance;
 use super::static_curve::formula;
+use crate::screening::Finding;
 use crate::screening::rotor_data::{RotorLog, bounds};
 use crate::unit::short;
 
 impl Work<'_> {
     /// Says what no log shows, and what to record for it.
-    fn tell_of_taken(&self, say: &mut Vec<String>) {
+    fn tell_of_taken(&self, say: &mut Vec<Finding>) {
         let template = &self.settings.template.actuator;
         let (curve, pole) = (formula(template.steady_rate.get(1..).unwrap_or_default()), template.pole);
         let (pole, gain) = (short(pole), short(template.voltage_gain));
@@ -16,17 +17,17 @@ impl Work<'_> {
             return say.push(format!(
                 "no rotor was identified: g(u) = {curve} rad/s, the pole {pole} rad/s and k_V = {gain} rad/(s V) are the \
                  template's; give a log with a rotor's command and rate"
-            ));
+            ).into());
         }
         if self.joint.is_none() && self.static_curve.is_none() {
             say.push(format!(
                 "g(u) = {curve} rad/s is the template's, not this bench's: nothing in the logs shows it; record a ramp or a PRBS"
-            ));
+            ).into());
         }
         if self.joint.is_none() && self.pole.is_none() {
             say.push(format!(
                 "the pole {pole} rad/s is the template's, not this bench's: nothing in the logs shows it; record steps or a PRBS"
-            ));
+            ).into());
         }
         let without = self.static_curve.is_none()
             && self.joint.as_ref().is_some_and(|joint| joint.voltage_gain.is_none());
@@ -34,14 +35,14 @@ impl Work<'_> {
             say.push(
                 "the model has k_V = 0, because its g(u) was fitted without the battery's part: both hold for the charge at \
                  which the logs were made"
-                    .to_owned(),
+                    .to_owned().into(),
             );
         } else if let Some(shown) = self.no_voltage_gain() {
             say.push(format!(
                 "the model has k_V = 0: what the logs show, {} rad/(s V), is next to nothing and speaks against the template's \
                  {gain} (a rotor whose ESC governs its rate has none)",
                 significance::in_digits(shown)
-            ));
+            ).into());
         } else if self.use_battery && self.voltage_gain().is_none() {
             let allowed = if self.static_curve.is_some() {
                 ", and the standard errors of g(u) allow for its being off by half"
@@ -52,12 +53,12 @@ impl Work<'_> {
                 "k_V = {gain} rad/(s V) is the template's, not this bench's: {}{allowed}; hold a command for minutes while \
                  the battery falls, or record a PRBS",
                 significance::shown_of_gain(self.hardly.as_ref())
-            ));
+            ).into());
         }
     }
 
     /// Says where the template's numbers are not those of this bench.
-    pub(crate) fn check_template(&self, say: &mut Vec<String>) {
+    pub(crate) fn check_template(&self, say: &mut Vec<Finding>) {
         let template = &self.settings.template.actuator;
         self.tell_of_taken(say);
         let over = |pick: &dyn Fn(&RotorLog) -> Option<(f64, f64)>| {
@@ -73,7 +74,7 @@ impl Work<'_> {
                 "the tangent of the thrust curve is taken at {:.0} rad/s, where the template hovers, but the rates with \
                  a measured thrust reach from {low:.0} to {high:.0}; say where this bench hovers with --hover-rate",
                 template.hover_rate
-            ));
+            ).into());
         }
         let volts = over(&|rotor| rotor.voltage.as_deref().map(bounds));
         if let Some((low, high)) = volts
@@ -84,18 +85,18 @@ impl Work<'_> {
                 format!(
                     "the battery had {low:.1} to {high:.1} V, but --full-voltage-v says that it is full at {full:.1} V: g(u) and \
                      k_V are drawn out to a charge that is far from these logs; is it the battery of this bench?"
-                )
+                ).into()
             } else {
                 format!(
                     "the battery had {low:.1} to {high:.1} V, but the template's is full at {full:.1} V: g(u) and k_V are \
                      drawn out to a battery that this bench does not have; give its full voltage with --full-voltage-v"
-                )
+                ).into()
             });
         }
     }
 
     /// Says so where J is off by the factor between radians and degrees.
-    pub(crate) fn check_inertia(&self, say: &mut Vec<String>) {
+    pub(crate) fn check_inertia(&self, say: &mut Vec<Finding>) {
         let Some(body) = &self.body else { return };
         let ratio = self.settings.template.body.inertia / body.inertia.value;
         let degrees = 180.0 / std::f64::consts::PI;
@@ -104,7 +105,7 @@ impl Work<'_> {
                 "{}: J = {:.2e} kg m² is 1/{ratio:.0} of the template's {}; if the body rate is in degrees per second, import \
                  it with unit `deg/s`",
                 body.source, body.inertia.value, self.settings.template.body.inertia
-            ));
+            ).into());
         }
     }
 }

@@ -29,7 +29,9 @@ pub fn page(
         page.paragraph(format!("These data cannot tell it from **{}**.", other.join(" + ")));
     }
     page.heading("What to do next").list(next.to_vec());
-    page.list(diagnosis.warnings.iter().map(|warning| format!("Note: {warning}")));
+    page.list(
+        diagnosis.findings.iter().map(|warning| format!("Note: {}", super::findings::sentence(warning))),
+    );
     cards(&mut page, &diagnosis.effects, &diagnosis.model);
     parameters(&mut page, diagnosis);
     page.heading("How far the error falls");

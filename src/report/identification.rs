@@ -3,6 +3,7 @@
 use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
 use crate::estimation::spectrum::{LagResponse, near};
 use crate::identify::{Body, DegreeScore, Estimate, Identification, Validation};
+use crate::report::findings::sentence;
 
 /// Value and 95 % interval as cells of a row.
 fn cells(name: &str, estimate: Estimate, unit: &str, from: &str) -> [String; 6] {
@@ -222,8 +223,8 @@ impl Identification {
             "Section III of Lotufo et al., MED 2016, as far as the logs permit. Standard errors allow for correlated \
              residuals.",
         );
-        for warning in &self.warnings {
-            page.verdict(Mark::Warning, warning.as_str());
+        for warning in &self.findings {
+            page.verdict(Mark::Warning, sentence(warning));
         }
         page.heading("Result").table(self.parameter_table()).table(self.part_table());
         let command = if self.actuator.delay > 0.0 { "u(t - τ)" } else { "u" };

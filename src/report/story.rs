@@ -6,6 +6,7 @@ use super::{Table, number};
 use crate::diagnose::diagnosis::{Candidate, Diagnosis, ErrorStory, FoundParameter, Verdict};
 use crate::effect::find;
 use crate::model::Model;
+use crate::report::findings::sentence;
 
 /// Columns of a small terminal.
 const WIDTH: usize = 80;
@@ -181,8 +182,8 @@ pub fn diagnosis(diagnosis: &Diagnosis, next: &[String]) -> String {
             _ => out += &wrapped("Next: ", &step.replace('`', "")),
         }
     }
-    for warning in &diagnosis.warnings {
-        out += &wrapped("Note: ", warning);
+    for warning in &diagnosis.findings {
+        out += &wrapped("Note: ", &sentence(warning));
     }
     out
 }

@@ -5,17 +5,20 @@ use std::borrow::Cow;
 use super::excitation::FEWEST_JUMPS;
 use super::rotor_data::RotorLog;
 use crate::log::{Dataset, LOG_SIGNALS};
+use crate::screening::Finding;
 use crate::signal::ROTORS;
 use crate::unit::UNITS;
 
 /// The logs without copies of one of them, which would count twice and make the errors too small.
-pub(crate) fn without_copies<'a>(logs: &'a [Dataset], warnings: &mut Vec<String>) -> Cow<'a, [Dataset]> {
+pub(crate) fn without_copies<'a>(logs: &'a [Dataset], warnings: &mut Vec<Finding>) -> Cow<'a, [Dataset]> {
     let first_of = |at: usize| logs[..at].iter().find(|before| is_copy(before, &logs[at]));
     let copies: Vec<usize> = (0..logs.len()).filter(|&at| first_of(at).is_some()).collect();
     for &at in &copies {
         if let Some(first) = first_of(at) {
             let (copy, first) = (logs[at].source_name(), first.source_name());
-            warnings.push(format!("{copy}: not used: it holds the same as {first}, and would count twice"));
+            warnings.push(
+                format!("{copy}: not used: it holds the same as {first}, and would count twice").into(),
+            );
         }
     }
     if copies.is_empty() {
@@ -29,7 +32,7 @@ pub(crate) fn without_copies<'a>(logs: &'a [Dataset], warnings: &mut Vec<String>
 pub(crate) fn without_seen<'a>(
     logs: &[Dataset],
     validation: &'a [Dataset],
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Finding>,
 ) -> Cow<'a, [Dataset]> {
     let seen = |log: &Dataset| logs.iter().find(|seen| is_copy(seen, log));
     if !validation.iter().any(|log| seen(log).is_some()) {
@@ -42,9 +45,10 @@ pub(crate) fn without_seen<'a>(
         } else {
             format!("it holds the same as {seen}, which was")
         };
-        warnings.push(format!(
-            "{name}: not validated on: {same} fitted to, and its error says nothing of other logs"
-        ));
+        warnings.push(
+            format!("{name}: not validated on: {same} fitted to, and its error says nothing of other logs")
+                .into(),
+        );
     }
     let fresh: Vec<Dataset> = validation.iter().filter(|log| seen(log).is_none()).cloned().collect();
     Cow::Owned(without_copies(&fresh, warnings).into_owned())
@@ -55,7 +59,7 @@ fn is_copy(one: &Dataset, other: &Dataset) -> bool {
 }
 
 /// Says so where a column is another unit's spelling of one that the log lacks.
-pub(crate) fn tell_of_units(log: &Dataset, warnings: &mut Vec<String>) {
+pub(crate) fn tell_of_units(log: &Dataset, warnings: &mut Vec<Finding>) {
     for signal in LOG_SIGNALS.iter().filter(|signal| log.column(signal.name).is_none()) {
         let suffix = format!("_{}", signal.unit.to_lowercase().replace(' ', "").replace('/', "_"));
         let Some(stem) = signal.name.strip_suffix(suffix.as_str()) else { continue };
@@ -68,7 +72,7 @@ pub(crate) fn tell_of_units(log: &Dataset, warnings: &mut Vec<String>) {
                     signal.name,
                     signal.meaning,
                     signal.unit
-                ));
+                ).into());
             }
             let Some(unit) = column.strip_prefix(stem).and_then(|rest| rest.strip_prefix('_')) else {
                 continue;
@@ -84,7 +88,7 @@ pub(crate) fn tell_of_units(log: &Dataset, warnings: &mut Vec<String>) {
                     signal.meaning,
                     signal.unit,
                     unit.name
-                ));
+                ).into());
             }
         }
     }

@@ -5,6 +5,7 @@ pub mod attitude_units;
 pub mod battery_range;
 pub mod duplicate_logs;
 pub mod excitation;
+pub mod finding;
 pub mod frozen_gyro;
 pub mod missing_commands;
 pub mod outliers;
@@ -17,3 +18,5 @@ pub mod sample_and_hold;
 pub mod saturation;
 pub mod summary;
 pub mod uncommanded_motion;
+
+pub use finding::{Evidence, Finding};

@@ -5,6 +5,7 @@ use super::rotor_data::{LEAST_COMMAND, RotorLog, bounds, quantile};
 use super::saturation;
 use crate::identify::IdentifyError;
 use crate::model::Model;
+use crate::screening::Finding;
 use crate::unit::STANDARD_GRAVITY;
 
 /// [-] [rad/s] [V] beyond these a column cannot be in the unit of its name: percent or microseconds; rpm, for a
@@ -77,8 +78,8 @@ pub(crate) fn too_far_apart(source: &str, interval: f64) -> String {
 impl RotorLog {
     /// Says so where a column can hardly be in the unit of its name, or is at its limits; refuses where it cannot. A
     /// voltage that is none is taken away.
-    pub(crate) fn check(&mut self, warnings: &mut Vec<String>) -> Result<(), IdentifyError> {
-        warnings.extend(self.mistaken()?);
+    pub(crate) fn check(&mut self, warnings: &mut Vec<Finding>) -> Result<(), IdentifyError> {
+        warnings.extend(self.mistaken()?.into_iter().map(Finding::from));
         self.check_saturation(warnings);
         self.check_battery(warnings);
         Ok(())
@@ -184,7 +185,7 @@ impl RotorLog {
     }
 
     /// Says how much of the log is at the limit of the command, and what can still be done.
-    fn check_saturation(&self, warnings: &mut Vec<String>) {
+    fn check_saturation(&self, warnings: &mut Vec<Finding>) {
         let known = || self.command.iter().copied().filter(|command| command.is_finite());
         let highest = bounds(&self.command).1.min(1.0);
         let at_limit = known().filter(|&u| u >= highest - 1e-9).count() as f64;
@@ -211,11 +212,11 @@ impl RotorLog {
                  a lower operating point, or give only the part of the log that is not at the limit",
             );
         }
-        warnings.push(sentence);
+        warnings.push(sentence.into());
     }
 
     /// Takes readings away that no battery has, and the whole column where nothing else is in it.
-    fn check_battery(&mut self, warnings: &mut Vec<String>) {
+    fn check_battery(&mut self, warnings: &mut Vec<Finding>) {
         let Some(voltage) = self.voltage.as_mut() else { return };
         let (low, high) = bounds(voltage);
         if quantile(voltage, 0.5) < EMPTY {
@@ -223,7 +224,7 @@ impl RotorLog {
                 "{}: `battery_voltage_v` reads {low:.2} to {high:.2} V, which no battery has that turns a rotor: it \
                  is not connected, or it is another column; taken as if no voltage had been measured",
                 self.source
-            ));
+            ).into());
             self.voltage = None;
             return;
         }
@@ -236,7 +237,7 @@ impl RotorLog {
                 at.join(" and "),
                 clipped.cells,
                 clipped.of
-            ));
+            ).into());
             self.voltage = None;
         }
     }
@@ -260,7 +261,7 @@ impl RotorLog {
 
     /// Says so where rates or thrusts are those of another unit, by what the template's rotor does at the same commands. It
     /// may well be another rotor: nothing is refused.
-    pub(crate) fn hold_against(&self, template: &Model, warnings: &mut Vec<String>) {
+    pub(crate) fn hold_against(&self, template: &Model, warnings: &mut Vec<Finding>) {
         let mut say = |what: &str, values: &[f64], si: &str, ratio: f64, unit: Option<&str>| {
             let unit = unit.map_or_else(
                 || "is the unit of the column right?".to_owned(),
@@ -274,7 +275,7 @@ impl RotorLog {
                  commands; {unit}",
                 self.source,
                 told(ratio)
-            ));
+            ).into());
         };
         let of_rates = self.rate_ratio(template);
         if let Some(ratio) = of_rates.filter(|ratio| is_another(ratio, ANOTHER)) {

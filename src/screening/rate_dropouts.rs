@@ -7,6 +7,7 @@ use std::ops::Range;
 use super::readings;
 use super::rotor_data::{LEAST_COMMAND, held};
 use crate::log::Dataset;
+use crate::screening::Finding;
 use crate::unit::short;
 
 /// [-] from this command on every rotor turns: the dead zones of speed controllers end below it.
@@ -35,7 +36,7 @@ const JUMP: f64 = 0.02;
 const STEPS: f64 = 2.0;
 
 /// The logs with every cell taken as missing that is no measurement, by what the commands say too; of each it is said which.
-pub fn measured<'a>(logs: &'a [Dataset], told: &mut Vec<String>) -> Cow<'a, [Dataset]> {
+pub fn measured<'a>(logs: &'a [Dataset], told: &mut Vec<Finding>) -> Cow<'a, [Dataset]> {
     match without_stale(logs, &[1, 2], told) {
         Cow::Borrowed(logs) => readings::measured_all(logs, told),
         Cow::Owned(logs) => Cow::Owned(readings::measured_all(&logs, told).into_owned()),
@@ -46,7 +47,7 @@ pub fn measured<'a>(logs: &'a [Dataset], told: &mut Vec<String>) -> Cow<'a, [Dat
 pub(crate) fn without_stale<'a>(
     logs: &'a [Dataset],
     rotors: &[usize],
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Finding>,
 ) -> Cow<'a, [Dataset]> {
     let mut cleaned = Cow::Borrowed(logs);
     for (at, log) in logs.iter().enumerate() {
@@ -69,7 +70,7 @@ fn fresh(
     source: &str,
     command: &[f64],
     rate: &[f64],
-    warnings: &mut Vec<String>,
+    warnings: &mut Vec<Finding>,
 ) -> Option<Vec<f64>> {
     let segments = log.segments();
     let told = held(command, &segments);
@@ -82,7 +83,7 @@ fn fresh(
              the telemetry, or a rotor that stood; taken as missing",
             zeros.len(),
             time[*first]
-        ));
+        ).into());
         zeros.iter().for_each(|row| rate[*row] = f64::NAN);
     }
     let scale = Scale::of(&rate);
@@ -103,7 +104,7 @@ fn fresh(
             longest.to,
             short(longest.commands.0),
             short(longest.commands.1),
-        ));
+        ).into());
         frozen.iter().flat_map(|run| &run.rows).for_each(|row| rate[*row] = f64::NAN);
     }
     (!zeros.is_empty() || !frozen.is_empty()).then_some(rate)
@@ -264,7 +265,7 @@ mod tests {
     }
 
     /// Rows of rotor 1 that were taken away, and what was said.
-    fn taken(log: &Dataset) -> (Vec<usize>, Vec<String>) {
+    fn taken(log: &Dataset) -> (Vec<usize>, Vec<Finding>) {
         let mut warnings = Vec::new();
         let cleaned = without_stale(std::slice::from_ref(log), &[1, 2], &mut warnings);
         let name = "propeller_rate_1_rad_s";
@@ -289,12 +290,16 @@ mod tests {
         assert_eq!(rows.len(), ROWS, "never moved: {told:?}");
         let sentence = "log.csv, rotor 1: the rate reads exactly 612.5 rad/s from 0.0 to 120.0 s while the command changes \
                         (from 0.4 to 0.5)";
-        assert!(told.len() == 1 && told[0].starts_with(sentence), "{told:?}");
+        assert!(told.len() == 1 && told[0].to_string().starts_with(sentence), "{told:?}");
         let last = lively.column("propeller_rate_1_rad_s").unwrap()[3000];
         let half = changed(&lively, |row, rate| if (3000..4000).contains(&row) { last } else { rate });
         let (rows, told) = taken(&half);
         assert_eq!((rows.first(), rows.last(), rows.len()), (Some(&3000), Some(&3999), 1000), "{told:?}");
-        assert!(told[0].contains("from 60.0 to 80.0 s") && told[0].contains("1000 samples"), "{told:?}");
+        assert!(
+            told[0].to_string().contains("from 60.0 to 80.0 s")
+                && told[0].to_string().contains("1000 samples"),
+            "{told:?}"
+        );
     }
 
     #[test]
@@ -323,7 +328,7 @@ mod tests {
         let (rows, told) = taken(&changed(&lively, |row, rate| if lost(row) { 0.0 } else { rate }));
         let expected: Vec<usize> = (0..ROWS).filter(|row| lost(*row)).collect();
         assert!(expected.len() > 100 && rows == expected, "{told:?}");
-        assert!(told[0].contains(&format!("exactly 0 in {} rows", expected.len())), "{told:?}");
+        assert!(told[0].to_string().contains(&format!("exactly 0 in {} rows", expected.len())), "{told:?}");
         // Long ones are no better, once the rotor must have started; a rotor that starts is none.
         let (rows, told) = taken(&changed(&lively, |row, rate| if row >= 4000 { 0.0 } else { rate }));
         assert_eq!((rows.first(), rows.len()), (Some(&4000), 2000), "{told:?}");

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::{battery_range, frozen_gyro, outliers, sample_and_hold, saturation};
 use crate::log::dataset::Dataset;
+use crate::screening::Finding;
 use crate::unit::short;
 
 #[cfg(test)]
@@ -108,12 +109,12 @@ fn command_of<'a>(log: &'a Dataset, name: &str) -> Option<&'a [f64]> {
 }
 
 /// The log with the cells that are no measurements taken as missing; of each channel it is said which.
-pub fn measured<'a>(log: &'a Dataset, told: &mut Vec<String>) -> Cow<'a, Dataset> {
+pub fn measured<'a>(log: &'a Dataset, told: &mut Vec<Finding>) -> Cow<'a, Dataset> {
     let mut cleaned = Cow::Borrowed(log);
     for name in MEASURED {
         let found = Unmeasured::of(log, name);
         let sentences = found.sentences(name, log.median_interval());
-        told.extend(sentences.into_iter().map(|sentence| format!("{}: {sentence}", log.source_name())));
+        told.extend(sentences.into_iter().map(|sentence| Finding::from(sentence).of(log.source_name())));
         let mut values = log.column(name).unwrap_or_default().to_vec();
         let mut taken = 0;
         for row in found.rows() {
@@ -129,7 +130,7 @@ pub fn measured<'a>(log: &'a Dataset, told: &mut Vec<String>) -> Cow<'a, Dataset
 }
 
 /// The same of several logs.
-pub fn measured_all<'a>(logs: &'a [Dataset], told: &mut Vec<String>) -> Cow<'a, [Dataset]> {
+pub fn measured_all<'a>(logs: &'a [Dataset], told: &mut Vec<Finding>) -> Cow<'a, [Dataset]> {
     let mut cleaned = Cow::Borrowed(logs);
     for (at, log) in logs.iter().enumerate() {
         if let Cow::Owned(log) = measured(log, told) {

@@ -6,6 +6,7 @@ use std::ops::Range;
 use super::missing_commands::{self, Missing};
 use crate::identify::IdentifyError;
 use crate::log::Dataset;
+use crate::screening::Finding;
 
 /// [-] below this command a rotor may stand still; the model does not speak of starting from standstill.
 pub(crate) const LEAST_COMMAND: f64 = 0.05;
@@ -95,14 +96,14 @@ impl RotorLog {
     pub fn of(
         log: &Dataset,
         rotor: usize,
-        warnings: &mut Vec<String>,
+        warnings: &mut Vec<Finding>,
     ) -> Result<Option<Self>, IdentifyError> {
         let Some((mut this, missing)) = Self::read(log, rotor) else { return Ok(None) };
         this.check(warnings)?;
         this.leave_out_starts(warnings);
         this.leave_out_unmoved(warnings);
         if missing.places > 0 && bounds(&this.command).1 >= LEAST_COMMAND {
-            warnings.push(this.tell_of(&missing));
+            warnings.push(this.tell_of(&missing).into());
         }
         Ok(Some(this))
     }
@@ -195,7 +196,7 @@ impl RotorLog {
     }
 
     /// Takes out of the score where the rotor stands or starts: the model has no law for that.
-    pub(crate) fn leave_out_starts(&mut self, warnings: &mut Vec<String>) {
+    pub(crate) fn leave_out_starts(&mut self, warnings: &mut Vec<Finding>) {
         let mut left = 0;
         for segment in self.whole() {
             let stands = at_standstill(&self.time[segment.clone()], &self.command[segment.clone()]);
@@ -211,7 +212,7 @@ impl RotorLog {
                 "{}: {left} samples at commands below {LEAST_COMMAND} or within {STARTING} s after are left \
                  out: a rotor that stands or starts does not follow the model",
                 self.source
-            ));
+            ).into());
         }
     }
 }
@@ -279,7 +280,7 @@ mod tests {
         log
     }
 
-    fn rotor(log: &Dataset) -> (RotorLog, Vec<String>) {
+    fn rotor(log: &Dataset) -> (RotorLog, Vec<Finding>) {
         let mut warnings = Vec::new();
         (RotorLog::of(log, 1, &mut warnings).unwrap().unwrap(), warnings)
     }
@@ -301,17 +302,23 @@ mod tests {
     fn standstill_is_left_out_and_said() {
         let (rotor, warnings) = rotor(&log(|t| if t < 5.0 { 0.0 } else { 0.5 }, 20.0));
         assert!(rotor.scored().all(|row| rotor.time[row] > 5.4));
-        assert!(warnings.iter().any(|warning| warning.contains("stands or starts")), "{warnings:?}");
+        assert!(
+            warnings.iter().any(|warning| warning.to_string().contains("stands or starts")),
+            "{warnings:?}"
+        );
     }
 
     #[test]
     fn wrong_units_get_a_sentence() {
         let (_, warnings) = rotor(&log(|t| 0.9 + 0.01 * t, 20.0));
-        assert!(warnings.iter().any(|warning| warning.contains("0 to 1 is expected")), "{warnings:?}");
+        assert!(
+            warnings.iter().any(|warning| warning.to_string().contains("0 to 1 is expected")),
+            "{warnings:?}"
+        );
         let mut fast = log(|_| 0.5, 20.0);
         fast.replace("propeller_rate_1_rad_s", vec![6000.0; 1000]).unwrap();
         let (_, warnings) = rotor(&fast);
-        assert!(warnings.iter().any(|warning| warning.contains("rpm")), "{warnings:?}");
+        assert!(warnings.iter().any(|warning| warning.to_string().contains("rpm")), "{warnings:?}");
         let refused = RotorLog::of(&log(|t| 1000.0 + t, 20.0), 1, &mut Vec::new()).unwrap_err();
         assert!(refused.to_string().contains("0 to 1 is expected"), "{refused}");
     }

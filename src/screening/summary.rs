@@ -10,6 +10,7 @@ use super::readings::Unmeasured;
 use super::saturation::Clip;
 use super::saturation::{self, piles};
 use crate::log::dataset::{Dataset, LOG_SIGNALS};
+use crate::screening::Finding;
 use crate::unit::short;
 
 #[cfg(test)]
@@ -101,7 +102,7 @@ pub struct Findings {
     /// Channel by channel.
     pub channels: Vec<ChannelFindings>,
     /// The same in sentences: what somebody who fits a model to this log must know.
-    pub warnings: Vec<String>,
+    pub findings: Vec<Finding>,
 }
 
 impl Findings {
@@ -123,14 +124,14 @@ impl Findings {
             holes: holes(log),
             standstill_starts_s: standstill_starts(log),
             channels,
-            warnings: Vec::new(),
+            findings: Vec::new(),
         };
-        findings.warnings = findings.sentences();
+        findings.findings = findings.sentences();
         findings
     }
 
-    fn sentences(&self) -> Vec<String> {
-        let mut said = Vec::new();
+    fn sentences(&self) -> Vec<Finding> {
+        let mut said: Vec<Finding> = Vec::new();
         if let Some(longest) = self.holes.iter().map(|hole| hole.length_s).max_by(f64::total_cmp) {
             let count = |step| self.holes.iter().filter(|hole| hole.at_step == Some(step)).count();
             let typical = 1e3 * self.median_interval_s;
@@ -141,14 +142,14 @@ impl Findings {
                 1e3 * longest,
                 count(Step::Up),
                 count(Step::Down)
-            ));
+            ).into());
         }
         if !self.standstill_starts_s.is_empty() {
             let first = self.standstill_starts_s[0];
             said.push(format!(
                 "{} from standstill, the first at {first:.3} s: what happens there is not in the model's range",
                 counted(self.standstill_starts_s.len(), "start")
-            ));
+            ).into());
         }
         for channel in &self.channels {
             channel.sentences(self.median_interval_s, &mut said);
@@ -158,33 +159,35 @@ impl Findings {
 }
 
 impl ChannelFindings {
-    fn sentences(&self, interval: f64, said: &mut Vec<String>) {
+    fn sentences(&self, interval: f64, said: &mut Vec<Finding>) {
         let name = &self.name;
         // That the guard was armed throughout is how it should be.
         if self.constant && !name.starts_with("guard_") {
-            said.push(format!("`{name}` is {} throughout", short(self.range[0])));
+            said.push(format!("`{name}` is {} throughout", short(self.range[0])).into());
         }
         if let Some(longest) = longest(&self.frozen).filter(|_| self.unmeasured.stuck.is_none()) {
             let (length, start, value) = (longest.length_s, longest.start_s, short(longest.value));
             let count = counted(self.frozen.len(), "time");
-            said.push(format!(
-                "`{name}` is frozen {count}, longest for {length:.3} s from {start:.3} s at {value}"
-            ));
+            said.push(
+                format!("`{name}` is frozen {count}, longest for {length:.3} s from {start:.3} s at {value}")
+                    .into(),
+            );
         }
         // Where it is sure that they are no measurements it is told with what follows of it.
         for clip in self.clipped.iter().filter(|_| self.unmeasured.clipped.is_none()) {
-            said.push(format!(
-                "`{name}` is clipped at {}: {} samples stand there",
-                short(clip.at),
-                clip.samples
-            ));
+            said.push(
+                format!("`{name}` is clipped at {}: {} samples stand there", short(clip.at), clip.samples)
+                    .into(),
+            );
         }
         if let Some(longest) = longest(&self.dropouts) {
             let (length, start) = (longest.length_s, longest.start_s);
             let count = counted(self.dropouts.len(), "time");
-            said.push(format!("`{name}` drops out {count}, longest for {length:.3} s from {start:.3} s"));
+            said.push(
+                format!("`{name}` drops out {count}, longest for {length:.3} s from {start:.3} s").into(),
+            );
         }
-        said.extend(self.unmeasured.sentences(name, interval));
+        said.extend(self.unmeasured.sentences(name, interval).into_iter().map(Finding::from));
     }
 }
 

@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use super::excitation::Motion;
 use super::rotor_data::RotorLog;
 use crate::estimation::least_squares;
+use crate::screening::Finding;
 
 /// Scatter of the rate about its smooth course, as a share of the rate, that no rotor has under a constant command: the
 /// first where neighbours scatter alike, so that it is no noise of the sensor, the second in any case.
@@ -20,7 +21,7 @@ const COURSE: usize = 4;
 
 impl RotorLog {
     /// Takes out of the score where the command stands still and the rate does not, and says so.
-    pub(crate) fn leave_out_unmoved(&mut self, warnings: &mut Vec<String>) {
+    pub(crate) fn leave_out_unmoved(&mut self, warnings: &mut Vec<Finding>) {
         let mut left = 0;
         let mut shown: Option<(f64, f64, f64)> = None;
         let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -47,7 +48,7 @@ impl RotorLog {
                  froze, the log of something else); {left} samples, from {first:.1} to {last:.1} s, are left out",
                 self.source,
                 100.0 * scatter / mean
-            ));
+            ).into());
         }
     }
 
@@ -117,7 +118,7 @@ mod tests {
         log
     }
 
-    fn rotor(log: &Dataset) -> (RotorLog, Vec<String>) {
+    fn rotor(log: &Dataset) -> (RotorLog, Vec<Finding>) {
         let mut warnings = Vec::new();
         (RotorLog::of(log, 1, &mut warnings).unwrap().unwrap(), warnings)
     }
@@ -126,13 +127,16 @@ mod tests {
     fn a_frozen_command_says_so_and_is_left_out() {
         let (whole, warnings) = rotor(&log(0.0, 2.0));
         assert_eq!(whole.scored().count(), 0, "{warnings:?}");
-        assert!(warnings.iter().any(|it| it.contains("stands still at 0.4500")), "{warnings:?}");
+        assert!(warnings.iter().any(|it| it.to_string().contains("stands still at 0.4500")), "{warnings:?}");
         let (part, warnings) = rotor(&log(60.0, 2.0));
         // Back to the last change of the command, from which on the log does not say what the rotor was told.
         assert!((2995..=3005).contains(&part.scored().count()), "{warnings:?}");
-        assert!(warnings.iter().any(|it| it.contains("from 60.0 to 120.0 s, are left out")), "{warnings:?}");
+        assert!(
+            warnings.iter().any(|it| it.to_string().contains("from 60.0 to 120.0 s, are left out")),
+            "{warnings:?}"
+        );
         assert_eq!(part.segments, vec![0..3000]);
-        assert_eq!(rotor(&log(f64::INFINITY, 2.0)).1, [""; 0], "commands that move the rotor");
+        assert_eq!(rotor(&log(f64::INFINITY, 2.0)).1, [], "commands that move the rotor");
     }
 
     /// Behind a command that comes back the rotor's state is not known: a stretch of its own begins.
@@ -145,7 +149,7 @@ mod tests {
         log.replace("command_1", commands.collect()).unwrap();
         let (part, warnings) = rotor(&log);
         assert_eq!(part.segments, [0..3000, 4000..6000], "{warnings:?}");
-        assert!(warnings[0].contains("1000 samples, from 60.0 to 80.0 s"), "{warnings:?}");
+        assert!(warnings[0].to_string().contains("1000 samples, from 60.0 to 80.0 s"), "{warnings:?}");
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Logs that say nothing, or something else than their names.
 
+use rotorbench::report::findings::sentences;
 use std::f64::consts::TAU;
 use std::process::Command;
 
@@ -23,7 +24,11 @@ fn a_battery_that_has_more_than_the_template_is_full_at_its_own_voltage() {
         let full = found.model.actuator.full_voltage;
         // A hundredth of the readings may be glitches, and it is said to a tenth of a volt.
         assert!((best - 0.3..=best + 0.05).contains(&full), "{full} V of at most {best}");
-        assert!(found.warnings.iter().any(|it| it.contains("--full-voltage-v")), "{:?}", found.warnings);
+        assert!(
+            sentences(&found.findings).iter().any(|it| it.contains("--full-voltage-v")),
+            "{:?}",
+            sentences(&found.findings)
+        );
     }
 }
 
@@ -34,8 +39,9 @@ fn logs_that_cannot_be_used_are_named_with_the_reason() {
     let settings = || IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
     let both = |bad: &Dataset| {
         let found = identify(&[good.clone(), bad.clone()], &[], &settings()).expect("the good one");
-        let alone = identify(std::slice::from_ref(bad), &[], &settings()).map(|found| found.warnings);
-        (found.warnings, alone.map_err(|error| error.to_string()))
+        let alone =
+            identify(std::slice::from_ref(bad), &[], &settings()).map(|found| sentences(&found.findings));
+        (sentences(&found.findings), alone.map_err(|error| error.to_string()))
     };
     let renamed = |name: &str| Dataset::new(name, "", good.time().to_vec()).expect("rising time");
     let column = |name: &str| good.column(name).expect("there").to_vec();
@@ -87,7 +93,11 @@ fn logs_that_cannot_be_used_are_named_with_the_reason() {
         "b.csv: not used: it holds the same as a.csv",
         "c.csv: not validated on: it holds the same as a.csv, which was fitted to",
     ] {
-        assert!(twice.warnings.iter().any(|it| it.contains(sentence)), "{:?}", twice.warnings);
+        assert!(
+            sentences(&twice.findings).iter().any(|it| it.contains(sentence)),
+            "{:?}",
+            sentences(&twice.findings)
+        );
     }
 }
 
@@ -105,17 +115,24 @@ fn values_that_suggest_another_unit_or_no_sensor_are_said() {
     let none = identify(std::slice::from_ref(&good), &[], &settings(false)).expect("identified");
     let dead = with("battery_voltage_v", &|_| 0.0);
     assert_eq!(dead.model.actuator, none.model.actuator, "as if no voltage had been measured");
-    assert!(dead.warnings.iter().any(|it| it.contains("it is not connected")), "{:?}", dead.warnings);
+    assert!(
+        sentences(&dead.findings).iter().any(|it| it.contains("it is not connected")),
+        "{:?}",
+        sentences(&dead.findings)
+    );
     for (factor, unit) in [(1.0 / TAU, "`rev/s`"), (0.06 / TAU, "`krpm`"), (5.7, "`rpm`")] {
         let found = with("propeller_rate_1_rad_s", &|rate| factor * rate);
-        let said = found
-            .warnings
+        let said = sentences(&found.findings)
             .iter()
             .any(|it| it.contains("what the template's rotor does") && it.contains(unit));
-        assert!(said, "{unit}: {:?}", found.warnings);
+        assert!(said, "{unit}: {:?}", sentences(&found.findings));
     }
     let sound = with("propeller_rate_1_rad_s", &|rate| 1.5 * rate);
-    assert!(!sound.warnings.iter().any(|it| it.contains("template's rotor")), "{:?}", sound.warnings);
+    assert!(
+        !sentences(&sound.findings).iter().any(|it| it.contains("template's rotor")),
+        "{:?}",
+        sentences(&sound.findings)
+    );
 }
 
 #[test]

@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rotorbench::emulate::EmulatorConfig;
 use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::log::Dataset;
+use rotorbench::report::findings::sentences;
 
 use crate::bench::{bench, prbs, run};
 
@@ -48,9 +49,13 @@ fn what_is_missing_between_commands_does_not_move_the_pole() {
             // The sensor's noise is all that is left: 1.5 rad/s.
             assert!((1.3..1.7).contains(&joint.residual_rms), "{}", joint.residual_rms);
             assert!(pole.standard_error < 0.01 * truth, "{pole:?}: a minute says more than that");
-            let told = found.warnings.iter().find(|it| it.contains("what the rotor was told")).expect("told");
+            let told = sentences(&found.findings)
+                .into_iter()
+                .find(|it| it.contains("what the rotor was told"))
+                .expect("told");
             assert!(
-                told.contains("each 20 ms") && !found.warnings.iter().any(|it| it.contains("far from noise"))
+                told.contains("each 20 ms")
+                    && !sentences(&found.findings).iter().any(|it| it.contains("far from noise"))
             );
         }
         // Of sixteen honest intervals more than three without the truth come in 0.7 % of the cases, a mean of 3/4 of a

@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rotorbench::emulate::EmulatorConfig;
 use rotorbench::identify::{Estimate, Identification, IdentifySettings, identify};
 use rotorbench::log::Dataset;
+use rotorbench::report::findings::sentences;
 
 use crate::bench::{bench, prbs, run};
 
@@ -60,8 +61,9 @@ fn readings_that_repeat_are_no_delay_and_no_slow_pole() {
         for (pattern, fresh) in patterns {
             let log = held(&whole, fresh);
             let found = identify(&[log], &[], &settings()).expect("identified");
-            let told = found.warnings.iter().filter(|it| it.contains("fresh ones come at")).count();
-            assert_eq!(told, 1, "{pattern}: {:?}", found.warnings);
+            let told =
+                sentences(&found.findings).iter().filter(|it| it.contains("fresh ones come at")).count();
+            assert_eq!(told, 1, "{pattern}: {:?}", sentences(&found.findings));
             holds(&format!("{pattern}, {delay} s"), &found, delay);
         }
     }
@@ -83,8 +85,9 @@ fn wild_readings_do_not_move_what_is_identified() {
             let mut log = whole.clone();
             log.replace(RATE, rates).expect("as long");
             let found = identify(&[log], &[], &settings()).expect("identified");
-            let told = found.warnings.iter().filter(|it| it.contains("wild readings lie far")).count();
-            assert_eq!(told, 1, "{name}: {:?}", found.warnings);
+            let told =
+                sentences(&found.findings).iter().filter(|it| it.contains("wild readings lie far")).count();
+            assert_eq!(told, 1, "{name}: {:?}", sentences(&found.findings));
             holds(&format!("{name}, {delay} s"), &found, delay);
             // Fig. 5 is made of what lies between them.
             assert!(found.frequency_response.len() > 50, "{}", found.frequency_response.len());

@@ -2,6 +2,7 @@
 
 use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::log::{Dataset, csv};
+use rotorbench::report::findings::sentences;
 
 use super::bad_logs::run;
 use super::logs::{C_G1, C_G2, FULL_VOLTAGE, K_V, POLE, lively, moving, ramps, settled, voltage};
@@ -77,7 +78,7 @@ fn swapped(mut log: Dataset) -> Dataset {
 fn warnings(log: &Dataset, rotors: &[usize]) -> Vec<String> {
     let settings =
         IdentifySettings { degree: Some(2), rotors: rotors.to_vec(), ..IdentifySettings::default() };
-    identify(std::slice::from_ref(log), &[], &settings).expect("identified").warnings
+    sentences(&identify(std::slice::from_ref(log), &[], &settings).expect("identified").findings)
 }
 
 fn refused(log: &Dataset, sentence: &str) {
@@ -149,7 +150,7 @@ fn rotors_of_two_logs_that_are_not_alike_are_told() {
     ] {
         let logs = [alone("one.csv", 1, PAPER, &lively), alone("two.csv", number, rotor, &other)];
         let settings = IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
-        let told = identify(&logs, &[], &settings).expect("identified").warnings;
+        let told = sentences(&identify(&logs, &[], &settings).expect("identified").findings);
         match said {
             Some(said) => assert!(told[0].contains(said), "{told:?}"),
             None => assert_eq!(told, [""; 0]),

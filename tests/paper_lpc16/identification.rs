@@ -2,6 +2,7 @@
 
 use rotorbench::identify::{Identification, IdentifiedActuator, IdentifySettings, identify};
 use rotorbench::log::Dataset;
+use rotorbench::report::findings::sentences;
 
 use super::close;
 use super::logs::{
@@ -88,9 +89,9 @@ fn eq_9_says_when_a_ramp_is_too_fast_for_eq_4() {
     let check = fast.static_curve.and_then(|curve| curve.ramp_check).expect("ramps");
     assert!(!check.slow_enough, "{check:?}");
     assert!(
-        fast.warnings.iter().any(|warning| warning.contains("too fast for Eq. (4)")),
+        sentences(&fast.findings).iter().any(|warning| warning.contains("too fast for Eq. (4)")),
         "{:?}",
-        fast.warnings
+        sentences(&fast.findings)
     );
 }
 
@@ -111,7 +112,11 @@ fn eq_9_ramps_one_way_do_not_tell_a_lag_from_the_curve() {
             "{check:?}"
         );
         assert!(check.slow_enough, "{check:?}");
-        assert!(!found.warnings.iter().any(|it| it.contains("too fast")), "{:?}", found.warnings);
+        assert!(
+            !sentences(&found.findings).iter().any(|it| it.contains("too fast")),
+            "{:?}",
+            sentences(&found.findings)
+        );
     }
 }
 
@@ -145,7 +150,11 @@ fn eq_13_the_thrust_curve_and_its_tangent() {
     close(thrust.slope.value, 0.0197, 5e-6);
     close(thrust.offset.value, -6.0771, 5e-4);
     close(thrust.linear_share.value, 0.0, 1e-9);
-    assert!(!quadratic.warnings.iter().any(|warning| warning.contains("thrust")), "{:?}", quadratic.warnings);
+    assert!(
+        !sentences(&quadratic.findings).iter().any(|warning| warning.contains("thrust")),
+        "{:?}",
+        sentences(&quadratic.findings)
+    );
     close(quadratic.model.actuator.thrust_coefficient, THRUST, 1e-15);
     for (thrust, sentence) in [
         ((&|rate: f64| THRUST * rate * rate + 0.5) as &dyn Fn(f64) -> f64, "thrust is not c ω² alone"),
@@ -155,11 +164,11 @@ fn eq_13_the_thrust_curve_and_its_tangent() {
         (&|rate| 0.2248 * THRUST * rate * rate, "import it with unit `lbf`"),
         (&|rate| 3.597 * THRUST * rate * rate, "import it with unit `ozf`"),
     ] {
-        let warnings = with_thrust(thrust).warnings;
+        let warnings = sentences(&with_thrust(thrust).findings);
         assert!(warnings.iter().any(|warning| warning.contains(sentence)), "{sentence}: {warnings:?}");
     }
     // Another propeller's.
-    let another = with_thrust(&|rate| 0.4 * THRUST * rate * rate).warnings;
+    let another = sentences(&with_thrust(&|rate| 0.4 * THRUST * rate * rate).findings);
     assert!(!another.iter().any(|warning| warning.contains("thrust")), "{another:?}");
     // A model with such a c is none that anything takes.
     let falling = with_thrust(&|rate| -THRUST * rate * rate);
@@ -232,10 +241,15 @@ fn eq_12_has_a_sign_and_a_body_that_does_not_turn_has_no_inertia() {
     for change in [(&|rate: f64| -rate) as &dyn Fn(f64) -> f64, &still] {
         let found = with_rate(change);
         assert!(found.body.is_none());
-        let told =
-            found.warnings.iter().any(|warning| warning.contains("the torque hardly shows in the body rate"));
-        assert!(told, "{:?}", found.warnings);
-        assert!(!found.warnings.iter().any(|warning| warning.contains("0.000 ±")), "{:?}", found.warnings);
+        let told = sentences(&found.findings)
+            .iter()
+            .any(|warning| warning.contains("the torque hardly shows in the body rate"));
+        assert!(told, "{:?}", sentences(&found.findings));
+        assert!(
+            !sentences(&found.findings).iter().any(|warning| warning.contains("0.000 ±")),
+            "{:?}",
+            sentences(&found.findings)
+        );
         assert_eq!(found.model.body.inertia, 0.032, "the template's");
     }
 }

@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rotorbench::identify::{Identification, IdentifySettings, identify};
 use rotorbench::log::Dataset;
+use rotorbench::report::findings::sentences;
 
 use super::close;
 use super::logs::{C_G1, C_G2, PERIOD, POLE, dataset, lively, voltage, z};
@@ -74,8 +75,16 @@ fn eq_10_with_a_delay_has_the_pole_and_the_delay_in_the_model() {
     assert!(joint.coefficients[1].distance(C_G1) < 3.3, "{:?}", joint.coefficients);
     // A lag alone makes up for the delay.
     assert!(told.pole_without.value < 0.8 * POLE, "{told:?}");
-    assert!(found.warnings.iter().any(|warning| warning.contains("ms late")), "{:?}", found.warnings);
-    assert!(!found.warnings.iter().any(|warning| warning.contains("not enough")), "{:?}", found.warnings);
+    assert!(
+        sentences(&found.findings).iter().any(|warning| warning.contains("ms late")),
+        "{:?}",
+        sentences(&found.findings)
+    );
+    assert!(
+        !sentences(&found.findings).iter().any(|warning| warning.contains("not enough")),
+        "{:?}",
+        sentences(&found.findings)
+    );
 
     let model = &found.model;
     assert_eq!(model.parameter("transport_delay.delay"), Some(told.delay.value));
@@ -98,7 +107,8 @@ fn eq_10_with_a_delay_has_the_pole_and_the_delay_in_the_model() {
 fn a_delay_is_left_out_when_asked_and_where_more_than_a_delay_is_missing() {
     let bench = Bench { delay: DELAY, ..Bench::default() };
     let without = found(&[run(bench, 3, 3000)], &[], false);
-    let told = |found: &Identification, words: &str| found.warnings.iter().any(|it| it.contains(words));
+    let told =
+        |found: &Identification, words: &str| sentences(&found.findings).iter().any(|it| it.contains(words));
     assert!(without.model.effects.is_empty() && without.model.ladder.is_empty());
     assert!(told(&without, "a first-order lag is not enough") && told(&without, "`transport_delay` of 33."));
 
@@ -110,7 +120,7 @@ fn a_delay_is_left_out_when_asked_and_where_more_than_a_delay_is_missing() {
     // A second lag of 25 ms looks like a delay, and more like a second lag.
     let lagged = found(&[run(Bench { second: 0.025, ..Bench::default() }, 5, 3000)], &[], true);
     assert!(lagged.model.effects.is_empty(), "{:?}", lagged.model.effects);
-    assert!(told(&lagged, "`second_order_lag` of"), "{:?}", lagged.warnings);
+    assert!(told(&lagged, "`second_order_lag` of"), "{:?}", sentences(&lagged.findings));
 
     // No delay, no word of it.
     let punctual = found(&[run(Bench::default(), 6, 3000)], &[], true);

@@ -2,6 +2,7 @@
 
 use rotorbench::identify::{Identification, IdentifySettings, identify};
 use rotorbench::log::Dataset;
+use rotorbench::report::findings::sentences;
 
 use super::logs::{C_G1, C_G2, PERIOD, POLE, lively, of_columns, z};
 
@@ -63,7 +64,7 @@ fn what_the_other_rotor_draws_from_the_battery_is_known() {
         let log = log(step);
         for rotors in [[1, 2].as_slice(), &[1], &[2]] {
             let found = found(&log, rotors);
-            assert_eq!(found.warnings, [""; 0], "{step} V, rotors {rotors:?}");
+            assert_eq!(sentences(&found.findings), [""; 0], "{step} V, rotors {rotors:?}");
             let fit = found.joint.expect("lively commands");
             let [linear, quadratic] = [0, 1].map(|at| fit.coefficients[at]);
             let gain = fit.voltage_gain.expect("it shows");

@@ -2,6 +2,7 @@
 
 use rotorbench::identify::{Estimate, Identification, IdentifySettings, identify};
 use rotorbench::log::{Dataset, csv};
+use rotorbench::report::findings::sentences;
 
 use super::bad_logs::run;
 use super::close;
@@ -19,7 +20,7 @@ fn quadratic() -> IdentifySettings {
 }
 
 fn told(found: &Identification, sentence: &str) -> bool {
-    found.warnings.iter().any(|warning| warning.contains(sentence))
+    sentences(&found.findings).iter().any(|warning| warning.contains(sentence))
 }
 
 /// The log with a column changed row by row.
@@ -48,10 +49,14 @@ fn ramps_alone_take_k_v_and_the_pole_from_the_template_and_the_curve_knows_no_be
             let share = estimate.distance(truth) / (12.0 / (0.5 * gain));
             assert!((0.9..=1.0).contains(&share), "{share}: {estimate:?}");
         }
-        assert!(told(&found, &format!("k_V = {gain} rad/(s V) is the template's")), "{:?}", found.warnings);
-        assert!(told(&found, "standard errors of g(u) allow for"), "{:?}", found.warnings);
-        assert!(told(&found, "the pole 16 rad/s is the template's"), "{:?}", found.warnings);
-        assert!(!told(&found, "g(u) = "), "{:?}", found.warnings);
+        assert!(
+            told(&found, &format!("k_V = {gain} rad/(s V) is the template's")),
+            "{:?}",
+            sentences(&found.findings)
+        );
+        assert!(told(&found, "standard errors of g(u) allow for"), "{:?}", sentences(&found.findings));
+        assert!(told(&found, "the pole 16 rad/s is the template's"), "{:?}", sentences(&found.findings));
+        assert!(!told(&found, "g(u) = "), "{:?}", sentences(&found.findings));
     }
 }
 
@@ -59,9 +64,13 @@ fn ramps_alone_take_k_v_and_the_pole_from_the_template_and_the_curve_knows_no_be
 fn one_level_alone_takes_curve_and_pole_from_the_template() {
     let found = found(&settled(|_| 0.45, 6000), &quadratic());
     assert!(found.battery.is_some(), "{:?}", found.parts);
-    assert!(told(&found, "g(u) = 1124.5 u + 447.1 u^2 rad/s is the template's"), "{:?}", found.warnings);
-    assert!(told(&found, "the pole 16 rad/s is the template's"), "{:?}", found.warnings);
-    assert!(!told(&found, "k_V = "), "{:?}", found.warnings);
+    assert!(
+        told(&found, "g(u) = 1124.5 u + 447.1 u^2 rad/s is the template's"),
+        "{:?}",
+        sentences(&found.findings)
+    );
+    assert!(told(&found, "the pole 16 rad/s is the template's"), "{:?}", sentences(&found.findings));
+    assert!(!told(&found, "k_V = "), "{:?}", sentences(&found.findings));
 }
 
 #[test]
@@ -73,7 +82,7 @@ fn a_log_of_the_body_alone_leaves_the_rotor_to_the_template() {
     alone.insert("body_rate_rad_s", rate).expect("as long as time");
     alone.insert("torque_command_nm", torque).expect("as long as time");
     let found = found(&alone, &quadratic());
-    assert!(told(&found, "no rotor was identified"), "{:?}", found.warnings);
+    assert!(told(&found, "no rotor was identified"), "{:?}", sentences(&found.findings));
     assert_eq!(found.model.actuator, IdentifySettings::default().template.actuator);
 }
 
@@ -82,9 +91,17 @@ fn a_log_of_the_body_alone_leaves_the_rotor_to_the_template() {
 fn a_voltage_that_never_moves_says_nothing_of_k_v() {
     let log = moving(lively, 3000);
     let constant = found(&with(&log, VOLTAGE, |_, _| 12.3), &quadratic());
-    assert!(told(&constant, "`battery_voltage_v` reads 12.3 V throughout"), "{:?}", constant.warnings);
+    assert!(
+        told(&constant, "`battery_voltage_v` reads 12.3 V throughout"),
+        "{:?}",
+        sentences(&constant.findings)
+    );
     let without = found(&with(&log, VOLTAGE, |_, _| f64::NAN), &quadratic());
-    assert!(told(&without, "p takes up how the battery gives way under load"), "{:?}", without.warnings);
+    assert!(
+        told(&without, "p takes up how the battery gives way under load"),
+        "{:?}",
+        sentences(&without.findings)
+    );
     assert_eq!(constant.model.actuator, without.model.actuator);
     assert_eq!(constant.model.actuator.voltage_gain, 0.0);
 }
@@ -96,11 +113,11 @@ fn a_battery_reading_that_is_clipped_says_nothing_of_k_v() {
     // Down by half a volt under load and back, a dozen times; what the wire tells ends at 12.2 V.
     let sags = |row: usize| 12.0 + 0.4 * (0.05 * row as f64).sin() + 0.01 * ((row * 7919 % 13) as f64 - 6.0);
     let clipped = found(&with(&log, VOLTAGE, |row, _| sags(row).min(12.2)), &quadratic());
-    assert!(told(&clipped, "`battery_voltage_v` is clipped at 12.2"), "{:?}", clipped.warnings);
+    assert!(told(&clipped, "`battery_voltage_v` is clipped at 12.2"), "{:?}", sentences(&clipped.findings));
     let without = found(&with(&log, VOLTAGE, |_, _| f64::NAN), &quadratic());
     assert_eq!(clipped.model.actuator, without.model.actuator);
     let whole = found(&with(&log, VOLTAGE, |row, _| sags(row)), &quadratic());
-    assert!(!told(&whole, "is clipped at"), "{:?}", whole.warnings);
+    assert!(!told(&whole, "is clipped at"), "{:?}", sentences(&whole.findings));
 }
 
 /// Of a curve that was fitted without the battery's part the template's k_V would take 0.3 V times 40 once more.
@@ -110,7 +127,7 @@ fn a_battery_that_does_not_show_is_not_put_into_the_model() {
     let found = found(&with(&moving(lively, 600), RATE, |row, rate| rate + noise(row)), &quadratic());
     assert!(found.joint.as_ref().is_some_and(|joint| joint.voltage_gain.is_none()), "{:?}", found.joint);
     assert_eq!(found.model.actuator.voltage_gain, 0.0);
-    assert!(told(&found, "the model has k_V = 0"), "{:?}", found.warnings);
+    assert!(told(&found, "the model has k_V = 0"), "{:?}", sentences(&found.findings));
     let middle = found.actuator.steady_rate(0.47, Some(voltage(6.0)));
     // What there is, with 17 rad/s of noise in each of 600 samples.
     close(middle, C_G1 * 0.47 * 0.47 + C_G2 * 0.47 - 40.0 * (12.6 - voltage(6.0)), 4.0);
@@ -128,7 +145,7 @@ fn a_rate_that_froze_or_dropped_out_does_not_move_pole_or_inertia() {
         [(froze, "while the command changes (from 0.35 to 0.59)"), (dropped, "exactly 0 in 81 rows")]
     {
         let found = found(&log, &quadratic());
-        assert!(told(&found, sentence), "{:?}", found.warnings);
+        assert!(told(&found, sentence), "{:?}", sentences(&found.findings));
         let joint = found.joint.expect("lively commands");
         close(joint.pole.value, whole.pole.value, 1e-3);
         assert!(joint.samples < whole.samples && joint.pole.standard_error > 0.0);
@@ -175,7 +192,7 @@ fn a_k_v_that_hardly_shows_is_told() {
     let little = found(&noisy(0.45, 12.0, 1000), &quadratic());
     let gain = little.battery.as_ref().expect("one level").gain;
     assert!((0.2..0.4).contains(&(gain.standard_error / gain.value)), "{gain:?}");
-    assert!(told(&little, " % only: hold commands longer"), "{:?}", little.warnings);
+    assert!(told(&little, " % only: hold commands longer"), "{:?}", sentences(&little.findings));
     assert_eq!(little.model.actuator.voltage_gain, gain.value);
     // Beside ramps, which say the curve.
     let ramps = settled(ramps, 7000);
@@ -184,8 +201,9 @@ fn a_k_v_that_hardly_shows_is_told() {
     assert!(next_to_nothing.battery.is_none());
     assert_eq!(next_to_nothing.model.actuator.voltage_gain, 40.0);
     assert!(!next_to_nothing.model.standard_errors.contains_key("voltage_gain"));
-    let said =
-        next_to_nothing.warnings.iter().find(|it| it.starts_with("k_V = 40 rad/(s V) is the template's"));
+    let said = sentences(&next_to_nothing.findings)
+        .into_iter()
+        .find(|it| it.starts_with("k_V = 40 rad/(s V) is the template's"));
     let said = said.expect("told");
     assert!(said.contains("what the logs show, ") && said.contains(", is not known well enough"), "{said}");
     assert!(!said.contains("speaks against it"), "{said}");
@@ -206,7 +224,7 @@ fn a_k_v_that_is_taken_as_none_weighs_on_the_curve_with_all_that_it_may_be() {
     let ramps = with(&settled(ramps, 7000), RATE, |row, rate| rate + 30.0 * (12.6 - volts(row)));
     let found = identify(&[level, ramps], &[], &quadratic()).expect("ramps");
     assert_eq!(found.model.actuator.voltage_gain, 0.0);
-    assert!(told(&found, "the logs show, 4 ± 4.0"), "{:?}", found.warnings);
+    assert!(told(&found, "the logs show, 4 ± 4.0"), "{:?}", sentences(&found.findings));
     let curve = found.static_curve.expect("ramps").coefficients;
     // 10 of the root of 4² + 4²; in that of u² there is as much again of what a wrong k_V leaves over.
     assert!((1.5..2.0).contains(&curve[0].distance(C_G2)), "{curve:?}");
@@ -228,7 +246,7 @@ fn a_battery_that_is_read_in_tenths_of_a_volt_gives_the_numbers_of_a_fine_readin
         [moving(|_| 0.45, 3000), moving(ramps, 3500), moving(lively, 3000)].map(|log| as_read(&log));
     for logs in [vec![level, ramps], vec![lively]] {
         let found = identify(&logs, &[], &quadratic()).expect("identified");
-        assert!(!told(&found, "froze") && !told(&found, "steps of"), "{:?}", found.warnings);
+        assert!(!told(&found, "froze") && !told(&found, "steps of"), "{:?}", sentences(&found.findings));
         let (actuator, errors) = (&found.model.actuator, &found.model.standard_errors);
         let curve = &actuator.steady_rate;
         for (name, value, truth, share) in [
@@ -253,7 +271,11 @@ fn one_level_that_shows_nothing_gives_no_model() {
     assert!(text.contains("k_V would be") && text.contains("which hardly shows"), "{text}");
     let found = identify(&[governed, settled(ramps, 7000)], &[], &quadratic()).expect("ramps");
     let against = "and speaks against the template's 40 (a rotor whose ESC governs its rate has none)";
-    assert!(found.warnings.iter().any(|it| it.contains(against)), "{:?}", found.warnings);
+    assert!(
+        sentences(&found.findings).iter().any(|it| it.contains(against)),
+        "{:?}",
+        sentences(&found.findings)
+    );
     assert_eq!(found.model.actuator.voltage_gain, 0.0);
 }
 
@@ -270,9 +292,9 @@ fn a_full_voltage_that_cannot_be_is_said_to_be_the_one_that_was_given() {
         let mut settings = IdentifySettings { full_voltage_given: given, ..quadratic() };
         settings.template.actuator.full_voltage = volts;
         let found = found(&log, &settings);
-        assert!(told(&found, sentence), "{sentence}: {:?}", found.warnings);
+        assert!(told(&found, sentence), "{sentence}: {:?}", sentences(&found.findings));
         let asks = told(&found, "say what this bench") || told(&found, "give its full voltage with");
-        assert_eq!(asks, !given, "{:?}", found.warnings);
+        assert_eq!(asks, !given, "{:?}", sentences(&found.findings));
     }
 }
 
@@ -315,7 +337,7 @@ fn a_fit_that_explains_little_is_told() {
     let rates = log.column(RATE).expect("there");
     let mixed = with(&log, RATE, |row, rate| if row % 300 < 90 { rates[(row + 777) % 3000] } else { rate });
     let found = found(&mixed, &quadratic());
-    assert!(told(&found, "of the rates' rms unexplained"), "{:?}", found.warnings);
+    assert!(told(&found, "of the rates' rms unexplained"), "{:?}", sentences(&found.findings));
 }
 
 /// A battery that fills while the rotor is driven, and one whose reading freezes.
@@ -335,7 +357,7 @@ fn a_voltage_that_cannot_be_is_told_or_left_out() {
     assert!(
         told(&froze, "`battery_voltage_v` reads exactly 12.32 V from 20.0 to 60.0 s"),
         "{:?}",
-        froze.warnings
+        sentences(&froze.findings)
     );
     // Cells that are empty are no reading that stands.
     let empty = |row: usize| (1001..2801).contains(&row);
@@ -345,6 +367,6 @@ fn a_voltage_that_cannot_be_is_told_or_left_out() {
         told(&empty, "`battery_voltage_v` has no reading between 20.0 and 56.0 s")
             && !told(&empty, "reads exactly"),
         "{:?}",
-        empty.warnings
+        sentences(&empty.findings)
     );
 }

@@ -288,5 +288,5 @@ fn a_vendors_thrust_stand_log() {
     assert_eq!(findings.holes.iter().filter(|hole| hole.length_s > 0.06).count(), 31);
     assert!(findings.holes.iter().filter(|hole| hole.at_step.is_some()).count() >= 14);
     assert!(!findings.standstill_starts_s.is_empty());
-    assert!(findings.warnings.iter().any(|warning| warning.contains("standstill")));
+    assert!(findings.findings.iter().any(|warning| warning.to_string().contains("standstill")));
 }

@@ -6,6 +6,7 @@ use crate::cli::CliError;
 use crate::diagnose::{DiagnoseConfig, Diagnosis, Extension, Verdict, diagnose, extend};
 use crate::log::Dataset;
 use crate::model::Model;
+use crate::report::findings::sentences;
 use crate::report::{Bars, Mark, Page, Table, number};
 
 /// [s] after arming: from here on nobody strikes the body, and the angle is moved.
@@ -122,5 +123,5 @@ pub(super) fn tell(page: &mut Page, lesson: &Lesson, hidden: &str) {
             .bar("with what was missing", error.extended.validate, Mark::Good)
             .level("noise floor", error.noise_floor),
     );
-    page.list(diagnosis.warnings.clone());
+    page.list(sentences(&diagnosis.findings));
 }

@@ -206,7 +206,7 @@ pub(super) fn torque_sentence(comparison: &Comparison) -> Option<String> {
 /// What to know about a log, first what makes everything else worthless.
 pub(super) fn notes(comparisons: &[Comparison], log: &Dataset) -> Vec<String> {
     let mistaken = comparisons.first().map(|first| first.mistaken_columns.clone()).unwrap_or_default();
-    mistaken.into_iter().chain(Findings::of(log).warnings).collect()
+    mistaken.into_iter().chain(crate::report::findings::sentences(&Findings::of(log).findings)).collect()
 }
 
 /// One screen.

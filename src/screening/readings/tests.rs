@@ -102,7 +102,7 @@ fn held_readings_are_taken_as_missing_and_told() {
             let left = cleaned.column(RATE).unwrap();
             let wrong = (0..ROWS).filter(|row| left[*row].is_finite() != fresh(*row)).count();
             assert_eq!(wrong, 0, "{pattern} {kind}: {said:?}");
-            assert!(said.len() == 1 && said[0].contains(sentence), "{pattern} {kind}: {said:?}");
+            assert!(said.len() == 1 && said[0].to_string().contains(sentence), "{pattern} {kind}: {said:?}");
             assert_eq!(cleaned.column("command_1"), log.column("command_1"));
         }
     }

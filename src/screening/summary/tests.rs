@@ -20,7 +20,7 @@ fn log(change: impl Fn(usize, &mut f64)) -> Dataset {
 #[test]
 fn a_good_log_raises_nothing() {
     let findings = Findings::of(&log(|_, _| {}));
-    assert_eq!(findings.warnings, Vec::<String>::new());
+    assert_eq!(findings.findings, []);
     assert!((findings.median_interval_s - 0.01).abs() < 1e-9);
 }
 
@@ -56,7 +56,7 @@ fn a_clipped_channel_and_a_dropout_are_found() {
 #[test]
 fn a_quantized_channel_is_neither_frozen_nor_clipped() {
     let findings = Findings::of(&log(|row, value| *value = 15.0 - (row / 20) as f64 * 0.01));
-    assert_eq!(findings.warnings, Vec::<String>::new(), "{:?}", findings.channels[0]);
+    assert_eq!(findings.findings, [], "{:?}", findings.channels[0]);
 }
 
 /// 10 mV steps, noise that shows at first and not any more: it stands on every step. Where it does not go on from where it
@@ -75,7 +75,7 @@ fn a_battery_read_in_steps_stands_on_each_and_freezes_where_it_jumps() {
         Findings::of(&log)
     };
     let good = battery(false);
-    assert_eq!(good.warnings, Vec::<String>::new(), "{:?}", good.channels[0]);
+    assert_eq!(good.findings, [], "{:?}", good.channels[0]);
     let frozen = &battery(true).channels[0].frozen;
     assert!(frozen.len() == 1 && (frozen[0].length_s - 8.0).abs() < 0.5, "{frozen:?}");
 }
@@ -95,7 +95,11 @@ fn a_battery_that_settles_is_not_clipped() {
     log.insert("battery_voltage_v", (0..6000).map(reading).collect()).expect("right length");
     log.insert("command_1", (0..6000).map(|row| 0.4 + 0.2 * load(row)).collect()).expect("right length");
     let findings = Findings::of(&log);
-    assert!(findings.warnings.iter().all(|warning| !warning.contains("clipped")), "{:?}", findings.warnings);
+    assert!(
+        findings.findings.iter().all(|warning| !warning.to_string().contains("clipped")),
+        "{:?}",
+        findings.findings
+    );
 }
 
 #[test]
@@ -122,7 +126,7 @@ fn holes_name_the_step_and_starts_from_standstill_are_counted() {
     assert_eq!(findings.holes.len(), 1);
     assert_eq!(findings.holes[0].at_step, Some(Step::Up));
     assert_eq!(findings.standstill_starts_s.len(), 1);
-    assert_eq!(findings.warnings.len(), 2, "{:?}", findings.warnings);
+    assert_eq!(findings.findings.len(), 2, "{:?}", findings.findings);
 }
 
 /// The other rotor says where standstill ends: what a resting one shows is noise.

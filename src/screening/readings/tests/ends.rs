@@ -24,7 +24,7 @@ fn readings_at_the_end_of_a_range_are_missing_and_told() {
                 let beside = is_cut(row) || row > 0 && is_cut(row - 1) || row + 1 < ROWS && is_cut(row + 1);
                 assert_eq!(left.is_finite(), !beside, "{name}, {low} to {high}: row {row}, {said:?}");
             }
-            assert!(said.len() == 1 && said[0].contains("is clipped at"), "{said:?}");
+            assert!(said.len() == 1 && said[0].to_string().contains("is clipped at"), "{said:?}");
         }
     }
 }
@@ -100,7 +100,10 @@ fn a_gyroscope_that_stands_still_is_missing_and_told() {
     let left = measured(&gyro, &mut said).column(name).unwrap().to_vec();
     let missing: Vec<usize> = (0..ROWS).filter(|row| !left[*row].is_finite()).collect();
     assert_eq!(missing, (2001..2100).collect::<Vec<usize>>(), "its first one was measured: {said:?}");
-    assert!(said.len() == 1 && said[0].contains("is frozen from 40.0 to 42.0 s at 0.123"), "{said:?}");
+    assert!(
+        said.len() == 1 && said[0].to_string().contains("is frozen from 40.0 to 42.0 s at 0.123"),
+        "{said:?}"
+    );
     // At rest; and where the angle says that it rests, with a bias.
     assert_eq!(Unmeasured::of(&log(name, 0.02, &told, stopped(0.0)), name).stuck, None);
     let mut rests = log(name, 0.02, &told, stopped(0.123));
