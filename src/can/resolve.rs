@@ -44,7 +44,7 @@ impl DatabaseConfig {
 ///
 /// # Errors
 /// What [`Database::load`] says.
-pub(super) fn load(config: &BusConfig) -> Result<Vec<Database>, CanError> {
+fn load(config: &BusConfig) -> Result<Vec<Database>, CanError> {
     let load = |database: &DatabaseConfig| match BUILT_IN.iter().find(|(name, _)| *name == database.file) {
         Some((name, text)) => Database::parse(&format!("{name}.dbc (built in)"), text.as_bytes()),
         None => Database::load(Path::new(&database.file)),
@@ -52,47 +52,62 @@ pub(super) fn load(config: &BusConfig) -> Result<Vec<Database>, CanError> {
     config.database.iter().map(load).collect()
 }
 
-/// Finds every signal the roles name.
-///
-/// # Errors
-/// See [`Roles::build`].
-pub(super) fn resolve(config: &BusConfig, databases: &[Database], period_s: f64) -> Result<Roles, CanError> {
-    if config.interface.is_empty() || config.interface.len() >= libc::IFNAMSIZ {
-        return Err(fail("interface", format!("`{}` cannot be the name of an interface", config.interface)));
+impl Roles {
+    /// Loads the DBC files and finds every signal the roles name. `period_s` is the control period, the period of
+    /// every message that names none.
+    ///
+    /// # Errors
+    /// What loading says, [`CanError::Role`] for a role that cannot be filled, and [`CanError::Overload`] when
+    /// the frames cannot all be on the bus.
+    pub fn build(config: &BusConfig, period_s: f64) -> Result<Self, CanError> {
+        Self::resolve(config, &load(config)?, period_s)
     }
-    let resolver = Resolver { config, databases, period_s };
-    for field in [CommandField::Rotor1, CommandField::Rotor2] {
-        if !config.commands.contains_key(&field) {
+
+    /// The same with DBC files already loaded, in the order of `config.database`.
+    ///
+    /// # Errors
+    /// See [`Self::build`].
+    pub fn resolve(config: &BusConfig, databases: &[Database], period_s: f64) -> Result<Self, CanError> {
+        if config.interface.is_empty() || config.interface.len() >= libc::IFNAMSIZ {
             return Err(fail(
-                format!("commands.{field}"),
-                "no signal carries this rotor's command".to_owned(),
+                "interface",
+                format!("`{}` cannot be the name of an interface", config.interface),
             ));
         }
-    }
-    let sensors = resolver.routes(
-        "sensors",
-        config.sensors.iter().map(|(field, signal)| (*field, signal)),
-        SensorField::si,
-    )?;
-    let commands = resolver.routes(
-        "commands",
-        config.commands.iter().map(|(field, signal)| (*field, signal)),
-        CommandField::si,
-    )?;
-    check_commands(&commands)?;
-    for command in &commands {
-        if let Some(sensor) = sensors.iter().find(|sensor| sensor.id == command.id) {
-            let reason = format!("`{}` is also received, as `{}`", command.name, sensor.name);
-            return Err(fail("commands", reason));
+        let resolver = Resolver { config, databases, period_s };
+        for field in [CommandField::Rotor1, CommandField::Rotor2] {
+            if !config.commands.contains_key(&field) {
+                return Err(fail(
+                    format!("commands.{field}"),
+                    "no signal carries this rotor's command".to_owned(),
+                ));
+            }
         }
+        let sensors = resolver.routes(
+            "sensors",
+            config.sensors.iter().map(|(field, signal)| (*field, signal)),
+            SensorField::si,
+        )?;
+        let commands = resolver.routes(
+            "commands",
+            config.commands.iter().map(|(field, signal)| (*field, signal)),
+            CommandField::si,
+        )?;
+        check_commands(&commands)?;
+        for command in &commands {
+            if let Some(sensor) = sensors.iter().find(|sensor| sensor.id == command.id) {
+                let reason = format!("`{}` is also received, as `{}`", command.name, sensor.name);
+                return Err(fail("commands", reason));
+            }
+        }
+        resolver.check_messages()?;
+        let roles = Roles { sensors: Routes::new(sensors), commands: Routes::new(commands) };
+        let percent = load::worst_case(&roles, config).percent;
+        if percent > MAXIMUM_PERCENT {
+            return Err(CanError::Overload { percent, limit: MAXIMUM_PERCENT });
+        }
+        Ok(roles)
     }
-    resolver.check_messages()?;
-    let roles = Roles { sensors: Routes::new(sensors), commands: Routes::new(commands) };
-    let percent = load::worst_case(&roles, config).percent;
-    if percent > MAXIMUM_PERCENT {
-        return Err(CanError::Overload { percent, limit: MAXIMUM_PERCENT });
-    }
-    Ok(roles)
 }
 
 fn fail(place: impl Into<String>, reason: String) -> CanError {

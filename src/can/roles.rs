@@ -1,17 +1,14 @@
 //! Signals in their roles: a received frame into [`Sensors`] or into rotor commands, and back into frames.
 //!
 //! Both ends of the bus are here, from the same table: the bridge decodes sensors and encodes commands; an
-//! emulated bench decodes commands and encodes sensors. Nothing here allocates after `build`.
+//! emulated bench decodes commands and encodes sensors. Nothing here allocates.
 
 use crate::signal::{Applied, ROTORS, Sensors};
 
 use super::counter::Counter;
-use super::error::CanError;
 use super::field::{CommandField, SensorField};
 use super::frame::Frame;
-use super::resolve;
 use super::route::{Reading, Refusal, Route, Routes};
-use super::{BusConfig, Database};
 
 /// The `[bus]` table, resolved against its DBC files.
 #[derive(Debug, Clone)]
@@ -93,24 +90,6 @@ impl std::ops::Deref for CommandFrames {
 }
 
 impl Roles {
-    /// Loads the DBC files and finds every signal the roles name. `period_s` is the control period, the period of
-    /// every message that names none.
-    ///
-    /// # Errors
-    /// What loading says, [`CanError::Role`] for a role that cannot be filled, and [`CanError::Overload`] when
-    /// the frames cannot all be on the bus.
-    pub fn build(config: &BusConfig, period_s: f64) -> Result<Self, CanError> {
-        resolve::resolve(config, &resolve::load(config)?, period_s)
-    }
-
-    /// The same with DBC files already loaded, in the order of `config.database`.
-    ///
-    /// # Errors
-    /// See [`Self::build`].
-    pub fn resolve(config: &BusConfig, databases: &[Database], period_s: f64) -> Result<Self, CanError> {
-        resolve::resolve(config, databases, period_s)
-    }
-
     /// Messages that carry sensors, in order of priority.
     #[must_use]
     pub fn sensor_messages(&self) -> &[Route<SensorField>] {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::EmulateError;
+use super::error::EmulateError;
 
 /// The `[emulator.battery]` table.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
 
-use super::EmulateError;
+use super::error::EmulateError;
 
 /// The `[emulator.plant]` table: what the emulated bench is made of. Defaults are [LPC16] Tables I and IV.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use crate::effect::{Expression, Point, Site};
 use crate::model::{AddedEffect, Model};
 
-use super::EmulateError;
 use super::bench::PlantConfig;
+use super::error::EmulateError;
 
 /// One `[[emulator.hidden]]` table: an effect's id and its parameters.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]

@@ -6,9 +6,9 @@
 use crate::effect::{Point, Site};
 use crate::signal::ROTORS;
 
-use super::EmulateError;
 use super::battery::BatteryConfig;
 use super::bench::PlantConfig;
+use super::error::EmulateError;
 use super::hidden::{HiddenConfig, Kind, Law, Laws};
 use super::history::TorqueHistory;
 

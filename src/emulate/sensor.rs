@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::clock::NANOSECONDS_PER_SECOND;
 use crate::signal::Sample;
 
-use super::EmulateError;
+use super::error::EmulateError;
 
 /// One kind of sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -89,7 +89,8 @@ impl SensorConfig {
             && self.quantization >= 0.0
             && self.quantization.is_finite();
         if !sane {
-            return Err(EmulateError::Sensor { name: name.to_owned(), config: *self });
+            let Self { rate_hz, noise, quantization } = *self;
+            return Err(EmulateError::Sensor { name: name.to_owned(), rate_hz, noise, quantization });
         }
         if self.rate_hz == 0.0 {
             return Ok(0);

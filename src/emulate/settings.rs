@@ -1,72 +1,17 @@
-//! Settings of the emulator, their check at the door, and what they are refused for.
+//! Settings of the emulator and their check at the door.
 
 use serde::{Deserialize, Serialize};
 
 use crate::clock;
 use crate::guard::GuardConfig;
-use crate::unit::short;
 
 use super::battery::BatteryConfig;
 use super::bench::PlantConfig;
+use super::error::EmulateError;
 use super::hidden::HiddenConfig;
 use super::plant::Plant;
-use super::sensor::{SensorConfig, SensorsConfig};
+use super::sensor::SensorsConfig;
 use super::{CHANNELS, Emulator};
-
-/// What the emulator refuses.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum EmulateError {
-    /// A parameter that must be above zero.
-    #[error("emulator: `{name}` must be above zero, not {}", short(*value))]
-    NotPositive {
-        /// Key in its table.
-        name: &'static str,
-        /// Value found.
-        value: f64,
-    },
-    /// A parameter that must not be negative.
-    #[error("emulator: `{name}` must be zero or more, not {}", short(*value))]
-    Negative {
-        /// Key in its table.
-        name: &'static str,
-        /// Value found.
-        value: f64,
-    },
-    /// A parameter outside its range.
-    #[error("emulator: `{name}` must lie in {}..{}, not {}", short(*low), short(*high), short(*value))]
-    Range {
-        /// Key in its table.
-        name: &'static str,
-        /// Value found.
-        value: f64,
-        /// Lowest value allowed.
-        low: f64,
-        /// Highest value allowed.
-        high: f64,
-    },
-    /// A static curve that is none.
-    #[error("emulator: `steady_rate` must hold at most 8 numbers, by ascending power of the command")]
-    Curve,
-    /// A hidden effect that cannot be.
-    #[error("emulator: hidden effect `{effect}`: {reason}")]
-    Hidden {
-        /// Its id.
-        effect: String,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// A sensor with an impossible rate, noise or quantization.
-    #[error(
-        "emulator: sensor `{name}` cannot have rate_hz = {}, noise = {}, quantization = {}",
-        config.rate_hz, config.noise, config.quantization
-    )]
-    Sensor {
-        /// Key in `[emulator.sensors]`.
-        name: String,
-        /// What was found.
-        config: SensorConfig,
-    },
-}
 
 /// One `[[emulator.impulse]]` table: a rectangular torque from outside.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

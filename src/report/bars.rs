@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
+use super::markup::{escape, inline};
 use super::table::{Mark, number};
-use super::{escape, page};
 
 const LABEL: f64 = 290.0;
 const WIDTH: f64 = 960.0;
@@ -62,7 +62,7 @@ impl Bars {
         };
         format!(
             "<figure class=\"bars\"><figcaption>{}{unit}</figcaption>{}</figure>\n",
-            page::inline(&self.title),
+            inline(&self.title),
             self.svg()
         )
     }

@@ -59,6 +59,7 @@ pub mod histogram;
 mod identification;
 mod jitter;
 pub mod json;
+mod markup;
 mod page;
 mod paper;
 mod picture;
@@ -96,22 +97,4 @@ pub enum ReportError {
 fn write_atomically(path: &std::path::Path, text: &str) -> Result<(), ReportError> {
     crate::file::write_atomically(path, text.as_bytes())
         .map_err(|source| ReportError::Write { path: path.display().to_string(), source })
-}
-
-/// Text safe inside HTML and SVG, in elements and in quoted attributes.
-fn escape(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => safe.push_str("&amp;"),
-            '<' => safe.push_str("&lt;"),
-            '>' => safe.push_str("&gt;"),
-            '"' => safe.push_str("&quot;"),
-            '\'' => safe.push_str("&#39;"),
-            // Control characters are not text; a log's column name may hold any byte.
-            letter if letter.is_control() && letter != '\n' && letter != '\t' => safe.push('\u{fffd}'),
-            letter => safe.push(letter),
-        }
-    }
-    safe
 }

@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use super::bars::Bars;
+use super::markup::{escape, inline};
 use super::plot::Plot;
 use super::table::{Mark, Table};
-use super::{ReportError, escape, write_atomically};
+use super::{ReportError, write_atomically};
 
 const UPLOT_SCRIPT: &str = include_str!("assets/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("assets/uPlot.min.css");
@@ -206,38 +207,6 @@ fn plot_html(plot: &Plot) -> String {
         "<figure class=\"plot\"><figcaption>{title}</figcaption><div class=\"drawing\"></div>\
          <script type=\"application/json\">{data}</script></figure>\n"
     )
-}
-
-/// Escaped text with `` `code` `` and `**bold**` set; an unpaired mark stays as it is.
-pub(super) fn inline(text: &str) -> String {
-    let mut html = String::new();
-    for (index, part) in paired(&escape(text), "`").into_iter().enumerate() {
-        if index % 2 == 1 {
-            html.push_str(&format!("<code>{part}</code>"));
-            continue;
-        }
-        for (index, part) in paired(&part, "**").into_iter().enumerate() {
-            if index % 2 == 1 {
-                html.push_str(&format!("<b>{part}</b>"));
-            } else {
-                html.push_str(&part);
-            }
-        }
-    }
-    html
-}
-
-/// Parts of `text` between marks: the odd ones were inside a pair.
-fn paired(text: &str, mark: &str) -> Vec<String> {
-    let mut parts: Vec<String> = text.split(mark).map(str::to_owned).collect();
-    if parts.len().is_multiple_of(2)
-        && let Some(last) = parts.pop()
-        && let Some(before) = parts.last_mut()
-    {
-        before.push_str(mark);
-        before.push_str(&last);
-    }
-    parts
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Tables, in HTML and as text, and numbers written for people.
 
-use super::escape;
+use super::markup::{escape, inline};
 
 /// How a row, a bar or a verdict should be read.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -106,11 +106,11 @@ impl Table {
     pub(super) fn html(&self) -> String {
         let cell = |tag: &str, column: usize, text: &str| {
             let class = if self.is_numeric(column) { " class=\"number\"" } else { "" };
-            format!("<{tag}{class}>{}</{tag}>", super::page::inline(text))
+            format!("<{tag}{class}>{}</{tag}>", inline(text))
         };
         let mut html = String::from("<div class=\"table\"><table>");
         if !self.caption.is_empty() {
-            html.push_str(&format!("<caption><span>{}</span></caption>", super::page::inline(&self.caption)));
+            html.push_str(&format!("<caption><span>{}</span></caption>", inline(&self.caption)));
         }
         html.push_str("<thead><tr>");
         for column in 0..self.columns() {

@@ -13,17 +13,14 @@ use iceoryx2::port::writer::{EntryHandleMut, Writer};
 use iceoryx2::prelude::{ServiceName, ZeroCopySend, ipc_threadsafe};
 
 use super::claim::Claim;
-use super::{Place, Role, ShmError, Topic};
+use super::topic::{Payload, Role, Topic};
+use super::{Place, ShmError};
 
 type Service = ipc_threadsafe::Service;
 
 /// Key of the entry that holds the number of the newest value; the others are slots of the ring.
 const HEAD: u32 = u32::MAX;
 const MAX_READERS: usize = 32;
-
-/// A value that may cross shared memory.
-pub trait Payload: ZeroCopySend + Copy + Default + Send + std::fmt::Debug + 'static {}
-impl<T: ZeroCopySend + Copy + Default + Send + std::fmt::Debug + 'static> Payload for T {}
 
 /// A value and its number, counted from 1; 0 = never written.
 #[repr(C)]

@@ -12,9 +12,9 @@ use crossbeam::queue::ArrayQueue;
 use iceoryx2::node::Node;
 use iceoryx2::prelude::ipc_threadsafe;
 
-use super::channel::{Life, Payload};
+use super::channel::Life;
 use super::claim;
-use super::{Place, ShmError, Topic};
+use super::{Payload, Place, ShmError, Topic};
 
 /// [ms] how often to look when nothing is announced: bounds what a missed change can cost.
 const LOOK_PERIOD_MS: i32 = 250;

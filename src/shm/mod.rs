@@ -32,12 +32,12 @@ use iceoryx2::node::{Node, NodeBuilder};
 use iceoryx2::prelude::{LogLevel, SignalHandlingMode, ipc_threadsafe, set_log_level};
 
 pub use bell::{Bell, Waiter};
-pub use channel::{Payload, Publisher, Subscriber};
+pub use channel::{Publisher, Subscriber};
 pub use leftover::{Leftover, PassingBench, leftovers};
 pub use place::{Place, SharedMemoryConfig};
 pub use topic::{
     APPLIED, BUS, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, LOCKSTEP_ANSWERS, LOCKSTEP_STEPS,
-    REQUEST, Role, SENSORS, STOPS, Topic,
+    Payload, REQUEST, Role, SENSORS, STOPS, Topic,
 };
 
 /// What can go wrong with the shared memory of a bench.

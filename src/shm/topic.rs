@@ -3,11 +3,16 @@
 use std::borrow::Cow;
 use std::marker::PhantomData;
 
-use super::Payload;
+use iceoryx2::prelude::ZeroCopySend;
+
 use crate::signal::{
     Applied, BusStatus, Command, ControlStep, CycleSample, GuardEvent, GuardStep, Heartbeat, LockstepAnswer,
     LockstepStep, Request, Sensors,
 };
+
+/// A value that may cross shared memory.
+pub trait Payload: ZeroCopySend + Copy + Default + Send + std::fmt::Debug + 'static {}
+impl<T: ZeroCopySend + Copy + Default + Send + std::fmt::Debug + 'static> Payload for T {}
 
 /// A process's part on the bench. The numbers are those of [`Heartbeat::role`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
