@@ -74,15 +74,6 @@ const STILL_UPWARD: &[(&str, &str)] = &[
 /// Files of one room that still import each other in a circle; likewise.
 const STILL_IN_CIRCLES: &[&[&str]] = &[
     &[
-        "compare/blocks.rs",
-        "compare/gyro_block.rs",
-        "compare/noise.rs",
-        "compare/score.rs",
-        "compare/unknown_torque.rs",
-    ],
-    &["diagnose/blocks.rs", "diagnose/pooled_logs.rs", "diagnose/run.rs"],
-    &["diagnose/caveats.rs", "diagnose/search.rs", "diagnose/verdict.rs"],
-    &[
         "screening/battery_range.rs",
         "screening/frozen_gyro.rs",
         "screening/outliers.rs",

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::score::{Floor, Raw};
+use super::block_run::{Floor, Raw};
+use super::channels::{BATTERY, BODY_ANGLE, BODY_RATE, COMMANDS, RATES, THRUSTS, TORQUE_COMMAND};
 use super::{CompareConfig, CompareError, gyro_block};
 use crate::effect::Law;
 use crate::log::Dataset;
@@ -24,13 +25,6 @@ pub(crate) fn blocks(model: &Model, log: &Dataset, config: &CompareConfig) -> Re
     Ok(blocks)
 }
 
-pub(crate) const RATES: [&str; 2] = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"];
-const COMMANDS: [&str; 2] = ["command_1", "command_2"];
-const THRUSTS: [&str; 2] = ["thrust_1_n", "thrust_2_n"];
-pub(crate) const BODY_RATE: &str = "body_rate_rad_s";
-pub(crate) const BODY_ANGLE: &str = "body_angle_rad";
-const TORQUE_COMMAND: &str = "torque_command_nm";
-const BATTERY: &str = "battery_voltage_v";
 const SIDES: [f64; 2] = [1.0, -1.0];
 
 /// Command and battery to rate, free run over each stretch.

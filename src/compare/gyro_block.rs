@@ -3,8 +3,8 @@
 //! The angle's slope over a short window is the true rate, smoothed; the model's gyroscope turns it into a
 //! reading. The measured reading is smoothed by the same weights: integrated, then its slope taken alike.
 
-use super::blocks::{BODY_ANGLE, BODY_RATE};
-use super::score::{Floor, Raw};
+use super::block_run::{Floor, Raw};
+use super::channels::{BODY_ANGLE, BODY_RATE};
 use crate::log::Dataset;
 use crate::log::segments::stretches;
 use crate::model::Equations;

@@ -12,7 +12,9 @@
 //! The body is unstable by itself, so it is run over windows, each started at the measured state. One step
 //! ahead is given beside it as a diagnostic only: it ranks models wrongly where the noise is white.
 
+mod block_run;
 mod blocks;
+mod channels;
 mod dependence;
 mod gyro_block;
 mod noise;

@@ -2,9 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use super::score::Raw;
+use super::block_run::Raw;
+use super::channels::RATES;
 use crate::estimation::noise_floor::{DITHERED, RESOLUTION, reading_step, spread};
 use crate::log::Dataset;
+use crate::model::Model;
 
 /// Standard deviation of the white noise of each measured signal, by column.
 #[derive(Debug, Clone, Default)]
@@ -29,7 +31,7 @@ impl Noise {
             }
         }
         for raw in runs.iter().flatten().filter(|raw| raw.shows_noise) {
-            let residual: Vec<f64> = raw.measured.iter().zip(&raw.modelled).map(|(y, m)| y - m).collect();
+            let residual = raw.residual();
             // Short windows, or few readings in each, leave no differences, or too few to tell anything.
             let there = |four: &&[f64]| four.iter().all(|value| value.is_finite());
             let known =
@@ -62,6 +64,13 @@ impl Noise {
     pub(crate) fn of(&self, column: &str) -> f64 {
         self.0.get(column).copied().unwrap_or(0.0)
     }
+}
+
+/// [rad/s²] noise that the measured rates of both rotors put on the body's acceleration.
+pub(crate) fn rotor_noise(model: &Model, noise: &Noise) -> f64 {
+    let actuator = &model.actuator;
+    let slope = 2.0 * model.body.arm * actuator.thrust_coefficient * actuator.hover_rate / model.body.inertia;
+    slope * noise.of(RATES[0]).hypot(noise.of(RATES[1]))
 }
 
 /// Values that are there, one in so many, from which on there are enough of four in a row.
@@ -153,7 +162,7 @@ mod tests {
     /// follows it, each begun at a noisy sample, do not.
     #[test]
     fn windows_show_the_noise_below_a_fast_signal() {
-        use super::super::score::Floor;
+        use super::super::block_run::Floor;
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(6);
         let normal = Normal::new(0.0, 0.004).unwrap();
         let time: Vec<f64> = (0..6_000).map(|k| 0.02 * f64::from(k)).collect();

@@ -1,12 +1,11 @@
 //! The error of a block, judged against the noise.
 
-use std::ops::Range;
-
 use serde::Serialize;
 
-use super::blocks::{BODY_ANGLE, BODY_RATE, RATES};
+use super::block_run::{Floor, Raw};
+use super::channels::{BODY_ANGLE, BODY_RATE, RATES};
 use super::dependence::{correlations, dependences};
-use super::noise::Noise;
+use super::noise::{Noise, rotor_noise};
 use super::regimes::Failure;
 use super::unknown_torque::UnknownTorque;
 use super::{CompareConfig, gyro_block};
@@ -97,86 +96,7 @@ pub struct Block {
     pub trace: Trace,
 }
 
-/// A block that was run, before it is judged.
-pub(crate) struct Raw {
-    pub name: &'static str,
-    pub signal: String,
-    pub unit: &'static str,
-    pub driven_by: Vec<String>,
-    pub run: String,
-    /// Whether what a perfect model leaves changes from sample to sample by the sensor's noise alone, or by hardly more: the
-    /// noisy start of a window moves all of it smoothly.
-    pub shows_noise: bool,
-    pub rows: Vec<usize>,
-    pub measured: Vec<f64>,
-    pub modelled: Vec<f64>,
-    /// Parts without a hole.
-    pub pieces: Vec<Range<usize>>,
-    pub one_step: Option<f64>,
-    floor: Floor,
-}
-
-/// How the sensors' noise reaches the error of a block.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Floor {
-    /// Through the sensor of the signal alone.
-    Sensor,
-    /// Through thrust sensor and rotor rate, whose slope [N s/rad] is given.
-    Thrust(f64),
-    /// Through the start of each window and, where they drive the body, the rotors' rates.
-    Window { rotors: bool, angle: bool },
-    /// Through a slope over so many samples to both sides.
-    Slope(usize),
-}
-
 impl Raw {
-    /// An empty run of a block.
-    pub(crate) fn new(
-        name: &'static str,
-        signal: &str,
-        unit: &'static str,
-        driven_by: &[&str],
-        floor: Floor,
-    ) -> Self {
-        Self {
-            name,
-            signal: signal.to_owned(),
-            unit,
-            driven_by: driven_by.iter().map(|name| (*name).to_owned()).collect(),
-            run: match floor {
-                Floor::Sensor => "free run",
-                Floor::Thrust(_) => "at each sample",
-                _ => "smoothed alike",
-            }
-            .to_owned(),
-            shows_noise: matches!(floor, Floor::Sensor | Floor::Window { .. }),
-            rows: Vec::new(),
-            measured: Vec::new(),
-            modelled: Vec::new(),
-            pieces: Vec::new(),
-            one_step: None,
-            floor,
-        }
-    }
-
-    /// Adds a part without a hole: rows of the log, and both signals there.
-    pub(crate) fn add(&mut self, rows: Range<usize>, measured: &[f64], modelled: &[f64]) {
-        let from = self.rows.len();
-        self.rows.extend(rows);
-        self.measured.extend_from_slice(measured);
-        self.modelled.extend_from_slice(modelled);
-        self.pieces.push(from..self.rows.len());
-    }
-
-    /// Whether each piece is a window, started at a measurement.
-    pub(crate) fn is_in_windows(&self) -> bool {
-        matches!(self.floor, Floor::Window { .. })
-    }
-
-    fn residual(&self) -> Vec<f64> {
-        self.measured.iter().zip(&self.modelled).map(|(y, m)| y - m).collect()
-    }
-
     /// Judges the error against the noise.
     pub(crate) fn judge(
         self,
@@ -295,11 +215,4 @@ impl Raw {
             }
         }
     }
-}
-
-/// [rad/s²] noise that the measured rates of both rotors put on the body's acceleration.
-pub(crate) fn rotor_noise(model: &Model, noise: &Noise) -> f64 {
-    let actuator = &model.actuator;
-    let slope = 2.0 * model.body.arm * actuator.thrust_coefficient * actuator.hover_rate / model.body.inertia;
-    slope * noise.of(RATES[0]).hypot(noise.of(RATES[1]))
 }

@@ -8,10 +8,10 @@ use nalgebra::{Matrix4, RowVector4, Vector4};
 use serde::Serialize;
 
 use super::CompareError;
-use super::blocks::{BODY_ANGLE, BODY_RATE, body_inputs, true_rate};
+use super::blocks::{body_inputs, true_rate};
+use super::channels::{BODY_ANGLE, BODY_RATE};
 use super::dependence::{Dependence, dependences};
-use super::noise::Noise;
-use super::score::rotor_noise;
+use super::noise::{Noise, rotor_noise};
 use crate::effect::Site;
 use crate::log::Dataset;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model};

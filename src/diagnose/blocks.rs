@@ -1,12 +1,14 @@
 //! The blocks of a model one after the other: the rotors, then the body that they drive.
 
+use super::assemble::{self, MOST_ALTERNATIVES};
 use super::block_builder::{Driver, body_stage, rotor_stage};
 use super::candidate_fit::Trial;
+use super::config::DiagnoseConfig;
 use super::data_split::Stage;
 use super::diagnosis::{ErrorStory, Verdict};
+use super::error::DiagnoseError;
 use super::model_selection::senses_rotors;
-use super::run::{self, DiagnoseConfig, DiagnoseError, MOST_ALTERNATIVES};
-use super::search::Found;
+use super::search_result::Found;
 use super::verdict;
 use crate::log::Dataset;
 use crate::model::Model;
@@ -86,13 +88,13 @@ impl Blocks {
 
     /// The model with what each block found.
     pub(crate) fn merged(&self, model: &Model) -> Model {
-        run::merged(model, &self.found, &self.verdicts)
+        assemble::merged(model, &self.found, &self.verdicts)
     }
 
     /// The error in the block and channel where it says most.
     pub(crate) fn error_story(&self, config: &DiagnoseConfig) -> ErrorStory {
-        let (main, channel) = run::main_block(&self.found);
-        run::error_story(main, channel, config)
+        let (main, channel) = assemble::main_block(&self.found);
+        assemble::error_story(main, channel, config)
     }
 }
 

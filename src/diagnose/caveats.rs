@@ -1,14 +1,12 @@
 //! What is said beside the answer.
 
 use super::block_data::{BlockData, Runs};
-use super::search::Found;
-use super::verdict::{does_not_follow, is_held};
+use super::search_result::Found;
+use super::verdict::{PLAINLY, strays, turns_against_torque};
 use crate::log::Dataset;
 use crate::screening::Finding;
 use crate::screening::summary::Findings;
 
-/// Times the noise floor from which an error is plainly one.
-const PLAINLY: f64 = 1.5;
 /// Share of the rate, and standard errors, by which rotors must differ to be told as different.
 const UNLIKE: (f64, f64) = (3e-3, 5.0);
 /// Samples, one in so many, that count as independent ones of an error that no model explains.
@@ -48,22 +46,6 @@ pub(crate) fn warnings(logs: &[&Dataset], blocks: &[Found]) -> Vec<Finding> {
         warnings.extend(unlike(logs, found).map(Finding::from));
     }
     warnings
-}
-
-/// Whether a body moves, and not as the torque on it would have it, and no effect explains that either.
-pub(crate) fn turns_against_torque(found: &Found) -> bool {
-    let is_unexplained = found.over_floor(&found.answer).0 > found.at_floor();
-    is_unexplained && does_not_follow(&found.stage, &found.stale, &found.recalibrated) && !is_held(found)
-}
-
-/// The channel whose error is plain where it was fitted and at the floor where it was held out, with both over the floor.
-pub(crate) fn strays(found: &Found) -> Option<(usize, [f64; 2])> {
-    let over = |channel: usize, held_out| {
-        found.answer.channel_error(&found.stage, channel, held_out) / found.floors[channel]
-    };
-    let both = |channel| (channel, [over(channel, false), over(channel, true)]);
-    let mut channels = (0..found.stage.train.channels().len()).map(both);
-    channels.find(|(_, [fitted, held_out])| *fitted > PLAINLY && *held_out <= found.at_floor())
 }
 
 /// What the logs fitted on show and the held-out ones do not: no effect can be judged by it.

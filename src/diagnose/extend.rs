@@ -2,11 +2,13 @@
 
 use super::blocks::Blocks;
 use super::candidate_fit::Trial;
+use super::config::DiagnoseConfig;
 use super::data_split::Stage;
 use super::diagnosis::ErrorStory;
 use super::pooled_logs;
-use super::run::{DiagnoseConfig, DiagnoseError, check_logs};
-use super::search::{Found, Search};
+use super::search::Search;
+use super::search_result::Found;
+use super::{DiagnoseError, check_logs};
 use crate::identify;
 use crate::log::Dataset;
 use crate::model::{Effect, ErrorFall, LogReference, Model, Step};

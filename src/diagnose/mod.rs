@@ -1,5 +1,6 @@
 //! Residuals, comparison, search for the missing effect, extension.
 
+mod assemble;
 mod battery_permutation;
 pub mod block_builder;
 pub mod block_data;
@@ -8,9 +9,11 @@ pub mod body_block;
 pub mod candidate;
 pub mod candidate_fit;
 mod caveats;
+mod config;
 pub mod data_split;
 pub mod diagnosis;
 pub mod driver_inference;
+mod error;
 mod extend;
 mod grid_search;
 mod model_selection;
@@ -21,11 +24,98 @@ mod pooled_logs;
 pub mod problem;
 mod refit;
 pub mod rotor_block;
-mod run;
 pub mod search;
+pub mod search_result;
 pub mod surrogate_test;
 mod verdict;
 
+use block_builder::refusal;
+use blocks::Blocks;
+use candidate_fit::Trial;
+use data_split::Stage;
+use search::Search;
+use search_result::Found;
+
+use crate::identify;
+use crate::log::Dataset;
+use crate::model::{Effect, Model, UndefinedRow};
+use crate::screening::Finding;
+use crate::screening::requirements::{check_magnitudes, repeated, without_battery};
+
+pub use config::DiagnoseConfig;
 pub use diagnosis::{Diagnosis, Verdict};
+pub use error::DiagnoseError;
 pub use extend::{Extension, extend};
-pub use run::{DiagnoseConfig, DiagnoseError, diagnose};
+
+/// Finds what the model is missing.
+///
+/// # Errors
+/// [`DiagnoseError`] when model and logs do not meet.
+pub fn diagnose(
+    model: &Model,
+    train: &[Dataset],
+    validate: &[Dataset],
+    config: &DiagnoseConfig,
+    done: &(dyn Fn() + Sync),
+) -> Result<Diagnosis, DiagnoseError> {
+    let known = model.known_effects()?;
+    let read: Vec<&Dataset> = train.iter().chain(validate).collect();
+    read.iter().try_for_each(|log| check_magnitudes(log))?;
+    let mut told = Vec::new();
+    let fresh = [train, validate].map(|logs| crate::screening::rate_dropouts::measured(logs, &mut told));
+    let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
+    let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
+    check_logs(model, &known, &logs)?;
+    told.extend(identify::check_columns(&logs, model)?.into_iter().map(Finding::from));
+    pooled_logs::check(model, &known, &logs, config.horizon)?;
+    let search = |stage: Stage| {
+        let held = |effect: &&Effect| stage.holds(effect);
+        let mut eligible: Vec<_> =
+            known.iter().filter(held).map(|effect| (effect, refusal(effect, model, &logs))).collect();
+        if let Some(why) = stage.too_poor() {
+            eligible.iter_mut().for_each(|(_, note)| *note = note.take().or_else(|| Some(why.clone())));
+        }
+        Search { base: model, known: &known, eligible, done }.run(stage)
+    };
+    let settle = |found: &Found, trial: &Trial| {
+        let search = Search { base: model, known: &known, eligible: Vec::new(), done };
+        search.settle(&found.stage, &found.stale, &found.recalibrated, trial)
+    };
+    let look = |stage: Stage, effects: &[String]| {
+        Search { base: model, known: &known, eligible: Vec::new(), done }.refit(stage, effects)
+    };
+    let blocks = Blocks::build(model, train, validate, config, (&search, &look), &settle)?;
+    let mut diagnosis = assemble::conclude(model, &known, (&blocks.found, &blocks.verdicts), &read, config);
+    // The findings tell of some of these cells, too.
+    told.retain(|sentence| !diagnosis.findings.contains(sentence));
+    let said = repeated(train, validate)
+        .into_iter()
+        .chain(without_battery(model, &logs))
+        .map(Finding::from)
+        .chain(told);
+    diagnosis.findings.splice(0..0, said);
+    if blocks.is_held {
+        diagnosis.findings.push(
+            "the body does not move, whatever the torque on it: it was held still, and these logs say nothing of it"
+                .to_owned().into(),
+        );
+    }
+    Ok(diagnosis)
+}
+
+/// Refuses logs and expressions that no fit can start from.
+pub(crate) fn check_logs(model: &Model, effects: &[Effect], logs: &[Dataset]) -> Result<(), DiagnoseError> {
+    for log in logs {
+        check_magnitudes(log)?;
+        let undefined = model.first_undefined_row(effects, log.time(), &|name| log.column(name))?;
+        if let Some(UndefinedRow { effect, time, signals }) = undefined {
+            return Err(DiagnoseError::NotANumber {
+                effect,
+                log: log.source_name().to_owned(),
+                time,
+                signals,
+            });
+        }
+    }
+    Ok(())
+}

@@ -6,7 +6,7 @@ use super::block_builder::{Driver, body_stage, rotor_stage};
 use super::candidate::Plan;
 use super::candidate_fit::Trial;
 use super::data_split::Stage;
-use super::run::DiagnoseError;
+use super::error::DiagnoseError;
 use crate::log::Dataset;
 use crate::model::{Effect, Model, ModelError};
 

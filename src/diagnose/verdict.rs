@@ -4,7 +4,7 @@ use super::candidate_fit::Trial;
 use super::data_split::Stage;
 use super::diagnosis::Verdict;
 use super::model_selection::{joint_floors, over_floor};
-use super::search::Found;
+use super::search_result::Found;
 
 /// Share of what is above the noise that effects must explain to be called the answer when the floor is not reached:
 /// a wrong law can come near a strong effect that is in no catalogue.
@@ -12,6 +12,8 @@ const EXPLAINED: f64 = 0.95;
 /// Times the noise floor beyond which they are not, whatever they explain: a law that is in no catalogue, such as a gyro
 /// whose clock is late, is explained for nineteen parts in twenty by others.
 const NEAR_FLOOR: f64 = 1.5;
+/// Times the noise floor from which an error is plainly one.
+pub(crate) const PLAINLY: f64 = 1.5;
 /// Times the model's inertia from which a body is not a heavier one, but one that is held.
 const HELD: f64 = 100.0;
 /// Times the noise floor up to which a body that is held may move.
@@ -34,6 +36,22 @@ pub(crate) fn does_not_follow(stage: &Stage, stale: &Trial, recalibrated: &Trial
     !stage.train.is_rotor() && recalibrated.model.body.inertia > HELD * stale.model.body.inertia
 }
 
+/// Whether a body moves, and not as the torque on it would have it, and no effect explains that either.
+pub(crate) fn turns_against_torque(found: &Found) -> bool {
+    let is_unexplained = found.over_floor(&found.answer).0 > found.at_floor();
+    is_unexplained && does_not_follow(&found.stage, &found.stale, &found.recalibrated) && !is_held(found)
+}
+
+/// The channel whose error is plain where it was fitted and at the floor where it was held out, with both over the floor.
+pub(crate) fn strays(found: &Found) -> Option<(usize, [f64; 2])> {
+    let over = |channel: usize, held_out| {
+        found.answer.channel_error(&found.stage, channel, held_out) / found.floors[channel]
+    };
+    let both = |channel| (channel, [over(channel, false), over(channel, true)]);
+    let mut channels = (0..found.stage.train.channels().len()).map(both);
+    channels.find(|(_, [fitted, held_out])| *fitted > PLAINLY && *held_out <= found.at_floor())
+}
+
 /// The verdict on one block.
 pub(crate) fn verdict(found: &Found) -> Verdict {
     let over_floor = found.over_floor(&found.answer).0;
@@ -46,7 +64,7 @@ pub(crate) fn verdict(found: &Found) -> Verdict {
     match (at_floor, named) {
         (true, true) => Verdict::MissingEffect,
         // What the logs fitted on show and the held-out ones do not is not explained by being there once.
-        (true, false) if super::caveats::strays(found).is_some() => Verdict::Unknown,
+        (true, false) if strays(found).is_some() => Verdict::Unknown,
         (true, false) if found.changed.is_empty() => Verdict::Adequate,
         (true, false) => Verdict::ParametersChanged,
         (false, true) if found.explained() >= EXPLAINED && over_floor <= NEAR_FLOOR => Verdict::MissingEffect,

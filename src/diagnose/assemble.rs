@@ -1,181 +1,31 @@
-//! From logs to the answer.
+//! The answer, put together from what was found in each block.
 
 use std::collections::BTreeMap;
 
-use super::block_builder::refusal;
-use super::blocks::Blocks;
 use super::candidate_fit::Trial;
-use super::data_split::Stage;
+use super::config::DiagnoseConfig;
 use super::diagnosis::{
     Both, Candidate, ChangedParameter, Diagnosis, ErrorStory, FoundParameter, NextExperiment, Place, Rung,
     Verdict,
 };
-use super::pooled_logs;
-use super::search::{Found, Search};
-use super::verdict::joint;
+use super::search_result::Found;
+use super::verdict::{joint, turns_against_torque};
 use crate::effect;
 use crate::estimation::dependence::evidence;
-use crate::identify::{self, IdentifyError};
 use crate::log::Dataset;
-use crate::model::{Effect, Model, ModelError, UndefinedRow};
-use crate::screening::Finding;
-use crate::screening::requirements::{Absurd, check_magnitudes, repeated, without_battery};
-use crate::unit::short;
-
-/// Settings of a diagnosis.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DiagnoseConfig {
-    /// [s] length of the windows over which the body runs freely.
-    pub horizon: f64,
-}
-
-impl Default for DiagnoseConfig {
-    fn default() -> Self {
-        // Long enough for weak torques to add up, short enough for an unstable body: facts of real benches.
-        Self { horizon: 0.4 }
-    }
-}
-
-/// Why there is no answer.
-#[derive(Debug, thiserror::Error)]
-pub enum DiagnoseError {
-    /// The model cannot be used.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// No block of the model can be judged from the logs.
-    #[error("{0}")]
-    NothingToCompare(String),
-    /// A value that no bench can have measured.
-    #[error(transparent)]
-    Absurd(#[from] Absurd),
-    /// A column that cannot be what its name says, or is of another rotor than the model's.
-    #[error(transparent)]
-    Column(#[from] IdentifyError),
-    /// An effect cannot be added from these logs.
-    #[error("effect `{effect}`: {why}")]
-    Refused {
-        /// Id.
-        effect: String,
-        /// Why.
-        why: String,
-    },
-    /// No number of the base has to change, or can.
-    #[error("nothing to take over: {0}")]
-    NothingToRefit(String),
-    /// Logs that cannot come from one bench.
-    #[error(
-        "{log} and {other_log} are not of one bench: alone the first gives {parameter} = {value:.6}, the second {other:.6}; diagnose each by itself"
-    )]
-    DifferentBenches {
-        /// The number in which they differ.
-        parameter: String,
-        /// One log.
-        log: String,
-        /// Its value, in the parameter's SI unit.
-        value: f64,
-        /// The other log.
-        other_log: String,
-        /// Its value.
-        other: f64,
-    },
-    /// An expression has no value on the data.
-    #[error("effect `{effect}`: its expression is not a number on {log} at {} s ({})", short(*time), signals.join(", "))]
-    NotANumber {
-        /// Id of the user's effect.
-        effect: String,
-        /// The log.
-        log: String,
-        /// [s] where.
-        time: f64,
-        /// What the expression saw there.
-        signals: Vec<String>,
-    },
-}
+use crate::model::{Effect, Model};
 
 /// Sets named beside the answer.
 pub(crate) const MOST_ALTERNATIVES: usize = 2;
 
-/// Finds what the model is missing.
-///
-/// # Errors
-/// [`DiagnoseError`] when model and logs do not meet.
-pub fn diagnose(
-    model: &Model,
-    train: &[Dataset],
-    validate: &[Dataset],
-    config: &DiagnoseConfig,
-    done: &(dyn Fn() + Sync),
-) -> Result<Diagnosis, DiagnoseError> {
-    let known = model.known_effects()?;
-    let read: Vec<&Dataset> = train.iter().chain(validate).collect();
-    read.iter().try_for_each(|log| check_magnitudes(log))?;
-    let mut told = Vec::new();
-    let fresh = [train, validate].map(|logs| crate::screening::rate_dropouts::measured(logs, &mut told));
-    let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
-    let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
-    check_logs(model, &known, &logs)?;
-    told.extend(identify::check_columns(&logs, model)?.into_iter().map(Finding::from));
-    pooled_logs::check(model, &known, &logs, config.horizon)?;
-    let search = |stage: Stage| {
-        let held = |effect: &&Effect| stage.holds(effect);
-        let mut eligible: Vec<_> =
-            known.iter().filter(held).map(|effect| (effect, refusal(effect, model, &logs))).collect();
-        if let Some(why) = stage.too_poor() {
-            eligible.iter_mut().for_each(|(_, note)| *note = note.take().or_else(|| Some(why.clone())));
-        }
-        Search { base: model, known: &known, eligible, done }.run(stage)
-    };
-    let settle = |found: &Found, trial: &Trial| {
-        let search = Search { base: model, known: &known, eligible: Vec::new(), done };
-        search.settle(&found.stage, &found.stale, &found.recalibrated, trial)
-    };
-    let look = |stage: Stage, effects: &[String]| {
-        Search { base: model, known: &known, eligible: Vec::new(), done }.refit(stage, effects)
-    };
-    let blocks = Blocks::build(model, train, validate, config, (&search, &look), &settle)?;
-    let mut diagnosis = conclude(model, &known, &blocks, &read, config);
-    // The findings tell of some of these cells, too.
-    told.retain(|sentence| !diagnosis.findings.contains(sentence));
-    let said = repeated(train, validate)
-        .into_iter()
-        .chain(without_battery(model, &logs))
-        .map(Finding::from)
-        .chain(told);
-    diagnosis.findings.splice(0..0, said);
-    if blocks.is_held {
-        diagnosis.findings.push(
-            "the body does not move, whatever the torque on it: it was held still, and these logs say nothing of it"
-                .to_owned().into(),
-        );
-    }
-    Ok(diagnosis)
-}
-
-/// Refuses logs and expressions that no fit can start from.
-pub(crate) fn check_logs(model: &Model, effects: &[Effect], logs: &[Dataset]) -> Result<(), DiagnoseError> {
-    for log in logs {
-        check_magnitudes(log)?;
-        let undefined = model.first_undefined_row(effects, log.time(), &|name| log.column(name))?;
-        if let Some(UndefinedRow { effect, time, signals }) = undefined {
-            return Err(DiagnoseError::NotANumber {
-                effect,
-                log: log.source_name().to_owned(),
-                time,
-                signals,
-            });
-        }
-    }
-    Ok(())
-}
-
-fn conclude(
+/// The answer from what was found in each block, and the verdict on it.
+pub(crate) fn conclude(
     model: &Model,
     known: &[Effect],
-    all: &Blocks,
+    (blocks, verdicts): (&[Found], &[Verdict]),
     logs: &[&Dataset],
     config: &DiagnoseConfig,
 ) -> Diagnosis {
-    let (blocks, verdicts) = (&all.found[..], &all.verdicts[..]);
     let verdict = joint(verdicts);
     let effects: Vec<String> = blocks.iter().flat_map(|found| found.answer.effects.clone()).collect();
     let (main, channel) = main_block(blocks);
@@ -192,7 +42,7 @@ fn conclude(
         candidates: blocks.iter().flat_map(|found| candidates(found, channel_of(found))).collect(),
         findings: super::caveats::warnings(logs, blocks),
         next_experiment,
-        turns_against_torque: blocks.iter().any(super::caveats::turns_against_torque),
+        turns_against_torque: blocks.iter().any(turns_against_torque),
         alternatives,
         effects,
         model: extended,

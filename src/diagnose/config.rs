@@ -1,0 +1,15 @@
+//! Settings of a diagnosis.
+
+/// Settings of a diagnosis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DiagnoseConfig {
+    /// [s] length of the windows over which the body runs freely.
+    pub horizon: f64,
+}
+
+impl Default for DiagnoseConfig {
+    fn default() -> Self {
+        // Long enough for weak torques to add up, short enough for an unstable body: facts of real benches.
+        Self { horizon: 0.4 }
+    }
+}

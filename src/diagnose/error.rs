@@ -1,0 +1,62 @@
+//! Why there is no diagnosis, or no extension.
+
+use crate::identify::IdentifyError;
+use crate::model::ModelError;
+use crate::screening::requirements::Absurd;
+use crate::unit::short;
+
+/// Why there is no answer.
+#[derive(Debug, thiserror::Error)]
+pub enum DiagnoseError {
+    /// The model cannot be used.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// No block of the model can be judged from the logs.
+    #[error("{0}")]
+    NothingToCompare(String),
+    /// A value that no bench can have measured.
+    #[error(transparent)]
+    Absurd(#[from] Absurd),
+    /// A column that cannot be what its name says, or is of another rotor than the model's.
+    #[error(transparent)]
+    Column(#[from] IdentifyError),
+    /// An effect cannot be added from these logs.
+    #[error("effect `{effect}`: {why}")]
+    Refused {
+        /// Id.
+        effect: String,
+        /// Why.
+        why: String,
+    },
+    /// No number of the base has to change, or can.
+    #[error("nothing to take over: {0}")]
+    NothingToRefit(String),
+    /// Logs that cannot come from one bench.
+    #[error(
+        "{log} and {other_log} are not of one bench: alone the first gives {parameter} = {value:.6}, the second {other:.6}; diagnose each by itself"
+    )]
+    DifferentBenches {
+        /// The number in which they differ.
+        parameter: String,
+        /// One log.
+        log: String,
+        /// Its value, in the parameter's SI unit.
+        value: f64,
+        /// The other log.
+        other_log: String,
+        /// Its value.
+        other: f64,
+    },
+    /// An expression has no value on the data.
+    #[error("effect `{effect}`: its expression is not a number on {log} at {} s ({})", short(*time), signals.join(", "))]
+    NotANumber {
+        /// Id of the user's effect.
+        effect: String,
+        /// The log.
+        log: String,
+        /// [s] where.
+        time: f64,
+        /// What the expression saw there.
+        signals: Vec<String>,
+    },
+}
