@@ -8,12 +8,9 @@
 
 use super::block_data::{BlockData, Runs};
 use super::candidate::Plan;
-use super::candidate_fit::Trial;
-use super::data_split::Stage;
 use super::parallel::spread;
 use super::search::Search;
-use super::search_result::{Found, Single};
-use super::surrogate_test::Luck;
+use super::search_result::Found;
 use crate::effect::Law;
 use crate::model::Effect;
 use crate::signal::ROTORS;
@@ -60,40 +57,10 @@ fn shifted(data: &BlockData, share: f64) -> BlockData {
 }
 
 impl Search<'_> {
-    /// The answer among the sets tried, and those that they lead to. Again without them where laws that read the battery are
-    /// part of it by luck.
-    pub(crate) fn among(
-        &self,
-        stage: Stage,
-        bases: (Trial, Trial),
-        singles: Vec<Single>,
-        mut trials: Vec<Trial>,
-    ) -> Found {
-        self.deepen(&stage, &stage.base_parameters(self.base), &bases.1, &mut trials);
-        let best = self.climb(&stage, &bases.1, &trials);
-        let mut found = self.conclude(stage, bases, singles, &mut trials, best);
-        let lucky = self.battery_luck(&found);
-        let Some((chance, ids)) = lucky.filter(|(chance, _)| *chance > MOST_CHANCE) else {
-            return found;
-        };
-        trials.retain(|trial| !trial.effects.iter().any(|id| ids.contains(id)));
-        let mut eligible = self.eligible.clone();
-        let note = "the battery's reading, shifted in time, does as well";
-        for (_, why) in eligible.iter_mut().filter(|(effect, _)| ids.contains(&effect.id)) {
-            *why = Some(note.to_owned());
-        }
-        for single in found.singles.iter_mut().filter(|single| ids.contains(&single.effect)) {
-            single.luck = single.luck.map(|luck| Luck { chance: luck.chance.max(chance), ..luck });
-            single.note = note.to_owned();
-        }
-        let Found { stage, stale, recalibrated, singles, .. } = found;
-        Search { eligible, ..*self }.among(stage, (stale, recalibrated), singles, trials)
-    }
-
     /// How often a shifted reading does as well as the battery's own for what an answer's laws make of it, counted as
-    /// (1 + as good) / (1 + tried), and their ids. `None` where no law reads the battery, the base does, too, or numbers of the
-    /// base alone do as well: they would make up for any reading.
-    fn battery_luck(&self, found: &Found) -> Option<(f64, Vec<String>)> {
+    /// (1 + as good) / (1 + tried), and their ids. `None` where none does; where no law reads the battery, the base does, too,
+    /// or numbers of the base alone do as well: they would make up for any reading.
+    pub(crate) fn battery_luck(&self, found: &Found) -> Option<(f64, Vec<String>)> {
         let (stage, answer) = (&found.stage, &found.answer);
         let of = |ids: &[String]| self.lookup(ids).into_iter().filter(|effect| reads(effect)).collect();
         let readers: Vec<&Effect> = of(&answer.effects);
@@ -125,7 +92,8 @@ impl Search<'_> {
         });
         let as_good = does_as_well.into_iter().filter(|it| *it).count();
         let ids = readers.into_iter().map(|effect| effect.id.clone()).collect();
-        Some(((1 + as_good) as f64 / (1 + SHIFTS) as f64, ids))
+        let chance = (1 + as_good) as f64 / (1 + SHIFTS) as f64;
+        (chance > MOST_CHANCE).then_some((chance, ids))
     }
 }
 

@@ -1,16 +1,19 @@
 //! The body is asked about its rotors: it feels what they do more finely than their own sensors tell.
 
-use super::blocks::{DECIDES, Driven, Question};
+use super::assemble::MOST_ALTERNATIVES;
+use super::block_context::{Driven, Question};
 use super::candidate::Plan;
 use super::candidate_fit::Trial;
 use super::data_split::Stage;
 use super::error::DiagnoseError;
-use super::model_selection::{MOST_CHANCE, is_sound, joint_floors, loss, period};
+use super::model_selection::{MOST_CHANCE, is_sound, joint_floors, loss, period, senses_rotors};
 use super::search_result::{Found, Single};
 use super::surrogate_test::luck;
 use super::verdict;
 use crate::model::Effect;
 
+/// A body's squared error must differ by this share before it decides about the rotors.
+const DECIDES: f64 = 0.05;
 /// Sets of the rotors' that the body is asked about, beside their answer.
 const ASKED: usize = 4;
 /// Share of the body's squared error that another driver has to take off to be followed to the end.
@@ -23,6 +26,40 @@ const DIFFERS: f64 = 3.0;
 type Drives = (f64, Trial, Option<Vec<String>>);
 
 impl Question<'_> {
+    /// A late sensor and a late rotor look alike from the command to the reading, and not to the body: where the
+    /// rotors' answers differ in their sensor, the one that leaves the body less to explain is taken.
+    pub(crate) fn decide(&self, rotor: &mut Found, mut body: Found) -> Result<Found, DiagnoseError> {
+        let mine = senses_rotors(&rotor.answer);
+        let others: Vec<Trial> = rotor.alternatives.iter().take(MOST_ALTERNATIVES).cloned().collect();
+        let mut kept = Vec::new();
+        for other in others {
+            if senses_rotors(&other) == mine {
+                kept.push(other);
+                continue;
+            }
+            // Numbers that moved for nothing would drive the body with their noise.
+            let (settled, changed) = (self.settle)(rotor, &other);
+            let Some(driven) = self.body(Some((rotor, &settled)), self.find)? else { continue };
+            match prefers(&body, &driven) {
+                Some(true) => {}
+                None => kept.push(other),
+                Some(false) => {
+                    kept.clear();
+                    rotor.answer = settled;
+                    rotor.changed = changed;
+                    body = driven;
+                }
+            }
+        }
+        if senses_rotors(&rotor.answer) != mine
+            && let Some(last) = rotor.ladder.last_mut()
+        {
+            *last = rotor.answer.clone();
+        }
+        rotor.alternatives = kept;
+        Ok(body)
+    }
+
     /// A body feels what its rotors do more finely than their own sensors tell: an effect that is lost in the noise of a
     /// rate, or that its numbers take up, may stand out in the body that it drives. Where the body's numbers alone do not
     /// explain it, the rotors' effects that are no luck are tried as what drives it.
@@ -222,4 +259,25 @@ fn told_from(before: &Found, mut driven: Found, effects: &[String]) -> Found {
     }
     (driven.stale, driven.recalibrated) = (stale, recalibrated);
     driven
+}
+
+/// Whether the first body is the simpler explanation; `None` where both are as good.
+fn prefers(one: &Found, other: &Found) -> Option<bool> {
+    let at_floor = |found: &Found| found.over_floor(&found.answer).0 <= found.at_floor();
+    if at_floor(one) != at_floor(other) {
+        return Some(at_floor(one));
+    }
+    let size = |found: &Found| found.answer.effects.len() + found.changed.len();
+    if size(one) != size(other) {
+        return Some(size(one) < size(other));
+    }
+    let channels = 0..one.stage.train.channels().len();
+    let score = |found: &Found| {
+        let share = |channel: usize| {
+            (found.answer.channel_error(&found.stage, channel, true) / one.floors[channel]).powi(2)
+        };
+        channels.clone().map(share).sum::<f64>()
+    };
+    let (a, b) = (score(one), score(other));
+    ((a - b).abs() > DECIDES * a.min(b)).then_some(a < b)
 }

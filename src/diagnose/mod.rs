@@ -1,8 +1,10 @@
 //! Residuals, comparison, search for the missing effect, extension.
 
 mod assemble;
+mod backward;
 mod battery_permutation;
 pub mod block_builder;
+mod block_context;
 pub mod block_data;
 mod blocks;
 pub mod body_block;
@@ -15,6 +17,7 @@ pub mod diagnosis;
 pub mod driver_inference;
 mod error;
 mod extend;
+mod forward;
 mod grid_search;
 mod model_selection;
 pub mod multistart;
