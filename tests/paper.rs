@@ -1,21 +1,13 @@
-//! `paper` in its own processes, what it leaves behind, and flights out of recordings side by side.
+//! `paper`, what it leaves behind, and flights out of recordings side by side.
 
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use rotorbench::log::csv;
 use rotorbench::rt::Shutdown;
 use rotorbench::studies::paper::{self, PaperSettings};
 use serde_json::Value;
-
-/// What a `paper` of this process number has in shared memory.
-fn left_by(process: u32) -> Vec<String> {
-    let stem = format!("-paper-{process}-");
-    let entries = std::fs::read_dir("/dev/shm").expect("readable").flatten();
-    entries.map(|it| it.file_name().to_string_lossy().into_owned()).filter(|it| it.contains(&stem)).collect()
-}
 
 /// Starts `paper` with these options and that report; what it says is kept.
 fn start_paper(options: &[&str], report: &Path) -> Child {
@@ -24,15 +16,13 @@ fn start_paper(options: &[&str], report: &Path) -> Child {
     program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("the program starts")
 }
 
-/// `paper` on short experiments: the emulator in processes of its own.
+/// `paper` on short experiments.
 #[test]
-fn the_paper_comes_out_of_separate_processes() {
+fn the_paper_comes_out_of_one_process() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let report = folder.path().join("paper.html");
     let program = start_paper(&["--json", "--prbs-s", "60", "--hold-s", "40"], &report);
-    let process = program.id();
     let output = program.wait_with_output().expect("it ends");
-    assert_eq!(left_by(process), [""; 0], "nothing stays in shared memory");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let paper: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let rows = paper["beside"].as_array().expect("rows");
@@ -73,65 +63,24 @@ fn the_paper_comes_out_of_separate_processes() {
     assert!(std::fs::metadata(&report).is_ok_and(|file| file.len() > 100_000), "a report with its plots");
 }
 
-#[test]
-fn an_emulator_that_does_not_start_is_said_and_not_waited_for() {
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    for (program, sentence) in
-        [("/bin/false", "ended after 0 steps"), ("/nowhere/rotorbench", "No such file")]
-    {
-        let settings = PaperSettings { seed: 1, prbs_s: 20.0, hold_s: 20.0, program: program.into() };
-        let error = paper::run(&settings, &Shutdown::default(), &mut |_, _| ()).expect_err("nothing to fly");
-        assert!(error.to_string().contains(sentence), "{error}");
-        assert_eq!(left_by(std::process::id()), [""; 0], "nothing stays in shared memory");
-    }
-}
-
-/// `paper` names its benches after its process: only one at a time in this one.
-static ALONE: Mutex<()> = Mutex::new(());
-
 /// A seed with which the gyro of the first bench reads the same in seven periods on end, by chance, 42 s into the
 /// constant commands: what the guard of a bench that flies calls frozen.
 const STILL: u64 = 374;
 
-/// `rotorbench` with a guard that takes a gyro which stands still for frozen, as it does by default.
-fn with_a_strict_guard(folder: &Path) -> std::path::PathBuf {
-    let (script, bench) = (folder.join("strict"), folder.join("bench.toml"));
-    let text = format!(
-        "#!/bin/sh\nsed 's/^frozen_after_s = .*/frozen_after_s = 0.1/' > '{0}'\nexec '{1}' \"$@\" < '{0}'\n",
-        bench.display(),
-        env!("CARGO_BIN_EXE_rotorbench")
-    );
-    // Written by another process: a file that this one has open for writing, if only in a child about to start, does not run.
-    let write = "printf '%s' \"$1\" > \"$0\" && chmod +x \"$0\"";
-    let status = Command::new("sh").args(["-c", write]).arg(&script).arg(text).status().expect("sh is there");
-    assert!(status.success());
-    script
-}
-
 #[test]
 fn a_gyro_that_stands_still_stops_no_experiment_on_a_body_that_is_held() {
-    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    let fly = |program: std::path::PathBuf| {
-        let settings = PaperSettings { seed: STILL, prbs_s: 20.0, hold_s: 20.0, program };
-        let shutdown = Shutdown::default();
-        // Only the constant commands are of interest.
-        let mut tell = |what: &str, _: f64| {
-            if what == "ramps" {
-                shutdown.request();
-            }
-        };
-        paper::run(&settings, &shutdown, &mut tell).expect_err("it is stopped").to_string()
+    let settings = PaperSettings { seed: STILL, prbs_s: 20.0, hold_s: 20.0 };
+    let shutdown = Shutdown::default();
+    // Only the constant commands are of interest.
+    let mut tell = |what: &str, _: f64| {
+        if what == "ramps" {
+            shutdown.request();
+        }
     };
-    let error = fly(env!("CARGO_BIN_EXE_rotorbench").into());
+    let error = paper::run(&settings, &shutdown, &mut tell).expect_err("it is stopped").to_string();
     assert_eq!(error, "stopped in the middle of ramps: done");
 
-    // The seed is such a one, and a guard that stops the rotors ends the run, with the cause.
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let error = fly(with_a_strict_guard(folder.path()));
-    assert!(error.starts_with("constant commands: the guard stopped the rotors after 4"), "{error}");
-    assert!(error.ends_with(" s: required signal is frozen"), "{error}");
-    assert_eq!(left_by(std::process::id()), [""; 0], "nothing stays in shared memory");
-
     // `experiment` holds the body likewise, and its guard is not asked about the gyro unless the file says so.
     let bench =
         "[emulator.sensors]\nbody_rate = { rate_hz = 50, noise = 0.004, quantization = 0.0009765625 }\n";
@@ -146,15 +95,22 @@ fn a_gyro_that_stands_still_stops_no_experiment_on_a_body_that_is_held() {
     }
 }
 
+/// Whether the process has said what it does when it is interrupted.
+fn catches_interrupts(process: u32) -> bool {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
+    let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap_or("0");
+    u64::from_str_radix(caught.trim(), 16).unwrap_or(0) & (1 << 1) != 0
+}
+
 #[test]
-fn a_paper_that_is_interrupted_leaves_neither_a_report_nor_shared_memory() {
+fn a_paper_that_is_interrupted_leaves_no_report() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let report = folder.path().join("paper.html");
     // Long enough that it cannot be over before the signal comes: ten hours of simulated time.
     let program = start_paper(&["--prbs-s", "36000"], &report);
     let process = program.id();
-    while left_by(process).is_empty() {
-        std::thread::sleep(Duration::from_millis(5));
+    while !catches_interrupts(process) {
+        std::thread::sleep(Duration::from_millis(1));
     }
     let told = Command::new("kill").args(["-INT", &process.to_string()]).status().expect("kill is there");
     assert!(told.success());
@@ -163,7 +119,6 @@ fn a_paper_that_is_interrupted_leaves_neither_a_report_nor_shared_memory() {
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.contains("interrupted (Ctrl-C); no report was written"), "{said}");
     assert!(!report.exists());
-    assert_eq!(left_by(process), [""; 0], "nothing stays in shared memory");
 }
 
 fn rotorbench(folder: &Path, arguments: &[&str]) -> Output {

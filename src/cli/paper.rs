@@ -36,13 +36,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
         }
     }
     super::output::writable([&arguments.report], [])?;
-    let settings = PaperSettings {
-        seed: arguments.seed,
-        prbs_s: arguments.prbs_s,
-        hold_s: arguments.hold_s,
-        program: std::env::current_exe()?,
-    };
-    let progress = Progress::of_share();
+    let settings = PaperSettings { seed: arguments.seed, prbs_s: arguments.prbs_s, hold_s: arguments.hold_s };
+    let progress = Progress::start();
     let shutdown = Shutdown::listen()?;
     let run = paper::run(&settings, &shutdown, &mut |what, share| progress.share(what, share));
     drop(progress);

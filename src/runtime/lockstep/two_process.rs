@@ -203,20 +203,6 @@ pub fn answer(
     patience_s: f64,
     shutdown: &Shutdown,
 ) -> Result<AnswerSummary, ProcessError> {
-    answer_watched(config, pilot, patience_s, shutdown, &mut |_, _| ())
-}
-
-/// The same; `watch` sees each step once, with its answer.
-///
-/// # Errors
-/// As [`answer`].
-pub fn answer_watched(
-    config: &BenchConfig,
-    pilot: Pilot,
-    patience_s: f64,
-    shutdown: &Shutdown,
-    watch: &mut dyn FnMut(&LockstepStep, &Command),
-) -> Result<AnswerSummary, ProcessError> {
     config.check()?;
     let bench = Bench::join(&config.name, &config.shared_memory, Role::Control)?;
     let mut flight = Flight::open(&bench, pilot)?;
@@ -248,7 +234,6 @@ pub fn answer_watched(
                 }
                 let command = flight.step(step.now_ns, &step.sensors, &step.applied);
                 flight.publish(&step.sensors, &step.applied, &command);
-                watch(&step, &command);
                 last = LockstepAnswer { run: step.run, number: step.number, command };
                 answered += 1;
             }

@@ -1,9 +1,4 @@
-//! The emulated bench of the paper in a process of its own, and what flies it from this one.
-
-use std::io::Write as _;
-use std::path::PathBuf;
-use std::process::{Child, Command as Program, ExitStatus, Stdio};
-use std::time::Duration;
+//! The emulated benches of the paper, flown on virtual time.
 
 use super::{Flight, IMPULSE, IMPULSE_AT_S, PERIOD_S, PaperError, PaperSettings};
 use crate::bench::BenchConfig;
@@ -19,46 +14,24 @@ use crate::rt::Shutdown;
 use crate::runtime::ProcessError;
 use crate::runtime::command_source::Pilot;
 use crate::runtime::controller_plant::{self, FlightPlan};
+use crate::runtime::emulate::emulator;
 use crate::runtime::experiment::prepare;
-use crate::runtime::lockstep::ORIGIN_NS;
-use crate::runtime::lockstep::two_process;
+use crate::runtime::lockstep::{Interference, Lockstep, ORIGIN_NS};
 use crate::runtime::trace::Trace;
-use crate::shm::{PassingBench, leftovers};
-use crate::signal::{Command, LockstepStep, Sensors};
+use crate::signal::{ControlStep, Sensors};
 use crate::studies::impulse_response::{JUDGED_S, Moment, judge};
 
 /// [s] from standstill to the first excited period.
 const LEAD_IN_S: f64 = 4.0;
 /// [s] that a bench runs beyond its experiment: the guard's checks at the start, the run-out at the end.
 const SPARE_S: f64 = 3.0;
-/// [s] of the machine's clock without a step after which the emulator counts as gone; its end is noticed at once.
-const PATIENCE_S: f64 = 60.0;
 /// Added to the seed for the flights; the experiments' are those before.
 const FLIGHT_SEED: u64 = 100;
 /// Steps between two words on progress.
 const TELL: u64 = 500;
 
-/// [s] between two looks at the emulator's process and at the operator's wish.
-const LOOK: Duration = Duration::from_millis(10);
-/// What the name of each bench begins with; process and number come behind.
-const STEM: &str = "paper-";
-
-/// Removes what a run that was killed has left in shared memory.
-pub(crate) fn clean_up_after_the_killed() {
-    let is_ours = |name: &str| {
-        let numbers = name.strip_prefix(STEM).and_then(|rest| rest.split_once('-'));
-        numbers
-            .is_some_and(|(process, flight)| process.parse::<u32>().is_ok() && flight.parse::<u32>().is_ok())
-    };
-    for left in leftovers().iter().filter(|left| is_ours(&left.bench)) {
-        // `doctor --fix` has another chance.
-        let _ = left.remove();
-    }
-}
-
 /// One bench after another, and how far they are.
 pub(crate) struct Benches<'a> {
-    program: PathBuf,
     shutdown: &'a Shutdown,
     seed: u64,
     flown: u64,
@@ -78,14 +51,7 @@ impl<'a> Benches<'a> {
         let experiments: u64 = experiments.iter().map(|(shape, _)| slots(shape)).sum();
         let flights =
             flights as u64 * clock::span_ns(IMPULSE_AT_S + JUDGED_S).div_ceil(clock::span_ns(PERIOD_S));
-        Self {
-            program: settings.program.clone(),
-            shutdown,
-            seed: settings.seed,
-            flown: 0,
-            steps: 0,
-            all_steps: experiments + flights,
-        }
+        Self { shutdown, seed: settings.seed, flown: 0, steps: 0, all_steps: experiments + flights }
     }
 
     /// Share of all steps that is done.
@@ -100,14 +66,11 @@ impl<'a> Benches<'a> {
         name: &str,
         tell: &mut dyn FnMut(&str, f64),
     ) -> Result<Dataset, PaperError> {
-        let mut config = self.bench();
-        config.emulator.integration_step_s = 0.004;
-        config.hold_body();
-        config.emulator.sensors = config.emulator.sensors.at_rate(1.0 / PERIOD_S);
+        let config = self.held_bench();
         let plan = FlightPlan { closed_loop: false, experiment: experiment_of(shape) };
         let (experiment, pilot) = prepare(&config, &plan)?;
         let mut rows = Rows::new(&experiment);
-        self.fly(&config, pilot, slots_of(&experiment), name, &mut |step, _| rows.take(step), tell)?;
+        self.fly(&config, pilot, slots_of(&experiment), name, &mut |step| rows.take(step), tell)?;
         Ok(rows.trace.into_dataset(name)?)
     }
 
@@ -135,12 +98,12 @@ impl<'a> Benches<'a> {
         let pilot =
             Pilot::controller(settings.build(&parameters, PERIOD_S)?, settings.reference.build(PERIOD_S)?);
         let mut moments = Vec::new();
-        let mut see = |step: &LockstepStep, command: &Command| {
-            let time = clock::span_s(step.now_ns.saturating_sub(ORIGIN_NS));
+        let mut see = |ControlStep { sensors, command, .. }: &ControlStep| {
+            let time = clock::span_s(command.stamp_ns.saturating_sub(ORIGIN_NS));
             let is_struck = (IMPULSE_AT_S..IMPULSE_AT_S + duration_s).contains(&time);
             moments.push(Moment {
                 time,
-                angle: step.sensors.body_angle.value,
+                angle: sensors.body_angle.value,
                 torque: command.torque,
                 estimate: command.estimate.disturbance_torque,
                 disturbance: if is_struck { torque } else { 0.0 },
@@ -158,72 +121,67 @@ impl<'a> Benches<'a> {
         })
     }
 
-    /// The next bench, of a name of its own.
+    /// The next bench whose body is clamped.
+    fn held_bench(&mut self) -> BenchConfig {
+        let mut config = self.bench();
+        config.emulator.integration_step_s = 0.004;
+        config.hold_body();
+        config.emulator.sensors = config.emulator.sensors.at_rate(1.0 / PERIOD_S);
+        config
+    }
+
+    /// The next bench, of a seed of its own.
     fn bench(&mut self) -> BenchConfig {
-        let name = format!("{STEM}{}-{}", std::process::id(), self.flown);
-        let mut config = BenchConfig { name, period_s: PERIOD_S, ..BenchConfig::default() };
+        let mut config = BenchConfig { period_s: PERIOD_S, ..BenchConfig::default() };
         config.emulator.seed = self.seed.wrapping_add(self.flown);
         self.flown += 1;
         config
     }
 
-    /// Answers `slots` steps of an emulator that is started for it.
+    /// Flies `slots` periods behind the guard; `see` sees each.
     fn fly(
         &mut self,
         config: &BenchConfig,
         pilot: Pilot,
         slots: u64,
         what: &str,
-        see: &mut dyn FnMut(&LockstepStep, &Command),
+        see: &mut dyn FnMut(&ControlStep),
         tell: &mut dyn FnMut(&str, f64),
     ) -> Result<(), PaperError> {
-        let shutdown = self.shutdown;
-        let start = |error| PaperError::Start { program: self.program.clone(), error };
-        // Before the process, so that it goes after it.
-        let _passing = PassingBench::open(&config.name, &config.shared_memory).map_err(ProcessError::from)?;
-        let mut process = EmulatorProcess::start(&self.program, config, slots).map_err(start)?;
-        let ended = Shutdown::default();
-        let (before, mut answered) = (self.steps, 0);
-        let mut stopped = None;
-        let mut count = |step: &LockstepStep, command: &Command| {
-            // What comes behind a latch is neither an experiment nor a flight.
-            stopped = stopped.or_else(|| stopped_by_guard(step));
-            if stopped.is_some() {
-                return ended.request();
+        config.check().map_err(ProcessError::from)?;
+        let guard = config.guard.build(config.period_s).map_err(ProcessError::from)?;
+        let bench = Lockstep::new(emulator(config)?, pilot, config.period_s).guarded(guard);
+        let mut state = bench.start();
+        for slot in 0..slots {
+            if self.shutdown.is_requested() {
+                return Err(PaperError::Interrupted {
+                    what: what.to_owned(),
+                    reason: self.shutdown.reason(),
+                });
             }
-            see(step, command);
-            answered += 1;
-            self.steps = before + answered;
-            if answered % TELL == 1 {
+            let mut seen = Seen::default();
+            bench.step(&mut state, &mut seen);
+            // What comes behind a latch is neither an experiment nor a flight.
+            if let Some((time_s, cause)) = stopped_by_guard(&seen.0) {
+                return Err(PaperError::Stopped { what: what.to_owned(), time_s, cause });
+            }
+            see(&seen.0);
+            self.steps += 1;
+            if slot % TELL == 0 {
                 tell(what, self.share());
             }
-        };
-        let (flown, status) = std::thread::scope(|scope| {
-            // An emulator that is no more asks nothing: without this, nobody would notice before it has begun.
-            let watcher = scope.spawn(|| {
-                let status = process.end_of(&[shutdown, &ended]);
-                ended.request();
-                status
-            });
-            let flown = two_process::answer_watched(config, pilot, PATIENCE_S, &ended, &mut count);
-            (flown, watcher.join())
-        });
-        if shutdown.is_requested() {
-            return Err(PaperError::Interrupted { what: what.to_owned(), reason: shutdown.reason() });
-        }
-        flown?;
-        if let Some((time_s, cause)) = stopped {
-            return Err(PaperError::Stopped { what: what.to_owned(), time_s, cause });
-        }
-        if answered < slots {
-            let status = match status {
-                Ok(Ok(status)) => status.to_string(),
-                Ok(Err(error)) => error.to_string(),
-                Err(_) => "unknown".to_owned(),
-            };
-            return Err(PaperError::Emulator { what: what.to_owned(), answered, status });
         }
         Ok(())
+    }
+}
+
+/// What the controller saw and said in a slot.
+#[derive(Default)]
+struct Seen(ControlStep);
+
+impl Interference for Seen {
+    fn control_step(&mut self, step: &ControlStep) {
+        self.0 = *step;
     }
 }
 
@@ -242,9 +200,9 @@ fn delay_limit(model: &Model, settings: &ControllerConfig) -> Result<f64, PaperE
 }
 
 /// When [s] and why the guard's latch stopped the rotors; `None` while it has not.
-fn stopped_by_guard(step: &LockstepStep) -> Option<(f64, Cause)> {
+fn stopped_by_guard(step: &ControlStep) -> Option<(f64, Cause)> {
     let is_latched = State::from_code(step.applied.state) == Some(State::FailsafeLatched);
-    let time_s = clock::span_s(step.now_ns.saturating_sub(ORIGIN_NS));
+    let time_s = clock::span_s(step.command.stamp_ns.saturating_sub(ORIGIN_NS));
     is_latched.then(|| (time_s, Cause::from_code(step.applied.cause).unwrap_or_default()))
 }
 
@@ -273,7 +231,7 @@ impl Rows {
         Self { trace: Trace::default(), lead_in, slots, flown: 0, before: None }
     }
 
-    fn take(&mut self, step: &LockstepStep) {
+    fn take(&mut self, step: &ControlStep) {
         if let Some((slot, sensors)) = self.before.take() {
             let time_ns = (slot - self.lead_in).saturating_mul(clock::span_ns(PERIOD_S));
             self.trace.push(time_ns, &sensors, &step.applied);
@@ -285,50 +243,39 @@ impl Rows {
     }
 }
 
-/// The emulator's process; ends with this one, however this one ends.
-struct EmulatorProcess(Child);
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-impl EmulatorProcess {
-    /// Its bench file comes through standard input: nothing to clean up.
-    fn start(program: &PathBuf, config: &BenchConfig, slots: u64) -> std::io::Result<Self> {
-        let seconds = (slots as f64 * PERIOD_S).to_string();
-        let text = toml::to_string(config).map_err(std::io::Error::other)?;
-        let mut child = Program::new(program)
-            .args(["emulate", "--shm", "--lockstep", "--json", "--seconds", &seconds])
-            .args(["--config", "/dev/stdin"])
-            .env("ROTORBENCH_LOG", "warn")
-            .stdin(Stdio::piped())
-            .stdout(Stdio::null())
-            .spawn()?;
-        let stdin = child.stdin.take();
-        let mut process = Self(child);
-        if let Some(mut stdin) = stdin {
-            // A child that refuses to read has its own word to say, and its end is seen.
-            let _ = stdin.write_all(text.as_bytes());
-        }
-        let _ = process.0.try_wait()?;
-        Ok(process)
-    }
+    /// A seed with which the gyro of the first bench reads the same in seven periods on end, by chance, 42 s into the
+    /// constant commands: what the guard of a bench that flies calls frozen.
+    const FROZEN: u64 = 374;
 
-    /// Waits for its end, and brings it about when one of `wishes` says so.
-    fn end_of(&mut self, wishes: &[&Shutdown]) -> std::io::Result<ExitStatus> {
-        loop {
-            if let Some(status) = self.0.try_wait()? {
-                return Ok(status);
-            }
-            if wishes.iter().any(|wish| wish.is_requested()) {
-                self.0.kill()?;
-                return self.0.wait();
-            }
-            std::thread::sleep(LOOK);
-        }
-    }
-}
-
-impl Drop for EmulatorProcess {
-    fn drop(&mut self) {
-        // Already waited for, unless this process is on its way out; then nothing must be left running.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
+    #[test]
+    fn a_guard_that_stops_the_rotors_ends_the_run_with_the_cause() {
+        let settings = PaperSettings { seed: FROZEN, prbs_s: 20.0, hold_s: 20.0 };
+        let levels = vec![0.35, 0.4, 0.45, 0.5, 0.55, 0.6];
+        let shape = Shape::Constant { levels, hold_s: 20.0 };
+        let shutdown = Shutdown::default();
+        let fly = |frozen_after_s: Option<f64>| {
+            let mut benches = Benches::new(&settings, &[(shape.clone(), "constant commands")], 0, &shutdown);
+            let mut config = benches.held_bench();
+            config.guard.body_rate.frozen_after_s = frozen_after_s.or(config.guard.body_rate.frozen_after_s);
+            let plan = FlightPlan { closed_loop: false, experiment: experiment_of(shape.clone()) };
+            let (experiment, pilot) = prepare(&config, &plan).expect("an experiment");
+            benches.fly(
+                &config,
+                pilot,
+                slots_of(&experiment),
+                "constant commands",
+                &mut |_| (),
+                &mut |_, _| (),
+            )
+        };
+        // On a body that is held a gyro that stands still stops nothing.
+        assert!(fly(None).is_ok());
+        let error = fly(Some(0.1)).expect_err("the seed is such a one").to_string();
+        assert!(error.starts_with("constant commands: the guard stopped the rotors after 4"), "{error}");
+        assert!(error.ends_with(" s: required signal is frozen"), "{error}");
     }
 }

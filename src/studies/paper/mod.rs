@@ -1,11 +1,8 @@
 //! The paper run on the emulator: section III from its own experiments, section V from its own flights.
 //!
-//! The emulated bench is a process of its own, `rotorbench emulate --shm --lockstep`, one for each experiment and
-//! flight; experiment and controller answer it from this one, step by step in virtual time.
+//! Each experiment and each flight is an emulated bench of its own behind its guard, as `run --lockstep` has it.
 
 mod bench;
-
-use std::path::PathBuf;
 
 use serde::Serialize;
 
@@ -36,24 +33,6 @@ pub enum PaperError {
     /// The emulated bench, an experiment or a controller cannot be built.
     #[error(transparent)]
     Process(#[from] ProcessError),
-    /// The emulator's process cannot be started.
-    #[error("the emulator's process, {}: {error}", program.display())]
-    Start {
-        /// The program.
-        program: PathBuf,
-        /// What the system says.
-        error: std::io::Error,
-    },
-    /// The emulator's process ended before its time.
-    #[error("{what}: the emulator's process ended after {answered} steps ({status})")]
-    Emulator {
-        /// Which experiment or flight.
-        what: String,
-        /// Steps that were answered.
-        answered: u64,
-        /// How it ended.
-        status: String,
-    },
     /// The guard stopped the rotors.
     #[error("{what}: the guard stopped the rotors after {time_s:.2} s: {cause}")]
     Stopped {
@@ -138,13 +117,10 @@ pub struct PaperSettings {
     pub prbs_s: f64,
     /// [s] length of each of the six constant commands.
     pub hold_s: f64,
-    /// The program `rotorbench`, which the emulator's processes run.
-    pub program: PathBuf,
 }
 
 /// Runs the paper on an emulated bench with the paper's parameters. `tell` hears what is being done, and the share
-/// that is done; `shutdown` stops it. However it ends, nothing of it stays in shared memory, unless it is killed:
-/// then the next run cleans up.
+/// that is done; `shutdown` stops it.
 ///
 /// # Errors
 /// [`PaperError`] of the room that refuses, or that it was stopped.
@@ -153,8 +129,7 @@ pub fn run(
     shutdown: &Shutdown,
     tell: &mut dyn FnMut(&str, f64),
 ) -> Result<PaperRun, PaperError> {
-    bench::clean_up_after_the_killed();
-    let PaperSettings { seed, prbs_s, hold_s, .. } = *settings;
+    let PaperSettings { seed, prbs_s, hold_s } = *settings;
     let levels = vec![0.35, 0.4, 0.45, 0.5, 0.55, 0.6];
     let ramp = |slope| Shape::Ramp { low: 0.3, high: 0.65, slope, cycles: 2 };
     let prbs = |seed, duration_s| Shape::Prbs { amplitude: 0.08, bandwidth_hz: 0.0, duration_s, seed };
