@@ -83,14 +83,6 @@ pub enum ReportError {
         /// The operating system's answer.
         source: std::io::Error,
     },
-    /// The drawing library refused.
-    #[error("cannot draw picture `{title}`: {reason}")]
-    Draw {
-        /// Title of the plot.
-        title: String,
-        /// The drawing library's words.
-        reason: String,
-    },
 }
 
 /// Writes `text` to `path`: a failure leaves the old file as it was.
