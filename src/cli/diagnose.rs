@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::progress::Progress;
 use super::{CliResult, Outcome};
 use crate::compare::CompareConfig;
 use crate::diagnose::{DiagnoseConfig, Verdict, diagnose};
@@ -41,10 +42,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let train = arguments.log.iter().map(|path| csv::read(path)).collect::<Result<Vec<_>, _>>()?;
     let validate = arguments.validate.iter().map(|path| csv::read(path)).collect::<Result<Vec<_>, _>>()?;
     let config = DiagnoseConfig { horizon: arguments.horizon_s };
-    let progress = indicatif::ProgressBar::new_spinner().with_message("candidates fitted");
-    progress.set_style(indicatif::ProgressStyle::with_template("{spinner} {pos} {msg}, {elapsed}")?);
-    let diagnosis = diagnose(&model, &train, &validate, &config, &|| progress.inc(1))?;
-    progress.finish_and_clear();
+    let progress = Progress::start();
+    let diagnosis = diagnose(&model, &train, &validate, &config, &|| progress.one_more("candidates fitted"))?;
+    drop(progress);
     let named = |paths: &[PathBuf]| paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>();
     let model_name = arguments.model.display().to_string();
     let next = diagnosis.next_steps(&model_name, &named(&arguments.log), &named(&arguments.validate));

@@ -280,7 +280,7 @@ fn in_lockstep(
     plan: &FlightPlan,
     shutdown: &Shutdown,
 ) -> Result<(crate::log::Dataset, Ending), CliError> {
-    let progress = Progress::of_share();
+    let progress = Progress::start();
     let (trace, ending) = experiment::in_lockstep(config, plan, &mut (), |share| {
         progress.share("", share);
         !shutdown.is_requested()
@@ -299,7 +299,7 @@ fn on_bench(
     shutdown: &Shutdown,
 ) -> Result<(crate::log::Dataset, Ending), CliError> {
     let recording = output.with_extension("mcap");
-    let progress = Progress::of_share();
+    let progress = Progress::start();
     let waiting = || {
         eprintln!(
             "waiting for the bench to be armed (`rotorbench arm`, in another terminal); Ctrl-C stops at any time"

@@ -65,8 +65,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let settings = settings(arguments)?;
     let logs = read(&arguments.log)?;
     let validation = read(&arguments.validate)?;
-    let progress = Progress::of_steps(STEPS);
-    let found = identify_telling(&logs, &validation, &settings, &mut |step| progress.begin(step))?;
+    let progress = Progress::start();
+    let found = identify_telling(&logs, &validation, &settings, &mut |step| progress.step(step, STEPS))?;
     drop(progress);
     if let Some(path) = &arguments.output {
         found.model.save(path)?;

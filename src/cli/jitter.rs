@@ -1,12 +1,10 @@
 //! `rotorbench jitter`: what this machine's timing is, in cyclictest's terms.
 
-use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
-
 use super::operate::BenchArguments;
+use super::progress::{self, Progress};
 use super::{CliResult, Outcome};
 use crate::report;
 use crate::rt::Shutdown;
@@ -56,9 +54,15 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let results = arguments.report.iter().chain(&arguments.histogram);
     super::output::writable(results, &arguments.bench.config)?;
     let shutdown = Shutdown::listen()?;
-    let bar = progress(config.seconds);
-    let measured = jitter(&config, &shutdown, |done| bar.set_position((1000.0 * done) as u64))?;
-    bar.finish_and_clear();
+    // Drawn between the stages, not during them.
+    let progress = Progress::start();
+    let what = format!("{} s for each stage", config.seconds);
+    let measured = jitter(&config, &shutdown, |done| {
+        progress.line(|| {
+            format!("measuring {} {:.0} %  {what}", progress::bar(done, progress::BAR), 100.0 * done)
+        });
+    })?;
+    drop(progress);
     if let Some(path) = &arguments.histogram {
         let duration = Duration::from_secs_f64(measured.took_s);
         for file in report::histogram::save(path, &measured.histograms(), measured.began, duration)? {
@@ -107,17 +111,4 @@ impl Arguments {
             cyclictest,
         })
     }
-}
-
-/// A bar on a terminal, nothing elsewhere. It is drawn between the stages, not during them.
-fn progress(seconds: f64) -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::new(1000);
-    if let Ok(style) = ProgressStyle::with_template("measuring {bar:40} {percent} %  {msg}") {
-        bar.set_style(style);
-    }
-    bar.set_message(format!("{seconds} s for each stage"));
-    bar
 }

@@ -8,6 +8,9 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{CommandFactory as _, FromArgMatches as _, Parser};
+use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::layer::SubscriberExt as _;
+use tracing_subscriber::util::SubscriberInitExt as _;
 
 use crate::compare::CompareConfig;
 use place::Setting;
@@ -289,15 +292,49 @@ fn dispatch(subcommand: Subcommand) -> CliResult {
 
 /// Log records go to standard error; `ROTORBENCH_LOG` filters them (`debug`, `rotorbench::can=trace`, ...).
 fn start_log() {
-    let filter = tracing_subscriber::EnvFilter::try_from_env("ROTORBENCH_LOG")
-        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn,rotorbench=info"));
+    let wish = std::env::var("ROTORBENCH_LOG").ok();
     // A terminal that was closed, or a full disk behind standard error, must not make a cycle's thread panic.
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
+    let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
         // Codes for colours are for eyes, not for files.
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
-        .log_internal_errors(false)
-        .init();
+        .log_internal_errors(false);
+    tracing_subscriber::registry().with(lines).with(log_filter(wish.as_deref())).init();
+}
+
+/// What passes by target and level; the usual where nothing is wished, or nothing that can be read.
+fn log_filter(wish: Option<&str>) -> Targets {
+    let usual = || {
+        Targets::new().with_default(LevelFilter::WARN).with_target(env!("CARGO_PKG_NAME"), LevelFilter::INFO)
+    };
+    let parts = wish.unwrap_or_default().split(',').map(str::trim).filter(|part| !part.is_empty());
+    let wish = parts.collect::<Vec<_>>().join(",");
+    if wish.is_empty() { usual() } else { wish.parse().unwrap_or_else(|_| usual()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use tracing_subscriber::filter::LevelFilter as Level;
+
+    use super::log_filter;
+
+    #[test]
+    fn the_log_is_filtered_by_target_and_level() {
+        let passes = |wish: Option<&str>, target: &str, level: Level| {
+            level.into_level().is_some_and(|level| log_filter(wish).would_enable(target, &level))
+        };
+        for usual in [None, Some(""), Some("rotorbench=loudly")] {
+            assert!(passes(usual, "rotorbench::can", Level::INFO) && passes(usual, "iceoryx2", Level::WARN));
+            assert!(!passes(usual, "rotorbench", Level::DEBUG) && !passes(usual, "iceoryx2", Level::INFO));
+        }
+        assert!(passes(Some("debug"), "iceoryx2", Level::DEBUG));
+        assert!(
+            !passes(Some("debug"), "rotorbench", Level::TRACE)
+                && !passes(Some("off"), "rotorbench", Level::ERROR)
+        );
+        let two = Some("warn, rotorbench::can=trace,");
+        assert!(passes(two, "rotorbench::can::port", Level::TRACE) && passes(two, "rotorbench", Level::WARN));
+        assert!(!passes(two, "rotorbench::guard", Level::INFO));
+    }
 }

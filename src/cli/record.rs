@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 
 use super::operate::BenchArguments;
+use super::progress::Progress;
 use super::{CliError, CliResult, Outcome};
 use crate::recording::RecorderSummary;
 use crate::rt::Shutdown;
@@ -31,10 +31,10 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> CliResult {
     let config = arguments.bench.load()?;
     let shutdown = Shutdown::listen()?;
-    let line = ProgressBar::new_spinner().with_style(ProgressStyle::with_template("{elapsed} {msg}")?);
-    let show = |summary: RecorderSummary| line.set_message(words(summary));
+    let progress = Progress::start();
+    let show = |summary: RecorderSummary| progress.words(|| words(summary));
     let summary = record::record(&config, &arguments.output, arguments.seconds, &shutdown, show)?;
-    line.finish_and_clear();
+    drop(progress);
     if arguments.json {
         let RecorderSummary { written, dropped, disk_full_ns } = summary;
         let disk_full_s = crate::clock::span_s(disk_full_ns);

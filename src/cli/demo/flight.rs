@@ -5,11 +5,10 @@ use std::path::Path;
 use std::process::{Child, Command as Program, Stdio};
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
-
 use super::at;
 use crate::bench::BenchConfig;
 use crate::cli::CliError;
+use crate::cli::progress::{self, Progress};
 use crate::clock;
 use crate::file::write_atomically;
 use crate::guard::{Cause, State};
@@ -120,27 +119,26 @@ fn watch(bench: &BenchConfig, ended: &Shutdown) {
     else {
         return;
     };
-    let style = ProgressStyle::with_template("{bar:24} {msg}");
-    let bar = ProgressBar::new((FLIGHT_S * 10.0) as u64)
-        .with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let progress = Progress::start();
     let start_ns = clock::monotonic_ns();
     while !ended.is_requested() {
         std::thread::sleep(Duration::from_millis(50));
         let flown_s = clock::span_s(clock::monotonic_ns().saturating_sub(start_ns));
-        bar.set_position((flown_s * 10.0) as u64);
         if let (Some(ControlStep { command, .. }), Some(applied)) = (steps.newest(), applied.newest()) {
             let estimate = &command.estimate;
-            bar.set_message(format!(
-                "{flown_s:4.1} s  angle {:+.3} rad (wanted {:+.3})  disturbance {:+.3} N m  u {:.3} {:.3}",
-                estimate.body_angle,
-                estimate.reference_angle,
-                estimate.disturbance_torque,
-                applied.rotor[0],
-                applied.rotor[1],
-            ));
+            progress.line(|| {
+                format!(
+                    "{} {flown_s:4.1} s  angle {:+.3} rad (wanted {:+.3})  disturbance {:+.3} N m  u {:.3} {:.3}",
+                    progress::bar(flown_s / FLIGHT_S, 24),
+                    estimate.body_angle,
+                    estimate.reference_angle,
+                    estimate.disturbance_torque,
+                    applied.rotor[0],
+                    applied.rotor[1],
+                )
+            });
         }
     }
-    bar.finish_and_clear();
 }
 
 /// The controller's steps and the guard's events, from the recording.
