@@ -12,10 +12,7 @@ use rotorbench::runtime::controller_plant;
 use rotorbench::shm::{Bench, Place, Role, SENSORS, SharedMemoryConfig};
 use rotorbench::signal::{Sample, Sensors};
 
-#[path = "processes/counting.rs"]
-mod counting;
-
-use counting::allocations;
+use crate::counting::allocations;
 
 const PERIOD_S: f64 = 0.002;
 const PERIOD_NS: u64 = 2_000_000;
@@ -26,7 +23,7 @@ fn config(test: &str, trigger: Trigger) -> BenchConfig {
     // Short pre-arm checks: on a loaded machine 200 ms without one late command at 500 Hz may never come.
     let guard = GuardConfig { arm_checks_s: 0.02, ..GuardConfig::default() };
     BenchConfig {
-        name: format!("t{}-{test}", std::process::id()),
+        name: format!("t{}-allocation-{test}", std::process::id()),
         period_s: PERIOD_S,
         trigger,
         guard,

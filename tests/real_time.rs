@@ -4,7 +4,7 @@ use std::process::Command;
 
 use rotorbench::rt::RealTimeConfig;
 
-const NAME: &str = "later_allocations_do_not_fail_at_the_limit_of_locked_memory";
+const NAME: &str = "real_time::later_allocations_do_not_fail_at_the_limit_of_locked_memory";
 /// [byte] more than a process needs at its start.
 const LIMIT: u64 = 256 << 20;
 

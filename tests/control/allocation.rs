@@ -4,8 +4,8 @@ use rotorbench::control::{Compensation, Controller, ControllerConfig, Controller
 use rotorbench::guard::{GuardConfig, GuardState, OperatorAct, State};
 use rotorbench::signal::{Applied, Request, Sample};
 
+use super::truth::{Truth, free};
 use crate::counting::allocations;
-use crate::truth::{Truth, free};
 
 #[test]
 fn controllers_and_guard_allocate_nothing() {

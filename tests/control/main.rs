@@ -2,8 +2,6 @@
 //! promised margins against measured ones, known physics against unknown, no allocation in any step.
 
 mod allocation;
-#[path = "../processes/counting.rs"]
-mod counting;
 mod margins;
 mod physics;
 mod reference;

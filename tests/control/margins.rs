@@ -9,7 +9,7 @@ use rotorbench::control::{
 };
 use rotorbench::signal::{Applied, Reference};
 
-use crate::truth::{Truth, applied, build, closed, free};
+use super::truth::{Truth, applied, build, closed, free};
 
 /// Complementary sensitivity, measured: a sine added to the rotor commands, the controller's answer correlated
 /// with it over whole periods of the sine. The controller is not told of the sine.

@@ -6,7 +6,7 @@ use rotorbench::control::{
 };
 use rotorbench::signal::{Applied, Reference};
 
-use crate::truth::{Truth, applied, build, free};
+use super::truth::{Truth, applied, build, free};
 
 fn pendulum_and_friction(angle: f64, rate: f64) -> f64 {
     -0.4 * (angle + 0.1).sin() - 0.05 * (rate / 0.1).tanh() - 0.02 * rate

@@ -5,7 +5,7 @@ use rotorbench::control::{
 };
 use rotorbench::signal::{Applied, Reference, Sample};
 
-use crate::truth::{Truth, applied, free};
+use super::truth::{Truth, applied, free};
 
 #[test]
 fn a_step_and_a_slew_arrive() {

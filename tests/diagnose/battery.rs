@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::desk::{Desk, diagnose, diagnose_all, refused};
+use super::desk::{Desk, diagnose, diagnose_all, refused};
 
 /// [s] between two rows.
 const ROW: f64 = 0.02;

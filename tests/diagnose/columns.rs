@@ -1,6 +1,6 @@
 //! Columns in another unit than their name says, and of another rotor: fitted, they would be told as physics.
 
-use crate::desk::{Desk, diagnose, number, refused, run, said_out};
+use super::desk::{Desk, diagnose, number, refused, run, said_out};
 
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 const RPM: f64 = 30.0 / std::f64::consts::PI;

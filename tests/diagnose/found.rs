@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::desk::{Desk, diagnose, number, refused, run, said, said_out};
+use super::desk::{Desk, diagnose, number, refused, run, said, said_out};
 
 #[test]
 fn a_hidden_pendulum_is_named_added_and_the_error_falls_to_the_noise() {

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::desk::{Desk, diagnose, number, run, said};
+use super::desk::{Desk, diagnose, number, run, said};
 
 /// What one step of a ladder leaves is what the next one begins with, and two steps lead where one with both leads.
 #[test]

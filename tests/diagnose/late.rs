@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::desk::{Desk, diagnose};
+use super::desk::{Desk, diagnose};
 
 /// [s] step of this file's own simulation.
 const STEP: f64 = 5e-4;

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::desk::{Desk, diagnose, number, run, said_out};
+use super::desk::{Desk, diagnose, number, run, said_out};
 
 /// What is measured, by the beginning of the column's name.
 const MEASURED: [&str; 2] = ["propeller_rate", "body_"];

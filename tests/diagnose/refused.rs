@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Command;
 
-use crate::desk::{Desk, diagnose, refused, run, said};
+use super::desk::{Desk, diagnose, refused, run, said};
 
 #[test]
 fn logs_that_cannot_tell_are_said_to_be_such() {

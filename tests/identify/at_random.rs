@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rotorbench::identify::{IdentifySettings, identify};
 
-use crate::bench::{bench, prbs, run};
+use super::bench::{bench, prbs, run};
 
 /// Must be true 1: 20 benches drawn at random around the paper's, 2400 s of PRBS each, everything from that one
 /// log, the degree of g(u) too, within 2 % and within 3 standard errors. With other seeds one of 80 honest normal errors

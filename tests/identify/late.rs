@@ -3,7 +3,7 @@
 use rotorbench::emulate::EmulatorConfig;
 use rotorbench::identify::{Estimate, IdentifySettings, identify};
 
-use crate::bench::{bench, prbs, run};
+use super::bench::{bench, prbs, run};
 
 /// The voltage of such a battery says how fast the rotor turns better than the command does, which comes too early by the
 /// delay: a lag fitted without the delay takes it for the cause, with a k_V of -2700 and a pole of 18000 rad/s. What is

@@ -8,7 +8,7 @@ use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::log::Dataset;
 use rotorbench::shm::{PassingBench, SharedMemoryConfig};
 
-use crate::bench::{bench, prbs, run};
+use super::bench::{bench, prbs, run};
 
 /// A bench with twice the battery of the paper's: its own voltage is full, whether or not the battery is asked for.
 #[test]

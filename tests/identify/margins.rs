@@ -15,7 +15,7 @@ use rotorbench::runtime::experiment::in_lockstep;
 use rotorbench::signal::{Applied, Reference};
 use serde_json::Value;
 
-use crate::bench::{PERIOD, build, other_bench, prbs, run};
+use super::bench::{PERIOD, build, other_bench, prbs, run};
 
 /// The model of a bench, from a PRBS on one rotor with the body clamped, and a differential PRBS on the paper's
 /// controller, which does not know the bench, with the body free.

@@ -7,7 +7,7 @@ use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::log::Dataset;
 use rotorbench::report::findings::sentences;
 
-use crate::bench::{bench, prbs, run};
+use super::bench::{bench, prbs, run};
 
 /// `log` without the rows that `lost` names, or with their command cells empty.
 fn with_missing(log: &Dataset, mut lost: impl FnMut(usize) -> bool, cells: bool) -> Dataset {

@@ -7,7 +7,7 @@ use rotorbench::identify::{Estimate, Identification, IdentifySettings, identify}
 use rotorbench::log::Dataset;
 use rotorbench::report::findings::sentences;
 
-use crate::bench::{bench, prbs, run};
+use super::bench::{bench, prbs, run};
 
 const RATE: &str = "propeller_rate_1_rad_s";
 

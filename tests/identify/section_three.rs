@@ -3,7 +3,7 @@
 use rotorbench::experiment::Shape;
 use rotorbench::identify::{IdentifySettings, identify};
 
-use crate::bench::{bench, prbs, run};
+use super::bench::{bench, prbs, run};
 
 /// The paper's own steps on the paper's own bench: constant levels, ramps, PRBS.
 #[test]

@@ -1,0 +1,15 @@
+//! What runs period by period: controllers, guard and loop, on time that the test tells, and what a process asks of the
+//! kernel first. One program, with an allocator that counts per thread.
+
+#[path = "allocation.rs"]
+mod allocation;
+#[path = "control/main.rs"]
+mod control;
+#[path = "processes/counting.rs"]
+mod counting;
+#[path = "gate.rs"]
+mod gate;
+#[path = "loop.rs"]
+mod lockstep;
+#[path = "real_time.rs"]
+mod real_time;

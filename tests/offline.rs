@@ -1,0 +1,13 @@
+//! From logs to models: what identifies, compares, diagnoses and extends, and the paper's own numbers. One program: each
+//! would be linked with the whole library for itself.
+
+#[path = "diagnose/main.rs"]
+mod diagnose;
+#[path = "effects.rs"]
+mod effects;
+#[path = "identify/main.rs"]
+mod identify;
+#[path = "paper.rs"]
+mod paper;
+#[path = "paper_lpc16.rs"]
+mod paper_lpc16;
