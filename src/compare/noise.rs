@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::block_run::Raw;
 use super::channels::RATES;
 use crate::estimation::noise_floor::{DITHERED, RESOLUTION, reading_step, spread};
+use crate::estimation::quantile::median;
 use crate::log::Dataset;
 use crate::model::Model;
 
@@ -114,12 +115,10 @@ pub(crate) fn white_noise<'a>(pieces: impl Iterator<Item = &'a [f64]>) -> f64 {
 
 /// Rms without what the median calls outliers.
 fn of_block(differences: &[f64]) -> f64 {
-    let mut sizes = differences.to_vec();
-    let middle = sizes.len() / 2;
-    let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let median = median(differences.iter().copied()).unwrap_or(0.0);
     // On a coarse grid most neighbours are equal: then every flip between steps counts.
     let limit = if median > 0.0 { OUTLIER * median / NORMAL_MEDIAN } else { f64::INFINITY };
-    let (sum, count) = sizes
+    let (sum, count) = differences
         .iter()
         .filter(|size| **size <= limit)
         .fold((0.0, 0.0), |(sum, count), size| (sum + size * size, count + 1.0));

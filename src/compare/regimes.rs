@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::dependence::{Correlation, Dependence};
 use super::spectrum::{Spectrum, spectrum};
+use crate::estimation::quantile::quantile;
 use crate::screening::readings;
 
 /// Where a block fails.
@@ -122,14 +123,8 @@ fn groups(time: &[f64], modelled: &[f64], residual: &[f64], pieces: &[Range<usiz
         let found = crate::log::segments::slopes(&time[piece.clone()], &modelled[piece.clone()]);
         slopes[piece.clone()].copy_from_slice(&found);
     }
-    let mut sizes: Vec<f64> =
-        slopes.iter().map(|slope| slope.abs()).filter(|size| size.is_finite()).collect();
-    if sizes.is_empty() {
-        return Vec::new();
-    }
-    // Below the length, whatever it is.
-    let fast = sizes.len() * 99 / 100;
-    let rest = REST * *sizes.select_nth_unstable_by(fast, f64::total_cmp).1;
+    let Some(fast) = quantile(slopes.iter().map(|slope| slope.abs()), 0.99) else { return Vec::new() };
+    let rest = REST * fast;
     let total: f64 = residual.iter().filter(|error| error.is_finite()).map(|error| error * error).sum();
     // Of each slope: 0 steady, 1 rising, 2 falling.
     let kind = |slope: f64| if slope.abs() <= rest { 0 } else { 1 + usize::from(slope < 0.0) };

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::estimation::noise_floor::median;
+use crate::estimation::quantile::median;
 use crate::log::Dataset;
 use crate::log::segments::held_throughout;
 use crate::model::{Equations, Remembered, RotorInput, RotorStart, RotorTrace};
@@ -84,8 +84,7 @@ fn stretches(data: &Dataset, command: &[f64]) -> Vec<Range<usize>> {
     let time = data.time();
     let changes: Vec<f64> =
         (1..time.len()).filter(|row| command[*row] != command[row - 1]).map(|row| time[row]).collect();
-    let mut held: Vec<f64> = changes.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let short = SHORT_HOLE * median(&mut held);
+    let short = SHORT_HOLE * median(changes.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
     let mut stretches: Vec<Range<usize>> = Vec::new();
     for rows in data.segments() {
         match stretches.last_mut() {

@@ -6,5 +6,6 @@ pub mod least_squares;
 pub mod noise_floor;
 pub mod normal_equations;
 pub mod output_error;
+pub mod quantile;
 pub mod spectrum;
 pub mod variable_projection;

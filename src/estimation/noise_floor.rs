@@ -4,6 +4,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
 use crate::diagnose::block_data::BlockData;
+use crate::estimation::quantile::median;
 
 /// The median of absolute values of normal noise, over its standard deviation.
 const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;
@@ -11,16 +12,6 @@ const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;
 const IN_A_ROW: usize = 4;
 /// Sum of squares of the third difference 1, -3, 3, -1.
 const THIRD_DIFFERENCE: f64 = 20.0;
-
-/// The median; 0 for none.
-#[must_use]
-pub fn median(values: &mut [f64]) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
-}
 
 /// Third differences, zeros and what is not a number left out.
 fn differences(values: &[f64], pieces: &[std::ops::Range<usize>]) -> Vec<f64> {
@@ -44,11 +35,9 @@ fn differences(values: &[f64], pieces: &[std::ops::Range<usize>]) -> Vec<f64> {
 /// their median forgets a spike here and there. `pieces` are cut at holes; zeros and what is not a number are missing.
 #[must_use]
 pub fn white_noise(values: &[f64], pieces: &[std::ops::Range<usize>]) -> f64 {
-    let mut differences = differences(values, pieces);
-    if differences.is_empty() {
-        return 0.0;
-    }
-    let middle = median(&mut differences) / (MEDIAN_OF_NORMAL * THIRD_DIFFERENCE.sqrt());
+    let differences = differences(values, pieces);
+    let Some(middle) = median(differences.iter().copied()) else { return 0.0 };
+    let middle = middle / (MEDIAN_OF_NORMAL * THIRD_DIFFERENCE.sqrt());
     if middle > 0.0 {
         return middle;
     }

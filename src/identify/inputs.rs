@@ -1,6 +1,7 @@
 //! From logs to rotors: which logs hold one, and whether their battery can take part.
 
 use super::{IdentifyError, IdentifySettings, quantized_voltage};
+use crate::estimation::quantile::quantile;
 use crate::log::Dataset;
 use crate::screening::Finding;
 use crate::screening::duplicate_logs;
@@ -13,10 +14,8 @@ const FULLER: f64 = 1.05;
 /// [V] what the battery had at its best, where that is more than the template's has when full.
 pub(crate) fn fuller_battery(logs: &[Dataset], settings: &IdentifySettings) -> Option<f64> {
     let columns = logs.iter().filter_map(|log| log.column("battery_voltage_v"));
-    let mut volts: Vec<f64> = columns.flatten().copied().filter(|volts| volts.is_finite()).collect();
-    volts.sort_by(f64::total_cmp);
     // A glitch of the reading is not the battery.
-    let best = *volts.get(volts.len().checked_sub(1)? * 99 / 100)?;
+    let best = quantile(columns.flatten().copied(), 0.99)?;
     (best > FULLER * settings.template.actuator.full_voltage).then_some((10.0 * best).round() / 10.0)
 }
 

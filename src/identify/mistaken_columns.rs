@@ -3,12 +3,13 @@
 
 use super::IdentifyError;
 use super::command_response::Alone;
+use crate::estimation::quantile::{median, quantile};
 use crate::log::Dataset;
 use crate::model::Model;
 use crate::screening::attitude_units::{self, Mistaken};
 use crate::screening::battery_range::EMPTY;
 use crate::screening::plausibility::{ANOTHER, LEAST_HELD, UNITS, is_another, told, too_far_apart};
-use crate::screening::rotor_data::{LEAST_COMMAND, RotorLog, bounds, quantile};
+use crate::screening::rotor_data::{LEAST_COMMAND, RotorLog, bounds};
 
 /// [s] samples of an attitude further apart than this tell nothing of how the body moves.
 const SLOWEST: f64 = 2.0;
@@ -81,7 +82,8 @@ impl RotorLog {
         let fair = FAIR * rows().map(expected).fold(0.0, f64::max);
         let ratios = rows().filter(|row| fair > 0.0 && expected(*row) >= fair);
         let ratios: Vec<f64> = ratios.map(|row| self.rate[row].abs() / expected(row)).collect();
-        let [low, ratio, high] = [0.25, 0.5, 0.75].map(|share| quantile(&ratios, share));
+        let of = |share: f64| quantile(ratios.iter().copied(), share).unwrap_or(0.0);
+        let [low, ratio, high] = [0.25, 0.5, 0.75].map(of);
         if !is_another(&ratio, ANOTHER) || high > ALIKE * low {
             return None;
         }
@@ -101,7 +103,7 @@ impl RotorLog {
     fn battery_in_another_unit(&self, model: &Model) -> Option<String> {
         let voltage = self.voltage.as_deref()?;
         let (least, most) = bounds(voltage);
-        let middle = quantile(voltage, 0.5);
+        let middle = median(voltage.iter().copied()).unwrap_or(0.0);
         if middle < EMPTY {
             return Some(format!(
                 "{}: `battery_voltage_v` reads {least:.2} to {most:.2} V, which no battery has that turns a rotor: it is not \
@@ -128,7 +130,7 @@ impl RotorLog {
 
     /// What to say of a battery that has more than the model's has when full.
     fn other_battery(&self, model: &Model) -> Option<String> {
-        let (middle, full) = (quantile(self.voltage.as_deref()?, 0.5), model.actuator.full_voltage);
+        let (middle, full) = (median(self.voltage.as_ref()?.iter().copied())?, model.actuator.full_voltage);
         (middle > OTHER_BATTERY.1 * full && model.actuator.voltage_gain != 0.0).then(|| {
             format!(
                 "{}: the battery had {middle:.1} V, and the model's has {full:.1} V when full: is it the model of this bench, and \

@@ -8,6 +8,7 @@ use super::Estimate;
 use super::pole::{self, LagFit};
 use super::regressors::record_of;
 use super::significance;
+use crate::estimation::quantile::quantile;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::RotorLog;
 
@@ -59,10 +60,8 @@ pub(crate) fn lively_part(rotor: &RotorLog) -> Option<RotorLog> {
 /// The fit to a lively part.
 pub(crate) fn follows(part: &RotorLog, full_voltage: f64) -> Option<Follows> {
     let fit = lag(part, full_voltage, 0.0)?;
-    let mut commands: Vec<f64> = part.scored().map(|row| part.command[row]).collect();
-    commands.sort_by(f64::total_cmp);
-    let last = commands.len().checked_sub(1)?;
-    let range = (commands[last * 5 / 100], commands[last - last * 5 / 100]);
+    let commands = |share: f64| quantile(part.scored().map(|row| part.command[row]), share);
+    let range = (commands(0.05)?, commands(0.95)?);
     Some(Follows { fit, scatter: scatter(part), range })
 }
 

@@ -1,6 +1,7 @@
 //! A log in memory: time, and columns by their log-format names. Missing cells are not-a-number, holes in
 //! time are known, and nothing here ever interpolates across one.
 
+use crate::estimation::quantile::median;
 use std::ops::Range;
 
 /// A hole is a gap longer than this many median sampling intervals: one lost sample is jitter, two are a hole.
@@ -226,12 +227,7 @@ impl Dataset {
     /// [s] median sampling interval; 0 with fewer than two samples.
     #[must_use]
     pub fn median_interval(&self) -> f64 {
-        let mut intervals: Vec<f64> = self.time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        if intervals.is_empty() {
-            return 0.0;
-        }
-        let middle = intervals.len() / 2;
-        *intervals.select_nth_unstable_by(middle, f64::total_cmp).1
+        median(self.time.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0)
     }
 
     /// The gaps in time that are longer than 2.5 median sampling intervals.

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::dataset::Dataset;
+use crate::estimation::quantile::median;
 
 /// An input is held over missing cells for at most so many of its own median intervals.
 const HOLD_FACTOR: f64 = 2.5;
@@ -53,15 +54,14 @@ pub(crate) fn held_throughout(values: &[f64]) -> Vec<f64> {
 /// Each value held until the next, but not for longer than the channel's own pace allows.
 fn hold(time: &[f64], values: &[f64]) -> Vec<f64> {
     let mut stamps = time.iter().zip(values).filter(|(_, value)| value.is_finite()).map(|(at, _)| *at);
-    let mut intervals = Vec::new();
-    if let Some(mut before) = stamps.next() {
-        for at in stamps {
-            intervals.push(at - before);
-            before = at;
-        }
-    }
-    intervals.sort_by(f64::total_cmp);
-    let pace = intervals.get(intervals.len() / 2).copied().unwrap_or(0.0);
+    let intervals = stamps.next().map(|first| {
+        stamps.scan(first, |before, at| {
+            let interval = at - *before;
+            *before = at;
+            Some(interval)
+        })
+    });
+    let pace = median(intervals.into_iter().flatten()).unwrap_or(0.0);
     let mut newest = (f64::NEG_INFINITY, f64::NAN);
     let known = time.iter().zip(values).map(|(at, value)| {
         if value.is_finite() {

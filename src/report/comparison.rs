@@ -4,6 +4,7 @@ mod story;
 
 use super::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone, number};
 use crate::compare::{Block, Comparison, Direction};
+use crate::estimation::quantile::median;
 use crate::log::Dataset;
 use crate::log::dataset::LOG_SIGNALS;
 use story::{about, block_table, blocks_of, keys, notes, percent, sentences, torque_sentence};
@@ -82,9 +83,7 @@ pub(super) fn write(page: &mut Page, found: &[Vec<Comparison>], logs: &[Dataset]
 fn whole_line(name: &str, time: &[f64], values: &[f64], gap: f64) -> Series {
     let known = time.iter().zip(values).filter(|(_, value)| value.is_finite());
     let (time, values): (Vec<f64>, Vec<f64>) = known.map(|(time, value)| (*time, *value)).unzip();
-    let mut apart: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    apart.sort_by(f64::total_cmp);
-    let usual = apart.get(apart.len() / 2).copied().unwrap_or(0.0);
+    let usual = median(time.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
     Series::line(name, &time, &values).break_over(gap.max(2.5 * usual))
 }
 

@@ -1,7 +1,8 @@
 //! Rate and angle of the body in units that are not those of their names: one is the slope of the other.
 
 use super::plausibility::MOST;
-use super::rotor_data::{bounds, quantile};
+use super::rotor_data::bounds;
+use crate::estimation::quantile::quantile;
 use crate::log::Dataset;
 
 /// [rad/s] no body on a bench turns faster than a gyroscope of 2000 deg/s can tell.
@@ -31,7 +32,7 @@ pub(crate) enum Mistaken {
 pub(crate) fn mistaken(log: &Dataset, rate: &[f64]) -> Option<Mistaken> {
     let source = log.source_name();
     // A few flipped bits are no rate.
-    let fastest = quantile(&rate.iter().map(|rate| rate.abs()).collect::<Vec<f64>>(), MOST);
+    let fastest = quantile(rate.iter().map(|rate| rate.abs()), MOST).unwrap_or(0.0);
     let Some(angle) = log.column("body_angle_rad") else {
         return (fastest > FASTEST).then(|| {
             Mistaken::Rate(format!(

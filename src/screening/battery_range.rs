@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use super::readings::{quantile, told};
+use super::readings::told;
+use crate::estimation::quantile::median;
 
 /// The channel that is looked at.
 pub const BATTERY: &str = "battery_voltage_v";
@@ -37,7 +38,7 @@ impl Empty {
 
 /// Looks for them in `volts`; `None` too where most readings are such.
 pub(crate) fn find(volts: &[f64]) -> Option<Empty> {
-    let middle_v = quantile(volts.iter().copied().filter(|volts| volts.is_finite()), 0.5)?;
+    let middle_v = median(volts.iter().copied())?;
     let is_none = |row: &usize| volts[*row] < EMPTY || volts[*row] > OVERFULL * middle_v;
     let rows: Vec<usize> = (0..volts.len()).filter(is_none).collect();
     (!rows.is_empty() && middle_v >= EMPTY).then_some(Empty { cells: rows.len(), rows, middle_v })

@@ -8,7 +8,8 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-use super::readings::{quantile, told};
+use super::readings::told;
+use crate::estimation::quantile::median;
 use crate::log::dataset::Dataset;
 
 /// How unlikely a run of equal values must be, over the whole channel, to be called frozen.
@@ -127,7 +128,7 @@ fn drive(log: &Dataset) -> Option<Vec<f64>> {
 
 /// Whether the reading usually moves by more than its own coarseness over as many rows as these.
 fn moves_elsewhere(readings: &[f64], rows: usize) -> bool {
-    let usual = quantile(readings.chunks_exact(rows).map(|rows| range(rows.iter().copied())), 0.5);
+    let usual = median(readings.chunks_exact(rows).map(|rows| range(rows.iter().copied())));
     usual.is_some_and(|usual| usual >= STEPS * smallest_step(readings))
 }
 

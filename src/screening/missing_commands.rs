@@ -6,6 +6,7 @@
 //! where the missing command was due, and a new one, from a state of its own, begins with the next command that is
 //! known. Where the command is held for longer than what is missing, and is the same on both sides, nothing was missed.
 
+use crate::estimation::quantile::{median, quantile};
 use std::ops::Range;
 
 /// Fewest commands that show at which interval they come.
@@ -125,21 +126,13 @@ fn steady_interval(gaps: &[f64]) -> Option<f64> {
         return None;
     }
     // The lower quartile is one interval as long as three in four commands are there.
-    let quartile = quantile(gaps, 0.25)?;
-    let single: Vec<f64> =
-        gaps.iter().copied().filter(|gap| (0.75..LATE).contains(&(gap / quartile))).collect();
-    let interval = quantile(&single, 0.5)?;
+    let quartile = quantile(gaps.iter().copied(), 0.25)?;
+    let interval = median(gaps.iter().copied().filter(|gap| (0.75..LATE).contains(&(gap / quartile))))?;
     let near = |gap: &&f64| {
         let times = *gap / interval;
         times > 0.5 && (times - times.round()).abs() <= NEAR
     };
     (gaps.iter().filter(near).count() as f64 >= STEADY * gaps.len() as f64).then_some(interval)
-}
-
-fn quantile(values: &[f64], share: f64) -> Option<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get((share * sorted.len() as f64) as usize).copied()
 }
 
 /// Whether cells are empty because a log says a command only when it changes: then every command differs from the one

@@ -8,7 +8,8 @@
 
 use serde::Serialize;
 
-use super::readings::{quantile, told};
+use super::readings::told;
+use crate::estimation::quantile::{median, quantile};
 use crate::log::dataset::Dataset;
 
 /// Readings to each side that foretell one.
@@ -143,7 +144,7 @@ impl<'a> Channel<'a> {
             .map(|rows| rows.filter(|row| values[*row].is_finite()).collect())
             .collect();
         let pairs = || stretches.iter().flat_map(|rows| rows.windows(2));
-        let interval = quantile(pairs().map(|pair| time[pair[1]] - time[pair[0]]), 0.5)?;
+        let interval = median(pairs().map(|pair| time[pair[1]] - time[pair[0]]))?;
         let step = pairs().map(|pair| (values[pair[1]] - values[pair[0]]).abs()).filter(|step| *step > 0.0);
         let step = step.fold(f64::INFINITY, f64::min);
         let windows = stretches.iter().flat_map(|rows| rows.windows(2 * SIDE + 1));
@@ -162,7 +163,7 @@ impl<'a> Channel<'a> {
             far: USUAL.iter().filter_map(|(share, times)| Some(times * usual(*share)?)).sum(),
             worth: (WORTH.0 * range).max(WORTH.1 * level.abs()).max(STEPS * step),
             // The median of the size of a normal variable, and the size of a second difference.
-            noise: quantile(bends, 0.5)? / (0.674_489_75 * f64::sqrt(6.0)),
+            noise: median(bends)? / (0.674_489_75 * f64::sqrt(6.0)),
             log,
             command,
             seen,
@@ -214,7 +215,7 @@ impl Moves {
             last
         });
         let command: Vec<f64> = held.collect();
-        let middle = quantile(command.iter().copied(), 0.5).unwrap_or(0.0);
+        let middle = median(command.iter().copied()).unwrap_or(0.0);
         let steepest = STEEPEST * channel.level.abs() / middle.abs().max(0.05);
         let mut moves = Self { command, most: None, steepest };
         let around: Vec<(&Seen, f64)> =
@@ -222,7 +223,7 @@ impl Moves {
         let told = || around.iter().filter(|(_, range)| *range > 0.0);
         let large =
             told().map(|(seen, _)| seen.moves).filter(|(range, _)| *range > channel.far + channel.worth);
-        let is_fast = quantile(large.map(|(range, step)| step / range), 0.5).is_none_or(|all| all > AT_ONCE);
+        let is_fast = median(large.map(|(range, step)| step / range)).is_none_or(|all| all > AT_ONCE);
         let enough = told().count() >= MOVED.0 && !is_fast;
         let usual = quantile(told().map(|(seen, range)| seen.distance / range), MOVED.1);
         moves.most = usual.filter(|_| enough).map(|usual| MOVED.2 * usual);

@@ -1,8 +1,9 @@
 //! Whether the numbers of a log can be what their names say: limits, signs, and units that were mistaken.
 
 use super::battery_range::EMPTY;
-use super::rotor_data::{LEAST_COMMAND, RotorLog, bounds, quantile};
+use super::rotor_data::{LEAST_COMMAND, RotorLog, bounds};
 use super::saturation;
+use crate::estimation::quantile::{median, quantile};
 use crate::identify::IdentifyError;
 use crate::model::Model;
 use crate::screening::Finding;
@@ -119,7 +120,7 @@ impl RotorLog {
 
     fn fast_rate(&self) -> Option<Suspicion> {
         // Readings that a flipped bit wrote are told as wild; here most of the upper hundredth counts.
-        let fastest = quantile(&self.rate, MOST);
+        let fastest = quantile(self.rate.iter().copied(), MOST).unwrap_or(0.0);
         (fastest > 5000.0).then(|| {
             let sentence = format!(
                 "{}: rates reach {fastest:.0} rad/s ({:.0} rpm); if the column is in rpm, import it with \
@@ -179,9 +180,7 @@ impl RotorLog {
             return false;
         }
         let commanded = self.command.iter().zip(&self.rate).filter(|(command, _)| **command >= LEAST_HELD);
-        let mut rates: Vec<f64> = commanded.map(|(_, rate)| *rate).filter(|rate| rate.is_finite()).collect();
-        rates.sort_by(f64::total_cmp);
-        rates.get(rates.len() / 2).is_some_and(|middle| middle.abs() < 0.5 * ends)
+        median(commanded.map(|(_, rate)| *rate)).is_some_and(|middle| middle.abs() < 0.5 * ends)
     }
 
     /// Says how much of the log is at the limit of the command, and what can still be done.
@@ -219,7 +218,7 @@ impl RotorLog {
     fn check_battery(&mut self, warnings: &mut Vec<Finding>) {
         let Some(voltage) = self.voltage.as_mut() else { return };
         let (low, high) = bounds(voltage);
-        if quantile(voltage, 0.5) < EMPTY {
+        if median(voltage.iter().copied()).is_none_or(|volts| volts < EMPTY) {
             warnings.push(format!(
                 "{}: `battery_voltage_v` reads {low:.2} to {high:.2} V, which no battery has that turns a rotor: it \
                  is not connected, or it is another column; taken as if no voltage had been measured",
@@ -249,9 +248,7 @@ impl RotorLog {
             (self.command[row] >= LEAST_HELD && expected > 0.0).then(|| of(row, expected))
         };
         let rows = self.segments.iter().cloned().flatten();
-        let mut ratios: Vec<f64> = rows.filter_map(ratio).filter(|ratio| ratio.is_finite()).collect();
-        ratios.sort_by(f64::total_cmp);
-        ratios.get(ratios.len() / 2).copied()
+        median(rows.filter_map(ratio))
     }
 
     /// How many times what the model's rotor has at the same commands the rates are.

@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use super::readings;
 use super::rotor_data::{LEAST_COMMAND, held};
+use crate::estimation::quantile::{median, quantile};
 use crate::log::Dataset;
 use crate::screening::Finding;
 use crate::unit::short;
@@ -143,10 +144,9 @@ fn zeros(time: &[f64], told: &[f64], rate: &[f64], segment: &Range<usize>) -> Ve
 fn is_up(time: &[f64], rate: &[f64], rows: &[usize]) -> bool {
     let Some(first) = rows.first() else { return false };
     let behind = rows.iter().filter(|row| (GOT_FAR..STARTED).contains(&(time[**row] - time[*first])));
-    let mut sizes: Vec<f64> = behind.map(|row| rate[*row].abs()).filter(|size| *size > 0.0).collect();
-    sizes.sort_by(f64::total_cmp);
+    let sizes = behind.map(|row| rate[*row].abs()).filter(|size| *size > 0.0);
     // Not the least of them, which may be wild.
-    sizes.get(sizes.len() / 10).is_some_and(|low| rate[*first].abs() >= AT_ONCE * low)
+    quantile(sizes, 0.1).is_some_and(|low| rate[*first].abs() >= AT_ONCE * low)
 }
 
 /// Where in a segment a rotor has been told to turn for so long that it does.
@@ -161,10 +161,7 @@ fn started(time: &[f64], told: &[f64], segment: &Range<usize>) -> Vec<bool> {
 
 /// [rad/s] the median of what is not zero.
 fn middle(rate: &[f64]) -> f64 {
-    let mut sizes: Vec<f64> =
-        rate.iter().map(|rate| rate.abs()).filter(|size| size.is_finite() && *size > 0.0).collect();
-    sizes.sort_by(f64::total_cmp);
-    sizes.get(sizes.len() / 2).copied().unwrap_or(0.0)
+    median(rate.iter().map(|rate| rate.abs()).filter(|size| *size > 0.0)).unwrap_or(0.0)
 }
 
 /// The values that a reading takes, ascending: how finely it tells.

@@ -8,6 +8,7 @@ use std::borrow::Cow;
 use serde::Serialize;
 
 use super::{battery_range, frozen_gyro, outliers, sample_and_hold, saturation};
+use crate::estimation::quantile::median;
 use crate::log::dataset::Dataset;
 use crate::screening::Finding;
 use crate::unit::short;
@@ -148,13 +149,9 @@ const BRIDGED: f64 = 4.5;
 #[must_use]
 pub fn bridged(time: &[f64], values: &[f64]) -> Vec<f64> {
     let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
-    let mut intervals: Vec<f64> = known.windows(2).map(|pair| time[pair[1]] - time[pair[0]]).collect();
     let mut bridged = values.to_vec();
-    if intervals.is_empty() {
-        return bridged;
-    }
-    let middle = intervals.len() / 2;
-    let pace = *intervals.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let intervals = known.windows(2).map(|pair| time[pair[1]] - time[pair[0]]);
+    let Some(pace) = median(intervals) else { return bridged };
     for pair in known.windows(2).filter(|pair| pair[1] > pair[0] + 1) {
         let (from, to) = (pair[0], pair[1]);
         let span = time[to] - time[from];
@@ -166,16 +163,6 @@ pub fn bridged(time: &[f64], values: &[f64]) -> Vec<f64> {
         }
     }
     bridged
-}
-
-pub(crate) fn quantile(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
-    let mut values: Vec<f64> = values.collect();
-    let at = (share * values.len() as f64) as usize;
-    if values.is_empty() {
-        return None;
-    }
-    let at = at.min(values.len() - 1);
-    Some(*values.select_nth_unstable_by(at, f64::total_cmp).1)
 }
 
 /// A number for people: so many digits of it.

@@ -224,13 +224,6 @@ pub(crate) fn bounds(values: &[f64]) -> (f64, f64) {
     if low > high { (0.0, 0.0) } else { (low, high) }
 }
 
-/// The value below which this share of the finite ones lies; 0 of none.
-pub(crate) fn quantile(values: &[f64], share: f64) -> f64 {
-    let mut values: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-    let Some(last) = values.len().checked_sub(1) else { return 0.0 };
-    *values.select_nth_unstable_by((share * last as f64).round() as usize, f64::total_cmp).1
-}
-
 /// Each value held over missing cells, inside each stretch only.
 pub(crate) fn held(values: &[f64], segments: &[Range<usize>]) -> Vec<f64> {
     let mut held = values.to_vec();

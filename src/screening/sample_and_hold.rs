@@ -8,6 +8,7 @@
 use serde::Serialize;
 
 use super::readings::told;
+use crate::estimation::quantile::median;
 use crate::log::dataset::Dataset;
 
 /// [s] rows so far apart say nothing: between them a rotor may settle to the last digit.
@@ -114,9 +115,7 @@ impl Steps {
     fn near(&self, value: f64) -> f64 {
         let at = self.0.partition_point(|other| *other < value);
         let near = at.saturating_sub(NEIGHBOURS)..(at + NEIGHBOURS + 1).min(self.0.len());
-        let mut steps: Vec<f64> = self.0[near].windows(2).map(|pair| pair[1] - pair[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        steps.get(steps.len() / 2).copied().unwrap_or(f64::INFINITY)
+        median(self.0[near].windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(f64::INFINITY)
     }
 }
 

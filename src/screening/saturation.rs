@@ -6,7 +6,8 @@
 
 use serde::Serialize;
 
-use super::readings::{quantile, told};
+use super::readings::told;
+use crate::estimation::quantile::median;
 
 /// A channel with fewer distinct values than this is a switch; it cannot clip.
 const LEVELS_LEAST: usize = 20;
@@ -95,8 +96,8 @@ pub fn find(values: &[f64], command: Option<&[f64]>) -> Option<Clipped> {
         let visits = known.chunk_by(|a, b| values[*a] == values[*b]);
         let visits = visits.filter(|visit| visit.len() > 1 && values[visit[0]] == clip.at).count();
         let step = |[it, next]: &[f64; 2]| (next - it).abs();
-        let usual = quantile(others.iter().map(step).filter(|step| *step > 0.0), 0.5).unwrap_or(0.0);
-        let comes = quantile(others.iter().filter(|[_, next]| *next == clip.at).map(step), 0.5);
+        let usual = median(others.iter().map(step).filter(|step| *step > 0.0)).unwrap_or(0.0);
+        let comes = median(others.iter().filter(|[_, next]| *next == clip.at).map(step));
         let within = others.iter().filter(|[it, _]| piles.iter().all(|pile| *it != pile.at));
         let stay = [stay(&at_end), stay(&within.copied().collect::<Vec<_>>())];
         visits >= VISITS
@@ -136,9 +137,9 @@ fn settles(values: &[f64], known: &[usize], sorted: &[f64], command: &[f64], end
             Some(((there - before).abs().max((before - first).abs()), *under))
         })
         .collect();
-    let Some(usual) = quantile(arrivals.iter().map(|(_, command)| *command), 0.5) else { return false };
+    let Some(usual) = median(arrivals.iter().map(|(_, command)| *command)) else { return false };
     let same = arrivals.iter().filter(|(_, command)| (command - usual).abs() <= SETTLES.2).count() as f64;
-    let comes = quantile(arrivals.iter().map(|(comes, _)| *comes), 0.5);
+    let comes = median(arrivals.iter().map(|(comes, _)| *comes));
     same >= SETTLES.1 * arrivals.len() as f64 && comes.is_some_and(|comes| comes <= SETTLES.0 * step)
 }
 

@@ -9,6 +9,7 @@ use super::frozen_gyro::{frozen, smallest_step};
 use super::readings::Unmeasured;
 use super::saturation::Clip;
 use super::saturation::{self, piles};
+use crate::estimation::quantile::{median, quantile};
 use crate::log::dataset::{Dataset, LOG_SIGNALS};
 use crate::screening::Finding;
 use crate::unit::short;
@@ -112,15 +113,14 @@ impl Findings {
         let time = log.time();
         let median = log.median_interval();
         let limit = 2.5 * median;
-        let mut intervals: Vec<f64> =
-            time.windows(2).map(|pair| pair[1] - pair[0]).filter(|interval| *interval <= limit).collect();
-        intervals.sort_by(f64::total_cmp);
+        let intervals =
+            || time.windows(2).map(|pair| pair[1] - pair[0]).filter(|interval| *interval <= limit);
         let channels = log.names().filter_map(|name| Some(channel(log, name, log.column(name)?))).collect();
         let mut findings = Self {
             samples: log.len(),
             time_s: [time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0)],
             median_interval_s: median,
-            interval_s: [quantile(&intervals, 0.05), quantile(&intervals, 0.95), quantile(&intervals, 1.0)],
+            interval_s: [0.05, 0.95, 1.0].map(|share| quantile(intervals(), share).unwrap_or(0.0)),
             holes: holes(log),
             standstill_starts_s: standstill_starts(log),
             channels,
@@ -199,12 +199,6 @@ fn longest(stretches: &[Stretch]) -> Option<&Stretch> {
     stretches.iter().max_by(|a, b| a.length_s.total_cmp(&b.length_s))
 }
 
-/// The quantile `share` of sorted values; 0 of none.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = (share * sorted.len().saturating_sub(1) as f64).round() as usize;
-    sorted.get(place).copied().unwrap_or(0.0)
-}
-
 /// Commands hold by nature: they neither freeze nor clip.
 fn is_command(name: &str) -> bool {
     name.contains("command") || !LOG_SIGNALS.iter().any(|known| known.name == name)
@@ -220,12 +214,10 @@ fn channel(log: &Dataset, name: &str, values: &[f64]) -> ChannelFindings {
         .filter(|(_, (_, value))| value.is_finite())
         .map(|(row, (time, value))| (*time, *value, row))
         .collect();
-    let mut intervals: Vec<f64> = present.windows(2).map(|pair| pair[1].0 - pair[0].0).collect();
-    intervals.sort_by(f64::total_cmp);
-    let median = quantile(&intervals, 0.5);
+    let median = median(present.windows(2).map(|pair| pair[1].0 - pair[0].0)).unwrap_or(0.0);
     let mut sorted: Vec<f64> = present.iter().map(|(_, value, _)| *value).collect();
     sorted.sort_by(f64::total_cmp);
-    let range = [quantile(&sorted, 0.0), quantile(&sorted, 1.0)];
+    let range = [sorted.first(), sorted.last()].map(|end| end.copied().unwrap_or(0.0));
     let constant = present.len() > 2 && range[0] == range[1];
     let measured = !is_command(name) && !constant;
     ChannelFindings {

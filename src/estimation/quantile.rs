@@ -1,0 +1,33 @@
+//! Order statistics.
+
+/// The value below which this `share` [-] of `values` lies, of those that are finite: the nearest rank, so that 0 gives the
+/// least and 1 the greatest. `None` of none.
+#[must_use]
+pub fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
+    let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+    let last = values.len().checked_sub(1)?;
+    let rank = (share * last as f64).round() as usize;
+    Some(*values.select_nth_unstable_by(rank.min(last), f64::total_cmp).1)
+}
+
+/// The value in the middle, of an even number the upper one; `None` of none.
+#[must_use]
+pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    quantile(values, 0.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranks_count_what_is_finite() {
+        let values = [3.0, f64::NAN, 1.0, 4.0, f64::INFINITY, 2.0];
+        assert_eq!(
+            [0.0, 0.25, 0.5, 1.0].map(|share| quantile(values, share)),
+            [1.0, 2.0, 3.0, 4.0].map(Some)
+        );
+        assert_eq!(median([5.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median([f64::NAN]), None);
+    }
+}
