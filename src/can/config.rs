@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::field::{CommandField, SensorField};
+use super::field::CommandField;
+use crate::signal::{Channel, Sensor};
 
 /// Interface, DBC files, and which DBC signal plays which role.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -22,7 +23,7 @@ pub struct BusConfig {
     /// DBC files.
     pub database: Vec<DatabaseConfig>,
     /// Which signal feeds which sensor.
-    pub sensors: BTreeMap<SensorField, SignalConfig>,
+    pub sensors: BTreeMap<Channel, SignalConfig>,
     /// Which signal carries which command.
     pub commands: BTreeMap<CommandField, SignalConfig>,
     /// What the DBC file cannot say of a message, by the message's name.
@@ -105,17 +106,8 @@ impl SignalConfig {
 /// The bench of `dbc/bench.dbc` on `vcan0`.
 impl Default for BusConfig {
     fn default() -> Self {
-        let signals: [(SensorField, &str); 9] = [
-            (SensorField::BodyRate, "GYRO.rate"),
-            (SensorField::AccelerationX, "ACCELEROMETER.acceleration_x"),
-            (SensorField::AccelerationY, "ACCELEROMETER.acceleration_y"),
-            (SensorField::AccelerationZ, "ACCELEROMETER.acceleration_z"),
-            (SensorField::BatteryVoltage, "ESC_1_STATUS.voltage"),
-            (SensorField::PropellerRate1, "ESC_1_STATUS.speed"),
-            (SensorField::PropellerRate2, "ESC_2_STATUS.speed"),
-            (SensorField::Current1, "ESC_1_STATUS.current"),
-            (SensorField::Current2, "ESC_2_STATUS.current"),
-        ];
+        let roles = |sensor: Sensor| sensor.channels().iter().copied().zip(sensor.row().bus);
+        let signals = Sensor::ALL.into_iter().flat_map(roles);
         let commands = [
             (CommandField::Rotor1, "COMMAND.rotor_1"),
             (CommandField::Rotor2, "COMMAND.rotor_2"),
@@ -129,7 +121,7 @@ impl Default for BusConfig {
             fd: false,
             data_bit_rate: 4_000_000,
             database: vec![DatabaseConfig { file: "bench".to_owned(), node_mask: None }],
-            sensors: signals.map(|(field, signal)| (field, SignalConfig::new(signal))).into(),
+            sensors: signals.map(|(channel, signal)| (channel, SignalConfig::new(signal))).collect(),
             commands: commands.map(|(field, signal)| (field, SignalConfig::new(signal))).into(),
             messages: counted.map(|message| (message.to_owned(), counter())).into(),
         }

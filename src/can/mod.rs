@@ -36,7 +36,7 @@ pub use config::{BusConfig, DatabaseConfig, MessageConfig, SignalConfig};
 pub use database::{Database, Message, Selector, Signal};
 pub use error::CanError;
 pub use error_frame::ErrorFrame;
-pub use field::{CommandField, SensorField};
+pub use field::CommandField;
 pub use frame::{Frame, Id, Kind, MAXIMUM_LENGTH, Payload, is_fd_length};
 pub use interface::{InterfaceAnswer, InterfaceStatus};
 pub use layout::{ByteOrder, Layout, LayoutError, Number};

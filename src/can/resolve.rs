@@ -5,13 +5,14 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::Path;
 
+use crate::signal::Channel;
 use crate::unit::Unit;
 
 use super::codec::SignalCodec;
 use super::config::{BusConfig, DatabaseConfig, SignalConfig};
 use super::database::{Database, Message, Signal, needs_fd};
 use super::error::CanError;
-use super::field::{CommandField, SensorField};
+use super::field::CommandField;
 use super::frame::Id;
 use super::layout::Number;
 use super::load::{self, MAXIMUM_PERCENT};
@@ -86,7 +87,7 @@ impl Roles {
         let sensors = resolver.routes(
             "sensors",
             config.sensors.iter().map(|(field, signal)| (*field, signal)),
-            SensorField::si,
+            Channel::unit,
         )?;
         let commands = resolver.routes(
             "commands",

@@ -3,17 +3,17 @@
 //! Both ends of the bus are here, from the same table: the bridge decodes sensors and encodes commands; an
 //! emulated bench decodes commands and encodes sensors. Nothing here allocates.
 
-use crate::signal::{Applied, ROTORS, Sensors};
+use crate::signal::{Applied, Channel, ROTORS, Sensors};
 
 use super::counter::Counter;
-use super::field::{CommandField, SensorField};
+use super::field::CommandField;
 use super::frame::Frame;
 use super::route::{Reading, Refusal, Route, Routes};
 
 /// The `[bus]` table, resolved against its DBC files.
 #[derive(Debug, Clone)]
 pub struct Roles {
-    pub(super) sensors: Routes<SensorField>,
+    pub(super) sensors: Routes<Channel>,
     pub(super) commands: Routes<CommandField>,
 }
 
@@ -57,7 +57,7 @@ pub struct Counts {
 /// What one frame did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Decoded {
-    /// Fields that got a good new value: bits of [`SensorField::bit`], or `1 << rotor` for commands.
+    /// Fields that got a good new value: bits of [`Channel::bit`], or `1 << rotor` for commands.
     pub updated: u32,
     /// Why the frame, or its last refused value, was refused.
     pub refused: Option<Refusal>,
@@ -92,7 +92,7 @@ impl std::ops::Deref for CommandFrames {
 impl Roles {
     /// Messages that carry sensors, in order of priority.
     #[must_use]
-    pub fn sensor_messages(&self) -> &[Route<SensorField>] {
+    pub fn sensor_messages(&self) -> &[Route<Channel>] {
         self.sensors.messages()
     }
 

@@ -6,15 +6,15 @@ use super::operate::BenchArguments;
 use super::{CliResult, Outcome};
 use crate::bench::{BenchConfig, Trigger};
 use crate::can::{
-    Binding, BusLoad, ByteOrder, InterfaceStatus, Number, Roles, Route, SensorField, WARNING_PERCENT,
-    kernel_has_can, worst_case,
+    Binding, BusLoad, ByteOrder, InterfaceStatus, Number, Roles, Route, WARNING_PERCENT, kernel_has_can,
+    worst_case,
 };
 use crate::clock::span_s;
-use crate::guard::{Guard, Signal};
+use crate::guard::Guard;
 use crate::report::Table;
 use crate::runtime::{controller_plant, emulate};
 use crate::shm::Place;
-use crate::signal::Sensors;
+use crate::signal::Channel;
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
@@ -102,7 +102,7 @@ fn resolve(config: &BenchConfig, roles: &Roles, guard: &Guard) -> Result<Resolve
     for route in roles.sensor_messages() {
         messages.push(message_row(route, "received", &load, messages.len()));
         signals.extend(route.bindings().iter().map(|binding| {
-            signal_row(route, binding, format!("sensors.{}", binding.field), binding.field.si())
+            signal_row(route, binding, format!("sensors.{}", binding.field), binding.field.unit())
         }));
     }
     let mut warnings = Vec::new();
@@ -176,14 +176,11 @@ fn signal_row<F: Copy>(
 /// What the guard needs and the bus does not bring, or brings too rarely: such a bench is never
 /// armed, or not for long.
 fn obstacles(config: &BenchConfig, roles: &Roles, guard: &Guard) -> Vec<String> {
-    let sensors = Sensors::default();
     let mut obstacles = Vec::new();
-    for (signal, stale_after_ns) in guard.requirements() {
-        let is_it = |field: SensorField| std::ptr::eq(field.of(&sensors), signal.sample(&sensors));
-        let route = roles
-            .sensor_messages()
-            .iter()
-            .find(|route| route.bindings().iter().any(|binding| is_it(binding.field)));
+    for (channel, stale_after_ns) in guard.requirements() {
+        let feeds = |route: &&Route<Channel>| route.bindings().iter().any(|it| it.field == channel);
+        let route = roles.sensor_messages().iter().find(feeds);
+        let signal = channel.label();
         // Half of what a signal may be silent for is a miss already.
         let missed_after_s = span_s(stale_after_ns / 2);
         match route {
@@ -196,7 +193,7 @@ fn obstacles(config: &BenchConfig, roles: &Roles, guard: &Guard) -> Vec<String> 
                 route.name, route.period_s
             )),
             Some(route)
-                if signal == Signal::BodyRate
+                if channel == Channel::BodyRate
                     && config.trigger == Trigger::Imu
                     && !is_whole(config.period_s / route.period_s) =>
             {

@@ -16,7 +16,7 @@ use crate::guard::State;
 use crate::rt::Shutdown;
 use crate::runtime::operator;
 use crate::shm::{APPLIED, BUS, Bench, COMMAND, GUARD_EVENTS, Role, SENSORS, ShmError, Subscriber};
-use crate::signal::{Applied, BusStatus, Command, CycleSample, GuardEvent, Heartbeat, Sensors};
+use crate::signal::{Applied, BusStatus, Channel, Command, CycleSample, GuardEvent, Heartbeat, Sensors};
 
 /// Arguments of `monitor`.
 #[derive(Debug, clap::Args)]
@@ -196,12 +196,16 @@ impl View {
                 "not_a_number": self.bus.not_a_number, "out_of_range": self.bus.out_of_range,
             })
         });
+        // What a sensor has given, under the name of its column in a log.
+        let given = Channel::ALL.into_iter().filter(|channel| channel.of(sensors).stamp_ns != 0);
+        let measured: serde_json::Map<String, serde_json::Value> =
+            given.map(|channel| (channel.column().to_owned(), channel.of(sensors).value.into())).collect();
         serde_json::json!({
             "bench": self.bench, "state": guard_state(applied).to_string(), "rotor": applied.rotor,
             "body_rate_rad_s": sensors.body_rate.value, "body_angle_rad": command.estimate.body_angle,
             "disturbance_torque_nm": command.estimate.disturbance_torque,
             "battery_voltage_v": sensors.battery_voltage.value, "processes": processes,
-            "last_event": self.said.front().map(operator::sentence), "bus": bus,
+            "measured": measured, "last_event": self.said.front().map(operator::sentence), "bus": bus,
         })
     }
 }

@@ -112,7 +112,7 @@ impl BusDoor {
             // Messages missed while the machine slept are not sent in a burst.
             *due = due.saturating_add(period.saturating_mul((now_ns - *due) / *period + 1));
             let fields = self.roles.sensor_messages().get(index).map(|message| message.bindings());
-            let has_values = |bindings: &[crate::can::Binding<crate::can::SensorField>]| {
+            let has_values = |bindings: &[crate::can::Binding<crate::signal::Channel>]| {
                 bindings.iter().any(|binding| binding.field.of(state.sensors()).stamp_ns > 0)
             };
             if !fields.is_some_and(has_values) {

@@ -79,7 +79,7 @@ pub fn run(emulator: &Emulator, gate: &mut Gate, options: DoorOptions, shutdown:
             gate.finish(release, clock::monotonic_ns(), &sensors);
             summary.add(&emulator.truth(&state), !gate.is_safe(), clock::span_s(now_ns - start_ns));
         }
-        let due_ns = gate.deadline_ns().min(start_ns.saturating_add(state.next_sample_ns()));
+        let due_ns = gate.deadline_ns().min(start_ns.saturating_add(emulator.next_sample_ns(&state)));
         if matches!(rt::wait([gate.bell().descriptor()], due_ns), Wake::Ready(_)) {
             gate.bell().quiet();
         }

@@ -6,7 +6,6 @@
 
 use crate::clock;
 use crate::signal::{ROTORS, Sensors};
-use crate::unit::STANDARD_GRAVITY;
 
 mod battery;
 mod bench;
@@ -31,17 +30,13 @@ pub use settings::{EmulatorConfig, Impulse};
 
 use history::CommandLine;
 use plant::Inputs;
-use sensor::Channel;
-
-/// Number of sensor channels; the accelerometer's three axes are one.
-const CHANNELS: usize = 10;
+use sensor::{Device, Sampler};
 
 /// The emulated bench as built.
 #[derive(Debug, Clone)]
 pub struct Emulator {
     plant: Plant,
-    sensors: SensorsConfig,
-    periods_ns: [u64; CHANNELS],
+    devices: Vec<Device>,
     impulses: Vec<(u64, u64, f64)>,
     impulse_period_ns: u64,
     step_ns: u64,
@@ -61,7 +56,8 @@ pub struct EmulatorState {
     lines: [CommandLine; ROTORS],
     commanded_ns: [u64; ROTORS],
     is_held: bool,
-    channels: [Channel; CHANNELS],
+    /// One for each device.
+    samplers: Vec<Sampler>,
     sensors: Sensors,
 }
 
@@ -69,11 +65,7 @@ impl Emulator {
     /// The bench at rest. Stamps of its sensors count from `origin_ns`, which must not be zero: zero means never.
     #[must_use]
     pub fn start(&self, origin_ns: u64) -> EmulatorState {
-        let mut stream = 0;
-        let channels = self.periods_ns.map(|period| {
-            stream += 1;
-            Channel::new(self.seed, stream, period)
-        });
+        let samplers = (1..).zip(&self.devices).map(|(stream, device)| device.start(self.seed, stream));
         let mut state = EmulatorState {
             origin_ns,
             now_ns: 0,
@@ -81,7 +73,7 @@ impl Emulator {
             lines: [CommandLine::new(self.delay_ns), CommandLine::new(self.delay_ns)],
             commanded_ns: [0; ROTORS],
             is_held: self.hold_until_commanded,
-            channels,
+            samplers: samplers.collect(),
             sensors: Sensors::default(),
         };
         self.sample(&mut state);
@@ -120,7 +112,7 @@ impl Emulator {
     /// The next instant at which an input changes or a sensor samples.
     fn next_event_ns(&self, state: &EmulatorState) -> u64 {
         let now = state.now_ns;
-        let channel = state.channels.iter().map(|channel| channel.next_ns).min().unwrap_or(u64::MAX);
+        let sample = self.next_sample_ns(state);
         let line = state.lines.iter().map(CommandLine::next_ns).min().unwrap_or(u64::MAX);
         let (phase, cycle) = self.script_phase(now);
         let edge = self
@@ -133,7 +125,7 @@ impl Emulator {
         let again = if self.impulse_period_ns > 0 { cycle + self.impulse_period_ns } else { u64::MAX };
         let timeout = state.commanded_ns.iter().map(|stamp| stamp + self.esc_timeout_ns);
         let timeout = timeout.filter(|&at| at > now).min().unwrap_or(u64::MAX);
-        channel.min(line).min(edge).min(again).min(timeout).max(now + 1)
+        sample.min(line).min(edge).min(again).min(timeout).max(now + 1)
     }
 
     /// [ns] into the script of impulses, and when this round of it began.
@@ -185,40 +177,32 @@ impl Emulator {
 
     fn sample(&self, state: &mut EmulatorState) {
         let now = state.now_ns;
-        if state.channels.iter().all(|channel| channel.next_ns > now) {
+        if self.next_sample_ns(state) > now {
             return;
         }
         let stamp = state.origin_ns + now;
         let inputs = self.inputs(state);
         let truth = self.plant.truth(&state.plant, &inputs);
-        let told = [0, 1].map(|rotor| self.plant.told_propeller_rate(&state.plant, &inputs, rotor));
-        let gyro = self.plant.told_body_rate(&state.plant, &inputs);
-        let (sin, cos) = truth.body_angle.sin_cos();
-        let gravity = [0.0, STANDARD_GRAVITY * sin, STANDARD_GRAVITY * cos];
-        let (sensors, config) = (&mut state.sensors, &self.sensors);
-        for (index, (channel, period)) in state.channels.iter_mut().zip(self.periods_ns).enumerate() {
-            if channel.next_ns > now {
+        let EmulatorState { plant, samplers, sensors, .. } = state;
+        for (sampler, device) in samplers.iter_mut().zip(&self.devices) {
+            if sampler.next_ns > now {
                 continue;
             }
-            channel.advance(period);
-            let (config, value, into) = match index {
-                0 => (&config.body_rate, gyro, &mut sensors.body_rate),
-                1 => (&config.body_angle, truth.body_angle, &mut sensors.body_angle),
-                2 => {
-                    for (axis, into) in gravity.into_iter().zip(&mut sensors.acceleration) {
-                        *into = channel.sample(&config.acceleration, axis, stamp);
-                    }
-                    continue;
-                }
-                3 => (&config.battery_voltage, truth.battery_voltage, &mut sensors.battery_voltage),
-                4 | 5 => (&config.propeller_rate, told[index - 4], &mut sensors.propeller_rate[index - 4]),
-                6 | 7 => (&config.current, truth.current[index - 6], &mut sensors.current[index - 6]),
-                _ => (&config.thrust, truth.thrust[index - 8], &mut sensors.thrust[index - 8]),
-            };
-            *into = channel.sample(config, value, stamp);
+            sampler.advance(device);
+            for channel in device.channels {
+                let value = self.plant.sensed(plant, &inputs, &truth, *channel);
+                *channel.of_mut(sensors) = sampler.sample(device, value, stamp);
+            }
         }
         sensors.sequence += 1;
         sensors.stamp_ns = stamp;
+    }
+
+    /// [ns] since the start when sensors are sampled next; `u64::MAX` = never again.
+    #[must_use]
+    pub fn next_sample_ns(&self, state: &EmulatorState) -> u64 {
+        let drivers = state.samplers.iter().zip(&self.devices).filter(|(_, device)| !device.is_passenger);
+        drivers.map(|(sampler, _)| sampler.next_ns).min().unwrap_or(u64::MAX)
     }
 
     /// What really is, now.
@@ -239,12 +223,6 @@ impl EmulatorState {
     #[must_use]
     pub fn sensors(&self) -> &Sensors {
         &self.sensors
-    }
-
-    /// [ns] since the start when the next sensor samples; `u64::MAX` = none ever does.
-    #[must_use]
-    pub fn next_sample_ns(&self) -> u64 {
-        self.channels.iter().map(|channel| channel.next_ns).min().unwrap_or(u64::MAX)
     }
 
     /// [ns] of virtual time since the start.

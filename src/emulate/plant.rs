@@ -4,7 +4,8 @@
 //! Shares no integrator and no law with `model`, which fits: see [`super::hidden`].
 
 use crate::effect::{Point, Site};
-use crate::signal::ROTORS;
+use crate::signal::{Channel, ROTORS};
+use crate::unit::STANDARD_GRAVITY;
 
 use super::battery::BatteryConfig;
 use super::bench::PlantConfig;
@@ -311,8 +312,26 @@ impl Plant {
         }
     }
 
+    /// What a noise-free sensor would tell, in its unit.
+    pub(super) fn sensed(&self, state: &PlantState, inputs: &Inputs, truth: &Truth, channel: Channel) -> f64 {
+        match channel {
+            Channel::BodyRate => self.told_body_rate(state, inputs),
+            Channel::BodyAngle => truth.body_angle,
+            Channel::AccelerationX => 0.0,
+            Channel::AccelerationY => STANDARD_GRAVITY * truth.body_angle.sin(),
+            Channel::AccelerationZ => STANDARD_GRAVITY * truth.body_angle.cos(),
+            Channel::BatteryVoltage => truth.battery_voltage,
+            Channel::PropellerRate1 => self.told_propeller_rate(state, inputs, 0),
+            Channel::PropellerRate2 => self.told_propeller_rate(state, inputs, 1),
+            Channel::Current1 => truth.current[0],
+            Channel::Current2 => truth.current[1],
+            Channel::Thrust1 => truth.thrust[0],
+            Channel::Thrust2 => truth.thrust[1],
+        }
+    }
+
     /// [rad/s] what a noise-free ESC would tell of a rotor.
-    pub(super) fn told_propeller_rate(&self, state: &PlantState, inputs: &Inputs, rotor: usize) -> f64 {
+    fn told_propeller_rate(&self, state: &PlantState, inputs: &Inputs, rotor: usize) -> f64 {
         let lagged = self.laws.number(Kind::TelemetryLag).is_some();
         let rate = state.x[if lagged { TELEMETRY } else { PROPELLER } + rotor];
         if !self.laws.has_own() {
@@ -322,7 +341,7 @@ impl Plant {
     }
 
     /// [rad/s] what a noise-free gyro would tell.
-    pub(super) fn told_body_rate(&self, state: &PlantState, inputs: &Inputs) -> f64 {
+    fn told_body_rate(&self, state: &PlantState, inputs: &Inputs) -> f64 {
         let lagged = self.laws.number(Kind::GyroLag).is_some();
         let rate = self.laws.gyro(state.x[if lagged { GYRO } else { RATE }]);
         if !self.laws.has_own() {

@@ -6,7 +6,8 @@ use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 use crate::clock::NANOSECONDS_PER_SECOND;
-use crate::signal::Sample;
+use crate::signal::channels::sensor_table;
+use crate::signal::{Channel, Sample, Sensor, Shape};
 
 use super::error::EmulateError;
 
@@ -24,63 +25,87 @@ pub struct SensorConfig {
     pub quantization: f64,
 }
 
-/// The `[emulator.sensors]` table.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct SensorsConfig {
-    /// [rad/s] gyroscope.
-    pub body_rate: SensorConfig,
-    /// [rad] encoder at the pivot.
-    pub body_angle: SensorConfig,
-    /// [m/s²] accelerometer at the pivot.
-    pub acceleration: SensorConfig,
-    /// [V] battery voltage.
-    pub battery_voltage: SensorConfig,
-    /// [rad/s] rotor rates, as the ESCs tell them.
-    pub propeller_rate: SensorConfig,
-    /// [A] currents, as the ESCs tell them.
-    pub current: SensorConfig,
-    /// [N] load cells below the rotors.
-    pub thrust: SensorConfig,
-}
-
-impl Default for SensorsConfig {
-    fn default() -> Self {
-        let sensor = |rate_hz, noise, quantization| SensorConfig { rate_hz, noise, quantization };
-        Self {
-            body_rate: sensor(1000.0, 0.004, 1.0 / 1024.0),
-            body_angle: sensor(200.0, 0.001, std::f64::consts::TAU / 16384.0),
-            acceleration: sensor(200.0, 0.05, 0.01),
-            battery_voltage: sensor(100.0, 0.01, 0.01),
-            propeller_rate: sensor(200.0, 1.5, 0.1),
-            current: sensor(200.0, 0.1, 0.05),
-            thrust: sensor(0.0, 0.02, 0.005),
+macro_rules! sensors_config {
+    ($(
+        $(#[$doc:meta])*
+        $field:ident: $type:ty as $sensor:ident, $unit:literal $suffix:literal,
+        [$($channels:tt)+],
+        guard($($guard:tt)*),
+        $row:expr;
+    )+) => {
+        /// The `[emulator.sensors]` table.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct SensorsConfig {
+            $($(#[$doc])* pub $field: SensorConfig,)+
         }
-    }
+
+        impl Default for SensorsConfig {
+            fn default() -> Self {
+                Self { $($field: SensorConfig::of(Sensor::$sensor),)+ }
+            }
+        }
+
+        impl SensorsConfig {
+            /// Of one sensor.
+            #[must_use]
+            pub fn of(&self, sensor: Sensor) -> &SensorConfig {
+                match sensor {
+                    $(Sensor::$sensor => &self.$field,)+
+                }
+            }
+
+            /// Of one sensor, to change.
+            #[must_use]
+            pub fn of_mut(&mut self, sensor: Sensor) -> &mut SensorConfig {
+                match sensor {
+                    $(Sensor::$sensor => &mut self.$field,)+
+                }
+            }
+        }
+    };
 }
+sensor_table!(sensors_config);
 
 impl SensorsConfig {
     /// Every sensor at `rate_hz`, except those the bench does not have.
     #[must_use]
     pub fn at_rate(mut self, rate_hz: f64) -> Self {
-        for sensor in [
-            &mut self.body_rate,
-            &mut self.body_angle,
-            &mut self.acceleration,
-            &mut self.battery_voltage,
-            &mut self.propeller_rate,
-            &mut self.current,
-            &mut self.thrust,
-        ] {
-            if sensor.rate_hz > 0.0 {
-                sensor.rate_hz = rate_hz;
+        for sensor in Sensor::ALL {
+            let config = self.of_mut(sensor);
+            if config.rate_hz > 0.0 {
+                config.rate_hz = rate_hz;
             }
         }
         self
     }
+
+    /// The devices of the emulated bench: one for each sensor, or for each rotor's.
+    pub(super) fn devices(&self) -> Result<Vec<Device>, EmulateError> {
+        let mut devices = Vec::new();
+        for sensor in Sensor::ALL {
+            let (config, row) = (*self.of(sensor), sensor.row());
+            let period_ns = config.period_ns(sensor.name())?;
+            let size = if row.shape == Shape::Rotors { 1 } else { sensor.channels().len() };
+            for channels in sensor.channels().chunks(size) {
+                let is_passenger = row.emulated.is_passenger;
+                devices.push(Device { config, channels, period_ns, is_passenger });
+            }
+        }
+        if devices.iter().all(|device| device.is_passenger || device.period_ns == 0) {
+            devices.iter_mut().for_each(|device| device.is_passenger = false);
+        }
+        Ok(devices)
+    }
 }
 
 impl SensorConfig {
+    /// As the table of sensors has it.
+    fn of(sensor: Sensor) -> Self {
+        let row = sensor.row().emulated;
+        Self { rate_hz: row.rate_hz, noise: row.noise, quantization: row.quantization }
+    }
+
     /// [ns] between samples; 0 = never.
     pub(super) fn period_ns(&self, name: &str) -> Result<u64, EmulateError> {
         let sane = (0.0..=100_000.0).contains(&self.rate_hz)
@@ -99,30 +124,45 @@ impl SensorConfig {
     }
 }
 
+/// A sensor as built: what is read together, at one time and with one stream of random numbers.
+#[derive(Debug, Clone)]
+pub(super) struct Device {
+    config: SensorConfig,
+    pub channels: &'static [Channel],
+    /// [ns] between samples; 0 = never.
+    period_ns: u64,
+    /// Whether it samples only when another device does.
+    pub is_passenger: bool,
+}
+
 /// A sensor at work: when it samples next, and its own stream of random numbers, so that the rate of one
 /// sensor never changes the noise of another.
 #[derive(Debug, Clone)]
-pub(super) struct Channel {
+pub(super) struct Sampler {
     /// [ns] since the start; `u64::MAX` = never.
     pub next_ns: u64,
     count: u32,
     random: ChaCha8Rng,
 }
 
-impl Channel {
-    pub fn new(seed: u64, stream: u64, period_ns: u64) -> Self {
+impl Device {
+    /// At rest, its noise from this stream of the seed.
+    pub fn start(&self, seed: u64, stream: u64) -> Sampler {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(stream);
-        Self { next_ns: if period_ns == 0 { u64::MAX } else { 0 }, count: 0, random }
+        Sampler { next_ns: if self.period_ns == 0 { u64::MAX } else { 0 }, count: 0, random }
     }
+}
 
-    /// One more sample follows `period_ns` after this one.
-    pub fn advance(&mut self, period_ns: u64) {
-        self.next_ns = self.next_ns.saturating_add(period_ns);
+impl Sampler {
+    /// One more sample of `device` is due a period after the one before.
+    pub fn advance(&mut self, device: &Device) {
+        self.next_ns = self.next_ns.saturating_add(device.period_ns);
         self.count = self.count.wrapping_add(1);
     }
 
-    pub fn sample(&mut self, config: &SensorConfig, truth: f64, stamp_ns: u64) -> Sample {
+    pub fn sample(&mut self, device: &Device, truth: f64, stamp_ns: u64) -> Sample {
+        let config = &device.config;
         let noise: f64 = self.random.sample(StandardNormal);
         let mut value = truth + config.noise * noise;
         if config.quantization > 0.0 {

@@ -5,13 +5,13 @@ use serde::{Deserialize, Serialize};
 use crate::clock;
 use crate::guard::GuardConfig;
 
+use super::Emulator;
 use super::battery::BatteryConfig;
 use super::bench::PlantConfig;
 use super::error::EmulateError;
 use super::hidden::HiddenConfig;
 use super::plant::Plant;
 use super::sensor::SensorsConfig;
-use super::{CHANNELS, Emulator};
 
 /// One `[[emulator.impulse]]` table: a rectangular torque from outside.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -97,8 +97,7 @@ impl EmulatorConfig {
         let delay = self.command_delay_s + plant.command_delay();
         Ok(Emulator {
             plant,
-            periods_ns: self.periods_ns()?,
-            sensors: self.sensors.clone(),
+            devices: self.sensors.devices()?,
             impulses: self.impulses_ns()?,
             impulse_period_ns: clock::span_ns(self.impulse_period_s),
             step_ns: clock::span_ns(self.integration_step_s).max(1),
@@ -108,25 +107,6 @@ impl EmulatorConfig {
             hold_until_commanded: self.hold_until_commanded,
             seed: self.seed,
         })
-    }
-
-    fn periods_ns(&self) -> Result<[u64; CHANNELS], EmulateError> {
-        let sensors = &self.sensors;
-        let rate = sensors.propeller_rate.period_ns("propeller_rate")?;
-        let current = sensors.current.period_ns("current")?;
-        let thrust = sensors.thrust.period_ns("thrust")?;
-        Ok([
-            sensors.body_rate.period_ns("body_rate")?,
-            sensors.body_angle.period_ns("body_angle")?,
-            sensors.acceleration.period_ns("acceleration")?,
-            sensors.battery_voltage.period_ns("battery_voltage")?,
-            rate,
-            rate,
-            current,
-            current,
-            thrust,
-            thrust,
-        ])
     }
 
     fn impulses_ns(&self) -> Result<Vec<(u64, u64, f64)>, EmulateError> {

@@ -2,78 +2,98 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::signals::{Signal, SignalLimit};
+use super::signals::SignalLimit;
 use super::{Guard, Limits};
 use crate::clock::span_ns;
+use crate::signal::channels::sensor_table;
+use crate::signal::{After, Channel, GuardRow, Sensor};
 
-/// The `[guard]` table of the bench file.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct GuardConfig {
-    /// [s] how long a command is held when no fresh one comes: N whole periods, rounded up. The rotors' own
-    /// time constant (62 ms in the paper) is what a hold can be short of.
-    pub hold_s: f64,
-    /// Periods from the end of the hold to zero.
-    pub ramp_periods: u32,
-    /// [s] age at which a command may no longer leave; unset = N + 1 periods.
-    pub command_time_to_live_s: Option<f64>,
-    /// [-] highest command that leaves, at most 1.
-    pub rotor_maximum: f64,
-    /// [1/s] fastest change of a command, up and down.
-    pub slew_per_s: f64,
-    /// [s] time after arming in which the limit rises from 0 to `rotor_maximum`.
-    pub spin_up_s: f64,
-    /// [periods] level of the leaky bucket at which misses are too many, though never N in a row; unset = 3 N.
-    pub bucket_limit: Option<f64>,
-    /// [-] what each clean period takes out of the bucket; each missed one puts 1 in.
-    pub bucket_leak: f64,
-    /// Swings of one rotor's command from limit to limit that are too many; about a third of them leak away
-    /// in each second.
-    pub swing_limit: u32,
-    /// [s] how long everything must be good before the bench is armed.
-    pub arm_checks_s: f64,
-    /// [s] when it is given up.
-    pub arm_timeout_s: f64,
-    /// [s] age at which an `arm` or `disarm` is no longer obeyed.
-    pub request_time_to_live_s: f64,
-    /// Gyroscope.
-    pub body_rate: SignalConfig,
-    /// Encoder at the pivot.
-    pub body_angle: SignalConfig,
-    /// Battery.
-    pub battery_voltage: SignalConfig,
-    /// Rotor speeds, both.
-    pub propeller_rate: SignalConfig,
-    /// Currents, both.
-    pub current: SignalConfig,
-    /// Load cells, both.
-    pub thrust: SignalConfig,
-}
-
-impl Default for GuardConfig {
-    fn default() -> Self {
-        Self {
-            hold_s: 0.1,
-            ramp_periods: 2,
-            command_time_to_live_s: None,
-            rotor_maximum: 0.9,
-            slew_per_s: 10.0,
-            spin_up_s: 0.5,
-            bucket_limit: None,
-            bucket_leak: 0.5,
-            swing_limit: 10,
-            arm_checks_s: 0.2,
-            arm_timeout_s: 2.0,
-            request_time_to_live_s: 1.0,
-            body_rate: SignalConfig::default(),
-            body_angle: SignalConfig::default(),
-            battery_voltage: SignalConfig::default(),
-            propeller_rate: SignalConfig::default(),
-            current: SignalConfig::default(),
-            thrust: SignalConfig::default(),
+macro_rules! guard_config {
+    ($(
+        $(#[$doc:meta])*
+        $field:ident: $type:ty as $sensor:ident, $unit:literal $suffix:literal,
+        [$($channels:tt)+],
+        guard($($watched:ident = $guard:expr)?),
+        $row:expr;
+    )+) => {
+        /// The `[guard]` table of the bench file.
+        #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+        #[serde(default, deny_unknown_fields)]
+        pub struct GuardConfig {
+            /// [s] how long a command is held when no fresh one comes: N whole periods, rounded up. The rotors' own
+            /// time constant (62 ms in the paper) is what a hold can be short of.
+            pub hold_s: f64,
+            /// Periods from the end of the hold to zero.
+            pub ramp_periods: u32,
+            /// [s] age at which a command may no longer leave; unset = N + 1 periods.
+            pub command_time_to_live_s: Option<f64>,
+            /// [-] highest command that leaves, at most 1.
+            pub rotor_maximum: f64,
+            /// [1/s] fastest change of a command, up and down.
+            pub slew_per_s: f64,
+            /// [s] time after arming in which the limit rises from 0 to `rotor_maximum`.
+            pub spin_up_s: f64,
+            /// [periods] level of the leaky bucket at which misses are too many, though never N in a row; unset = 3 N.
+            pub bucket_limit: Option<f64>,
+            /// [-] what each clean period takes out of the bucket; each missed one puts 1 in.
+            pub bucket_leak: f64,
+            /// Swings of one rotor's command from limit to limit that are too many; about a third of them leak away
+            /// in each second.
+            pub swing_limit: u32,
+            /// [s] how long everything must be good before the bench is armed.
+            pub arm_checks_s: f64,
+            /// [s] when it is given up.
+            pub arm_timeout_s: f64,
+            /// [s] age at which an `arm` or `disarm` is no longer obeyed.
+            pub request_time_to_live_s: f64,
+            $($(
+                #[doc = concat!("Limits of `", stringify!($watched), "`.")]
+                pub $watched: SignalConfig,
+            )?)+
         }
-    }
+
+        impl Default for GuardConfig {
+            fn default() -> Self {
+                Self {
+                    hold_s: 0.1,
+                    ramp_periods: 2,
+                    command_time_to_live_s: None,
+                    rotor_maximum: 0.9,
+                    slew_per_s: 10.0,
+                    spin_up_s: 0.5,
+                    bucket_limit: None,
+                    bucket_leak: 0.5,
+                    swing_limit: 10,
+                    arm_checks_s: 0.2,
+                    arm_timeout_s: 2.0,
+                    request_time_to_live_s: 1.0,
+                    $($($watched: SignalConfig::default(),)?)+
+                }
+            }
+        }
+
+        impl GuardConfig {
+            /// The settings of a sensor; `None` where the guard does not watch it.
+            #[must_use]
+            pub fn of(&self, sensor: Sensor) -> Option<&SignalConfig> {
+                match sensor {
+                    $($(Sensor::$sensor => Some(&self.$watched),)?)+
+                    _ => None,
+                }
+            }
+
+            /// The settings of a sensor, to change.
+            #[must_use]
+            pub fn of_mut(&mut self, sensor: Sensor) -> Option<&mut SignalConfig> {
+                match sensor {
+                    $($(Sensor::$sensor => Some(&mut self.$watched),)?)+
+                    _ => None,
+                }
+            }
+        }
+    };
 }
+sensor_table!(guard_config);
 
 /// Limits of one signal. Unset = the signal's own default, in the README's table.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -105,22 +125,6 @@ pub enum GuardError {
         /// What it must be.
         rule: &'static str,
     },
-}
-
-/// Default limits of one signal: required, stale after [s] (0 = hold), minimum, maximum, frozen after [s]
-/// (negative = hold, 0 = never).
-struct Defaults(bool, f64, f64, f64, f64);
-
-#[rustfmt::skip]
-fn defaults(signal: Signal) -> Defaults {
-    match signal {
-        Signal::BodyRate => Defaults(true, 0.0, -20.0, 20.0, -1.0),
-        Signal::BodyAngle => Defaults(false, 0.0, -3.2, 3.2, 0.0),
-        Signal::BatteryVoltage => Defaults(true, 1.0, 6.0, 60.0, 0.0),
-        Signal::PropellerRate1 | Signal::PropellerRate2 => Defaults(true, 0.0, -10.0, 3000.0, 0.5),
-        Signal::Current1 | Signal::Current2 => Defaults(false, 1.0, -50.0, 200.0, 0.0),
-        Signal::Thrust1 | Signal::Thrust2 => Defaults(false, 1.0, -50.0, 500.0, 0.0),
-    }
 }
 
 impl GuardConfig {
@@ -156,9 +160,12 @@ impl GuardConfig {
         within("bucket_limit", bucket_limit, f64::MIN_POSITIVE, f64::MAX, POSITIVE)?;
         let period_ns = span_ns(period_s);
         let hold_ns = period_ns.saturating_mul(hold_periods as u64);
-        let mut signals = [SignalLimit::default(); Signal::COUNT];
-        for (limit, signal) in signals.iter_mut().zip(Signal::ALL) {
-            *limit = self.signal(signal).resolve(signal, hold_ns)?;
+        let mut signals = [SignalLimit::default(); Channel::WATCHED.len()];
+        for (limit, channel) in signals.iter_mut().zip(Channel::WATCHED) {
+            let sensor = channel.sensor();
+            if let (Some(settings), Some(row)) = (self.of(sensor), sensor.guard()) {
+                *limit = settings.resolve(&row, &channel.label(), hold_ns)?;
+            }
         }
         Ok(Guard {
             limits: Limits { maximum: self.rotor_maximum, slew_per_s: self.slew_per_s },
@@ -177,25 +184,13 @@ impl GuardConfig {
             signals,
         })
     }
-
-    fn signal(&self, signal: Signal) -> &SignalConfig {
-        match signal {
-            Signal::BodyRate => &self.body_rate,
-            Signal::BodyAngle => &self.body_angle,
-            Signal::BatteryVoltage => &self.battery_voltage,
-            Signal::PropellerRate1 | Signal::PropellerRate2 => &self.propeller_rate,
-            Signal::Current1 | Signal::Current2 => &self.current,
-            Signal::Thrust1 | Signal::Thrust2 => &self.thrust,
-        }
-    }
 }
 
 impl SignalConfig {
-    fn resolve(&self, signal: Signal, hold_ns: u64) -> Result<SignalLimit, GuardError> {
-        let Defaults(required, stale_s, lowest, highest, frozen_s) = defaults(signal);
-        let minimum = self.minimum.unwrap_or(lowest);
-        let maximum = self.maximum.unwrap_or(highest);
-        let named = |field: &str| format!("{signal} {field}");
+    fn resolve(&self, row: &GuardRow, label: &str, hold_ns: u64) -> Result<SignalLimit, GuardError> {
+        let minimum = self.minimum.unwrap_or(row.range.0);
+        let maximum = self.maximum.unwrap_or(row.range.1);
+        let named = |field: &str| format!("{label} {field}");
         within(&named("minimum"), minimum, -f64::MAX, f64::MAX, "a number")?;
         within(&named("maximum"), maximum, minimum, f64::MAX, "a number not below the minimum")?;
         if let Some(given) = self.stale_after_s {
@@ -204,15 +199,17 @@ impl SignalConfig {
         if let Some(given) = self.frozen_after_s {
             within(&named("frozen_after_s"), given, 0.0, 3600.0, "from 0 to 3600")?;
         }
-        let span = |seconds: f64, hold: bool| if hold { hold_ns } else { span_ns(seconds) };
-        let frozen_s = self.frozen_after_s.unwrap_or(frozen_s);
-        let stale_s = self.stale_after_s.unwrap_or(stale_s);
+        let span = |given: Option<f64>, row: After, never_ns: u64| match given.map_or(row, After::Seconds) {
+            After::Hold => hold_ns,
+            After::Seconds(seconds) => span_ns(seconds),
+            After::Never => never_ns,
+        };
         Ok(SignalLimit {
-            required: self.required.unwrap_or(required),
-            stale_after_ns: span(stale_s, stale_s == 0.0),
+            required: self.required.unwrap_or(row.required),
+            stale_after_ns: span(self.stale_after_s, row.stale_after, u64::MAX),
             minimum,
             maximum,
-            frozen_after_ns: span(frozen_s, frozen_s < 0.0),
+            frozen_after_ns: span(self.frozen_after_s, row.frozen_after, 0),
         })
     }
 }

@@ -1,9 +1,9 @@
 //! What is found wanting in a step: of the command, of the signals, of the guard's own time. The worst of it decides.
 
-use super::signals::{Signal, Verdict};
+use super::signals::Verdict;
 use super::table::Cause;
 use super::{Guard, GuardState, NO_SUBJECT};
-use crate::signal::Sensors;
+use crate::signal::{Channel, Sensors};
 
 /// Something found wanting in this step, worst first.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -42,18 +42,18 @@ impl Guard {
             worst = Some(Finding { cause: Cause::Oscillation, subject: NO_SUBJECT, value, trips: true });
         }
         let turning = active && state.output.turns();
-        for ((limit, track), signal) in self.signals.iter().zip(&mut state.signals).zip(Signal::ALL) {
+        for ((limit, track), channel) in self.signals.iter().zip(&mut state.signals).zip(Channel::WATCHED) {
             if !limit.required {
                 continue;
             }
-            let sample = signal.sample(sensors);
+            let sample = channel.of(sensors);
             let (cause, trips) = match track.judge(limit, sample, now_ns, turning) {
                 Verdict::Good => continue,
                 Verdict::Bad(cause) => (cause, false),
                 Verdict::Lost(cause) => (cause, true),
             };
             if worst.is_none_or(|worst| trips && !worst.trips) {
-                worst = Some(Finding { cause, subject: signal as u32, value: sample.value, trips });
+                worst = Some(Finding { cause, subject: channel.subject(), value: sample.value, trips });
             }
         }
         worst

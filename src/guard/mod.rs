@@ -16,7 +16,6 @@ mod signals;
 mod table;
 
 pub use config::{GuardConfig, GuardError, SignalConfig};
-pub use signals::Signal;
 pub use table::{Cause, OperatorAct, State, TRANSITIONS, Trigger};
 
 use events::EventRing;
@@ -25,7 +24,7 @@ use gate::{Gate, GateRules, Passage};
 use output::Output;
 use signals::{SignalLimit, SignalTrack};
 
-use crate::signal::{Applied, Command, GuardEvent, Request, Sensors};
+use crate::signal::{Applied, Channel, Command, GuardEvent, Request, Sensors};
 
 /// Subject of an event that speaks of no signal.
 const NO_SUBJECT: u32 = u32::MAX;
@@ -55,7 +54,7 @@ pub struct Guard {
     arm_checks_ns: u64,
     arm_timeout_ns: u64,
     request_time_to_live_ns: u64,
-    signals: [SignalLimit; Signal::COUNT],
+    signals: [SignalLimit; Channel::WATCHED.len()],
 }
 
 /// What the guard remembers.
@@ -76,7 +75,7 @@ pub struct GuardState {
     /// [periods] leaky bucket of misses.
     bucket: f64,
     gate: Gate,
-    signals: [SignalTrack; Signal::COUNT],
+    signals: [SignalTrack; Channel::WATCHED.len()],
     output: Output,
     /// Sequence and stamp of the last request looked at.
     request: (u64, u64),
@@ -104,7 +103,7 @@ impl GuardState {
             wanting_ns: 0,
             bucket: 0.0,
             gate: Gate::default(),
-            signals: [SignalTrack::default(); Signal::COUNT],
+            signals: [SignalTrack::default(); Channel::WATCHED.len()],
             output: Output::default(),
             request: (0, 0),
             events: EventRing::new(),
@@ -151,9 +150,9 @@ impl Guard {
 
     /// Signals without which the bench is neither armed nor kept running, each with the age [ns] at which it is
     /// stale.
-    pub fn requirements(&self) -> impl Iterator<Item = (Signal, u64)> + '_ {
-        let signals = Signal::ALL.into_iter().zip(&self.signals);
-        signals.filter(|(_, limit)| limit.required).map(|(signal, limit)| (signal, limit.stale_after_ns))
+    pub fn requirements(&self) -> impl Iterator<Item = (Channel, u64)> + '_ {
+        let signals = Channel::WATCHED.into_iter().zip(&self.signals);
+        signals.filter(|(_, limit)| limit.required).map(|(channel, limit)| (channel, limit.stale_after_ns))
     }
 
     /// N: periods that a command is held.
@@ -205,8 +204,8 @@ impl Guard {
     /// Adds to `sensors` what time and this guard's limits say of them: [`Health::STALE`], [`Health::FROZEN`]. For
     /// whoever reads them; the guard itself judges by the stamps.
     pub fn mark(&self, state: &GuardState, now_ns: u64, sensors: &mut Sensors) {
-        for ((limit, track), signal) in self.signals.iter().zip(&state.signals).zip(Signal::ALL) {
-            let sample = signal.sample_mut(sensors);
+        for ((limit, track), channel) in self.signals.iter().zip(&state.signals).zip(Channel::WATCHED) {
+            let sample = channel.of_mut(sensors);
             sample.health |= track.flags(limit, sample, now_ns);
         }
     }

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::can::{Counts, Roles, RotorCommands, SensorField};
-use crate::signal::{Applied, GuardStep, Sensors};
+use crate::can::{Counts, Roles, RotorCommands};
+use crate::signal::{Applied, Channel, GuardStep, Sensors};
 
 use super::candump::{self, CandumpError, CandumpFrame};
 use super::dataset::{Dataset, DatasetError};
@@ -70,7 +70,7 @@ pub fn read(
     let (events, mut notes) = decode(frames.iter().filter(chosen), roles);
     notes.frames = frames.len();
     notes.other_interfaces = frames.iter().filter(|it| !chosen(it)).count();
-    let most = SensorField::ALL.into_iter().max_by_key(|field| {
+    let most = Channel::ALL.into_iter().max_by_key(|field| {
         // The first of equals: `max_by_key` would take the last.
         let count = events.iter().filter(|event| event.updated & field.bit() != 0).count();
         (count, std::cmp::Reverse(*field))

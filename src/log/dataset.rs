@@ -4,6 +4,8 @@
 use crate::estimation::quantile::median;
 use std::ops::Range;
 
+use crate::signal::Channel;
+
 /// A hole is a gap longer than this many median sampling intervals: one lost sample is jitter, two are a hole.
 const HOLE_FACTOR: f64 = 2.5;
 
@@ -22,22 +24,31 @@ const fn signal(name: &'static str, unit: &'static str, meaning: &'static str) -
     LogSignal { name, unit, meaning }
 }
 
-/// The signals that the log format knows; other columns are carried along under their own names.
-pub const LOG_SIGNALS: &[LogSignal] = &[
+/// Signals of the log format that are not measured by a sensor; they come first.
+const UNMEASURED: [LogSignal; 4] = [
     signal("time_s", "s", "time"),
     signal("command_1", "-", "command of rotor 1, 0 to 1"),
     signal("command_2", "-", "command of rotor 2, 0 to 1"),
     signal("torque_command_nm", "N m", "commanded torque"),
-    signal("battery_voltage_v", "V", "battery voltage"),
-    signal("propeller_rate_1_rad_s", "rad/s", "speed of rotor 1"),
-    signal("propeller_rate_2_rad_s", "rad/s", "speed of rotor 2"),
-    signal("thrust_1_n", "N", "thrust of rotor 1"),
-    signal("thrust_2_n", "N", "thrust of rotor 2"),
-    signal("current_1_a", "A", "current of rotor 1"),
-    signal("current_2_a", "A", "current of rotor 2"),
-    signal("body_rate_rad_s", "rad/s", "body rate"),
-    signal("body_angle_rad", "rad", "body angle"),
 ];
+
+/// The signals that the log format knows; other columns are carried along under their own names.
+pub const LOG_SIGNALS: &[LogSignal] = &log_signals();
+
+const fn log_signals() -> [LogSignal; UNMEASURED.len() + Channel::LOG_SIGNALS.len()] {
+    let mut signals = [UNMEASURED[0]; UNMEASURED.len() + Channel::LOG_SIGNALS.len()];
+    let mut place = 0;
+    while place < signals.len() {
+        signals[place] = if place < UNMEASURED.len() {
+            UNMEASURED[place]
+        } else {
+            let channel = Channel::LOG_SIGNALS[place - UNMEASURED.len()];
+            signal(channel.column(), channel.unit(), channel.meaning())
+        };
+        place += 1;
+    }
+    signals
+}
 
 /// [s] to the nanosecond: what is finer is the rounding of a sum.
 pub(crate) fn nanoseconds(time: f64) -> f64 {

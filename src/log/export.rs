@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::Path;
 
 use crate::file::write_atomically_with;
-use crate::signal::{Applied, Command, GuardStep, Sample, Sensors};
+use crate::signal::{Applied, Channel, Command, GuardStep, Sensors};
 
 use super::candump;
 use super::dataset::{Dataset, DatasetError};
@@ -15,32 +15,34 @@ use crate::recording::raw_frame::RawFrame;
 pub(crate) use crate::recording::reader::{End, Recording};
 pub(crate) use crate::recording::sender::Record;
 
-/// Columns of an exported log behind `time_s`.
-pub const COLUMNS: [&str; 20] = [
-    "command_1",
-    "command_2",
-    "torque_command_nm",
-    "battery_voltage_v",
-    "propeller_rate_1_rad_s",
-    "propeller_rate_2_rad_s",
-    "thrust_1_n",
-    "thrust_2_n",
-    "current_1_a",
-    "current_2_a",
-    "body_rate_rad_s",
-    "body_angle_rad",
-    "acceleration_x_m_s2",
-    "acceleration_y_m_s2",
-    "acceleration_z_m_s2",
-    "reference_angle_rad",
-    "estimated_angle_rad",
-    "disturbance_torque_nm",
-    "guard_state",
-    "guard_cause",
-];
+/// Columns before those of the sensors.
+const COMMANDS: [&str; 3] = ["command_1", "command_2", "torque_command_nm"];
 
-/// Columns that stand before and behind the sensors'.
-const SENSORS: usize = 12;
+/// Columns behind those of the sensors.
+const ESTIMATES: [&str; 5] =
+    ["reference_angle_rad", "estimated_angle_rad", "disturbance_torque_nm", "guard_state", "guard_cause"];
+
+/// Sensors' columns.
+const SENSORS: usize = Channel::IN_LOG.len();
+
+/// Columns of an exported log behind `time_s`.
+pub const COLUMNS: [&str; COMMANDS.len() + SENSORS + ESTIMATES.len()] = columns();
+
+const fn columns() -> [&'static str; COMMANDS.len() + SENSORS + ESTIMATES.len()] {
+    let mut columns = [""; COMMANDS.len() + SENSORS + ESTIMATES.len()];
+    let mut place = 0;
+    while place < columns.len() {
+        columns[place] = if place < COMMANDS.len() {
+            COMMANDS[place]
+        } else if place < COMMANDS.len() + SENSORS {
+            Channel::IN_LOG[place - COMMANDS.len()].column()
+        } else {
+            ESTIMATES[place - COMMANDS.len() - SENSORS]
+        };
+        place += 1;
+    }
+    columns
+}
 
 /// Frames that may be out of order when several threads recorded them.
 const REORDER: usize = 4096;
@@ -95,10 +97,10 @@ impl Rows {
         applied: &Applied,
     ) -> [f64; COLUMNS.len()] {
         let said = |of: fn(&Command) -> f64| newest.map_or(f64::NAN, of);
-        let samples = samples(sensors);
         let mut cells = [f64::NAN; COLUMNS.len()];
         let commands = [applied.rotor[0], applied.rotor[1], said(|it| it.torque)];
-        let measured = samples.iter().zip(&mut self.counts).map(|(sample, count)| {
+        let measured = Channel::IN_LOG.iter().zip(&mut self.counts).map(|(channel, count)| {
+            let sample = channel.of(sensors);
             let fresh = sample.is_good() && sample.count != *count;
             *count = sample.count;
             if fresh { sample.value } else { f64::NAN }
@@ -114,27 +116,6 @@ impl Rows {
         cells.iter_mut().zip(values).for_each(|(cell, value)| *cell = value);
         cells
     }
-}
-
-/// The sensors in the order of the columns.
-fn samples(sensors: &Sensors) -> [&Sample; SENSORS] {
-    let [rate_1, rate_2] = &sensors.propeller_rate;
-    let ([thrust_1, thrust_2], [current_1, current_2]) = (&sensors.thrust, &sensors.current);
-    let [x, y, z] = &sensors.acceleration;
-    [
-        &sensors.battery_voltage,
-        rate_1,
-        rate_2,
-        thrust_1,
-        thrust_2,
-        current_1,
-        current_2,
-        &sensors.body_rate,
-        &sensors.body_angle,
-        x,
-        y,
-        z,
-    ]
 }
 
 /// Which columns hold a value anywhere.

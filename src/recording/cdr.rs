@@ -39,6 +39,11 @@ pub struct Parser<'a> {
 }
 
 impl Parser<'_> {
+    /// Whether nothing is left.
+    pub(super) fn is_at_end(&self) -> bool {
+        self.at >= self.body.len()
+    }
+
     fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
         let start = self.at.next_multiple_of(N);
         let end = start.checked_add(N)?;
@@ -97,9 +102,14 @@ pub fn schema<N: Noun>() -> String {
 
 /// Replaces the content of `into` by the message `noun`.
 pub fn encode<N: Noun>(noun: &N, into: &mut Vec<u8>) {
+    message(into, |to| noun.emit(to));
+}
+
+/// Replaces the content of `into` by a message of what `emit` emits.
+pub(super) fn message(into: &mut Vec<u8>, emit: impl FnOnce(&mut Emitter<'_>)) {
     into.clear();
     into.extend_from_slice(&HEADER);
-    noun.emit(&mut Emitter(into));
+    emit(&mut Emitter(into));
 }
 
 /// The noun in `message`.
@@ -190,7 +200,7 @@ impl<F: Field, const N: usize> Field for [F; N] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::signal::{GuardEvent, Request, Sensors};
+    use crate::signal::{Command, GuardEvent, Request, Sensors};
 
     #[test]
     fn bits_survive_and_alignment_is_cdr() {
@@ -223,10 +233,10 @@ mod tests {
     #[test]
     fn every_short_message_is_refused() {
         let mut bytes = Vec::new();
-        encode(&Sensors::default(), &mut bytes);
-        assert_eq!(decode::<Sensors>(&bytes).expect("whole"), Sensors::default());
+        encode(&Command::default(), &mut bytes);
+        assert_eq!(decode::<Command>(&bytes).expect("whole"), Command::default());
         for length in 0..bytes.len() {
-            assert_eq!(decode::<Sensors>(&bytes[..length]), Err(WireError { noun: "Sensors", length }));
+            assert_eq!(decode::<Command>(&bytes[..length]), Err(WireError { noun: "Command", length }));
         }
     }
 

@@ -1,12 +1,11 @@
-//! The fields of everything that lies in a recording: names, order and units, once.
+//! The fields of everything that lies in a recording: names, order and units, once; those of the sensors' message are in
+//! [`super::sensors`].
 
 use std::fmt::Write as _;
 
 use super::cdr::{Definitions, Emitter, Field, Noun, Parser};
 use super::raw_frame::RawFrame;
-use crate::signal::{
-    Applied, Command, CycleSample, Estimate, GuardEvent, Heartbeat, Request, Sample, Sensors,
-};
+use crate::signal::{Applied, Command, CycleSample, Estimate, GuardEvent, Heartbeat, Request, Sample};
 
 /// Names the fields of a noun, in order, each with its unit or meaning; a forgotten field does not compile.
 macro_rules! noun {
@@ -50,17 +49,6 @@ noun!(Sample {
     stamp_ns: u64 = "ns, CLOCK_MONOTONIC at arrival; 0 = never",
     count: u32 = "values received so far, wrapping",
     health: u32 = "bits: 1 never, 2 stale, 4 out of range, 8 not a number, 16 frozen, 32 counter",
-});
-noun!(Sensors {
-    sequence: u64 = "publications from 1",
-    stamp_ns: u64 = "ns, CLOCK_MONOTONIC",
-    body_rate: Sample = "rad/s",
-    body_angle: Sample = "rad",
-    acceleration: [Sample; 3] = "m/s^2",
-    battery_voltage: Sample = "V",
-    propeller_rate: [Sample; 2] = "rad/s",
-    current: [Sample; 2] = "A",
-    thrust: [Sample; 2] = "N",
 });
 noun!(Estimate {
     reference_angle: f64 = "rad",

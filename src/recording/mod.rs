@@ -17,6 +17,7 @@ mod patient_disk;
 pub(crate) mod raw_frame;
 pub(crate) mod reader;
 pub(crate) mod sender;
+mod sensors;
 mod sink;
 mod topic;
 mod writer;
@@ -28,6 +29,7 @@ pub use patient_disk::Disk;
 pub use raw_frame::{FrameFlags, RawFrame};
 pub use reader::{End, Recording};
 pub use sender::{Record, RecorderHandle};
+pub use sensors::encode_given;
 pub use writer::{Recorder, RecorderOptions, RecorderSummary};
 
 /// Why a recording cannot be written or read.

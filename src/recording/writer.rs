@@ -23,7 +23,7 @@ const POLL: Duration = Duration::from_millis(5);
 /// Settings of a recorder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RecorderOptions {
-    /// Records each sending thread may be ahead of the disk; about 560 bytes each.
+    /// Records each sending thread may be ahead of the disk; some 600 bytes each.
     pub queue_records: usize,
     /// [ms] longest time between a record and its way to the kernel.
     pub chunk_ms: u64,

@@ -6,12 +6,12 @@ use super::ProcessError;
 use crate::bench::BenchConfig;
 use crate::bus_guard::Gate;
 use crate::can::{Arrival, Bus, Counts, Fault, Id, InterfaceAnswer, InterfaceStatus, Port, PortCounts};
-use crate::can::{ReceiverState, Refusal, Roles, SenderState, SensorField};
+use crate::can::{ReceiverState, Refusal, Roles, SenderState};
 use crate::clock::NANOSECONDS_PER_SECOND;
-use crate::guard::{Cause, Signal};
+use crate::guard::Cause;
 use crate::rt::{LogQueue, Severity};
 use crate::shm::{BUS, Bench, Publisher};
-use crate::signal::{Applied, BusStatus, Sensors};
+use crate::signal::{Applied, BusStatus, Channel, Sensors};
 use std::os::fd::{AsRawFd, RawFd};
 
 /// The bus, its codec, and the newest value of everything measured.
@@ -24,7 +24,7 @@ pub struct Wire<B: Bus = Port> {
     log: LogQueue,
     sensors: Sensors,
     /// Flags of the guard's signals as they were presented last.
-    health: [u32; Signal::COUNT],
+    health: [u32; Channel::WATCHED.len()],
     /// Command frames in a row that the interface did not take.
     refused_in_a_row: u32,
     /// The descriptor was ready and gave nothing: not waited for until the next slot.
@@ -106,7 +106,7 @@ impl<B: Bus> Wire<B> {
             roles,
             log,
             sensors: Sensors::default(),
-            health: [0; Signal::COUNT],
+            health: [0; Channel::WATCHED.len()],
             refused_in_a_row: 0,
             is_quiet: false,
             foreign_told_ns: 0,
@@ -145,7 +145,7 @@ impl<B: Bus> Wire<B> {
     /// value that came, or a flag that time has set though nothing came. News have a number and a stamp of their own.
     pub fn present(&mut self, look: &Look, gate: &Gate) -> (Sensors, bool) {
         let mut marked = gate.marked(look.at_ns, &self.sensors);
-        let health = Signal::ALL.map(|signal| signal.sample(&marked).health);
+        let health = Channel::WATCHED.map(|channel| channel.of(&marked).health);
         let is_aged = self.sensors.sequence > 0 && health != self.health;
         if is_aged && !look.updated {
             self.sensors.sequence += 1;
@@ -167,7 +167,7 @@ impl<B: Bus> Wire<B> {
     pub fn receive(&mut self, was_ready: bool, woken_ns: u64) -> Look {
         self.port.look_at(woken_ns);
         let Self { port, roles, receiver, sensors, log, .. } = self;
-        let gyro = SensorField::BodyRate.bit();
+        let gyro = Channel::BodyRate.bit();
         let (mut look, mut has_error) = (Look::default(), false);
         let received = port.receive(|arrival| match arrival {
             Arrival::Frame { frame, stamp_ns, .. } => {

@@ -5,11 +5,11 @@ use std::time::Duration;
 use super::ProcessError;
 use crate::bench::BenchConfig;
 use crate::clock::{self, NANOSECONDS_PER_SECOND};
-use crate::guard::{Cause, OperatorAct, Signal, State};
+use crate::guard::{Cause, OperatorAct, State};
 use crate::shm::{
     APPLIED, Bench, GUARD_EVENTS, Publisher, REQUEST, Role, STOPS, ShmError, Subscriber, Waiter,
 };
-use crate::signal::{Applied, GuardEvent, Request};
+use crate::signal::{Applied, Channel, GuardEvent, Request};
 
 /// What became of an act.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -127,7 +127,8 @@ fn is_refusal(event: &GuardEvent) -> bool {
 pub fn sentence(event: &GuardEvent) -> String {
     let name = |code| State::from_code(code).unwrap_or_default();
     let cause = Cause::from_code(event.cause).unwrap_or_default();
-    let subject = Signal::from_code(event.subject).map_or_else(String::new, |signal| format!(" ({signal})"));
+    let subject =
+        Channel::of_subject(event.subject).map_or_else(String::new, |it| format!(" ({})", it.label()));
     if event.from == event.to {
         format!("{}: {cause}{subject}", name(event.to))
     } else {

@@ -3,13 +3,17 @@
 //! All are plain `repr(C)` values without pointers, so that the same bytes cross shared memory, the
 //! recording and a function call.
 
+pub(crate) mod channels;
 mod command;
+mod sample;
 mod sensors;
 mod status;
 mod step;
 
+pub use channels::{After, EmulatedRow, GuardRow, SensorRow, Shape, Shown};
 pub use command::{Applied, AppliedFlags, Command, CommandFlags, Estimate, Reference, Request};
-pub use sensors::{Health, Sample, Sensors};
+pub use sample::{Health, Sample};
+pub use sensors::{Channel, Sensor, Sensors};
 pub use status::{BusStatus, CycleSample, GuardEvent, Heartbeat};
 pub use step::{ControlStep, GuardStep, GuardStepInputs, LockstepAnswer, LockstepStep};
 

@@ -4,10 +4,9 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use rotorbench::can::{
-    BusConfig, ByteOrder, Frame, Layout, MAXIMUM_LENGTH, Number, Payload, Roles, SensorField, SignalCodec,
-    walk,
+    BusConfig, ByteOrder, Frame, Layout, MAXIMUM_LENGTH, Number, Payload, Roles, SignalCodec, walk,
 };
-use rotorbench::signal::{Applied, Sample, Sensors};
+use rotorbench::signal::{Applied, Channel, Sample, Sensors};
 
 fn payload() -> Payload {
     let mut payload = [0; MAXIMUM_LENGTH];
@@ -61,7 +60,7 @@ fn one_signal(criterion: &mut Criterion) {
 fn one_frame(criterion: &mut Criterion) {
     let roles = Roles::build(&BusConfig::default(), 0.001).expect("sound");
     let mut sent = Sensors::default();
-    SensorField::ALL.into_iter().for_each(|field| *field.of_mut(&mut sent) = Sample::good(1.0, 1, 1));
+    Channel::ALL.into_iter().for_each(|field| *field.of_mut(&mut sent) = Sample::good(1.0, 1, 1));
     let mut sender = roles.sensor_sender();
     let status =
         roles.sensor_messages().iter().position(|route| route.name == "ESC_1_STATUS").expect("there");

@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use rotorbench::can::{
-    BusConfig, CanError, CommandField, Database, DatabaseConfig, Roles, SensorField, SignalConfig,
-};
+use rotorbench::can::{BusConfig, CanError, CommandField, Database, DatabaseConfig, Roles, SignalConfig};
+use rotorbench::signal::Channel;
 
 const HEAD: &str = "VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: A\n\n";
 
@@ -142,7 +141,7 @@ fn role_refusal(change: impl FnOnce(&mut BusConfig)) -> String {
 }
 
 fn gyro(config: &mut BusConfig) -> &mut SignalConfig {
-    config.sensors.get_mut(&SensorField::BodyRate).expect("there")
+    config.sensors.get_mut(&Channel::BodyRate).expect("there")
 }
 
 #[test]
@@ -230,7 +229,7 @@ fn electrical_revolutions_need_pole_pairs_and_a_node_its_mask() {
         role_refusal(|bus| {
             bus.database.push(DatabaseConfig { file: "vesc".to_owned(), node_mask });
             let role = SignalConfig { pole_pairs, node: Some(node), ..SignalConfig::new("STATUS.erpm") };
-            bus.sensors.insert(SensorField::PropellerRate1, role);
+            bus.sensors.insert(Channel::PropellerRate1, role);
         })
     };
     let place = "bus.sensors.propeller_rate_1";

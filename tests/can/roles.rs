@@ -5,9 +5,9 @@ use std::f64::consts::TAU;
 use proptest::prelude::*;
 use rotorbench::can::{
     BusConfig, CommandField, DatabaseConfig, Frame, Id, MessageConfig, Refusal, Roles, RotorCommands,
-    SensorField, SignalConfig,
+    SignalConfig,
 };
-use rotorbench::signal::{Applied, Health, Sample, Sensors};
+use rotorbench::signal::{Applied, Channel, Health, Sample, Sensors};
 
 fn bench() -> Roles {
     Roles::build(&BusConfig::default(), 0.02).expect("the default bench is sound")
@@ -23,9 +23,9 @@ fn vesc() -> BusConfig {
     BusConfig {
         database: vec![DatabaseConfig { file: "vesc".to_owned(), node_mask: Some(0xFF) }],
         sensors: [
-            (SensorField::PropellerRate1, rate(23)),
-            (SensorField::PropellerRate2, rate(24)),
-            (SensorField::BatteryVoltage, signal("STATUS_5.input_voltage", 23)),
+            (Channel::PropellerRate1, rate(23)),
+            (Channel::PropellerRate2, rate(24)),
+            (Channel::BatteryVoltage, signal("STATUS_5.input_voltage", 23)),
         ]
         .into(),
         commands: [
@@ -40,7 +40,7 @@ fn vesc() -> BusConfig {
 
 fn sensors() -> Sensors {
     let mut sensors = Sensors::default();
-    for (index, field) in SensorField::ALL.into_iter().enumerate() {
+    for (index, field) in Channel::ALL.into_iter().enumerate() {
         *field.of_mut(&mut sensors) = Sample::good(1.5 + index as f64, 1, 1);
     }
     sensors
@@ -78,7 +78,7 @@ fn a_multiplexed_sensor_is_sent_on_its_page_and_taken_from_no_other() {
     std::fs::write(&file, text).expect("written");
     let mut config = BusConfig::default();
     config.database.push(DatabaseConfig { file: file.display().to_string(), node_mask: None });
-    config.sensors = [(SensorField::BodyRate, SignalConfig::new("PAGES.rate"))].into();
+    config.sensors = [(Channel::BodyRate, SignalConfig::new("PAGES.rate"))].into();
     config.messages.clear();
     let roles = Roles::build(&config, 0.02).expect("sound");
     let (mut sender, mut receiver) = (roles.sensor_sender(), roles.sensor_receiver());
@@ -87,7 +87,7 @@ fn a_multiplexed_sensor_is_sent_on_its_page_and_taken_from_no_other() {
     assert_eq!(frame.data()[..3], [3, 0x83, 0xFF], "page 3, -125 steps of 0.01");
     let mut received = Sensors::default();
     let decoded = roles.decode_sensors(&mut receiver, &frame, 77, &mut received);
-    assert_eq!((decoded.updated, received.body_rate.value), (SensorField::BodyRate.bit(), -1.25));
+    assert_eq!((decoded.updated, received.body_rate.value), (Channel::BodyRate.bit(), -1.25));
     let other = Frame::classic(frame.id(), &[4, 1, 0, 0, 0, 0, 0, 0]).expect("fits");
     let decoded = roles.decode_sensors(&mut receiver, &other, 78, &mut received);
     assert_eq!((decoded.updated, decoded.refused), (0, None));
@@ -217,7 +217,7 @@ fn a_counter_tells_lost_frames() {
 #[test]
 fn a_sensor_mounted_the_other_way_round_and_a_narrower_range() {
     let mut config = BusConfig::default();
-    let role = config.sensors.get_mut(&SensorField::BodyRate).expect("there");
+    let role = config.sensors.get_mut(&Channel::BodyRate).expect("there");
     (role.factor, role.maximum) = (-1.0, Some(3.0));
     config.messages.insert("GYRO".to_owned(), MessageConfig::default());
     let roles = Roles::build(&config, 0.02).expect("sound");

@@ -1,6 +1,7 @@
 //! What an event says of what happened: its number, and which of several causes it names.
 
-use rotorbench::guard::{Cause, GuardConfig, OperatorAct, Signal, State};
+use rotorbench::guard::{Cause, GuardConfig, OperatorAct, State};
+use rotorbench::signal::Channel;
 
 use crate::rig::{N, Rig, T, defaults};
 
@@ -84,12 +85,12 @@ fn the_worst_is_named_and_of_equals_the_first() {
         rig.step(true);
     }
     let last = rig.events().pop().expect("an event");
-    let subject = Signal::BodyRate as u32;
+    let subject = Channel::BodyRate.subject();
     assert_eq!(last, (State::Degraded, State::FailsafeLatched, Cause::SignalStale, subject));
 
     // Two signals lost at once: the first in the table. And a pause of the guard says more than what it made stale.
     for (span_ns, cause, subject) in
-        [(T, Cause::SignalStale, Signal::BodyRate as u32), (8 * T, Cause::GuardPaused, u32::MAX)]
+        [(T, Cause::SignalStale, Channel::BodyRate.subject()), (8 * T, Cause::GuardPaused, u32::MAX)]
     {
         let mut rig = Rig::armed(&defaults());
         let (rate, speed) = (rig.sensors.body_rate, rig.sensors.propeller_rate);

@@ -1,7 +1,7 @@
 //! What an operator can ask for, and when it is obeyed.
 
-use rotorbench::guard::{Cause, OperatorAct, Signal, State};
-use rotorbench::signal::Sample;
+use rotorbench::guard::{Cause, OperatorAct, State};
+use rotorbench::signal::{Channel, Sample};
 
 use crate::rig::{Rig, T, defaults};
 
@@ -59,7 +59,7 @@ fn one_bad_value_begins_the_checks_again_and_the_time_runs_out() {
     }
     assert_eq!(
         rig.events()[1],
-        (State::PreArm, State::Disarmed, Cause::SignalNever, Signal::PropellerRate2 as u32)
+        (State::PreArm, State::Disarmed, Cause::SignalNever, Channel::PropellerRate2.subject())
     );
 
     // Without a controller there is nothing to arm.

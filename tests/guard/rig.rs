@@ -1,7 +1,7 @@
 //! A guard with everything around it healthy, to be broken by the tests.
 
 use rotorbench::guard::{Cause, Guard, GuardConfig, GuardState, OperatorAct, State};
-use rotorbench::signal::{Applied, Command, GuardEvent, Request, Sample, Sensors};
+use rotorbench::signal::{Applied, Channel, Command, GuardEvent, Request, Sample, Sensors};
 
 /// [ns] 50 Hz.
 pub const T: u64 = 20_000_000;
@@ -58,6 +58,11 @@ impl Rig {
     pub fn sense(&mut self) {
         let count = self.sensors.body_rate.count.wrapping_add(1);
         let good = |value: f64| Sample::good(value + 1e-3 * f64::from(count % 97), self.now, count);
+        let mut all = Sensors::default();
+        for channel in Channel::WATCHED {
+            let (low, high) = channel.sensor().guard().expect("watched").range;
+            *channel.of_mut(&mut all) = good(f64::midpoint(low, high));
+        }
         self.sensors = Sensors {
             sequence: self.sensors.sequence + 1,
             stamp_ns: self.now,
@@ -67,7 +72,7 @@ impl Rig {
             propeller_rate: [good(600.0), good(610.0)],
             current: [good(5.0); 2],
             thrust: [good(6.0); 2],
-            ..Sensors::default()
+            ..all
         };
     }
 

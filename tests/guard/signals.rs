@@ -1,7 +1,7 @@
 //! What is measured: each fault of a signal, and what is no fault.
 
-use rotorbench::guard::{Cause, GuardConfig, Signal, SignalConfig, State};
-use rotorbench::signal::{Health, Sample, Sensors};
+use rotorbench::guard::{Cause, GuardConfig, SignalConfig, State};
+use rotorbench::signal::{Channel, Health, Sample, Sensor, Sensors};
 
 use crate::rig::{N, Rig, T, defaults};
 
@@ -57,7 +57,7 @@ fn every_fault_of_a_signal_ends_in_zero_within_the_hold_and_two_periods() {
         assert!(periods > 2, "{name}: cut without a hold, {periods} periods");
         assert_eq!(rig.state.state(), State::FailsafeLatched);
         assert_eq!(rig.state.cause(), cause, "{name}");
-        assert!(rig.events().iter().all(|event| event.3 == Signal::BodyRate as u32), "{name}");
+        assert!(rig.events().iter().all(|event| event.3 == Channel::BodyRate.subject()), "{name}");
     }
 }
 
@@ -109,36 +109,30 @@ fn stale_and_frozen_signals_are_marked_for_their_readers() {
 
 #[test]
 fn every_required_signal_is_watched_and_no_other() {
-    let poke = |sensors: &mut Sensors, signal: Signal| match signal {
-        Signal::BodyRate => sensors.body_rate.value = f64::INFINITY,
-        Signal::BodyAngle => sensors.body_angle.value = f64::INFINITY,
-        Signal::BatteryVoltage => sensors.battery_voltage.value = f64::INFINITY,
-        Signal::PropellerRate1 => sensors.propeller_rate[0].value = f64::INFINITY,
-        Signal::PropellerRate2 => sensors.propeller_rate[1].value = f64::INFINITY,
-        Signal::Current1 => sensors.current[0].value = f64::INFINITY,
-        Signal::Current2 => sensors.current[1].value = f64::INFINITY,
-        Signal::Thrust1 => sensors.thrust[0].value = f64::INFINITY,
-        Signal::Thrust2 => sensors.thrust[1].value = f64::INFINITY,
-    };
     let all = SignalConfig { required: Some(true), ..SignalConfig::default() };
-    let everything = GuardConfig { body_angle: all, current: all, thrust: all, ..defaults() };
+    let mut everything = defaults();
+    for sensor in Sensor::ALL {
+        if let Some(settings) = everything.of_mut(sensor) {
+            *settings = all;
+        }
+    }
     let by_default =
-        [Signal::BodyRate, Signal::BatteryVoltage, Signal::PropellerRate1, Signal::PropellerRate2];
-    for (config, required) in [(defaults(), by_default.to_vec()), (everything, Signal::ALL.to_vec())] {
-        for signal in Signal::ALL {
+        [Channel::BodyRate, Channel::BatteryVoltage, Channel::PropellerRate1, Channel::PropellerRate2];
+    for (config, required) in [(defaults(), by_default.to_vec()), (everything, Channel::WATCHED.to_vec())] {
+        for signal in Channel::WATCHED {
             let mut rig = Rig::armed(&config);
             for _ in 0..100 {
                 rig.now += T;
                 rig.sense();
                 rig.answer();
-                poke(&mut rig.sensors, signal);
+                signal.of_mut(&mut rig.sensors).value = f64::INFINITY;
                 rig.step(true);
             }
             let failed = rig.state.state() == State::FailsafeLatched;
             assert_eq!(failed, required.contains(&signal), "{signal}");
             if failed {
                 let (_, _, cause, subject) = rig.events()[0];
-                assert_eq!((cause, subject), (Cause::SignalNotANumber, signal as u32));
+                assert_eq!((cause, subject), (Cause::SignalNotANumber, signal.subject()));
             }
         }
     }
@@ -146,13 +140,13 @@ fn every_required_signal_is_watched_and_no_other() {
 
 #[test]
 fn the_required_signals_are_told_with_their_times() {
-    let required: Vec<(Signal, u64)> = defaults().build(0.02).expect("valid").requirements().collect();
+    let required: Vec<(Channel, u64)> = defaults().build(0.02).expect("valid").requirements().collect();
     let hold = 100_000_000;
     let expected = [
-        (Signal::BodyRate, hold),
-        (Signal::BatteryVoltage, 1_000_000_000),
-        (Signal::PropellerRate1, hold),
-        (Signal::PropellerRate2, hold),
+        (Channel::BodyRate, hold),
+        (Channel::BatteryVoltage, 1_000_000_000),
+        (Channel::PropellerRate1, hold),
+        (Channel::PropellerRate2, hold),
     ];
     assert_eq!(required, expected);
 }

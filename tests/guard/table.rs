@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use rotorbench::guard::{Cause, OperatorAct, Signal, State, TRANSITIONS, Trigger};
+use rotorbench::guard::{Cause, OperatorAct, State, TRANSITIONS, Trigger};
+use rotorbench::signal::Channel;
 
 #[test]
 fn the_table_is_what_is_written() {
@@ -44,19 +45,19 @@ fn codes_and_words_are_one_to_one() {
         assert_eq!((cause as u32, Cause::from_code(code)), (code, Some(cause)));
         assert_eq!(cause.to_string(), words);
     }
-    for (code, signal) in (0..).zip(Signal::ALL) {
-        assert_eq!((signal as u32, Signal::from_code(code)), (code, Some(signal)));
+    for (code, signal) in (0..).zip(Channel::WATCHED) {
+        assert_eq!((signal.subject(), Channel::of_subject(code)), (code, Some(signal)));
     }
     for act in [OperatorAct::Arm, OperatorAct::Disarm, OperatorAct::Stop] {
         assert_eq!(OperatorAct::from_code(act as u32), Some(act));
     }
     assert_eq!(State::from_code(6), None);
     assert_eq!(Cause::from_code(Cause::COUNT as u32), None);
-    assert_eq!(Signal::from_code(Signal::COUNT as u32), None);
+    assert_eq!(Channel::of_subject(Channel::WATCHED.len() as u32), None);
     assert_eq!((OperatorAct::from_code(0), OperatorAct::from_code(4)), (None, None));
     let words =
         |texts: Vec<String>| texts.iter().filter(|text| !text.is_empty()).collect::<BTreeSet<_>>().len();
     assert_eq!(words(State::ALL.map(|state| state.to_string()).to_vec()), 6);
-    assert_eq!(words(Signal::ALL.map(|signal| signal.to_string()).to_vec()), Signal::COUNT);
+    assert_eq!(words(Channel::WATCHED.map(Channel::label).to_vec()), Channel::WATCHED.len());
     assert_eq!(words(Cause::ALL.map(|(cause, _)| cause.to_string()).to_vec()), Cause::COUNT);
 }

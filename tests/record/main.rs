@@ -11,6 +11,7 @@ mod overwritten;
 mod recording;
 mod refused;
 mod replay;
+mod sensors;
 
 /// Runs the program to its end.
 fn rotorbench(arguments: &[&str]) -> Output {

@@ -144,7 +144,7 @@ fn a_list_of_names_ends_somewhere() {
 }
 
 /// A bench of one sensor and one command message.
-fn table(sensors: &[(SensorField, &str)]) -> BusConfig {
+fn table(sensors: &[(Channel, &str)]) -> BusConfig {
     let commands = [(CommandField::Rotor1, "C.one"), (CommandField::Rotor2, "C.two")];
     BusConfig {
         sensors: sensors.iter().map(|(field, signal)| (*field, SignalConfig::new(signal))).collect(),
@@ -174,7 +174,7 @@ fn a_bus_may_be_full_to_the_last_bit() {
 #[test]
 fn more_than_eight_bytes_need_fd_and_a_length_that_it_has() {
     let databases = [database(&format!("{COMMANDS}{WIDE}"))];
-    let classic = table(&[(SensorField::BatteryVoltage, "W.volt")]);
+    let classic = table(&[(Channel::BatteryVoltage, "W.volt")]);
     let said = |config: &BusConfig| built(config, &databases, 0.01).map(drop);
     let place = "bus.sensors.battery_voltage";
     assert_eq!(said(&classic), Err(format!("{place}: `W` has 64 bytes, which needs bus.fd = true")));
@@ -185,14 +185,14 @@ fn more_than_eight_bytes_need_fd_and_a_length_that_it_has() {
     let bits: Vec<f64> = sum.messages.iter().map(|message| message.bits).collect();
     assert_eq!(bits, [135.0, 203.5]);
     assert!((sum.percent - 100.0 * 338.5 / 5_000.0).abs() < 1e-9, "{sum:?}");
-    let odd = BusConfig { fd: true, ..table(&[(SensorField::BatteryVoltage, "ODD.volt")]) };
+    let odd = BusConfig { fd: true, ..table(&[(Channel::BatteryVoltage, "ODD.volt")]) };
     assert_eq!(said(&odd), Err(format!("{place}: no frame carries the 9 bytes of `ODD`")));
 }
 
 #[test]
 fn a_table_that_contradicts_itself_is_refused() {
     let (one, other) = (database(COMMANDS), database(WIDE));
-    let mut config = table(&[(SensorField::BatteryVoltage, "C.back")]);
+    let mut config = table(&[(Channel::BatteryVoltage, "C.back")]);
     let two = [one, other];
     let said = |config: &BusConfig, databases: &[Database]| built(config, databases, 0.01).map(drop);
     let own = "bus.commands: `C` is also received, as `C`";

@@ -13,7 +13,7 @@ use super::{Process, View, guard_state};
 use crate::clock::{self, NANOSECONDS_PER_SECOND};
 use crate::guard::{Cause, State};
 use crate::runtime::operator;
-use crate::signal::{BusStatus, Health, Sample};
+use crate::signal::{BusStatus, Health, Sample, Sensor, Sensors, Shape, Shown};
 
 /// Rows of the frame around a table.
 const FRAME: u16 = 2;
@@ -112,23 +112,52 @@ fn measured(label: &str, sample: &Sample, digits: usize, unit: &str) -> Vec<Span
     vec![label, value.red(), Span::raw(format!(" {}   ", words.join(", "))).red().bold()]
 }
 
+/// The sensors of this shape that are shown now.
+fn shown(sensors: &Sensors, shape: Shape) -> impl Iterator<Item = (Sensor, Shown)> + '_ {
+    let of_shape = Sensor::ALL.into_iter().filter(move |sensor| sensor.row().shape == shape);
+    let is_given = |sensor: Sensor| sensor.channels().iter().any(|channel| channel.of(sensors).stamp_ns != 0);
+    of_shape
+        .filter_map(|sensor| Some((sensor, sensor.row().monitor?)))
+        .filter(move |(sensor, shown)| shown.always || is_given(*sensor))
+}
+
+/// A line for each sensor of the bench; the first have texts beside them.
+fn single_lines<const N: usize>(sensors: &Sensors, beside: [Span<'static>; N]) -> Vec<Line<'static>> {
+    let mut beside = beside.into_iter();
+    let line = |(sensor, shown): (Sensor, Shown)| {
+        let values = sensor.channels().iter().map(|channel| channel.of(sensors));
+        let value = |sample| measured(shown.label, sample, shown.digits, sensor.unit());
+        Line::from_iter(values.flat_map(value).chain(beside.next()))
+    };
+    shown(sensors, Shape::Single).map(line).collect()
+}
+
+/// The first sensor of a rotor with a text beside it, then the others.
+fn rotor_lines(sensors: &Sensors, rotor: usize, beside: String) -> Vec<Line<'static>> {
+    let value = |(sensor, shown): (Sensor, Shown)| {
+        let channel = sensor.channels().get(rotor)?;
+        let label = format!("{} {}", shown.label, rotor + 1);
+        Some(measured(&label, channel.of(sensors), shown.digits, sensor.unit()))
+    };
+    let mut values = shown(sensors, Shape::Rotors).filter_map(value);
+    let mut first = values.next().unwrap_or_default();
+    first.push(Span::raw(beside));
+    let others: Vec<Span> = values.flatten().collect();
+    let others = (!others.is_empty()).then(|| Line::from(others));
+    std::iter::once(Line::from(first)).chain(others).collect()
+}
+
 fn signal_lines(view: &View, now_ns: u64) -> Vec<Line<'static>> {
     let (sensors, command, applied) = &view.newest;
     let estimate = &command.estimate;
     let is_flown = command.sequence > 0;
     let flown = |text: String| if is_flown { Span::raw(text) } else { Span::raw("no controller yet").dim() };
     let angle = format!("angle {:+.4} rad (wanted {:+.4})", estimate.body_angle, estimate.reference_angle);
-    let mut first = measured("body rate", &sensors.body_rate, 4, "rad/s");
-    first.push(flown(angle));
-    let mut second = measured("battery", &sensors.battery_voltage, 2, "V");
-    second.push(flown(format!("disturbance {:+.4} N m", estimate.disturbance_torque)));
-    let mut lines = vec![Line::from(first), Line::from(second)];
-    let rotors = sensors.propeller_rate.iter().zip(command.rotor.iter().zip(applied.rotor));
-    for (index, (rate, (wanted, applied))) in rotors.enumerate() {
-        let mut line = measured(&format!("rotor {}", index + 1), rate, 1, "rad/s");
-        line.push(Span::raw(if is_flown { format!("wanted {wanted:.4}  ") } else { String::new() }));
-        line.push(Span::raw(format!("applied {applied:.4}")));
-        lines.push(Line::from(line));
+    let disturbance = format!("disturbance {:+.4} N m", estimate.disturbance_torque);
+    let mut lines = single_lines(sensors, [flown(angle), flown(disturbance)]);
+    for (rotor, (wanted, applied)) in command.rotor.iter().zip(applied.rotor).enumerate() {
+        let wanted = if is_flown { format!("wanted {wanted:.4}  ") } else { String::new() };
+        lines.extend(rotor_lines(sensors, rotor, format!("{wanted}applied {applied:.4}")));
     }
     if view.bus.sequence > 0 {
         lines.extend(bus_lines(&view.bus));
@@ -227,5 +256,29 @@ fn draw_strips(strips: &[VecDeque<f64>; 3], frame: &mut Frame, area: Rect) {
             Sparkline::default().block(Block::bordered().title(title)).data(data).max(1001),
             *area,
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::signal::{Channel, ROTORS};
+
+    fn text(sensors: &Sensors) -> String {
+        let rotors = (0..ROTORS).flat_map(|rotor| rotor_lines(sensors, rotor, String::new()));
+        single_lines(sensors, []).into_iter().chain(rotors).map(|line| format!("{line}\n")).collect()
+    }
+
+    #[test]
+    fn each_sensor_is_shown_as_its_row_says() {
+        for channel in Channel::ALL {
+            let Some(row) = channel.sensor().row().monitor else { continue };
+            let number = channel.rotor().map_or_else(String::new, |rotor| format!(" {}", rotor + 1));
+            let label = format!("{}{number} ", row.label);
+            let mut sensors = Sensors::default();
+            assert_eq!(text(&sensors).contains(&label), row.always, "{label}");
+            *channel.of_mut(&mut sensors) = Sample::good(312.5, 1, 1);
+            assert!(text(&sensors).contains(&format!("{label}+312.5")), "{}", text(&sensors));
+        }
     }
 }

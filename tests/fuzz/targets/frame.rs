@@ -4,8 +4,8 @@
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use rotorbench::can::{BusConfig, Frame, Id, Roles, RotorCommands, SensorField};
-use rotorbench::signal::Sensors;
+use rotorbench::can::{BusConfig, Frame, Id, Roles, RotorCommands};
+use rotorbench::signal::{Channel, Sensors};
 
 static ROLES: LazyLock<Roles> = LazyLock::new(|| Roles::build(&BusConfig::default(), 0.02).expect("sound"));
 
@@ -23,6 +23,6 @@ fuzz_target!(|bytes: &[u8]| {
         ROLES.decode_sensors(&mut received, &frame, stamp as u64, &mut sensors);
         ROLES.decode_commands(&mut commanded, &frame, stamp as u64, &mut commands);
     }
-    assert!(SensorField::ALL.iter().all(|field| field.of(&sensors).value.is_finite()));
+    assert!(Channel::ALL.iter().all(|field| field.of(&sensors).value.is_finite()));
     assert!(commands.rotor.iter().all(|rotor| (0.0..=1.0 + 1e-6).contains(rotor)));
 });
