@@ -63,7 +63,7 @@ pub const UNITS: &[Unit] = &[
     unit("N m", "N m", 1.0), unit("Nm", "N m", 1.0), unit("N·m", "N m", 1.0), unit("mN m", "N m", 1e-3), unit("mNm", "N m", 1e-3),
     unit("V", "V", 1.0), unit("mV", "V", 1e-3), unit("A", "A", 1.0), unit("mA", "A", 1e-3),
     unit("kg m^2", "kg m^2", 1.0), unit("g", "kg", 1e-3), unit("kg", "kg", 1.0),
-    Unit { name: "degC", si: "K", scale: 1.0, offset: 273.15 }, Unit { name: "°C", si: "K", scale: 1.0, offset: 273.15 },
+    unit("K", "K", 1.0), Unit { name: "degC", si: "K", scale: 1.0, offset: 273.15 }, Unit { name: "°C", si: "K", scale: 1.0, offset: 273.15 },
 ];
 
 /// Every spelling of a unit that measures the same as the SI unit `si`.

@@ -54,6 +54,8 @@ pub struct PlantState {
     /// [rad/s] steady rate behind the slew-rate limit, at the beginning and at the end of the step.
     slewed: [[f64; 2]; ROTORS],
     history: TorqueHistory,
+    /// [K] of each ESC, of each motor.
+    temperature: [[f64; ROTORS]; 2],
 }
 
 /// What really is, noise-free: for tests and pictures, never for a controller.
@@ -73,7 +75,26 @@ pub struct Truth {
     pub current: [f64; ROTORS],
     /// [N m] scripted disturbance acting now.
     pub disturbance_torque: f64,
+    /// [K]
+    pub esc_temperature: [f64; ROTORS],
+    /// [K]
+    pub motor_temperature: [f64; ROTORS],
 }
+
+/// [K] of the air, and of everything at the start.
+const AMBIENT: f64 = 293.15;
+
+/// What warms up by its own losses: first order towards an end that lies above ambient.
+struct Heated {
+    /// [K] above ambient in the end, at hover.
+    rise: f64,
+    /// [s]
+    time_constant: f64,
+}
+
+/// ESC and motor, as of small ones without a heat sink. They only tell of the load: nothing in the plant depends on them.
+const HEATED: [Heated; 2] =
+    [Heated { rise: 12.0, time_constant: 20.0 }, Heated { rise: 20.0, time_constant: 60.0 }];
 
 impl Plant {
     pub(super) fn build(
@@ -97,7 +118,8 @@ impl Plant {
         x[ANGLE] = angle;
         x[USED] = self.battery.used;
         let delay = self.laws.number(Kind::TorqueDelay).unwrap_or(0.0);
-        PlantState { x, slewed: [[0.0; 2]; ROTORS], history: TorqueHistory::new(delay) }
+        let temperature = [[AMBIENT; ROTORS]; 2];
+        PlantState { x, slewed: [[0.0; 2]; ROTORS], history: TorqueHistory::new(delay), temperature }
     }
 
     /// Advances by `span` [s] with constant inputs.
@@ -119,12 +141,25 @@ impl Plant {
             *x += span / 6.0 * (k1[index] + 2.0 * (k2[index] + k3[index]) + k4[index]);
         }
         self.meet_stops(&mut state.x);
+        self.warm(state, span);
         for slew in &mut state.slewed {
             slew[0] = slew[1];
         }
         if self.laws.number(Kind::TorqueDelay).is_some() {
             let torque = self.rotor_torque(&state.x, inputs);
             state.history.push(inputs.time + span, torque);
+        }
+    }
+
+    /// Losses grow with the power, the third power of the rate, and the wash that cools with the rate itself: what they end at
+    /// grows with its square.
+    fn warm(&self, state: &mut PlantState, span: f64) {
+        for (part, temperatures) in HEATED.iter().zip(&mut state.temperature) {
+            for (rotor, temperature) in temperatures.iter_mut().enumerate() {
+                let ratio = state.x[PROPELLER + rotor] / self.config.hover_rate;
+                let end = AMBIENT + part.rise * ratio * ratio;
+                *temperature += span / part.time_constant * (end - *temperature);
+            }
         }
     }
 
@@ -309,6 +344,8 @@ impl Plant {
             battery_voltage: self.voltage(x),
             current: [self.rotor_current(x, 0), self.rotor_current(x, 1)],
             disturbance_torque: inputs.torque,
+            esc_temperature: state.temperature[0],
+            motor_temperature: state.temperature[1],
         }
     }
 
@@ -327,6 +364,10 @@ impl Plant {
             Channel::Current2 => truth.current[1],
             Channel::Thrust1 => truth.thrust[0],
             Channel::Thrust2 => truth.thrust[1],
+            Channel::EscTemperature1 => truth.esc_temperature[0],
+            Channel::EscTemperature2 => truth.esc_temperature[1],
+            Channel::MotorTemperature1 => truth.motor_temperature[0],
+            Channel::MotorTemperature2 => truth.motor_temperature[1],
         }
     }
 

@@ -88,9 +88,19 @@ pub(super) const fn emulated(rate_hz: f64, noise: f64, quantization: f64) -> Emu
     EmulatedRow { rate_hz, noise, quantization, is_passenger: false }
 }
 
+/// A sensor that samples when another does.
+pub(super) const fn passenger(rate_hz: f64, noise: f64, quantization: f64) -> EmulatedRow {
+    EmulatedRow { is_passenger: true, ..emulated(rate_hz, noise, quantization) }
+}
+
 /// Shown from the start.
 pub(super) const fn shown(label: &'static str, digits: usize) -> Option<Shown> {
     Some(Shown { label, digits, always: true })
+}
+
+/// Shown from its first value on.
+pub(super) const fn shown_once_given(label: &'static str, digits: usize) -> Option<Shown> {
+    Some(Shown { label, digits, always: false })
 }
 
 /// Calls `$with!` with the rows. Of each: what it is; its field in `Sensors`, type and [`super::Sensor`]; SI unit (as
@@ -214,6 +224,46 @@ macro_rules! sensor_table {
                     bus: &[],
                     emulated: emulated(0.0, 0.02, 0.005),
                     monitor: None,
+                };
+            /// [K] temperatures of the ESCs, where they tell them.
+            esc_temperature: [Sample; ROTORS] as EscTemperature, "K" "_k",
+                [
+                    EscTemperature1 "esc_temperature_1" "temperature of the ESC of rotor 1" [0],
+                    EscTemperature2 "esc_temperature_2" "temperature of the ESC of rotor 2" [1],
+                ],
+                guard(esc_temperature = GuardRow {
+                    required: false,
+                    range: (223.15, 473.15),
+                    stale_after: Seconds(2.0),
+                    frozen_after: Never,
+                }),
+                SensorRow {
+                    shape: Shape::Rotors,
+                    log_place: 7,
+                    is_log_signal: true,
+                    bus: &[],
+                    emulated: passenger(0.0, 0.2, 0.1),
+                    monitor: shown_once_given("ESC", 1),
+                };
+            /// [K] temperatures of the motors, where they have a sensor.
+            motor_temperature: [Sample; ROTORS] as MotorTemperature, "K" "_k",
+                [
+                    MotorTemperature1 "motor_temperature_1" "temperature of motor 1" [0],
+                    MotorTemperature2 "motor_temperature_2" "temperature of motor 2" [1],
+                ],
+                guard(motor_temperature = GuardRow {
+                    required: false,
+                    range: (223.15, 473.15),
+                    stale_after: Seconds(2.0),
+                    frozen_after: Never,
+                }),
+                SensorRow {
+                    shape: Shape::Rotors,
+                    log_place: 8,
+                    is_log_signal: true,
+                    bus: &[],
+                    emulated: passenger(0.0, 0.2, 0.1),
+                    monitor: shown_once_given("motor", 1),
                 };
         }
     };

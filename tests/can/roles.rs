@@ -26,6 +26,10 @@ fn vesc() -> BusConfig {
             (Channel::PropellerRate1, rate(23)),
             (Channel::PropellerRate2, rate(24)),
             (Channel::BatteryVoltage, signal("STATUS_5.input_voltage", 23)),
+            (Channel::EscTemperature1, signal("STATUS_4.fet_temperature", 23)),
+            (Channel::MotorTemperature1, signal("STATUS_4.motor_temperature", 23)),
+            (Channel::EscTemperature2, signal("STATUS_4.fet_temperature", 24)),
+            (Channel::MotorTemperature2, signal("STATUS_4.motor_temperature", 24)),
         ]
         .into(),
         commands: [
@@ -146,6 +150,29 @@ fn a_vesc_speaks_in_electrical_revolutions_of_its_node() {
     assert!((sensors.propeller_rate[0].value - 100.0 * TAU).abs() < 1e-9, "{:?}", sensors.propeller_rate);
     assert_eq!(sensors.propeller_rate[1].health, Health::NEVER);
     assert_eq!(receiver.counts.unknown_id, 1, "node 25 is nobody's");
+}
+
+/// 0.1 degree Celsius a step, big-endian and signed; without a sensor at the motor the VESC says something impossible.
+#[test]
+fn temperatures_of_a_vesc_are_in_kelvin_and_impossible_ones_are_refused() {
+    let roles = Roles::build(&vesc(), 0.02).expect("sound");
+    let (mut receiver, mut sensors) = (roles.sensor_receiver(), Sensors::default());
+    let mut receive = |sensors: &mut Sensors, data: [u8; 8]| {
+        let frame = Frame::classic(Id::Extended(0x1017), &data).expect("8 bytes");
+        roles.decode_sensors(&mut receiver, &frame, 5, sensors)
+    };
+    let decoded = receive(&mut sensors, [0x01, 0xC5, 0xFF, 0xCE, 0, 0, 0, 0]);
+    assert_eq!(decoded.updated, Channel::EscTemperature1.bit() | Channel::MotorTemperature1.bit());
+    let kelvin = |sample: &Sample| (100.0 * sample.value).round() / 100.0;
+    assert_eq!(kelvin(&sensors.esc_temperature[0]), 318.45, "45.3 degrees");
+    assert_eq!(kelvin(&sensors.motor_temperature[0]), 268.15, "-5.0 degrees");
+    receive(&mut sensors, [0x01, 0xC6, 0x80, 0x00, 0, 0, 0, 0]);
+    assert_eq!(kelvin(&sensors.esc_temperature[0]), 318.55);
+    assert_eq!(
+        (kelvin(&sensors.motor_temperature[0]), sensors.motor_temperature[0].health),
+        (268.15, Health::OUT_OF_RANGE)
+    );
+    assert_eq!(sensors.esc_temperature[1], Sample::never(), "node 24 was silent");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What is measured: each fault of a signal, and what is no fault.
 
-use rotorbench::guard::{Cause, GuardConfig, SignalConfig, State};
+use rotorbench::guard::{Cause, GuardConfig, OperatorAct, SignalConfig, State};
 use rotorbench::signal::{Channel, Health, Sample, Sensor, Sensors};
 
 use crate::rig::{N, Rig, T, defaults};
@@ -135,6 +135,38 @@ fn every_required_signal_is_watched_and_no_other() {
                 assert_eq!((cause, subject), (Cause::SignalNotANumber, signal.subject()));
             }
         }
+    }
+}
+
+/// Whether a sensor is missing from the start or falls silent, nothing but its flag follows where it is not required.
+#[test]
+fn an_optional_signal_that_never_came_or_falls_silent_neither_blocks_nor_trips() {
+    let config = defaults();
+    let required: Vec<Channel> = config.build(0.02).expect("valid").requirements().map(|it| it.0).collect();
+    for is_silent in [false, true] {
+        let mut rig = Rig::new(&config);
+        let mut last = rig.sensors;
+        for period in 0..1000 {
+            if period == 3 {
+                rig.ask(OperatorAct::Arm);
+            }
+            rig.now += T;
+            rig.sense();
+            for channel in Channel::WATCHED.into_iter().filter(|channel| !required.contains(channel)) {
+                let before = if is_silent { *channel.of(&last) } else { Sample::never() };
+                if period > 0 || !is_silent {
+                    *channel.of_mut(&mut rig.sensors) = before;
+                }
+            }
+            last = rig.sensors;
+            rig.answer();
+            rig.step(true);
+            assert!(period < 60 || rig.state.state() == State::Armed, "{period}: {:?}", rig.state.cause());
+        }
+        let mut marked = rig.sensors;
+        rig.guard.mark(&rig.state, rig.now, &mut marked);
+        let stale = if is_silent { Health::STALE } else { Health::NEVER };
+        assert_eq!(marked.esc_temperature.map(|sample| sample.health), [stale; 2]);
     }
 }
 

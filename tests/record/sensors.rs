@@ -173,6 +173,35 @@ fn a_sensor_of_its_own_changes_no_bit_of_another() {
     }
 }
 
+/// Towards an end above ambient that the load decides, the ESC faster than the motor, each rotor by itself.
+#[test]
+fn emulated_temperatures_rise_with_the_load() {
+    let mut config = everything().emulator;
+    let emulator = config.build().expect("valid");
+    let mut state = emulator.start(1);
+    let mut at = |seconds: u64| {
+        while state.now_ns() < seconds * 1_000_000_000 {
+            emulator.command(&mut state, [0.5, 0.0]);
+            let next = state.now_ns() + 20_000_000;
+            emulator.advance(&mut state, next);
+        }
+        (emulator.truth(&state), *state.sensors())
+    };
+    let (cold, _) = at(0);
+    assert_eq!((cold.esc_temperature, cold.motor_temperature), ([293.15; 2], [293.15; 2]));
+    let (early, _) = at(5);
+    let (late, seen) = at(300);
+    assert!(early.esc_temperature[0] > early.motor_temperature[0], "{early:?}");
+    assert!(late.esc_temperature[0] < late.motor_temperature[0], "{late:?}");
+    assert!((300.0..310.0).contains(&late.esc_temperature[0]), "{late:?}");
+    assert!((308.0..320.0).contains(&late.motor_temperature[0]), "{late:?}");
+    assert_eq!((late.esc_temperature[1], late.motor_temperature[1]), (293.15, 293.15), "rotor 2 stands");
+    // Five times the noise, and half a step of the quantizer.
+    assert!((seen.motor_temperature[0].value - late.motor_temperature[0]).abs() < 1.05, "{seen:?}");
+    config.sensors.motor_temperature.rate_hz = -1.0;
+    assert!(config.build().expect_err("no rate").to_string().contains("`motor_temperature`"));
+}
+
 /// Twelve channels were all that a recording had at first. Such a file gives the same log, and runs again bit for bit.
 #[test]
 fn a_recording_of_the_first_twelve_channels_is_read_and_replayed() {
