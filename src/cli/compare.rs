@@ -70,7 +70,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
         csv::write(&comparison.signals(log)?, path)?;
     }
     if arguments.json {
-        let told = |it: &Comparison| json::with_sentences(it, &it.findings);
+        let told =
+            |it: &Comparison| json::with_sentences(it, &[&it.findings[..], &it.mistaken_columns].concat());
         let comparisons = found.iter().flatten().map(told).collect::<Result<Vec<_>, _>>()?;
         println!("{}", json::answer(&serde_json::json!({ "comparisons": comparisons }))?);
     } else {

@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let train = arguments.log.iter().map(|path| csv::read(path)).collect::<Result<Vec<_>, _>>()?;
     let validate = arguments.validate.iter().map(|path| csv::read(path)).collect::<Result<Vec<_>, _>>()?;
     let config = DiagnoseConfig { horizon: arguments.horizon_s };
-    let mut warnings = repeated(&train, &validate);
+    let mut warnings = sentences(&repeated(&train, &validate));
     let mut extension = extend(&model, &arguments.effect, &train, &validate, &config)?;
     warnings.extend(sentences(&extension.findings));
     let error = &extension.error;

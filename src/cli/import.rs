@@ -11,8 +11,8 @@ use crate::bench::BenchConfig;
 use crate::can::Roles;
 use crate::log::can_capture::CaptureNotes;
 use crate::log::{Dataset, Mapping, Notes, can_capture, csv, export, mapped_csv};
-use crate::report::findings::sentence;
-use crate::screening::summary::Findings;
+use crate::report::findings;
+use crate::screening::summary::LogSummary;
 
 /// Arguments of `import`.
 #[derive(Debug, clap::Args)]
@@ -48,7 +48,7 @@ struct Report<'a> {
     notes: &'a Notes,
     #[serde(skip_serializing_if = "Option::is_none")]
     frames: Option<&'a CaptureNotes>,
-    findings: &'a Findings,
+    findings: &'a LogSummary,
     output: Option<&'a Path>,
 }
 
@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let inputs = [Some(&arguments.log), mapping.as_ref(), arguments.config.as_ref()];
     super::output::writable(&arguments.output, inputs.into_iter().flatten())?;
     let (log, notes, frames) = read(arguments)?;
-    let findings = Findings::of(&log);
+    let findings = LogSummary::of(&log);
     if let Some(output) = &arguments.output {
         csv::write(&log, output)?;
     }
@@ -107,7 +107,7 @@ fn read(arguments: &Arguments) -> Result<(Dataset, Notes, Option<CaptureNotes>),
 }
 
 /// The report in words.
-fn text(log: &Dataset, notes: &Notes, findings: &Findings) -> String {
+fn text(log: &Dataset, notes: &Notes, findings: &LogSummary) -> String {
     let mut lines = Vec::new();
     let [start, end] = findings.time_s;
     let rate = if findings.median_interval_s > 0.0 { 1.0 / findings.median_interval_s } else { 0.0 };
@@ -135,7 +135,7 @@ fn text(log: &Dataset, notes: &Notes, findings: &Findings) -> String {
         ));
     }
     lines.extend(note_lines(notes));
-    lines.extend(findings.findings.iter().map(|warning| format!("warning: {}", sentence(warning))));
+    lines.extend(findings.findings.iter().map(|warning| format!("warning: {}", findings::text(warning))));
     lines.join("\n") + "\n"
 }
 

@@ -91,7 +91,7 @@ impl fmt::Display for CliError {
 impl<E: std::error::Error + 'static> From<E> for CliError {
     fn from(error: E) -> Self {
         let setting = Setting::of(&error);
-        let mut sentence = error.to_string();
+        let mut sentence = crate::report::findings::refusal(&error).unwrap_or_else(|| error.to_string());
         let mut source = error.source();
         while let Some(cause) = source {
             let cause_text = cause.to_string();

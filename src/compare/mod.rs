@@ -31,8 +31,9 @@ use crate::identify;
 use crate::log::{Dataset, DatasetError};
 use crate::model::{Model, ModelError, UndefinedRow};
 use crate::screening::Finding;
-use crate::screening::readings;
-use crate::screening::requirements::{Absurd, check_magnitudes, nothing_in_common};
+use crate::screening::ScreenedLog;
+use crate::screening::ScreeningError;
+use crate::screening::requirements::check_magnitudes;
 use crate::unit::short;
 
 pub use dependence::{Correlation, Dependence, Direction};
@@ -62,12 +63,9 @@ impl Default for CompareConfig {
 /// Why nothing could be compared.
 #[derive(Debug, thiserror::Error)]
 pub enum CompareError {
-    /// No block finds both its inputs and its output.
-    #[error("{0}")]
-    NothingToCompare(String),
-    /// A value that no bench can have measured.
+    /// A log that cannot be used.
     #[error(transparent)]
-    Absurd(#[from] Absurd),
+    Screening(#[from] ScreeningError),
     /// A law that the model has gives no number on the data.
     #[error("model `{model}`: the expression of `{effect}` is not a number on {log} at {} s ({})", short(*time), signals.join(", "))]
     NotANumber {
@@ -118,7 +116,7 @@ pub struct Comparison {
     pub findings: Vec<Finding>,
     /// Columns of the log that can hardly be what their names say, or are of another rotor than the first model's.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub mistaken_columns: Vec<String>,
+    pub mistaken_columns: Vec<Finding>,
 }
 
 impl Comparison {
@@ -186,9 +184,9 @@ pub fn compare(
         });
     }
     check_magnitudes(log)?;
-    let mut warnings = Vec::new();
-    let measured = readings::measured(log, &mut warnings);
-    let log = measured.as_ref();
+    let screened = ScreenedLog::of(log);
+    let warnings: Vec<Finding> = screened.findings().cloned().collect();
+    let log = screened.dataset();
     let mut runs = Vec::new();
     for model in models {
         let added: Vec<_> =
@@ -201,11 +199,11 @@ pub fn compare(
         runs.push(blocks::blocks(model, log, config)?);
     }
     if runs.iter().all(Vec::is_empty) {
-        return Err(CompareError::NothingToCompare(nothing_in_common(&[log])));
+        return Err(ScreeningError::nothing_in_common(&[log]).into());
     }
     // Told, not refused: a comparison may be what somebody looks at to find that out.
     let mistaken = models.first().map(|model| identify::check_columns(std::slice::from_ref(log), model));
-    let mistaken = mistaken.unwrap_or(Ok(Vec::new())).unwrap_or_else(|error| vec![error.to_string()]);
+    let mistaken = mistaken.unwrap_or(Ok(Vec::new())).unwrap_or_else(|error| vec![error.into_finding()]);
     let noise = noise::Noise::estimate(log, &runs);
     let mut comparisons = Vec::new();
     for (model, run) in models.iter().zip(runs) {

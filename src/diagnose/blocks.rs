@@ -11,7 +11,7 @@ use super::search_result::Found;
 use super::verdict;
 use crate::log::Dataset;
 use crate::model::Model;
-use crate::screening::requirements::nothing_in_common;
+use crate::screening::ScreeningError;
 
 /// The blocks of a model beside their data, each with what was found.
 pub(crate) struct Blocks {
@@ -49,7 +49,7 @@ impl Blocks {
         let found: Vec<Found> = rotor.into_iter().chain(body).collect();
         if found.is_empty() {
             let logs: Vec<&Dataset> = train.iter().chain(validate).collect();
-            return Err(DiagnoseError::NothingToCompare(nothing_in_common(&logs)));
+            return Err(ScreeningError::nothing_in_common(&logs).into());
         }
         let verdicts = found.iter().map(verdict::verdict).collect();
         Ok(Self { found, verdicts, is_held })

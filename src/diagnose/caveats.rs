@@ -5,7 +5,7 @@ use super::search_result::Found;
 use super::verdict::{PLAINLY, strays, turns_against_torque};
 use crate::log::Dataset;
 use crate::screening::Finding;
-use crate::screening::summary::Findings;
+use crate::screening::summary::LogSummary;
 
 /// Share of the rate, and standard errors, by which rotors must differ to be told as different.
 const UNLIKE: (f64, f64) = (3e-3, 5.0);
@@ -16,8 +16,7 @@ const INDEPENDENT: f64 = 20.0;
 pub(crate) fn warnings(logs: &[&Dataset], blocks: &[Found]) -> Vec<Finding> {
     let mut warnings: Vec<Finding> = Vec::new();
     for log in logs {
-        let said = Findings::of(log).findings;
-        warnings.extend(said.into_iter().map(|warning| warning.of(log.source_name())));
+        warnings.extend(LogSummary::of(log).findings);
     }
     if blocks.iter().all(|found| found.stage.train.is_rotor())
         && logs.iter().any(|log| log.column("body_rate_rad_s").is_some())

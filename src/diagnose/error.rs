@@ -2,7 +2,7 @@
 
 use crate::identify::IdentifyError;
 use crate::model::ModelError;
-use crate::screening::requirements::Absurd;
+use crate::screening::ScreeningError;
 use crate::unit::short;
 
 /// Why there is no answer.
@@ -11,12 +11,9 @@ pub enum DiagnoseError {
     /// The model cannot be used.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// No block of the model can be judged from the logs.
-    #[error("{0}")]
-    NothingToCompare(String),
-    /// A value that no bench can have measured.
+    /// A log that cannot be used, or none that any block of the model can be judged from.
     #[error(transparent)]
-    Absurd(#[from] Absurd),
+    Screening(#[from] ScreeningError),
     /// A column that cannot be what its name says, or is of another rotor than the model's.
     #[error(transparent)]
     Column(#[from] IdentifyError),

@@ -45,13 +45,13 @@ pub fn extend(
     let known = model.known_effects()?;
     train.iter().chain(validate).try_for_each(check_magnitudes)?;
     let mut warnings = Vec::new();
-    let fresh = [train, validate].map(|logs| crate::screening::rate_dropouts::measured(logs, &mut warnings));
+    let fresh = [train, validate].map(|logs| crate::screening::screened(logs, &mut warnings));
     let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
     let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
     check_effects(model, ids, &logs)?;
     let asked: Vec<Effect> = known.iter().filter(|effect| ids.contains(&effect.id)).cloned().collect();
     check_logs(model, &asked, &logs)?;
-    warnings.extend(identify::check_columns(&logs, model)?.into_iter().map(Finding::from));
+    warnings.extend(identify::check_columns(&logs, model)?);
     pooled_logs::check(model, &known, &logs, config.horizon)?;
     let in_block = |stage: &Stage| -> Vec<String> {
         let held =

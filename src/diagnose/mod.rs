@@ -42,8 +42,8 @@ use search_result::Found;
 use crate::identify;
 use crate::log::Dataset;
 use crate::model::{Effect, Model, UndefinedRow};
-use crate::screening::Finding;
 use crate::screening::requirements::{check_magnitudes, repeated, without_battery};
+use crate::screening::screened;
 
 pub use config::DiagnoseConfig;
 pub use diagnosis::{Diagnosis, Verdict};
@@ -65,11 +65,11 @@ pub fn diagnose(
     let read: Vec<&Dataset> = train.iter().chain(validate).collect();
     read.iter().try_for_each(|log| check_magnitudes(log))?;
     let mut told = Vec::new();
-    let fresh = [train, validate].map(|logs| crate::screening::rate_dropouts::measured(logs, &mut told));
+    let fresh = [train, validate].map(|logs| screened(logs, &mut told));
     let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
     let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
     check_logs(model, &known, &logs)?;
-    told.extend(identify::check_columns(&logs, model)?.into_iter().map(Finding::from));
+    told.extend(identify::check_columns(&logs, model)?);
     pooled_logs::check(model, &known, &logs, config.horizon)?;
     let search = |stage: Stage| {
         let held = |effect: &&Effect| stage.holds(effect);
@@ -91,11 +91,7 @@ pub fn diagnose(
     let mut diagnosis = assemble::conclude(model, &known, (&blocks.found, &blocks.verdicts), &read, config);
     // The findings tell of some of these cells, too.
     told.retain(|sentence| !diagnosis.findings.contains(sentence));
-    let said = repeated(train, validate)
-        .into_iter()
-        .chain(without_battery(model, &logs))
-        .map(Finding::from)
-        .chain(told);
+    let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs)).chain(told);
     diagnosis.findings.splice(0..0, said);
     if blocks.is_held {
         diagnosis.findings.push(

@@ -5,7 +5,7 @@ use super::dead_time::Delay;
 use super::inputs::rotor_logs;
 use super::lag_order::DELAY;
 use super::pipeline::Work;
-use super::result::Identification;
+use super::result::{Identification, Part};
 use super::steady_rows::HIGHEST_DEGREE;
 use super::validate::{self, Validation};
 use super::{Estimate, IdentifiedActuator, IdentifyError};
@@ -15,9 +15,8 @@ use crate::model::{AddedEffect, ErrorFall, LogReference, Model, Step};
 use crate::screening::Finding;
 use crate::screening::duplicate_logs;
 use crate::screening::excitation::FEWEST_JUMPS;
-use crate::screening::rate_dropouts;
-use crate::screening::readings;
 use crate::screening::rotor_data::RotorLog;
+use crate::screening::screened;
 
 impl Work<'_> {
     /// The rotor as known so far.
@@ -168,12 +167,12 @@ impl Work<'_> {
         validation: &[Dataset],
         actuator: IdentifiedActuator,
     ) -> Result<Identification, IdentifyError> {
-        let [bodies, in_vain] = &self.bodies;
+        let (bodies, in_vain) = &self.bodies;
         let idle = duplicate_logs::idle(logs, &self.rotors, bodies, in_vain);
         if self.parts.iter().all(|part| !part.done) {
             return Err(self.nothing(idle));
         }
-        self.findings.extend(idle.into_iter().map(Finding::from));
+        self.findings.extend(idle);
         self.check_results();
         let response = spectrum::response(&self.lively, |rotor, row| {
             actuator.steady_rate(rotor.command[row], rotor.voltage.as_ref().map(|voltage| voltage[row]))
@@ -181,8 +180,7 @@ impl Work<'_> {
         let run = |rotors: &[RotorLog], actuator: &IdentifiedActuator| -> Vec<Validation> {
             rotors.iter().filter_map(|rotor| validate::validate(rotor, actuator)).collect()
         };
-        let turning = rate_dropouts::without_stale(validation, &self.settings.rotors, &mut self.findings);
-        let validation_measured = readings::measured_all(&turning, &mut self.findings);
+        let validation_measured = screened(validation, &mut self.findings);
         let mut other = rotor_logs(&validation_measured, self.settings, &mut self.findings)?;
         if !self.use_battery {
             other.iter_mut().for_each(|rotor| rotor.voltage = None);
@@ -223,21 +221,19 @@ impl Work<'_> {
     }
 
     /// Why nothing can be identified: what each log lacks, and where there are rotors, what each step lacks.
-    fn nothing(self, mut reasons: Vec<String>) -> IdentifyError {
+    fn nothing(self, mut reasons: Vec<Finding>) -> IdentifyError {
         // The body's reasons are those of the logs.
-        let told = |warning: &String| {
-            let sentence = warning.split_once(": ").map_or(warning.as_str(), |(_, sentence)| sentence);
-            reasons.iter().any(|reason| reason.ends_with(sentence))
-        };
-        let said = self.findings.iter().map(ToString::to_string);
-        let (_, warnings): (Vec<String>, Vec<String>) = said.partition(told);
+        let is_no_reason =
+            |finding: &&Finding| !reasons.iter().any(|reason| reason.cause() == Some(*finding));
+        let others: Vec<Finding> = self.findings.iter().filter(is_no_reason).cloned().collect();
         if !self.rotors.is_empty() {
             // What is kept of the template does not matter where nothing is written.
             let lacks =
                 |outcome: &str| outcome.split("; the template's").next().unwrap_or_default().to_owned();
-            reasons.extend(self.parts.iter().map(|part| format!("{}: {}", part.step, lacks(&part.outcome))));
+            let lacks = |part: &Part| Finding::from(format!("{}: {}", part.step, lacks(&part.outcome)));
+            reasons.extend(self.parts.iter().map(lacks));
         }
-        reasons.extend(warnings);
+        reasons.extend(others);
         IdentifyError::Nothing { reasons }
     }
 }

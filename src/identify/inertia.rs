@@ -83,16 +83,12 @@ pub(crate) fn identify(
     }
     let source = log.source_name().to_owned();
     match attitude_units::mistaken(log, rate) {
-        Some(Mistaken::Rate(sentence)) => {
-            warnings.push(format!("{sentence}; J is not identified from this log").into());
+        Some(Mistaken::Rate(finding)) => {
+            warnings.push(finding.with("inertia", "not_identified"));
             return None;
         }
-        Some(Mistaken::Angle(sentence)) => {
-            warnings.push(format!("{sentence}; J comes from the rate and holds").into())
-        }
-        Some(Mistaken::Perhaps(sentence)) => {
-            warnings.push(format!("{sentence}: J comes out 57 times too small otherwise").into())
-        }
+        Some(Mistaken::Angle(finding)) => warnings.push(finding.with("inertia", "holds")),
+        Some(Mistaken::Perhaps(finding)) => warnings.push(finding.with("inertia", "too_small")),
         None => {}
     }
     let drive = drive(log, actuator, arm)?;
@@ -101,7 +97,8 @@ pub(crate) fn identify(
     let windows = windows(log, rate, actuator.pole);
     let rows: usize = windows.iter().map(Vec::len).sum();
     if rows < 10 * FEWEST {
-        warnings.push(format!("{source}: too few samples of the body rate to identify the inertia").into());
+        let finding = Finding::from("too few samples of the body rate to identify the inertia");
+        warnings.push(finding.of(&source));
         return None;
     }
     // Columns: lever-arm impulse and time, each less its mean over the window. Beside: the integrals of rate and angle.

@@ -44,7 +44,7 @@ pub(crate) fn rotor_logs(
     let mut rotors = Vec::new();
     let mut of_standing = Vec::new();
     for log in logs {
-        duplicate_logs::tell_of_units(log, warnings);
+        duplicate_logs::columns_in_other_units(log, warnings);
         for &rotor in &settings.rotors {
             let mut told = Vec::new();
             let found = RotorLog::of(log, rotor, &mut told)?;

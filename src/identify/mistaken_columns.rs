@@ -10,6 +10,7 @@ use crate::screening::attitude_units::{self, Mistaken};
 use crate::screening::battery_range::EMPTY;
 use crate::screening::plausibility::{ANOTHER, LEAST_HELD, UNITS, is_another, told, too_far_apart};
 use crate::screening::rotor_data::{LEAST_COMMAND, RotorLog, bounds};
+use crate::screening::{Finding, ScreeningError};
 
 /// [s] samples of an attitude further apart than this tell nothing of how the body moves.
 const SLOWEST: f64 = 2.0;
@@ -34,7 +35,7 @@ const VOLTS: [(f64, &str); 3] = [
 ///
 /// # Errors
 /// [`IdentifyError::Unit`] of a column that cannot be: whatever is fitted to it would be told as physics.
-pub fn check_columns(logs: &[Dataset], model: &Model) -> Result<Vec<String>, IdentifyError> {
+pub fn check_columns(logs: &[Dataset], model: &Model) -> Result<Vec<Finding>, IdentifyError> {
     let mut rotors = Vec::new();
     let mut said = Vec::new();
     for log in logs {
@@ -47,7 +48,7 @@ pub fn check_columns(logs: &[Dataset], model: &Model) -> Result<Vec<String>, Ide
             refuse(rotor.battery_in_another_unit(model))?;
             said.extend(rotor.mistaken()?);
             refuse(rotor.rate_in_another_unit(model))?;
-            said.extend(rotor.other_battery(model));
+            said.extend(rotor.other_battery(model).map(Finding::from));
             rotor.leave_out_starts(&mut Vec::new());
             rotor.leave_out_unmoved(&mut Vec::new());
             rotors.push(rotor);
@@ -59,13 +60,18 @@ pub fn check_columns(logs: &[Dataset], model: &Model) -> Result<Vec<String>, Ide
     Ok(said)
 }
 
-fn check_attitude(log: &Dataset) -> Result<Option<String>, IdentifyError> {
+fn check_attitude(log: &Dataset) -> Result<Option<Finding>, IdentifyError> {
     let Some(rate) = log.column("body_rate_rad_s") else { return Ok(None) };
     let interval = log.median_interval();
-    refuse((interval > SLOWEST).then(|| too_far_apart(log.source_name(), interval)))?;
+    if interval > SLOWEST {
+        let finding = too_far_apart(log.source_name(), "body_rate_rad_s", interval);
+        return Err(ScreeningError::Column(Box::new(finding)).into());
+    }
     match attitude_units::mistaken(log, rate) {
-        Some(Mistaken::Rate(sentence) | Mistaken::Angle(sentence)) => Err(IdentifyError::Unit(sentence)),
-        Some(Mistaken::Perhaps(sentence)) => Ok(Some(sentence)),
+        Some(Mistaken::Rate(finding) | Mistaken::Angle(finding)) => {
+            Err(ScreeningError::Column(Box::new(finding)).into())
+        }
+        Some(Mistaken::Perhaps(finding)) => Ok(Some(finding)),
         None => Ok(None),
     }
 }
@@ -169,7 +175,8 @@ mod tests {
     }
 
     fn said(log: Dataset, model: &Model) -> Result<Vec<String>, String> {
-        check_columns(&crate::screening::rate_dropouts::measured(&[log], &mut Vec::new()), model)
+        check_columns(&crate::screening::screened(&[log], &mut Vec::new()), model)
+            .map(|found| found.iter().map(ToString::to_string).collect())
             .map_err(|error| error.to_string())
     }
 

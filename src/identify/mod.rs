@@ -48,6 +48,8 @@ mod voltage_instruments;
 
 use serde::Serialize;
 
+use crate::screening::{Finding, ScreeningError};
+
 pub use dead_time::Delay;
 pub use inertia::Body;
 pub use joint_fit::JointFit;
@@ -62,23 +64,37 @@ pub use validate::Validation;
 pub use voltage_gain::{BatteryGain, LevelGain};
 
 /// Why nothing could be identified.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum IdentifyError {
     /// No log was given.
     #[error("no log to identify from")]
     NoLog,
     /// The logs permit none of the steps.
-    #[error("nothing can be identified:\n  {}", .reasons.join("\n  "))]
+    #[error("nothing can be identified:\n  {}", .reasons.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n  "))]
     Nothing {
-        /// What each step lacks.
-        reasons: Vec<String>,
+        /// What each log and each step lacks.
+        reasons: Vec<Finding>,
     },
     /// A column that cannot be what its name says; everything made from it would be wrong.
     #[error("{0}")]
     Unit(String),
+    /// A log that cannot be used.
+    #[error(transparent)]
+    Screening(#[from] ScreeningError),
     /// A setting outside its range.
     #[error("the degree of g(u) must lie in 1..{HIGHEST_DEGREE}, not {0}")]
     Degree(usize),
+}
+
+impl IdentifyError {
+    /// The same as a finding, for who goes on without.
+    #[must_use]
+    pub fn into_finding(self) -> Finding {
+        match self {
+            Self::Screening(ScreeningError::Column(finding)) => *finding,
+            other => other.to_string().into(),
+        }
+    }
 }
 
 /// A value with its standard error, in the unit of the value.

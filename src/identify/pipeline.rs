@@ -15,9 +15,8 @@ use crate::log::Dataset;
 use crate::screening::Finding;
 use crate::screening::duplicate_logs;
 use crate::screening::excitation::FEWEST_JUMPS;
-use crate::screening::rate_dropouts;
-use crate::screening::readings;
 use crate::screening::rotor_data::RotorLog;
+use crate::screening::screened;
 
 /// Steps that [`identify_telling`] tells of.
 pub const STEPS: usize = 7;
@@ -53,9 +52,7 @@ pub fn identify_telling(
     let mut copies = Vec::new();
     let distinct = duplicate_logs::without_copies(logs, &mut copies);
     let logs = distinct.as_ref();
-    // A dropout is told as one, and not as something wild.
-    let turning = rate_dropouts::without_stale(logs, &settings.rotors, &mut copies);
-    let cleaned = readings::measured_all(&turning, &mut copies);
+    let cleaned = screened(logs, &mut copies);
     let measured = cleaned.as_ref();
     let fuller = inputs::fuller_battery(logs, settings);
     let mut own = settings.clone();
@@ -107,7 +104,7 @@ pub(crate) struct Work<'a> {
     /// Whether rotors were found to differ, or to lead their commands: what a fit leaves over then has that reason.
     pub unlike: bool,
     /// Logs in which the body was seen, and what kept it from being seen in others.
-    pub bodies: [Vec<String>; 2],
+    pub bodies: (Vec<String>, Vec<Finding>),
 }
 
 impl<'a> Work<'a> {
@@ -140,7 +137,7 @@ impl<'a> Work<'a> {
             body: None,
             hardly: None,
             unlike: false,
-            bodies: [Vec::new(), Vec::new()],
+            bodies: (Vec::new(), Vec::new()),
         })
     }
 

@@ -262,10 +262,7 @@ impl Work<'_> {
                 None => in_vain.append(&mut told),
             }
         }
-        self.bodies = [
-            fits.iter().map(|fit| fit.source.clone()).collect(),
-            in_vain.iter().map(ToString::to_string).collect(),
-        ];
+        self.bodies = (fits.iter().map(|fit| fit.source.clone()).collect(), in_vain.clone());
         // A log made for the rotors need not move the body where another one does.
         if fits.is_empty() {
             self.findings.append(&mut in_vain);

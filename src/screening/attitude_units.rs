@@ -1,5 +1,7 @@
 //! Rate and angle of the body in units that are not those of their names: one is the slope of the other.
 
+use super::Finding;
+use super::channel::{BODY_ANGLE, BODY_RATE};
 use super::plausibility::MOST;
 use super::rotor_data::bounds;
 use crate::estimation::quantile::quantile;
@@ -18,65 +20,43 @@ const LONGER: f64 = 3.0;
 /// Correlation of rate and slope from which one is the other: both are noise where the body is held.
 const ONE: f64 = 0.7;
 
-/// What is wrong, in a sentence.
+/// What is wrong.
 pub(crate) enum Mistaken {
     /// The rate, or the time, is not in its unit.
-    Rate(String),
+    Rate(Finding),
     /// The angle is not, and the rate is.
-    Angle(String),
+    Angle(Finding),
     /// Both may be: a body without stops may well turn over.
-    Perhaps(String),
+    Perhaps(Finding),
 }
 
 /// The rate [rad/s] against the angle's own slope: a factor of 57 is a unit.
 pub(crate) fn mistaken(log: &Dataset, rate: &[f64]) -> Option<Mistaken> {
-    let source = log.source_name();
+    let finding = |code, channel: &str| Finding::new(code, channel).of(log.source_name());
     // A few flipped bits are no rate.
     let fastest = quantile(rate.iter().map(|rate| rate.abs()), MOST).unwrap_or(0.0);
-    let Some(angle) = log.column("body_angle_rad") else {
-        return (fastest > FASTEST).then(|| {
-            Mistaken::Rate(format!(
-                "{source}: the body rate reaches {fastest:.0} rad/s, which no body on a bench does; if the column is in \
-                 degrees per second, import it with unit `deg/s`"
-            ))
-        });
+    let too_fast = finding("body_rate_too_fast", BODY_RATE).with("greatest_rad_s", fastest);
+    let Some(angle) = log.column(BODY_ANGLE) else {
+        return (fastest > FASTEST).then_some(Mistaken::Rate(too_fast));
     };
     let (low, high) = bounds(angle);
     let ratio = ratio_to_slope(log.time(), angle, rate);
     if let Some(ratio) = ratio.filter(|ratio| DEGREES.contains(ratio)) {
-        return Some(Mistaken::Rate(format!(
-            "{source}: the body rate is {ratio:.0} times the slope of the body angle: it is in degrees per second, import \
-             it with unit `deg/s`"
-        )));
+        return Some(Mistaken::Rate(finding("body_rate_in_degrees", BODY_RATE).with("ratio", ratio)));
     }
     if let Some(ratio) = ratio.filter(|ratio| MILLISECONDS.contains(ratio)) {
-        return Some(Mistaken::Rate(format!(
-            "{source}: the body rate is {ratio:.0} times the slope of the body angle: the time is in milliseconds, import it \
-             with unit `ms`"
-        )));
+        return Some(Mistaken::Rate(finding("time_in_milliseconds", BODY_RATE).with("ratio", ratio)));
     }
     if fastest > FASTEST {
-        return Some(Mistaken::Rate(format!(
-            "{source}: the body rate reaches {fastest:.0} rad/s, and the angle spans {:.0} rad; no body on a bench does that; if \
-             the columns are in degrees, import them with the units `deg/s` and `deg`",
-            high - low
-        )));
+        return Some(Mistaken::Rate(too_fast.with("angle_span_rad", high - low)));
     }
     if let Some(ratio) = ratio.filter(|ratio| DEGREES.contains(&(1.0 / ratio))) {
-        return Some(Mistaken::Angle(format!(
-            "{source}: the slope of the body angle is {:.0} times the body rate: the angle is in degrees, import it with \
-             unit `deg`",
-            1.0 / ratio
-        )));
+        return Some(Mistaken::Angle(
+            finding("body_angle_in_degrees", BODY_ANGLE).with("ratio", 1.0 / ratio),
+        ));
     }
-    (high - low > std::f64::consts::TAU).then(|| {
-        Mistaken::Perhaps(format!(
-            "{source}: the body angle spans {:.1} rad, {:.1} turns; if angle and rate are in degrees, import them with the \
-             units `deg` and `deg/s`",
-            high - low,
-            (high - low) / std::f64::consts::TAU
-        ))
-    })
+    let turns_over = finding("body_turns_over", BODY_ANGLE).with("angle_span_rad", high - low);
+    (high - low > std::f64::consts::TAU).then_some(Mistaken::Perhaps(turns_over))
 }
 
 /// How many times the slope of the angle [rad] the rate is; `None` where it does not go with it. From reading to reading of

@@ -1,4 +1,4 @@
-//! Which logs have a part in the result, and why the others have none.
+//! Which logs have a part in the result, and why the others have none: copies, columns that are missing, nothing excited.
 
 use std::borrow::Cow;
 
@@ -15,10 +15,7 @@ pub(crate) fn without_copies<'a>(logs: &'a [Dataset], warnings: &mut Vec<Finding
     let copies: Vec<usize> = (0..logs.len()).filter(|&at| first_of(at).is_some()).collect();
     for &at in &copies {
         if let Some(first) = first_of(at) {
-            let (copy, first) = (logs[at].source_name(), first.source_name());
-            warnings.push(
-                format!("{copy}: not used: it holds the same as {first}, and would count twice").into(),
-            );
+            warnings.push(not_used(&logs[at], "duplicate").with("same_as", first.source_name()));
         }
     }
     if copies.is_empty() {
@@ -39,16 +36,8 @@ pub(crate) fn without_seen<'a>(
         return without_copies(validation, warnings);
     }
     for (log, seen) in validation.iter().filter_map(|log| Some((log, seen(log)?))) {
-        let (name, seen) = (log.source_name(), seen.source_name());
-        let same = if name == seen {
-            "it was".to_owned()
-        } else {
-            format!("it holds the same as {seen}, which was")
-        };
-        warnings.push(
-            format!("{name}: not validated on: {same} fitted to, and its error says nothing of other logs")
-                .into(),
-        );
+        let finding = Finding::new("validation_log_was_fitted", "").of(log.source_name());
+        warnings.push(finding.with("same_as", seen.source_name()));
     }
     let fresh: Vec<Dataset> = validation.iter().filter(|log| seen(log).is_none()).cloned().collect();
     Cow::Owned(without_copies(&fresh, warnings).into_owned())
@@ -58,21 +47,18 @@ fn is_copy(one: &Dataset, other: &Dataset) -> bool {
     !one.sha256().is_empty() && one.sha256() == other.sha256()
 }
 
-/// Says so where a column is another unit's spelling of one that the log lacks.
-pub(crate) fn tell_of_units(log: &Dataset, warnings: &mut Vec<Finding>) {
+/// Columns that are another unit's spelling of one that the log lacks.
+pub(crate) fn columns_in_other_units(log: &Dataset, warnings: &mut Vec<Finding>) {
     for signal in LOG_SIGNALS.iter().filter(|signal| log.column(signal.name).is_none()) {
         let suffix = format!("_{}", signal.unit.to_lowercase().replace(' ', "").replace('/', "_"));
         let Some(stem) = signal.name.strip_suffix(suffix.as_str()) else { continue };
+        let finding = |code, column: &str| {
+            let finding = Finding::new(code, column).of(log.source_name()).with("expected", signal.name);
+            finding.with("meaning", signal.meaning).with("expected_unit", signal.unit)
+        };
         for column in log.names().filter(|column| *column != signal.name) {
             if column == stem {
-                warnings.push(format!(
-                    "{}: `{column}` is not read, for its name does not say its unit: the log format has `{}` for {}; name it \
-                     so if it is in {}, else import it with its unit",
-                    log.source_name(),
-                    signal.name,
-                    signal.meaning,
-                    signal.unit
-                ).into());
+                warnings.push(finding("column_without_unit", column));
             }
             let Some(unit) = column.strip_prefix(stem).and_then(|rest| rest.strip_prefix('_')) else {
                 continue;
@@ -81,17 +67,15 @@ pub(crate) fn tell_of_units(log: &Dataset, warnings: &mut Vec<Finding>) {
             let fits =
                 |it: &&crate::unit::Unit| it.si == signal.unit && it.name.eq_ignore_ascii_case(&spelled);
             if let Some(unit) = UNITS.iter().find(fits) {
-                warnings.push(format!(
-                    "{}: `{column}` is not read: the log format has `{}` for {}, in {}; import it with unit `{}`",
-                    log.source_name(),
-                    signal.name,
-                    signal.meaning,
-                    signal.unit,
-                    unit.name
-                ).into());
+                warnings.push(finding("column_in_another_unit", column).with("unit", unit.name));
             }
         }
     }
+}
+
+/// A log that has no part in the result, and why.
+fn not_used(log: &Dataset, reason: &'static str) -> Finding {
+    Finding::new("log_not_used", "").of(log.source_name()).with("reason", reason)
 }
 
 /// Why each of `logs` that has no part in the result has none. `rotors` are what was read of all of them, `bodies` the
@@ -100,21 +84,18 @@ pub(crate) fn idle(
     logs: &[Dataset],
     rotors: &[RotorLog],
     bodies: &[String],
-    in_vain: &[String],
-) -> Vec<String> {
-    let mut said = Vec::new();
+    in_vain: &[Finding],
+) -> Vec<Finding> {
+    let mut found = Vec::new();
     for log in logs {
         let name = log.source_name();
-        let of_rotor = format!("{name}, rotor ");
-        let mine: Vec<&RotorLog> = rotors.iter().filter(|it| it.source.starts_with(&of_rotor)).collect();
+        let mine: Vec<&RotorLog> = rotors.iter().filter(|it| it.file() == name).collect();
         if mine.iter().any(|rotor| has_a_part(rotor)) || bodies.iter().any(|body| body == name) {
             continue;
         }
-        let of_body = format!("{name}: ");
-        let in_vain = in_vain.iter().find_map(|sentence| sentence.strip_prefix(&of_body));
-        said.push(format!("{name}: not used: {}", reason(log, &mine, in_vain)));
+        found.push(reason(log, &mine, in_vain.iter().find(|finding| finding.log == name)));
     }
-    said
+    found
 }
 
 fn has_a_part(rotor: &RotorLog) -> bool {
@@ -122,38 +103,30 @@ fn has_a_part(rotor: &RotorLog) -> bool {
     thrust || rotor.jumps().len() >= FEWEST_JUMPS || !rotor.steady().is_empty()
 }
 
-fn reason(log: &Dataset, rotors: &[&RotorLog], in_vain: Option<&str>) -> String {
+fn reason(log: &Dataset, rotors: &[&RotorLog], in_vain: Option<&Finding>) -> Finding {
     if log.is_empty() {
-        return "it has a header and no rows".to_owned();
+        return not_used(log, "no_rows");
     }
-    let pair = |rotor: usize| {
-        let names = [format!("command_{rotor}"), format!("propeller_rate_{rotor}_rad_s")];
-        names.iter().all(|name| log.column(name).is_some())
-    };
     if let Some(in_vain) = in_vain {
-        return in_vain.to_owned();
+        return not_used(log, "body_not_seen").because(in_vain.clone());
     }
-    if !pair(1) && !pair(2) {
-        let empty = |name: &&str| log.column(name).is_none();
-        let names: Vec<String> =
-            log.names().map(|name| format!("{name}{}", if empty(&name) { " (empty)" } else { "" })).collect();
-        let holds = if names.is_empty() { "nothing but time".to_owned() } else { names.join(", ") };
-        let any = |name: fn(usize) -> String| (1..=ROTORS).any(|rotor| log.column(&name(rotor)).is_some());
-        if any(|rotor| format!("propeller_rate_{rotor}_rad_s")) && !any(|rotor| format!("command_{rotor}")) {
-            return format!(
-                "the commands are missing: it has no command_N beside its propeller_rate_N_rad_s; it holds {holds}"
-            );
-        }
-        return format!("it has no command_N with a propeller_rate_N_rad_s beside it; it holds {holds}");
+    let has = |name: String| log.column(&name).is_some();
+    let (command, rate) =
+        (|rotor: usize| format!("command_{rotor}"), |rotor: usize| format!("propeller_rate_{rotor}_rad_s"));
+    let mut numbers = 1..=ROTORS;
+    if !numbers.clone().any(|rotor| has(command(rotor)) && has(rate(rotor))) {
+        let without_commands =
+            numbers.clone().any(|rotor| has(rate(rotor))) && !numbers.any(|rotor| has(command(rotor)));
+        let empty = log.names().filter(|name| log.column(name).is_none()).map(str::to_owned);
+        return not_used(log, if without_commands { "no_commands" } else { "no_rotor_columns" })
+            .with("columns", log.names().map(str::to_owned).collect::<Vec<String>>())
+            .with("empty_columns", empty.collect::<Vec<String>>());
     }
     let samples: usize = rotors.iter().map(|rotor| rotor.scored().count()).sum();
     if samples == 0 {
-        return "no rate was measured while a rotor ran under a known command".to_owned();
+        return not_used(log, "no_rate_under_command");
     }
     let seconds = log.time().last().zip(log.time().first()).map_or(0.0, |(last, first)| last - first);
-    format!(
-        "{samples} usable samples over {} s are too few, or nothing is excited in them: k_V and g(u) ask for levels or \
-         slow ramps of 5 s after settling, the pole for {FEWEST_JUMPS} jumps of the command at least",
-        crate::unit::short((100.0 * seconds).round() / 100.0)
-    )
+    let finding = not_used(log, "not_excited").rows(samples).with("seconds", seconds);
+    finding.with("fewest_jumps", FEWEST_JUMPS)
 }

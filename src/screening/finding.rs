@@ -37,6 +37,8 @@ pub enum Evidence {
     Numbers(Vec<f64>),
     /// Several names.
     Texts(Vec<String>),
+    /// Another finding that this one follows from.
+    Cause(Box<Finding>),
 }
 
 impl Finding {
@@ -53,6 +55,17 @@ impl Finding {
         self
     }
 
+    /// Its log, and the rotor that it is about.
+    #[must_use]
+    pub fn place(&self) -> String {
+        let is_rotor = self.subject.starts_with("rotor ");
+        match (self.log.is_empty(), is_rotor) {
+            (true, true) => self.subject.clone(),
+            (false, true) => format!("{}, {}", self.log, self.subject),
+            (_, false) => self.log.clone(),
+        }
+    }
+
     /// With the number of rows concerned.
     #[must_use]
     pub fn rows(mut self, rows: usize) -> Self {
@@ -65,6 +78,22 @@ impl Finding {
     pub fn with(mut self, name: &'static str, value: impl Into<Evidence>) -> Self {
         self.evidence.push((name, value.into()));
         self
+    }
+
+    /// With the finding that it follows from.
+    #[must_use]
+    pub fn because(mut self, cause: Self) -> Self {
+        self.evidence.push(("because", Evidence::Cause(Box::new(cause))));
+        self
+    }
+
+    /// The finding that it follows from.
+    #[must_use]
+    pub fn cause(&self) -> Option<&Self> {
+        match self.get("because") {
+            Some(Evidence::Cause(cause)) => Some(cause),
+            _ => None,
+        }
     }
 
     /// The value under `name`.
@@ -89,6 +118,24 @@ impl Finding {
         match self.get(name) {
             Some(Evidence::Count(count)) => *count,
             _ => 0,
+        }
+    }
+
+    /// The numbers under `name`; none where there are none.
+    #[must_use]
+    pub fn numbers(&self, name: &str) -> &[f64] {
+        match self.get(name) {
+            Some(Evidence::Numbers(numbers)) => numbers,
+            _ => &[],
+        }
+    }
+
+    /// The names under `name`; none where there are none.
+    #[must_use]
+    pub fn texts(&self, name: &str) -> &[String] {
+        match self.get(name) {
+            Some(Evidence::Texts(texts)) => texts,
+            _ => &[],
         }
     }
 
@@ -119,7 +166,24 @@ impl fmt::Display for Finding {
         if self.code == SENTENCE {
             return out.write_str(self.text("text"));
         }
-        write!(out, "{} {}", self.code, self.subject)
+        write!(out, "{} {}", self.code, self.subject)?;
+        for (name, value) in &self.evidence {
+            write!(out, ", {name} = {value}")?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Evidence {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Count(count) => write!(out, "{count}"),
+            Self::Number(number) => write!(out, "{number}"),
+            Self::Text(text) => out.write_str(text),
+            Self::Numbers(numbers) => write!(out, "{numbers:?}"),
+            Self::Texts(texts) => out.write_str(&texts.join(" ")),
+            Self::Cause(cause) => write!(out, "{cause}"),
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! A gyroscope that stops telling: the same reading for far longer than this one ever repeats itself.
+//! A frozen gyroscope: the same reading for far longer than this one ever repeats itself.
 //!
 //! Of a rotor its command has to be asked, too, which is for who knows what it does. A body may rest: at zero it does, and
 //! where its angle stands as well. Without an angle it is asked whether what turns it came and went meanwhile, while it
@@ -6,9 +6,8 @@
 
 use std::ops::Range;
 
-use serde::Serialize;
-
-use super::readings::told;
+use super::channel::{BODY_ANGLE, BODY_RATE, Channel, Judgement};
+use super::saturation::SATURATED;
 use crate::estimation::quantile::median;
 use crate::log::dataset::Dataset;
 
@@ -16,9 +15,6 @@ use crate::log::dataset::Dataset;
 const CHANCE: f64 = 1e-3;
 /// No run shorter than this is called frozen.
 const LEAST: usize = 10;
-/// The channel that is looked at, and the one that knows better.
-const RATE: &str = "body_rate_rad_s";
-const ANGLE: &str = "body_angle_rad";
 /// Share of the angle's whole range by which it must move meanwhile.
 const MOVES: f64 = 0.02;
 
@@ -27,64 +23,36 @@ const MOVES: f64 = 0.02;
 const DRIVEN: (usize, f64) = (3, 0.25);
 const STEPS: f64 = 5.0;
 
-/// Readings of a gyroscope that stood still.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Stuck {
-    /// Rows that repeat the one before, from 0.
-    #[serde(skip)]
-    pub rows: Vec<usize>,
-    /// How many they are.
-    pub cells: usize,
-    /// Stretches in which it stood.
-    pub places: usize,
-    /// [s] longest of them: from, to.
-    pub longest_s: [f64; 2],
-    /// [rad/s] what it read there.
-    pub value: f64,
-}
+/// The code: a gyroscope that stood still to the last digit.
+pub const GYRO_FROZEN: &str = "gyro_frozen";
 
-impl Stuck {
-    /// In words.
-    pub(crate) fn sentence(&self, name: &str) -> String {
-        let [from, to] = self.longest_s;
-        let places = if self.places == 1 {
-            String::new()
-        } else {
-            format!(", and in {} more places", self.places - 1)
-        };
-        format!(
-            "`{name}` is frozen from {from:.1} to {to:.1} s at {}{places}: it was not measured there, and what fits a model takes \
-             the {} readings as missing",
-            told(self.value, 4),
-            self.cells
-        )
-    }
-}
-
-/// Stretches of a channel that were not measured; `None` where there are none.
-pub(crate) fn find(log: &Dataset, name: &str, values: &[f64]) -> Option<Stuck> {
-    if name != RATE {
+/// Readings of the gyroscope that were not measured.
+pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
+    if channel.name != BODY_RATE {
         return None;
     }
+    let log = channel.log;
+    // What a logger held may be frozen as well.
+    let values = channel.without(|code| code == SATURATED);
     let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
     let readings: Vec<f64> = known.iter().map(|row| values[*row]).collect();
     let found = frozen(&readings).into_iter().filter(|run| readings[run.start] != 0.0);
-    let is_stuck = |run: &Range<usize>| match log.column(ANGLE) {
+    let is_frozen = |run: &Range<usize>| match log.column(BODY_ANGLE) {
         Some(angle) => !rests(angle, &known[run.clone()]),
         None => is_driven(log, &known[run.clone()]) && moves_elsewhere(&readings, run.len()),
     };
-    let runs: Vec<&[usize]> = found.filter(is_stuck).map(|run| &known[run]).collect();
+    let runs: Vec<&[usize]> = found.filter(is_frozen).map(|run| &known[run]).collect();
     let longest = runs.iter().max_by_key(|run| run.len())?;
     let (from, to) = (longest[0], longest[longest.len() - 1]);
     // The first of them was a measurement.
     let rows: Vec<usize> = runs.iter().flat_map(|run| &run[1..]).copied().collect();
-    Some(Stuck {
-        cells: rows.len(),
-        places: runs.len(),
-        longest_s: [log.time()[from], log.time()[to]],
-        value: values[from],
-        rows,
-    })
+    let finding = channel
+        .finding(GYRO_FROZEN)
+        .with("places", runs.len())
+        .with("from_s", log.time()[from])
+        .with("to_s", log.time()[to])
+        .with("value", values[from]);
+    Some(Judgement::new(finding, rows))
 }
 
 /// Greatest less least of what is finite.
@@ -104,10 +72,10 @@ fn rests(angle: &[f64], rows: &[usize]) -> bool {
 fn is_driven(log: &Dataset, rows: &[usize]) -> bool {
     let Some(drive) = drive(log) else { return false };
     let moves = DRIVEN.1 * range(drive.iter().copied());
-    let mut told = rows.iter().map(|row| drive[*row]).filter(|value| value.is_finite());
-    let Some(mut last) = told.next() else { return false };
+    let mut driven = rows.iter().map(|row| drive[*row]).filter(|value| value.is_finite());
+    let Some(mut last) = driven.next() else { return false };
     let mut changes = 0;
-    for value in told.filter(|_| moves > 0.0) {
+    for value in driven.filter(|_| moves > 0.0) {
         if (value - last).abs() >= moves {
             (changes, last) = (changes + 1, value);
         }

@@ -1,4 +1,4 @@
-//! Where a log does not say what the rotor was told.
+//! Where a log does not say what the rotor was commanded.
 //!
 //! A command is held until the next one: that is how a log is read, and its times may be as irregular as they like.
 //! But where commands come at a steady interval and one of them is missing, its row or its cell, a change that it

@@ -1,9 +1,13 @@
-//! Is a log fit to be believed? Checks that need no fit: outliers, dropouts, sample-and-hold, frozen and saturated sensors,
-//! units, copies of a log, excitation.
+//! Is a log fit to be believed? One judgement, made once by checks that need no fit: outliers, dropouts, sample-and-hold,
+//! frozen and saturated sensors, units, copies of a log, excitation. [`ScreenedLog`] says of each channel which cells are
+//! measurements and why the others are not; whoever uses a log takes it from there.
 
 pub mod attitude_units;
 pub mod battery_range;
+
+pub mod channel;
 pub mod duplicate_logs;
+pub mod error;
 pub mod excitation;
 pub mod finding;
 pub mod frozen_gyro;
@@ -16,7 +20,14 @@ pub mod requirements;
 pub mod rotor_data;
 pub mod sample_and_hold;
 pub mod saturation;
+pub mod screened_log;
 pub mod summary;
 pub mod uncommanded_motion;
 
+pub use channel::Judgement;
+pub use error::ScreeningError;
 pub use finding::{Evidence, Finding};
+pub use screened_log::{ScreenedChannel, ScreenedLog, screened};
+
+#[cfg(test)]
+mod tests;

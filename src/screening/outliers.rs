@@ -1,14 +1,13 @@
 //! Single readings that are no measurement: a frame with a flipped bit, half or double the speed, a spike of a gyro.
 //!
-//! Rotors and bodies have a memory: a true peak leaves a decay behind it, and a step leaves a new level. So a wild
-//! reading is one that lies far from all that its neighbours foretell of it: from the lines between those to both
+//! Rotors and bodies have a memory: a true peak leaves a decay behind it, and a step leaves a new level. So an
+//! outlier is a reading that lies far from all that its neighbours foretell of it: from the lines between those to both
 //! sides, and from the lines on through those before it and through those behind it; or from their middle, by more than
 //! they are from each other. What is far is learnt from the
 //! channel itself. Where commands move, what a command can do to this rotor is learnt, too.
 
-use serde::Serialize;
-
-use super::readings::told;
+use super::channel::{Channel as Judged, Judgement};
+use super::saturation::SATURATED;
 use crate::estimation::quantile::{median, quantile};
 use crate::log::dataset::Dataset;
 
@@ -17,7 +16,7 @@ const SIDE: usize = 3;
 /// Shares of the readings whose distances from what is foretold say what is usual, and the multiples of both that are
 /// far: for normal noise, ten times its size with what else is asked; the heavy tails of a Laplace distribution stay below.
 const USUAL: [(f64, f64); 2] = [(0.5, 7.0), (0.8, 6.0)];
-/// Least distance, as a share of the channel's middle 98 %, and of its level, that is worth to be called wild.
+/// Least distance, as a share of the channel's middle 98 %, and of its level, that makes an outlier.
 const WORTH: (f64, f64) = (0.05, 0.02);
 /// Smallest steps between readings that a distance must be, too: a coarse reading flickers.
 const STEPS: f64 = 6.0;
@@ -34,60 +33,49 @@ const MOVED: (usize, f64, f64) = (30, 0.9, 4.0);
 const AT_ONCE: f64 = 0.7;
 /// Multiple of the chord of the rotor's curve by which no command moves it.
 const STEEPEST: f64 = 4.5;
-/// Share of a channel from which on wild readings are something else.
+/// Share of a channel from which on outliers are something else.
 const TOO_MANY: f64 = 0.1;
 /// Fewest readings that are looked at.
 const FEWEST: usize = 50;
-/// Times that the rest is looked through again: of neighbours that are both wild one may hide the other.
+/// Times that the rest is looked through again: of neighbours that are both outliers one may hide the other.
 const PASSES: usize = 5;
 
-/// Wild readings of a channel.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Wild {
-    /// Their rows, from 0.
-    #[serde(skip)]
-    pub rows: Vec<usize>,
-    /// How many they are.
-    pub cells: usize,
-    /// Readings of the channel.
-    pub of: usize,
-    /// [s] when the first one came.
-    pub first_s: f64,
-    /// What it reads, in the channel's unit.
-    pub first: f64,
-    /// They are too many for glitches, and stay.
-    pub too_many: bool,
-}
+/// The code: single readings far from what their neighbours foretell.
+pub const OUTLIERS: &str = "outliers";
+/// The code: the same, too many for single glitches; they stay.
+pub const TOO_MANY_OUTLIERS: &str = "too_many_outliers";
 
-impl Wild {
-    /// In words.
-    pub(crate) fn sentence(&self, name: &str) -> String {
-        let Self { cells, of, first_s, .. } = self;
-        let first = told(self.first, 4);
-        if self.too_many {
-            return format!(
-                "`{name}`: {cells} of {of} readings lie far from their neighbours, the first at {first_s:.2} s ({first}): too many \
-                 for single glitches, and they are left in"
-            );
-        }
-        let wild =
-            if *cells == 1 { "1 wild reading lies".to_owned() } else { format!("{cells} wild readings lie") };
-        format!(
-            "`{name}`: {wild} far from the neighbours, the first at {first_s:.2} s ({first}): no measurements, and what fits a \
-             model takes them as missing"
-        )
+/// The outliers among what earlier checks left of a channel.
+pub(crate) fn check(judged: &Judged) -> Option<Judgement> {
+    // Beside an end of the range neighbours foretell what cannot be read.
+    if judged.is_battery() || judged.has(SATURATED) {
+        return None;
     }
+    let values = judged.left();
+    let rows = find(judged.log, &values, judged.command);
+    let first = *rows.first()?;
+    let of = values.iter().filter(|value| value.is_finite()).count();
+    let too_many = rows.len() as f64 > TOO_MANY * of as f64;
+    let finding = judged
+        .finding(if too_many { TOO_MANY_OUTLIERS } else { OUTLIERS })
+        .with("readings", of)
+        .with("first_s", judged.log.time()[first])
+        .with("first", values[first]);
+    if too_many {
+        return Some(Judgement { finding: finding.rows(rows.len()), rows: Vec::new(), biased: Vec::new() });
+    }
+    Some(Judgement::new(finding, rows))
 }
 
-/// The wild ones among the readings of a channel of `log`: those of `values` that are finite. `command` is what moves
-/// what is measured, where that is a rotor and is known.
-pub(crate) fn find(log: &Dataset, values: &[f64], command: Option<&[f64]>) -> Option<Wild> {
+/// The rows of the outliers among those of `values` that are finite. `command` is what moves what is measured, where that is
+/// a rotor and is known.
+fn find(log: &Dataset, values: &[f64], command: Option<&[f64]>) -> Vec<usize> {
     let mut left = values.to_vec();
     let mut rows = Vec::new();
     for _ in 0..PASSES {
         // What is left may be too little to look through again; what was found is.
-        let Some(channel) = Channel::of(log, &left, command) else { break };
-        let mut found = channel.wild();
+        let Some(channel) = Neighbourhood::of(log, &left, command) else { break };
+        let mut found = channel.outliers();
         if found.is_empty() {
             break;
         }
@@ -95,12 +83,7 @@ pub(crate) fn find(log: &Dataset, values: &[f64], command: Option<&[f64]>) -> Op
         rows.append(&mut found);
     }
     rows.sort_unstable();
-    let first = *rows.first()?;
-    let of = values.iter().filter(|value| value.is_finite()).count();
-    let cells = rows.len();
-    let too_many = cells as f64 > TOO_MANY * of as f64;
-    let rows = if too_many { Vec::new() } else { rows };
-    Some(Wild { rows, cells, of, first_s: log.time()[first], first: values[first], too_many })
+    rows
 }
 
 /// A reading with its neighbours.
@@ -119,7 +102,7 @@ struct Seen {
 }
 
 /// A channel, and what is usual in it.
-struct Channel<'a> {
+struct Neighbourhood<'a> {
     log: &'a Dataset,
     command: Option<&'a [f64]>,
     seen: Vec<Seen>,
@@ -127,7 +110,7 @@ struct Channel<'a> {
     interval: f64,
     /// Distance from what is foretold that is far.
     far: f64,
-    /// Distance that is worth the name.
+    /// Least distance of an outlier, in the channel's unit.
     worth: f64,
     /// Size of the noise.
     noise: f64,
@@ -135,7 +118,7 @@ struct Channel<'a> {
     level: f64,
 }
 
-impl<'a> Channel<'a> {
+impl<'a> Neighbourhood<'a> {
     fn of(log: &'a Dataset, values: &[f64], command: Option<&'a [f64]>) -> Option<Self> {
         let time = log.time();
         let stretches: Vec<Vec<usize>> = log
@@ -172,13 +155,13 @@ impl<'a> Channel<'a> {
         })
     }
 
-    fn wild(&self) -> Vec<usize> {
+    fn outliers(&self) -> Vec<usize> {
         let far = |seen: &&Seen| seen.distance > self.far + self.worth + seen.goes;
         let far: Vec<&Seen> = self.seen.iter().filter(far).collect();
         if far.is_empty() {
             return Vec::new();
         }
-        let wild: Vec<&Seen> = match self.command {
+        let outliers: Vec<&Seen> = match self.command {
             Some(command) => {
                 let moves = Moves::of(self, command);
                 far.into_iter().filter(|seen| !moves.explain(self, seen)).collect()
@@ -192,7 +175,7 @@ impl<'a> Channel<'a> {
                 far.into_iter().filter(|_| self.interval <= TOO_SLOW).filter(alone).collect()
             }
         };
-        wild.into_iter().map(|seen| seen.row).collect()
+        outliers.into_iter().map(|seen| seen.row).collect()
     }
 }
 
@@ -208,7 +191,7 @@ struct Moves {
 }
 
 impl Moves {
-    fn of(channel: &Channel, command: &[f64]) -> Self {
+    fn of(channel: &Neighbourhood, command: &[f64]) -> Self {
         let mut last = command.iter().copied().find(|command| command.is_finite()).unwrap_or(0.0);
         let held = command.iter().map(|command| {
             last = if command.is_finite() { *command } else { last };
@@ -220,30 +203,30 @@ impl Moves {
         let mut moves = Self { command, most: None, steepest };
         let around: Vec<(&Seen, f64)> =
             channel.seen.iter().map(|seen| (seen, moves.around(channel, seen))).collect();
-        let told = || around.iter().filter(|(_, range)| *range > 0.0);
+        let commanded = || around.iter().filter(|(_, range)| *range > 0.0);
         let large =
-            told().map(|(seen, _)| seen.moves).filter(|(range, _)| *range > channel.far + channel.worth);
+            commanded().map(|(seen, _)| seen.moves).filter(|(range, _)| *range > channel.far + channel.worth);
         let is_fast = median(large.map(|(range, step)| step / range)).is_none_or(|all| all > AT_ONCE);
-        let enough = told().count() >= MOVED.0 && !is_fast;
-        let usual = quantile(told().map(|(seen, range)| seen.distance / range), MOVED.1);
+        let enough = commanded().count() >= MOVED.0 && !is_fast;
+        let usual = quantile(commanded().map(|(seen, range)| seen.distance / range), MOVED.1);
         moves.most = usual.filter(|_| enough).map(|usual| MOVED.2 * usual);
         moves
     }
 
     /// [-] range of the commands that a reading and its neighbours may answer to.
-    fn around(&self, channel: &Channel, seen: &Seen) -> f64 {
+    fn around(&self, channel: &Neighbourhood, seen: &Seen) -> f64 {
         let time = channel.log.time();
         let since = time[seen.reach.0] - ANSWERS;
         let first = time.partition_point(|time| *time < since);
-        let told = &self.command[first..=seen.reach.1];
-        let (low, high) = told.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), command| {
+        let answered = &self.command[first..=seen.reach.1];
+        let (low, high) = answered.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), command| {
             (low.min(*command), high.max(*command))
         });
         high - low
     }
 
     /// Whether the commands can have done it: it is no more than they usually do, or they hardly moved before, and could.
-    fn explain(&self, channel: &Channel, seen: &Seen) -> bool {
+    fn explain(&self, channel: &Neighbourhood, seen: &Seen) -> bool {
         let range = self.around(channel, seen);
         let usual = self.most.map_or(f64::INFINITY, |most| most * range);
         let possible = self.steepest * range;
@@ -269,7 +252,7 @@ fn seen(time: &[f64], values: &[f64], rows: &[usize]) -> Seen {
     let low_end = others[SIDE] - others[0] > others[2 * SIDE - 1] - others[SIDE - 1];
     let kept = if low_end { &others[1..] } else { &others[..2 * SIDE - 1] };
     let beside = ((values[row] - kept[kept.len() / 2]).abs(), kept[kept.len() - 1] - kept[0]);
-    // Beside another wild one the lines through that lead to nowhere, and its neighbours' middle still says something.
+    // Beside another outlier the lines through that lead to nowhere, and its neighbours' middle still says something.
     let distance = nearest.max(beside.0 - beside.1);
     let all = rows.iter().map(|row| values[*row]);
     let (low, high) =

@@ -2,9 +2,8 @@
 
 use super::battery_range::EMPTY;
 use super::rotor_data::{LEAST_COMMAND, RotorLog, bounds};
-use super::saturation;
+use super::{ScreeningError, saturation};
 use crate::estimation::quantile::{median, quantile};
-use crate::identify::IdentifyError;
 use crate::model::Model;
 use crate::screening::Finding;
 use crate::unit::STANDARD_GRAVITY;
@@ -12,6 +11,12 @@ use crate::unit::STANDARD_GRAVITY;
 /// [-] [rad/s] [V] beyond these a column cannot be in the unit of its name: percent or microseconds; rpm, for a
 /// propeller's tip at 7000 rad/s reaches the speed of sound 5 cm from its axis; millivolts.
 const IMPOSSIBLE: (f64, f64, f64) = (1.5, 7000.0, 1000.0);
+/// [rad/s] rates above this are worth a question, for few propellers turn so fast.
+const FAST: f64 = 5000.0;
+/// [V] no battery of a bench here has so much.
+const HIGH_VOLTAGE: f64 = 100.0;
+/// Share of the greatest rate down to which rates below zero are noise.
+const NEGATIVE: f64 = 0.05;
 /// [s] samples further apart than this tell nothing of a rotor, whose transients last a tenth of that.
 const SLOWEST: f64 = 2.0;
 /// [rad/s] the noise of a rotor that stands stays below.
@@ -65,118 +70,91 @@ pub(crate) fn told(ratio: f64) -> String {
     crate::unit::short((1e3 * ratio).round() / 1e3)
 }
 
-/// A sentence, and whether it is impossible that the column is what its name says.
-type Suspicion = (String, bool);
+/// A finding, and whether it is impossible that the column is what its name says.
+type Suspicion = (Finding, bool);
 
-/// What to say of samples that are `interval` [s] apart.
-pub(crate) fn too_far_apart(source: &str, interval: f64) -> String {
-    format!(
-        "{source}: samples are {interval:.0} s apart, too far for any rotor to be seen moving; if the time is in milliseconds \
-         or microseconds, import it with unit `ms` or `us`"
-    )
+/// Samples that are `interval` [s] apart, too far to see a rotor move.
+pub(crate) fn too_far_apart(log: &str, subject: &str, interval: f64) -> Finding {
+    Finding::new("samples_too_far_apart", subject).of(log).with("interval_s", interval)
 }
 
 impl RotorLog {
     /// Says so where a column can hardly be in the unit of its name, or is at its limits; refuses where it cannot. A
     /// voltage that is none is taken away.
-    pub(crate) fn check(&mut self, warnings: &mut Vec<Finding>) -> Result<(), IdentifyError> {
-        warnings.extend(self.mistaken()?.into_iter().map(Finding::from));
+    pub(crate) fn check(&mut self, warnings: &mut Vec<Finding>) -> Result<(), ScreeningError> {
+        warnings.extend(self.mistaken()?);
         self.check_saturation(warnings);
         self.check_battery(warnings);
         Ok(())
     }
 
-    /// What to say of columns that can hardly be in the unit of their name.
+    /// Columns that can hardly be in the unit of their name.
     ///
     /// # Errors
-    /// [`IdentifyError::Unit`] of one that cannot.
-    pub(crate) fn mistaken(&self) -> Result<Vec<String>, IdentifyError> {
+    /// [`ScreeningError::Column`] of one that cannot.
+    pub(crate) fn mistaken(&self) -> Result<Vec<Finding>, ScreeningError> {
         let suspects = [self.slow_time(), self.wide_command(), self.fast_rate()];
         let others = [self.standing_rate(), self.backward_rate(), self.high_voltage()];
-        let told = suspects.into_iter().chain(others).flatten();
-        told.map(
-            |(sentence, impossible)| {
-                if impossible { Err(IdentifyError::Unit(sentence)) } else { Ok(sentence) }
-            },
-        )
-        .collect()
+        let suspects = suspects.into_iter().chain(others).flatten();
+        suspects
+            .map(
+                |(finding, impossible)| {
+                    if impossible { Err(ScreeningError::Column(Box::new(finding))) } else { Ok(finding) }
+                },
+            )
+            .collect()
     }
 
     fn slow_time(&self) -> Option<Suspicion> {
-        (self.interval > SLOWEST).then(|| (too_far_apart(&self.source, self.interval), true))
+        let subject = format!("rotor {}", self.number());
+        (self.interval > SLOWEST).then(|| (too_far_apart(self.file(), &subject, self.interval), true))
     }
 
     fn wide_command(&self) -> Option<Suspicion> {
         let (low, high) = bounds(&self.command);
-        (high > 1.0 + 1e-9 || low < -1e-9).then(|| {
-            let sentence = format!(
-                "{}: commands reach from {low:.4} to {high:.4}, but 0 to 1 is expected; scale them with \
-                 `import` (percent: scale 0.01; microseconds of a servo pulse: scale 0.001, offset -1)",
-                self.source
-            );
-            (sentence, high > IMPOSSIBLE.0)
-        })
+        let finding = || self.finding("command_out_of_range").with("least", low).with("greatest", high);
+        (high > 1.0 + 1e-9 || low < -1e-9).then(|| (finding(), high > IMPOSSIBLE.0))
     }
 
     fn fast_rate(&self) -> Option<Suspicion> {
-        // Readings that a flipped bit wrote are told as wild; here most of the upper hundredth counts.
+        // Readings that a flipped bit wrote are outliers; here most of the upper hundredth counts.
         let fastest = quantile(self.rate.iter().copied(), MOST).unwrap_or(0.0);
-        (fastest > 5000.0).then(|| {
-            let sentence = format!(
-                "{}: rates reach {fastest:.0} rad/s ({:.0} rpm); if the column is in rpm, import it with \
-                 unit `rpm` (electrical rpm of an ESC: scale 1/pole pairs beside it)",
-                self.source,
-                fastest * 60.0 / std::f64::consts::TAU
-            );
-            (sentence, fastest > IMPOSSIBLE.1)
-        })
+        let finding = || self.finding("rate_too_fast").with("greatest_rad_s", fastest);
+        (fastest > FAST).then(|| (finding(), fastest > IMPOSSIBLE.1))
     }
 
     fn standing_rate(&self) -> Option<Suspicion> {
         let (slowest, fastest) = bounds(&self.rate);
-        self.stands(slowest, fastest).then(|| {
-            let sentence = format!(
-                "{}: the rotor stands while it is commanded: up to {:.2}, and its rates lie about zero, from \
-                 {slowest:.1} to {fastest:.1} rad/s; are the command columns those of another rotor? (leave them out, and the other rotor is taken alone)",
-                self.source,
-                bounds(&self.command).1
-            );
-            (sentence, true)
-        })
+        let finding = || {
+            let finding =
+                self.finding("rotor_does_not_turn").with("greatest_command", bounds(&self.command).1);
+            finding.with("least_rad_s", slowest).with("greatest_rad_s", fastest)
+        };
+        self.stands(slowest, fastest).then(|| (finding(), true))
     }
 
     fn backward_rate(&self) -> Option<Suspicion> {
         let (slowest, fastest) = bounds(&self.rate);
-        (slowest < -0.05 * fastest.abs() && bounds(&self.command).1 >= LEAST_COMMAND).then(|| {
-            let sentence = format!(
-                "{}: rates are negative down to {slowest:.0} rad/s, but a rotor's command and rate have one sign here; if \
-                 the column counts the other way round, import it with scale -1",
-                self.source
-            );
-            (sentence, fastest < -slowest)
-        })
+        let finding = || self.finding("rate_negative").with("least_rad_s", slowest);
+        (slowest < -NEGATIVE * fastest.abs() && bounds(&self.command).1 >= LEAST_COMMAND)
+            .then(|| (finding(), fastest < -slowest))
     }
 
     fn high_voltage(&self) -> Option<Suspicion> {
         let (low, high) = self.voltage.as_deref().map(bounds)?;
-        (high >= 100.0).then(|| {
-            let sentence = format!(
-                "{}: battery voltages from {low:.3} to {high:.3} V are not those of a battery; {}",
-                self.source,
-                if high > IMPOSSIBLE.2 {
-                    "if the column is in millivolts, import it with unit `mV`; in hundredths of a volt, with the scale 0.01"
-                } else {
-                    "a charge in percent is no voltage (leave that column out); tenths of a volt want the scale 0.1 at `import`"
-                }
-            );
-            (sentence, high > IMPOSSIBLE.2)
-        })
+        let is_impossible = high > IMPOSSIBLE.2;
+        let finding = || {
+            let finding =
+                self.finding("battery_voltage_too_high").with("least_v", low).with("greatest_v", high);
+            finding.with("unit", if is_impossible { "mV" } else { "" })
+        };
+        (high >= HIGH_VOLTAGE).then(|| (finding(), is_impossible))
     }
 
     /// Whether the rates under command are noise about zero, `slowest` and `fastest` [rad/s] its ends.
     fn stands(&self, slowest: f64, fastest: f64) -> bool {
         let ends = fastest.max(-slowest);
-        if slowest >= -0.05 * fastest.abs() || ends > STANDING {
+        if slowest >= -NEGATIVE * fastest.abs() || ends > STANDING {
             return false;
         }
         let commanded = self.command.iter().zip(&self.rate).filter(|(command, _)| **command >= LEAST_HELD);
@@ -192,51 +170,29 @@ impl RotorLog {
         let mut levels: Vec<i64> = known().map(|u| (1e6 * u).round() as i64).collect();
         levels.sort_unstable();
         levels.dedup();
-        // Of a few levels the highest is held as long as the others; where many pile up at one, something clips.
-        let clipped =
+        // Of a few levels the highest is held as long as the others; where many pile up at one, something saturates.
+        let saturates =
             highest >= 1.0 - 1e-9 || (levels.len() > LEVELS && share > 0.1 && highest > LEAST_COMMAND);
-        if share <= SATURATED.0 || !clipped {
+        if share <= SATURATED.0 || !saturates {
             return;
         }
-        let mut sentence = format!(
-            "{}: the command is at its limit {} in {:.0} % of the samples; that a controller asked for more, or that \
-             the rotor got less, does not show there",
-            self.source,
-            crate::unit::short(highest),
-            100.0 * share
-        );
-        if share > SATURATED.1 {
-            sentence.push_str(
-                ", and only what leads there and away excites g(u) and the pole: record again with a smaller amplitude or \
-                 a lower operating point, or give only the part of the log that is not at the limit",
-            );
-        }
-        warnings.push(sentence.into());
+        let finding = self.finding("command_saturated").with("at", highest).with("share", share);
+        warnings.push(finding.with("hides_all", usize::from(share > SATURATED.1)));
     }
 
     /// Takes readings away that no battery has, and the whole column where nothing else is in it.
     fn check_battery(&mut self, warnings: &mut Vec<Finding>) {
-        let Some(voltage) = self.voltage.as_mut() else { return };
+        let Some(voltage) = self.voltage.as_deref() else { return };
         let (low, high) = bounds(voltage);
         if median(voltage.iter().copied()).is_none_or(|volts| volts < EMPTY) {
-            warnings.push(format!(
-                "{}: `battery_voltage_v` reads {low:.2} to {high:.2} V, which no battery has that turns a rotor: it \
-                 is not connected, or it is another column; taken as if no voltage had been measured",
-                self.source
-            ).into());
+            let finding = self.finding("battery_not_connected").with("least_v", low).with("greatest_v", high);
+            warnings.push(finding);
             self.voltage = None;
             return;
         }
-        if let Some(clipped) = saturation::find(voltage, Some(&self.command)) {
-            let at: Vec<String> = clipped.at.iter().map(|at| crate::unit::short(*at)).collect();
-            warnings.push(format!(
-                "{}: `battery_voltage_v` is clipped at {}: {} of {} readings stand there, and what the battery had is not known; \
-                 taken as if no voltage had been measured; give only the part of the log that is not at the limit",
-                self.source,
-                at.join(" and "),
-                clipped.cells,
-                clipped.of
-            ).into());
+        if let Some(saturated) = saturation::find(voltage, Some(&self.command)) {
+            let finding = self.finding("battery_saturated").rows(saturated.rows.len());
+            warnings.push(finding.with("readings", saturated.of).with("at", saturated.at));
             self.voltage = None;
         }
     }
@@ -259,30 +215,20 @@ impl RotorLog {
     /// Says so where rates or thrusts are those of another unit, by what the template's rotor does at the same commands. It
     /// may well be another rotor: nothing is refused.
     pub(crate) fn hold_against(&self, template: &Model, warnings: &mut Vec<Finding>) {
-        let mut say = |what: &str, values: &[f64], si: &str, ratio: f64, unit: Option<&str>| {
-            let unit = unit.map_or_else(
-                || "is the unit of the column right?".to_owned(),
-                |name| {
-                    format!("if the column is in {name}, import it with unit `{name}`; everything in {si} is off by that else")
-                },
-            );
+        let mut say = |code, values: &[f64], ratio: f64, unit: Option<&str>| {
             let (least, most) = bounds(values);
-            warnings.push(format!(
-                "{}: {what} from {least:.4} to {most:.4} {si} are {} times what the template's rotor does at these \
-                 commands; {unit}",
-                self.source,
-                told(ratio)
-            ).into());
+            let finding = self.finding(code).with("least", least).with("greatest", most).with("ratio", ratio);
+            warnings.push(finding.with("unit", unit.unwrap_or_default()));
         };
         let of_rates = self.rate_ratio(template);
         if let Some(ratio) = of_rates.filter(|ratio| is_another(ratio, ANOTHER)) {
-            say("rates", &self.rate, "rad/s", ratio, nearest(&UNITS, ratio));
+            say("rate_unlike_template", &self.rate, ratio, nearest(&UNITS, ratio));
         }
         let Some(thrust) = self.thrust.as_deref() else { return };
         let coefficient = template.actuator.thrust_coefficient;
         let of_thrusts =
             self.middle(template, |row, expected| thrust[row] / (coefficient * expected * expected));
-        // What is below zero has the wrong sign, which is told where the curve is fitted.
+        // What is below zero has the wrong sign, which is found where the curve is fitted.
         let Some(ratio) = of_thrusts.filter(|ratio| *ratio > 0.0) else { return };
         let is_near = |unit: &&(&str, f64)| !is_another(&(ratio / unit.1), NEAR);
         let near = NEAR_THRUST_UNITS
@@ -290,9 +236,9 @@ impl RotorLog {
             .find(is_near)
             .filter(|_| of_rates.is_some_and(|it| !is_another(&it, NEAR)));
         if let Some((unit, _)) = near {
-            say("thrusts", thrust, "N", ratio, Some(unit));
+            say("thrust_unlike_template", thrust, ratio, Some(unit));
         } else if is_another(&ratio, ANOTHER_THRUST) {
-            say("thrusts", thrust, "N", ratio, nearest(&THRUST_UNITS, ratio));
+            say("thrust_unlike_template", thrust, ratio, nearest(&THRUST_UNITS, ratio));
         }
     }
 }

@@ -1,19 +1,16 @@
 //! Readings of a rate that are no measurement: zeros of a telemetry that dropped out, and a reading that stands still
 //! to the last digit while the command moves the rotor.
 
-use std::borrow::Cow;
 use std::ops::Range;
 
-use super::readings;
-use super::rotor_data::{LEAST_COMMAND, held};
+use super::channel::{Channel, Judgement};
+use super::rotor_data::{LEAST_COMMAND, bounds, held};
+use super::sample_and_hold::SAMPLE_AND_HOLD;
 use crate::estimation::quantile::{median, quantile};
-use crate::log::Dataset;
-use crate::screening::Finding;
-use crate::unit::short;
 
 /// [-] from this command on every rotor turns: the dead zones of speed controllers end below it.
 const TURNS: f64 = 0.15;
-/// [s] behind which a rotor told to turn has started.
+/// [s] behind which a rotor commanded to turn has started.
 const STARTED: f64 = 2.0;
 /// Readings of zero in a row that are a dropout wherever their neighbours turn: at no rate of sampling that shows a rotor
 /// moving could it stop and run up again in so short a time.
@@ -36,85 +33,48 @@ const JUMP: f64 = 0.02;
 /// Steps of the reading that the command's change would have moved it by.
 const STEPS: f64 = 2.0;
 
-/// The logs with every cell taken as missing that is no measurement, by what the commands say too; of each it is said which.
-pub fn measured<'a>(logs: &'a [Dataset], told: &mut Vec<Finding>) -> Cow<'a, [Dataset]> {
-    match without_stale(logs, &[1, 2], told) {
-        Cow::Borrowed(logs) => readings::measured_all(logs, told),
-        Cow::Owned(logs) => Cow::Owned(readings::measured_all(&logs, told).into_owned()),
-    }
+/// The code: a rate of exactly zero although the rotor was commanded to turn.
+pub const RATE_DROPOUT: &str = "rate_dropout";
+/// The code: a rate that stood still to the last digit while the command moved.
+pub const RATE_FROZEN: &str = "rate_frozen";
+
+/// Zeros of a rotor's rate that are no measurement.
+pub(crate) fn zeros(channel: &Channel) -> Option<Judgement> {
+    let command = channel.command.filter(|_| channel.is_rotor_rate())?;
+    let (time, segments) = (channel.log.time(), channel.log.segments());
+    let (command, rate) = (held(command, &segments), channel.left());
+    let rows: Vec<usize> =
+        segments.iter().flat_map(|segment| zeros_of(time, &command, &rate, segment)).collect();
+    let finding = channel.finding(RATE_DROPOUT).with("first_s", time[*rows.first()?]);
+    Some(Judgement::new(finding, rows))
 }
 
-/// The logs with these readings taken as missing; of each rotor it is said how many and where.
-pub(crate) fn without_stale<'a>(
-    logs: &'a [Dataset],
-    rotors: &[usize],
-    warnings: &mut Vec<Finding>,
-) -> Cow<'a, [Dataset]> {
-    let mut cleaned = Cow::Borrowed(logs);
-    for (at, log) in logs.iter().enumerate() {
-        for rotor in rotors {
-            let name = format!("propeller_rate_{rotor}_rad_s");
-            let command = log.column(&format!("command_{rotor}"));
-            let Some((command, rate)) = command.zip(log.column(&name)) else { continue };
-            let source = format!("{}, rotor {rotor}", log.source_name());
-            let Some(rate) = fresh(log, &source, command, rate, warnings) else { continue };
-            // As long as the column it replaces.
-            let _ = cleaned.to_mut()[at].replace(&name, rate);
-        }
-    }
-    cleaned
-}
-
-/// [rad/s] the rate without what was not measured; `None` where nothing had to be taken away.
-fn fresh(
-    log: &Dataset,
-    source: &str,
-    command: &[f64],
-    rate: &[f64],
-    warnings: &mut Vec<Finding>,
-) -> Option<Vec<f64>> {
-    let segments = log.segments();
-    let told = held(command, &segments);
-    let time = log.time();
-    let mut rate = rate.to_vec();
-    let zeros: Vec<usize> = segments.iter().flat_map(|segment| zeros(time, &told, &rate, segment)).collect();
-    if let Some(first) = zeros.first() {
-        warnings.push(format!(
-            "{source}: the rate reads exactly 0 in {} rows in which the rotor was told to turn, first at {:.2} s: a dropout of \
-             the telemetry, or a rotor that stood; taken as missing",
-            zeros.len(),
-            time[*first]
-        ).into());
-        zeros.iter().for_each(|row| rate[*row] = f64::NAN);
-    }
+/// Readings of a rotor's rate that did not answer to the command.
+pub(crate) fn frozen(channel: &Channel) -> Option<Judgement> {
+    let command = channel.command.filter(|_| channel.is_rotor_rate())?;
+    let (time, segments) = (channel.log.time(), channel.log.segments());
+    // What a logger held may be frozen as well.
+    let rate = channel.without(|code| code != SAMPLE_AND_HOLD);
+    let command = held(command, &segments);
     let scale = Scale::of(&rate);
-    let frozen: Vec<Frozen> =
-        segments.iter().flat_map(|segment| frozen(time, &told, &rate, segment, &scale)).collect();
-    if let Some(longest) = frozen.iter().max_by(|a, b| a.span().total_cmp(&b.span())) {
-        let left: usize = frozen.iter().map(|run| run.rows.len()).sum();
-        let places = match frozen.len() {
-            1 => String::new(),
-            places => format!(", and in {} more places", places - 1),
-        };
-        warnings.push(format!(
-            "{source}: the rate reads exactly {} rad/s from {:.1} to {:.1} s while the command changes (from {} to {}){places}: \
-             it was not measured there (a sensor or a recorder that froze, a wrong column, a rotor at its limit); {left} \
-             samples are left out",
-            short(longest.value),
-            longest.from,
-            longest.to,
-            short(longest.commands.0),
-            short(longest.commands.1),
-        ).into());
-        frozen.iter().flat_map(|run| &run.rows).for_each(|row| rate[*row] = f64::NAN);
-    }
-    (!zeros.is_empty() || !frozen.is_empty()).then_some(rate)
+    let runs: Vec<Frozen> =
+        segments.iter().flat_map(|segment| frozen_of(time, &command, &rate, segment, &scale)).collect();
+    let longest = runs.iter().max_by(|a, b| a.span().total_cmp(&b.span()))?;
+    let finding = channel
+        .finding(RATE_FROZEN)
+        .with("places", runs.len())
+        .with("from_s", longest.from)
+        .with("to_s", longest.to)
+        .with("value", longest.value)
+        .with("least_command", longest.commands.0)
+        .with("greatest_command", longest.commands.1);
+    Some(Judgement::new(finding, runs.into_iter().flat_map(|run| run.rows).collect()))
 }
 
 /// Rows of a segment that read zero although the rotor turned, or should have.
-fn zeros(time: &[f64], told: &[f64], rate: &[f64], segment: &Range<usize>) -> Vec<usize> {
+fn zeros_of(time: &[f64], command: &[f64], rate: &[f64], segment: &Range<usize>) -> Vec<usize> {
     let middle = middle(rate);
-    let is_started = started(time, told, segment);
+    let is_started = started(time, command, segment);
     let known: Vec<usize> = segment.clone().filter(|row| rate[*row].is_finite()).collect();
     let turns = |at: Option<usize>| {
         at.and_then(|at| known.get(at)).is_some_and(|row| rate[*row].abs() > NEIGHBOUR * middle)
@@ -124,15 +84,16 @@ fn zeros(time: &[f64], told: &[f64], rate: &[f64], segment: &Range<usize>) -> Ve
     while at < known.len() {
         let count = known[at..].iter().take_while(|row| rate[**row] == 0.0).count();
         let rows = &known[at..at + count];
-        let is_told = |row: &&usize| told[**row] >= LEAST_COMMAND;
+        let is_commanded = |row: &&usize| command[**row] >= LEAST_COMMAND;
         let is_between = turns(at.checked_sub(1)) && turns(Some(at + count));
-        let is_short = (1..=ISOLATED).contains(&count) && rows.iter().all(|row| is_told(&row)) && is_between;
+        let is_short =
+            (1..=ISOLATED).contains(&count) && rows.iter().all(|row| is_commanded(&row)) && is_between;
         // Before the first frame of a telemetry that starts late the rotor turned as behind it.
-        let is_first = at == 0 && rows.iter().all(|row| told[*row] >= TURNS);
+        let is_first = at == 0 && rows.iter().all(|row| command[*row] >= TURNS);
         let is_late = is_first && is_up(time, rate, &known[count..]);
         // Once it must have started and has not, it was not measured from the beginning.
         if is_short || is_late || rows.iter().any(|row| is_started[*row - segment.start]) {
-            zeros.extend(rows.iter().filter(is_told));
+            zeros.extend(rows.iter().filter(is_commanded));
         }
         at += count.max(1);
     }
@@ -145,15 +106,15 @@ fn is_up(time: &[f64], rate: &[f64], rows: &[usize]) -> bool {
     let Some(first) = rows.first() else { return false };
     let behind = rows.iter().filter(|row| (GOT_FAR..STARTED).contains(&(time[**row] - time[*first])));
     let sizes = behind.map(|row| rate[*row].abs()).filter(|size| *size > 0.0);
-    // Not the least of them, which may be wild.
+    // Not the least of them, which may be an outlier.
     quantile(sizes, 0.1).is_some_and(|low| rate[*first].abs() >= AT_ONCE * low)
 }
 
-/// Where in a segment a rotor has been told to turn for so long that it does.
-fn started(time: &[f64], told: &[f64], segment: &Range<usize>) -> Vec<bool> {
+/// Where in a segment a rotor has been commanded to turn for so long that it does.
+fn started(time: &[f64], command: &[f64], segment: &Range<usize>) -> Vec<bool> {
     let mut since = None;
     let is_started = segment.clone().map(|row| {
-        since = (told[row] >= TURNS).then(|| since.unwrap_or(time[row]));
+        since = (command[row] >= TURNS).then(|| since.unwrap_or(time[row]));
         since.is_some_and(|since| time[row] - since >= STARTED)
     });
     is_started.collect()
@@ -205,9 +166,15 @@ impl Frozen {
 }
 
 /// Runs of equal readings of a segment that did not answer to the command. A rotor that stands is none of them; zeros are
-/// judged by [`zeros`].
-fn frozen(time: &[f64], told: &[f64], rate: &[f64], segment: &Range<usize>, scale: &Scale) -> Vec<Frozen> {
-    let is_known = |row: &usize| rate[*row].is_finite() && told[*row].is_finite();
+/// judged by [`zeros_of`].
+fn frozen_of(
+    time: &[f64],
+    command: &[f64],
+    rate: &[f64],
+    segment: &Range<usize>,
+    scale: &Scale,
+) -> Vec<Frozen> {
+    let is_known = |row: &usize| rate[*row].is_finite() && command[*row].is_finite();
     let known: Vec<usize> = segment.clone().filter(is_known).collect();
     let mut found = Vec::new();
     for rows in known.chunk_by(|a, b| rate[*a] == rate[*b]) {
@@ -217,12 +184,12 @@ fn frozen(time: &[f64], told: &[f64], rate: &[f64], segment: &Range<usize>, scal
             continue;
         }
         // What the command's change would have done, by the chord of the rotor's curve, which is less steep than the curve.
-        let chord = value.abs() / told[first].max(LEAST_COMMAND);
+        let chord = value.abs() / command[first].max(LEAST_COMMAND);
         let shows = scale.step(value).map_or(JUMP, |step| (STEPS * step / chord).max(SAME));
-        let is_asked = |row: &usize| (told[*row] - told[first]).abs() > shows;
+        let is_asked = |row: &usize| (command[*row] - command[first]).abs() > shows;
         let unanswered = (first..last).find(is_asked).is_some_and(|row| to - time[row] >= UNANSWERED);
         if unanswered {
-            let commands = super::rotor_data::bounds(&told[first..=last]);
+            let commands = bounds(&command[first..=last]);
             found.push(Frozen { rows: rows.to_vec(), value, from, to, commands });
         }
     }
@@ -232,8 +199,11 @@ fn frozen(time: &[f64], told: &[f64], rate: &[f64], segment: &Range<usize>, scal
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::log::Dataset;
+    use crate::screening::Finding;
 
     const ROWS: usize = 6000;
+    const RATE: &str = "propeller_rate_1_rad_s";
 
     fn hash(row: usize) -> usize {
         row.wrapping_mul(2_654_435_761) >> 7
@@ -261,19 +231,20 @@ mod tests {
         if hash((t / 0.1 + 0.5) as usize) & 1 == 1 { 0.5 } else { 0.4 }
     }
 
-    /// Rows of rotor 1 that were taken away, and what was said.
+    /// Rows of rotor 1 that were taken away, and what was found.
     fn taken(log: &Dataset) -> (Vec<usize>, Vec<Finding>) {
-        let mut warnings = Vec::new();
-        let cleaned = without_stale(std::slice::from_ref(log), &[1, 2], &mut warnings);
-        let name = "propeller_rate_1_rad_s";
-        let left = cleaned[0].column(name).map_or(vec![f64::NAN; log.len()], <[f64]>::to_vec);
-        let before = log.column(name).unwrap();
-        let is_taken = |row: &usize| before[*row].is_finite() && !left[*row].is_finite();
-        ((0..log.len()).filter(is_taken).collect(), warnings)
+        let mut channel = Channel::of(log, RATE).unwrap();
+        for check in [zeros, frozen] {
+            let found = check(&channel);
+            channel.found.extend(found);
+        }
+        let mut rows: Vec<usize> = channel.found.iter().flat_map(|judged| judged.rows.clone()).collect();
+        rows.sort_unstable();
+        (rows, channel.found.into_iter().map(|judged| judged.finding).collect())
     }
 
     fn changed(log: &Dataset, change: impl Fn(usize, f64) -> f64) -> Dataset {
-        let name = "propeller_rate_1_rad_s";
+        let name = RATE;
         let rates = log.column(name).unwrap().iter().enumerate();
         let mut log = log.clone();
         log.replace(name, rates.map(|(row, rate)| change(row, *rate)).collect()).unwrap();
@@ -281,26 +252,24 @@ mod tests {
     }
 
     #[test]
-    fn a_rate_that_freezes_is_left_out_and_told_of() {
-        let lively = log(binary, 2.0, 1e-3);
-        let (rows, told) = taken(&changed(&lively, |_, _| 612.5));
+    fn a_rate_that_freezes_is_left_out_and_found() {
+        let excited = log(binary, 2.0, 1e-3);
+        let (rows, told) = taken(&changed(&excited, |_, _| 612.5));
         assert_eq!(rows.len(), ROWS, "never moved: {told:?}");
-        let sentence = "log.csv, rotor 1: the rate reads exactly 612.5 rad/s from 0.0 to 120.0 s while the command changes \
-                        (from 0.4 to 0.5)";
-        assert!(told.len() == 1 && told[0].to_string().starts_with(sentence), "{told:?}");
-        let last = lively.column("propeller_rate_1_rad_s").unwrap()[3000];
-        let half = changed(&lively, |row, rate| if (3000..4000).contains(&row) { last } else { rate });
+        assert_eq!((told.len(), told[0].code, told[0].rows), (1, RATE_FROZEN, ROWS));
+        let value = |name: &str| told[0].number(name);
+        assert_eq!([value("value"), value("least_command"), value("greatest_command")], [612.5, 0.4, 0.5]);
+        assert!(value("from_s") == 0.0 && (value("to_s") - 120.0).abs() < 0.03, "{told:?}");
+        let last = excited.column("propeller_rate_1_rad_s").unwrap()[3000];
+        let half = changed(&excited, |row, rate| if (3000..4000).contains(&row) { last } else { rate });
         let (rows, told) = taken(&half);
         assert_eq!((rows.first(), rows.last(), rows.len()), (Some(&3000), Some(&3999), 1000), "{told:?}");
-        assert!(
-            told[0].to_string().contains("from 60.0 to 80.0 s")
-                && told[0].to_string().contains("1000 samples"),
-            "{told:?}"
-        );
+        assert!((told[0].number("from_s") - 60.0).abs() < 0.03, "{told:?}");
+        assert!((told[0].number("to_s") - 80.0).abs() < 0.03 && told[0].rows == 1000, "{told:?}");
     }
 
     #[test]
-    fn what_a_sound_reading_does_is_no_freezing() {
+    fn what_a_good_reading_does_is_no_freezing() {
         // A coarse reading under one level, under levels that change once, on a slow ramp and on its way back, and beside a
         // command that moves by less than the reading tells.
         let ramp = |t: f64| 0.3 + 0.002 * (60.0 - (t - 60.0).abs());
@@ -309,7 +278,7 @@ mod tests {
             ("levels", log(|t| 0.3 + 0.1 * (t / 20.0).floor() / 5.0, 0.0, 10.0)),
             ("ramp", log(ramp, 0.0, 10.0)),
             ("coarse", log(|t| 0.46 + 0.002 * (2.0 * t).sin().signum(), 0.0, 20.0)),
-            ("lively", log(binary, 0.0, 10.0)),
+            ("excited", log(binary, 0.0, 10.0)),
             ("at rest", log(|t| if t < 60.0 { 0.03 * (t / 30.0).floor() } else { 0.45 }, 0.0, 10.0)),
         ] {
             assert_eq!(taken(&log), (vec![], vec![]), "{name}");
@@ -320,18 +289,18 @@ mod tests {
 
     #[test]
     fn single_zeros_are_missing_and_counted() {
-        let lively = log(binary, 2.0, 1e-3);
+        let excited = log(binary, 2.0, 1e-3);
         let lost = |row: usize| row > 0 && (hash(row).is_multiple_of(40) || (3000..3003).contains(&row));
-        let (rows, told) = taken(&changed(&lively, |row, rate| if lost(row) { 0.0 } else { rate }));
+        let (rows, told) = taken(&changed(&excited, |row, rate| if lost(row) { 0.0 } else { rate }));
         let expected: Vec<usize> = (0..ROWS).filter(|row| lost(*row)).collect();
         assert!(expected.len() > 100 && rows == expected, "{told:?}");
-        assert!(told[0].to_string().contains(&format!("exactly 0 in {} rows", expected.len())), "{told:?}");
+        assert_eq!((told[0].code, told[0].rows), (RATE_DROPOUT, expected.len()));
         // Long ones are no better, once the rotor must have started; a rotor that starts is none.
-        let (rows, told) = taken(&changed(&lively, |row, rate| if row >= 4000 { 0.0 } else { rate }));
+        let (rows, told) = taken(&changed(&excited, |row, rate| if row >= 4000 { 0.0 } else { rate }));
         assert_eq!((rows.first(), rows.len()), (Some(&4000), 2000), "{told:?}");
         // Nor are those before the first frame; a rotor that starts, and one in its dead zone, are none of these.
         for count in [1, 3, 25] {
-            let (rows, told) = taken(&changed(&lively, |row, rate| if row < count { 0.0 } else { rate }));
+            let (rows, told) = taken(&changed(&excited, |row, rate| if row < count { 0.0 } else { rate }));
             assert_eq!(rows, (0..count).collect::<Vec<usize>>(), "{told:?}");
         }
         let from_rest =

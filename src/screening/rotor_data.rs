@@ -4,9 +4,8 @@
 use std::ops::Range;
 
 use super::missing_commands::{self, Missing};
-use crate::identify::IdentifyError;
+use super::{Finding, ScreeningError};
 use crate::log::Dataset;
-use crate::screening::Finding;
 
 /// [-] below this command a rotor may stand still; the model does not speak of starting from standstill.
 pub(crate) const LEAST_COMMAND: f64 = 0.05;
@@ -36,7 +35,7 @@ pub(crate) struct RotorLog {
     pub segments: Vec<Range<usize>>,
     /// [s] median sampling interval.
     pub interval: f64,
-    /// What is known of the voltage where it was foretold, and not read.
+    /// What is known of the voltage where an instrument stands for it, and not the reading.
     pub foretold: Option<Foretold>,
     /// The log's other rotor, where it was commanded.
     pub beside: Option<Beside>,
@@ -92,18 +91,18 @@ impl RotorLog {
     /// The part of rotor `rotor` (from 1); `None` when the log does not hold its command and rate.
     ///
     /// # Errors
-    /// [`IdentifyError::Unit`] when a column cannot be in the unit of its name.
+    /// [`ScreeningError::Column`] when a column cannot be in the unit of its name.
     pub fn of(
         log: &Dataset,
         rotor: usize,
         warnings: &mut Vec<Finding>,
-    ) -> Result<Option<Self>, IdentifyError> {
+    ) -> Result<Option<Self>, ScreeningError> {
         let Some((mut this, missing)) = Self::read(log, rotor) else { return Ok(None) };
         this.check(warnings)?;
         this.leave_out_starts(warnings);
         this.leave_out_unmoved(warnings);
         if missing.places > 0 && bounds(&this.command).1 >= LEAST_COMMAND {
-            warnings.push(this.tell_of(&missing).into());
+            warnings.push(this.missing(&missing));
         }
         Ok(Some(this))
     }
@@ -116,7 +115,7 @@ impl RotorLog {
         let source = format!("{}, rotor {rotor}", log.source_name());
         let mut segments = log.segments();
         for segment in &mut segments {
-            // Before the first command of a stretch nobody knows what the rotor was told.
+            // Before the first command of a stretch nobody knows what the rotor was commanded.
             segment.start = segment.clone().find(|&row| command[row].is_finite()).unwrap_or(segment.end);
         }
         segments.retain(|segment| segment.len() > 2);
@@ -147,18 +146,21 @@ impl RotorLog {
         self.source.rsplit(' ').next().unwrap_or_default()
     }
 
+    /// A finding about this rotor in this log.
+    pub(crate) fn finding(&self, code: &'static str) -> Finding {
+        Finding::new(code, format!("rotor {}", self.number())).of(self.file())
+    }
+
     /// What is missing, and what was made of it.
-    fn tell_of(&self, missing: &Missing) -> String {
-        let Missing { places, rows, cells, interval, .. } = missing;
-        let measured = self.rate.iter().filter(|rate| rate.is_finite()).count();
-        format!(
-            "{}: commands come each {} ms, and in {places} places one or more are missing ({rows} rows, {cells} empty cells): \
-             what the rotor was told until the next one is not known, so each stretch behind such a place starts \
-             anew; {} of {measured} samples are used",
-            self.source,
-            crate::unit::short((1e6 * interval).round() / 1e3),
-            self.scored().count()
-        )
+    fn missing(&self, missing: &Missing) -> Finding {
+        let finding = self.finding("commands_missing").rows(missing.rows + missing.cells);
+        finding
+            .with("interval_s", missing.interval)
+            .with("places", missing.places)
+            .with("missing_rows", missing.rows)
+            .with("empty_cells", missing.cells)
+            .with("used", self.scored().count())
+            .with("measured", self.rate.iter().filter(|rate| rate.is_finite()).count())
     }
 
     /// Stretches without holes, whether every command is known or not: for what changes slowly.
@@ -208,11 +210,8 @@ impl RotorLog {
             }
         }
         if left > 0 {
-            warnings.push(format!(
-                "{}: {left} samples at commands below {LEAST_COMMAND} or within {STARTING} s after are left \
-                 out: a rotor that stands or starts does not follow the model",
-                self.source
-            ).into());
+            let finding = self.finding("standstill_left_out").rows(left);
+            warnings.push(finding.with("least_command", LEAST_COMMAND).with("starting_s", STARTING));
         }
     }
 }
@@ -279,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn tells_levels_from_ramps_from_jumps() {
+    fn levels_ramps_and_jumps_are_kept_apart() {
         let staircase = log(|t| 0.3 + 0.1 * (t / 20.0).floor(), 60.0);
         let motions: Vec<Motion> = rotor(&staircase).0.steady().iter().map(|part| part.0).collect();
         assert_eq!(motions, [Motion::Constant; 3]);
@@ -292,28 +291,25 @@ mod tests {
     }
 
     #[test]
-    fn standstill_is_left_out_and_said() {
+    fn standstill_is_left_out_and_found() {
         let (rotor, warnings) = rotor(&log(|t| if t < 5.0 { 0.0 } else { 0.5 }, 20.0));
         assert!(rotor.scored().all(|row| rotor.time[row] > 5.4));
-        assert!(
-            warnings.iter().any(|warning| warning.to_string().contains("stands or starts")),
-            "{warnings:?}"
-        );
+        assert!(warnings.iter().any(|it| it.code == "standstill_left_out" && it.rows == 275), "{warnings:?}");
     }
 
     #[test]
-    fn wrong_units_get_a_sentence() {
+    fn wrong_units_are_found() {
         let (_, warnings) = rotor(&log(|t| 0.9 + 0.01 * t, 20.0));
-        assert!(
-            warnings.iter().any(|warning| warning.to_string().contains("0 to 1 is expected")),
-            "{warnings:?}"
-        );
+        assert!(warnings.iter().any(|it| it.code == "command_out_of_range"), "{warnings:?}");
         let mut fast = log(|_| 0.5, 20.0);
         fast.replace("propeller_rate_1_rad_s", vec![6000.0; 1000]).unwrap();
         let (_, warnings) = rotor(&fast);
-        assert!(warnings.iter().any(|warning| warning.to_string().contains("rpm")), "{warnings:?}");
+        assert!(warnings.iter().any(|it| it.code == "rate_too_fast"), "{warnings:?}");
         let refused = RotorLog::of(&log(|t| 1000.0 + t, 20.0), 1, &mut Vec::new()).unwrap_err();
-        assert!(refused.to_string().contains("0 to 1 is expected"), "{refused}");
+        assert!(
+            matches!(&refused, ScreeningError::Column(finding) if finding.code == "command_out_of_range"),
+            "{refused}"
+        );
     }
 
     #[test]

@@ -5,11 +5,8 @@
 //! moves*: by many steps of the reading into a run of equal cells, and by many out of it. Of fresh readings nearly all
 //! such runs are one cell long; of held ones they have the length that telemetry and rows give them.
 
-use serde::Serialize;
-
-use super::readings::told;
+use super::channel::{Channel, Judgement};
 use crate::estimation::quantile::median;
-use crate::log::dataset::Dataset;
 
 /// [s] rows so far apart say nothing: between them a rotor may settle to the last digit.
 const TOO_SLOW: f64 = 0.15;
@@ -29,37 +26,15 @@ const HELD: (f64, f64) = (0.2, 0.1);
 /// Share of the runs in motion that are not longer than what is taken as the telemetry's pace.
 const USUAL: f64 = 0.97;
 
-/// Readings that stand in several rows.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Repeats {
-    /// Rows that repeat the one before, from 0.
-    #[serde(skip)]
-    pub rows: Vec<usize>,
-    /// How many they are.
-    pub cells: usize,
-    /// Fewest and most rows in which a reading usually stands while the signal moves.
-    pub stands_in: [usize; 2],
-    /// [s] from one reading to the next, on average.
-    pub interval_s: f64,
-}
+/// The code: readings that are written again until the next one comes.
+pub const SAMPLE_AND_HOLD: &str = "sample_and_hold";
 
-impl Repeats {
-    /// In words; `interval` [s] between rows.
-    pub(crate) fn sentence(&self, name: &str, interval: f64) -> String {
-        let [least, most] = self.stands_in;
-        let stands = if least == most {
-            format!("every reading stands in {most} rows")
-        } else {
-            format!("readings stand in {least} to {most} rows")
-        };
-        format!(
-            "`{name}`: {stands}, fresh ones come at {} Hz in a log of {} Hz; the {} cells that repeat one are no measurements, and \
-             what fits a model takes them as missing",
-            told(self.interval_s.recip(), 3),
-            told(interval.recip(), 3),
-            self.cells
-        )
-    }
+/// How often readings come.
+struct Pace {
+    /// Fewest and most rows in which a reading usually stands while the signal moves.
+    stands_in: [usize; 2],
+    /// [s] from one reading to the next, on average.
+    interval: f64,
 }
 
 /// Equal cells in a row: their rows, and what they read.
@@ -68,20 +43,30 @@ struct Run {
     value: f64,
 }
 
-/// How a channel of `log` repeats itself; `None` where each cell is a reading of its own.
-pub(crate) fn find(log: &Dataset, values: &[f64]) -> Option<Repeats> {
+/// Rows that repeat a reading; `None` where each cell is a reading of its own.
+pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
+    if channel.is_battery() {
+        return None;
+    }
+    let (log, values) = (channel.log, channel.left());
     let interval = log.median_interval();
     let stretches: Vec<Vec<Run>> =
-        log.segments().into_iter().map(|rows| runs(values, rows)).filter(|runs| !runs.is_empty()).collect();
+        log.segments().into_iter().map(|rows| runs(&values, rows)).filter(|runs| !runs.is_empty()).collect();
     let each = || stretches.iter().flatten();
     let cells: usize = each().map(|run| run.rows.len()).sum();
     let equal = cells - each().count();
     if interval >= TOO_SLOW || (equal as f64) < FEWEST_EQUAL * cells as f64 {
         return None;
     }
-    let pace = pace(&in_motion(log.time(), &stretches, &Steps::of(values)))?;
-    let rows: Vec<usize> = each().flat_map(|run| behind(&run.rows, pace.stands_in[1])).collect();
-    Some(Repeats { cells: rows.len(), rows, ..pace })
+    let pace = pace(&in_motion(log.time(), &stretches, &Steps::of(&values)))?;
+    let rows = each().flat_map(|run| behind(&run.rows, pace.stands_in[1])).collect();
+    let finding = channel
+        .finding(SAMPLE_AND_HOLD)
+        .with("least_rows", pace.stands_in[0])
+        .with("most_rows", pace.stands_in[1])
+        .with("interval_s", pace.interval)
+        .with("log_interval_s", interval);
+    Some(Judgement::new(finding, rows))
 }
 
 /// Rows of a run that hold no reading of their own, of a telemetry that has a new one in every `most` rows at least. A run
@@ -132,7 +117,7 @@ fn in_motion(time: &[f64], stretches: &[Vec<Run>], steps: &Steps) -> Vec<(usize,
 }
 
 /// The telemetry's pace in rows; `None` where it is that of the rows, or there is none.
-fn pace(runs: &[(usize, f64)]) -> Option<Repeats> {
+fn pace(runs: &[(usize, f64)]) -> Option<Pace> {
     let lengths: &Vec<usize> = &runs.iter().map(|run| run.0).collect();
     if lengths.len() < FEWEST_RUNS {
         return None;
@@ -158,6 +143,5 @@ fn pace(runs: &[(usize, f64)]) -> Option<Repeats> {
         _ => [least, least + 1],
     };
     let spans = runs.iter().filter(|run| (least..=least + 1).contains(&run.0)).map(|run| run.1);
-    let interval_s = spans.sum::<f64>() / usual.len() as f64;
-    Some(Repeats { rows: Vec::new(), cells: 0, stands_in, interval_s })
+    Some(Pace { stands_in, interval: spans.sum::<f64>() / usual.len() as f64 })
 }

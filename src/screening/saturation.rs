@@ -2,18 +2,18 @@
 //!
 //! Much may stand at an end of a channel's range: a level at which everything has settled, a body at rest, a coarse reading.
 //! So it is asked whether the channel comes to that end again and again and stands still there, while it moves elsewhere.
-//! What a coarse reading of a rotor settles to under one of its commands is not clipped, either.
+//! What a coarse reading of a rotor settles to under one of its commands is not saturated, either.
 
 use serde::Serialize;
 
-use super::readings::told;
+use super::channel::{Channel, Judgement};
 use crate::estimation::quantile::median;
 
-/// A channel with fewer distinct values than this is a switch; it cannot clip.
+/// A channel with fewer distinct values than this is a switch; it cannot saturate.
 const LEVELS_LEAST: usize = 20;
-/// A channel is clipped when its extreme value occurs this many times as often as the next one inside.
+/// A channel is saturated when its extreme value occurs this many times as often as the next one inside.
 const FACTOR: usize = 5;
-/// No fewer samples at the extreme than this are called clipped.
+/// No fewer samples at the extreme than this are called saturated.
 const LEAST: usize = 10;
 /// Times that the channel must have come to the end and stood there.
 const VISITS: usize = 3;
@@ -41,7 +41,7 @@ pub(crate) fn piles(sorted: &[f64]) -> Vec<Clip> {
         return Vec::new();
     }
     let ends = [(levels[0], levels[1]), (levels[levels.len() - 1], levels[levels.len() - 2])];
-    // Nothing below zero is nothing to clip: currents, thrusts and speeds of a rotor at rest pile up there.
+    // Nothing below zero is no end of a sensor: currents, thrusts and speeds of a rotor at rest pile up there.
     ends.into_iter()
         .filter(|(end, next)| end.len() >= LEAST && end.len() > FACTOR * next.len())
         .filter(|(end, _)| end[0] != 0.0)
@@ -49,42 +49,37 @@ pub(crate) fn piles(sorted: &[f64]) -> Vec<Clip> {
         .collect()
 }
 
+/// The code: readings at the end of what the sensor or its wire can tell.
+pub const SATURATED: &str = "saturated";
+
 /// Readings of a channel at the ends of its range.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Clipped {
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Saturated {
     /// Their rows, from 0.
-    #[serde(skip)]
     pub rows: Vec<usize>,
     /// Rows of the readings right before and behind those: that they are within the range is their noise's choice as much as
     /// the channel's, so they are biased.
-    #[serde(skip)]
     pub beside: Vec<usize>,
-    /// How many they are.
-    pub cells: usize,
     /// Readings of the channel.
     pub of: usize,
     /// The ends, in the channel's unit, ascending.
     pub at: Vec<f64>,
 }
 
-impl Clipped {
-    /// In words.
-    pub(crate) fn sentence(&self, name: &str) -> String {
-        let at: Vec<String> = self.at.iter().map(|at| told(*at, 4)).collect();
-        format!(
-            "`{name}` is clipped at {}: {} of {} readings stand there, and how far it really went is not known; what fits a model \
-             takes them as missing, and the reading on either side of each stay there; record with a wider range, or drive less",
-            at.join(" and "),
-            self.cells,
-            self.of
-        )
+/// Readings at the ends of the channel's range.
+pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
+    if channel.is_battery() {
+        return None;
     }
+    let Saturated { rows, beside, of, at } = find(&channel.left(), channel.command)?;
+    let finding = channel.finding(SATURATED).with("readings", of).with("at", at);
+    Some(Judgement { biased: beside, ..Judgement::new(finding, rows) })
 }
 
-/// The clipped ones among the readings of a channel that are finite; `None` where there are none. `command` is what moves
+/// The saturated ones among the readings of a channel that are finite; `None` where there are none. `command` is what moves
 /// it, where that is one rotor's and is known.
 #[must_use]
-pub fn find(values: &[f64], command: Option<&[f64]>) -> Option<Clipped> {
+pub(crate) fn find(values: &[f64], command: Option<&[f64]>) -> Option<Saturated> {
     let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
     let mut sorted: Vec<f64> = known.iter().map(|row| values[*row]).collect();
     sorted.sort_by(f64::total_cmp);
@@ -117,8 +112,8 @@ pub fn find(values: &[f64], command: Option<&[f64]>) -> Option<Clipped> {
         _ => None,
     };
     let beside = known.windows(2).filter_map(next_to_end).collect();
-    let (cells, of) = (rows.len(), known.len());
-    (!rows.is_empty()).then_some(Clipped { rows, beside, cells, of, at })
+    let of = known.len();
+    (!rows.is_empty()).then_some(Saturated { rows, beside, of, at })
 }
 
 /// Whether a channel comes to an end of its range as what settles does that is read in steps: slowly, the last two steps of

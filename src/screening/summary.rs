@@ -1,18 +1,18 @@
 //! What a log looks like before anybody fits anything to it: rate, jitter, holes, channels that are frozen, clipped
 //! or drop out, starts from standstill.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
-use super::frozen_gyro::{frozen, smallest_step};
-use super::readings::Unmeasured;
-use super::saturation::Clip;
-use super::saturation::{self, piles};
+use super::frozen_gyro::{GYRO_FROZEN, frozen, smallest_step};
+use super::rate_dropouts::RATE_FROZEN;
+use super::saturation::{self, Clip, SATURATED, piles};
+use super::screened_log::{ScreenedChannel, ScreenedLog};
+use super::{Evidence, Finding};
 use crate::estimation::quantile::{median, quantile};
 use crate::log::dataset::{Dataset, LOG_SIGNALS};
-use crate::screening::Finding;
-use crate::unit::short;
 
 #[cfg(test)]
 mod tests;
@@ -61,7 +61,7 @@ pub struct Stretch {
 
 /// What one channel looks like.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ChannelFindings {
+pub struct ChannelSummary {
     /// Name in the log.
     pub name: String,
     /// Cells with a value.
@@ -74,7 +74,7 @@ pub struct ChannelFindings {
     pub range: [f64; 2],
     /// It never changes.
     pub constant: bool,
-    /// Stretches in which it repeats a value longer than its own liveliness explains.
+    /// Stretches in which it repeats a value longer than its own motion explains.
     pub frozen: Vec<Stretch>,
     /// Ends at which it piles up.
     pub clipped: Vec<Clip>,
@@ -82,12 +82,12 @@ pub struct ChannelFindings {
     pub dropouts: Vec<Stretch>,
     /// Cells that are no measurements.
     #[serde(flatten)]
-    pub unmeasured: Unmeasured,
+    pub not_measured: NotMeasured,
 }
 
 /// What a log looks like.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Findings {
+pub struct LogSummary {
     /// Rows.
     pub samples: usize,
     /// [s] first and last time.
@@ -101,12 +101,12 @@ pub struct Findings {
     /// [s] when a rotor began to turn from standstill.
     pub standstill_starts_s: Vec<f64>,
     /// Channel by channel.
-    pub channels: Vec<ChannelFindings>,
-    /// The same in sentences: what somebody who fits a model to this log must know.
+    pub channels: Vec<ChannelSummary>,
+    /// What somebody who fits a model to this log must know.
     pub findings: Vec<Finding>,
 }
 
-impl Findings {
+impl LogSummary {
     /// Looks through a log.
     #[must_use]
     pub fn of(log: &Dataset) -> Self {
@@ -115,8 +115,10 @@ impl Findings {
         let limit = 2.5 * median;
         let intervals =
             || time.windows(2).map(|pair| pair[1] - pair[0]).filter(|interval| *interval <= limit);
-        let channels = log.names().filter_map(|name| Some(channel(log, name, log.column(name)?))).collect();
-        let mut findings = Self {
+        let screened = ScreenedLog::of(log);
+        let named = log.names().filter_map(|name| Some((name, log.column(name)?)));
+        let channels = named.map(|(name, values)| channel(&screened, log, name, values)).collect();
+        let mut summary = Self {
             samples: log.len(),
             time_s: [time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0)],
             median_interval_s: median,
@@ -126,73 +128,75 @@ impl Findings {
             channels,
             findings: Vec::new(),
         };
-        findings.findings = findings.sentences();
-        findings
+        summary.findings = summary.found(&screened);
+        summary
     }
 
-    fn sentences(&self) -> Vec<Finding> {
-        let mut said: Vec<Finding> = Vec::new();
+    fn found(&self, log: &ScreenedLog) -> Vec<Finding> {
+        let of = |code, channel: &str| Finding::new(code, channel).of(log.dataset().source_name());
+        let mut found: Vec<Finding> = Vec::new();
         if let Some(longest) = self.holes.iter().map(|hole| hole.length_s).max_by(f64::total_cmp) {
             let count = |step| self.holes.iter().filter(|hole| hole.at_step == Some(step)).count();
-            let typical = 1e3 * self.median_interval_s;
-            said.push(format!(
-                "{} in time (rows are {typical:.1} ms apart, the longest hole is {:.0} ms): {} at up-steps of a \
-                 command, {} at down-steps",
-                counted(self.holes.len(), "hole"),
-                1e3 * longest,
-                count(Step::Up),
-                count(Step::Down)
-            ).into());
+            let finding = of("holes", "time_s").with("count", self.holes.len()).with("longest_s", longest);
+            let finding = finding.with("interval_s", self.median_interval_s);
+            found.push(finding.with("at_up_steps", count(Step::Up)).with("at_down_steps", count(Step::Down)));
         }
-        if !self.standstill_starts_s.is_empty() {
-            let first = self.standstill_starts_s[0];
-            said.push(format!(
-                "{} from standstill, the first at {first:.3} s: what happens there is not in the model's range",
-                counted(self.standstill_starts_s.len(), "start")
-            ).into());
+        if let Some(first) = self.standstill_starts_s.first() {
+            let finding = of("starts_from_standstill", "").with("count", self.standstill_starts_s.len());
+            found.push(finding.with("first_s", *first));
         }
         for channel in &self.channels {
-            channel.sentences(self.median_interval_s, &mut said);
+            found.extend(channel.found(&of));
+            found.extend(channel.not_measured.0.iter().cloned());
         }
-        said
+        found
     }
 }
 
-impl ChannelFindings {
-    fn sentences(&self, interval: f64, said: &mut Vec<Finding>) {
-        let name = &self.name;
+impl ChannelSummary {
+    /// What may be wrong with it; where it is sure that cells are no measurements that is a finding of its own.
+    fn found(&self, of: &impl Fn(&'static str, &str) -> Finding) -> Vec<Finding> {
+        let mut found = Vec::new();
+        let of = |code| of(code, &self.name);
+        let with_longest = |finding: Finding, stretches: &[Stretch], longest: &Stretch| {
+            let finding = finding.with("count", stretches.len()).with("longest_s", longest.length_s);
+            finding.with("from_s", longest.start_s).with("value", longest.value)
+        };
         // That the guard was armed throughout is how it should be.
-        if self.constant && !name.starts_with("guard_") {
-            said.push(format!("`{name}` is {} throughout", short(self.range[0])).into());
+        if self.constant && !self.name.starts_with("guard_") {
+            found.push(of("constant").with("value", self.range[0]));
         }
-        if let Some(longest) = longest(&self.frozen).filter(|_| self.unmeasured.stuck.is_none()) {
-            let (length, start, value) = (longest.length_s, longest.start_s, short(longest.value));
-            let count = counted(self.frozen.len(), "time");
-            said.push(
-                format!("`{name}` is frozen {count}, longest for {length:.3} s from {start:.3} s at {value}")
-                    .into(),
-            );
+        let is_sure = |codes: &[&str]| self.not_measured.0.iter().any(|it| codes.contains(&it.code));
+        if let Some(longest) = longest(&self.frozen).filter(|_| !is_sure(&[GYRO_FROZEN, RATE_FROZEN])) {
+            found.push(with_longest(of("perhaps_frozen"), &self.frozen, longest));
         }
-        // Where it is sure that they are no measurements it is told with what follows of it.
-        for clip in self.clipped.iter().filter(|_| self.unmeasured.clipped.is_none()) {
-            said.push(
-                format!("`{name}` is clipped at {}: {} samples stand there", short(clip.at), clip.samples)
-                    .into(),
-            );
+        for clip in self.clipped.iter().filter(|_| !is_sure(&[SATURATED])) {
+            found.push(of("perhaps_saturated").with("at", clip.at).with("samples", clip.samples));
         }
         if let Some(longest) = longest(&self.dropouts) {
-            let (length, start) = (longest.length_s, longest.start_s);
-            let count = counted(self.dropouts.len(), "time");
-            said.push(
-                format!("`{name}` drops out {count}, longest for {length:.3} s from {start:.3} s").into(),
-            );
+            found.push(with_longest(of("dropouts"), &self.dropouts, longest));
         }
-        said.extend(self.unmeasured.sentences(name, interval).into_iter().map(Finding::from));
+        found
     }
 }
 
-fn counted(count: usize, what: &str) -> String {
-    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+/// What checks found in a channel, each under its code.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct NotMeasured(pub Vec<Finding>);
+
+impl Serialize for NotMeasured {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Cells<'a> {
+            cells: usize,
+            #[serde(flatten)]
+            evidence: BTreeMap<&'a str, &'a Evidence>,
+        }
+        serializer.collect_map(self.0.iter().map(|finding| {
+            let evidence = finding.evidence.iter().map(|(name, value)| (*name, value)).collect();
+            (finding.code, Cells { cells: finding.rows, evidence })
+        }))
+    }
 }
 
 fn longest(stretches: &[Stretch]) -> Option<&Stretch> {
@@ -204,7 +208,7 @@ fn is_command(name: &str) -> bool {
     name.contains("command") || !LOG_SIGNALS.iter().any(|known| known.name == name)
 }
 
-fn channel(log: &Dataset, name: &str, values: &[f64]) -> ChannelFindings {
+fn channel(screened: &ScreenedLog, log: &Dataset, name: &str, values: &[f64]) -> ChannelSummary {
     // Time, value and place of each cell that holds one.
     let present: Vec<(f64, f64, usize)> = log
         .time()
@@ -220,7 +224,7 @@ fn channel(log: &Dataset, name: &str, values: &[f64]) -> ChannelFindings {
     let range = [sorted.first(), sorted.last()].map(|end| end.copied().unwrap_or(0.0));
     let constant = present.len() > 2 && range[0] == range[1];
     let measured = !is_command(name) && !constant;
-    ChannelFindings {
+    ChannelSummary {
         name: name.to_owned(),
         samples: present.len(),
         missing: values.len() - present.len(),
@@ -230,7 +234,7 @@ fn channel(log: &Dataset, name: &str, values: &[f64]) -> ChannelFindings {
         frozen: if measured { stretches(name, &present) } else { Vec::new() },
         clipped: if measured { clips(log, name, values, &sorted) } else { Vec::new() },
         dropouts: dropouts(log, &present, median),
-        unmeasured: Unmeasured::of(log, name),
+        not_measured: NotMeasured(screened.channel(name).map(ScreenedChannel::findings).unwrap_or_default()),
     }
 }
 

@@ -13,7 +13,7 @@ use crate::screening::Finding;
 /// first where neighbours scatter alike, so that it is no noise of the sensor, the second in any case.
 const SCATTER: (f64, f64) = (0.02, 0.04);
 /// Lag-one correlation from which neighbours scatter alike.
-const ALIKE: f64 = 0.3;
+const CORRELATED: f64 = 0.3;
 /// Samples that show it.
 const FEWEST: usize = 50;
 /// Powers of time in the smooth course of a rate: battery and temperature.
@@ -42,13 +42,9 @@ impl RotorLog {
             self.cut(&rows);
         }
         if let Some((scatter, mean, command)) = shown {
-            warnings.push(format!(
-                "{}: the command stands still at {command:.4} while the rate scatters by {scatter:.0} rad/s ({:.0} %) about \
-                 its smooth course: it is not this command that moved the rotor (a wrong column, a recorder that \
-                 froze, the log of something else); {left} samples, from {first:.1} to {last:.1} s, are left out",
-                self.source,
-                100.0 * scatter / mean
-            ).into());
+            let finding = self.finding("uncommanded_motion").rows(left).with("command", command);
+            let finding = finding.with("scatter_rad_s", scatter).with("mean_rad_s", mean);
+            warnings.push(finding.with("from_s", first).with("to_s", last));
         }
     }
 
@@ -65,8 +61,8 @@ impl RotorLog {
             .unwrap_or(rows.start)
     }
 
-    /// Ends the stretches of known commands before these rows, and begins new ones behind: what the rotor was told
-    /// meanwhile is not known.
+    /// Ends the stretches of known commands before these rows, and begins new ones behind: what the rotor was
+    /// commanded meanwhile is not known.
     fn cut(&mut self, rows: &Range<usize>) {
         let left = |segment: &Range<usize>| {
             [segment.start..segment.end.min(rows.start), segment.start.max(rows.end)..segment.end]
@@ -87,7 +83,7 @@ impl RotorLog {
         let rate = DVector::from_iterator(rows.len(), rows.iter().map(|&row| self.rate[row]));
         let fit = least_squares::least_squares(&course, &rate)?;
         let share = fit.residual_rms / rate.mean().abs().max(f64::MIN_POSITIVE);
-        let alike = least_squares::lag_one_correlation(fit.residuals.as_slice()) > ALIKE;
+        let alike = least_squares::lag_one_correlation(fit.residuals.as_slice()) > CORRELATED;
         (share > SCATTER.1 || (share > SCATTER.0 && alike)).then_some((fit.residual_rms, rate.mean().abs()))
     }
 }
@@ -97,7 +93,7 @@ mod tests {
     use super::*;
     use crate::log::Dataset;
 
-    /// Two minutes at 50 Hz; `command` is what the log says, `moved` what the rotor is told, from `froze` [s] on.
+    /// Two minutes at 50 Hz; `command` is what the log says, `moved` what the rotor is commanded, from `froze` [s] on.
     fn log(froze: f64, noise: f64) -> Dataset {
         let time: Vec<f64> = (0..6000).map(|row| f64::from(row) * 0.02).collect();
         let binary = |row: usize| if row.wrapping_mul(2_654_435_761) >> 7 & 1 == 1 { 0.5 } else { 0.4 };
@@ -109,8 +105,8 @@ mod tests {
             let scatter =
                 noise * (f64::from((row.wrapping_mul(2_654_435_761) >> 24 & 255) as u8) / 128.0 - 1.0);
             rates.push(rate + scatter);
-            let told = if froze.is_finite() || !stands(row) { binary(row) } else { 0.45 };
-            rate += 0.27 * (1400.0 * told - rate);
+            let commanded = if froze.is_finite() || !stands(row) { binary(row) } else { 0.45 };
+            rate += 0.27 * (1400.0 * commanded - rate);
         }
         let mut log = Dataset::new("log.csv", "", time).unwrap();
         log.insert("command_1", command).unwrap();
@@ -127,14 +123,13 @@ mod tests {
     fn a_frozen_command_says_so_and_is_left_out() {
         let (whole, warnings) = rotor(&log(0.0, 2.0));
         assert_eq!(whole.scored().count(), 0, "{warnings:?}");
-        assert!(warnings.iter().any(|it| it.to_string().contains("stands still at 0.4500")), "{warnings:?}");
+        let is_found = |it: &Finding| it.code == "uncommanded_motion" && it.number("command") == 0.45;
+        assert!(warnings.iter().any(is_found), "{warnings:?}");
         let (part, warnings) = rotor(&log(60.0, 2.0));
-        // Back to the last change of the command, from which on the log does not say what the rotor was told.
+        // Back to the last change of the command, from which on the log does not say what the rotor was commanded.
         assert!((2995..=3005).contains(&part.scored().count()), "{warnings:?}");
-        assert!(
-            warnings.iter().any(|it| it.to_string().contains("from 60.0 to 120.0 s, are left out")),
-            "{warnings:?}"
-        );
+        let span = [warnings[0].number("from_s"), warnings[0].number("to_s")];
+        assert!((span[0] - 60.0).abs() < 0.05 && (span[1] - 120.0).abs() < 0.05, "{warnings:?}");
         assert_eq!(part.segments, vec![0..3000]);
         assert_eq!(rotor(&log(f64::INFINITY, 2.0)).1, [], "commands that move the rotor");
     }
@@ -142,14 +137,16 @@ mod tests {
     /// Behind a command that comes back the rotor's state is not known: a stretch of its own begins.
     #[test]
     fn a_command_that_comes_back_begins_a_new_stretch() {
-        let (mut log, lively) = (log(60.0, 2.0), log(f64::INFINITY, 2.0));
+        let (mut log, excited) = (log(60.0, 2.0), log(f64::INFINITY, 2.0));
         let column = |log: &Dataset| log.column("command_1").unwrap().to_vec();
-        let (frozen, told) = (column(&log), column(&lively));
-        let commands = (0..6000).map(|row| if row < 4000 { frozen[row] } else { told[row] });
+        let (frozen, commanded) = (column(&log), column(&excited));
+        let commands = (0..6000).map(|row| if row < 4000 { frozen[row] } else { commanded[row] });
         log.replace("command_1", commands.collect()).unwrap();
         let (part, warnings) = rotor(&log);
         assert_eq!(part.segments, [0..3000, 4000..6000], "{warnings:?}");
-        assert!(warnings[0].to_string().contains("1000 samples, from 60.0 to 80.0 s"), "{warnings:?}");
+        assert_eq!((warnings[0].code, warnings[0].rows), ("uncommanded_motion", 1000));
+        let span = [warnings[0].number("from_s"), warnings[0].number("to_s")];
+        assert!((span[0] - 60.0).abs() < 0.05 && (span[1] - 80.0).abs() < 0.05, "{warnings:?}");
     }
 
     #[test]

@@ -4,8 +4,9 @@ use rotorbench::report::findings::sentences;
 use std::f64::consts::TAU;
 use std::process::Command;
 
-use rotorbench::identify::{IdentifySettings, identify};
+use rotorbench::identify::{IdentifyError, IdentifySettings, identify};
 use rotorbench::log::Dataset;
+use rotorbench::screening::Finding;
 use rotorbench::shm::{PassingBench, SharedMemoryConfig};
 
 use super::bench::{bench, prbs, run};
@@ -40,8 +41,9 @@ fn logs_that_cannot_be_used_are_named_with_the_reason() {
     let both = |bad: &Dataset| {
         let found = identify(&[good.clone(), bad.clone()], &[], &settings()).expect("the good one");
         let alone =
-            identify(std::slice::from_ref(bad), &[], &settings()).map(|found| sentences(&found.findings));
-        (sentences(&found.findings), alone.map_err(|error| error.to_string()))
+            identify(std::slice::from_ref(bad), &[], &settings()).expect_err("nothing can be identified");
+        let IdentifyError::Nothing { reasons } = alone else { panic!("{alone}") };
+        (found.findings, reasons)
     };
     let renamed = |name: &str| Dataset::new(name, "", good.time().to_vec()).expect("rising time");
     let column = |name: &str| good.column(name).expect("there").to_vec();
@@ -58,19 +60,22 @@ fn logs_that_cannot_be_used_are_named_with_the_reason() {
         bare.insert(name.replace("_rad_s", ""), column(name)).expect("fits");
     }
     frozen.replace("command_1", vec![0.4633; good.len()]).expect("fits");
-    for (bad, sentence) in [
-        (&five, "five.csv: not used: 5 usable samples over 0.08 s are too few"),
-        (&header, "header.csv: not used: it has a header and no rows"),
-        (&rpm, "rpm.csv: not used: it has no command_N with a propeller_rate_N_rad_s"),
-        (&rpm, "`propeller_rate_1_rpm` is not read: the log format has `propeller_rate_1_rad_s`"),
-        (&bare, "bare.csv: `propeller_rate_1` is not read, for its name does not say its unit"),
-        (&frozen, "frozen.csv, rotor 1: the command stands still at 0.4633 while the rate scatters"),
-        (&frozen, "frozen.csv: not used: no rate was measured while a rotor ran under a known command"),
+    for (bad, code, subject, reason) in [
+        (&five, "log_not_used", "", "not_excited"),
+        (&header, "log_not_used", "", "no_rows"),
+        (&rpm, "log_not_used", "", "no_rotor_columns"),
+        (&rpm, "column_in_another_unit", "propeller_rate_1_rpm", ""),
+        (&bare, "column_without_unit", "propeller_rate_1", ""),
+        (&frozen, "uncommanded_motion", "rotor 1", ""),
+        (&frozen, "log_not_used", "", "no_rate_under_command"),
     ] {
+        let is_it = |it: &Finding| {
+            let place = (it.code, it.log.as_str(), it.subject.as_str());
+            place == (code, bad.source_name(), subject) && it.text("reason") == reason
+        };
         let (beside, alone) = both(bad);
-        assert!(beside.iter().any(|it| it.contains(sentence)), "{sentence}: {beside:?}");
-        let alone = alone.expect_err("nothing can be identified");
-        assert!(alone.contains(sentence), "{sentence}: {alone}");
+        assert!(beside.iter().any(is_it), "{code} {reason}: {beside:?}");
+        assert!(alone.iter().any(is_it), "{code} {reason}: {alone:?}");
     }
     // What is good alone is as good beside them: the same numbers.
     let (alone, beside) =
@@ -89,15 +94,9 @@ fn logs_that_cannot_be_used_are_named_with_the_reason() {
     let once = identify(&[twin("a.csv")], &[], &settings()).expect("identified");
     assert_eq!(twice.joint.map(|fit| fit.pole), once.joint.map(|fit| fit.pole));
     assert!(twice.validation.is_empty(), "{:?}", twice.validation.len());
-    for sentence in [
-        "b.csv: not used: it holds the same as a.csv",
-        "c.csv: not validated on: it holds the same as a.csv, which was fitted to",
-    ] {
-        assert!(
-            sentences(&twice.findings).iter().any(|it| it.contains(sentence)),
-            "{:?}",
-            sentences(&twice.findings)
-        );
+    for (log, code) in [("b.csv", "log_not_used"), ("c.csv", "validation_log_was_fitted")] {
+        let is_it = |it: &Finding| it.log == log && it.code == code && it.text("same_as") == "a.csv";
+        assert!(twice.findings.iter().any(is_it), "{:?}", twice.findings);
     }
 }
 
@@ -115,16 +114,11 @@ fn values_that_suggest_another_unit_or_no_sensor_are_said() {
     let none = identify(std::slice::from_ref(&good), &[], &settings(false)).expect("identified");
     let dead = with("battery_voltage_v", &|_| 0.0);
     assert_eq!(dead.model.actuator, none.model.actuator, "as if no voltage had been measured");
-    assert!(
-        sentences(&dead.findings).iter().any(|it| it.contains("it is not connected")),
-        "{:?}",
-        sentences(&dead.findings)
-    );
-    for (factor, unit) in [(1.0 / TAU, "`rev/s`"), (0.06 / TAU, "`krpm`"), (5.7, "`rpm`")] {
+    assert!(dead.findings.iter().any(|it| it.code == "battery_not_connected"), "{:?}", dead.findings);
+    for (factor, unit) in [(1.0 / TAU, "rev/s"), (0.06 / TAU, "krpm"), (5.7, "rpm")] {
         let found = with("propeller_rate_1_rad_s", &|rate| factor * rate);
-        let said = sentences(&found.findings)
-            .iter()
-            .any(|it| it.contains("what the template's rotor does") && it.contains(unit));
+        let is_it = |it: &Finding| it.code == "rate_unlike_template" && it.text("unit") == unit;
+        let said = found.findings.iter().any(is_it);
         assert!(said, "{unit}: {:?}", sentences(&found.findings));
     }
     let sound = with("propeller_rate_1_rad_s", &|rate| 1.5 * rate);

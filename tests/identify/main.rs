@@ -7,4 +7,5 @@ mod logs;
 mod margins;
 mod missing;
 mod readings;
+mod screened;
 mod section_three;

@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 
 use crate::compare::{Block, Comparison, Direction};
 use crate::log::Dataset;
+use crate::report::findings::{sentence, text as text_of};
 use crate::report::story::wrapped;
 use crate::report::{Mark, Table, number, sparkline};
-use crate::screening::summary::Findings;
+use crate::screening::summary::LogSummary;
 
 pub(super) fn percent(share: f64) -> String {
     format!("{} %", number(100.0 * share, if share < 0.1 { 2 } else { 3 }))
@@ -206,7 +207,8 @@ pub(super) fn torque_sentence(comparison: &Comparison) -> Option<String> {
 /// What to know about a log, first what makes everything else worthless.
 pub(super) fn notes(comparisons: &[Comparison], log: &Dataset) -> Vec<String> {
     let mistaken = comparisons.first().map(|first| first.mistaken_columns.clone()).unwrap_or_default();
-    mistaken.into_iter().chain(crate::report::findings::sentences(&Findings::of(log).findings)).collect()
+    let mistaken = mistaken.iter().map(sentence);
+    mistaken.chain(LogSummary::of(log).findings.iter().map(text_of)).collect()
 }
 
 /// One screen.

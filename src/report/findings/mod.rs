@@ -5,17 +5,23 @@ mod diagnose;
 mod identify;
 mod screening;
 
-use crate::screening::Finding;
-use crate::screening::finding::SENTENCE;
+use std::error::Error;
 
-/// The sentence of a finding, behind the name of its log.
+use crate::diagnose::DiagnoseError;
+use crate::identify::IdentifyError;
+use crate::screening::finding::SENTENCE;
+use crate::screening::{Finding, ScreeningError};
+
+/// The sentence of a finding, behind the names of its log and its rotor.
 #[must_use]
 pub fn sentence(finding: &Finding) -> String {
-    let text = said(finding);
-    if finding.log.is_empty() { text } else { format!("{}: {text}", finding.log) }
+    let place = finding.place();
+    if place.is_empty() { text(finding) } else { format!("{place}: {}", text(finding)) }
 }
 
-fn said(finding: &Finding) -> String {
+/// The sentence of a finding where its log is known.
+#[must_use]
+pub fn text(finding: &Finding) -> String {
     if finding.code == SENTENCE {
         return finding.text("text").to_owned();
     }
@@ -30,4 +36,19 @@ fn said(finding: &Finding) -> String {
 #[must_use]
 pub fn sentences(findings: &[Finding]) -> Vec<String> {
     findings.iter().map(sentence).collect()
+}
+
+/// What an error says whose reason is a finding; `None` of one that speaks for itself.
+#[must_use]
+pub fn refusal(error: &(dyn Error + 'static)) -> Option<String> {
+    if let Some(DiagnoseError::Column(error)) = error.downcast_ref::<DiagnoseError>() {
+        return refusal(error);
+    }
+    match error.downcast_ref::<IdentifyError>()? {
+        IdentifyError::Screening(ScreeningError::Column(finding)) => Some(sentence(finding)),
+        IdentifyError::Nothing { reasons } => {
+            Some(format!("nothing can be identified:\n  {}", sentences(reasons).join("\n  ")))
+        }
+        _ => None,
+    }
 }

@@ -1,6 +1,15 @@
 //! Logs in which readings repeat, and logs in which they seem to.
 
-use crate::screening::readings::*;
+use crate::log::Dataset;
+use crate::screening::battery_range::BATTERY_DROPOUT;
+use crate::screening::channel::BATTERY;
+use crate::screening::frozen_gyro::GYRO_FROZEN;
+use crate::screening::outliers::{OUTLIERS, TOO_MANY_OUTLIERS};
+use crate::screening::rate_dropouts::RATE_DROPOUT;
+use crate::screening::readings::bridged;
+use crate::screening::sample_and_hold::SAMPLE_AND_HOLD;
+use crate::screening::saturation::{self, SATURATED};
+use crate::screening::{Finding, Judgement, ScreenedLog};
 
 mod ends;
 mod outliers;
@@ -71,39 +80,47 @@ fn held(values: &[f64], fresh: impl Fn(usize) -> bool) -> Vec<f64> {
     each.collect()
 }
 
-fn repeats(log: &Dataset, name: &str) -> Option<Repeats> {
-    Unmeasured::of(log, name).repeats
+/// What a check found in a channel, by its code.
+fn found(log: &Dataset, name: &str, code: &str) -> Option<Judgement> {
+    let screened = ScreenedLog::of(log);
+    let judged = &screened.channel(name).expect("it is looked at").judgements;
+    judged.iter().find(|judged| judged.finding.code == code).cloned()
+}
+
+/// A channel without what is no measurement, and what was found in the log.
+fn cleaned(log: &Dataset, name: &str) -> (Vec<f64>, Vec<Finding>) {
+    let screened = ScreenedLog::of(log);
+    (screened.dataset().column(name).unwrap().to_vec(), screened.findings().cloned().collect())
+}
+
+/// Fewest and most rows in which readings stand.
+fn stands_in(log: &Dataset, name: &str) -> Option<[usize; 2]> {
+    let finding = found(log, name, SAMPLE_AND_HOLD)?.finding;
+    Some([finding.count("least_rows"), finding.count("most_rows")])
 }
 
 #[test]
-fn held_readings_are_taken_as_missing_and_told() {
+fn held_readings_are_taken_as_missing_and_found() {
     type Fresh = fn(usize) -> bool;
-    let patterns: [(&str, Fresh, &str); 5] = [
-        (
-            "second",
-            |row| row.is_multiple_of(2),
-            "every reading stands in 2 rows, fresh ones come at 25 Hz in a log of 50 Hz",
-        ),
-        (
-            "third",
-            |row| row.is_multiple_of(3),
-            "every reading stands in 3 rows, fresh ones come at 16.7 Hz in a log of 50 Hz",
-        ),
-        ("fourth", |row| row.is_multiple_of(4), "every reading stands in 4 rows, fresh ones come at 12.5 Hz"),
-        ("1-2-1-2", |row| row % 3 != 2, "readings stand in 1 to 2 rows, fresh ones come at 33.3"),
-        ("1-1-1-2", |row| row % 5 != 4, "readings stand in 1 to 2 rows, fresh ones come at 40 Hz"),
+    let patterns: [(&str, Fresh, [usize; 2], f64); 5] = [
+        ("second", |row| row.is_multiple_of(2), [2, 2], 25.0),
+        ("third", |row| row.is_multiple_of(3), [3, 3], 16.7),
+        ("fourth", |row| row.is_multiple_of(4), [4, 4], 12.5),
+        ("1-2-1-2", |row| row % 3 != 2, [1, 2], 33.3),
+        ("1-1-1-2", |row| row % 5 != 4, [1, 2], 40.0),
     ];
-    for (pattern, fresh, sentence) in patterns {
+    for (pattern, fresh, rows, hertz) in patterns {
         for (kind, command) in [("fast", binary(1)), ("slow", binary(10))] {
             let (told, rates) = rotor(0.02, 16.0, command);
             let log = log(RATE, 0.02, &told, held(&noisy(&rates, 1.5), fresh));
-            let mut said = Vec::new();
-            let cleaned = measured(&log, &mut said);
-            let left = cleaned.column(RATE).unwrap();
+            let (left, said) = cleaned(&log, RATE);
             let wrong = (0..ROWS).filter(|row| left[*row].is_finite() != fresh(*row)).count();
             assert_eq!(wrong, 0, "{pattern} {kind}: {said:?}");
-            assert!(said.len() == 1 && said[0].to_string().contains(sentence), "{pattern} {kind}: {said:?}");
-            assert_eq!(cleaned.column("command_1"), log.column("command_1"));
+            assert_eq!((said.len(), stands_in(&log, RATE)), (1, Some(rows)), "{pattern} {kind}: {said:?}");
+            let pace = said[0].number("interval_s").recip();
+            assert!((pace / hertz - 1.0).abs() < 0.03, "{pattern} {kind}: {said:?}");
+            assert!((said[0].number("log_interval_s") - 0.02).abs() < 1e-9);
+            assert_eq!(ScreenedLog::of(&log).dataset().column("command_1"), log.column("command_1"));
         }
     }
 }
@@ -114,21 +131,22 @@ fn coarse_readings_that_are_held_are_seen_as_held() {
     let (told, rates) = rotor(0.02, 16.0, binary(3));
     let fresh = |row: usize| row.is_multiple_of(2);
     let coarse = log(RATE, 0.02, &told, held(&on_grid(&noisy(&rates, 1.5), 2.0), fresh));
-    assert_eq!(repeats(&coarse, RATE).map(|found| found.stands_in), Some([2, 2]));
+    assert_eq!(stands_in(&coarse, RATE), Some([2, 2]));
     let swing: Vec<f64> = (0..ROWS).map(|row| 0.4 * (0.02 * row as f64 * 1.7).sin()).collect();
     let angle =
         log("body_angle_rad", 0.01, &told, held(&on_grid(&swing, std::f64::consts::TAU / 4096.0), fresh));
-    assert_eq!(repeats(&angle, "body_angle_rad").map(|found| found.stands_in), Some([2, 2]));
+    assert_eq!(stands_in(&angle, "body_angle_rad"), Some([2, 2]));
 }
 
 /// At a level to which a rate has settled, and at zero, readings are left at the telemetry's pace.
 #[test]
 fn a_level_that_stands_keeps_readings_at_the_telemetrys_pace() {
-    let (told, mut rates) = rotor(0.02, 16.0, binary(2));
+    let (mut told, mut rates) = rotor(0.02, 16.0, binary(2));
+    // Under one command: else it would be frozen.
+    told[3000..4000].fill(0.47);
     rates[3000..4000].fill(612.5);
     let log = log(RATE, 0.02, &told, held(&rates, |row| row.is_multiple_of(2)));
-    let cleaned = measured(&log, &mut Vec::new());
-    let left = &cleaned.column(RATE).unwrap()[3000..4000];
+    let left = &cleaned(&log, RATE).0[3000..4000];
     assert_eq!(left.iter().filter(|rate| rate.is_finite()).count(), 500);
 }
 
@@ -164,9 +182,10 @@ fn fresh_readings_that_happen_to_be_equal_are_left_alone() {
         ("few digits", "body_rate_rad_s", &told, on_grid(&swing, 0.01)),
     ] {
         let log = log(channel, 0.02, told, values);
-        assert_eq!(repeats(&log, channel), None, "{name}");
-        let mut said = Vec::new();
-        assert!(matches!(measured(&log, &mut said), Cow::Borrowed(_)) && said.is_empty(), "{name}: {said:?}");
+        // Of a rotor that stands its command asks: that is another check's.
+        let said: Vec<Finding> = ScreenedLog::of(&log).findings().cloned().collect();
+        let is_another = |it: &Finding| name == "a rotor that stands for long" && it.code == RATE_DROPOUT;
+        assert!(said.iter().all(is_another), "{name}: {said:?}");
     }
 }
 
@@ -174,7 +193,7 @@ fn fresh_readings_that_happen_to_be_equal_are_left_alone() {
 #[test]
 fn rows_so_far_apart_that_everything_settles_say_nothing() {
     let (told, rates) = rotor(0.5, 16.0, levels(2));
-    assert_eq!(repeats(&log(RATE, 0.5, &told, on_grid(&rates, 0.1)), RATE), None);
+    assert_eq!(stands_in(&log(RATE, 0.5, &told, on_grid(&rates, 0.1)), RATE), None);
 }
 
 #[test]
@@ -183,8 +202,23 @@ fn commands_and_batteries_may_be_held() {
     let mut log = log(RATE, 0.02, &told, noisy(&rates, 1.5));
     let volts: Vec<f64> = (0..ROWS).map(|row| 12.0 + 0.3 * hash(row / 2)).collect();
     log.insert("battery_voltage_v", volts).unwrap();
-    let mut said = Vec::new();
-    assert!(matches!(measured(&log, &mut said), Cow::Borrowed(_)) && said.is_empty(), "{said:?}");
+    let said: Vec<Finding> = ScreenedLog::of(&log).findings().cloned().collect();
+    assert_eq!(said, []);
+}
+
+#[test]
+fn each_row_that_is_left_out_has_its_reason() {
+    let (told, rates) = rotor(0.02, 16.0, levels(100));
+    let mut values = noisy(&rates, 1.5);
+    (values[1000], values[2000]) = (5000.0, 0.0);
+    let mut log = log(RATE, 0.02, &told, values);
+    let volts = (0..ROWS).map(|row| if row == 70 { 0.0 } else { 12.0 + 0.01 * hash(row) }).collect();
+    log.insert(BATTERY, volts).unwrap();
+    let screened = ScreenedLog::of(&log);
+    let reason = |name: &str, row| screened.channel(name).and_then(|channel| channel.reason(row));
+    assert_eq!([reason(RATE, 1000), reason(RATE, 1001)], [Some(OUTLIERS), None]);
+    assert_eq!([reason(RATE, 2000), reason(BATTERY, 70)], [Some(RATE_DROPOUT), Some(BATTERY_DROPOUT)]);
+    assert_eq!(screened.channels().iter().flat_map(|channel| channel.left_out()).count(), 3);
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! Readings that no signal can have taken, and true peaks.
 
-use crate::screening::readings::tests::*;
+use crate::screening::tests::*;
 
-fn wild(log: &Dataset, name: &str) -> Vec<usize> {
-    Unmeasured::of(log, name).wild.map_or(vec![], |wild| wild.rows)
+fn outliers(log: &Dataset, name: &str) -> Vec<usize> {
+    found(log, name, OUTLIERS).map_or(vec![], |judged| judged.rows)
 }
 
 /// One row in 200 at a place of its own, and what stands there instead of `values`.
@@ -15,7 +15,7 @@ fn hurt(values: &[f64], with: impl Fn(f64) -> f64) -> (Vec<f64>, Vec<usize>) {
 }
 
 #[test]
-fn wild_readings_are_found_whatever_the_command_does() {
+fn outliers_are_found_whatever_the_command_does() {
     type Wrong = fn(f64) -> f64;
     let wrong: [(&str, Wrong); 4] =
         [("5000", |_| 5000.0), ("half", |rate| 0.5 * rate), ("double", |rate| 2.0 * rate), ("zero", |_| 0.0)];
@@ -31,7 +31,12 @@ fn wild_readings_are_found_whatever_the_command_does() {
             let (values, rows) = hurt(&noisy(&rates, 1.5), with);
             let log = log(RATE, 0.02, &told, values);
             assert!(rows.len() > 20);
-            assert_eq!(wild(&log, RATE), rows, "{case}, {name}");
+            // Zeros under a command are dropouts.
+            let (left, found) = cleaned(&log, RATE);
+            let taken: Vec<usize> = (0..ROWS).filter(|row| !left[*row].is_finite()).collect();
+            assert_eq!(taken, rows, "{case}, {name}");
+            let code = if name == "zero" { RATE_DROPOUT } else { OUTLIERS };
+            assert!(found.iter().any(|it| it.code == code), "{case}, {name}: {found:?}");
         }
     }
 }
@@ -44,13 +49,10 @@ fn spikes_of_a_gyro_and_of_an_angle_are_found() {
         for size in [3.0, -30.0] {
             let (values, rows) = hurt(&noisy(&swing, 0.004), |rate| rate + size);
             let log = log(name, 0.01, &told, values);
-            let mut said = Vec::new();
-            let cleaned = measured(&log, &mut said);
-            let left = cleaned.column(name).unwrap();
+            let (left, said) = cleaned(&log, name);
             let taken: Vec<usize> = (0..ROWS).filter(|row| !left[*row].is_finite()).collect();
             assert_eq!(taken, rows, "{name}, {size}: {said:?}");
-            let sentence = format!("{} wild readings lie far from the neighbours, the first at", rows.len());
-            assert!(said.len() == 1 && said[0].to_string().contains(&sentence), "{said:?}");
+            assert_eq!((said.len(), said[0].code, said[0].rows), (1, OUTLIERS, rows.len()), "{said:?}");
         }
     }
 }
@@ -62,17 +64,17 @@ fn a_short_log_keeps_what_was_found() {
     for rows in [56, 57, 80] {
         let mut values = noisy(&rates[..rows], 1.5);
         values[30] = 5000.0;
-        assert_eq!(wild(&log(RATE, 0.02, &told[..rows], values), RATE), [30], "{rows} rows");
+        assert_eq!(outliers(&log(RATE, 0.02, &told[..rows], values), RATE), [30], "{rows} rows");
     }
 }
 
 #[test]
-fn two_in_a_row_are_wild_and_three_are_not() {
+fn two_in_a_row_are_outliers_and_three_are_not() {
     let (told, rates) = rotor(0.02, 16.0, binary(4));
     let with = |rows: &[usize], value: &dyn Fn(usize) -> f64| {
         let mut values = noisy(&rates, 1.5);
         rows.iter().for_each(|row| values[*row] = value(*row));
-        wild(&log(RATE, 0.02, &told, values), RATE)
+        outliers(&log(RATE, 0.02, &told, values), RATE)
     };
     assert_eq!(with(&[500, 501], &|_| 5000.0), [500, 501]);
     // The one lies between the other and the rest.
@@ -85,7 +87,7 @@ fn two_in_a_row_are_wild_and_three_are_not() {
 
 /// What true signals do, and glitches do not.
 #[test]
-fn true_peaks_are_not_wild() {
+fn true_peaks_are_no_outliers() {
     let body = "body_rate_rad_s";
     // Hits: one row from rest, and back as a loop or a pivot brings it back, some slowly, some within few rows.
     let hits = |back: f64| -> Vec<f64> {
@@ -108,11 +110,11 @@ fn true_peaks_are_not_wild() {
             (0..ROWS).map(|row| if hash(row) > 0.98 { 0.0015 } else { 0.0 }).collect(),
         ),
     ] {
-        assert_eq!(wild(&log(body, 0.01, &still, values), body), [0; 0], "{case}");
+        assert_eq!(outliers(&log(body, 0.01, &still, values), body), [0; 0], "{case}");
     }
     // A gyro so slow that a hit is over from row to row.
     let slow = (0..ROWS).map(|row| noise(row) * 0.004 + if row % 500 == 250 { 3.0 } else { 0.0 }).collect();
-    assert_eq!(wild(&log(body, 0.5, &still, slow), body), [0; 0]);
+    assert_eq!(outliers(&log(body, 0.5, &still, slow), body), [0; 0]);
     let pulses = |row: usize| if row % 400 == 100 { 0.7 } else { 0.45 };
     for (case, interval, pole, command) in [
         ("levels of one row each", 0.5, 16.0, &levels(1) as &dyn Fn(usize) -> f64),
@@ -124,32 +126,30 @@ fn true_peaks_are_not_wild() {
     ] {
         let (told, rates) = rotor(interval, pole, command);
         for values in [noisy(&rates, 1.5), rates.clone(), on_grid(&rates, 5.0)] {
-            assert_eq!(wild(&log(RATE, interval, &told, values), RATE), [0; 0], "{case}");
+            assert_eq!(outliers(&log(RATE, interval, &told, values), RATE), [0; 0], "{case}");
         }
     }
 }
 
 #[test]
-fn too_many_for_glitches_are_left_in_and_told() {
+fn too_many_for_glitches_are_left_in_and_found() {
     let (told, rates) = rotor(0.02, 16.0, levels(100));
     let mut values = noisy(&rates, 1.5);
     (0..ROWS).filter(|row| hash(row + 3) > 0.76).for_each(|row| values[row] = 3000.0 + 100.0 * hash(row));
     let log = log(RATE, 0.02, &told, values);
-    let mut said = Vec::new();
-    assert!(matches!(measured(&log, &mut said), Cow::Borrowed(_)), "{said:?}");
-    assert!(said.len() == 1 && said[0].to_string().contains("too many for single glitches"), "{said:?}");
+    let (left, said) = cleaned(&log, RATE);
+    assert!(left.iter().all(|rate| rate.is_finite()), "{said:?}");
+    assert!(said.len() == 1 && said[0].code == TOO_MANY_OUTLIERS, "{said:?}");
 }
 
-/// A wild reading that a slow telemetry holds is one reading.
+/// An outlier that a slow telemetry holds is one reading.
 #[test]
-fn wild_readings_that_are_held_are_both() {
+fn outliers_that_are_held_are_both() {
     let (told, rates) = rotor(0.01, 16.0, binary(5));
     let (values, rows) = hurt(&noisy(&rates, 1.5), |_| 5000.0);
     let fresh = |row: usize| row.is_multiple_of(2);
     let log = log(RATE, 0.01, &told, held(&values, fresh));
-    let mut said = Vec::new();
-    let cleaned = measured(&log, &mut said);
-    let left = cleaned.column(RATE).unwrap();
+    let (left, said) = cleaned(&log, RATE);
     let good = |row: &usize| fresh(*row) && !rows.contains(row);
     assert!((0..ROWS).all(|row| left[row].is_finite() == good(&row)) && said.len() == 2, "{said:?}");
 }

@@ -1,10 +1,10 @@
 //! Readings at an end of a range, and sensors that stand still.
 
-use crate::screening::readings::tests::*;
+use crate::screening::tests::*;
 
 /// What a sensor or its wire cannot tell stands at an end of its range, whichever and however often.
 #[test]
-fn readings_at_the_end_of_a_range_are_missing_and_told() {
+fn readings_at_the_end_of_a_range_are_missing_and_found() {
     let (told, rates) = rotor(0.02, 16.0, levels(25));
     let swing: Vec<f64> = (0..ROWS).map(|row| 0.5 * (0.02 * row as f64).sin()).collect();
     for (name, size, values) in [(RATE, 1.5, &rates), ("body_rate_rad_s", 0.004, &swing)] {
@@ -15,8 +15,7 @@ fn readings_at_the_end_of_a_range_are_missing_and_told() {
             let ends = [low, high].map(|share| sorted[(share * (ROWS - 1) as f64) as usize]);
             let clipped = values.iter().map(|value| value.clamp(ends[0], ends[1])).collect();
             let log = log(name, 0.02, &told, clipped);
-            let mut said = Vec::new();
-            let left = measured(&log, &mut said).column(name).unwrap().to_vec();
+            let (left, said) = cleaned(&log, name);
             let is_cut =
                 |row: usize| (low > 0.0 && values[row] <= ends[0]) || (high < 1.0 && values[row] >= ends[1]);
             for (row, left) in left.iter().enumerate() {
@@ -24,7 +23,7 @@ fn readings_at_the_end_of_a_range_are_missing_and_told() {
                 let beside = is_cut(row) || row > 0 && is_cut(row - 1) || row + 1 < ROWS && is_cut(row + 1);
                 assert_eq!(left.is_finite(), !beside, "{name}, {low} to {high}: row {row}, {said:?}");
             }
-            assert!(said.len() == 1 && said[0].to_string().contains("is clipped at"), "{said:?}");
+            assert!(said.len() == 1 && said[0].code == SATURATED, "{said:?}");
         }
     }
 }
@@ -38,8 +37,9 @@ fn both_ends_of_a_range_may_hold_most_of_the_readings() {
         let clipped: Vec<f64> = values.iter().map(|rate| rate.clamp(560.0, 680.0)).collect();
         let at_ends = clipped.iter().filter(|rate| **rate == 560.0 || **rate == 680.0).count();
         assert!(at_ends > ROWS * 65 / 100);
-        let found = Unmeasured::of(&log(RATE, 0.02, &told, clipped), RATE).clipped;
-        assert_eq!(found.map(|it| (it.cells, it.at)), Some((at_ends, vec![560.0, 680.0])), "steps of {step}");
+        let found =
+            found(&log(RATE, 0.02, &told, clipped), RATE, SATURATED).expect("it is saturated").finding;
+        assert_eq!((found.rows, found.numbers("at")), (at_ends, &[560.0, 680.0][..]), "steps of {step}");
     }
 }
 
@@ -55,12 +55,12 @@ fn what_a_coarse_reading_settles_to_is_no_clip() {
     ] {
         let (told, rates) = rotor(interval, pole, binary(rows));
         let values = on_grid(&noisy(&rates, size), step);
-        let found = Unmeasured::of(&log(RATE, interval, &told, values), RATE).clipped;
-        assert!(found.is_none(), "{pole}, {step}: {:?}", found.map(|it| (it.cells, it.at)));
+        let found = found(&log(RATE, interval, &told, values), RATE, SATURATED);
+        assert!(found.is_none(), "{pole}, {step}: {found:?}");
         let sags = rates.iter().map(|rate| 12.6 - (rate / 700.0).powi(3));
         let sags = on_grid(&sags.collect::<Vec<_>>(), 0.01);
         let found = saturation::find(&sags, Some(&told));
-        assert!(found.is_none(), "{pole}, a supply: {:?}", found.map(|it| (it.cells, it.at)));
+        assert!(found.is_none(), "{pole}, a supply: {found:?}");
     }
 }
 
@@ -81,14 +81,14 @@ fn what_stands_at_an_end_rightly_is_no_clip() {
         ("body_angle_rad", slow, from_rest),
     ];
     for (name, told, values) in cases {
-        let found = Unmeasured::of(&log(name, 0.02, &told, values), name).clipped;
-        assert!(found.is_none(), "{name}: {:?}", found.map(|it| (it.cells, it.at)));
+        let found = found(&log(name, 0.02, &told, values), name, SATURATED);
+        assert!(found.is_none(), "{name}: {found:?}");
     }
 }
 
 /// A gyroscope that stops is not a body that rests.
 #[test]
-fn a_gyroscope_that_stands_still_is_missing_and_told() {
+fn a_gyroscope_that_stands_still_is_missing_and_found() {
     let swing: Vec<f64> = (0..ROWS).map(|row| 0.5 * (0.02 * row as f64).sin()).collect();
     let noisy = noisy(&swing, 0.004);
     let name = "body_rate_rad_s";
@@ -96,27 +96,24 @@ fn a_gyroscope_that_stands_still_is_missing_and_told() {
     let stopped = |at: f64| (0..ROWS).map(|row| if is_held(row) { at } else { noisy[row] }).collect();
     let (told, _) = rotor(0.02, 16.0, binary(1));
     let gyro = log(name, 0.02, &told, stopped(0.123));
-    let mut said = Vec::new();
-    let left = measured(&gyro, &mut said).column(name).unwrap().to_vec();
+    let (left, said) = cleaned(&gyro, name);
     let missing: Vec<usize> = (0..ROWS).filter(|row| !left[*row].is_finite()).collect();
     assert_eq!(missing, (2001..2100).collect::<Vec<usize>>(), "its first one was measured: {said:?}");
-    assert!(
-        said.len() == 1 && said[0].to_string().contains("is frozen from 40.0 to 42.0 s at 0.123"),
-        "{said:?}"
-    );
+    assert_eq!((said.len(), said[0].code, said[0].number("value")), (1, GYRO_FROZEN, 0.123), "{said:?}");
+    assert!((said[0].number("from_s") - 40.0).abs() < 0.03 && (said[0].number("to_s") - 42.0).abs() < 0.03);
     // At rest; and where the angle says that it rests, with a bias.
-    assert_eq!(Unmeasured::of(&log(name, 0.02, &told, stopped(0.0)), name).stuck, None);
+    assert_eq!(found(&log(name, 0.02, &told, stopped(0.0)), name, GYRO_FROZEN), None);
     let mut rests = log(name, 0.02, &told, stopped(0.123));
     let angle = (0..ROWS).map(|row| if is_held(row) { 0.2 } else { (0.01 * row as f64).sin() }).collect();
     rests.insert("body_angle_rad", angle).unwrap();
-    assert_eq!(Unmeasured::of(&rests, name).stuck, None);
+    assert_eq!(found(&rests, name, GYRO_FROZEN), None);
     // Without an angle: held while nothing turns it, with a bias; or moved so gently that a coarse reading stands.
     let still = (0..ROWS).map(|row| if is_held(row) { 0.45 } else { told[row] }).collect::<Vec<f64>>();
-    assert_eq!(Unmeasured::of(&log(name, 0.02, &still, stopped(0.123)), name).stuck, None);
+    assert_eq!(found(&log(name, 0.02, &still, stopped(0.123)), name, GYRO_FROZEN), None);
     let gentle = (0..ROWS)
         .map(|row| if row % 60 < 20 { 0.02 } else { 0.3 * (0.3 * row as f64).sin() })
         .collect::<Vec<f64>>();
     let (told, _) = rotor(0.02, 16.0, binary(60));
     let gentle = on_grid(&gentle, 0.01);
-    assert_eq!(Unmeasured::of(&log(name, 0.02, &told, gentle), name).stuck, None);
+    assert_eq!(found(&log(name, 0.02, &told, gentle), name, GYRO_FROZEN), None);
 }

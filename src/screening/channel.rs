@@ -1,0 +1,96 @@
+//! One channel of a log as the checks see it: its cells, what moves it, and what earlier checks found in it.
+
+use super::Finding;
+use crate::log::Dataset;
+
+/// The battery's voltage.
+pub const BATTERY: &str = "battery_voltage_v";
+/// Rate and angle of the body.
+pub const BODY_RATE: &str = "body_rate_rad_s";
+/// See [`BODY_RATE`].
+pub const BODY_ANGLE: &str = "body_angle_rad";
+
+/// Channels that are looked at: what is measured. Commands and a supply's setting may well be held.
+pub(crate) const MEASURED: [&str; 7] = [
+    BATTERY,
+    "propeller_rate_1_rad_s",
+    "propeller_rate_2_rad_s",
+    "thrust_1_n",
+    "thrust_2_n",
+    BODY_RATE,
+    BODY_ANGLE,
+];
+
+/// What a check found in a channel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Judgement {
+    /// What, and how many rows.
+    pub finding: Finding,
+    /// Rows whose cells are no measurements, from 0, ascending.
+    pub rows: Vec<usize>,
+    /// Rows beside them that are biased by the same cause, and are left out, too.
+    pub biased: Vec<usize>,
+}
+
+impl Judgement {
+    /// Rows that are left out, and nothing beside them.
+    pub(crate) fn new(finding: Finding, rows: Vec<usize>) -> Self {
+        Self { finding: finding.rows(rows.len()), rows, biased: Vec::new() }
+    }
+}
+
+/// A channel that is being judged.
+pub(crate) struct Channel<'a> {
+    /// The whole log.
+    pub log: &'a Dataset,
+    /// Name of the channel.
+    pub name: &'a str,
+    /// Its cells as they were logged.
+    pub values: &'a [f64],
+    /// [-] command of the rotor that it is about.
+    pub command: Option<&'a [f64]>,
+    /// What earlier checks found.
+    pub found: Vec<Judgement>,
+}
+
+impl<'a> Channel<'a> {
+    /// The channel of this name; `None` where the log has none, or it is not measured.
+    pub(crate) fn of(log: &'a Dataset, name: &'a str) -> Option<Self> {
+        let values = log.column(name).filter(|_| MEASURED.contains(&name))?;
+        let rotor = |number: &&&str| name.contains(&format!("_{number}_"));
+        let number = ["1", "2"].iter().find(rotor);
+        let command = number.and_then(|number| log.column(&format!("command_{number}")));
+        Some(Self { log, name, values, command, found: Vec::new() })
+    }
+
+    pub(crate) fn is_battery(&self) -> bool {
+        self.name == BATTERY
+    }
+
+    pub(crate) fn is_rotor_rate(&self) -> bool {
+        self.name.starts_with("propeller_rate_")
+    }
+
+    /// A finding in this channel.
+    pub(crate) fn finding(&self, code: &'static str) -> Finding {
+        Finding::new(code, self.name).of(self.log.source_name())
+    }
+
+    /// Whether a check found this.
+    pub(crate) fn has(&self, code: &str) -> bool {
+        self.found.iter().any(|judged| judged.finding.code == code)
+    }
+
+    /// The cells without those that earlier checks took for no measurements; biased ones stay.
+    pub(crate) fn left(&self) -> Vec<f64> {
+        self.without(|_| true)
+    }
+
+    /// The cells without those of the findings that `counts` says yes to.
+    pub(crate) fn without(&self, counts: impl Fn(&str) -> bool) -> Vec<f64> {
+        let mut left = self.values.to_vec();
+        let judged = self.found.iter().filter(|judged| counts(judged.finding.code));
+        judged.flat_map(|judged| &judged.rows).for_each(|row| left[*row] = f64::NAN);
+        left
+    }
+}

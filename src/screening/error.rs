@@ -1,0 +1,66 @@
+//! Why a log cannot be used at all.
+
+use super::Finding;
+use crate::log::Dataset;
+
+/// A log, or what it lacks, that no fit can start from.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ScreeningError {
+    /// A column that cannot be what its name says: whatever is fitted to it would be taken for physics.
+    #[error("{0}")]
+    Column(Box<Finding>),
+    /// A value that no bench can have measured.
+    #[error(
+        "{log}: `{column}` is {value:e} at {time} s: no bench measures that; leave such cells empty, or `import` with `valid` in the mapping"
+    )]
+    Magnitude {
+        /// The log.
+        log: String,
+        /// The column.
+        column: String,
+        /// In the column's unit.
+        value: f64,
+        /// [s] where.
+        time: f64,
+    },
+    /// No log has what any block of a model needs.
+    #[error(
+        "nothing to compare: a rotor needs its command and its rate (`command_1` with `propeller_rate_1_rad_s`), the body \
+         needs `body_rate_rad_s` with the rates or commands of both rotors or with `torque_command_nm`; {}", .0.join("; ")
+    )]
+    NothingInCommon(Vec<String>),
+}
+
+impl ScreeningError {
+    /// What none of the logs has, beside what each of them holds instead.
+    #[must_use]
+    pub fn nothing_in_common(logs: &[&Dataset]) -> Self {
+        let held = |log: &&Dataset| format!("{} holds {}", log.source_name(), columns(log));
+        Self::NothingInCommon(logs.iter().map(held).collect())
+    }
+}
+
+fn columns(log: &Dataset) -> String {
+    let name = |name| {
+        let empty = !log.column(name).unwrap_or(&[]).iter().any(|value| value.is_finite());
+        if empty { format!("`{name}` (without a value)") } else { format!("`{name}`") }
+    };
+    let names: Vec<String> = log.names().map(name).collect();
+    if names.is_empty() { "nothing but time".to_owned() } else { names.join(", ") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_without_a_value_are_told_from_those_with_one() {
+        let mut log = Dataset::new("a.csv", "", vec![0.0, 1.0]).expect("time rises");
+        log.insert("command_1", vec![0.6; 2]).expect("fits");
+        log.insert("current_1_a", vec![f64::NAN; 2]).expect("fits");
+        let ScreeningError::NothingInCommon(held) = ScreeningError::nothing_in_common(&[&log]) else {
+            panic!("another error");
+        };
+        assert_eq!(held, ["a.csv holds `command_1`, `current_1_a` (without a value)"]);
+    }
+}
