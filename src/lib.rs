@@ -55,4 +55,5 @@ pub mod shm;
 pub mod signal;
 pub mod studies;
 pub mod threshold;
+pub mod thresholds_page;
 pub mod unit;

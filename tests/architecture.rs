@@ -59,6 +59,8 @@ const TABLE: &[(&str, &[&str])] = &[
     ("studies", &["*"]),
     ("report", &["*"]),
     ("cli", &["*"]),
+    // The thresholds of all rooms, for the documentation.
+    ("thresholds_page", &["*"]),
 ];
 
 /// Imports against the table that are still there. Each must be found: a line that is no longer true is taken out.
@@ -300,6 +302,34 @@ fn a_circle_is_seen_through_the_parent_too() {
     let alone = source("can/c.rs", &["can", "c"], "use super::a::A;\nuse crate::clock::now;");
     let group = vec!["can/a.rs".to_owned(), "can/b.rs".to_owned()];
     assert_eq!(circles(&arrows(&[parent, a, b, alone])), BTreeSet::from([group]));
+}
+
+/// What a room decides by is on the page of thresholds, and the page says what is in the code.
+#[test]
+fn the_page_of_thresholds_is_current() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let files = sources(&root.join("src"));
+    let with_thresholds =
+        files.iter().filter(|file| file.file_name().is_some_and(|it| it == "thresholds.rs"));
+    let rooms: BTreeSet<String> = with_thresholds
+        .filter_map(|file| Some(file.parent()?.strip_prefix(root.join("src")).ok()?.display().to_string()))
+        .collect();
+    let listed: BTreeSet<String> =
+        rotorbench::thresholds_page::ROOMS.iter().map(|(room, _)| (*room).to_owned()).collect();
+    assert_eq!(
+        rooms, listed,
+        "rooms with a thresholds.rs (left), and those in src/thresholds_page.rs (right)"
+    );
+    let (path, page) = (root.join("docs/thresholds.md"), rotorbench::thresholds_page::markdown());
+    if std::env::var_os("ROTORBENCH_BLESS").is_some_and(|value| value == "1") {
+        fs::create_dir_all(root.join("docs")).expect("a folder");
+        fs::write(&path, &page).expect("written");
+    }
+    let written = fs::read_to_string(&path).unwrap_or_default();
+    assert!(
+        written == page,
+        "docs/thresholds.md is not what the code says; `ROTORBENCH_BLESS=1 cargo test --test architecture` writes it anew"
+    );
 }
 
 /// The program's path is there only for a crate that has the program.

@@ -4,6 +4,7 @@ use super::operate::BenchArguments;
 use super::{CliResult, Outcome, timing};
 use crate::rt::Shutdown;
 use crate::runtime::lockstep::two_process;
+use crate::runtime::thresholds::THRESHOLDS;
 use crate::runtime::{control, controller_plant};
 
 /// Arguments of `control`.
@@ -18,7 +19,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with = "seconds")]
     lockstep: bool,
     /// In lockstep: how long an emulator may be silent before it is taken as gone
-    #[arg(long, value_name = "S", requires = "lockstep", default_value_t = two_process::PATIENCE_S,
+    #[arg(long, value_name = "S", requires = "lockstep", default_value_t = THRESHOLDS.patience_s,
           value_parser = super::operate::seconds)]
     patience: f64,
     /// Write the summary as JSON on standard output

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::thresholds::THRESHOLDS;
 use super::{CliError, CliResult, Outcome, timing};
 use crate::bench::BenchConfig;
 use crate::clock;
@@ -39,8 +40,6 @@ const LATE: [&str; 5] =
 /// What the report says where the second flight should be.
 const HELD_UP: &str = "Each flight with the extended model in the controller was ended by the guard before its time, because \
                        this machine stood still for longer than the guard waits: there is nothing to compare.";
-/// [of the flight] that the guard may have been degraded before the lateness is said beside the tracking error.
-const DEGRADED_TOLD: f64 = 0.05;
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
@@ -208,7 +207,7 @@ fn better_page(page: &mut Page, before: &Flown, after: &Flown, emulator: &BenchC
     let (from, to) = (story::tracking_error(before), story::tracking_error(after));
     println!("tracking error with it in the controller: {from:.4} -> {to:.4} rad rms");
     let late = degraded(before).max(degraded(after));
-    if late > DEGRADED_TOLD {
+    if late > THRESHOLDS.degraded_share {
         let late = format!(
             "This machine was late: for {:.0} % of a flight the guard was degraded and held commands, which is in these \
              errors, too.",

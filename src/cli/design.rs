@@ -8,6 +8,7 @@ use nalgebra::Complex;
 use serde::Serialize;
 
 use super::operate::BenchArguments;
+use super::thresholds::THRESHOLDS;
 use super::{CliError, CliResult, Outcome};
 use crate::control::design::{Advice, Compensator, DiscreteLoop, LoopPlant, Margins, advise, pid_by_margins};
 use crate::control::gains::{complementary_eigenvalues, feedback_matrix, predictor_matrix};
@@ -85,8 +86,6 @@ fn parse_beta(text: &str) -> Result<Beta, String> {
     }
 }
 
-/// [s] time constant of a closed loop from which it is of little use: a body that hovers has long gone by then.
-const SLUGGISH: f64 = 20.0;
 /// No gain and no margin is higher.
 const HIGHEST_NUMBER: f64 = 1e6;
 
@@ -316,7 +315,7 @@ impl Task {
             ControllerKind::Emc => "take a larger γ_0, or smaller α and α_c",
             ControllerKind::Pid => "ask for smaller margins, or give larger gains",
         };
-        (fades > SLUGGISH).then(|| {
+        (fades > THRESHOLDS.sluggish_s).then(|| {
             format!(
                 "the loop is stable and of little use: what a push leaves behind fades with a time constant of {} s (eigenvalue \
                  1 - {:.1e}), at a bandwidth of {:.2} rad/s; {instead}",

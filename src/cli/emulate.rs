@@ -11,6 +11,7 @@ use crate::model::Model;
 use crate::rt::Shutdown;
 use crate::runtime::emulate;
 use crate::runtime::lockstep::{run, two_process};
+use crate::runtime::thresholds::THRESHOLDS;
 
 /// Arguments of `emulate`.
 #[derive(Debug, clap::Args)]
@@ -31,7 +32,7 @@ pub struct Arguments {
     #[arg(long, requires = "shm", conflicts_with = "arm")]
     lockstep: bool,
     /// In lockstep: how long a controller may be silent before it is taken as gone
-    #[arg(long, value_name = "S", requires = "lockstep", default_value_t = two_process::PATIENCE_S,
+    #[arg(long, value_name = "S", requires = "lockstep", default_value_t = THRESHOLDS.patience_s,
           value_parser = super::operate::seconds)]
     patience: f64,
     /// Write the summary as JSON on standard output

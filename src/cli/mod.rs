@@ -47,6 +47,7 @@ mod record;
 mod replay;
 mod run;
 mod stop;
+pub(crate) mod thresholds;
 mod timing;
 
 /// How a command ended when nothing was wrong with its input.

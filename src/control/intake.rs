@@ -1,13 +1,7 @@
 //! What a controller takes from the sensors: only what is new and good.
 
+use super::thresholds::THRESHOLDS;
 use crate::signal::{Sample, Sensors};
-
-/// [rad/s] how fast a measured angle corrects the integrated one: far below the loop's own bandwidth.
-const ANGLE_CORRECTION_RATE: f64 = 1.0;
-
-/// [ns] age at which a measured angle corrects nothing any more: the last word of an encoder that fell silent would
-/// hold the angle where it was while the body turns away.
-const ANGLE_OLDEST_NS: u64 = 500_000_000;
 
 /// The last values a controller took.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,7 +52,7 @@ pub(super) struct AngleCorrection {
 
 impl AngleCorrection {
     pub(super) fn build(used: bool, period_s: f64) -> Self {
-        Self { gain: if used { -(-ANGLE_CORRECTION_RATE * period_s).exp_m1() } else { 0.0 } }
+        Self { gain: if used { -(-THRESHOLDS.angle_correction_rate * period_s).exp_m1() } else { 0.0 } }
     }
 
     /// [rad] the angle after one period's correction.
@@ -77,7 +71,7 @@ impl AngleCorrection {
             return None;
         }
         let sample = &sensors.body_angle;
-        let is_recent = sensors.stamp_ns.saturating_sub(sample.stamp_ns) <= ANGLE_OLDEST_NS;
+        let is_recent = sensors.stamp_ns.saturating_sub(sample.stamp_ns) <= THRESHOLDS.angle_oldest_ns;
         (is_recent && usable(sample)).then_some(sample.value)
     }
 }

@@ -16,6 +16,7 @@ mod intake;
 mod parameters;
 mod pid;
 mod reference;
+pub mod thresholds;
 
 use serde::{Deserialize, Serialize};
 

@@ -5,8 +5,8 @@ use super::flights::{DISTURBANCE, Shown, answer_plots, answer_table};
 use super::identification::error_plots;
 use super::{Mark, Page, Table, Tone, number};
 use crate::identify::HIGHEST_DEGREE;
-use crate::studies::impulse_response::JUDGED_S;
 use crate::studies::paper::{Beside, Flight, PaperRun};
+use crate::studies::thresholds::THRESHOLDS;
 
 impl PaperRun {
     /// Table I and the pole of Table IV: printed, ours, standard error.
@@ -145,7 +145,7 @@ impl PaperRun {
         let shown: Vec<Shown> = self.flights.iter().map(shown).collect();
         answer_table(
             &shown,
-            &format!("The same impulse, 0.6 N m for 50 ms, judged for {JUDGED_S} s behind it"),
+            &format!("The same impulse, 0.6 N m for 50 ms, judged for {} s behind it", THRESHOLDS.judged_s),
         )
     }
 

@@ -3,6 +3,7 @@
 use super::ProcessError;
 use super::bus_io::{Look, Wire, WireSummary, is_virtual};
 use super::control::end_after;
+use super::thresholds::THRESHOLDS;
 use crate::bench::{BenchConfig, Trigger};
 use crate::bus_guard::Gate;
 use crate::can::{Bus, Port};
@@ -19,8 +20,6 @@ const LOG_LINES: usize = 256;
 /// What the wait says of the bus, and of the bell.
 const SOCKET: u32 = 1;
 const BELL: u32 = 2;
-/// [s] after which a process that is to end does, whatever the guard says.
-const LONGEST_END_S: f64 = 1.0;
 
 /// The bridge process before its thread is made real-time.
 #[derive(Debug)]
@@ -84,7 +83,7 @@ impl BridgeLoop {
     fn end(&mut self) {
         let now_ns = clock::monotonic_ns();
         self.gate.trip(now_ns, Cause::Shutdown);
-        let latest_ns = now_ns.saturating_add(clock::span_ns(LONGEST_END_S));
+        let latest_ns = now_ns.saturating_add(clock::span_ns(THRESHOLDS.longest_end_s));
         self.turn();
         while !self.gate.is_safe() && clock::monotonic_ns() < latest_ns {
             self.turn();

@@ -5,14 +5,12 @@ use super::ProcessError;
 use super::command_source::Pilot;
 use super::control_output::{AngleError, Flight};
 use super::imu_trigger::Pace;
+use super::thresholds::THRESHOLDS;
 use crate::bench::{BenchConfig, Trigger};
 use crate::clock;
 use crate::rt::{self, Cycle, Granted, Shutdown, Summary, Wake};
 use crate::shm::{APPLIED, Bell, Bench, Publisher, Role, SENSORS, Subscriber, Waiter};
 use crate::signal::{Applied, CycleSample, Heartbeat, Sensors};
-
-/// Periods without news of the guard after which it is taken as closed.
-const SILENT_PERIODS: u64 = 10;
 
 /// The control process before its thread is made real-time.
 #[derive(Debug)]
@@ -146,7 +144,7 @@ impl ControlLoop {
         if let Some(applied) = self.applied.newest() {
             self.passed = applied;
         }
-        let silent_ns = self.cycle.period_ns().saturating_mul(SILENT_PERIODS);
+        let silent_ns = self.cycle.period_ns().saturating_mul(THRESHOLDS.silent_periods);
         if now_ns.saturating_sub(self.passed.stamp_ns) > silent_ns {
             self.passed = Applied::default();
         }

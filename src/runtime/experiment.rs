@@ -8,6 +8,7 @@ use super::control;
 use super::controller_plant::{self, FlightPlan};
 use super::lockstep::{Interference, Lockstep};
 use super::record::Background;
+use super::thresholds::THRESHOLDS;
 use super::trace::Trace;
 use crate::bench::BenchConfig;
 use crate::clock;
@@ -135,9 +136,6 @@ pub fn on_bench(
     })
 }
 
-/// [s] without a word from the guard after which the bench counts as gone.
-const GONE_S: f64 = 5.0;
-
 /// Looks on at the guard while an experiment is flown.
 struct Watch<'a> {
     slots: u64,
@@ -161,9 +159,12 @@ impl Watch<'_> {
         while !self.ended.is_requested() {
             std::thread::sleep(std::time::Duration::from_millis(20));
             let Some(applied) = applied.newest() else {
-                if clock::span_s(clock::monotonic_ns().saturating_sub(heard_ns)) > GONE_S {
+                if clock::span_s(clock::monotonic_ns().saturating_sub(heard_ns)) > THRESHOLDS.gone_s {
                     self.shutdown.request();
-                    return Some(format!("nothing was heard of the bench's guard for {GONE_S} s"));
+                    return Some(format!(
+                        "nothing was heard of the bench's guard for {} s",
+                        THRESHOLDS.gone_s
+                    ));
                 }
                 continue;
             };

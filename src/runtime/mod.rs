@@ -14,6 +14,7 @@ pub mod operator;
 pub mod record;
 pub mod replay;
 pub mod run;
+pub mod thresholds;
 pub mod trace;
 
 use crate::bench::BenchError;

@@ -3,8 +3,9 @@
 use std::time::Duration;
 
 use super::ProcessError;
+use super::thresholds::THRESHOLDS;
 use crate::bench::BenchConfig;
-use crate::clock::{self, NANOSECONDS_PER_SECOND};
+use crate::clock;
 use crate::guard::{Cause, OperatorAct, State};
 use crate::shm::{
     APPLIED, Bench, GUARD_EVENTS, Publisher, REQUEST, Role, STOPS, ShmError, Subscriber, Waiter,
@@ -24,8 +25,6 @@ pub struct Answer {
 
 /// How often to look for the answer.
 const LOOK_PERIOD: Duration = Duration::from_millis(5);
-/// [ns] a running guard publishes at least this often: the longest period and some.
-const SILENCE_NS: u64 = 2 * NANOSECONDS_PER_SECOND;
 
 /// Asks the guard of a running bench, and waits for what it does.
 ///
@@ -103,7 +102,7 @@ fn wanted(act: OperatorAct) -> State {
 /// A sign of life of the guard, if it gives one: the value a dead one left behind does not count.
 fn running(applied: &mut Subscriber<Applied>) -> Option<Applied> {
     let start_ns = clock::monotonic_ns();
-    while clock::monotonic_ns().saturating_sub(start_ns) < SILENCE_NS {
+    while clock::monotonic_ns().saturating_sub(start_ns) < clock::span_ns(THRESHOLDS.silence_s) {
         if let Some(found) = applied.newest().filter(|it| it.stamp_ns >= start_ns) {
             return Some(found);
         }

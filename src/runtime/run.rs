@@ -7,6 +7,7 @@ use super::command_source::Pilot;
 use super::control::end_after;
 use super::control_output::{AngleError, Flight};
 use super::imu_trigger::Pace;
+use super::thresholds::THRESHOLDS;
 use crate::bench::{BenchConfig, Trigger};
 use crate::bus_guard::Gate;
 use crate::clock;
@@ -16,7 +17,6 @@ use crate::shm::{Bench, GUARD_EVENTS, Role, Subscriber};
 use crate::signal::GuardEvent;
 
 const LOG_LINES: usize = 256;
-const LONGEST_END_S: f64 = 1.0;
 
 /// The run process before its thread is made real-time.
 #[derive(Debug)]
@@ -193,7 +193,7 @@ impl RunLoop {
     pub(crate) fn end(&mut self) {
         let now_ns = clock::monotonic_ns();
         self.gate.trip(now_ns, Cause::Shutdown);
-        let latest_ns = now_ns.saturating_add(clock::span_ns(LONGEST_END_S));
+        let latest_ns = now_ns.saturating_add(clock::span_ns(THRESHOLDS.longest_end_s));
         self.turn();
         while !self.gate.is_safe() && clock::monotonic_ns() < latest_ns {
             self.turn();

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::impulse_response::{Answer, JUDGED_S, Moment, judge};
+use super::impulse_response::{Answer, Moment, judge};
+use super::thresholds::THRESHOLDS;
 use crate::bench::BenchConfig;
 use crate::clock;
 use crate::emulate::Impulse;
@@ -12,11 +13,6 @@ use crate::recording::{Record, RecordError, Recording};
 use crate::runtime::lockstep::ORIGIN_NS;
 use crate::signal::ControlStep;
 use crate::unit::short;
-
-/// Share of the largest angle below which a flight has not been struck yet.
-const UNMOVED: f64 = 0.05;
-/// [s] shortest stretch behind the impulse that says anything.
-const SHORTEST_S: f64 = 0.5;
 
 /// Why flights cannot be compared.
 #[derive(Debug, thiserror::Error)]
@@ -94,7 +90,7 @@ pub struct RecordedFlight {
     pub struck_from: StruckFrom,
     /// The impulse, where it is known.
     pub impulse: Option<Impulse>,
-    /// [s] how long behind the impulse it was judged: at most [`JUDGED_S`].
+    /// [s] how long behind the impulse it was judged: at most `judged_s`.
     pub judged_s: f64,
     /// Whether the angle was measured at the pivot; else it is the controller's own estimate.
     pub is_angle_measured: bool,
@@ -119,7 +115,7 @@ pub struct FlightComparison {
     pub warnings: Vec<String>,
 }
 
-/// Reads and judges the flights in `recordings` over [`JUDGED_S`] behind each impulse as `paper` does, or over the time
+/// Reads and judges the flights in `recordings` over `judged_s` behind each impulse as `paper` does, or over the time
 /// that all of them have before the next impulse or their end: what drifts back over the band long after is no answer
 /// to it. `told` is the impulse, `at_s` counted from the first record of a controller's step, where the recordings do
 /// not say it.
@@ -132,7 +128,8 @@ pub fn compare_flights(
 ) -> Result<FlightComparison, FlightError> {
     let mut raw = recordings.iter().map(|path| RawFlight::read(path, told)).collect::<Result<Vec<_>, _>>()?;
     let most = raw.iter().map(|flight| flight.strikes.len()).max().unwrap_or(0);
-    let window = |index: usize| raw.iter().filter_map(|it| it.behind_s(index)).fold(JUDGED_S, f64::min);
+    let window =
+        |index: usize| raw.iter().filter_map(|it| it.behind_s(index)).fold(THRESHOLDS.judged_s, f64::min);
     let windows: Vec<f64> = (0..most).map(window).collect();
     let flights: Vec<RecordedFlight> = raw.drain(..).map(|flight| flight.judged(&windows)).collect();
     let warnings = warnings(&flights);
@@ -192,7 +189,8 @@ impl RawFlight {
         }
         let (from_s, to_s) = flight.span();
         let struck_s = flight.strikes.first().copied().unwrap_or(f64::NAN);
-        if struck_s < from_s || flight.behind_s(0).is_none_or(|behind| behind < SHORTEST_S) {
+        if struck_s < from_s || flight.behind_s(0).is_none_or(|behind| behind < THRESHOLDS.shortest_answer_s)
+        {
             return Err(FlightError::NothingBehind { path: flight.path, struck_s, from_s, to_s });
         }
         flight.know_the_disturbance();
@@ -224,7 +222,7 @@ impl RawFlight {
             self.struck_from = StruckFrom::Recording;
         }
         for &(at_s, _) in &self.impulses {
-            if self.strikes.last().is_none_or(|last| at_s - last >= SHORTEST_S) {
+            if self.strikes.last().is_none_or(|last| at_s - last >= THRESHOLDS.shortest_answer_s) {
                 self.strikes.push(at_s);
             }
         }
@@ -279,7 +277,7 @@ impl RawFlight {
         before
             .iter()
             .rev()
-            .find(|moment| moment.angle.abs() < UNMOVED * peak)
+            .find(|moment| moment.angle.abs() < THRESHOLDS.unmoved_share * peak)
             .map_or(0.0, |moment| moment.time)
     }
 
@@ -300,9 +298,14 @@ impl RawFlight {
         let emulator = self.config.as_ref().filter(|_| self.is_virtual).map(|config| &config.emulator);
         let name = self.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         let struck_s = self.strikes.first().copied().unwrap_or(f64::NAN);
-        let judged_s = windows.first().copied().unwrap_or(JUDGED_S);
+        let judged_s = windows.first().copied().unwrap_or(THRESHOLDS.judged_s);
         let by = |struck_s: f64| self.impulses.iter().find(|it| it.0 == struck_s).map(|it| it.1);
-        let later = self.strikes.iter().zip(windows).skip(1).filter(|(_, judged_s)| **judged_s >= SHORTEST_S);
+        let later = self
+            .strikes
+            .iter()
+            .zip(windows)
+            .skip(1)
+            .filter(|(_, judged_s)| **judged_s >= THRESHOLDS.shortest_answer_s);
         let later = later.filter_map(|(&struck_s, &judged_s)| {
             let answer = judge(&self.moments, struck_s, judged_s);
             Some(LaterStrike { struck_s, impulse: by(struck_s)?, judged_s, answer })

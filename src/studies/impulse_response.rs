@@ -2,15 +2,7 @@
 
 use serde::Serialize;
 
-/// Share of the peak within which the angle counts as settled, and beyond which it counts as a swing.
-const SETTLED: f64 = 0.05;
-
-/// Share of the time judged, at its end, for which the angle has to stay within: it may just be passing through.
-const HELD: f64 = 0.05;
-
-/// [s] how long the answer to an impulse is judged: several times what a loop of a bench needs. What crosses the band
-/// long after is the drift of an angle that no gyro shows, and no answer to the impulse.
-pub const JUDGED_S: f64 = 8.0;
+use super::thresholds::THRESHOLDS;
 
 /// How a controller answered one torque impulse.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -66,12 +58,16 @@ pub fn judge(flight: &[Moment], struck_s: f64, judged_s: f64) -> Answer {
         .fold(0.0, |most: f64, value| if value.abs() > most.abs() { value } else { most });
     let (peak, side) = (largest.abs(), largest.signum());
     let since = |moment: &Moment| moment.time - struck_s;
-    let settling = judged.iter().rev().find(|moment| angle(moment).abs() > SETTLED * peak).map_or(0.0, since);
-    let settled = judged.last().is_some_and(|last| settling < (1.0 - HELD) * since(last));
+    let settling = judged
+        .iter()
+        .rev()
+        .find(|moment| angle(moment).abs() > THRESHOLDS.settled_share * peak)
+        .map_or(0.0, since);
+    let settled = judged.last().is_some_and(|last| settling < (1.0 - THRESHOLDS.held_share) * since(last));
     let overshoot = judged.iter().map(|moment| -side * angle(moment)).fold(0.0, f64::max);
     let mut swings = 0;
     let mut last_side = side;
-    for moment in judged.iter().filter(|moment| angle(moment).abs() > SETTLED * peak) {
+    for moment in judged.iter().filter(|moment| angle(moment).abs() > THRESHOLDS.settled_share * peak) {
         if angle(moment).signum() != last_side {
             swings += 1;
             last_side = -last_side;

@@ -4,3 +4,4 @@ pub mod controller_comparison;
 pub mod impulse_response;
 pub mod jitter;
 pub mod paper;
+pub mod thresholds;

@@ -9,6 +9,7 @@ use super::at;
 use crate::bench::BenchConfig;
 use crate::cli::CliError;
 use crate::cli::progress::{self, Progress};
+use crate::cli::thresholds::THRESHOLDS;
 use crate::clock;
 use crate::file::write_atomically;
 use crate::guard::{Cause, State};
@@ -179,9 +180,6 @@ const ORDINARY_CAUSES: [Cause; 6] = [
     Cause::Recovered,
     Cause::Shutdown,
 ];
-/// [s] after the controller's first step, when the guard opens at the latest in a flight that may be shown: the first
-/// blow comes soon after.
-const OPEN_S: f64 = 2.0;
 
 /// Whether the guard opened too late, or closed before the controller ended at `end_s`, and lateness was all it ever
 /// found: a value that is wrong, or a controller that swings, is told as what it is. `events` with their times [s].
@@ -192,7 +190,7 @@ fn was_held_up(events: &[(f64, GuardEvent)], end_s: f64) -> bool {
     let closes = flown().any(|(_, it)| is_open(it.from) && !is_open(it.to));
     let is_known = |cause| LATE_CAUSES.contains(&cause) || ORDINARY_CAUSES.contains(&cause);
     let only_late = flown().all(|(_, it)| Cause::from_code(it.cause).is_some_and(is_known));
-    only_late && (closes || opens_s.is_none_or(|opens_s| opens_s > OPEN_S))
+    only_late && (closes || opens_s.is_none_or(|opens_s| opens_s > THRESHOLDS.open_at_latest_s))
 }
 
 /// [of the flight] in which the guard was degraded: some of the commands were held.

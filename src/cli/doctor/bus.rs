@@ -4,9 +4,7 @@ use std::fs;
 
 use super::Finding;
 use crate::can::{BusConfig, InterfaceStatus, kernel_has_can, timestamps};
-
-/// Frames that may wait in the interface: after a stall each of them is a stale command.
-const LONGEST_QUEUE: u32 = 16;
+use crate::cli::thresholds::THRESHOLDS;
 
 pub(super) fn findings(bus: &BusConfig) -> Vec<Finding> {
     let interface = &bus.interface;
@@ -87,7 +85,7 @@ fn restart(interface: &str, status: &InterfaceStatus) -> Finding {
 fn queue(interface: &str) -> Finding {
     let text = fs::read_to_string(format!("/sys/class/net/{interface}/tx_queue_len")).unwrap_or_default();
     match text.trim().parse::<u32>() {
-        Ok(length) if length <= LONGEST_QUEUE => {
+        Ok(length) if length <= THRESHOLDS.longest_queue => {
             Finding::good("txqueuelen", format!("{length}: no more stale commands than that after a stall"))
         }
         Ok(length) => Finding::warning(

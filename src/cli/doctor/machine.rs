@@ -5,18 +5,13 @@ use std::path::Path;
 
 use super::Finding;
 use crate::bench::BenchConfig;
+use crate::cli::thresholds::THRESHOLDS;
 use crate::clock;
 use crate::rt::Machine;
 
 /// Bits of `CapEff` in `/proc/self/status`.
 const CAP_IPC_LOCK: u64 = 1 << 14;
 const CAP_SYS_NICE: u64 = 1 << 23;
-/// [byte] that a bench needs in `/dev/shm`.
-const SHARED_MEMORY_NEED: u64 = 64 << 20;
-/// [byte] that a real-time process locks into memory.
-const LOCKED_MEMORY_NEED: u64 = 256 << 20;
-/// [ns] above which a reading of the clock went through the kernel or to a slow device.
-const SLOW_READING_NS: u64 = 400;
 /// Gives the program both rights at once.
 const CAPABILITIES: &str = "sudo setcap cap_sys_nice,cap_ipc_lock+ep \"$(command -v rotorbench)\"";
 
@@ -90,7 +85,7 @@ fn locked_memory(rights: u64) -> Finding {
     }
     let found =
         format!("{} kB: the loop's memory may be paged out, each time costing milliseconds", bytes / 1024);
-    if bytes >= LOCKED_MEMORY_NEED {
+    if bytes >= THRESHOLDS.locked_memory_need {
         return Finding::good(CHECK, format!("{} MB, enough", bytes >> 20));
     }
     Finding::warning(CHECK, found, CAPABILITIES)
@@ -127,10 +122,10 @@ fn shared_memory() -> Finding {
     let Some(free) = free_bytes() else {
         return Finding::bad(CHECK, "its free space cannot be read", mend);
     };
-    if free < SHARED_MEMORY_NEED {
+    if free < THRESHOLDS.shared_memory_need {
         return Finding::bad(
             CHECK,
-            format!("{} MB free; a bench needs up to {}", free >> 20, SHARED_MEMORY_NEED >> 20),
+            format!("{} MB free; a bench needs up to {}", free >> 20, THRESHOLDS.shared_memory_need >> 20),
             mend,
         );
     }
@@ -162,7 +157,7 @@ fn clock_source() -> Finding {
     } else {
         format!("{current}: a reading costs {:.1} µs", cost as f64 * 1e-3)
     };
-    if cost < SLOW_READING_NS {
+    if cost < THRESHOLDS.slow_clock_reading_ns {
         return Finding::good(CHECK, found);
     }
     match available.split_whitespace().find(|it| *it == "tsc" && *it != current) {

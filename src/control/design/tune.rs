@@ -5,15 +5,12 @@ use std::f64::consts::PI;
 use nalgebra::Complex;
 
 use super::{Compensator, DiscreteLoop, LoopPlant, Margins};
+use crate::control::thresholds::THRESHOLDS;
 use crate::control::{Compensation, ControlError, EmcConfig, PidConfig, PlantParameters};
 
 /// [-] k_I over k_P, as a part of the crossover frequency: slow enough to cost 3° of phase. Table III of
 /// [LPC16] has about the same.
 const INTEGRAL_SHARE: f64 = 0.05;
-/// [-] sensitivity peak above which a loop is called nervous; the usual limit.
-const NERVOUS: f64 = 2.0;
-/// [-] and up to which it may be made faster.
-const CALM: f64 = 1.7;
 
 /// Gains of the PID with this phase margin [rad] and gain margin [-] that rejects constant torques best: of all
 /// crossover frequencies the one with the largest k_I. The fastest one would not do: its phase leaves no room for
@@ -109,14 +106,14 @@ pub fn advise(
 fn worth(now: &Margins, then: &Margins) -> Option<(f64, String)> {
     let peaks = (now.sensitivity_peak, then.sensitivity_peak);
     let bands = (now.bandwidth_rad_s, then.bandwidth_rad_s);
-    if peaks.0 > NERVOUS && peaks.1 < peaks.0 {
+    if peaks.0 > THRESHOLDS.nervous_peak && peaks.1 < peaks.0 {
         let why = format!(
-            "the sensitivity peak falls from {:.2} to {:.2}, below {NERVOUS} is calm",
-            peaks.0, peaks.1
+            "the sensitivity peak falls from {:.2} to {:.2}, below {} is calm",
+            peaks.0, peaks.1, THRESHOLDS.nervous_peak
         );
         return Some((peaks.0 - peaks.1, why));
     }
-    if peaks.0 <= CALM && peaks.1 <= CALM && bands.1 > 1.02 * bands.0 {
+    if peaks.0 <= THRESHOLDS.calm_peak && peaks.1 <= THRESHOLDS.calm_peak && bands.1 > 1.02 * bands.0 {
         let why = format!(
             "the bandwidth grows from {:.1} to {:.1} rad/s, and the sensitivity peak stays at {:.2}",
             bands.0, bands.1, peaks.1

@@ -23,8 +23,6 @@ use crate::signal::{
     Applied, Command, ControlStep, GuardEvent, GuardStep, LockstepAnswer, LockstepStep, ROTORS, Sensors,
 };
 
-/// [s] of the machine's clock after which a silent peer is taken as gone.
-pub const PATIENCE_S: f64 = 2.0;
 /// [ns] between two looks at the shutdown, and between two tries to reach a peer that is late to join.
 const LOOK_NS: u64 = 20_000_000;
 

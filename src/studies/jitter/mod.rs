@@ -15,12 +15,11 @@ use crate::bench::BenchConfig;
 use crate::clock;
 use crate::rt::{self, Granted, Machine, Percentiles, RealTimeConfig, Shutdown, Statistics, Summary, Usage};
 use crate::runtime::ProcessError;
+use crate::studies::thresholds::THRESHOLDS;
 
 pub use cyclictest::Cyclictest;
 pub use measurement::Stage;
 
-/// [s] shortest time for a stage of a round: less is no measurement.
-const SHORTEST_S: f64 = 0.05;
 const MOST_ROUNDS: u32 = 1000;
 
 /// What to measure.
@@ -124,7 +123,9 @@ impl JitterConfig {
         self.bench.real_time.check()?;
         let each_s = self.seconds / f64::from(self.rounds.max(1));
         // Not-a-number is refused, too.
-        if !(1..=MOST_ROUNDS).contains(&self.rounds) || !(SHORTEST_S..=86_400.0).contains(&each_s) {
+        if !(1..=MOST_ROUNDS).contains(&self.rounds)
+            || !(THRESHOLDS.shortest_stage_s..=86_400.0).contains(&each_s)
+        {
             return Err(ProcessError::Jitter { seconds: self.seconds, rounds: self.rounds });
         }
         if each_s < 2.0 * self.bench.period_s {

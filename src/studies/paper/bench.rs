@@ -19,7 +19,8 @@ use crate::runtime::experiment::prepare;
 use crate::runtime::lockstep::{Interference, Lockstep, ORIGIN_NS};
 use crate::runtime::trace::Trace;
 use crate::signal::{ControlStep, Sensors};
-use crate::studies::impulse_response::{JUDGED_S, Moment, judge};
+use crate::studies::impulse_response::{Moment, judge};
+use crate::studies::thresholds::THRESHOLDS;
 
 /// [s] from standstill to the first excited period.
 const LEAD_IN_S: f64 = 4.0;
@@ -49,8 +50,8 @@ impl<'a> Benches<'a> {
         let slots =
             |shape: &Shape| experiment_of(shape.clone()).build(PERIOD_S).map_or(0, |it| slots_of(&it));
         let experiments: u64 = experiments.iter().map(|(shape, _)| slots(shape)).sum();
-        let flights =
-            flights as u64 * clock::span_ns(IMPULSE_AT_S + JUDGED_S).div_ceil(clock::span_ns(PERIOD_S));
+        let flights = flights as u64
+            * clock::span_ns(IMPULSE_AT_S + THRESHOLDS.judged_s).div_ceil(clock::span_ns(PERIOD_S));
         Self { shutdown, seed: settings.seed, flown: 0, steps: 0, all_steps: experiments + flights }
     }
 
@@ -109,14 +110,14 @@ impl<'a> Benches<'a> {
                 disturbance: if is_struck { torque } else { 0.0 },
             });
         };
-        let slots = clock::span_ns(IMPULSE_AT_S + JUDGED_S).div_ceil(clock::span_ns(PERIOD_S));
+        let slots = clock::span_ns(IMPULSE_AT_S + THRESHOLDS.judged_s).div_ceil(clock::span_ns(PERIOD_S));
         let name = format!("{controller} with {} ms of delay", 1e3 * delay);
         self.fly(&config, pilot, slots, &name, &mut see, tell)?;
         Ok(Flight {
             controller,
             delay,
             delay_limit,
-            answer: judge(&moments, IMPULSE_AT_S, JUDGED_S),
+            answer: judge(&moments, IMPULSE_AT_S, THRESHOLDS.judged_s),
             moments,
         })
     }

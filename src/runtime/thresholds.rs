@@ -1,0 +1,14 @@
+//! Numbers that decide when a process of the bench gives up waiting.
+
+crate::thresholds! {
+    /// [count] periods without news of the guard after which the controller takes it as closed
+    silent_periods: u64 = 10, "count", "judgement";
+    /// [s] without a word from the guard after which the bench counts as gone for an experiment
+    gone_s: f64 = 5.0, "s", "judgement";
+    /// [s] after which a process that is to end does, whatever the guard says
+    longest_end_s: f64 = 1.0, "s", "judgement";
+    /// [s] in which a running guard publishes at least once: the longest period of a bench and some
+    silence_s: f64 = 2.0, "s", "twice the longest period of a bench, 1 s";
+    /// [s] of the machine's clock after which a silent peer in lockstep is taken as gone
+    patience_s: f64 = 2.0, "s", "judgement";
+}

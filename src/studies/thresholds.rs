@@ -1,0 +1,17 @@
+//! Numbers that decide how flights and machines are compared.
+
+crate::thresholds! {
+    /// [-] share of the largest angle below which a flight has not been struck yet
+    unmoved_share: f64 = 0.05, "-", "judgement";
+    /// [s] shortest stretch behind an impulse that says anything; impulses closer than that are one
+    shortest_answer_s: f64 = 0.5, "s", "judgement";
+    /// [-] share of the peak within which the angle counts as settled, and beyond which it counts as a swing
+    settled_share: f64 = 0.05, "-", "the usual 5 % band of a step response";
+    /// [-] share of the time judged, at its end, for which the angle has to stay within the band: it may just be passing through
+    held_share: f64 = 0.05, "-", "judgement";
+    /// [s] how long the answer to an impulse is judged; what crosses the band long after is the drift of an angle that no gyro
+    /// shows, and no answer to the impulse
+    judged_s: f64 = 8.0, "s", "several times what a loop of a bench needs";
+    /// [s] shortest time for a stage of a round of `jitter`: less is no measurement
+    shortest_stage_s: f64 = 0.05, "s", "judgement";
+}
