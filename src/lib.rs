@@ -32,6 +32,7 @@
 pub mod bench;
 pub mod bus_guard;
 pub mod can;
+pub mod cancel;
 pub mod cli;
 pub mod clock;
 pub mod compare;
@@ -51,6 +52,7 @@ pub mod report;
 pub mod rt;
 pub mod runtime;
 pub mod screening;
+pub mod session;
 pub mod shm;
 pub mod signal;
 pub mod studies;

@@ -17,19 +17,21 @@ const TABLE: &[(&str, &[&str])] = &[
     // What a number that decides something says of itself.
     ("threshold", &[]),
     ("clock", &[]),
+    // The wish to end a long computation: heard deep inside fits.
+    ("cancel", &[]),
     ("signal", &["unit"]),
     ("effect", &["unit", "signal"]),
     ("model", &["file", "unit", "signal", "effect"]),
     // Mathematics without rotors and without logs.
-    ("estimation", &["unit"]),
+    ("estimation", &["cancel", "unit"]),
     ("can", &["unit", "clock", "signal"]),
     ("shm", &["clock", "signal"]),
-    ("rt", &["clock", "signal"]),
+    ("rt", &["cancel", "clock", "signal"]),
     ("control", &["unit", "clock", "signal"]),
     ("guard", &["unit", "clock", "signal"]),
     ("experiment", &["unit", "clock", "signal", "control", "guard"]),
     ("recording", &["file", "unit", "clock", "signal", "can", "control", "guard", "model"]),
-    ("log", &["file", "unit", "clock", "signal", "can", "estimation", "recording"]),
+    ("log", &["cancel", "file", "unit", "clock", "signal", "can", "estimation", "recording"]),
     ("screening", &["unit", "signal", "effect", "model", "estimation", "log"]),
     // The guard on the running bench; bridge and emulator both own one.
     ("bus_guard", &["clock", "signal", "shm", "guard", "rt"]),
@@ -37,11 +39,15 @@ const TABLE: &[(&str, &[&str])] = &[
     // The bench file puts the tables of the other rooms together.
     ("bench", &["*"]),
     ("identify", &["unit", "signal", "effect", "model", "estimation", "log", "screening", "experiment"]),
-    ("compare", &["unit", "signal", "effect", "model", "estimation", "log", "screening", "identify"]),
+    (
+        "compare",
+        &["cancel", "unit", "signal", "effect", "model", "estimation", "log", "screening", "identify"],
+    ),
     (
         "diagnose",
         &[
             "unit",
+            "cancel",
             "signal",
             "effect",
             "model",
@@ -57,6 +63,8 @@ const TABLE: &[(&str, &[&str])] = &[
     ("runtime", &["*"]),
     // Experiments on the system itself: the paper, jitter, comparison of controllers.
     ("studies", &["*"]),
+    // What a person does with logs and models; results, never text.
+    ("session", &["*"]),
     ("report", &["*"]),
     ("cli", &["*"]),
     // The thresholds of all rooms, for the documentation.

@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
+use super::watched::cancellable;
 use super::{CliResult, Outcome};
-use crate::compare::{CompareConfig, Comparison, compare};
+use crate::compare::{CompareConfig, Comparison};
 use crate::emulate::Impulse;
 use crate::log::csv;
-use crate::model::Model;
 use crate::report::comparison;
 use crate::report::json;
+use crate::session::{self, Job};
 use crate::studies::controller_comparison::compare_flights;
 use crate::unit::short;
 
@@ -52,22 +53,26 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if arguments.signals.is_some() && arguments.log.len() > 1 {
         return Err(super::CliError::new("--signals writes the signals of one log; several were given"));
     }
-    let models = arguments.model.iter().map(|path| Model::load(path)).collect::<Result<Vec<_>, _>>()?;
+    let models =
+        arguments.model.iter().map(|path| session::open_model(path)).collect::<Result<Vec<_>, _>>()?;
     let config = CompareConfig { horizon_s: arguments.horizon_s };
-    let mut found = Vec::new();
-    let mut logs = Vec::new();
-    for path in &arguments.log {
-        let log = csv::read(path)?;
-        found.push(compare(&models, &log, &config)?);
-        logs.push(log);
+    let (logs, found, page, signals) = cancellable(|cancel| {
+        let job = Job::unwatched(cancel);
+        let logs = session::open_all(&arguments.log, &job)?;
+        let found = session::compare(&models, &logs, &config, &job)?;
+        let page = arguments.report.as_ref().map(|path| (path, comparison::page(&found, &logs)));
+        let last = logs.first().zip(found.first().and_then(|models| models.last()));
+        let signals = match (&arguments.signals, last) {
+            (Some(path), Some((log, comparison))) => Some((path, comparison.signals(log)?)),
+            _ => None,
+        };
+        Ok((logs, found, page, signals))
+    })?;
+    if let Some((path, page)) = page {
+        page.save(path)?;
     }
-    if let Some(path) = &arguments.report {
-        comparison::page(&found, &logs).save(path)?;
-    }
-    if let (Some(path), Some(log), Some(comparison)) =
-        (&arguments.signals, logs.first(), found.first().and_then(|models| models.last()))
-    {
-        csv::write(&comparison.signals(log)?, path)?;
+    if let Some((path, signals)) = signals {
+        csv::write(&signals, path)?;
     }
     if arguments.json {
         let told =

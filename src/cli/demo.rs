@@ -10,7 +10,8 @@ use crate::clock;
 use crate::control::MoveConfig;
 use crate::emulate::{HiddenConfig, Impulse};
 use crate::report::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone};
-use crate::rt::Shutdown;
+use crate::rt::{Shutdown, cancel_on_signals};
+use crate::session::Job;
 use crate::shm::PassingBench;
 use crate::signal::ControlStep;
 
@@ -61,7 +62,12 @@ pub fn run(arguments: &Arguments) -> CliResult {
     println!("{}", timing::angle(&flown.summary.angle));
     print!("{}", timing::table(&flown.summary.timing));
     let mut page = first_page(&flown, (&bench, &emulator), out)?;
-    let lesson = story::learn(&flown.log)?;
+    let cancel = cancel_on_signals()?;
+    let learned = story::learn(&flown.log, &Job::unwatched(&cancel));
+    if cancel.is_requested() {
+        return Ok(interrupted());
+    }
+    let lesson = learned?;
     println!("{}", story::text(&lesson, &hidden.join(", ")));
     story::tell(&mut page, &lesson, &hidden.join(", "));
     let report = out.join("index.html");

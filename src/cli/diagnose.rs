@@ -2,14 +2,13 @@
 
 use std::path::PathBuf;
 
-use super::progress::Progress;
+use super::watched::{cancellable, searching};
 use super::{CliResult, Outcome};
 use crate::compare::CompareConfig;
-use crate::diagnose::{DiagnoseConfig, Verdict, diagnose};
-use crate::log::csv;
-use crate::model::Model;
+use crate::diagnose::{DiagnoseConfig, Verdict};
 use crate::report;
 use crate::report::json;
+use crate::session::{self, Job};
 
 /// Arguments of `diagnose`.
 #[derive(Debug, clap::Args)]
@@ -38,20 +37,25 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> CliResult {
     let inputs = arguments.log.iter().chain(&arguments.validate).chain([&arguments.model]);
     super::output::writable(&arguments.report, inputs)?;
-    let model = Model::load(&arguments.model)?;
-    let train = arguments.log.iter().map(|path| csv::read(path)).collect::<Result<Vec<_>, _>>()?;
-    let validate = arguments.validate.iter().map(|path| csv::read(path)).collect::<Result<Vec<_>, _>>()?;
+    let model = session::open_model(&arguments.model)?;
     let config = DiagnoseConfig { horizon: arguments.horizon_s };
-    let progress = Progress::start();
-    let diagnosis = diagnose(&model, &train, &validate, &config, &|| progress.one_more("candidates fitted"))?;
-    drop(progress);
     let named = |paths: &[PathBuf]| paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>();
     let model_name = arguments.model.display().to_string();
-    let next = diagnosis.next_steps(&model_name, &named(&arguments.log), &named(&arguments.validate));
-    if let Some(path) = &arguments.report {
+    let (diagnosis, next, page) = cancellable(|cancel| {
+        let train = session::open_all(&arguments.log, &Job::unwatched(cancel))?;
+        let validate = session::open_all(&arguments.validate, &Job::unwatched(cancel))?;
+        let diagnosis = searching(cancel, |job| session::diagnose(&model, &train, &validate, &config, job))?;
+        let next = diagnosis.next_steps(&model_name, &named(&arguments.log), &named(&arguments.validate));
         let shown = if validate.is_empty() { &train } else { &validate };
         let windows = CompareConfig { horizon_s: arguments.horizon_s };
-        report::diagnosis::page(&diagnosis, &model, shown, &windows, &next)?.save(path)?;
+        let page = arguments.report.as_ref().map(|path| {
+            report::diagnosis::page(&diagnosis, &model, shown, &windows, &next).map(|page| (path, page))
+        });
+        let page = page.transpose()?;
+        Ok((diagnosis, next, page))
+    })?;
+    if let Some((path, page)) = page {
+        page.save(path)?;
     }
     if arguments.json {
         println!("{}", json::answer(&json::with_sentences(&diagnosis, &diagnosis.findings)?)?);

@@ -7,6 +7,7 @@ use serde_json::json;
 use super::{CliError, CliResult, Outcome};
 use crate::effect::{CATALOGUE, Card, find};
 use crate::model::Model;
+use crate::session;
 
 /// Arguments of `effects`.
 #[derive(Debug, clap::Args)]
@@ -43,7 +44,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         print!("{}\n{OWN}", Model::paper().emit()?);
         return Ok(Outcome::Done);
     }
-    let model = Model::load(&arguments.model)?;
+    let model = session::open_model(&arguments.model)?;
     let Some(id) = &arguments.id else {
         if arguments.json {
             println!(

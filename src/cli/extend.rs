@@ -1,18 +1,18 @@
 //! `rotorbench extend`: adds an effect to a model and shows the fall of the error.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use serde_json::json;
 
+use super::watched::{cancellable, searching};
 use super::{CliError, CliResult, Outcome};
+use crate::cancel::Cancel;
 use crate::compare::CompareConfig;
-use crate::diagnose::{DiagnoseConfig, extend};
-use crate::log::csv;
+use crate::diagnose::DiagnoseConfig;
 use crate::model::Model;
-use crate::report;
 use crate::report::findings::sentences;
-use crate::report::json;
-use crate::screening::requirements::repeated;
+use crate::report::{self, Page, json};
+use crate::session::{self, Extended, Job};
 
 /// Arguments of `extend`.
 #[derive(Debug, clap::Args)]
@@ -49,74 +49,70 @@ pub struct Arguments {
     report: Option<PathBuf>,
 }
 
-/// An error that keeps more than this share has not fallen: half a percent is what any free parameter takes from noise.
-const FALLEN: f64 = 0.995;
-
-/// Side by side with the model it came from, a model has to have a name of its own: its file's.
-fn name_after(model: &mut Model, file: &Path) {
-    if let Some(stem) = file.file_stem() {
-        model.name = stem.to_string_lossy().into_owned();
-    }
-}
-
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     // The model that it starts from, too: the ladder of the new one begins there.
     let inputs = arguments.log.iter().chain(&arguments.validate).chain([&arguments.model]);
     super::output::writable(std::iter::once(&arguments.output).chain(&arguments.report), inputs)?;
-    let model = Model::load(&arguments.model)?;
+    let model = session::open_model(&arguments.model)?;
     if arguments.step_back {
-        let mut back = model.step_back().ok_or_else(|| {
-            CliError::new(format!(
-                "{}: the ladder is empty, there is no step to undo",
-                arguments.model.display()
-            ))
-        })?;
-        name_after(&mut back, &arguments.output);
-        back.save(&arguments.output)?;
-        if arguments.json {
-            let undone = model.ladder.last().map(|step| &step.added);
-            println!("{}", crate::report::json::answer(&json!({ "undone": undone, "model": back }))?);
-        } else {
-            println!("{}: {} steps on the ladder", arguments.output.display(), back.ladder.len());
-        }
-        return Ok(Outcome::Done);
+        return step_back(&model, arguments);
     }
-    let train = arguments.log.iter().map(|path| csv::read(path)).collect::<Result<Vec<_>, _>>()?;
-    let validate = arguments.validate.iter().map(|path| csv::read(path)).collect::<Result<Vec<_>, _>>()?;
-    let config = DiagnoseConfig { horizon: arguments.horizon_s };
-    let mut warnings = sentences(&repeated(&train, &validate));
-    let mut extension = extend(&model, &arguments.effect, &train, &validate, &config)?;
-    warnings.extend(sentences(&extension.findings));
-    let error = &extension.error;
-    if arguments.recalibrate && !extension.is_at_floor {
-        warnings.push(format!(
-            "other numbers leave {:.1} times what noise alone would: they make up for something that is missing; `rotorbench \
-             diagnose` looks for it",
-            error.extended.validate / error.noise_floor
-        ));
+    let (extended, page) = cancellable(|cancel| work(&model, arguments, cancel))?;
+    let Extended { extension, findings, has_fallen } = &extended;
+    session::save_model(&extension.model, &arguments.output)?;
+    if let Some((path, page)) = arguments.report.as_ref().zip(page) {
+        page.save(path)?;
     }
-    name_after(&mut extension.model, &arguments.output);
-    extension.model.save(&arguments.output)?;
-    if let Some(path) = &arguments.report {
-        let shown = if validate.is_empty() { &train } else { &validate };
-        let windows = CompareConfig { horizon_s: arguments.horizon_s };
-        report::diagnosis::extension_page(&extension, &model, &arguments.effect, shown, &windows)?
-            .save(path)?;
-    }
+    let warnings = sentences(findings);
     if arguments.json {
         let answer = json!({
             "added": arguments.effect, "error": extension.error, "model": extension.model, "warnings": warnings,
-            "findings": extension.findings,
+            "findings": findings,
         });
         println!("{}", json::answer(&answer)?);
     } else {
         print!("{}", report::story::extension(&extension.model, &arguments.effect, &extension.error));
         warnings.iter().for_each(|warning| println!("Note: {warning}"));
     }
-    let (error, is_at_floor) = (&extension.error, extension.is_at_floor);
-    // Where nothing but noise is left, refitted numbers may have got there, too.
-    let beaten = if arguments.recalibrate || is_at_floor { error.base } else { error.recalibrated };
-    let falls = error.extended.validate < FALLEN * beaten.validate && (is_at_floor || !arguments.recalibrate);
-    Ok(if falls { Outcome::Done } else { Outcome::FoundWanting })
+    Ok(if *has_fallen { Outcome::Done } else { Outcome::FoundWanting })
+}
+
+/// The model and its page, before anything is written.
+fn work(model: &Model, arguments: &Arguments, cancel: &Cancel) -> Result<(Extended, Option<Page>), CliError> {
+    let config = DiagnoseConfig { horizon: arguments.horizon_s };
+    let train = session::open_all(&arguments.log, &Job::unwatched(cancel))?;
+    let validate = session::open_all(&arguments.validate, &Job::unwatched(cancel))?;
+    let logs = (&train[..], &validate[..]);
+    let mut extended = searching(cancel, |job| {
+        if arguments.recalibrate {
+            session::refit(model, logs, &config, job)
+        } else {
+            session::extend(model, &arguments.effect, logs, &config, job)
+        }
+    })?;
+    session::name_after(&mut extended.extension.model, &arguments.output);
+    if arguments.report.is_none() {
+        return Ok((extended, None));
+    }
+    let shown = if validate.is_empty() { &train } else { &validate };
+    let windows = CompareConfig { horizon_s: arguments.horizon_s };
+    let extension = &extended.extension;
+    let page = report::diagnosis::extension_page(extension, model, &arguments.effect, shown, &windows)?;
+    Ok((extended, Some(page)))
+}
+
+/// Undoes the last step of the model's ladder.
+fn step_back(model: &Model, arguments: &Arguments) -> CliResult {
+    let mut back = session::step_back(model)
+        .map_err(|error| CliError::new(format!("{}: {error}", arguments.model.display())))?;
+    session::name_after(&mut back, &arguments.output);
+    session::save_model(&back, &arguments.output)?;
+    if arguments.json {
+        let undone = model.ladder.last().map(|step| &step.added);
+        println!("{}", json::answer(&json!({ "undone": undone, "model": back }))?);
+    } else {
+        println!("{}: {} steps on the ladder", arguments.output.display(), back.ladder.len());
+    }
+    Ok(Outcome::Done)
 }

@@ -1,15 +1,14 @@
 //! `rotorbench identify`: identify actuator and body from logs.
 
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use super::progress::Progress;
+use super::watched::{cancellable, in_steps};
 use super::{CliError, CliResult, Outcome};
-use crate::identify::{IdentifySettings, STEPS, identify_telling};
-use crate::log::{Dataset, csv};
-use crate::model::Model;
+use crate::identify::IdentifySettings;
 use crate::report::findings::sentence;
 use crate::report::json;
+use crate::session::{self, Job};
 use crate::signal::ROTORS;
 use crate::unit::short;
 
@@ -63,20 +62,22 @@ pub fn run(arguments: &Arguments) -> CliResult {
     super::output::writable(arguments.output.iter().chain(&arguments.report), read_from)?;
     let replaced = arguments.output.as_ref().filter(|path| path.is_file());
     let settings = settings(arguments)?;
-    let logs = read(&arguments.log)?;
-    let validation = read(&arguments.validate)?;
-    let progress = Progress::start();
-    let found = identify_telling(&logs, &validation, &settings, &mut |step| progress.step(step, STEPS))?;
-    drop(progress);
+    let (found, page) = cancellable(|cancel| {
+        let logs = session::open_all(&arguments.log, &Job::unwatched(cancel))?;
+        let validation = session::open_all(&arguments.validate, &Job::unwatched(cancel))?;
+        let found = in_steps(cancel, |job| session::identify(&logs, &validation, &settings, job))?;
+        let page = arguments.report.as_ref().map(|path| (path, found.page()));
+        Ok((found, page))
+    })?;
     if let Some(path) = &arguments.output {
-        found.model.save(path)?;
+        session::save_model(&found.model, path)?;
     }
     if let Some(path) = replaced {
         // A standard error that is closed is no reason to end with an error.
         let _ = writeln!(std::io::stderr(), "note: {}: replaces the model that was there", path.display());
     }
-    if let Some(path) = &arguments.report {
-        found.page().save(path)?;
+    if let Some((path, page)) = page {
+        page.save(path)?;
     }
     if arguments.json {
         println!("{}", json::answer(&json::with_sentences(&found, &found.findings)?)?);
@@ -93,11 +94,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
 }
 
 fn settings(arguments: &Arguments) -> Result<IdentifySettings, CliError> {
-    let mut template = if arguments.template == Path::new("paper") {
-        Model::paper()
-    } else {
-        Model::load(&arguments.template)?
-    };
+    let mut template = session::open_model(&arguments.template)?;
     for (given, place, name, [low, high]) in [
         (arguments.arm_m, &mut template.body.arm, "--arm-m", [0.001, 100.0]),
         (arguments.full_voltage_v, &mut template.actuator.full_voltage, "--full-voltage-v", [1.0, 1000.0]),
@@ -121,8 +118,4 @@ fn settings(arguments: &Arguments) -> Result<IdentifySettings, CliError> {
         delay: !arguments.no_delay,
         rotors,
     })
-}
-
-fn read(paths: &[PathBuf]) -> Result<Vec<Dataset>, CliError> {
-    paths.iter().map(|path| csv::read(path).map_err(CliError::from)).collect()
 }

@@ -1,18 +1,16 @@
 //! `rotorbench import`: read a foreign log into the CSV log format, and say what it is like.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::{CliError, CliResult, Outcome};
-use crate::bench::BenchConfig;
-use crate::can::Roles;
+use super::watched::cancellable;
+use super::{CliResult, Outcome};
 use crate::log::can_capture::CaptureNotes;
-use crate::log::{Dataset, Mapping, Notes, can_capture, csv, export, mapped_csv};
+use crate::log::{Dataset, Notes, csv, mapped_csv};
 use crate::report::findings;
 use crate::screening::summary::LogSummary;
+use crate::session::{self, Job, Opened, Source};
 
 /// Arguments of `import`.
 #[derive(Debug, clap::Args)]
@@ -57,8 +55,19 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let mapping = arguments.mapping.as_ref().map(PathBuf::from);
     let inputs = [Some(&arguments.log), mapping.as_ref(), arguments.config.as_ref()];
     super::output::writable(&arguments.output, inputs.into_iter().flatten())?;
-    let (log, notes, frames) = read(arguments)?;
-    let findings = LogSummary::of(&log);
+    let source = Source {
+        path: &arguments.log,
+        mapping: arguments.mapping.as_deref(),
+        part: arguments.part,
+        bench: arguments.config.as_deref(),
+        interface: arguments.interface.as_deref(),
+    };
+    let (opened, findings) = cancellable(|cancel| {
+        let opened = session::open(&source, &Job::unwatched(cancel))?;
+        let findings = LogSummary::of(&opened.log);
+        Ok((opened, findings))
+    })?;
+    let Opened { log, notes, frames } = opened;
     if let Some(output) = &arguments.output {
         csv::write(&log, output)?;
     }
@@ -82,28 +91,6 @@ pub fn run(arguments: &Arguments) -> CliResult {
         }
     }
     Ok(Outcome::Done)
-}
-
-fn read(arguments: &Arguments) -> Result<(Dataset, Notes, Option<CaptureNotes>), CliError> {
-    let path = &arguments.log;
-    if let Some(mapping) = &arguments.mapping {
-        let (log, notes) = mapped_csv::read(path, &Mapping::load(mapping)?, arguments.part)?;
-        return Ok((log, notes, None));
-    }
-    let mut start = [0; 8];
-    let length = File::open(path)
-        .and_then(|mut file| file.read(&mut start))
-        .map_err(|error| CliError::new(format!("{}: {error}", path.display())))?;
-    match start.get(..length) {
-        Some([0x89, b'M', b'C', b'A', b'P', ..]) => Ok((export::dataset(path)?, Notes::default(), None)),
-        Some([b'(', ..]) => {
-            let config = BenchConfig::load(arguments.config.as_deref())?;
-            let roles = Roles::build(&config.bus, config.period_s)?;
-            let (log, notes) = can_capture::read(path, &roles, arguments.interface.as_deref())?;
-            Ok((log, Notes::default(), Some(notes)))
-        }
-        _ => Ok((csv::read(path)?, Notes::default(), None)),
-    }
 }
 
 /// The report in words.

@@ -49,6 +49,7 @@ mod run;
 mod stop;
 pub(crate) mod thresholds;
 mod timing;
+mod watched;
 
 /// How a command ended when nothing was wrong with its input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,12 +66,14 @@ pub struct CliError {
     sentence: String,
     /// What of the bench file it speaks of, where it does not yet say in which file that is.
     setting: Option<Setting>,
+    /// The user did not want to wait: exit 1, and no error.
+    is_cancelled: bool,
 }
 
 impl CliError {
     /// An error that says `sentence`.
     pub fn new(sentence: impl Into<String>) -> Self {
-        Self { sentence: sentence.into(), setting: None }
+        Self { sentence: sentence.into(), setting: None, is_cancelled: false }
     }
 
     /// The same with its place in the bench file at `path`, with the content `text`, where it speaks of that.
@@ -92,6 +95,7 @@ impl fmt::Display for CliError {
 impl<E: std::error::Error + 'static> From<E> for CliError {
     fn from(error: E) -> Self {
         let setting = Setting::of(&error);
+        let is_cancelled = watched::is_cancelled(&error);
         let mut sentence = crate::report::findings::refusal(&error).unwrap_or_else(|| error.to_string());
         let mut source = error.source();
         while let Some(cause) = source {
@@ -102,7 +106,7 @@ impl<E: std::error::Error + 'static> From<E> for CliError {
             }
             source = cause.source();
         }
-        Self { sentence, setting }
+        Self { sentence, setting, is_cancelled }
     }
 }
 
@@ -204,6 +208,10 @@ pub fn main() -> ExitCode {
     match dispatch(subcommand) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::FoundWanting) => ExitCode::from(1),
+        Err(error) if error.is_cancelled => {
+            let _ = writeln!(std::io::stderr(), "{error}");
+            ExitCode::from(1)
+        }
         Err(error) => {
             // It was there a moment ago; where it is not, the sentence goes without its place.
             let text = bench_file.as_ref().and_then(|path| std::fs::read_to_string(path).ok());

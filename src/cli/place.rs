@@ -16,6 +16,7 @@ use crate::file::line_and_column;
 use crate::guard::GuardError;
 use crate::rt::RealTimeError;
 use crate::runtime::ProcessError;
+use crate::session::SessionError;
 use crate::shm::ShmError;
 
 /// A setting of the bench file, as an error names it.
@@ -48,6 +49,11 @@ impl Setting {
                 ProcessError::RealTime(error) => Self::of(error),
                 _ => None,
             };
+        }
+        match error.downcast_ref::<SessionError>() {
+            Some(SessionError::Bench(error)) => return Self::of(error),
+            Some(SessionError::Can(error)) => return Self::of(error),
+            _ => {}
         }
         if let Some(BenchError::Period { .. }) = error.downcast_ref() {
             return Self::one("period_s");

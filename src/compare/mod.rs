@@ -27,6 +27,7 @@ use std::ops::RangeInclusive;
 
 use serde::Serialize;
 
+use crate::cancel;
 use crate::identify;
 use crate::log::{Dataset, DatasetError};
 use crate::model::{Model, ModelError, UndefinedRow};
@@ -189,6 +190,7 @@ pub fn compare(
     let log = screened.dataset();
     let mut runs = Vec::new();
     for model in models {
+        cancel::check();
         let added: Vec<_> =
             model.effects.iter().map(|added| model.effect(&added.id)).collect::<Result<_, _>>()?;
         let undefined = model.first_undefined_row(&added, log.time(), &|name| log.column(name))?;
@@ -207,9 +209,12 @@ pub fn compare(
     let noise = noise::Noise::estimate(log, &runs);
     let mut comparisons = Vec::new();
     for (model, run) in models.iter().zip(runs) {
+        cancel::check();
         let unknown_torque = unknown_torque::smooth(model, log, &noise)?;
-        let blocks =
-            run.into_iter().map(|raw| raw.judge(model, log, &noise, config, unknown_torque.as_ref()));
+        let blocks = run
+            .into_iter()
+            .inspect(|_| cancel::check())
+            .map(|raw| raw.judge(model, log, &noise, config, unknown_torque.as_ref()));
         comparisons.push(Comparison {
             model: model.name.clone(),
             effects: model.effects.iter().map(|added| added.id.clone()).collect(),

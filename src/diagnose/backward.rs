@@ -89,6 +89,6 @@ impl Search<'_> {
             }
         }
         let plans = models.iter().map(|(model, set)| self.plan(model, set, base)).collect();
-        run_promising(&[plans], (usize::MAX, usize::MAX), stage, self.done)
+        run_promising(&[plans], (usize::MAX, usize::MAX), stage, self.progress)
     }
 }

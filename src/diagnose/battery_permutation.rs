@@ -9,6 +9,7 @@
 use super::block_data::{BlockData, Runs};
 use super::candidate::Plan;
 use super::parallel::spread;
+use super::progress::Event;
 use super::search::Search;
 use super::search_result::Found;
 use crate::effect::Law;
@@ -87,7 +88,7 @@ impl Search<'_> {
         let does_as_well = spread(&shares, |share| {
             // A goal a little above: at it a fit must not stop short.
             let cost = plan.cost_on(&shifted(data, *share), &answer.model, Some(AS_WELL * own));
-            (self.done)();
+            (self.progress)(Event::Fitted);
             cost <= (1.0 + SAME) * own
         });
         let as_good = does_as_well.into_iter().filter(|it| *it).count();

@@ -59,7 +59,7 @@ pub fn extend(
         ids.iter().filter(held).cloned().collect()
     };
     let look = |stage: Stage, effects: &[String]| {
-        Search { base: model, known: &known, eligible: Vec::new(), done: &|| {} }.rung(stage, effects)
+        Search { base: model, known: &known, eligible: Vec::new(), progress: &|_| () }.rung(stage, effects)
     };
     let refit = |stage: Stage| -> Found {
         let inside = in_block(&stage);
@@ -69,7 +69,7 @@ pub fn extend(
         if !ids.is_empty() {
             return (trial.clone(), Vec::new());
         }
-        let search = Search { base: model, known: &known, eligible: Vec::new(), done: &|| {} };
+        let search = Search { base: model, known: &known, eligible: Vec::new(), progress: &|_| () };
         search.settle(&found.stage, &found.stale, &found.recalibrated, trial)
     };
     let blocks = Blocks::build(model, train, validate, config, (&refit, &look), &settle)?;

@@ -5,6 +5,7 @@ use super::candidate_fit::Trial;
 use super::data_split::Stage;
 use super::model_selection::{gains, is_sound, over_floor, same_set};
 use super::parallel::run_promising;
+use super::progress::Event;
 use super::search::Search;
 use super::search_result::AT_FLOOR;
 use crate::estimation::noise_floor::floors;
@@ -48,6 +49,7 @@ impl Search<'_> {
             // Alone no effect may be worth its place, and two together may be.
             let front = if falls { &paying } else { &sound };
             let Some(best) = front.first().map(|best| (*best).clone()) else { return };
+            (self.progress)(Event::Leading(&best.effects));
             let floors = floors(&stage.validate, &best.judged.residuals, best.model.body.inertia);
             let nearest = over_floor(stage, if falls { &best } else { &before }, &floors).0;
             if nearest < DONE || (!falls && (depth > 1 || nearest < NEARLY)) {
@@ -88,7 +90,7 @@ impl Search<'_> {
                 }
                 groups.push(plans);
             }
-            let deeper = run_promising(&groups, if depth == 1 { PAIRS } else { MORE }, stage, self.done);
+            let deeper = run_promising(&groups, if depth == 1 { PAIRS } else { MORE }, stage, self.progress);
             trials.extend(deeper);
             before = best;
         }

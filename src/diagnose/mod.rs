@@ -25,6 +25,7 @@ pub mod parallel;
 mod parameter_selection;
 mod pooled_logs;
 pub mod problem;
+mod progress;
 mod refit;
 pub mod rotor_block;
 pub mod search;
@@ -49,8 +50,9 @@ pub use config::DiagnoseConfig;
 pub use diagnosis::{Diagnosis, Verdict};
 pub use error::DiagnoseError;
 pub use extend::{Extension, extend};
+pub use progress::Event;
 
-/// Finds what the model is missing.
+/// Finds what the model is missing; `progress` hears how far the search is.
 ///
 /// # Errors
 /// [`DiagnoseError`] when model and logs do not meet.
@@ -59,7 +61,7 @@ pub fn diagnose(
     train: &[Dataset],
     validate: &[Dataset],
     config: &DiagnoseConfig,
-    done: &(dyn Fn() + Sync),
+    progress: &(dyn Fn(Event) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
     let known = model.known_effects()?;
     let read: Vec<&Dataset> = train.iter().chain(validate).collect();
@@ -78,14 +80,14 @@ pub fn diagnose(
         if let Some(why) = stage.too_poor() {
             eligible.iter_mut().for_each(|(_, note)| *note = note.take().or_else(|| Some(why.clone())));
         }
-        Search { base: model, known: &known, eligible, done }.run(stage)
+        Search { base: model, known: &known, eligible, progress }.run(stage)
     };
     let settle = |found: &Found, trial: &Trial| {
-        let search = Search { base: model, known: &known, eligible: Vec::new(), done };
+        let search = Search { base: model, known: &known, eligible: Vec::new(), progress };
         search.settle(&found.stage, &found.stale, &found.recalibrated, trial)
     };
     let look = |stage: Stage, effects: &[String]| {
-        Search { base: model, known: &known, eligible: Vec::new(), done }.refit(stage, effects)
+        Search { base: model, known: &known, eligible: Vec::new(), progress }.refit(stage, effects)
     };
     let blocks = Blocks::build(model, train, validate, config, (&search, &look), &settle)?;
     let mut diagnosis = assemble::conclude(model, &known, (&blocks.found, &blocks.verdicts), &read, config);

@@ -6,27 +6,29 @@ use std::sync::{Mutex, PoisonError};
 use super::candidate::{Glance, Plan};
 use super::candidate_fit::Trial;
 use super::data_split::Stage;
+use super::progress::Event;
+use crate::cancel::{self, Cancel};
 
 /// An effect that leaves so many times the squares that another one leaves is no answer, and no start of a good one.
 const FAR: f64 = 4.0;
 
-/// Runs plans on every core; `done` is told after each.
-pub fn run_all(plans: &[Plan], stage: &Stage, done: &(dyn Fn() + Sync)) -> Vec<Trial> {
+/// Runs plans on every core; `progress` hears of each.
+pub fn run_all(plans: &[Plan], stage: &Stage, progress: &(dyn Fn(Event) + Sync)) -> Vec<Trial> {
     spread(plans, |plan| {
         let trial = plan.run(stage);
-        done();
+        progress(Event::Fitted);
         trial
     })
 }
 
 /// Runs effects one by one. A body's are followed on a part of the data first, where there are many, and those that leave
 /// far more than the best one are not followed to the last digit.
-pub fn run_singles(plans: &[Plan], stage: &Stage, done: &(dyn Fn() + Sync)) -> Vec<Trial> {
+pub fn run_singles(plans: &[Plan], stage: &Stage, progress: &(dyn Fn(Event) + Sync)) -> Vec<Trial> {
     if stage.train.is_rotor() || stage.coarse.is_none() {
-        return run_all(plans, stage, done);
+        return run_all(plans, stage, progress);
     }
     let sketched = spread(plans, |plan| {
-        done();
+        progress(Event::Fitted);
         plan.sketch(plan.glance(stage), stage, None)
     });
     let best = sketched.iter().map(Glance::cost).fold(f64::INFINITY, f64::min);
@@ -42,7 +44,7 @@ pub fn run_promising(
     groups: &[Vec<Plan>],
     (most, finished): (usize, usize),
     stage: &Stage,
-    done: &(dyn Fn() + Sync),
+    progress: &(dyn Fn(Event) + Sync),
 ) -> Vec<Trial> {
     let all: Vec<(usize, &Plan)> = groups
         .iter()
@@ -50,7 +52,7 @@ pub fn run_promising(
         .flat_map(|(group, plans)| plans.iter().map(move |plan| (group, plan)))
         .collect();
     let looked = spread(&all, |(_, plan)| {
-        done();
+        progress(Event::Fitted);
         plan.glance(stage)
     });
     let mut looked: Vec<((usize, &Plan), Glance)> = all.into_iter().zip(looked).collect();
@@ -83,22 +85,28 @@ fn each<'p, R: Send>(
     done.into_iter().flatten().collect()
 }
 
-/// Does the work for every item, on every core; answers in the items' order.
+/// Does the work for every item, on every core; answers in the items' order. The workers hear of the same wish to end as
+/// their caller, who is left as they are.
 pub(crate) fn spread<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
     let answers: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::with_capacity(items.len()));
     let cores =
         std::thread::available_parallelism().map_or(1, std::num::NonZero::get).min(items.len().max(1));
+    let token = Cancel::current();
+    let take_turns = || {
+        loop {
+            cancel::check();
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(item) = items.get(index) else { break };
+            let answer = work(item);
+            answers.lock().unwrap_or_else(PoisonError::into_inner).push((index, answer));
+        }
+    };
     std::thread::scope(|scope| {
-        for _ in 0..cores {
-            scope.spawn(|| {
-                loop {
-                    let index = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(item) = items.get(index) else { break };
-                    let answer = work(item);
-                    answers.lock().unwrap_or_else(PoisonError::into_inner).push((index, answer));
-                }
-            });
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(|| token.during(take_turns))).collect();
+        let left = workers.into_iter().filter_map(|worker| worker.join().err()).collect::<Vec<_>>();
+        if let Some(reason) = left.into_iter().next() {
+            std::panic::resume_unwind(reason);
         }
     });
     let mut answers = answers.into_inner().unwrap_or_else(PoisonError::into_inner);

@@ -26,7 +26,7 @@ impl<'a> Search<'a> {
         let plan =
             |effect: &&'a Effect| Plan { effects: vec![*effect], without, ..self.start(self.base, &[]) };
         let plans: Vec<Plan> = candidates.iter().map(plan).collect();
-        let trials = run_all(&plans, stage, self.done);
+        let trials = run_all(&plans, stage, self.progress);
         let sound = trials.iter().filter(|trial| is_sound(stage, trial, self.known));
         let best = sound.min_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage)))?.clone();
         let limit = if count > 1 { 1.0 + 0.5 * LEAST_GAIN } else { 1.0 - 0.25 * LEAST_GAIN };
@@ -76,7 +76,7 @@ impl<'a> Search<'a> {
                 base: free.iter().chain([*name]).cloned().collect(),
                 ..self.start(&model, &[])
             };
-            let next = run_all(&left.iter().map(plan).collect::<Vec<Plan>>(), stage, self.done);
+            let next = run_all(&left.iter().map(plan).collect::<Vec<Plan>>(), stage, self.progress);
             let best =
                 next.into_iter().zip(left).min_by(|a, b| a.0.validate(stage).total_cmp(&b.0.validate(stage)));
             let Some((trial, name)) = best else { break };

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::block_data::{BlockData, MOST_SLOW_UNITS, Runs};
 use super::{body_block, rotor_block};
+use crate::cancel;
 use crate::estimation::normal_equations::sum_of_squares;
 use crate::estimation::output_error::OutputError;
 use crate::model::{BodyTrace, Effect, Model, RotorTrace};
@@ -94,6 +95,7 @@ impl OutputError for Problem<'_> {
             Runs::Rotor(runs) => {
                 let mut trace = RotorTrace::default();
                 for (unit, run) in runs.iter().enumerate() {
+                    cancel::check();
                     // Where the fit finds each run's start, the runs must not see each other.
                     let last = runs[..unit].last().filter(|_| self.locals == 1);
                     let before =
@@ -109,6 +111,7 @@ impl OutputError for Problem<'_> {
                     let under = body_block::input_under(&equations, run);
                     let input = under.as_ref().unwrap_or(&run.input);
                     for window in 0..run.windows.len() {
+                        cancel::check();
                         let out = &mut out[self.data.units()[unit].clone()];
                         let own = self.local(locals, unit);
                         body_block::window_residuals(

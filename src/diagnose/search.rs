@@ -5,6 +5,7 @@ use super::candidate_fit::Trial;
 use super::data_split::Stage;
 use super::model_selection::{joint_floors, loss, nearest, period, steps, weigh};
 use super::parallel::run_singles;
+use super::progress::Event;
 use super::search_result::{Found, Single};
 use super::surrogate_test::{Luck, luck};
 use super::verdict::stands;
@@ -18,8 +19,8 @@ pub struct Search<'a> {
     pub known: &'a [Effect],
     /// Those that this block and these logs can judge, and why the others cannot be.
     pub eligible: Vec<(&'a Effect, Option<String>)>,
-    /// Told after each trial.
-    pub done: &'a (dyn Fn() + Sync),
+    /// Hears how far it is.
+    pub progress: &'a (dyn Fn(Event) + Sync),
 }
 
 impl<'a> Search<'a> {
@@ -104,7 +105,7 @@ impl<'a> Search<'a> {
                 ..self.start(&recalibrated.model, base)
             })
             .collect();
-        let trials = run_singles(&plans, stage, self.done);
+        let trials = run_singles(&plans, stage, self.progress);
         let tried = candidates.iter().zip(trials).map(|(effect, trial)| Single {
             effect: effect.id.clone(),
             luck: Some(luck(recalibrated, &trial, period(stage))),

@@ -12,6 +12,7 @@ use nalgebra::{DMatrix, DVector};
 pub use super::normal_equations::Slopes;
 pub use super::normal_equations::sum_of_squares;
 use super::normal_equations::{Normal, least_squares, standard_errors};
+use crate::cancel;
 
 /// Most local parameters of a unit.
 pub const MOST_LOCALS: usize = 3;
@@ -132,6 +133,7 @@ pub fn fit_on(
     while iterations < config.iterations {
         let mut step = None;
         while damping < MOST_DAMPING && iterations < config.iterations {
+            cancel::check();
             iterations += 1;
             step = search.step(&normal, damping);
             if step.is_some() {
@@ -225,6 +227,7 @@ impl<'a> Search<'a> {
 
     /// The difference quotient of the residuals by global `index`.
     fn column(&mut self, index: usize) -> Vec<f64> {
+        cancel::check();
         let free = self.free[index];
         let held = self.globals[index];
         let size = (DERIVATIVE_STEP * held.abs().max(free.scale)).max(f64::MIN_POSITIVE);
@@ -237,6 +240,7 @@ impl<'a> Search<'a> {
 
     /// The difference quotient by local `index` of every unit at once: units do not see each other.
     fn local_column(&mut self, index: usize) -> Vec<f64> {
+        cancel::check();
         let count = self.problem.locals();
         let step = 1e-3 * self.problem.local_scale(index);
         let mut moved = self.locals.clone();

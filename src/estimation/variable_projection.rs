@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use wide::f64x4;
 
+use crate::cancel;
 use crate::identify::pole::Record;
 
 /// Below this the initial state has no part in the output any more.
@@ -45,6 +46,7 @@ pub(crate) fn run<const M: usize>(
     pole: f64,
     mut visit: impl FnMut(usize, &[f64; M], &[f64; M], f64, f64),
 ) {
+    cancel::check();
     let (mut lagged, mut slope) = ([0.0; M], [0.0; M]);
     let (mut initial, mut elapsed) = (1.0, 0.0);
     let (mut interval, mut decay) = (f64::NAN, 1.0);

@@ -10,6 +10,7 @@ use sha2::{Digest, Sha256};
 
 use super::dataset::{Dataset, DatasetError};
 use super::lines::Lines;
+use crate::cancel;
 use crate::file::write_atomically;
 
 /// Why a log file cannot be read or written.
@@ -132,6 +133,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
     let mut lines = Lines::new(text, None, 1);
     let mut record = csv::StringRecord::new();
     while reader.read_record(&mut record).map_err(syntax)? {
+        cancel::check();
         let line = lines.of(record.position());
         if record.len() > header.len() {
             let reason = format!("{} cells under a header of {}", record.len(), header.len());

@@ -10,6 +10,7 @@ use super::csv::content_hash;
 use super::dataset::{Dataset, DatasetError, nanoseconds};
 use super::lines::Lines;
 use super::mapping::{Mapping, SignalMapping};
+use crate::cancel;
 
 /// Rows behind a backward stamp that are looked at to tell a glitch from a restart.
 const RESTART_ROWS: usize = 10;
@@ -244,6 +245,7 @@ impl Table<'_> {
         let unfinished = body.rfind(['\n', '\r']).map_or(0, |end| end + 1);
         let is_unfinished = !body[unfinished..].trim().is_empty() && !is_remark(&&body[unfinished..]);
         while reader.read_record(&mut record).map_err(|error| self.syntax(&error))? {
+            cancel::check();
             let line = lines.of(record.position());
             if config.header && record.iter().eq(header.iter()) {
                 self.notes.repeated_header.add(line);

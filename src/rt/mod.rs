@@ -12,7 +12,7 @@ mod wait;
 pub use cycle::{Cycle, Release};
 pub use log::{Clerk, LogLine, LogQueue, Severity};
 pub use machine::Machine;
-pub use shutdown::Shutdown;
+pub use shutdown::{Shutdown, cancel_on_signals};
 pub use statistics::{Percentiles, Statistics, Summary, histogram, record};
 pub use thread::{Granted, RealTimeConfig, RealTimeError};
 pub use usage::Usage;

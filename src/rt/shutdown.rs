@@ -8,6 +8,7 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::cancel::Cancel;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGTSTP};
 
 /// What the flag holds when a thread panicked.
@@ -77,6 +78,18 @@ impl Shutdown {
             _ => "done",
         }
     }
+}
+
+/// Ctrl-C and SIGTERM cancel a computation from now on, which drives nothing; Ctrl-Z and the rest do what they always do.
+///
+/// # Errors
+/// The operating system's.
+pub fn cancel_on_signals() -> io::Result<Cancel> {
+    let cancel = Cancel::default();
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register(signal, cancel.flag())?;
+    }
+    Ok(cancel)
 }
 
 fn is_ignored(signal: i32) -> bool {

@@ -119,7 +119,7 @@ fn told(name: &str, train: &Dataset, validate: Option<&Dataset>) {
     let mut answer = None;
     let time = seconds(|| {
         let train = std::slice::from_ref(train);
-        answer = Some(diagnose(&Model::paper(), train, &validate, &DiagnoseConfig::default(), &|| ()));
+        answer = Some(diagnose(&Model::paper(), train, &validate, &DiagnoseConfig::default(), &|_| ()));
     });
     let answer = answer.and_then(Result::ok).expect("logs of this bench");
     let verdict = match answer.verdict {

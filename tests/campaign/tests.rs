@@ -166,7 +166,7 @@ fn asked(question: &Question, seed: u64) -> rotorbench::diagnose::Diagnosis {
     let log = |name: &str| [rotorbench::log::csv::read(&folder.path().join(name)).unwrap()];
     let config = rotorbench::diagnose::DiagnoseConfig::default();
     let model = rotorbench::model::Model::paper();
-    rotorbench::diagnose::diagnose(&model, &log("train.csv"), &log("validate.csv"), &config, &|| {}).unwrap()
+    rotorbench::diagnose::diagnose(&model, &log("train.csv"), &log("validate.csv"), &config, &|_| {}).unwrap()
 }
 
 /// What it says of a body whose rotors are at fault.

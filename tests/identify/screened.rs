@@ -55,7 +55,7 @@ fn identify_compare_diagnose_extend_and_import_leave_out_the_same_rows() {
     let rotor = compared[0].blocks.iter().find(|block| block.name == "actuator_1").expect("judged");
     assert!(rotor.trace.rows.iter().all(|row| channel.reason(*row).is_none()));
     let config = DiagnoseConfig::default();
-    let diagnosed = diagnose(&model, train, validate, &config, &|| ()).expect("diagnosed");
+    let diagnosed = diagnose(&model, train, validate, &config, &|_| ()).expect("diagnosed");
     let mut found = of_the_log(&diagnosed.findings);
     found.sort_by_key(|finding| expected.iter().position(|it| it == finding));
     assert_eq!(found, expected, "diagnose");

@@ -7,19 +7,21 @@ use std::time::Duration;
 
 use super::at;
 use crate::bench::BenchConfig;
+use crate::cancel::Cancel;
 use crate::cli::CliError;
 use crate::cli::progress::{self, Progress};
 use crate::cli::thresholds::THRESHOLDS;
 use crate::clock;
 use crate::file::write_atomically;
 use crate::guard::{Cause, State};
-use crate::log::{Dataset, csv, export};
+use crate::log::{Dataset, csv};
 use crate::recording::{Record, Recording};
 use crate::rt::Shutdown;
 use crate::runtime::control::{self, ControlSummary};
 use crate::runtime::controller_plant;
 use crate::runtime::operator;
 use crate::runtime::record::Background;
+use crate::session::{self, Job, Source};
 use crate::shm::{APPLIED, Bench, CONTROL_STEPS, Role};
 use crate::signal::{ControlStep, GuardEvent};
 
@@ -107,7 +109,8 @@ fn fly(
     })?;
     process.finish()?;
     background.finish()?;
-    let log = export::dataset(&recording)?;
+    let opened = session::open(&Source::from(recording.as_path()), &Job::unwatched(&Cancel::default()))?;
+    let log = opened.log;
     csv::write(&log, &out.join(name).with_extension("csv"))?;
     let (steps, events) = told(&recording)?;
     Ok(Flown { summary, steps, events, log, hold_s: bench.guard.hold_s })

@@ -3,11 +3,12 @@
 
 use super::Flown;
 use crate::cli::CliError;
-use crate::diagnose::{DiagnoseConfig, Diagnosis, Extension, Verdict, diagnose, extend};
+use crate::diagnose::{DiagnoseConfig, Diagnosis, Extension, Verdict};
 use crate::log::Dataset;
 use crate::model::Model;
 use crate::report::findings::sentences;
 use crate::report::{Bars, Mark, Page, Table, number};
+use crate::session::{self, Job};
 
 /// [s] after arming: from here on nobody strikes the body, and the angle is moved.
 const QUIET_FROM_S: f64 = 6.0;
@@ -23,15 +24,18 @@ pub(super) struct Lesson {
 }
 
 /// Asks what the paper's model is missing. Only the log is looked at.
-pub(super) fn learn(log: &Dataset) -> Result<Lesson, CliError> {
+pub(super) fn learn(log: &Dataset, job: &Job) -> Result<Lesson, CliError> {
     let model = Model::paper();
     let armed = armed_at(log).ok_or_else(|| CliError::new("the demo's guard was never open"))?;
-    let train = [part(log, armed + QUIET_FROM_S, armed + LEARN_TO_S)?];
-    let validate = [part(log, armed + LEARN_TO_S, armed + TEST_TO_S)?];
+    let train = [part(log, armed + QUIET_FROM_S, armed + LEARN_TO_S)];
+    let validate = [part(log, armed + LEARN_TO_S, armed + TEST_TO_S)];
     let config = DiagnoseConfig::default();
-    let diagnosis = diagnose(&model, &train, &validate, &config, &|| {})?;
+    let diagnosis = session::diagnose(&model, &train, &validate, &config, job)?;
     let extension = match diagnosis.verdict {
-        Verdict::MissingEffect => Some(extend(&model, &diagnosis.effects, &train, &validate, &config)?),
+        Verdict::MissingEffect => {
+            let logs = (&train[..], &validate[..]);
+            Some(session::extend(&model, &diagnosis.effects, logs, &config, job)?.extension)
+        }
         _ => None,
     };
     Ok(Lesson { diagnosis, extension })
@@ -44,16 +48,9 @@ fn armed_at(log: &Dataset) -> Option<f64> {
     log.time().get(row).copied()
 }
 
-fn part(log: &Dataset, from: f64, to: f64) -> Result<Dataset, CliError> {
-    let rows = log.time().partition_point(|time| *time < from)..log.time().partition_point(|time| *time < to);
-    let cut = |values: &[f64]| values.get(rows.clone()).unwrap_or(&[]).to_vec();
-    let mut part = Dataset::new(log.source_name(), log.sha256(), cut(log.time()))?;
-    for name in log.names() {
-        if let Some(values) = log.column(name) {
-            part.insert(name, cut(values))?;
-        }
-    }
-    Ok(part)
+fn part(log: &Dataset, from: f64, to: f64) -> Dataset {
+    let row = |at: f64| log.time().partition_point(|time| *time < at);
+    log.slice(row(from)..row(to))
 }
 
 /// [rad] rms of measured angle minus reference while the angle is moved.

@@ -4,6 +4,7 @@ mod compare;
 mod diagnose;
 mod identify;
 mod screening;
+mod session;
 
 use std::error::Error;
 
@@ -11,6 +12,7 @@ use crate::diagnose::DiagnoseError;
 use crate::identify::IdentifyError;
 use crate::screening::finding::SENTENCE;
 use crate::screening::{Finding, ScreeningError};
+use crate::session::SessionError;
 
 /// The sentence of a finding, behind the names of its log and its rotor.
 #[must_use]
@@ -29,6 +31,7 @@ pub fn text(finding: &Finding) -> String {
         .or_else(|| identify::sentence(finding))
         .or_else(|| compare::sentence(finding))
         .or_else(|| diagnose::sentence(finding))
+        .or_else(|| session::sentence(finding))
         .unwrap_or_else(|| format!("{} {}", finding.code, finding.subject))
 }
 
@@ -41,6 +44,11 @@ pub fn sentences(findings: &[Finding]) -> Vec<String> {
 /// What an error says whose reason is a finding; `None` of one that speaks for itself.
 #[must_use]
 pub fn refusal(error: &(dyn Error + 'static)) -> Option<String> {
+    match error.downcast_ref::<SessionError>() {
+        Some(SessionError::Identify(error)) => return refusal(error),
+        Some(SessionError::Diagnose(error)) => return refusal(error),
+        _ => {}
+    }
     if let Some(DiagnoseError::Column(error)) = error.downcast_ref::<DiagnoseError>() {
         return refusal(error);
     }

@@ -1,0 +1,49 @@
+//! Long work on a command line: it ends with Ctrl-C or SIGTERM, and what is written is written after it.
+
+use std::error::Error;
+use std::sync::{Mutex, PoisonError};
+
+use super::CliError;
+use super::progress::Progress as Line;
+use crate::cancel::{Cancel, Cancelled};
+use crate::rt::cancel_on_signals;
+use crate::session::{Job, Progress, SessionError};
+
+/// Does the work of a command up to its results; from its beginning on signals cancel it. What it writes has to be written
+/// behind it.
+pub(super) fn cancellable<T>(work: impl FnOnce(&Cancel) -> Result<T, CliError>) -> Result<T, CliError> {
+    let cancel = cancel_on_signals()?;
+    cancel.run(|| work(&cancel))?
+}
+
+/// Whether an error is the end of work that was cancelled.
+pub(super) fn is_cancelled(error: &(dyn Error + 'static)) -> bool {
+    error.is::<Cancelled>() || matches!(error.downcast_ref(), Some(SessionError::Cancelled(_)))
+}
+
+/// Does work in named steps, with a bar.
+pub(super) fn in_steps<T>(cancel: &Cancel, work: impl FnOnce(&Job) -> T) -> T {
+    let line = Line::start();
+    work(&Job::new(cancel, &|progress| {
+        if let Progress::Step { name, of, .. } = progress {
+            line.step(name, of);
+        }
+    }))
+}
+
+/// Does a search, with a count of its candidates and the set in the lead.
+pub(super) fn searching<T>(cancel: &Cancel, work: impl FnOnce(&Job) -> T) -> T {
+    let line = Line::start();
+    let leading = Mutex::new(String::new());
+    work(&Job::new(cancel, &|progress| match progress {
+        Progress::Candidate { .. } => {
+            let leading = leading.lock().unwrap_or_else(PoisonError::into_inner);
+            line.one_more(&format!("candidates fitted{leading}"));
+        }
+        Progress::Leading { effects } => {
+            let mut leading = leading.lock().unwrap_or_else(PoisonError::into_inner);
+            *leading = format!(", leading: {}", effects.join(" + "));
+        }
+        Progress::Step { .. } => {}
+    }))
+}

@@ -1,0 +1,23 @@
+//! Where models fail.
+
+use super::{Job, Progress, SessionError};
+use crate::compare::{self, CompareConfig, Comparison};
+use crate::log::Dataset;
+use crate::model::Model;
+
+/// Compares every model with every log, log by log.
+///
+/// # Errors
+/// [`SessionError::Compare`] of the first log that cannot be compared.
+pub fn compare(
+    models: &[Model],
+    logs: &[Dataset],
+    config: &CompareConfig,
+    job: &Job,
+) -> Result<Vec<Vec<Comparison>>, SessionError> {
+    let each = logs.iter().enumerate().map(|(index, log)| {
+        job.tell(Progress::Step { name: log.source_name(), number: index + 1, of: logs.len() });
+        job.run(|| compare::compare(models, log, config))
+    });
+    each.collect()
+}

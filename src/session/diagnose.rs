@@ -1,0 +1,27 @@
+//! Which physical effect is missing.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::{Job, Progress, SessionError};
+use crate::diagnose::{self, DiagnoseConfig, Diagnosis, Event};
+use crate::log::Dataset;
+use crate::model::Model;
+
+/// Finds what the model is missing; fitted on `train`, chosen on `validate`.
+///
+/// # Errors
+/// [`SessionError::Diagnose`] when model and logs do not meet.
+pub fn diagnose(
+    model: &Model,
+    train: &[Dataset],
+    validate: &[Dataset],
+    config: &DiagnoseConfig,
+    job: &Job,
+) -> Result<Diagnosis, SessionError> {
+    let fitted = AtomicUsize::new(0);
+    let hear = |event: Event| match event {
+        Event::Fitted => job.tell(Progress::Candidate { fitted: 1 + fitted.fetch_add(1, Ordering::Relaxed) }),
+        Event::Leading(effects) => job.tell(Progress::Leading { effects }),
+    };
+    job.run(|| diagnose::diagnose(model, train, validate, config, &hear))
+}

@@ -1,0 +1,65 @@
+//! A model with more effects, or with its own numbers refitted.
+
+use super::thresholds::THRESHOLDS;
+use super::{Job, SessionError};
+use crate::diagnose::{self, DiagnoseConfig, Extension};
+use crate::log::Dataset;
+use crate::model::Model;
+use crate::screening::Finding;
+use crate::screening::requirements::repeated;
+
+/// An extended or refitted model.
+#[derive(Debug, Clone)]
+pub struct Extended {
+    /// The model, and its error before and after.
+    pub extension: Extension,
+    /// What to know about the logs and about the answer.
+    pub findings: Vec<Finding>,
+    /// Whether the error on the validation logs fell by more than noise gives.
+    pub has_fallen: bool,
+}
+
+/// Adds the effects `ids` to `model` and refits everything.
+///
+/// # Errors
+/// [`SessionError::Diagnose`] when an effect is unknown or there already, or the logs lack what it needs.
+pub fn extend(
+    model: &Model,
+    ids: &[String],
+    (train, validate): (&[Dataset], &[Dataset]),
+    config: &DiagnoseConfig,
+    job: &Job,
+) -> Result<Extended, SessionError> {
+    let extension = job.run(|| diagnose::extend(model, ids, train, validate, config))?;
+    let findings = findings(&extension, train, validate);
+    // Where nothing but noise is left, refitted numbers may have got there, too.
+    let beaten = if extension.is_at_floor { extension.error.base } else { extension.error.recalibrated };
+    let has_fallen = extension.error.extended.validate < THRESHOLDS.fallen_share * beaten.validate;
+    Ok(Extended { extension, findings, has_fallen })
+}
+
+/// Refits the model's own numbers, those whose change the logs ask for.
+///
+/// # Errors
+/// [`SessionError::Diagnose`] when there is nothing to refit.
+pub fn refit(
+    model: &Model,
+    (train, validate): (&[Dataset], &[Dataset]),
+    config: &DiagnoseConfig,
+    job: &Job,
+) -> Result<Extended, SessionError> {
+    let extension = job.run(|| diagnose::extend(model, &[], train, validate, config))?;
+    let mut findings = findings(&extension, train, validate);
+    let (error, is_at_floor) = (&extension.error, extension.is_at_floor);
+    if !is_at_floor {
+        let ratio = error.extended.validate / error.noise_floor;
+        findings.push(Finding::new("refitted_above_noise_floor", "").with("error_over_noise_floor", ratio));
+    }
+    let falls = error.extended.validate < THRESHOLDS.fallen_share * error.base.validate;
+    Ok(Extended { has_fallen: falls && is_at_floor, findings, extension })
+}
+
+fn findings(extension: &Extension, train: &[Dataset], validate: &[Dataset]) -> Vec<Finding> {
+    let of_logs = repeated(train, validate).into_iter();
+    of_logs.chain(extension.findings.iter().cloned()).collect()
+}

@@ -1,0 +1,24 @@
+//! Actuator and body from logs.
+
+use super::{Job, Progress, SessionError};
+use crate::identify::{Identification, IdentifySettings, STEPS, identify_telling};
+use crate::log::Dataset;
+
+/// Identifies what the logs permit; `validation` logs are only compared.
+///
+/// # Errors
+/// [`SessionError::Identify`] when the logs permit nothing.
+pub fn identify(
+    logs: &[Dataset],
+    validation: &[Dataset],
+    settings: &IdentifySettings,
+    job: &Job,
+) -> Result<Identification, SessionError> {
+    let mut number = 0;
+    job.run(|| {
+        identify_telling(logs, validation, settings, &mut |name| {
+            number += 1;
+            job.tell(Progress::Step { name, number, of: STEPS });
+        })
+    })
+}

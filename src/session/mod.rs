@@ -1,0 +1,133 @@
+//! What a person does with logs and models: open, compare, identify, diagnose, extend, step back, save.
+//!
+//! Each function takes what it works on and a [`Job`], which hears of progress and may be cancelled, and returns a result,
+//! never text: `report` makes text of it, and the command line and every other surface are shells around both.
+
+mod compare;
+mod diagnose;
+mod extend;
+mod identify;
+mod models;
+mod open;
+pub mod thresholds;
+
+use crate::bench::BenchError;
+use crate::can::CanError;
+use crate::cancel::{Cancel, Cancelled};
+use crate::compare::CompareError;
+use crate::diagnose::DiagnoseError;
+use crate::identify::IdentifyError;
+use crate::log::can_capture::CaptureError;
+use crate::log::csv::LogError;
+use crate::log::mapped_csv::ForeignError;
+use crate::log::mapping::MappingError;
+use crate::model::ModelError;
+use crate::recording::RecordError;
+
+pub use compare::compare;
+pub use diagnose::diagnose;
+pub use extend::{Extended, extend, refit};
+pub use identify::identify;
+pub use models::{name_after, open_model, save_model, step_back};
+pub use open::{Opened, Source, open, open_all};
+
+/// What is heard of long work.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Progress<'a> {
+    /// A step begins.
+    Step {
+        /// Its name.
+        name: &'a str,
+        /// Its number, from 1.
+        number: usize,
+        /// How many there are.
+        of: usize,
+    },
+    /// Another candidate was fitted.
+    Candidate {
+        /// How many were.
+        fitted: usize,
+    },
+    /// A set of effects is in the lead.
+    Leading {
+        /// Ids.
+        effects: &'a [String],
+    },
+}
+
+/// Work that is watched and may be cancelled.
+#[derive(Clone, Copy)]
+pub struct Job<'a> {
+    cancel: &'a Cancel,
+    progress: &'a (dyn Fn(Progress) + Sync),
+}
+
+impl<'a> Job<'a> {
+    /// Work that `cancel` ends, and that tells `progress` how far it is.
+    #[must_use]
+    pub fn new(cancel: &'a Cancel, progress: &'a (dyn Fn(Progress) + Sync)) -> Self {
+        Self { cancel, progress }
+    }
+
+    /// Work that `cancel` ends, and that nobody watches.
+    #[must_use]
+    pub fn unwatched(cancel: &'a Cancel) -> Self {
+        Self { cancel, progress: &|_| () }
+    }
+
+    fn tell(&self, progress: Progress) {
+        (self.progress)(progress);
+    }
+
+    /// Does the work until it ends or is cancelled.
+    fn run<T, E>(&self, work: impl FnOnce() -> Result<T, E>) -> Result<T, SessionError>
+    where
+        SessionError: From<E>,
+    {
+        Ok(self.cancel.run(work)??)
+    }
+}
+
+/// Why there is no result.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// It was cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// A log in our format.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// A foreign log.
+    #[error(transparent)]
+    Foreign(#[from] ForeignError),
+    /// The mapping of a foreign log.
+    #[error(transparent)]
+    Mapping(#[from] MappingError),
+    /// A recording.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// A capture of a bus.
+    #[error(transparent)]
+    Capture(#[from] CaptureError),
+    /// The bench file that says what a capture's frames mean.
+    #[error(transparent)]
+    Bench(#[from] BenchError),
+    /// Its roles.
+    #[error(transparent)]
+    Can(#[from] CanError),
+    /// A model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// Nothing could be identified.
+    #[error(transparent)]
+    Identify(#[from] IdentifyError),
+    /// Nothing could be compared.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
+    /// Nothing could be diagnosed or extended.
+    #[error(transparent)]
+    Diagnose(#[from] DiagnoseError),
+    /// There is no step to undo.
+    #[error("the ladder is empty, there is no step to undo")]
+    EmptyLadder,
+}
