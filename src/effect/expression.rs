@@ -1,7 +1,6 @@
 //! A user's own law: an expression in signal names and parameters, no compiler needed.
 
-use exmex::{Express, FlatEx};
-
+use super::program::{Operation, Program, Signal};
 use super::{Point, Site, syntax};
 
 /// Why an expression cannot be a law.
@@ -19,29 +18,18 @@ pub enum ExpressionError {
     },
 }
 
-/// Reads one signal.
-type Reader = fn(&Point) -> f64;
-
-/// What reads one variable.
-#[derive(Debug, Clone, Copy)]
-enum Source {
-    Signal(Reader),
-    Parameter(usize),
-}
-
-/// A parsed expression, its variables bound to signals and parameters.
+/// A compiled expression, its variables bound to signals and parameters.
 #[derive(Debug, Clone)]
 pub struct Expression {
     text: String,
-    flat: FlatEx<f64>,
-    sources: Vec<Source>,
-    /// As it was written, of each source, and where it came first, in characters.
+    program: Program,
+    /// The signals and parameters it reads, as written, and where each came first, in characters.
     names: Vec<(String, usize)>,
 }
 
 /// Signals an expression may name: with the unit as in a log, or without.
 #[rustfmt::skip]
-const SIGNALS: &[(&str, &str, Reader)] = &[
+const SIGNALS: &[(&str, &str, Signal)] = &[
     ("time", "_s", |point| point.time),
     ("command", "", |point| point.command),
     ("battery_voltage", "_v", |point| point.battery_voltage),
@@ -58,9 +46,6 @@ const SIGNALS: &[(&str, &str, Reader)] = &[
     ("side", "", |point| point.side),
 ];
 
-/// Most variables of one expression; a fixed array keeps evaluation free of allocation.
-const MOST_VARIABLES: usize = 16;
-
 impl Expression {
     /// Parses `text` over the signals and the `parameters`.
     ///
@@ -72,47 +57,21 @@ impl Expression {
         if let Some(place) = parameters.iter().find(|name| bind(name, &[]).is_some()) {
             return Err(error(0, format!("the parameter `{place}` has the name of a signal")));
         }
-        let written = syntax::read(text, &|name| bind(name, parameters).is_some())
+        let compiled = syntax::compile(text, &|name| bind(name, parameters))
             .map_err(|(column, reason)| error(column, reason))?;
-        // The library is given nothing that it could refuse; should it all the same, it is said rather than suffered.
-        let parsed = std::panic::catch_unwind(|| FlatEx::<f64>::parse(&written.text));
-        let flat = match parsed {
-            Ok(Ok(flat)) => flat,
-            Ok(Err(slip)) => return Err(error(0, format!("not an expression: {}", slip.msg()))),
-            Err(_) => return Err(error(0, "not an expression".to_owned())),
-        };
-        let mut sources = Vec::new();
-        let mut names = Vec::new();
-        for variable in flat.var_names() {
-            let index = variable.get(1..).and_then(|digits| digits.parse::<usize>().ok());
-            let (name, column) =
-                index.and_then(|index| written.names.get(index)).cloned().unwrap_or_default();
-            sources.push(bind(&name, parameters).ok_or_else(|| error(column, format!("`{name}` is lost")))?);
-            names.push((name, column));
-        }
-        let is_bound = |name: &str| written.names.iter().any(|(it, _)| it == name);
+        let is_bound = |name: &str| compiled.names.iter().any(|(it, _)| it == name);
         if let Some(idle) = parameters.iter().find(|name| !is_bound(name)) {
             let reason = format!("the parameter `{idle}` does not appear in it: nothing could be fitted");
             return Err(error(text.chars().count(), reason));
         }
-        if sources.len() > MOST_VARIABLES {
-            return Err(error(0, format!("more than {MOST_VARIABLES} variables")));
-        }
-        Ok(Self { text: text.to_owned(), flat, sources, names })
+        Ok(Self { text: text.to_owned(), program: compiled.program, names: compiled.names })
     }
 
     /// Its value; not-a-number where it has none.
     #[must_use]
+    #[inline]
     pub fn value(&self, parameters: &[f64], point: &Point) -> f64 {
-        let mut values = [0.0; MOST_VARIABLES];
-        for (value, source) in values.iter_mut().zip(&self.sources) {
-            *value = match source {
-                Source::Signal(read) => read(point),
-                Source::Parameter(index) => parameters.get(*index).copied().unwrap_or(f64::NAN),
-            };
-        }
-        let used = values.get(..self.sources.len()).unwrap_or(&[]);
-        self.flat.eval(used).unwrap_or(f64::NAN)
+        self.program.value(parameters, point)
     }
 
     /// The signals it looks at, by name without unit, and their values at a point.
@@ -154,134 +113,15 @@ impl Expression {
     }
 }
 
-fn bind(name: &str, parameters: &[&str]) -> Option<Source> {
+fn bind(name: &str, parameters: &[&str]) -> Option<Operation> {
     if let Some(index) = parameters.iter().position(|parameter| *parameter == name) {
-        return Some(Source::Parameter(index));
+        return Some(Operation::Parameter(index));
     }
     SIGNALS
         .iter()
         .find(|(bare, unit, _)| name == *bare || name.strip_prefix(bare) == Some(unit))
-        .map(|(_, _, read)| Source::Signal(*read))
+        .map(|(_, _, read)| Operation::Signal(*read))
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn evaluates_signals_and_parameters() {
-        let expression =
-            Expression::parse("-b*body_rate_rad_s*abs(body_rate) + k", &["b", "k"]).expect("parses");
-        let point = Point { body_rate: -2.0, ..Point::default() };
-        assert_eq!(expression.value(&[3.0, 0.5], &point), 12.5);
-        assert!(expression.names("body_rate") && !expression.names("body_angle"));
-    }
-
-    /// As on paper, whatever the library would make of it.
-    #[test]
-    fn means_what_it_says() {
-        let point = Point { body_rate: 3.0, ..Point::default() };
-        let value = |text: &str| {
-            let (b, k) = (2.0_f64, 5.0_f64);
-            Expression::parse(&format!("{text}+0*(b+k)"), &["b", "k"]).expect("parses").value(&[b, k], &point)
-        };
-        for (text, expected) in [
-            ("-body_rate^2*b", -18.0),
-            ("exp(-(body_rate/b)^2)", (-2.25_f64).exp()),
-            ("b*exp(-body_rate^2)", 2.0 * (-9.0_f64).exp()),
-            ("2^b^3", 256.0),
-            ("2^-b", 0.25),
-            ("k-b-1", 2.0),
-            ("k/b/2", 1.25),
-            ("--b", 2.0),
-            ("b*-k", -10.0),
-            ("1e-3*b + 2.5E+1", 25.002),
-            (".5*b", 1.0),
-            ("min(max(b,1),max(k,1))", 2.0),
-            ("max(-b, min(k, 3))", 3.0),
-            ("atan2(b, b)", std::f64::consts::FRAC_PI_4),
-            ("log10(100)*log2(8)", 6.0),
-            ("2*pi + 0*e", std::f64::consts::TAU),
-            ("1-(b-k)", 4.0),
-            ("2*(b+\tk)", 14.0),
-        ] {
-            let found = value(text);
-            assert!(
-                (found - expected).abs() <= 1e-12 * expected.abs().max(1.0),
-                "{text}: {found}, not {expected}"
-            );
-        }
-    }
-
-    /// Whatever a parameter is called, it is that parameter.
-    #[test]
-    fn a_parameter_may_have_the_name_of_a_constant_or_begin_like_a_function() {
-        let names = ["e", "PI", "max_rate", "minimum", "atan2x", "τ"];
-        let text = names.join("+");
-        let expression = Expression::parse(&text, &names).expect("parses");
-        assert_eq!(expression.value(&[1.0, 2.0, 4.0, 8.0, 16.0, 32.0], &Point::default()), 63.0);
-    }
-
-    #[test]
-    fn nothing_is_too_long_or_too_deep_to_be_refused() {
-        let deep = |open: &str| format!("{}b", open.repeat(100_000));
-        for text in [deep("("), deep("-"), deep("sin("), deep("2^"), "b+".repeat(100_000)] {
-            let error = Expression::parse(&text, &["b"]).unwrap_err();
-            let ExpressionError::Syntax { reason, .. } = error;
-            assert!(reason.contains("more than 1000 words and signs"), "{reason}");
-        }
-        for text in ["(", "-", "sin(", "2^"].map(|open| format!("{}b", open.repeat(200))) {
-            let error = Expression::parse(&text, &["b"]).unwrap_err();
-            assert!(error.to_string().contains("within each other"), "{error}");
-        }
-        let long = format!("b{}", "+b".repeat(499));
-        assert_eq!(Expression::parse(&long, &["b"]).expect("parses").value(&[1.0], &Point::default()), 500.0);
-    }
-
-    #[test]
-    fn looks_only_at_what_is_known_where_it_acts() {
-        let of = |text: &str, site| Expression::parse(text, &["k"]).expect("parses").at(site);
-        assert!(of("k*time", Site::SteadyRate).is_ok());
-        let error = of("k + k*torque_nm", Site::BodyRateSensor).unwrap_err();
-        let ExpressionError::Syntax { column, reason, .. } = &error;
-        assert_eq!(*column, 6, "{error}");
-        assert!(reason.contains("`torque` is not known at `body_rate_sensor`; there are time"), "{error}");
-        assert!(of("k*hover_rate/propeller_rate", Site::Command).is_err());
-    }
-
-    #[test]
-    fn marks_the_place() {
-        let cases = [
-            ("-b*body_rat", 3, "`body_rat` is neither"),
-            ("-b*(body_rate", 3, "never closed"),
-            ("b*body_rate)", 11, "closes nothing"),
-            ("b*/body_rate", 2, "missing before this operator"),
-            ("b*body_rate*", 11, "missing after"),
-            ("b*body_rate # 2", 12, "means nothing"),
-            ("", 0, "empty"),
-            ("sin(+)", 5, "missing before this bracket"),
-            ("b*foo(body_rate)", 2, "`foo` is no function; there are"),
-            ("b (body_rate)", 0, "`b` is no function"),
-            ("2*body_rate", 11, "`b` does not appear in it"),
-            ("b body_rate", 2, "an operator is missing before this"),
-            ("b*1e", 2, "`1e` is no number"),
-            ("1.2.3*b", 0, "`1.2.3` is no number"),
-            ("log(b)", 0, "write `ln` or `log10`"),
-            ("b*sin", 2, "a bracket is missing behind it"),
-            ("sin(b, 1)", 5, "takes one value"),
-            ("max(b)", 0, "takes two values"),
-            ("max(b, 1, 2)", 8, "takes two values"),
-            ("b, 1", 1, "a comma stands between"),
-            ("b > 1", 2, "`>` means nothing here"),
-            ("(b b)", 3, "an operator is missing"),
-            ("()*b", 1, "a value is missing before this bracket"),
-            ("é*b + ü", 0, "`é` is neither"),
-        ];
-        for (text, place, words) in cases {
-            let error = Expression::parse(text, &["b"]).unwrap_err();
-            let ExpressionError::Syntax { column, reason, .. } = &error;
-            assert_eq!(*column, place, "{error}");
-            assert!(reason.contains(words), "{error}");
-        }
-    }
-}
+mod tests;

@@ -6,6 +6,7 @@
 #[macro_use]
 mod lag;
 mod expression;
+mod program;
 mod syntax;
 
 pub use expression::{Expression, ExpressionError};

@@ -1,19 +1,40 @@
-//! The grammar of a user's expression: as on paper, `-x^2` is -(x²) and `2^3^2` is 2⁹. What the evaluating library is given
-//! has every bracket written, numbers without exponents and names of ours, so that it has nothing to decide.
+//! The grammar of a user's expression: as on paper, `-x^2` is -(x²) and `2^3^2` is 2⁹. It is compiled while it is read.
 
 use std::iter::Peekable;
 use std::str::CharIndices;
 
+use super::program::{Binary, Operation, Program, Unary};
+
 /// Where something is wrong, in characters from 0, and what.
-pub(super) type Slip = (usize, String);
+pub(super) type Fault = (usize, String);
 
 /// Functions of one value.
-const UNARY: &[&str] = &[
-    "abs", "signum", "sqrt", "cbrt", "exp", "ln", "log2", "log10", "sin", "cos", "tan", "asin", "acos",
-    "atan", "sinh", "cosh", "tanh", "floor", "ceil", "round", "trunc", "fract",
+const UNARY: &[(&str, Unary)] = &[
+    ("abs", f64::abs),
+    ("signum", f64::signum),
+    ("sqrt", f64::sqrt),
+    ("cbrt", f64::cbrt),
+    ("exp", f64::exp),
+    ("ln", f64::ln),
+    ("log2", f64::log2),
+    ("log10", f64::log10),
+    ("sin", f64::sin),
+    ("cos", f64::cos),
+    ("tan", f64::tan),
+    ("asin", f64::asin),
+    ("acos", f64::acos),
+    ("atan", f64::atan),
+    ("sinh", f64::sinh),
+    ("cosh", f64::cosh),
+    ("tanh", f64::tanh),
+    ("floor", f64::floor),
+    ("ceil", f64::ceil),
+    ("round", f64::round),
+    ("trunc", f64::trunc),
+    ("fract", f64::fract),
 ];
 /// Functions of two.
-const BINARY: &[&str] = &["min", "max", "atan2"];
+const BINARY: &[(&str, Binary)] = &[("min", f64::min), ("max", f64::max), ("atan2", f64::atan2)];
 /// Numbers with a name; a parameter of that name goes before.
 const CONSTANTS: &[(&str, f64)] = &[
     ("pi", std::f64::consts::PI),
@@ -30,9 +51,9 @@ const DEEPEST: usize = 64;
 /// Words and signs of one expression.
 const LONGEST: usize = 1000;
 
-/// A text in the words of the library, and the names behind its `v00`, `v01`, ..., each with the column where it came first.
-pub(super) struct Written {
-    pub text: String,
+/// A text as a program, and the signals and parameters it reads, each with the column where it came first.
+pub(super) struct Compiled {
+    pub program: Program,
     pub names: Vec<(String, usize)>,
 }
 
@@ -43,8 +64,8 @@ enum Token {
     Sign(char),
 }
 
-/// Reads `text`; `is_name` says which words are signals and parameters.
-pub(super) fn read(text: &str, is_name: &dyn Fn(&str) -> bool) -> Result<Written, Slip> {
+/// Compiles `text`; `bind` reads the words that are signals and parameters.
+pub(super) fn compile(text: &str, bind: &dyn Fn(&str) -> Option<Operation>) -> Result<Compiled, Fault> {
     let tokens = tokens(text)?;
     if tokens.is_empty() {
         return Err((0, "it is empty".to_owned()));
@@ -53,10 +74,12 @@ pub(super) fn read(text: &str, is_name: &dyn Fn(&str) -> bool) -> Result<Written
         return Err((*column, format!("more than {LONGEST} words and signs")));
     }
     let end = text.chars().count();
-    let mut reader = Reader { tokens: &tokens, at: 0, depth: 0, end, names: Vec::new(), is_name };
-    let text = reader.sum()?;
+    let compiled = Compiled { program: Program::default(), names: Vec::new() };
+    let mut reader = Reader { tokens: &tokens, at: 0, depth: 0, end, compiled, bind };
+    reader.sum()?;
     match reader.next() {
-        None => Ok(Written { text, names: reader.names }),
+        None if !reader.compiled.program.fits() => Err((0, "too much within each other".to_owned())),
+        None => Ok(reader.compiled),
         Some((column, Token::Sign(')'))) => Err((column, "this bracket closes nothing".to_owned())),
         Some((column, Token::Sign(','))) => {
             Err((column, "a comma stands between two values of min, max or atan2".to_owned()))
@@ -65,7 +88,7 @@ pub(super) fn read(text: &str, is_name: &dyn Fn(&str) -> bool) -> Result<Written
     }
 }
 
-fn tokens(text: &str) -> Result<Vec<(usize, Token)>, Slip> {
+fn tokens(text: &str) -> Result<Vec<(usize, Token)>, Fault> {
     let mut tokens = Vec::new();
     let mut letters = text.char_indices().peekable();
     let mut column = 0;
@@ -104,15 +127,15 @@ fn tokens(text: &str) -> Result<Vec<(usize, Token)>, Slip> {
     Ok(tokens)
 }
 
-/// Goes down the grammar, and writes what it reads.
+/// Goes down the grammar, and compiles what it reads.
 struct Reader<'a> {
     tokens: &'a [(usize, Token)],
     at: usize,
     depth: usize,
     /// Column behind the last letter.
     end: usize,
-    names: Vec<(String, usize)>,
-    is_name: &'a dyn Fn(&str) -> bool,
+    compiled: Compiled,
+    bind: &'a dyn Fn(&str) -> Option<Operation>,
 }
 
 impl Reader<'_> {
@@ -138,60 +161,70 @@ impl Reader<'_> {
         self.at.checked_sub(1).and_then(|before| self.tokens.get(before)).map_or(0, |(column, _)| *column)
     }
 
-    fn sum(&mut self) -> Result<String, Slip> {
-        let mut left = self.product()?;
+    fn emit(&mut self, operation: Operation) {
+        self.compiled.program.push(operation);
+    }
+
+    fn sum(&mut self) -> Result<(), Fault> {
+        self.product()?;
         while let Some(sign) = self.take("+-") {
-            let right = self.product()?;
-            left = format!("({left}{sign}{right})");
+            self.product()?;
+            self.emit(if sign == '+' { Operation::Add } else { Operation::Subtract });
         }
-        Ok(left)
+        Ok(())
     }
 
-    fn product(&mut self) -> Result<String, Slip> {
-        let mut left = self.signed()?;
+    fn product(&mut self) -> Result<(), Fault> {
+        self.signed()?;
         while let Some(sign) = self.take("*/") {
-            let right = self.signed()?;
-            left = format!("({left}{sign}{right})");
+            self.signed()?;
+            self.emit(if sign == '*' { Operation::Multiply } else { Operation::Divide });
         }
-        Ok(left)
+        Ok(())
     }
 
-    fn signed(&mut self) -> Result<String, Slip> {
+    fn signed(&mut self) -> Result<(), Fault> {
         self.depth += 1;
         if self.depth > DEEPEST {
             return Err((self.last(), format!("more than {DEEPEST} brackets and signs within each other")));
         }
-        let read = match self.take("+-") {
-            Some('-') => format!("(-({}))", self.signed()?),
-            Some(_) => self.signed()?,
+        match self.take("+-") {
+            Some(sign) => {
+                self.signed()?;
+                if sign == '-' {
+                    self.emit(Operation::Negate);
+                }
+            }
             None => self.power()?,
-        };
-        self.depth -= 1;
-        Ok(read)
-    }
-
-    fn power(&mut self) -> Result<String, Slip> {
-        let base = self.value()?;
-        if self.take("^").is_none() {
-            return Ok(base);
         }
-        let exponent = self.signed()?;
-        Ok(format!("({base}^{exponent})"))
+        self.depth -= 1;
+        Ok(())
     }
 
-    fn value(&mut self) -> Result<String, Slip> {
+    fn power(&mut self) -> Result<(), Fault> {
+        self.value()?;
+        if self.take("^").is_some() {
+            self.signed()?;
+            self.emit(Operation::Power);
+        }
+        Ok(())
+    }
+
+    fn value(&mut self) -> Result<(), Fault> {
         let before = self.last();
         let follows_a_sign = self.at > 0;
         match self.next() {
-            Some((_, Token::Number(number))) => Ok(format!("({number})")),
+            Some((_, Token::Number(number))) => {
+                self.emit(Operation::Constant(number));
+                Ok(())
+            }
             Some((column, Token::Word(word))) => match self.take("(") {
                 Some(_) => self.call(&word, column),
                 None => self.word(word, column),
             },
             Some((column, Token::Sign('('))) => {
-                let inner = self.sum()?;
-                self.close(column)?;
-                Ok(inner)
+                self.sum()?;
+                self.close(column)
             }
             Some((column, Token::Sign(')')))
                 if !self.tokens[..self.at].iter().any(|(_, it)| *it == Token::Sign('(')) =>
@@ -216,55 +249,54 @@ impl Reader<'_> {
     }
 
     /// A signal, a parameter or a constant.
-    fn word(&mut self, word: String, column: usize) -> Result<String, Slip> {
-        if !(self.is_name)(&word) {
-            if let Some((_, number)) = CONSTANTS.iter().find(|(name, _)| *name == word) {
-                return Ok(format!("({number})"));
+    fn word(&mut self, word: String, column: usize) -> Result<(), Fault> {
+        if let Some(operation) = (self.bind)(&word) {
+            self.emit(operation);
+            if !self.compiled.names.iter().any(|(name, _)| *name == word) {
+                self.compiled.names.push((word, column));
             }
-            if UNARY.contains(&word.as_str()) || BINARY.contains(&word.as_str()) {
-                return Err((column, format!("`{word}` is a function: a bracket is missing behind it")));
-            }
-            return Err((column, format!("`{word}` is neither a signal nor a parameter")));
+            return Ok(());
         }
-        let known = self.names.iter().position(|(name, _)| *name == word);
-        let index = known.unwrap_or_else(|| {
-            self.names.push((word, column));
-            self.names.len() - 1
-        });
-        Ok(format!("v{index:02}"))
+        if let Some((_, number)) = CONSTANTS.iter().find(|(name, _)| *name == word) {
+            self.emit(Operation::Constant(*number));
+            return Ok(());
+        }
+        if function_names().any(|name| name == word) {
+            return Err((column, format!("`{word}` is a function: a bracket is missing behind it")));
+        }
+        Err((column, format!("`{word}` is neither a signal nor a parameter")))
     }
 
     /// What stands in the bracket behind a function's name.
-    fn call(&mut self, function: &str, column: usize) -> Result<String, Slip> {
+    fn call(&mut self, function: &str, column: usize) -> Result<(), Fault> {
         let bracket = self.last();
-        let takes_two = BINARY.contains(&function);
         if function == "log" {
             return Err((column, "`log` may be either: write `ln` or `log10`".to_owned()));
         }
-        if !takes_two && !UNARY.contains(&function) {
-            let known = [UNARY, BINARY].concat().join(", ");
-            return Err((column, format!("`{function}` is no function; there are {known}")));
-        }
-        let first = self.sum()?;
-        if !takes_two {
+        if let Some((_, unary)) = UNARY.iter().find(|(name, _)| *name == function) {
+            self.sum()?;
             if self.take(",").is_some() {
                 return Err((self.last(), format!("`{function}` takes one value")));
             }
-            self.close(bracket)?;
-            return Ok(format!("({function}({first}))"));
+            self.emit(Operation::Unary(*unary));
+        } else if let Some((_, binary)) = BINARY.iter().find(|(name, _)| *name == function) {
+            self.sum()?;
+            if self.take(",").is_none() {
+                return Err((column, format!("`{function}` takes two values, with a comma between them")));
+            }
+            self.sum()?;
+            if self.take(",").is_some() {
+                return Err((self.last(), format!("`{function}` takes two values")));
+            }
+            self.emit(Operation::Binary(*binary));
+        } else {
+            let known: Vec<&str> = function_names().collect();
+            return Err((column, format!("`{function}` is no function; there are {}", known.join(", "))));
         }
-        if self.take(",").is_none() {
-            return Err((column, format!("`{function}` takes two values, with a comma between them")));
-        }
-        let second = self.sum()?;
-        if self.take(",").is_some() {
-            return Err((self.last(), format!("`{function}` takes two values")));
-        }
-        self.close(bracket)?;
-        Ok(format!("(({first}) {function} ({second}))"))
+        self.close(bracket)
     }
 
-    fn close(&mut self, bracket: usize) -> Result<(), Slip> {
+    fn close(&mut self, bracket: usize) -> Result<(), Fault> {
         match self.tokens.get(self.at) {
             None => Err((bracket, "this bracket is never closed".to_owned())),
             Some((_, Token::Sign(')'))) => {
@@ -277,4 +309,8 @@ impl Reader<'_> {
             Some((column, _)) => Err((*column, "an operator is missing before this".to_owned())),
         }
     }
+}
+
+fn function_names() -> impl Iterator<Item = &'static str> {
+    UNARY.iter().map(|(name, _)| *name).chain(BINARY.iter().map(|(name, _)| *name))
 }
