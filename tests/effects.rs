@@ -2,7 +2,7 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rotorbench::effect::{CATALOGUE, Card, Law, Point, Symmetry};
+use rotorbench::effect::{CATALOGUE, Card, Law, Memory, Point, Symmetry, Term, acting_as};
 use rotorbench::model::{BodyInput, BodyStart, BodyTrace, Model, RotorInput, RotorStart, RotorTrace};
 
 fn points(count: usize) -> Vec<Point> {
@@ -126,6 +126,72 @@ fn declared_symmetries_hold() {
     }
 }
 
+/// What a term adds, as the books have it.
+fn by_the_book(term: Term, p: &[f64], point: &Point) -> Option<f64> {
+    let Point { command: u, body_angle, body_rate, .. } = *point;
+    Some(match term {
+        Term::DeadTime | Term::Lag => return None,
+        Term::Constant => p[0],
+        Term::VoltageDrop => -p[0] * (point.full_voltage - point.battery_voltage),
+        Term::VoltageScaling => u * point.battery_voltage / point.full_voltage - u,
+        Term::DeadZone => (u - p[0]).max(0.0) / (1.0 - p[0]) - u,
+        Term::Saturation => u.min(p[0]) - u,
+        Term::Cubic => p[0] * (u - point.hover_command).powi(3),
+        Term::CoulombFriction => -p[0] * (body_rate / p[1]).tanh(),
+        Term::ViscousFriction => -p[0] * body_rate,
+        Term::QuadraticDrag => -p[0] * body_rate * body_rate.abs(),
+        Term::Pendulum => -p[0] * (body_angle + p[1]).sin(),
+        Term::Stiffness => -p[0] * body_angle,
+        Term::InflowDamping => {
+            let speed = point.side * point.arm * body_rate;
+            -p[0] * point.thrust_coefficient * point.propeller_rate * speed
+        }
+    })
+}
+
+/// What a lag has still to go, a tenth of a second after what it follows has risen from nothing to one.
+fn behind_a_step(memory: &Memory, pole: f64) -> f64 {
+    let at = |value: f64| Point {
+        steady_rate: value,
+        propeller_rate: value,
+        torque: value,
+        body_rate: value,
+        ..Point::default()
+    };
+    let rest = (memory.settle)(&[pole], &at(0.0));
+    let state = (memory.advance)(&[pole], rest, &at(1.0), 0.1);
+    -(memory.add)(&[pole], state, &at(1.0))
+}
+
+/// Other rooms go by the term and never look at the law.
+#[test]
+fn what_a_card_says_it_acts_as_is_what_its_law_does() {
+    let mut held = 0;
+    for card in CATALOGUE {
+        let Some(term) = card.acts_as else { continue };
+        held += 1;
+        let found = acting_as(card.site, term).map(|card| card.id);
+        assert_eq!(found, Some(card.id), "two effects are the same term at the same site");
+        let parameters = starts(card);
+        match (term, &card.law) {
+            (Term::DeadTime, Law::Delay(delay)) => assert_eq!(delay(&[0.02]), 0.02, "{}", card.id),
+            (Term::Lag, Law::Memory(memory)) => {
+                let left = behind_a_step(memory, 16.0);
+                assert!((left - (-1.6_f64).exp()).abs() < 1e-12, "{}: {left}", card.id);
+            }
+            (_, Law::Static(law) | Law::Sharp(law)) => {
+                for point in points(100) {
+                    let expected = by_the_book(term, &parameters, &point).expect("a term without memory");
+                    let apart = (law(&parameters, &point) - expected).abs();
+                    assert!(apart <= 1e-12 * expected.abs().max(1.0), "{} at {point:?}", card.id);
+                }
+            }
+            (term, law) => panic!("{}: {law:?} is no {term:?}", card.id),
+        }
+    }
+    assert!(held > 15, "{held}");
+}
+
 /// What a log of the effect's block would read, over a command that goes up, down and to both ends.
 fn simulate(model: &Model, rotor: bool) -> Vec<f64> {
     let time: Vec<f64> = (0..1500).map(|row| 0.02 * f64::from(row)).collect();
@@ -173,7 +239,7 @@ fn every_parameter_moves_the_simulation_smoothly() {
         let with = simulate(&model, rotor);
         let moved = with.iter().zip(&still).map(|(with, still)| (with - still).abs()).fold(0.0, f64::max);
         assert!(moved > 1e-6, "{} does nothing", card.id);
-        for parameter in card.parameters.iter().filter(|_| card.id != "command_quantization") {
+        for parameter in card.parameters.iter().filter(|_| !matches!(card.law, Law::Stairs(_))) {
             let name = format!("{}.{}", card.id, parameter.name);
             let quotient = |share: f64| -> Vec<f64> {
                 let step = share * parameter.start.abs().max(0.1);

@@ -8,6 +8,7 @@ use super::{CliError, CliResult, Outcome, timing};
 use crate::bench::BenchConfig;
 use crate::clock;
 use crate::control::MoveConfig;
+use crate::effect::{Law, Site, Term, find};
 use crate::emulate::{HiddenConfig, Impulse};
 use crate::report::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone};
 use crate::rt::{Shutdown, cancel_on_signals};
@@ -133,8 +134,12 @@ fn benches(arguments: &Arguments) -> Result<(BenchConfig, BenchConfig), CliError
         Impulse { at_s: 2.5, duration_s: 0.05, torque: 0.6 },
         Impulse { at_s: 4.5, duration_s: 0.05, torque: -0.6 },
     ];
+    // Torques that follow the body's motion without a jump: a short flight shows no other plainly.
     let shows_in_flight = |id: &str| {
-        matches!(id, "gravity_pendulum" | "pivot_viscous_friction" | "quadratic_air_drag" | "cable_stiffness")
+        find(id).is_some_and(|card| {
+            let follows = matches!(card.law, Law::Static(_)) && card.acts_as != Some(Term::Constant);
+            card.site == Site::Torque && follows
+        })
     };
     if arguments.hide.is_empty() {
         emulator.emulator.hidden.extend(HiddenConfig::draw(seed, shows_in_flight));

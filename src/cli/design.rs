@@ -16,6 +16,7 @@ use crate::control::{
     Beta, BetaRule, Compensation, ControlError, ControllerConfig, ControllerKind, EmcConfig, EmcGains,
     PidConfig, PlantParameters,
 };
+use crate::effect::{Site, Term, acting_as};
 use crate::model::Model;
 use crate::report::number;
 use crate::runtime::controller_plant;
@@ -218,8 +219,9 @@ impl Arguments {
         // Of all torques on the body the pendulum's alone has another slope at another angle.
         if self.angle_deg.is_some() && known.pendulum_moment == 0.0 {
             return Err(CliError::new(format!(
-                "--angle-deg would do nothing: model `{}` has no effect whose slope depends on the angle (gravity_pendulum)",
-                model.name
+                "--angle-deg would do nothing: model `{}` has no effect whose slope depends on the angle ({})",
+                model.name,
+                acting_as(Site::Torque, Term::Pendulum).map_or("", |card| card.id)
             )));
         }
         let emc = &mut config.emc;

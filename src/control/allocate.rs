@@ -113,7 +113,7 @@ impl Allocator {
     /// The inverse of [`Self::known_rate`].
     fn known_command(&self, rate: f64, voltage: f64) -> f64 {
         let known = &self.known;
-        let effective = if known.battery_scaling {
+        let effective = if known.scales_with_battery {
             // z = g(u v_b / v_bmax)
             self.known_inverse(rate) * self.plant.full_voltage / voltage
         } else {
@@ -144,7 +144,7 @@ impl Allocator {
         let u = u.min(known.command_limit);
         let mut effective = ((u - known.dead_zone) / (1.0 - known.dead_zone)).max(0.0);
         let mut drop = self.drop(voltage);
-        if known.battery_scaling {
+        if known.scales_with_battery {
             effective *= voltage / self.plant.full_voltage;
             drop = 0.0;
         }

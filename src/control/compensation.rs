@@ -15,7 +15,7 @@ pub struct Compensation {
     /// [N m/rad] k of the torque -k θ.
     pub stiffness: f64,
     /// [N m] constant torque.
-    pub torque_bias: f64,
+    pub constant_torque: f64,
     /// [N m] τ_c of the torque -τ_c tanh(ω_b / ω_s).
     pub coulomb_torque: f64,
     /// [rad/s] ω_s, how fast the Coulomb torque turns over; must be positive where `coulomb_torque` is not zero.
@@ -35,7 +35,7 @@ pub struct Compensation {
     /// [-] u_0 of the cubic.
     pub cubic_center: f64,
     /// The battery scales the command, z = g(u v_b / v_bmax), in place of z = g(u) - k_V (v_bmax - v_b).
-    pub battery_scaling: bool,
+    pub scales_with_battery: bool,
 }
 
 impl Default for Compensation {
@@ -44,7 +44,7 @@ impl Default for Compensation {
             pendulum_moment: 0.0,
             pendulum_offset: 0.0,
             stiffness: 0.0,
-            torque_bias: 0.0,
+            constant_torque: 0.0,
             coulomb_torque: 0.0,
             coulomb_rate: 0.05,
             viscous_friction: 0.0,
@@ -54,7 +54,7 @@ impl Default for Compensation {
             steady_rate_offset: 0.0,
             steady_rate_cubic: 0.0,
             cubic_center: 0.0,
-            battery_scaling: false,
+            scales_with_battery: false,
         }
     }
 }
@@ -69,7 +69,7 @@ impl Compensation {
             ("pendulum_moment", self.pendulum_moment),
             ("pendulum_offset", self.pendulum_offset),
             ("stiffness", self.stiffness),
-            ("torque_bias", self.torque_bias),
+            ("constant_torque", self.constant_torque),
             ("coulomb_torque", self.coulomb_torque),
             ("viscous_friction", self.viscous_friction),
             ("quadratic_drag", self.quadratic_drag),
@@ -103,7 +103,7 @@ impl Compensation {
         [
             self.pendulum_moment,
             self.stiffness,
-            self.torque_bias,
+            self.constant_torque,
             self.coulomb_torque,
             self.viscous_friction,
             self.quadratic_drag,
@@ -117,13 +117,13 @@ impl Compensation {
     pub fn acts_on_actuators(&self) -> bool {
         let numbers =
             [self.dead_zone, 1.0 - self.command_limit, self.steady_rate_offset, self.steady_rate_cubic];
-        self.battery_scaling || numbers.iter().any(|value| *value != 0.0)
+        self.scales_with_battery || numbers.iter().any(|value| *value != 0.0)
     }
 
     /// [N m] known torque on the body at the angle [rad] and the rate [rad/s].
     #[must_use]
     pub fn torque(&self, angle: f64, rate: f64) -> f64 {
-        self.torque_bias
+        self.constant_torque
             - self.pendulum_moment * (angle + self.pendulum_offset).sin()
             - self.stiffness * angle
             - self.coulomb_torque * (rate / self.coulomb_rate).tanh()

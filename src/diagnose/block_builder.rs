@@ -7,7 +7,7 @@ use super::body_block::{BodyRun, BodySource};
 use super::candidate_fit::Trial;
 use super::data_split::Stage;
 use super::rotor_block::{COMMANDS, PROPELLER_RATES, RotorRun, rotor_runs, simulate};
-use crate::effect::Law;
+use crate::effect::{Law, Term};
 use crate::estimation::noise_floor::{missing_alike, smooth, white, white_noise};
 use crate::log::Dataset;
 use crate::log::segments::held_throughout;
@@ -267,11 +267,12 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[Dataset]) -> Option<Strin
     if model.has(&effect.id) {
         return Some("the model has it".to_owned());
     }
-    if effect.id == "battery_sag" && model.actuator.voltage_gain != 0.0 {
+    let term = effect.card.and_then(|card| card.acts_as);
+    if term == Some(Term::VoltageDrop) && model.actuator.voltage_gain != 0.0 {
         return Some("the model has it, as voltage_gain".to_owned());
     }
     // c3 (u - u0)³ is a polynomial of degree three: the model's own coefficients reach all of it.
-    if effect.id == "static_cubic" && model.actuator.steady_rate.len() > 3 {
+    if term == Some(Term::Cubic) && model.actuator.steady_rate.len() > 3 {
         return Some("the model's curve g(u) has a cubic of its own".to_owned());
     }
     // Where few levels are held, a grid is an offset of each of them at will.

@@ -8,7 +8,7 @@ use super::candidate_fit::Trial;
 use super::data_split::Stage;
 use super::rotor_block::RotorRun;
 use super::surrogate_test::luck;
-use crate::effect::{Site, find};
+use crate::effect::{Site, Term, find};
 use crate::estimation::noise_floor::floors;
 use crate::model::Effect;
 
@@ -80,8 +80,9 @@ const FEWEST_BEYOND: usize = 2;
 /// Whether the data go beyond the limit that a set says the command has.
 fn is_exercised(stage: &Stage, trial: &Trial) -> bool {
     let Runs::Rotor(runs) = &stage.train.runs else { return true };
-    let limit = trial.model.parameter("command_saturation.limit");
-    limit.filter(|_| trial.effects.iter().any(|id| id == "command_saturation")).is_none_or(|limit| {
+    let is_limit = |id: &String| find(id).is_some_and(|card| card.acts_as == Some(Term::Saturation));
+    let limit = trial.effects.iter().any(is_limit).then(|| trial.model.term(Site::Command, Term::Saturation));
+    limit.flatten().and_then(|values| values.first().copied()).is_none_or(|limit| {
         let mut beyond: Vec<f64> = Vec::new();
         let mut commands = runs.iter().flat_map(|run| &run.command).filter(|command| **command > limit);
         commands.any(|command| {

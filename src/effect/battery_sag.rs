@@ -1,6 +1,6 @@
 //! The rotor slows as the battery empties.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["command_*", "propeller_rate_*_rad_s", "battery_voltage_v"],
     symmetry: Symmetry::None,
+    acts_as: Some(Term::VoltageDrop),
     report: [
         "The same command turns the rotor more slowly when the battery is low.",
         "Each volt that is gone costs the same number of rad/s, whatever the command.",

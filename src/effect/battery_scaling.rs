@@ -1,6 +1,6 @@
 //! The speed controller puts a share of the battery voltage on the motor, so the command scales with the battery.
 
-use super::{Card, Law, Point, Site, Symmetry};
+use super::{Card, Law, Point, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -13,6 +13,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["command_*", "propeller_rate_*_rad_s", "battery_voltage_v"],
     symmetry: Symmetry::None,
+    acts_as: Some(Term::VoltageScaling),
     report: [
         "The command is a share of the battery voltage, so an emptying battery shrinks every command.",
         "The loss grows with the command; at rest the battery does not matter.",

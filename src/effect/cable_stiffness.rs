@@ -1,6 +1,6 @@
 //! The cables pull the body back.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["body_rate_rad_s", "body_angle_rad"],
     symmetry: Symmetry::OddInBodyMotion,
+    acts_as: Some(Term::Stiffness),
     report: [
         "Cables pull the body back in proportion to its angle.",
         "They act like a weak spring about the axis.",

@@ -1,6 +1,6 @@
 //! Small commands do nothing.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    acts_as: Some(Term::DeadZone),
     report: [
         "Below a threshold the command does nothing, above it the rest of the range is stretched.",
         "The speed controller keeps the lowest part of its range for itself.",

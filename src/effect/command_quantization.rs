@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Stairs(add),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    acts_as: None,
     report: [
         "The speed controller rounds the command to a coarse grid.",
         "Slow changes of the command move the rotor in jumps.",

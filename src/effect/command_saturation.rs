@@ -1,6 +1,6 @@
 //! Commands above a limit do nothing more.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    acts_as: Some(Term::Saturation),
     report: [
         "Above a limit the rotor does not answer to more command.",
         "The speed controller or the battery has reached its limit.",

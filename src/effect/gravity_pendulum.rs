@@ -1,6 +1,6 @@
 //! The centre of mass is not on the axis.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry, sin};
+use super::{Card, Law, Parameter, Point, Site, Symmetry, Term, sin};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -36,6 +36,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["body_rate_rad_s", "body_angle_rad"],
     symmetry: Symmetry::None,
+    acts_as: Some(Term::Pendulum),
     report: [
         "The centre of mass is off the axis, so that gravity pulls the body towards an angle of its own.",
         "The pull grows with the angle, less and less towards the horizontal.",

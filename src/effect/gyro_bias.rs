@@ -1,6 +1,6 @@
 //! The gyroscope is off by a constant.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["body_rate_rad_s", "body_angle_rad"],
     symmetry: Symmetry::None,
+    acts_as: Some(Term::Constant),
     report: [
         "The gyroscope reads a constant rate when the body rests.",
         "An angle integrated from it walks away.",

@@ -1,6 +1,6 @@
 //! The gyroscope is filtered.
 
-use super::{Card, Law, Parameter, Site, Symmetry};
+use super::{Card, Law, Parameter, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Memory(lag!(body_rate, slow: false)),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::None,
+    acts_as: Some(Term::Lag),
     report: [
         "The gyroscope follows the true rate with a lag.",
         "The low-pass in the sensor is slower than the model assumes.",

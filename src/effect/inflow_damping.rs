@@ -1,6 +1,6 @@
 //! A rotor that moves into its own wake pushes less.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["body_rate_rad_s", "propeller_rate_1_rad_s", "propeller_rate_2_rad_s"],
     symmetry: Symmetry::None,
+    acts_as: Some(Term::InflowDamping),
     report: [
         "The rotor that moves up pushes less and the one that moves down pushes more, so the body is damped.",
         "The damping grows with the speed of the rotors and vanishes when they stand.",

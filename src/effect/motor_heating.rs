@@ -36,6 +36,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Memory(Memory { settle, advance, add, rate, slow: true }),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    acts_as: None,
     report: [
         "After hard work the same command turns the rotor more slowly, and it recovers with rest.",
         "Winding and magnets lose strength as they warm.",

@@ -1,6 +1,6 @@
 //! Dry friction in the pivot.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry, tanh};
+use super::{Card, Law, Parameter, Point, Site, Symmetry, Term, tanh};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -36,6 +36,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Sharp(add),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::Dissipative,
+    acts_as: Some(Term::CoulombFriction),
     report: [
         "The pivot rubs: it brakes with the same torque however slowly the body turns.",
         "Small torques do not move the body at all.",

@@ -1,6 +1,6 @@
 //! Friction in proportion to the rate.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::Dissipative,
+    acts_as: Some(Term::ViscousFriction),
     report: [
         "The body is braked in proportion to its rate.",
         "Oil in the bearing, or the rotors' inflow, acts like this.",

@@ -1,6 +1,6 @@
 //! Air drag with the square of the rate.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::Dissipative,
+    acts_as: Some(Term::QuadraticDrag),
     report: [
         "The air brakes fast turning much more than slow turning.",
         "Arms and body have to push the air aside.",

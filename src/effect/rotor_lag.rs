@@ -1,6 +1,6 @@
 //! The torque lags behind what was commanded.
 
-use super::{Card, Law, Parameter, Site, Symmetry};
+use super::{Card, Law, Parameter, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Memory(lag!(torque, slow: false)),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::None,
+    acts_as: Some(Term::Lag),
     report: [
         "The torque builds up gradually after it was commanded.",
         "The rotors need time to change their speed.",

@@ -1,6 +1,6 @@
 //! The rotor follows with two poles, not one.
 
-use super::{Card, Law, Parameter, Site, Symmetry};
+use super::{Card, Law, Parameter, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Memory(lag!(steady_rate, slow: true)),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    acts_as: Some(Term::Lag),
     report: [
         "The rotor does not start at full acceleration after a step; something ahead of it lags.",
         "A second, faster lag sits between the command and the rotor.",

@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Memory(Memory { settle, advance, add, rate, slow: false }),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    acts_as: None,
     report: [
         "Large steps are answered by a ramp, small ones as the model says.",
         "The speed controller limits how fast its target may change.",

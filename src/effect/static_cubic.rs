@@ -1,6 +1,6 @@
 //! The static curve bends more than a parabola.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    acts_as: Some(Term::Cubic),
     report: [
         "The static curve from command to speed bends more than the model allows.",
         "The error shows at the ends of the range, with opposite signs.",

@@ -1,6 +1,6 @@
 //! The static curve is shifted.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    acts_as: Some(Term::Constant),
     report: [
         "The rotor turns faster or slower than the model by the same amount at every command.",
         "The static curve of the model is forced through the origin, the true one is not.",

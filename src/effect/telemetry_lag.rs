@@ -1,6 +1,6 @@
 //! The speed controller filters the rotor rate that it reports.
 
-use super::{Card, Law, Parameter, Site, Symmetry};
+use super::{Card, Law, Parameter, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Memory(lag!(propeller_rate, slow: false)),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    acts_as: Some(Term::Lag),
     report: [
         "The reported rotor rate lags behind the true one.",
         "The rotor itself is as fast as the model says.",

@@ -1,6 +1,6 @@
 //! A constant torque.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::None,
+    acts_as: Some(Term::Constant),
     report: [
         "Something pushes the body with a constant torque.",
         "The controller has to hold against it all the time.",

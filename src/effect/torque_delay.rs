@@ -1,6 +1,6 @@
 //! The torque comes late.
 
-use super::{Card, Law, Parameter, Site, Symmetry};
+use super::{Card, Law, Parameter, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Delay(delay),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::None,
+    acts_as: Some(Term::DeadTime),
     report: [
         "The torque acts a fixed time after it was commanded.",
         "The body repeats exactly what the model says, only later.",

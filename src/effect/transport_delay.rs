@@ -1,6 +1,6 @@
 //! The command reaches the motor late.
 
-use super::{Card, Law, Parameter, Site, Symmetry};
+use super::{Card, Law, Parameter, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Delay(delay),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    acts_as: Some(Term::DeadTime),
     report: [
         "Every command takes effect a fixed time after it was sent.",
         "The rotor repeats exactly what the model says, only later.",

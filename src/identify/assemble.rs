@@ -3,7 +3,7 @@
 use super::consistency::unfit;
 use super::dead_time::Delay;
 use super::inputs::rotor_logs;
-use super::lag_order::DELAY;
+use super::lag_order::dead_time_effect;
 use super::pipeline::Work;
 use super::result::{Identification, Part};
 use super::steady_rows::HIGHEST_DEGREE;
@@ -87,6 +87,9 @@ impl Work<'_> {
         errors: [[f64; 2]; 2],
     ) -> Model {
         let Some((told, alone)) = self.delay().zip(self.without_delay(actuator)) else { return model };
+        let Some((card, [delay])) = dead_time_effect().map(|card| (card, card.parameters)) else {
+            return model;
+        };
         let reference = |log: &Dataset| LogReference {
             file: log.source_name().to_owned(),
             sha256: log.sha256().to_owned(),
@@ -97,7 +100,7 @@ impl Work<'_> {
         before.actuator.pole = alone.pole;
         let [[train_before, train_after], [validate_before, validate_after]] = errors;
         model.ladder.push(Step {
-            added: vec![DELAY.to_owned()],
+            added: vec![card.id.to_owned()],
             logs: logs[0].iter().map(reference).collect(),
             validation: logs[1].iter().map(reference).collect(),
             error: ErrorFall {
@@ -114,10 +117,10 @@ impl Work<'_> {
             standard_errors_before: std::collections::BTreeMap::new(),
         });
         model.effects.push(AddedEffect {
-            id: DELAY.to_owned(),
-            parameters: [("delay".to_owned(), told.delay.value)].into(),
+            id: card.id.to_owned(),
+            parameters: [(delay.name.to_owned(), told.delay.value)].into(),
         });
-        model.standard_errors.insert(format!("{DELAY}.delay"), told.delay.standard_error);
+        model.standard_errors.insert(format!("{}.{}", card.id, delay.name), told.delay.standard_error);
         model
     }
 
@@ -127,7 +130,9 @@ impl Work<'_> {
         model.ladder.clear();
         model.standard_errors.clear();
         // What was identified now stands in for what the template knew of it.
-        model.effects.retain(|added| added.id != DELAY || self.pole_estimate().is_none());
+        if let Some(card) = dead_time_effect().filter(|_| self.pole_estimate().is_some()) {
+            model.effects.retain(|added| added.id != card.id);
+        }
         model.actuator.steady_rate = powers(&actuator.coefficients);
         model.actuator.voltage_gain = actuator.voltage_gain;
         model.actuator.pole = actuator.pole;

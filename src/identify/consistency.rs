@@ -1,10 +1,11 @@
 //! Where the results contradict each other, hardly show, or leave something over: each with what it may be.
 
 use super::dead_time::CORRELATED;
-use super::lag_order::{DELAY, Rival};
+use super::lag_order::{Rival, dead_time_effect};
 use super::pipeline::Work;
 use super::significance;
 use super::validate::Validation;
+use crate::effect::Term;
 use crate::screening::Finding;
 use crate::screening::rotor_data::bounds;
 use crate::unit::with_error;
@@ -59,16 +60,18 @@ impl Work<'_> {
         let rivals = rivals.or(self.joint.as_ref().map(|fit| (&fit.rivals, fit.residual_correlation)));
         if let Some((rivals, correlation)) = rivals {
             let taken = self.delay();
-            let needed =
-                |rival: &&Rival| rival.needed && (taken.is_none() || rival.effect != DELAY && rival.clear);
+            let needed = |rival: &&Rival| {
+                rival.needed && (taken.is_none() || rival.term != Term::DeadTime && rival.clear)
+            };
             let needed: Vec<String> = rivals.iter().filter(needed).map(in_words).collect();
             if let Some(told) = taken {
                 say.push(
                     format!(
-                        "the rotor answers {} ms late: the model has `{DELAY}` for it, and the pole fitted \
+                        "the rotor answers {} ms late: the model has `{}` for it, and the pole fitted \
                      beside it, {:.3} rad/s; without it the pole would come out as {:.3}, to make \
                      up for the delay (--no-delay leaves it out)",
                         with_error(1e3 * told.delay.value, 1e3 * told.delay.standard_error),
+                        dead_time_effect().map_or("", |card| card.id),
                         self.pole_estimate().map_or(f64::NAN, |pole| pole.value),
                         told.pole_without.value
                     )

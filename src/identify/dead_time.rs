@@ -8,9 +8,10 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use super::Estimate;
-use super::lag_order::{DELAY, Rival, golden};
+use super::lag_order::{Rival, golden};
 use super::pole::{self, LagFit, Record};
 use super::regressors::{NO_DELAY, UNHEARD};
+use crate::effect::Term;
 use crate::estimation::least_squares;
 
 /// Folds of the cross-validation.
@@ -52,7 +53,7 @@ pub(crate) fn identify<const M: usize>(
     interval: f64,
     record: impl Fn(f64) -> Record<M>,
 ) -> Option<LateFit> {
-    let near = rivals.iter().find(|rival| rival.effect == DELAY && rival.needed && rival.clear)?;
+    let near = rivals.iter().find(|rival| rival.term == Term::DeadTime && rival.needed && rival.clear)?;
     let at = |delay: f64| pole::fit_from(&record(delay), near.pole);
     let cost =
         |delay: f64| at(delay).map_or(f64::INFINITY, |fit| fit.residual_rms.powi(2) * fit.samples as f64);

@@ -5,14 +5,13 @@ use serde::Serialize;
 use super::Estimate;
 use super::pole::{self, LagFit, Record};
 use super::regressors::NO_DELAY;
+use crate::effect::{self, Card, Site, Term};
 use crate::estimation::least_squares::invert;
 use crate::estimation::variable_projection::Columns;
 use crate::screening::rotor_data::RotorLog;
 
 use nalgebra::DMatrix;
 
-/// The effect that a late rotor gets.
-pub(crate) const DELAY: &str = "transport_delay";
 /// A rival counts when its gain is this many standard errors of its parameter.
 const SIGNIFICANT: f64 = 4.0;
 /// Share of the rms error it must take away to be worth a word.
@@ -25,8 +24,11 @@ const DECIDING_ROWS: usize = 6_000;
 /// A rival model of the same record.
 #[derive(Debug, Clone, Serialize)]
 pub struct Rival {
-    /// `transport_delay` or `second_order_lag`, as in the catalogue of effects.
+    /// Its effect in the catalogue.
     pub effect: &'static str,
+    /// What that effect is: a dead time or a second lag.
+    #[serde(skip)]
+    pub term: Term,
     /// [s] delay, or time constant of the second pole.
     pub time: Estimate,
     /// [rad/s] pole beside it.
@@ -72,6 +74,11 @@ fn is_clear(rival: &Rival, next: f64, lag: &LagFit) -> bool {
     raised > SIGNIFICANT * SIGNIFICANT
 }
 
+/// The effect that is a dead time before the rotor.
+pub(crate) fn dead_time_effect() -> Option<&'static Card> {
+    effect::acting_as(Site::Command, Term::DeadTime)
+}
+
 /// Fits a delay in front of the lag.
 fn delay<const M: usize>(lag: &LagFit, interval: f64, record: impl Fn(f64) -> Record<M>) -> Option<Rival> {
     let fit = |delay: f64| pole::fit_from(&record(delay), lag.pole);
@@ -80,7 +87,7 @@ fn delay<const M: usize>(lag: &LagFit, interval: f64, record: impl Fn(f64) -> Re
     let step = 0.5 * interval;
     let coarse = least((0..=LONGEST_DELAY).map(|index| (index as f64 * step).max(NO_DELAY)), cost)?;
     let (time, least) = golden(cost, (coarse - step).max(NO_DELAY), coarse + step);
-    Some(rival(DELAY, time, least, lag, fit(time)?.pole, cost, interval * 0.2))
+    rival(dead_time_effect()?, time, least, lag, fit(time)?.pole, cost, interval * 0.2)
 }
 
 /// Fits a second pole behind the first.
@@ -95,7 +102,8 @@ fn second_order<const M: usize>(lag: &LagFit, record: &Record<M>) -> Option<Riva
     let (log_time, least) =
         golden(|log| best(log.exp()).1, (coarse / 2.5).ln(), (coarse * 2.5).min(0.9 / lag.pole).ln());
     let time = log_time.exp();
-    Some(rival("second_order_lag", time, least, lag, best(time).0, |time| best(time).1, 0.2 * time))
+    let card = effect::acting_as(Site::SteadyRate, Term::Lag)?;
+    rival(card, time, least, lag, best(time).0, |time| best(time).1, 0.2 * time)
 }
 
 /// The candidate with the least cost.
@@ -107,14 +115,14 @@ fn least(candidates: impl Iterator<Item = f64>, cost: impl Fn(f64) -> f64) -> Op
 /// Judges a rival by its parameter's standard error, from the curvature of the cost around it and stretched by
 /// the correlation of the residual.
 fn rival(
-    effect: &'static str,
+    card: &'static Card,
     time: f64,
     least: f64,
     first_order: &LagFit,
     pole: f64,
     cost: impl Fn(f64) -> f64,
     reach: f64,
-) -> Rival {
+) -> Option<Rival> {
     let samples = first_order.samples as f64;
     let curvature = ((cost(time + reach) - least) / (reach * reach)).max(f64::MIN_POSITIVE);
     let correlation = first_order.residual_correlation.clamp(0.0, 0.98);
@@ -124,7 +132,8 @@ fn rival(
     let needed =
         time > SIGNIFICANT * standard_error && residual_rms < (1.0 - WORTH) * first_order.residual_rms;
     let time = Estimate { value: time, standard_error };
-    Rival { effect, time, pole, residual_rms, needed, clear: false }
+    let term = card.acts_as?;
+    Some(Rival { effect: card.id, term, time, pole, residual_rms, needed, clear: false })
 }
 
 /// Columns of the two-pole problem: at most five outputs, two initial states, the measurement.

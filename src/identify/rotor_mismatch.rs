@@ -3,10 +3,11 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Estimate;
-use super::lag_order::{self, DELAY, Rival};
+use super::lag_order::{self, Rival};
 use super::pole::LagFit;
 use super::regressors::record_of;
 use super::single_rotor_fit::{Follows, GIVES_WAY, lively_part};
+use crate::effect::Term;
 use crate::estimation::least_squares;
 use crate::screening::rotor_data::{RotorLog, bounds};
 use crate::unit::with_error;
@@ -141,7 +142,7 @@ fn delay(part: &RotorLog, lag: &LagFit, full_voltage: f64) -> Option<Rival> {
     } else {
         lag_order::both(lag, part, |part, delay| record_of(part, full_voltage, delay, |u, _| [u, u * u]))
     };
-    tried.into_iter().find(|rival| rival.effect == DELAY && rival.needed && rival.clear)
+    tried.into_iter().find(|rival| rival.term == Term::DeadTime && rival.needed && rival.clear)
 }
 
 /// Whether two numbers differ plainly, and by more than that share.

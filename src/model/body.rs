@@ -97,16 +97,16 @@ impl Equations {
     /// Whether the torque is late or lagged, so that [`Equations::torque_means`] depends on the model.
     #[must_use]
     pub fn has_torque_stream(&self) -> bool {
-        self.torque_delay != 0.0 || !self.torque_stream.is_empty()
+        self.actuator_delay != 0.0 || !self.torque_stream.is_empty()
     }
 
     /// [N m] mean torque over the interval after each sample, late and lagged as the model says. `means` are those
     /// of the bare torque, `slopes` [N m/s] how it rises within each interval.
     #[must_use]
     pub fn torque_means(&self, time: &[f64], means: &[f64], slopes: &[f64]) -> Vec<f64> {
-        let mut means = delayed_means(time, means, slopes, self.torque_delay);
+        let mut means = delayed_means(time, means, slopes, self.actuator_delay);
         // How it rises within an interval matters to a law that is faster than the samples. Behind a delay it rises elsewhere.
-        let mut is_rising = self.torque_delay == 0.0;
+        let mut is_rising = self.actuator_delay == 0.0;
         for hook in &self.torque_stream {
             let Some((memory, parameters)) = hook.memory() else { continue };
             let mut point = self.constants;

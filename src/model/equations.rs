@@ -54,7 +54,7 @@ pub struct Equations {
     pub(super) acceleration: Vec<Hook>,
     pub(super) rotor_sensor: Vec<Hook>,
     pub(super) thrust: Vec<Hook>,
-    pub(super) torque_delay: f64,
+    pub(super) actuator_delay: f64,
     /// Laws with memory on the actuators' torque, before the body.
     pub(super) torque_stream: Vec<Hook>,
     pub(super) torque: Vec<Hook>,
@@ -90,7 +90,7 @@ impl Model {
             acceleration: Vec::new(),
             rotor_sensor: Vec::new(),
             thrust: Vec::new(),
-            torque_delay: 0.0,
+            actuator_delay: 0.0,
             torque_stream: Vec::new(),
             torque: Vec::new(),
             rate_sensor: Vec::new(),
@@ -118,7 +118,7 @@ impl Equations {
             Law::Delay(delay) => {
                 let late = delay(&parameters);
                 if site == Site::Torque {
-                    self.torque_delay += late
+                    self.actuator_delay += late
                 } else {
                     self.command_delay += late
                 }

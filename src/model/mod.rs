@@ -24,7 +24,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::effect::{self, Card, Expression, Law, Site};
+use crate::effect::{self, Card, Expression, Law, Site, Term};
 
 pub use body::{BodyInput, BodyStart, BodyTrace};
 pub use equations::Equations;
@@ -120,7 +120,7 @@ pub struct Model {
     pub actuator: Actuator,
     /// Body.
     pub body: Body,
-    /// Standard errors by parameter name (`pole`, `gravity_pendulum.moment`), where a fit found them.
+    /// Standard errors by parameter name (`pole`, `<effect>.<parameter>`), where a fit found them.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub standard_errors: BTreeMap<String, f64>,
     /// Effects of the user's own.
@@ -316,6 +316,22 @@ impl Model {
         self.effects.iter().any(|added| added.id == id)
     }
 
+    /// The parameters, in the order of the card, of the effect that the model has as `term` at `site`.
+    #[must_use]
+    pub fn term(&self, site: Site, term: Term) -> Option<Vec<f64>> {
+        let card = effect::acting_as(site, term)?;
+        let added = self.effects.iter().find(|added| added.id == card.id)?;
+        let value = |parameter: &effect::Parameter| added.parameters.get(parameter.name).copied();
+        Some(card.parameters.iter().map(|parameter| value(parameter).unwrap_or(f64::NAN)).collect())
+    }
+
+    /// Whether one of its effects cannot be judged without this column of a log.
+    #[must_use]
+    pub fn needs(&self, column: &str) -> bool {
+        let needs = |effect: Effect| effect.needs.iter().any(|need| need == column);
+        self.effects.iter().any(|added| self.effect(&added.id).is_ok_and(needs))
+    }
+
     /// The same model with the effect added, its parameters at their start.
     #[must_use]
     pub fn with(&self, effect: &Effect) -> Self {
@@ -335,7 +351,7 @@ impl Model {
         model
     }
 
-    /// A parameter of the base (`pole`, `inertia`, ...) or of an effect (`gravity_pendulum.moment`), in SI.
+    /// A parameter of the base (`pole`, `inertia`, ...) or of an effect (`<effect>.<parameter>`), in SI.
     #[must_use]
     pub fn parameter(&self, name: &str) -> Option<f64> {
         if let Some((id, parameter)) = name.split_once('.') {

@@ -1,6 +1,7 @@
 //! The report of `identify`: the tables of section III, its figures, and what the reader must know.
 
 use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
+use crate::effect::{self, Site, Term};
 use crate::estimation::spectrum::{LagResponse, near};
 use crate::identify::{Body, DegreeScore, Estimate, Identification, Validation};
 use crate::report::findings::sentence;
@@ -37,15 +38,16 @@ impl Identification {
             }
         }
         if let Some(pole) = &self.pole {
+            let id = effect::acting_as(Site::Command, Term::DeadTime).map_or("", |card| card.id);
             let (from, beside) = if pole.pole.value == self.actuator.pole {
-                ("lively commands, section III.B", "beside p, in the model as `transport_delay`")
+                ("lively commands, section III.B", format!("beside p, in the model as `{id}`"))
             } else {
-                ("lively commands, section III.B, k_V and g(u) held for exact", "beside that p")
+                ("lively commands, section III.B, k_V and g(u) held for exact", "beside that p".to_owned())
             };
             table = table.row(cells("p", pole.pole, "rad/s", from));
             let told = pole.delay.as_ref().map(|told| told.delay.scaled(1e3));
             table =
-                told.into_iter().fold(table, |table, delay| table.row(cells("delay", delay, "ms", beside)));
+                told.into_iter().fold(table, |table, delay| table.row(cells("delay", delay, "ms", &beside)));
             table = table.row(cells("gain from z", pole.gain, "-", "beside p: 1 when g(u) holds in motion"));
         }
         if let Some(joint) = &self.joint {
@@ -194,7 +196,7 @@ impl Identification {
             String::new(),
         ]);
         Some(rivals.iter().fold(table, |table, rival| {
-            let is_taken = told.is_some() && rival.effect == "transport_delay";
+            let is_taken = told.is_some() && rival.term == Term::DeadTime;
             let (mark, asked) = match (is_taken, rival.needed) {
                 (true, _) => (Mark::Good, "yes, and in the model"),
                 (false, true) if told.is_some() && !rival.clear => (Mark::Plain, "in its place only"),

@@ -36,8 +36,8 @@
 //!     )
 //!     .bars(
 //!         Bars::new("Held-out error of every candidate", "rad/s")
-//!             .bar("transport_delay", 24.0, Mark::Good)
-//!             .bar("motor_heating", 46.8, Mark::Plain)
+//!             .bar("without delay", 24.0, Mark::Good)
+//!             .bar("without heating", 46.8, Mark::Plain)
 //!             .level("noise floor", 20.1)
 //!             .level("best by luck", 44.9),
 //!     );

@@ -9,6 +9,7 @@ use super::command_source::Pilot;
 use crate::bench::BenchConfig;
 use crate::control::design::LoopPlant;
 use crate::control::{Compensation, PlantParameters};
+use crate::effect::{Site, Term};
 use crate::experiment::ExperimentConfig;
 use crate::model::Model;
 
@@ -23,7 +24,8 @@ pub fn of_model(model: &Model) -> Result<(PlantParameters, Compensation), Proces
         let terms = actuator.steady_rate.len();
         return Err(ProcessError::SteadyRate { model: model.name.clone(), terms });
     }
-    let effect = |name: &str| model.parameter(name).unwrap_or(0.0);
+    let value = |site, term, index: usize| model.term(site, term)?.get(index).copied();
+    let of = |site, term| value(site, term, 0).unwrap_or(0.0);
     let plant = PlantParameters {
         inertia: model.body.inertia,
         arm: model.body.arm,
@@ -34,29 +36,27 @@ pub fn of_model(model: &Model) -> Result<(PlantParameters, Compensation), Proces
         hover_rate: actuator.hover_rate,
         steady_rate_quadratic: curve(2),
         steady_rate_linear: curve(1),
-        voltage_gain: actuator.voltage_gain + effect("battery_sag.gain"),
+        voltage_gain: actuator.voltage_gain + of(Site::SteadyRate, Term::VoltageDrop),
         full_voltage: actuator.full_voltage,
     };
     let nothing = Compensation::default();
-    let (own_cubic, added_cubic) = (curve(3), effect("static_cubic.coefficient"));
+    let (own_cubic, added_cubic) = (curve(3), of(Site::SteadyRate, Term::Cubic));
     let compensation = Compensation {
-        pendulum_moment: effect("gravity_pendulum.moment"),
-        pendulum_offset: effect("gravity_pendulum.angle_offset"),
-        stiffness: effect("cable_stiffness.stiffness"),
-        torque_bias: effect("torque_bias.torque"),
-        coulomb_torque: effect("pivot_coulomb_friction.torque"),
-        coulomb_rate: model
-            .parameter("pivot_coulomb_friction.smoothing_rate")
-            .unwrap_or(nothing.coulomb_rate),
-        viscous_friction: effect("pivot_viscous_friction.coefficient"),
-        quadratic_drag: effect("quadratic_air_drag.coefficient"),
-        dead_zone: effect("command_dead_zone.width"),
-        command_limit: model.parameter("command_saturation.limit").unwrap_or(nothing.command_limit),
-        steady_rate_offset: curve(0) + effect("static_offset.coefficient"),
+        pendulum_moment: of(Site::Torque, Term::Pendulum),
+        pendulum_offset: value(Site::Torque, Term::Pendulum, 1).unwrap_or(0.0),
+        stiffness: of(Site::Torque, Term::Stiffness),
+        constant_torque: of(Site::Torque, Term::Constant),
+        coulomb_torque: of(Site::Torque, Term::CoulombFriction),
+        coulomb_rate: value(Site::Torque, Term::CoulombFriction, 1).unwrap_or(nothing.coulomb_rate),
+        viscous_friction: of(Site::Torque, Term::ViscousFriction),
+        quadratic_drag: of(Site::Torque, Term::QuadraticDrag),
+        dead_zone: of(Site::Command, Term::DeadZone),
+        command_limit: value(Site::Command, Term::Saturation, 0).unwrap_or(nothing.command_limit),
+        steady_rate_offset: curve(0) + of(Site::SteadyRate, Term::Constant),
         // One cubic can be cancelled: the curve's own about zero, or else the added one about hover.
         steady_rate_cubic: if own_cubic == 0.0 { added_cubic } else { own_cubic },
         cubic_center: if own_cubic == 0.0 { model.hover_command() } else { 0.0 },
-        battery_scaling: model.has("battery_scaling"),
+        scales_with_battery: model.term(Site::Command, Term::VoltageScaling).is_some(),
     };
     Ok((plant, compensation))
 }
@@ -75,13 +75,15 @@ pub struct FlightPlan {
 /// the slopes of the torques on the body.
 #[must_use]
 pub fn loop_of_model(model: &Model, plant: &PlantParameters, known: &Compensation, angle: f64) -> LoopPlant {
-    let delays = ["transport_delay.delay", "torque_delay.delay"];
-    let lags = ["second_order_lag.pole", "rotor_lag.pole"];
-    let inflow = model.parameter("inflow_damping.coefficient").unwrap_or(0.0);
+    let value = |site, term| model.term(site, term)?.first().copied();
+    // Of a lag of the rotors' rate the loop knows nothing: the controller does not read it.
+    let delays = [Site::Command, Site::Torque].map(|site| value(site, Term::DeadTime));
+    let lags = [Site::SteadyRate, Site::Torque].map(|site| value(site, Term::Lag));
+    let inflow = value(Site::Thrust, Term::InflowDamping).unwrap_or(0.0);
     let mut linear = LoopPlant {
-        delay_s: delays.iter().filter_map(|name| model.parameter(name)).sum(),
-        lags: lags.iter().filter_map(|name| model.parameter(name)).collect(),
-        gyro_pole: model.parameter("gyro_lag.pole"),
+        delay_s: delays.into_iter().flatten().sum(),
+        lags: lags.into_iter().flatten().collect(),
+        gyro_pole: value(Site::BodyRateSensor, Term::Lag),
         ..LoopPlant::new(plant)
     };
     // Each rotor loses k c ω_p v of its thrust at its own speed v = ± d ω_b.
@@ -136,7 +138,7 @@ mod tests {
         assert!(close(plant.steady_rate_linear, paper.steady_rate_linear));
         assert!(close(plant.voltage_gain, paper.voltage_gain));
         assert!(close(plant.full_voltage, paper.full_voltage));
-        assert!(!known.acts_on_body() && !known.battery_scaling);
+        assert!(!known.acts_on_body() && !known.scales_with_battery);
     }
 
     #[test]

@@ -32,8 +32,7 @@ pub fn check_magnitudes(log: &Dataset) -> Result<(), ScreeningError> {
 pub fn without_battery(model: &Model, logs: &[Dataset]) -> Vec<Finding> {
     let drives = |log: &&Dataset| log.names().any(|name| name == "command_1" || name == "command_2");
     let lacks = |log: &&Dataset| log.column("battery_voltage_v").is_none();
-    let wants =
-        model.actuator.voltage_gain != 0.0 || model.has("battery_sag") || model.has("battery_scaling");
+    let wants = model.actuator.voltage_gain != 0.0 || model.needs("battery_voltage_v");
     let without = logs.iter().filter(|log| wants && drives(log) && lacks(log));
     without.map(|log| Finding::new("no_battery_voltage", "battery_voltage_v").of(log.source_name())).collect()
 }

@@ -65,7 +65,7 @@ fn known_faults_of_the_command_are_inverted() {
         steady_rate_offset: 12.0,
         steady_rate_cubic: -300.0,
         cubic_center: 0.46,
-        battery_scaling: true,
+        scales_with_battery: true,
         ..Compensation::default()
     };
     let allocator = rotorbench::control::Allocator::build(&plant, &known).expect("valid");

@@ -1,0 +1,73 @@
+//! Functions that a fit asks for a hundred million times.
+
+/// A span of first-order following: the share of the way that is gone after `span` seconds at `rate` [1/s].
+#[must_use]
+pub fn followed(rate: f64, span: f64) -> f64 {
+    let whole = rate * span;
+    if whole.abs() < 0.5 {
+        let tangent = small_tanh(0.5 * whole);
+        return 2.0 * tangent / (1.0 + tangent);
+    }
+    // An infinite rate follows at once.
+    1.0 - (-whole).exp()
+}
+
+/// The hyperbolic tangent, to the last digits but one. A fit asks for it, and for [`followed`], a hundred million times, and
+/// the library's takes three times as long.
+#[must_use]
+pub(crate) fn tanh(value: f64) -> f64 {
+    match value.abs() {
+        small if small < 0.25 => small_tanh(value),
+        // One to the last digit, as of most friction.
+        large if large > 20.0 => value.signum(),
+        _ => 1.0 - 2.0 / ((2.0 * value).exp() + 1.0),
+    }
+}
+
+/// The sine, to the last digit. Most benches turn by less than an eighth of a circle, where a series does: asked for as often,
+/// and the library's takes three times as long.
+#[must_use]
+pub(crate) fn sin(angle: f64) -> f64 {
+    if angle.abs() > std::f64::consts::FRAC_PI_4 {
+        return angle.sin();
+    }
+    let square = angle * angle;
+    // 1/3!, 1/5! and so on: what follows is below 1e-17 of it.
+    const TERMS: [f64; 8] = [
+        -1.0 / 6.0,
+        1.0 / 120.0,
+        -1.0 / 5040.0,
+        1.0 / 362_880.0,
+        -1.0 / 39_916_800.0,
+        1.0 / 6_227_020_800.0,
+        -1.0 / 1_307_674_368_000.0,
+        1.0 / 355_687_428_096_000.0,
+    ];
+    angle + angle * square * TERMS.iter().rev().fold(0.0, |sum, term| sum * square + term)
+}
+
+/// Up to a quarter: there the sixth convergent of Lambert's continued fraction is right to the last digit.
+fn small_tanh(value: f64) -> f64 {
+    let square = value * value;
+    value * (10_395.0 + square * (1260.0 + 21.0 * square))
+        / (10_395.0 + square * (4725.0 + square * (210.0 + square)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against the library's own, on both sides of where they change over.
+    #[test]
+    fn the_quick_functions_are_the_functions() {
+        let near = |ours: f64, theirs: f64| (ours - theirs).abs() <= 2e-15 * theirs.abs();
+        for step in -40_000..=40_000 {
+            let value = 1e-3 * f64::from(step);
+            assert!(near(tanh(value), value.tanh()), "tanh {value}");
+            assert!(near(sin(value), value.sin()), "sin {value}");
+            assert!(near(followed(value.abs(), 0.1), -(-0.1 * value.abs()).exp_m1()), "{value}");
+        }
+        assert_eq!((followed(f64::INFINITY, 1.0), tanh(f64::INFINITY), tanh(-1e3)), (1.0, 1.0, -1.0));
+        assert!(tanh(f64::NAN).is_nan() && followed(f64::NAN, 1.0).is_nan());
+    }
+}

@@ -1,0 +1,38 @@
+//! How effects act.
+
+use super::{Expression, Point};
+
+/// A law without memory: parameters and point in, what it adds to its site out.
+pub type StaticLaw = fn(&[f64], &Point) -> f64;
+
+/// A law with one state of its own.
+#[derive(Debug, Clone, Copy)]
+pub struct Memory {
+    /// The state that has settled at a point.
+    pub settle: fn(&[f64], &Point) -> f64,
+    /// The state a span [s] later, the point held.
+    pub advance: fn(&[f64], f64, &Point, f64) -> f64,
+    /// What it adds to its site.
+    pub add: fn(&[f64], f64, &Point) -> f64,
+    /// [1/s] the fastest rate a simulation has to resolve.
+    pub rate: fn(&[f64]) -> f64,
+    /// Whether the state at a log's start is unknown and matters, so that a fit must find it.
+    pub slow: bool,
+}
+
+/// How an effect acts.
+#[derive(Debug, Clone)]
+pub enum Law {
+    /// Holds the quantity of its site back by the time [s] it answers.
+    Delay(fn(&[f64]) -> f64),
+    /// Without memory.
+    Static(StaticLaw),
+    /// Without memory, and one that turns round within a few milliseconds, as friction does where a body comes to rest.
+    Sharp(StaticLaw),
+    /// Without memory, and in jumps over its one parameter: a fit must look at every value.
+    Stairs(StaticLaw),
+    /// With one state.
+    Memory(Memory),
+    /// A user's expression, without memory.
+    Expression(std::sync::Arc<Expression>),
+}
