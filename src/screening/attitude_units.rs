@@ -4,21 +4,12 @@ use super::Finding;
 use super::channel::{BODY_ANGLE, BODY_RATE};
 use super::plausibility::MOST;
 use super::rotor_data::bounds;
+use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::quantile;
 use crate::log::Dataset;
 
-/// [rad/s] no body on a bench turns faster than a gyroscope of 2000 deg/s can tell.
-const FASTEST: f64 = 60.0;
 /// Around 180/π: as far as noise and the lag of a sensor can move the ratio of a rate to the slope of its angle.
-pub const DEGREES: std::ops::Range<f64> = 40.0..80.0;
-/// The same around 1000: a time in milliseconds makes every slope as much smaller.
-const MILLISECONDS: std::ops::Range<f64> = 700.0..1400.0;
-/// [s] over which that slope is taken, so that the noise of the angle does not count; and up to how many times as long where
-/// the angle comes slowly.
-const SPAN: f64 = 0.1;
-const LONGER: f64 = 3.0;
-/// Correlation of rate and slope from which one is the other: both are noise where the body is held.
-const ONE: f64 = 0.7;
+pub const DEGREES: std::ops::Range<f64> = THRESHOLDS.degrees_least..THRESHOLDS.degrees_greatest;
 
 /// What is wrong.
 pub(crate) enum Mistaken {
@@ -37,17 +28,19 @@ pub(crate) fn mistaken(log: &Dataset, rate: &[f64]) -> Option<Mistaken> {
     let fastest = quantile(rate.iter().map(|rate| rate.abs()), MOST).unwrap_or(0.0);
     let too_fast = finding("body_rate_too_fast", BODY_RATE).with("greatest_rad_s", fastest);
     let Some(angle) = log.column(BODY_ANGLE) else {
-        return (fastest > FASTEST).then_some(Mistaken::Rate(too_fast));
+        return (fastest > THRESHOLDS.greatest_body_rate).then_some(Mistaken::Rate(too_fast));
     };
     let (low, high) = bounds(angle);
     let ratio = ratio_to_slope(log.time(), angle, rate);
     if let Some(ratio) = ratio.filter(|ratio| DEGREES.contains(ratio)) {
         return Some(Mistaken::Rate(finding("body_rate_in_degrees", BODY_RATE).with("ratio", ratio)));
     }
-    if let Some(ratio) = ratio.filter(|ratio| MILLISECONDS.contains(ratio)) {
+    if let Some(ratio) = ratio
+        .filter(|ratio| (THRESHOLDS.milliseconds_least..THRESHOLDS.milliseconds_greatest).contains(ratio))
+    {
         return Some(Mistaken::Rate(finding("time_in_milliseconds", BODY_RATE).with("ratio", ratio)));
     }
-    if fastest > FASTEST {
+    if fastest > THRESHOLDS.greatest_body_rate {
         return Some(Mistaken::Rate(too_fast.with("angle_span_rad", high - low)));
     }
     if let Some(ratio) = ratio.filter(|ratio| DEGREES.contains(&(1.0 / ratio))) {
@@ -70,18 +63,20 @@ fn ratio_to_slope(time: &[f64], angle: &[f64], rate: &[f64]) -> Option<f64> {
             continue;
         };
         let span = time[row] - time[first];
-        if span < SPAN {
+        if span < THRESHOLDS.slope_span {
             continue;
         }
         from = Some(row);
         let known = || rate[first..=row].iter().filter(|rate| rate.is_finite());
         let (slope, mean) =
             ((angle[row] - angle[first]) / span, known().sum::<f64>() / known().count() as f64);
-        if mean.is_finite() && span < LONGER * SPAN.max(time[row] - time[row - 1]) {
+        if mean.is_finite()
+            && span < THRESHOLDS.slope_span_longest * THRESHOLDS.slope_span.max(time[row] - time[row - 1])
+        {
             slopes += slope * slope;
             means += mean * mean;
             both += slope * mean;
         }
     }
-    (both.abs() > ONE * (slopes * means).sqrt()).then(|| (means / slopes).sqrt())
+    (both.abs() > THRESHOLDS.slope_correlation * (slopes * means).sqrt()).then(|| (means / slopes).sqrt())
 }

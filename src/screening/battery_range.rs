@@ -1,14 +1,13 @@
 //! Readings of a battery that no battery has which turns rotors: zeros of a telemetry that dropped out, or its greatest number.
 
 use super::channel::{Channel, Judgement};
+use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::median;
 
 /// The code: readings that no battery has which turns a rotor.
 pub const BATTERY_DROPOUT: &str = "battery_dropout";
 /// [V] no battery that turns a rotor has less.
-pub const EMPTY: f64 = 2.0;
-/// Times the middle reading from which one is none.
-const OVERFULL: f64 = 3.0;
+pub const EMPTY: f64 = THRESHOLDS.least_battery;
 
 /// Readings below [`EMPTY`], or far above all others, beside more that are neither; `None` too where most are such.
 pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
@@ -17,12 +16,12 @@ pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
     }
     let volts = channel.values;
     let middle = median(volts.iter().copied())?;
-    let is_none = |row: &usize| volts[*row] < EMPTY || volts[*row] > OVERFULL * middle;
+    let is_none = |row: &usize| volts[*row] < EMPTY || volts[*row] > THRESHOLDS.overfull_battery * middle;
     let rows: Vec<usize> = (0..volts.len()).filter(is_none).collect();
     let finding = channel
         .finding(BATTERY_DROPOUT)
         .with("middle_v", middle)
         .with("least_v", EMPTY)
-        .with("most_v", OVERFULL * middle);
+        .with("most_v", THRESHOLDS.overfull_battery * middle);
     (!rows.is_empty() && middle >= EMPTY).then(|| Judgement::new(finding, rows))
 }

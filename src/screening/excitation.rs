@@ -3,17 +3,10 @@
 use std::ops::Range;
 
 use super::rotor_data::RotorLog;
+use super::thresholds::THRESHOLDS;
 
 /// Jumps of the command from which a pole may be fitted.
-pub(crate) const FEWEST_JUMPS: usize = 8;
-/// [-] change of command within [`FAST_SPAN`] that is a jump, not a ramp.
-const JUMP: f64 = 0.02;
-/// [s]
-const FAST_SPAN: f64 = 0.1;
-/// [s] after a jump before the rotor counts as settled: more than ten times 1/p of a slow rotor of 6 rad/s.
-const SETTLING: f64 = 2.0;
-/// [s] shortest settled stretch worth using.
-const SHORTEST: f64 = 5.0;
+pub(crate) const FEWEST_JUMPS: usize = THRESHOLDS.fewest_jumps;
 
 /// How the command moves over a stretch of rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,7 +20,7 @@ pub(crate) enum Motion {
 impl RotorLog {
     /// Rows right after which the command jumps.
     pub fn jumps(&self) -> Vec<usize> {
-        let jump = |row: &usize| (self.command[row + 1] - self.command[*row]).abs() > JUMP;
+        let jump = |row: &usize| (self.command[row + 1] - self.command[*row]).abs() > THRESHOLDS.jump;
         let inside = self.segments.iter().flat_map(|segment| segment.start..segment.end - 1);
         inside.filter(jump).collect()
     }
@@ -43,26 +36,26 @@ impl RotorLog {
         stretches
     }
 
-    /// Parts of a segment that begin `SETTLING` after a fast change and hold no other.
+    /// Parts of a segment that begin `settling` after a fast change and hold no other.
     fn calm(&self, segment: &Range<usize>) -> Vec<Range<usize>> {
         let mut parts = Vec::new();
         let mut start = segment.start;
         let mut behind = segment.start;
         let mut settled_at = f64::NEG_INFINITY;
         for row in segment.clone() {
-            while self.time[row] - self.time[behind] > FAST_SPAN && behind + 1 < row {
+            while self.time[row] - self.time[behind] > THRESHOLDS.jump_span && behind + 1 < row {
                 behind += 1;
             }
-            if (self.command[row] - self.command[behind]).abs() > JUMP {
+            if (self.command[row] - self.command[behind]).abs() > THRESHOLDS.jump {
                 parts.push(start..row);
-                settled_at = self.time[row] + SETTLING;
+                settled_at = self.time[row] + THRESHOLDS.settling;
             }
             if self.time[row] <= settled_at {
                 start = row + 1;
             }
         }
         parts.push(start..segment.end);
-        parts.retain(|part| !part.is_empty() && self.span(part) >= SHORTEST);
+        parts.retain(|part| !part.is_empty() && self.span(part) >= THRESHOLDS.shortest_steady);
         parts
     }
 
@@ -77,7 +70,7 @@ impl RotorLog {
         for row in calm.clone() {
             let last = row + 1 == calm.end;
             if last || (self.command[row + 1] - self.command[start]).abs() > 1e-6 {
-                if self.span(&(start..row + 1)) >= SHORTEST {
+                if self.span(&(start..row + 1)) >= THRESHOLDS.shortest_steady {
                     constants.push(start..row + 1);
                 }
                 start = row + 1;
@@ -85,13 +78,13 @@ impl RotorLog {
         }
         let mut from = calm.start;
         for constant in constants {
-            if self.span(&(from..constant.start)) >= SHORTEST {
+            if self.span(&(from..constant.start)) >= THRESHOLDS.shortest_steady {
                 into.push((Motion::Ramp, from..constant.start));
             }
             from = constant.end;
             into.push((Motion::Constant, constant));
         }
-        if self.span(&(from..calm.end)) >= SHORTEST {
+        if self.span(&(from..calm.end)) >= THRESHOLDS.shortest_steady {
             into.push((Motion::Ramp, from..calm.end));
         }
     }

@@ -8,20 +8,9 @@ use std::ops::Range;
 
 use super::channel::{BODY_ANGLE, BODY_RATE, Channel, Judgement};
 use super::saturation::SATURATED;
+use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::median;
 use crate::log::dataset::Dataset;
-
-/// How unlikely a run of equal values must be, over the whole channel, to be called frozen.
-const CHANCE: f64 = 1e-3;
-/// No run shorter than this is called frozen.
-const LEAST: usize = 10;
-/// Share of the angle's whole range by which it must move meanwhile.
-const MOVES: f64 = 0.02;
-
-/// Without an angle: times that what turns the body must change meanwhile, by this share of its range; and smallest steps
-/// of the reading by which it usually moves in such a time.
-const DRIVEN: (usize, f64) = (3, 0.25);
-const STEPS: f64 = 5.0;
 
 /// The code: a gyroscope that stood still to the last digit.
 pub const GYRO_FROZEN: &str = "gyro_frozen";
@@ -65,13 +54,13 @@ fn range(values: impl Iterator<Item = f64>) -> f64 {
 
 /// Whether the body's angle stands over these rows, too.
 fn rests(angle: &[f64], rows: &[usize]) -> bool {
-    range(rows.iter().map(|row| angle[*row])) < MOVES * range(angle.iter().copied())
+    range(rows.iter().map(|row| angle[*row])) < THRESHOLDS.frozen_angle_moves * range(angle.iter().copied())
 }
 
 /// Whether what turns the body comes and goes over these rows.
 fn is_driven(log: &Dataset, rows: &[usize]) -> bool {
     let Some(drive) = drive(log) else { return false };
-    let moves = DRIVEN.1 * range(drive.iter().copied());
+    let moves = THRESHOLDS.frozen_drive_share * range(drive.iter().copied());
     let mut driven = rows.iter().map(|row| drive[*row]).filter(|value| value.is_finite());
     let Some(mut last) = driven.next() else { return false };
     let mut changes = 0;
@@ -80,7 +69,7 @@ fn is_driven(log: &Dataset, rows: &[usize]) -> bool {
             (changes, last) = (changes + 1, value);
         }
     }
-    changes >= DRIVEN.0
+    changes >= THRESHOLDS.frozen_drive_changes
 }
 
 /// What turns the body, up to a factor: a torque, or the one rotor's command less the other's; of one rotor its own.
@@ -97,7 +86,7 @@ fn drive(log: &Dataset) -> Option<Vec<f64>> {
 /// Whether the reading usually moves by more than its own coarseness over as many rows as these.
 fn moves_elsewhere(readings: &[f64], rows: usize) -> bool {
     let usual = median(readings.chunks_exact(rows).map(|rows| range(rows.iter().copied())));
-    usual.is_some_and(|usual| usual >= STEPS * smallest_step(readings))
+    usual.is_some_and(|usual| usual >= THRESHOLDS.frozen_steps * smallest_step(readings))
 }
 
 /// The least that a reading ever moves by; infinite where it never moves.
@@ -115,8 +104,8 @@ pub(crate) fn frozen(values: &[f64]) -> Vec<Range<usize>> {
     }
     // A run of n equal values has about the chance share^(n - 1) at each place.
     let share = equal as f64 / pairs as f64;
-    let run = (CHANCE / pairs as f64).ln() / share.ln();
-    let least = (run.ceil() as usize).saturating_add(1).max(LEAST);
+    let run = (THRESHOLDS.frozen_chance / pairs as f64).ln() / share.ln();
+    let least = (run.ceil() as usize).saturating_add(1).max(THRESHOLDS.frozen_least);
     let mut at = 0;
     let runs = values.chunk_by(|a, b| a == b).map(|run| {
         at += run.len();

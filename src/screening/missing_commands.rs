@@ -6,25 +6,9 @@
 //! where the missing command was due, and a new one, from a state of its own, begins with the next command that is
 //! known. Where the command is held for longer than what is missing, and is the same on both sides, nothing was missed.
 
+use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{median, quantile};
 use std::ops::Range;
-
-/// Fewest commands that show at which interval they come.
-const FEWEST: usize = 20;
-/// A multiple of the interval is met within this share of the interval.
-const NEAR: f64 = 0.2;
-/// Share of the gaps between commands that are near a multiple, where commands come at an interval at all.
-const STEADY: f64 = 0.85;
-/// Intervals without a command from which one is missing.
-const LATE: f64 = 1.5;
-/// Intervals behind a command up to which the next one cannot have come.
-const DUE: f64 = 1.25;
-/// [-] change of the command that moves no rotor by more than its noise.
-const SAME: f64 = 0.002;
-/// [-] change of the command that is a jump; a log without any is read as it is.
-const JUMP: f64 = 0.02;
-/// Share of commands that follow the one before at once, below which empty cells may well say "as before".
-const AT_ONCE: f64 = 0.6;
 
 /// What is missing between the commands of a log.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -63,15 +47,15 @@ pub(crate) fn find(time: &[f64], command: &[f64], stretches: &[Range<usize>]) ->
     let pairs_of = |rows: &Vec<usize>| -> Vec<Pair> {
         let pair = |pair: &[usize]| {
             let gap = (time[pair[1]] - time[pair[0]]) / interval;
-            let missing = if gap > LATE { gap.round() as usize - 1 } else { 0 };
-            let is_same = (command[pair[1]] - command[pair[0]]).abs() <= SAME;
+            let missing = if gap > THRESHOLDS.command_late { gap.round() as usize - 1 } else { 0 };
+            let is_same = (command[pair[1]] - command[pair[0]]).abs() <= THRESHOLDS.command_same;
             Pair { rows: (pair[0], pair[1]), missing, is_same }
         };
         rows.windows(2).map(pair).collect()
     };
     let pairs: Vec<Vec<Pair>> = given.iter().map(pairs_of).collect();
     let change = |pair: &Pair| (command[pair.rows.1] - command[pair.rows.0]).abs();
-    let jumps = pairs.iter().flatten().any(|pair| change(pair) > JUMP);
+    let jumps = pairs.iter().flatten().any(|pair| change(pair) > THRESHOLDS.command_jump);
     if !jumps || says_only_changes(&pairs, command, stretches) {
         return uncut;
     }
@@ -98,7 +82,11 @@ impl Missing {
     ) {
         // Rows behind a command are still its own until the next one is due.
         let until_due = |row: usize, end: usize| {
-            (row..end).take_while(|&at| time[at] - time[row] <= DUE * self.interval).last().unwrap_or(row) + 1
+            (row..end)
+                .take_while(|&at| time[at] - time[row] <= THRESHOLDS.command_due * self.interval)
+                .last()
+                .unwrap_or(row)
+                + 1
         };
         let mut start = stretch.start;
         let mut known = Vec::new();
@@ -122,17 +110,20 @@ impl Missing {
 
 /// [s] the interval at which commands come; `None` where they come at none.
 fn steady_interval(gaps: &[f64]) -> Option<f64> {
-    if gaps.len() < FEWEST {
+    if gaps.len() < THRESHOLDS.command_fewest {
         return None;
     }
     // The lower quartile is one interval as long as three in four commands are there.
     let quartile = quantile(gaps.iter().copied(), 0.25)?;
-    let interval = median(gaps.iter().copied().filter(|gap| (0.75..LATE).contains(&(gap / quartile))))?;
+    let interval = median(
+        gaps.iter().copied().filter(|gap| (0.75..THRESHOLDS.command_late).contains(&(gap / quartile))),
+    )?;
     let near = |gap: &&f64| {
         let times = *gap / interval;
-        times > 0.5 && (times - times.round()).abs() <= NEAR
+        times > 0.5 && (times - times.round()).abs() <= THRESHOLDS.command_near
     };
-    (gaps.iter().filter(near).count() as f64 >= STEADY * gaps.len() as f64).then_some(interval)
+    (gaps.iter().filter(near).count() as f64 >= THRESHOLDS.command_steady * gaps.len() as f64)
+        .then_some(interval)
 }
 
 /// Whether cells are empty because a log says a command only when it changes: then every command differs from the one
@@ -143,7 +134,7 @@ fn says_only_changes(pairs: &[Vec<Pair>], command: &[f64], stretches: &[Range<us
     let differ = all().filter(|pair| command[pair.rows.0] != command[pair.rows.1]).count();
     let at_once = all().filter(|pair| pair.missing == 0).count();
     let count = all().count() as f64;
-    empty && differ as f64 > 0.98 * count && (at_once as f64) < AT_ONCE * count
+    empty && differ as f64 > 0.98 * count && (at_once as f64) < THRESHOLDS.command_at_once * count
 }
 
 /// Intervals for which a command is held at least, as far as it shows; the greatest number where it never changes twice.

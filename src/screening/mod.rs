@@ -22,6 +22,7 @@ pub mod sample_and_hold;
 pub mod saturation;
 pub mod screened_log;
 pub mod summary;
+pub mod thresholds;
 pub mod uncommanded_motion;
 
 pub use channel::Judgement;

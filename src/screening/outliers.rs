@@ -8,37 +8,12 @@
 
 use super::channel::{Channel as Judged, Judgement};
 use super::saturation::SATURATED;
+use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{median, quantile};
 use crate::log::dataset::Dataset;
 
 /// Readings to each side that foretell one.
 const SIDE: usize = 3;
-/// Shares of the readings whose distances from what is foretold say what is usual, and the multiples of both that are
-/// far: for normal noise, ten times its size with what else is asked; the heavy tails of a Laplace distribution stay below.
-const USUAL: [(f64, f64); 2] = [(0.5, 7.0), (0.8, 6.0)];
-/// Least distance, as a share of the channel's middle 98 %, and of its level, that makes an outlier.
-const WORTH: (f64, f64) = (0.05, 0.02);
-/// Smallest steps between readings that a distance must be, too: a coarse reading flickers.
-const STEPS: f64 = 6.0;
-/// Multiples of the range of its neighbours, and of the noise, by which a reading of a body lies beside their middle.
-const BESIDE: (f64, f64) = (5.0, 10.0);
-/// [s] between readings, above which a body or a rotor under unknown commands may move and come back.
-const TOO_SLOW: f64 = 0.05;
-/// [s] for which a rotor goes on answering to a command.
-const ANSWERS: f64 = 0.25;
-/// Commands that moved, from which on it is known what they do; the share of them that is usual, and the multiple of it that
-/// no command does.
-const MOVED: (usize, f64, f64) = (30, 0.9, 4.0);
-/// Share of its way that a rotor goes from one reading to the next, above which a peak of one reading may be true.
-const AT_ONCE: f64 = 0.7;
-/// Multiple of the chord of the rotor's curve by which no command moves it.
-const STEEPEST: f64 = 4.5;
-/// Share of a channel from which on outliers are something else.
-const TOO_MANY: f64 = 0.1;
-/// Fewest readings that are looked at.
-const FEWEST: usize = 50;
-/// Times that the rest is looked through again: of neighbours that are both outliers one may hide the other.
-const PASSES: usize = 5;
 
 /// The code: single readings far from what their neighbours foretell.
 pub const OUTLIERS: &str = "outliers";
@@ -55,7 +30,7 @@ pub(crate) fn check(judged: &Judged) -> Option<Judgement> {
     let rows = find(judged.log, &values, judged.command);
     let first = *rows.first()?;
     let of = values.iter().filter(|value| value.is_finite()).count();
-    let too_many = rows.len() as f64 > TOO_MANY * of as f64;
+    let too_many = rows.len() as f64 > THRESHOLDS.outlier_too_many * of as f64;
     let finding = judged
         .finding(if too_many { TOO_MANY_OUTLIERS } else { OUTLIERS })
         .with("readings", of)
@@ -72,7 +47,7 @@ pub(crate) fn check(judged: &Judged) -> Option<Judgement> {
 fn find(log: &Dataset, values: &[f64], command: Option<&[f64]>) -> Vec<usize> {
     let mut left = values.to_vec();
     let mut rows = Vec::new();
-    for _ in 0..PASSES {
+    for _ in 0..THRESHOLDS.outlier_passes {
         // What is left may be too little to look through again; what was found is.
         let Some(channel) = Neighbourhood::of(log, &left, command) else { break };
         let mut found = channel.outliers();
@@ -132,7 +107,7 @@ impl<'a> Neighbourhood<'a> {
         let step = step.fold(f64::INFINITY, f64::min);
         let windows = stretches.iter().flat_map(|rows| rows.windows(2 * SIDE + 1));
         let seen: Vec<Seen> = windows.map(|rows| seen(time, values, rows)).collect();
-        if seen.len() < FEWEST || !step.is_finite() {
+        if seen.len() < THRESHOLDS.outlier_fewest || !step.is_finite() {
             return None;
         }
         let of = |share: f64| quantile(stretches.iter().flatten().map(|row| values[*row]), share);
@@ -143,8 +118,14 @@ impl<'a> Neighbourhood<'a> {
             (before - 2.0 * here + after).abs()
         });
         Some(Self {
-            far: USUAL.iter().filter_map(|(share, times)| Some(times * usual(*share)?)).sum(),
-            worth: (WORTH.0 * range).max(WORTH.1 * level.abs()).max(STEPS * step),
+            far: THRESHOLDS
+                .outlier_usual
+                .iter()
+                .filter_map(|(share, times)| Some(times * usual(*share)?))
+                .sum(),
+            worth: (THRESHOLDS.outlier_of_range * range)
+                .max(THRESHOLDS.outlier_of_level * level.abs())
+                .max(THRESHOLDS.outlier_steps * step),
             // The median of the size of a normal variable, and the size of a second difference.
             noise: median(bends)? / (0.674_489_75 * f64::sqrt(6.0)),
             log,
@@ -170,9 +151,14 @@ impl<'a> Neighbourhood<'a> {
                 let alone = |seen: &&Seen| {
                     let (beside, range) = seen.beside;
                     seen.distance > self.far + self.worth + 2.0 * seen.goes
-                        && beside > BESIDE.0 * range + BESIDE.1 * self.noise
+                        && beside
+                            > THRESHOLDS.outlier_beside_range * range
+                                + THRESHOLDS.outlier_beside_noise * self.noise
                 };
-                far.into_iter().filter(|_| self.interval <= TOO_SLOW).filter(alone).collect()
+                far.into_iter()
+                    .filter(|_| self.interval <= THRESHOLDS.outlier_too_slow)
+                    .filter(alone)
+                    .collect()
             }
         };
         outliers.into_iter().map(|seen| seen.row).collect()
@@ -199,24 +185,28 @@ impl Moves {
         });
         let command: Vec<f64> = held.collect();
         let middle = median(command.iter().copied()).unwrap_or(0.0);
-        let steepest = STEEPEST * channel.level.abs() / middle.abs().max(0.05);
+        let steepest = THRESHOLDS.outlier_steepest * channel.level.abs() / middle.abs().max(0.05);
         let mut moves = Self { command, most: None, steepest };
         let around: Vec<(&Seen, f64)> =
             channel.seen.iter().map(|seen| (seen, moves.around(channel, seen))).collect();
         let commanded = || around.iter().filter(|(_, range)| *range > 0.0);
         let large =
             commanded().map(|(seen, _)| seen.moves).filter(|(range, _)| *range > channel.far + channel.worth);
-        let is_fast = median(large.map(|(range, step)| step / range)).is_none_or(|all| all > AT_ONCE);
-        let enough = commanded().count() >= MOVED.0 && !is_fast;
-        let usual = quantile(commanded().map(|(seen, range)| seen.distance / range), MOVED.1);
-        moves.most = usual.filter(|_| enough).map(|usual| MOVED.2 * usual);
+        let is_fast = median(large.map(|(range, step)| step / range))
+            .is_none_or(|all| all > THRESHOLDS.outlier_at_once);
+        let enough = commanded().count() >= THRESHOLDS.outlier_commands && !is_fast;
+        let usual = quantile(
+            commanded().map(|(seen, range)| seen.distance / range),
+            THRESHOLDS.outlier_commands_usual,
+        );
+        moves.most = usual.filter(|_| enough).map(|usual| THRESHOLDS.outlier_commands_most * usual);
         moves
     }
 
     /// [-] range of the commands that a reading and its neighbours may answer to.
     fn around(&self, channel: &Neighbourhood, seen: &Seen) -> f64 {
         let time = channel.log.time();
-        let since = time[seen.reach.0] - ANSWERS;
+        let since = time[seen.reach.0] - THRESHOLDS.outlier_answers;
         let first = time.partition_point(|time| *time < since);
         let answered = &self.command[first..=seen.reach.1];
         let (low, high) = answered.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), command| {

@@ -2,38 +2,20 @@
 
 use super::battery_range::EMPTY;
 use super::rotor_data::{LEAST_COMMAND, RotorLog, bounds};
+use super::thresholds::THRESHOLDS;
 use super::{ScreeningError, saturation};
 use crate::estimation::quantile::{median, quantile};
 use crate::model::Model;
 use crate::screening::Finding;
 use crate::unit::STANDARD_GRAVITY;
 
-/// [-] [rad/s] [V] beyond these a column cannot be in the unit of its name: percent or microseconds; rpm, for a
-/// propeller's tip at 7000 rad/s reaches the speed of sound 5 cm from its axis; millivolts.
-const IMPOSSIBLE: (f64, f64, f64) = (1.5, 7000.0, 1000.0);
-/// [rad/s] rates above this are worth a question, for few propellers turn so fast.
-const FAST: f64 = 5000.0;
-/// [V] no battery of a bench here has so much.
-const HIGH_VOLTAGE: f64 = 100.0;
-/// Share of the greatest rate down to which rates below zero are noise.
-const NEGATIVE: f64 = 0.05;
-/// [s] samples further apart than this tell nothing of a rotor, whose transients last a tenth of that.
-const SLOWEST: f64 = 2.0;
-/// [rad/s] the noise of a rotor that stands stays below.
-const STANDING: f64 = 50.0;
-/// Share of the samples at the limit of the command from which it is said, and from which most of a log says one thing.
-const SATURATED: (f64, f64) = (0.02, 0.3);
-/// Distinct commands below the highest that a signal with more than a few levels has.
-const LEVELS: usize = 50;
 /// Factor between the rates and the template's from which a mistaken unit is asked for.
-pub(crate) const ANOTHER: f64 = 3.5;
-/// Factor between a unit's and the ratio that was found, within which it may be that unit.
-const LIKE: f64 = 1.8;
+pub(crate) const ANOTHER: f64 = THRESHOLDS.another_rate_unit;
 /// Share of a column below its greatest values that a few flipped bits may be.
-pub(crate) const MOST: f64 = 0.99;
+pub(crate) const MOST: f64 = THRESHOLDS.most_of_a_column;
 /// [-] commands from which rates are held against the template's: below, losses that it does not know count, and in the dead
 /// zone of its controller a rotor stands.
-pub(crate) const LEAST_HELD: f64 = 0.15;
+pub(crate) const LEAST_HELD: f64 = THRESHOLDS.least_compared_command;
 /// Units that a rate may have been written in, and what they say for 1 rad/s.
 pub(crate) const UNITS: [(&str, f64); 4] = [
     ("rpm", 60.0 / std::f64::consts::TAU),
@@ -42,8 +24,6 @@ pub(crate) const UNITS: [(&str, f64); 4] = [
     ("deg/s", 360.0 / std::f64::consts::TAU),
 ];
 
-/// The same factor of thrusts: they go with the square of the rates, and another rotor's are further from the template's.
-const ANOTHER_THRUST: f64 = 6.0;
 /// Units that a thrust may have been written in and that are further from 1 N than that, and what they say for 1 N.
 const THRUST_UNITS: [(&str, f64); 3] =
     [("gf", 1e3 / STANDARD_GRAVITY), ("kgf", 1.0 / STANDARD_GRAVITY), ("mN", 1e3)];
@@ -52,13 +32,12 @@ const THRUST_UNITS: [(&str, f64); 3] =
 /// they would say, and where the rates are the template's within as much.
 const NEAR_THRUST_UNITS: [(&str, f64); 2] =
     [("lbf", 1.0 / 4.448_221_615_260_5), ("ozf", 16.0 / 4.448_221_615_260_5)];
-const NEAR: f64 = 1.15;
 
 /// The unit that says nearly `ratio` for one of the right ones.
 fn nearest(units: &[(&'static str, f64)], ratio: f64) -> Option<&'static str> {
     let away = |unit: &(&str, f64)| (ratio / unit.1).ln().abs();
     let nearest = units.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
-    nearest.filter(|unit| away(unit) < LIKE.ln()).map(|unit| unit.0)
+    nearest.filter(|unit| away(unit) < THRESHOLDS.unit_like.ln()).map(|unit| unit.0)
 }
 
 pub(crate) fn is_another(ratio: &f64, another: f64) -> bool {
@@ -107,20 +86,21 @@ impl RotorLog {
 
     fn slow_time(&self) -> Option<Suspicion> {
         let subject = format!("rotor {}", self.number());
-        (self.interval > SLOWEST).then(|| (too_far_apart(self.file(), &subject, self.interval), true))
+        (self.interval > THRESHOLDS.slowest_samples)
+            .then(|| (too_far_apart(self.file(), &subject, self.interval), true))
     }
 
     fn wide_command(&self) -> Option<Suspicion> {
         let (low, high) = bounds(&self.command);
         let finding = || self.finding("command_out_of_range").with("least", low).with("greatest", high);
-        (high > 1.0 + 1e-9 || low < -1e-9).then(|| (finding(), high > IMPOSSIBLE.0))
+        (high > 1.0 + 1e-9 || low < -1e-9).then(|| (finding(), high > THRESHOLDS.impossible_command))
     }
 
     fn fast_rate(&self) -> Option<Suspicion> {
         // Readings that a flipped bit wrote are outliers; here most of the upper hundredth counts.
         let fastest = quantile(self.rate.iter().copied(), MOST).unwrap_or(0.0);
         let finding = || self.finding("rate_too_fast").with("greatest_rad_s", fastest);
-        (fastest > FAST).then(|| (finding(), fastest > IMPOSSIBLE.1))
+        (fastest > THRESHOLDS.fast_rate).then(|| (finding(), fastest > THRESHOLDS.impossible_rate))
     }
 
     fn standing_rate(&self) -> Option<Suspicion> {
@@ -136,25 +116,25 @@ impl RotorLog {
     fn backward_rate(&self) -> Option<Suspicion> {
         let (slowest, fastest) = bounds(&self.rate);
         let finding = || self.finding("rate_negative").with("least_rad_s", slowest);
-        (slowest < -NEGATIVE * fastest.abs() && bounds(&self.command).1 >= LEAST_COMMAND)
+        (slowest < -THRESHOLDS.negative_rate * fastest.abs() && bounds(&self.command).1 >= LEAST_COMMAND)
             .then(|| (finding(), fastest < -slowest))
     }
 
     fn high_voltage(&self) -> Option<Suspicion> {
         let (low, high) = self.voltage.as_deref().map(bounds)?;
-        let is_impossible = high > IMPOSSIBLE.2;
+        let is_impossible = high > THRESHOLDS.impossible_voltage;
         let finding = || {
             let finding =
                 self.finding("battery_voltage_too_high").with("least_v", low).with("greatest_v", high);
             finding.with("unit", if is_impossible { "mV" } else { "" })
         };
-        (high >= HIGH_VOLTAGE).then(|| (finding(), is_impossible))
+        (high >= THRESHOLDS.high_voltage).then(|| (finding(), is_impossible))
     }
 
     /// Whether the rates under command are noise about zero, `slowest` and `fastest` [rad/s] its ends.
     fn stands(&self, slowest: f64, fastest: f64) -> bool {
         let ends = fastest.max(-slowest);
-        if slowest >= -NEGATIVE * fastest.abs() || ends > STANDING {
+        if slowest >= -THRESHOLDS.negative_rate * fastest.abs() || ends > THRESHOLDS.standing_rate {
             return false;
         }
         let commanded = self.command.iter().zip(&self.rate).filter(|(command, _)| **command >= LEAST_HELD);
@@ -171,13 +151,13 @@ impl RotorLog {
         levels.sort_unstable();
         levels.dedup();
         // Of a few levels the highest is held as long as the others; where many pile up at one, something saturates.
-        let saturates =
-            highest >= 1.0 - 1e-9 || (levels.len() > LEVELS && share > 0.1 && highest > LEAST_COMMAND);
-        if share <= SATURATED.0 || !saturates {
+        let saturates = highest >= 1.0 - 1e-9
+            || (levels.len() > THRESHOLDS.command_levels && share > 0.1 && highest > LEAST_COMMAND);
+        if share <= THRESHOLDS.command_at_limit || !saturates {
             return;
         }
         let finding = self.finding("command_saturated").with("at", highest).with("share", share);
-        warnings.push(finding.with("hides_all", usize::from(share > SATURATED.1)));
+        warnings.push(finding.with("hides_all", usize::from(share > THRESHOLDS.command_mostly_at_limit)));
     }
 
     /// Takes readings away that no battery has, and the whole column where nothing else is in it.
@@ -230,14 +210,14 @@ impl RotorLog {
             self.middle(template, |row, expected| thrust[row] / (coefficient * expected * expected));
         // What is below zero has the wrong sign, which is found where the curve is fitted.
         let Some(ratio) = of_thrusts.filter(|ratio| *ratio > 0.0) else { return };
-        let is_near = |unit: &&(&str, f64)| !is_another(&(ratio / unit.1), NEAR);
+        let is_near = |unit: &&(&str, f64)| !is_another(&(ratio / unit.1), THRESHOLDS.near_unit);
         let near = NEAR_THRUST_UNITS
             .iter()
             .find(is_near)
-            .filter(|_| of_rates.is_some_and(|it| !is_another(&it, NEAR)));
+            .filter(|_| of_rates.is_some_and(|it| !is_another(&it, THRESHOLDS.near_unit)));
         if let Some((unit, _)) = near {
             say("thrust_unlike_template", thrust, ratio, Some(unit));
-        } else if is_another(&ratio, ANOTHER_THRUST) {
+        } else if is_another(&ratio, THRESHOLDS.another_thrust_unit) {
             say("thrust_unlike_template", thrust, ratio, nearest(&THRUST_UNITS, ratio));
         }
     }

@@ -6,32 +6,8 @@ use std::ops::Range;
 use super::channel::{Channel, Judgement};
 use super::rotor_data::{LEAST_COMMAND, bounds, held};
 use super::sample_and_hold::SAMPLE_AND_HOLD;
+use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{median, quantile};
-
-/// [-] from this command on every rotor turns: the dead zones of speed controllers end below it.
-const TURNS: f64 = 0.15;
-/// [s] behind which a rotor commanded to turn has started.
-const STARTED: f64 = 2.0;
-/// Readings of zero in a row that are a dropout wherever their neighbours turn: at no rate of sampling that shows a rotor
-/// moving could it stop and run up again in so short a time.
-const ISOLATED: usize = 3;
-/// Share of the log's middle rate from which a neighbour turns.
-const NEIGHBOUR: f64 = 0.1;
-/// [s] behind a reading from which a rotor that began to turn with it would have got far, and share of what it reads from there
-/// until [`STARTED`] which one that begins to turn does not reach at once.
-const GOT_FAR: f64 = 0.25;
-const AT_ONCE: f64 = 0.7;
-/// [s] shortest standstill of a reading that is looked at.
-const FROZEN: f64 = 1.0;
-/// [s] for which it goes on behind the command's change: no rotor of this kind waits for so long.
-const UNANSWERED: f64 = 0.5;
-/// Fewest equal readings: of a few a coarse reading may well be the same.
-const FEWEST: usize = 5;
-/// [-] change of the command that moves no rotor by more than its noise, and one that moves any reading.
-const SAME: f64 = 0.002;
-const JUMP: f64 = 0.02;
-/// Steps of the reading that the command's change would have moved it by.
-const STEPS: f64 = 2.0;
 
 /// The code: a rate of exactly zero although the rotor was commanded to turn.
 pub const RATE_DROPOUT: &str = "rate_dropout";
@@ -77,7 +53,8 @@ fn zeros_of(time: &[f64], command: &[f64], rate: &[f64], segment: &Range<usize>)
     let is_started = started(time, command, segment);
     let known: Vec<usize> = segment.clone().filter(|row| rate[*row].is_finite()).collect();
     let turns = |at: Option<usize>| {
-        at.and_then(|at| known.get(at)).is_some_and(|row| rate[*row].abs() > NEIGHBOUR * middle)
+        at.and_then(|at| known.get(at))
+            .is_some_and(|row| rate[*row].abs() > THRESHOLDS.dropout_neighbour * middle)
     };
     let mut zeros = Vec::new();
     let mut at = 0;
@@ -86,10 +63,11 @@ fn zeros_of(time: &[f64], command: &[f64], rate: &[f64], segment: &Range<usize>)
         let rows = &known[at..at + count];
         let is_commanded = |row: &&usize| command[**row] >= LEAST_COMMAND;
         let is_between = turns(at.checked_sub(1)) && turns(Some(at + count));
-        let is_short =
-            (1..=ISOLATED).contains(&count) && rows.iter().all(|row| is_commanded(&row)) && is_between;
+        let is_short = (1..=THRESHOLDS.dropout_isolated).contains(&count)
+            && rows.iter().all(|row| is_commanded(&row))
+            && is_between;
         // Before the first frame of a telemetry that starts late the rotor turned as behind it.
-        let is_first = at == 0 && rows.iter().all(|row| command[*row] >= TURNS);
+        let is_first = at == 0 && rows.iter().all(|row| command[*row] >= THRESHOLDS.dropout_turns);
         let is_late = is_first && is_up(time, rate, &known[count..]);
         // Once it must have started and has not, it was not measured from the beginning.
         if is_short || is_late || rows.iter().any(|row| is_started[*row - segment.start]) {
@@ -104,18 +82,20 @@ fn zeros_of(time: &[f64], command: &[f64], rate: &[f64], segment: &Range<usize>)
 /// has got far when as little time is over as this looks away from.
 fn is_up(time: &[f64], rate: &[f64], rows: &[usize]) -> bool {
     let Some(first) = rows.first() else { return false };
-    let behind = rows.iter().filter(|row| (GOT_FAR..STARTED).contains(&(time[**row] - time[*first])));
+    let behind = rows.iter().filter(|row| {
+        (THRESHOLDS.dropout_got_far..THRESHOLDS.dropout_started).contains(&(time[**row] - time[*first]))
+    });
     let sizes = behind.map(|row| rate[*row].abs()).filter(|size| *size > 0.0);
     // Not the least of them, which may be an outlier.
-    quantile(sizes, 0.1).is_some_and(|low| rate[*first].abs() >= AT_ONCE * low)
+    quantile(sizes, 0.1).is_some_and(|low| rate[*first].abs() >= THRESHOLDS.dropout_at_once * low)
 }
 
 /// Where in a segment a rotor has been commanded to turn for so long that it does.
 fn started(time: &[f64], command: &[f64], segment: &Range<usize>) -> Vec<bool> {
     let mut since = None;
     let is_started = segment.clone().map(|row| {
-        since = (command[row] >= TURNS).then(|| since.unwrap_or(time[row]));
-        since.is_some_and(|since| time[row] - since >= STARTED)
+        since = (command[row] >= THRESHOLDS.dropout_turns).then(|| since.unwrap_or(time[row]));
+        since.is_some_and(|since| time[row] - since >= THRESHOLDS.dropout_started)
     });
     is_started.collect()
 }
@@ -180,14 +160,21 @@ fn frozen_of(
     for rows in known.chunk_by(|a, b| rate[*a] == rate[*b]) {
         let (first, last) = (rows[0], rows[rows.len() - 1]);
         let (value, from, to) = (rate[first], time[first], time[last]);
-        if value == 0.0 || rows.len() < FEWEST || to - from < FROZEN {
+        if value == 0.0
+            || rows.len() < THRESHOLDS.rate_frozen_fewest
+            || to - from < THRESHOLDS.rate_frozen_shortest
+        {
             continue;
         }
         // What the command's change would have done, by the chord of the rotor's curve, which is less steep than the curve.
         let chord = value.abs() / command[first].max(LEAST_COMMAND);
-        let shows = scale.step(value).map_or(JUMP, |step| (STEPS * step / chord).max(SAME));
+        let shows = scale.step(value).map_or(THRESHOLDS.rate_frozen_jump, |step| {
+            (THRESHOLDS.rate_frozen_steps * step / chord).max(THRESHOLDS.rate_frozen_same)
+        });
         let is_asked = |row: &usize| (command[*row] - command[first]).abs() > shows;
-        let unanswered = (first..last).find(is_asked).is_some_and(|row| to - time[row] >= UNANSWERED);
+        let unanswered = (first..last)
+            .find(is_asked)
+            .is_some_and(|row| to - time[row] >= THRESHOLDS.rate_frozen_unanswered);
         if unanswered {
             let commands = bounds(&command[first..=last]);
             found.push(Frozen { rows: rows.to_vec(), value, from, to, commands });

@@ -1,9 +1,7 @@
 //! Short gaps of a channel bridged by straight lines, for what the channel drives.
 
+use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::median;
-
-/// Intervals of a channel over which what lies between two of its readings is a straight line; over more it is not known.
-const BRIDGED: f64 = 4.5;
 
 /// The channel with straight lines over missing cells, where its readings come at a pace and only a few are missing. For
 /// what a channel drives; nothing is judged by what lies on such a line.
@@ -16,7 +14,7 @@ pub fn bridged(time: &[f64], values: &[f64]) -> Vec<f64> {
     for pair in known.windows(2).filter(|pair| pair[1] > pair[0] + 1) {
         let (from, to) = (pair[0], pair[1]);
         let span = time[to] - time[from];
-        if span > BRIDGED * pace {
+        if span > THRESHOLDS.bridged * pace {
             continue;
         }
         for row in from + 1..to {

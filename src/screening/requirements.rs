@@ -1,11 +1,9 @@
 //! What logs must be like before any model is held against them.
 
+use super::thresholds::THRESHOLDS;
 use super::{Finding, ScreeningError};
 use crate::log::Dataset;
 use crate::model::Model;
-
-/// [SI] no bench measures more than this; its square is still a number, its product with others too.
-const LARGEST: f64 = 1e100;
 
 /// Refuses values whose squares are no numbers.
 ///
@@ -14,7 +12,7 @@ const LARGEST: f64 = 1e100;
 pub fn check_magnitudes(log: &Dataset) -> Result<(), ScreeningError> {
     for column in log.names() {
         let values = log.column(column).unwrap_or(&[]);
-        if let Some(row) = values.iter().position(|value| value.abs() > LARGEST) {
+        if let Some(row) = values.iter().position(|value| value.abs() > THRESHOLDS.greatest_value) {
             let (name, time) = (log.source_name().to_owned(), log.time()[row]);
             return Err(ScreeningError::Magnitude {
                 log: name,

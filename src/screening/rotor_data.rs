@@ -4,15 +4,12 @@
 use std::ops::Range;
 
 use super::missing_commands::{self, Missing};
+use super::thresholds::THRESHOLDS;
 use super::{Finding, ScreeningError};
 use crate::log::Dataset;
 
 /// [-] below this command a rotor may stand still; the model does not speak of starting from standstill.
-pub(crate) const LEAST_COMMAND: f64 = 0.05;
-/// [s] after leaving standstill before samples count.
-const STARTING: f64 = 0.5;
-/// Sampling intervals without a row that make a hole, as [`Dataset::holes`] has it.
-const HOLE: f64 = 2.5;
+pub(crate) const LEAST_COMMAND: f64 = THRESHOLDS.least_command;
 
 /// One rotor of one log.
 #[derive(Debug, Clone)]
@@ -80,7 +77,7 @@ pub fn at_standstill(time: &[f64], command: &[f64]) -> Vec<bool> {
     let mut waiting_until = f64::NEG_INFINITY;
     let stands = time.iter().zip(command).map(|(time, command)| {
         if *command < LEAST_COMMAND {
-            waiting_until = time + STARTING;
+            waiting_until = time + THRESHOLDS.starting;
         }
         *time <= waiting_until
     });
@@ -169,7 +166,7 @@ impl RotorLog {
         for segment in &self.segments {
             let joins = |last: &Range<usize>| {
                 let mut between = last.end - 1..segment.start;
-                between.all(|row| self.time[row + 1] - self.time[row] <= HOLE * self.interval)
+                between.all(|row| self.time[row + 1] - self.time[row] <= THRESHOLDS.hole * self.interval)
             };
             match whole.last_mut().filter(|last| joins(last)) {
                 Some(last) => last.end = segment.end,
@@ -211,7 +208,8 @@ impl RotorLog {
         }
         if left > 0 {
             let finding = self.finding("standstill_left_out").rows(left);
-            warnings.push(finding.with("least_command", LEAST_COMMAND).with("starting_s", STARTING));
+            warnings
+                .push(finding.with("least_command", LEAST_COMMAND).with("starting_s", THRESHOLDS.starting));
         }
     }
 }

@@ -6,25 +6,8 @@
 //! such runs are one cell long; of held ones they have the length that telemetry and rows give them.
 
 use super::channel::{Channel, Judgement};
+use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::median;
-
-/// [s] rows so far apart say nothing: between them a rotor may settle to the last digit.
-const TOO_SLOW: f64 = 0.15;
-/// Share of cells equal to the one before, below which nobody holds anything.
-const FEWEST_EQUAL: f64 = 0.1;
-/// Steps of the reading by which it moves into a run and out of it. Noise of so many steps brings two equal readings in a
-/// row in one of twenty cases.
-const STEPS: f64 = 5.0;
-/// Different values, to both sides, over which the step is taken.
-const NEIGHBOURS: usize = 5;
-/// Runs in motion from which their lengths tell something.
-const FEWEST_RUNS: usize = 20;
-/// Share of them that have one of two neighbouring lengths, where a reading is held until the next.
-const ALIKE: f64 = 0.8;
-/// Share of them that are longer than one cell; and the least of it in each third of the log.
-const HELD: (f64, f64) = (0.2, 0.1);
-/// Share of the runs in motion that are not longer than what is taken as the telemetry's pace.
-const USUAL: f64 = 0.97;
 
 /// The code: readings that are written again until the next one comes.
 pub const SAMPLE_AND_HOLD: &str = "sample_and_hold";
@@ -55,7 +38,7 @@ pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
     let each = || stretches.iter().flatten();
     let cells: usize = each().map(|run| run.rows.len()).sum();
     let equal = cells - each().count();
-    if interval >= TOO_SLOW || (equal as f64) < FEWEST_EQUAL * cells as f64 {
+    if interval >= THRESHOLDS.hold_too_slow || (equal as f64) < THRESHOLDS.hold_fewest_equal * cells as f64 {
         return None;
     }
     let pace = pace(&in_motion(log.time(), &stretches, &Steps::of(&values)))?;
@@ -99,7 +82,8 @@ impl Steps {
     /// a fast rotor's rate more coarsely than a slow one's.
     fn near(&self, value: f64) -> f64 {
         let at = self.0.partition_point(|other| *other < value);
-        let near = at.saturating_sub(NEIGHBOURS)..(at + NEIGHBOURS + 1).min(self.0.len());
+        let near = at.saturating_sub(THRESHOLDS.hold_neighbours)
+            ..(at + THRESHOLDS.hold_neighbours + 1).min(self.0.len());
         median(self.0[near].windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(f64::INFINITY)
     }
 }
@@ -110,7 +94,7 @@ fn in_motion(time: &[f64], stretches: &[Vec<Run>], steps: &Steps) -> Vec<(usize,
     let triples = stretches.iter().flat_map(|runs| runs.windows(3));
     let moving = triples.filter(|three| {
         let (before, here, after) = (three[0].value, three[1].value, three[2].value);
-        let far = STEPS * steps.near(here);
+        let far = THRESHOLDS.hold_steps * steps.near(here);
         (here - before).abs() >= far && (after - here).abs() >= far
     });
     moving.map(|three| (three[1].rows.len(), time[three[2].rows[0]] - time[three[1].rows[0]])).collect()
@@ -119,7 +103,7 @@ fn in_motion(time: &[f64], stretches: &[Vec<Run>], steps: &Steps) -> Vec<(usize,
 /// The telemetry's pace in rows; `None` where it is that of the rows, or there is none.
 fn pace(runs: &[(usize, f64)]) -> Option<Pace> {
     let lengths: &Vec<usize> = &runs.iter().map(|run| run.0).collect();
-    if lengths.len() < FEWEST_RUNS {
+    if lengths.len() < THRESHOLDS.hold_fewest_runs {
         return None;
     }
     let longest = lengths.iter().copied().max()?;
@@ -132,14 +116,19 @@ fn pace(runs: &[(usize, f64)]) -> Option<Pace> {
         alike(lengths).iter().filter(|length| **length > 1).count() as f64 / lengths.len() as f64
     };
     let usual = alike(lengths);
-    let everywhere = lengths.chunks(lengths.len().div_ceil(3)).all(|third| held(third) >= HELD.1);
-    if (usual.len() as f64) < ALIKE * lengths.len() as f64 || held(lengths) < HELD.0 || !everywhere {
+    let everywhere = lengths
+        .chunks(lengths.len().div_ceil(3))
+        .all(|third| held(third) >= THRESHOLDS.hold_longer_everywhere);
+    if (usual.len() as f64) < THRESHOLDS.hold_alike * lengths.len() as f64
+        || held(lengths) < THRESHOLDS.hold_longer
+        || !everywhere
+    {
         return None;
     }
     let share = |length: usize| usual.iter().filter(|it| **it == length).count() as f64 / usual.len() as f64;
     let stands_in = match (share(least), share(least + 1)) {
-        (short, _) if short >= USUAL => [least, least],
-        (_, long) if long >= USUAL => [least + 1, least + 1],
+        (short, _) if short >= THRESHOLDS.hold_usual => [least, least],
+        (_, long) if long >= THRESHOLDS.hold_usual => [least + 1, least + 1],
         _ => [least, least + 1],
     };
     let spans = runs.iter().filter(|run| (least..=least + 1).contains(&run.0)).map(|run| run.1);

@@ -7,23 +7,8 @@
 use serde::Serialize;
 
 use super::channel::{Channel, Judgement};
+use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::median;
-
-/// A channel with fewer distinct values than this is a switch; it cannot saturate.
-const LEVELS_LEAST: usize = 20;
-/// A channel is saturated when its extreme value occurs this many times as often as the next one inside.
-const FACTOR: usize = 5;
-/// No fewer samples at the extreme than this are called saturated.
-const LEAST: usize = 10;
-/// Times that the channel must have come to the end and stood there.
-const VISITS: usize = 3;
-/// Share of the readings at the end that the next one is equal to, at least; and of those at neither end, at most.
-const STANDS: (f64, f64) = (0.15, 0.4);
-/// Share of a usual step with which the channel comes to the end, at least: what settles there comes with less and less.
-const COMES: f64 = 0.1;
-/// Steps of the reading with which it comes to a level at which it settles, at most; share of its arrivals there that are
-/// under one command; and how much that moves [-].
-const SETTLES: (f64, f64, f64) = (2.5, 0.9, 1e-3);
 
 /// A channel that piles up at its end.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -37,13 +22,15 @@ pub struct Clip {
 /// Ends of the range at which far more samples stand than just inside.
 pub(crate) fn piles(sorted: &[f64]) -> Vec<Clip> {
     let levels: Vec<&[f64]> = sorted.chunk_by(|a, b| a == b).collect();
-    if levels.len() < LEVELS_LEAST {
+    if levels.len() < THRESHOLDS.saturated_levels {
         return Vec::new();
     }
     let ends = [(levels[0], levels[1]), (levels[levels.len() - 1], levels[levels.len() - 2])];
     // Nothing below zero is no end of a sensor: currents, thrusts and speeds of a rotor at rest pile up there.
     ends.into_iter()
-        .filter(|(end, next)| end.len() >= LEAST && end.len() > FACTOR * next.len())
+        .filter(|(end, next)| {
+            end.len() >= THRESHOLDS.saturated_least && end.len() > THRESHOLDS.saturated_factor * next.len()
+        })
         .filter(|(end, _)| end[0] != 0.0)
         .map(|(end, _)| Clip { at: end[0], samples: end.len() })
         .collect()
@@ -95,10 +82,10 @@ pub(crate) fn find(values: &[f64], command: Option<&[f64]>) -> Option<Saturated>
         let comes = median(others.iter().filter(|[_, next]| *next == clip.at).map(step));
         let within = others.iter().filter(|[it, _]| piles.iter().all(|pile| *it != pile.at));
         let stay = [stay(&at_end), stay(&within.copied().collect::<Vec<_>>())];
-        visits >= VISITS
-            && stay[0] >= STANDS.0
-            && stay[1] <= STANDS.1
-            && comes.is_some_and(|comes| comes >= COMES * usual)
+        visits >= THRESHOLDS.saturated_visits
+            && stay[0] >= THRESHOLDS.saturated_stands
+            && stay[1] <= THRESHOLDS.saturated_stands_inside
+            && comes.is_some_and(|comes| comes >= THRESHOLDS.saturated_comes * usual)
     };
     let settles =
         |clip: &Clip| command.is_some_and(|command| settles(values, &known, &sorted, command, clip.at));
@@ -133,9 +120,12 @@ fn settles(values: &[f64], known: &[usize], sorted: &[f64], command: &[f64], end
         })
         .collect();
     let Some(usual) = median(arrivals.iter().map(|(_, command)| *command)) else { return false };
-    let same = arrivals.iter().filter(|(_, command)| (command - usual).abs() <= SETTLES.2).count() as f64;
+    let same =
+        arrivals.iter().filter(|(_, command)| (command - usual).abs() <= THRESHOLDS.settles_command).count()
+            as f64;
     let comes = median(arrivals.iter().map(|(comes, _)| *comes));
-    same >= SETTLES.1 * arrivals.len() as f64 && comes.is_some_and(|comes| comes <= SETTLES.0 * step)
+    same >= THRESHOLDS.settles_share * arrivals.len() as f64
+        && comes.is_some_and(|comes| comes <= THRESHOLDS.settles_steps * step)
 }
 
 /// Share of neighbours that are equal.

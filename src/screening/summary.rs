@@ -10,6 +10,7 @@ use super::frozen_gyro::{GYRO_FROZEN, frozen, smallest_step};
 use super::rate_dropouts::RATE_FROZEN;
 use super::saturation::{self, Clip, SATURATED, piles};
 use super::screened_log::{ScreenedChannel, ScreenedLog};
+use super::thresholds::THRESHOLDS;
 use super::{Evidence, Finding};
 use crate::estimation::quantile::{median, quantile};
 use crate::log::dataset::{Dataset, LOG_SIGNALS};
@@ -17,15 +18,8 @@ use crate::log::dataset::{Dataset, LOG_SIGNALS};
 #[cfg(test)]
 mod tests;
 
-/// A stretch without a value is a dropout when longer than this many of the channel's own median intervals.
-const DROPOUT_FACTOR: f64 = 2.5;
-/// A rotor slower than this share of its fastest stands still.
-const STANDSTILL_SHARE: f64 = 0.05;
 /// A channel that moves slowly beside the steps of its reading, and those that it takes at once, at most.
 const BATTERY: &str = "battery_voltage_v";
-const A_STEP: f64 = 2.5;
-/// [s] a change of command this long before a hole, or inside it, is named with it.
-const BEFORE_HOLE_S: f64 = 0.1;
 
 /// Which way the commands went around a hole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -253,7 +247,9 @@ fn clips(log: &Dataset, name: &str, values: &[f64], sorted: &[f64]) -> Vec<Clip>
 fn without_treads(values: &[f64], runs: Vec<Range<usize>>) -> Vec<Range<usize>> {
     let step = smallest_step(values);
     let goes_on = |run: &Range<usize>| {
-        values.get(run.end).is_some_and(|next| (next - values[run.start]).abs() <= A_STEP * step)
+        values
+            .get(run.end)
+            .is_some_and(|next| (next - values[run.start]).abs() <= THRESHOLDS.battery_step * step)
     };
     let longest = runs.iter().filter(|run| goes_on(run)).map(Range::len).max().unwrap_or(0);
     let is_tread = |run: &Range<usize>| goes_on(run) || (run.end == values.len() && run.len() <= 2 * longest);
@@ -281,7 +277,7 @@ fn dropouts(log: &Dataset, present: &[(f64, f64, usize)], median: f64) -> Vec<St
     let holds_hole = |from: usize, to: usize| hole_after.range(from..to).next().is_some();
     present
         .windows(2)
-        .filter(|pair| pair[1].0 - pair[0].0 > DROPOUT_FACTOR * median && pair[1].2 > pair[0].2 + 1)
+        .filter(|pair| pair[1].0 - pair[0].0 > THRESHOLDS.gap_factor * median && pair[1].2 > pair[0].2 + 1)
         .filter(|pair| !holds_hole(pair[0].2, pair[1].2))
         .map(|pair| Stretch { start_s: pair[0].0, length_s: pair[1].0 - pair[0].0, value: pair[0].1 })
         .collect()
@@ -291,7 +287,7 @@ fn holes(log: &Dataset) -> Vec<HoleFinding> {
     let commands: Vec<&[f64]> =
         ["command_1", "command_2", "torque_command_nm"].iter().filter_map(|name| log.column(name)).collect();
     let step_around = |after: usize, start: f64| {
-        let first = log.time().partition_point(|time| *time < start - BEFORE_HOLE_S);
+        let first = log.time().partition_point(|time| *time < start - THRESHOLDS.before_hole);
         commands.iter().find_map(|command| {
             let before = command.get(first.saturating_sub(1))?;
             let behind = command.get(after + 1)?;
@@ -313,7 +309,7 @@ fn standstill_starts(log: &Dataset) -> Vec<f64> {
     let columns = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"].map(|name| log.column(name));
     // Of both: the greatest rate of a rotor that rests all the time is its sensor's noise.
     let all = columns.into_iter().flatten().flatten().copied();
-    let limit = STANDSTILL_SHARE * all.filter(|rate| rate.is_finite()).fold(0.0, f64::max);
+    let limit = THRESHOLDS.standstill_share * all.filter(|rate| rate.is_finite()).fold(0.0, f64::max);
     for rates in columns.into_iter().flatten() {
         let known: Vec<(f64, bool)> = log
             .time()

@@ -6,16 +6,10 @@ use nalgebra::{DMatrix, DVector};
 
 use super::excitation::Motion;
 use super::rotor_data::RotorLog;
+use super::thresholds::THRESHOLDS;
 use crate::estimation::least_squares;
 use crate::screening::Finding;
 
-/// Scatter of the rate about its smooth course, as a share of the rate, that no rotor has under a constant command: the
-/// first where neighbours scatter alike, so that it is no noise of the sensor, the second in any case.
-const SCATTER: (f64, f64) = (0.02, 0.04);
-/// Lag-one correlation from which neighbours scatter alike.
-const CORRELATED: f64 = 0.3;
-/// Samples that show it.
-const FEWEST: usize = 50;
 /// Powers of time in the smooth course of a rate: battery and temperature.
 const COURSE: usize = 4;
 
@@ -74,7 +68,7 @@ impl RotorLog {
     /// [rad/s] scatter of the rate about its smooth course and its mean, where that is too much for a constant command.
     fn scatter(&self, rows: &Range<usize>) -> Option<(f64, f64)> {
         let rows: Vec<usize> = rows.clone().filter(|&row| self.rate[row].is_finite()).collect();
-        if rows.len() < FEWEST {
+        if rows.len() < THRESHOLDS.scatter_fewest {
             return None;
         }
         let (first, last) = (self.time[rows[0]], self.time[rows[rows.len() - 1]]);
@@ -83,8 +77,9 @@ impl RotorLog {
         let rate = DVector::from_iterator(rows.len(), rows.iter().map(|&row| self.rate[row]));
         let fit = least_squares::least_squares(&course, &rate)?;
         let share = fit.residual_rms / rate.mean().abs().max(f64::MIN_POSITIVE);
-        let alike = least_squares::lag_one_correlation(fit.residuals.as_slice()) > CORRELATED;
-        (share > SCATTER.1 || (share > SCATTER.0 && alike)).then_some((fit.residual_rms, rate.mean().abs()))
+        let alike = least_squares::lag_one_correlation(fit.residuals.as_slice()) > THRESHOLDS.scatter_lag_one;
+        (share > THRESHOLDS.scatter || (share > THRESHOLDS.scatter_correlated && alike))
+            .then_some((fit.residual_rms, rate.mean().abs()))
     }
 }
 

@@ -1,0 +1,217 @@
+//! Numbers that decide whether a log is believed: each with its unit, why, and what it was calibrated on. Sizes of windows
+//! and degrees of polynomials that a method is defined by stay where they are.
+
+crate::thresholds! {
+    /// [rad/s] no body on a bench turns faster than a gyroscope of 2000 deg/s can tell.
+    greatest_body_rate: f64 = 60.0, "rad/s", "range of common gyroscopes";
+    /// Ratio of a rate to the slope of its angle from which it is 180/π, as far as noise and lag of a sensor can move it.
+    degrees_least: f64 = 40.0, "-", "judgement";
+    /// The same, up to which it is.
+    degrees_greatest: f64 = 80.0, "-", "judgement";
+    /// The same ratio from which the time is in milliseconds.
+    milliseconds_least: f64 = 700.0, "-", "judgement";
+    /// The same, up to which it is.
+    milliseconds_greatest: f64 = 1400.0, "-", "judgement";
+    /// [s] over which the slope of the angle is taken, so that its noise does not count.
+    slope_span: f64 = 0.1, "s", "judgement";
+    /// Times as long where the angle comes slowly.
+    slope_span_longest: f64 = 3.0, "-", "judgement";
+    /// Correlation of rate and slope from which one is the other: both are noise where the body is held.
+    slope_correlation: f64 = 0.7, "-", "judgement";
+    /// [V] no battery that turns a rotor has less.
+    least_battery: f64 = 2.0, "V", "one lithium cell";
+    /// Times the middle reading from which one is no measurement.
+    overfull_battery: f64 = 3.0, "-", "judgement";
+    /// Jumps of the command from which a pole may be fitted.
+    fewest_jumps: usize = 8, "count", "judgement";
+    /// Change of command within `jump_span` that is a jump and no ramp.
+    jump: f64 = 0.02, "-", "judgement";
+    /// [s] over which a jump is looked for.
+    jump_span: f64 = 0.1, "s", "judgement";
+    /// [s] after a jump before a rotor counts as settled: more than ten times 1/p of a slow rotor.
+    settling: f64 = 2.0, "s", "a pole of 6 rad/s";
+    /// [s] shortest settled stretch worth using.
+    shortest_steady: f64 = 5.0, "s", "judgement";
+    /// Chance of a run of equal values, over the whole channel, below which it is frozen.
+    frozen_chance: f64 = 1e-3, "-", "judgement";
+    /// No run shorter than this is frozen.
+    frozen_least: usize = 10, "count", "judgement";
+    /// Share of the range of the angle by which it must move while the gyro stands.
+    frozen_angle_moves: f64 = 0.02, "-", "judgement";
+    /// Times that what turns the body must change while the gyro stands, where no angle is measured.
+    frozen_drive_changes: usize = 3, "count", "made logs of the room's tests";
+    /// Share of the range of what turns the body that is such a change.
+    frozen_drive_share: f64 = 0.25, "-", "made logs of the room's tests";
+    /// Smallest steps of the reading by which it usually moves in such a time.
+    frozen_steps: f64 = 5.0, "-", "made logs of the room's tests";
+    /// Commands that show at which interval they come.
+    command_fewest: usize = 20, "count", "judgement";
+    /// Share of the interval within which a multiple of it is met.
+    command_near: f64 = 0.2, "-", "made logs of the room's tests";
+    /// Share of the gaps near a multiple, from which commands come at an interval at all.
+    command_steady: f64 = 0.85, "-", "made logs of the room's tests";
+    /// Intervals without a command from which one is missing.
+    command_late: f64 = 1.5, "-", "made logs of the room's tests";
+    /// Intervals behind a command up to which the next one cannot have come.
+    command_due: f64 = 1.25, "-", "made logs of the room's tests";
+    /// Change of the command that moves no rotor by more than its noise.
+    command_same: f64 = 0.002, "-", "judgement";
+    /// Change of the command that is a jump; a log without any is read as it is.
+    command_jump: f64 = 0.02, "-", "judgement";
+    /// Share of commands that follow the one before at once, below which empty cells may say "as before".
+    command_at_once: f64 = 0.6, "-", "made logs of the room's tests";
+    /// Shares of the distances that say what is usual, each with its multiple; their sum is far.
+    outlier_usual: [(f64, f64); 2] = [(0.5, 7.0), (0.8, 6.0)], "-", "normal noise (ten times its size) and Laplace noise, which stays below";
+    /// Least distance of an outlier as a share of the middle 98 % of the channel.
+    outlier_of_range: f64 = 0.05, "-", "judgement";
+    /// Least distance of an outlier as a share of the level of the channel.
+    outlier_of_level: f64 = 0.02, "-", "judgement";
+    /// Smallest steps between readings that an outlier must be away: a coarse reading flickers.
+    outlier_steps: f64 = 6.0, "-", "made logs of the room's tests";
+    /// Multiple of the range of its neighbours by which an outlier of a body lies beside their middle.
+    outlier_beside_range: f64 = 5.0, "-", "made logs of the room's tests";
+    /// Multiple of the noise, likewise.
+    outlier_beside_noise: f64 = 10.0, "-", "made logs of the room's tests";
+    /// [s] between readings, above which a body or a rotor under unknown commands may move and come back.
+    outlier_too_slow: f64 = 0.05, "s", "made logs of the room's tests";
+    /// [s] for which a rotor goes on answering to a command.
+    outlier_answers: f64 = 0.25, "s", "judgement";
+    /// Commands that moved, from which on it is known what they do.
+    outlier_commands: usize = 30, "count", "judgement";
+    /// Share of them that is usual.
+    outlier_commands_usual: f64 = 0.9, "-", "judgement";
+    /// Multiple of what is usual that no command does.
+    outlier_commands_most: f64 = 4.0, "-", "made logs of the room's tests";
+    /// Share of its way that a rotor goes from one reading to the next, above which a peak may be true.
+    outlier_at_once: f64 = 0.7, "-", "made logs of the room's tests";
+    /// Multiple of the chord of the rotor curve by which no command moves it.
+    outlier_steepest: f64 = 4.5, "-", "made logs of the room's tests";
+    /// Share of a channel from which on outliers are something else, and stay.
+    outlier_too_many: f64 = 0.1, "-", "judgement";
+    /// Fewest readings that are looked at.
+    outlier_fewest: usize = 50, "count", "judgement";
+    /// Times that the rest is looked through again: of two neighbours one may hide the other.
+    outlier_passes: usize = 5, "count", "judgement";
+    /// A greater command is percent or microseconds.
+    impossible_command: f64 = 1.5, "-", "judgement";
+    /// [rad/s] a greater rate is rpm: the tip of a propeller reaches the speed of sound 5 cm from its axis.
+    impossible_rate: f64 = 7000.0, "rad/s", "speed of sound";
+    /// [V] a greater voltage is millivolts.
+    impossible_voltage: f64 = 1000.0, "V", "judgement";
+    /// [rad/s] a greater rate is asked about: few propellers turn so fast.
+    fast_rate: f64 = 5000.0, "rad/s", "judgement";
+    /// [V] no battery of such a bench has so much.
+    high_voltage: f64 = 100.0, "V", "judgement";
+    /// Share of the greatest rate down to which rates below zero are noise.
+    negative_rate: f64 = 0.05, "-", "judgement";
+    /// [s] samples further apart say nothing of a rotor, whose transients last a tenth of that.
+    slowest_samples: f64 = 2.0, "s", "judgement";
+    /// [rad/s] the noise of a rotor that stands stays below.
+    standing_rate: f64 = 50.0, "rad/s", "judgement";
+    /// Share of samples at the limit of the command from which it is a finding.
+    command_at_limit: f64 = 0.02, "-", "judgement";
+    /// The same from which most of a log says one thing.
+    command_mostly_at_limit: f64 = 0.3, "-", "judgement";
+    /// Distinct commands below the highest that a signal with more than a few levels has.
+    command_levels: usize = 50, "count", "judgement";
+    /// Factor between the rates and those of the template from which a unit is asked about.
+    another_rate_unit: f64 = 3.5, "-", "other rotors than the paper rotor";
+    /// Factor between a unit and the ratio that was found, within which it may be that unit.
+    unit_like: f64 = 1.8, "-", "judgement";
+    /// Share of a column below its greatest values that a few flipped bits may be.
+    most_of_a_column: f64 = 0.99, "-", "judgement";
+    /// Command from which rates are compared with those of the template: below, losses count, and dead zones.
+    least_compared_command: f64 = 0.15, "-", "judgement";
+    /// The factor of thrusts, which go with the square of the rates.
+    another_thrust_unit: f64 = 6.0, "-", "judgement";
+    /// Factor within which a thrust is in a unit near 1 N, where the rates are those of the template within as much.
+    near_unit: f64 = 1.15, "-", "judgement";
+    /// Command from which on every rotor turns: the dead zones of speed controllers end below it.
+    dropout_turns: f64 = 0.15, "-", "judgement";
+    /// [s] behind which a rotor commanded to turn has started.
+    dropout_started: f64 = 2.0, "s", "judgement";
+    /// Zeros in a row that are a dropout wherever their neighbours turn: no rotor stops and runs up again so fast.
+    dropout_isolated: usize = 3, "count", "made logs of the room's tests";
+    /// Share of the middle rate from which a neighbour turns.
+    dropout_neighbour: f64 = 0.1, "-", "judgement";
+    /// [s] behind a reading from which a rotor that began to turn with it would have got far.
+    dropout_got_far: f64 = 0.25, "s", "made logs of the room's tests";
+    /// Share of what it reads from there on that a rotor which begins to turn does not reach at once.
+    dropout_at_once: f64 = 0.7, "-", "made logs of the room's tests";
+    /// [s] shortest standstill of a rate that is looked at.
+    rate_frozen_shortest: f64 = 1.0, "s", "judgement";
+    /// [s] for which it goes on behind the change of the command: no such rotor waits for so long.
+    rate_frozen_unanswered: f64 = 0.5, "s", "judgement";
+    /// Fewest equal readings: of a few a coarse reading may well be the same.
+    rate_frozen_fewest: usize = 5, "count", "judgement";
+    /// Change of the command that moves no rotor by more than its noise.
+    rate_frozen_same: f64 = 0.002, "-", "judgement";
+    /// Change of the command that moves any reading.
+    rate_frozen_jump: f64 = 0.02, "-", "judgement";
+    /// Steps of the reading that the change of the command would have moved it by.
+    rate_frozen_steps: f64 = 2.0, "-", "made logs of the room's tests";
+    /// Intervals of a channel over which what lies between two readings is a straight line.
+    bridged: f64 = 4.5, "-", "judgement";
+    /// [SI] no bench measures more; its square is still a number.
+    greatest_value: f64 = 1e100, "SI", "range of f64";
+    /// Below it a rotor may stand still; the model does not speak of starting from standstill.
+    least_command: f64 = 0.05, "-", "judgement";
+    /// [s] after leaving standstill before samples count.
+    starting: f64 = 0.5, "s", "judgement";
+    /// Sampling intervals without a row that make a hole, as the log has it.
+    hole: f64 = 2.5, "-", "judgement";
+    /// [s] rows so far apart say nothing: between them a rotor may settle to the last digit.
+    hold_too_slow: f64 = 0.15, "s", "judgement";
+    /// Share of cells equal to the one before, below which nobody holds anything.
+    hold_fewest_equal: f64 = 0.1, "-", "judgement";
+    /// Steps of the reading by which it moves into a run and out of it.
+    hold_steps: f64 = 5.0, "-", "noise of so many steps brings two equal readings in one of twenty cases";
+    /// Different values, to both sides, over which the step is taken.
+    hold_neighbours: usize = 5, "count", "judgement";
+    /// Runs in motion from which their lengths say something.
+    hold_fewest_runs: usize = 20, "count", "judgement";
+    /// Share of them that have one of two neighbouring lengths, where a reading is held.
+    hold_alike: f64 = 0.8, "-", "made logs of the room's tests";
+    /// Share of them that are longer than one cell.
+    hold_longer: f64 = 0.2, "-", "made logs of the room's tests";
+    /// Least such share in each third of the log.
+    hold_longer_everywhere: f64 = 0.1, "-", "made logs of the room's tests";
+    /// Share of the runs in motion that are not longer than the pace of the telemetry.
+    hold_usual: f64 = 0.97, "-", "made logs of the room's tests";
+    /// A channel with fewer distinct values is a switch; it cannot saturate.
+    saturated_levels: usize = 20, "count", "judgement";
+    /// Times as often as the next one inside that the extreme value occurs.
+    saturated_factor: usize = 5, "-", "judgement";
+    /// No fewer samples at the extreme are saturated.
+    saturated_least: usize = 10, "count", "judgement";
+    /// Times that the channel must have come to the end and stood there.
+    saturated_visits: usize = 3, "count", "judgement";
+    /// Share of the readings at the end that the next one is equal to, at least.
+    saturated_stands: f64 = 0.15, "-", "made logs of the room's tests";
+    /// Share of those at neither end, at most.
+    saturated_stands_inside: f64 = 0.4, "-", "made logs of the room's tests";
+    /// Share of a usual step with which the channel comes to the end: what settles comes with less and less.
+    saturated_comes: f64 = 0.1, "-", "made logs of the room's tests";
+    /// Steps of the reading with which it comes to a level at which it settles, at most.
+    settles_steps: f64 = 2.5, "-", "made logs of the room's tests";
+    /// Share of its arrivals there that are under one command.
+    settles_share: f64 = 0.9, "-", "made logs of the room's tests";
+    /// By how much that command moves.
+    settles_command: f64 = 1e-3, "-", "made logs of the room's tests";
+    /// Median intervals of a channel from which a stretch without a value is a gap in it.
+    gap_factor: f64 = 2.5, "-", "judgement";
+    /// Share of the fastest below which a rotor stands still.
+    standstill_share: f64 = 0.05, "-", "judgement";
+    /// Steps of its reading that a battery takes at once, at most.
+    battery_step: f64 = 2.5, "-", "judgement";
+    /// [s] a change of command this long before a hole is named with it.
+    before_hole: f64 = 0.1, "s", "judgement";
+    /// Scatter about its smooth course, as a share of the rate, where neighbours scatter alike, that no rotor has under one command.
+    scatter_correlated: f64 = 0.02, "-", "made logs of the room's tests";
+    /// The same in any case.
+    scatter: f64 = 0.04, "-", "made logs of the room's tests";
+    /// Lag-one correlation from which neighbours scatter alike.
+    scatter_lag_one: f64 = 0.3, "-", "judgement";
+    /// Samples that show it.
+    scatter_fewest: usize = 50, "count", "judgement";
+}
