@@ -45,7 +45,12 @@ pub fn run(arguments: &Arguments) -> CliResult {
         let train = session::open_all(&arguments.log, &Job::unwatched(cancel))?;
         let validate = session::open_all(&arguments.validate, &Job::unwatched(cancel))?;
         let diagnosis = searching(cancel, |job| session::diagnose(&model, &train, &validate, &config, job))?;
-        let next = diagnosis.next_steps(&model_name, &named(&arguments.log), &named(&arguments.validate));
+        let next = report::verdict::next_steps(
+            &diagnosis,
+            &model_name,
+            &named(&arguments.log),
+            &named(&arguments.validate),
+        );
         let shown = if validate.is_empty() { &train } else { &validate };
         let windows = CompareConfig { horizon_s: arguments.horizon_s };
         let page = arguments.report.as_ref().map(|path| {
@@ -58,7 +63,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         page.save(path)?;
     }
     if arguments.json {
-        println!("{}", json::answer(&json::with_sentences(&diagnosis, &diagnosis.findings)?)?);
+        println!("{}", json::answer(&json::diagnosis(&diagnosis)?)?);
     } else {
         print!("{}", report::story::diagnosis(&diagnosis, &next));
     }

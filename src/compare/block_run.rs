@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-/// A block that was run, before it is judged.
-pub(crate) struct Raw {
+/// A block that was run, before it is scored.
+pub(crate) struct BlockRun {
     pub name: &'static str,
     pub signal: String,
     pub unit: &'static str,
@@ -18,12 +18,12 @@ pub(crate) struct Raw {
     /// Parts without a hole.
     pub pieces: Vec<Range<usize>>,
     pub one_step: Option<f64>,
-    pub floor: Floor,
+    pub floor: NoisePath,
 }
 
 /// How the sensors' noise reaches the error of a block.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Floor {
+pub(crate) enum NoisePath {
     /// Through the sensor of the signal alone.
     Sensor,
     /// Through thrust sensor and rotor rate, whose slope [N s/rad] is given.
@@ -34,14 +34,14 @@ pub(crate) enum Floor {
     Slope(usize),
 }
 
-impl Raw {
+impl BlockRun {
     /// An empty run of a block.
     pub(crate) fn new(
         name: &'static str,
         signal: &str,
         unit: &'static str,
         driven_by: &[&str],
-        floor: Floor,
+        floor: NoisePath,
     ) -> Self {
         Self {
             name,
@@ -49,12 +49,12 @@ impl Raw {
             unit,
             driven_by: driven_by.iter().map(|name| (*name).to_owned()).collect(),
             run: match floor {
-                Floor::Sensor => "free run",
-                Floor::Thrust(_) => "at each sample",
+                NoisePath::Sensor => "free run",
+                NoisePath::Thrust(_) => "at each sample",
                 _ => "smoothed alike",
             }
             .to_owned(),
-            shows_noise: matches!(floor, Floor::Sensor | Floor::Window { .. }),
+            shows_noise: matches!(floor, NoisePath::Sensor | NoisePath::Window { .. }),
             rows: Vec::new(),
             measured: Vec::new(),
             modelled: Vec::new(),
@@ -75,7 +75,7 @@ impl Raw {
 
     /// Whether each piece is a window, started at a measurement.
     pub(crate) fn is_in_windows(&self) -> bool {
-        matches!(self.floor, Floor::Window { .. })
+        matches!(self.floor, NoisePath::Window { .. })
     }
 
     /// Measured minus modelled.

@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
-use super::block_run::{Floor, Raw};
+use super::block_run::{BlockRun, NoisePath};
 use super::channels::{BATTERY, BODY_ANGLE, BODY_RATE, COMMANDS, RATES, THRUSTS, TORQUE_COMMAND};
+use super::thresholds::THRESHOLDS;
 use super::{CompareConfig, CompareError, gyro_block};
 use crate::effect::Law;
 use crate::log::Dataset;
@@ -12,7 +13,11 @@ use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, RotorInput
 use crate::screening::readings;
 
 /// Runs every block that finds its inputs and its output.
-pub(crate) fn blocks(model: &Model, log: &Dataset, config: &CompareConfig) -> Result<Vec<Raw>, CompareError> {
+pub(crate) fn blocks(
+    model: &Model,
+    log: &Dataset,
+    config: &CompareConfig,
+) -> Result<Vec<BlockRun>, CompareError> {
     let equations = model.equations()?;
     let mut blocks = Vec::new();
     for rotor in 0..2 {
@@ -33,7 +38,7 @@ fn actuator(
     equations: &Equations,
     log: &Dataset,
     rotor: usize,
-) -> Result<Option<Raw>, CompareError> {
+) -> Result<Option<BlockRun>, CompareError> {
     let (Some(command), Some(rate)) = (log.column(COMMANDS[rotor]), log.column(RATES[rotor])) else {
         return Ok(None);
     };
@@ -41,7 +46,7 @@ fn actuator(
     let mut driven_by = vec![COMMANDS[rotor]];
     driven_by.extend(battery.map(|_| BATTERY));
     let name = ["actuator_1", "actuator_2"][rotor];
-    let mut raw = Raw::new(name, RATES[rotor], "rad/s", &driven_by, Floor::Sensor);
+    let mut block = BlockRun::new(name, RATES[rotor], "rad/s", &driven_by, NoisePath::Sensor);
     let inputs: Vec<&[f64]> = std::iter::once(command).chain(battery).collect();
     let mut warms = false;
     for added in &model.effects {
@@ -63,10 +68,10 @@ fn actuator(
                 count += 1.0;
             }
         }
-        raw.add(stretch.rows, measured, &modelled);
+        block.add(stretch.rows, measured, &modelled);
     }
-    raw.one_step = (count > 0.0).then(|| f64::sqrt(squares / count));
-    Ok((count > 0.0).then_some(raw))
+    block.one_step = (count > 0.0).then(|| f64::sqrt(squares / count));
+    Ok((count > 0.0).then_some(block))
 }
 
 /// Rate that the telemetry would show over a stretch, started at the first measured value.
@@ -95,7 +100,7 @@ fn rotor_run(
         // How warm the motor was at the start is not in the log: the value that fits best, the response to it
         // being close to linear.
         let settled = std::mem::take(&mut trace.measured);
-        start.slow = SLOW_TRIAL;
+        start.slow = THRESHOLDS.slow_trial;
         equations.simulate_rotor(&input, &start, &mut trace);
         let (mut along, mut size) = (0.0, 0.0);
         for ((y, a), b) in
@@ -104,17 +109,14 @@ fn rotor_run(
             along += (y - a) * (b - a);
             size += (b - a).powi(2);
         }
-        start.slow = if size > 0.0 { SLOW_TRIAL * along / size } else { 0.0 };
+        start.slow = if size > 0.0 { THRESHOLDS.slow_trial * along / size } else { 0.0 };
         equations.simulate_rotor(&input, &start, &mut trace);
     }
     trace.measured
 }
 
-/// Departure of a slow state from settled that is tried to learn what it does.
-const SLOW_TRIAL: f64 = -0.5;
-
 /// Measured rate to thrust.
-fn thrust(equations: &Equations, log: &Dataset, rotor: usize) -> Option<Raw> {
+fn thrust(equations: &Equations, log: &Dataset, rotor: usize) -> Option<BlockRun> {
     let (rate, thrust) = (log.column(RATES[rotor])?, log.column(THRUSTS[rotor])?);
     let driving = |name: &str| log.column(name).map(|values| readings::bridged(log.time(), values));
     let still = || vec![0.0; log.len()];
@@ -127,12 +129,12 @@ fn thrust(equations: &Equations, log: &Dataset, rotor: usize) -> Option<Raw> {
     let slope = equations.rotor_thrust(middle + 1.0, SIDES[rotor], 0.0, 0.0)
         - equations.rotor_thrust(middle, SIDES[rotor], 0.0, 0.0);
     let name = ["thrust_1", "thrust_2"][rotor];
-    let mut raw = Raw::new(name, THRUSTS[rotor], "N", &[RATES[rotor]], Floor::Thrust(slope));
+    let mut block = BlockRun::new(name, THRUSTS[rotor], "N", &[RATES[rotor]], NoisePath::Thrust(slope));
     for stretch in stretches(log, &[&rate, &angle, &body_rate]) {
         let modelled: Vec<f64> = stretch.rows.clone().map(|row| at(rate[row], row)).collect();
-        raw.add(stretch.rows.clone(), &thrust[stretch.rows], &modelled);
+        block.add(stretch.rows.clone(), &thrust[stretch.rows], &modelled);
     }
-    (!raw.rows.is_empty()).then_some(raw)
+    (!block.rows.is_empty()).then_some(block)
 }
 
 /// What drives the body.
@@ -145,7 +147,7 @@ enum Drive {
 }
 
 /// What drives the body.
-pub(crate) struct Driven {
+pub(crate) struct BodyDrive {
     /// Rows of the log, and the input over them.
     pub stretches: Vec<(Range<usize>, BodyInput)>,
     /// Columns.
@@ -153,14 +155,14 @@ pub(crate) struct Driven {
 }
 
 /// Measured inputs of the body. `None` where the log has not got it.
-pub(crate) fn body_inputs(equations: &Equations, log: &Dataset) -> Option<Driven> {
+pub(crate) fn body_inputs(equations: &Equations, log: &Dataset) -> Option<BodyDrive> {
     if let (Some(rate_1), Some(rate_2)) = (log.column(RATES[0]), log.column(RATES[1])) {
         let [rate_1, rate_2] = [rate_1, rate_2].map(|rate| readings::bridged(log.time(), rate));
         let inputs = stretches(log, &[&rate_1, &rate_2]).into_iter().map(|stretch| {
             let input = rotor_driven(equations, &log.time()[stretch.rows.clone()], &stretch.inputs);
             (stretch.rows, input)
         });
-        return Some(Driven { stretches: inputs.collect(), by: RATES.to_vec() });
+        return Some(BodyDrive { stretches: inputs.collect(), by: RATES.to_vec() });
     }
     let torque = log.column(TORQUE_COMMAND)?;
     let inputs = stretches(log, &[torque]).into_iter().map(|stretch| {
@@ -168,7 +170,7 @@ pub(crate) fn body_inputs(equations: &Equations, log: &Dataset) -> Option<Driven
         let torque = equations.torque_means(&time, &stretch.inputs[0], &vec![0.0; time.len()]);
         (stretch.rows, BodyInput { time, torque, propeller_rate: [Vec::new(), Vec::new()] })
     });
-    Some(Driven { stretches: inputs.collect(), by: vec![TORQUE_COMMAND] })
+    Some(BodyDrive { stretches: inputs.collect(), by: vec![TORQUE_COMMAND] })
 }
 
 /// Input of the body from the rates of both rotors at the samples, straight lines between them.
@@ -190,7 +192,7 @@ fn rotor_driven(equations: &Equations, time: &[f64], rates: &[Vec<f64>]) -> Body
 }
 
 /// Inputs of the body through the modelled rotors.
-fn commanded(equations: &Equations, log: &Dataset) -> Option<Driven> {
+fn commanded(equations: &Equations, log: &Dataset) -> Option<BodyDrive> {
     let (command_1, command_2) = (log.column(COMMANDS[0])?, log.column(COMMANDS[1])?);
     let battery = log.column(BATTERY);
     let inputs: Vec<&[f64]> = [command_1, command_2].into_iter().chain(battery).collect();
@@ -213,14 +215,14 @@ fn commanded(equations: &Equations, log: &Dataset) -> Option<Driven> {
         (stretch.rows, rotor_driven(equations, time, &rates))
     });
     let by = COMMANDS.into_iter().chain(battery.map(|_| BATTERY)).collect();
-    Some(Driven { stretches: body.collect(), by })
+    Some(BodyDrive { stretches: body.collect(), by })
 }
 
 /// Windows over the body: rate, and angle where it is measured.
-fn body(equations: &Equations, log: &Dataset, config: &CompareConfig, drive: Drive) -> Vec<Raw> {
+fn body(equations: &Equations, log: &Dataset, config: &CompareConfig, drive: Drive) -> Vec<BlockRun> {
     let Some(rate) = log.column(BODY_RATE) else { return Vec::new() };
     let angle = log.column(BODY_ANGLE);
-    // Where a window starts; it is judged by what was measured.
+    // Where a window starts; it is scored by what was measured.
     let start_angle = angle.map(|angle| readings::bridged(log.time(), angle));
     let (name, found) = match drive {
         Drive::Measured => ("body", body_inputs(equations, log)),
@@ -228,19 +230,19 @@ fn body(equations: &Equations, log: &Dataset, config: &CompareConfig, drive: Dri
     };
     let Some(driven) = found else { return Vec::new() };
     let rotors = driven.by.first() == Some(&RATES[0]);
-    let floor = |angle| Floor::Window { rotors, angle };
-    let mut rates = Raw::new(name, BODY_RATE, "rad/s", &driven.by, floor(false));
-    let mut angles = Raw::new(name, BODY_ANGLE, "rad", &driven.by, floor(true));
+    let floor = |angle| NoisePath::Window { rotors, angle };
+    let mut rates = BlockRun::new(name, BODY_RATE, "rad/s", &driven.by, floor(false));
+    let mut angles = BlockRun::new(name, BODY_ANGLE, "rad", &driven.by, floor(true));
     let (mut squares, mut count) = (0.0, 0.0);
     for (rows, input) in &driven.stretches {
         let measured = (&rate[rows.clone()], start_angle.as_ref().map(|angle| &angle[rows.clone()]));
         for window in windows(&input.time, measured, config.horizon_s) {
             let trace = window_run(equations, input, &window, measured);
-            // The start is the measurement itself: it is not judged.
-            let judged = rows.start + window.start + 1..rows.start + window.end;
-            rates.add(judged.clone(), &rate[judged.clone()], &trace.rate[1..]);
+            // The start is the measurement itself: it is not scored.
+            let scored = rows.start + window.start + 1..rows.start + window.end;
+            rates.add(scored.clone(), &rate[scored.clone()], &trace.rate[1..]);
             if let Some(angle) = angle {
-                angles.add(judged.clone(), &angle[judged], &trace.angle[1..]);
+                angles.add(scored.clone(), &angle[scored], &trace.angle[1..]);
             }
         }
         for window in windows(&input.time, measured, f64::MIN_POSITIVE) {
@@ -255,7 +257,7 @@ fn body(equations: &Equations, log: &Dataset, config: &CompareConfig, drive: Dri
     rates.run = format!("windows of {} s", config.horizon_s);
     angles.run = rates.run.clone();
     rates.one_step = (count > 0.0).then(|| f64::sqrt(squares / count));
-    [rates, angles].into_iter().filter(|raw| raw.measured.iter().any(|value| value.is_finite())).collect()
+    [rates, angles].into_iter().filter(|block| block.measured.iter().any(|value| value.is_finite())).collect()
 }
 
 /// Windows of `horizon` [s]: first row to one past the last, which is the next one's first.
@@ -268,7 +270,7 @@ fn windows(time: &[f64], measured: (&[f64], Option<&[f64]>), horizon: f64) -> Ve
         // A billionth of the horizon forgives the rounding of stamps.
         let reached = |row: &usize| time[*row] - time[start] >= horizon * (1.0 - 1e-9);
         let Some(to) = (start + 1..time.len()).find(reached) else {
-            // What is left is shorter than a window: it is judged as far as it goes.
+            // What is left is shorter than a window: it is scored as far as it goes.
             if start + 1 < time.len() {
                 found.push(start..time.len());
             }

@@ -1,16 +1,12 @@
-//! What an error depends on: the share of it that is a function of a channel, held against luck; and which
+//! What an error depends on: the share of it that is a function of a channel, held against surrogates (the channel shifted in time); and which
 //! channel it follows in time.
 
 use serde::Serialize;
 
+use super::thresholds::THRESHOLDS;
 use crate::log::Dataset;
 use crate::log::segments::slopes;
 use crate::screening::readings;
-
-/// Bins of equal count over a channel.
-const BINS: usize = 24;
-/// Circular shifts of a channel against which its share is held.
-const SHIFTS: usize = 19;
 
 /// How much of an error is a function of one channel, or of its rate of change.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -19,18 +15,19 @@ pub struct Dependence {
     pub on: String,
     /// [-] share of the error's variance that the mean over the channel's bins carries.
     pub explained: f64,
-    /// [-] the largest share that the same channel reached, shifted in time so that it means nothing.
-    pub luck: f64,
+    /// [-] the largest share that the same channel reached, shifted in time so that it means nothing; `luck` in the JSON.
+    #[serde(rename = "luck")]
+    pub surrogate: f64,
     /// Middle of each bin, in the channel's unit, and mean error there, in the error's unit.
     #[serde(skip)]
     pub curve: Vec<(f64, f64)>,
 }
 
 impl Dependence {
-    /// Whether it is more than luck.
+    /// Whether it is more than chance explains.
     #[must_use]
     pub fn is_real(&self) -> bool {
-        self.explained > self.luck + 0.02
+        self.explained > self.surrogate + THRESHOLDS.least_dependence
     }
 }
 
@@ -75,7 +72,7 @@ pub(crate) fn dependences(log: &Dataset, rows: &[usize], error: &[f64]) -> Vec<D
         let at_rows: Vec<f64> = rows.iter().map(|row| rate[*row]).collect();
         found.extend(dependence(format!("d/dt {name}"), &at_rows, error));
     }
-    found.sort_by(|a, b| (b.explained - b.luck).total_cmp(&(a.explained - a.luck)));
+    found.sort_by(|a, b| (b.explained - b.surrogate).total_cmp(&(a.explained - a.surrogate)));
     found
 }
 
@@ -84,7 +81,7 @@ fn dependence(on: String, channel: &[f64], error: &[f64]) -> Option<Dependence> 
     let mut order: Vec<usize> =
         (0..error.len()).filter(|k| channel[*k].is_finite() && error[*k].is_finite()).collect();
     let known = error.iter().filter(|error| error.is_finite()).count();
-    if order.len() < 4 * BINS || 2 * order.len() < known {
+    if order.len() < 4 * THRESHOLDS.bins || 2 * order.len() < known {
         return None;
     }
     let kept = order.clone();
@@ -94,7 +91,7 @@ fn dependence(on: String, channel: &[f64], error: &[f64]) -> Option<Dependence> 
     }
     let mut bin_of = vec![0; error.len()];
     for (rank, k) in order.iter().enumerate() {
-        bin_of[*k] = rank * BINS / order.len();
+        bin_of[*k] = rank * THRESHOLDS.bins / order.len();
     }
     // Samples of one value share a bin, or the order of the file would decide.
     for pair in order.windows(2) {
@@ -105,25 +102,25 @@ fn dependence(on: String, channel: &[f64], error: &[f64]) -> Option<Dependence> 
     let errors: Vec<f64> = kept.iter().map(|k| error[*k]).collect();
     let bins: Vec<usize> = kept.iter().map(|k| bin_of[*k]).collect();
     let (explained, means) = share(&bins, &errors, 0);
-    let luck = (1..=SHIFTS).map(|number| {
+    let surrogate = (1..=THRESHOLDS.surrogates).map(|number| {
         // Shifts spread over the middle nine tenths of the record: none is near to no shift at all.
-        let part = 0.05 + 0.9 * number as f64 / (SHIFTS + 1) as f64;
+        let part = 0.05 + 0.9 * number as f64 / (THRESHOLDS.surrogates + 1) as f64;
         share(&bins, &errors, (part * errors.len() as f64) as usize).0
     });
-    let luck = luck.fold(0.0, f64::max);
-    let curve = (0..BINS).filter_map(|bin| {
+    let surrogate = surrogate.fold(0.0, f64::max);
+    let curve = (0..THRESHOLDS.bins).filter_map(|bin| {
         let inside: Vec<f64> = order.iter().filter(|k| bin_of[**k] == bin).map(|k| channel[*k]).collect();
         let middle = *inside.get(inside.len() / 2)?;
         Some((middle, means[bin]))
     });
-    Some(Dependence { on, explained, luck, curve: curve.collect() })
+    Some(Dependence { on, explained, surrogate, curve: curve.collect() })
 }
 
 /// Share of the variance of `errors` that the bins' means carry, with the channel `shift` samples aside;
 /// corrected for what that many means carry of anything.
-fn share(bins: &[usize], errors: &[f64], shift: usize) -> (f64, [f64; BINS]) {
+fn share(bins: &[usize], errors: &[f64], shift: usize) -> (f64, [f64; THRESHOLDS.bins]) {
     let count = errors.len() as f64;
-    let mut sums = [(0.0, 0.0); BINS];
+    let mut sums = [(0.0, 0.0); THRESHOLDS.bins];
     for (k, error) in errors.iter().enumerate() {
         let bin = bins[(k + shift) % bins.len()];
         sums[bin].0 += error;
@@ -141,9 +138,6 @@ fn share(bins: &[usize], errors: &[f64], shift: usize) -> (f64, [f64; BINS]) {
     ((1.0 - within / (total / (count - 1.0))).max(0.0), means)
 }
 
-/// Most lag looked at, in samples.
-const MOST_LAG: usize = 50;
-
 /// Cross-correlation of the error with every channel, the strongest over its bound first.
 pub(crate) fn correlations(log: &Dataset, rows: &[usize], error: &[f64], interval: f64) -> Vec<Correlation> {
     let centred_error = centred(error);
@@ -157,7 +151,7 @@ pub(crate) fn correlations(log: &Dataset, rows: &[usize], error: &[f64], interva
             let other = autocorrelation(&channel);
             // Bartlett: the variance of a correlation between two coloured signals that are unrelated.
             let stretch: f64 = 1.0 + 2.0 * colour.iter().zip(&other).skip(1).map(|(a, b)| a * b).sum::<f64>();
-            let bound = 2.58 * (stretch.max(1.0) / known as f64).sqrt();
+            let bound = THRESHOLDS.correlation_bound * (stretch.max(1.0) / known as f64).sqrt();
             let (lag, peak) = peak(&centred_error, &channel)?;
             let direction = if lag >= 0 { Direction::ErrorFollows } else { Direction::ErrorLeads };
             Some(Correlation { with: name.to_owned(), peak, lag_s: lag as f64 * interval, direction, bound })
@@ -181,7 +175,7 @@ fn product(a: &[f64], b: &[f64]) -> f64 {
 }
 
 fn autocorrelation(values: &[f64]) -> Vec<f64> {
-    (0..=4 * MOST_LAG.min(values.len() / 8)).map(|lag| product(values, &values[lag..])).collect()
+    (0..=4 * THRESHOLDS.most_lag.min(values.len() / 8)).map(|lag| product(values, &values[lag..])).collect()
 }
 
 /// Correlation over the samples that two signals share.
@@ -194,7 +188,7 @@ fn overlapping(a: &[f64], b: &[f64]) -> f64 {
 
 /// Lag in samples, positive where the error comes later, and correlation there.
 fn peak(error: &[f64], channel: &[f64]) -> Option<(i64, f64)> {
-    let most = MOST_LAG.min(error.len() / 8);
+    let most = THRESHOLDS.most_lag.min(error.len() / 8);
     let later = (0..=most).map(|lag| (lag as i64, overlapping(&error[lag..], channel)));
     let earlier = (1..=most).map(|lag| (-(lag as i64), overlapping(error, &channel[lag..])));
     later.chain(earlier).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).filter(|(_, peak)| *peak != 0.0)

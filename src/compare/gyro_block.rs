@@ -3,24 +3,20 @@
 //! The angle's slope over a short window is the true rate, smoothed; the model's gyroscope turns it into a
 //! reading. The measured reading is smoothed by the same weights: integrated, then its slope taken alike.
 
-use super::block_run::{Floor, Raw};
+use super::block_run::{BlockRun, NoisePath};
 use super::channels::{BODY_ANGLE, BODY_RATE};
+use super::thresholds::THRESHOLDS;
 use crate::log::Dataset;
 use crate::log::segments::stretches;
 use crate::model::Equations;
 use crate::screening::readings;
 
-/// [s] the slope's window reaches so far to both sides.
-const REACH: f64 = 0.08;
-/// Share of an interval by which its neighbours may differ and rows are even.
-const EVEN: f64 = 0.1;
-
 /// Runs the block; `None` where one of the two sensors is missing.
-pub(crate) fn run(equations: &Equations, log: &Dataset) -> Option<Raw> {
+pub(crate) fn run(equations: &Equations, log: &Dataset) -> Option<BlockRun> {
     let lines = |name: &str| log.column(name).map(|values| readings::bridged(log.time(), values));
     let (rate, angle) = (lines(BODY_RATE)?, lines(BODY_ANGLE)?);
-    let half = ((REACH / log.median_interval()).round() as usize).clamp(2, 100);
-    let mut raw = Raw::new("sensors", BODY_RATE, "rad/s", &[BODY_ANGLE], Floor::Slope(half));
+    let half = ((THRESHOLDS.slope_reach_s / log.median_interval()).round() as usize).clamp(2, 100);
+    let mut block = BlockRun::new("sensors", BODY_RATE, "rad/s", &[BODY_ANGLE], NoisePath::Slope(half));
     for stretch in stretches(log, &[&rate, &angle]) {
         let time = &log.time()[stretch.rows.clone()];
         if time.len() < 4 * half {
@@ -32,9 +28,9 @@ pub(crate) fn run(equations: &Equations, log: &Dataset) -> Option<Raw> {
         // Windows at the ends are lopsided and noisier.
         let kept = half..time.len() - half;
         let rows = stretch.rows.start + kept.start..stretch.rows.start + kept.end;
-        raw.add(rows, &measured[kept.clone()], &modelled[kept]);
+        block.add(rows, &measured[kept.clone()], &modelled[kept]);
     }
-    (!raw.measured.is_empty()).then_some(raw)
+    (!block.measured.is_empty()).then_some(block)
 }
 
 /// The integral from the first sample on. A body that is quick beside the rows bends between them: where rows are even, a
@@ -43,7 +39,7 @@ fn integral(time: &[f64], values: &[f64]) -> Vec<f64> {
     let mut turned = 0.0;
     let rest = (1..values.len()).map(|k| {
         let step = time[k] - time[k - 1];
-        let is_even = |other: f64| (other / step - 1.0).abs() < EVEN;
+        let is_even = |other: f64| (other / step - 1.0).abs() < THRESHOLDS.even_rows;
         let neighbours = (k >= 2 && k + 1 < values.len())
             .then(|| is_even(time[k - 1] - time[k - 2]) && is_even(time[k + 1] - time[k]));
         let mean = 0.5 * (values[k - 1] + values[k]);

@@ -21,9 +21,12 @@ mod noise;
 mod regimes;
 mod score;
 mod spectrum;
+pub mod thresholds;
 mod unknown_torque;
 
+use block_run::BlockRun;
 use std::ops::RangeInclusive;
+use thresholds::THRESHOLDS;
 
 use serde::Serialize;
 
@@ -39,7 +42,7 @@ use crate::unit::short;
 
 pub use dependence::{Correlation, Dependence, Direction};
 pub use regimes::{Failure, Group};
-pub use score::{Block, Error, Trace};
+pub use score::{Block, ErrorStatistics, Trace};
 pub use spectrum::Spectrum;
 pub use unknown_torque::UnknownTorque;
 
@@ -161,9 +164,6 @@ impl Comparison {
     }
 }
 
-/// Fewer samples than this say nothing.
-const FEWEST: usize = 50;
-
 /// Compares every model with one log. The noise of each sensor is estimated once, from what no model and no
 /// smooth curve explains, so that the models are held against the same floor.
 ///
@@ -177,29 +177,18 @@ pub fn compare(
     if !CompareConfig::HORIZONS_S.contains(&config.horizon_s) {
         return Err(CompareError::Horizon(config.horizon_s));
     }
-    if log.len() < FEWEST {
+    if log.len() < THRESHOLDS.fewest_samples {
         return Err(CompareError::TooShort {
             log: log.source_name().to_owned(),
             samples: log.len(),
-            needed: FEWEST,
+            needed: THRESHOLDS.fewest_samples,
         });
     }
     check_magnitudes(log)?;
     let screened = ScreenedLog::of(log);
     let warnings: Vec<Finding> = screened.findings().cloned().collect();
     let log = screened.dataset();
-    let mut runs = Vec::new();
-    for model in models {
-        cancel::check();
-        let added: Vec<_> =
-            model.effects.iter().map(|added| model.effect(&added.id)).collect::<Result<_, _>>()?;
-        let undefined = model.first_undefined_row(&added, log.time(), &|name| log.column(name))?;
-        if let Some(UndefinedRow { effect, time, signals }) = undefined {
-            let (model, log) = (model.name.clone(), log.source_name().to_owned());
-            return Err(CompareError::NotANumber { model, effect, log, time, signals });
-        }
-        runs.push(blocks::blocks(model, log, config)?);
-    }
+    let runs = models.iter().map(|model| run(model, log, config)).collect::<Result<Vec<_>, _>>()?;
     if runs.iter().all(Vec::is_empty) {
         return Err(ScreeningError::nothing_in_common(&[log]).into());
     }
@@ -214,7 +203,7 @@ pub fn compare(
         let blocks = run
             .into_iter()
             .inspect(|_| cancel::check())
-            .map(|raw| raw.judge(model, log, &noise, config, unknown_torque.as_ref()));
+            .map(|block| block.score(model, log, &noise, config, unknown_torque.as_ref()));
         comparisons.push(Comparison {
             model: model.name.clone(),
             effects: model.effects.iter().map(|added| added.id.clone()).collect(),
@@ -226,4 +215,17 @@ pub fn compare(
         });
     }
     Ok(comparisons)
+}
+
+/// Runs the blocks of a model, after its expressions were found to be defined on every row.
+fn run(model: &Model, log: &Dataset, config: &CompareConfig) -> Result<Vec<BlockRun>, CompareError> {
+    cancel::check();
+    let added: Vec<_> =
+        model.effects.iter().map(|added| model.effect(&added.id)).collect::<Result<_, _>>()?;
+    let undefined = model.first_undefined_row(&added, log.time(), &|name| log.column(name))?;
+    if let Some(UndefinedRow { effect, time, signals }) = undefined {
+        let (model, log) = (model.name.clone(), log.source_name().to_owned());
+        return Err(CompareError::NotANumber { model, effect, log, time, signals });
+    }
+    blocks::blocks(model, log, config)
 }

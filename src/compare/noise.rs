@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::block_run::Raw;
+use super::block_run::BlockRun;
 use super::channels::RATES;
+use super::thresholds::THRESHOLDS;
 use crate::estimation::noise_floor::{DITHERED, RESOLUTION, reading_step, spread};
 use crate::estimation::quantile::median;
 use crate::log::Dataset;
@@ -15,15 +16,13 @@ pub(crate) struct Noise(BTreeMap<String, f64>);
 
 /// Median of the size of a standard normal variable.
 const NORMAL_MEDIAN: f64 = 0.674_489_75;
-/// A model's residual shows the noise better than the signal itself where its estimate is below this share.
-const CLEARLY: f64 = 0.9;
 /// Sum of the squares of the third difference's weights 1, -3, 3, -1.
 const THIRD_DIFFERENCE: f64 = 20.0;
 
 impl Noise {
     /// The smallest of what the signal itself shows and what each model leaves of it: a model that follows a
     /// fast signal uncovers the noise below it, and no model can make noise smaller.
-    pub(crate) fn estimate(log: &Dataset, runs: &[Vec<Raw>]) -> Self {
+    pub(crate) fn estimate(log: &Dataset, runs: &[Vec<BlockRun>]) -> Self {
         let mut sizes = BTreeMap::new();
         for name in log.names() {
             if let Some(values) = log.column(name) {
@@ -31,19 +30,19 @@ impl Noise {
                 sizes.insert(name.to_owned(), white_noise(pieces));
             }
         }
-        for raw in runs.iter().flatten().filter(|raw| raw.shows_noise) {
-            let residual = raw.residual();
+        for run in runs.iter().flatten().filter(|run| run.shows_noise) {
+            let residual = run.residual();
             // Short windows, or few readings in each, leave no differences, or too few to tell anything.
             let there = |four: &&[f64]| four.iter().all(|value| value.is_finite());
             let known =
-                raw.pieces.iter().map(|piece| residual[piece.clone()].windows(4).filter(there).count());
-            if raw.is_in_windows() && known.sum::<usize>() < BLOCK {
+                run.pieces.iter().map(|piece| residual[piece.clone()].windows(4).filter(there).count());
+            if run.is_in_windows() && known.sum::<usize>() < THRESHOLDS.noise_block {
                 continue;
             }
-            let left = white_noise(raw.pieces.iter().map(|piece| &residual[piece.clone()]));
-            if let Some(size) = sizes.get_mut(&raw.signal) {
+            let left = white_noise(run.pieces.iter().map(|piece| &residual[piece.clone()]));
+            if let Some(size) = sizes.get_mut(&run.signal) {
                 // The smaller of two estimates of one noise would lie below both: only a clear fall counts.
-                if left < CLEARLY * *size {
+                if left < THRESHOLDS.clearly_less_noise * *size {
                     *size = left;
                 }
             }
@@ -74,17 +73,6 @@ pub(crate) fn rotor_noise(model: &Model, noise: &Noise) -> f64 {
     slope * noise.of(RATES[0]).hypot(noise.of(RATES[1]))
 }
 
-/// Values that are there, one in so many, from which on there are enough of four in a row.
-const IN_A_ROW: usize = 4;
-/// Samples of one estimate.
-const BLOCK: usize = 200;
-/// Rank among the blocks' estimates that stands for the noise: a third of the record may be too fast to see it.
-const RANK: f64 = 0.4;
-/// Blocks up to this many times the ranked one count as noise: their estimates scatter by a few per cent.
-const ALIKE: f64 = 1.15;
-/// Differences beyond this many standard deviations are steps and spikes.
-const OUTLIER: f64 = 3.5;
-
 /// Standard deviation of the part of a signal that no parabola through neighbouring samples explains, from
 /// third differences over blocks: steps and spikes, being few, do not count, and neither do stretches that
 /// move too fast.
@@ -98,18 +86,21 @@ pub(crate) fn white_noise<'a>(pieces: impl Iterator<Item = &'a [f64]>) -> f64 {
     let known: usize = pieces.iter().map(there).sum();
     let mut differences: Vec<f64> = pieces.iter().flat_map(|piece| sizes(piece)).collect();
     // A sensor slower than the rows hardly ever has four values in a row: then its own rows count.
-    if IN_A_ROW * differences.len() < known {
+    if THRESHOLDS.in_a_row * differences.len() < known {
         let own = pieces
             .iter()
             .map(|piece| -> Vec<f64> { piece.iter().copied().filter(|value| value.is_finite()).collect() });
         differences = own.flat_map(|own| sizes(&own)).collect();
     }
-    let blocks = (differences.len() / BLOCK).max(1);
+    let blocks = (differences.len() / THRESHOLDS.noise_block).max(1);
     let mut estimates: Vec<f64> =
         differences.chunks(differences.len().div_ceil(blocks).max(1)).map(of_block).collect();
     estimates.sort_by(f64::total_cmp);
-    let Some(ranked) = estimates.get((RANK * estimates.len() as f64) as usize) else { return 0.0 };
-    let alike: Vec<f64> = estimates.iter().copied().take_while(|size| *size <= ALIKE * ranked).collect();
+    let Some(ranked) = estimates.get((THRESHOLDS.noise_rank * estimates.len() as f64) as usize) else {
+        return 0.0;
+    };
+    let alike: Vec<f64> =
+        estimates.iter().copied().take_while(|size| *size <= THRESHOLDS.noise_scatter * ranked).collect();
     (alike.iter().map(|size| size * size).sum::<f64>() / alike.len() as f64).sqrt()
 }
 
@@ -117,7 +108,8 @@ pub(crate) fn white_noise<'a>(pieces: impl Iterator<Item = &'a [f64]>) -> f64 {
 fn of_block(differences: &[f64]) -> f64 {
     let median = median(differences.iter().copied()).unwrap_or(0.0);
     // On a coarse grid most neighbours are equal: then every flip between steps counts.
-    let limit = if median > 0.0 { OUTLIER * median / NORMAL_MEDIAN } else { f64::INFINITY };
+    let limit =
+        if median > 0.0 { THRESHOLDS.outlier_differences * median / NORMAL_MEDIAN } else { f64::INFINITY };
     let (sum, count) = differences
         .iter()
         .filter(|size| **size <= limit)
@@ -161,7 +153,7 @@ mod tests {
     /// follows it, each begun at a noisy sample, do not.
     #[test]
     fn windows_show_the_noise_below_a_fast_signal() {
-        use super::super::block_run::Floor;
+        use super::super::block_run::NoisePath;
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(6);
         let normal = Normal::new(0.0, 0.004).unwrap();
         let time: Vec<f64> = (0..6_000).map(|k| 0.02 * f64::from(k)).collect();
@@ -169,16 +161,16 @@ mod tests {
         let rate: Vec<f64> = swing.iter().map(|rate| rate + normal.sample(&mut rng)).collect();
         let mut log = Dataset::new("here", "", time).unwrap();
         log.insert("body_rate_rad_s", rate.clone()).unwrap();
-        let floor = Floor::Window { rotors: false, angle: false };
-        let mut raw = Raw::new("body", "body_rate_rad_s", "rad/s", &[], floor);
+        let floor = NoisePath::Window { rotors: false, angle: false };
+        let mut run = BlockRun::new("body", "body_rate_rad_s", "rad/s", &[], floor);
         for start in (0..5_985).step_by(15) {
             let rows = start + 1..start + 16;
             let begun = rate[start] - swing[start];
             let modelled: Vec<f64> = swing[rows.clone()].iter().map(|rate| rate + begun).collect();
-            raw.add(rows.clone(), &rate[rows], &modelled);
+            run.add(rows.clone(), &rate[rows], &modelled);
         }
         // Three readings in each window: they tell nothing.
-        let mut sparse = Raw::new("body", "body_rate_rad_s", "rad/s", &[], floor);
+        let mut sparse = BlockRun::new("body", "body_rate_rad_s", "rad/s", &[], floor);
         for start in (0..5_985).step_by(15) {
             let rows = start + 1..start + 16;
             let seldom = |row: usize| if row.is_multiple_of(5) { rate[row] } else { f64::NAN };
@@ -186,7 +178,7 @@ mod tests {
         }
         let alone = Noise::estimate(&log, &[]).of("body_rate_rad_s");
         let of_few = Noise::estimate(&log, &[vec![sparse]]).of("body_rate_rad_s");
-        let found = Noise::estimate(&log, &[vec![raw]]).of("body_rate_rad_s");
+        let found = Noise::estimate(&log, &[vec![run]]).of("body_rate_rad_s");
         assert_eq!(of_few, alone);
         assert!(alone > 0.008, "{alone}");
         // 4,800 correlated differences know it to about 1.7 %.

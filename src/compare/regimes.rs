@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::dependence::{Correlation, Dependence};
 use super::spectrum::{Spectrum, spectrum};
+use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::quantile;
 use crate::screening::readings;
 
@@ -39,12 +40,6 @@ pub struct Group {
     pub share: f64,
 }
 
-/// Stretches of time the error is shown over.
-const STRETCHES: usize = 60;
-
-/// A signal that moves slower than this share of its fast motion (99th percentile) is at rest.
-const REST: f64 = 0.05;
-
 impl Failure {
     /// What can be said from the signals of the block alone; `corner_hz` parts slow from fast.
     pub(crate) fn of(
@@ -74,9 +69,6 @@ impl Failure {
     }
 }
 
-/// Share of samples up to which lines over the missing ones do not show in a spectrum.
-const FEW: f64 = 0.03;
-
 /// The spectrum of an error of which samples are missing: a few, or those of a sensor that tells in every second, third or
 /// fourth row only.
 fn patchy_spectrum(
@@ -87,7 +79,7 @@ fn patchy_spectrum(
     corner_hz: f64,
 ) -> Option<Spectrum> {
     let missing = residual.iter().filter(|error| !error.is_finite()).count();
-    if (missing as f64) < FEW * residual.len() as f64 {
+    if (missing as f64) < THRESHOLDS.few_missing * residual.len() as f64 {
         let whole = |piece: &Range<usize>| readings::bridged(&time[piece.clone()], &residual[piece.clone()]);
         let whole: Vec<Vec<f64>> = pieces.iter().map(whole).collect();
         return spectrum(whole.iter().map(Vec::as_slice), interval, corner_hz);
@@ -105,14 +97,14 @@ fn patchy_spectrum(
 
 fn over_time(time: &[f64], residual: &[f64]) -> Vec<(f64, f64)> {
     let (Some(first), Some(last)) = (time.first(), time.last()) else { return Vec::new() };
-    let length = (last - first) / STRETCHES as f64;
-    let mut sums = [(0.0, 0.0); STRETCHES];
+    let length = (last - first) / THRESHOLDS.stretches_shown as f64;
+    let mut sums = [(0.0, 0.0); THRESHOLDS.stretches_shown];
     for (at, error) in time.iter().zip(residual).filter(|(_, error)| error.is_finite()) {
-        let sum = &mut sums[(((at - first) / length) as usize).min(STRETCHES - 1)];
+        let sum = &mut sums[(((at - first) / length) as usize).min(THRESHOLDS.stretches_shown - 1)];
         sum.0 += error * error;
         sum.1 += 1.0;
     }
-    let middles = (0..STRETCHES).map(|number| first + (number as f64 + 0.5) * length);
+    let middles = (0..THRESHOLDS.stretches_shown).map(|number| first + (number as f64 + 0.5) * length);
     // A stretch without samples is a hole: not-a-number.
     middles.zip(sums).map(|(at, (sum, count)): (f64, (f64, f64))| (at, (sum / count).sqrt())).collect()
 }
@@ -124,7 +116,7 @@ fn groups(time: &[f64], modelled: &[f64], residual: &[f64], pieces: &[Range<usiz
         slopes[piece.clone()].copy_from_slice(&found);
     }
     let Some(fast) = quantile(slopes.iter().map(|slope| slope.abs()), 0.99) else { return Vec::new() };
-    let rest = REST * fast;
+    let rest = THRESHOLDS.at_rest * fast;
     let total: f64 = residual.iter().filter(|error| error.is_finite()).map(|error| error * error).sum();
     // Of each slope: 0 steady, 1 rising, 2 falling.
     let kind = |slope: f64| if slope.abs() <= rest { 0 } else { 1 + usize::from(slope < 0.0) };

@@ -1,12 +1,13 @@
-//! The error of a block, judged against the noise.
+//! The error of a block, scored against the noise.
 
 use serde::Serialize;
 
-use super::block_run::{Floor, Raw};
+use super::block_run::{BlockRun, NoisePath};
 use super::channels::{BODY_ANGLE, BODY_RATE, RATES};
 use super::dependence::{correlations, dependences};
 use super::noise::{Noise, rotor_noise};
 use super::regimes::Failure;
+use super::thresholds::THRESHOLDS;
 use super::unknown_torque::UnknownTorque;
 use super::{CompareConfig, gyro_block};
 use crate::log::Dataset;
@@ -14,7 +15,7 @@ use crate::model::Model;
 
 /// How large the error of a block is, and of what it consists.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Error {
+pub struct ErrorStatistics {
     /// Rms, in the signal's unit.
     pub rms: f64,
     /// [%] 100 (1 - |y - m| / |y - mean y|), as MATLAB's `compare` prints it; not-a-number, as the shares, where the
@@ -35,7 +36,7 @@ pub struct Error {
     pub limit: f64,
 }
 
-impl Error {
+impl ErrorStatistics {
     /// [-] error over noise floor.
     #[must_use]
     pub fn over_floor(&self) -> f64 {
@@ -54,11 +55,6 @@ impl Error {
     }
 }
 
-/// [-] what a floor may be off by its assumptions: white noise, straight lines between samples.
-const FLOOR_ERROR: f64 = 1.05;
-/// [-] scatter of a noise estimate.
-const FLOOR_SCATTER: f64 = 0.02;
-
 /// Measured and modelled signal, sample by sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trace {
@@ -72,7 +68,7 @@ pub struct Trace {
     pub modelled: Vec<f64>,
 }
 
-/// A block that was run and judged.
+/// A block that was run and scored.
 #[derive(Debug, Clone, Serialize)]
 pub struct Block {
     /// `actuator_1`, `actuator_2`, `thrust_1`, `thrust_2`, `body`, `sensors`, `chain`.
@@ -85,10 +81,10 @@ pub struct Block {
     pub driven_by: Vec<String>,
     /// How it was run, in words.
     pub run: String,
-    /// Samples judged.
+    /// Samples scored.
     pub samples: usize,
     /// How large the error is.
-    pub error: Error,
+    pub error: ErrorStatistics,
     /// Where it fails.
     pub failure: Failure,
     /// The signals themselves.
@@ -96,9 +92,9 @@ pub struct Block {
     pub trace: Trace,
 }
 
-impl Raw {
-    /// Judges the error against the noise.
-    pub(crate) fn judge(
+impl BlockRun {
+    /// Scores the error against the noise.
+    pub(crate) fn score(
         self,
         model: &Model,
         log: &Dataset,
@@ -137,7 +133,7 @@ impl Raw {
         }
     }
 
-    fn error(&self, residual: &[f64], noise_floor: f64) -> Error {
+    fn error(&self, residual: &[f64], noise_floor: f64) -> ErrorStatistics {
         let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
         for (error, value) in residual.iter().zip(&self.measured).filter(|(error, _)| error.is_finite()) {
             count += 1.0;
@@ -145,15 +141,15 @@ impl Raw {
             squares += error * error;
         }
         let mean = sum / count;
-        let judged = residual.iter().zip(&self.measured).filter(|(error, _)| error.is_finite());
-        let spread: f64 = judged.map(|(_, value)| (value - mean).powi(2)).sum();
+        let scored = residual.iter().zip(&self.measured).filter(|(error, _)| error.is_finite());
+        let spread: f64 = scored.map(|(_, value)| (value - mean).powi(2)).sum();
         // Rounding of the mean is no movement.
         if spread <= count * (1e-12 * mean).powi(2) {
             // A signal that never moves has no variance to share out.
             let rms = (squares / count).sqrt();
-            let (one_step, limit) = (self.one_step, FLOOR_ERROR);
+            let (one_step, limit) = (self.one_step, THRESHOLDS.floor_error);
             let none = f64::NAN;
-            return Error {
+            return ErrorStatistics {
                 rms,
                 fit_percent: none,
                 noise_floor,
@@ -165,7 +161,7 @@ impl Raw {
             };
         }
         let noise = (noise_floor * noise_floor * count / spread).min(squares / spread);
-        Error {
+        ErrorStatistics {
             rms: (squares / count).sqrt(),
             fit_percent: 100.0 * (1.0 - (squares / spread).sqrt()),
             noise_floor,
@@ -173,16 +169,19 @@ impl Raw {
             noise,
             unexplained: (squares / spread).min(1.0) - noise.min(1.0),
             one_step: self.one_step,
-            limit: FLOOR_ERROR + 2.0 * (FLOOR_SCATTER * FLOOR_SCATTER + 0.5 / self.independent(count)).sqrt(),
+            limit: THRESHOLDS.floor_error
+                + 2.0
+                    * (THRESHOLDS.floor_scatter * THRESHOLDS.floor_scatter + 0.5 / self.independent(count))
+                        .sqrt(),
         }
     }
 
     /// Errors that know nothing of each other: every sample of a free run, one a window.
     fn independent(&self, count: f64) -> f64 {
         match self.floor {
-            Floor::Sensor | Floor::Thrust(_) => count,
-            Floor::Window { .. } => self.pieces.len() as f64,
-            Floor::Slope(half) => count / half as f64,
+            NoisePath::Sensor | NoisePath::Thrust(_) => count,
+            NoisePath::Window { .. } => self.pieces.len() as f64,
+            NoisePath::Slope(half) => count / half as f64,
         }
     }
 
@@ -191,14 +190,14 @@ impl Raw {
         let gyro = noise.of(BODY_RATE);
         let (horizon, interval) = (config.horizon_s, log.median_interval());
         match self.floor {
-            Floor::Sensor => sensor,
-            Floor::Thrust(slope) => {
+            NoisePath::Sensor => sensor,
+            NoisePath::Thrust(slope) => {
                 let rate = if self.name == "thrust_1" { RATES[0] } else { RATES[1] };
                 sensor.hypot(slope * noise.of(rate))
             }
             // Means over the window of the variance at each instant: of the start's rate, once for the rate and
             // times t² for the angle; of the rotors' noise, which walks with t and, integrated, with t³/3.
-            Floor::Window { rotors, angle } => {
+            NoisePath::Window { rotors, angle } => {
                 let kick = if rotors { rotor_noise(model, noise) } else { 0.0 };
                 let walk = kick * kick * interval * horizon;
                 let variance = if angle {
@@ -208,7 +207,7 @@ impl Raw {
                 };
                 variance.sqrt()
             }
-            Floor::Slope(half) => {
+            NoisePath::Slope(half) => {
                 let [gyro, angle] = [(BODY_RATE, gyro), (BODY_ANGLE, noise.of(BODY_ANGLE))]
                     .map(|(name, noise)| noise * gyro_block::thinned(log, name));
                 gyro_block::noise(half, interval, gyro, angle)

@@ -1,5 +1,6 @@
 //! At which frequencies an error lives.
 
+use super::thresholds::THRESHOLDS;
 use rustfft::algorithm::Radix4;
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftDirection};
@@ -19,9 +20,6 @@ pub struct Spectrum {
     pub density: Vec<(f64, f64)>,
 }
 
-/// Samples of a piece that is transformed at once; half of it overlaps the next.
-const PIECE: usize = 512;
-
 /// Welch's estimate over pieces of a residual that is sampled every `interval` [s]. `None` where no piece is
 /// long enough.
 pub(crate) fn spectrum<'a>(
@@ -29,15 +27,18 @@ pub(crate) fn spectrum<'a>(
     interval: f64,
     corner_hz: f64,
 ) -> Option<Spectrum> {
-    let transform = Radix4::new(PIECE, FftDirection::Forward);
-    let window: Vec<f64> =
-        (0..PIECE).map(|k| 0.5 - 0.5 * (std::f64::consts::TAU * k as f64 / PIECE as f64).cos()).collect();
+    let transform = Radix4::new(THRESHOLDS.spectrum_piece, FftDirection::Forward);
+    let window: Vec<f64> = (0..THRESHOLDS.spectrum_piece)
+        .map(|k| 0.5 - 0.5 * (std::f64::consts::TAU * k as f64 / THRESHOLDS.spectrum_piece as f64).cos())
+        .collect();
     let weight: f64 = window.iter().map(|w| w * w).sum();
-    let mut power = vec![0.0; PIECE / 2 + 1];
+    let mut power = vec![0.0; THRESHOLDS.spectrum_piece / 2 + 1];
     let mut count = 0.0;
     for piece in pieces {
-        for start in (0..piece.len().saturating_sub(PIECE - 1)).step_by(PIECE / 2) {
-            let part = &piece[start..start + PIECE];
+        for start in (0..piece.len().saturating_sub(THRESHOLDS.spectrum_piece - 1))
+            .step_by(THRESHOLDS.spectrum_piece / 2)
+        {
+            let part = &piece[start..start + THRESHOLDS.spectrum_piece];
             if part.iter().any(|value| !value.is_finite()) {
                 continue;
             }
@@ -53,7 +54,7 @@ pub(crate) fn spectrum<'a>(
     if count == 0.0 {
         return None;
     }
-    let step = 1.0 / (PIECE as f64 * interval);
+    let step = 1.0 / (THRESHOLDS.spectrum_piece as f64 * interval);
     // One-sided density, so that its integral is the variance.
     let density: Vec<(f64, f64)> = power
         .iter()

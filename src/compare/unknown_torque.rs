@@ -12,9 +12,10 @@ use super::blocks::{body_inputs, true_rate};
 use super::channels::{BODY_ANGLE, BODY_RATE};
 use super::dependence::{Dependence, dependences};
 use super::noise::{Noise, rotor_noise};
+use super::thresholds::THRESHOLDS;
 use crate::effect::Site;
 use crate::log::Dataset;
-use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model};
+use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, ModelError};
 
 /// The smoothed unknown torque.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -56,7 +57,7 @@ struct Motion {
 
 /// Noise the filter reckons with.
 #[derive(Clone, Copy)]
-struct Spread {
+struct FilterNoise {
     inertia: f64,
     /// [rad/s] gyroscope, [rad] angle.
     gyro: f64,
@@ -66,20 +67,12 @@ struct Spread {
 }
 
 /// Filter state at a sample: before and after its measurements.
-struct Passed {
+struct FilterState {
     before: (Vector4<f64>, Matrix4<f64>),
     after: (Vector4<f64>, Matrix4<f64>),
     /// From the sample to the next.
     transition: Matrix4<f64>,
 }
-
-/// [1/s] how fast the torque's slope wanders beside the torque itself.
-const SLOPE_RATE: f64 = 1.0;
-/// [N m/√s] of wander tried: 1e-4 to 10 by factors of two.
-const SLOWEST: f64 = 1e-4;
-const TRIES: usize = 17;
-/// Samples from which the wander is chosen.
-const MOST_SAMPLES: usize = 20_000;
 
 /// Estimates the torque; `None` where the log has no body rate, or nothing that drives the body.
 pub(crate) fn smooth(
@@ -91,16 +84,7 @@ pub(crate) fn smooth(
     let (Some(rate), Some(driven)) = (log.column(BODY_RATE), body_inputs(&equations, log)) else {
         return Ok(None);
     };
-    // Without the gyroscope's laws the step of the body itself shows.
-    let mut deaf = model.clone();
-    let mut kept = Vec::new();
-    for added in deaf.effects {
-        if model.effect(&added.id)?.site != Site::BodyRateSensor {
-            kept.push(added);
-        }
-    }
-    deaf.effects = kept;
-    let body = deaf.equations()?;
+    let body = without_gyroscope(model)?.equations()?;
     let angle = log.column(BODY_ANGLE);
     let motions: Vec<Motion> = driven
         .stretches
@@ -110,7 +94,7 @@ pub(crate) fn smooth(
             motion((&equations, &body), rows.clone(), input, &rate[rows.clone()], angle)
         })
         .collect();
-    let spread = Spread {
+    let spread = FilterNoise {
         inertia: model.body.inertia,
         // A sensor without visible noise still has a last digit.
         gyro: noise.of(BODY_RATE).max(1e-6),
@@ -118,11 +102,7 @@ pub(crate) fn smooth(
         rotors: rotor_noise(model, noise),
     };
     let Some(longest) = motions.iter().max_by_key(|motion| motion.time.len()) else { return Ok(None) };
-    let wander = (0..TRIES)
-        .map(|number| SLOWEST * 2.0_f64.powi(number as i32))
-        .map(|wander| (wander, filter(longest, &spread, wander, MOST_SAMPLES).1))
-        .max_by(|a, b| a.1.total_cmp(&b.1))
-        .map_or(SLOWEST, |(wander, _)| wander);
+    let wander = likeliest_wander(longest, &spread);
     let mut found = UnknownTorque {
         rms: 0.0,
         mean: 0.0,
@@ -145,17 +125,40 @@ pub(crate) fn smooth(
         let steps = motion.time.windows(2).zip(&motion.gained);
         known.extend(steps.map(|(pair, gained)| spread.inertia * gained / (pair[1] - pair[0])));
     }
-    let rms = |values: &[f64]| {
-        let good = values.iter().filter(|value| value.is_finite());
-        let (sum, count) = good.fold((0.0, 0.0), |(sum, count), v| (sum + v * v, count + 1.0));
-        f64::sqrt(sum / count)
-    };
     found.rms = rms(&found.torque);
     found.mean = found.torque.iter().sum::<f64>() / found.torque.len().max(1) as f64;
     found.uncertainty = rms(&found.standard_error);
     found.known_rms = rms(&known);
     found.dependences = dependences(log, &found.rows, &found.torque);
     Ok((!found.torque.is_empty()).then_some(found))
+}
+
+/// The model without the laws of its gyroscope: the step of the body itself shows.
+fn without_gyroscope(model: &Model) -> Result<Model, ModelError> {
+    let mut body = model.clone();
+    body.effects.clear();
+    for added in &model.effects {
+        if model.effect(&added.id)?.site != Site::BodyRateSensor {
+            body.effects.push(added.clone());
+        }
+    }
+    Ok(body)
+}
+
+/// [N m/√s] the wander under which a stretch is likeliest.
+fn likeliest_wander(motion: &Motion, spread: &FilterNoise) -> f64 {
+    let tried = (0..THRESHOLDS.wanders_tried).map(|number| {
+        let wander = THRESHOLDS.slowest_wander * 2.0_f64.powi(number as i32);
+        (wander, filter(motion, spread, wander, THRESHOLDS.wander_samples).1)
+    });
+    tried.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(THRESHOLDS.slowest_wander, |(wander, _)| wander)
+}
+
+/// Rms of the values that are there.
+fn rms(values: &[f64]) -> f64 {
+    let good = values.iter().filter(|value| value.is_finite());
+    let (sum, count) = good.fold((0.0, 0.0), |(sum, count), v| (sum + v * v, count + 1.0));
+    f64::sqrt(sum / count)
 }
 
 /// What the model says about each step, taken from the measured state; `body` is the model with a gyroscope
@@ -190,7 +193,7 @@ fn motion(
 }
 
 /// Forwards over at most `most` samples: every state, and the logarithm of the likelihood.
-fn filter(motion: &Motion, spread: &Spread, wander: f64, most: usize) -> (Vec<Passed>, f64) {
+fn filter(motion: &Motion, spread: &FilterNoise, wander: f64, most: usize) -> (Vec<FilterState>, f64) {
     let first = |values: &[f64]| values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
     let mut state = Vector4::new(first(&motion.angle), first(&motion.rate), 0.0, 0.0);
     // A torque of 1 N m, and a slope of 1 N m/s, would be much.
@@ -222,19 +225,23 @@ fn filter(motion: &Motion, spread: &Spread, wander: f64, most: usize) -> (Vec<Pa
             0.0, 0.0,  1.0,               step,
             0.0, 0.0,  0.0,               1.0,
         );
-        passed.push(Passed { before, after: (state, covariance), transition });
+        passed.push(FilterState { before, after: (state, covariance), transition });
         let gained = motion.gained[row];
         state = transition * state + Vector4::new(0.5 * step * gained, gained, 0.0, 0.0);
         let kick = spread.rotors * step;
-        let noise =
-            Vector4::new(0.0, kick * kick, wander * wander * step, (SLOPE_RATE * wander).powi(2) * step);
+        let noise = Vector4::new(
+            0.0,
+            kick * kick,
+            wander * wander * step,
+            (THRESHOLDS.slope_rate * wander).powi(2) * step,
+        );
         covariance = transition * covariance * transition.transpose() + Matrix4::from_diagonal(&noise);
     }
     (passed, likelihood)
 }
 
 /// Backwards: the unknown torque and its standard error at each sample, [N m].
-fn backwards(passed: &[Passed]) -> Vec<(f64, f64)> {
+fn backwards(passed: &[FilterState]) -> Vec<(f64, f64)> {
     let mut found = vec![(f64::NAN, f64::NAN); passed.len()];
     let Some(last) = passed.last() else { return found };
     let (mut state, mut covariance) = last.after;

@@ -2,27 +2,26 @@
 
 use std::collections::BTreeMap;
 
-use super::candidate_fit::Trial;
+use super::block_data::Channel;
+use super::candidate_fit::CandidateFit;
 use super::config::DiagnoseConfig;
 use super::diagnosis::{
-    Both, Candidate, ChangedParameter, Diagnosis, ErrorStory, FoundParameter, NextExperiment, Place, Rung,
-    Verdict,
+    ChangedParameter, Diagnosis, ErrorSummary, FailurePlace, FoundParameter, LadderStep, NextExperiment,
+    RankedCandidate, TrainValidate, Verdict,
 };
-use super::search_result::Found;
+use super::search_result::SearchResult;
+use super::thresholds::THRESHOLDS;
 use super::verdict::{joint, turns_against_torque};
 use crate::effect;
 use crate::estimation::dependence::evidence;
 use crate::log::Dataset;
 use crate::model::{Effect, Model};
 
-/// Sets named beside the answer.
-pub(crate) const MOST_ALTERNATIVES: usize = 2;
-
 /// The answer from what was found in each block, and the verdict on it.
 pub(crate) fn conclude(
     model: &Model,
     known: &[Effect],
-    (blocks, verdicts): (&[Found], &[Verdict]),
+    (blocks, verdicts): (&[SearchResult], &[Verdict]),
     logs: &[&Dataset],
     config: &DiagnoseConfig,
 ) -> Diagnosis {
@@ -36,9 +35,9 @@ pub(crate) fn conclude(
         verdict,
         parameters: parameters(&extended, known, &effects),
         changed_parameters: changed_parameters(model, blocks, verdicts),
-        error: error_story(main, channel, config),
+        error: error_summary(main, channel, config),
         r#where: places(blocks, verdicts),
-        ladder: main.ladder.iter().map(|trial| rung(main, trial, channel)).collect(),
+        ladder: main.ladder.iter().map(|fitted| rung(main, fitted, channel)).collect(),
         candidates: blocks.iter().flat_map(|found| candidates(found, channel_of(found))).collect(),
         findings: super::caveats::warnings(logs, blocks),
         next_experiment,
@@ -49,31 +48,27 @@ pub(crate) fn conclude(
     }
 }
 
-/// The channel that a block's error is told in: the first, where the recalibrated base plainly fails in it, else
+/// The channel in which a block's error is given: the first, where the refitted baseline plainly fails in it, else
 /// the one in which it fails most.
-fn channel_of(found: &Found) -> usize {
-    let first = found.recalibrated.channel_error(&found.stage, 0, true) / found.floors[0];
-    if first > PLAINLY { 0 } else { found.over_floor(&found.recalibrated).1 }
+fn channel_of(found: &SearchResult) -> usize {
+    let first = found.refitted.channel_error(&found.split, 0, true) / found.floors[0];
+    if first > THRESHOLDS.plain_error { 0 } else { found.over_floor(&found.refitted).1 }
 }
 
-/// An error this far over its noise floor is plain to see.
-const PLAINLY: f64 = 1.5;
-
-/// The block and channel that the error is told in: where the recalibrated base is worst over its noise.
-pub(crate) fn main_block(blocks: &[Found]) -> (&Found, usize) {
-    let worst = |found: &&Found| {
-        let (stale, recalibrated) =
-            (found.over_floor(&found.stale).0, found.over_floor(&found.recalibrated).0);
-        // Where an effect is named the recalibrated base is what it must beat; else the stale one tells more.
-        let is_named = found.ladder.last().is_some_and(|trial| !trial.effects.is_empty());
-        if is_named { 1e3 * recalibrated } else { stale }
+/// The block and channel in which the error is given: where the refitted baseline is worst over its noise.
+pub(crate) fn main_block(blocks: &[SearchResult]) -> (&SearchResult, usize) {
+    let worst = |found: &&SearchResult| {
+        let (nominal, refitted) = (found.over_floor(&found.nominal).0, found.over_floor(&found.refitted).0);
+        // Where an effect is named the refitted baseline is what it must beat; else the nominal one shows more.
+        let is_named = found.ladder.last().is_some_and(|fitted| !fitted.effects.is_empty());
+        if is_named { 1e3 * refitted } else { nominal }
     };
     let best = blocks.iter().max_by(|a, b| worst(a).total_cmp(&worst(b))).unwrap_or(&blocks[0]);
     (best, channel_of(best))
 }
 
 /// The model with what each block found.
-pub(crate) fn merged(model: &Model, blocks: &[Found], verdicts: &[Verdict]) -> Model {
+pub(crate) fn merged(model: &Model, blocks: &[SearchResult], verdicts: &[Verdict]) -> Model {
     let mut merged = model.clone();
     for (found, verdict) in blocks.iter().zip(verdicts) {
         let best = &found.answer;
@@ -113,7 +108,7 @@ fn parameters(model: &Model, known: &[Effect], effects: &[String]) -> BTreeMap<S
     parameters
 }
 
-fn changed_parameters(model: &Model, blocks: &[Found], verdicts: &[Verdict]) -> Vec<ChangedParameter> {
+fn changed_parameters(model: &Model, blocks: &[SearchResult], verdicts: &[Verdict]) -> Vec<ChangedParameter> {
     let mut changed = Vec::new();
     for (found, _) in
         blocks.iter().zip(verdicts).filter(|(_, verdict)| **verdict != Verdict::InsufficientData)
@@ -134,35 +129,45 @@ fn changed_parameters(model: &Model, blocks: &[Found], verdicts: &[Verdict]) -> 
     changed
 }
 
-fn error_of(found: &Found, trial: &Trial, channel: usize) -> Both {
-    Both {
-        train: trial.channel_error(&found.stage, channel, false),
-        validate: trial.channel_error(&found.stage, channel, true),
+fn error_of(found: &SearchResult, fitted: &CandidateFit, channel: usize) -> TrainValidate {
+    TrainValidate {
+        train: fitted.channel_error(&found.split, channel, false),
+        validate: fitted.channel_error(&found.split, channel, true),
     }
 }
 
-pub(crate) fn error_story(found: &Found, channel: usize, config: &DiagnoseConfig) -> ErrorStory {
-    let what = found.stage.train.channels()[channel];
-    let how = if found.stage.train.is_rotor() {
+pub(crate) fn error_summary(found: &SearchResult, channel: usize, config: &DiagnoseConfig) -> ErrorSummary {
+    let what = found.split.train.channels()[channel];
+    let how = if found.split.train.is_rotor() {
         "free run between holes".to_owned()
     } else {
         format!("free run over windows of {} s, initial state fitted", config.horizon)
     };
-    ErrorStory {
+    ErrorSummary {
+        channel: label(what),
+        unit: what.unit,
         measure: format!("rms of {}, {how} [{}]", what.name, what.unit),
         noise_floor: found.floors[channel],
-        base: error_of(found, &found.stale, channel),
-        recalibrated: error_of(found, &found.recalibrated, channel),
+        base: error_of(found, &found.nominal, channel),
+        refitted: error_of(found, &found.refitted, channel),
         extended: error_of(found, &found.answer, channel),
     }
 }
 
-fn rung(found: &Found, trial: &Trial, channel: usize) -> Rung {
-    Rung { effects: trial.effects.clone(), validate: trial.channel_error(&found.stage, channel, true) }
+/// A channel with its unit.
+fn label(channel: Channel) -> String {
+    format!("{} [{}]", channel.name, channel.unit)
+}
+
+fn rung(found: &SearchResult, fitted: &CandidateFit, channel: usize) -> LadderStep {
+    LadderStep {
+        effects: fitted.effects.clone(),
+        validate: fitted.channel_error(&found.split, channel, true),
+    }
 }
 
 /// Sets that the data cannot tell from the answer: one block's set exchanged for another.
-fn alternatives(blocks: &[Found]) -> Vec<Vec<String>> {
+fn alternatives(blocks: &[SearchResult]) -> Vec<Vec<String>> {
     let mut sets = Vec::new();
     for (index, found) in blocks.iter().enumerate() {
         for other in &found.alternatives {
@@ -172,54 +177,65 @@ fn alternatives(blocks: &[Found]) -> Vec<Vec<String>> {
             sets.push(set.collect());
         }
     }
-    sets.truncate(MOST_ALTERNATIVES);
+    sets.truncate(THRESHOLDS.most_alternatives);
     sets
 }
 
-fn candidates(found: &Found, channel: usize) -> Vec<Candidate> {
+fn candidates(found: &SearchResult, channel: usize) -> Vec<RankedCandidate> {
     let best = &found.answer;
-    let what = found.stage.train.channels()[channel];
-    let base = found.recalibrated.channel_error(&found.stage, channel, true);
-    let mut candidates: Vec<Candidate> = found
+    let what = found.split.train.channels()[channel];
+    let base = found.refitted.channel_error(&found.split, channel, true);
+    let mut candidates: Vec<RankedCandidate> = found
         .singles
         .iter()
         .map(|single| {
             // By the set that is left, not by place: an exchange of effects moves the one and not the other.
-            let rest = |trial: &&Trial| {
-                trial.effects.len() + 1 == best.effects.len()
-                    && best.effects.iter().all(|id| (*id == single.effect) != trial.effects.contains(id))
+            let rest = |fitted: &&CandidateFit| {
+                fitted.effects.len() + 1 == best.effects.len()
+                    && best.effects.iter().all(|id| (*id == single.effect) != fitted.effects.contains(id))
             };
             let named = best.effects.contains(&single.effect);
             let drop_one = named.then(|| found.dropped.iter().find(rest)).flatten();
-            Candidate {
+            RankedCandidate {
                 effect: single.effect.clone(),
-                channel: format!("{} [{}]", what.name, what.unit),
-                train: single.trial.as_ref().map(|trial| trial.channel_error(&found.stage, channel, false)),
-                validate: single.trial.as_ref().map(|trial| trial.channel_error(&found.stage, channel, true)),
-                chance: single.luck.map(|luck| luck.chance),
-                luck: single.luck.map(|luck| base * (1.0 - luck.share).sqrt()),
-                drop_one: drop_one.map(|trial| trial.channel_error(&found.stage, channel, true)),
-                note: single.note.clone(),
+                channel: label(what),
+                train: single
+                    .fitted
+                    .as_ref()
+                    .map(|fitted| fitted.channel_error(&found.split, channel, false)),
+                validate: single
+                    .fitted
+                    .as_ref()
+                    .map(|fitted| fitted.channel_error(&found.split, channel, true)),
+                p_value: single.surrogate.map(|surrogate| surrogate.p_value),
+                surrogate_error: single.surrogate.map(|surrogate| base * (1.0 - surrogate.share).sqrt()),
+                drop_one: drop_one.map(|fitted| fitted.channel_error(&found.split, channel, true)),
+                refusal: single.refusal.clone(),
             }
         })
         .collect();
-    let error = |candidate: &Candidate| candidate.validate.unwrap_or(f64::INFINITY);
+    let error = |candidate: &RankedCandidate| candidate.validate.unwrap_or(f64::INFINITY);
     candidates.sort_by(|a, b| error(a).total_cmp(&error(b)));
     candidates
 }
 
-fn places(blocks: &[Found], verdicts: &[Verdict]) -> Vec<Place> {
+fn places(blocks: &[SearchResult], verdicts: &[Verdict]) -> Vec<FailurePlace> {
     let mut places = Vec::new();
-    let judged = blocks.iter().zip(verdicts).filter(|(_, verdict)| **verdict != Verdict::InsufficientData);
-    for (found, _) in judged {
+    let held_out = blocks.iter().zip(verdicts).filter(|(_, verdict)| **verdict != Verdict::InsufficientData);
+    for (found, _) in held_out {
         let best_is_base = found.answer.effects.is_empty();
-        let fit = if best_is_base { &found.stale.fit } else { &found.recalibrated.fit };
-        for evidence in evidence(&found.stage.train, fit) {
+        let fit = if best_is_base { &found.nominal.fit } else { &found.refitted.fit };
+        for evidence in evidence(&found.split.train, fit) {
             let power = evidence.error.iter().map(|value| value * value).sum::<f64>()
                 / evidence.error.len().max(1) as f64;
             let excess = ((power / evidence.noise.max(f64::MIN_POSITIVE)) - 1.0).max(0.0);
             let (depends_on, explained) = evidence.strongest();
-            places.push(Place { block: evidence.block, share_of_error: excess, depends_on, explained });
+            places.push(FailurePlace {
+                block: evidence.block,
+                share_of_error: excess,
+                depends_on,
+                explained,
+            });
         }
     }
     let total: f64 = places.iter().map(|place| place.share_of_error).sum();

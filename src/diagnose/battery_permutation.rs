@@ -1,34 +1,24 @@
 //! Whether a law that reads the battery knows anything of it: where another stretch of the reading does as well, it does not.
 //!
 //! What such a law adds has the shape of the commands whatever the battery does, and with few levels it may lie well by
-//! chance. [`luck`] shifts command and battery together and cannot see that. Here the reading alone is shifted, round the end of
+//! chance. [`surrogate`] shifts command and battery together and cannot see that. Here the reading alone is shifted, round the end of
 //! its log, and everything is fitted again.
 //!
-//! [`luck`]: super::surrogate_test::luck
+//! [`surrogate`]: super::surrogate_test::surrogate
 
 use super::block_data::{BlockData, Runs};
-use super::candidate::Plan;
+use super::candidate::Candidate;
 use super::parallel::spread;
 use super::progress::Event;
 use super::search::Search;
-use super::search_result::Found;
+use super::search_result::SearchResult;
+use super::thresholds::THRESHOLDS;
 use crate::effect::Law;
 use crate::model::Effect;
 use crate::signal::ROTORS;
 
-/// Shifted readings tried. None of them may do as well: two laws are asked, each perhaps beside more than one set of others.
-const SHIFTS: usize = 79;
-/// The chance above which a law's reading is taken for luck: no shifted one may do as well.
-const MOST_CHANCE: f64 = 1.0 / (1 + SHIFTS) as f64;
-/// Share of the log by which a reading is shifted at least: the battery of the next second says nearly the same.
-const NEAR: f64 = 0.05;
-/// Costs within this factor of each other are nearly the same; and within one and so much they are, as far as fits converge.
-const AS_WELL: f64 = 1.02;
-const SAME: f64 = 1e-4;
 /// The signal in an expression.
 const BATTERY: &str = "battery_voltage";
-/// Samples that suffice; of more, pieces from all over the log are taken.
-const ENOUGH: usize = 10_000;
 
 /// Whether a law reads the battery.
 pub(crate) fn reads(effect: &Effect) -> bool {
@@ -61,40 +51,48 @@ impl Search<'_> {
     /// How often a shifted reading does as well as the battery's own for what an answer's laws make of it, counted as
     /// (1 + as good) / (1 + tried), and their ids. `None` where none does; where no law reads the battery, the base does, too,
     /// or numbers of the base alone do as well: they would make up for any reading.
-    pub(crate) fn battery_luck(&self, found: &Found) -> Option<(f64, Vec<String>)> {
-        let (stage, answer) = (&found.stage, &found.answer);
+    pub(crate) fn battery_p_value(&self, found: &SearchResult) -> Option<(f64, Vec<String>)> {
+        let (split, answer) = (&found.split, &found.answer);
         let of = |ids: &[String]| self.lookup(ids).into_iter().filter(|effect| reads(effect)).collect();
         let readers: Vec<&Effect> = of(&answer.effects);
         let base: Vec<String> = self.base.effects.iter().map(|effect| effect.id.clone()).collect();
         let of_base: Vec<&Effect> = of(&base);
         // Shifted under the base's own law, too, the reading would always do worse.
         let base_reads = self.base.actuator.voltage_gain != 0.0 || !of_base.is_empty();
-        let is_instead = found.recalibrated.fit.cost <= AS_WELL * answer.fit.cost;
-        if readers.is_empty() || !stage.train.is_rotor() || base_reads || is_instead {
+        let is_instead = found.refitted.fit.cost <= THRESHOLDS.nearly_as_well * answer.fit.cost;
+        if readers.is_empty() || !split.train.is_rotor() || base_reads || is_instead {
             return None;
         }
-        let few = (stage.train.len() > ENOUGH).then(|| {
-            let share = stage.train.len().div_ceil(ENOUGH);
-            stage.train.here_and_there(share)
+        let few = (split.train.len() > THRESHOLDS.battery_samples).then(|| {
+            let share = split.train.len().div_ceil(THRESHOLDS.battery_samples);
+            split.train.here_and_there(share)
         });
-        let data = few.as_ref().unwrap_or(&stage.train);
-        let plan = Plan {
+        let data = few.as_ref().unwrap_or(&split.train);
+        let candidate = Candidate {
             effects: self.lookup(&answer.effects),
-            ..self.start(&answer.model, &stage.base_parameters(self.base))
+            ..self.start(&answer.model, &split.base_parameters(self.base))
         };
-        let own = plan.cost_on(data, &answer.model, None);
-        let share = |index: usize| NEAR + (1.0 - 2.0 * NEAR) * (index as f64 + 0.5) / SHIFTS as f64;
-        let shares: Vec<f64> = (0..SHIFTS).map(share).collect();
+        let own = candidate.cost_on(data, &answer.model, None);
+        let share = |index: usize| {
+            THRESHOLDS.least_battery_shift
+                + (1.0 - 2.0 * THRESHOLDS.least_battery_shift) * (index as f64 + 0.5)
+                    / THRESHOLDS.battery_surrogates as f64
+        };
+        let shares: Vec<f64> = (0..THRESHOLDS.battery_surrogates).map(share).collect();
         let does_as_well = spread(&shares, |share| {
             // A goal a little above: at it a fit must not stop short.
-            let cost = plan.cost_on(&shifted(data, *share), &answer.model, Some(AS_WELL * own));
+            let cost = candidate.cost_on(
+                &shifted(data, *share),
+                &answer.model,
+                Some(THRESHOLDS.nearly_as_well * own),
+            );
             (self.progress)(Event::Fitted);
-            cost <= (1.0 + SAME) * own
+            cost <= (1.0 + THRESHOLDS.converged_cost) * own
         });
         let as_good = does_as_well.into_iter().filter(|it| *it).count();
         let ids = readers.into_iter().map(|effect| effect.id.clone()).collect();
-        let chance = (1 + as_good) as f64 / (1 + SHIFTS) as f64;
-        (chance > MOST_CHANCE).then_some((chance, ids))
+        let p_value = (1 + as_good) as f64 / (1 + THRESHOLDS.battery_surrogates) as f64;
+        (p_value > THRESHOLDS.battery_significance_level).then_some((p_value, ids))
     }
 }
 

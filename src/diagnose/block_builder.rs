@@ -1,12 +1,14 @@
-//! From logs to blocks: which blocks the logs can judge, what is held out, what drives the body.
+//! From logs to blocks: which blocks the logs hold, what is held out, what drives the body.
 
 use std::ops::Range;
 
 use super::block_data::{BlockData, Runs};
 use super::body_block::{BodyRun, BodySource};
-use super::candidate_fit::Trial;
-use super::data_split::Stage;
+use super::candidate_fit::CandidateFit;
+use super::data_split::DataSplit;
+use super::refusal::Refusal;
 use super::rotor_block::{COMMANDS, PROPELLER_RATES, RotorRun, rotor_runs, simulate};
+use super::thresholds::THRESHOLDS;
 use crate::effect::{Law, Term};
 use crate::estimation::noise_floor::{missing_alike, smooth, white, white_noise};
 use crate::log::Dataset;
@@ -15,16 +17,10 @@ use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart,
 use crate::screening::readings;
 use crate::signal::ROTORS;
 
-/// Time constants of a rotor after which it has forgotten where it began.
-const FORGETS: f64 = 8.0;
-/// [s] what was commanded before a log began is not known: rotors that are late may have been on their way to anything. The
-/// first window that they drive does not count.
-pub(crate) const UNTOLD_S: f64 = 0.1;
-
 /// The rotor block of the logs; `None` when no log has a command beside a rotor rate.
 #[must_use]
-pub fn rotor_stage(train: &[Dataset], validate: &[Dataset]) -> Option<Stage> {
-    split(
+pub fn rotor_split(train: &[Dataset], validate: &[Dataset]) -> Option<DataSplit> {
+    parted(
         BlockData::new(Runs::Rotor(rotor_runs(train))),
         BlockData::new(Runs::Rotor(rotor_runs(validate))),
         validate,
@@ -35,37 +31,37 @@ pub fn rotor_stage(train: &[Dataset], validate: &[Dataset]) -> Option<Stage> {
 ///
 /// # Errors
 /// [`ModelError`] when the model holds an unknown effect.
-pub fn body_stage(
+pub fn body_split(
     train: &[Dataset],
     validate: &[Dataset],
     driver: &Driver,
     horizon: f64,
-) -> Result<Option<Stage>, ModelError> {
-    let block = |logs: &[Dataset], locals: Option<&Trial>, held_out: bool| {
+) -> Result<Option<DataSplit>, ModelError> {
+    let block = |logs: &[Dataset], locals: Option<&CandidateFit>, held_out: bool| {
         let runs =
             logs.iter().enumerate().flat_map(|(log, data)| driver.runs(log, data, locals, held_out, horizon));
         BlockData::new(Runs::Body(runs.collect()))
     };
-    let train_block = block(train, driver.trial, false);
-    let validate_block = block(validate, driver.trial, true);
-    Ok(split(train_block, validate_block, validate))
+    let train_block = block(train, driver.fitted, false);
+    let validate_block = block(validate, driver.fitted, true);
+    Ok(parted(train_block, validate_block, validate))
 }
 
-fn split(train: BlockData, validate: BlockData, logs: &[Dataset]) -> Option<Stage> {
+fn parted(train: BlockData, validate: BlockData, logs: &[Dataset]) -> Option<DataSplit> {
     if train.is_empty() || (!logs.is_empty() && validate.is_empty()) {
         return None;
     }
-    Some(Stage::new(train, (!logs.is_empty()).then_some(validate)))
+    Some(DataSplit::new(train, (!logs.is_empty()).then_some(validate)))
 }
 
 /// What drives the body: rotor rates as measured, their noise taken out with the help of the rotor model.
 pub struct Driver<'a> {
     /// The rotor model as it was found, bound.
     pub equations: &'a Equations,
-    /// The rotor block's answer, and the data it stands on.
-    pub trial: Option<&'a Trial>,
+    /// The rotor block's answer, and its data.
+    pub fitted: Option<&'a CandidateFit>,
     /// The rotor block's data.
-    pub stage: Option<&'a Stage>,
+    pub split: Option<&'a DataSplit>,
 }
 
 impl Driver<'_> {
@@ -74,21 +70,22 @@ impl Driver<'_> {
         &self,
         log: usize,
         data: &Dataset,
-        trial: Option<&Trial>,
+        fitted: Option<&CandidateFit>,
         held_out: bool,
         horizon: f64,
     ) -> Vec<BodyRun> {
         let Some(rate) = data.column("body_rate_rad_s") else { return Vec::new() };
         let angle = data.column("body_angle_rad");
         let rates: Vec<Option<Rates>> =
-            (0..ROTORS).map(|rotor| self.rotor_rate(log, rotor, data, trial, held_out)).collect();
+            (0..ROTORS).map(|rotor| self.rotor_rate(log, rotor, data, fitted, held_out)).collect();
         let command = data.column("torque_command_nm").map(held_throughout);
-        // A rotor that nobody measured is taken as settled where a stretch begins, which it may not be.
+        // A rotor that nobody measured is taken as steady where a stretch begins, which it may not be.
         let measured = |rotor: usize| data.column(PROPELLER_RATES[rotor]).is_some();
         let by_commands = rates.iter().all(Option::is_some) && !(0..ROTORS).all(measured);
-        let unknown = if by_commands { FORGETS / self.equations.rotor_pole() } else { 0.0 };
+        let unknown =
+            if by_commands { THRESHOLDS.forgotten_after / self.equations.rotor_pole() } else { 0.0 };
         // One that is late may have been on its way to anything where the log begins.
-        let is_modelled = self.trial.is_some() && rates.iter().all(Option::is_some);
+        let is_modelled = self.fitted.is_some() && rates.iter().all(Option::is_some);
         let mut runs = Vec::new();
         for rows in data.segments() {
             let cut = |values: &[f64]| values[rows.clone()].to_vec();
@@ -118,7 +115,7 @@ impl Driver<'_> {
                 rate: cut(rate),
                 angle: angle.map(cut).unwrap_or_default(),
             };
-            let untold = if is_modelled && rows.start == 0 { UNTOLD_S } else { 0.0 };
+            let untold = if is_modelled && rows.start == 0 { THRESHOLDS.unlogged_command_s } else { 0.0 };
             let begin = source.time.first().map_or(0.0, |first| first + unknown.max(untold));
             runs.push(BodyRun::new(log, rows.clone(), source, horizon).since(begin));
         }
@@ -132,15 +129,15 @@ impl Driver<'_> {
         log: usize,
         rotor: usize,
         data: &Dataset,
-        trial: Option<&Trial>,
+        fitted: Option<&CandidateFit>,
         held_out: bool,
     ) -> Option<Rates> {
         let measured = data.column(PROPELLER_RATES[rotor]);
         let has_command = data.column(COMMANDS[rotor]).is_some();
-        match (measured, trial, self.stage) {
-            (Some(measured), Some(trial), Some(stage)) if has_command => {
+        match (measured, fitted, self.split) {
+            (Some(measured), Some(fitted), Some(split)) if has_command => {
                 let mut rates = Rates::between(data.time(), measured);
-                for (run, locals) in runs_of(stage, trial, held_out) {
+                for (run, locals) in runs_of(split, fitted, held_out) {
                     if run.log == log && run.rotor == rotor {
                         self.fuse(run, locals, &mut rates);
                     }
@@ -230,13 +227,14 @@ fn slopes(time: &[f64], values: &[f64]) -> Vec<f64> {
     pairs.map(|(time, value)| (value[1] - value[0]) / (time[1] - time[0])).chain([0.0]).collect()
 }
 
-/// The runs of a part of a rotor stage, each with its local start.
+/// The runs of a part of a rotor split, each with its local start.
 fn runs_of<'a>(
-    stage: &'a Stage,
-    trial: &'a Trial,
+    split: &'a DataSplit,
+    fitted: &'a CandidateFit,
     held_out: bool,
 ) -> impl Iterator<Item = (&'a RotorRun, &'a [f64])> {
-    let (data, fit) = if held_out { (&stage.validate, &trial.judged) } else { (&stage.train, &trial.fit) };
+    let (data, fit) =
+        if held_out { (&split.validate, &fitted.held_out) } else { (&split.train, &fitted.fit) };
     let runs = match &data.runs {
         Runs::Rotor(runs) => runs.as_slice(),
         Runs::Body(_) => &[],
@@ -246,9 +244,6 @@ fn runs_of<'a>(
         .enumerate()
         .map(move |(index, run)| (run, fit.locals.get(index * locals..(index + 1) * locals).unwrap_or(&[])))
 }
-
-/// Different commands that a grid needs to show.
-const FEWEST_COMMANDS: usize = 60;
 
 fn different_commands(log: &Dataset) -> usize {
     let count = |name: &&str| {
@@ -261,27 +256,26 @@ fn different_commands(log: &Dataset) -> usize {
     COMMANDS.iter().map(count).max().unwrap_or(0)
 }
 
-/// Why an effect cannot be judged, or `None` when it can.
+/// Why an effect is not tried, or `None` when it can.
 #[must_use]
-pub fn refusal(effect: &Effect, model: &Model, logs: &[Dataset]) -> Option<String> {
+pub fn refusal(effect: &Effect, model: &Model, logs: &[Dataset]) -> Option<Refusal> {
     if model.has(&effect.id) {
-        return Some("the model has it".to_owned());
+        return Some(Refusal::InModel);
     }
     let term = effect.card.and_then(|card| card.acts_as);
     if term == Some(Term::VoltageDrop) && model.actuator.voltage_gain != 0.0 {
-        return Some("the model has it, as voltage_gain".to_owned());
+        return Some(Refusal::InModelAs { parameter: "voltage_gain" });
     }
     // c3 (u - u0)³ is a polynomial of degree three: the model's own coefficients reach all of it.
     if term == Some(Term::Cubic) && model.actuator.steady_rate.len() > 3 {
-        return Some("the model's curve g(u) has a cubic of its own".to_owned());
+        return Some(Refusal::CubicInCurve);
     }
     // Where few levels are held, a grid is an offset of each of them at will.
     if matches!(effect.law, Law::Stairs(_)) {
-        let fewest = logs.iter().map(different_commands).min().unwrap_or(0);
-        if fewest < FEWEST_COMMANDS {
-            return Some(format!(
-                "a log holds {fewest} different commands, {FEWEST_COMMANDS} are the least that can show a grid"
-            ));
+        let (commands, needed) =
+            (logs.iter().map(different_commands).min().unwrap_or(0), THRESHOLDS.fewest_commands_for_grid);
+        if commands < needed {
+            return Some(Refusal::TooFewCommands { commands, needed });
         }
     }
     effect.needs.iter().find_map(|need| {
@@ -294,7 +288,7 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[Dataset]) -> Option<Strin
             }
         };
         // A torque command stands in for rotor rates only where the law does not look at them.
-        (!logs.iter().all(there)).then(|| format!("needs `{need}`, which a log lacks"))
+        (!logs.iter().all(there)).then(|| Refusal::ColumnLacking { column: need.clone() })
     })
 }
 

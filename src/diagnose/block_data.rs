@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::body_block::{self, BodyRun};
 use super::rotor_block::{self, RotorRun};
+use super::thresholds::THRESHOLDS;
 use crate::estimation::noise_floor::{reading_step, spread};
 
 /// What is measured at a block's end.
@@ -14,16 +15,6 @@ pub struct Channel {
     /// Its SI unit.
     pub unit: &'static str,
 }
-
-/// Samples of a piece, at least, and pieces of a run, at most, of which a part of it is made.
-const SHORTEST_PIECE: usize = 50;
-const MOST_PIECES: usize = 10;
-
-/// Stretches that the data are cut into, so that each part of them has something of everything.
-const STRETCHES: usize = 30;
-
-/// Heat at the start can be found for a few long stretches, not for many short ones.
-pub(crate) const MOST_SLOW_UNITS: usize = 4;
 
 /// The data of one block.
 #[derive(Debug, Clone)]
@@ -177,10 +168,11 @@ impl BlockData {
     #[must_use]
     pub fn part(&self, part: usize, parts: usize, held_out: bool) -> Self {
         let mut copy = self.clone();
-        let share = |index: usize, count: usize| ((index * STRETCHES) / count.max(1)) % parts == part;
+        let share =
+            |index: usize, count: usize| ((index * THRESHOLDS.fold_stretches) / count.max(1)) % parts == part;
         match &mut copy.runs {
             Runs::Rotor(runs) => {
-                let blocks = rotor_block::blocks(runs, STRETCHES);
+                let blocks = rotor_block::blocks(runs, THRESHOLDS.fold_stretches);
                 let all = runs.iter_mut().flat_map(|run| run.counts.iter_mut());
                 all.zip(blocks).for_each(|(counts, block)| *counts &= (block % parts == part) == held_out);
             }
@@ -203,7 +195,7 @@ impl BlockData {
     /// commands only. Of the body every so many windows.
     #[must_use]
     pub fn here_and_there(&self, share: usize) -> Self {
-        self.in_pieces(share, MOST_PIECES)
+        self.in_pieces(share, THRESHOLDS.most_pieces)
     }
 
     /// The same, in as few and long pieces as leave a slow state of each run its own start: two of each of two rotors.
@@ -213,14 +205,14 @@ impl BlockData {
             Runs::Rotor(runs) => runs.len(),
             Runs::Body(runs) => runs.len(),
         };
-        self.in_pieces(share, (MOST_SLOW_UNITS / runs.max(1)).max(1))
+        self.in_pieces(share, (THRESHOLDS.most_slow_starts / runs.max(1)).max(1))
     }
 
     fn in_pieces(&self, share: usize, most: usize) -> Self {
         let Runs::Rotor(runs) = &self.runs else { return self.thinned(share) };
         let pieces = runs.iter().flat_map(|run| {
             let all = run.time.len();
-            let count = (all / share / SHORTEST_PIECE).clamp(1, most);
+            let count = (all / share / THRESHOLDS.shortest_piece).clamp(1, most);
             let length = (all / share / count).max(2).min(all);
             let gap = (all - (length * count).min(all)) / count;
             (0..count).map(move |piece| run.cut((piece * (length + gap) + gap / 2).min(all - length), length))

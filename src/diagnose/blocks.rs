@@ -1,13 +1,13 @@
 //! The blocks of a model one after the other: the rotors, then the body that they drive.
 
 use super::assemble;
-use super::block_builder::rotor_stage;
-use super::block_context::{Look, Question, Settle};
+use super::block_builder::rotor_split;
+use super::block_context::{BlockContext, Refit, SelectParameters};
 use super::config::DiagnoseConfig;
-use super::data_split::Stage;
-use super::diagnosis::{ErrorStory, Verdict};
+use super::data_split::DataSplit;
+use super::diagnosis::{ErrorSummary, Verdict};
 use super::error::DiagnoseError;
-use super::search_result::Found;
+use super::search_result::SearchResult;
 use super::verdict;
 use crate::log::Dataset;
 use crate::model::Model;
@@ -15,10 +15,10 @@ use crate::screening::ScreeningError;
 
 /// The blocks of a model beside their data, each with what was found.
 pub(crate) struct Blocks {
-    pub(crate) found: Vec<Found>,
+    pub(crate) found: Vec<SearchResult>,
     pub(crate) verdicts: Vec<Verdict>,
     /// The logs hold a body that was held still, and is left out.
-    pub(crate) is_held: bool,
+    pub(crate) is_body_held: bool,
 }
 
 impl Blocks {
@@ -29,37 +29,38 @@ impl Blocks {
         train: &[Dataset],
         validate: &[Dataset],
         config: &DiagnoseConfig,
-        (find, look): (&dyn Fn(Stage) -> Found, Look),
-        settle: Settle,
+        (find, refit): (&dyn Fn(DataSplit) -> SearchResult, Refit),
+        select_parameters: SelectParameters,
     ) -> Result<Self, DiagnoseError> {
-        let question = Question { model, train, validate, horizon: config.horizon, find, look, settle };
-        let mut rotor = rotor_stage(train, validate).map(find);
+        let question =
+            BlockContext { model, train, validate, horizon: config.horizon, find, refit, select_parameters };
+        let mut rotor = rotor_split(train, validate).map(find);
         let body = question.body(rotor.as_ref().map(|found| (found, &found.answer)), find)?;
         let body = match (&mut rotor, body) {
             (Some(rotor), Some(body)) => {
-                let body = question.decide(rotor, body)?;
-                let driven = question.ask(rotor, body)?;
-                Some(question.told_from_before(rotor, driven)?)
+                let body = question.decide_sensor_lag(rotor, body)?;
+                let driven = question.infer_driver(rotor, body)?;
+                Some(question.error_before_driver(rotor, driven)?)
             }
             (_, body) => body,
         };
         // Beside rotors a body that was held has nothing to say.
-        let is_held = rotor.is_some() && body.as_ref().is_some_and(verdict::is_held);
-        let body = body.filter(|_| !is_held);
-        let found: Vec<Found> = rotor.into_iter().chain(body).collect();
+        let is_body_held = rotor.is_some() && body.as_ref().is_some_and(verdict::is_body_held);
+        let body = body.filter(|_| !is_body_held);
+        let found: Vec<SearchResult> = rotor.into_iter().chain(body).collect();
         if found.is_empty() {
             let logs: Vec<&Dataset> = train.iter().chain(validate).collect();
             return Err(ScreeningError::nothing_in_common(&logs).into());
         }
         let verdicts = found.iter().map(verdict::verdict).collect();
-        Ok(Self { found, verdicts, is_held })
+        Ok(Self { found, verdicts, is_body_held })
     }
 
     /// Whether each block that says something is left with nothing but noise.
     pub(crate) fn is_at_floor(&self) -> bool {
-        let judged =
+        let held_out =
             self.found.iter().zip(&self.verdicts).filter(|(_, it)| **it != Verdict::InsufficientData);
-        judged.into_iter().all(|(found, _)| found.over_floor(&found.answer).0 <= found.at_floor())
+        held_out.into_iter().all(|(found, _)| found.over_floor(&found.answer).0 <= found.at_floor())
     }
 
     /// The model with what each block found.
@@ -68,8 +69,8 @@ impl Blocks {
     }
 
     /// The error in the block and channel where it says most.
-    pub(crate) fn error_story(&self, config: &DiagnoseConfig) -> ErrorStory {
+    pub(crate) fn error_summary(&self, config: &DiagnoseConfig) -> ErrorSummary {
         let (main, channel) = assemble::main_block(&self.found);
-        assemble::error_story(main, channel, config)
+        assemble::error_summary(main, channel, config)
     }
 }

@@ -1,46 +1,47 @@
-//! How a trial is come by: where its fit starts, which starts are followed, and the judgement.
+//! A candidate set of effects: where its fit starts, which starts are followed, and the held-out error.
 
 use super::block_data::BlockData;
-use super::candidate_fit::Trial;
-use super::data_split::Stage;
+use super::candidate_fit::CandidateFit;
+use super::data_split::DataSplit;
 use super::grid_search;
 use super::problem::Problem;
+use super::thresholds::THRESHOLDS;
 use crate::effect::Law;
 use crate::estimation::normal_equations::Slopes;
 use crate::estimation::output_error::{Fit, FitConfig, Free, fit, fit_on, judge, judge_on};
 use crate::model::{Effect, EffectParameter, Model};
 
-/// What a trial may change, and where it starts.
+/// A candidate set: what its fit may change, and where it starts.
 #[derive(Debug, Clone)]
-pub struct Plan<'a> {
+pub struct Candidate<'a> {
     /// The model it starts from, with fitted parameters.
     pub from: &'a Model,
     /// The model whose base numbers nobody has refitted: a fit that starts far from them starts from them, too.
-    pub home: &'a Model,
+    pub nominal: &'a Model,
     /// Effects to add, in order; those at the end that `from` lacks are started from their cards.
     pub effects: Vec<&'a Effect>,
     /// Base parameters that are free.
     pub base: Vec<String>,
     /// Every effect the model may hold, to look up.
     pub known: &'a [Effect],
-    /// Cost on the same data that the fit must come below to be worth its whole way, mostly of the set that one effect was
+    /// Cost on the same data that the fit must come below to be followed to the end, mostly of the set that one effect was
     /// added to; `None` where it does not matter.
     pub without: Option<f64>,
 }
 
-/// A plan that has been looked at: where it is worth starting.
-pub struct Glance {
+/// Starting points of a candidate, ranked by a first look.
+pub struct StartingPoints {
     template: Model,
     names: Vec<String>,
     /// Cost on the part of the data looked at, and the start, best first.
     starts: Vec<(f64, Model)>,
     /// Whether the starts are ends of a way on a part of the data, and not places on it.
-    is_sketched: bool,
+    is_on_part: bool,
     /// The way that is left from the starts.
     way: FitConfig,
 }
 
-impl Glance {
+impl StartingPoints {
     /// The least cost seen on the part of the data looked at.
     #[must_use]
     pub fn cost(&self) -> f64 {
@@ -49,45 +50,31 @@ impl Glance {
 
     /// The same, with the fit that follows to be followed as far as it goes.
     pub(crate) fn followed_to_the_end(self) -> Self {
-        Self { way: FOLLOW, ..self }
+        Self { way: THRESHOLDS.full_fit, ..self }
     }
 
     /// The best start, and the second where it is as good.
-    fn worth_following(&self) -> impl Iterator<Item = &(f64, Model)> {
-        let limit = AS_GOOD * self.starts.first().map_or(0.0, |(cost, _)| *cost);
+    fn best_starts(&self) -> impl Iterator<Item = &(f64, Model)> {
+        let limit = THRESHOLDS.second_start * self.starts.first().map_or(0.0, |(cost, _)| *cost);
         self.starts.iter().take(2).filter(move |(cost, _)| *cost <= limit)
     }
 }
 
-/// The way to the end: a change of the cost by a hundred-thousandth decides nothing.
-const FOLLOW: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5, goal: None, goes_on: true };
-/// As far as a set is followed before the best ones are chosen.
-const SKETCH: FitConfig = FitConfig { iterations: 10, tolerance: 1e-3, goal: None, goes_on: true };
-/// From the end of the fit on all data to that on a part of them it is not far, nor back.
-const PART: FitConfig = FitConfig { iterations: 15, tolerance: 1e-4, goal: None, goes_on: true };
-/// Share of the cost without the effect that a fit with it must fall below to be worth its whole way: [`gains`] asks for
-/// more than what is left.
-///
-/// [`gains`]: super::model_selection::gains
-const WORTH: f64 = 0.99;
-/// A second start is followed when its first look was within this factor of the best.
-const AS_GOOD: f64 = 1.1;
-
-impl Plan<'_> {
-    /// Fits and judges.
+impl Candidate<'_> {
+    /// Fits, and computes the held-out error.
     #[must_use]
-    pub fn run(&self, stage: &Stage) -> Trial {
-        self.finish(self.glance(stage), stage)
+    pub fn run(&self, split: &DataSplit) -> CandidateFit {
+        self.finish(self.starting_points(split), split)
     }
 
-    /// The least cost on data when the plan's numbers are fitted from where a model has them; not looked for any longer where
+    /// The least cost on data when the candidate's numbers are fitted from where a model has them; not looked for any longer where
     /// it hardly falls any more and is above `goal`.
     #[must_use]
     pub(crate) fn cost_on(&self, data: &BlockData, model: &Model, goal: Option<f64>) -> f64 {
         let inside = self.inside(model);
         let names = self.names_in(&inside, data.is_rotor());
         let problem = Problem::new(data, model.clone(), names.clone(), &inside);
-        fit(&problem, &self.frees(&names, model), None, &FitConfig { goal, ..FOLLOW }).cost
+        fit(&problem, &self.frees(&names, model), None, &FitConfig { goal, ..THRESHOLDS.full_fit }).cost
     }
 
     /// Base numbers and parameters of the effects of a block that are free.
@@ -102,7 +89,7 @@ impl Plan<'_> {
 
     /// Looks at every start.
     #[must_use]
-    pub fn glance(&self, stage: &Stage) -> Glance {
+    pub fn starting_points(&self, split: &DataSplit) -> StartingPoints {
         let mut template = self.from.clone();
         let mut fresh = Vec::new();
         for effect in &self.effects {
@@ -111,71 +98,83 @@ impl Plan<'_> {
                 fresh.push(*effect);
             }
         }
-        let names = self.names_in(&self.inside(&template), stage.train.is_rotor());
+        let names = self.names_in(&self.inside(&template), split.train.is_rotor());
         let starts = if fresh.is_empty() {
             vec![(0.0, template.clone())]
         } else {
-            self.looked_at(self.starts(&template, &fresh, stage), &names, stage)
+            self.ranked_starts(self.starts(&template, &fresh, split), &names, split)
         };
-        Glance { template, names, starts, is_sketched: false, way: FOLLOW }
+        StartingPoints { template, names, starts, is_on_part: false, way: THRESHOLDS.full_fit }
     }
 
     /// Follows the best starts for a while. A body's to the end on a part of the data, as far as that may lead below `goal`:
-    /// the fit on all of them then has little left to do. A rotor's on all data, unless they are very many, as far as it may be
-    /// worth it: their part is the middle of a run, where what drifts looks different. (Of very many it is two long pieces.)
+    /// the fit on all of them then has little left to do. A rotor's on all data, unless they are very many, as far as it looks
+    /// promising: their part is the middle of a run, where what drifts looks different. (Of very many it is two long pieces.)
     #[must_use]
-    pub fn sketch(&self, glance: Glance, stage: &Stage, goal: Option<f64>) -> Glance {
-        let on_all = stage.train.is_rotor() && stage.shortened().is_none();
-        let (data, goal) = match &stage.coarse {
-            _ if on_all => (&stage.train, self.without.map(|cost| WORTH * cost)),
+    pub fn follow_briefly(
+        &self,
+        starting_points: StartingPoints,
+        split: &DataSplit,
+        goal: Option<f64>,
+    ) -> StartingPoints {
+        let on_all = split.train.is_rotor() && split.shortened().is_none();
+        let (data, goal) = match &split.coarse {
+            _ if on_all => (&split.train, self.without.map(|cost| THRESHOLDS.promising_share * cost)),
             Some(coarse) => (coarse, goal),
-            None => return glance,
+            None => return starting_points,
         };
-        let problem =
-            Problem::new(data, glance.template.clone(), glance.names.clone(), &self.inside(&glance.template));
-        let config = FitConfig { goal, ..SKETCH };
+        let problem = Problem::new(
+            data,
+            starting_points.template.clone(),
+            starting_points.names.clone(),
+            &self.inside(&starting_points.template),
+        );
+        let config = FitConfig { goal, ..THRESHOLDS.brief_fit };
         let follow = |(_, model): &(f64, Model)| {
-            let end = fit(&problem, &self.frees(&glance.names, model), None, &config);
+            let end = fit(&problem, &self.frees(&starting_points.names, model), None, &config);
             (end.cost, problem.model(&end.globals))
         };
-        let mut starts: Vec<(f64, Model)> = glance.worth_following().map(follow).collect();
+        let mut starts: Vec<(f64, Model)> = starting_points.best_starts().map(follow).collect();
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         starts.truncate(1);
-        Glance { starts, is_sketched: !on_all, way: if on_all { FOLLOW } else { PART }, ..glance }
+        StartingPoints {
+            starts,
+            is_on_part: !on_all,
+            way: if on_all { THRESHOLDS.full_fit } else { THRESHOLDS.fold_fit },
+            ..starting_points
+        }
     }
 
-    /// Follows the best starts to the end, and judges.
+    /// Follows the best starts to the end, and computes the held-out error.
     #[must_use]
-    pub fn finish(&self, glance: Glance, stage: &Stage) -> Trial {
-        let Glance { template, names, .. } = &glance;
+    pub fn finish(&self, starting_points: StartingPoints, split: &DataSplit) -> CandidateFit {
+        let StartingPoints { template, names, .. } = &starting_points;
         let inside = self.inside(template);
-        let problem = Problem::new(&stage.train, template.clone(), names.clone(), &inside);
-        let follow = FitConfig { goal: self.without.map(|cost| WORTH * cost), ..glance.way };
-        let short = stage.shortened().filter(|_| !glance.is_sketched);
+        let problem = Problem::new(&split.train, template.clone(), names.clone(), &inside);
+        let follow = FitConfig {
+            goal: self.without.map(|cost| THRESHOLDS.promising_share * cost),
+            ..starting_points.way
+        };
+        let short = split.shortened().filter(|_| !starting_points.is_on_part);
         let short = short.map(|data| Problem::new(data, template.clone(), names.clone(), &inside));
         let near = |model: &Model| {
-            let end = short.as_ref().map(|short| fit(short, &self.frees(names, model), None, &FOLLOW));
+            let end =
+                short.as_ref().map(|short| fit(short, &self.frees(names, model), None, &THRESHOLDS.full_fit));
             let end = end.map(|end| problem.model(&end.globals));
             // A part that is not like the rest leads astray.
             end.filter(|end| problem.cost_of(end) < problem.cost_of(model)).unwrap_or_else(|| model.clone())
         };
-        let ends = glance
-            .worth_following()
+        let ends = starting_points
+            .best_starts()
             .map(|(_, model)| fit_on(&problem, &self.frees(names, &near(model)), None, &follow, None));
         let best = ends.min_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
-        let from_template = || fit_on(&problem, &self.frees(names, template), None, &FOLLOW, None);
+        let from_template =
+            || fit_on(&problem, &self.frees(names, template), None, &THRESHOLDS.full_fit, None);
         let (mut best, slopes) = best.unwrap_or_else(from_template);
-        let is_worth_it = follow.goal.is_none_or(|goal| best.cost < goal);
-        for (index, name) in names.iter().enumerate().filter(|_| is_worth_it) {
+        let is_promising = follow.goal.is_none_or(|goal| best.cost < goal);
+        for (index, name) in names.iter().enumerate().filter(|_| is_promising) {
             if self.in_stairs(name) {
-                // The value and the rest of the numbers depend on each other.
-                grid_search::settle(&problem, &stage.train, index, &mut best);
-                let settled = problem.model(&best.globals);
-                best = fit(&problem, &self.frees(names, &settled), Some(&best.locals), &FOLLOW);
-                if self.from.parameter(name).is_some() {
-                    self.look_again(&problem, (name, names), stage, &mut best);
-                }
-                grid_search::polish(&problem, &stage.train, index, &mut best);
+                self.fit_grid(&problem, (index, name, names), split, &mut best);
             }
         }
         let mut model = problem.model(&best.globals);
@@ -184,25 +183,48 @@ impl Plan<'_> {
                 model.standard_errors.insert(name.clone(), *error);
             }
         }
-        let judged = self.judged(&model, (&best, &slopes), names, stage);
-        Trial {
+        let held_out = self.held_out(&model, (&best, &slopes), names, split);
+        CandidateFit {
             effects: self.effects.iter().map(|effect| effect.id.clone()).collect(),
             model,
             names: names.clone(),
             fit: best,
-            judged,
+            held_out,
         }
     }
 
+    /// The parameter of a law in jumps, and the rest of the numbers beside it: they depend on each other.
+    fn fit_grid(
+        &self,
+        problem: &Problem,
+        (index, name, names): (usize, &str, &[String]),
+        split: &DataSplit,
+        best: &mut Fit,
+    ) {
+        grid_search::refine(problem, &split.train, index, best);
+        let selected = problem.model(&best.globals);
+        *best = fit(problem, &self.frees(names, &selected), Some(&best.locals), &THRESHOLDS.full_fit);
+        if self.from.parameter(name).is_some() {
+            self.search_grid_again(problem, (name, names), split, best);
+        }
+        grid_search::refine_with_error(problem, &split.train, index, best);
+    }
+
     /// A grid that was found while something else was missing may be another than the one beside it.
-    fn look_again(&self, problem: &Problem, (name, names): (&str, &[String]), stage: &Stage, best: &mut Fit) {
+    fn search_grid_again(
+        &self,
+        problem: &Problem,
+        (name, names): (&str, &[String]),
+        split: &DataSplit,
+        best: &mut Fit,
+    ) {
         let Some(parameter) = self.parameter(name) else { return };
         let mut model = problem.model(&best.globals);
         let inside = self.inside(&model);
-        let values = grid_search::values(&stage.train, &model, name, parameter.bounds, &inside);
+        let values = grid_search::values(&split.train, &model, name, parameter.bounds, &inside);
         if let Some(value) = values.first() {
             model.set_parameter(name, *value);
-            let again = fit(problem, &self.frees(names, &model), Some(&best.locals), &FOLLOW);
+            let again = fit(problem, &self.frees(names, &model), Some(&best.locals), &THRESHOLDS.full_fit);
             if again.cost < best.cost {
                 *best = again;
             }
@@ -210,29 +232,36 @@ impl Plan<'_> {
     }
 
     /// The residuals on data that the fit has not seen.
-    fn judged(&self, model: &Model, (best, slopes): (&Fit, &Slopes), names: &[String], stage: &Stage) -> Fit {
+    fn held_out(
+        &self,
+        model: &Model,
+        (best, slopes): (&Fit, &Slopes),
+        names: &[String],
+        split: &DataSplit,
+    ) -> Fit {
         let inside = self.inside(model);
         let problem = |data| Problem::new(data, model.clone(), names.to_vec(), &inside);
-        if stage.folds.is_empty() {
-            return judge(&problem(&stage.validate), &best.globals);
+        if split.folds.is_empty() {
+            return judge(&problem(&split.validate), &best.globals);
         }
         let mut joint = Fit { residuals: vec![0.0; best.residuals.len()], cost: 0.0, ..best.clone() };
         // Their fits start where the one on all data ended. Stairs were moved since then, and what is beside them.
         let has_stairs = names.iter().any(|name| self.in_stairs(name));
         let slopes = Some(slopes).filter(|_| !has_stairs);
-        for (train, held_out) in &stage.folds {
+        for (train, held_out) in &split.folds {
             let frees = self.frees(names, model);
-            let (mut part, _) = fit_on(&problem(train), &frees, Some(&best.locals), &PART, slopes);
+            let (mut part, _) =
+                fit_on(&problem(train), &frees, Some(&best.locals), &THRESHOLDS.fold_fit, slopes);
             for index in (0..names.len()).filter(|index| self.in_stairs(&names[*index])) {
-                grid_search::settle(&problem(train), train, index, &mut part);
+                grid_search::refine(&problem(train), train, index, &mut part);
             }
             self.forget(&mut part, names);
             let from = slopes.map(|slopes| (best.locals.as_slice(), slopes.of_locals()));
             let from = from.as_ref().map(|(locals, slopes)| (*locals, slopes));
-            let judged = judge_on(&problem(held_out), &part.globals, from);
-            joint.cost += judged.cost;
-            // Each sample is judged in one part, and zero in the others.
-            joint.residuals.iter_mut().zip(&judged.residuals).for_each(|(sum, residual)| *sum += residual);
+            let held_out = judge_on(&problem(held_out), &part.globals, from);
+            joint.cost += held_out.cost;
+            // Each sample is held out in one fold, and zero in the others.
+            joint.residuals.iter_mut().zip(&held_out.residuals).for_each(|(sum, residual)| *sum += residual);
         }
         joint
     }

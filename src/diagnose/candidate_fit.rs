@@ -1,9 +1,10 @@
-//! One set of effects, everything refitted, judged on data it has not seen.
+//! One set of effects, everything refitted, validated on data it has not seen.
 
 use super::block_data::{BlockData, Runs};
-use super::data_split::Stage;
+use super::data_split::DataSplit;
 use super::problem::Problem;
 use super::rotor_block::RotorRun;
+use super::thresholds::THRESHOLDS;
 use crate::effect::Law;
 use crate::estimation::noise_floor::RESOLUTION;
 use crate::estimation::output_error::{Fit, OutputError};
@@ -11,7 +12,7 @@ use crate::model::{Effect, EffectParameter, Model};
 
 /// A set of effects after its fit.
 #[derive(Debug, Clone)]
-pub struct Trial {
+pub struct CandidateFit {
     /// Ids of the effects added to the base, in order.
     pub effects: Vec<String>,
     /// The fitted model.
@@ -21,31 +22,27 @@ pub struct Trial {
     /// The fit on the training part.
     pub fit: Fit,
     /// The same parameters on the held-out part, only initial states refitted.
-    pub judged: Fit,
+    pub held_out: Fit,
 }
 
-/// Number of stretches that residuals are compared by.
-const CHUNKS: usize = 24;
-/// Fewer stretches than this have no scatter worth the name.
-const FEWEST_CHUNKS: usize = 4;
-
-impl Trial {
+impl CandidateFit {
     /// Mean square of the held-out residuals over the noise's, the freedom of initial states taken off.
     #[must_use]
-    pub fn validate(&self, stage: &Stage) -> f64 {
-        mean_square(&self.judged, &stage.validate)
+    pub fn validate(&self, split: &DataSplit) -> f64 {
+        mean_square(&self.held_out, &split.validate)
     }
 
     /// The same on the training part.
     #[must_use]
-    pub fn train(&self, stage: &Stage) -> f64 {
-        mean_square(&self.fit, &stage.train)
+    pub fn train(&self, split: &DataSplit) -> f64 {
+        mean_square(&self.fit, &split.train)
     }
 
     /// Root mean square of one channel in its unit, on the training or the held-out part.
     #[must_use]
-    pub fn channel_error(&self, stage: &Stage, channel: usize, held_out: bool) -> f64 {
-        let (fit, data) = if held_out { (&self.judged, &stage.validate) } else { (&self.fit, &stage.train) };
+    pub fn channel_error(&self, split: &DataSplit, channel: usize, held_out: bool) -> f64 {
+        let (fit, data) =
+            if held_out { (&self.held_out, &split.validate) } else { (&self.fit, &split.train) };
         let pieces = data.pieces(channel);
         let values =
             pieces.iter().flat_map(|piece| &fit.residuals[piece.clone()]).filter(|value| **value != 0.0);
@@ -56,19 +53,19 @@ impl Trial {
 
     /// Whether its error is below what these data can resolve: then nothing is left to gain.
     #[must_use]
-    pub fn is_exact(&self, stage: &Stage) -> bool {
+    pub fn is_exact(&self, split: &DataSplit) -> bool {
         let of = |channel: usize| {
-            let least = RESOLUTION * stage.validate.spread(channel);
-            self.channel_error(stage, channel, true) <= least
-                && self.channel_error(stage, channel, false) <= least
+            let least = RESOLUTION * split.validate.spread(channel);
+            self.channel_error(split, channel, true) <= least
+                && self.channel_error(split, channel, false) <= least
         };
-        (0..stage.train.channels().len()).all(of)
+        (0..split.train.channels().len()).all(of)
     }
 
-    /// The trial with its residuals over the noise that another stage of the same data takes as the unit; `None` where the
-    /// data are not laid out alike.
+    /// The fit with its residuals over the noise that another split of the same data takes as the unit; `None` where the
+    /// data are laid out in another way.
     #[must_use]
-    pub fn in_units_of(&self, own: &Stage, other: &Stage) -> Option<Self> {
+    pub fn in_units_of(&self, own: &DataSplit, other: &DataSplit) -> Option<Self> {
         let scaled = |fit: &Fit, own: &BlockData, other: &BlockData| {
             (own.units() == other.units() && fit.residuals.len() == other.len()).then_some(())?;
             let mut fit = fit.clone();
@@ -81,41 +78,41 @@ impl Trial {
             fit.cost = power(&fit.residuals);
             Some(fit)
         };
-        let (fit, judged) = (
+        let (fit, held_out) = (
             scaled(&self.fit, &own.train, &other.train)?,
-            scaled(&self.judged, &own.validate, &other.validate)?,
+            scaled(&self.held_out, &own.validate, &other.validate)?,
         );
-        Some(Self { fit, judged, ..self.clone() })
+        Some(Self { fit, held_out, ..self.clone() })
     }
 
     /// By how much the squared error falls from `self` to `after`, over the standard error of that fall from stretch
     /// to stretch, on the part where it is the steadier: simulation errors are correlated, so samples do not count,
     /// stretches do; and where whole levels are held out, errors of the level hide what a law of transients gains.
     #[must_use]
-    pub fn steadiness(&self, after: &Self) -> f64 {
-        self.judged_steadiness(after).max(steadiness(&self.fit.residuals, &after.fit.residuals))
+    pub fn consistency(&self, after: &Self) -> f64 {
+        self.held_out_consistency(after).max(consistency(&self.fit.residuals, &after.fit.residuals))
     }
 
     /// The same on the held-out part.
     #[must_use]
-    pub fn judged_steadiness(&self, after: &Self) -> f64 {
-        steadiness(&self.judged.residuals, &after.judged.residuals)
+    pub fn held_out_consistency(&self, after: &Self) -> f64 {
+        consistency(&self.held_out.residuals, &after.held_out.residuals)
     }
 
     /// Whether two of its effects work against each other and little is left of both: then they are no physics but
     /// a curve bent to the data.
     #[must_use]
-    pub fn cancels(&self, stage: &Stage, known: &[Effect]) -> bool {
-        let traces: Vec<Vec<f64>> = self.effects.iter().map(|id| self.trace(stage, &[id], known)).collect();
+    pub fn cancels(&self, split: &DataSplit, known: &[Effect]) -> bool {
+        let traces: Vec<Vec<f64>> = self.effects.iter().map(|id| self.trace(split, &[id], known)).collect();
         let ids = &self.effects;
         let mut pairs = (0..ids.len()).flat_map(|one| (one + 1..ids.len()).map(move |two| (one, two)));
         pairs.any(|(one, two)| {
-            let least = LEFT_OF_BOTH * power(&traces[one]).min(power(&traces[two]));
-            // A body may run away with one and without the other: then only both at once say what is left.
+            let least = THRESHOLDS.cancelled_share * power(&traces[one]).min(power(&traces[two]));
+            // A body may run away with one and without the other: then only both together say what is left.
             let sum =
                 || traces[one].iter().zip(&traces[two]).map(|(one, two)| (one + two).powi(2)).sum::<f64>();
-            let may_run_away = !stage.train.is_rotor();
-            sum() < least || may_run_away && power(&self.trace(stage, &[&ids[one], &ids[two]], known)) < least
+            let may_run_away = !split.train.is_rotor();
+            sum() < least || may_run_away && power(&self.trace(split, &[&ids[one], &ids[two]], known)) < least
         })
     }
 
@@ -123,17 +120,17 @@ impl Trial {
     /// each of which could be none, one is idle. Where each run's start of a slow state is free, a level of its own for each
     /// run comes with it, and only its course speaks for it: more is asked of that.
     #[must_use]
-    pub fn is_determined(&self, stage: &Stage, known: &[Effect]) -> bool {
-        let has_free_start = self.fit.locals.len() > stage.train.units().len();
-        if has_free_start && self.is_a_level(stage, known) {
+    pub fn is_determined(&self, split: &DataSplit, known: &[Effect]) -> bool {
+        let has_free_start = self.fit.locals.len() > split.train.units().len();
+        if has_free_start && self.is_a_level(split, known) {
             return false;
         }
         let added = known.iter().filter(|effect| self.effects.contains(&effect.id));
         let numbers = added.filter_map(|effect| effect.card).flat_map(|card| {
             let is_free = has_free_start && matches!(&card.law, Law::Memory(memory) if memory.slow);
-            let least = if is_free { DETERMINED_SLOW } else { DETERMINED };
-            let looked_at = if is_free || card.parameters.len() == 1 { card.parameters } else { &[] };
-            let numbers = looked_at.iter().filter(|parameter| !parameter.neutral.is_nan());
+            let least = if is_free { THRESHOLDS.identifiable_slow } else { THRESHOLDS.identifiable };
+            let ranked_starts = if is_free || card.parameters.len() == 1 { card.parameters } else { &[] };
+            let numbers = ranked_starts.iter().filter(|parameter| !parameter.neutral.is_nan());
             numbers
                 .map(move |parameter| (format!("{}.{}", card.id, parameter.name), parameter.neutral, least))
         });
@@ -151,8 +148,8 @@ impl Trial {
 
     /// Whether a slow state hardly moves within the longest run: with a free start for each run it is a level of its own for
     /// each, which any two logs that differ ask for.
-    fn is_a_level(&self, stage: &Stage, known: &[Effect]) -> bool {
-        let Runs::Rotor(runs) = &stage.train.runs else { return false };
+    fn is_a_level(&self, split: &DataSplit, known: &[Effect]) -> bool {
+        let Runs::Rotor(runs) = &split.train.runs else { return false };
         let span =
             |run: &RotorRun| run.time.last().zip(run.time.first()).map_or(0.0, |(last, first)| last - first);
         let longest = runs.iter().map(span).fold(0.0, f64::max);
@@ -168,39 +165,30 @@ impl Trial {
                 self.model.parameter(&format!("{}.{}", effect.id, parameter.name)).unwrap_or(f64::NAN)
             };
             let values: Vec<f64> = effect.parameters.iter().map(value).collect();
-            (memory.rate)(&values) * longest < LEAST_WAY
+            (memory.rate)(&values) * longest < THRESHOLDS.least_slow_course
         })
     }
 
     /// What the effects add to the fitted simulation on the training part, all else held.
-    fn trace(&self, stage: &Stage, ids: &[&String], known: &[Effect]) -> Vec<f64> {
+    fn trace(&self, split: &DataSplit, ids: &[&String], known: &[Effect]) -> Vec<f64> {
         let inside: Vec<&Effect> = known.iter().filter(|effect| self.model.has(&effect.id)).collect();
         let model = ids.iter().fold(self.model.clone(), |model, id| model.without(id));
-        let without = Problem::new(&stage.train, model, Vec::new(), &inside);
+        let without = Problem::new(&split.train, model, Vec::new(), &inside);
         let mut residuals = vec![0.0; self.fit.residuals.len()];
         without.residuals(&[], &self.fit.locals, &mut residuals);
         residuals.iter().zip(&self.fit.residuals).map(|(without, with)| without - with).collect()
     }
 }
 
-/// Standard errors by which a parameter must differ from none.
-const DETERMINED: f64 = 2.0;
-/// Time constants of a slow state that the longest run must last.
-const LEAST_WAY: f64 = 0.2;
-/// The same for one whose state at the start of each run is free, too.
-const DETERMINED_SLOW: f64 = 3.0;
-/// Of two effects that cancel, less than this share of the power of either is left.
-const LEFT_OF_BOTH: f64 = 0.2;
-
-fn steadiness(before: &[f64], after: &[f64]) -> f64 {
-    let size = before.len().div_ceil(CHUNKS).max(1);
+fn consistency(before: &[f64], after: &[f64]) -> f64 {
+    let size = before.len().div_ceil(THRESHOLDS.stretches_compared).max(1);
     let falls: Vec<f64> = before
         .chunks(size)
         .zip(after.chunks(size))
         .filter(|(before, _)| before.iter().any(|value| *value != 0.0))
         .map(|(before, after)| power(before) - power(after))
         .collect();
-    if falls.len() < FEWEST_CHUNKS {
+    if falls.len() < THRESHOLDS.fewest_stretches_compared {
         return 0.0;
     }
     let count = falls.len() as f64;
@@ -240,7 +228,7 @@ mod tests {
     type Hidden<'a> = (&'a str, &'a [(&'a str, f64, f64)]);
 
     /// A body that swings 0.5 rad wide, with the given effects in the model at the given values.
-    fn trial(effects: &[Hidden]) -> (Stage, Trial, Vec<Effect>) {
+    fn fitted(effects: &[Hidden]) -> (DataSplit, CandidateFit, Vec<Effect>) {
         let known = Model::paper().known_effects().expect("the catalogue");
         let mut model = Model::paper();
         for (id, parameters) in effects {
@@ -274,8 +262,8 @@ mod tests {
         let fit =
             Fit { globals: Vec::new(), locals, standard_errors: Vec::new(), cost, residuals, iterations: 0 };
         let effects = effects.iter().map(|(id, _)| (*id).to_owned()).collect();
-        let trial = Trial { effects, model, names: Vec::new(), judged: fit.clone(), fit };
-        (Stage::new(data.clone(), Some(data)), trial, known)
+        let fitted = CandidateFit { effects, model, names: Vec::new(), held_out: fit.clone(), fit };
+        (DataSplit::new(data.clone(), Some(data)), fitted, known)
     }
 
     #[test]
@@ -285,11 +273,11 @@ mod tests {
             [(0.3, -0.3, true), (0.3, 0.3, false), (0.3, -0.05, false), (1.5, -1.5, true), (1.5, -0.5, false)]
         {
             let pendulum: &[_] = &[("moment", moment, 0.01), ("angle_offset", 0.0, 0.01)];
-            let (stage, trial, known) = trial(&[
+            let (split, fitted, known) = fitted(&[
                 ("gravity_pendulum", pendulum),
                 ("cable_stiffness", &[("stiffness", stiffness, 0.01)]),
             ]);
-            assert_eq!(trial.cancels(&stage, &known), cancels, "moment {moment}, stiffness {stiffness}");
+            assert_eq!(fitted.cancels(&split, &known), cancels, "moment {moment}, stiffness {stiffness}");
         }
     }
 
@@ -303,8 +291,8 @@ mod tests {
             ("rotor_lag", "pole", 50.0, 20.0, true),
             ("rotor_lag", "pole", 50.0, 30.0, false),
         ] {
-            let (stage, trial, known) = trial(&[(id, &[(name, value, error)])]);
-            assert_eq!(trial.is_determined(&stage, &known), determined, "{id}.{name} = {value} ± {error}");
+            let (split, fitted, known) = fitted(&[(id, &[(name, value, error)])]);
+            assert_eq!(fitted.is_determined(&split, &known), determined, "{id}.{name} = {value} ± {error}");
         }
     }
 
@@ -313,12 +301,12 @@ mod tests {
     fn heat_whose_start_is_free_must_be_plain() {
         for (error, determined) in [(0.006, true), (0.008, false)] {
             let numbers = [("gain", 0.02, error), ("time_constant", 30.0, 90.0)];
-            let (stage, mut trial, known) = trial(&[("motor_heating", &numbers)]);
-            let units = stage.train.units().len();
-            trial.fit.locals = vec![0.0; 2 * units];
-            assert_eq!(trial.is_determined(&stage, &known), determined, "± {error}");
-            trial.fit.locals.truncate(units);
-            assert!(trial.is_determined(&stage, &known), "the start is not free");
+            let (split, mut fitted, known) = fitted(&[("motor_heating", &numbers)]);
+            let units = split.train.units().len();
+            fitted.fit.locals = vec![0.0; 2 * units];
+            assert_eq!(fitted.is_determined(&split, &known), determined, "± {error}");
+            fitted.fit.locals.truncate(units);
+            assert!(fitted.is_determined(&split, &known), "the start is not free");
         }
     }
 
@@ -331,12 +319,12 @@ mod tests {
             .expect("fits");
         log.insert("propeller_rate_1_rad_s", vec![600.0; 6000]).expect("fits");
         let data = BlockData::new(Runs::Rotor(rotor_runs(&[log])));
-        let rotor = Stage::new(data.clone(), Some(data));
+        let rotor = DataSplit::new(data.clone(), Some(data));
         for (time_constant, determined) in [(30.0, true), (290.0, true), (310.0, false), (2000.0, false)] {
             let numbers = [("gain", 0.02, 1e-3), ("time_constant", time_constant, 1.0)];
-            let (_, mut trial, known) = trial(&[("motor_heating", &numbers)]);
-            trial.fit.locals = vec![0.0; 2 * rotor.train.units().len()];
-            assert_eq!(trial.is_determined(&rotor, &known), determined, "{time_constant} s in 60 s");
+            let (_, mut fitted, known) = fitted(&[("motor_heating", &numbers)]);
+            fitted.fit.locals = vec![0.0; 2 * rotor.train.units().len()];
+            assert_eq!(fitted.is_determined(&rotor, &known), determined, "{time_constant} s in 60 s");
         }
     }
 
@@ -345,9 +333,9 @@ mod tests {
         let before = vec![1.0; 240];
         let mut once = before.clone();
         once[..10].fill(0.0);
-        assert!(steadiness(&before, &once) < 1.1);
+        assert!(consistency(&before, &once) < 1.1);
         let everywhere: Vec<f64> = (0..240).map(|row| 0.99 + 0.001 * f64::from(row / 10 % 2)).collect();
-        assert!(steadiness(&before, &everywhere) > 10.0);
-        assert!(steadiness(&everywhere, &before) < -10.0);
+        assert!(consistency(&before, &everywhere) > 10.0);
+        assert!(consistency(&everywhere, &before) < -10.0);
     }
 }

@@ -1,89 +1,89 @@
 //! What is said beside the answer.
 
 use super::block_data::{BlockData, Runs};
-use super::search_result::Found;
-use super::verdict::{PLAINLY, strays, turns_against_torque};
+use super::refusal::Refusal;
+use super::search_result::SearchResult;
+use super::thresholds::THRESHOLDS;
+use super::verdict::{strays, turns_against_torque};
 use crate::log::Dataset;
 use crate::screening::Finding;
 use crate::screening::summary::LogSummary;
 
-/// Share of the rate, and standard errors, by which rotors must differ to be told as different.
-const UNLIKE: (f64, f64) = (3e-3, 5.0);
-/// Samples, one in so many, that count as independent ones of an error that no model explains.
-const INDEPENDENT: f64 = 20.0;
-
-/// What the logs are found to hold, what is not judged, what stays unexplained.
-pub(crate) fn warnings(logs: &[&Dataset], blocks: &[Found]) -> Vec<Finding> {
+/// What the logs are found to hold, what is not compared, what stays unexplained.
+pub(crate) fn warnings(logs: &[&Dataset], blocks: &[SearchResult]) -> Vec<Finding> {
     let mut warnings: Vec<Finding> = Vec::new();
     for log in logs {
         warnings.extend(LogSummary::of(log).findings);
     }
-    if blocks.iter().all(|found| found.stage.train.is_rotor())
+    if blocks.iter().all(|found| found.split.train.is_rotor())
         && logs.iter().any(|log| log.column("body_rate_rad_s").is_some())
     {
-        warnings.push(
-            "the body is not judged: not every set of logs holds its rate, what drives it, and enough of both".into(),
-        );
+        warnings.push(Finding::new("body_not_compared", "body"));
     }
     for found in blocks {
-        if let Some(why) = found.stage.too_poor() {
-            warnings.push(why.into());
-        }
+        warnings.extend(found.split.insufficient_data().map(insufficient));
         let (over, channel) = found.over_floor(&found.answer);
         if over > found.at_floor() {
-            let name = found.stage.train.channels()[channel].name;
-            warnings.push(format!("{name}: the error stays at {over:.2} times the noise floor").into());
+            let name = found.split.train.channels()[channel].name;
+            warnings.push(Finding::new("error_above_floor", name).with("times_floor", over));
         }
         if turns_against_torque(found) {
-            warnings.push(
-                "the body moves, but not as the torque on it would have it: look whether the gyro's sign is that of the torque, \
-                 and whether rotors 1 and 2 are exchanged, before anything else"
-                    .into(),
-            );
+            warnings.push(Finding::new("turns_against_torque", "body"));
         }
-        warnings.extend(only_in_training(found).map(Finding::from));
-        warnings.extend(unlike(logs, found).map(Finding::from));
+        warnings.extend(only_in_training(found));
+        warnings.extend(rotors_differ(logs, found));
     }
     warnings
 }
 
-/// What the logs fitted on show and the held-out ones do not: no effect can be judged by it.
-fn only_in_training(found: &Found) -> Option<String> {
+/// The finding for data that cannot tell anything.
+fn insufficient(why: Refusal) -> Finding {
+    match why {
+        Refusal::TooFewSamples { samples, needed } => {
+            Finding::new("too_few_samples", "").with("samples", samples).with("needed", needed)
+        }
+        Refusal::TorqueNotExciting => Finding::new("not_exciting", "torque"),
+        _ => Finding::new("not_exciting", "commands"),
+    }
+}
+
+/// What the logs fitted on show and the held-out ones do not: no effect can be validated by it.
+fn only_in_training(found: &SearchResult) -> Option<Finding> {
     let (channel, [fitted, held_out]) = strays(found)?;
-    Some(format!(
-        "{}: the error is {fitted:.2} times the noise floor where it was fitted and {held_out:.2} times held out: these logs go \
-         where the held-out ones do not, or something happened in them; record more of it, or diagnose all logs without \
-         `--validate`",
-        found.stage.train.channels()[channel].name,
-    ))
+    let name = found.split.train.channels()[channel].name;
+    Some(
+        Finding::new("only_in_training", name)
+            .with("times_floor", fitted)
+            .with("held_out_times_floor", held_out),
+    )
 }
 
 /// Rotors, or logs, that turn faster than others at the same commands: the model has one law for all, and no effect of its
 /// catalogue is a rotor of another make.
-fn unlike(logs: &[&Dataset], found: &Found) -> Option<String> {
-    let Runs::Rotor(_) = &found.stage.train.runs else { return None };
-    let over = found.answer.channel_error(&found.stage, 0, false) / found.floors[0];
-    if over <= PLAINLY {
+fn rotors_differ(logs: &[&Dataset], found: &SearchResult) -> Option<Finding> {
+    let Runs::Rotor(_) = &found.split.train.runs else { return None };
+    let over = found.answer.channel_error(&found.split, 0, false) / found.floors[0];
+    if over <= THRESHOLDS.plain_error {
         return None;
     }
-    let levels = levels(&found.stage.train, &found.answer.fit.residuals);
+    let levels = levels(&found.split.train, &found.answer.fit.residuals);
     let slowest = levels.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
     let fastest = levels.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
     let apart = fastest.1 - slowest.1;
-    if apart <= UNLIKE.0 || apart <= UNLIKE.1 * fastest.2.hypot(slowest.2) {
+    let errors = fastest.2.hypot(slowest.2);
+    if apart <= THRESHOLDS.rotors_differ || apart <= THRESHOLDS.rotors_differ_errors * errors {
         return None;
     }
-    let name = |(log, rotor): (usize, usize)| {
-        let source = logs.get(log).map_or("", |log| log.source_name());
-        format!("rotor {} of {source}", rotor + 1)
-    };
-    Some(format!(
-        "{} turns {:.1} % faster at the same commands than {}: rotors that are not alike, or a day on which all turned \
-         faster, are no effect of the catalogue; identify each by itself (`identify --rotor`), or diagnose the logs apart",
-        name(fastest.0),
-        100.0 * apart,
-        name(slowest.0)
-    ))
+    let source = |log: usize| logs.get(log).map_or("", |log| log.source_name());
+    let ((fast_log, fast), (slow_log, slow)) = (fastest.0, slowest.0);
+    Some(
+        Finding::new("rotors_differ", "rotors")
+            .with("faster_rotor", fast + 1)
+            .with("faster_log", source(fast_log))
+            .with("slower_rotor", slow + 1)
+            .with("slower_log", source(slow_log))
+            .with("share", apart),
+    )
 }
 
 /// Of each rotor of each log the share of its rate that the model lacks, and its standard error.
@@ -105,7 +105,7 @@ fn levels(data: &BlockData, residuals: &[f64]) -> Vec<((usize, usize), f64, f64)
                 count += 1.0;
             }
         }
-        let independent = (count / INDEPENDENT).max(1.0);
+        let independent = (count / THRESHOLDS.correlated_samples).max(1.0);
         (power > 0.0).then(|| (who, cross / power, (error / power / independent).sqrt()))
     };
     whose.into_iter().filter_map(level).collect()

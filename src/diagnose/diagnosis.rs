@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::refusal::Refusal;
 use crate::model::Model;
 use crate::screening::Finding;
 use crate::screening::attitude_units::DEGREES;
@@ -43,7 +44,8 @@ pub struct ChangedParameter {
 
 impl ChangedParameter {
     /// An inertia as much smaller than the model's as a degree is than a radian.
-    fn is_in_degrees(&self) -> bool {
+    #[must_use]
+    pub fn is_in_degrees(&self) -> bool {
         self.name == "inertia" && DEGREES.contains(&(self.from / self.to))
     }
 }
@@ -61,7 +63,7 @@ pub struct FoundParameter {
 
 /// An error on both kinds of data.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Both {
+pub struct TrainValidate {
     /// On what was fitted.
     pub train: f64,
     /// On what was held out.
@@ -70,22 +72,29 @@ pub struct Both {
 
 /// The error, and how far it falls.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ErrorStory {
+pub struct ErrorSummary {
     /// What it is, with unit.
     pub measure: String,
+    /// The channel it is of, with its unit.
+    #[serde(skip)]
+    pub channel: String,
+    /// The unit of every error in it.
+    #[serde(skip)]
+    pub unit: &'static str,
     /// What sensor noise alone would leave.
     pub noise_floor: f64,
     /// The model as it is.
-    pub base: Both,
-    /// Its own parameters refitted.
-    pub recalibrated: Both,
+    pub base: TrainValidate,
+    /// Its own parameters refitted; `recalibrated` in the JSON.
+    #[serde(rename = "recalibrated")]
+    pub refitted: TrainValidate,
     /// With the missing effects.
-    pub extended: Both,
+    pub extended: TrainValidate,
 }
 
 /// Where the model fails.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Place {
+pub struct FailurePlace {
     /// `actuator_1`, `actuator_2`, `body`.
     pub block: String,
     /// Share of all that is above the noise.
@@ -98,7 +107,7 @@ pub struct Place {
 
 /// One rung of the ladder.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Rung {
+pub struct LadderStep {
     /// Effects so far.
     pub effects: Vec<String>,
     /// Held-out error.
@@ -107,7 +116,7 @@ pub struct Rung {
 
 /// One candidate on its own.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Candidate {
+pub struct RankedCandidate {
     /// Id.
     pub effect: String,
     /// The channel its errors are of, with its unit.
@@ -116,15 +125,16 @@ pub struct Candidate {
     pub train: Option<f64>,
     /// Held-out error.
     pub validate: Option<f64>,
-    /// How often a meaningless candidate does as well.
-    pub chance: Option<f64>,
+    /// [-] p-value of the surrogate test: how often a meaningless candidate does as well; `chance` in the JSON.
+    #[serde(rename = "chance")]
+    pub p_value: Option<f64>,
     /// Held-out error that one in twenty meaningless candidates reaches.
     #[serde(skip)]
-    pub luck: Option<f64>,
+    pub surrogate_error: Option<f64>,
     /// Held-out error of the answer without it; `None`: not in the answer.
     pub drop_one: Option<f64>,
-    /// Why it was not tried, or what to know.
-    pub note: String,
+    /// Why it was not tried, or was refused after it had been.
+    pub refusal: Option<Refusal>,
 }
 
 /// What to do next.
@@ -150,13 +160,13 @@ pub struct Diagnosis {
     /// Parameters of the effects, by `effect.parameter`.
     pub parameters: BTreeMap<String, FoundParameter>,
     /// The error, and how far it falls.
-    pub error: ErrorStory,
+    pub error: ErrorSummary,
     /// Where the model fails.
-    pub r#where: Vec<Place>,
+    pub r#where: Vec<FailurePlace>,
     /// The error falling.
-    pub ladder: Vec<Rung>,
+    pub ladder: Vec<LadderStep>,
     /// Every candidate.
-    pub candidates: Vec<Candidate>,
+    pub candidates: Vec<RankedCandidate>,
     /// What to know about data and answer.
     pub findings: Vec<Finding>,
     /// What would tell more.
@@ -169,108 +179,18 @@ pub struct Diagnosis {
     pub model: Model,
 }
 
-impl Diagnosis {
-    /// The answer in a sentence; names of effects between `mark`s.
-    #[must_use]
-    pub fn sentence(&self, mark: &str) -> String {
-        let effects: Vec<String> = self.effects.iter().map(|id| format!("{mark}{id}{mark}")).collect();
-        let effects = effects.join(" + ");
-        match self.verdict {
-            Verdict::MissingEffect => format!("The model is missing: {effects}."),
-            Verdict::Adequate => "Nothing is missing that these data could show.".to_owned(),
-            Verdict::ParametersChanged => {
-                "No effect is missing; the model's own numbers have changed.".to_owned()
-            }
-            Verdict::Unknown if effects.is_empty() => {
-                "Something is missing, and nothing in the catalogue explains it.".to_owned()
-            }
-            Verdict::Unknown => format!(
-                "Something is missing. {effects} explains {:.0} % of it (of the squared error above the noise); \
-                 nothing in the catalogue explains the rest.",
-                100.0 * self.error.explained()
-            ),
-            Verdict::InsufficientData => "These data cannot tell.".to_owned(),
-        }
-    }
-}
-
-impl Diagnosis {
-    /// What to do next, sentence by sentence; commands between backticks. `model`, `train`, `validate` are the files as
-    /// they were given.
-    #[must_use]
-    pub fn next_steps(&self, model: &str, train: &[String], validate: &[String]) -> Vec<String> {
-        let logs = format!("--log {}", train.join(" "));
-        let held_out =
-            if validate.is_empty() { String::new() } else { format!(" --validate {}", validate.join(" ")) };
-        let extend = |effects: &[String]| {
-            let effects = effects.join(" ");
-            format!(
-                "`rotorbench extend --model {model} --effect {effects} {logs}{held_out} -o extended.toml`"
-            )
-        };
-        let mut steps = match self.verdict {
-            _ if self.turns_against_torque => vec![
-                "Look whether the gyro's sign is that of the torque, and whether rotors 1 and 2 are exchanged; then diagnose \
-                 again. What is named before that only comes nearest."
-                    .to_owned(),
-            ],
-            Verdict::MissingEffect => vec![format!("Add it: {}", extend(&self.effects))],
-            Verdict::Unknown if self.effects.is_empty() => {
-                vec!["Write what you suspect as an effect of your own, `[[user_effects]]` in the model file, and diagnose \
-                      again: it competes with the catalogue."
-                    .to_owned()]
-            }
-            Verdict::Unknown => vec![
-                format!("Add what explains a part: {}", extend(&self.effects)),
-                "Then look at what is left with `rotorbench compare --model extended.toml`.".to_owned(),
-            ],
-            Verdict::ParametersChanged => vec![format!(
-                "Take the new numbers over: `rotorbench extend --model {model} --recalibrate {logs}{held_out} -o recalibrated.toml`"
-            )],
-            Verdict::Adequate => vec!["Use the model; a log that moves more could show more.".to_owned()],
-            Verdict::InsufficientData => vec![
-                "Record a longer log, in which something moves: `rotorbench experiment prbs`, for a minute or more."
-                    .to_owned(),
-            ],
-        };
-        if let Some(inertia) = self.changed_parameters.iter().find(|changed| changed.is_in_degrees()) {
-            steps.insert(
-                0,
-                format!(
-                    "Look whether the body's rate (and its angle) are in degrees: J comes out as 1/{:.0} of the model's, and 180/π \
-                     is 57. If so, `import` the log with the units `deg/s` and `deg`, and diagnose again.",
-                    inertia.from / inertia.to
-                ),
-            );
-        }
-        let experiment = self.next_experiment.as_ref().filter(|_| !self.turns_against_torque);
-        if let Some(next) = experiment.filter(|next| !next.run.is_empty()) {
-            steps.push(format!("To tell the sets apart, record: {}", next.run));
-        }
-        steps
-    }
-}
-
-impl ErrorStory {
-    /// The unit of every error in it.
-    #[must_use]
-    pub fn unit(&self) -> &str {
-        let inside = self.measure.rsplit_once('[').map_or("", |(_, rest)| rest);
-        inside.trim_end_matches(']')
-    }
-
-    /// Whether it is told in the channel of a candidate.
+impl ErrorSummary {
+    /// Whether it is given in the channel of a candidate.
     #[must_use]
     pub fn is_of(&self, channel: &str) -> bool {
-        let name = channel.split(' ').next().unwrap_or(channel);
-        self.measure.contains(name)
+        self.channel == channel
     }
 
-    /// The share of the recalibrated base's held-out squared error above the noise that the extension takes off.
+    /// The share of the refitted baseline's held-out squared error above the noise that the extension takes off.
     #[must_use]
     pub fn explained(&self) -> f64 {
         let above = |error: f64| error.powi(2) - self.noise_floor.powi(2);
-        let share = 1.0 - above(self.extended.validate) / above(self.recalibrated.validate);
+        let share = 1.0 - above(self.extended.validate) / above(self.refitted.validate);
         if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
     }
 }

@@ -1,5 +1,6 @@
 //! Why there is no diagnosis, or no extension.
 
+use super::refusal::Refusal;
 use crate::identify::IdentifyError;
 use crate::model::ModelError;
 use crate::screening::ScreeningError;
@@ -11,7 +12,7 @@ pub enum DiagnoseError {
     /// The model cannot be used.
     #[error(transparent)]
     Model(#[from] ModelError),
-    /// A log that cannot be used, or none that any block of the model can be judged from.
+    /// A log that cannot be used, or none that any block of the model can be compared with.
     #[error(transparent)]
     Screening(#[from] ScreeningError),
     /// A column that cannot be what its name says, or is of another rotor than the model's.
@@ -23,11 +24,29 @@ pub enum DiagnoseError {
         /// Id.
         effect: String,
         /// Why.
-        why: String,
+        why: Refusal,
     },
-    /// No number of the base has to change, or can.
+    /// The logs cannot tell anything of the base's numbers.
     #[error("nothing to take over: {0}")]
-    NothingToRefit(String),
+    NothingToRefit(Refusal),
+    /// No number of the base has to change.
+    #[error("nothing to take over: these logs do not ask for other numbers than the model has")]
+    NothingChanged,
+    /// A number that no bench has: what was not measured (a rate that stood still, or read zero) asks for such.
+    #[error(
+        "nothing to take over: `{name}` would go from {} to {}, which these logs do not determine or no bench has: a rate that \
+         stood still or reads zero was not measured; leave that part of the log out",
+        short(*from),
+        short(*to)
+    )]
+    AbsurdNumber {
+        /// Name of the number.
+        name: String,
+        /// Its value in the model, in its SI unit.
+        from: f64,
+        /// What the logs ask for.
+        to: f64,
+    },
     /// Logs that cannot come from one bench.
     #[error(
         "{log} and {other_log} are not of one bench: alone the first gives {parameter} = {value:.6}, the second {other:.6}; diagnose each by itself"

@@ -1,20 +1,21 @@
 //! Adds effects to a model, refits, and writes down what it did to the error.
 
 use super::blocks::Blocks;
-use super::candidate_fit::Trial;
+use super::candidate_fit::CandidateFit;
 use super::config::DiagnoseConfig;
-use super::data_split::Stage;
-use super::diagnosis::ErrorStory;
+use super::data_split::DataSplit;
+use super::diagnosis::ErrorSummary;
 use super::pooled_logs;
+use super::refusal::Refusal;
 use super::search::Search;
-use super::search_result::Found;
+use super::search_result::SearchResult;
+use super::thresholds::THRESHOLDS;
 use super::{DiagnoseError, check_logs};
 use crate::identify;
 use crate::log::Dataset;
 use crate::model::{Effect, ErrorFall, LogReference, Model, Step};
 use crate::screening::Finding;
 use crate::screening::requirements::check_magnitudes;
-use crate::unit::short;
 
 /// A model with more effects.
 #[derive(Debug, Clone)]
@@ -22,7 +23,7 @@ pub struct Extension {
     /// The extended model, its ladder one step longer.
     pub model: Model,
     /// The error before and after.
-    pub error: ErrorStory,
+    pub error: ErrorSummary,
     /// Nothing but noise is left.
     pub is_at_floor: bool,
     /// What to know about the data.
@@ -53,33 +54,39 @@ pub fn extend(
     check_logs(model, &asked, &logs)?;
     warnings.extend(identify::check_columns(&logs, model)?);
     pooled_logs::check(model, &known, &logs, config.horizon)?;
-    let in_block = |stage: &Stage| -> Vec<String> {
+    let in_block = |split: &DataSplit| -> Vec<String> {
         let held =
-            |id: &&String| known.iter().any(|effect: &Effect| effect.id == **id && stage.holds(effect));
+            |id: &&String| known.iter().any(|effect: &Effect| effect.id == **id && split.holds(effect));
         ids.iter().filter(held).cloned().collect()
     };
-    let look = |stage: Stage, effects: &[String]| {
-        Search { base: model, known: &known, eligible: Vec::new(), progress: &|_| () }.rung(stage, effects)
+    let fit_rung = |split: DataSplit, effects: &[String]| {
+        Search { base: model, known: &known, eligible: Vec::new(), progress: &|_| () }.rung(split, effects)
     };
-    let refit = |stage: Stage| -> Found {
-        let inside = in_block(&stage);
-        look(stage, &inside)
+    let find = |split: DataSplit| -> SearchResult {
+        let inside = in_block(&split);
+        fit_rung(split, &inside)
     };
-    let settle = |found: &Found, trial: &Trial| {
+    let select_parameters = |found: &SearchResult, fitted: &CandidateFit| {
         if !ids.is_empty() {
-            return (trial.clone(), Vec::new());
+            return (fitted.clone(), Vec::new());
         }
         let search = Search { base: model, known: &known, eligible: Vec::new(), progress: &|_| () };
-        search.settle(&found.stage, &found.stale, &found.recalibrated, trial)
+        search.select_parameters(&found.split, &found.nominal, &found.refitted, fitted)
     };
-    let blocks = Blocks::build(model, train, validate, config, (&refit, &look), &settle)?;
+    let blocks = Blocks::build(model, train, validate, config, (&find, &fit_rung), &select_parameters)?;
     check_fitted(ids, &blocks)?;
-    let error = blocks.error_story(config);
+    let error = blocks.error_summary(config);
     let mut extended = blocks.merged(model);
     if ids.is_empty() {
         check_numbers(model, &extended, &blocks)?;
     }
-    extended.ladder.push(Step {
+    extended.ladder.push(step(model, ids, [train, validate], &error));
+    Ok(Extension { model: extended, error, is_at_floor: blocks.is_at_floor(), findings: warnings })
+}
+
+/// The step that a ladder takes from `model` by adding `ids`.
+fn step(model: &Model, ids: &[String], [train, validate]: [&[Dataset]; 2], error: &ErrorSummary) -> Step {
+    Step {
         added: ids.to_vec(),
         logs: train.iter().map(reference).collect(),
         validation: validate.iter().map(reference).collect(),
@@ -93,15 +100,14 @@ pub fn extend(
         },
         before: model.parameters(),
         standard_errors_before: model.standard_errors.clone(),
-    });
-    Ok(Extension { model: extended, error, is_at_floor: blocks.is_at_floor(), findings: warnings })
+    }
 }
 
 /// Refuses effects that cannot be added from these logs.
 fn check_effects(model: &Model, ids: &[String], logs: &[Dataset]) -> Result<(), DiagnoseError> {
     for (index, id) in ids.iter().enumerate() {
         let effect = model.effect(id)?;
-        let twice = ids[..index].contains(id).then(|| "it is asked for twice".to_owned());
+        let twice = ids[..index].contains(id).then_some(Refusal::AskedTwice);
         if let Some(why) = twice.or_else(|| super::block_builder::refusal(&effect, model, logs)) {
             return Err(DiagnoseError::Refused { effect: id.clone(), why });
         }
@@ -114,44 +120,33 @@ fn check_fitted(ids: &[String], blocks: &Blocks) -> Result<(), DiagnoseError> {
     if let Some(id) =
         ids.iter().find(|id| !blocks.found.iter().any(|found| found.answer.effects.contains(id)))
     {
-        let why = "the logs have no block that it acts in".to_owned();
-        return Err(DiagnoseError::Refused { effect: id.clone(), why });
+        return Err(DiagnoseError::Refused { effect: id.clone(), why: Refusal::NoBlock });
     }
     // Data that excite nothing would leave the effect at its start, and the ladder would say that it was fitted.
     for found in blocks.found.iter().filter(|found| !found.answer.effects.is_empty()) {
-        if let Some(why) = found.stage.too_poor() {
+        if let Some(why) = found.split.insufficient_data() {
             return Err(DiagnoseError::Refused { effect: found.answer.effects.join(" + "), why });
         }
     }
     Ok(())
 }
 
-/// Times what it was that no number of a bench becomes.
-const ABSURD: f64 = 100.0;
-
 /// Refuses numbers that are the model's own, and those that no bench has: what was not measured (a rate that stood still, or read zero) asks for such.
 fn check_numbers(model: &Model, extended: &Model, blocks: &Blocks) -> Result<(), DiagnoseError> {
     let before = model.parameters();
     if extended.parameters() == before {
-        let poor = blocks.found.iter().find_map(|found| found.stage.too_poor());
-        return Err(DiagnoseError::NothingToRefit(
-            poor.unwrap_or_else(|| "these logs do not ask for other numbers than the model has".to_owned()),
-        ));
+        let poor = blocks.found.iter().find_map(|found| found.split.insufficient_data());
+        return Err(poor.map_or(DiagnoseError::NothingChanged, DiagnoseError::NothingToRefit));
     }
     let is_absurd = |name: &str, from: f64, to: f64| {
         let error = extended.standard_errors.get(name).copied().unwrap_or(0.0);
         // Known to the last digit is no number of a fit, either.
         let is_known = error > 0.0 && error < from.abs() + to.abs();
-        from != to && !(is_known && to.abs() < ABSURD * from.abs().max(1.0))
+        from != to && !(is_known && to.abs() < THRESHOLDS.absurd_change * from.abs().max(1.0))
     };
     let mut numbers = before.iter().filter_map(|(name, from)| Some((name, *from, extended.parameter(name)?)));
     match numbers.find(|(name, from, to)| is_absurd(name, *from, *to)) {
-        Some((name, from, to)) => Err(DiagnoseError::NothingToRefit(format!(
-            "`{name}` would go from {} to {}, which these logs do not determine or no bench has: a rate that stood still or \
-             reads zero was not measured; leave that part of the log out",
-            short(from),
-            short(to)
-        ))),
+        Some((name, from, to)) => Err(DiagnoseError::AbsurdNumber { name: name.clone(), from, to }),
         None => Ok(()),
     }
 }

@@ -1,122 +1,127 @@
 //! Forwards: sets of effects grow by one at a time, several sets side by side.
 
-use super::candidate::Plan;
-use super::candidate_fit::Trial;
-use super::data_split::Stage;
-use super::model_selection::{gains, is_sound, over_floor, same_set};
+use super::candidate::Candidate;
+use super::candidate_fit::CandidateFit;
+use super::data_split::DataSplit;
+use super::model_selection::{improves, is_identifiable, over_floor, same_set};
 use super::parallel::run_promising;
 use super::progress::Event;
 use super::search::Search;
-use super::search_result::AT_FLOOR;
+use super::thresholds::THRESHOLDS;
 use crate::estimation::noise_floor::floors;
 use crate::model::Effect;
 
-/// Sets carried on abreast: single effects, and sets of two and more. What several known laws approach together from
-/// several sides is mostly none of them.
-const ABREAST: (usize, usize) = (3, 2);
-/// Candidates that are followed for a while beside each set of two or more, the most promising ones. Beside a single
-/// effect all are: a law in a corner, such as a limit, looks like nothing for its first steps.
-/// And those of a depth that are fitted to the end after that.
-const PAIRS: (usize, usize) = (usize::MAX, 8);
-const MORE: (usize, usize) = (8, 4);
-/// Most effects of one block.
-const DEEPEST: usize = 5;
-/// Below this factor two effects that are nothing one by one are not looked for.
-const NEARLY: f64 = 1.06;
-/// Below this factor no further effect is looked for.
-const DONE: f64 = 1.03;
-/// A body whose error is this many noise floors, where one more effect than before left more than this share of it, has
-/// something else on it: a further effect would bend a curve to the data.
-const FAR: (f64, f64) = (2.0, 0.8);
-
 impl Search<'_> {
     /// Carries the best sets on, one effect deeper each time, until nothing is left to explain.
-    pub(crate) fn deepen(
+    pub(crate) fn grow_sets(
         &self,
-        stage: &Stage,
+        split: &DataSplit,
         base: &[String],
-        recalibrated: &Trial,
-        trials: &mut Vec<Trial>,
+        refitted: &CandidateFit,
+        fits: &mut Vec<CandidateFit>,
     ) {
-        let candidates = self.candidates();
-        let mut before = recalibrated.clone();
+        let mut before = refitted.clone();
         let mut left = f64::INFINITY;
-        for depth in 1..DEEPEST {
-            let sound = self.sound(stage, trials, depth);
-            let paying: Vec<&Trial> =
-                sound.iter().copied().filter(|trial| gains(stage, &before, trial)).collect();
+        for depth in 1..THRESHOLDS.most_effects {
+            let identifiable = self.identifiable(split, fits, depth);
+            let paying: Vec<&CandidateFit> =
+                identifiable.iter().copied().filter(|fitted| improves(split, &before, fitted)).collect();
             let falls = !paying.is_empty();
-            // Alone no effect may be worth its place, and two together may be.
-            let front = if falls { &paying } else { &sound };
+            // Alone no effect may gain enough, and two together may.
+            let front = if falls { &paying } else { &identifiable };
             let Some(best) = front.first().map(|best| (*best).clone()) else { return };
             (self.progress)(Event::Leading(&best.effects));
-            let floors = floors(&stage.validate, &best.judged.residuals, best.model.body.inertia);
-            let nearest = over_floor(stage, if falls { &best } else { &before }, &floors).0;
-            if nearest < DONE || (!falls && (depth > 1 || nearest < NEARLY)) {
+            let floors = floors(&split.validate, &best.held_out.residuals, best.model.body.inertia);
+            let over = over_floor(split, if falls { &best } else { &before }, &floors).0;
+            let is_done = over < THRESHOLDS.done_at_floor;
+            let no_pair = !falls && (depth > 1 || over < THRESHOLDS.nearly_at_floor);
+            let is_in_vain = depth > 1
+                && over > THRESHOLDS.hopeless_over_floor
+                && over > THRESHOLDS.hopeless_left * left
+                && !split.train.is_rotor();
+            if is_done || no_pair || is_in_vain {
                 return;
             }
-            let is_in_vain = depth > 1 && nearest > FAR.0 && nearest > FAR.1 * left;
-            if is_in_vain && !stage.train.is_rotor() {
-                return;
-            }
-            left = nearest;
+            left = over;
             // Beside one that leaves next to nothing the others are only longer ways.
-            let abreast = match depth {
-                _ if falls && nearest < AT_FLOOR => 1,
-                1 => ABREAST.0,
-                _ => ABREAST.1,
+            let beam_width = match depth {
+                _ if falls && over < THRESHOLDS.at_floor => 1,
+                1 => THRESHOLDS.beam_width_single,
+                _ => THRESHOLDS.beam_width_sets,
             };
-            let front: Vec<Trial> = front.iter().take(abreast).map(|it| (*it).clone()).collect();
-            let mut sets: Vec<Vec<String>> = Vec::new();
-            let mut groups: Vec<Vec<Plan>> = Vec::new();
-            for trial in &front {
-                let mut plans = Vec::new();
-                for effect in &candidates {
-                    let mut set = trial.effects.clone();
-                    set.push(effect.id.clone());
-                    let mut sorted = set.clone();
-                    sorted.sort();
-                    let is_known = || trials.iter().any(|known| same_set(&known.effects, &set));
-                    if trial.effects.contains(&effect.id) || sets.contains(&sorted) || is_known() {
-                        continue;
-                    }
-                    sets.push(sorted);
-                    let mut effects: Vec<&Effect> =
-                        self.known.iter().filter(|known| trial.effects.contains(&known.id)).collect();
-                    effects.sort_by_key(|known| trial.effects.iter().position(|id| *id == known.id));
-                    effects.push(effect);
-                    let without = Some(trial.fit.cost);
-                    plans.push(Plan { effects, without, ..self.start(&trial.model, base) });
-                }
-                groups.push(plans);
-            }
-            let deeper = run_promising(&groups, if depth == 1 { PAIRS } else { MORE }, stage, self.progress);
-            trials.extend(deeper);
+            let front: Vec<CandidateFit> = front.iter().take(beam_width).map(|it| (*it).clone()).collect();
+            let groups = self.one_deeper(&front, fits, base);
+            let most = if depth == 1 { THRESHOLDS.pair_candidates } else { THRESHOLDS.set_candidates };
+            fits.extend(run_promising(&groups, most, split, self.progress));
             before = best;
         }
     }
 
+    /// Beside each set of the front the candidates with one effect more, none that is known or another one's.
+    fn one_deeper<'b>(
+        &'b self,
+        front: &'b [CandidateFit],
+        fits: &[CandidateFit],
+        base: &[String],
+    ) -> Vec<Vec<Candidate<'b>>> {
+        let mut sets: Vec<Vec<String>> = fits.iter().map(|fitted| fitted.effects.clone()).collect();
+        let mut beside = |fitted: &'b CandidateFit| {
+            let mut candidates = Vec::new();
+            for effect in self.admitted() {
+                let set = [&fitted.effects[..], std::slice::from_ref(&effect.id)].concat();
+                if fitted.effects.contains(&effect.id) || sets.iter().any(|known| same_set(known, &set)) {
+                    continue;
+                }
+                sets.push(set);
+                let mut effects: Vec<&Effect> =
+                    self.known.iter().filter(|known| fitted.effects.contains(&known.id)).collect();
+                effects.sort_by_key(|known| fitted.effects.iter().position(|id| *id == known.id));
+                effects.push(effect);
+                let without = Some(fitted.fit.cost);
+                candidates.push(Candidate { effects, without, ..self.start(&fitted.model, base) });
+            }
+            candidates
+        };
+        front.iter().map(&mut beside).collect()
+    }
+
     /// The sets of a depth whose effects are determined and do not cancel each other, best first.
-    fn sound<'t>(&self, stage: &Stage, trials: &'t [Trial], depth: usize) -> Vec<&'t Trial> {
-        let of_depth = trials.iter().filter(|trial| trial.effects.len() == depth);
-        let mut sound: Vec<&Trial> = of_depth.filter(|trial| is_sound(stage, trial, self.known)).collect();
-        sound.sort_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage)));
-        sound
+    fn identifiable<'t>(
+        &self,
+        split: &DataSplit,
+        fits: &'t [CandidateFit],
+        depth: usize,
+    ) -> Vec<&'t CandidateFit> {
+        let of_depth = fits.iter().filter(|fitted| fitted.effects.len() == depth);
+        let mut identifiable: Vec<&CandidateFit> =
+            of_depth.filter(|fitted| is_identifiable(split, fitted, self.known)).collect();
+        identifiable.sort_by(|a, b| a.validate(split).total_cmp(&b.validate(split)));
+        identifiable
     }
 
     /// The smallest set that no larger one beats.
-    pub(crate) fn climb(&self, stage: &Stage, recalibrated: &Trial, trials: &[Trial]) -> Trial {
-        // Two effects may be worth nothing one by one: each depth is held against the answer so far.
-        self.climb_from(stage, recalibrated.clone(), trials)
+    pub(crate) fn grow_answer(
+        &self,
+        split: &DataSplit,
+        refitted: &CandidateFit,
+        fits: &[CandidateFit],
+    ) -> CandidateFit {
+        // Two effects may gain nothing one by one: each depth is compared with the answer so far.
+        self.grow_answer_from(split, refitted.clone(), fits)
     }
 
     /// The smallest set that holds all of `answer` and that no larger one beats.
-    pub(crate) fn climb_from(&self, stage: &Stage, mut answer: Trial, trials: &[Trial]) -> Trial {
+    pub(crate) fn grow_answer_from(
+        &self,
+        split: &DataSplit,
+        mut answer: CandidateFit,
+        fits: &[CandidateFit],
+    ) -> CandidateFit {
         let first = answer.effects.clone();
-        let goes_on = |trial: &&Trial| first.iter().all(|id| trial.effects.contains(id));
-        for depth in first.len() + 1..=DEEPEST {
-            let sound = self.sound(stage, trials, depth).into_iter().filter(goes_on);
-            let best = sound.into_iter().find(|it| gains(stage, &answer, it));
+        let goes_on = |fitted: &&CandidateFit| first.iter().all(|id| fitted.effects.contains(id));
+        for depth in first.len() + 1..=THRESHOLDS.most_effects {
+            let identifiable = self.identifiable(split, fits, depth).into_iter().filter(goes_on);
+            let best = identifiable.into_iter().find(|it| improves(split, &answer, it));
             if let Some(best) = best {
                 answer = best.clone();
             }

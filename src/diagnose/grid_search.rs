@@ -3,34 +3,13 @@
 
 use super::block_data::{BlockData, Runs};
 use super::problem::Problem;
+use super::thresholds::THRESHOLDS;
 use crate::effect::Site;
 use crate::estimation::normal_equations::sum_of_squares;
 use crate::estimation::output_error::{Fit, OutputError};
 use crate::model::{Effect, Model};
 
-/// Samples that decide where a closer look is worth it.
-const FEW_SAMPLES: usize = 1000;
-/// [-] by how much of a step a typical command's place on the grid moves from one value to the next.
-const PHASE: f64 = 0.07;
-/// A grid whose rounding error is below this share of the noise cannot be seen.
-const LEAST_SHARE: f64 = 0.4;
-/// Most values looked at.
-const MOST_VALUES: usize = 10_000;
-/// Values, the best on few samples, that more samples are asked about, and how many.
-const ASKED: usize = 40;
-const SOME_SAMPLES: usize = 3000;
-/// Values, the best of those, that all samples are asked about.
-const LEFT: usize = 10;
-/// [-] of the noise: from here on what is left counts by its size rather than by its square.
-const ROBUST: f64 = 1.5;
-/// Values followed by a closer look.
-const CLOSER: usize = 3;
-/// Values of a closer look on each side.
-const FINE: i32 = 8;
-/// Closer and closer looks: on a long log a step shows to a millionth.
-const LOOKS: i32 = 4;
-
-/// Values of the parameter `name` of `template` from which a fit is worth it, best first.
+/// Values of the parameter `name` of `template` from which a fit is promising, best first.
 pub(crate) fn values(
     data: &BlockData,
     template: &Model,
@@ -43,29 +22,31 @@ pub(crate) fn values(
     let (data, template) = plain.as_ref().map_or((data, template), |(data, model)| (data, model));
     let inside: Vec<&Effect> = inside.iter().copied().filter(|effect| template.has(&effect.id)).collect();
     let inside = inside.as_slice();
-    let few = data.here_and_there((data.len() / FEW_SAMPLES).max(1));
+    let few = data.here_and_there((data.len() / THRESHOLDS.grid_first_samples).max(1));
     // A hair beside the right grid all levels but one or two fit, and those are off by a whole step: squares would rank it
     // behind grids on which nothing fits.
     let mut cost = cost_of(&few, template, name, inside);
     let mut grid = Vec::new();
     // From the coarse end: where there are too many, the finest, which matter least, are left out.
     let mut value = bounds.1;
-    while value >= least.max(bounds.0) && value > 0.0 && grid.len() < MOST_VALUES {
+    while value >= least.max(bounds.0) && value > 0.0 && grid.len() < THRESHOLDS.most_grid_values {
         grid.push(value);
         value -= spacing(value, typical);
     }
-    let asked = apart(grid, &mut cost, typical, ASKED);
-    let some = data.here_and_there((data.len() / SOME_SAMPLES).max(1));
+    let asked = apart(grid, &mut cost, typical, THRESHOLDS.grid_values_second);
+    let some = data.here_and_there((data.len() / THRESHOLDS.grid_second_samples).max(1));
     let mut cost = cost_of(&some, template, name, inside);
     let closer = |values: Vec<f64>, cost: &mut dyn FnMut(f64) -> f64| -> Vec<f64> {
         values.into_iter().map(|value| fine(&mut *cost, value, spacing(value, typical), 1).0).collect()
     };
     let asked = closer(asked, &mut cost);
-    let left = apart(asked, &mut cost, typical, LEFT);
+    let left = apart(asked, &mut cost, typical, THRESHOLDS.grid_values_third);
     let mut cost = cost_of(data, template, name, inside);
     let left = closer(left, &mut cost);
-    let best = apart(left, &mut cost, typical, CLOSER);
-    best.into_iter().map(|value| fine(&mut cost, value, spacing(value, typical), LOOKS).0).collect()
+    let best = apart(left, &mut cost, typical, THRESHOLDS.grid_values_closer);
+    best.into_iter()
+        .map(|value| fine(&mut cost, value, spacing(value, typical), THRESHOLDS.grid_looks).0)
+        .collect()
 }
 
 /// The same question for a rotor that merely follows: what `template` leaves of the data on top of what the rotor would
@@ -98,10 +79,10 @@ fn plainly(data: &BlockData, template: &Model, name: &str, inside: &[&Effect]) -
 
 /// The best of some values, not two from one valley.
 fn apart(values: Vec<f64>, cost: &mut impl FnMut(f64) -> f64, typical: f64, most: usize) -> Vec<f64> {
-    let mut looked: Vec<(f64, f64)> = values.into_iter().map(|value| (cost(value), value)).collect();
-    looked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut scored: Vec<(f64, f64)> = values.into_iter().map(|value| (cost(value), value)).collect();
+    scored.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut apart: Vec<f64> = Vec::new();
-    for (_, value) in looked {
+    for (_, value) in scored {
         if apart.iter().all(|other| (value - other).abs() > 2.0 * spacing(value, typical)) {
             apart.push(value);
         }
@@ -113,7 +94,7 @@ fn apart(values: Vec<f64>, cost: &mut impl FnMut(f64) -> f64, typical: f64, most
 }
 
 /// Moves the parameter `index` of a fit to the best value nearby.
-pub(crate) fn settle(problem: &Problem, data: &BlockData, index: usize, found: &mut Fit) {
+pub(crate) fn refine(problem: &Problem, data: &BlockData, index: usize, found: &mut Fit) {
     let Some((_, typical)) = sizes(data) else { return };
     let mut scratch = vec![0.0; problem.len()];
     let mut globals = found.globals.clone();
@@ -123,12 +104,12 @@ pub(crate) fn settle(problem: &Problem, data: &BlockData, index: usize, found: &
         sum_of_squares(&scratch)
     };
     let start = found.globals[index];
-    found.globals[index] = fine(cost, start, spacing(start, typical), LOOKS).0;
+    found.globals[index] = fine(cost, start, spacing(start, typical), THRESHOLDS.grid_looks).0;
 }
 
 /// Moves the parameter `index` of a fit to the best value nearby, and gives it a standard error: how far it must
 /// move until the cost rises by the variance of the noise.
-pub(crate) fn polish(problem: &Problem, data: &BlockData, index: usize, found: &mut Fit) {
+pub(crate) fn refine_with_error(problem: &Problem, data: &BlockData, index: usize, found: &mut Fit) {
     let Some((_, typical)) = sizes(data) else { return };
     let start = found.globals[index];
     let mut scratch = vec![0.0; problem.len()];
@@ -138,7 +119,7 @@ pub(crate) fn polish(problem: &Problem, data: &BlockData, index: usize, found: &
         problem.residuals(&globals, &found.locals, &mut scratch);
         sum_of_squares(&scratch)
     };
-    let (value, least) = fine(&mut cost, start, spacing(start, typical), LOOKS);
+    let (value, least) = fine(&mut cost, start, spacing(start, typical), THRESHOLDS.grid_looks);
     let used = found.residuals.iter().filter(|residual| **residual != 0.0).count().max(1);
     let rise = least / used as f64;
     let side = |sign: f64, cost: &mut dyn FnMut(f64) -> f64| {
@@ -158,28 +139,32 @@ fn fine(mut cost: impl FnMut(f64) -> f64, about: f64, spacing: f64, looks: i32) 
     let mut width = spacing;
     for _ in 0..looks {
         let middle = best.0;
-        for step in (-FINE..=FINE).filter(|step| *step != 0) {
-            let value = middle + width * f64::from(step) / f64::from(FINE);
-            let looked = (value, cost(value));
-            if looked.1 < best.1 {
-                best = looked;
+        for step in (-THRESHOLDS.grid_fine_values..=THRESHOLDS.grid_fine_values).filter(|step| *step != 0) {
+            let value = middle + width * f64::from(step) / f64::from(THRESHOLDS.grid_fine_values);
+            let scored = (value, cost(value));
+            if scored.1 < best.1 {
+                best = scored;
             }
         }
-        width *= 1.5 / f64::from(FINE);
+        width *= 1.5 / f64::from(THRESHOLDS.grid_fine_values);
     }
     best
 }
 
 fn spacing(value: f64, typical: f64) -> f64 {
-    (PHASE * value * value / typical).min(0.05 * value)
+    (THRESHOLDS.grid_phase * value * value / typical).min(THRESHOLDS.most_grid_spacing * value)
 }
 
 /// Squares of what is small beside the noise, sizes of what is large (pseudo-Huber).
 fn robust_sum(values: &[f64]) -> f64 {
-    let of = |value: f64| (1.0 + (value / ROBUST).powi(2)).sqrt() - 1.0;
+    let of = |value: f64| (1.0 + (value / THRESHOLDS.grid_robust_width).powi(2)).sqrt() - 1.0;
     let sum = values.iter().map(|value| of(*value)).sum::<f64>();
     // As for squares: what ran away loses.
-    if sum.is_finite() { 2.0 * ROBUST * ROBUST * sum } else { f64::MAX }
+    if sum.is_finite() {
+        2.0 * THRESHOLDS.grid_robust_width * THRESHOLDS.grid_robust_width * sum
+    } else {
+        f64::MAX
+    }
 }
 
 fn cost_of<'a>(
@@ -209,7 +194,7 @@ fn sizes(data: &BlockData) -> Option<(f64, f64)> {
     let rate = range(&mut runs.iter().flat_map(|run| run.measured.iter().copied()));
     let slope = (rate.1 - rate.0) / (command.1 - command.0);
     // A rounding error is spread evenly over a step: its rms is the step over the root of 12.
-    let least = LEAST_SHARE * data.sigma[0] * 12f64.sqrt() / slope;
+    let least = THRESHOLDS.least_grid_noise * data.sigma[0] * 12f64.sqrt() / slope;
     (least.is_finite() && least > 0.0 && command.1 > 0.0).then_some((least, command.1))
 }
 

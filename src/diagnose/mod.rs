@@ -27,22 +27,25 @@ mod pooled_logs;
 pub mod problem;
 mod progress;
 mod refit;
+pub mod refusal;
 pub mod rotor_block;
 pub mod search;
 pub mod search_result;
 pub mod surrogate_test;
+pub mod thresholds;
 mod verdict;
 
 use block_builder::refusal;
 use blocks::Blocks;
-use candidate_fit::Trial;
-use data_split::Stage;
+use candidate_fit::CandidateFit;
+use data_split::DataSplit;
 use search::Search;
-use search_result::Found;
+use search_result::SearchResult;
 
 use crate::identify;
 use crate::log::Dataset;
 use crate::model::{Effect, Model, UndefinedRow};
+use crate::screening::Finding;
 use crate::screening::requirements::{check_magnitudes, repeated, without_battery};
 use crate::screening::screened;
 
@@ -66,40 +69,37 @@ pub fn diagnose(
     let known = model.known_effects()?;
     let read: Vec<&Dataset> = train.iter().chain(validate).collect();
     read.iter().try_for_each(|log| check_magnitudes(log))?;
-    let mut told = Vec::new();
-    let fresh = [train, validate].map(|logs| screened(logs, &mut told));
+    let mut findings = Vec::new();
+    let fresh = [train, validate].map(|logs| screened(logs, &mut findings));
     let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
     let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
     check_logs(model, &known, &logs)?;
-    told.extend(identify::check_columns(&logs, model)?);
+    findings.extend(identify::check_columns(&logs, model)?);
     pooled_logs::check(model, &known, &logs, config.horizon)?;
-    let search = |stage: Stage| {
-        let held = |effect: &&Effect| stage.holds(effect);
+    let search = |split: DataSplit| {
+        let held = |effect: &&Effect| split.holds(effect);
         let mut eligible: Vec<_> =
             known.iter().filter(held).map(|effect| (effect, refusal(effect, model, &logs))).collect();
-        if let Some(why) = stage.too_poor() {
+        if let Some(why) = split.insufficient_data() {
             eligible.iter_mut().for_each(|(_, note)| *note = note.take().or_else(|| Some(why.clone())));
         }
-        Search { base: model, known: &known, eligible, progress }.run(stage)
+        Search { base: model, known: &known, eligible, progress }.run(split)
     };
-    let settle = |found: &Found, trial: &Trial| {
+    let select_parameters = |found: &SearchResult, fitted: &CandidateFit| {
         let search = Search { base: model, known: &known, eligible: Vec::new(), progress };
-        search.settle(&found.stage, &found.stale, &found.recalibrated, trial)
+        search.select_parameters(&found.split, &found.nominal, &found.refitted, fitted)
     };
-    let look = |stage: Stage, effects: &[String]| {
-        Search { base: model, known: &known, eligible: Vec::new(), progress }.refit(stage, effects)
+    let refit = |split: DataSplit, effects: &[String]| {
+        Search { base: model, known: &known, eligible: Vec::new(), progress }.refit(split, effects)
     };
-    let blocks = Blocks::build(model, train, validate, config, (&search, &look), &settle)?;
+    let blocks = Blocks::build(model, train, validate, config, (&search, &refit), &select_parameters)?;
     let mut diagnosis = assemble::conclude(model, &known, (&blocks.found, &blocks.verdicts), &read, config);
     // The findings tell of some of these cells, too.
-    told.retain(|sentence| !diagnosis.findings.contains(sentence));
-    let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs)).chain(told);
+    findings.retain(|finding| !diagnosis.findings.contains(finding));
+    let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs)).chain(findings);
     diagnosis.findings.splice(0..0, said);
-    if blocks.is_held {
-        diagnosis.findings.push(
-            "the body does not move, whatever the torque on it: it was held still, and these logs say nothing of it"
-                .to_owned().into(),
-        );
+    if blocks.is_body_held {
+        diagnosis.findings.push(Finding::new("body_held_still", "body"));
     }
     Ok(diagnosis)
 }

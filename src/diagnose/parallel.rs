@@ -1,86 +1,96 @@
-//! Plans carried out on every core.
+//! Candidates fitted on every core.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
-use super::candidate::{Glance, Plan};
-use super::candidate_fit::Trial;
-use super::data_split::Stage;
+use super::candidate::{Candidate, StartingPoints};
+use super::candidate_fit::CandidateFit;
+use super::data_split::DataSplit;
 use super::progress::Event;
+use super::thresholds::THRESHOLDS;
 use crate::cancel::{self, Cancel};
 
-/// An effect that leaves so many times the squares that another one leaves is no answer, and no start of a good one.
-const FAR: f64 = 4.0;
-
-/// Runs plans on every core; `progress` hears of each.
-pub fn run_all(plans: &[Plan], stage: &Stage, progress: &(dyn Fn(Event) + Sync)) -> Vec<Trial> {
-    spread(plans, |plan| {
-        let trial = plan.run(stage);
+/// Fits candidates on every core; `progress` hears of each.
+pub fn run_all(
+    candidates: &[Candidate],
+    split: &DataSplit,
+    progress: &(dyn Fn(Event) + Sync),
+) -> Vec<CandidateFit> {
+    spread(candidates, |candidate| {
+        let fitted = candidate.run(split);
         progress(Event::Fitted);
-        trial
+        fitted
     })
 }
 
 /// Runs effects one by one. A body's are followed on a part of the data first, where there are many, and those that leave
 /// far more than the best one are not followed to the last digit.
-pub fn run_singles(plans: &[Plan], stage: &Stage, progress: &(dyn Fn(Event) + Sync)) -> Vec<Trial> {
-    if stage.train.is_rotor() || stage.coarse.is_none() {
-        return run_all(plans, stage, progress);
+pub fn run_singles(
+    candidates: &[Candidate],
+    split: &DataSplit,
+    progress: &(dyn Fn(Event) + Sync),
+) -> Vec<CandidateFit> {
+    if split.train.is_rotor() || split.coarse.is_none() {
+        return run_all(candidates, split, progress);
     }
-    let sketched = spread(plans, |plan| {
+    let followed_briefly = spread(candidates, |candidate| {
         progress(Event::Fitted);
-        plan.sketch(plan.glance(stage), stage, None)
+        candidate.follow_briefly(candidate.starting_points(split), split, None)
     });
-    let best = sketched.iter().map(Glance::cost).fold(f64::INFINITY, f64::min);
-    each(plans.iter().zip(sketched).collect(), |plan, glance| {
-        let is_near = glance.cost() <= FAR * best;
-        plan.finish(if is_near { glance.followed_to_the_end() } else { glance }, stage)
+    let best = followed_briefly.iter().map(StartingPoints::cost).fold(f64::INFINITY, f64::min);
+    each(candidates.iter().zip(followed_briefly).collect(), |candidate, starting_points| {
+        let is_near = starting_points.cost() <= THRESHOLDS.hopeless_single * best;
+        candidate.finish(if is_near { starting_points.followed_to_the_end() } else { starting_points }, split)
     })
 }
 
-/// Of the most promising `most` of each group of plans, by a look at a part of the data, runs those `finished` to the end
+/// Of the most promising `most` of each group of candidates, by a look at a part of the data, runs those `finished` to the end
 /// that are best when they have been followed for a while.
 pub fn run_promising(
-    groups: &[Vec<Plan>],
+    groups: &[Vec<Candidate>],
     (most, finished): (usize, usize),
-    stage: &Stage,
+    split: &DataSplit,
     progress: &(dyn Fn(Event) + Sync),
-) -> Vec<Trial> {
-    let all: Vec<(usize, &Plan)> = groups
+) -> Vec<CandidateFit> {
+    let all: Vec<(usize, &Candidate)> = groups
         .iter()
         .enumerate()
-        .flat_map(|(group, plans)| plans.iter().map(move |plan| (group, plan)))
+        .flat_map(|(group, candidates)| candidates.iter().map(move |candidate| (group, candidate)))
         .collect();
-    let looked = spread(&all, |(_, plan)| {
+    let scored = spread(&all, |(_, candidate)| {
         progress(Event::Fitted);
-        plan.glance(stage)
+        candidate.starting_points(split)
     });
-    let mut looked: Vec<((usize, &Plan), Glance)> = all.into_iter().zip(looked).collect();
-    looked.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
+    let mut scored: Vec<((usize, &Candidate), StartingPoints)> = all.into_iter().zip(scored).collect();
+    scored.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
     let mut taken = vec![0; groups.len()];
-    looked.retain(|((group, _), _)| {
+    scored.retain(|((group, _), _)| {
         taken[*group] += 1;
         taken[*group] <= most
     });
-    let mut promising: Vec<(&Plan, Glance)> =
-        looked.into_iter().map(|((_, plan), glance)| (plan, glance)).collect();
-    let goal = promising.first().map_or(0.0, |(_, glance)| glance.cost());
-    promising = each(promising, |plan, glance| (plan, plan.sketch(glance, stage, Some(goal))));
+    let mut promising: Vec<(&Candidate, StartingPoints)> =
+        scored.into_iter().map(|((_, candidate), starting_points)| (candidate, starting_points)).collect();
+    let goal = promising.first().map_or(0.0, |(_, starting_points)| starting_points.cost());
+    promising = each(promising, |candidate, starting_points| {
+        (candidate, candidate.follow_briefly(starting_points, split, Some(goal)))
+    });
     promising.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
     promising.truncate(finished);
-    each(promising, |plan, glance| plan.finish(glance, stage))
+    each(promising, |candidate, starting_points| candidate.finish(starting_points, split))
 }
 
-/// Does the work for every plan and what was seen of it, on every core.
+/// Does the work for every candidate and its starting points, on every core.
 fn each<'p, R: Send>(
-    plans: Vec<(&'p Plan<'p>, Glance)>,
-    work: impl Fn(&'p Plan<'p>, Glance) -> R + Sync,
+    candidates: Vec<(&'p Candidate<'p>, StartingPoints)>,
+    work: impl Fn(&'p Candidate<'p>, StartingPoints) -> R + Sync,
 ) -> Vec<R> {
-    let items: Vec<(&Plan, Mutex<Option<Glance>>)> =
-        plans.into_iter().map(|(plan, glance)| (plan, Mutex::new(Some(glance)))).collect();
-    let done = spread(&items, |(plan, glance)| {
-        let glance = glance.lock().unwrap_or_else(PoisonError::into_inner).take();
-        glance.map(|glance| work(plan, glance))
+    let items: Vec<(&Candidate, Mutex<Option<StartingPoints>>)> = candidates
+        .into_iter()
+        .map(|(candidate, starting_points)| (candidate, Mutex::new(Some(starting_points))))
+        .collect();
+    let done = spread(&items, |(candidate, starting_points)| {
+        let starting_points = starting_points.lock().unwrap_or_else(PoisonError::into_inner).take();
+        starting_points.map(|starting_points| work(candidate, starting_points))
     });
     done.into_iter().flatten().collect()
 }

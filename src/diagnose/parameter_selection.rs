@@ -1,52 +1,52 @@
-//! Of the base's own numbers only those are changed that the answer needs; and one effect instead of changed numbers.
+//! Parameter subset selection: of the base's own numbers only those are changed that the answer needs; and one effect instead of
+//! changed numbers.
 
-use super::candidate::Plan;
-use super::candidate_fit::Trial;
-use super::data_split::Stage;
-use super::model_selection::{LEAST_GAIN, gains, is_sound, nearest};
+use super::candidate::Candidate;
+use super::candidate_fit::CandidateFit;
+use super::data_split::DataSplit;
+use super::model_selection::{improves, indistinguishable, is_identifiable};
 use super::parallel::run_all;
 use super::search::Search;
+use super::thresholds::THRESHOLDS;
 use crate::model::Effect;
-
-/// Times the cost of changed numbers.
-const GIVEN_UP: f64 = 1.2;
 
 impl<'a> Search<'a> {
     /// One effect on the base as it was, where it does better than changed numbers of the base, or as well as
-    /// several of them: numbers that all moved at once are less likely than one effect. And those that cannot be told from it.
-    pub(crate) fn instead_of_change(
+    /// several of them: numbers that all moved at once are less likely than one effect. And those that are indistinguishable from it.
+    pub(crate) fn single_effect_instead(
         &self,
-        stage: &Stage,
-        changed: &Trial,
+        split: &DataSplit,
+        changed: &CandidateFit,
         count: usize,
-    ) -> Option<(Trial, Vec<Trial>)> {
-        let candidates = self.candidates();
+    ) -> Option<(CandidateFit, Vec<CandidateFit>)> {
+        let admitted = self.admitted();
         // A fit that stays far above the changed numbers' is given up.
-        let without = Some(GIVEN_UP * changed.fit.cost);
-        let plan =
-            |effect: &&'a Effect| Plan { effects: vec![*effect], without, ..self.start(self.base, &[]) };
-        let plans: Vec<Plan> = candidates.iter().map(plan).collect();
-        let trials = run_all(&plans, stage, self.progress);
-        let sound = trials.iter().filter(|trial| is_sound(stage, trial, self.known));
-        let best = sound.min_by(|a, b| a.validate(stage).total_cmp(&b.validate(stage)))?.clone();
-        let limit = if count > 1 { 1.0 + 0.5 * LEAST_GAIN } else { 1.0 - 0.25 * LEAST_GAIN };
-        let is_better = !changed.is_exact(stage) && best.validate(stage) < limit * changed.validate(stage);
+        let without = Some(THRESHOLDS.given_up * changed.fit.cost);
+        let candidate =
+            |effect: &&'a Effect| Candidate { effects: vec![*effect], without, ..self.start(self.base, &[]) };
+        let candidates: Vec<Candidate> = admitted.iter().map(candidate).collect();
+        let fits = run_all(&candidates, split, self.progress);
+        let identifiable = fits.iter().filter(|fitted| is_identifiable(split, fitted, self.known));
+        let best = identifiable.min_by(|a, b| a.validate(split).total_cmp(&b.validate(split)))?.clone();
+        let limit =
+            if count > 1 { 1.0 + THRESHOLDS.instead_of_several } else { 1.0 - THRESHOLDS.instead_of_one };
+        let is_better = !changed.is_exact(split) && best.validate(split) < limit * changed.validate(split);
         is_better.then(|| {
-            let twins = nearest(stage, &best, &trials, self.known);
-            (best, twins)
+            let as_good = indistinguishable(split, &best, &fits, self.known);
+            (best, as_good)
         })
     }
 
     /// The effects of `best` with as few changed base parameters as do as well, found forwards from the base as it
     /// was: a parameter that is refitted for nothing only brings its noise along.
-    pub(crate) fn settle(
+    pub(crate) fn select_parameters(
         &self,
-        stage: &Stage,
-        stale: &Trial,
-        recalibrated: &Trial,
-        best: &Trial,
-    ) -> (Trial, Vec<String>) {
-        let names = stage.base_parameters(self.base);
+        split: &DataSplit,
+        nominal: &CandidateFit,
+        refitted: &CandidateFit,
+        best: &CandidateFit,
+    ) -> (CandidateFit, Vec<String>) {
+        let names = split.base_parameters(self.base);
         let effects = self.lookup(&best.effects);
         // The base's numbers as they were, the effects' as they were found.
         let mut model = best.model.clone();
@@ -57,39 +57,39 @@ impl<'a> Search<'a> {
             model.standard_errors.remove(name);
         }
         let (mut now, target) = if best.effects.is_empty() {
-            (stale.clone(), recalibrated)
+            (nominal.clone(), refitted)
         } else {
-            (Plan { effects: effects.clone(), ..self.start(&model, &[]) }.run(stage), best)
+            (Candidate { effects: effects.clone(), ..self.start(&model, &[]) }.run(split), best)
         };
         let mut free: Vec<String> = Vec::new();
         while free.len() < names.len() {
             // From the base's numbers a better valley may have been found than the one of `best`: then each number has
-            // to be worth its change by itself.
-            let is_behind = gains(stage, &now, target);
-            let is_ahead = target.validate(stage) * (1.0 - LEAST_GAIN) > now.validate(stage);
+            // to gain enough by itself.
+            let is_behind = improves(split, &now, target);
+            let is_ahead = target.validate(split) * (1.0 - THRESHOLDS.least_gain) > now.validate(split);
             if !is_behind && !is_ahead {
                 break;
             }
             let left: Vec<&String> = names.iter().filter(|name| !free.contains(name)).collect();
-            let plan = |name: &&String| Plan {
+            let candidate = |name: &&String| Candidate {
                 effects: effects.clone(),
                 base: free.iter().chain([*name]).cloned().collect(),
                 ..self.start(&model, &[])
             };
-            let next = run_all(&left.iter().map(plan).collect::<Vec<Plan>>(), stage, self.progress);
+            let next = run_all(&left.iter().map(candidate).collect::<Vec<Candidate>>(), split, self.progress);
             let best =
-                next.into_iter().zip(left).min_by(|a, b| a.0.validate(stage).total_cmp(&b.0.validate(stage)));
-            let Some((trial, name)) = best else { break };
-            if !is_behind && !gains(stage, &now, &trial) {
+                next.into_iter().zip(left).min_by(|a, b| a.0.validate(split).total_cmp(&b.0.validate(split)));
+            let Some((fitted, name)) = best else { break };
+            if !is_behind && !improves(split, &now, &fitted) {
                 break;
             }
             free.push(name.clone());
-            now = trial;
+            now = fitted;
         }
         // Started from the base's numbers a fit can end in another valley, or without one of the effects: then the way
         // there does not count.
-        let lost_one = !now.effects.is_empty() && !is_sound(stage, &now, self.known);
-        let behind = target.validate(stage) < now.validate(stage) * (1.0 - LEAST_GAIN);
-        if lost_one || (behind && !now.is_exact(stage)) { (target.clone(), names) } else { (now, free) }
+        let lost_one = !now.effects.is_empty() && !is_identifiable(split, &now, self.known);
+        let behind = target.validate(split) < now.validate(split) * (1.0 - THRESHOLDS.least_gain);
+        if lost_one || (behind && !now.is_exact(split)) { (target.clone(), names) } else { (now, free) }
     }
 }

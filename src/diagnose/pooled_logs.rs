@@ -2,27 +2,14 @@
 //! of neither, and a missing effect that is the difference between them.
 
 use super::battery_permutation::reads;
-use super::block_builder::{Driver, body_stage, rotor_stage};
-use super::candidate::Plan;
-use super::candidate_fit::Trial;
-use super::data_split::Stage;
+use super::block_builder::{Driver, body_split, rotor_split};
+use super::candidate::Candidate;
+use super::candidate_fit::CandidateFit;
+use super::data_split::DataSplit;
 use super::error::DiagnoseError;
+use super::thresholds::THRESHOLDS;
 use crate::log::Dataset;
 use crate::model::{Effect, Model, ModelError};
-
-/// Two benches differ in a number by more than this factor: less is a battery, a temperature, a missing effect that
-/// one experiment excites more than the other.
-const FACTOR: f64 = 1.3;
-/// Standard errors by which the numbers must differ, too.
-const PLAINLY: f64 = 8.0;
-/// One set of numbers for all logs must cost this many times the squared error of one set for each.
-const COST: f64 = 2.0;
-/// Most that a rotor's rate goes with the voltage: as the square with a drag that hardly grows; as the first power, or less, as
-/// a rule. And how near the rates of two logs are known at a command that one of them may hardly have been at.
-const POWER: f64 = 2.0;
-const NEAR: f64 = 0.05;
-/// Share of the voltage by which a supply was set to another.
-const SET: f64 = 0.02;
 
 /// Refuses logs that one set of the base's numbers cannot describe, where a set for each log can, and the supply's voltage
 /// is no reason for it.
@@ -39,17 +26,17 @@ pub(crate) fn check(
         return Ok(());
     }
     for body in [false, true] {
-        let stage = |logs: &[Dataset]| stage(model, logs, body, horizon);
-        let Some(joint) = stage(logs)? else { continue };
-        let joint = trial(model, known, &joint);
+        let split = |logs: &[Dataset]| split(model, logs, body, horizon);
+        let Some(joint) = split(logs)? else { continue };
+        let joint = fitted(model, known, &joint);
         let mut alone = Vec::new();
         for log in logs {
-            if let Some(stage) = stage(std::slice::from_ref(log))? {
-                alone.push((log, trial(model, known, &stage)));
+            if let Some(split) = split(std::slice::from_ref(log))? {
+                alone.push((log, fitted(model, known, &split)));
             }
         }
-        let separate: f64 = alone.iter().map(|(_, trial)| trial.fit.cost).sum();
-        if joint.fit.cost > COST * separate
+        let separate: f64 = alone.iter().map(|(_, fitted)| fitted.fit.cost).sum();
+        if joint.fit.cost > THRESHOLDS.pooled_cost * separate
             && let Some(error) = differing(&joint, &alone, |_| true)
         {
             let in_curve = |name: &str| name.starts_with("steady_rate");
@@ -62,36 +49,41 @@ pub(crate) fn check(
     Ok(())
 }
 
-/// The block of some logs, judged on what it is fitted to.
-fn stage(model: &Model, logs: &[Dataset], body: bool, horizon: f64) -> Result<Option<Stage>, ModelError> {
-    let stage = if body {
+/// The block of some logs, validated on what it is fitted to.
+fn split(model: &Model, logs: &[Dataset], body: bool, horizon: f64) -> Result<Option<DataSplit>, ModelError> {
+    let split = if body {
         let equations = model.equations()?;
-        body_stage(logs, logs, &Driver { equations: &equations, trial: None, stage: None }, horizon)?
+        body_split(logs, logs, &Driver { equations: &equations, fitted: None, split: None }, horizon)?
     } else {
-        rotor_stage(logs, logs)
+        rotor_split(logs, logs)
     };
-    Ok(stage.filter(|stage| stage.too_poor().is_none()))
+    Ok(split.filter(|split| split.insufficient_data().is_none()))
 }
 
 /// Whether the logs may be of one bench whose supply was set to other voltages, of which the base knows nothing: the rotor is
 /// faster at the higher one, by no more than a power of it that there are rotors of.
-fn supply_explains(model: &Model, known: &[Effect], alone: &[(&Dataset, Trial)]) -> bool {
+fn supply_explains(model: &Model, known: &[Effect], alone: &[(&Dataset, CandidateFit)]) -> bool {
     if model.actuator.voltage_gain != 0.0 || known.iter().any(|law| reads(law) && model.has(&law.id)) {
         return false;
     }
     let commands = alone.iter().flat_map(|(log, _)| columns(log, &["command_1", "command_2"]));
     let Some(command) = mean(commands) else { return false };
-    let each = alone.iter().map(|(log, trial)| {
+    let each = alone.iter().map(|(log, fitted)| {
         let volts = mean(columns(log, &["battery_voltage_v"]))?;
-        Some((volts.ln(), trial.model.steady_rate(command).ln()))
+        Some((volts.ln(), fitted.model.steady_rate(command).ln()))
     });
     let Some(each) = each.collect::<Option<Vec<_>>>() else { return false };
     let pairs =
         || each.iter().flat_map(|one| each.iter().map(move |other| (one.0 - other.0, one.1 - other.1)));
-    let is_set = pairs().any(|(volts, _)| volts > SET);
+    let is_set = pairs().any(|(volts, _)| volts > THRESHOLDS.supply_differs);
     // Each pair comes in both orders; a voltage that has no logarithm is within no bounds.
     let mut risen = pairs().filter(|(volts, _)| volts.is_nan() || *volts >= 0.0);
-    is_set && risen.all(|(volts, rates)| (-NEAR..=POWER * volts + NEAR).contains(&rates))
+    is_set
+        && risen.all(|(volts, rates)| {
+            (-THRESHOLDS.rate_uncertainty
+                ..=THRESHOLDS.most_voltage_power * volts + THRESHOLDS.rate_uncertainty)
+                .contains(&rates)
+        })
 }
 
 fn columns<'a>(log: &'a Dataset, names: &'a [&str]) -> impl Iterator<Item = f64> + 'a {
@@ -104,26 +96,26 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (count > 0.0).then_some(sum / count)
 }
 
-fn trial(model: &Model, known: &[Effect], stage: &Stage) -> Trial {
-    Plan {
+fn fitted(model: &Model, known: &[Effect], split: &DataSplit) -> CandidateFit {
+    Candidate {
         from: model,
-        home: model,
+        nominal: model,
         effects: Vec::new(),
-        base: stage.base_parameters(model),
+        base: split.base_parameters(model),
         known,
         without: None,
     }
-    .run(stage)
+    .run(split)
 }
 
 /// The first number of those asked for in which two of the logs plainly differ.
 fn differing(
-    joint: &Trial,
-    alone: &[(&Dataset, Trial)],
+    joint: &CandidateFit,
+    alone: &[(&Dataset, CandidateFit)],
     is_asked: impl Fn(&str) -> bool,
 ) -> Option<DiagnoseError> {
-    let value = |trial: &Trial, name: &str| {
-        Some((trial.model.parameter(name)?, *trial.model.standard_errors.get(name)?))
+    let value = |fitted: &CandidateFit, name: &str| {
+        Some((fitted.model.parameter(name)?, *fitted.model.standard_errors.get(name)?))
     };
     for name in joint.names.iter().filter(|name| is_asked(name)) {
         for (index, (log, one)) in alone.iter().enumerate() {
@@ -131,8 +123,9 @@ fn differing(
                 let (Some((a, a_error)), Some((b, b_error))) = (value(one, name), value(other, name)) else {
                     continue;
                 };
-                let apart = a.abs().max(b.abs()) > FACTOR * a.abs().min(b.abs()) || a * b < 0.0;
-                if apart && (a - b).abs() > PLAINLY * a_error.hypot(b_error) {
+                let apart =
+                    a.abs().max(b.abs()) > THRESHOLDS.benches_differ * a.abs().min(b.abs()) || a * b < 0.0;
+                if apart && (a - b).abs() > THRESHOLDS.benches_differ_errors * a_error.hypot(b_error) {
                     return Some(DiagnoseError::DifferentBenches {
                         parameter: name.clone(),
                         log: log.source_name().to_owned(),

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::block_data::{BlockData, MOST_SLOW_UNITS, Runs};
+use super::block_data::{BlockData, Runs};
+use super::thresholds::THRESHOLDS;
 use super::{body_block, rotor_block};
 use crate::cancel;
 use crate::estimation::normal_equations::sum_of_squares;
@@ -24,7 +25,7 @@ impl<'a> Problem<'a> {
         let remembers = |effect: &&&Effect, slow: bool| matches!(&effect.law, crate::effect::Law::Memory(memory) if memory.slow == slow);
         let locals = if data.is_rotor() {
             let slow = effects.iter().any(|effect| effect.site.is_rotor() && remembers(&effect, true));
-            1 + usize::from(slow && data.units().len() <= MOST_SLOW_UNITS)
+            1 + usize::from(slow && data.units().len() <= THRESHOLDS.most_slow_starts)
         } else {
             let sensor = |effect: &&&Effect| effect.site == crate::effect::Site::BodyRateSensor;
             data.channels().len()

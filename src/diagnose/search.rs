@@ -1,14 +1,15 @@
-//! The search of one block: forward, several sets abreast, dropping one out, everything refitted each time.
+//! The search of one block: forwards with a beam of several sets, backwards by dropping one out, everything refitted each time.
 
-use super::candidate::Plan;
-use super::candidate_fit::Trial;
-use super::data_split::Stage;
-use super::model_selection::{joint_floors, loss, nearest, period, steps, weigh};
+use super::candidate::Candidate;
+use super::candidate_fit::CandidateFit;
+use super::data_split::DataSplit;
+use super::model_selection::{indistinguishable, joint_floors, loss, period, steps, weigh_channels};
 use super::parallel::run_singles;
 use super::progress::Event;
-use super::search_result::{Found, Single};
-use super::surrogate_test::{Luck, luck};
-use super::verdict::stands;
+use super::refusal::Refusal;
+use super::search_result::{SearchResult, SingleEffect};
+use super::surrogate_test::{SurrogateTest, surrogate};
+use super::verdict::is_still;
 use crate::model::{Effect, Model};
 
 /// A search under way.
@@ -17,8 +18,8 @@ pub struct Search<'a> {
     pub base: &'a Model,
     /// Every effect there is.
     pub known: &'a [Effect],
-    /// Those that this block and these logs can judge, and why the others cannot be.
-    pub eligible: Vec<(&'a Effect, Option<String>)>,
+    /// Those that this block and these logs can show, and why the others cannot be.
+    pub eligible: Vec<(&'a Effect, Option<Refusal>)>,
     /// Hears how far it is.
     pub progress: &'a (dyn Fn(Event) + Sync),
 }
@@ -26,159 +27,196 @@ pub struct Search<'a> {
 impl<'a> Search<'a> {
     /// Searches one block.
     #[must_use]
-    pub fn run(&self, mut stage: Stage) -> Found {
-        let base_names = stage.base_parameters(self.base);
-        let (stale, recalibrated) = self.bases(&mut stage);
-        if stands(&stage, &stale, &recalibrated) {
-            return self.unmoved(stage, stale, recalibrated);
+    pub fn run(&self, mut split: DataSplit) -> SearchResult {
+        let base_names = split.base_parameters(self.base);
+        let (nominal, refitted) = self.bases(&mut split);
+        if is_still(&split, &nominal, &refitted) {
+            return self.result_of_held_body(split, nominal, refitted);
         }
-        let singles = self.singles(&stage, &recalibrated, &base_names);
-        let trials: Vec<Trial> = singles.iter().filter_map(|single| single.trial.clone()).collect();
-        self.among(stage, (stale, recalibrated), singles, trials)
+        let singles = self.singles(&split, &refitted, &base_names);
+        let fits: Vec<CandidateFit> = singles.iter().filter_map(|single| single.fitted.clone()).collect();
+        self.among(split, (nominal, refitted), singles, fits)
     }
 
     /// What is found of a body that does not move, whatever the torque on it: nothing can be, and nothing is looked for.
-    fn unmoved(&self, stage: Stage, stale: Trial, recalibrated: Trial) -> Found {
-        let note = "the body does not move, whatever the torque on it";
-        let single = |(effect, why): &(&Effect, Option<String>)| Single {
+    fn result_of_held_body(
+        &self,
+        split: DataSplit,
+        nominal: CandidateFit,
+        refitted: CandidateFit,
+    ) -> SearchResult {
+        let single = |(effect, why): &(&Effect, Option<Refusal>)| SingleEffect {
             effect: effect.id.clone(),
-            trial: None,
-            luck: None,
-            note: why.clone().unwrap_or_else(|| note.to_owned()),
+            fitted: None,
+            surrogate: None,
+            refusal: Some(why.clone().unwrap_or(Refusal::BodyHeldStill)),
         };
-        Found {
+        SearchResult {
             singles: self.eligible.iter().map(single).collect(),
-            floors: joint_floors(&stage, &stale),
-            answer: stale.clone(),
-            ladder: vec![recalibrated.clone()],
+            floors: joint_floors(&split, &nominal),
+            answer: nominal.clone(),
+            ladder: vec![refitted.clone()],
             alternatives: Vec::new(),
             dropped: Vec::new(),
             changed: Vec::new(),
-            stage,
-            stale,
-            recalibrated,
+            split,
+            nominal,
+            refitted,
         }
     }
 
     /// The answer among the sets tried, and those that they lead to. Again without them where laws that read the battery are
-    /// part of it by luck.
+    /// part of it by chance.
     fn among(
         &self,
-        stage: Stage,
-        bases: (Trial, Trial),
-        singles: Vec<Single>,
-        mut trials: Vec<Trial>,
-    ) -> Found {
-        self.deepen(&stage, &stage.base_parameters(self.base), &bases.1, &mut trials);
-        let best = self.climb(&stage, &bases.1, &trials);
-        let mut found = self.conclude(stage, bases, singles, &mut trials, best);
-        let Some((chance, ids)) = self.battery_luck(&found) else { return found };
-        trials.retain(|trial| !trial.effects.iter().any(|id| ids.contains(id)));
+        split: DataSplit,
+        bases: (CandidateFit, CandidateFit),
+        singles: Vec<SingleEffect>,
+        mut fits: Vec<CandidateFit>,
+    ) -> SearchResult {
+        self.grow_sets(&split, &split.base_parameters(self.base), &bases.1, &mut fits);
+        let best = self.grow_answer(&split, &bases.1, &fits);
+        let mut found = self.conclude(split, bases, singles, &mut fits, best);
+        let Some((p_value, ids)) = self.battery_p_value(&found) else { return found };
+        fits.retain(|fitted| !fitted.effects.iter().any(|id| ids.contains(id)));
         let mut eligible = self.eligible.clone();
-        let note = "the battery's reading, shifted in time, does as well";
+        let refusal = Refusal::BatteryByChance { p_value };
         for (_, why) in eligible.iter_mut().filter(|(effect, _)| ids.contains(&effect.id)) {
-            *why = Some(note.to_owned());
+            *why = Some(refusal.clone());
         }
         for single in found.singles.iter_mut().filter(|single| ids.contains(&single.effect)) {
-            single.luck = single.luck.map(|luck| Luck { chance: luck.chance.max(chance), ..luck });
-            single.note = note.to_owned();
+            single.surrogate = single
+                .surrogate
+                .map(|surrogate| SurrogateTest { p_value: surrogate.p_value.max(p_value), ..surrogate });
+            single.refusal = Some(refusal.clone());
         }
-        let Found { stage, stale, recalibrated, singles, .. } = found;
-        Search { eligible, ..*self }.among(stage, (stale, recalibrated), singles, trials)
+        let SearchResult { split, nominal, refitted, singles, .. } = found;
+        Search { eligible, ..*self }.among(split, (nominal, refitted), singles, fits)
     }
 
     pub(crate) fn lookup(&self, ids: &[String]) -> Vec<&'a Effect> {
         ids.iter().filter_map(|id| self.known.iter().find(|effect| effect.id == *id)).collect()
     }
 
-    pub(crate) fn candidates(&self) -> Vec<&'a Effect> {
+    pub(crate) fn admitted(&self) -> Vec<&'a Effect> {
         self.eligible.iter().filter(|(_, why)| why.is_none()).map(|(effect, _)| *effect).collect()
     }
 
-    fn singles(&self, stage: &Stage, recalibrated: &Trial, base: &[String]) -> Vec<Single> {
-        let candidates = self.candidates();
-        let plans: Vec<Plan> = candidates
+    fn singles(&self, split: &DataSplit, refitted: &CandidateFit, base: &[String]) -> Vec<SingleEffect> {
+        let admitted = self.admitted();
+        let candidates: Vec<Candidate> = admitted
             .iter()
-            .map(|effect| Plan {
+            .map(|effect| Candidate {
                 effects: vec![*effect],
-                without: Some(recalibrated.fit.cost),
-                ..self.start(&recalibrated.model, base)
+                without: Some(refitted.fit.cost),
+                ..self.start(&refitted.model, base)
             })
             .collect();
-        let trials = run_singles(&plans, stage, self.progress);
-        let tried = candidates.iter().zip(trials).map(|(effect, trial)| Single {
+        let fits = run_singles(&candidates, split, self.progress);
+        let tried = admitted.iter().zip(fits).map(|(effect, fitted)| SingleEffect {
             effect: effect.id.clone(),
-            luck: Some(luck(recalibrated, &trial, period(stage))),
-            trial: Some(trial),
-            note: String::new(),
+            surrogate: Some(surrogate(refitted, &fitted, period(split))),
+            fitted: Some(fitted),
+            refusal: None,
         });
         let refused = self.eligible.iter().filter_map(|(effect, why)| {
-            let note = why.clone()?;
-            Some(Single { effect: effect.id.clone(), trial: None, luck: None, note })
+            let refusal = Some(why.clone()?);
+            Some(SingleEffect { effect: effect.id.clone(), fitted: None, surrogate: None, refusal })
         });
         tried.chain(refused).collect()
     }
 
-    pub(crate) fn conclude(
+    /// The answer from the best set: effects that gain nothing dropped, confused ones exchanged, parameters selected.
+    fn conclude(
         &self,
-        stage: Stage,
-        (stale, recalibrated): (Trial, Trial),
-        singles: Vec<Single>,
-        trials: &mut Vec<Trial>,
-        mut best: Trial,
-    ) -> Found {
-        let base_names = stage.base_parameters(self.base);
-        let mut dropped = self.drop_idle(&stage, &mut best, &base_names, &recalibrated, trials);
-        let swapped = self.swaps(&stage, &best, trials, &base_names);
-        trials.extend(swapped);
-        if let Some(better) = nearest(&stage, &best, trials, self.known)
-            .first()
-            .filter(|trial| loss(&stage, trial) < loss(&stage, &best))
-        {
-            // What goes on from it may have been passed over with it: a law that shows in one stretch gains nothing by itself.
-            let size = better.effects.len();
-            best = self.climb_from(&stage, better.clone(), trials);
-            dropped = if best.effects.len() > size {
-                self.drop_idle(&stage, &mut best, &base_names, &recalibrated, trials)
-            } else {
-                self.each_dropped(&stage, &best, &base_names, &recalibrated, trials)
-            };
+        split: DataSplit,
+        (nominal, refitted): (CandidateFit, CandidateFit),
+        singles: Vec<SingleEffect>,
+        fits: &mut Vec<CandidateFit>,
+        mut best: CandidateFit,
+    ) -> SearchResult {
+        let base_names = split.base_parameters(self.base);
+        let mut dropped = self.drop_idle(&split, &mut best, &base_names, &refitted, fits);
+        let swapped = self.swaps(&split, &best, fits, &base_names);
+        fits.extend(swapped);
+        if let Some(better) = self.exchanged(&split, (&best, &refitted), fits) {
+            (best, dropped) = better;
         }
-        let mut alternatives = nearest(&stage, &best, trials, self.known);
-        let mut ladder = vec![recalibrated.clone()];
-        ladder.extend(steps(&stage, &best, trials));
-        let (mut answer, mut changed) = self.settle(&stage, &stale, &recalibrated, &best);
+        let mut alternatives = indistinguishable(&split, &best, fits, self.known);
+        let mut ladder = vec![refitted.clone()];
+        ladder.extend(steps(&split, &best, fits));
+        let (mut answer, mut changed) = self.select_parameters(&split, &nominal, &refitted, &best);
         let unexplained_change = best.effects.is_empty() && !changed.is_empty();
         let instead =
-            unexplained_change.then(|| self.instead_of_change(&stage, &answer, changed.len())).flatten();
-        if let Some((effect, twins)) = instead {
-            alternatives = twins;
+            unexplained_change.then(|| self.single_effect_instead(&split, &answer, changed.len())).flatten();
+        if let Some((effect, as_good)) = instead {
+            alternatives = as_good;
             (best, answer, changed) = (effect.clone(), effect, Vec::new());
-            dropped = vec![recalibrated.clone()];
+            dropped = vec![refitted.clone()];
             ladder.push(answer.clone());
         }
         if !best.effects.is_empty() {
             ladder.pop();
             ladder.push(answer.clone());
         }
-        let floors = joint_floors(&stage, &answer);
-        Found { stage, stale, recalibrated, singles, answer, ladder, alternatives, dropped, floors, changed }
+        let floors = joint_floors(&split, &answer);
+        SearchResult {
+            split,
+            nominal,
+            refitted,
+            singles,
+            answer,
+            ladder,
+            alternatives,
+            dropped,
+            floors,
+            changed,
+        }
     }
 
-    /// The base as it is and recalibrated; the stage learns how large its noise is.
-    pub(crate) fn bases(&self, stage: &mut Stage) -> (Trial, Trial) {
-        let base_names = stage.base_parameters(self.base);
-        let first = self.plan(self.base, &[], &base_names).run(stage);
-        weigh(stage, &first);
-        (self.plan(self.base, &[], &[]).run(stage), self.plan(self.base, &[], &base_names).run(stage))
+    /// Where another set does better on all data, that one and what goes on from it; and the sets without each of its effects.
+    fn exchanged(
+        &self,
+        split: &DataSplit,
+        (best, refitted): (&CandidateFit, &CandidateFit),
+        fits: &mut [CandidateFit],
+    ) -> Option<(CandidateFit, Vec<CandidateFit>)> {
+        let base_names = split.base_parameters(self.base);
+        let better = indistinguishable(split, best, fits, self.known).into_iter().next();
+        let better = better.filter(|fitted| loss(split, fitted) < loss(split, best))?;
+        // What goes on from it may have been passed over with it: a law that shows in one stretch gains nothing by itself.
+        let size = better.effects.len();
+        let mut best = self.grow_answer_from(split, better, fits);
+        let dropped = if best.effects.len() > size {
+            self.drop_idle(split, &mut best, &base_names, refitted, fits)
+        } else {
+            self.each_dropped(split, &best, &base_names, refitted, fits)
+        };
+        Some((best, dropped))
     }
 
-    pub(crate) fn plan<'b>(&'b self, from: &'b Model, effects: &[String], base: &[String]) -> Plan<'b> {
-        Plan { effects: self.lookup(effects), ..self.start(from, base) }
+    /// The nominal and the refitted baseline; the split learns how large its noise is.
+    pub(crate) fn bases(&self, split: &mut DataSplit) -> (CandidateFit, CandidateFit) {
+        let base_names = split.base_parameters(self.base);
+        let first = self.candidate(self.base, &[], &base_names).run(split);
+        weigh_channels(split, &first);
+        (
+            self.candidate(self.base, &[], &[]).run(split),
+            self.candidate(self.base, &[], &base_names).run(split),
+        )
     }
 
-    pub(crate) fn start<'b>(&'b self, from: &'b Model, base: &[String]) -> Plan<'b> {
+    pub(crate) fn candidate<'b>(
+        &'b self,
+        from: &'b Model,
+        effects: &[String],
+        base: &[String],
+    ) -> Candidate<'b> {
+        Candidate { effects: self.lookup(effects), ..self.start(from, base) }
+    }
+
+    pub(crate) fn start<'b>(&'b self, from: &'b Model, base: &[String]) -> Candidate<'b> {
         let base = base.to_vec();
-        Plan { from, effects: Vec::new(), base, known: self.known, home: self.base, without: None }
+        Candidate { from, effects: Vec::new(), base, known: self.known, nominal: self.base, without: None }
     }
 }

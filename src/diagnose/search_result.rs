@@ -1,72 +1,68 @@
 //! What the search of one block found.
 
-use super::candidate_fit::Trial;
-use super::data_split::Stage;
+use super::candidate_fit::CandidateFit;
+use super::data_split::DataSplit;
 use super::model_selection::{floor, over_floor};
-use super::surrogate_test::Luck;
-
-/// An error within this factor of the noise floor leaves nothing to explain.
-pub(crate) const AT_FLOOR: f64 = 1.1;
-/// The same for a body driven by measured rotors: the floor does not know how far the rotors' model is off, which their
-/// own noise hides and the body integrates.
-const AT_FLOOR_DRIVEN: f64 = 1.25;
+use super::refusal::Refusal;
+use super::surrogate_test::SurrogateTest;
+use super::thresholds::THRESHOLDS;
 
 /// A candidate on its own.
 #[derive(Debug, Clone)]
-pub struct Single {
+pub struct SingleEffect {
     /// Id.
     pub effect: String,
-    /// Its trial; `None` when the log lacks what it needs.
-    pub trial: Option<Trial>,
+    /// Its fit; `None` when the log lacks what it needs.
+    pub fitted: Option<CandidateFit>,
     /// What its shifted traces do; `None` when it was not tried.
-    pub luck: Option<Luck>,
+    pub surrogate: Option<SurrogateTest>,
     /// Why it was not tried, or why it was refused after it had been.
-    pub note: String,
+    pub refusal: Option<Refusal>,
 }
 
 /// What the search of one block found.
 #[derive(Debug, Clone)]
-pub struct Found {
+pub struct SearchResult {
     /// The data it was found on.
-    pub stage: Stage,
-    /// The base as it is.
-    pub stale: Trial,
-    /// The base with its own parameters refitted.
-    pub recalibrated: Trial,
+    pub split: DataSplit,
+    /// The nominal baseline: the base as it is.
+    pub nominal: CandidateFit,
+    /// The refitted baseline: the base with its own parameters refitted.
+    pub refitted: CandidateFit,
     /// Every candidate on its own.
-    pub singles: Vec<Single>,
+    pub singles: Vec<SingleEffect>,
     /// The answer: the best set, and of the base's own parameters only those refitted whose change it needs.
-    pub answer: Trial,
-    /// The recalibrated base, then sets on the way to the answer, the answer last.
-    pub ladder: Vec<Trial>,
+    pub answer: CandidateFit,
+    /// The refitted baseline, then sets on the way to the answer, the answer last.
+    pub ladder: Vec<CandidateFit>,
     /// Sets that the data cannot tell from the answer, nearest first.
-    pub alternatives: Vec<Trial>,
-    /// For each effect of the answer, the trial without it.
-    pub dropped: Vec<Trial>,
+    pub alternatives: Vec<CandidateFit>,
+    /// For each effect of the answer, the fit without it.
+    pub dropped: Vec<CandidateFit>,
     /// Noise floor of each channel in its unit.
     pub floors: [f64; 2],
     /// Base parameters without whose change the answer is worse.
     pub changed: Vec<String>,
 }
 
-impl Found {
-    /// The largest held-out error of a trial over its noise floor, and the channel it is in.
+impl SearchResult {
+    /// The largest held-out error of a fit over its noise floor, and the channel it is in.
     #[must_use]
-    pub fn over_floor(&self, trial: &Trial) -> (f64, usize) {
-        over_floor(&self.stage, trial, &self.floors)
+    pub fn over_floor(&self, fitted: &CandidateFit) -> (f64, usize) {
+        over_floor(&self.split, fitted, &self.floors)
     }
 
     /// The factor of the noise floor within which nothing is left to explain.
     #[must_use]
     pub fn at_floor(&self) -> f64 {
-        if self.stage.train.is_driven_by_rotors() { AT_FLOOR_DRIVEN } else { AT_FLOOR }
+        if self.split.train.is_driven_by_rotors() { THRESHOLDS.at_floor_driven } else { THRESHOLDS.at_floor }
     }
 
-    /// The share of what the recalibrated base leaves above the noise that the answer explains.
+    /// The share of what the refitted baseline leaves above the noise that the answer explains.
     #[must_use]
     pub fn explained(&self) -> f64 {
-        let (before, after) = (self.recalibrated.validate(&self.stage), self.answer.validate(&self.stage));
-        let room = before - floor(&self.stage, &self.floors);
+        let (before, after) = (self.refitted.validate(&self.split), self.answer.validate(&self.split));
+        let room = before - floor(&self.split, &self.floors);
         if room > 0.0 { ((before - after) / room).clamp(0.0, 1.0) } else { 1.0 }
     }
 }

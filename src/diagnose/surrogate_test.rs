@@ -3,36 +3,23 @@
 
 use rand::{RngExt, SeedableRng};
 
-use super::candidate_fit::Trial;
-
-/// Shifted traces tried for each candidate.
-const SHIFTS: usize = 199;
-/// One shifted trace of so many does as well by the luck that is told.
-const ONE_IN: usize = 20;
-/// A chance that this or fewer shifts could not show is asked of windows with other signs.
-const RARE: f64 = 0.01;
-/// Windows below which nothing tells luck.
-const FEWEST_WINDOWS: usize = 8;
+use super::candidate_fit::CandidateFit;
+use super::thresholds::THRESHOLDS;
 
 /// What shifted traces of a candidate do.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Luck {
+pub struct SurrogateTest {
     /// How often one explains as much of the held-out residual as the candidate's own, counted as
     /// (1 + as good) / (1 + tried).
-    pub chance: f64,
+    pub p_value: f64,
     /// [-] share of the squared held-out residual that one in twenty of them explains at least.
     pub share: f64,
 }
 
-/// Changes between rows with and without a measurement, one in so many rows, from which on a log is patchy.
-const PATCHY: usize = 20;
-/// Share of a trace's power that must lie on measurements.
-const LEAST_SHARED: f64 = 0.2;
-
 /// Whether rows with and without a measurement come in turns.
 fn is_patchy(residuals: &[f64]) -> bool {
     let turns = residuals.windows(2).filter(|pair| (pair[0] == 0.0) != (pair[1] == 0.0)).count();
-    PATCHY * turns > residuals.len()
+    THRESHOLDS.patchy * turns > residuals.len()
 }
 
 /// Power of a shifted trace over the rows that hold a measurement.
@@ -48,15 +35,15 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// What shifted traces of what `with` adds to `without` do for the held-out residual. `period` is the length of a window of
 /// the residual vector (1 = none).
 #[must_use]
-pub fn luck(without: &Trial, with: &Trial, period: usize) -> Luck {
-    let before = &without.judged.residuals;
+pub fn surrogate(without: &CandidateFit, with: &CandidateFit, period: usize) -> SurrogateTest {
+    let before = &without.held_out.residuals;
     let trace: Vec<f64> =
-        before.iter().zip(&with.judged.residuals).map(|(before, after)| before - after).collect();
+        before.iter().zip(&with.held_out.residuals).map(|(before, after)| before - after).collect();
     let count = before.len();
     let power = dot(&trace, &trace);
     let windows = count / period.max(1);
-    if !(power > 0.0 && power.is_finite()) || windows < FEWEST_WINDOWS {
-        return Luck { chance: 1.0, share: 1.0 };
+    if !(power > 0.0 && power.is_finite()) || windows < THRESHOLDS.fewest_windows {
+        return SurrogateTest { p_value: 1.0, share: 1.0 };
     }
     // What one factor on the trace explains: the square of its projection. Where only some rows hold a measurement, a
     // shift lays few of them on each other, or none, which says nothing; what it explains of many counts for all.
@@ -65,26 +52,26 @@ pub fn luck(without: &Trial, with: &Trial, period: usize) -> Luck {
         let head = dot(&trace[..count - shift], &before[shift..]);
         let tail = dot(&trace[count - shift..], &before[..shift]);
         let shared = if is_patchy { shared(&trace, before, shift) } else { power };
-        (shared >= LEAST_SHARED * power).then(|| (head + tail).powi(2) / shared)
+        (shared >= THRESHOLDS.least_shared_power * power).then(|| (head + tail).powi(2) / shared)
     };
     let real = explained(0).unwrap_or(0.0);
     // Shifts evenly spread, none nearer than a fiftieth of the log to none at all.
-    let near = (windows / 50).max(1);
+    let near = (windows / THRESHOLDS.least_surrogate_shift).max(1);
     let room = windows - 2 * near;
-    let tried = SHIFTS.min(room);
+    let tried = THRESHOLDS.surrogates.min(room);
     let shift = |index: usize| (near + index * room / tried) * period.max(1);
     let mut shifted: Vec<f64> = (0..tried).filter_map(|index| explained(shift(index))).collect();
     let tried = shifted.len();
     // The same sum in another order.
     let as_good = shifted.iter().filter(|explained| **explained >= real * (1.0 - 1e-9)).count();
     shifted.sort_by(f64::total_cmp);
-    let lucky = shifted.iter().nth_back(tried / ONE_IN).copied().unwrap_or(0.0);
-    let mut chance = (1 + as_good) as f64 / (1 + tried) as f64;
-    if as_good == 0 && chance > RARE {
+    let reached = shifted.iter().nth_back(tried / THRESHOLDS.surrogate_quantile).copied().unwrap_or(0.0);
+    let mut p_value = (1 + as_good) as f64 / (1 + tried) as f64;
+    if as_good == 0 && p_value > THRESHOLDS.rare_p_value {
         // Too few shifts to tell how rare it is.
-        chance = chance.min(flipped(&trace, before, period));
+        p_value = p_value.min(flipped(&trace, before, period));
     }
-    Luck { chance, share: (lucky / dot(before, before).max(f64::MIN_POSITIVE)).min(1.0) }
+    SurrogateTest { p_value, share: (reached / dot(before, before).max(f64::MIN_POSITIVE)).min(1.0) }
 }
 
 /// How often a trace explains as much when each window of it may have the other sign, which nothing that it has to do with
@@ -95,6 +82,6 @@ fn flipped(trace: &[f64], residuals: &[f64], period: usize) -> f64 {
     let real = own.iter().sum::<f64>().abs();
     let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
     let mut sum = || -> f64 { own.iter().map(|own| if random.random() { *own } else { -own }).sum() };
-    let as_good = (0..SHIFTS).filter(|_| sum().abs() >= real * (1.0 - 1e-9)).count();
-    (1 + as_good) as f64 / (1 + SHIFTS) as f64
+    let as_good = (0..THRESHOLDS.surrogates).filter(|_| sum().abs() >= real * (1.0 - 1e-9)).count();
+    (1 + as_good) as f64 / (1 + THRESHOLDS.surrogates) as f64
 }

@@ -1,64 +1,53 @@
 //! From what a search found to the word for it.
 
-use super::candidate_fit::Trial;
-use super::data_split::Stage;
+use super::candidate_fit::CandidateFit;
+use super::data_split::DataSplit;
 use super::diagnosis::Verdict;
 use super::model_selection::{joint_floors, over_floor};
-use super::search_result::Found;
-
-/// Share of what is above the noise that effects must explain to be called the answer when the floor is not reached:
-/// a wrong law can come near a strong effect that is in no catalogue.
-const EXPLAINED: f64 = 0.95;
-/// Times the noise floor beyond which they are not, whatever they explain: a law that is in no catalogue, such as a gyro
-/// whose clock is late, is explained for nineteen parts in twenty by others.
-const NEAR_FLOOR: f64 = 1.5;
-/// Times the noise floor from which an error is plainly one.
-pub(crate) const PLAINLY: f64 = 1.5;
-/// Times the model's inertia from which a body is not a heavier one, but one that is held.
-const HELD: f64 = 100.0;
-/// Times the noise floor up to which a body that is held may move.
-const STILL: f64 = 3.0;
+use super::search_result::SearchResult;
+use super::thresholds::THRESHOLDS;
 
 /// Whether a body does not move, whatever the torque on it: a rotor is identified with the body held still.
-pub(crate) fn is_held(found: &Found) -> bool {
-    stands(&found.stage, &found.stale, &found.recalibrated)
+pub(crate) fn is_body_held(found: &SearchResult) -> bool {
+    is_still(&found.split, &found.nominal, &found.refitted)
 }
 
 /// The same, of the base as it is and refitted.
-pub(crate) fn stands(stage: &Stage, stale: &Trial, recalibrated: &Trial) -> bool {
-    let over_floor = || over_floor(stage, recalibrated, &joint_floors(stage, stale)).0;
-    does_not_follow(stage, stale, recalibrated) && over_floor() <= STILL
+pub(crate) fn is_still(split: &DataSplit, nominal: &CandidateFit, refitted: &CandidateFit) -> bool {
+    let over_floor = || over_floor(split, refitted, &joint_floors(split, nominal)).0;
+    does_not_follow(split, nominal, refitted) && over_floor() <= THRESHOLDS.held_error
 }
 
 /// Whether a body with all the inertia in the world is the best that the torque on it can be made of: one that is held, or one
 /// that turns against its torque, as with a gyro of the wrong sign or with rotors 1 and 2 exchanged.
-pub(crate) fn does_not_follow(stage: &Stage, stale: &Trial, recalibrated: &Trial) -> bool {
-    !stage.train.is_rotor() && recalibrated.model.body.inertia > HELD * stale.model.body.inertia
+pub(crate) fn does_not_follow(split: &DataSplit, nominal: &CandidateFit, refitted: &CandidateFit) -> bool {
+    !split.train.is_rotor()
+        && refitted.model.body.inertia > THRESHOLDS.held_inertia * nominal.model.body.inertia
 }
 
 /// Whether a body moves, and not as the torque on it would have it, and no effect explains that either.
-pub(crate) fn turns_against_torque(found: &Found) -> bool {
+pub(crate) fn turns_against_torque(found: &SearchResult) -> bool {
     let is_unexplained = found.over_floor(&found.answer).0 > found.at_floor();
-    is_unexplained && does_not_follow(&found.stage, &found.stale, &found.recalibrated) && !is_held(found)
+    is_unexplained && does_not_follow(&found.split, &found.nominal, &found.refitted) && !is_body_held(found)
 }
 
 /// The channel whose error is plain where it was fitted and at the floor where it was held out, with both over the floor.
-pub(crate) fn strays(found: &Found) -> Option<(usize, [f64; 2])> {
+pub(crate) fn strays(found: &SearchResult) -> Option<(usize, [f64; 2])> {
     let over = |channel: usize, held_out| {
-        found.answer.channel_error(&found.stage, channel, held_out) / found.floors[channel]
+        found.answer.channel_error(&found.split, channel, held_out) / found.floors[channel]
     };
     let both = |channel| (channel, [over(channel, false), over(channel, true)]);
-    let mut channels = (0..found.stage.train.channels().len()).map(both);
-    channels.find(|(_, [fitted, held_out])| *fitted > PLAINLY && *held_out <= found.at_floor())
+    let mut channels = (0..found.split.train.channels().len()).map(both);
+    channels.find(|(_, [fitted, held_out])| *fitted > THRESHOLDS.plain_error && *held_out <= found.at_floor())
 }
 
 /// The verdict on one block.
-pub(crate) fn verdict(found: &Found) -> Verdict {
+pub(crate) fn verdict(found: &SearchResult) -> Verdict {
     let over_floor = found.over_floor(&found.answer).0;
     let at_floor = over_floor <= found.at_floor();
     let named = !found.answer.effects.is_empty();
     // Data that excite nothing say nothing, whatever their error is.
-    if found.stage.too_poor().is_some() || is_held(found) {
+    if found.split.insufficient_data().is_some() || is_body_held(found) {
         return Verdict::InsufficientData;
     }
     match (at_floor, named) {
@@ -67,7 +56,9 @@ pub(crate) fn verdict(found: &Found) -> Verdict {
         (true, false) if strays(found).is_some() => Verdict::Unknown,
         (true, false) if found.changed.is_empty() => Verdict::Adequate,
         (true, false) => Verdict::ParametersChanged,
-        (false, true) if found.explained() >= EXPLAINED && over_floor <= NEAR_FLOOR => Verdict::MissingEffect,
+        (false, true) if found.explained() >= THRESHOLDS.explained && over_floor <= THRESHOLDS.near_floor => {
+            Verdict::MissingEffect
+        }
         (false, _) => Verdict::Unknown,
     }
 }
@@ -94,17 +85,17 @@ mod tests {
         (0..ROWS).map(|row| 0.01 * row as f64).collect()
     }
 
-    fn rotor() -> Stage {
+    fn rotor() -> DataSplit {
         let mut log = Dataset::new("here", "", time()).expect("time rises");
         log.insert("command_1", (0..ROWS).map(|row| 0.4 + 0.2 * (row / 40 % 2) as f64).collect())
             .expect("fits");
         log.insert("propeller_rate_1_rad_s", vec![600.0; ROWS]).expect("fits");
         let data = BlockData::new(Runs::Rotor(rotor_runs(&[log])));
-        Stage::new(data.clone(), Some(data))
+        DataSplit::new(data.clone(), Some(data))
     }
 
     /// A body that measured rotors drive, or one whose torque is in the log.
-    fn body(driven_by_rotors: bool) -> Stage {
+    fn body(driven_by_rotors: bool) -> DataSplit {
         let rates = if driven_by_rotors { vec![600.0; ROWS] } else { Vec::new() };
         let source = BodySource {
             torque: (0..ROWS).map(|row| 0.1 * (row / 40 % 2) as f64).collect(),
@@ -116,15 +107,15 @@ mod tests {
             ..BodySource::default()
         };
         let data = BlockData::new(Runs::Body(vec![BodyRun::new(0, 0..ROWS, source, 0.4)]));
-        Stage::new(data.clone(), Some(data))
+        DataSplit::new(data.clone(), Some(data))
     }
 
     /// A set of effects that leaves an rms of `error` times the noise.
-    fn leaves(stage: &Stage, error: f64, effects: &[&str]) -> Trial {
-        let count = stage.train.len() as f64;
+    fn leaves(split: &DataSplit, error: f64, effects: &[&str]) -> CandidateFit {
+        let count = split.train.len() as f64;
         // The freedom of the initial states is taken off.
-        let size = error * ((count - stage.train.units().len() as f64) / count).sqrt();
-        let residuals = vec![size; stage.train.len()];
+        let size = error * ((count - split.train.units().len() as f64) / count).sqrt();
+        let residuals = vec![size; split.train.len()];
         let fit = Fit {
             globals: Vec::new(),
             locals: Vec::new(),
@@ -134,22 +125,22 @@ mod tests {
             iterations: 0,
         };
         let effects = effects.iter().map(|id| (*id).to_owned()).collect();
-        Trial { effects, model: Model::paper(), names: Vec::new(), judged: fit.clone(), fit }
+        CandidateFit { effects, model: Model::paper(), names: Vec::new(), held_out: fit.clone(), fit }
     }
 
     /// What is said where the base leaves `before` times the noise and the answer `after`.
-    fn said(stage: Stage, before: f64, after: f64, effects: &[&str], changed: &[&str]) -> Verdict {
-        let found = Found {
-            stale: leaves(&stage, before, &[]),
-            recalibrated: leaves(&stage, before, &[]),
+    fn said(split: DataSplit, before: f64, after: f64, effects: &[&str], changed: &[&str]) -> Verdict {
+        let found = SearchResult {
+            nominal: leaves(&split, before, &[]),
+            refitted: leaves(&split, before, &[]),
             singles: Vec::new(),
-            answer: leaves(&stage, after, effects),
+            answer: leaves(&split, after, effects),
             ladder: Vec::new(),
             alternatives: Vec::new(),
             dropped: Vec::new(),
             floors: [1.0; 2],
             changed: changed.iter().map(|name| (*name).to_owned()).collect(),
-            stage,
+            split,
         };
         verdict(&found)
     }

@@ -1,4 +1,4 @@
-//! Horizontal bars with named levels: candidates against the noise floor and the luck line.
+//! Horizontal bars with named levels: candidates against the noise floor and the level that chance reaches.
 
 use std::fmt::Write as _;
 

@@ -164,7 +164,7 @@ fn details(page: &mut Page, comparison: &Comparison, block: &Block) {
         let mut bars = Bars::new(format!("Share of the {what} that is a function of"), "%");
         for d in block.failure.dependences.iter().take(2 * SHOWN) {
             let mark = if d.is_real() { Mark::Warning } else { Mark::Plain };
-            let note = format!("by luck {}", percent(d.luck));
+            let note = format!("by chance {}", percent(d.surrogate));
             bars = bars.noted_bar(d.on.clone(), 100.0 * d.explained, mark, note);
         }
         page.bars(bars);
@@ -178,7 +178,7 @@ fn details(page: &mut Page, comparison: &Comparison, block: &Block) {
         );
     }
     if !block.failure.correlations.is_empty() {
-        let mut table = Table::new(["channel", "correlation", "by luck", "error comes later by [s]", ""])
+        let mut table = Table::new(["channel", "correlation", "by chance", "error comes later by [s]", ""])
             .caption("Cross-correlation. In closed loop only an error that comes later is evidence.");
         for c in block.failure.correlations.iter().take(2 * SHOWN) {
             let words = match c.direction {

@@ -3,7 +3,7 @@
 use super::story::found_parameters;
 use super::{Bars, Mark, Page, Table, comparison, number};
 use crate::compare::{CompareConfig, CompareError, compare};
-use crate::diagnose::diagnosis::{Both, ErrorStory, FoundParameter};
+use crate::diagnose::diagnosis::{ErrorSummary, FoundParameter, TrainValidate};
 use crate::diagnose::{Diagnosis, Extension, Verdict};
 use crate::effect::{Site, find};
 use crate::log::Dataset;
@@ -70,12 +70,12 @@ pub fn extension_page(
 ) -> Result<Page, CompareError> {
     let mut page = Page::new("The extended model");
     let error = &extension.error;
-    let unit = error.unit();
+    let unit = error.unit;
     let (falls, what) = if added.is_empty() {
         // Numbers that leave more than noise make up for something that is missing.
         (extension.is_at_floor, "Refitting the model's own numbers".to_owned())
     } else {
-        (error.extended.validate < error.recalibrated.validate, format!("Adding {}", added.join(" + ")))
+        (error.extended.validate < error.refitted.validate, format!("Adding {}", added.join(" + ")))
     };
     page.verdict(
         if falls { Mark::Good } else { Mark::Bad },
@@ -114,19 +114,19 @@ fn verdict(diagnosis: &Diagnosis) -> (Mark, String) {
         Verdict::Unknown => Mark::Bad,
         _ => Mark::Warning,
     };
-    (mark, diagnosis.sentence("**"))
+    (mark, super::verdict::sentence(diagnosis, "**"))
 }
 
-fn key_numbers(page: &mut Page, error: &ErrorStory) {
-    let told = |error_of: f64| format!("{} {}", number(error_of, 3), error.unit());
+fn key_numbers(page: &mut Page, error: &ErrorSummary) {
+    let told = |error_of: f64| format!("{} {}", number(error_of, 3), error.unit);
     page.key_numbers([
         ("held-out error of the model as it is", told(error.base.validate)),
-        ("its own parameters refitted", told(error.recalibrated.validate)),
+        ("its own parameters refitted", told(error.refitted.validate)),
         ("extended", told(error.extended.validate)),
         ("noise floor: what the sensors alone would leave", told(error.noise_floor)),
     ])
     .paragraph(format!("Error: {}.", error.measure));
-    if error.recalibrated.validate > 1.05 * error.base.validate {
+    if error.refitted.validate > 1.05 * error.base.validate {
         page.paragraph(
             "Refitted on one part of the data and judged on another the model does worse than as it is: the parts ask for \
              different numbers, or its own came from these very data.",
@@ -211,13 +211,14 @@ fn parameter_table<'a>(page: &mut Page, parameters: impl Iterator<Item = (&'a St
     }
 }
 
-fn error_table(page: &mut Page, error: &ErrorStory) {
-    let row = |name: &str, both: Both| [name.to_owned(), number(both.train, 4), number(both.validate, 4)];
+fn error_table(page: &mut Page, error: &ErrorSummary) {
+    let row =
+        |name: &str, both: TrainValidate| [name.to_owned(), number(both.train, 4), number(both.validate, 4)];
     page.table(
         Table::new(["model", "fitted on", "held out"])
             .caption(error.measure.clone())
             .row(row("as it is", error.base))
-            .row(row("its own parameters refitted", error.recalibrated))
+            .row(row("its own parameters refitted", error.refitted))
             .marked_row(Mark::Good, row("extended", error.extended))
             .row(["noise floor".to_owned(), String::new(), number(error.noise_floor, 4)]),
     );
@@ -253,8 +254,8 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
     channels.sort_by_key(|channel| !diagnosis.error.is_of(channel));
     page.heading("The candidates").paragraph(
         "Each effect alone, all parameters refitted, judged on data that no fit has seen. Left of `base, refitted` it helps; at \
-         the noise floor nothing is left to explain; right of `one in twenty by luck` an effect that means nothing gets, too. `by luck` is how often the same effect does as well when its trace is \
-         shifted in time and so means nothing: above 0.05 it counts as luck, however far the bar has fallen.",
+         the noise floor nothing is left to explain; right of `one in twenty by chance` an effect that means nothing gets, too. `by chance` is how often the same effect does as well when its trace is \
+         shifted in time and so means nothing: above 0.05 it counts as chance, however far the bar has fallen.",
     );
     for channel in channels {
         let mut bars = Bars::new(format!("Every candidate alone: held-out error of {channel}"), "");
@@ -262,19 +263,20 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
         for (candidate, error) in tried.iter().filter(|(candidate, _)| candidate.channel == channel) {
             let named = diagnosis.effects.contains(&candidate.effect);
             named_here |= named;
-            let note =
-                candidate.chance.map_or_else(String::new, |chance| format!("by luck {}", number(chance, 2)));
+            let note = candidate
+                .p_value
+                .map_or_else(String::new, |chance| format!("by chance {}", number(chance, 2)));
             let mark = if named { Mark::Good } else { Mark::Plain };
             bars = bars.noted_bar(candidate.effect.clone(), *error, mark, note);
         }
         let here = tried.iter().filter(|(candidate, _)| candidate.channel == channel);
-        if let Some(luck) = here.filter_map(|(candidate, _)| candidate.luck).reduce(f64::min) {
-            bars = bars.level("one in twenty by luck", luck);
+        if let Some(luck) = here.filter_map(|(candidate, _)| candidate.surrogate_error).reduce(f64::min) {
+            bars = bars.level("one in twenty by chance", luck);
         }
         if diagnosis.error.is_of(channel) {
             bars = bars
                 .level("noise floor", diagnosis.error.noise_floor)
-                .level("base, refitted", diagnosis.error.recalibrated.validate);
+                .level("base, refitted", diagnosis.error.refitted.validate);
         }
         if named_here {
             page.bars(bars);
@@ -288,8 +290,7 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
     let refused: Vec<String> = diagnosis
         .candidates
         .iter()
-        .filter(|candidate| !candidate.note.is_empty())
-        .map(|candidate| format!("`{}`: {}", candidate.effect, candidate.note))
+        .filter_map(|candidate| Some(format!("`{}`: {}", candidate.effect, candidate.refusal.as_ref()?)))
         .collect();
     if !refused.is_empty() {
         page.details("Candidates that were not tried, or refused", |page| {
@@ -301,7 +302,7 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
 /// A block with a smaller share of the error is not where the model fails.
 const SHOWN_SHARE: f64 = 0.01;
 
-/// Both models on the logs, block by block.
+/// TrainValidate models on the logs, block by block.
 fn signals(
     page: &mut Page,
     base: &Model,
@@ -311,7 +312,7 @@ fn signals(
 ) -> Result<(), CompareError> {
     let mut models = vec![base.clone(), extended.clone()];
     models[1].name = format!("{}, extended", base.name);
-    page.heading("Both models on the logs").paragraph(
+    page.heading("TrainValidate models on the logs").paragraph(
         "Every sample counts here, and each window starts at the measured state: where the diagnosis leaves out starts from \
          standstill, or fits where a window starts, its numbers above are smaller.",
     );

@@ -4,6 +4,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::findings::sentences;
+use crate::diagnose::Diagnosis;
 use crate::screening::Finding;
 
 /// Version of the form of all answers: it rises when a field goes or changes its meaning.
@@ -18,6 +19,21 @@ pub fn with_sentences(answer: &impl Serialize, findings: &[Finding]) -> Result<V
     let mut value = serde_json::to_value(answer)?;
     if let Value::Object(fields) = &mut value {
         fields.insert("warnings".to_owned(), json!(sentences(findings)));
+    }
+    Ok(value)
+}
+
+/// A diagnosis with the sentences of its findings, and of each candidate's refusal as its `note`.
+///
+/// # Errors
+///
+/// What cannot be written as JSON.
+pub fn diagnosis(diagnosis: &Diagnosis) -> Result<Value, serde_json::Error> {
+    let mut value = with_sentences(diagnosis, &diagnosis.findings)?;
+    let candidates = value.get_mut("candidates").and_then(Value::as_array_mut).into_iter().flatten();
+    for (fields, candidate) in candidates.zip(&diagnosis.candidates) {
+        let note = candidate.refusal.as_ref().map_or_else(String::new, ToString::to_string);
+        fields["note"] = json!(note);
     }
     Ok(value)
 }

@@ -39,7 +39,7 @@
 //!             .bar("without delay", 24.0, Mark::Good)
 //!             .bar("without heating", 46.8, Mark::Plain)
 //!             .level("noise floor", 20.1)
-//!             .level("best by luck", 44.9),
+//!             .level("best by chance", 44.9),
 //!     );
 //! let html = page.emit();
 //! assert!(html.contains("Where the model fails"));
@@ -66,6 +66,7 @@ mod picture;
 mod plot;
 pub mod story;
 mod table;
+pub mod verdict;
 
 pub use bars::Bars;
 pub use page::Page;

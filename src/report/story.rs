@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use super::{Table, number};
-use crate::diagnose::diagnosis::{Candidate, Diagnosis, ErrorStory, FoundParameter, Verdict};
+use crate::diagnose::diagnosis::{Diagnosis, ErrorSummary, FoundParameter, RankedCandidate, Verdict};
+use crate::diagnose::refusal::Refusal;
 use crate::effect::find;
 use crate::model::Model;
 use crate::report::findings::sentence;
@@ -74,15 +75,15 @@ fn card<'a>(
 }
 
 /// The errors of a story, one line each.
-fn errors(error: &ErrorStory) -> String {
-    let row = |name: &str, both: crate::diagnose::diagnosis::Both| {
+fn errors(error: &ErrorSummary) -> String {
+    let row = |name: &str, both: crate::diagnose::diagnosis::TrainValidate| {
         [name.to_owned(), number(both.train, 4), number(both.validate, 4)]
     };
     let mut out = wrapped("", &format!("Error: {}", error.measure));
-    let unit = error.unit();
+    let unit = error.unit;
     out += &Table::new(["model".to_owned(), format!("fitted on [{unit}]"), format!("held out [{unit}]")])
         .row(row("as it is", error.base))
-        .row(row("its own parameters refitted", error.recalibrated))
+        .row(row("its own parameters refitted", error.refitted))
         .row(row("extended", error.extended))
         .row(["noise floor".to_owned(), String::new(), number(error.noise_floor, 4)])
         .text();
@@ -91,8 +92,8 @@ fn errors(error: &ErrorStory) -> String {
 
 /// Those that are judged by the channel the error is told in: errors of different blocks have different units.
 fn candidates(diagnosis: &Diagnosis) -> String {
-    let told = |candidate: &&Candidate| {
-        let is_tried = candidate.note.is_empty() || candidate.validate.is_some();
+    let told = |candidate: &&RankedCandidate| {
+        let is_tried = candidate.refusal.is_none() || candidate.validate.is_some();
         is_tried && diagnosis.error.is_of(&candidate.channel)
     };
     let mut candidates: Vec<_> = diagnosis.candidates.iter().filter(told).collect();
@@ -103,24 +104,24 @@ fn candidates(diagnosis: &Diagnosis) -> String {
     candidates.sort_by(|a, b| held_out(a.validate).total_cmp(&held_out(b.validate)));
     // Those that were named come first, the best of the others behind them.
     candidates.sort_by_key(|candidate| !diagnosis.effects.contains(&candidate.effect));
-    let unit = diagnosis.error.unit();
+    let unit = diagnosis.error.unit;
     let mut table = Table::new([
         "effect".to_owned(),
         format!("alone [{unit}]"),
         format!("all without it [{unit}]"),
-        "by luck".to_owned(),
+        "p-value".to_owned(),
     ]);
     let cell = |value: Option<f64>, digits| value.map_or("-".to_owned(), |value| number(value, digits));
     let mut refused = String::new();
     for candidate in candidates.into_iter().take(SHOWN) {
-        if !candidate.note.is_empty() {
-            refused += &wrapped("  ", &format!("{} is refused: {}", candidate.effect, candidate.note));
+        if let Some(why) = &candidate.refusal {
+            refused += &wrapped("  ", &format!("{} is refused: {why}", candidate.effect));
         }
         table = table.row([
             candidate.effect.clone(),
             cell(candidate.validate, 4),
             cell(candidate.drop_one, 4),
-            cell(candidate.chance, 2),
+            cell(candidate.p_value, 2),
         ]);
     }
     format!(
@@ -131,24 +132,24 @@ fn candidates(diagnosis: &Diagnosis) -> String {
 
 /// Effects that nobody knows anything of, by why.
 fn not_tried(diagnosis: &Diagnosis) -> String {
-    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
-    let untried = |candidate: &&Candidate| !candidate.note.is_empty() && candidate.validate.is_none();
-    for candidate in diagnosis.candidates.iter().filter(untried) {
-        match reasons.iter_mut().find(|(why, _)| *why == candidate.note) {
+    let mut reasons: Vec<(&Refusal, Vec<&str>)> = Vec::new();
+    for candidate in diagnosis.candidates.iter().filter(|candidate| candidate.validate.is_none()) {
+        let Some(refusal) = &candidate.refusal else { continue };
+        match reasons.iter_mut().find(|(why, _)| *why == refusal) {
             Some((_, effects)) => effects.push(&candidate.effect),
-            None => reasons.push((&candidate.note, vec![&candidate.effect])),
+            None => reasons.push((refusal, vec![&candidate.effect])),
         }
     }
-    let told = |(why, effects): (&str, Vec<&str>)| {
+    let line = |(why, effects): (&Refusal, Vec<&str>)| {
         wrapped("Not tried: ", &format!("{} ({why})", effects.join(", ")))
     };
-    reasons.into_iter().map(told).collect()
+    reasons.into_iter().map(line).collect()
 }
 
 /// A diagnosis; `next` says what to do.
 #[must_use]
 pub fn diagnosis(diagnosis: &Diagnosis, next: &[String]) -> String {
-    let mut out = wrapped("", &diagnosis.sentence(""));
+    let mut out = wrapped("", &super::verdict::sentence(diagnosis, ""));
     for id in &diagnosis.effects {
         out += &card(id, &diagnosis.model, diagnosis.parameters.iter());
     }
@@ -190,7 +191,7 @@ pub fn diagnosis(diagnosis: &Diagnosis, next: &[String]) -> String {
 
 /// An extension that led to `model` by adding `added`.
 #[must_use]
-pub fn extension(model: &Model, added: &[String], error: &ErrorStory) -> String {
+pub fn extension(model: &Model, added: &[String], error: &ErrorSummary) -> String {
     let mut out = String::new();
     let found = found_parameters(model);
     for id in added {

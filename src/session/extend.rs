@@ -33,7 +33,7 @@ pub fn extend(
     let extension = job.run(|| diagnose::extend(model, ids, train, validate, config))?;
     let findings = findings(&extension, train, validate);
     // Where nothing but noise is left, refitted numbers may have got there, too.
-    let beaten = if extension.is_at_floor { extension.error.base } else { extension.error.recalibrated };
+    let beaten = if extension.is_at_floor { extension.error.base } else { extension.error.refitted };
     let has_fallen = extension.error.extended.validate < THRESHOLDS.fallen_share * beaten.validate;
     Ok(Extended { extension, findings, has_fallen })
 }

@@ -173,7 +173,7 @@ fn asked(question: &Question, seed: u64) -> rotorbench::diagnose::Diagnosis {
 fn diagnosed(question: &Question, seed: u64) -> rotorbench::diagnose::Diagnosis {
     let found = asked(question, seed);
     // The story is told where the error is: the body's falls to its noise, by a tenth at the most above it.
-    let (before, after) = (found.error.recalibrated.train, found.error.extended.train);
+    let (before, after) = (found.error.refitted.train, found.error.extended.train);
     assert!(found.error.measure.contains("body_rate"), "{}", found.error.measure);
     assert!(before > 1.5 * after && after < 1.1 * found.error.noise_floor, "{before} -> {after}");
     found

@@ -125,6 +125,6 @@ fn a_reading_that_does_better_when_it_is_shifted_is_no_cause() {
     assert_eq!(answer["verdict"], "unknown");
     let candidates = answer["candidates"].as_array().expect("a list");
     let sag = candidates.iter().find(|it| it["effect"] == "battery_sag").expect("a candidate");
-    let note = sag["note"].as_str().expect("a sentence");
-    assert!(note.contains("shifted in time, does as well"), "{note}");
+    assert_eq!(sag["refusal"]["code"], "battery_by_chance", "{sag:#}");
+    assert!(sag["note"].as_str().is_some_and(|note| !note.is_empty()), "and a sentence: {sag:#}");
 }

@@ -105,6 +105,17 @@ pub fn number(value: &Value, path: &[&str]) -> f64 {
     found.as_f64().unwrap_or_else(|| panic!("no number at {path:?} in {value}"))
 }
 
+/// The finding of an answer with this code; null where there is none.
+pub fn finding<'a>(answer: &'a Value, code: &str) -> &'a Value {
+    let mut findings = answer["findings"].as_array().into_iter().flatten();
+    findings.find(|finding| finding["code"] == code).unwrap_or(&Value::Null)
+}
+
+/// Whether an answer has a finding with this code.
+pub fn has_code(answer: &Value, code: &str) -> bool {
+    !finding(answer, code).is_null()
+}
+
 pub fn said_out(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::desk::{Desk, diagnose, number, refused, run, said, said_out};
+use super::desk::{Desk, diagnose, finding, has_code, number, refused, run, said, said_out};
 
 #[test]
 fn a_hidden_pendulum_is_named_added_and_the_error_falls_to_the_noise() {
@@ -130,7 +130,7 @@ fn a_body_that_is_held_says_nothing_of_its_inertia() {
     let output = run(&["diagnose", "--log", &log, "--json"]);
     let answer: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!((output.status.code(), answer["verdict"].as_str()), (Some(0), Some("adequate")), "{answer:#}");
-    assert!(answer["warnings"].to_string().contains("held still"), "{}", answer["warnings"]);
+    assert!(has_code(&answer, "body_held_still"), "{}", answer["findings"]);
     let model = desk.path("late.toml").display().to_string();
     run(&["extend", "--effect", "transport_delay", "--log", &log, "-o", &model]);
     let text = fs::read_to_string(&model).expect("a model");
@@ -149,7 +149,7 @@ fn a_body_that_turns_against_its_torque_is_not_one_that_is_held() {
     };
     let (answer, code) = diagnose("paper", &turned("train.csv", 1), &turned("held-out.csv", 2));
     assert_eq!((code, answer["verdict"].as_str()), (Some(1), Some("unknown")), "{answer:#}");
-    assert!(answer["warnings"].to_string().contains("the gyro's sign"), "{}", answer["warnings"]);
+    assert!(has_code(&answer, "turns_against_torque"), "{}", answer["findings"]);
     let [train, held_out] = ["train.csv", "held-out.csv"].map(|name| desk.path(name).display().to_string());
     let story = said_out(&run(&["diagnose", "--log", &train, "--validate", &held_out]));
     let next: Vec<&str> = story.lines().filter(|line| line.starts_with("Next: ")).collect();
@@ -287,7 +287,7 @@ fn what_only_the_training_log_shows_is_told() {
     let (train, held_out) = (desk.fly("train.csv", 1, &hit), desk.fly("held_out.csv", 2, &[]));
     let (answer, _) = diagnose("paper", &train, &held_out);
     assert_eq!(answer["effects"], serde_json::json!([]), "{}", answer["ladder"]);
-    assert!(answer["warnings"].to_string().contains("go where the held-out ones do not"), "{answer:#}");
+    assert!(has_code(&answer, "only_in_training"), "{answer:#}");
     assert_eq!(answer["verdict"], "unknown", "the model does not explain the hit");
 }
 
@@ -347,7 +347,9 @@ fn rotors_that_are_not_alike_are_no_effect_and_told() {
         (&"unknown".into(), &serde_json::json!([])),
         "{answer:#}"
     );
-    let told = answer["warnings"].to_string();
-    let sentence = "turns 1.0 % faster at the same commands than rotor 1 of";
-    assert!(told.contains("rotor 2 of") && told.contains(sentence), "{told}");
+    let differ = finding(&answer, "rotors_differ");
+    let rotors = ["faster_rotor", "slower_rotor"].map(|rotor| differ["evidence"][rotor].as_u64());
+    assert_eq!(rotors, [Some(2), Some(1)], "{differ}");
+    let share = differ["evidence"]["share"].as_f64().expect("a share");
+    assert!((0.0095..0.0105).contains(&share), "{share}");
 }

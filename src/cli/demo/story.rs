@@ -78,7 +78,7 @@ pub(super) fn text(lesson: &Lesson, hidden: &str) -> String {
         Verdict::MissingEffect => {
             format!("found missing: {}{}", diagnosis.effects.join(", "), twins(diagnosis))
         }
-        _ => diagnosis.sentence(""),
+        _ => crate::report::verdict::sentence(diagnosis, ""),
     });
     lines.push(format!(
         "held-out error: {} -> {} rad/s, noise floor {} ({})",
@@ -116,7 +116,7 @@ pub(super) fn tell(page: &mut Page, lesson: &Lesson, hidden: &str) {
     page.bars(
         Bars::new("Held-out error", "rad/s")
             .bar("the paper's model", error.base.validate, Mark::Bad)
-            .bar("its own parameters refitted", error.recalibrated.validate, Mark::Warning)
+            .bar("its own parameters refitted", error.refitted.validate, Mark::Warning)
             .bar("with what was missing", error.extended.validate, Mark::Good)
             .level("noise floor", error.noise_floor),
     );

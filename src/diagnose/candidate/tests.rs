@@ -17,11 +17,12 @@ fn what_is_held_out_is_judged_by_numbers_that_have_not_seen_it() {
     let steady = 1124.5 * 0.505 + 447.1 * 0.505 * 0.505;
     log.insert("command_1", command).expect("fits");
     log.insert("propeller_rate_1_rad_s", (0..ROWS).map(|row| steady * turning(row)).collect()).expect("fits");
-    let stage = Stage::new(BlockData::new(Runs::Rotor(rotor_runs(&[log]))), None);
+    let split = DataSplit::new(BlockData::new(Runs::Rotor(rotor_runs(&[log]))), None);
     let base = vec!["steady_rate_linear".to_owned()];
-    let plan = Plan { from: &model, home: &model, effects: Vec::new(), base, known: &[], without: None };
-    let trial = plan.run(&stage);
-    let ratio = trial.judged.cost / trial.fit.cost;
+    let candidate =
+        Candidate { from: &model, nominal: &model, effects: Vec::new(), base, known: &[], without: None };
+    let fitted = candidate.run(&split);
+    let ratio = fitted.held_out.cost / fitted.fit.cost;
     // The commands' own ripple, and the one initial state that all stretches share, are the rest.
     assert!((2.0..2.5).contains(&ratio), "{ratio}");
 }
@@ -46,13 +47,14 @@ fn a_long_log_is_fitted_on_all_of_it_in_the_end() {
     log.insert("command_1", command).expect("fits");
     log.insert("propeller_rate_1_rad_s", rate).expect("fits");
     let data = BlockData::new(Runs::Rotor(rotor_runs(&[log])));
-    let stage = Stage::new(data.clone(), Some(data));
-    let part = stage.shortened().expect("a long log");
+    let split = DataSplit::new(data.clone(), Some(data));
+    let part = split.shortened().expect("a long log");
     assert!(part.readings() < LONG / 2, "{}", part.readings());
     let base: Vec<String> = model.rotor_parameters().into_iter().map(str::to_owned).collect();
-    let plan = Plan { from: &model, home: &model, effects: Vec::new(), base, known: &[], without: None };
-    let [on_part, on_all] = [part, &stage.train].map(|data| plan.cost_on(data, &model, None));
+    let candidate =
+        Candidate { from: &model, nominal: &model, effects: Vec::new(), base, known: &[], without: None };
+    let [on_part, on_all] = [part, &split.train].map(|data| candidate.cost_on(data, &model, None));
     assert!(on_part < 1e-6 * on_all, "{on_part} of {on_all}: the pieces hold none of it");
-    let trial = plan.run(&stage);
-    assert!((trial.fit.cost / on_all - 1.0).abs() < 1e-3, "{} and {on_all}", trial.fit.cost);
+    let fitted = candidate.run(&split);
+    assert!((fitted.fit.cost / on_all - 1.0).abs() < 1e-3, "{} and {on_all}", fitted.fit.cost);
 }

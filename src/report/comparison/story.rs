@@ -166,10 +166,10 @@ pub(super) fn sentences(comparison: &Comparison, block: &Block) -> Vec<String> {
         .iter()
         .filter(|dependence| dependence.is_real())
         .take(3)
-        .map(|d| format!("{} {} (by luck {})", percent(d.explained), plain(&d.on), percent(d.luck)))
+        .map(|d| format!("{} {} (by chance {})", percent(d.explained), plain(&d.on), percent(d.surrogate)))
         .collect();
     out.push(if real.is_empty() {
-        format!("{what} depends on no measured channel by more than luck.")
+        format!("{what} depends on no measured channel by more than chance.")
     } else {
         format!("{what} is a function of: {}.", real.join(", "))
     });
@@ -183,7 +183,7 @@ pub(super) fn sentences(comparison: &Comparison, block: &Block) -> Vec<String> {
             format!("It moves with `{}`", c.with)
         };
         out.push(format!(
-            "{moves} (correlation {}, by luck below {}).",
+            "{moves} (correlation {}, by chance below {}).",
             number(c.peak, 2),
             number(c.bound, 2)
         ));

@@ -3,6 +3,50 @@
 use crate::screening::Finding;
 
 /// The sentence of a finding of this room.
-pub(crate) fn sentence(_finding: &Finding) -> Option<String> {
-    None
+pub(crate) fn sentence(finding: &Finding) -> Option<String> {
+    let subject = &finding.subject;
+    let sentence = match finding.code {
+        "body_held_still" => {
+            "the body does not move, whatever the torque on it: it was held still, and these logs say nothing of it".to_owned()
+        }
+        "body_not_compared" => {
+            "the body is not judged: not every set of logs holds its rate, what drives it, and enough of both".to_owned()
+        }
+        "too_few_samples" => format!(
+            "{} samples are too few to tell anything, {} are the least",
+            finding.count("samples"),
+            finding.count("needed")
+        ),
+        "not_exciting" => {
+            let what = if subject == "torque" { "the torque on the body" } else { "the rotors' commands" };
+            format!("{what} hardly changed: these data excite nothing")
+        }
+        "error_above_floor" => {
+            format!("{subject}: the error stays at {:.2} times the noise floor", finding.number("times_floor"))
+        }
+        "turns_against_torque" => {
+            "the body moves, but not as the torque on it would have it: look whether the gyro's sign is that of the torque, \
+             and whether rotors 1 and 2 are exchanged, before anything else"
+                .to_owned()
+        }
+        "only_in_training" => format!(
+            "{subject}: the error is {:.2} times the noise floor where it was fitted and {:.2} times held out: these logs go \
+             where the held-out ones do not, or something happened in them; record more of it, or diagnose all logs without \
+             `--validate`",
+            finding.number("times_floor"),
+            finding.number("held_out_times_floor")
+        ),
+        "rotors_differ" => format!(
+            "rotor {} of {} turns {:.1} % faster at the same commands than rotor {} of {}: rotors that are not alike, or a day on \
+             which all turned faster, are no effect of the catalogue; identify each by itself (`identify --rotor`), or diagnose \
+             the logs apart",
+            finding.count("faster_rotor"),
+            finding.text("faster_log"),
+            100.0 * finding.number("share"),
+            finding.count("slower_rotor"),
+            finding.text("slower_log")
+        ),
+        _ => return None,
+    };
+    Some(sentence)
 }

@@ -1,0 +1,54 @@
+//! Numbers of `compare` that decide something.
+
+crate::thresholds! {
+    /// fewer samples of a log say nothing
+    fewest_samples: usize = 50, "count", "judgement";
+    /// departure of a slow state from settled that is tried to learn what it does: the response is close to linear
+    slow_trial: f64 = -0.5, "-", "linearity of the memory laws";
+    /// what a noise floor may be off by its assumptions: white noise, straight lines between samples
+    floor_error: f64 = 1.05, "-", "judgement";
+    /// relative scatter of a noise estimate
+    floor_scatter: f64 = 0.02, "-", "6,000 normal samples: 1.5 %";
+    /// the residual of a model shows the noise better than the signal itself where its estimate is below this share
+    clearly_less_noise: f64 = 0.9, "-", "judgement";
+    /// values that are there, one in so many, from which on there are enough of four in a row
+    in_a_row: usize = 4, "count", "judgement";
+    /// samples of one noise estimate
+    noise_block: usize = 200, "count", "judgement";
+    /// rank among the estimates of the blocks that stands for the noise: a third of the record may be too fast to see it
+    noise_rank: f64 = 0.4, "-", "judgement";
+    /// blocks up to this many times the ranked one count as noise: their estimates scatter by a few per cent
+    noise_scatter: f64 = 1.15, "-", "200 normal samples: 5 %, three times";
+    /// differences beyond this many standard deviations are steps and spikes
+    outlier_differences: f64 = 3.5, "-", "normal distribution: 0.05 %";
+    /// the window of a slope reaches so far to both sides
+    slope_reach_s: f64 = 0.08, "s", "judgement";
+    /// share of an interval by which its neighbours may differ and rows are even
+    even_rows: f64 = 0.1, "-", "judgement";
+    /// bins of equal count over a channel
+    bins: usize = 24, "count", "judgement";
+    /// circular shifts of a channel against which its share is held: 5 %
+    surrogates: usize = 19, "count", "resolution 1 / (1 + n)";
+    /// share by which a dependence must exceed the best of its surrogates to be real
+    least_dependence: f64 = 0.02, "-", "judgement";
+    /// standard errors of a correlation between unrelated signals beyond which it counts
+    correlation_bound: f64 = 2.58, "-", "normal distribution: 1 %";
+    /// greatest lag looked at, in samples
+    most_lag: usize = 50, "count", "judgement";
+    /// stretches of time that the error is shown over
+    stretches_shown: usize = 60, "count", "columns of a small terminal";
+    /// a signal slower than this share of its fast motion (99th percentile) is at rest
+    at_rest: f64 = 0.05, "-", "judgement";
+    /// share of samples up to which lines over the missing ones do not show in a spectrum
+    few_missing: f64 = 0.03, "-", "judgement";
+    /// samples of a piece that is transformed at once; half of it overlaps the next
+    spectrum_piece: usize = 512, "count", "judgement";
+    /// how fast the slope of the unknown torque wanders beside the torque itself
+    slope_rate: f64 = 1.0, "1/s", "judgement";
+    /// least wander of the unknown torque tried
+    slowest_wander: f64 = 1e-4, "N m/sqrt(s)", "torques of benches of 0.1 to 10 N m";
+    /// wanders tried, each twice the one before
+    wanders_tried: usize = 17, "count", "slowest_wander to 10 N m/sqrt(s)";
+    /// samples from which the wander is chosen
+    wander_samples: usize = 20_000, "count", "times of long logs";
+}

@@ -1,0 +1,64 @@
+//! Why an effect is not tried, or not taken: a code with its numbers.
+
+use serde::Serialize;
+
+/// Why an effect is not tried, or was refused after it had been.
+#[derive(Debug, Clone, PartialEq, Serialize, thiserror::Error)]
+#[serde(tag = "code", rename_all = "snake_case")]
+pub enum Refusal {
+    /// The effect is in the model.
+    #[error("the model has it")]
+    InModel,
+    /// A number of the model does the same.
+    #[error("the model has it, as {parameter}")]
+    InModelAs {
+        /// Name of the number.
+        parameter: &'static str,
+    },
+    /// The static curve of the model is a polynomial of as high a degree.
+    #[error("the model's curve g(u) has a cubic of its own")]
+    CubicInCurve,
+    /// Over few levels a grid is an offset of each of them at will.
+    #[error("a log holds {commands} different commands, {needed} are the least that can show a grid")]
+    TooFewCommands {
+        /// Different commands of a log.
+        commands: usize,
+        /// The least.
+        needed: usize,
+    },
+    /// A log has not got what the effect reads.
+    #[error("needs `{column}`, which a log lacks")]
+    ColumnLacking {
+        /// The column.
+        column: String,
+    },
+    /// Named twice on the command line.
+    #[error("it is asked for twice")]
+    AskedTwice,
+    /// Nothing in the logs that it acts in.
+    #[error("the logs have no block that it acts in")]
+    NoBlock,
+    /// Insufficient data: too few samples.
+    #[error("{samples} samples are too few to tell anything, {needed} are the least")]
+    TooFewSamples {
+        /// How many there are.
+        samples: usize,
+        /// The least.
+        needed: usize,
+    },
+    /// Insufficient data: no rotor's command is exciting.
+    #[error("the rotors' commands hardly changed: these data excite nothing")]
+    CommandsNotExciting,
+    /// Insufficient data: the torque is not exciting.
+    #[error("the torque on the body hardly changed: these data excite nothing")]
+    TorqueNotExciting,
+    /// The body was held still.
+    #[error("the body does not move, whatever the torque on it")]
+    BodyHeldStill,
+    /// The surrogate test of the battery's reading.
+    #[error("the battery's reading, shifted in time, does as well")]
+    BatteryByChance {
+        /// [-] share of shifted readings that do as well.
+        p_value: f64,
+    },
+}

@@ -1,0 +1,216 @@
+//! Numbers of `diagnose` that decide something.
+
+use crate::estimation::output_error::FitConfig;
+
+crate::thresholds! {
+    /// fewer training samples cannot tell anything of a block
+    fewest_samples: usize = 100, "count", "judgement";
+    /// commands of a rotor that stay within this excite nothing
+    least_command_range: f64 = 1e-3, "-", "judgement";
+    /// share of the greatest torque that its changes must be: less is rounding
+    least_torque_range: f64 = 1e-6, "-", "judgement";
+    /// below so many training samples starts are compared on all of them
+    many_samples: usize = 3000, "count", "times of the development cases";
+    /// one sample in so many suffices to compare starts
+    coarse_share: usize = 3, "count", "times and answers of the development cases";
+    /// readings that suffice to compare starts, of however many
+    enough_samples: usize = 12_000, "count", "times and answers of the development cases";
+    /// from so many readings on a fit goes on a part of them first
+    long_log: usize = 30_000, "count", "times of long synthetic logs";
+    /// parts that a log is cut into where no other log is held out
+    folds: usize = 3, "count", "judgement";
+    /// samples of a piece of a run, at least, of which a part of it is made
+    shortest_piece: usize = 50, "count", "judgement";
+    /// pieces of a run, at most, of which a part of it is made
+    most_pieces: usize = 10, "count", "judgement";
+    /// stretches that data are cut into, so that each fold has something of everything
+    fold_stretches: usize = 30, "count", "judgement";
+    /// heat at the start is fitted for at most so many stretches: for many short ones it is not identifiable
+    most_slow_starts: usize = 4, "count", "judgement";
+    /// time constants after which a rotor has forgotten where it began: e^-8 is below any noise
+    forgotten_after: f64 = 8.0, "-", "the exponential";
+    /// what was commanded before a log began is not known: the body windows that a late rotor drives begin so much later
+    unlogged_command_s: f64 = 0.1, "s", "the longest dead time of real benches";
+    /// different commands that can show a quantization grid: over fewer it is an offset of each level
+    fewest_commands_for_grid: usize = 60, "count", "development cases of tools/campaign";
+    /// a fit to the end: a change of the cost by a hundred-thousandth decides nothing
+    full_fit: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5, goal: None, goes_on: true }, "-", "judgement";
+    /// as far as a set is followed before the best ones are chosen
+    brief_fit: FitConfig = FitConfig { iterations: 10, tolerance: 1e-3, goal: None, goes_on: true }, "-", "times of the development cases";
+    /// a fit on a fold from the end of the fit on all data, or back: it is not far
+    fold_fit: FitConfig = FitConfig { iterations: 15, tolerance: 1e-4, goal: None, goes_on: true }, "-", "times of the development cases";
+    /// the first steps by which starts are compared
+    start_fit: FitConfig = FitConfig { iterations: 4, tolerance: 1e-3, goal: None, goes_on: true }, "-", "times of the development cases";
+    /// share of the cost without the effect that a fit must fall below to be followed to the end: model selection asks for more
+    promising_share: f64 = 0.99, "-", "least_gain, with room";
+    /// a second start is followed when its first look was within this factor of the best
+    second_start: f64 = 1.1, "-", "judgement";
+    /// starts of one candidate, at most, from the same base numbers
+    most_starts: usize = 12, "count", "times of the development cases";
+    /// a start that costs so many times what it costs without the effect is made weaker
+    too_strong_start: f64 = 4.0, "-", "benches that turn five times as fast";
+    /// how often such a start is made weaker, to a fifth each time
+    most_weakenings: usize = 6, "count", "judgement";
+    /// a base number refitted by more than this share may have been driven into another valley: fits start from its nominal value, too
+    moved_base: f64 = 0.25, "-", "development cases of tools/campaign";
+    /// moved by more than this share, base numbers hide the steps of a grid, which are a few rad/s
+    moved_base_for_grid: f64 = 0.002, "-", "steps of 1/256 to 1/4096 on the development cases";
+    /// stretches by which residuals of two fits are compared
+    stretches_compared: usize = 24, "count", "judgement";
+    /// fewer stretches have no scatter worth the name
+    fewest_stretches_compared: usize = 4, "count", "judgement";
+    /// standard errors by which the one parameter of an effect must differ from none
+    identifiable: f64 = 2.0, "-", "normal distribution: 5 %";
+    /// time constants of a slow state that the longest run must last: less is a level of its own for each run
+    least_slow_course: f64 = 0.2, "-", "development cases of tools/campaign";
+    /// the same standard errors for an effect whose state at the start of each run is free, too
+    identifiable_slow: f64 = 3.0, "-", "development cases of tools/campaign";
+    /// of two effects that cancel, less than this share of the power of either is left
+    cancelled_share: f64 = 0.2, "-", "development cases of tools/campaign";
+    /// samples on which every value of a grid is looked at
+    grid_first_samples: usize = 1000, "count", "times of the development cases";
+    /// samples that the best values are looked at with next
+    grid_second_samples: usize = 3000, "count", "times of the development cases";
+    /// share of a step by which the place of a typical command on the grid moves from one value to the next
+    grid_phase: f64 = 0.07, "-", "judgement";
+    /// a grid whose rounding error is below this share of the noise cannot be seen
+    least_grid_noise: f64 = 0.4, "-", "development cases of tools/campaign";
+    /// values of a grid looked at, at most
+    most_grid_values: usize = 10_000, "count", "times of the development cases";
+    /// values, the best on few samples, that more samples are asked about
+    grid_values_second: usize = 40, "count", "judgement";
+    /// values, the best of those, that all samples are asked about
+    grid_values_third: usize = 10, "count", "judgement";
+    /// of the noise: from here on a residual counts by its size, not its square (pseudo-Huber)
+    grid_robust_width: f64 = 1.5, "-", "the usual 1.345 to 1.5 of robust regression";
+    /// values followed by closer looks
+    grid_values_closer: usize = 3, "count", "judgement";
+    /// values of a closer look on each side
+    grid_fine_values: i32 = 8, "count", "judgement";
+    /// closer and closer looks: on a long log a step shows to a millionth
+    grid_looks: i32 = 4, "count", "long synthetic logs";
+    /// beam width: single effects that are carried on
+    beam_width_single: usize = 3, "count", "development cases of tools/campaign";
+    /// beam width: sets of two and more that are carried on; what several laws approach together is mostly none of them
+    beam_width_sets: usize = 2, "count", "development cases of tools/campaign";
+    /// pairs: candidates followed briefly beside each effect, and fitted to the end; a law in a corner looks like nothing at first
+    pair_candidates: (usize, usize) = (usize::MAX, 8), "count", "development cases of tools/campaign";
+    /// larger sets: candidates followed briefly beside each set, and fitted to the end
+    set_candidates: (usize, usize) = (8, 4), "count", "development cases of tools/campaign";
+    /// effects of one block, at most, with one to spare
+    most_effects: usize = 5, "count", "judgement";
+    /// below this factor of the noise floor no pair is looked for whose effects gain nothing one by one
+    nearly_at_floor: f64 = 1.06, "-", "development cases of tools/campaign";
+    /// below this factor of the noise floor no further effect is looked for
+    done_at_floor: f64 = 1.03, "-", "development cases of tools/campaign";
+    /// a body so many times over its noise floor has something else on it, where one more effect leaves more than `hopeless_left`
+    hopeless_over_floor: f64 = 2.0, "-", "development cases of tools/campaign";
+    /// share of the error that one more effect leaves: beyond it a further one would bend a curve to the data
+    hopeless_left: f64 = 0.8, "-", "development cases of tools/campaign";
+    /// an effect that leaves so many times the squares that another one leaves is no answer, and no start of a good one
+    hopeless_single: f64 = 4.0, "-", "development cases of tools/campaign";
+    /// indistinguishable sets named beside the answer
+    most_alternatives: usize = 2, "count", "judgement";
+    /// held-out squared error must fall by this share for one more effect: less is no law
+    least_gain: f64 = 0.03, "-", "development cases of tools/campaign";
+    /// a smaller share will do where the fall is very consistent and the fitted data gain much
+    little_gain: f64 = 0.01, "-", "development cases of tools/campaign";
+    /// the error must fall by more than so many standard errors of its fall, stretch by stretch
+    consistent: f64 = 2.0, "-", "normal distribution: 5 %";
+    /// standard errors of a fall that is very consistent
+    very_consistent: f64 = 3.0, "-", "normal distribution: 0.3 %";
+    /// greatest surrogate-test p-value of an effect that counts
+    significance_level: f64 = 0.05, "-", "convention";
+    /// share of its error that the noise of a channel counts as, at least: model error must not rule by a small noise
+    least_channel_weight: f64 = 0.2, "-", "judgement";
+    /// different commands that must lie beyond a limit: one cannot be told from a curve that bends there
+    fewest_beyond_limit: usize = 2, "count", "counting: a curve through one level is free";
+    /// share of the unexplained squared error within which two sets are the same: a tenth of the error itself
+    indistinguishable_share: f64 = 0.21, "-", "development cases of tools/campaign";
+    /// times the cost of changed numbers at which a fit of one effect instead is given up
+    given_up: f64 = 1.2, "-", "times of the development cases";
+    /// shifted traces tried for each candidate: p-values to 0.005
+    surrogates: usize = 199, "count", "resolution 1 / (1 + n)";
+    /// one shifted trace of so many does as well as the level shown: 5 %
+    surrogate_quantile: usize = 20, "count", "convention";
+    /// a p-value that this or fewer shifts could not show is asked of windows with random signs
+    rare_p_value: f64 = 0.01, "-", "resolution of few windows";
+    /// windows below which no surrogate tells anything
+    fewest_windows: usize = 8, "count", "2^8 signs";
+    /// changes between rows with and without a measurement, one in so many rows, from which on a log is patchy
+    patchy: usize = 20, "count", "judgement";
+    /// share of the power of a shifted trace that must lie on measurements
+    least_shared_power: f64 = 0.2, "-", "judgement";
+    /// shifted battery readings tried; none of them may do as well: two laws are asked, each perhaps beside several sets
+    battery_surrogates: usize = 79, "count", "development cases of tools/campaign";
+    /// p-value above which a law that reads the battery is dropped: 1 / (1 + battery_surrogates)
+    battery_significance_level: f64 = 1.0 / 80.0, "-", "development cases of tools/campaign";
+    /// share of the log by which a reading is shifted at least: the battery of the next second says nearly the same
+    least_battery_shift: f64 = 0.05, "-", "judgement";
+    /// costs within this factor of each other are nearly the same
+    nearly_as_well: f64 = 1.02, "-", "judgement";
+    /// relative difference of costs within which fits have converged to the same
+    converged_cost: f64 = 1e-4, "-", "full_fit, with room";
+    /// samples that suffice for this test; of more, pieces from all over the log are taken
+    battery_samples: usize = 10_000, "count", "times of long synthetic logs";
+    /// share by which the squared error of the body must differ before it decides about the rotors
+    decides_between_drivers: f64 = 0.05, "-", "development cases of tools/campaign";
+    /// sets of the rotors that the body is asked about, beside their answer
+    drivers_asked: usize = 4, "count", "times of the development cases";
+    /// share of the squared error of the body that another driver must take off to be searched
+    driver_gain: f64 = 0.2, "-", "development cases of tools/campaign";
+    /// standard errors by which a number of the base differs plainly
+    base_differs: f64 = 3.0, "-", "normal distribution: 0.3 %";
+    /// an error within this factor of the noise floor leaves nothing to explain
+    at_floor: f64 = 1.1, "-", "scatter of the noise floor on the development cases";
+    /// the same for a body driven by measured rotors: the floor does not know how far the rotor model is off, which the body integrates
+    at_floor_driven: f64 = 1.25, "-", "development cases of tools/campaign";
+    /// share above the noise that effects must explain to be the answer short of the floor: a wrong law can come near
+    explained: f64 = 0.95, "-", "development cases of tools/campaign";
+    /// times the noise floor beyond which they are not, whatever they explain: a late gyro clock is explained to 95 % by others
+    near_floor: f64 = 1.5, "-", "development cases of tools/campaign";
+    /// times the noise floor from which an error is plain to see
+    plain_error: f64 = 1.5, "-", "judgement";
+    /// times the inertia of the model from which a body is not heavier but held
+    held_inertia: f64 = 100.0, "-", "no bench differs by as much";
+    /// times the noise floor up to which a body that is held may move
+    held_error: f64 = 3.0, "-", "judgement";
+    /// share of the rate by which rotors at the same commands must differ to be reported
+    rotors_differ: f64 = 3e-3, "-", "development cases and two real logs";
+    /// standard errors by which they must differ, too
+    rotors_differ_errors: f64 = 5.0, "-", "development cases and two real logs";
+    /// samples, one in so many, that count as independent ones of an error that no model explains
+    correlated_samples: f64 = 20.0, "count", "judgement";
+    /// two benches differ in a number by more than this factor: less is a battery, a temperature, an effect that one log excites more
+    benches_differ: f64 = 1.3, "-", "judgement";
+    /// standard errors by which the numbers must differ, too
+    benches_differ_errors: f64 = 8.0, "-", "judgement";
+    /// one set of numbers for all logs must cost so many times the squared error of one set for each
+    pooled_cost: f64 = 2.0, "-", "judgement";
+    /// a rotor rate goes with at most this power of the voltage: the square with a drag that hardly grows
+    most_voltage_power: f64 = 2.0, "-", "physics of a rotor";
+    /// how near the rates of two logs are known at a command that one of them may hardly have been at (logarithm)
+    rate_uncertainty: f64 = 0.05, "-", "judgement";
+    /// share of the voltage by which a supply was set to another
+    supply_differs: f64 = 0.02, "-", "judgement";
+    /// times what it was that no number of a bench becomes
+    absurd_change: f64 = 100.0, "-", "judgement";
+    /// share by which the squared error of the fitted data must fall for one more effect: half of `least_gain`
+    least_training_gain: f64 = 0.015, "-", "development cases of tools/campaign";
+    /// the same beside `little_gain`: twice `least_gain`
+    much_training_gain: f64 = 0.06, "-", "development cases of tools/campaign";
+    /// difference in log-likelihood within which two sets are indistinguishable
+    same_likelihood: f64 = 10.0, "-", "judgement: far beyond the 2 of a single parameter";
+    /// share of the squared error within which two sets are indistinguishable, however many samples there are
+    same_error: f64 = 0.005, "-", "judgement";
+    /// share by which one effect may do worse than several changed numbers and be the answer: half of `least_gain`
+    instead_of_several: f64 = 0.015, "-", "judgement";
+    /// share by which one effect must do better than one changed number: a quarter of `least_gain`
+    instead_of_one: f64 = 0.0075, "-", "judgement";
+    /// no surrogate is shifted by less than one part in so many of the log
+    least_surrogate_shift: usize = 50, "count", "judgement";
+    /// what is left of a start that is too strong, each time
+    weakening: f64 = 0.2, "-", "judgement";
+    /// share of a step by which the next value of a grid looked at differs, at most
+    most_grid_spacing: f64 = 0.05, "-", "judgement";
+}
