@@ -1,13 +1,14 @@
 //! The tables of all rooms that have thresholds: what `docs/thresholds.md` is made of.
 
 use crate::threshold::{Threshold, page};
-use crate::{cli, compare, control, diagnose, runtime, session, studies};
+use crate::{cli, compare, control, diagnose, identify, runtime, session, studies};
 
 /// Room and table, in the order of the rooms. `tests/architecture.rs` fails when a room with a `thresholds.rs` is missing.
 pub const ROOMS: &[(&str, &[Threshold])] = &[
     ("control", control::thresholds::TABLE),
     ("compare", compare::thresholds::TABLE),
     ("diagnose", diagnose::thresholds::TABLE),
+    ("identify", identify::thresholds::TABLE),
     ("runtime", runtime::thresholds::TABLE),
     ("studies", studies::thresholds::TABLE),
     ("session", session::thresholds::TABLE),

@@ -11,3 +11,4 @@ mod identify;
 mod paper;
 #[path = "paper_lpc16.rs"]
 mod paper_lpc16;
+mod sources;

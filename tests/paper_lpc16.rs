@@ -16,7 +16,6 @@ mod late;
 mod logs;
 #[path = "paper_lpc16/one_battery.rs"]
 mod one_battery;
-mod sources;
 #[path = "paper_lpc16/steps.rs"]
 mod steps;
 #[path = "paper_lpc16/taken.rs"]

@@ -80,11 +80,12 @@ pub fn run(arguments: &Arguments) -> CliResult {
         page.save(path)?;
     }
     if arguments.json {
-        println!("{}", json::answer(&json::with_sentences(&found, &found.findings)?)?);
+        println!("{}", json::answer(&found.json()?)?);
         return Ok(Outcome::Done);
     }
     println!("{}\n{}", found.part_table().text(), found.parameter_table().text());
-    for table in [found.error_table(), found.degree_table(), found.rival_table()].into_iter().flatten() {
+    for table in [found.error_table(), found.degree_table(), found.alternatives_table()].into_iter().flatten()
+    {
         println!("{}", table.text());
     }
     for warning in &found.findings {

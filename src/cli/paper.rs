@@ -50,7 +50,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
     };
     run.page().save(&arguments.report)?;
     if arguments.json {
-        println!("{}", crate::report::json::answer(&run)?);
+        let mut value = serde_json::to_value(&run)?;
+        value["identification"] = run.identification.json()?;
+        println!("{}", crate::report::json::answer(&value)?);
     } else {
         println!(
             "{}\n{}\n\n{}\n{}\n{}",

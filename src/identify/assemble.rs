@@ -1,11 +1,11 @@
 //! From the steps of section III to one answer: the rotor, and the model file.
 
-use super::consistency::unfit;
+use super::consistency::unexplained;
 use super::dead_time::Delay;
 use super::inputs::rotor_logs;
 use super::lag_order::dead_time_effect;
 use super::pipeline::Work;
-use super::result::{Identification, Part};
+use super::result::Identification;
 use super::steady_rows::HIGHEST_DEGREE;
 use super::validate::{self, Validation};
 use super::{Estimate, IdentifiedActuator, IdentifyError};
@@ -41,7 +41,7 @@ impl Work<'_> {
             voltage_gain: gain,
             full_voltage: template.full_voltage,
             pole: self.pole_estimate().map_or(template.pole, |pole| pole.value),
-            delay: self.delay().map_or(0.0, |told| told.delay.value),
+            delay: self.delay().map_or(0.0, |it| it.delay.value),
             thrust_coefficient: self
                 .thrust
                 .as_ref()
@@ -49,27 +49,27 @@ impl Work<'_> {
         }
     }
 
-    /// Pole and delay of the fit of all at once, where that has a battery: those from z hold k_V and the curve for exact,
+    /// Pole and delay of the joint estimation, where that has a battery: those from z hold k_V and the curve for exact,
     /// and their errors know nothing of theirs.
-    fn is_pole_of_all(&self) -> bool {
+    fn is_joint_pole(&self) -> bool {
         self.joint.as_ref().is_some_and(|joint| self.pole.is_none() || joint.voltage_gain.is_some())
     }
 
     pub(crate) fn pole_estimate(&self) -> Option<Estimate> {
-        let of_all = self.joint.as_ref().filter(|_| self.is_pole_of_all()).map(|joint| joint.pole);
-        of_all.or(self.pole.as_ref().map(|fit| fit.pole))
+        let joint = self.joint.as_ref().filter(|_| self.is_joint_pole()).map(|joint| joint.pole);
+        joint.or(self.pole.as_ref().map(|fit| fit.pole))
     }
 
     /// The delay that goes with the pole.
     pub(crate) fn delay(&self) -> Option<&Delay> {
-        let of_all = self.joint.as_ref().filter(|_| self.is_pole_of_all());
-        of_all.map_or_else(|| self.pole.as_ref()?.delay.as_ref(), |joint| joint.delay.as_ref())
+        let joint = self.joint.as_ref().filter(|_| self.is_joint_pole());
+        joint.map_or_else(|| self.pole.as_ref()?.delay.as_ref(), |joint| joint.delay.as_ref())
     }
 
     /// The rotor as a first-order lag alone would have it, where a delay was taken in.
     fn without_delay(&self, actuator: &IdentifiedActuator) -> Option<IdentifiedActuator> {
-        let told = self.delay()?;
-        let mut alone = IdentifiedActuator { pole: told.pole_without.value, delay: 0.0, ..actuator.clone() };
+        let taken = self.delay()?;
+        let mut alone = IdentifiedActuator { pole: taken.pole_without.value, delay: 0.0, ..actuator.clone() };
         let joint = self.joint.as_ref().and_then(|joint| joint.without_delay.as_ref());
         if let Some((coefficients, gain)) = joint.filter(|_| self.static_curve.is_none()) {
             alone.coefficients.clone_from(coefficients);
@@ -86,7 +86,7 @@ impl Work<'_> {
         logs: [&[Dataset]; 2],
         errors: [[f64; 2]; 2],
     ) -> Model {
-        let Some((told, alone)) = self.delay().zip(self.without_delay(actuator)) else { return model };
+        let Some((taken, alone)) = self.delay().zip(self.without_delay(actuator)) else { return model };
         let Some((card, [delay])) = dead_time_effect().map(|card| (card, card.parameters)) else {
             return model;
         };
@@ -106,7 +106,7 @@ impl Work<'_> {
             error: ErrorFall {
                 measure: "rms of the rotor rate [rad/s]".to_owned(),
                 // With the delay what is left is noise: that is why it was taken in.
-                noise_floor: told.residual_with,
+                noise_floor: taken.residual_with,
                 train_before,
                 train_after,
                 validate_before,
@@ -118,9 +118,9 @@ impl Work<'_> {
         });
         model.effects.push(AddedEffect {
             id: card.id.to_owned(),
-            parameters: [(delay.name.to_owned(), told.delay.value)].into(),
+            parameters: [(delay.name.to_owned(), taken.delay.value)].into(),
         });
-        model.standard_errors.insert(format!("{}.{}", card.id, delay.name), told.delay.standard_error);
+        model.standard_errors.insert(format!("{}.{}", card.id, delay.name), taken.delay.standard_error);
         model
     }
 
@@ -172,14 +172,13 @@ impl Work<'_> {
         validation: &[Dataset],
         actuator: IdentifiedActuator,
     ) -> Result<Identification, IdentifyError> {
-        let (bodies, in_vain) = &self.bodies;
-        let idle = duplicate_logs::idle(logs, &self.rotors, bodies, in_vain);
+        let idle = duplicate_logs::idle(logs, &self.rotors, &self.body_logs, &self.no_body);
         if self.parts.iter().all(|part| !part.done) {
             return Err(self.nothing(idle));
         }
         self.findings.extend(idle);
         self.check_results();
-        let response = spectrum::response(&self.lively, |rotor, row| {
+        let response = spectrum::response(&self.excited, |rotor, row| {
             actuator.steady_rate(rotor.command[row], rotor.voltage.as_ref().map(|voltage| voltage[row]))
         });
         let run = |rotors: &[RotorLog], actuator: &IdentifiedActuator| -> Vec<Validation> {
@@ -191,26 +190,28 @@ impl Work<'_> {
             other.iter_mut().for_each(|rotor| rotor.voltage = None);
         }
         let (training, validated) = (run(&self.rotors, &actuator), run(&other, &actuator));
-        let rotors = self.rotors.iter().chain(&other);
-        let lively: Vec<&str> =
-            rotors.filter(|it| it.jumps().len() >= FEWEST_JUMPS).map(|it| it.source.as_str()).collect();
-        let unexplained =
-            training.iter().chain(&validated).filter(|run| lively.contains(&run.source.as_str()));
-        self.findings.extend(unexplained.filter(|_| !self.unlike).filter_map(unfit).map(Finding::from));
+        if !self.mismatch {
+            let rotors = self.rotors.iter().chain(&other).filter(|it| it.jumps().len() >= FEWEST_JUMPS);
+            let runs = || training.iter().chain(&validated);
+            let found = rotors
+                .filter_map(|rotor| unexplained(rotor, runs().find(|run| run.source == rotor.source)?))
+                .collect::<Vec<Finding>>();
+            self.findings.extend(found);
+        }
         let mut model = self.model(&actuator);
-        if let Some((told, alone)) = self.delay().zip(self.without_delay(&actuator)) {
+        if let Some((taken, alone)) = self.delay().zip(self.without_delay(&actuator)) {
             let held_out = if validated.is_empty() {
-                told.held_out
+                taken.held_out
             } else {
                 [rms(&run(&other, &alone)), rms(&validated)]
             };
-            let errors = [[told.residual_without, told.residual_with], held_out];
+            let errors = [[taken.residual_without, taken.residual_with], held_out];
             model = self.with_delay(model, &actuator, [logs, validation], errors);
         }
         Ok(Identification {
             model,
             frequency_response: response,
-            interval: self.lively.first().map_or(0.0, |rotor| rotor.interval),
+            interval: self.excited.first().map_or(0.0, |rotor| rotor.interval),
             training,
             validation: validated,
             parts: self.parts,
@@ -231,15 +232,9 @@ impl Work<'_> {
         let is_no_reason =
             |finding: &&Finding| !reasons.iter().any(|reason| reason.cause() == Some(*finding));
         let others: Vec<Finding> = self.findings.iter().filter(is_no_reason).cloned().collect();
-        if !self.rotors.is_empty() {
-            // What is kept of the template does not matter where nothing is written.
-            let lacks =
-                |outcome: &str| outcome.split("; the template's").next().unwrap_or_default().to_owned();
-            let lacks = |part: &Part| Finding::from(format!("{}: {}", part.step, lacks(&part.outcome)));
-            reasons.extend(self.parts.iter().map(lacks));
-        }
         reasons.extend(others);
-        IdentifyError::Nothing { reasons }
+        let steps = if self.rotors.is_empty() { Vec::new() } else { self.parts };
+        IdentifyError::Nothing { reasons, steps }
     }
 }
 

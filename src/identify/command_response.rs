@@ -1,70 +1,52 @@
 //! Each rotor of each log by itself, before all are fitted together: whether its rates follow its own commands, upwards and
-//! no slower than a rotor can, and not before them; and whether rotors are [`alike`]. A fit of all at once makes numbers of
-//! them in any case, and its warnings then name wrong reasons.
+//! no slower than a rotor can, and not before them; and whether rotors differ. A joint fit makes numbers of them in any
+//! case, and its findings then name wrong reasons.
 
 use super::IdentifyError;
 use super::command_timing;
-use super::rotor_mismatch::{self, FEWEST_STEADY};
-use super::single_rotor_fit::{Follows, GIVES_WAY, deviation, follows, lag, lively_part, scatter};
+use super::rotor_mismatch::{self, FittedRotor};
+use super::single_rotor_fit::{SingleRotorFit, deviation, excited_part, follows, lag, scatter};
+use super::thresholds::THRESHOLDS;
 use crate::screening::rotor_data::{RotorLog, bounds};
+use crate::screening::{Finding, ScreeningError};
 
-/// [1/s] no rotor on a bench follows its command as slowly as this pole.
-const SLOWEST_POLE: f64 = 0.3;
 /// Milliseconds and microseconds in a second, and a factor that says about as much.
 const TIMES: [f64; 2] = [1e3, 1e6];
-const ABOUT: f64 = 2.0;
-/// Share of the voltage that an empty battery lacks.
-const EMPTIED: f64 = 0.3;
-/// Errors of which one is that much smaller tell whose command a rate follows.
-const CROSSED: f64 = 0.5;
-/// Rms of what a fit leaves over, by which a curve falls that does.
-const FALLEN: f64 = 2.0;
-/// [-] range of steady commands below which nothing is said of where the curve goes.
-const NARROWEST: f64 = 0.05;
-/// Correlation of steady rates with their commands from which they fall.
-const FALLS: f64 = -0.8;
 
-/// What is to be said of rotors that were looked at by themselves.
-#[derive(Debug, Default)]
-pub(crate) struct Said {
-    /// For people.
-    pub sentences: Vec<String>,
-    /// Whether rates lead their commands, or rotors of a log differ: what a fit leaves over then has that reason.
-    pub unlike: bool,
-}
-
-/// Rotors looked at each by itself.
-pub(crate) struct Alone<'a> {
+/// How each rotor responds to its commands.
+pub(crate) struct CommandResponses<'a> {
     rotors: &'a [RotorLog],
     full_voltage: f64,
-    lively: Vec<Option<RotorLog>>,
-    own: Vec<Option<Follows>>,
+    excited: Vec<Option<RotorLog>>,
+    own: Vec<Option<SingleRotorFit>>,
     /// Both rotors of a log.
     pairs: Vec<(usize, usize)>,
 }
 
-impl<'a> Alone<'a> {
-    /// Looks at them; `full_voltage` [V].
-    pub fn look(rotors: &'a [RotorLog], full_voltage: f64) -> Self {
-        let lively: Vec<Option<RotorLog>> = rotors.iter().map(lively_part).collect();
+impl<'a> CommandResponses<'a> {
+    /// Fits each; `full_voltage` [V].
+    pub fn fit(rotors: &'a [RotorLog], full_voltage: f64) -> Self {
+        let excited: Vec<Option<RotorLog>> = rotors.iter().map(excited_part).collect();
         let own =
-            lively.iter().map(|part| part.as_ref().and_then(|part| follows(part, full_voltage))).collect();
+            excited.iter().map(|part| part.as_ref().and_then(|part| follows(part, full_voltage))).collect();
         let pairs = (1..rotors.len())
             .filter(|at| are_of_one_log(&rotors[at - 1], &rotors[*at]))
             .map(|at| (at - 1, at))
             .collect();
-        Self { rotors, full_voltage, lively, own, pairs }
+        Self { rotors, full_voltage, excited, own, pairs }
     }
 
     /// Refuses rates that cannot be those of the commands beside them. `pole` [1/s] is that of the bench's model, where there is
     /// one: beside it a slow rotor has another reason than its time, unless that is off by the factor of a unit.
     ///
     /// # Errors
-    /// [`IdentifyError::Unit`] with the log, and what its columns or its time may be instead.
+    /// [`IdentifyError`] with the log, and what its columns or its time may be instead.
     pub fn refuse(&self, pole: Option<f64>) -> Result<(), IdentifyError> {
-        let refuse = |sentence: Option<String>| sentence.map_or(Ok(()), |it| Err(IdentifyError::Unit(it)));
+        let refuse = |found: Option<Finding>| {
+            found.map_or(Ok(()), |it| Err(IdentifyError::from(ScreeningError::Column(Box::new(it)))))
+        };
         for &(one, other) in &self.pairs {
-            if let (Some(first), Some(second)) = (&self.lively[one], &self.lively[other]) {
+            if let (Some(first), Some(second)) = (&self.excited[one], &self.excited[other]) {
                 refuse(crossed([first, second], [&self.own[one], &self.own[other]], self.full_voltage))?;
             }
         }
@@ -75,32 +57,34 @@ impl<'a> Alone<'a> {
         Ok(())
     }
 
-    /// Says so where rates lead their commands, or two rotors are not alike.
-    pub fn say(&self) -> Said {
-        let (rotors, own, full_voltage) = (self.rotors, &self.own, self.full_voltage);
-        let lead = |(part, own): (&Option<RotorLog>, &Option<Follows>)| {
+    /// Whether rates lead their commands, or the rotors of a log differ: what a fit leaves over then has that reason.
+    pub fn mismatch(&self) -> Option<Finding> {
+        let lead = |(part, own): (&Option<RotorLog>, &Option<SingleRotorFit>)| {
             let part = part.as_ref()?;
             let left = own.as_ref().map_or_else(|| scatter(part), |own| own.fit.residual_rms);
-            command_timing::tell(part, left, |part, delay| lag(part, full_voltage, delay))
+            command_timing::find(part, left, |part, delay| lag(part, self.full_voltage, delay))
         };
-        let looked = |at: usize| (&rotors[at], own[at].as_ref());
         let of_a_log = || {
             let mut pairs = self.pairs.iter();
             pairs.find_map(|&(one, other)| {
-                rotor_mismatch::of_a_log([looked(one), looked(other)], full_voltage)
+                rotor_mismatch::of_a_log([self.fitted(one), self.fitted(other)], self.full_voltage)
             })
         };
-        if let Some(unlike) = self.lively.iter().zip(own).find_map(lead).or_else(of_a_log) {
-            return Said { sentences: vec![unlike], unlike: true };
-        }
-        // Each against the first that moves.
-        let first = (0..rotors.len()).find(|at| own[*at].is_some());
-        let of_two_logs = first.and_then(|first| {
-            let mut others =
-                (first + 1..rotors.len()).filter(|at| rotors[*at].file() != rotors[first].file());
-            others.find_map(|other| rotor_mismatch::of_two_logs([looked(first), looked(other)], full_voltage))
-        });
-        Said { sentences: of_two_logs.into_iter().collect(), unlike: false }
+        self.excited.iter().zip(&self.own).find_map(lead).or_else(of_a_log)
+    }
+
+    /// Whether rotors of two logs differ: each against the first that moves.
+    pub fn mismatch_between_logs(&self) -> Option<Finding> {
+        let rotors = self.rotors;
+        let first = (0..rotors.len()).find(|at| self.own[*at].is_some())?;
+        let mut others = (first + 1..rotors.len()).filter(|at| rotors[*at].file() != rotors[first].file());
+        others.find_map(|other| {
+            rotor_mismatch::of_two_logs([self.fitted(first), self.fitted(other)], self.full_voltage)
+        })
+    }
+
+    fn fitted(&self, at: usize) -> FittedRotor<'_> {
+        (&self.rotors[at], self.own[at].as_ref())
     }
 }
 
@@ -108,55 +92,46 @@ fn are_of_one_log(one: &RotorLog, other: &RotorLog) -> bool {
     one.file() == other.file() && one.number() != other.number() && one.time == other.time
 }
 
-/// What to say where a rotor's rates follow the other's commands.
-fn crossed(parts: [&RotorLog; 2], own: [&Option<Follows>; 2], full_voltage: f64) -> Option<String> {
+/// Rates that follow the other rotor's commands.
+fn crossed(parts: [&RotorLog; 2], own: [&Option<SingleRotorFit>; 2], full_voltage: f64) -> Option<Finding> {
     let follows_other = |at: usize| {
         let other = RotorLog { rate: parts[at].rate.clone(), ..parts[1 - at].clone() };
-        let other = follows(&other, full_voltage).filter(Follows::is_plain)?;
+        let other = follows(&other, full_voltage).filter(SingleRotorFit::is_plain)?;
         // Commands of two levels have no fit of their own: they say nothing of whose they are.
         let left = own[at].as_ref()?.fit.residual_rms;
-        (other.fit.residual_rms < CROSSED * left).then_some(at)
+        (other.fit.residual_rms < THRESHOLDS.other_rotor_error_share * left).then_some(at)
     };
     let found: Vec<usize> = (0..2).filter_map(follows_other).collect();
     let (first, at) = (parts[0], *found.first()?);
-    let (this, that) = (parts[at].number(), parts[1 - at].number());
-    let both =
-        if found.len() > 1 { format!(", and those of {that} the commands of {this}") } else { String::new() };
-    let file = first.file();
-    Some(format!(
-        "{file}: the rates of rotor {this} follow the commands of rotor {that}{both}: they are another rotor's column; give \
-         each command the rate of its own rotor"
-    ))
+    let number = |at: usize| parts[at].number().parse::<usize>().unwrap_or_default();
+    let found_in = Finding::new("rates_of_other_rotor", "propeller_rate").of(first.file());
+    let found_in = found_in.with("rotor", number(at)).with("other_rotor", number(1 - at));
+    Some(found_in.with("crossed", found.len()))
 }
 
-/// What to say of a time that is no bench's.
-fn too_slow(rotor: &RotorLog, follows: &Follows, expected: Option<f64>) -> Option<String> {
+/// A time that is no bench's.
+fn too_slow(rotor: &RotorLog, follows: &SingleRotorFit, expected: Option<f64>) -> Option<Finding> {
     let pole = follows.fit.pole;
-    let is_unit =
-        |expected: f64| TIMES.iter().any(|unit| (1.0 / ABOUT..ABOUT).contains(&(unit * pole / expected)));
-    (follows.is_plain() && pole < SLOWEST_POLE && expected.is_none_or(is_unit)).then(|| {
-        format!(
-            "{}: the rates follow the commands with a time constant of {:.0} s (a pole of {pole:.3} 1/s), and no rotor on a \
-             bench is that slow; if the time is in milliseconds or microseconds, import it with unit `ms` or `us`",
-            rotor.source,
-            1.0 / pole
-        )
-    })
+    let is_unit = |expected: f64| {
+        TIMES.iter().any(|unit| {
+            (1.0 / THRESHOLDS.time_unit_factor..THRESHOLDS.time_unit_factor)
+                .contains(&(unit * pole / expected))
+        })
+    };
+    (follows.is_plain() && pole < THRESHOLDS.slowest_pole && expected.is_none_or(is_unit))
+        .then(|| rotor.finding("rotor_too_slow").with("pole_rad_s", pole))
 }
 
-/// What to say of a rotor that slows down when it is told more.
-fn falls(rotor: &RotorLog, follows: Option<&Follows>) -> Option<String> {
+/// A rotor that slows down when it is commanded more.
+fn falls(rotor: &RotorLog, follows: Option<&SingleRotorFit>) -> Option<Finding> {
     let moving = follows.filter(|follows| follows.is_plain()).and_then(|follows| {
         let (low, high) = follows.range;
         let fall = follows.at(low, 0.0).value - follows.at(high, 0.0).value;
-        (fall > FALLEN * follows.fit.residual_rms).then_some((low, high))
+        (fall > THRESHOLDS.falling_rate_rms * follows.fit.residual_rms).then_some((low, high))
     });
     let (low, high) = moving.or_else(|| falls_steadily(rotor))?;
-    Some(format!(
-        "{}: the rotor slows down when it is told more, over all commands from {low:.3} to {high:.3}: the command counts the \
-         other way round (1 is none: import it with scale -1, offset 1), or the rates are those of another rotor",
-        rotor.source
-    ))
+    let falls = rotor.finding("rate_falls_with_command");
+    Some(falls.with("lowest_command", low).with("highest_command", high))
 }
 
 /// [-] lowest and highest steady command, where the rates fall from one to the other by more than the battery takes.
@@ -166,7 +141,7 @@ fn falls_steadily(rotor: &RotorLog) -> Option<(f64, f64)> {
     let [commands, rates]: [Vec<f64>; 2] =
         [&rotor.command, &rotor.rate].map(|column| rows.iter().map(|&row| column[row]).collect());
     let (low, high) = bounds(&commands);
-    if rows.len() < FEWEST_STEADY || high - low < NARROWEST {
+    if rows.len() < THRESHOLDS.fewest_steady_rows || high - low < THRESHOLDS.narrowest_steady_range {
         return None;
     }
     let mean = |values: &[f64]| values.iter().sum::<f64>() / rows.len() as f64;
@@ -176,10 +151,11 @@ fn falls_steadily(rotor: &RotorLog) -> Option<(f64, f64)> {
     let spread = deviation(&commands);
     let fall = -product / (spread * spread) * (high - low);
     // Where nobody read it the battery may have emptied meanwhile.
-    let given_way = rotor.voltage.as_ref().map_or(EMPTIED, |volts| {
+    let given_way = rotor.voltage.as_ref().map_or(THRESHOLDS.unread_battery_fall, |volts| {
         let (least, most) = bounds(&rows.iter().map(|&row| volts[row]).collect::<Vec<f64>>());
         if most > 0.0 { (most - least) / most } else { 0.0 }
     });
-    let taken = GIVES_WAY * rate.abs() * given_way;
-    (product < FALLS * spread * deviation(&rates) && fall > taken).then_some((low, high))
+    let taken = THRESHOLDS.voltage_power * rate.abs() * given_way;
+    (product < THRESHOLDS.falling_correlation * spread * deviation(&rates) && fall > taken)
+        .then_some((low, high))
 }

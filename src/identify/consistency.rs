@@ -1,180 +1,146 @@
 //! Where the results contradict each other, hardly show, or leave something over: each with what it may be.
 
-use super::dead_time::CORRELATED;
-use super::lag_order::{Rival, dead_time_effect};
+use super::inertia::Body;
+use super::lag_order::{LagAlternative, dead_time_effect};
 use super::pipeline::Work;
 use super::significance;
+use super::thresholds::THRESHOLDS;
 use super::validate::Validation;
-use crate::effect::Term;
 use crate::screening::Finding;
-use crate::screening::rotor_data::bounds;
-use crate::unit::with_error;
-
-/// [%] fit of a log with lively commands below which it is not explained.
-const UNFIT: f64 = 40.0;
-/// Standard error, as a share of a number, from which it is said how little is known of it.
-const HARDLY: f64 = 0.2;
-/// [rad/s] no rotor with a propeller on it is as fast.
-const TOO_FAST: f64 = 200.0;
-/// Share of the body's motion from which a correlated rest counts. Below it the noise of the measured rotor rates,
-/// summed up over a window, looks the same.
-const UNEXPLAINED: f64 = 0.2;
+use crate::screening::rotor_data::{RotorLog, bounds};
 
 impl Work<'_> {
-    /// Says where the results contradict each other or leave something over.
+    /// Where the results contradict each other or leave something over.
     pub(crate) fn check_results(&mut self) {
-        let mut say: Vec<Finding> = Vec::new();
+        let mut found: Vec<Finding> = Vec::new();
         // Of rotors that differ it is known why their common fit contradicts itself.
-        let alike = !self.unlike;
-        if let (true, Some(battery), Some(joint)) = (alike, &self.battery, &self.joint)
-            && let Some(gain) = joint.voltage_gain
+        let matched = !self.mismatch;
+        if matched {
+            found.extend(self.voltage_gains_disagree());
+        }
+        if let Some(pole) = self.pole_estimate().filter(|pole| pole.value > THRESHOLDS.fastest_pole) {
+            found.push(Finding::new("pole_too_fast", "pole").with("pole_rad_s", pole.value));
+        }
+        if let Some(fit) = self.pole.as_ref().filter(|_| matched)
+            && (fit.gain.value - 1.0).abs() > THRESHOLDS.gain_off_one
+            && fit.gain.distance(1.0) > THRESHOLDS.disagreement_errors
         {
-            let sigma = battery.gain.standard_error.hypot(gain.standard_error);
-            if (battery.gain.value - gain.value).abs() > 4.0 * sigma {
-                say.push(format!(
-                    "k_V is {:.2} from constant commands and {:.2} from lively ones: the battery does not act as \
-                     a plain subtraction (see `diagnose`)",
-                    battery.gain.value, gain.value
-                ).into());
-            }
+            found.push(Finding::new("gain_not_one", "steady_rate").with("gain", fit.gain.value));
         }
-        if let Some(pole) = self.pole_estimate().filter(|pole| pole.value > TOO_FAST) {
-            say.push(format!(
-                "a pole of {:.0} rad/s is faster than any rotor with a propeller: is the time in seconds?",
-                pole.value
-            ).into());
+        self.check_lag(&mut found);
+        found.extend(self.body.as_ref().and_then(body_torque));
+        if matched {
+            self.check_errors(&mut found);
         }
-        if let Some(fit) = self.pole.as_ref().filter(|_| alike)
-            && (fit.gain.value - 1.0).abs() > 0.02
-            && fit.gain.distance(1.0) > 4.0
+        self.check_template(&mut found);
+        self.check_inertia(&mut found);
+        if let Some((low, high)) =
+            self.excited_range().filter(|(low, high)| high - low < THRESHOLDS.narrow_excitation)
         {
-            say.push(
-                format!(
-                    "the gain from z to the rate is {:.3} in motion: the static curve does not hold there",
-                    fit.gain.value
-                )
-                .into(),
-            );
+            let narrow = Finding::new("excitation_narrow", "steady_rate");
+            found.push(narrow.with("lowest_command", low).with("highest_command", high));
         }
-        let rivals = self.pole.as_ref().map(|fit| (&fit.rivals, fit.residual_correlation));
-        let rivals = rivals.or(self.joint.as_ref().map(|fit| (&fit.rivals, fit.residual_correlation)));
-        if let Some((rivals, correlation)) = rivals {
-            let taken = self.delay();
-            let needed = |rival: &&Rival| {
-                rival.needed && (taken.is_none() || rival.term != Term::DeadTime && rival.clear)
-            };
-            let needed: Vec<String> = rivals.iter().filter(needed).map(in_words).collect();
-            if let Some(told) = taken {
-                say.push(
-                    format!(
-                        "the rotor answers {} ms late: the model has `{}` for it, and the pole fitted \
-                     beside it, {:.3} rad/s; without it the pole would come out as {:.3}, to make \
-                     up for the delay (--no-delay leaves it out)",
-                        with_error(1e3 * told.delay.value, 1e3 * told.delay.standard_error),
-                        dead_time_effect().map_or("", |card| card.id),
-                        self.pole_estimate().map_or(f64::NAN, |pole| pole.value),
-                        told.pole_without.value
-                    )
-                    .into(),
-                );
-            } else if alike && !needed.is_empty() {
-                say.push(format!(
-                    "a first-order lag is not enough, and its pole makes up for what is missing: {}; `diagnose` tells which \
-                     effect it is, `extend` adds it",
-                    needed.join(", ")
-                ).into());
-            }
-            if alike && correlation > CORRELATED {
-                say.push(format!(
-                    "the residual is far from noise (lag-one correlation {correlation:.2}): something is missing \
-                     in the model; standard errors allow for it, `diagnose` looks for it"
-                ).into());
-            }
-        }
-        if let Some(body) = self.body.as_ref().filter(|body| {
-            body.left_out.is_none()
-                && body.residual_correlation > CORRELATED
-                && body.residual_rms > UNEXPLAINED * body.motion_rms
-        }) {
-            say.push(format!(
-                "{}: J alone leaves {:.3} rad/s of the body rate's {:.3} unexplained over windows of half a second, \
-                 and that is far from noise (lag-one correlation {:.2}): something is missing in the body's model, \
-                 and J carries part of it; `diagnose` looks for it",
-                body.source, body.residual_rms, body.motion_rms, body.residual_correlation
-            ).into());
-        }
-        if let Some((body, left_out)) = self.body.as_ref().and_then(|body| Some((body, body.left_out?))) {
-            say.push(format!(
-                "{}: a torque that goes with {} shows ({:.0} standard errors), and beside it J would be {} kg m²: something is \
-                 missing in the body's model; J's error allows for it, `diagnose` looks for it",
-                body.source,
-                left_out.goes_with,
-                left_out.shows,
-                with_error(left_out.inertia.value, left_out.inertia.standard_error)
-            ).into());
-        }
-        if alike {
-            self.check_errors(&mut say);
-        }
-        self.check_template(&mut say);
-        self.check_inertia(&mut say);
-        if let Some((low, high)) = self.lively_range().filter(|(low, high)| high - low < 0.05) {
-            say.push(
-                format!("lively commands span only {low:.3} to {high:.3}: g(u) holds near there only").into(),
-            );
-        }
-        self.findings.extend(say);
+        self.findings.extend(found);
     }
 
-    /// Says which numbers of the model hardly show.
-    fn check_errors(&self, say: &mut Vec<Finding>) {
+    fn voltage_gains_disagree(&self) -> Option<Finding> {
+        let steady = self.battery.as_ref()?.gain;
+        let exciting = self.joint.as_ref()?.voltage_gain?;
+        let sigma = steady.standard_error.hypot(exciting.standard_error);
+        ((steady.value - exciting.value).abs() > THRESHOLDS.disagreement_errors * sigma).then(|| {
+            let found = Finding::new("voltage_gains_disagree", "voltage_gain");
+            found.with("constant_rad_s_v", steady.value).with("exciting_rad_s_v", exciting.value)
+        })
+    }
+
+    /// What a first-order lag leaves over, and what of it the model has.
+    fn check_lag(&self, found: &mut Vec<Finding>) {
+        let fit = self.pole.as_ref().map(|fit| (&fit.alternatives, fit.residual_correlation));
+        let joint = || self.joint.as_ref().map(|fit| (&fit.alternatives, fit.residual_correlation));
+        let Some((alternatives, correlation)) = fit.or_else(joint) else { return };
+        let matched = !self.mismatch;
+        let needed: Vec<&LagAlternative> = alternatives.iter().filter(|it| it.needed).collect();
+        if let Some(delay) = self.delay() {
+            let pole = self.pole_estimate().map_or(f64::NAN, |pole| pole.value);
+            found.push(
+                Finding::new("dead_time_in_model", dead_time_effect().map_or("", |card| card.id))
+                    .with("delay_ms", 1e3 * delay.delay.value)
+                    .with("delay_error_ms", 1e3 * delay.delay.standard_error)
+                    .with("pole_rad_s", pole)
+                    .with("pole_without_rad_s", delay.pole_without.value),
+            );
+        } else if matched && !needed.is_empty() {
+            let each =
+                |pick: fn(&LagAlternative) -> f64| needed.iter().map(|it| pick(it)).collect::<Vec<f64>>();
+            let effects: Vec<String> = needed.iter().map(|it| it.effect.to_owned()).collect();
+            found.push(
+                Finding::new("first_order_lag_insufficient", "pole")
+                    .with("effects", effects)
+                    .with("times_ms", each(|it| 1e3 * it.time.value))
+                    .with("time_errors_ms", each(|it| 1e3 * it.time.standard_error))
+                    .with("rms_rad_s", each(|it| it.residual_rms))
+                    .with("poles_rad_s", each(|it| it.pole)),
+            );
+        }
+        if matched && correlation > THRESHOLDS.correlated_residual {
+            found.push(Finding::new("rotor_residual_correlated", "rotor").with("correlation", correlation));
+        }
+    }
+
+    /// Which numbers of the model hardly show.
+    fn check_errors(&self, found: &mut Vec<Finding>) {
         let gain = self.voltage_gain().filter(|_| self.static_curve.is_some() || self.joint.is_none());
         let gain = gain.or(self.joint.as_ref().and_then(|joint| joint.voltage_gain));
-        // An error that is large because something is missing in the model is told as that.
+        // An error that is large because something is missing in the model is found as that.
         let correlation = self.pole.as_ref().map(|fit| fit.residual_correlation);
         let correlation = correlation.or(self.joint.as_ref().map(|fit| fit.residual_correlation));
-        let pole = self.pole_estimate().filter(|_| correlation.is_none_or(|it| it <= CORRELATED));
-        let inertia = self.body.as_ref().filter(|body| body.residual_correlation <= CORRELATED);
+        let pole = self
+            .pole_estimate()
+            .filter(|_| correlation.is_none_or(|it| it <= THRESHOLDS.correlated_residual));
+        let inertia =
+            self.body.as_ref().filter(|body| body.residual_correlation <= THRESHOLDS.correlated_residual);
         let inertia = inertia.map(|body| body.inertia);
-        for (name, estimate, unit, more) in [
-            ("k_V =", gain, "rad/(s V)", "hold commands longer, or record a longer PRBS"),
-            ("the pole", pole, "rad/s", "record more jumps, larger ones, or a longer PRBS"),
-            ("J =", inertia, "kg m²", "excite the attitude more, or longer"),
+        for (finding, estimate) in [
+            (Finding::new("voltage_gain_uncertain", "voltage_gain"), gain),
+            (Finding::new("pole_uncertain", "pole"), pole),
+            (Finding::new("inertia_uncertain", "inertia"), inertia),
         ] {
-            let Some(estimate) = estimate.filter(|it| it.standard_error > HARDLY * it.value.abs()) else {
-                continue;
-            };
-            let share = 100.0 * estimate.standard_error / estimate.value.abs();
-            let value = significance::in_digits(&estimate);
-            say.push(format!("{name} {value} {unit} is known to {share:.0} % only: {more}").into());
+            let uncertain =
+                estimate.filter(|it| it.standard_error > THRESHOLDS.uncertain_share * it.value.abs());
+            found.extend(uncertain.map(|it| significance::with_estimate(finding, &it)));
         }
     }
 
-    fn lively_range(&self) -> Option<(f64, f64)> {
-        let ranges: Vec<(f64, f64)> = self.lively.iter().map(|rotor| bounds(&rotor.command)).collect();
+    fn excited_range(&self) -> Option<(f64, f64)> {
+        let ranges: Vec<(f64, f64)> = self.excited.iter().map(|rotor| bounds(&rotor.command)).collect();
         let low = ranges.iter().map(|range| range.0).reduce(f64::min)?;
         Some((low, ranges.iter().map(|range| range.1).fold(low, f64::max)))
     }
 }
 
-/// What to say of a log whose lively rates the model does not explain.
-pub(crate) fn unfit(run: &Validation) -> Option<String> {
-    (run.fit_percent < UNFIT).then(|| {
-        format!(
-            "{}: the model leaves {:.1} rad/s of the rates' rms unexplained, a fit of {:.0} %: single wild readings, commands \
-             that hardly show over the noise, or another bench's log; look at it before the model is used",
-            run.source, run.rms, run.fit_percent
-        )
+/// A torque of the body's own that its model lacks, or what else is left over.
+fn body_torque(body: &Body) -> Option<Finding> {
+    let of = |code| Finding::new(code, "inertia").of(&body.source);
+    if let Some(omitted) = body.omitted_torque {
+        let found = of("body_torque_omitted").with("goes_with", omitted.goes_with);
+        let found = found.with("standard_errors", omitted.shows);
+        let found = found.with("inertia_kg_m2", omitted.inertia.value);
+        return Some(found.with("inertia_error_kg_m2", omitted.inertia.standard_error));
+    }
+    let is_left_over = body.residual_correlation > THRESHOLDS.correlated_residual
+        && body.residual_rms > THRESHOLDS.unexplained_motion_share * body.motion_rms;
+    is_left_over.then(|| {
+        of("body_residual_correlated")
+            .with("rms_rad_s", body.residual_rms)
+            .with("motion_rms_rad_s", body.motion_rms)
+            .with("correlation", body.residual_correlation)
     })
 }
 
-/// A rival that the data ask for.
-fn in_words(rival: &Rival) -> String {
-    format!(
-        "`{}` of {} ms lowers the error to {:.2} rad/s, with a pole of {:.2} rad/s beside it",
-        rival.effect,
-        with_error(1e3 * rival.time.value, 1e3 * rival.time.standard_error),
-        rival.residual_rms,
-        rival.pole
-    )
+/// A log whose rates the model does not explain, though its commands excite them.
+pub(crate) fn unexplained(rotor: &RotorLog, run: &Validation) -> Option<Finding> {
+    (run.fit_percent < THRESHOLDS.unexplained_fit).then(|| {
+        let found = rotor.finding("rates_unexplained").with("rms_rad_s", run.rms);
+        found.with("fit_percent", run.fit_percent)
+    })
 }

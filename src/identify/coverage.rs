@@ -82,7 +82,7 @@ fn pole_curve_and_k_v_at_once_from_lively_commands() {
         for run in 0..RUNS as u64 {
             let log = measured(&truth, &mut Noise::new(2000 + run, memory));
             let fit = pole::fit(&record_of(&[log], FULL_VOLTAGE, 0.0, |u, drop| [u, u * u, -drop]));
-            let fit = fit.expect("lively commands");
+            let fit = fit.expect("exciting commands");
             let values = fit.coefficients.iter().copied().chain([fit.pole]);
             for (index, (count, value)) in counts.iter_mut().zip(values).enumerate() {
                 count.take(Estimate { value, standard_error: fit.error(index) });
@@ -95,10 +95,10 @@ fn pole_curve_and_k_v_at_once_from_lively_commands() {
 /// Pole, curve and k_V of `logs` as `identify` fits them at once, with the noise of the voltage taken away.
 fn at_once(logs: &[RotorLog], counts: &mut [Count; 4]) -> pole::LagFit {
     let course: Vec<RotorLog> = logs.iter().map(voltage_instruments::course).collect();
-    let quiet = joint_fit::foretold(logs, &course, FULL_VOLTAGE).expect("a lag");
+    let quiet = joint_fit::with_instruments(logs, &course, FULL_VOLTAGE).expect("a lag");
     let fit = pole::fit(&record_of(&quiet, FULL_VOLTAGE, 0.0, |u, drop| [u, u * u, -drop]));
-    let mut fit = fit.expect("lively commands");
-    joint_fit::allow_for_readings(&mut fit, &quiet, 2);
+    let mut fit = fit.expect("exciting commands");
+    joint_fit::allow_for_reading_noise(&mut fit, &quiet, 2);
     for (index, count) in counts.iter_mut().enumerate() {
         let value = fit.coefficients.get(index).copied().unwrap_or(fit.pole);
         count.take(Estimate { value, standard_error: fit.error(index) });
@@ -122,7 +122,7 @@ fn k_v_from_a_battery_that_hardly_empties() {
             if run == 0 {
                 let whole =
                     joint_fit::identify(&[log], FULL_VOLTAGE, (true, false), Some(2), &mut Vec::new());
-                let gain = whole.expect("lively commands").voltage_gain.expect("it shows").value;
+                let gain = whole.expect("exciting commands").voltage_gain.expect("it shows").value;
                 assert_eq!(gain, fit.coefficients[2], "what is counted here is what identify does");
             }
         }
@@ -241,7 +241,7 @@ fn the_inertia_from_an_attitude_log() {
         let mut count = Count::new("J", INERTIA);
         for run in 0..RUNS as u64 {
             let body = body_of(&truth, interval, &mut Noise::new(4000 + run, memory));
-            assert_eq!(body.left_out, None, "nothing is");
+            assert_eq!(body.omitted_torque, None, "nothing is");
             count.take(body.inertia);
         }
         count.check(memory);
@@ -257,7 +257,7 @@ fn the_inertia_beside_a_torque_that_is_left_out() {
         let truth = attitude(0.01, 4000, own);
         for run in 0..10 {
             let body = body_of(&truth, 0.01, &mut Noise::new(4500 + run, MEMORIES[0]));
-            let left_out = body.left_out.expect("it shows");
+            let left_out = body.omitted_torque.expect("it shows");
             assert_eq!(left_out.goes_with, goes_with, "{left_out:?}");
             assert!(body.inertia.distance(INERTIA) < 3.0, "{own:?}: {:?}", body.inertia);
             // One law of the two that are fitted beside is the true one.

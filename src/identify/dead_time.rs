@@ -1,27 +1,19 @@
 //! The lag behind a transport delay, everything fitted at once: what the model gets where the data settle the delay.
 //!
-//! A lag fitted to a late rotor makes up for the delay with a pole that is too slow. Where the delay is the rival that
+//! A lag fitted to a late rotor makes up for the delay with a pole that is too slow. Where the delay is the alternative that
 //! the data ask for, and with it nothing but noise is left, delay and pole go into the model together; where more is
-//! missing, `diagnose` has to find out what, and the delay is only told of.
+//! missing, `diagnose` has to find out what, and the delay is only reported.
 
+use super::thresholds::THRESHOLDS;
 use nalgebra::DVector;
 use serde::Serialize;
 
 use super::Estimate;
-use super::lag_order::{Rival, golden};
+use super::lag_order::{LagAlternative, golden};
 use super::pole::{self, LagFit, Record};
-use super::regressors::{NO_DELAY, UNHEARD};
+use super::regressors::NO_DELAY;
 use crate::effect::Term;
 use crate::estimation::least_squares;
-
-/// Folds of the cross-validation.
-pub(crate) const FOLDS: usize = 3;
-/// Lag-one correlation of the residual up to which what is left counts as noise.
-pub(crate) const CORRELATED: f64 = 0.5;
-/// Standard errors around the rival's delay, and sampling intervals, among which the whole record's is looked for.
-const AROUND: (f64, f64) = (6.0, 0.1);
-/// Step of the derivatives by the delay, in sampling intervals: between two samples the cost is a parabola.
-const STEP: f64 = 0.1;
 
 /// A transport delay taken into the model, and what it did.
 #[derive(Debug, Clone, Serialize)]
@@ -40,35 +32,36 @@ pub struct Delay {
 
 /// The fit with the delay: its covariance allows for the delay's own error.
 #[derive(Debug, Clone)]
-pub(crate) struct LateFit {
+pub(crate) struct DelayedFit {
     pub fit: LagFit,
-    pub told: Delay,
+    pub delay: Delay,
 }
 
-/// The fit with the delay that `rivals` hold, where that is the one the data ask for and leaves noise alone;
+/// The fit with the delay that `alternatives` hold, where that is the one the data ask for and leaves noise alone;
 /// `record(τ)` is the record with commands delayed by τ.
 pub(crate) fn identify<const M: usize>(
     lag: &LagFit,
-    rivals: &[Rival],
+    alternatives: &[LagAlternative],
     interval: f64,
     record: impl Fn(f64) -> Record<M>,
-) -> Option<LateFit> {
-    let near = rivals.iter().find(|rival| rival.term == Term::DeadTime && rival.needed && rival.clear)?;
+) -> Option<DelayedFit> {
+    let near = alternatives.iter().find(|it| it.term == Term::DeadTime && it.needed && it.clear)?;
     let at = |delay: f64| pole::fit_from(&record(delay), near.pole);
     let cost =
         |delay: f64| at(delay).map_or(f64::INFINITY, |fit| fit.residual_rms.powi(2) * fit.samples as f64);
-    let around = (AROUND.0 * near.time.standard_error).max(AROUND.1 * interval);
-    let longest = (near.time.value + around).min(UNHEARD * interval);
+    let around = (THRESHOLDS.delay_search_errors * near.time.standard_error)
+        .max(THRESHOLDS.delay_search_intervals * interval);
+    let longest = (near.time.value + around).min(THRESHOLDS.unheard_intervals * interval);
     let (delay, least) = golden(cost, (near.time.value - around).max(NO_DELAY), longest);
     let mut fit = at(delay)?;
-    if fit.residual_correlation > CORRELATED {
+    if fit.residual_correlation > THRESHOLDS.correlated_residual {
         return None;
     }
-    let step = (STEP * interval).min(0.5 * delay);
+    let step = (THRESHOLDS.delay_step * interval).min(0.5 * delay);
     let (before, behind) = (at(delay - step)?, at(delay + step)?);
     let squares = |fit: &LagFit| fit.residual_rms.powi(2) * fit.samples as f64;
     let curvature = (0.5 * (squares(&before) + squares(&behind)) - least) / (step * step);
-    let correlation = fit.residual_correlation.clamp(0.0, CORRELATED);
+    let correlation = fit.residual_correlation.clamp(0.0, THRESHOLDS.correlated_residual);
     let stretch = (1.0 + correlation) / (1.0 - correlation);
     let variance = stretch * least / fit.samples as f64 / curvature.max(f64::MIN_POSITIVE);
     // What the delay's error does to the rest: along the valley of the cost they follow it.
@@ -76,14 +69,14 @@ pub(crate) fn identify<const M: usize>(
     let slope = (DVector::from(values(&behind)) - DVector::from(values(&before))) / (2.0 * step);
     fit.covariance += &slope * slope.transpose() * variance;
     let rms = |squares: Vec<f64>| (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
-    let told = Delay {
+    let delay_found = Delay {
         delay: Estimate { value: delay, standard_error: variance.sqrt() },
         pole_without: Estimate { value: lag.pole, standard_error: lag.pole_error() },
         residual_without: lag.residual_rms,
         residual_with: fit.residual_rms,
         held_out: [rms(held_out(&record(NO_DELAY), lag.pole)?), rms(held_out(&record(delay), fit.pole)?)],
     };
-    Some(LateFit { fit, told })
+    Some(DelayedFit { fit, delay: delay_found })
 }
 
 /// [rad²/s²] mean squared error of each block of the record when it was held out of the fit; `near` [rad/s] is a pole
@@ -91,8 +84,9 @@ pub(crate) fn identify<const M: usize>(
 pub(crate) fn held_out<const M: usize>(record: &Record<M>, near: f64) -> Option<Vec<f64>> {
     let blocks: Vec<std::ops::Range<usize>> = least_squares::blocks(record.time.len()).collect();
     let mut squares = vec![0.0; blocks.len()];
-    for fold in 0..FOLDS {
-        let held = || blocks.iter().enumerate().filter(move |(index, _)| index % FOLDS == fold);
+    for fold in 0..THRESHOLDS.delay_folds {
+        let held =
+            || blocks.iter().enumerate().filter(move |(index, _)| index % THRESHOLDS.delay_folds == fold);
         let mut kept = record.clone();
         held().for_each(|(_, rows)| kept.output[rows.clone()].fill(f64::NAN));
         let errors = pole::errors(record, &pole::fit_from(&kept, near)?);

@@ -6,12 +6,14 @@
 //! measured rotor rates are replaced, as instruments, by those it predicts from the commands: the noise of the
 //! rates would otherwise make the body look heavier.
 
+use super::thresholds::THRESHOLDS;
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-use super::omitted_torque::{self, LeftOut};
+use super::omitted_torque::{self, OmittedTorque};
+use super::significance;
 use super::{Estimate, IdentifiedActuator, RotorRun};
 use crate::estimation::least_squares;
 use crate::log::Dataset;
@@ -19,12 +21,6 @@ use crate::screening::Finding;
 use crate::screening::attitude_units::{self, Mistaken};
 use crate::screening::missing_commands;
 use crate::screening::rotor_data::{LEAST_COMMAND, bounds, held_everywhere};
-use crate::unit::with_error;
-
-/// [s] length of a window.
-const WINDOW: f64 = 0.5;
-/// Fewest samples of the gyro in a window.
-const FEWEST: usize = 5;
 
 /// What the attitude log says about the body.
 #[derive(Debug, Clone, Serialize)]
@@ -46,7 +42,7 @@ pub struct Body {
     /// Lag-one correlation of the residual: near zero when nothing is missing.
     pub residual_correlation: f64,
     /// A torque of the body's own that is missing; J's error allows for it.
-    pub left_out: Option<LeftOut>,
+    pub omitted_torque: Option<OmittedTorque>,
     /// Samples used.
     pub samples: usize,
     /// Where the torque came from, in words.
@@ -82,6 +78,7 @@ pub(crate) fn identify(
         return None;
     }
     let source = log.source_name().to_owned();
+    let found = |code: &'static str| Finding::new(code, "inertia").of(&source);
     match attitude_units::mistaken(log, rate) {
         Some(Mistaken::Rate(finding)) => {
             warnings.push(finding.with("inertia", "not_identified"));
@@ -96,9 +93,8 @@ pub(crate) fn identify(
     let rate = driven.as_slice();
     let windows = windows(log, rate, actuator.pole);
     let rows: usize = windows.iter().map(Vec::len).sum();
-    if rows < 10 * FEWEST {
-        let finding = Finding::from("too few samples of the body rate to identify the inertia");
-        warnings.push(finding.of(&source));
+    if rows < THRESHOLDS.fewest_windows * THRESHOLDS.fewest_window_samples {
+        warnings.push(found("too_few_body_samples"));
         return None;
     }
     // Columns: lever-arm impulse and time, each less its mean over the window. Beside: the integrals of rate and angle.
@@ -124,28 +120,24 @@ pub(crate) fn identify(
     }
     let fit = least_squares::instrumental(&design, &instruments, &y)?;
     let slope = Estimate { value: fit.coefficients[0], standard_error: fit.standard_error(0) };
-    if slope.value < 3.0 * slope.standard_error || slope.value <= 0.0 {
-        warnings.push(
-            format!(
-                "{source}: the torque hardly shows in the body rate (d/J = {}); excite the attitude more, \
-             or check that the body may turn and that its rate has the sign of torque = d (f1 - f2)",
-                with_error(slope.value, slope.standard_error)
-            )
-            .into(),
-        );
+    if slope.value < THRESHOLDS.torque_shows_errors * slope.standard_error || slope.value <= 0.0 {
+        warnings.push(significance::with_estimate(found("torque_hardly_shows"), &slope));
         return None;
     }
     let inertia_of = |slope: Estimate| {
         let over = slope.scaled(arm / drive.lever);
         Estimate { value: arm / over.value, standard_error: arm * over.standard_error / over.value.powi(2) }
     };
-    let left_out =
+    let omitted_torque =
         omitted_torque::find((&design, &instruments, &y), own_rows.each_ref().map(Vec::as_slice), &fit);
     // What is missing may be another torque than the one that shows: J is known as well as the two values agree.
-    let bent = left_out.map_or(0.0, |(.., beside)| beside.value - slope.value);
+    let bent = omitted_torque.map_or(0.0, |(.., beside)| beside.value - slope.value);
     let slope = Estimate { standard_error: slope.standard_error.hypot(bent), ..slope };
-    let left_out =
-        left_out.map(|(goes_with, shows, beside)| LeftOut { goes_with, shows, inertia: inertia_of(beside) });
+    let omitted_torque = omitted_torque.map(|(goes_with, shows, beside)| OmittedTorque {
+        goes_with,
+        shows,
+        inertia: inertia_of(beside),
+    });
     let (arm_over_inertia, inertia) = (slope.scaled(arm / drive.lever), inertia_of(slope));
     let each = windows.iter().flatten().zip(fit.residuals.iter());
     let traces = each.map(|(&row, residual)| (log.time()[row], rate[row], rate[row] - residual)).collect();
@@ -158,7 +150,7 @@ pub(crate) fn identify(
         residual_rms: fit.residual_rms,
         motion_rms: (y.norm_squared() / rows as f64).sqrt(),
         residual_correlation: least_squares::lag_one_correlation(fit.residuals.as_slice()),
-        left_out,
+        omitted_torque,
         samples: rows,
         driven_by: drive.words,
         traces,
@@ -271,7 +263,7 @@ fn driven(log: &Dataset, rate: &[f64]) -> Vec<f64> {
                 continue;
             }
             let (before, end) = (begins.max(1) - 1, row.min(time.len() - 1));
-            if row > begins && time[end] - time[before] > WINDOW {
+            if row > begins && time[end] - time[before] > THRESHOLDS.body_window {
                 driven[begins..row].fill(f64::NAN);
             }
             begins = row + 1;
@@ -292,10 +284,6 @@ fn integral_of_held(log: &Dataset, values: &[f64]) -> Vec<f64> {
     running
 }
 
-/// What a rotor of a pole [rad/s] does over an interval shorter than this share of its time constant is known also where
-/// a command is missing.
-const SHORT: f64 = 0.05;
-
 /// Stretches without holes, and where it matters without a missing command: what a rotor did meanwhile is not known.
 fn known(log: &Dataset, pole: f64) -> Vec<Range<usize>> {
     let both = |names: [&str; 2]| log.column(names[0]).zip(log.column(names[1]));
@@ -312,12 +300,12 @@ fn known(log: &Dataset, pole: f64) -> Vec<Range<usize>> {
         turn = 1.0 - turn;
         turn
     };
-    let told: Vec<f64> = (0..log.len()).map(|row| if there(row) { next() } else { f64::NAN }).collect();
+    let commands: Vec<f64> = (0..log.len()).map(|row| if there(row) { next() } else { f64::NAN }).collect();
     for stretch in &mut stretches {
         stretch.start = stretch.clone().find(|&row| there(row)).unwrap_or(stretch.end);
     }
-    let missing = missing_commands::find(log.time(), &told, &stretches);
-    if missing.interval * pole < SHORT { log.segments() } else { missing.known }
+    let missing = missing_commands::find(log.time(), &commands, &stretches);
+    if missing.interval * pole < THRESHOLDS.short_gap_share { log.segments() } else { missing.known }
 }
 
 /// Rows with a body rate, cut into windows over which it is known what the rotors did.
@@ -326,13 +314,16 @@ fn windows(log: &Dataset, rate: &[f64], pole: f64) -> Vec<Vec<usize>> {
     for segment in known(log, pole) {
         let mut window: Vec<usize> = Vec::new();
         for row in segment.filter(|&row| rate[row].is_finite()) {
-            if window.first().is_some_and(|&first| log.time()[row] - log.time()[first] >= WINDOW) {
+            if window
+                .first()
+                .is_some_and(|&first| log.time()[row] - log.time()[first] >= THRESHOLDS.body_window)
+            {
                 windows.push(std::mem::take(&mut window));
             }
             window.push(row);
         }
         windows.push(window);
     }
-    windows.retain(|window| window.len() >= FEWEST);
+    windows.retain(|window| window.len() >= THRESHOLDS.fewest_window_samples);
     windows
 }

@@ -1,25 +1,21 @@
-//! Everything of the rotor at once: pole, polynomial and battery gain from one record with lively commands.
+//! Everything of the rotor at once: pole, polynomial and battery gain from one record with exciting commands.
 //!
 //! The paper goes step by step; where a log holds what all steps need, this is the efficient way, and it is the
 //! only way where constant commands and ramps are missing.
 
+use super::thresholds::THRESHOLDS;
 use serde::Serialize;
 
 use super::Estimate;
-use super::dead_time::{self, Delay, LateFit};
-use super::lag_order::{self, Rival};
+use super::dead_time::{self, Delay, DelayedFit};
+use super::lag_order::{self, LagAlternative};
 use super::pole::{self, LagFit, Record};
 use super::regressors::record_of;
 use super::static_curve::DegreeScore;
 use super::steady_rows::HIGHEST_DEGREE;
-use super::voltage_instruments::{self, Follows};
+use super::voltage_instruments::{self, RotorResponse};
 use crate::screening::Finding;
 use crate::screening::rotor_data::RotorLog;
-
-/// Rows of each log that decide on the degree: four minutes at 50 Hz.
-const DEGREE_ROWS: usize = 12_000;
-/// Fits more, each with the battery foretold from the numbers of the one before.
-const PASSES: usize = 2;
 
 /// The joint fit.
 #[derive(Debug, Clone, Serialize)]
@@ -36,10 +32,10 @@ pub struct JointFit {
     pub residual_correlation: f64,
     /// Samples used.
     pub samples: usize,
-    /// Degrees side by side, where they could be told apart.
+    /// Degrees side by side, where they could be compared.
     pub degrees: Vec<DegreeScore>,
     /// A delay and a second pole, tried.
-    pub rivals: Vec<Rival>,
+    pub alternatives: Vec<LagAlternative>,
     /// The delay, where it was settled; everything else then was fitted beside it.
     pub delay: Option<Delay>,
     /// [rad/s] the curve without the delay, where there is one; and k_V [rad/(s V)].
@@ -48,12 +44,12 @@ pub struct JointFit {
 }
 
 impl JointFit {
-    /// How the rotor follows its command, where that is late.
-    fn follows(&self, full_voltage: f64) -> Option<Follows> {
+    /// How the rotor follows its command, where that is delayed.
+    fn response(&self, full_voltage: f64) -> Option<RotorResponse> {
         let delay = self.delay.as_ref()?.delay.value;
         let curve = [0, 1].map(|at| self.coefficients.get(at).map_or(0.0, |it| it.value));
         let voltage_gain = self.voltage_gain.map_or(0.0, |it| it.value);
-        Some(Follows { pole: self.pole.value, delay, curve, voltage_gain, full_voltage })
+        Some(RotorResponse { pole: self.pole.value, delay, curve, voltage_gain, full_voltage })
     }
 }
 
@@ -66,14 +62,14 @@ struct Problem<'a> {
     battery: bool,
 }
 
-/// A lag alone, its rivals, and the lag behind a delay where that is settled.
+/// A lag alone, its alternatives, and the lag behind a delay where that is settled.
 #[derive(Debug, Clone)]
-struct Tried {
+struct Candidates {
     lag: LagFit,
     /// Powers of the command in it; k_V comes behind them.
     lag_degree: usize,
-    rivals: Vec<Rival>,
-    late: Option<LateFit>,
+    alternatives: Vec<LagAlternative>,
+    delayed: Option<DelayedFit>,
 }
 
 /// Inputs u, u², ..., and -(v_bmax - v_b) last where the battery takes part.
@@ -111,7 +107,7 @@ impl Problem<'_> {
         pole::fit(&self.record::<M>(self.rotors, delay))
     }
 
-    fn rivals<const M: usize>(&self, fit: &LagFit) -> Vec<Rival> {
+    fn alternatives<const M: usize>(&self, fit: &LagFit) -> Vec<LagAlternative> {
         lag_order::both::<M>(fit, self.rotors, |rotors, delay| self.record(rotors, delay))
     }
 
@@ -121,29 +117,29 @@ impl Problem<'_> {
         dead_time::held_out(&full, pole::fit(&full)?.pole)
     }
 
-    fn with_rivals<const M: usize>(&self, delays: bool) -> Option<Tried> {
+    fn with_alternatives<const M: usize>(&self, delays: bool) -> Option<Candidates> {
         let mut lag = self.fit::<M>(0.0)?;
-        let rivals = self.rivals::<M>(&lag);
-        let mut late = if delays { self.late::<M>(&lag, &rivals) } else { None };
+        let alternatives = self.alternatives::<M>(&lag);
+        let mut delayed = if delays { self.delayed::<M>(&lag, &alternatives) } else { None };
         if self.battery {
-            let fits = std::iter::once(&mut lag).chain(late.as_mut().map(|late| &mut late.fit));
-            fits.for_each(|fit| allow_for_readings(fit, self.rotors, self.degree));
+            let fits = std::iter::once(&mut lag).chain(delayed.as_mut().map(|delayed| &mut delayed.fit));
+            fits.for_each(|fit| allow_for_reading_noise(fit, self.rotors, self.degree));
         }
-        Some(Tried { lag, lag_degree: self.degree, rivals, late })
+        Some(Candidates { lag, lag_degree: self.degree, alternatives, delayed })
     }
 
     /// The delay that was found `first`, and all the rest again beside it.
-    fn behind<const M: usize>(&self, first: &Tried) -> Option<Tried> {
-        let mut late = self.late::<M>(&first.lag, &first.rivals)?;
+    fn behind<const M: usize>(&self, first: &Candidates) -> Option<Candidates> {
+        let mut delayed = self.delayed::<M>(&first.lag, &first.alternatives)?;
         if self.battery {
-            allow_for_readings(&mut late.fit, self.rotors, self.degree);
+            allow_for_reading_noise(&mut delayed.fit, self.rotors, self.degree);
         }
-        Some(Tried { late: Some(late), ..first.clone() })
+        Some(Candidates { delayed: Some(delayed), ..first.clone() })
     }
 
-    fn late<const M: usize>(&self, fit: &LagFit, rivals: &[Rival]) -> Option<LateFit> {
+    fn delayed<const M: usize>(&self, fit: &LagFit, alternatives: &[LagAlternative]) -> Option<DelayedFit> {
         let interval = self.rotors.first().map_or(0.0, |rotor| rotor.interval);
-        dead_time::identify::<M>(fit, rivals, interval, |delay| self.record(self.rotors, delay))
+        dead_time::identify::<M>(fit, alternatives, interval, |delay| self.record(self.rotors, delay))
     }
 }
 
@@ -159,60 +155,56 @@ pub(crate) fn identify(
     let found = if battery {
         with_battery(rotors, full_voltage, delays, degree)?
     } else {
-        let (problem, degrees, tried) = settle(rotors, full_voltage, (false, delays), degree)?;
-        told(&problem, degrees, tried)
+        let (problem, degrees, tried) = select(rotors, full_voltage, (false, delays), degree)?;
+        assembled(&problem, degrees, tried)
     };
     if battery && found.voltage_gain.is_none() {
-        warnings.push(
-            "the battery's effect does not show beside the command in these logs: k_V is left out of the joint \
-             fit; record a longer discharge, or constant commands"
-                .to_owned().into(),
-        );
+        warnings.push(Finding::new("battery_not_significant", "voltage_gain"));
     }
     Some(found)
 }
 
 /// A delay is looked for beside the course of the voltage alone, and everything else then beside the delay: a battery that
-/// gives way under the load says how fast a rotor turns that follows late, and stands in for it otherwise.
+/// gives way under the load says how fast a rotor turns with a dead time, and stands in for it otherwise.
 fn with_battery(
     rotors: &[RotorLog],
     full_voltage: f64,
     delays: bool,
     asked: Option<usize>,
 ) -> Option<JointFit> {
-    let is_late = |(.., tried): &(Problem<'_>, Vec<DegreeScore>, Tried)| tried.late.is_some();
+    let is_delayed = |(.., tried): &(Problem<'_>, Vec<DegreeScore>, Candidates)| tried.delayed.is_some();
     let course: Vec<RotorLog> = rotors.iter().map(voltage_instruments::course).collect();
-    let first = delays.then(|| settle(&course, full_voltage, (true, true), asked)).flatten();
-    if let Some(first) = first.filter(is_late) {
+    let first = delays.then(|| select(&course, full_voltage, (true, true), asked)).flatten();
+    if let Some(first) = first.filter(is_delayed) {
         return Some(beside_delay(rotors, first, asked));
     }
-    let smooth = foretold(rotors, &course, full_voltage);
-    let found = settle(smooth.as_deref().unwrap_or(rotors), full_voltage, (true, delays), asked)?;
-    if is_late(&found) {
+    let smooth = with_instruments(rotors, &course, full_voltage);
+    let found = select(smooth.as_deref().unwrap_or(rotors), full_voltage, (true, delays), asked)?;
+    if is_delayed(&found) {
         return Some(beside_delay(rotors, found, asked));
     }
     let (problem, degrees, tried) = found;
-    Some(told(&problem, degrees, tried))
+    Some(assembled(&problem, degrees, tried))
 }
 
 /// Everything again beside the delay that was found first: the curve's degree, what the commands draw from the battery, which
 /// comes as late as the rotor does, and what that draws from the rotor.
 fn beside_delay(
     rotors: &[RotorLog],
-    (problem, degrees, first): (Problem<'_>, Vec<DegreeScore>, Tried),
+    (problem, degrees, first): (Problem<'_>, Vec<DegreeScore>, Candidates),
     asked: Option<usize>,
 ) -> JointFit {
     let full_voltage = problem.full_voltage;
-    let mut found = told(&problem, degrees, first.clone());
-    for _ in 0..PASSES {
-        let Some(follows) = found.follows(full_voltage) else { break };
-        let smooth = quiet(rotors, follows);
+    let mut found = assembled(&problem, degrees, first.clone());
+    for _ in 0..THRESHOLDS.instrument_refits {
+        let Some(response) = found.response(full_voltage) else { break };
+        let smooth = instrumented(rotors, response);
         let again = [true, false].into_iter().find_map(|battery| {
-            let (degrees, preferred) = compare_degrees(&smooth, full_voltage, battery, follows.delay);
+            let (degrees, preferred) = compare_degrees(&smooth, full_voltage, battery, response.delay);
             let degree = asked.or(preferred).unwrap_or(problem.degree);
             let problem = Problem { rotors: &smooth, full_voltage, degree, battery };
             let behind = sized!(problem, behind(&first))?;
-            (!battery || shows(degree, &behind)).then(|| told(&problem, degrees, behind))
+            (!battery || shows(degree, &behind)).then(|| assembled(&problem, degrees, behind))
         });
         let Some(again) = again else { break };
         found = again;
@@ -222,51 +214,62 @@ fn beside_delay(
 
 /// The logs with the noise of their voltage taken away; `course` are those with its course over time alone. What the battery
 /// gives way under the load makes a rotor faster, and bends its curve: a lag fitted beside the course alone has both in it,
-/// and with them the voltage once more. So what is foretold by it is only good enough for the next lag.
-pub(crate) fn foretold(rotors: &[RotorLog], course: &[RotorLog], full_voltage: f64) -> Option<Vec<RotorLog>> {
-    let mut follows = rough(course, full_voltage)?;
-    let mut smooth = quiet(rotors, follows);
-    for _ in 0..PASSES {
-        let Some(next) = follow(&smooth, full_voltage, true, 2).filter(|next| next.voltage_gain > 0.0) else {
+/// and with them the voltage once more. So instruments made by it are only good enough for the next lag.
+pub(crate) fn with_instruments(
+    rotors: &[RotorLog],
+    course: &[RotorLog],
+    full_voltage: f64,
+) -> Option<Vec<RotorLog>> {
+    let mut response = first_response(course, full_voltage)?;
+    let mut smooth = instrumented(rotors, response);
+    for _ in 0..THRESHOLDS.instrument_refits {
+        let Some(next) = fit_response(&smooth, full_voltage, true, 2).filter(|next| next.voltage_gain > 0.0)
+        else {
             break;
         };
-        follows = next;
-        smooth = quiet(rotors, follows);
+        response = next;
+        smooth = instrumented(rotors, response);
     }
     Some(smooth)
 }
 
 /// A lag fitted to `rotors` with the course of their voltage; without it, where k_V comes out negative.
-fn rough(rotors: &[RotorLog], full_voltage: f64) -> Option<Follows> {
+fn first_response(rotors: &[RotorLog], full_voltage: f64) -> Option<RotorResponse> {
     [(true, 2), (true, 1), (false, 2), (false, 1)].into_iter().find_map(|(battery, degree)| {
-        follow(rotors, full_voltage, battery, degree).filter(|follows| follows.voltage_gain > 0.0 || !battery)
+        fit_response(rotors, full_voltage, battery, degree)
+            .filter(|response| response.voltage_gain > 0.0 || !battery)
     })
 }
 
 /// How `rotors` follow their commands by a lag that is fitted to them.
-fn follow(rotors: &[RotorLog], full_voltage: f64, battery: bool, degree: usize) -> Option<Follows> {
+fn fit_response(
+    rotors: &[RotorLog],
+    full_voltage: f64,
+    battery: bool,
+    degree: usize,
+) -> Option<RotorResponse> {
     let problem = Problem { rotors, full_voltage, degree, battery };
     let fit = sized!(problem, fit(0.0))?;
     let quadratic = if degree == 2 { fit.coefficients[1] } else { 0.0 };
     let voltage_gain = if battery { fit.coefficients[degree] } else { 0.0 };
     let curve = [fit.coefficients[0], quadratic];
-    Some(Follows { pole: fit.pole, delay: 0.0, curve, voltage_gain, full_voltage })
+    Some(RotorResponse { pole: fit.pole, delay: 0.0, curve, voltage_gain, full_voltage })
 }
 
 /// The logs with the noise of their voltage taken away.
-fn quiet(rotors: &[RotorLog], follows: Follows) -> Vec<RotorLog> {
-    rotors.iter().map(|rotor| voltage_instruments::without_noise(rotor, follows)).collect()
+fn instrumented(rotors: &[RotorLog], response: RotorResponse) -> Vec<RotorLog> {
+    rotors.iter().map(|rotor| voltage_instruments::without_noise(rotor, response)).collect()
 }
 
-/// A foretold voltage has lost its noise, and yet was fitted to readings that have it: what is left in it weighs on the
+/// An instrument has lost the noise of the reading, and yet was fitted to readings that have it: what is left in it weighs on the
 /// numbers as that much noise of the rate would (the residual of two-stage least squares is taken with the reading, not
-/// with what is foretold of it). `gain` is the place of k_V among the coefficients.
-pub(crate) fn allow_for_readings(fit: &mut LagFit, rotors: &[RotorLog], gain: usize) {
+/// with the instrument). `gain` is the place of k_V among the coefficients.
+pub(crate) fn allow_for_reading_noise(fit: &mut LagFit, rotors: &[RotorLog], gain: usize) {
     let rows = |rotor: &RotorLog| rotor.time.len() as f64;
     // Rotors of one log share the reading, and what its noise does to each does not average out.
     let shared = |rotor: &RotorLog| rotors.iter().filter(|it| it.file() == rotor.file()).count() as f64;
     let noise =
-        |rotor: &RotorLog| rotor.foretold.map_or(0.0, |it| it.noise.powi(2) * rows(rotor) * shared(rotor));
+        |rotor: &RotorLog| rotor.instrument.map_or(0.0, |it| it.noise.powi(2) * rows(rotor) * shared(rotor));
     let total: f64 = rotors.iter().map(rows).sum();
     let variance = rotors.iter().map(noise).sum::<f64>() / total.max(1.0);
     fit.covariance += &fit.per_noise * (fit.coefficients[gain].powi(2) * variance);
@@ -274,38 +277,38 @@ pub(crate) fn allow_for_readings(fit: &mut LagFit, rotors: &[RotorLog], gain: us
 
 /// Whether the battery shows beside `degree` powers of the command. Judged beside the delay: what a lag alone leaves over
 /// would hide it. A battery that gives way never makes a rotor faster.
-fn shows(degree: usize, found: &Tried) -> bool {
-    let fit = found.late.as_ref().map_or(&found.lag, |late| &late.fit);
-    fit.coefficients[degree] >= 3.0 * fit.error(degree)
+fn shows(degree: usize, found: &Candidates) -> bool {
+    let fit = found.delayed.as_ref().map_or(&found.lag, |delayed| &delayed.fit);
+    fit.coefficients[degree] >= THRESHOLDS.battery_shows_errors * fit.error(degree)
 }
 
 /// What is fitted in the end, the degrees among which it was chosen, and the fit: with the battery where it shows.
-fn settle<'a>(
+fn select<'a>(
     rotors: &'a [RotorLog],
     full_voltage: f64,
     (battery, delays): (bool, bool),
     asked: Option<usize>,
-) -> Option<(Problem<'a>, Vec<DegreeScore>, Tried)> {
+) -> Option<(Problem<'a>, Vec<DegreeScore>, Candidates)> {
     let tried = |battery: bool| {
         // The curve's degree, too, is not to be chosen beside a battery that does not show.
         let (degrees, preferred) = compare_degrees(rotors, full_voltage, battery, 0.0);
         // Where no comparison succeeds, the curve of one coefficient is the last thing to try.
         let degree = asked.or(preferred).unwrap_or(1);
         let problem = Problem { rotors, full_voltage, degree, battery };
-        Some((problem, degrees, sized!(problem, with_rivals(delays))?))
+        Some((problem, degrees, sized!(problem, with_alternatives(delays))?))
     };
     let with_battery = battery.then(|| tried(true)).flatten();
     with_battery.filter(|(problem, _, found)| shows(problem.degree, found)).or_else(|| tried(false))
 }
 
-fn told(problem: &Problem<'_>, degrees: Vec<DegreeScore>, found: Tried) -> JointFit {
+fn assembled(problem: &Problem<'_>, degrees: Vec<DegreeScore>, found: Candidates) -> JointFit {
     let degree = problem.degree;
-    let Tried { lag, lag_degree, rivals, late } = found;
-    let without_delay = late
+    let Candidates { lag, lag_degree, alternatives, delayed } = found;
+    let without_delay = delayed
         .as_ref()
         .map(|_| (lag.coefficients[..lag_degree].to_vec(), lag.coefficients.get(lag_degree).copied()));
-    let (fit, delay) = match late {
-        Some(LateFit { fit, told }) => (fit, Some(told)),
+    let (fit, delay) = match delayed {
+        Some(DelayedFit { fit, delay }) => (fit, Some(delay)),
         None => (lag, None),
     };
     let estimate =
@@ -318,13 +321,13 @@ fn told(problem: &Problem<'_>, degrees: Vec<DegreeScore>, found: Tried) -> Joint
         residual_correlation: fit.residual_correlation,
         samples: fit.samples,
         degrees,
-        rivals,
+        alternatives,
         delay,
         without_delay,
     }
 }
 
-/// Degrees side by side, commands acting `delay` [s] late, and the lowest whose held-out error is not significantly above the best.
+/// Degrees side by side, commands acting `delay` [s] later, and the lowest whose held-out error is not significantly above the best.
 fn compare_degrees(
     rotors: &[RotorLog],
     full_voltage: f64,
@@ -333,7 +336,7 @@ fn compare_degrees(
 ) -> (Vec<DegreeScore>, Option<usize>) {
     let mut scores = Vec::new();
     let mut blocks: Vec<Vec<f64>> = Vec::new();
-    let heads: Vec<RotorLog> = rotors.iter().map(|rotor| rotor.head(DEGREE_ROWS)).collect();
+    let heads: Vec<RotorLog> = rotors.iter().map(|rotor| rotor.head(THRESHOLDS.degree_rows)).collect();
     let rotors = heads.as_slice();
     for degree in 1..=HIGHEST_DEGREE {
         let problem = Problem { rotors, full_voltage, degree, battery };

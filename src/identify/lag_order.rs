@@ -1,5 +1,6 @@
-//! Rivals of the first-order lag: a transport delay before it, or a second pole behind it.
+//! Alternatives to the first-order lag: a transport delay before it, or a second pole behind it.
 
+use super::thresholds::THRESHOLDS;
 use serde::Serialize;
 
 use super::Estimate;
@@ -12,18 +13,9 @@ use crate::screening::rotor_data::RotorLog;
 
 use nalgebra::DMatrix;
 
-/// A rival counts when its gain is this many standard errors of its parameter.
-const SIGNIFICANT: f64 = 4.0;
-/// Share of the rms error it must take away to be worth a word.
-const WORTH: f64 = 0.01;
-/// Longest delay tried, in half sampling intervals; with the search around it, below [`UNHEARD`](super::regressors).
-const LONGEST_DELAY: usize = 12;
-/// Rows of each log that decide on a rival: two minutes at 50 Hz.
-const DECIDING_ROWS: usize = 6_000;
-
-/// A rival model of the same record.
+/// An alternative model of the same record.
 #[derive(Debug, Clone, Serialize)]
-pub struct Rival {
+pub struct LagAlternative {
     /// Its effect in the catalogue.
     pub effect: &'static str,
     /// What that effect is: a dead time or a second lag.
@@ -37,41 +29,43 @@ pub struct Rival {
     pub residual_rms: f64,
     /// Whether the data ask for it.
     pub needed: bool,
-    /// Whether they prefer it to every other rival.
+    /// Whether they prefer it to every other alternative.
     pub clear: bool,
 }
 
-/// Both rivals on the first [`DECIDING_ROWS`] rows of each log: `record(rotors, τ)` is the record of `rotors`
+/// Both alternatives on the first `alternative_rows` rows of each log: `record(rotors, τ)` is the record of `rotors`
 /// with commands delayed by τ.
 pub(crate) fn both<const M: usize>(
     whole: &LagFit,
     rotors: &[RotorLog],
     record: impl Fn(&[RotorLog], f64) -> Record<M>,
-) -> Vec<Rival> {
-    let heads: Vec<RotorLog> = rotors.iter().map(|rotor| rotor.head(DECIDING_ROWS)).collect();
+) -> Vec<LagAlternative> {
+    let heads: Vec<RotorLog> = rotors.iter().map(|rotor| rotor.head(THRESHOLDS.alternative_rows)).collect();
     let interval = rotors.first().map_or(0.0, |rotor| rotor.interval);
     let record = |delay: f64| record(&heads, delay);
     let head = record(NO_DELAY);
     let Some(lag) = pole::fit_from(&head, whole.pole) else { return Vec::new() };
-    let mut rivals: Vec<Rival> =
+    let mut alternatives: Vec<LagAlternative> =
         delay(&lag, interval, record).into_iter().chain(second_order(&lag, &head)).collect();
     let least = |but: usize| {
-        let others = rivals.iter().enumerate().filter(|(index, _)| *index != but);
-        others.map(|(_, rival)| rival.residual_rms).fold(lag.residual_rms, f64::min)
+        let others = alternatives.iter().enumerate().filter(|(index, _)| *index != but);
+        others.map(|(_, alternative)| alternative.residual_rms).fold(lag.residual_rms, f64::min)
     };
     let clear: Vec<bool> =
-        (0..rivals.len()).map(|index| is_clear(&rivals[index], least(index), &lag)).collect();
-    rivals.iter_mut().zip(clear).for_each(|(rival, clear)| rival.clear = clear);
+        (0..alternatives.len()).map(|index| is_clear(&alternatives[index], least(index), &lag)).collect();
+    alternatives.iter_mut().zip(clear).for_each(|(alternative, clear)| alternative.clear = clear);
     // As errors over the whole record, so that they can be read beside that of the lag alone.
-    rivals.iter_mut().for_each(|rival| rival.residual_rms *= whole.residual_rms / lag.residual_rms);
-    rivals
+    alternatives
+        .iter_mut()
+        .for_each(|alternative| alternative.residual_rms *= whole.residual_rms / lag.residual_rms);
+    alternatives
 }
 
-/// Whether a rival stands out: each standard error by which the next best is worse raises the cost by the variance of
-/// the noise, of what is left with the rival itself.
-fn is_clear(rival: &Rival, next: f64, lag: &LagFit) -> bool {
-    let raised = lag.samples as f64 * ((next / rival.residual_rms).powi(2) - 1.0);
-    raised > SIGNIFICANT * SIGNIFICANT
+/// Whether an alternative stands out: each standard error by which the next best is worse raises the cost by the variance of
+/// the noise, of what is left with the alternative itself.
+fn is_clear(alternative: &LagAlternative, next: f64, lag: &LagFit) -> bool {
+    let raised = lag.samples as f64 * ((next / alternative.residual_rms).powi(2) - 1.0);
+    raised > THRESHOLDS.alternative_errors * THRESHOLDS.alternative_errors
 }
 
 /// The effect that is a dead time before the rotor.
@@ -80,18 +74,23 @@ pub(crate) fn dead_time_effect() -> Option<&'static Card> {
 }
 
 /// Fits a delay in front of the lag.
-fn delay<const M: usize>(lag: &LagFit, interval: f64, record: impl Fn(f64) -> Record<M>) -> Option<Rival> {
+fn delay<const M: usize>(
+    lag: &LagFit,
+    interval: f64,
+    record: impl Fn(f64) -> Record<M>,
+) -> Option<LagAlternative> {
     let fit = |delay: f64| pole::fit_from(&record(delay), lag.pole);
     let cost =
         |delay: f64| fit(delay).map_or(f64::INFINITY, |fit| fit.residual_rms.powi(2) * fit.samples as f64);
     let step = 0.5 * interval;
-    let coarse = least((0..=LONGEST_DELAY).map(|index| (index as f64 * step).max(NO_DELAY)), cost)?;
+    let coarse =
+        least((0..=THRESHOLDS.longest_delay).map(|index| (index as f64 * step).max(NO_DELAY)), cost)?;
     let (time, least) = golden(cost, (coarse - step).max(NO_DELAY), coarse + step);
-    rival(dead_time_effect()?, time, least, lag, fit(time)?.pole, cost, interval * 0.2)
+    alternative(dead_time_effect()?, time, least, lag, fit(time)?.pole, cost, interval * 0.2)
 }
 
 /// Fits a second pole behind the first.
-fn second_order<const M: usize>(lag: &LagFit, record: &Record<M>) -> Option<Rival> {
+fn second_order<const M: usize>(lag: &LagFit, record: &Record<M>) -> Option<LagAlternative> {
     // With the fast time constant given, the slower pole keeps the sum of both times near that of one lag.
     let best = |time: f64| {
         let centre = 1.0 / (1.0 / lag.pole - time).max(0.3 / lag.pole);
@@ -103,7 +102,7 @@ fn second_order<const M: usize>(lag: &LagFit, record: &Record<M>) -> Option<Riva
         golden(|log| best(log.exp()).1, (coarse / 2.5).ln(), (coarse * 2.5).min(0.9 / lag.pole).ln());
     let time = log_time.exp();
     let card = effect::acting_as(Site::SteadyRate, Term::Lag)?;
-    rival(card, time, least, lag, best(time).0, |time| best(time).1, 0.2 * time)
+    alternative(card, time, least, lag, best(time).0, |time| best(time).1, 0.2 * time)
 }
 
 /// The candidate with the least cost.
@@ -112,9 +111,9 @@ fn least(candidates: impl Iterator<Item = f64>, cost: impl Fn(f64) -> f64) -> Op
     costs.min_by(|a, b| a.1.total_cmp(&b.1)).map(|best| best.0)
 }
 
-/// Judges a rival by its parameter's standard error, from the curvature of the cost around it and stretched by
+/// Judges an alternative by its parameter's standard error, from the curvature of the cost around it and stretched by
 /// the correlation of the residual.
-fn rival(
+fn alternative(
     card: &'static Card,
     time: f64,
     least: f64,
@@ -122,18 +121,18 @@ fn rival(
     pole: f64,
     cost: impl Fn(f64) -> f64,
     reach: f64,
-) -> Option<Rival> {
+) -> Option<LagAlternative> {
     let samples = first_order.samples as f64;
     let curvature = ((cost(time + reach) - least) / (reach * reach)).max(f64::MIN_POSITIVE);
-    let correlation = first_order.residual_correlation.clamp(0.0, 0.98);
+    let correlation = first_order.residual_correlation.clamp(0.0, THRESHOLDS.most_correlated);
     let stretch = ((1.0 + correlation) / (1.0 - correlation)).sqrt();
     let standard_error = stretch * (least / samples / curvature).sqrt();
     let residual_rms = (least / samples).sqrt();
-    let needed =
-        time > SIGNIFICANT * standard_error && residual_rms < (1.0 - WORTH) * first_order.residual_rms;
+    let needed = time > THRESHOLDS.alternative_errors * standard_error
+        && residual_rms < (1.0 - THRESHOLDS.alternative_gain) * first_order.residual_rms;
     let time = Estimate { value: time, standard_error };
     let term = card.acts_as?;
-    Some(Rival { effect: card.id, term, time, pole, residual_rms, needed, clear: false })
+    Some(LagAlternative { effect: card.id, term, time, pole, residual_rms, needed, clear: false })
 }
 
 /// Columns of the two-pole problem: at most five outputs, two initial states, the measurement.
@@ -256,9 +255,9 @@ mod tests {
     #[test]
     fn a_second_pole_is_found_and_a_first_order_lag_is_left_alone() {
         let record = two_poles(16.0, 80.0);
-        let rival = second_order(&pole::fit(&record).unwrap(), &record).unwrap();
-        assert!(rival.needed);
-        assert!(rival.time.distance(1.0 / 80.0) < 3.5, "{rival:?}");
+        let alternative = second_order(&pole::fit(&record).unwrap(), &record).unwrap();
+        assert!(alternative.needed);
+        assert!(alternative.time.distance(1.0 / 80.0) < 3.5, "{alternative:?}");
         let record = two_poles(16.0, 40_000.0);
         assert!(!second_order(&pole::fit(&record).unwrap(), &record).unwrap().needed);
     }

@@ -1,19 +1,19 @@
-//! Section III of the paper, then general fitting.
+//! Section III of [LPC16] as a pipeline, and joint estimation.
 //!
-//! [`identify`] takes logs of any kind, sees for itself what each of them permits (and, `alone`, whether each rotor's rates
-//! can be those of its commands), and goes the paper's way as far as they reach:
+//! [`identify`] takes logs of any kind, finds what each of them permits (and whether each rotor's rates can be those of its
+//! commands, `command_response`), and goes the paper's way as far as they reach:
 //!
-//! 1. k_V from stretches of constant command, [LPC16] Eq. (6) (`battery`);
+//! 1. k_V from stretches of constant command, [LPC16] Eq. (6) (`voltage_gain`);
 //! 2. g(u) from slow ramps, Eq. (9), its degree by cross-validation, and whether the ramps were slow enough for
-//!    Eq. (4) (`static_curve`);
-//! 3. p from lively commands, section III.B, by output error (`pole`), against a delay and a second pole
-//!    (`rivals`), with the delay in the model where the data settle it (`late`), with the frequency response of Fig. 5 (`frequency`);
-//! 4. the thrust curve where thrust was measured, Eq. (13) (`thrust`), the body from attitude logs, Eq. (1)
-//!    (`body`);
+//!    Eq. (4) (`static_curve`, `ramp_lag`);
+//! 3. p from exciting commands, section III.B, by output error (`pole`), against a delay and a second pole (`lag_order`),
+//!    with the delay in the model where the data determine it (`dead_time`);
+//! 4. the thrust curve where thrust was measured, Eq. (13) (`thrust_curve`), the body from attitude logs, Eq. (1)
+//!    (`inertia`);
 //! 5. validation on other logs as in Fig. 3 (`validate`).
 //!
-//! Where ramps or constant commands are missing, pole, curve and battery gain come from one joint fit (`joint`).
-//! Standard errors allow for correlated residuals. Models with effects of the catalogue are fitted by [`fit`].
+//! Where ramps or constant commands are missing, pole, curve and battery gain come from one joint estimation (`joint_fit`).
+//! Standard errors allow for correlated residuals. What is found on the way is a [`Finding`] with a code and numbers.
 
 mod assemble;
 mod command_response;
@@ -40,6 +40,7 @@ mod single_rotor_fit;
 mod static_curve;
 mod steady_rows;
 mod steps;
+pub mod thresholds;
 mod thrust_curve;
 mod unidentified;
 mod validate;
@@ -53,9 +54,9 @@ use crate::screening::{Finding, ScreeningError};
 pub use dead_time::Delay;
 pub use inertia::Body;
 pub use joint_fit::JointFit;
-pub use lag_order::Rival;
+pub use lag_order::LagAlternative;
 pub use mistaken_columns::check_columns;
-pub use pipeline::{STEPS, identify, identify_telling};
+pub use pipeline::{STEPS, identify, identify_with_progress};
 pub use result::{Identification, IdentifySettings, Part, PoleFit};
 pub use static_curve::{DegreeScore, RampCheck, StaticCurve};
 pub use steady_rows::HIGHEST_DEGREE;
@@ -70,14 +71,13 @@ pub enum IdentifyError {
     #[error("no log to identify from")]
     NoLog,
     /// The logs permit none of the steps.
-    #[error("nothing can be identified:\n  {}", .reasons.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n  "))]
+    #[error("nothing can be identified")]
     Nothing {
-        /// What each log and each step lacks.
+        /// What is wrong with the logs: first why those that have no part have none.
         reasons: Vec<Finding>,
+        /// What each step lacks; none where there is no rotor.
+        steps: Vec<Part>,
     },
-    /// A column that cannot be what its name says; everything made from it would be wrong.
-    #[error("{0}")]
-    Unit(String),
     /// A log that cannot be used.
     #[error(transparent)]
     Screening(#[from] ScreeningError),

@@ -1,20 +1,16 @@
 //! Torques of the body's own that J alone leaves out: one that goes with its angle, as gravity's or a cable's, and one that
 //! goes with its rate, as friction's. They bend J when they are not fitted beside it, by more than noise tells.
 
+use super::thresholds::THRESHOLDS;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::Estimate;
 use crate::estimation::least_squares::{self, LinearFit};
 
-/// Standard errors from which such a torque is there.
-const SHOWS: f64 = 5.0;
-/// Standard errors of d/J by which it moves it, from which that matters.
-const MOVES: f64 = 2.0;
-
 /// A torque that is missing, and what J would be with it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct LeftOut {
+pub struct OmittedTorque {
     /// What it goes with: the body's angle or its rate.
     pub goes_with: &'static str,
     /// [-] how many standard errors it shows with.
@@ -42,7 +38,9 @@ pub(crate) fn find(
     let (what, shows) =
         if shows(2) > shows(3) { ("the body's rate", shows(2)) } else { ("the body's angle", shows(3)) };
     let moved = (fit.coefficients[0] - alone.coefficients[0]).abs();
-    let matters = moved > MOVES * alone.standard_error(0) && shows > SHOWS && shows.is_finite();
+    let matters = moved > THRESHOLDS.omitted_torque_shift * alone.standard_error(0)
+        && shows > THRESHOLDS.omitted_torque_errors
+        && shows.is_finite();
     let slope = Estimate { value: fit.coefficients[0], standard_error: fit.standard_error(0) };
     (matters && slope.value > 0.0).then_some((what, shows, slope))
 }

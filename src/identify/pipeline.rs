@@ -1,6 +1,6 @@
 //! The whole of section III, as far as the logs reach.
 
-use super::command_response::Alone;
+use super::command_response::CommandResponses;
 use super::inertia::Body;
 use super::inputs;
 use super::joint_fit::JointFit;
@@ -18,7 +18,7 @@ use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::RotorLog;
 use crate::screening::screened;
 
-/// Steps that [`identify_telling`] tells of.
+/// Steps of [`identify_with_progress`].
 pub const STEPS: usize = 7;
 
 /// Identifies what the logs permit; `validation` logs are only compared.
@@ -30,18 +30,18 @@ pub fn identify(
     validation: &[Dataset],
     settings: &IdentifySettings,
 ) -> Result<Identification, IdentifyError> {
-    identify_telling(logs, validation, settings, &mut |_| ())
+    identify_with_progress(logs, validation, settings, &mut |_| ())
 }
 
-/// The same; `tell` hears the name of each of the [`STEPS`] as it begins.
+/// The same; `progress` hears the name of each of the [`STEPS`] as it begins.
 ///
 /// # Errors
 /// As [`identify`].
-pub fn identify_telling(
+pub fn identify_with_progress(
     logs: &[Dataset],
     validation: &[Dataset],
     settings: &IdentifySettings,
-    tell: &mut dyn FnMut(&'static str),
+    progress: &mut dyn FnMut(&'static str),
 ) -> Result<Identification, IdentifyError> {
     if let Some(degree) = settings.degree.filter(|degree| !(1..=HIGHEST_DEGREE).contains(degree)) {
         return Err(IdentifyError::Degree(degree));
@@ -61,27 +61,28 @@ pub fn identify_telling(
     let fresh = duplicate_logs::without_seen(logs, validation, &mut work.findings);
     let validation = fresh.as_ref();
     if let Some(volts) = fuller {
-        work.findings.push(inputs::tell_of_fuller(volts, settings).into());
+        work.findings.push(inputs::above_full(volts, settings));
     }
-    let alone = Alone::look(&work.rotors, work.full_voltage());
-    alone.refuse(None)?;
-    let said = alone.say();
-    work.findings.extend(said.sentences.into_iter().map(Finding::from));
-    work.unlike = said.unlike;
-    tell("k_V from constant commands");
+    let responses = CommandResponses::fit(&work.rotors, work.full_voltage());
+    responses.refuse(None)?;
+    let mismatch = responses.mismatch();
+    let between_logs = if mismatch.is_none() { responses.mismatch_between_logs() } else { None };
+    work.mismatch = mismatch.is_some();
+    work.findings.extend(mismatch.or(between_logs));
+    progress("k_V from constant commands");
     work.battery();
-    tell("g(u), k_V and p at once");
+    progress("joint estimation of g(u), k_V and p");
     work.joint();
-    tell("g(u) from ramps");
+    progress("g(u) from ramps");
     work.static_curve();
-    tell("p from lively commands");
+    progress("p from exciting commands");
     work.pole();
-    tell("thrust curve");
+    progress("thrust curve");
     work.thrust();
-    tell("body");
+    progress("body");
     let actuator = work.actuator();
     work.body(measured, &actuator);
-    tell("validation");
+    progress("validation");
     work.finish(logs, validation, actuator)
 }
 
@@ -89,7 +90,7 @@ pub fn identify_telling(
 pub(crate) struct Work<'a> {
     pub settings: &'a IdentifySettings,
     pub rotors: Vec<RotorLog>,
-    pub lively: Vec<RotorLog>,
+    pub excited: Vec<RotorLog>,
     pub use_battery: bool,
     pub parts: Vec<Part>,
     pub findings: Vec<Finding>,
@@ -100,11 +101,13 @@ pub(crate) struct Work<'a> {
     pub thrust: Option<ThrustCurve>,
     pub body: Option<Body>,
     /// A k_V that hardly shows in constant commands.
-    pub hardly: Option<Estimate>,
+    pub insignificant_gain: Option<Estimate>,
     /// Whether rotors were found to differ, or to lead their commands: what a fit leaves over then has that reason.
-    pub unlike: bool,
-    /// Logs in which the body was seen, and what kept it from being seen in others.
-    pub bodies: (Vec<String>, Vec<Finding>),
+    pub mismatch: bool,
+    /// Logs in which the body was seen.
+    pub body_logs: Vec<String>,
+    /// What kept it from being seen in others.
+    pub no_body: Vec<Finding>,
 }
 
 impl<'a> Work<'a> {
@@ -116,16 +119,16 @@ impl<'a> Work<'a> {
         let mut rotors = inputs::rotor_logs(logs, settings, &mut warnings)?;
         let use_battery = inputs::uses_battery(&rotors, settings, &mut warnings);
         if use_battery {
-            warnings.extend(rotors.iter_mut().filter_map(quantized_voltage::mend).map(Finding::from));
+            warnings.extend(rotors.iter_mut().filter_map(quantized_voltage::mend));
         } else {
             rotors.iter_mut().for_each(|rotor| rotor.voltage = None);
         }
-        let lively: Vec<RotorLog> =
+        let excited: Vec<RotorLog> =
             rotors.iter().filter(|rotor| rotor.jumps().len() >= FEWEST_JUMPS).cloned().collect();
         Ok(Self {
             settings,
             rotors,
-            lively,
+            excited,
             use_battery,
             parts: Vec::new(),
             findings: warnings,
@@ -135,14 +138,21 @@ impl<'a> Work<'a> {
             pole: None,
             thrust: None,
             body: None,
-            hardly: None,
-            unlike: false,
-            bodies: (Vec::new(), Vec::new()),
+            insignificant_gain: None,
+            mismatch: false,
+            body_logs: Vec::new(),
+            no_body: Vec::new(),
         })
     }
 
-    pub fn note(&mut self, step: &'static str, done: bool, outcome: impl Into<String>) {
-        self.parts.push(Part { step, outcome: outcome.into(), done });
+    /// What a step came to.
+    pub fn note(&mut self, step: &'static str, done: bool, finding: Finding) {
+        self.parts.push(Part { step, done, finding });
+    }
+
+    /// Why a step found nothing.
+    pub fn lacks(&mut self, step: &'static str, code: &'static str) {
+        self.note(step, false, Finding::new(code, ""));
     }
 
     pub fn full_voltage(&self) -> f64 {

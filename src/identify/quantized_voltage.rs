@@ -1,4 +1,4 @@
-//! A battery that is read in steps as coarse as its noise, or coarser: over a few steps what is read is a staircase, which
+//! A battery that is read in steps as coarse as its noise, or coarser: over a few steps what is read is a quantized curve, which
 //! no fit averages out. It bends with time as a battery does, and is taken for one.
 //!
 //! When a tread ends is known far better than where on the tread the voltage is. So what is read is taken for what it is, an
@@ -7,94 +7,69 @@
 
 mod columns;
 
+use super::thresholds::THRESHOLDS;
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, SQRT_2};
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::screening::Finding;
 use crate::screening::rotor_data::{RotorLog, bounds, held_everywhere};
 use columns::{Columns, RIDGE, Sums};
 
-/// Steps that a log reaches over from which treads average out.
-const MOST_STEPS: f64 = 30.0;
-/// Share of a step by which the difference of two readings may miss a multiple of it.
-const OFF: f64 = 0.02;
-/// [V] no reading is as fine.
-const FINEST: f64 = 1e-6;
-/// A tread over the mean of all, at most.
-const LONGEST: f64 = 3.0;
-/// Error of an edge in steps, and of a fall that is known as a share of it.
-const EDGE: f64 = 0.05;
-const KNOWN: f64 = 0.15;
-/// Logarithm of the likelihood by which a load shows.
-const PLAINLY: f64 = 6.0;
-/// Steps for each knot of the course, and the shortest time [s] between two.
-const STEPS_EACH: f64 = 2.0;
-const SHORTEST_BEND: f64 = 10.0;
-/// Standard deviation of the load, as a share of its mean, from which it is told from the course.
-const LOADED: f64 = 0.1;
-/// Noise in steps: the least that is taken, and from where on it carries the reading over the treads.
-const NOISE: (f64, f64) = (0.02, 0.5);
-/// Weight of all treads beside all edges where the search starts: enough to settle what no edge tells.
-const TREADS: f64 = 0.01;
-/// Least weight of a row, which keeps directions apart that nothing tells apart.
-const LEAST: f64 = 1e-3;
 /// Steps of the search, which needs two to eight, and share of a step of the reading below which it has ended.
 const MOST_PASSES: usize = 60;
 const ENDED: f64 = 1e-3;
 
-/// Puts readings without treads in the place of a staircase, as noisy as what is known of the voltage. Says so where the
+/// Puts readings without treads in the place of a quantized reading, as noisy as what is known of the voltage. Says so where the
 /// edges do not tell how it fell.
-pub(crate) fn mend(rotor: &mut RotorLog) -> Option<String> {
+pub(crate) fn mend(rotor: &mut RotorLog) -> Option<Finding> {
     let voltage = rotor.voltage.as_deref()?;
     let step = step_of(voltage)?;
-    let stairs = Staircase { time: &rotor.time, voltage, step, edges: edges(voltage, step) };
-    let with_load = load(rotor).and_then(|load| stairs.fit(Some(load)));
-    let fit = with_load.or_else(|| stairs.fit(None))?;
-    if fit.noise > NOISE.1 * step {
+    let quantized = QuantizedVoltage { time: &rotor.time, voltage, step, edges: edges(voltage, step) };
+    let with_load = load(rotor).and_then(|load| quantized.fit(Some(load)));
+    let fit = with_load.or_else(|| quantized.fit(None))?;
+    if fit.noise > THRESHOLDS.most_step_noise * step {
         return None;
     }
-    let is_known = stairs.tells(&fit);
+    let is_known = quantized.tells(&fit);
     // What the load takes and what time takes are one where no two edges lie under one load; a load that nothing asks for is
     // none.
     let has_load = fit.columns.load.is_some();
     let alone = |likelihood: f64| {
-        stairs.fit(None).filter(|it| stairs.tells(it) && it.likelihood + PLAINLY > likelihood)
+        quantized
+            .fit(None)
+            .filter(|it| quantized.tells(it) && it.likelihood + THRESHOLDS.load_likelihood > likelihood)
     };
     let taken = if is_known { Some(fit) } else { alone(fit.likelihood).or(Some(fit).filter(|_| has_load)) };
-    let mended = taken.map(|fit| stairs.without_treads(&fit));
+    let mended = taken.map(|fit| quantized.without_treads(&fit));
     if mended.is_some() {
         rotor.voltage = mended;
     }
-    (!is_known).then(|| {
-        format!(
-            "{}: `battery_voltage_v` is read in steps of {} V, and crosses too few of them to tell how it fell: k_V and g(u) may \
-             be off by more than their errors say; read it finer, or record a longer discharge",
-            rotor.source,
-            crate::unit::short((1e6 * step).round() / 1e6)
-        )
-    })
+    (!is_known).then(|| rotor.finding("battery_quantized").with("step_v", (1e6 * step).round() / 1e6))
 }
 
-/// [s] what a tread may last, by how long those last over which a reading goes that is a staircase; zero where it is none.
+/// [s] what a tread may last, by how long those last over which a quantized reading goes; zero where it is none.
 pub(crate) fn longest_tread(time: &[f64], voltage: &[f64]) -> f64 {
     let (low, high) = bounds(voltage);
     let treads = step_of(voltage).map(|step| (high - low) / step + 1.0);
-    treads.map_or(0.0, |treads| LONGEST * (time[time.len() - 1] - time[0]) / treads)
+    treads.map_or(0.0, |treads| THRESHOLDS.longest_tread * (time[time.len() - 1] - time[0]) / treads)
 }
 
 /// [V] the step of a reading that has few.
 fn step_of(voltage: &[f64]) -> Option<f64> {
     let changes = || voltage.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-    let step = changes().filter(|change| *change > FINEST).reduce(f64::min)?;
+    let step = changes().filter(|change| *change > THRESHOLDS.finest_step).reduce(f64::min)?;
     let (low, high) = bounds(voltage);
-    let off = |change: f64| (change / step - (change / step).round()).abs() > OFF;
-    (high - low <= MOST_STEPS * step && !changes().any(off)).then_some(step)
+    let off = |change: f64| (change / step - (change / step).round()).abs() > THRESHOLDS.step_tolerance;
+    (high - low <= THRESHOLDS.quantized_steps * step && !changes().any(off)).then_some(step)
 }
 
 /// Rows behind which the next tread begins: there the voltage is in the middle between both.
 fn edges(voltage: &[f64], step: f64) -> Vec<usize> {
-    let is_edge = |row: &usize| ((voltage[row + 1] - voltage[*row]).abs() / step - 1.0).abs() < OFF;
+    let is_edge = |row: &usize| {
+        ((voltage[row + 1] - voltage[*row]).abs() / step - 1.0).abs() < THRESHOLDS.step_tolerance
+    };
     (0..voltage.len() - 1).filter(is_edge).collect()
 }
 
@@ -104,7 +79,7 @@ fn between(voltage: &[f64], row: usize) -> f64 {
 }
 
 /// A voltage as it is read.
-struct Staircase<'a> {
+struct QuantizedVoltage<'a> {
     /// [s]
     time: &'a [f64],
     /// [V]
@@ -136,10 +111,11 @@ impl Fit<'_> {
     }
 }
 
-impl<'a> Staircase<'a> {
+impl<'a> QuantizedVoltage<'a> {
     fn fit(&self, load: Option<Vec<f64>>) -> Option<Fit<'a>> {
         let mut fit = self.by_edges(Columns { time: self.time, load, bends: 1 })?;
-        let bends = (fit.fall() / (STEPS_EACH * self.step)).min(fit.columns.span() / SHORTEST_BEND) as usize;
+        let bends = (fit.fall() / (THRESHOLDS.knot_steps * self.step))
+            .min(fit.columns.span() / THRESHOLDS.shortest_bend) as usize;
         if bends > 1 {
             fit = self.by_edges(Columns { bends, ..fit.columns })?;
         }
@@ -148,14 +124,15 @@ impl<'a> Staircase<'a> {
             let mut variance = 0.0;
             fit.likelihood = 0.0;
             for row in 0..self.voltage.len() {
-                let Cut { mean, told, share } = self.cut(&fit, row);
-                sums.add(&fit.columns, row, told.max(LEAST), fit.noise * mean);
-                variance += fit.noise * fit.noise * (mean * mean + (1.0 - told).clamp(0.0, 1.0));
+                let Cut { mean, weight, share } = self.cut(&fit, row);
+                sums.add(&fit.columns, row, weight.max(THRESHOLDS.least_row_weight), fit.noise * mean);
+                variance += fit.noise * fit.noise * (mean * mean + (1.0 - weight).clamp(0.0, 1.0));
                 fit.likelihood += share.ln();
             }
             let change = sums.solve(self.voltage.len())?;
             fit.weights += &change;
-            fit.noise = (variance / self.voltage.len() as f64).sqrt().max(NOISE.0 * self.step);
+            fit.noise =
+                (variance / self.voltage.len() as f64).sqrt().max(THRESHOLDS.least_step_noise * self.step);
             if change.amax() < ENDED * self.step {
                 break;
             }
@@ -166,7 +143,7 @@ impl<'a> Staircase<'a> {
     /// Least squares on the edges, and a little on the treads.
     fn by_edges(&self, columns: Columns<'a>) -> Option<Fit<'a>> {
         let mut sums = Sums::new(columns.count());
-        let weight = TREADS * self.edges.len() as f64 / self.voltage.len() as f64;
+        let weight = THRESHOLDS.tread_weight * self.edges.len() as f64 / self.voltage.len() as f64;
         (0..self.voltage.len()).for_each(|row| sums.add(&columns, row, weight, weight * self.voltage[row]));
         for &row in &self.edges {
             // Half on either side.
@@ -177,7 +154,8 @@ impl<'a> Staircase<'a> {
         let mut fit = Fit { columns, weights, noise: 0.0, likelihood: 0.0 };
         let missed = self.edges.iter().map(|row| (between(self.voltage, *row) - fit.value(*row)).powi(2));
         let scatter = (missed.sum::<f64>() / self.edges.len() as f64).sqrt();
-        fit.noise = scatter.clamp(NOISE.0 * self.step, NOISE.1 * self.step);
+        fit.noise =
+            scatter.clamp(THRESHOLDS.least_step_noise * self.step, THRESHOLDS.most_step_noise * self.step);
         Some(fit)
     }
 
@@ -192,7 +170,7 @@ impl<'a> Staircase<'a> {
         for &row in &self.edges {
             let place = [
                 (between(self.voltage, row) / self.step).floor(),
-                ((self.time[row] - self.time[0]) / SHORTEST_BEND).floor(),
+                ((self.time[row] - self.time[0]) / THRESHOLDS.shortest_bend).floor(),
             ];
             let none = || (DVector::zeros(columns.count()), 0.0);
             let (sum, rows) = places.entry(place.map(|place| place as i64)).or_insert_with(none);
@@ -206,16 +184,17 @@ impl<'a> Staircase<'a> {
         let mut fall = DVector::zeros(columns.count());
         (fall[0], fall[columns.bends]) = (-1.0, 1.0);
         let Some(squares) = squares.cholesky() else { return false };
-        let error = EDGE * self.step * fall.dot(&squares.solve(&fall)).sqrt();
-        error < KNOWN * fit.fall().max(self.step)
+        let error = THRESHOLDS.edge_error * self.step * fall.dot(&squares.solve(&fall)).sqrt();
+        error < THRESHOLDS.known_fall * fit.fall().max(self.step)
     }
 
     /// [V] What is left of the likelihood's slope has no part in the columns. With it, and as strong as what the treads tell
     /// is weak, least squares on what is given here finds the same course, and with the errors that it has.
     fn without_treads(&self, fit: &Fit) -> Vec<f64> {
         let rows = || 0..self.voltage.len();
-        let told = rows().map(|row| self.cut(fit, row).mean.powi(2)).sum::<f64>() / self.voltage.len() as f64;
-        let scale = fit.noise / told.max(LEAST);
+        let weight =
+            rows().map(|row| self.cut(fit, row).mean.powi(2)).sum::<f64>() / self.voltage.len() as f64;
+        let scale = fit.noise / weight.max(THRESHOLDS.least_row_weight);
         rows().map(|row| fit.value(row) + scale * self.cut(fit, row).mean).collect()
     }
 }
@@ -233,15 +212,15 @@ fn load(rotor: &RotorLog) -> Option<Vec<f64>> {
     let scale = mean(&load);
     load.iter_mut().for_each(|load| *load /= scale);
     let variance = load.iter().map(|load| (load - 1.0).powi(2)).sum::<f64>() / load.len() as f64;
-    (variance.sqrt() > LOADED).then_some(load)
+    (variance.sqrt() > THRESHOLDS.load_spread).then_some(load)
 }
 
-/// What a row of a staircase says of the noise [its standard deviations].
+/// What a row of a quantized reading says of the noise [its standard deviations].
 struct Cut {
     /// Where it lies.
     mean: f64,
     /// How much of what a reading without steps would tell of the course: of one of noise alone all, of a tread none.
-    told: f64,
+    weight: f64,
     /// How likely the reading is.
     share: f64,
 }
@@ -254,11 +233,11 @@ impl Cut {
         let share = above - below;
         // So far away that the law of the noise says nothing: the nearer end.
         if share < RIDGE {
-            return Self { mean: 0f64.clamp(low, high), told: 1.0, share: RIDGE };
+            return Self { mean: 0f64.clamp(low, high), weight: 1.0, share: RIDGE };
         }
         let [at_low, at_high] = ends.map(|end| (-0.5 * end * end).exp() / (2.0 * PI).sqrt());
         let mean = (at_low - at_high) / share;
-        Self { mean, told: mean * mean + (high * at_high - low * at_low) / share, share }
+        Self { mean, weight: mean * mean + (high * at_high - low * at_low) / share, share }
     }
 }
 

@@ -3,20 +3,16 @@
 //! On a ramp that has lasted the rotor is behind g(u) by g'(u) u̇ / p; for a few 1/p behind each turn and each beginning
 //! it is not, and a curve fitted as if it were is off by standard errors. So the powers of the command go through the
 //! lag, [LPC16] Eq. (2), second line, and p is found with the coefficients where the ramps go up and down. Ramps
-//! one way do not tell the lag from the curve: there it is what lively commands told, if any.
+//! one way do not separate the lag from the curve: there it is what exciting commands showed, if any.
 
 use super::Estimate;
 use super::pole::{self, LagFit, Record};
 use super::regressors::record_of;
 use super::steady_rows::{HIGHEST_DEGREE, SteadyRows, goes_both_ways};
+use super::thresholds::THRESHOLDS;
 use crate::effect::followed;
 use crate::model::polynomial;
 use crate::screening::rotor_data::RotorLog;
-
-/// Standard errors from which the ramps show a lag.
-const SHOWS: f64 = 3.0;
-/// Factor by which the pole may end away from where it was seen first.
-const AWAY: f64 = 3.0;
 
 /// How the rotor follows its command, from other logs.
 #[derive(Debug, Clone, Copy)]
@@ -46,16 +42,18 @@ pub(crate) fn choose(rows: &SteadyRows, seen: Option<Estimate>, known: Option<Kn
     let delay = known.map_or(0.0, |known| known.delay);
     let interval = rows.ramps.first()?.interval;
     // A lag within a sample is none that bends anything.
-    let shows = |lag: &Estimate| lag.value > SHOWS * lag.standard_error && lag.value > delay + interval;
-    let told = seen.filter(|lag| shows(lag) && goes_both_ways(rows));
-    let told =
-        told.map(|lag| RampLag { pole: 1.0 / (lag.value - delay - 0.5 * interval), known: None, delay });
+    let shows = |lag: &Estimate| {
+        lag.value > THRESHOLDS.ramp_lag_errors * lag.standard_error && lag.value > delay + interval
+    };
+    let shown = seen.filter(|lag| shows(lag) && goes_both_ways(rows));
+    let shown =
+        shown.map(|lag| RampLag { pole: 1.0 / (lag.value - delay - 0.5 * interval), known: None, delay });
     let given = known.map(|KnownLag { pole, delay }| RampLag {
         pole: pole.value,
         known: Some(pole.standard_error),
         delay,
     });
-    told.or(given)
+    shown.or(given)
 }
 
 /// The coefficients of g(u), and the rms of the residual [rad/s]. `gain_error` [rad/(s V)] is the standard error of
@@ -123,7 +121,9 @@ fn fit_to<const M: usize>(record: &Record<M>, lag: &RampLag) -> Option<LagFit> {
     if lag.known.is_some() {
         return pole::fit_at(record, lag.pole);
     }
-    let near = |fit: &LagFit| (1.0 / AWAY..AWAY).contains(&(fit.pole / lag.pole));
+    let near = |fit: &LagFit| {
+        (1.0 / THRESHOLDS.ramp_pole_factor..THRESHOLDS.ramp_pole_factor).contains(&(fit.pole / lag.pole))
+    };
     pole::fit_from(record, lag.pole).filter(near)
 }
 

@@ -1,16 +1,15 @@
 //! From rotor logs to the record that the pole is fitted to: which inputs, and with which delay.
 
 use super::pole::Record;
+use super::thresholds::THRESHOLDS;
 use crate::screening::rotor_data::RotorLog;
 
-/// Sampling intervals that no delay that is tried reaches.
-pub(crate) const UNHEARD: f64 = 7.0;
 /// [s] No delay, but scored as the others are.
 pub(crate) const NO_DELAY: f64 = f64::MIN_POSITIVE;
 
 /// The record of all `rotors`, each stretch by itself. `inputs(u, drop)` makes the inputs from the command [-]
 /// and the voltage drop v_bmax - v_b [V]. Commands act `delay` [s] late, exactly: where one changes between two
-/// samples, the record gets an unscored row at that instant. What is measured within [`UNHEARD`] of the beginning of a
+/// samples, the record gets an unscored row at that instant. What is measured within `unheard_intervals` of the beginning of a
 /// stretch answers to commands from before it: with a delay, however short, it is not scored, so that all delays are
 /// judged on the same samples, and the free state of the stretch stands for those commands.
 pub(crate) fn record_of<const M: usize>(
@@ -33,14 +32,14 @@ pub(crate) fn record_of<const M: usize>(
             let drop_at = |row: usize| {
                 let next = (row + 1).min(segment.end - 1);
                 let interval = rotor.time[next] - rotor.time[row];
-                let weight = rotor.foretold.map_or(0.5, |it| end_weight(it.pole * interval));
+                let weight = rotor.instrument.map_or(0.5, |it| end_weight(it.pole * interval));
                 let held = |voltage: &Vec<f64>| voltage[row] + weight * (voltage[next] - voltage[row]);
                 rotor.voltage.as_ref().map_or(0.0, |voltage| full_voltage - held(voltage))
             };
             // `acting` is the row whose command the rotor obeys; before its delay has passed, the first one.
             let mut acting = segment.start;
             let heard = if delay > 0.0 {
-                rotor.time[segment.start] + UNHEARD * rotor.interval
+                rotor.time[segment.start] + THRESHOLDS.unheard_intervals * rotor.interval
             } else {
                 f64::NEG_INFINITY
             };

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::dead_time::Delay;
 use super::inertia::Body;
 use super::joint_fit::JointFit;
-use super::lag_order::Rival;
+use super::lag_order::LagAlternative;
 use super::static_curve::StaticCurve;
 use super::thrust_curve::ThrustCurve;
 use super::validate::Validation;
@@ -31,6 +31,13 @@ pub struct IdentifySettings {
     pub delay: bool,
     /// Which rotors' columns to use, from 1; they are taken as identical, as the paper does.
     pub rotors: Vec<usize>,
+}
+
+impl IdentifySettings {
+    /// Where the full-battery voltage comes from, for findings.
+    pub(crate) fn full_voltage_from(&self) -> &'static str {
+        if self.full_voltage_given { "option" } else { "template" }
+    }
 }
 
 impl Default for IdentifySettings {
@@ -65,20 +72,21 @@ pub struct PoleFit {
     /// Samples used.
     pub samples: usize,
     /// A delay and a second pole, tried.
-    pub rivals: Vec<Rival>,
+    pub alternatives: Vec<LagAlternative>,
     /// The delay, where it was settled; pole, gain and offset then were fitted beside it.
     pub delay: Option<Delay>,
 }
 
 /// One step of section III: done, or why not.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Part {
     /// The step and its equation.
     pub step: &'static str,
-    /// What was done, or what is missing.
-    pub outcome: String,
     /// Whether it was done.
     pub done: bool,
+    /// What was done, or why it was not.
+    #[serde(flatten)]
+    pub finding: Finding,
 }
 
 /// All that the logs say.
@@ -92,13 +100,13 @@ pub struct Identification {
     pub static_curve: Option<StaticCurve>,
     /// p by output error from z.
     pub pole: Option<PoleFit>,
-    /// Everything at once.
+    /// Joint estimation of all of them.
     pub joint: Option<JointFit>,
     /// The rotor as the model file gets it.
     pub actuator: IdentifiedActuator,
     /// Frequency response from z to the measured rate.
     pub frequency_response: Vec<ResponsePoint>,
-    /// [s] median sampling interval of the logs with lively commands.
+    /// [s] median sampling interval of the logs with exciting commands.
     pub interval: f64,
     /// Thrust curve.
     pub thrust: Option<ThrustCurve>,

@@ -1,5 +1,6 @@
-//! One rotor of one log by itself: its rates behind its commands, a first-order lag fitted to its lively part.
+//! One rotor of one log by itself: its rates behind its commands, a first-order lag fitted to its excited part.
 
+use super::thresholds::THRESHOLDS;
 use std::ops::Range;
 
 use nalgebra::DVector;
@@ -12,15 +13,8 @@ use crate::estimation::quantile::quantile;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::RotorLog;
 
-/// Rows from the first jump on that are looked at: four minutes at 50 Hz.
-const LOOKED_AT: usize = 12_000;
-/// Share of the scatter of the rates that a fit leaves over at most, where it is believed that the rates follow.
-const FOLLOWS: f64 = 0.6;
-/// Power of the voltage with which a rate at one command falls at most.
-pub(crate) const GIVES_WAY: f64 = 2.0;
-
 /// What the rates of a rotor do after its commands (or after another's).
-pub(crate) struct Follows {
+pub(crate) struct SingleRotorFit {
     pub fit: LagFit,
     /// [rad/s] standard deviation of the rates.
     scatter: f64,
@@ -28,11 +22,11 @@ pub(crate) struct Follows {
     pub range: (f64, f64),
 }
 
-impl Follows {
+impl SingleRotorFit {
     /// Whether the pole is one, and most of the motion is explained.
     pub fn is_plain(&self) -> bool {
         let pole = Estimate { value: self.fit.pole, standard_error: self.fit.pole_error() };
-        significance::is_sure(&pole) && self.fit.residual_rms < FOLLOWS * self.scatter
+        significance::is_significant(&pole) && self.fit.residual_rms < THRESHOLDS.follows_share * self.scatter
     }
 
     /// [rad/s] the steady rate at a command [-] and a voltage drop [V].
@@ -47,22 +41,23 @@ impl Follows {
     }
 }
 
-/// The rotor from its first jump on, where it is lively.
-pub(crate) fn lively_part(rotor: &RotorLog) -> Option<RotorLog> {
+/// The rotor from its first jump on, where it is excited.
+pub(crate) fn excited_part(rotor: &RotorLog) -> Option<RotorLog> {
     let jumps = rotor.jumps();
     let first = *jumps.first().filter(|_| jumps.len() >= FEWEST_JUMPS)?;
-    let part = first..first + LOOKED_AT;
+    let part = first..first + THRESHOLDS.single_fit_rows;
     let inside = |segment: &Range<usize>| segment.start.max(part.start)..segment.end.min(part.end);
     let segments = rotor.segments.iter().map(inside).filter(|it| it.len() > 1).collect();
     Some(RotorLog { segments, ..rotor.clone() })
 }
 
-/// The fit to a lively part.
-pub(crate) fn follows(part: &RotorLog, full_voltage: f64) -> Option<Follows> {
+/// The fit to an excited part.
+pub(crate) fn follows(part: &RotorLog, full_voltage: f64) -> Option<SingleRotorFit> {
     let fit = lag(part, full_voltage, 0.0)?;
     let commands = |share: f64| quantile(part.scored().map(|row| part.command[row]), share);
-    let range = (commands(0.05)?, commands(0.95)?);
-    Some(Follows { fit, scatter: scatter(part), range })
+    let edge = THRESHOLDS.command_range_edge;
+    let range = (commands(edge)?, commands(1.0 - edge)?);
+    Some(SingleRotorFit { fit, scatter: scatter(part), range })
 }
 
 /// A lag behind commands that act `delay` [s] late, with the battery where it was read.

@@ -7,6 +7,7 @@
 //! lag of the rotor ([`ramp_lag`](super::ramp_lag)): left in the residual it would pass for noise that never averages
 //! out.
 
+use super::thresholds::THRESHOLDS;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -16,18 +17,6 @@ use super::steady_rows::{HIGHEST_DEGREE, SteadyRows, goes_both_ways};
 use crate::estimation::least_squares::{self, LinearFit};
 use crate::model::polynomial;
 use crate::screening::rotor_data::bounds;
-
-/// Folds of the cross-validation, each of blocks spread over the whole record.
-const FOLDS: usize = 5;
-/// Blocks of neighbouring samples that stay together in one fold.
-const BLOCKS: usize = 40;
-/// Share of the curve's range that a ramp's lag may take before it is called too fast.
-const LAG_SHARE: f64 = 0.005;
-/// Standard errors of the difference from which a higher degree is the better one. From one on it was a degree too high one
-/// time in twenty, and the coefficients then several of their errors off.
-const BETTER: f64 = 2.0;
-/// Standard errors from which ramps that go one way show a lag.
-const SHOWS: f64 = 3.0;
 
 /// How one degree did.
 #[derive(Debug, Clone, Serialize)]
@@ -80,7 +69,7 @@ pub struct StaticCurve {
 
 /// Fits Eq. (9). `gain_error` [rad/(s V)] is the standard error of k_V, which widens that of the curve.
 /// `degree` fixes the degree; without it cross-validation chooses. `known` is how the rotor follows its command, where
-/// other logs told.
+/// other logs show.
 pub(crate) fn identify(
     rows: &SteadyRows,
     gain_error: f64,
@@ -176,11 +165,11 @@ fn with_gain_error(
 /// Held-out squared error of each block.
 fn held_out(command: &[f64], y: &DVector<f64>, degree: usize) -> Option<Vec<f64>> {
     let rows = command.len();
-    let block_of = |row: usize| row * BLOCKS / rows;
-    let mut errors = vec![(0.0, 0usize); BLOCKS];
-    for fold in 0..FOLDS {
+    let block_of = |row: usize| row * THRESHOLDS.curve_blocks / rows;
+    let mut errors = vec![(0.0, 0usize); THRESHOLDS.curve_blocks];
+    for fold in 0..THRESHOLDS.curve_folds {
         let (held, kept): (Vec<usize>, Vec<usize>) =
-            (0..rows).partition(|&row| block_of(row) % FOLDS == fold);
+            (0..rows).partition(|&row| block_of(row) % THRESHOLDS.curve_folds == fold);
         let kept_command: Vec<f64> = kept.iter().map(|&row| command[row]).collect();
         let kept_y = DVector::from_iterator(kept.len(), kept.iter().map(|&row| y[row]));
         let fit = least_squares::least_squares(&powers(&kept_command, degree), &kept_y)?;
@@ -193,20 +182,8 @@ fn held_out(command: &[f64], y: &DVector<f64>, degree: usize) -> Option<Vec<f64>
     Some(errors.into_iter().filter(|entry| entry.1 > 0).map(|(sum, count)| sum / count as f64).collect())
 }
 
-/// Σ c_j u^j from j = 1, in words.
-pub(crate) fn formula(coefficients: &[f64]) -> String {
-    let term = |(at, value): (usize, &f64)| {
-        let power = match at {
-            0 => "u".to_owned(),
-            at => format!("u^{}", at + 1),
-        };
-        format!("{} {power}", crate::unit::short(*value))
-    };
-    coefficients.iter().enumerate().map(term).collect::<Vec<String>>().join(" + ").replace("+ -", "- ")
-}
-
 /// The lowest degree whose held-out error is not significantly above the best: block by block, the mean
-/// difference of the squared errors is within [`BETTER`] standard errors.
+/// difference of the squared errors is within `degree_errors` standard errors.
 pub(crate) fn simplest(scores: &[DegreeScore], blocks: &[Vec<f64>]) -> Option<usize> {
     let best = (0..scores.len()).min_by(|&a, &b| scores[a].held_out.total_cmp(&scores[b].held_out))?;
     let near = |errors: &Vec<f64>| {
@@ -214,7 +191,7 @@ pub(crate) fn simplest(scores: &[DegreeScore], blocks: &[Vec<f64>]) -> Option<us
         let count = differences.len() as f64;
         let mean = differences.iter().sum::<f64>() / count;
         let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-        mean <= BETTER * (variance / count).sqrt()
+        mean <= THRESHOLDS.degree_errors * (variance / count).sqrt()
     };
     let at = blocks.iter().position(near).unwrap_or(best);
     scores.get(at).map(|score| score.degree)
@@ -272,7 +249,7 @@ fn check_ramp(rows: &SteadyRows, beside: &Beside, lag_fitted: bool) -> RampCheck
     let curve = |u: f64| u * polynomial(coefficients, u);
     let range = (curve(high) - curve(low)).abs();
     let fastest_slope = rows.slope.iter().fold(0.0f64, |most, value| most.max(value.abs()));
-    let seen = goes_both_ways(rows) || lag.value > SHOWS * lag.standard_error;
-    let slow_enough = !seen || error < LAG_SHARE * range.max(f64::MIN_POSITIVE);
+    let seen = goes_both_ways(rows) || lag.value > THRESHOLDS.ramp_lag_errors * lag.standard_error;
+    let slow_enough = !seen || error < THRESHOLDS.ramp_lag_share * range.max(f64::MIN_POSITIVE);
     RampCheck { fastest_slope, lag, error, slow_enough, lag_fitted }
 }

@@ -1,5 +1,6 @@
 //! The rows of slow ramps, or of constant commands, that [LPC16] Eq. (9) is fitted to.
 
+use super::thresholds::THRESHOLDS;
 use std::ops::Range;
 
 use crate::screening::excitation::Motion;
@@ -7,8 +8,6 @@ use crate::screening::rotor_data::{RotorLog, bounds};
 
 /// Highest degree tried, as the paper compares several.
 pub const HIGHEST_DEGREE: usize = 4;
-/// [-] range of commands below which a curve is not worth fitting.
-const NARROWEST: f64 = 0.05;
 
 /// Rows for Eq. (9).
 pub(crate) struct SteadyRows {
@@ -33,11 +32,15 @@ pub(crate) struct SteadyRows {
 /// Collects steady rows: ramps if there are any worth it, else constant levels.
 pub(crate) fn steady_rows(rotors: &[RotorLog], gain: f64, full_voltage: f64) -> Option<SteadyRows> {
     let ramps = collect(rotors, Motion::Ramp, gain, full_voltage);
-    if ramps.command.len() >= 100 && spread(&ramps.command) >= NARROWEST {
+    if ramps.command.len() >= THRESHOLDS.fewest_curve_rows
+        && spread(&ramps.command) >= THRESHOLDS.narrowest_curve
+    {
         return Some(ramps);
     }
     let levels = collect(rotors, Motion::Constant, gain, full_voltage);
-    (levels.command.len() >= 100 && spread(&levels.command) >= NARROWEST).then_some(levels)
+    (levels.command.len() >= THRESHOLDS.fewest_curve_rows
+        && spread(&levels.command) >= THRESHOLDS.narrowest_curve)
+        .then_some(levels)
 }
 
 fn spread(values: &[f64]) -> f64 {
@@ -62,7 +65,7 @@ fn collect(rotors: &[RotorLog], wanted: Motion, gain: f64, full_voltage: f64) ->
         let mut known = vec![f64::NAN; rotor.time.len()];
         for part in &parts {
             // Slope over a quarter of a second: quantized commands stand still between steps.
-            let reach = ((0.125 / rotor.interval).ceil() as usize).max(1);
+            let reach = ((THRESHOLDS.slope_reach / rotor.interval).ceil() as usize).max(1);
             for row in part.clone() {
                 let voltage = rotor.voltage.as_ref().map_or(full_voltage, |voltage| voltage[row]);
                 if !rotor.rate[row].is_finite() || !voltage.is_finite() {
@@ -92,5 +95,6 @@ pub(crate) fn goes_both_ways(rows: &SteadyRows) -> bool {
     let share = |way: fn(f64) -> bool| {
         rows.slope.iter().filter(|slope| way(**slope)).count() as f64 / rows.slope.len().max(1) as f64
     };
-    share(|slope| slope > 0.0) > 0.2 && share(|slope| slope < 0.0) > 0.2
+    let least = THRESHOLDS.both_ways_share;
+    share(|slope| slope > 0.0) > least && share(|slope| slope < 0.0) > least
 }

@@ -1,6 +1,7 @@
 //! The thrust curve where thrust was measured: f = c ω² through the origin, and the tangent at hover,
 //! [LPC16] Eq. (13), f ≈ c_p1 ω + c_p0.
 
+use super::thresholds::THRESHOLDS;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -9,9 +10,6 @@ use crate::estimation::least_squares;
 use crate::screening::Finding;
 use crate::screening::readings;
 use crate::screening::rotor_data::RotorLog;
-
-/// Share of the thrust that a linear part may add before the quadratic is called wrong.
-const NOT_QUADRATIC: f64 = 0.03;
 
 /// The fitted thrust curve.
 #[derive(Debug, Clone, Serialize)]
@@ -54,7 +52,7 @@ pub(crate) fn identify(
         let Some(thrust) = &rotor.thrust else { continue };
         rows.extend(pairs(rotor, thrust));
     }
-    if rows.len() < 20 {
+    if rows.len() < THRESHOLDS.fewest_thrust_rows {
         return None;
     }
     let y = DVector::from_iterator(rows.len(), rows.iter().map(|row| row.1));
@@ -69,21 +67,14 @@ pub(crate) fn identify(
         let thrust = fit.coefficients[0] + fit.coefficients[1];
         Estimate { value: fit.coefficients[0] / thrust, standard_error: fit.standard_error(0) / thrust.abs() }
     });
-    if linear_share.value.abs() > NOT_QUADRATIC
-        && linear_share.value.abs() > 4.0 * linear_share.standard_error
+    if linear_share.value.abs() > THRESHOLDS.linear_thrust_share
+        && linear_share.value.abs() > THRESHOLDS.linear_thrust_errors * linear_share.standard_error
     {
-        warnings.push(format!(
-            "thrust is not c ω² alone: a linear part of {:.0} % at hover fits better (an offset of the load cell, \
-             its lag during fast changes, or the propeller)",
-            100.0 * linear_share.value
-        ).into());
+        let linear = Finding::new("thrust_not_quadratic", "thrust_coefficient");
+        warnings.push(linear.with("linear_share", linear_share.value));
     }
     if coefficient.value <= 0.0 {
-        warnings.push(
-            "thrust falls with the rate, which no propeller's does: is the sign of the load cell right? The template's thrust \
-             curve is kept"
-                .to_owned().into(),
-        );
+        warnings.push(Finding::new("thrust_falls_with_rate", "thrust_coefficient"));
         return None;
     }
     Some(ThrustCurve {

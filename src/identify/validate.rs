@@ -1,5 +1,6 @@
 //! The identified rotor on another log: free run from its commands, percentage error as in [LPC16] Fig. 3.
 
+use super::thresholds::THRESHOLDS;
 use serde::Serialize;
 
 use super::IdentifiedActuator;
@@ -48,7 +49,7 @@ pub(crate) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Optio
         );
     }
     let shown = with_holes(&traces, rotor.interval);
-    if traces.len() < 10 {
+    if traces.len() < THRESHOLDS.fewest_validated {
         return None;
     }
     let samples = traces.len();

@@ -8,6 +8,7 @@
 //!
 //! **Deviation:** Eq. (3) prints 1000 samples, Eq. (6) 3000; here a level has as many as the log holds.
 
+use super::thresholds::THRESHOLDS;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
@@ -15,11 +16,6 @@ use super::{Estimate, Weighted};
 use crate::estimation::least_squares;
 use crate::screening::excitation::Motion;
 use crate::screening::rotor_data::RotorLog;
-
-/// Below this first-stage F statistic the voltage moved too little over its noise to say anything.
-const WEAKEST_F: f64 = 15.0;
-/// Rows needed of one level.
-const FEWEST_ROWS: usize = 100;
 
 /// k_V of one constant command.
 #[derive(Debug, Clone, Serialize)]
@@ -81,7 +77,7 @@ fn level_gain(rotor: &RotorLog, rows: std::ops::Range<usize>) -> Option<LevelGai
     let command = rotor.command[rows.start];
     let rows: Vec<usize> =
         rows.filter(|&row| rotor.rate[row].is_finite() && voltage[row].is_finite()).collect();
-    if rows.len() < FEWEST_ROWS {
+    if rows.len() < THRESHOLDS.fewest_level_rows {
         return None;
     }
     let (first, last) = (rotor.time[rows[0]], rotor.time[rows[rows.len() - 1]]);
@@ -95,7 +91,9 @@ fn level_gain(rotor: &RotorLog, rows: std::ops::Range<usize>) -> Option<LevelGai
     let explained = smooth.add_scalar(-smooth.mean()).norm_squared();
     let left = course.residuals.norm_squared().max(f64::MIN_POSITIVE);
     // A voltage without any noise is as good as it gets.
-    if (explained / 3.0) / (left / (rows.len() - 4) as f64) < WEAKEST_F || explained < 1e-12 {
+    if (explained / 3.0) / (left / (rows.len() - 4) as f64) < THRESHOLDS.weakest_first_stage
+        || explained < 1e-12
+    {
         return None;
     }
     // Eq. (5) with z = g - k_V (v_bmax - v): the rate rises with the voltage.

@@ -2,36 +2,28 @@
 //!
 //! **Deviation:** (6) and what the paper builds on it regress on the voltage as it was read. Noise of a regressor biases
 //! its coefficient towards zero: of a minute's discharge half of what is read is noise. So the voltage is replaced by
-//! what can be foretold of it (two-stage least squares): its smooth course over time, and what the commands draw from
+//! what can be predicted of it (two-stage least squares): its smooth course over time, and what the commands draw from
 //! it, at once and as the rotors follow them. None of these carries noise of the reading. What the other rotor draws has a
 //! part in it, too: left out, it would stay behind in the rates, and look like physics that is missing.
 
+use super::thresholds::THRESHOLDS;
 use nalgebra::{DMatrix, DVector};
 
 use super::regressors::record_of;
 use crate::effect::followed;
-use crate::screening::rotor_data::{Beside, Foretold, RotorLog};
+use crate::screening::rotor_data::{Beside, RotorLog, VoltageInstrument};
 
-/// [s] a discharge bends over no shorter time.
-const SHORTEST_BEND: f64 = 10.0;
 /// Most knots of the course: 40 minutes of the shortest bends.
 const MOST_KNOTS: usize = 240;
-/// Samples for each number that is fitted, at least: what noise they carry over is a tenth of the reading's variance.
-const ROWS_EACH: usize = 10;
 /// Functions of a rotor's command: u, u², and the first three powers of the rate that they give; and of both rotors.
 const OF_ONE: usize = 5;
 const OF_COMMAND: usize = 2 * OF_ONE;
-/// [-] commands of both rotors that are nowhere further apart are one.
-const SAME: f64 = 1e-6;
-/// Each leaves a twentieth of the error that was there before it, with a battery that gives way by a third of a volt at
-/// hover, which is much.
-const PASSES: usize = 2;
 /// Share of the power that keeps directions apart which the data do not tell apart, as two levels do u and u².
 const RIDGE: f64 = 1e-9;
 
 /// How a rotor follows its command, roughly: what it draws from the battery goes with its rate.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Follows {
+pub(crate) struct RotorResponse {
     /// [1/s]
     pub pole: f64,
     /// [s]
@@ -49,35 +41,35 @@ pub(crate) struct Follows {
 pub(crate) fn course(rotor: &RotorLog) -> RotorLog {
     let Some(voltage) = rotor.voltage.as_deref() else { return rotor.clone() };
     let nothing = OfCommand { functions: [0.0; OF_COMMAND], known: true };
-    let course = foretold(rotor, voltage, &vec![nothing; rotor.time.len()], 0).map(|(course, _)| course);
+    let course = predict(rotor, voltage, &vec![nothing; rotor.time.len()], 0).map(|(course, _)| course);
     RotorLog { voltage: Some(course.unwrap_or_else(|| voltage.to_vec())), ..rotor.clone() }
 }
 
 /// The log with its voltage replaced; unchanged where it has none, or too little of it.
-pub(crate) fn without_noise(rotor: &RotorLog, follows: Follows) -> RotorLog {
+pub(crate) fn without_noise(rotor: &RotorLog, response: RotorResponse) -> RotorLog {
     let Some(voltage) = rotor.voltage.as_deref() else { return rotor.clone() };
     let mut smooth = RotorLog { voltage: None, ..rotor.clone() };
     // The rates that draw on the voltage give way with it themselves: at first as if they did not.
-    for _ in 0..PASSES {
-        let (of_command, count) = of_both(&smooth, follows);
-        let Some((foretold, noise)) = foretold(&smooth, voltage, &of_command, count) else {
+    for _ in 0..THRESHOLDS.instrument_passes {
+        let (of_command, count) = of_both(&smooth, response);
+        let Some((predicted, noise)) = predict(&smooth, voltage, &of_command, count) else {
             return rotor.clone();
         };
-        smooth.voltage = Some(foretold);
-        smooth.foretold = Some(Foretold { pole: follows.pole, noise });
+        smooth.voltage = Some(predicted);
+        smooth.instrument = Some(VoltageInstrument { pole: response.pole, noise });
     }
     smooth
 }
 
-/// [V] what time and the first `count` functions of the commands foretell of `voltage`, and the rms of what is left.
-fn foretold(
+/// [V] what time and the first `count` functions of the commands predict of `voltage`, and the rms of what is left.
+fn predict(
     rotor: &RotorLog,
     voltage: &[f64],
     of_command: &[OfCommand],
     count: usize,
 ) -> Option<(Vec<f64>, f64)> {
     let (first, last) = (*rotor.time.first()?, *rotor.time.last()?);
-    let bends = ((last - first) / SHORTEST_BEND).floor() as usize;
+    let bends = ((last - first) / THRESHOLDS.shortest_bend).floor() as usize;
     let knots = bends.clamp(1, MOST_KNOTS) + 1;
     let spacing = (last - first) / (knots - 1) as f64;
     let size = knots + count;
@@ -102,22 +94,22 @@ fn foretold(
             columns(row).for_each(|(b, y)| squares[(a, b)] += x * y);
         }
     }
-    if known < ROWS_EACH * size {
+    if known < THRESHOLDS.rows_per_number * size {
         return None;
     }
     for at in 0..size {
         squares[(at, at)] += RIDGE * known as f64;
     }
     let weights = squares.cholesky()?.solve(&products);
-    let mut foretold = voltage.to_vec();
+    let mut predicted = voltage.to_vec();
     let mut left = 0.0;
     for row in rows {
-        foretold[row] = columns(row).map(|(at, x)| weights[at] * x).sum();
+        predicted[row] = columns(row).map(|(at, x)| weights[at] * x).sum();
         if of_command[row].known && voltage[row].is_finite() {
-            left += (voltage[row] - foretold[row]).powi(2);
+            left += (voltage[row] - predicted[row]).powi(2);
         }
     }
-    Some((foretold, (left / (known - size) as f64).sqrt()))
+    Some((predicted, (left / (known - size) as f64).sqrt()))
 }
 
 /// What a row's commands give.
@@ -131,25 +123,29 @@ struct OfCommand {
 }
 
 /// What the commands of all that draws on the battery give, and how many functions that are; `rotor` has the voltage that
-/// was foretold before.
-fn of_both(rotor: &RotorLog, follows: Follows) -> (Vec<OfCommand>, usize) {
-    let mut all = of_command(rotor, follows, missing(rotor, follows));
+/// was predicted before.
+fn of_both(rotor: &RotorLog, response: RotorResponse) -> (Vec<OfCommand>, usize) {
+    let mut all = of_command(rotor, response, missing(rotor, response));
     let is_apart = |beside: &&Beside| {
-        rotor.command.iter().zip(&beside.command).any(|(one, other)| (one - other).abs() > SAME)
+        rotor
+            .command
+            .iter()
+            .zip(&beside.command)
+            .any(|(one, other)| (one - other).abs() > THRESHOLDS.same_command)
     };
     let Some(beside) = rotor.beside.as_ref().filter(is_apart) else { return (all, OF_ONE) };
     // What was measured is not its rate.
     let other = RotorLog { command: beside.command.clone(), ..rotor.clone() };
-    for (both, other) in all.iter_mut().zip(of_command(&other, follows, None)) {
+    for (both, other) in all.iter_mut().zip(of_command(&other, response, None)) {
         both.functions[OF_ONE..].copy_from_slice(&other.functions[..OF_ONE]);
     }
     (all, OF_COMMAND)
 }
 
 /// [rad/s] What is wanting from the rate, on the whole: at first all that the battery takes.
-fn missing(rotor: &RotorLog, follows: Follows) -> Option<f64> {
+fn missing(rotor: &RotorLog, response: RotorResponse) -> Option<f64> {
     let (mut missing, mut count) = (0.0, 0.0);
-    let held = followed_rate(rotor, follows, None);
+    let held = followed_rate(rotor, response, None);
     for (row, rate, _) in held.into_iter().filter(|(row, ..)| rotor.rate[*row].is_finite()) {
         missing += rate - rotor.rate[row];
         count += 1.0;
@@ -160,15 +156,15 @@ fn missing(rotor: &RotorLog, follows: Follows) -> Option<f64> {
 /// [-] u and u² now, and the first powers of the rate, settled where a stretch begins. Commands that are missing are held;
 /// where they are known (again), the rate goes on from what was measured there, and as much more as is `missing` [rad/s]: its
 /// noise has no part in that of the voltage.
-fn of_command(rotor: &RotorLog, follows: Follows, missing: Option<f64>) -> Vec<OfCommand> {
+fn of_command(rotor: &RotorLog, response: RotorResponse, missing: Option<f64>) -> Vec<OfCommand> {
     let at_once = |u: &f64| {
         let mut functions = [0.0; OF_COMMAND];
         functions[..2].copy_from_slice(&[*u, u * u]);
         OfCommand { functions, known: false }
     };
     let mut all: Vec<OfCommand> = rotor.command.iter().map(at_once).collect();
-    let followed = followed_rate(rotor, follows, missing);
-    // Centred and scaled: powers of a rate that moves by a tenth of itself would hardly be told apart.
+    let followed = followed_rate(rotor, response, missing);
+    // Centred and scaled: powers of a rate that moves by a tenth of itself would hardly be separable.
     let share = 1.0 / followed.len().max(1) as f64;
     let mean = followed.iter().map(|(_, rate, _)| rate * share).sum::<f64>();
     let spread = followed.iter().map(|(_, rate, _)| (rate - mean).powi(2) * share).sum::<f64>().sqrt();
@@ -180,11 +176,11 @@ fn of_command(rotor: &RotorLog, follows: Follows, missing: Option<f64>) -> Vec<O
     all
 }
 
-/// Row, the rate [rad/s] that the curve gives, less what the voltage takes that was foretold before, and whether the commands
+/// Row, the rate [rad/s] that the curve gives, less what the voltage takes that was predicted before, and whether the commands
 /// that it comes from are known. With `missing` [rad/s] the rate goes on from what was measured, and as much more, where
 /// commands are known again, or a stretch begins.
-fn followed_rate(rotor: &RotorLog, follows: Follows, missing: Option<f64>) -> Vec<(usize, f64, bool)> {
-    let Follows { pole, delay, curve: [linear, quadratic], voltage_gain, full_voltage } = follows;
+fn followed_rate(rotor: &RotorLog, response: RotorResponse, missing: Option<f64>) -> Vec<(usize, f64, bool)> {
+    let RotorResponse { pole, delay, curve: [linear, quadratic], voltage_gain, full_voltage } = response;
     let whole = RotorLog { segments: rotor.whole(), ..rotor.clone() };
     let mut begun = f64::INFINITY;
     let mut begins = rotor.segments.iter().map(|known| known.start).peekable();

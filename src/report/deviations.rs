@@ -29,7 +29,7 @@ pub const DEVIATIONS: &[[&str; 3]] = &[
     [
         "(9)",
         "powers of u alone",
-        "the powers as they arrive behind the rotor's lag: fitted with them where ramps go up and down, else as lively commands tell it",
+        "the powers as they arrive behind the rotor's lag: fitted with them where ramps go up and down, else as exciting commands show it",
     ],
     [
         "(10)",

@@ -4,7 +4,8 @@ use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
 use crate::effect::{self, Site, Term};
 use crate::estimation::spectrum::{LagResponse, near};
 use crate::identify::{Body, DegreeScore, Estimate, Identification, Validation};
-use crate::report::findings::sentence;
+use crate::report::findings::{outcome, sentence};
+use crate::report::json::with_sentences;
 
 /// Value and 95 % interval as cells of a row.
 fn cells(name: &str, estimate: Estimate, unit: &str, from: &str) -> [String; 6] {
@@ -40,34 +41,36 @@ impl Identification {
         if let Some(pole) = &self.pole {
             let id = effect::acting_as(Site::Command, Term::DeadTime).map_or("", |card| card.id);
             let (from, beside) = if pole.pole.value == self.actuator.pole {
-                ("lively commands, section III.B", format!("beside p, in the model as `{id}`"))
+                ("exciting commands, section III.B", format!("beside p, in the model as `{id}`"))
             } else {
-                ("lively commands, section III.B, k_V and g(u) held for exact", "beside that p".to_owned())
+                ("exciting commands, section III.B, k_V and g(u) held for exact", "beside that p".to_owned())
             };
             table = table.row(cells("p", pole.pole, "rad/s", from));
-            let told = pole.delay.as_ref().map(|told| told.delay.scaled(1e3));
+            let taken = pole.delay.as_ref().map(|it| it.delay.scaled(1e3));
             table =
-                told.into_iter().fold(table, |table, delay| table.row(cells("delay", delay, "ms", &beside)));
+                taken.into_iter().fold(table, |table, delay| table.row(cells("delay", delay, "ms", &beside)));
             table = table.row(cells("gain from z", pole.gain, "-", "beside p: 1 when g(u) holds in motion"));
         }
         if let Some(joint) = &self.joint {
-            // Where the paper's steps could be gone, too, the model has their numbers but for the surer k_V.
+            // Where the paper's steps could be gone, too, the model has their numbers but for the more certain k_V.
             let alone = self.static_curve.is_none();
-            let from = |used: bool| if alone || used { "all at once" } else { "all at once, as a check" };
+            let from =
+                |used: bool| if alone || used { "joint estimation" } else { "joint estimation, as a check" };
             for (estimate, name) in joint.coefficients.iter().zip(SYMBOLS) {
                 table = table.row(cells(name, *estimate, "rad/s", from(false)));
             }
             // Where constant commands have one, too, both stand at the top.
             if let Some(gain) = joint.voltage_gain.filter(|_| self.battery.is_none()) {
                 let is_used = gain.value == self.actuator.voltage_gain;
-                let from = if is_used && !alone { "all at once, in the model" } else { from(is_used) };
+                let from = if is_used && !alone { "joint estimation, in the model" } else { from(is_used) };
                 table = table.row(cells("k_V", gain, "rad/(s V)", from));
             }
             let is_used = joint.pole.value == self.actuator.pole;
-            let from = if is_used && !alone { "all at once, in the model" } else { from(is_used) };
+            let from = if is_used && !alone { "joint estimation, in the model" } else { from(is_used) };
             table = table.row(cells("p", joint.pole, "rad/s", from));
-            let told = joint.delay.as_ref().map(|told| told.delay.scaled(1e3));
-            table = told.into_iter().fold(table, |table, delay| table.row(cells("delay", delay, "ms", from)));
+            let taken = joint.delay.as_ref().map(|it| it.delay.scaled(1e3));
+            table =
+                taken.into_iter().fold(table, |table, delay| table.row(cells("delay", delay, "ms", from)));
         }
         if let Some(thrust) = &self.thrust {
             table = table.row(cells("c", thrust.coefficient, "N s²/rad²", "measured thrust"));
@@ -84,25 +87,25 @@ impl Identification {
         table
     }
 
-    /// k_V of constant commands, and where lively ones have another: the one in the model first.
+    /// k_V of constant commands, and where exciting ones have another: the one in the model first.
     fn gains(&self) -> Vec<(Estimate, &'static str)> {
         let Some(steady) = self.battery.as_ref().map(|battery| battery.gain) else { return Vec::new() };
-        let Some(lively) = self.joint.as_ref().and_then(|joint| joint.voltage_gain) else {
+        let Some(exciting) = self.joint.as_ref().and_then(|joint| joint.voltage_gain) else {
             return vec![(steady, "constant commands, Eq. (6)")];
         };
         if steady.value == self.actuator.voltage_gain {
             return vec![
                 (steady, "constant commands, Eq. (6), in the model"),
-                (lively, "all at once, less sure"),
+                (exciting, "joint estimation, less certain"),
             ];
         }
-        // Without ramps k_V goes with the curve of the lively commands, however sure the other is.
-        let beside = if steady.standard_error < lively.standard_error {
+        // Without ramps k_V goes with the curve of the exciting commands, however sure the other is.
+        let beside = if steady.standard_error < exciting.standard_error {
             "constant commands, Eq. (6), as a check"
         } else {
-            "constant commands, Eq. (6), less sure"
+            "constant commands, Eq. (6), less certain"
         };
-        vec![(lively, "all at once, in the model"), (steady, beside)]
+        vec![(exciting, "joint estimation, in the model"), (steady, beside)]
     }
 
     /// Which steps of section III the logs permit.
@@ -111,13 +114,23 @@ impl Identification {
         let table = Table::new(["step of section III", "outcome"]).caption("What the logs permit");
         self.parts.iter().fold(table, |table, part| {
             let mark = if part.done { Mark::Good } else { Mark::Plain };
-            let outcome = if part.done {
-                format!("done: {}", part.outcome)
-            } else {
-                format!("not done: {}", part.outcome)
-            };
+            let done = if part.done { "done" } else { "not done" };
+            let outcome = format!("{done}: {}", outcome(part));
             table.marked_row(mark, [part.step.to_owned(), outcome])
         })
+    }
+
+    /// The answer of `--json`: with the sentences of its findings, and with what became of each step.
+    ///
+    /// # Errors
+    ///
+    /// What cannot be written as JSON.
+    pub fn json(&self) -> Result<serde_json::Value, serde_json::Error> {
+        let mut value = with_sentences(self, &self.findings)?;
+        for (at, part) in self.parts.iter().enumerate() {
+            value["parts"][at]["outcome"] = outcome(part).into();
+        }
+        Ok(value)
     }
 
     /// Errors of the identified rotor on training and validation logs; `None` where no log has a rotor.
@@ -168,15 +181,15 @@ impl Identification {
 
     /// The first-order lag against a delay and a second pole.
     #[must_use]
-    pub fn rival_table(&self) -> Option<Table> {
+    pub fn alternatives_table(&self) -> Option<Table> {
         let alone = self.pole.as_ref();
-        let alone = alone.map(|fit| (fit.pole, fit.residual_rms, &fit.delay, &fit.rivals));
+        let alone = alone.map(|fit| (fit.pole, fit.residual_rms, &fit.delay, &fit.alternatives));
         let joint = self.joint.as_ref();
-        let joint = joint.map(|fit| (fit.pole, fit.residual_rms, &fit.delay, &fit.rivals));
-        let (pole, rms, told, rivals) = alone.or(joint)?;
-        let (pole, rms) = told.as_ref().map_or((pole.value, rms), |told| {
+        let joint = joint.map(|fit| (fit.pole, fit.residual_rms, &fit.delay, &fit.alternatives));
+        let (pole, rms, taken, alternatives) = alone.or(joint)?;
+        let (pole, rms) = taken.as_ref().map_or((pole.value, rms), |taken| {
             // Pole and rest are then those beside the delay.
-            (told.pole_without.value, told.residual_without)
+            (taken.pole_without.value, taken.residual_without)
         });
         let table = Table::new([
             "model",
@@ -186,7 +199,7 @@ impl Identification {
             "rms left [rad/s]",
             "asked for by the data",
         ])
-        .caption("First order against its rivals")
+        .caption("First order against alternative model structures")
         .row([
             "first-order lag".to_owned(),
             String::new(),
@@ -195,22 +208,22 @@ impl Identification {
             number(rms, 4),
             String::new(),
         ]);
-        Some(rivals.iter().fold(table, |table, rival| {
-            let is_taken = told.is_some() && rival.term == Term::DeadTime;
-            let (mark, asked) = match (is_taken, rival.needed) {
+        Some(alternatives.iter().fold(table, |table, alternative| {
+            let is_taken = taken.is_some() && alternative.term == Term::DeadTime;
+            let (mark, asked) = match (is_taken, alternative.needed) {
                 (true, _) => (Mark::Good, "yes, and in the model"),
-                (false, true) if told.is_some() && !rival.clear => (Mark::Plain, "in its place only"),
+                (false, true) if taken.is_some() && !alternative.clear => (Mark::Plain, "in its place only"),
                 (false, true) => (Mark::Warning, "yes"),
                 (false, false) => (Mark::Plain, "no"),
             };
             table.marked_row(
                 mark,
                 [
-                    rival.effect.to_owned(),
-                    number(1e3 * rival.time.value, 3),
-                    number(1e3 * rival.time.standard_error, 2),
-                    number(rival.pole, 5),
-                    number(rival.residual_rms, 4),
+                    alternative.effect.to_owned(),
+                    number(1e3 * alternative.time.value, 3),
+                    number(1e3 * alternative.time.standard_error, 2),
+                    number(alternative.pole, 5),
+                    number(alternative.residual_rms, 4),
                     asked.to_owned(),
                 ],
             )
@@ -262,7 +275,7 @@ impl Identification {
             );
         }
         page.heading("Dynamics");
-        self.rival_table().into_iter().for_each(|table| {
+        self.alternatives_table().into_iter().for_each(|table| {
             page.table(table);
         });
         self.response_plots(&mut page);

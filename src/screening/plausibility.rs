@@ -44,11 +44,6 @@ pub(crate) fn is_another(ratio: &f64, another: f64) -> bool {
     !(1.0 / another..another).contains(ratio)
 }
 
-/// A ratio for people.
-pub(crate) fn told(ratio: f64) -> String {
-    crate::unit::short((1e3 * ratio).round() / 1e3)
-}
-
 /// A finding, and whether it is impossible that the column is what its name says.
 type Suspicion = (Finding, bool);
 

@@ -32,8 +32,8 @@ pub(crate) struct RotorLog {
     pub segments: Vec<Range<usize>>,
     /// [s] median sampling interval.
     pub interval: f64,
-    /// What is known of the voltage where an instrument stands for it, and not the reading.
-    pub foretold: Option<Foretold>,
+    /// What is known of the voltage where it is an instrument, and not read.
+    pub instrument: Option<VoltageInstrument>,
     /// The log's other rotor, where it was commanded.
     pub beside: Option<Beside>,
 }
@@ -49,7 +49,7 @@ pub(crate) struct Beside {
 
 /// A voltage without the noise of its reading.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Foretold {
+pub(crate) struct VoltageInstrument {
     /// [1/s] Between two samples it moves as what follows a held command with this pole.
     pub pole: f64,
     /// [V] rms of what was read beside it.
@@ -127,7 +127,7 @@ impl RotorLog {
             thrust: column("thrust", "_n").map(<[f64]>::to_vec),
             segments: missing.known.iter().filter(|known| known.len() > 1).cloned().collect(),
             interval: log.median_interval(),
-            foretold: None,
+            instrument: None,
             beside: Beside::of(log, OTHER - rotor),
         };
         Some((this, missing))

@@ -1,7 +1,7 @@
 //! Actuator and body from logs.
 
 use super::{Job, Progress, SessionError};
-use crate::identify::{Identification, IdentifySettings, STEPS, identify_telling};
+use crate::identify::{Identification, IdentifySettings, STEPS, identify_with_progress};
 use crate::log::Dataset;
 
 /// Identifies what the logs permit; `validation` logs are only compared.
@@ -16,7 +16,7 @@ pub fn identify(
 ) -> Result<Identification, SessionError> {
     let mut number = 0;
     job.run(|| {
-        identify_telling(logs, validation, settings, &mut |name| {
+        identify_with_progress(logs, validation, settings, &mut |name| {
             number += 1;
             job.tell(Progress::Step { name, number, of: STEPS });
         })

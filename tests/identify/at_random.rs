@@ -35,7 +35,7 @@ fn every_second_bench_is_found(half: u64) {
         let log = run(&config, prbs(2400.0, draw), "prbs");
         assert_eq!(log.len(), 120_000);
         let found = identify(&[log], &[], &IdentifySettings::default());
-        let joint = found.expect("identified").joint.expect("lively commands");
+        let joint = found.expect("identified").joint.expect("exciting commands");
         assert_eq!(joint.coefficients.len(), 2, "draw {draw}: {:?}", joint.degrees);
         let plant = &config.plant;
         for (name, estimate, truth) in [

@@ -19,7 +19,7 @@ fn a_battery_does_not_stand_in_for_a_delay() {
             config.battery.internal_resistance = resistance;
             let log = run(&config, prbs(seconds, 7 + seed), "late");
             let found = identify(&[log], &[], &IdentifySettings::default()).expect("identified");
-            let joint = found.joint.expect("lively commands");
+            let joint = found.joint.expect("exciting commands");
             let case = format!("{resistance} ohm, {delay} s late, {seconds} s, seed {seed}");
             let told = joint.delay.unwrap_or_else(|| panic!("{case}: no delay, {:?}", joint.pole));
             assert!((told.delay.value - delay).abs() < 1e-4, "{case}: {:?}", told.delay);

@@ -2,6 +2,7 @@
 
 mod at_random;
 mod bench;
+mod findings;
 mod late;
 mod logs;
 mod margins;

@@ -25,7 +25,7 @@ fn held(log: &Dataset, fresh: impl Fn(usize) -> bool) -> Dataset {
 
 /// The numbers of the paper's bench within 3 standard errors, and a delay or none, as there is one.
 fn holds(case: &str, found: &Identification, delay: f64) {
-    let joint = found.joint.as_ref().expect("lively commands");
+    let joint = found.joint.as_ref().expect("exciting commands");
     let told = joint.delay.as_ref().map_or(0.0, |told| told.delay.value);
     // A fiftieth of a sample, as where every row holds a reading of its own.
     assert!((told - delay).abs() < 4e-4, "{case}: {delay} s, {:?}", joint.delay);

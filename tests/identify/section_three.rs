@@ -37,7 +37,7 @@ fn section_three_of_the_paper_comes_out() {
     assert!(check.slow_enough, "{check:?}");
     // 1/p behind, and half a sampling interval more because the command is held: 72.5 ms.
     assert!(check.lag.distance(1.0 / 16.0 + 0.01) < 3.0, "{check:?}");
-    assert!(pole.rivals.iter().all(|rival| !rival.needed), "{:?}", pole.rivals);
+    assert!(pole.alternatives.iter().all(|alternative| !alternative.needed), "{:?}", pole.alternatives);
     // Fig. 3: what is left on another ramp is the noise of the sensor, 1.5 rad/s in 600.
     assert!(found.validation[0].rms < 1.6 && found.validation[0].rms_percent < 0.4);
 }

@@ -1,11 +1,12 @@
 //! Rates that are not those of the commands beside them, and rotors that differ: refused or said, not averaged.
 
-use rotorbench::identify::{IdentifySettings, identify};
+use rotorbench::identify::{IdentifyError, IdentifySettings, identify};
 use rotorbench::log::{Dataset, csv};
-use rotorbench::report::findings::sentences;
+use rotorbench::report::findings::sentence;
+use rotorbench::screening::{Finding, ScreeningError};
 
 use super::bad_logs::run;
-use super::logs::{C_G1, C_G2, FULL_VOLTAGE, K_V, POLE, lively, moving, ramps, settled, voltage};
+use super::logs::{C_G1, C_G2, FULL_VOLTAGE, K_V, POLE, exciting, moving, ramps, settled, voltage};
 
 const RATE: [&str; 2] = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"];
 
@@ -61,11 +62,11 @@ fn both(rotors: [Rotor; 2], commands: [&dyn Fn(f64) -> f64; 2], rows: usize) -> 
 
 /// Another rotor's commands, of the same kind.
 fn other(t: f64) -> f64 {
-    lively(t + 1000.0)
+    exciting(t + 1000.0)
 }
 
 fn differential(t: f64) -> f64 {
-    0.94 - lively(t)
+    0.94 - exciting(t)
 }
 
 fn swapped(mut log: Dataset) -> Dataset {
@@ -75,52 +76,61 @@ fn swapped(mut log: Dataset) -> Dataset {
     log
 }
 
-fn warnings(log: &Dataset, rotors: &[usize]) -> Vec<String> {
+fn warnings(log: &Dataset, rotors: &[usize]) -> Vec<Finding> {
     let settings =
         IdentifySettings { degree: Some(2), rotors: rotors.to_vec(), ..IdentifySettings::default() };
-    sentences(&identify(std::slice::from_ref(log), &[], &settings).expect("identified").findings)
+    identify(std::slice::from_ref(log), &[], &settings).expect("identified").findings
 }
 
-fn refused(log: &Dataset, sentence: &str) {
+/// Refused with this finding, and one sentence for people.
+fn refused(log: &Dataset, code: &str) -> Finding {
+    let refused = identify(std::slice::from_ref(log), &[], &IdentifySettings::default());
+    let Err(IdentifyError::Screening(ScreeningError::Column(found))) = refused else { panic!("{refused:?}") };
+    assert_eq!(found.code, code, "{found:?}");
     let (output, text) = run(&csv::emit(log));
     assert_eq!(output.status.code(), Some(2), "{text}");
-    assert!(text.contains(sentence), "`{sentence}` is not in: {text}");
+    let file = |text: &str| text.replace("log.csv", found.log.as_str());
+    assert!(file(&text).contains(&sentence(&found)), "`{}` is not in: {text}", sentence(&found));
     assert_eq!(text.trim().lines().count(), 1, "one sentence: {text}");
+    *found
 }
 
 #[test]
 fn rotors_that_are_not_alike_are_said_to_be_that_and_nothing_else() {
-    let paper: &dyn Fn(f64) -> f64 = &lively;
+    let paper: &dyn Fn(f64) -> f64 = &exciting;
     let (more, slow) = (Rotor { linear: 1.03 * C_G2, ..PAPER }, |pole| Rotor { pole, ..PAPER });
-    for (rotor, command, said) in [
-        (more, &other as &dyn Fn(f64) -> f64, ["rates at command 0.4", "± 0."]),
-        (more, &differential, ["rates at command 0.4", "± 0."]),
-        (more, paper, ["rates at command 0.4", "± 0."]),
-        (slow(12.0), &other, ["poles: 1", " of rotor 1, 12.0"]),
-        (slow(15.0), &other, ["poles: 1", " of rotor 1, 1"]),
+    for (rotor, command, differs) in [
+        (more, &other as &dyn Fn(f64) -> f64, "rates_rad_s"),
+        (more, &differential, "rates_rad_s"),
+        (more, paper, "rates_rad_s"),
+        (slow(12.0), &other, "poles_rad_s"),
+        (slow(15.0), &other, "poles_rad_s"),
         // Alike but for the delay, which a lag alone takes for a slower pole.
-        (Rotor { delay: 0.01, ..PAPER }, &other, ["(answers come late by 0 ms of rotor 1, ", " of rotor 2)"]),
+        (Rotor { delay: 0.01, ..PAPER }, &other, "delays_ms"),
     ] {
         let log = both([PAPER, rotor], [paper, command], 3000);
-        let told = warnings(&log, &[1, 2]);
-        let [first, second] = said;
-        assert!(
-            told[0].contains("both.csv: the rotors are not alike") && told[0].contains(first),
-            "{told:?}"
-        );
-        assert!(told[0].contains(second) && told[0].contains("--rotor 1 and with --rotor 2"), "{told:?}");
+        let found = warnings(&log, &[1, 2]);
+        let first = &found[0];
+        assert_eq!((first.code, first.log.as_str()), ("rotor_mismatch", "both.csv"), "{found:?}");
+        assert_eq!(["rotor", "other_rotor"].map(|name| first.count(name)), [1, 2]);
+        let [one, two] = *first.numbers(differs) else { panic!("{differs}: {first:?}") };
+        match differs {
+            "rates_rad_s" => assert!((0.4..0.5).contains(&first.number("command")), "{first:?}"),
+            "poles_rad_s" => assert!((one - POLE).abs() < 1.0 && (two - rotor.pole).abs() < 1.0, "{first:?}"),
+            _ => assert!(one == 0.0 && first.numbers("rates_rad_s").is_empty(), "{first:?}"),
+        }
         // What the model then has is said all the same, and no reason for it that is none.
-        assert!(told[1..].iter().all(|it| it.starts_with("the model has k_V = 0")), "{told:?}");
+        assert!(found[1..].iter().all(|it| it.code == "voltage_gain_without_battery"), "{found:?}");
     }
     let log = both([PAPER, slow(12.0)], [paper, &other], 3000);
-    assert_eq!([&[1], &[2]].map(|rotor| warnings(&log, rotor)), [[""; 0]; 2], "each by itself");
+    assert_eq!([&[1], &[2]].map(|rotor| warnings(&log, rotor)), [vec![], vec![]], "each by itself");
     // Ramps that both rotors were told at once.
     let alike = both([PAPER, PAPER], [&ramps, &ramps], 7000);
     let unlike = both([PAPER, more], [&ramps, &ramps], 7000);
-    let told = |log: &Dataset| warnings(log, &[1, 2]).iter().filter(|it| it.contains("not alike")).count();
+    let told = |log: &Dataset| warnings(log, &[1, 2]).iter().filter(|it| it.code == "rotor_mismatch").count();
     assert_eq!([told(&alike), told(&unlike)], [0, 1]);
     for command in [&other as &dyn Fn(f64) -> f64, &differential, paper] {
-        assert_eq!(warnings(&both([PAPER, PAPER], [paper, command], 3000), &[1, 2]), [""; 0]);
+        assert_eq!(warnings(&both([PAPER, PAPER], [paper, command], 3000), &[1, 2]), []);
     }
 }
 
@@ -141,33 +151,39 @@ fn alone(name: &str, number: usize, rotor: Rotor, command: &dyn Fn(f64) -> f64) 
 fn rotors_of_two_logs_that_are_not_alike_are_told() {
     let slow = Rotor { pole: 14.5, ..PAPER };
     let more = Rotor { linear: 1.02 * C_G2, ..PAPER };
-    for (rotor, number, said) in [
+    for (rotor, number, differs) in [
         (PAPER, 2, None),
         (PAPER, 1, None),
-        (slow, 2, Some("one.csv, rotor 1 and two.csv, rotor 2 are not alike (poles: 1")),
-        (slow, 1, Some("one.csv, rotor 1 and two.csv, rotor 1 are not alike (poles: 1")),
-        (more, 2, Some("one.csv, rotor 1 and two.csv, rotor 2 are not alike (rates at command 0.4")),
+        (slow, 2, Some("poles_rad_s")),
+        (slow, 1, Some("poles_rad_s")),
+        (more, 2, Some("rates_rad_s")),
     ] {
-        let logs = [alone("one.csv", 1, PAPER, &lively), alone("two.csv", number, rotor, &other)];
+        let logs = [alone("one.csv", 1, PAPER, &exciting), alone("two.csv", number, rotor, &other)];
         let settings = IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
-        let told = sentences(&identify(&logs, &[], &settings).expect("identified").findings);
-        match said {
-            Some(said) => assert!(told[0].contains(said), "{told:?}"),
-            None => assert_eq!(told, [""; 0]),
-        }
+        let found = identify(&logs, &[], &settings).expect("identified").findings;
+        let Some(differs) = differs else {
+            assert_eq!(found, []);
+            continue;
+        };
+        assert_eq!(found[0].code, "rotor_mismatch_between_logs", "{found:?}");
+        assert_eq!(
+            found[0].texts("names"),
+            ["one.csv, rotor 1".to_owned(), format!("two.csv, rotor {number}")]
+        );
+        assert_eq!(found[0].numbers(differs).len(), 2, "{found:?}");
     }
 }
 
-/// Bits of 40 ms; the hash of `lively` for slots of 0.1 s.
+/// Bits of 40 ms; the hash of `exciting` for slots of 0.1 s.
 fn quick(t: f64) -> f64 {
-    lively(2.5 * t)
+    exciting(2.5 * t)
 }
 
 /// What is left over by a lag fitted to such a log is as good as white, and the pole is off by half of itself.
 #[test]
 fn commands_that_are_written_after_they_were_sent_are_told() {
     let log = timed(quick, 0.02, 3000, 1.0);
-    assert_eq!(warnings(&log, &[1]), [""; 0]);
+    assert_eq!(warnings(&log, &[1]), []);
     let told = log.column("command_1").expect("there").to_vec();
     let row_before = |row: usize| told[row.saturating_sub(1)];
     let mut late = log.clone();
@@ -179,12 +195,17 @@ fn commands_that_are_written_after_they_were_sent_are_told() {
         let column = fine.column(name).expect("there");
         half.insert(name, column.iter().step_by(2).copied().collect()).expect("as long as time");
     }
-    for (log, by) in [(late, "a row"), (half, "half a row")] {
-        let told = warnings(&log, &[1]);
-        let sentence = format!("the rates lead the commands: with each command {by} earlier");
-        assert!(told[0].contains(&sentence) && told[0].contains("a pole of 1"), "{told:?}");
+    for (log, by) in [(late, 1.0), (half, 0.5)] {
+        let found = warnings(&log, &[1]);
+        assert_eq!(
+            (found[0].code, found[0].number("rows_earlier")),
+            ("rates_lead_commands", by),
+            "{found:?}"
+        );
+        assert!((10.0..20.0).contains(&found[0].number("pole_rad_s")), "{found:?}");
         // Nothing else is said of what the fit leaves over.
-        assert!(told.iter().all(|it| !it.contains("noise") && !it.contains("unexplained")), "{told:?}");
+        let of_rest = ["rotor_residual_correlated", "rates_unexplained", "body_residual_correlated"];
+        assert!(found.iter().all(|it| !of_rest.contains(&it.code)), "{found:?}");
     }
 }
 
@@ -209,26 +230,31 @@ fn a_rotor_that_its_battery_slows_down_is_not_refused() {
 
 #[test]
 fn rates_of_another_rotor_are_refused() {
-    let log = both([PAPER, PAPER], [&lively, &other], 6000);
-    let sentence = "the rates of rotor 1 follow the commands of rotor 2, and those of 2 the commands of 1";
-    refused(&swapped(log.clone()), sentence);
+    let log = both([PAPER, PAPER], [&exciting, &other], 6000);
+    let crossed = |log: &Dataset| {
+        let found = refused(log, "rates_of_other_rotor");
+        ["rotor", "other_rotor", "crossed"].map(|name| found.count(name))
+    };
+    assert_eq!(crossed(&swapped(log.clone())), [1, 2, 2]);
     let mut twice = log;
     twice.replace(RATE[1], twice.column(RATE[0]).expect("there").to_vec()).expect("as long as before");
-    refused(&twice, "the rates of rotor 2 follow the commands of rotor 1: they are another rotor's column");
-    refused(&swapped(both([PAPER, PAPER], [&lively, &differential], 6000)), sentence);
+    assert_eq!(crossed(&twice), [2, 1, 1]);
+    assert_eq!(crossed(&swapped(both([PAPER, PAPER], [&exciting, &differential], 6000))), [1, 2, 2]);
     // Told two commands only, each the opposite of the other's, both just slow down when they are told more.
-    let binary = |t: f64| if lively(t) > 0.47 { 0.55 } else { 0.39 };
+    let binary = |t: f64| if exciting(t) > 0.47 { 0.55 } else { 0.39 };
     let log = swapped(both([PAPER, PAPER], [&binary, &|t| 0.94 - binary(t)], 6000));
-    refused(&log, "slows down when it is told more, over all commands from 0.390 to 0.550");
+    let falls = refused(&log, "rate_falls_with_command");
+    let range = ["lowest_command", "highest_command"].map(|name| (1e3 * falls.number(name)).round());
+    assert_eq!(range, [390.0, 550.0]);
 }
 
 #[test]
 fn commands_that_count_the_other_way_round_are_refused() {
-    for log in [moving(lively, 3000), settled(ramps, 7000), moving(ramps, 7000)] {
+    for log in [moving(exciting, 3000), settled(ramps, 7000), moving(ramps, 7000)] {
         let told = log.column("command_1").expect("there").iter().map(|command| 1.0 - command).collect();
         let mut turned = log.clone();
         turned.replace("command_1", told).expect("as long as before");
-        refused(&turned, "the command counts the other way round");
+        refused(&turned, "rate_falls_with_command");
         assert!(run(&csv::emit(&log)).0.status.success(), "as it was");
     }
 }
@@ -249,11 +275,10 @@ fn timed(command: impl Fn(f64) -> f64, period: f64, rows: usize, unit: f64) -> D
 /// At 1000 and 500 Hz rows come 1 and 2 "s" apart, as those of a slow telemetry do.
 #[test]
 fn a_time_in_milliseconds_is_refused_and_a_slow_telemetry_is_not() {
-    // Bits of 20 ms; the hash of `lively` for slots of 0.1 s.
-    let bits = |t: f64| lively(5.0 * t);
+    // Bits of 20 ms; the hash of `exciting` for slots of 0.1 s.
+    let bits = |t: f64| exciting(5.0 * t);
     for (rate, rows) in [(1000.0, 20_000), (500.0, 6_000)] {
-        let sentence = "if the time is in milliseconds or microseconds, import it with unit `ms` or `us`";
-        refused(&timed(bits, 1.0 / rate, rows, 1e3), sentence);
+        refused(&timed(bits, 1.0 / rate, rows, 1e3), "rotor_too_slow");
     }
     let held = |t: f64| 0.35 + 0.05 * ((t + 0.01) / 40.0).floor().rem_euclid(6.0);
     let (output, text) = run(&csv::emit(&timed(held, 1.0, 600, 1.0)));

@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 
 use rotorbench::log::{Dataset, csv};
 
-use super::logs::{PERIOD, attitude, lively, moving, settled};
+use super::logs::{PERIOD, attitude, exciting, moving, settled};
 
 /// `identify` on one log in a folder of its own; the model file must appear exactly when it succeeds.
 pub fn run(log: &str) -> (Output, String) {
@@ -32,7 +32,7 @@ fn refused(log: &str, sentence: &str) {
 fn a_model_that_was_there_is_said_to_be_replaced() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (file, model) = (folder.path().join("log.csv"), folder.path().join("model.toml"));
-    std::fs::write(&file, csv::emit(&moving(lively, 1000))).expect("written");
+    std::fs::write(&file, csv::emit(&moving(exciting, 1000))).expect("written");
     let said = || {
         let program = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
             .args([Path::new("identify"), Path::new("--log"), &file, Path::new("-o"), &model])
@@ -64,14 +64,14 @@ fn no_excitation_says_what_excites() {
 fn saturated_commands_are_told() {
     refused(&csv::emit(&settled(|_| 1.0, 200)), "the command is at its limit 1 in 100 % of the samples");
     // Where some are, the rest can still be used.
-    let (output, text) = run(&csv::emit(&moving(|t| (lively(t) + 0.45).min(1.0), 3000)));
+    let (output, text) = run(&csv::emit(&moving(|t| (exciting(t) + 0.45).min(1.0), 3000)));
     assert_eq!(output.status.code(), Some(0), "{text}");
     assert!(text.contains("the command is at its limit 1 in"), "{text}");
 }
 
 #[test]
 fn time_running_backwards_is_placed() {
-    let mut lines: Vec<String> = csv::emit(&moving(lively, 500)).lines().map(str::to_owned).collect();
+    let mut lines: Vec<String> = csv::emit(&moving(exciting, 500)).lines().map(str::to_owned).collect();
     lines.swap(100, 101);
     refused(&lines.join("\n"), "time");
 }
@@ -79,7 +79,7 @@ fn time_running_backwards_is_placed() {
 #[test]
 fn wrong_units_are_refused() {
     let with = |name: &str, change: &dyn Fn(f64) -> f64| {
-        let mut log = moving(lively, 500);
+        let mut log = moving(exciting, 500);
         let changed = log.column(name).expect("put in above").iter().map(|value| change(*value)).collect();
         log.replace(name, changed).expect("as long as before");
         csv::emit(&log)
@@ -101,7 +101,7 @@ fn wrong_units_are_refused() {
 
 #[test]
 fn a_rotor_that_stands_while_it_is_commanded_is_not_told_to_turn_round() {
-    let mut log = moving(lively, 500);
+    let mut log = moving(exciting, 500);
     // Noise about zero, a little more of it below: another rotor's commands, or a rotor that is not connected.
     let noise = |row: usize| f64::from((row.wrapping_mul(2_654_435_761) >> 24 & 255) as u8) / 64.0 - 2.1;
     log.replace("propeller_rate_1_rad_s", (0..500).map(noise).collect()).expect("as long as before");
@@ -112,13 +112,13 @@ fn a_rotor_that_stands_while_it_is_commanded_is_not_told_to_turn_round() {
 
 #[test]
 fn commands_that_are_missing_are_told_as_that() {
-    let text = csv::emit(&moving(lively, 500)).replace("command_1", "throttle");
+    let text = csv::emit(&moving(exciting, 500)).replace("command_1", "throttle");
     refused(&text, "the commands are missing: it has no command_N beside its propeller_rate_N_rad_s");
 }
 
 #[test]
 fn a_pole_that_no_rotor_has_asks_for_the_unit_of_time() {
-    let log = moving(lively, 6000);
+    let log = moving(exciting, 6000);
     // A twentieth: 320 rad/s.
     let mut fast =
         Dataset::new("fast.csv", "", log.time().iter().map(|time| time / 20.0).collect()).expect("rises");
@@ -133,7 +133,7 @@ fn a_pole_that_no_rotor_has_asks_for_the_unit_of_time() {
 
 #[test]
 fn without_the_battery_the_rest_is_identified_and_said_so() {
-    let text = csv::emit(&moving(lively, 3000));
+    let text = csv::emit(&moving(exciting, 3000));
     let text = text.replace("battery_voltage_v", "something_else_v");
     let (output, text) = run(&text);
     assert_eq!(output.status.code(), Some(0), "{text}");
@@ -143,7 +143,7 @@ fn without_the_battery_the_rest_is_identified_and_said_so() {
 
 #[test]
 fn a_body_in_degrees_has_no_inertia_and_the_rotors_are_identified_all_the_same() {
-    let turned = |by: f64| attitude(move |t| by * (lively(t) - 0.47), 1500);
+    let turned = |by: f64| attitude(move |t| by * (exciting(t) - 0.47), 1500);
     // Less than 60 deg/s, and more than that.
     let (radians, fast) = (turned(0.008), turned(0.25));
     let degrees = |log: &Dataset, names: &[&str]| {

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use rotorbench::report::deviations::DEVIATIONS;
 
-use super::sources::sources;
+use crate::sources::sources;
 
 const MARK: &str = "**Deviation:**";
 

@@ -2,12 +2,12 @@
 
 use rotorbench::identify::{Identification, IdentifiedActuator, IdentifySettings, identify};
 use rotorbench::log::Dataset;
-use rotorbench::report::findings::sentences;
+use rotorbench::report::findings::{sentence, sentences};
 
 use super::close;
 use super::logs::{
-    ARM, C_G1, C_G2, FULL_VOLTAGE, INERTIA, K_V, PERIOD, POLE, THRUST, attitude, levels, lively, moving,
-    ramps, settled, z,
+    ARM, C_G1, C_G2, FULL_VOLTAGE, INERTIA, K_V, PERIOD, POLE, THRUST, attitude, codes, exciting, finding,
+    levels, moving, ramps, settled, z,
 };
 
 fn found(logs: &[Dataset], degree: Option<usize>) -> Identification {
@@ -27,7 +27,7 @@ fn paper() -> IdentifiedActuator {
 
 #[test]
 fn eq_2_with_the_command_held() {
-    let log = moving(lively, 500);
+    let log = moving(exciting, 500);
     let column = |name: &str| log.column(name).expect("put in above");
     let rates = paper().simulate(log.time(), column("command_1"), log.column("battery_voltage_v"));
     for (ours, measured) in rates.iter().zip(column("propeller_rate_1_rad_s")) {
@@ -82,17 +82,14 @@ fn eq_9_says_when_a_ramp_is_too_fast_for_eq_4() {
     let fast = |t: f64| 0.3 + 0.1 * (3.5 - (t.rem_euclid(7.0) - 3.5).abs());
     let slow = found(&[settled(levels, 6000), moving(ramps, 7000)], Some(2));
     let fast = found(&[settled(levels, 6000), moving(fast, 7000)], Some(2));
+    let codes = codes(&fast);
     let slow = slow.static_curve.and_then(|curve| curve.ramp_check).expect("ramps");
     assert!(slow.slow_enough, "{slow:?}");
     // 1/p, and half of T_s for the hold.
     close(slow.lag.value, 1.0 / POLE + 0.5 * PERIOD, 2e-3);
     let check = fast.static_curve.and_then(|curve| curve.ramp_check).expect("ramps");
     assert!(!check.slow_enough, "{check:?}");
-    assert!(
-        sentences(&fast.findings).iter().any(|warning| warning.contains("too fast for Eq. (4)")),
-        "{:?}",
-        sentences(&fast.findings)
-    );
+    assert!(codes.contains(&"ramps_too_fast"), "{codes:?}");
 }
 
 /// Slow ramps that go one way over a narrow range: the lag is one with the curve, and what noise makes of it is none.
@@ -105,6 +102,7 @@ fn eq_9_ramps_one_way_do_not_tell_a_lag_from_the_curve() {
         let noisy = rates.iter().enumerate().map(|(row, rate)| rate + noise(row)).collect();
         log.replace("propeller_rate_1_rad_s", noisy).expect("as long as before");
         let found = found(&[log], Some(2));
+        assert!(finding(&found, "ramps_too_fast").is_none(), "{:?}", found.findings);
         let check = found.static_curve.and_then(|curve| curve.ramp_check).expect("a ramp");
         // Half a percent of what the curve spans, 230 rad/s: believed, that lag would be called too large.
         assert!(
@@ -112,23 +110,18 @@ fn eq_9_ramps_one_way_do_not_tell_a_lag_from_the_curve() {
             "{check:?}"
         );
         assert!(check.slow_enough, "{check:?}");
-        assert!(
-            !sentences(&found.findings).iter().any(|it| it.contains("too fast")),
-            "{:?}",
-            sentences(&found.findings)
-        );
     }
 }
 
 #[test]
 fn eq_10_the_pole_from_z() {
-    let logs = [settled(levels, 6000), settled(ramps, 7000), moving(lively, 6000)];
+    let logs = [settled(levels, 6000), settled(ramps, 7000), moving(exciting, 6000)];
     let found = found(&logs, Some(2));
-    let fit = found.pole.expect("lively commands");
+    let fit = found.pole.expect("exciting commands");
     // What the fitter takes as held, the mean of the voltage over T_s, moves the rate by 1e-6 of itself.
     close(fit.pole.value, POLE, 1e-3);
     close(fit.gain.value, 1.0, 1e-4);
-    let joint = found.joint.expect("lively commands");
+    let joint = found.joint.expect("exciting commands");
     close(joint.pole.value, POLE, 1e-3);
     close(joint.coefficients[1].value, C_G1, 0.1);
     close(joint.voltage_gain.expect("voltage was logged").value, K_V, 0.05);
@@ -137,7 +130,7 @@ fn eq_10_the_pole_from_z() {
 #[test]
 fn eq_13_the_thrust_curve_and_its_tangent() {
     let with_thrust = |thrust: &dyn Fn(f64) -> f64| {
-        let mut log = moving(lively, 3000);
+        let mut log = moving(exciting, 3000);
         let rates = log.column("propeller_rate_1_rad_s").expect("put in above");
         let thrusts = rates.iter().map(|rate| thrust(*rate)).collect();
         log.insert("thrust_1_n", thrusts).expect("as long as time");
@@ -156,10 +149,13 @@ fn eq_13_the_thrust_curve_and_its_tangent() {
         sentences(&quadratic.findings)
     );
     close(quadratic.model.actuator.thrust_coefficient, THRUST, 1e-15);
+    type Law<'a> = &'a dyn Fn(f64) -> f64;
+    let added = with_thrust(&|rate| THRUST * rate * rate + 0.5);
+    assert!(finding(&added, "thrust_not_quadratic").is_some_and(|it| it.number("linear_share") > 0.03));
+    let turned = with_thrust(&|rate| -THRUST * rate * rate);
+    assert!(finding(&turned, "thrust_falls_with_rate").is_some());
     for (thrust, sentence) in [
-        ((&|rate: f64| THRUST * rate * rate + 0.5) as &dyn Fn(f64) -> f64, "thrust is not c ω² alone"),
-        (&|rate| -THRUST * rate * rate, "is the sign of the load cell right?"),
-        (&|rate| 101.97 * THRUST * rate * rate, "import it with unit `gf`"),
+        ((&|rate| 101.97 * THRUST * rate * rate) as Law, "import it with unit `gf`"),
         (&|rate| 0.102 * THRUST * rate * rate, "import it with unit `kgf`"),
         (&|rate| 0.2248 * THRUST * rate * rate, "import it with unit `lbf`"),
         (&|rate| 3.597 * THRUST * rate * rate, "import it with unit `ozf`"),
@@ -188,7 +184,7 @@ fn only(log: &Dataset, names: &[&str]) -> Dataset {
 
 #[test]
 fn eqs_1_and_12_the_inertia_from_an_attitude_log() {
-    let log = attitude(|t| 0.25 * (lively(t) - 0.47), 3000);
+    let log = attitude(|t| 0.25 * (exciting(t) - 0.47), 3000);
     let rates = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s", "body_rate_rad_s"];
     let settings = |degree| IdentifySettings { degree, battery: false, ..IdentifySettings::default() };
     let inertia = |log: &Dataset| {
@@ -208,7 +204,7 @@ fn eqs_1_and_12_the_inertia_from_an_attitude_log() {
     close(inertia(&only(&log, &rates)).inertia.value, INERTIA, 0.01 * INERTIA);
     // A commanded torque is held from its row to the next.
     let mut held = Dataset::new("held.csv", "", log.time().to_vec()).expect("rising time");
-    let torques: Vec<f64> = log.time().iter().map(|t| lively(*t) - 0.47).collect();
+    let torques: Vec<f64> = log.time().iter().map(|t| exciting(*t) - 0.47).collect();
     let mut rate = 0.0;
     let rates = torques.iter().map(|torque| {
         let before = rate;
@@ -228,7 +224,7 @@ fn eqs_1_and_12_the_inertia_from_an_attitude_log() {
 
 #[test]
 fn eq_12_has_a_sign_and_a_body_that_does_not_turn_has_no_inertia() {
-    let log = attitude(|t| 0.25 * (lively(t) - 0.47), 3000);
+    let log = attitude(|t| 0.25 * (exciting(t) - 0.47), 3000);
     let with_rate = |change: &dyn Fn(f64) -> f64| {
         let mut log = log.clone();
         let rates = log.column("body_rate_rad_s").expect("there").iter().map(|rate| change(*rate)).collect();
@@ -241,15 +237,8 @@ fn eq_12_has_a_sign_and_a_body_that_does_not_turn_has_no_inertia() {
     for change in [(&|rate: f64| -rate) as &dyn Fn(f64) -> f64, &still] {
         let found = with_rate(change);
         assert!(found.body.is_none());
-        let told = sentences(&found.findings)
-            .iter()
-            .any(|warning| warning.contains("the torque hardly shows in the body rate"));
-        assert!(told, "{:?}", sentences(&found.findings));
-        assert!(
-            !sentences(&found.findings).iter().any(|warning| warning.contains("0.000 ±")),
-            "{:?}",
-            sentences(&found.findings)
-        );
+        let hardly = finding(&found, "torque_hardly_shows").expect("it does");
+        assert!(!sentence(hardly).contains("0.000 ±"), "{}", sentence(hardly));
         assert_eq!(found.model.body.inertia, 0.032, "the template's");
     }
 }

@@ -1,19 +1,21 @@
-//! Section III.B against its rivals on a rotor that is late: pole and delay come out together, and the model has both.
+//! Section III.B against alternative model structures on a rotor that is late: pole and delay come out together, and the model has both.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rotorbench::identify::{Identification, IdentifySettings, identify};
 use rotorbench::log::Dataset;
-use rotorbench::report::findings::sentences;
 
 use super::close;
-use super::logs::{C_G1, C_G2, PERIOD, POLE, dataset, lively, voltage, z};
+use super::logs::{C_G1, C_G2, PERIOD, POLE, dataset, exciting, finding, voltage, z};
 
 /// [s] one and a half samples and a bit.
 const DELAY: f64 = 0.033;
 /// [rad/s] rms of the noise.
 const NOISE: f64 = 1.5;
+/// Codes of a delay that the model has, and of something that a lag lacks.
+const IN_MODEL: &str = "dead_time_in_model";
+const NOT_ENOUGH: &str = "first_order_lag_insufficient";
 
 /// What else a bench may have.
 #[derive(Clone, Copy, Default)]
@@ -31,7 +33,7 @@ fn run(bench: Bench, seed: u64, samples: usize) -> Dataset {
     let step = PERIOD / 200.0;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     // Each run has a part of its own of the levels that nobody can foretell.
-    let command = |t: f64| lively(t + 1000.0 * seed as f64);
+    let command = |t: f64| exciting(t + 1000.0 * seed as f64);
     let mut rate = z(command(0.0), voltage(0.0));
     let mut shown = rate;
     let mut rates = Vec::new();
@@ -65,7 +67,7 @@ fn eq_10_with_a_delay_has_the_pole_and_the_delay_in_the_model() {
     let bench = Bench { delay: DELAY, ..Bench::default() };
     let (log, other) = (run(bench, 1, 6000), run(bench, 2, 3000));
     let found = found(&[log], &[other], true);
-    let joint = found.joint.as_ref().expect("lively commands");
+    let joint = found.joint.as_ref().expect("exciting commands");
     let told = joint.delay.as_ref().expect("a delay of one and a half samples");
     println!("{told:?} {:?}", joint.pole);
     // 3.3 standard errors: one in a thousand each.
@@ -75,16 +77,9 @@ fn eq_10_with_a_delay_has_the_pole_and_the_delay_in_the_model() {
     assert!(joint.coefficients[1].distance(C_G1) < 3.3, "{:?}", joint.coefficients);
     // A lag alone makes up for the delay.
     assert!(told.pole_without.value < 0.8 * POLE, "{told:?}");
-    assert!(
-        sentences(&found.findings).iter().any(|warning| warning.contains("ms late")),
-        "{:?}",
-        sentences(&found.findings)
-    );
-    assert!(
-        !sentences(&found.findings).iter().any(|warning| warning.contains("not enough")),
-        "{:?}",
-        sentences(&found.findings)
-    );
+    let in_model = finding(&found, IN_MODEL).expect("the delay is told");
+    assert_eq!(in_model.number("delay_ms"), 1e3 * told.delay.value);
+    assert!(finding(&found, NOT_ENOUGH).is_none(), "{:?}", found.findings);
 
     let model = &found.model;
     assert_eq!(model.parameter("transport_delay.delay"), Some(told.delay.value));
@@ -107,24 +102,28 @@ fn eq_10_with_a_delay_has_the_pole_and_the_delay_in_the_model() {
 fn a_delay_is_left_out_when_asked_and_where_more_than_a_delay_is_missing() {
     let bench = Bench { delay: DELAY, ..Bench::default() };
     let without = found(&[run(bench, 3, 3000)], &[], false);
-    let told =
-        |found: &Identification, words: &str| sentences(&found.findings).iter().any(|it| it.contains(words));
     assert!(without.model.effects.is_empty() && without.model.ladder.is_empty());
-    assert!(told(&without, "a first-order lag is not enough") && told(&without, "`transport_delay` of 33."));
+    let missing = finding(&without, NOT_ENOUGH).expect("a delay is missing");
+    let delay = missing.texts("effects").iter().position(|it| it == "transport_delay").expect("the delay");
+    assert!((33.0..34.0).contains(&missing.numbers("times_ms")[delay]), "{missing:?}");
 
     // A third slower on the way down, and late: a delay does not explain that, and is not put into the model.
     let skewed = found(&[run(Bench { asymmetry: 0.35, ..bench }, 4, 3000)], &[], true);
     assert!(skewed.model.effects.is_empty(), "{:?}", skewed.model.effects);
-    assert!(told(&skewed, "a first-order lag is not enough") && told(&skewed, "far from noise"));
+    assert!(
+        finding(&skewed, NOT_ENOUGH).is_some() && finding(&skewed, "rotor_residual_correlated").is_some()
+    );
 
     // A second lag of 25 ms looks like a delay, and more like a second lag.
     let lagged = found(&[run(Bench { second: 0.025, ..Bench::default() }, 5, 3000)], &[], true);
     assert!(lagged.model.effects.is_empty(), "{:?}", lagged.model.effects);
-    assert!(told(&lagged, "`second_order_lag` of"), "{:?}", sentences(&lagged.findings));
+    let missing = finding(&lagged, NOT_ENOUGH).expect("a lag is missing");
+    assert!(missing.texts("effects").iter().any(|it| it == "second_order_lag"), "{missing:?}");
 
     // No delay, no word of it.
     let punctual = found(&[run(Bench::default(), 6, 3000)], &[], true);
-    assert!(punctual.model.effects.is_empty() && !told(&punctual, "late") && !told(&punctual, "not enough"));
+    assert!(punctual.model.effects.is_empty(), "{:?}", punctual.model.effects);
+    assert!([IN_MODEL, NOT_ENOUGH].iter().all(|code| finding(&punctual, code).is_none()));
 }
 
 /// Errors over repeated noise, in standard errors: their mean square is one. That of the pole without the share that the
@@ -138,7 +137,7 @@ fn the_standard_errors_of_delay_and_pole_hold_beside_each_other() {
         // Every second one: the other thread has those between.
         for seed in (from..RUNS).step_by(2) {
             let found = found(&[run(bench, 10 + seed, 1500)], &[], true);
-            let joint = found.joint.expect("lively commands");
+            let joint = found.joint.expect("exciting commands");
             let told = joint.delay.expect("a delay, also where the battery shows only beside it");
             let away = [told.delay.distance(DELAY), joint.pole.distance(POLE)];
             squares.iter_mut().zip(away).for_each(|(sum, away)| *sum += away * away / RUNS as f64);

@@ -1,6 +1,8 @@
 //! Logs made by small steps of the differential equation: nothing is shared with the fitter.
 
+use rotorbench::identify::Identification;
 use rotorbench::log::Dataset;
+use rotorbench::screening::Finding;
 
 /// [s] T_s.
 pub const PERIOD: f64 = 0.02;
@@ -78,7 +80,7 @@ pub fn ramps(t: f64) -> f64 {
 }
 
 /// Four levels that nobody can foretell, each for 0.1 s: a multiplicative hash of the slot's number.
-pub fn lively(t: f64) -> f64 {
+pub fn exciting(t: f64) -> f64 {
     let slot = ((t + 0.5 * PERIOD) / 0.1).floor() as u32;
     let hash = slot.wrapping_mul(2_654_435_761) ^ (slot.wrapping_mul(40_503) >> 7);
     0.35 + 0.08 * f64::from((hash >> 13) % 4)
@@ -112,4 +114,14 @@ pub fn attitude(deviation: impl Fn(f64) -> f64, samples: usize) -> Dataset {
     let names =
         ["command_1", "command_2", "propeller_rate_1_rad_s", "propeller_rate_2_rad_s", "body_rate_rad_s"];
     of_columns("attitude.csv", names, columns)
+}
+
+/// The first finding of this code.
+pub fn finding<'a>(found: &'a Identification, code: &str) -> Option<&'a Finding> {
+    found.findings.iter().find(|it| it.code == code)
+}
+
+/// The codes of all findings.
+pub fn codes(found: &Identification) -> Vec<&'static str> {
+    found.findings.iter().map(|it| it.code).collect()
 }

@@ -2,9 +2,8 @@
 
 use rotorbench::identify::{Identification, IdentifySettings, identify};
 use rotorbench::log::Dataset;
-use rotorbench::report::findings::sentences;
 
-use super::logs::{C_G1, C_G2, PERIOD, POLE, lively, of_columns, z};
+use super::logs::{C_G1, C_G2, PERIOD, POLE, codes, exciting, of_columns, z};
 
 const ROWS: usize = 3000;
 
@@ -22,7 +21,7 @@ fn voltage(t: f64, rates: [f64; 2]) -> f64 {
 
 /// The log of both, in 20 midpoint steps for each row; the voltage read in steps of `step` [V].
 fn log(step: f64) -> Dataset {
-    let commands = |t: f64| [lively(t), lively(t + 1000.0)];
+    let commands = |t: f64| [exciting(t), exciting(t + 1000.0)];
     let z = |u: [f64; 2], v: f64| [0, 1].map(|at| z(u[at], v));
     let mut rates = z(commands(0.0), 11.9);
     let mut columns: [Vec<f64>; 5] = Default::default();
@@ -64,8 +63,8 @@ fn what_the_other_rotor_draws_from_the_battery_is_known() {
         let log = log(step);
         for rotors in [[1, 2].as_slice(), &[1], &[2]] {
             let found = found(&log, rotors);
-            assert_eq!(sentences(&found.findings), [""; 0], "{step} V, rotors {rotors:?}");
-            let fit = found.joint.expect("lively commands");
+            assert_eq!(codes(&found), [""; 0], "{step} V, rotors {rotors:?}");
+            let fit = found.joint.expect("exciting commands");
             let [linear, quadratic] = [0, 1].map(|at| fit.coefficients[at]);
             let gain = fit.voltage_gain.expect("it shows");
             println!(

@@ -129,7 +129,7 @@ pub(crate) fn powered(
         thrust: None,
         segments,
         interval,
-        foretold: None,
+        instrument: None,
         beside: None,
     }
 }

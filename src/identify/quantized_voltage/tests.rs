@@ -35,7 +35,7 @@ fn read(step: f64, noise: f64, moves: bool) -> (RotorLog, Vec<f64>) {
         thrust: None,
         segments: std::iter::once(0..ROWS).collect(),
         interval: 0.02,
-        foretold: None,
+        instrument: None,
         beside: None,
     };
     (log, truth)
@@ -78,7 +78,7 @@ fn a_voltage_that_crosses_one_edge_is_told() {
     let (mut log, _) = read(0.5, 0.005, false);
     let before = log.voltage.clone();
     let told = mend(&mut log).expect("told");
-    assert!(told.contains("in steps of 0.5 V, and crosses too few of them"), "{told}");
+    assert_eq!((told.code, told.number("step_v")), ("battery_quantized", 0.5));
     assert_eq!(log.voltage, before);
 }
 

@@ -6,6 +6,8 @@ mod identify;
 mod screening;
 mod session;
 
+pub(crate) use identify::outcome;
+
 use std::error::Error;
 
 use crate::diagnose::DiagnoseError;
@@ -13,6 +15,7 @@ use crate::identify::IdentifyError;
 use crate::screening::finding::SENTENCE;
 use crate::screening::{Finding, ScreeningError};
 use crate::session::SessionError;
+use crate::studies::paper::PaperError;
 
 /// The sentence of a finding, behind the names of its log and its rotor.
 #[must_use]
@@ -52,11 +55,12 @@ pub fn refusal(error: &(dyn Error + 'static)) -> Option<String> {
     if let Some(DiagnoseError::Column(error)) = error.downcast_ref::<DiagnoseError>() {
         return refusal(error);
     }
+    if let Some(PaperError::Identify(error)) = error.downcast_ref::<PaperError>() {
+        return refusal(error);
+    }
     match error.downcast_ref::<IdentifyError>()? {
         IdentifyError::Screening(ScreeningError::Column(finding)) => Some(sentence(finding)),
-        IdentifyError::Nothing { reasons } => {
-            Some(format!("nothing can be identified:\n  {}", sentences(reasons).join("\n  ")))
-        }
+        IdentifyError::Nothing { reasons, steps } => Some(identify::nothing(reasons, steps)),
         _ => None,
     }
 }

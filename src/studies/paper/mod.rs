@@ -11,7 +11,7 @@ use crate::control::gains::complementary_eigenvalues;
 use crate::control::{ControllerConfig, ControllerKind, EmcGains};
 use crate::experiment::Shape;
 use crate::guard::Cause;
-use crate::identify::{Identification, IdentifyError, IdentifySettings, identify_telling};
+use crate::identify::{Identification, IdentifyError, IdentifySettings, identify_with_progress};
 use crate::log::DatasetError;
 use crate::rt::Shutdown;
 use crate::runtime::ProcessError;
@@ -150,9 +150,10 @@ pub fn run(
         logs.push(benches.experiment(shape, name, tell)?);
     }
     let validation = logs.split_off(3);
-    let identification = identify_telling(&logs, &validation, &IdentifySettings::default(), &mut |step| {
-        tell(step, benches.share());
-    })?;
+    let identification =
+        identify_with_progress(&logs, &validation, &IdentifySettings::default(), &mut |step| {
+            tell(step, benches.share());
+        })?;
     let gains = ControllerConfig::paper().emc.gains(identification.model.actuator.pole, PERIOD_S)?;
     let mut flown = Vec::new();
     for (delay, controller, kind) in flights {

@@ -1,0 +1,198 @@
+//! Numbers that decide something in identification.
+
+crate::thresholds! {
+    /// [rad/s] a slower response to commands than this pole is refused: no rotor on a bench is as slow.
+    slowest_pole: f64 = 0.3, "rad/s", "judgement";
+    /// [rad/s] a faster pole asks for the unit of time: no rotor with a propeller is as fast.
+    fastest_pole: f64 = 200.0, "rad/s", "judgement";
+    /// [-] a slow pole is off by a unit of time when it is that unit times the model's pole within this factor.
+    time_unit_factor: f64 = 2.0, "-", "judgement";
+    /// [-] share of the voltage that a battery may have lost where nobody read it, before falling rates are blamed on the command.
+    unread_battery_fall: f64 = 0.3, "-", "judgement";
+    /// [-] rates belong to another rotor's command when the error behind it is below this share of the error behind their own.
+    other_rotor_error_share: f64 = 0.5, "-", "judgement";
+    /// [-] rms errors of the fit by which a curve must fall over the commands before the command counts the other way round.
+    falling_rate_rms: f64 = 2.0, "-", "judgement";
+    /// [-] range of steady commands below which nothing is said of where the curve goes.
+    narrowest_steady_range: f64 = 0.05, "-", "judgement";
+    /// [-] correlation of steady rates with their commands below which the rates fall.
+    falling_correlation: f64 = -0.8, "-", "judgement";
+    /// [-] share of the error that commands a row earlier must take away before rates lead their commands.
+    lead_error_share: f64 = 1.0 / 3.0, "-", "judgement";
+    /// count: rows from the first jump on that a rotor is fitted alone to; four minutes at 50 Hz.
+    single_fit_rows: usize = 12_000, "count", "judgement (time of computing)";
+    /// [-] share of the rates' scatter that a fit may leave over where rates follow their commands.
+    follows_share: f64 = 0.6, "-", "judgement";
+    /// [-] power of the voltage with which a rate at one command falls at most.
+    voltage_power: f64 = 2.0, "-", "judgement";
+    /// [-] share of the commands left out at either end of the range in which a rotor was seen.
+    command_range_edge: f64 = 0.05, "-", "judgement";
+    /// [-] difference of two commands below which they are one: rounding of a written log.
+    same_command: f64 = 1e-6, "-", "digits of a CSV log";
+    /// [-] spread of the difference of two commands from which its part in the rates is known.
+    apart_spread: f64 = 0.02, "-", "judgement";
+    /// count: steady rows that show a difference of rates.
+    fewest_steady_rows: usize = 100, "count", "judgement";
+    /// Standard errors from which two rotors differ.
+    mismatch_errors: f64 = 5.0, "-", "normal distribution: 6e-7 by chance";
+    /// [-] share of a rate from which two rotors of one log differ.
+    mismatch_rate_share: f64 = 0.005, "-", "judgement";
+    /// [-] share of a pole from which two rotors of one log differ.
+    mismatch_pole_share: f64 = 0.02, "-", "judgement";
+    /// [-] the same share of a rate for rotors of two logs.
+    log_mismatch_rate_share: f64 = 0.01, "-", "judgement";
+    /// [-] the same share of a pole for rotors of two logs: a battery that gives way under load makes a pole a few percent faster.
+    log_mismatch_pole_share: f64 = 0.05, "-", "emulated benches with internal resistance";
+    /// [-] share of the narrower range of commands that two logs must have in common to compare their rates.
+    common_range_share: f64 = 0.5, "-", "judgement";
+    /// [-] factor between full voltages from which a battery is another one than the template's.
+    fuller_battery: f64 = 1.05, "-", "judgement";
+    /// [-] share of the voltages below the one that is taken as the best: a glitch of the reading is not the battery.
+    best_voltage: f64 = 0.99, "-", "judgement";
+    /// [s] longer than this no battery under load keeps its voltage to the last digit.
+    frozen_voltage: f64 = 30.0, "s", "judgement";
+    /// [-] share of the full voltage below which a log's battery is not the one that the full voltage is of.
+    low_battery_share: f64 = 0.7, "-", "judgement";
+    /// [s] samples of an attitude further apart than this do not show how the body moves.
+    sparsest_attitude: f64 = 2.0, "s", "judgement";
+    /// [-] share of the model's greatest rate from which a rate is compared with it: where a curve begins it may be anything.
+    fair_rate_share: f64 = 0.3, "-", "judgement";
+    /// [-] a unit is one factor in all rows: largest factor between the quartiles of the ratios.
+    unit_ratio_spread: f64 = 1.3, "-", "judgement";
+    /// [-] factor between a unit's ratio and the one that was found within which it is that unit.
+    unit_factor: f64 = 1.5, "-", "judgement";
+    /// [-] range of the share of its full voltage that a battery in use has.
+    battery_in_use: [f64; 2] = [0.6, 1.1], "-", "LiPo: 3.0 V to 4.2 V a cell";
+    /// [-] factor above the model's full voltage from which a battery is refused as another one.
+    other_battery_refused: f64 = 4.5, "-", "judgement";
+    /// [-] factor above the model's full voltage from which it is a finding.
+    other_battery_noted: f64 = 1.1, "-", "judgement";
+    /// count: steps that a log reaches over from which their treads average out.
+    quantized_steps: f64 = 30.0, "count", "emulated benches read in steps";
+    /// [-] share of a step by which the difference of two readings may miss a multiple of it.
+    step_tolerance: f64 = 0.02, "-", "judgement";
+    /// [V] no reading is as fine: smaller differences are rounding.
+    finest_step: f64 = 1e-6, "V", "digits of a CSV log";
+    /// [-] length of a tread over the mean of all from which a reading froze.
+    longest_tread: f64 = 3.0, "-", "judgement";
+    /// [-] error of an edge between two treads, in steps.
+    edge_error: f64 = 0.05, "-", "emulated benches read in steps";
+    /// [-] error of the voltage's fall, as a share of it, up to which the edges show how it fell.
+    known_fall: f64 = 0.15, "-", "judgement";
+    /// Logarithm of the likelihood by which a load must improve the fit of a quantized voltage.
+    load_likelihood: f64 = 6.0, "-", "chi-squared of one freedom: 5e-4 by chance";
+    /// count: steps of a quantized voltage for each knot of its course.
+    knot_steps: f64 = 2.0, "count", "judgement";
+    /// [s] a discharge bends over no shorter time.
+    shortest_bend: f64 = 10.0, "s", "judgement";
+    /// [-] standard deviation of the load over its mean from which it can be separated from the course.
+    load_spread: f64 = 0.1, "-", "judgement";
+    /// [-] least noise of a quantized voltage, in steps.
+    least_step_noise: f64 = 0.02, "-", "judgement";
+    /// [-] noise in steps from which it carries the reading over the treads, so that nothing is to be mended.
+    most_step_noise: f64 = 0.5, "-", "dither theory: half a step";
+    /// [-] weight of all treads beside all edges where the fit of a quantized voltage starts.
+    tread_weight: f64 = 0.01, "-", "judgement";
+    /// [-] least weight of a row in that fit.
+    least_row_weight: f64 = 1e-3, "-", "judgement";
+    /// count: rows for each number fitted to the voltage, at least: the noise they carry over is a tenth of the reading's variance.
+    rows_per_number: usize = 10, "count", "one over it is the share of noise";
+    /// count: passes of two-stage least squares; each leaves a twentieth of the error before it.
+    instrument_passes: usize = 2, "count", "emulated battery with 0.3 V of sag at hover";
+    /// count: joint fits more, each with instruments from the numbers of the one before.
+    instrument_refits: usize = 2, "count", "emulated battery with 0.3 V of sag at hover";
+    /// Standard errors from which the battery shows in the joint estimation.
+    battery_shows_errors: f64 = 3.0, "-", "normal distribution: 0.1 % by chance";
+    /// First-stage F statistic below which the voltage of a level moved too little over its noise.
+    weakest_first_stage: f64 = 15.0, "-", "Stock and Yogo 2005: 10 to 16 for weak instruments";
+    /// count: rows of one constant command that k_V needs.
+    fewest_level_rows: usize = 100, "count", "judgement";
+    /// [-] standard deviation of a k_V taken from the template, as a share of it.
+    assumed_gain_error: f64 = 0.5, "-", "judgement";
+    /// count: scored samples from which anything may be fitted.
+    fewest_samples: usize = 100, "count", "judgement";
+    /// count: rows of each log that decide on the degree of g(u); four minutes at 50 Hz.
+    degree_rows: usize = 12_000, "count", "judgement (time of computing)";
+    /// count: folds of the cross-validation of the curve.
+    curve_folds: usize = 5, "count", "judgement";
+    /// count: blocks of neighbouring samples that stay together in one fold.
+    curve_blocks: usize = 40, "count", "judgement";
+    /// Standard errors of the held-out difference from which a higher degree is better; with 1 it was too high one time in twenty.
+    degree_errors: f64 = 2.0, "-", "emulated benches";
+    /// count: steady rows from which a curve may be fitted.
+    fewest_curve_rows: usize = 100, "count", "judgement";
+    /// [-] range of commands below which a curve is not fitted.
+    narrowest_curve: f64 = 0.05, "-", "judgement";
+    /// [s] half of the time over which the slope of a command is taken: quantized commands stand still between steps.
+    slope_reach: f64 = 0.125, "s", "judgement";
+    /// [-] share of the rows in which the command rises, and in which it falls, from which ramps go both ways.
+    both_ways_share: f64 = 0.2, "-", "judgement";
+    /// Standard errors from which ramps show a lag.
+    ramp_lag_errors: f64 = 3.0, "-", "normal distribution: 0.1 % by chance";
+    /// [-] factor by which the pole fitted to ramps may end away from where it was seen first.
+    ramp_pole_factor: f64 = 3.0, "-", "judgement";
+    /// [-] share of the curve's range that a ramp's lag may take before the ramp is too fast for Eq. (4).
+    ramp_lag_share: f64 = 0.005, "-", "judgement";
+    /// Sampling intervals at the beginning of a stretch that are not scored with a delay; no delay that is tried is longer.
+    unheard_intervals: f64 = 7.0, "intervals", "longest delay tried, and one more";
+    /// Half sampling intervals of the longest delay tried.
+    longest_delay: usize = 12, "half intervals", "judgement";
+    /// count: rows of each log that decide between model structures; two minutes at 50 Hz.
+    alternative_rows: usize = 6_000, "count", "judgement (time of computing)";
+    /// Standard errors from which an alternative structure is needed, and preferred to the others.
+    alternative_errors: f64 = 4.0, "-", "normal distribution: 3e-5 by chance";
+    /// [-] share of the rms error that an alternative must take away.
+    alternative_gain: f64 = 0.01, "-", "judgement";
+    /// [-] lag-one correlation of the residual up to which the error of an alternative is widened.
+    most_correlated: f64 = 0.98, "-", "judgement";
+    /// count: folds of the cross-validation of a delay and of the joint degree.
+    delay_folds: usize = 3, "count", "judgement";
+    /// [-] lag-one correlation of the residual from which it is not noise alone.
+    correlated_residual: f64 = 0.5, "-", "judgement";
+    /// Standard errors around an alternative's delay within which the whole record's delay is looked for.
+    delay_search_errors: f64 = 6.0, "-", "judgement";
+    /// Sampling intervals around it, at least.
+    delay_search_intervals: f64 = 0.1, "intervals", "judgement";
+    /// Sampling intervals of the step of derivatives by the delay: between two samples the cost is a parabola.
+    delay_step: f64 = 0.1, "intervals", "judgement";
+    /// [-] standard error, as a share of a number, beyond which the logs do not show it.
+    insignificant_share: f64 = 0.4, "-", "2.5 standard errors";
+    /// [-] standard error, as a share of a number, beyond which it is uncertain.
+    uncertain_share: f64 = 0.2, "-", "5 standard errors";
+    /// Standard errors from which a k_V that hardly shows speaks against the template's.
+    against_template_errors: f64 = 4.0, "-", "normal distribution: 6e-5 by chance";
+    /// Standard errors from which two estimates of one number disagree.
+    disagreement_errors: f64 = 4.0, "-", "normal distribution: 6e-5 by chance";
+    /// [-] distance from 1 from which the gain from z to the rate says that the static curve does not hold in motion.
+    gain_off_one: f64 = 0.02, "-", "judgement";
+    /// [-] range of exciting commands below which g(u) holds near them only.
+    narrow_excitation: f64 = 0.05, "-", "judgement";
+    /// % fit of a log with exciting commands below which the model does not explain it.
+    unexplained_fit: f64 = 40.0, "%", "judgement";
+    /// [-] share of the body's motion from which a correlated residual counts: below, summed noise of the rotor rates looks the same.
+    unexplained_motion_share: f64 = 0.2, "-", "emulated benches";
+    /// [s] length of a window of the body rate.
+    body_window: f64 = 0.5, "s", "judgement";
+    /// count: samples of the gyro in a window, at least.
+    fewest_window_samples: usize = 5, "count", "judgement";
+    /// count: windows with as many samples that J needs, at least.
+    fewest_windows: usize = 10, "count", "judgement";
+    /// Standard errors from which the torque shows in the body rate.
+    torque_shows_errors: f64 = 3.0, "-", "normal distribution: 0.1 % by chance";
+    /// [-] share of a rotor's time constant below which a missing command does not matter for the body.
+    short_gap_share: f64 = 0.05, "-", "judgement";
+    /// Standard errors from which a torque of the body's own is missing in the fit of J.
+    omitted_torque_errors: f64 = 5.0, "-", "normal distribution: 6e-7 by chance";
+    /// Standard errors of d/J by which such a torque must move it.
+    omitted_torque_shift: f64 = 2.0, "-", "judgement";
+    /// [-] range of the ratio of J to the template's, over 180/π, in which the body rate was in degrees.
+    degrees_factor: [f64; 2] = [0.7, 1.4], "-", "judgement";
+    /// count: rows with thrust and rate that a thrust curve needs.
+    fewest_thrust_rows: usize = 20, "count", "judgement";
+    /// [-] share of the thrust that a linear part may take before c ω² is wrong.
+    linear_thrust_share: f64 = 0.03, "-", "judgement";
+    /// Standard errors from which a linear part of the thrust counts.
+    linear_thrust_errors: f64 = 4.0, "-", "normal distribution: 6e-5 by chance";
+    /// count: samples that a free run must be scored on.
+    fewest_validated: usize = 10, "count", "judgement";
+}
