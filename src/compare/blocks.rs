@@ -7,6 +7,7 @@ use super::channels::{BATTERY, BODY_ANGLE, BODY_RATE, COMMANDS, RATES, THRUSTS, 
 use super::thresholds::THRESHOLDS;
 use super::{CompareConfig, CompareError, gyro_block};
 use crate::effect::Law;
+use crate::estimation::slope::forward_slopes;
 use crate::log::Dataset;
 use crate::log::segments::{Stretch, stretches};
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, RotorInput, RotorStart, RotorTrace};
@@ -181,11 +182,8 @@ fn rotor_driven(equations: &Equations, time: &[f64], rates: &[Vec<f64>]) -> Body
         let last = values.last().copied();
         values.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).chain(last).collect()
     };
-    let rises =
-        time.windows(2).zip(torque.windows(2)).map(|(at, value)| (value[1] - value[0]) / (at[1] - at[0]));
-    let slopes: Vec<f64> = rises.chain([0.0]).collect();
     BodyInput {
-        torque: equations.torque_means(time, &means(&torque), &slopes),
+        torque: equations.torque_means(time, &means(&torque), &forward_slopes(time, &torque)),
         propeller_rate: [means(&rates[0]), means(&rates[1])],
         time: time.to_vec(),
     }

@@ -4,9 +4,12 @@
 use serde::Serialize;
 
 use super::thresholds::THRESHOLDS;
+use crate::estimation::slope::centred_slopes;
 use crate::log::Dataset;
-use crate::log::segments::slopes;
 use crate::screening::readings;
+
+/// Samples to both sides over which a channel's rate of change is taken.
+pub(crate) const REACH: usize = 2;
 
 /// How much of an error is a function of one channel, or of its rate of change.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -67,7 +70,8 @@ pub(crate) fn dependences(log: &Dataset, rows: &[usize], error: &[f64]) -> Vec<D
         found.extend(dependence(name.to_owned(), &at_rows, error));
         let mut rate = vec![f64::NAN; log.len()];
         for segment in log.segments() {
-            rate[segment.clone()].copy_from_slice(&slopes(&log.time()[segment.clone()], &values[segment]));
+            let slopes = centred_slopes(&log.time()[segment.clone()], &values[segment.clone()], REACH);
+            rate[segment].copy_from_slice(&slopes);
         }
         let at_rows: Vec<f64> = rows.iter().map(|row| rate[*row]).collect();
         found.extend(dependence(format!("d/dt {name}"), &at_rows, error));

@@ -6,6 +6,7 @@
 use super::block_run::{BlockRun, NoisePath};
 use super::channels::{BODY_ANGLE, BODY_RATE};
 use super::thresholds::THRESHOLDS;
+use crate::estimation::slope::centred_slopes;
 use crate::log::Dataset;
 use crate::log::segments::stretches;
 use crate::model::Equations;
@@ -22,8 +23,8 @@ pub(crate) fn run(equations: &Equations, log: &Dataset) -> Option<BlockRun> {
         if time.len() < 4 * half {
             continue;
         }
-        let true_rate = slopes(time, &stretch.inputs[1], half);
-        let measured = slopes(time, &integral(time, &stretch.inputs[0]), half);
+        let true_rate = centred_slopes(time, &stretch.inputs[1], half);
+        let measured = centred_slopes(time, &integral(time, &stretch.inputs[0]), half);
         let modelled = equations.gyroscope(time, &true_rate, &stretch.inputs[1]);
         // Windows at the ends are lopsided and noisier.
         let kept = half..time.len() - half;
@@ -51,19 +52,6 @@ fn integral(time: &[f64], values: &[f64]) -> Vec<f64> {
         turned
     });
     std::iter::once(0.0).chain(rest).collect()
-}
-
-/// Slope of the straight line through `half` samples to both sides, [unit/s].
-fn slopes(time: &[f64], values: &[f64], half: usize) -> Vec<f64> {
-    (0..values.len())
-        .map(|k| {
-            let window = k.saturating_sub(half)..(k + half + 1).min(values.len());
-            let count = window.len() as f64;
-            let mean = time[window.clone()].iter().sum::<f64>() / count;
-            let spread: f64 = time[window.clone()].iter().map(|t| (t - mean).powi(2)).sum();
-            window.map(|j| (time[j] - mean) * values[j]).sum::<f64>() / spread
-        })
-        .collect()
 }
 
 /// [-] by how much more noise stays in a slope over a channel of which only one row in so many holds a reading.

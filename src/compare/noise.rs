@@ -5,19 +5,17 @@ use std::collections::BTreeMap;
 use super::block_run::BlockRun;
 use super::channels::RATES;
 use super::thresholds::THRESHOLDS;
-use crate::estimation::noise_floor::{DITHERED, RESOLUTION, reading_step, spread};
-use crate::estimation::quantile::median;
+use crate::estimation::moments::deviation;
+use crate::estimation::noise_floor::{DITHERED, RESOLUTION};
+use crate::estimation::quantile::{MEDIAN_OF_NORMAL, median};
+use crate::estimation::reading_step::reading_step;
+use crate::estimation::third_differences::THIRD_DIFFERENCE;
 use crate::log::Dataset;
 use crate::model::Model;
 
 /// Standard deviation of the white noise of each measured signal, by column.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Noise(BTreeMap<String, f64>);
-
-/// Median of the size of a standard normal variable.
-const NORMAL_MEDIAN: f64 = 0.674_489_75;
-/// Sum of the squares of the third difference's weights 1, -3, 3, -1.
-const THIRD_DIFFERENCE: f64 = 20.0;
 
 impl Noise {
     /// The smallest of what the signal itself shows and what each model leaves of it: a model that follows a
@@ -50,7 +48,7 @@ impl Noise {
         // What no error can resolve, however quiet the sensor: data free of noise would never be explained.
         for (name, size) in &mut sizes {
             let values = log.column(name).unwrap_or(&[]);
-            *size = size.max(RESOLUTION * spread(values.iter().copied()));
+            *size = size.max(RESOLUTION * deviation(values.iter().copied()));
             // Nor what a reading's steps take away, which does not change from sample to sample where the noise is smaller.
             let step = reading_step(values.iter().copied());
             if *size < DITHERED * step {
@@ -109,7 +107,7 @@ fn of_block(differences: &[f64]) -> f64 {
     let median = median(differences.iter().copied()).unwrap_or(0.0);
     // On a coarse grid most neighbours are equal: then every flip between steps counts.
     let limit =
-        if median > 0.0 { THRESHOLDS.outlier_differences * median / NORMAL_MEDIAN } else { f64::INFINITY };
+        if median > 0.0 { THRESHOLDS.outlier_differences * median / MEDIAN_OF_NORMAL } else { f64::INFINITY };
     let (sum, count) = differences
         .iter()
         .filter(|size| **size <= limit)

@@ -1,10 +1,9 @@
 //! At which frequencies an error lives.
 
 use super::thresholds::THRESHOLDS;
-use rustfft::algorithm::Radix4;
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftDirection};
 use serde::Serialize;
+
+use crate::estimation::welch::power_density;
 
 /// Power of an error over frequency.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -27,40 +26,7 @@ pub(crate) fn spectrum<'a>(
     interval: f64,
     corner_hz: f64,
 ) -> Option<Spectrum> {
-    let transform = Radix4::new(THRESHOLDS.spectrum_piece, FftDirection::Forward);
-    let window: Vec<f64> = (0..THRESHOLDS.spectrum_piece)
-        .map(|k| 0.5 - 0.5 * (std::f64::consts::TAU * k as f64 / THRESHOLDS.spectrum_piece as f64).cos())
-        .collect();
-    let weight: f64 = window.iter().map(|w| w * w).sum();
-    let mut power = vec![0.0; THRESHOLDS.spectrum_piece / 2 + 1];
-    let mut count = 0.0;
-    for piece in pieces {
-        for start in (0..piece.len().saturating_sub(THRESHOLDS.spectrum_piece - 1))
-            .step_by(THRESHOLDS.spectrum_piece / 2)
-        {
-            let part = &piece[start..start + THRESHOLDS.spectrum_piece];
-            if part.iter().any(|value| !value.is_finite()) {
-                continue;
-            }
-            let mut buffer: Vec<Complex<f64>> =
-                part.iter().zip(&window).map(|(value, w)| Complex::new(value * w, 0.0)).collect();
-            transform.process(&mut buffer);
-            for (sum, value) in power.iter_mut().zip(&buffer) {
-                *sum += value.norm_sqr();
-            }
-            count += 1.0;
-        }
-    }
-    if count == 0.0 {
-        return None;
-    }
-    let step = 1.0 / (THRESHOLDS.spectrum_piece as f64 * interval);
-    // One-sided density, so that its integral is the variance.
-    let density: Vec<(f64, f64)> = power
-        .iter()
-        .enumerate()
-        .map(|(k, sum)| (k as f64 * step, 2.0 * sum / count * interval / weight))
-        .collect();
+    let density = power_density(pieces, THRESHOLDS.spectrum_piece, interval)?;
     let total: f64 = density.iter().map(|(_, density)| density).sum();
     let below: f64 = density.iter().filter(|(at, _)| *at < corner_hz).map(|(_, density)| density).sum();
     let low = if total > 0.0 { below / total } else { 0.0 };

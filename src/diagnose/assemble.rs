@@ -9,11 +9,12 @@ use super::diagnosis::{
     ChangedParameter, Diagnosis, ErrorSummary, FailurePlace, FoundParameter, LadderStep, NextExperiment,
     RankedCandidate, TrainValidate, Verdict,
 };
+use super::residual_evidence::evidence;
 use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
 use super::verdict::{joint, turns_against_torque};
 use crate::effect;
-use crate::estimation::dependence::evidence;
+use crate::estimation::moments::mean_square;
 use crate::log::Dataset;
 use crate::model::{Effect, Model};
 
@@ -226,9 +227,8 @@ fn places(blocks: &[SearchResult], verdicts: &[Verdict]) -> Vec<FailurePlace> {
         let best_is_base = found.answer.effects.is_empty();
         let fit = if best_is_base { &found.nominal.fit } else { &found.refitted.fit };
         for evidence in evidence(&found.split.train, fit) {
-            let power = evidence.error.iter().map(|value| value * value).sum::<f64>()
-                / evidence.error.len().max(1) as f64;
-            let excess = ((power / evidence.noise.max(f64::MIN_POSITIVE)) - 1.0).max(0.0);
+            let excess =
+                ((mean_square(&evidence.error) / evidence.noise.max(f64::MIN_POSITIVE)) - 1.0).max(0.0);
             let (depends_on, explained) = evidence.strongest();
             places.push(FailurePlace {
                 block: evidence.block,

@@ -10,7 +10,9 @@ use super::refusal::Refusal;
 use super::rotor_block::{COMMANDS, PROPELLER_RATES, RotorRun, rotor_runs, simulate};
 use super::thresholds::THRESHOLDS;
 use crate::effect::{Law, Term};
-use crate::estimation::noise_floor::{missing_alike, smooth, white, white_noise};
+use crate::estimation::noise_floor::white_noise;
+use crate::estimation::slope::forward_slopes;
+use crate::estimation::smoother::{missing_alike, smooth, white};
 use crate::log::Dataset;
 use crate::log::segments::held_throughout;
 use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
@@ -97,7 +99,7 @@ impl Driver<'_> {
                         let pairs = first.iter().zip(second);
                         pairs.map(|(first, second)| self.equations.rotor_torque(*first, *second)).collect()
                     };
-                    let slope = slopes(&data.time()[rows.clone()], &torque(&first.at, &second.at));
+                    let slope = forward_slopes(&data.time()[rows.clone()], &torque(&first.at, &second.at));
                     let quiet = torque(&first.mean, &second.mean);
                     let noisy = torque(&first.noisy(), &second.noisy());
                     let carried = noisy.iter().zip(&quiet).map(|(noisy, quiet)| noisy - quiet).collect();
@@ -219,12 +221,6 @@ impl Rates {
     fn noisy(&self) -> Vec<f64> {
         self.mean.iter().zip(&self.carried).map(|(mean, noise)| mean + noise).collect()
     }
-}
-
-/// How a signal rises within the interval after each sample.
-fn slopes(time: &[f64], values: &[f64]) -> Vec<f64> {
-    let pairs = time.windows(2).zip(values.windows(2));
-    pairs.map(|(time, value)| (value[1] - value[0]) / (time[1] - time[0])).chain([0.0]).collect()
 }
 
 /// The runs of a part of a rotor split, each with its local start.

@@ -5,7 +5,9 @@ use std::ops::Range;
 use super::body_block::{self, BodyRun};
 use super::rotor_block::{self, RotorRun};
 use super::thresholds::THRESHOLDS;
-use crate::estimation::noise_floor::{reading_step, spread};
+use crate::estimation::moments::deviation;
+use crate::estimation::noise_floor::{RESOLUTION, noise_of_reading};
+use crate::estimation::reading_step::reading_step;
 
 /// What is measured at a block's end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -72,16 +74,17 @@ impl BlockData {
         Self { runs, sigma: [1.0; 2], units, len, carried, reading_step }
     }
 
-    /// The step in which a channel is read, in its unit; 0 where there is none.
+    /// The noise floor of each channel in its unit, from residuals over the data's own sigma: the sensor's noise, and
+    /// what the noise of the rotors' sensors does to a body of `inertia` [kg m²] that they drive.
     #[must_use]
-    pub fn reading_step(&self, channel: usize) -> f64 {
-        self.reading_step[channel]
-    }
-
-    /// What the noise of what drives a body of 1 kg m² does to each channel, rms, in its unit times kg m².
-    #[must_use]
-    pub fn carried(&self) -> [f64; 2] {
-        self.carried
+    pub fn floors(&self, residuals: &[f64], inertia: f64) -> [f64; 2] {
+        let mut floors = self.sigma;
+        for (channel, floor) in floors.iter_mut().enumerate().take(self.channels().len()) {
+            let step = self.reading_step[channel] / *floor;
+            *floor *= noise_of_reading(residuals, &self.pieces(channel), step);
+            *floor = floor.hypot(self.carried[channel] / inertia).max(RESOLUTION * self.spread(channel));
+        }
+        floors
     }
 
     /// Whether it is a body that measured rotors drive.
@@ -140,9 +143,11 @@ impl BlockData {
     #[must_use]
     pub fn spread(&self, channel: usize) -> f64 {
         match &self.runs {
-            Runs::Rotor(runs) => spread(runs.iter().flat_map(|run| run.measured.iter().copied())),
-            Runs::Body(runs) if channel == 0 => spread(runs.iter().flat_map(|run| run.rate.iter().copied())),
-            Runs::Body(runs) => spread(runs.iter().flat_map(|run| run.angle.iter().copied())),
+            Runs::Rotor(runs) => deviation(runs.iter().flat_map(|run| run.measured.iter().copied())),
+            Runs::Body(runs) if channel == 0 => {
+                deviation(runs.iter().flat_map(|run| run.rate.iter().copied()))
+            }
+            Runs::Body(runs) => deviation(runs.iter().flat_map(|run| run.angle.iter().copied())),
         }
     }
 

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::estimation::moments::mean;
+use crate::estimation::slope::slope;
 use crate::log::segments::held_throughout;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations};
 use crate::screening::readings;
@@ -153,7 +155,7 @@ pub fn carried(runs: &[BodyRun]) -> [f64; 2] {
                 rates.push(rate + step * run.carried[row]);
                 angles.push(angle + step * (rate + 0.5 * step * run.carried[row]));
             }
-            let mean = rates.iter().sum::<f64>() / rates.len() as f64;
+            let mean = mean(&rates);
             sums[0] += rates.iter().map(|rate| (rate - mean).powi(2)).sum::<f64>();
             sums[1] += beside_a_line(&angles);
             count += rates.len() as f64;
@@ -164,17 +166,10 @@ pub fn carried(runs: &[BodyRun]) -> [f64; 2] {
 
 /// Sum of squares of what a straight line leaves of evenly spaced values.
 fn beside_a_line(values: &[f64]) -> f64 {
-    let count = values.len() as f64;
-    let middle = 0.5 * (count - 1.0);
-    let mean = values.iter().sum::<f64>() / count;
-    let (mut along, mut spread, mut power) = (0.0, 0.0, 0.0);
-    for (index, value) in values.iter().enumerate() {
-        let at = index as f64 - middle;
-        along += at * (value - mean);
-        spread += at * at;
-        power += (value - mean).powi(2);
-    }
-    (power - along * along / spread.max(f64::MIN_POSITIVE)).max(0.0)
+    let index: Vec<f64> = (0..values.len()).map(|index| index as f64).collect();
+    let ((slope, spread), mean) = (slope(&index, values), mean(values));
+    let power: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (power - slope * slope * spread).max(0.0)
 }
 
 /// Simulates one window from its local start, and writes the residuals: rates, then angles.

@@ -28,6 +28,7 @@ pub mod problem;
 mod progress;
 mod refit;
 pub mod refusal;
+mod residual_evidence;
 pub mod rotor_block;
 pub mod search;
 pub mod search_result;

@@ -9,7 +9,6 @@ use super::rotor_block::RotorRun;
 use super::surrogate_test::surrogate;
 use super::thresholds::THRESHOLDS;
 use crate::effect::{Site, Term, find};
-use crate::estimation::noise_floor::floors;
 use crate::model::Effect;
 
 pub(crate) fn over_floor(split: &DataSplit, fitted: &CandidateFit, floors: &[f64; 2]) -> (f64, usize) {
@@ -43,15 +42,15 @@ pub(crate) fn period(split: &DataSplit) -> usize {
 /// Noise floors from the answer's residuals on both parts.
 pub(crate) fn joint_floors(split: &DataSplit, best: &CandidateFit) -> [f64; 2] {
     let (train, validate) = (
-        floors(&split.train, &best.fit.residuals, best.model.body.inertia),
-        floors(&split.validate, &best.held_out.residuals, best.model.body.inertia),
+        split.train.floors(&best.fit.residuals, best.model.body.inertia),
+        split.validate.floors(&best.held_out.residuals, best.model.body.inertia),
     );
     [0.5 * (train[0] + validate[0]), 0.5 * (train[1] + validate[1])]
 }
 
 /// Weighs each channel of the split by how large its noise is.
 pub(crate) fn weigh_channels(split: &mut DataSplit, fitted: &CandidateFit) {
-    let floors = floors(&split.train, &fitted.fit.residuals, fitted.model.body.inertia);
+    let floors = split.train.floors(&fitted.fit.residuals, fitted.model.body.inertia);
     let weight = |channel: usize| {
         floors[channel].max(THRESHOLDS.least_channel_weight * fitted.channel_error(split, channel, false))
     };

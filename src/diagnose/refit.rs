@@ -7,7 +7,6 @@ use super::model_selection::{joint_floors, weigh_channels};
 use super::problem::Problem;
 use super::search::Search;
 use super::search_result::SearchResult;
-use crate::estimation::noise_floor::floors;
 use crate::estimation::output_error::judge;
 use crate::model::Effect;
 
@@ -68,7 +67,7 @@ impl Search<'_> {
             return;
         }
         let [.., answer] = &fits;
-        split.set_sigma(floors(&split.train, &answer.fit.residuals, answer.model.body.inertia));
+        split.set_sigma(split.train.floors(&answer.fit.residuals, answer.model.body.inertia));
         for fitted in fits {
             let inside: Vec<&Effect> =
                 self.known.iter().filter(|effect| fitted.model.has(&effect.id)).collect();

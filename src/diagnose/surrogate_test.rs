@@ -5,6 +5,7 @@ use rand::{RngExt, SeedableRng};
 
 use super::candidate_fit::CandidateFit;
 use super::thresholds::THRESHOLDS;
+use crate::estimation::normal_equations::dot;
 
 /// What shifted traces of a candidate do.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,10 +27,6 @@ fn is_patchy(residuals: &[f64]) -> bool {
 fn shared(trace: &[f64], residuals: &[f64], shift: usize) -> f64 {
     let under = residuals[shift..].iter().chain(&residuals[..shift]);
     trace.iter().zip(under).filter(|(_, under)| **under != 0.0).map(|(trace, _)| trace * trace).sum()
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// What shifted traces of what `with` adds to `without` do for the held-out residual. `period` is the length of a window of

@@ -1,47 +1,14 @@
-//! What the error depends on: the channel whose value tells most about it.
+//! How much of an error is a function of a channel.
 
-use super::output_error::Fit;
-use crate::diagnose::block_data::{BlockData, Runs};
-use crate::diagnose::body_block::BodyRun;
-use crate::diagnose::rotor_block::RotorRun;
+use super::moments::{mean, mean_square};
 
 /// Bins of equal count that a channel is cut into.
 const BINS: usize = 16;
 
-/// The error of one part of the model beside what it may depend on.
-pub struct Evidence {
-    /// `actuator_1`, `actuator_2` or `body`.
-    pub block: String,
-    /// The error: residuals of a rotor, unexplained acceleration of each window of the body.
-    pub error: Vec<f64>,
-    /// Variance of the error that noise alone would have.
-    pub noise: f64,
-    /// Channels, by log name.
-    pub channels: Vec<(String, Vec<f64>)>,
-}
-
-impl Evidence {
-    /// The channel that explains most, and its share of what is above the noise.
-    #[must_use]
-    pub fn strongest(&self) -> (String, f64) {
-        let room = (variance(&self.error) - self.noise).max(f64::MIN_POSITIVE);
-        let share = |values: &Vec<f64>| (between(&self.error, values) / room).clamp(0.0, 1.0);
-        let all = self.channels.iter().map(|(name, values)| (name.clone(), share(values)));
-        all.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((String::new(), 0.0))
-    }
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
-}
-
-/// Mean square: a constant error is an error too.
-fn variance(values: &[f64]) -> f64 {
-    values.iter().map(|value| value * value).sum::<f64>() / values.len().max(1) as f64
-}
-
-/// Mean square of the error's mean by bin of the channel, less what chance alone would give.
-fn between(error: &[f64], channel: &[f64]) -> f64 {
+/// Mean square of the error's mean by bin of the channel, less what chance alone would give, in the square of the error's unit;
+/// a constant error is an error too. Rows where the channel is missing are left out; zero of too few.
+#[must_use]
+pub fn explained(error: &[f64], channel: &[f64]) -> f64 {
     let mut order: Vec<usize> = (0..error.len()).filter(|row| channel[*row].is_finite()).collect();
     order.sort_by(|a, b| channel[*a].total_cmp(&channel[*b]));
     if order.len() < 4 * BINS {
@@ -53,118 +20,6 @@ fn between(error: &[f64], channel: &[f64]) -> f64 {
         level * level * bin.len() as f64
     });
     let explained = bins.sum::<f64>() / order.len() as f64;
-    let chance = (variance(error) - explained) * BINS as f64 / (order.len() - BINS) as f64;
+    let chance = (mean_square(error) - explained) * BINS as f64 / (order.len() - BINS) as f64;
     (explained - chance).max(0.0)
-}
-
-/// The evidence of a block under a fit.
-#[must_use]
-pub fn evidence(data: &BlockData, fit: &Fit) -> Vec<Evidence> {
-    match &data.runs {
-        Runs::Rotor(runs) => (0..2).filter_map(|rotor| rotor_evidence(data, runs, fit, rotor)).collect(),
-        Runs::Body(runs) => vec![body_evidence(data, runs, fit)],
-    }
-}
-
-fn rotor_evidence(data: &BlockData, runs: &[RotorRun], fit: &Fit, rotor: usize) -> Option<Evidence> {
-    let number = rotor + 1;
-    let names = [
-        "time_s".to_owned(),
-        format!("command_{number}"),
-        "battery_voltage_v".to_owned(),
-        format!("propeller_rate_{number}_rad_s"),
-        format!("change of propeller_rate_{number}_rad_s"),
-        format!("change of command_{number}"),
-    ];
-    let mut channels: Vec<(String, Vec<f64>)> = names.into_iter().map(|name| (name, Vec::new())).collect();
-    let mut error = Vec::new();
-    for (unit, run) in data.units().iter().zip(runs).filter(|(_, run)| run.rotor == rotor) {
-        let simulated: Vec<f64> = run
-            .measured
-            .iter()
-            .zip(&fit.residuals[unit.clone()])
-            .map(|(measured, residual)| measured - residual * data.sigma[0])
-            .collect();
-        for row in 0..run.time.len() {
-            let residual = fit.residuals[unit.start + row];
-            if residual == 0.0 || !run.measured[row].is_finite() {
-                continue;
-            }
-            error.push(residual * data.sigma[0]);
-            let back = row.saturating_sub(1);
-            // The change of the simulated rate: the measured one would bring its noise along.
-            let change = simulated[row] - simulated[back];
-            let recent = run.command[row] - run.command[row.saturating_sub(3)];
-            let voltage = run.voltage.as_ref().map_or(f64::NAN, |voltage| voltage[row]);
-            let values = [run.time[row], run.command[row], voltage, simulated[row], change, recent];
-            channels.iter_mut().zip(values).for_each(|((_, column), value)| column.push(value));
-        }
-    }
-    let floor = super::noise_floor::white_noise(&fit.residuals, data.units()) * data.sigma[0];
-    (!error.is_empty()).then(|| Evidence {
-        block: format!("actuator_{number}"),
-        error,
-        noise: floor * floor,
-        channels,
-    })
-}
-
-fn body_evidence(data: &BlockData, runs: &[BodyRun], fit: &Fit) -> Evidence {
-    let names = [
-        "time_s",
-        "body_angle_rad",
-        "body_rate_rad_s",
-        "torque",
-        "change of torque",
-        "propeller_rate_1_rad_s",
-        "propeller_rate_2_rad_s",
-    ];
-    let mut channels: Vec<(String, Vec<f64>)> =
-        names.into_iter().map(|name| (name.to_owned(), Vec::new())).collect();
-    let mut error = Vec::new();
-    let mut spread = Vec::new();
-    let windows = runs.iter().flat_map(|run| run.windows.iter().map(move |window| (run, window)));
-    for (unit, (run, window)) in data.units().iter().zip(windows) {
-        let time = &run.input.time[window.clone()];
-        let residuals = &fit.residuals[unit.start..unit.start + window.len()];
-        if residuals.iter().all(|value| *value == 0.0) {
-            continue;
-        }
-        let (slope, weight) = slope(time, residuals);
-        error.push(slope * data.sigma[0]);
-        spread.push(weight);
-        let over = |values: &[f64]| values.get(window.clone()).map_or(f64::NAN, mean);
-        let ends = |values: &[f64]| {
-            values
-                .get(window.end - 1)
-                .zip(values.get(window.start))
-                .map_or(f64::NAN, |(end, start)| end - start)
-        };
-        let values = [
-            mean(time),
-            over(&run.start_angle),
-            over(&run.start_rate),
-            over(&run.input.torque),
-            ends(&run.input.torque),
-            over(&run.input.propeller_rate[0]),
-            over(&run.input.propeller_rate[1]),
-        ];
-        channels.iter_mut().zip(values).for_each(|((_, column), value)| column.push(value));
-    }
-    channels.retain(|(_, values)| values.iter().any(|value| value.is_finite()));
-    let floor = super::noise_floor::white_noise(&fit.residuals, &data.pieces(0)) * data.sigma[0];
-    // The variance of a slope under white noise.
-    let noise = floor * floor * mean(&spread);
-    Evidence { block: "body".to_owned(), error, noise, channels }
-}
-
-/// The slope of values over time, and one over the sum of squares of time about its mean.
-fn slope(time: &[f64], values: &[f64]) -> (f64, f64) {
-    let (middle, level) = (mean(time), mean(values));
-    let (mut up, mut down) = (0.0, f64::MIN_POSITIVE);
-    for (at, value) in time.iter().zip(values) {
-        up += (at - middle) * (value - level);
-        down += (at - middle) * (at - middle);
-    }
-    (up / down, down.recip())
 }

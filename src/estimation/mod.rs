@@ -1,11 +1,21 @@
-//! Mathematics of estimation, without rotors and without logs: least squares, output error, variable projection, spectra,
-//! noise floors, tests of dependence.
+//! Mathematics of estimation, without rotors and without logs, each tool once.
 
+pub mod autocorrelation;
 pub mod dependence;
+pub mod frequency_response;
+pub mod golden_section;
+pub mod inversion;
+pub mod lag_products;
 pub mod least_squares;
+pub mod moments;
 pub mod noise_floor;
 pub mod normal_equations;
 pub mod output_error;
 pub mod quantile;
-pub mod spectrum;
+pub mod reading_step;
+pub mod robust_errors;
+pub mod slope;
+pub mod smoother;
+pub mod third_differences;
 pub mod variable_projection;
+pub mod welch;

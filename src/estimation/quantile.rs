@@ -1,5 +1,8 @@
 //! Order statistics.
 
+/// The median of the size of a normal variable, over its standard deviation.
+pub const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;
+
 /// The value below which this `share` [-] of `values` lies, of those that are finite: the nearest rank, so that 0 gives the
 /// least and 1 the greatest. `None` of none.
 #[must_use]

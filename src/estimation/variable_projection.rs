@@ -1,252 +1,317 @@
-//! One pass over a record at one pole: the lagged inputs, their slopes in p, and every inner product that a
-//! Gauss-Newton step needs.
+//! The pole of a first-order lag, and with it everything that enters linearly, by output error.
 //!
-//! The recursion is one row after another; the products are not. Rows are laid aside in a block on the stack, and
-//! their products are taken column by column with several sums at a time, which the processor does side by side.
+//! The model is `y' = -p y + p Σ c_j x_j(t)` with inputs `x_j` held between samples. It is solved exactly at the true
+//! sample times, irregular or not: `y(t + h) = a y(t) + (1 - a) x(t)`, `a = exp(-p h)`. Every stretch between holes
+//! starts from a state of its own, which is fitted too.
+//!
+//! The fit is variable projection (Golub, Pereyra 1973, with Kaufman's derivative): for a given p the
+//! coefficients and initial states are linear and eliminated, so that only p is searched. One pass over the
+//! record gathers all inner products that a Gauss-Newton step needs ([`lag_products`](super::lag_products)); no column
+//! of the record's length is ever stored.
 
-use std::ops::Range;
+use nalgebra::{DMatrix, DVector};
 
-use wide::f64x4;
+use super::autocorrelation::{lag_one_correlation, memory};
+use super::inversion::invert;
+pub use super::lag_products::Record;
+use super::lag_products::{Block, FORGOTTEN, Gram, run};
+use super::robust_errors::{blocks, widened};
 
-use crate::cancel;
-use crate::identify::pole::Record;
+/// ⟨e, e⟩ from which an initial state counts as known: its standard error is then at most three times the noise.
+/// Less comes from stretches whose beginning was not measured, and blows up when carried back to it.
+const KNOWN: f64 = 0.1;
+/// Rows of the record that the coarse search looks at.
+const COARSE_ROWS: usize = 6000;
+/// [rad/s] poles among which the coarse search starts, each 1.5 times the one before.
+const SLOWEST: f64 = 0.1;
+const COARSE_POLES: i32 = 22;
+/// Factor by which the beginning of a record may move p away from the grid before it is not believed.
+const REFINED: f64 = 1.5;
+/// What a cost may rise by rounding alone, as a share of the sum of squares it is the small difference of: near the
+/// minimum no step would pass otherwise, and each would be halved to nothing in vain.
+const ROUNDING: f64 = 1e-13;
+/// Relative change of p at which the search ends, and the same in standard errors of p.
+const TOLERANCE: f64 = 1e-9;
+const TOLERANCE_IN_ERRORS: f64 = 1e-5;
+const MOST_STEPS: usize = 40;
 
-/// Below this the initial state has no part in the output any more.
-pub(crate) const FORGOTTEN: f64 = 1e-9;
-/// Rows laid aside: all columns together stay in the processor's first cache.
-const BLOCK: usize = 128;
-/// Sums taken at a time.
-const LANES: usize = 8;
-
-/// Inner products over one stretch of w = [φ_1..φ_M, δ_1..δ_M, y] (φ the lagged inputs, δ = ∂φ/∂p), and with
-/// e = exp(-p (t - t_0)), the response to the initial state, and g = ∂e/∂p.
-pub(crate) struct Gram<const M: usize> {
-    pub ff: [[f64; M]; M],
-    pub fd: [[f64; M]; M],
-    pub dd: [[f64; M]; M],
-    pub fy: [f64; M],
-    pub dy: [f64; M],
-    pub yy: f64,
-    pub ef: [f64; M],
-    pub ed: [f64; M],
-    pub ey: f64,
-    pub ee: f64,
-    pub gf: [f64; M],
-    pub gd: [f64; M],
-    pub gy: f64,
-    pub ge: f64,
-    pub gg: f64,
+/// A fitted first-order lag.
+#[derive(Debug, Clone)]
+pub struct LagFit {
+    /// [rad/s] p.
+    pub pole: f64,
+    /// One for each input.
+    pub coefficients: Vec<f64>,
+    /// Covariance of the coefficients and, last, of the pole.
+    pub covariance: DMatrix<f64>,
+    /// The same for white noise of one unit of the output.
+    pub(crate) per_noise: DMatrix<f64>,
+    /// [unit of the output] rms of the residual over the scored samples.
+    pub residual_rms: f64,
+    /// Lag-one correlation of the residual.
+    pub residual_correlation: f64,
+    /// Scored samples.
     pub samples: usize,
+    /// [unit of the output] state at the start of each stretch; not-a-number where nothing was measured while it lasted.
+    pub initial: Vec<f64>,
 }
 
-/// Runs the lag over one stretch; `visit(row, φ, δ, e, g)` sees every row.
-pub(crate) fn run<const M: usize>(
-    record: &Record<M>,
-    segment: &Range<usize>,
-    pole: f64,
-    mut visit: impl FnMut(usize, &[f64; M], &[f64; M], f64, f64),
-) {
-    cancel::check();
-    let (mut lagged, mut slope) = ([0.0; M], [0.0; M]);
-    let (mut initial, mut elapsed) = (1.0, 0.0);
-    let (mut interval, mut decay) = (f64::NAN, 1.0);
-    for row in segment.clone() {
-        visit(row, &lagged, &slope, initial, -elapsed * initial);
-        if row + 1 >= segment.end {
+impl LagFit {
+    /// [rad/s] standard error of the pole.
+    #[must_use]
+    pub fn pole_error(&self) -> f64 {
+        self.error(self.coefficients.len())
+    }
+
+    /// Standard error of a coefficient.
+    #[must_use]
+    pub fn error(&self, index: usize) -> f64 {
+        self.covariance[(index, index)].max(0.0).sqrt()
+    }
+}
+
+/// Fits pole and coefficients; `None` when the record does not determine them.
+#[must_use]
+pub fn fit<const M: usize>(record: &Record<M>) -> Option<LagFit> {
+    fit_from(record, near_pole(record)?)
+}
+
+/// The same from a pole [rad/s] that is known to be near.
+pub(crate) fn fit_from<const M: usize>(record: &Record<M>, near: f64) -> Option<LagFit> {
+    search(record, near)?.finish(record, M + 1)
+}
+
+/// The coefficients at a pole [rad/s] that is known: what it may be off by is not in their standard errors.
+pub(crate) fn fit_at<const M: usize>(record: &Record<M>, pole: f64) -> Option<LagFit> {
+    Projection::new(record, pole)?.finish(record, M)
+}
+
+/// Gauss-Newton on the pole alone.
+fn search<const M: usize>(record: &Record<M>, near: f64) -> Option<Projection<M>> {
+    let mut at = Projection::new(record, near)?;
+    for _ in 0..MOST_STEPS {
+        // At most a factor of two per step: the profile is not a parabola far from its minimum.
+        let mut step = (at.step / at.pole).clamp(-0.5, 1.0);
+        if step.abs() < TOLERANCE || at.step_in_errors() < TOLERANCE_IN_ERRORS {
             break;
         }
-        let exact = record.time[row + 1] - record.time[row];
-        // The exponential is the slow part; a regular grid differs from itself by rounding only.
-        if (exact - interval).abs() > 1e-9 * exact || interval.is_nan() {
-            interval = exact;
-            decay = (-pole * interval).exp();
-        }
-        for ((lagged, slope), input) in lagged.iter_mut().zip(&mut slope).zip(&record.inputs[row]) {
-            let away = *lagged - input;
-            *slope = decay * (*slope - interval * away);
-            *lagged = decay * away + input;
-        }
-        elapsed += interval;
-        initial = if initial > FORGOTTEN { initial * decay } else { 0.0 };
-    }
-}
-
-/// Scored rows laid aside, column by column.
-pub(crate) struct Block<const M: usize> {
-    f: [[f64; BLOCK]; M],
-    d: [[f64; BLOCK]; M],
-    y: [f64; BLOCK],
-    rows: usize,
-}
-
-impl<const M: usize> Block<M> {
-    pub(crate) const EMPTY: Self =
-        Self { f: [[0.0; BLOCK]; M], d: [[0.0; BLOCK]; M], y: [0.0; BLOCK], rows: 0 };
-
-    fn push(&mut self, f: &[f64; M], d: &[f64; M], y: f64) {
-        let row = self.rows;
-        for i in 0..M {
-            self.f[i][row] = f[i];
-            self.d[i][row] = d[i];
-        }
-        self.y[row] = y;
-        self.rows += 1;
-    }
-}
-
-/// Rows of `N` numbers laid aside column by column, for all products of two of them.
-pub(crate) struct Columns<const N: usize> {
-    columns: [[f64; BLOCK]; N],
-    rows: usize,
-}
-
-impl<const N: usize> Columns<N> {
-    pub const EMPTY: Self = Self { columns: [[0.0; BLOCK]; N], rows: 0 };
-
-    pub fn push(&mut self, values: &[f64; N]) {
-        for (column, value) in self.columns.iter_mut().zip(values) {
-            column[self.rows] = *value;
-        }
-        self.rows += 1;
-    }
-
-    pub fn is_full(&self) -> bool {
-        self.rows == BLOCK
-    }
-
-    /// Adds the products of the first `used` columns, the lower half of them, and forgets the rows.
-    pub fn take(&mut self, used: usize, products: &mut [[f64; N]; N]) {
-        let behind = self.rows..self.rows.next_multiple_of(LANES);
-        self.columns.iter_mut().for_each(|column| column[behind.clone()].fill(0.0));
-        for (i, products) in products.iter_mut().enumerate().take(used) {
-            for (j, product) in products.iter_mut().enumerate().take(i + 1) {
-                *product += dot(&self.columns[i], &self.columns[j], self.rows);
+        let mut better = None;
+        for _ in 0..20 {
+            let trial = Projection::new(record, at.pole * (1.0 + step));
+            if let Some(trial) = trial.filter(|trial| trial.cost <= at.cost + ROUNDING * at.total) {
+                better = Some(trial);
+                break;
             }
+            step *= 0.5;
         }
-        self.rows = 0;
-    }
-}
-
-/// Two sums of four products each, side by side: written out, because a test build does not find them by itself.
-fn dot(a: &[f64; BLOCK], b: &[f64; BLOCK], rows: usize) -> f64 {
-    let mut sums = [f64x4::ZERO; LANES / 4];
-    let lanes = rows.div_ceil(LANES);
-    for (a, b) in a.as_chunks::<LANES>().0.iter().zip(b.as_chunks::<LANES>().0).take(lanes) {
-        for ((sum, a), b) in sums.iter_mut().zip(a.as_chunks::<4>().0).zip(b.as_chunks::<4>().0) {
-            *sum += f64x4::new(*a) * f64x4::new(*b);
+        match better {
+            Some(trial) => at = trial,
+            // No descent left: the minimum to working precision.
+            None => break,
         }
     }
-    sums.into_iter().sum::<f64x4>().reduce_add()
+    Some(at)
 }
 
-impl<const M: usize> Gram<M> {
-    const ZERO: Self = Self {
-        ff: [[0.0; M]; M],
-        fd: [[0.0; M]; M],
-        dd: [[0.0; M]; M],
-        fy: [0.0; M],
-        dy: [0.0; M],
-        yy: 0.0,
-        ef: [0.0; M],
-        ed: [0.0; M],
-        ey: 0.0,
-        ee: 0.0,
-        gf: [0.0; M],
-        gd: [0.0; M],
-        gy: 0.0,
-        ge: 0.0,
-        gg: 0.0,
-        samples: 0,
-    };
-
-    /// Over one stretch; `block` is there to be used again, since stretches may be many and short.
-    pub fn gather(record: &Record<M>, segment: &Range<usize>, pole: f64, block: &mut Block<M>) -> Self {
-        let mut gram = Self::ZERO;
-        run(record, segment, pole, |row, f, d, e, g| {
-            let y = record.output[row];
-            if y.is_nan() {
-                return;
-            }
-            block.push(f, d, y);
-            if block.rows == BLOCK {
-                gram.take(block);
-            }
-            // Soon forgotten: no part in what the loop costs.
-            if e > 0.0 {
-                gram.take_initial(f, d, y, e, g);
-            }
+/// [unit of the output] measured minus modelled output at every row, also those the fit was not scored on; not-a-number where
+/// nothing was measured.
+pub(crate) fn errors<const M: usize>(record: &Record<M>, fit: &LagFit) -> Vec<f64> {
+    let mut errors = vec![f64::NAN; record.time.len()];
+    for (segment, x0) in record.segments.iter().zip(&fit.initial) {
+        run(record, segment, fit.pole, |row, f, _, e, _| {
+            let forced = f.iter().zip(&fit.coefficients).map(|(f, c)| f * c).sum::<f64>();
+            // An unknown initial state leaves an unknown error while it lasts.
+            let model = if e > 0.0 { forced + x0 * e } else { forced };
+            errors[row] = record.output[row] - model;
         });
-        // Sums are taken over whole lanes: what lies behind the last row in them is zero.
-        let behind = block.rows..block.rows.next_multiple_of(LANES);
-        block.f.iter_mut().chain(&mut block.d).for_each(|column| column[behind.clone()].fill(0.0));
-        block.y[behind].fill(0.0);
-        gram.take(block);
-        gram.mirror();
-        gram
+    }
+    errors
+}
+
+/// [rad/s] a pole to start from, found on the beginning of the record, or on all of it when that says nothing.
+fn near_pole<const M: usize>(record: &Record<M>) -> Option<f64> {
+    if record.time.len() <= COARSE_ROWS {
+        return coarse_pole(record);
+    }
+    let head = record.head(COARSE_ROWS);
+    let Some(coarse) = coarse_pole(&head) else { return coarse_pole(record) };
+    // Steps over the beginning are cheap and save some over the whole.
+    let refined = search(&head, coarse).map(|found| found.pole);
+    refined.filter(|pole| (coarse / REFINED..coarse * REFINED).contains(pole)).or(Some(coarse))
+}
+
+/// [rad/s] the best pole of a coarse grid.
+fn coarse_pole<const M: usize>(record: &Record<M>) -> Option<f64> {
+    (0..COARSE_POLES)
+        .map(|power| SLOWEST * 1.5f64.powi(power))
+        .filter_map(|pole| Projection::new(record, pole))
+        .min_by(|a, b| a.cost.total_cmp(&b.cost))
+        .map(|projection| projection.pole)
+}
+
+/// The linear problem solved at one pole, and the Gauss-Newton step to the next.
+struct Projection<const M: usize> {
+    pole: f64,
+    coefficients: DVector<f64>,
+    /// [unit of the output] state at the start of each stretch, and whether the record determines it.
+    initial: Vec<(f64, bool)>,
+    cost: f64,
+    /// Sum of squares of the output, initial states eliminated.
+    total: f64,
+    /// Normal matrix of coefficients and pole, initial states eliminated.
+    normal: DMatrix<f64>,
+    /// [rad/s] change of p that Gauss-Newton asks for.
+    step: f64,
+    /// Second derivative of half the cost along p, coefficients and initial states following.
+    curvature: f64,
+    /// ⟨J, e⟩/⟨e, e⟩ of each stretch: what the elimination takes from each column.
+    shares: Vec<DVector<f64>>,
+    samples: usize,
+    /// Initial states that took part.
+    states: usize,
+}
+
+impl<const M: usize> Projection<M> {
+    fn new(record: &Record<M>, pole: f64) -> Option<Self> {
+        let segments = &record.segments;
+        let mut block = Block::EMPTY;
+        let grams: Vec<Gram<M>> = segments
+            .iter()
+            .map(|segment| Gram::gather(record, segment, pole, &mut block).without_initial_state())
+            .collect();
+        let sum = |entry: &dyn Fn(&Gram<M>) -> f64| grams.iter().map(entry).sum::<f64>();
+        let samples = grams.iter().map(|gram| gram.samples).sum::<usize>();
+        // A stretch without a sample has no state to be fitted.
+        let states = grams.iter().filter(|gram| gram.samples > 0).count();
+        let ff = DMatrix::from_fn(M, M, |i, j| sum(&|gram| gram.ff[i][j]));
+        let fy = DVector::from_fn(M, |i, _| sum(&|gram| gram.fy[i]));
+        if samples <= M + 1 + states {
+            return None;
+        }
+        let inverse = invert(&ff)?;
+        let coefficients = &inverse * &fy;
+        let total = sum(&|gram| gram.yy);
+        let cost = (total - coefficients.dot(&fy)).max(0.0);
+        let dot = |products: &[f64; M]| -> f64 {
+            products.iter().zip(coefficients.iter()).map(|(product, c)| product * c).sum()
+        };
+        let start = |gram: &Gram<M>| {
+            let seen = gram.ee >= FORGOTTEN;
+            (if seen { (gram.ey - dot(&gram.ef)) / gram.ee } else { 0.0 }, gram.ee >= KNOWN)
+        };
+        let initial: Vec<(f64, bool)> = grams.iter().map(start).collect();
+        // s = ∂y/∂p = Σ c_j δ_j + x_0 g, with the initial states taken out.
+        let each = || grams.iter().zip(initial.iter().map(|state| state.0));
+        let sf =
+            DVector::from_fn(M, |i, _| each().map(|(gram, x0)| dot(&gram.fd[i]) + x0 * gram.gf[i]).sum());
+        let sy: f64 = each().map(|(gram, x0)| dot(&gram.dy) + x0 * gram.gy).sum();
+        let ss: f64 = each()
+            .map(|(gram, x0)| {
+                let quadratic: f64 = (0..M).map(|i| coefficients[i] * dot(&gram.dd[i])).sum();
+                quadratic + 2.0 * x0 * dot(&gram.gd) + x0 * x0 * gram.gg
+            })
+            .sum();
+        let curvature = ss - sf.dot(&(&inverse * &sf));
+        // A pole that changes nothing in the output cannot be fitted.
+        if curvature.is_nan() || curvature <= 1e-12 * ss.max(f64::MIN_POSITIVE) {
+            return None;
+        }
+        let normal = DMatrix::from_fn(M + 1, M + 1, |i, j| match (i < M, j < M) {
+            (true, true) => ff[(i, j)],
+            (true, false) => sf[i],
+            (false, true) => sf[j],
+            (false, false) => ss,
+        });
+        let shares = each().map(|(gram, x0)| shares(gram, x0, &dot)).collect();
+        let step = (sy - coefficients.dot(&sf)) / curvature;
+        Some(Self {
+            pole,
+            coefficients,
+            initial,
+            cost,
+            total,
+            normal,
+            step,
+            curvature,
+            shares,
+            samples,
+            states,
+        })
     }
 
-    /// Adds the products of a block, of symmetric ones the upper half, and empties it.
-    fn take(&mut self, block: &mut Block<M>) {
-        let rows = block.rows;
-        for i in 0..M {
-            for j in 0..M {
-                if j >= i {
-                    self.ff[i][j] += dot(&block.f[i], &block.f[j], rows);
-                    self.dd[i][j] += dot(&block.d[i], &block.d[j], rows);
+    /// The step in standard errors of p, correlation left aside.
+    fn step_in_errors(&self) -> f64 {
+        let variance = self.cost / self.samples as f64;
+        self.step.abs() * (self.curvature / variance.max(f64::MIN_POSITIVE)).sqrt()
+    }
+
+    /// Residuals and standard errors at the minimum of the first `free` of coefficients and pole; what is not free has
+    /// none.
+    fn finish(self, record: &Record<M>, free: usize) -> Option<LagFit> {
+        let inverse = invert(&self.normal.view((0, 0), (free, free)).into_owned())?;
+        let freedom = self.samples.checked_sub(free + self.states).filter(|&n| n > 0)?;
+        let white = &inverse * (self.cost / freedom as f64);
+        let (residuals, scores) = self.residuals_and_scores(record);
+        let scores: Vec<_> = scores.into_iter().map(|score| score.rows(0, free).into_owned()).collect();
+        let whole = |part: DMatrix<f64>| part.resize(M + 1, M + 1, 0.0);
+        let squares: f64 = residuals.iter().map(|residual| residual * residual).sum();
+        Some(LagFit {
+            pole: self.pole,
+            coefficients: self.coefficients.iter().copied().collect(),
+            covariance: whole(widened(&white, &inverse, &scores, residuals.len(), memory(&residuals))),
+            per_noise: whole(inverse),
+            residual_rms: (squares / residuals.len() as f64).sqrt(),
+            residual_correlation: lag_one_correlation(&residuals),
+            samples: residuals.len(),
+            initial: self.initial.iter().map(|(x0, known)| if *known { *x0 } else { f64::NAN }).collect(),
+        })
+    }
+
+    /// [unit of the output] the residual of every scored row, and the sums of scores over blocks of them.
+    fn residuals_and_scores(&self, record: &Record<M>) -> (Vec<f64>, Vec<DVector<f64>>) {
+        let coefficients: [f64; M] = std::array::from_fn(|i| self.coefficients[i]);
+        let mut residuals = Vec::with_capacity(self.samples);
+        let mut scores = Vec::new();
+        let mut blocks = blocks(self.samples);
+        let mut end = blocks.next().map_or(0, |block| block.end);
+        let mut sum = ([0.0; M], 0.0);
+        let each = record.segments.iter().zip(&self.initial).zip(&self.shares);
+        for ((segment, (x0, _)), share) in each {
+            let taken: [f64; M] = std::array::from_fn(|i| share[i]);
+            run(record, segment, self.pole, |row, f, d, e, g| {
+                let y = record.output[row];
+                if y.is_nan() {
+                    return;
                 }
-                self.fd[i][j] += dot(&block.f[i], &block.d[j], rows);
-            }
-            self.fy[i] += dot(&block.f[i], &block.y, rows);
-            self.dy[i] += dot(&block.d[i], &block.y, rows);
+                let (mut model, mut slope) = (x0 * e, x0 * g);
+                for i in 0..M {
+                    model += coefficients[i] * f[i];
+                    slope += coefficients[i] * d[i];
+                }
+                let residual = y - model;
+                for i in 0..M {
+                    sum.0[i] += (f[i] - e * taken[i]) * residual;
+                }
+                sum.1 += (slope - e * share[M]) * residual;
+                residuals.push(residual);
+                if residuals.len() == end {
+                    scores.push(DVector::from_fn(M + 1, |i, _| sum.0.get(i).copied().unwrap_or(sum.1)));
+                    sum = ([0.0; M], 0.0);
+                    end = blocks.next().map_or(usize::MAX, |block| block.end);
+                }
+            });
         }
-        self.yy += dot(&block.y, &block.y, rows);
-        self.samples += block.rows;
-        block.rows = 0;
+        (residuals, scores)
     }
+}
 
-    fn take_initial(&mut self, f: &[f64; M], d: &[f64; M], y: f64, e: f64, g: f64) {
-        for i in 0..M {
-            self.ef[i] += e * f[i];
-            self.ed[i] += e * d[i];
-            self.gf[i] += g * f[i];
-            self.gd[i] += g * d[i];
+/// ⟨J, e⟩/⟨e, e⟩ for the columns J = [φ_1..φ_M, s] of one stretch.
+fn shares<const M: usize>(gram: &Gram<M>, x0: f64, dot: &dyn Fn(&[f64; M]) -> f64) -> DVector<f64> {
+    DVector::from_fn(M + 1, |index, _| {
+        if gram.ee < FORGOTTEN {
+            return 0.0;
         }
-        self.ey += e * y;
-        self.ee += e * e;
-        self.gy += g * y;
-        self.ge += g * e;
-        self.gg += g * g;
-    }
-
-    fn mirror(&mut self) {
-        for i in 0..M {
-            for j in 0..i {
-                self.ff[i][j] = self.ff[j][i];
-                self.dd[i][j] = self.dd[j][i];
-            }
-        }
-    }
-
-    /// Takes the free initial state out of every product: ⟨a, b⟩ becomes ⟨a, b⟩ - ⟨a, e⟩⟨e, b⟩ / ⟨e, e⟩.
-    pub fn without_initial_state(mut self) -> Self {
-        let ee = self.ee;
-        if ee < FORGOTTEN {
-            return self;
-        }
-        for i in 0..M {
-            for j in 0..M {
-                self.ff[i][j] -= self.ef[i] * self.ef[j] / ee;
-                self.fd[i][j] -= self.ef[i] * self.ed[j] / ee;
-                self.dd[i][j] -= self.ed[i] * self.ed[j] / ee;
-            }
-            self.fy[i] -= self.ef[i] * self.ey / ee;
-            self.dy[i] -= self.ed[i] * self.ey / ee;
-            self.gf[i] -= self.ge * self.ef[i] / ee;
-            self.gd[i] -= self.ge * self.ed[i] / ee;
-        }
-        self.yy -= self.ey * self.ey / ee;
-        self.gy -= self.ge * self.ey / ee;
-        self.gg -= self.ge * self.ge / ee;
-        self
-    }
+        let product = if index < M { gram.ef[index] } else { dot(&gram.ed) + x0 * gram.ge };
+        product / gram.ee
+    })
 }

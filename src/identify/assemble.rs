@@ -9,7 +9,7 @@ use super::result::Identification;
 use super::steady_rows::HIGHEST_DEGREE;
 use super::validate::{self, Validation};
 use super::{Estimate, IdentifiedActuator, IdentifyError};
-use crate::estimation::spectrum;
+use crate::estimation::frequency_response::{self, Signals};
 use crate::log::Dataset;
 use crate::model::{AddedEffect, ErrorFall, LogReference, Model, Step};
 use crate::screening::Finding;
@@ -178,9 +178,8 @@ impl Work<'_> {
         }
         self.findings.extend(idle);
         self.check_results();
-        let response = spectrum::response(&self.excited, |rotor, row| {
-            actuator.steady_rate(rotor.command[row], rotor.voltage.as_ref().map(|voltage| voltage[row]))
-        });
+        let signals = self.excited.iter().map(|rotor| signals(rotor, &actuator));
+        let response = frequency_response::response(&signals.collect::<Vec<Signals<'_>>>());
         let run = |rotors: &[RotorLog], actuator: &IdentifiedActuator| -> Vec<Validation> {
             rotors.iter().filter_map(|rotor| validate::validate(rotor, actuator)).collect()
         };
@@ -235,6 +234,19 @@ impl Work<'_> {
         reasons.extend(others);
         let steps = if self.rotors.is_empty() { Vec::new() } else { self.parts };
         IdentifyError::Nothing { reasons, steps }
+    }
+}
+
+/// From z to the measured rate, [rad/s] both.
+fn signals<'a>(rotor: &'a RotorLog, actuator: &IdentifiedActuator) -> Signals<'a> {
+    let voltage = |row: usize| rotor.voltage.as_ref().map(|voltage| voltage[row]);
+    let z = |(row, command): (usize, &f64)| actuator.steady_rate(*command, voltage(row));
+    Signals {
+        time: &rotor.time,
+        input: rotor.command.iter().enumerate().map(z).collect(),
+        output: &rotor.rate,
+        segments: &rotor.segments,
+        interval: rotor.interval,
     }
 }
 

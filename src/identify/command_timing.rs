@@ -1,8 +1,8 @@
 //! Rates that lead their commands: a logger that writes each command a row after it was sent. What is left over by a lag
 //! fitted to such a log looks like noise, and no delay makes up for it.
 
-use super::pole::LagFit;
 use super::thresholds::THRESHOLDS;
+use crate::estimation::variable_projection::LagFit;
 use crate::screening::Finding;
 use crate::screening::rotor_data::RotorLog;
 

@@ -13,13 +13,13 @@ use bench::{
 };
 
 use super::inertia;
-use super::pole;
 use super::ramp_lag::KnownLag;
 use super::regressors::record_of;
 use super::static_curve;
 use super::steady_rows;
 use super::thrust_curve;
 use super::{Estimate, IdentifiedActuator, joint_fit, voltage_gain, voltage_instruments};
+use crate::estimation::variable_projection;
 use crate::log::Dataset;
 use crate::screening::rotor_data::RotorLog;
 
@@ -81,7 +81,8 @@ fn pole_curve_and_k_v_at_once_from_lively_commands() {
             [("c_g2", C_G2), ("c_g1", C_G1), ("k_V", K_V), ("p", POLE)].map(|(n, t)| Count::new(n, t));
         for run in 0..RUNS as u64 {
             let log = measured(&truth, &mut Noise::new(2000 + run, memory));
-            let fit = pole::fit(&record_of(&[log], FULL_VOLTAGE, 0.0, |u, drop| [u, u * u, -drop]));
+            let fit =
+                variable_projection::fit(&record_of(&[log], FULL_VOLTAGE, 0.0, |u, drop| [u, u * u, -drop]));
             let fit = fit.expect("exciting commands");
             let values = fit.coefficients.iter().copied().chain([fit.pole]);
             for (index, (count, value)) in counts.iter_mut().zip(values).enumerate() {
@@ -93,10 +94,10 @@ fn pole_curve_and_k_v_at_once_from_lively_commands() {
 }
 
 /// Pole, curve and k_V of `logs` as `identify` fits them at once, with the noise of the voltage taken away.
-fn at_once(logs: &[RotorLog], counts: &mut [Count; 4]) -> pole::LagFit {
+fn at_once(logs: &[RotorLog], counts: &mut [Count; 4]) -> variable_projection::LagFit {
     let course: Vec<RotorLog> = logs.iter().map(voltage_instruments::course).collect();
     let quiet = joint_fit::with_instruments(logs, &course, FULL_VOLTAGE).expect("a lag");
-    let fit = pole::fit(&record_of(&quiet, FULL_VOLTAGE, 0.0, |u, drop| [u, u * u, -drop]));
+    let fit = variable_projection::fit(&record_of(&quiet, FULL_VOLTAGE, 0.0, |u, drop| [u, u * u, -drop]));
     let mut fit = fit.expect("exciting commands");
     joint_fit::allow_for_reading_noise(&mut fit, &quiet, 2);
     for (index, count) in counts.iter_mut().enumerate() {

@@ -9,11 +9,12 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use super::Estimate;
-use super::lag_order::{LagAlternative, golden};
-use super::pole::{self, LagFit, Record};
+use super::lag_order::LagAlternative;
 use super::regressors::NO_DELAY;
 use crate::effect::Term;
-use crate::estimation::least_squares;
+use crate::estimation::golden_section::golden;
+use crate::estimation::robust_errors;
+use crate::estimation::variable_projection::{self, LagFit, Record};
 
 /// A transport delay taken into the model, and what it did.
 #[derive(Debug, Clone, Serialize)]
@@ -46,7 +47,7 @@ pub(crate) fn identify<const M: usize>(
     record: impl Fn(f64) -> Record<M>,
 ) -> Option<DelayedFit> {
     let near = alternatives.iter().find(|it| it.term == Term::DeadTime && it.needed && it.clear)?;
-    let at = |delay: f64| pole::fit_from(&record(delay), near.pole);
+    let at = |delay: f64| variable_projection::fit_from(&record(delay), near.pole);
     let cost =
         |delay: f64| at(delay).map_or(f64::INFINITY, |fit| fit.residual_rms.powi(2) * fit.samples as f64);
     let around = (THRESHOLDS.delay_search_errors * near.time.standard_error)
@@ -82,14 +83,14 @@ pub(crate) fn identify<const M: usize>(
 /// [rad²/s²] mean squared error of each block of the record when it was held out of the fit; `near` [rad/s] is a pole
 /// to start from.
 pub(crate) fn held_out<const M: usize>(record: &Record<M>, near: f64) -> Option<Vec<f64>> {
-    let blocks: Vec<std::ops::Range<usize>> = least_squares::blocks(record.time.len()).collect();
+    let blocks: Vec<std::ops::Range<usize>> = robust_errors::blocks(record.time.len()).collect();
     let mut squares = vec![0.0; blocks.len()];
     for fold in 0..THRESHOLDS.delay_folds {
         let held =
             || blocks.iter().enumerate().filter(move |(index, _)| index % THRESHOLDS.delay_folds == fold);
         let mut kept = record.clone();
         held().for_each(|(_, rows)| kept.output[rows.clone()].fill(f64::NAN));
-        let errors = pole::errors(record, &pole::fit_from(&kept, near)?);
+        let errors = variable_projection::errors(record, &variable_projection::fit_from(&kept, near)?);
         for (index, rows) in held() {
             let scored: Vec<f64> = errors[rows.clone()].iter().copied().filter(|e| e.is_finite()).collect();
             squares[index] = scored.iter().map(|e| e * e).sum::<f64>() / scored.len().max(1) as f64;

@@ -15,6 +15,7 @@ use serde::Serialize;
 use super::omitted_torque::{self, OmittedTorque};
 use super::significance;
 use super::{Estimate, IdentifiedActuator, RotorRun};
+use crate::estimation::autocorrelation::lag_one_correlation;
 use crate::estimation::least_squares;
 use crate::log::Dataset;
 use crate::screening::Finding;
@@ -149,7 +150,7 @@ pub(crate) fn identify(
         bias: Estimate { value: fit.coefficients[1], standard_error: fit.standard_error(1) },
         residual_rms: fit.residual_rms,
         motion_rms: (y.norm_squared() / rows as f64).sqrt(),
-        residual_correlation: least_squares::lag_one_correlation(fit.residuals.as_slice()),
+        residual_correlation: lag_one_correlation(fit.residuals.as_slice()),
         omitted_torque,
         samples: rows,
         driven_by: drive.words,

@@ -9,11 +9,11 @@ use serde::Serialize;
 use super::Estimate;
 use super::dead_time::{self, Delay, DelayedFit};
 use super::lag_order::{self, LagAlternative};
-use super::pole::{self, LagFit, Record};
 use super::regressors::record_of;
 use super::static_curve::DegreeScore;
 use super::steady_rows::HIGHEST_DEGREE;
 use super::voltage_instruments::{self, RotorResponse};
+use crate::estimation::variable_projection::{self, LagFit, Record};
 use crate::screening::Finding;
 use crate::screening::rotor_data::RotorLog;
 
@@ -104,7 +104,7 @@ impl Problem<'_> {
     }
 
     fn fit<const M: usize>(&self, delay: f64) -> Option<LagFit> {
-        pole::fit(&self.record::<M>(self.rotors, delay))
+        variable_projection::fit(&self.record::<M>(self.rotors, delay))
     }
 
     fn alternatives<const M: usize>(&self, fit: &LagFit) -> Vec<LagAlternative> {
@@ -114,7 +114,7 @@ impl Problem<'_> {
     /// Squared error of each block when it was held out.
     fn held_out<const M: usize>(&self, delay: f64) -> Option<Vec<f64>> {
         let full = self.record::<M>(self.rotors, delay);
-        dead_time::held_out(&full, pole::fit(&full)?.pole)
+        dead_time::held_out(&full, variable_projection::fit(&full)?.pole)
     }
 
     fn with_alternatives<const M: usize>(&self, delays: bool) -> Option<Candidates> {

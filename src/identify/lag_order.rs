@@ -4,11 +4,12 @@ use super::thresholds::THRESHOLDS;
 use serde::Serialize;
 
 use super::Estimate;
-use super::pole::{self, LagFit, Record};
 use super::regressors::NO_DELAY;
 use crate::effect::{self, Card, Site, Term};
-use crate::estimation::least_squares::invert;
-use crate::estimation::variable_projection::Columns;
+use crate::estimation::golden_section::golden;
+use crate::estimation::inversion::invert;
+use crate::estimation::lag_products::Columns;
+use crate::estimation::variable_projection::{self, LagFit, Record};
 use crate::screening::rotor_data::RotorLog;
 
 use nalgebra::DMatrix;
@@ -44,7 +45,7 @@ pub(crate) fn both<const M: usize>(
     let interval = rotors.first().map_or(0.0, |rotor| rotor.interval);
     let record = |delay: f64| record(&heads, delay);
     let head = record(NO_DELAY);
-    let Some(lag) = pole::fit_from(&head, whole.pole) else { return Vec::new() };
+    let Some(lag) = variable_projection::fit_from(&head, whole.pole) else { return Vec::new() };
     let mut alternatives: Vec<LagAlternative> =
         delay(&lag, interval, record).into_iter().chain(second_order(&lag, &head)).collect();
     let least = |but: usize| {
@@ -79,7 +80,7 @@ fn delay<const M: usize>(
     interval: f64,
     record: impl Fn(f64) -> Record<M>,
 ) -> Option<LagAlternative> {
-    let fit = |delay: f64| pole::fit_from(&record(delay), lag.pole);
+    let fit = |delay: f64| variable_projection::fit_from(&record(delay), lag.pole);
     let cost =
         |delay: f64| fit(delay).map_or(f64::INFINITY, |fit| fit.residual_rms.powi(2) * fit.samples as f64);
     let step = 0.5 * interval;
@@ -199,38 +200,11 @@ fn eliminate(gram: &mut DMatrix<f64>, index: usize) {
     }
 }
 
-const GOLDEN_STEPS: usize = 16;
-
-/// Minimum of a function with one valley between two ends: golden section, to a 5e-4 part of the span.
-pub(crate) fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (f64, f64) {
-    const SHARE: f64 = 0.618_033_988_749_895;
-    let (mut left, mut right) = (high - SHARE * (high - low), low + SHARE * (high - low));
-    let (mut f_left, mut f_right) = (f(left), f(right));
-    for _ in 0..GOLDEN_STEPS {
-        if f_left <= f_right {
-            (high, right, f_right) = (right, left, f_left);
-            left = high - SHARE * (high - low);
-            f_left = f(left);
-        } else {
-            (low, left, f_left) = (left, right, f_right);
-            right = low + SHARE * (high - low);
-            f_right = f(right);
-        }
-    }
-    if f_left <= f_right { (left, f_left) } else { (right, f_right) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
     use rand_distr::StandardNormal;
-
-    #[test]
-    fn golden_section_finds_a_valley_also_at_an_end() {
-        assert!((golden(|x| (x - 0.3).powi(2), 0.0, 1.0).0 - 0.3).abs() < 1e-3);
-        assert!(golden(|x| x, 0.0, 1.0).0 < 1e-3);
-    }
 
     /// Two poles, integrated by Euler in steps a thousand times finer than the sampling, and noise.
     fn two_poles(slow: f64, fast: f64) -> Record<1> {
@@ -255,10 +229,10 @@ mod tests {
     #[test]
     fn a_second_pole_is_found_and_a_first_order_lag_is_left_alone() {
         let record = two_poles(16.0, 80.0);
-        let alternative = second_order(&pole::fit(&record).unwrap(), &record).unwrap();
+        let alternative = second_order(&variable_projection::fit(&record).unwrap(), &record).unwrap();
         assert!(alternative.needed);
         assert!(alternative.time.distance(1.0 / 80.0) < 3.5, "{alternative:?}");
         let record = two_poles(16.0, 40_000.0);
-        assert!(!second_order(&pole::fit(&record).unwrap(), &record).unwrap().needed);
+        assert!(!second_order(&variable_projection::fit(&record).unwrap(), &record).unwrap().needed);
     }
 }

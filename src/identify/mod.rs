@@ -29,7 +29,6 @@ mod lag_order;
 mod mistaken_columns;
 mod omitted_torque;
 pub(crate) mod pipeline;
-pub mod pole;
 mod quantized_voltage;
 mod ramp_lag;
 mod regressors;

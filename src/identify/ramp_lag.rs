@@ -6,11 +6,11 @@
 //! one way do not separate the lag from the curve: there it is what exciting commands showed, if any.
 
 use super::Estimate;
-use super::pole::{self, LagFit, Record};
 use super::regressors::record_of;
 use super::steady_rows::{HIGHEST_DEGREE, SteadyRows, goes_both_ways};
 use super::thresholds::THRESHOLDS;
 use crate::effect::followed;
+use crate::estimation::variable_projection::{self, LagFit, Record};
 use crate::model::polynomial;
 use crate::screening::rotor_data::RotorLog;
 
@@ -102,7 +102,7 @@ pub(crate) fn settled(rows: &SteadyRows, lag: &RampLag) -> Option<(Vec<f64>, Vec
 fn settled_by<const M: usize>(ramps: &[RotorLog], lag: &RampLag) -> Option<(Vec<f64>, Vec<f64>)> {
     let record = record::<M>(ramps, lag.delay);
     let fit = fit_to(&record, lag)?;
-    let errors = pole::errors(&record, &fit);
+    let errors = variable_projection::errors(&record, &fit);
     let each = record.inputs.iter().zip(errors).filter(|(_, error)| error.is_finite());
     let curve = |u: f64| u * polynomial(&fit.coefficients, u);
     Some(each.map(|(inputs, error)| (inputs[0], curve(inputs[0]) + error)).unzip())
@@ -119,12 +119,12 @@ fn fit(ramps: &[RotorLog], degree: usize, lag: &RampLag) -> Option<LagFit> {
 
 fn fit_to<const M: usize>(record: &Record<M>, lag: &RampLag) -> Option<LagFit> {
     if lag.known.is_some() {
-        return pole::fit_at(record, lag.pole);
+        return variable_projection::fit_at(record, lag.pole);
     }
     let near = |fit: &LagFit| {
         (1.0 / THRESHOLDS.ramp_pole_factor..THRESHOLDS.ramp_pole_factor).contains(&(fit.pole / lag.pole))
     };
-    pole::fit_from(record, lag.pole).filter(near)
+    variable_projection::fit_from(record, lag.pole).filter(near)
 }
 
 /// Powers u, u², ... of the command, and y_g for what they give.

@@ -1,7 +1,7 @@
 //! From rotor logs to the record that the pole is fitted to: which inputs, and with which delay.
 
-use super::pole::Record;
 use super::thresholds::THRESHOLDS;
+use crate::estimation::variable_projection::Record;
 use crate::screening::rotor_data::RotorLog;
 
 /// [s] No delay, but scored as the others are.

@@ -11,7 +11,7 @@ use super::thrust_curve::ThrustCurve;
 use super::validate::Validation;
 use super::voltage_gain::BatteryGain;
 use super::{Estimate, IdentifiedActuator};
-use crate::estimation::spectrum::ResponsePoint;
+use crate::estimation::frequency_response::ResponsePoint;
 use crate::model::Model;
 use crate::screening::Finding;
 use crate::signal::ROTORS;

@@ -5,11 +5,11 @@ use nalgebra::{DMatrix, DVector};
 
 use super::Estimate;
 use super::lag_order::{self, LagAlternative};
-use super::pole::LagFit;
 use super::regressors::record_of;
 use super::single_rotor_fit::{SingleRotorFit, excited_part};
 use crate::effect::Term;
 use crate::estimation::least_squares;
+use crate::estimation::variable_projection::LagFit;
 use crate::screening::Finding;
 use crate::screening::rotor_data::{RotorLog, bounds};
 

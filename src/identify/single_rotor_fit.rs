@@ -6,10 +6,11 @@ use std::ops::Range;
 use nalgebra::DVector;
 
 use super::Estimate;
-use super::pole::{self, LagFit};
 use super::regressors::record_of;
 use super::significance;
+use crate::estimation::moments::deviation;
 use crate::estimation::quantile::quantile;
+use crate::estimation::variable_projection::{self, LagFit};
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::RotorLog;
 
@@ -63,19 +64,13 @@ pub(crate) fn follows(part: &RotorLog, full_voltage: f64) -> Option<SingleRotorF
 /// A lag behind commands that act `delay` [s] late, with the battery where it was read.
 pub(crate) fn lag(part: &RotorLog, full_voltage: f64, delay: f64) -> Option<LagFit> {
     let part = std::slice::from_ref(part);
-    let beside = || pole::fit(&record_of(part, full_voltage, delay, |u, drop| [u, u * u, -drop]));
-    let alone = || pole::fit(&record_of(part, full_voltage, delay, |u, _| [u, u * u]));
+    let beside =
+        || variable_projection::fit(&record_of(part, full_voltage, delay, |u, drop| [u, u * u, -drop]));
+    let alone = || variable_projection::fit(&record_of(part, full_voltage, delay, |u, _| [u, u * u]));
     part[0].voltage.is_some().then(beside).flatten().or_else(alone)
 }
 
 /// [rad/s] standard deviation of the rates.
 pub(crate) fn scatter(part: &RotorLog) -> f64 {
-    deviation(&part.scored().map(|row| part.rate[row]).collect::<Vec<f64>>())
-}
-
-/// [unit of the values]
-pub(crate) fn deviation(values: &[f64]) -> f64 {
-    let count = values.len().max(1) as f64;
-    let mean = values.iter().sum::<f64>() / count;
-    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()
+    deviation(part.scored().map(|row| part.rate[row]))
 }

@@ -14,6 +14,7 @@ use serde::Serialize;
 use super::Estimate;
 use super::ramp_lag::{self, KnownLag};
 use super::steady_rows::{HIGHEST_DEGREE, SteadyRows, goes_both_ways};
+use crate::estimation::inversion::invert;
 use crate::estimation::least_squares::{self, LinearFit};
 use crate::model::polynomial;
 use crate::screening::rotor_data::bounds;
@@ -153,7 +154,7 @@ fn with_gain_error(
     voltage_drop: &[f64],
     gain_error: f64,
 ) -> Option<Vec<Estimate>> {
-    let inverse = least_squares::invert(&(design.transpose() * design))?;
+    let inverse = invert(&(design.transpose() * design))?;
     let shift = inverse * (design.transpose() * DVector::from_column_slice(voltage_drop)) * gain_error;
     let estimate = |(index, value): (usize, &f64)| Estimate {
         value: *value,

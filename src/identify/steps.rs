@@ -5,7 +5,6 @@ use super::inertia::{self, Body};
 use super::joint_fit::{self, JointFit};
 use super::lag_order;
 use super::pipeline::Work;
-use super::pole;
 use super::ramp_lag::KnownLag;
 use super::regressors::record_of;
 use super::result::PoleFit;
@@ -16,6 +15,7 @@ use super::thresholds::THRESHOLDS;
 use super::thrust_curve;
 use super::voltage_gain;
 use super::{Estimate, IdentifiedActuator};
+use crate::estimation::variable_projection;
 use crate::log::Dataset;
 use crate::model::polynomial;
 use crate::screening::Finding;
@@ -164,7 +164,7 @@ impl Work<'_> {
         let record = |rotors: &[RotorLog], delay: f64| {
             record_of(rotors, actuator.full_voltage, delay, |u, drop| [steady(u, drop), 1.0])
         };
-        let Some(fit) = pole::fit(&record(&excited, 0.0)) else {
+        let Some(fit) = variable_projection::fit(&record(&excited, 0.0)) else {
             return self.lacks(STEP, "steady_rate_hardly_moved");
         };
         let found = Estimate { value: fit.pole, standard_error: fit.pole_error() };

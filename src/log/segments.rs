@@ -72,21 +72,6 @@ fn hold(time: &[f64], values: &[f64]) -> Vec<f64> {
     known.collect()
 }
 
-/// Centred slope of a signal over rows of a stretch, by straight lines through five samples: [unit/s].
-pub(crate) fn slopes(time: &[f64], values: &[f64]) -> Vec<f64> {
-    const HALF: usize = 2;
-    (0..values.len())
-        .map(|row| {
-            let window = row.saturating_sub(HALF)..(row + HALF + 1).min(values.len());
-            let count = window.len() as f64;
-            let (at, of) = (&time[window.clone()], &values[window]);
-            let (mean_time, mean) = (at.iter().sum::<f64>() / count, of.iter().sum::<f64>() / count);
-            let spread: f64 = at.iter().map(|t| (t - mean_time).powi(2)).sum();
-            at.iter().zip(of).map(|(t, y)| (t - mean_time) * (y - mean)).sum::<f64>() / spread
-        })
-        .collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -112,6 +97,5 @@ mod tests {
         let values = vec![1.0, 1.0, 1.0, 1.0, f64::NAN, f64::NAN, 2.0];
         let found = stretches(&log, &[&values]);
         assert_eq!(found.iter().map(|stretch| stretch.rows.len()).collect::<Vec<_>>(), [4]);
-        assert_eq!(slopes(&time[..4], &[0.0, 2.0, 4.0, 6.0]), [2.0; 4]);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
 use crate::effect::{self, Site, Term};
-use crate::estimation::spectrum::{LagResponse, near};
+use crate::estimation::frequency_response::{LagResponse, near};
 use crate::identify::{Body, DegreeScore, Estimate, Identification, Validation};
 use crate::report::findings::{outcome, sentence};
 use crate::report::json::with_sentences;

@@ -9,7 +9,7 @@
 use super::channel::{Channel as Judged, Judgement};
 use super::saturation::SATURATED;
 use super::thresholds::THRESHOLDS;
-use crate::estimation::quantile::{median, quantile};
+use crate::estimation::quantile::{MEDIAN_OF_NORMAL, median, quantile};
 use crate::log::dataset::Dataset;
 
 /// Readings to each side that foretell one.
@@ -127,7 +127,7 @@ impl<'a> Neighbourhood<'a> {
                 .max(THRESHOLDS.outlier_of_level * level.abs())
                 .max(THRESHOLDS.outlier_steps * step),
             // The median of the size of a normal variable, and the size of a second difference.
-            noise: median(bends)? / (0.674_489_75 * f64::sqrt(6.0)),
+            noise: median(bends)? / (MEDIAN_OF_NORMAL * f64::sqrt(6.0)),
             log,
             command,
             seen,

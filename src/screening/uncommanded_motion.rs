@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use super::excitation::Motion;
 use super::rotor_data::RotorLog;
 use super::thresholds::THRESHOLDS;
+use crate::estimation::autocorrelation::lag_one_correlation;
 use crate::estimation::least_squares;
 use crate::screening::Finding;
 
@@ -77,7 +78,7 @@ impl RotorLog {
         let rate = DVector::from_iterator(rows.len(), rows.iter().map(|&row| self.rate[row]));
         let fit = least_squares::least_squares(&course, &rate)?;
         let share = fit.residual_rms / rate.mean().abs().max(f64::MIN_POSITIVE);
-        let alike = least_squares::lag_one_correlation(fit.residuals.as_slice()) > THRESHOLDS.scatter_lag_one;
+        let alike = lag_one_correlation(fit.residuals.as_slice()) > THRESHOLDS.scatter_lag_one;
         (share > THRESHOLDS.scatter || (share > THRESHOLDS.scatter_correlated && alike))
             .then_some((fit.residual_rms, rate.mean().abs()))
     }

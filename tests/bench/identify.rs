@@ -6,8 +6,8 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use rotorbench::emulate::EmulatorConfig;
+use rotorbench::estimation::variable_projection::{Record, fit};
 use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
-use rotorbench::identify::pole::{Record, fit};
 use rotorbench::log::Dataset;
 use rotorbench::runtime::lockstep::drive;
 

@@ -1,11 +1,11 @@
-//! Frequency response from data: Welch's averaged periodograms with coherence, beside the model's.
+//! Frequency response from data: Welch's averaged periodograms with coherence, beside that of a first-order lag.
 
-use rustfft::algorithm::Radix4;
+use std::ops::Range;
+
 use rustfft::num_complex::Complex64;
-use rustfft::{Fft, FftDirection};
 use serde::Serialize;
 
-use crate::screening::rotor_data::RotorLog;
+use super::welch::HannTransform;
 
 /// Samples in a window at most; at least eight windows must fit.
 const LONGEST_WINDOW: usize = 2048;
@@ -15,7 +15,7 @@ const REACHED: usize = 4;
 /// Sampling intervals may differ this much from their median in a record taken as uniform.
 const JITTER: f64 = 0.2;
 
-/// Frequency response ω_p over z at one frequency.
+/// Frequency response at one frequency.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct ResponsePoint {
     /// [Hz]
@@ -30,18 +30,32 @@ pub struct ResponsePoint {
     pub coherence: f64,
 }
 
-/// Response of the rotor from z = g(u) - k_V (v_bmax - v_b) to the measured rate.
-///
-/// Only stretches that are sampled evenly enough are used; nothing is interpolated.
-pub(crate) fn response(rotors: &[RotorLog], z: impl Fn(&RotorLog, usize) -> f64) -> Vec<ResponsePoint> {
-    let mut stretches: Vec<(Vec<f64>, Vec<f64>)> = Vec::new();
-    for rotor in rotors {
-        for rows in even_stretches(rotor) {
-            stretches.push(rows.map(|row| (z(rotor, row), rotor.rate[row])).unzip());
-        }
-    }
+/// Input and output over one record, row by row; nothing is interpolated.
+#[derive(Debug, Clone)]
+pub(crate) struct Signals<'a> {
+    /// [s] rising.
+    pub time: &'a [f64],
+    /// What drives the system.
+    pub input: Vec<f64>,
+    /// What it answers; not-a-number = not measured.
+    pub output: &'a [f64],
+    /// Stretches without holes.
+    pub segments: &'a [Range<usize>],
+    /// [s] the sampling interval.
+    pub interval: f64,
+}
+
+/// Response from input to output. Only stretches that are sampled evenly enough are used.
+pub(crate) fn response(records: &[Signals<'_>]) -> Vec<ResponsePoint> {
+    let part = |signals: &Signals<'_>, rows: Range<usize>| {
+        (signals.input[rows.clone()].to_vec(), signals.output[rows].to_vec())
+    };
+    let stretches: Vec<(Vec<f64>, Vec<f64>)> = records
+        .iter()
+        .flat_map(|signals| even_stretches(signals).into_iter().map(move |rows| part(signals, rows)))
+        .collect();
     let total: usize = stretches.iter().map(|stretch| stretch.0.len()).sum();
-    let interval = rotors.iter().map(|rotor| rotor.interval).find(|&interval| interval > 0.0).unwrap_or(0.0);
+    let interval = records.iter().map(|it| it.interval).find(|&interval| interval > 0.0).unwrap_or(0.0);
     let mut window = LONGEST_WINDOW;
     while window > 64 && total < FEWEST_WINDOWS * window / 2 {
         window /= 2;
@@ -57,15 +71,15 @@ pub(crate) fn response(rotors: &[RotorLog], z: impl Fn(&RotorLog, usize) -> f64)
     welch(&stretches, window, interval)
 }
 
-fn even_stretches(rotor: &RotorLog) -> Vec<std::ops::Range<usize>> {
+fn even_stretches(signals: &Signals<'_>) -> Vec<Range<usize>> {
+    let Signals { time, output, interval, .. } = signals;
     let mut stretches = Vec::new();
-    for segment in &rotor.segments {
+    for segment in signals.segments {
         let mut start = segment.start;
         for row in segment.clone() {
-            let step =
-                if row + 1 < segment.end { rotor.time[row + 1] - rotor.time[row] } else { f64::INFINITY };
-            let even = (step - rotor.interval).abs() <= JITTER * rotor.interval;
-            let good = rotor.rate[row].is_finite();
+            let step = if row + 1 < segment.end { time[row + 1] - time[row] } else { f64::INFINITY };
+            let even = (step - interval).abs() <= JITTER * interval;
+            let good = output[row].is_finite();
             if !good || !even {
                 let end = if good { row + 1 } else { row };
                 if end > start + 64 {
@@ -81,33 +95,23 @@ fn even_stretches(rotor: &RotorLog) -> Vec<std::ops::Range<usize>> {
 /// Averages over Hann windows that overlap by half. The phase is that of samples taken at the same instants.
 fn welch(stretches: &[(Vec<f64>, Vec<f64>)], window: usize, interval: f64) -> Vec<ResponsePoint> {
     let half = window / 2;
-    let shape: Vec<f64> =
-        (0..window).map(|k| 0.5 - 0.5 * (std::f64::consts::TAU * k as f64 / window as f64).cos()).collect();
-    let transform = Radix4::new(window, FftDirection::Forward);
+    let transform = HannTransform::new(window);
     let mut cross = vec![Complex64::ZERO; half];
     let (mut input_power, mut output_power) = (vec![0.0; half], vec![0.0; half]);
     let mut windows = 0usize;
     let spectrum = |values: &[f64]| {
         let mean = values.iter().sum::<f64>() / window as f64;
-        let mut buffer: Vec<Complex64> = values
-            .iter()
-            .zip(&shape)
-            .map(|(value, shape)| Complex64::new((value - mean) * shape, 0.0))
-            .collect();
-        transform.process(&mut buffer);
-        buffer
+        transform.of(values.iter().map(|value| value - mean))
     };
     for (input, output) in stretches {
-        let mut start = 0;
-        while start + window <= input.len() {
-            let (x, y) = (spectrum(&input[start..start + window]), spectrum(&output[start..start + window]));
+        for rows in transform.windows(input.len()) {
+            let (x, y) = (spectrum(&input[rows.clone()]), spectrum(&output[rows]));
             for k in 0..half {
                 cross[k] += x[k].conj() * y[k];
                 input_power[k] += x[k].norm_sqr();
                 output_power[k] += y[k].norm_sqr();
             }
             windows += 1;
-            start += half;
         }
     }
     if windows < FEWEST_WINDOWS / 2 || interval <= 0.0 {
@@ -133,7 +137,7 @@ fn welch(stretches: &[(Vec<f64>, Vec<f64>)], window: usize, interval: f64) -> Ve
         .collect()
 }
 
-/// Response of p/(s + p) behind a transport delay: what [`response`] measures when the model is right.
+/// Response of p/(s + p) behind a transport delay: what [`response`] measures of one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LagResponse {
     /// [rad/s] p.

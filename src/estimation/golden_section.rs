@@ -1,0 +1,35 @@
+//! Golden-section search (Kiefer 1953).
+
+/// Evaluations behind the first two: the bracket shrinks to 5e-4 of its width.
+const STEPS: usize = 16;
+/// The smaller part of the golden ratio, 1/φ.
+const SHARE: f64 = 0.618_033_988_749_895;
+
+/// Where a function with one valley is least between two ends, and its value there, to a 5e-4 part of the span.
+pub(crate) fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (f64, f64) {
+    let (mut left, mut right) = (high - SHARE * (high - low), low + SHARE * (high - low));
+    let (mut f_left, mut f_right) = (f(left), f(right));
+    for _ in 0..STEPS {
+        if f_left <= f_right {
+            (high, right, f_right) = (right, left, f_left);
+            left = high - SHARE * (high - low);
+            f_left = f(left);
+        } else {
+            (low, left, f_left) = (left, right, f_right);
+            right = low + SHARE * (high - low);
+            f_right = f(right);
+        }
+    }
+    if f_left <= f_right { (left, f_left) } else { (right, f_right) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn golden_section_finds_a_valley_also_at_an_end() {
+        assert!((golden(|x| (x - 0.3).powi(2), 0.0, 1.0).0 - 0.3).abs() < 1e-3);
+        assert!(golden(|x| x, 0.0, 1.0).0 < 1e-3);
+    }
+}
