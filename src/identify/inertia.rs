@@ -14,14 +14,15 @@ use serde::Serialize;
 
 use super::omitted_torque::{self, OmittedTorque};
 use super::significance;
-use super::{Estimate, IdentifiedActuator, RotorRun};
+use super::{Estimate, IdentifiedActuator};
 use crate::estimation::autocorrelation::lag_one_correlation;
 use crate::estimation::least_squares;
 use crate::log::Dataset;
+use crate::model::RotorTrace;
 use crate::screening::Finding;
 use crate::screening::attitude_units::{self, Mistaken};
 use crate::screening::missing_commands;
-use crate::screening::rotor_data::{LEAST_COMMAND, bounds, held_everywhere};
+use crate::screening::rotor_data::{LEAST_COMMAND, bounds};
 
 /// What the attitude log says about the body.
 #[derive(Debug, Clone, Serialize)]
@@ -160,17 +161,17 @@ pub(crate) fn identify(
 
 fn drive(log: &Dataset, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive> {
     let commands = log.column("command_1").zip(log.column("command_2"));
-    let voltage = log.column("battery_voltage_v").map(held_everywhere);
+    let voltage = log.column("battery_voltage_v");
     let runs = commands.map(|(first, second)| {
-        [first, second].map(|command| actuator.run_from(None, log.time(), command, voltage.as_deref()))
+        [first, second].map(|command| actuator.run_from(None, log.time(), command, voltage))
     });
     let c = actuator.thrust_coefficient;
     let predicted =
-        runs.as_ref().map(|[first, second]| impulse(log, [&first.rates, &second.rates], runs.as_ref(), c));
+        runs.as_ref().map(|[first, second]| impulse(log, [&first.rate, &second.rate], runs.as_ref(), c));
     let measured = log.column("propeller_rate_1_rad_s").zip(log.column("propeller_rate_2_rad_s"));
     if let Some((first, second)) = measured {
         let known = |rotor: usize, rates: &[f64]| match &runs {
-            Some(runs) => filled_along(log, rates, &runs[rotor].rates),
+            Some(runs) => filled_along(log, rates, &runs[rotor].rate),
             None => filled(log, rates),
         };
         let measured = impulse(log, [&known(0, first), &known(1, second)], runs.as_ref(), c);
@@ -186,7 +187,7 @@ fn drive(log: &Dataset, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive
 
 /// [N s] running integral of f_1 - f_2 with f = c ω², by the trapezoidal rule; where the commands are known, with what the
 /// rule misses of the exponentials between the samples, taken from the rotors' free run.
-fn impulse(log: &Dataset, rates: [&[f64]; 2], runs: Option<&[RotorRun; 2]>, c: f64) -> Vec<f64> {
+fn impulse(log: &Dataset, rates: [&[f64]; 2], runs: Option<&[RotorTrace; 2]>, c: f64) -> Vec<f64> {
     let trapezium =
         |rates: &[f64], row: usize, h: f64| 0.5 * h * (rates[row].powi(2) + rates[row + 1].powi(2));
     let mut sum = 0.0;
@@ -194,9 +195,9 @@ fn impulse(log: &Dataset, rates: [&[f64]; 2], runs: Option<&[RotorRun; 2]>, c: f
     for (row, step) in log.time().windows(2).enumerate() {
         let h = step[1] - step[0];
         let of = |rotor: usize| {
-            let missed =
-                runs.map_or(0.0, |runs| runs[rotor].squares[row] - trapezium(&runs[rotor].rates, row, h));
-            trapezium(rates[rotor], row, h) + missed
+            let square = |run: &RotorTrace| h * run.mean_square.as_ref().map_or(0.0, |all| all[row]);
+            let missed = |run: &RotorTrace| square(run) - trapezium(&run.rate, row, h);
+            trapezium(rates[rotor], row, h) + runs.map_or(0.0, |runs| missed(&runs[rotor]))
         };
         sum += c * (of(0) - of(1));
         running[row + 1] = sum;

@@ -48,6 +48,8 @@ mod voltage_instruments;
 
 use serde::Serialize;
 
+use crate::log::segments::held_throughout;
+use crate::model::{Equations, Model, RotorInput, RotorStart, RotorTrace, polynomial};
 use crate::screening::{Finding, ScreeningError};
 
 pub use dead_time::Delay;
@@ -174,78 +176,40 @@ impl IdentifiedActuator {
     pub fn steady_rate(&self, command: f64, voltage: Option<f64>) -> f64 {
         let drop =
             voltage.filter(|voltage| voltage.is_finite()).map_or(0.0, |voltage| self.full_voltage - voltage);
-        command * crate::model::polynomial(&self.coefficients, command) - self.voltage_gain * drop
+        command * polynomial(&self.coefficients, command) - self.voltage_gain * drop
     }
 
-    /// The row whose command has arrived, at each instant of `time` [s].
-    fn arrived(&self, time: &[f64]) -> Vec<usize> {
-        let mut acting = 0;
-        let each = (0..time.len()).map(|row| {
-            while acting < row && time[acting + 1] + self.delay <= time[row] {
-                acting += 1;
-            }
-            acting
-        });
-        each.collect()
+    /// The rotor as the model runs it.
+    fn equations(&self) -> Equations {
+        let mut model = Model::paper();
+        model.actuator.steady_rate = std::iter::once(0.0).chain(self.coefficients.iter().copied()).collect();
+        model.actuator.voltage_gain = self.voltage_gain;
+        model.actuator.full_voltage = self.full_voltage;
+        model.actuator.pole = self.pole;
+        model.bare_equations().with_command_delay(self.delay)
     }
 
     /// [rad/s] free run over `time` with commands and voltages held between samples, from the steady rate of the
     /// first command. Missing cells hold the value before.
     #[must_use]
     pub fn simulate(&self, time: &[f64], command: &[f64], voltage: Option<&[f64]>) -> Vec<f64> {
-        self.run_from(None, time, command, voltage).rates
+        self.run_from(None, time, command, voltage).rate
     }
 
     /// The same from a given rate, or from the first steady one, with what happens between the samples.
     fn run_from(
         &self,
-        start: Option<f64>,
+        rate: Option<f64>,
         time: &[f64],
         command: &[f64],
         voltage: Option<&[f64]>,
-    ) -> RotorRun {
-        let held = |values: &[f64]| crate::screening::rotor_data::held_everywhere(values);
-        let command = held(command);
-        let voltage = voltage.map(held);
-        let steady = |acting: usize, row: usize| {
-            let command =
-                command.get(acting).or(command.last()).copied().filter(|command| command.is_finite());
-            let voltage = voltage.as_ref().and_then(|voltage| voltage.get(row).or(voltage.last()));
-            self.steady_rate(command.unwrap_or(0.0), voltage.copied())
-        };
-        // Exact with the input held: [LPC16] Eq. (2), second line.
-        let lag = |rate: f64, steady: f64, span: f64| steady + (rate - steady) * (-self.pole * span).exp();
-        // [rad²/s] the integral of its square over that span.
-        let square = |rate: f64, steady: f64, span: f64| {
-            let (away, decay) = (rate - steady, (-self.pole * span).exp());
-            let cross = 2.0 * steady * away * (1.0 - decay);
-            steady * steady * span + (cross + 0.5 * away * away * (1.0 - decay * decay)) / self.pole
-        };
-        let mut run = RotorRun { rates: Vec::with_capacity(time.len()), squares: Vec::new() };
-        let mut rate = start;
-        // Before the delay has passed, the first command acts.
-        for (row, mut acting) in self.arrived(time).into_iter().enumerate() {
-            let mut now = rate.unwrap_or_else(|| steady(acting, row));
-            run.rates.push(now);
-            let Some(&next) = time.get(row + 1) else { break };
-            let (mut from, mut squares) = (time[row], 0.0);
-            while acting < row && time[acting + 1] + self.delay < next {
-                let arrives = time[acting + 1] + self.delay;
-                squares += square(now, steady(acting, row), arrives - from);
-                now = lag(now, steady(acting, row), arrives - from);
-                (acting, from) = (acting + 1, arrives);
-            }
-            run.squares.push(squares + square(now, steady(acting, row), next - from));
-            rate = Some(lag(now, steady(acting, row), next - from));
-        }
-        run
+    ) -> RotorTrace {
+        let command = held_throughout(command);
+        let voltage =
+            voltage.filter(|volts| volts.iter().any(|volts| volts.is_finite())).map(held_throughout);
+        let input = RotorInput { time, command: &command, voltage: voltage.as_deref(), side: 1.0 };
+        let mut trace = RotorTrace::with_squares();
+        self.equations().simulate_rotor(&input, &RotorStart { rate, ..RotorStart::default() }, &mut trace);
+        trace
     }
-}
-
-/// A free run of the rotor.
-struct RotorRun {
-    /// [rad/s] at each instant.
-    rates: Vec<f64>,
-    /// [rad²/s] integral of the squared rate from each instant to the next.
-    squares: Vec<f64>,
 }

@@ -40,7 +40,7 @@ pub(crate) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Optio
         let heard = rotor.time[first] + actuator.delay;
         let left = |row: usize| (-actuator.pole * (rotor.time[row] - rotor.time[first])).exp();
         let scored = |row: &usize| rotor.rate[*row].is_finite() && rotor.time[*row] >= heard;
-        let each: Vec<(usize, f64)> = rows.zip(forced.rates).filter(|(row, _)| scored(row)).collect();
+        let each: Vec<(usize, f64)> = rows.zip(forced.rate).filter(|(row, _)| scored(row)).collect();
         let squares: f64 = each.iter().map(|(row, _)| left(*row).powi(2)).sum();
         let products: f64 = each.iter().map(|(row, forced)| left(*row) * (rotor.rate[*row] - forced)).sum();
         let start = if squares > 0.0 { products / squares } else { 0.0 };

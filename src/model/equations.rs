@@ -62,12 +62,10 @@ pub struct Equations {
 }
 
 impl Model {
-    /// Binds the model's effects to their laws.
-    ///
-    /// # Errors
-    /// [`ModelError`] when an effect is unknown.
-    pub fn equations(&self) -> Result<Equations, ModelError> {
-        let mut equations = Equations {
+    /// The model without its effects.
+    #[must_use]
+    pub fn bare_equations(&self) -> Equations {
+        Equations {
             steady_rate: self.actuator.steady_rate.clone(),
             voltage_gain: self.actuator.voltage_gain,
             pole: self.actuator.pole,
@@ -94,7 +92,15 @@ impl Model {
             torque_stream: Vec::new(),
             torque: Vec::new(),
             rate_sensor: Vec::new(),
-        };
+        }
+    }
+
+    /// Binds the model's effects to their laws.
+    ///
+    /// # Errors
+    /// [`ModelError`] when an effect is unknown.
+    pub fn equations(&self) -> Result<Equations, ModelError> {
+        let mut equations = self.bare_equations();
         for added in &self.effects {
             let effect = self.effect(&added.id)?;
             let value = |name: &String| added.parameters.get(name).copied().unwrap_or(f64::NAN);
@@ -106,6 +112,13 @@ impl Model {
 }
 
 impl Equations {
+    /// The same with commands that act `delay` [s] later.
+    #[must_use]
+    pub fn with_command_delay(mut self, delay: f64) -> Self {
+        self.command_delay += delay;
+        self
+    }
+
     /// [rad/s] the pole of a rotor.
     #[must_use]
     pub fn rotor_pole(&self) -> f64 {

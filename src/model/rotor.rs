@@ -48,11 +48,20 @@ pub struct RotorTrace {
     pub measured: Vec<f64>,
     /// [rad/s] mean rate over the interval after each sample; the last one repeats the rate.
     pub mean: Vec<f64>,
+    /// [rad²/s²] mean of the squared rate over the interval after each sample, the last one of the rate there; `None` where
+    /// nobody asked for it.
+    pub mean_square: Option<Vec<f64>>,
     /// States of laws with memory at the last sample.
     end: [f64; MOST_STATES],
 }
 
 impl RotorTrace {
+    /// A trace that takes down the mean of the squared rate, too.
+    #[must_use]
+    pub fn with_squares() -> Self {
+        Self { mean_square: Some(Vec::new()), ..Self::default() }
+    }
+
     /// What a stretch that begins `hole` [s] after this one remembers of it.
     #[must_use]
     pub fn remembered(&self, hole: f64) -> Remembered {
@@ -97,13 +106,14 @@ impl Equations {
         trace.rate.clear();
         trace.measured.clear();
         trace.mean.clear();
+        trace.mean_square.iter_mut().for_each(Vec::clear);
         let mut point = Point { side: input.side, ..self.constants };
         if self.hold_rotor(&mut point, input, (0, 0)).is_none() {
             return;
         }
         let linear = self.steady.is_empty() && self.acceleration.is_empty() && self.rotor_sensor.is_empty();
         let mut state = self.settle(point, start);
-        if linear && self.command_delay == 0.0 {
+        if linear && self.command_delay == 0.0 && trace.mean_square.is_none() {
             self.follow(input, state.rate, trace);
             trace.end = state.steady;
             return;
@@ -130,7 +140,7 @@ impl Equations {
             trace.measured.push(self.sensed(&state, &mut sensor));
             let (Some(now), Some(next)) = (input.time.get(row), input.time.get(row + 1)) else { break };
             let mut from = *now;
-            let mut turned = 0.0;
+            let (mut turned, mut squares) = (0.0, 0.0);
             while from < *next {
                 while input.time.get(late + 1).is_some_and(|change| change + self.command_delay <= from) {
                     late += 1;
@@ -147,18 +157,28 @@ impl Equations {
                 if (stride.span - span).abs() > SAME_SPAN * span {
                     stride = self.stride(span);
                 }
+                let before = state.rate;
                 if linear {
-                    let way = point.steady_rate - state.rate;
-                    turned += point.steady_rate * span - way * stride.followed / self.pole;
+                    let (z, way) = (point.steady_rate, point.steady_rate - before);
+                    let gone = z * span - way * stride.followed / self.pole;
                     state.rate += way * stride.followed;
+                    turned += gone;
+                    // ω ω' = p (z ω - ω²), integrated.
+                    squares += z * gone - 0.5 * (state.rate - before) * (state.rate + before) / self.pole;
                 } else {
-                    turned += self.advance(&mut state, &mut point, &stride);
+                    let gone = self.advance(&mut state, &mut point, &stride);
+                    turned += gone;
+                    // As a straight line about its mean.
+                    squares += gone * gone / span + span * (state.rate - before).powi(2) / 12.0;
                 }
                 from = to;
             }
             trace.mean.push(turned / (next - now));
+            trace.mean_square.iter_mut().for_each(|all| all.push(squares / (next - now)));
         }
-        trace.mean.extend(trace.rate.last().copied());
+        let last = trace.rate.last().copied();
+        trace.mean.extend(last);
+        trace.mean_square.iter_mut().for_each(|all| all.extend(last.map(|rate| rate * rate)));
         trace.end = state.steady;
     }
 

@@ -157,6 +157,27 @@ fn a_delay_between_samples_is_exact() {
     }
 }
 
+/// The mean of the squared rate behind a delay that ends within intervals, against small steps of the closed form.
+#[test]
+fn the_mean_square_of_a_late_rotor_is_exact() {
+    let model = Model::paper();
+    let time: Vec<f64> = (0..60).map(|k| 0.02 * f64::from(k)).collect();
+    let command: Vec<f64> = (0..60).map(|k| if k < 10 { 0.4 } else { 0.5 }).collect();
+    let input = RotorInput { time: &time, command: &command, voltage: None, side: 1.0 };
+    let mut trace = RotorTrace::with_squares();
+    let equations = model.bare_equations().with_command_delay(0.013);
+    equations.simulate_rotor(&input, &RotorStart::default(), &mut trace);
+    let (low, high) = (model.steady_rate(0.4), model.steady_rate(0.5));
+    let exact = |at: f64| high + (low - high) * (-16.0 * (at - 0.213).max(0.0)).exp();
+    let squares = trace.mean_square.expect("asked for");
+    for (at, square) in time.iter().zip(&squares).take(59) {
+        let middle = |step: u32| exact(at + 0.02 * (f64::from(step) + 0.5) / 1000.0).powi(2);
+        let expected = (0..1000).map(middle).sum::<f64>() / 1000.0;
+        // The rule of midpoints, (p h)² / 24 of the change, and a kink within one step.
+        assert!((square / expected - 1.0).abs() < 1e-7, "{at}: {square} {expected}");
+    }
+}
+
 /// What was commanded before the log began is not known: a rotor that is late goes on as it is found until the first row's
 /// command arrives. Behind a hole that command was in force before.
 #[test]
