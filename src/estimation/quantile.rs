@@ -3,13 +3,13 @@
 /// The median of the size of a normal variable, over its standard deviation.
 pub const MEDIAN_OF_NORMAL: f64 = 0.674_489_75;
 
-/// The value below which this `share` [-] of `values` lies, of those that are finite: the nearest rank, so that 0 gives the
-/// least and 1 the greatest. `None` of none.
+/// The value below which this `share` [-] of `values` lies, of those that are finite: 0 gives the least and 1 the greatest.
+/// `None` of none.
 #[must_use]
 pub fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
     let last = values.len().checked_sub(1)?;
-    let rank = (share * last as f64).round() as usize;
+    let rank = (share * values.len() as f64) as usize;
     Some(*values.select_nth_unstable_by(rank.min(last), f64::total_cmp).1)
 }
 
