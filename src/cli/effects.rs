@@ -25,7 +25,7 @@ pub struct Arguments {
     json: bool,
 }
 
-/// An effect of one's own, as the README has it.
+/// An effect of one's own, as docs/guide/diagnose.md has it.
 const OWN: &str = r#"[[user_effects]]
 id = "creaking_pivot"
 site = "torque"            # command, steady_rate, rotor_acceleration, thrust, torque, body_rate_sensor, rotor_rate_sensor

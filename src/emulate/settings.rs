@@ -36,7 +36,7 @@ pub struct EmulatorConfig {
     /// [s] transport delay of commands on their way to the ESCs.
     pub command_delay_s: f64,
     /// [s] after which an emulated ESC stops its rotor when no command comes, as real ones do; built in: the guard's built-in
-    /// `hold_s`, as the README asks of real ones.
+    /// `hold_s`, as the guide asks of real ones.
     pub esc_timeout_s: f64,
     /// [rad] body angle at the start.
     pub initial_angle: f64,

@@ -95,7 +95,7 @@ macro_rules! guard_config {
 }
 sensor_table!(guard_config);
 
-/// Limits of one signal. Unset = the signal's own default, in the README's table.
+/// Limits of one signal. Unset = the signal's own default, in the table of docs/guide/guard.md.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SignalConfig {

@@ -1,4 +1,4 @@
-//! Where this program departs from the print of [LPC16], for the reader of the report; the README has the same list.
+//! Where this program departs from the print of [LPC16], for the reader of the report; docs/deviations.md has the same list.
 
 use super::Table;
 

@@ -187,7 +187,7 @@ fn a_role_that_cannot_be_filled_is_refused_with_its_place() {
     }
 }
 
-/// The README's own example. The counters that the built-in bench checks are not the user's to take back.
+/// The guide's own example. The counters that the built-in bench checks are not the user's to take back.
 #[test]
 fn who_lists_other_roles_need_not_repeat_the_messages() {
     let text = "[sensors]\nbody_angle = { signal = \"ENCODER.angle\" }";

@@ -74,17 +74,22 @@ fn where_nothing_is_hidden_nothing_is_named() {
     assert_eq!(answer["effects"], serde_json::json!([]));
 }
 
-/// The README's own lines, taken from the README: a law of the user's in the plant, and in the model's list.
+/// The page that shows how a user writes an effect.
+fn guide() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide/diagnose.md")
+}
+
+/// The guide's own lines, taken from the guide: a law of the user's in the plant, and in the model's list.
 #[test]
 fn an_effect_of_the_users_own_competes_with_the_catalogue() {
-    let readme = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).expect("README");
-    let ten_lines: String = readme
+    let guide = fs::read_to_string(guide()).expect("the guide is there");
+    let ten_lines: String = guide
         .lines()
         .skip_while(|line| !line.contains("[[user_effects]]"))
-        .take_while(|line| line.starts_with("    "))
-        .map(|line| format!("{}\n", line.trim_start()))
+        .take_while(|line| !line.starts_with("```"))
+        .map(|line| format!("{line}\n"))
         .collect();
-    assert!(ten_lines.contains("creaking_pivot"), "the README has lost its example");
+    assert!(ten_lines.contains("creaking_pivot"), "the guide has lost its example");
     let desk = Desk::new();
     let paper = desk.path("paper.toml").display().to_string();
     let flight = desk.fly("plain.csv", 1, &[]).display().to_string();
@@ -254,15 +259,15 @@ fn a_number_that_has_changed_is_taken_over_and_the_step_can_be_undone() {
     assert!(fs::read_to_string(&back).expect("written").contains("inertia = 0.04"));
 }
 
-/// The README's way to an effect of one's own: the template is a model file, and its effect competes.
+/// The guide's way to an effect of one's own: the template is a model file, and its effect competes.
 #[test]
 fn the_template_is_a_model_file_with_an_effect_of_ones_own() {
     let desk = Desk::new();
     let template = said_out(&run(&["effects", "--template"]));
-    let readme = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md")).expect("a README");
+    let guide = fs::read_to_string(guide()).expect("the guide is there");
     let own = template.split_once("[[user_effects]]").expect("an effect").1;
     for line in own.lines().filter(|line| !line.is_empty()) {
-        assert!(readme.contains(line), "the README lacks: {line}");
+        assert!(guide.contains(line), "the guide lacks: {line}");
     }
     let mine = desk.write("mine.toml", &template).display().to_string();
     assert!(said_out(&run(&["effects", "--model", &mine])).contains("creaking_pivot"));

@@ -1,7 +1,7 @@
 //! The fault campaign in lockstep: each fault of the matrix, drawn from a seed, on the bench over a bus in memory.
 //!
-//! `faults table [--seed N]` prints the matrix, `faults write README.md` writes it there, `faults row NAME --seed N` shows
-//! one flight, `faults check` flies thousands. Its tests hold every promise over every flight, and the README's table against what its seed gives.
+//! `faults table [--seed N]` prints the matrix, `faults write docs/evidence/faults.md` writes it there, `faults row NAME --seed N` shows
+//! one flight, `faults check` flies thousands. Its tests hold every promise over every flight, and the page's table against what its seed gives.
 
 mod bench;
 mod bus;
@@ -32,7 +32,7 @@ enum CommandLine {
     /// Write the matrix between its two lines of a Markdown file
     Write {
         /// The file
-        readme: PathBuf,
+        page: PathBuf,
         /// Instead, rows that were seen in real time, from this file, between theirs
         #[arg(long, value_name = "FILE")]
         real_time: Option<PathBuf>,
@@ -69,15 +69,14 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
                 }
             }
         }
-        CommandLine::Write { readme, real_time } => {
-            let text = std::fs::read_to_string(&readme)?;
+        CommandLine::Write { page, real_time } => {
+            let text = std::fs::read_to_string(&page)?;
             let (place, table) = match real_time {
                 Some(rows) => (table::REAL_TIME, table::HEAD.to_owned() + &std::fs::read_to_string(rows)?),
                 None => (table::LOCKSTEP, table::markdown(&table::matrix(SEED))),
             };
-            let text =
-                table::into_readme(&text, place, &table).ok_or("the file has no place for the table")?;
-            std::fs::write(&readme, text)?;
+            let text = table::into_page(&text, place, &table).ok_or("the file has no place for the table")?;
+            std::fs::write(&page, text)?;
         }
         CommandLine::Check { seed, draws } => {
             let (flights, found) = table::check(seed, draws);

@@ -1,4 +1,4 @@
-//! The matrix as Markdown, and its place in the README.
+//! The matrix as Markdown, and its place in docs/evidence/faults.md.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -9,10 +9,10 @@ use crate::outcome::Outcome;
 
 /// Control rates, and how many draws of each row are flown at each.
 pub const RATES: [(u32, u64); 2] = [(50, 20), (1000, 5)];
-/// Seed of the table in the README; draw n of a row flies with this plus n.
+/// Seed of the table on the page; draw n of a row flies with this plus n.
 pub const SEED: u64 = 1;
 
-/// Lines of the README around a table.
+/// Lines of the page around a table.
 pub type Place = (&'static str, &'static str);
 pub const LOCKSTEP: Place =
     ("<!-- faults in lockstep: written by tools/faults -->", "<!-- end of faults in lockstep -->");
@@ -177,18 +177,18 @@ pub fn check(seed: u64, draws: u64) -> (u64, Vec<String>) {
     (draws * rows.len() as u64 * RATES.len() as u64, found)
 }
 
-/// The README's text between the two lines of `place`.
+/// The page's text between the two lines of `place`.
 #[cfg(test)]
-pub fn in_readme(readme: &str, place: Place) -> Option<&str> {
-    let (_, rest) = readme.split_once(place.0)?;
+pub fn in_page(page: &str, place: Place) -> Option<&str> {
+    let (_, rest) = page.split_once(place.0)?;
     let (table, _) = rest.split_once(place.1)?;
     Some(table.trim())
 }
 
-/// The README with `table` between the two lines of `place`.
-pub fn into_readme(readme: &str, place: Place, table: &str) -> Option<String> {
+/// The page with `table` between the two lines of `place`.
+pub fn into_page(page: &str, place: Place, table: &str) -> Option<String> {
     let (begin, end) = place;
-    let (before, rest) = readme.split_once(begin)?;
+    let (before, rest) = page.split_once(begin)?;
     let (_, after) = rest.split_once(end)?;
     Some(format!("{before}{begin}\n{}\n{end}{after}", table.trim()))
 }

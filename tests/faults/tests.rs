@@ -12,9 +12,9 @@ fn named(name: &str) -> &'static Row {
 }
 
 /// No command beyond the limits leaves the guard or is obeyed, no latch is left by itself, nothing turns past the hold
-/// and two periods where a fault must stop it, nothing is stopped that may fly on; and the README says what came of it.
+/// and two periods where a fault must stop it, nothing is stopped that may fly on; and docs/evidence/faults.md says what came of it.
 #[test]
-fn the_matrix_breaks_no_promise_and_is_the_readmes_table() {
+fn the_matrix_breaks_no_promise_and_is_the_documented_table() {
     let matrix = table::matrix(SEED);
     let broken: Vec<String> = matrix
         .iter()
@@ -24,12 +24,12 @@ fn the_matrix_breaks_no_promise_and_is_the_readmes_table() {
         })
         .collect();
     assert!(broken.is_empty(), "{broken:#?}");
-    let readme = concat!(env!("CARGO_MANIFEST_DIR"), "/README.md");
-    let readme = std::fs::read_to_string(readme).expect("the README is there");
-    let written = table::in_readme(&readme, table::LOCKSTEP).expect("the README has the table's place");
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/evidence/faults.md");
+    let page = std::fs::read_to_string(page).expect("the page is there");
+    let written = table::in_page(&page, table::LOCKSTEP).expect("the page has the table's place");
     let flown = table::markdown(&matrix);
     for (written, flown) in written.lines().zip(flown.trim().lines()) {
-        assert_eq!(written, flown, "the README is not what the seed gives; `tools/faults` writes it anew");
+        assert_eq!(written, flown, "the page is not what the seed gives; `tools/faults` writes it anew");
     }
     assert_eq!(written.lines().count(), flown.trim().lines().count());
 }

@@ -7,6 +7,7 @@ mod capture;
 mod doctor;
 mod import;
 mod jitter;
+mod kept;
 mod overwritten;
 mod recording;
 mod refused;
