@@ -1,0 +1,223 @@
+//! What README and guide show is true: commands run, options and bench files exist, links lead somewhere.
+//!
+//! Blocks marked `sh` are run, line by line, in a folder that holds `train.csv` and `held_out.csv`; blocks marked `toml bench`
+//! are bench files that `check` accepts; all others are for reading.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Every page of README and docs, its name and its text.
+fn pages() -> Vec<(String, String)> {
+    fn gather(folder: &Path, found: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).expect("readable").map(|entry| entry.expect("an entry").path()) {
+            if entry.is_dir() {
+                gather(&entry, found);
+            } else if entry.extension().is_some_and(|it| it == "md") {
+                found.push(entry);
+            }
+        }
+    }
+    let mut files: Vec<_> =
+        ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(|name| root().join(name)).into();
+    gather(&root().join("docs"), &mut files);
+    files.sort();
+    let name = |file: &Path| file.strip_prefix(root()).expect("below").display().to_string();
+    let pages: Vec<_> =
+        files.iter().map(|file| (name(file), fs::read_to_string(file).expect("UTF-8"))).collect();
+    assert!(pages.len() > 20, "the pages were found");
+    pages
+}
+
+/// The blocks of a page whose first line is ```` ```KIND ````.
+fn blocks(text: &str, kind: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut lines = text.lines();
+    while let Some(line) = lines.next() {
+        if let Some(of) = line.strip_prefix("```").filter(|of| !of.is_empty() || kind.is_empty()) {
+            let block: Vec<&str> = lines.by_ref().take_while(|line| !line.starts_with("```")).collect();
+            if of == kind {
+                found.push(block.join("\n"));
+            }
+        }
+    }
+    found
+}
+
+fn rotorbench(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rotorbench"));
+    command.args(arguments).current_dir(folder).output().expect("the program starts")
+}
+
+/// The two logs that the guide's commands work on: an attitude bench with a pendulum that nobody told them of.
+fn logs(folder: &Path) {
+    for (name, more) in [("train.csv", vec![]), ("held_out.csv", vec!["--seed", "2", "--sequence", "2"])] {
+        let common =
+            ["experiment", "prbs", "--lockstep", "--closed-loop", "--amplitude", "0.03", "--duration", "60"];
+        let hidden = ["--hide", "gravity_pendulum:moment=0.4", "-o", name];
+        let done = rotorbench(folder, &[&common[..], &hidden[..], &more[..]].concat());
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    }
+}
+
+/// Each command ends with 0 or 1 (found wanting); its words are split at blanks, `>` writes its output to a file.
+fn run_line(folder: &Path, page: &str, line: &str) {
+    let line = line.split(" #").next().unwrap_or_default().trim();
+    let Some(command) = line.strip_prefix("rotorbench ") else {
+        panic!("{page}: only `rotorbench` can be run in a block marked sh: {line}")
+    };
+    let (command, file) = command.split_once(" > ").map_or((command, None), |(a, b)| (a, Some(b.trim())));
+    let arguments: Vec<&str> = command.split_whitespace().collect();
+    let done = rotorbench(folder, &arguments);
+    let said = String::from_utf8_lossy(&done.stderr);
+    assert!(matches!(done.status.code(), Some(0 | 1)) && !said.contains("error:"), "{page}: {line}\n{said}");
+    if let Some(file) = file {
+        fs::write(folder.join(file), &done.stdout).expect("written");
+    }
+}
+
+#[test]
+fn commands_marked_as_runnable_run() {
+    let made = tempfile::tempdir().expect("a folder");
+    logs(made.path());
+    let mut count = 0;
+    for (page, text) in pages() {
+        let commands: Vec<String> = blocks(&text, "sh")
+            .iter()
+            .flat_map(|it| it.lines().map(str::to_owned).collect::<Vec<_>>())
+            .collect();
+        if commands.is_empty() {
+            continue;
+        }
+        let folder = tempfile::tempdir().expect("a folder");
+        for log in ["train.csv", "held_out.csv"] {
+            fs::copy(made.path().join(log), folder.path().join(log)).expect("copied");
+        }
+        for line in commands.iter().filter(|line| !line.trim().is_empty()) {
+            run_line(folder.path(), &page, line);
+            count += 1;
+        }
+    }
+    assert!(count >= 12, "{count} commands were found");
+}
+
+#[test]
+fn bench_files_of_the_guide_are_bench_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut count = 0;
+    for (page, text) in pages() {
+        for block in blocks(&text, "toml bench") {
+            fs::write(folder.path().join("bench.toml"), &block).expect("written");
+            let done = rotorbench(folder.path(), &["check", "--config", "bench.toml"]);
+            let said = String::from_utf8_lossy(&done.stderr);
+            assert!(matches!(done.status.code(), Some(0 | 1)), "{page}:\n{block}\n{said}");
+            count += 1;
+        }
+    }
+    assert!(count >= 2, "{count} bench files were found");
+}
+
+/// Options that other programs have: cargo, and the scripts in tools/.
+const OTHERS: &[&str] = &[
+    "--release",
+    "--lib",
+    "--test",
+    "--bench",
+    "--draws",
+    "--only",
+    "--brief",
+    "--out",
+    "--require-all",
+    "--locked",
+    "--profile",
+    "--config",
+    "--real-time",
+    "--quick",
+    "--help",
+];
+
+#[test]
+fn options_and_commands_that_are_shown_exist() {
+    let here = root();
+    let help = |command: &str| {
+        let done = rotorbench(here, &[command, "--help"]);
+        assert!(done.status.success(), "`rotorbench {command} --help`");
+        String::from_utf8(done.stdout).expect("UTF-8")
+    };
+    let words = |text: &str| -> BTreeSet<String> {
+        let is_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '-';
+        text.split(|letter| !is_word(letter))
+            .filter(|word| word.starts_with("--") && word.len() > 3)
+            .map(str::to_owned)
+            .collect()
+    };
+    let general = String::from_utf8(rotorbench(here, &["--help"]).stdout).expect("UTF-8");
+    let commands: Vec<&str> = general
+        .lines()
+        .filter_map(|line| line.strip_prefix("  ")?.split_whitespace().next())
+        .filter(|word| word.chars().all(|it| it.is_ascii_lowercase()))
+        .collect();
+    assert!(commands.contains(&"diagnose") && commands.len() > 20, "{commands:?}");
+    let mut known: BTreeSet<String> = OTHERS.iter().map(|word| (*word).to_owned()).collect();
+    known.extend(commands.iter().flat_map(|command| words(&help(command))));
+    for (page, text) in pages().iter().filter(|(page, _)| !page.starts_with("docs/evidence")) {
+        for word in words(text) {
+            let word = word.trim_end_matches('-').to_owned();
+            assert!(known.contains(&word), "{page}: no command has {word}");
+        }
+        for line in text.lines().filter_map(|line| line.trim_start().strip_prefix("rotorbench ")) {
+            let command = line.split_whitespace().next().unwrap_or_default();
+            assert!(commands.contains(&command) || command == "COMMAND", "{page}: rotorbench {command}");
+        }
+    }
+}
+
+/// The anchor that a heading gets: lower case, blanks as hyphens, marks left out.
+fn anchor(heading: &str) -> String {
+    let kept = |letter: &char| letter.is_alphanumeric() || matches!(letter, ' ' | '-' | '_');
+    heading
+        .trim_start_matches('#')
+        .trim()
+        .to_lowercase()
+        .chars()
+        .filter(kept)
+        .map(|it| if it == ' ' { '-' } else { it })
+        .collect()
+}
+
+#[test]
+fn links_lead_somewhere() {
+    let mut count = 0;
+    for (page, text) in pages() {
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            if link.contains("://") || link.starts_with('<') {
+                continue;
+            }
+            let (file, place) =
+                link.split_once('#').map_or((link, None), |(file, place)| (file, Some(place)));
+            let target = if file.is_empty() {
+                root().join(&page)
+            } else {
+                root().join(&page).with_file_name("").join(file)
+            };
+            let there = fs::read_to_string(&target).unwrap_or_else(|_| panic!("{page}: {link} is not there"));
+            if let Some(place) = place {
+                let headings = there.lines().filter(|line| line.starts_with('#'));
+                assert!(headings.map(anchor).any(|it| it == place), "{page}: {link} has no such heading");
+            }
+            count += 1;
+        }
+    }
+    assert!(count > 60, "{count} links were found");
+}
+
+#[test]
+fn the_readme_is_a_page() {
+    let text = fs::read_to_string(root().join("README.md")).expect("UTF-8");
+    assert!(text.lines().count() <= 150, "README.md is to be read in a minute");
+}
