@@ -1,7 +1,7 @@
 //! What README and guide show is true: commands run, options and bench files exist, links lead somewhere.
 //!
 //! Blocks marked `sh` are run, line by line, in a folder that holds `train.csv` and `held_out.csv`; blocks marked `toml bench`
-//! are bench files that `check` accepts; all others are for reading.
+//! are bench files that `check` accepts (`toml bench=FILE`: that the page's commands read); all others are for reading.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -47,6 +47,13 @@ fn blocks(text: &str, kind: &str) -> Vec<String> {
         }
     }
     found
+}
+
+/// Blocks marked `toml bench=FILE`: bench files that the page's commands read.
+fn named_files(text: &str) -> Vec<(String, String)> {
+    let named = text.lines().filter_map(|line| line.strip_prefix("```toml bench="));
+    let block = |name: &str| blocks(text, &format!("toml bench={name}")).concat();
+    named.map(|name| (name.to_owned(), block(name))).collect()
 }
 
 fn rotorbench(folder: &Path, arguments: &[&str]) -> Output {
@@ -95,8 +102,11 @@ fn commands_marked_as_runnable_run() {
             continue;
         }
         let folder = tempfile::tempdir().expect("a folder");
-        for log in ["train.csv", "held_out.csv"] {
+        for log in ["train.csv", "held_out.csv"].iter().filter(|_| page != "docs/tutorial.md") {
             fs::copy(made.path().join(log), folder.path().join(log)).expect("copied");
+        }
+        for (name, block) in named_files(&text) {
+            fs::write(folder.path().join(name), block).expect("written");
         }
         for line in commands.iter().filter(|line| !line.trim().is_empty()) {
             run_line(folder.path(), &page, line);
