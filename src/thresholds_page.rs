@@ -1,11 +1,12 @@
 //! The tables of all rooms that have thresholds: what `docs/thresholds.md` is made of.
 
 use crate::threshold::{Threshold, page};
-use crate::{cli, compare, control, diagnose, identify, runtime, session, studies};
+use crate::{cli, compare, control, diagnose, identify, runtime, screening, session, studies};
 
 /// Room and table, in the order of the rooms. `tests/architecture.rs` fails when a room with a `thresholds.rs` is missing.
 pub const ROOMS: &[(&str, &[Threshold])] = &[
     ("control", control::thresholds::TABLE),
+    ("screening", screening::thresholds::TABLE),
     ("compare", compare::thresholds::TABLE),
     ("diagnose", diagnose::thresholds::TABLE),
     ("identify", identify::thresholds::TABLE),
