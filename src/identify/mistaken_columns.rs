@@ -90,7 +90,7 @@ impl RotorLog {
         let (lowest, highest) = bounds(voltage);
         let middle = median(voltage.iter().copied()).unwrap_or(0.0);
         if middle < EMPTY {
-            let found = self.finding("battery_not_connected");
+            let found = self.finding("battery_without_reading");
             return Some(found.with("lowest_v", lowest).with("highest_v", highest));
         }
         let full = model.actuator.full_voltage;
@@ -153,7 +153,7 @@ mod tests {
         let curve = |u: f64| paper.steady_rate(u);
         assert_eq!(check(log(16.0, curve, |rate| rate), &paper), Ok(vec![]));
         let refused = check(log(16.0, curve, |rate| rate * 30.0 / std::f64::consts::PI), &paper);
-        assert!(refused.is_err_and(|it| it.code == "rate_in_other_unit" && it.text("unit") == "rpm"));
+        assert!(refused.is_err_and(|it| it.code == "rate_too_fast"));
         // A dead zone makes rates that are a tenth, and less, and not everywhere as much less.
         let dead = check(log(16.0, |u| curve((u - 0.5).max(0.0)), |rate| rate), &paper);
         assert_eq!(dead, Ok(vec![]));
@@ -186,7 +186,7 @@ mod tests {
             (12_200.0, "battery_in_other_unit", "mV"),
             (1220.0, "battery_in_other_unit", "0.01 V"),
             (90.0, "battery_in_other_unit", "0.1 V"),
-            (0.02, "battery_not_connected", ""),
+            (0.02, "battery_without_reading", ""),
         ] {
             let refused = with(&|_| volts);
             assert!(refused.is_err_and(|it| it.code == code && it.text("unit") == unit), "{volts}");

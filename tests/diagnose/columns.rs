@@ -56,7 +56,7 @@ fn a_column_in_another_unit_is_refused_with_the_unit_to_import_it_with() {
     let path = model.display().to_string();
     let extend = ["extend", "--effect", "torque_bias", "--log", &log, "-o", &path];
     for command in [&["diagnose", "--log", &log][..], &extend] {
-        refused(command, &["exchanged.csv", "slows down when it is told more", "another rotor"]);
+        refused(command, &["exchanged.csv", "slows down when it is commanded more", "another rotor"]);
     }
     assert!(!model.exists(), "a model file after a refusal");
 }

@@ -221,12 +221,11 @@ fn of_columns(finding: &Finding) -> Option<String> {
             n("highest_rad_s"),
             short((1e3 * n("ratio")).round() / 1e3)
         ),
-        "battery_not_connected" => format!(
-            "`battery_voltage_v` reads {:.2} to {:.2} V, which no battery has that turns a rotor: it is not connected, or it is \
-             another column; leave it out",
-            n("lowest_v"),
-            n("highest_v")
-        ),
+        "battery_without_reading" => {
+            "`battery_voltage_v` has only readings which no battery has that turns a rotor: it is not \
+             connected, or it is another column; leave it out"
+                .to_owned()
+        }
         "battery_in_other_unit" => format!(
             "battery voltages from {:.3} to {:.3} V are not those of the model's battery, which has {:.1} V when full; {}; if it \
              is another battery, make its model first (`rotorbench identify`)",
