@@ -149,13 +149,15 @@ const OTHERS: &[&str] = &[
     "--real-time",
     "--quick",
     "--help",
+    "--path",
 ];
 
 #[test]
 fn options_and_commands_that_are_shown_exist() {
     let here = root();
     let help = |command: &str| {
-        let done = rotorbench(here, &[command, "--help"]);
+        let words: Vec<&str> = command.split(' ').chain(["--help"]).collect();
+        let done = rotorbench(here, &words);
         assert!(done.status.success(), "`rotorbench {command} --help`");
         String::from_utf8(done.stdout).expect("UTF-8")
     };
@@ -175,6 +177,8 @@ fn options_and_commands_that_are_shown_exist() {
     assert!(commands.contains(&"diagnose") && commands.len() > 20, "{commands:?}");
     let mut known: BTreeSet<String> = OTHERS.iter().map(|word| (*word).to_owned()).collect();
     known.extend(commands.iter().flat_map(|command| words(&help(command))));
+    let kinds = ["constant", "ramp", "steps", "prbs", "chirp"];
+    known.extend(kinds.iter().flat_map(|kind| words(&help(&format!("experiment {kind}")))));
     for (page, text) in pages().iter().filter(|(page, _)| !page.starts_with("docs/evidence")) {
         for word in words(text) {
             let word = word.trim_end_matches('-').to_owned();
