@@ -134,8 +134,8 @@ fn k_v_from_a_battery_that_hardly_empties() {
 /// A battery that gives way under load by a quarter of a volt at hover makes the rotor follow its command faster, by 4 %:
 /// that is not the pole's. The noise of the rate is a fifth of the bench's, so that a minute says as much as 25. Seen with
 /// the fit broken: the voltage of an interval as the mean of its ends, p covered 42 times of 100; the rates that draw on
-/// the battery foretold as if it gave way to none of them, 85; the noise of the readings forgotten, c_g2 82. The last of these
-/// benches gives way by twice as much: foretold once only, from a lag beside the discharge alone, p was covered 29 times.
+/// the battery predicted as if it gave way to none of them, 85; the noise of the readings forgotten, c_g2 82. The last of these
+/// benches gives way by twice as much: predicted once only, from a lag beside the discharge alone, p was covered 29 times.
 fn the_pole_where_the_battery_gives_way(memory: f64, sag: f64, hold: f64) {
     let volts = |t: f64, rate: f64| 12.4 - 2e-3 * t - sag * (rate / 617.0).powi(3);
     let command = |t: f64| 0.46 + 0.16 * (binary(t * 0.1 / hold) - 0.5);

@@ -64,7 +64,7 @@ fn find(log: &Dataset, values: &[f64], command: Option<&[f64]>) -> Vec<usize> {
 /// A reading with its neighbours.
 struct Seen {
     row: usize,
-    /// From what is foretold of it, in the channel's unit.
+    /// From what is predicted of it, in the channel's unit.
     distance: f64,
     /// How far the channel usually goes from one of the neighbours to the next.
     goes: f64,
@@ -83,7 +83,7 @@ struct Neighbourhood<'a> {
     seen: Vec<Seen>,
     /// [s] between readings.
     interval: f64,
-    /// Distance from what is foretold that is far.
+    /// Distance from what is predicted that is far.
     far: f64,
     /// Least distance of an outlier, in the channel's unit.
     worth: f64,
@@ -169,7 +169,7 @@ impl<'a> Neighbourhood<'a> {
 struct Moves {
     /// [-] each command held until the next.
     command: Vec<f64>,
-    /// Distance from what is foretold, for each unit of the command's range around a reading, that is the most it does;
+    /// Distance from what is predicted, for each unit of the command's range around a reading, that is the most it does;
     /// `None` where commands hardly ever moved, or the rotor goes all of the way from one reading to the next.
     most: Option<f64>,
     /// Change of the channel for a unit of the command that is more than any.
@@ -232,8 +232,8 @@ fn seen(time: &[f64], values: &[f64], rows: &[usize]) -> Seen {
         let share = (time[row] - time[from]) / (time[to] - time[from]);
         values[from] + share * (values[to] - values[from])
     };
-    let foretold = [line(2, 4), line(1, 5), line(1, 2), line(4, 5)];
-    let nearest = foretold.iter().map(|value| (values[row] - value).abs()).fold(f64::INFINITY, f64::min);
+    let predicted = [line(2, 4), line(1, 5), line(1, 2), line(4, 5)];
+    let nearest = predicted.iter().map(|value| (values[row] - value).abs()).fold(f64::INFINITY, f64::min);
     let step = |from: usize, to: usize| (values[rows[to]] - values[rows[from]]).abs();
     let goes = sorted([step(0, 1), step(1, 2), 0.5 * step(2, 4), step(4, 5), step(5, 6)])[2];
     let others: [f64; 2 * SIDE] = std::array::from_fn(|at| values[rows[at + usize::from(at >= SIDE)]]);

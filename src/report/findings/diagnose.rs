@@ -37,7 +37,7 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
             finding.number("held_out_times_floor")
         ),
         "rotors_differ" => format!(
-            "rotor {} of {} turns {:.1} % faster at the same commands than rotor {} of {}: rotors that are not alike, or a day on \
+            "rotor {} of {} turns {:.1} % faster at the same commands than rotor {} of {}: a rotor mismatch, or a day on \
              which all turned faster, are no effect of the catalogue; identify each by itself (`identify --rotor`), or diagnose \
              the logs apart",
             finding.count("faster_rotor"),
