@@ -6,12 +6,12 @@ mod alone;
 mod bad_logs;
 #[path = "paper_lpc16/bookkeeping.rs"]
 mod bookkeeping;
+#[path = "paper_lpc16/dead_time.rs"]
+mod dead_time;
 #[path = "paper_lpc16/gains.rs"]
 mod gains;
 #[path = "paper_lpc16/identification.rs"]
 mod identification;
-#[path = "paper_lpc16/late.rs"]
-mod late;
 #[path = "paper_lpc16/logs.rs"]
 mod logs;
 #[path = "paper_lpc16/one_battery.rs"]

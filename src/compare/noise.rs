@@ -8,7 +8,7 @@ use super::thresholds::THRESHOLDS;
 use crate::estimation::moments::deviation;
 use crate::estimation::noise_floor::{DITHERED, RESOLUTION};
 use crate::estimation::quantile::{MEDIAN_OF_NORMAL, median};
-use crate::estimation::reading_step::reading_step;
+use crate::estimation::quantization_step::reading_step;
 use crate::estimation::third_differences::THIRD_DIFFERENCE;
 use crate::log::Dataset;
 use crate::model::Model;

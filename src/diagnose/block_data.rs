@@ -7,7 +7,7 @@ use super::rotor_block::{self, RotorRun};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::moments::deviation;
 use crate::estimation::noise_floor::{RESOLUTION, noise_of_reading};
-use crate::estimation::reading_step::reading_step;
+use crate::estimation::quantization_step::reading_step;
 
 /// What is measured at a block's end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -12,7 +12,7 @@ pub mod noise_floor;
 pub mod normal_equations;
 pub mod output_error;
 pub mod quantile;
-pub mod reading_step;
+pub mod quantization_step;
 pub mod robust_errors;
 pub mod slope;
 pub mod smoother;

@@ -55,7 +55,7 @@ pub const RESOLUTION: f64 = 1e-3;
 mod tests {
     use super::*;
     use crate::estimation::moments::deviation;
-    use crate::estimation::reading_step::reading_step;
+    use crate::estimation::quantization_step::reading_step;
     use rand::SeedableRng;
     use rand_distr::{Distribution, Normal};
 

@@ -2,8 +2,8 @@
 
 mod at_random;
 mod bench;
+mod dead_time;
 mod findings;
-mod late;
 mod logs;
 mod margins;
 mod missing;
