@@ -79,11 +79,15 @@ fn at_its_neutral_value_an_effect_adds_nothing() {
             parameters[index] = parameter.neutral;
             for point in points(50) {
                 let added = match &card.law {
-                    Law::Static(law) | Law::Sharp(law) | Law::Stairs(law) => law(&parameters, &point),
+                    Law::Static(law) | Law::Stiff(law) | Law::PiecewiseConstant(law) => {
+                        law(&parameters, &point)
+                    }
                     Law::Delay(delay) => delay(&parameters),
                     Law::Memory(memory) => {
-                        let state =
-                            (memory.settle)(&parameters, &Point { steady_rate: 1.0, torque: 0.1, ..point });
+                        let state = (memory.steady_state)(
+                            &parameters,
+                            &Point { steady_rate: 1.0, torque: 0.1, ..point },
+                        );
                         let state = (memory.advance)(&parameters, state, &point, 0.01);
                         // A limit of infinity times no time is the only way to leave a lag behind.
                         (memory.add)(&parameters, state, &point)
@@ -101,7 +105,7 @@ fn at_its_neutral_value_an_effect_adds_nothing() {
 #[test]
 fn declared_symmetries_hold() {
     for card in CATALOGUE {
-        let (Law::Static(law) | Law::Sharp(law)) = &card.law else {
+        let (Law::Static(law) | Law::Stiff(law)) = &card.law else {
             assert_eq!(
                 card.symmetry,
                 Symmetry::None,
@@ -158,7 +162,7 @@ fn behind_a_step(memory: &Memory, pole: f64) -> f64 {
         body_rate: value,
         ..Point::default()
     };
-    let rest = (memory.settle)(&[pole], &at(0.0));
+    let rest = (memory.steady_state)(&[pole], &at(0.0));
     let state = (memory.advance)(&[pole], rest, &at(1.0), 0.1);
     -(memory.add)(&[pole], state, &at(1.0))
 }
@@ -179,7 +183,7 @@ fn what_a_card_says_it_acts_as_is_what_its_law_does() {
                 let left = behind_a_step(memory, 16.0);
                 assert!((left - (-1.6_f64).exp()).abs() < 1e-12, "{}: {left}", card.id);
             }
-            (_, Law::Static(law) | Law::Sharp(law)) => {
+            (_, Law::Static(law) | Law::Stiff(law)) => {
                 for point in points(100) {
                     let expected = by_the_book(term, &parameters, &point).expect("a term without memory");
                     let apart = (law(&parameters, &point) - expected).abs();
@@ -239,7 +243,7 @@ fn every_parameter_moves_the_simulation_smoothly() {
         let with = simulate(&model, rotor);
         let moved = with.iter().zip(&still).map(|(with, still)| (with - still).abs()).fold(0.0, f64::max);
         assert!(moved > 1e-6, "{} does nothing", card.id);
-        for parameter in card.parameters.iter().filter(|_| !matches!(card.law, Law::Stairs(_))) {
+        for parameter in card.parameters.iter().filter(|_| !matches!(card.law, Law::PiecewiseConstant(_))) {
             let name = format!("{}.{}", card.id, parameter.name);
             let quotient = |share: f64| -> Vec<f64> {
                 let step = share * parameter.start.abs().max(0.1);

@@ -94,7 +94,7 @@ impl PlantArguments {
         let id = |text: &String| text.split(':').next().unwrap_or_default().trim().to_owned();
         let moves = |id: &String| {
             find(id).is_some_and(|card| {
-                card.site == Site::Torque && matches!(card.law, Law::Static(_) | Law::Sharp(_))
+                card.site == Site::Torque && matches!(card.law, Law::Static(_) | Law::Stiff(_))
             })
         };
         self.hide.iter().map(id).find(moves).map(|id| format!("--hide {id}"))

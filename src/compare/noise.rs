@@ -8,7 +8,7 @@ use super::thresholds::THRESHOLDS;
 use crate::estimation::moments::deviation;
 use crate::estimation::noise_floor::{DITHERED, RESOLUTION};
 use crate::estimation::quantile::{MEDIAN_OF_NORMAL, median};
-use crate::estimation::quantization_step::reading_step;
+use crate::estimation::quantization_step::quantization_step;
 use crate::estimation::third_differences::THIRD_DIFFERENCE;
 use crate::log::Dataset;
 use crate::model::Model;
@@ -50,7 +50,7 @@ impl Noise {
             let values = log.column(name).unwrap_or(&[]);
             *size = size.max(RESOLUTION * deviation(values.iter().copied()));
             // Nor what a reading's steps take away, which does not change from sample to sample where the noise is smaller.
-            let step = reading_step(values.iter().copied());
+            let step = quantization_step(values.iter().copied());
             if *size < DITHERED * step {
                 *size = size.hypot(step / 12.0_f64.sqrt());
             }

@@ -12,7 +12,7 @@ use super::thresholds::THRESHOLDS;
 use crate::effect::{Law, Term};
 use crate::estimation::noise_floor::white_noise;
 use crate::estimation::slope::forward_slopes;
-use crate::estimation::smoother::{missing_alike, smooth, white};
+use crate::estimation::smoother::{copy_missing, smooth, white};
 use crate::log::Dataset;
 use crate::log::segments::held_throughout;
 use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
@@ -208,7 +208,7 @@ impl Rates {
         let pairs = at.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
         let size = white_noise(measured, std::slice::from_ref(&(0..measured.len())));
         let mut carried = white(at.len(), size);
-        missing_alike(&mut carried, measured);
+        copy_missing(&mut carried, measured);
         Self { mean: pairs.chain(at.last().copied()).collect(), carried: lines(&carried), at }
     }
 
@@ -267,7 +267,7 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[Dataset]) -> Option<Refus
         return Some(Refusal::CubicInCurve);
     }
     // Where few levels are held, a grid is an offset of each of them at will.
-    if matches!(effect.law, Law::Stairs(_)) {
+    if matches!(effect.law, Law::PiecewiseConstant(_)) {
         let (commands, needed) =
             (logs.iter().map(different_commands).min().unwrap_or(0), THRESHOLDS.fewest_commands_for_grid);
         if commands < needed {

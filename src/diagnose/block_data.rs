@@ -7,7 +7,7 @@ use super::rotor_block::{self, RotorRun};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::moments::deviation;
 use crate::estimation::noise_floor::{RESOLUTION, noise_of_reading};
-use crate::estimation::quantization_step::reading_step;
+use crate::estimation::quantization_step::quantization_step;
 
 /// What is measured at a block's end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +37,7 @@ pub struct BlockData {
     units: Vec<Range<usize>>,
     len: usize,
     carried: [f64; 2],
-    reading_step: [f64; 2],
+    quantization_step: [f64; 2],
 }
 
 impl BlockData {
@@ -62,16 +62,16 @@ impl BlockData {
             Runs::Rotor(_) => [0.0; 2],
             Runs::Body(runs) => body_block::carried(runs),
         };
-        let reading_step = match &runs {
+        let quantization_step = match &runs {
             Runs::Rotor(runs) => {
-                [reading_step(runs.iter().flat_map(|run| run.measured.iter().copied())), 0.0]
+                [quantization_step(runs.iter().flat_map(|run| run.measured.iter().copied())), 0.0]
             }
             Runs::Body(runs) => [
-                reading_step(runs.iter().flat_map(|run| run.rate.iter().copied())),
-                reading_step(runs.iter().flat_map(|run| run.angle.iter().copied())),
+                quantization_step(runs.iter().flat_map(|run| run.rate.iter().copied())),
+                quantization_step(runs.iter().flat_map(|run| run.angle.iter().copied())),
             ],
         };
-        Self { runs, sigma: [1.0; 2], units, len, carried, reading_step }
+        Self { runs, sigma: [1.0; 2], units, len, carried, quantization_step }
     }
 
     /// The noise floor of each channel in its unit, from residuals over the data's own sigma: the sensor's noise, and
@@ -80,7 +80,7 @@ impl BlockData {
     pub fn floors(&self, residuals: &[f64], inertia: f64) -> [f64; 2] {
         let mut floors = self.sigma;
         for (channel, floor) in floors.iter_mut().enumerate().take(self.channels().len()) {
-            let step = self.reading_step[channel] / *floor;
+            let step = self.quantization_step[channel] / *floor;
             *floor *= noise_of_reading(residuals, &self.pieces(channel), step);
             *floor = floor.hypot(self.carried[channel] / inertia).max(RESOLUTION * self.spread(channel));
         }

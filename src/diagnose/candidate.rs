@@ -8,7 +8,7 @@ use super::problem::Problem;
 use super::thresholds::THRESHOLDS;
 use crate::effect::Law;
 use crate::estimation::normal_equations::Slopes;
-use crate::estimation::output_error::{Fit, FitConfig, Free, fit, fit_on, judge, judge_on};
+use crate::estimation::output_error::{Fit, FitConfig, Free, fit, fit_from, validate, validate_from};
 use crate::model::{Effect, EffectParameter, Model};
 
 /// A candidate set: what its fit may change, and where it starts.
@@ -166,10 +166,10 @@ impl Candidate<'_> {
         };
         let ends = starting_points
             .best_starts()
-            .map(|(_, model)| fit_on(&problem, &self.frees(names, &near(model)), None, &follow, None));
+            .map(|(_, model)| fit_from(&problem, &self.frees(names, &near(model)), None, &follow, None));
         let best = ends.min_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
         let from_template =
-            || fit_on(&problem, &self.frees(names, template), None, &THRESHOLDS.full_fit, None);
+            || fit_from(&problem, &self.frees(names, template), None, &THRESHOLDS.full_fit, None);
         let (mut best, slopes) = best.unwrap_or_else(from_template);
         let is_promising = follow.goal.is_none_or(|goal| best.cost < goal);
         for (index, name) in names.iter().enumerate().filter(|_| is_promising) {
@@ -242,7 +242,7 @@ impl Candidate<'_> {
         let inside = self.inside(model);
         let problem = |data| Problem::new(data, model.clone(), names.to_vec(), &inside);
         if split.folds.is_empty() {
-            return judge(&problem(&split.validate), &best.globals);
+            return validate(&problem(&split.validate), &best.globals);
         }
         let mut joint = Fit { residuals: vec![0.0; best.residuals.len()], cost: 0.0, ..best.clone() };
         // Their fits start where the one on all data ended. Stairs were moved since then, and what is beside them.
@@ -251,14 +251,14 @@ impl Candidate<'_> {
         for (train, held_out) in &split.folds {
             let frees = self.frees(names, model);
             let (mut part, _) =
-                fit_on(&problem(train), &frees, Some(&best.locals), &THRESHOLDS.fold_fit, slopes);
+                fit_from(&problem(train), &frees, Some(&best.locals), &THRESHOLDS.fold_fit, slopes);
             for index in (0..names.len()).filter(|index| self.in_stairs(&names[*index])) {
                 grid_search::refine(&problem(train), train, index, &mut part);
             }
             self.forget(&mut part, names);
             let from = slopes.map(|slopes| (best.locals.as_slice(), slopes.of_locals()));
             let from = from.as_ref().map(|(locals, slopes)| (*locals, slopes));
-            let held_out = judge_on(&problem(held_out), &part.globals, from);
+            let held_out = validate_from(&problem(held_out), &part.globals, from);
             joint.cost += held_out.cost;
             // Each sample is held out in one fold, and zero in the others.
             joint.residuals.iter_mut().zip(&held_out.residuals).for_each(|(sum, residual)| *sum += residual);
@@ -296,7 +296,7 @@ impl Candidate<'_> {
     /// Whether a parameter is one of a law without slope.
     pub(crate) fn in_stairs(&self, name: &str) -> bool {
         let id = name.split_once('.').map_or("", |(id, _)| id);
-        self.known.iter().any(|effect| effect.id == id && matches!(effect.law, Law::Stairs(_)))
+        self.known.iter().any(|effect| effect.id == id && matches!(effect.law, Law::PiecewiseConstant(_)))
     }
 
     fn free(&self, model: &Model, name: &str) -> Free {

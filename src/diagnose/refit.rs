@@ -7,7 +7,7 @@ use super::model_selection::{joint_floors, weigh_channels};
 use super::problem::Problem;
 use super::search::Search;
 use super::search_result::SearchResult;
-use crate::estimation::output_error::judge;
+use crate::estimation::output_error::validate;
 use crate::model::Effect;
 
 impl Search<'_> {
@@ -71,8 +71,9 @@ impl Search<'_> {
         for fitted in fits {
             let inside: Vec<&Effect> =
                 self.known.iter().filter(|effect| fitted.model.has(&effect.id)).collect();
-            let of =
-                |data: &BlockData| judge(&Problem::new(data, fitted.model.clone(), Vec::new(), &inside), &[]);
+            let of = |data: &BlockData| {
+                validate(&Problem::new(data, fitted.model.clone(), Vec::new(), &inside), &[])
+            };
             (fitted.fit, fitted.held_out) = (of(&split.train), of(&split.validate));
         }
     }

@@ -34,13 +34,13 @@ crate::thresholds! {
     /// different commands that can show a quantization grid: over fewer it is an offset of each level
     fewest_commands_for_grid: usize = 60, "count", "development cases of tools/campaign";
     /// a fit to the end: a change of the cost by a hundred-thousandth decides nothing
-    full_fit: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5, goal: None, goes_on: true }, "-", "judgement";
+    full_fit: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5, goal: None, reuses_slopes: true }, "-", "judgement";
     /// as far as a set is followed before the best ones are chosen
-    brief_fit: FitConfig = FitConfig { iterations: 10, tolerance: 1e-3, goal: None, goes_on: true }, "-", "times of the development cases";
+    brief_fit: FitConfig = FitConfig { iterations: 10, tolerance: 1e-3, goal: None, reuses_slopes: true }, "-", "times of the development cases";
     /// a fit on a fold from the end of the fit on all data, or back: it is not far
-    fold_fit: FitConfig = FitConfig { iterations: 15, tolerance: 1e-4, goal: None, goes_on: true }, "-", "times of the development cases";
+    fold_fit: FitConfig = FitConfig { iterations: 15, tolerance: 1e-4, goal: None, reuses_slopes: true }, "-", "times of the development cases";
     /// the first steps by which starts are compared
-    start_fit: FitConfig = FitConfig { iterations: 4, tolerance: 1e-3, goal: None, goes_on: true }, "-", "times of the development cases";
+    start_fit: FitConfig = FitConfig { iterations: 4, tolerance: 1e-3, goal: None, reuses_slopes: true }, "-", "times of the development cases";
     /// share of the cost without the effect that a fit must fall below to be followed to the end: model selection asks for more
     promising_share: f64 = 0.99, "-", "least_gain, with room";
     /// a second start is followed when its first look was within this factor of the best

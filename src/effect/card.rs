@@ -17,7 +17,7 @@ pub struct Parameter {
     pub upper: f64,
     /// Where a fit starts.
     pub start: f64,
-    /// Further values a fit tries before it settles, because the error may have several valleys.
+    /// Further starts of a fit, because the error may have several minima.
     pub others: &'static [f64],
     /// The value at which the effect is not there, whatever the other parameters; not-a-number = none.
     pub neutral: f64,
@@ -102,6 +102,6 @@ pub struct Card {
     pub residual: &'static str,
     /// Ids of what it is confused with.
     pub confused_with: &'static [&'static str],
-    /// Which experiment excites it, or tells it from its twins.
+    /// Which experiment excites it, or tells it from what it is confused with.
     pub experiment: &'static str,
 }

@@ -20,7 +20,7 @@ pub(super) static CARD: Card = Card {
         neutral: 0.0,
         meaning: "step of the grid",
     }],
-    law: Law::Stairs(add),
+    law: Law::PiecewiseConstant(add),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
     acts_as: None,

@@ -1,18 +1,18 @@
 //! Functions that a fit asks for a hundred million times.
 
-/// A span of first-order following: the share of the way that is gone after `span` seconds at `rate` [1/s].
+/// Step response of a first-order lag: the share of the step that is done `span` seconds after it, at a pole of `rate` [1/s].
 #[must_use]
-pub fn followed(rate: f64, span: f64) -> f64 {
+pub fn step_response(rate: f64, span: f64) -> f64 {
     let whole = rate * span;
     if whole.abs() < 0.5 {
         let tangent = small_tanh(0.5 * whole);
         return 2.0 * tangent / (1.0 + tangent);
     }
-    // An infinite rate follows at once.
+    // An infinite rate has no lag.
     1.0 - (-whole).exp()
 }
 
-/// The hyperbolic tangent, to the last digits but one. A fit asks for it, and for [`followed`], a hundred million times, and
+/// The hyperbolic tangent, to the last digits but one. A fit asks for it, and for [`step_response`], a hundred million times, and
 /// the library's takes three times as long.
 #[must_use]
 pub(crate) fn tanh(value: f64) -> f64 {
@@ -65,9 +65,9 @@ mod tests {
             let value = 1e-3 * f64::from(step);
             assert!(near(tanh(value), value.tanh()), "tanh {value}");
             assert!(near(sin(value), value.sin()), "sin {value}");
-            assert!(near(followed(value.abs(), 0.1), -(-0.1 * value.abs()).exp_m1()), "{value}");
+            assert!(near(step_response(value.abs(), 0.1), -(-0.1 * value.abs()).exp_m1()), "{value}");
         }
-        assert_eq!((followed(f64::INFINITY, 1.0), tanh(f64::INFINITY), tanh(-1e3)), (1.0, 1.0, -1.0));
-        assert!(tanh(f64::NAN).is_nan() && followed(f64::NAN, 1.0).is_nan());
+        assert_eq!((step_response(f64::INFINITY, 1.0), tanh(f64::INFINITY), tanh(-1e3)), (1.0, 1.0, -1.0));
+        assert!(tanh(f64::NAN).is_nan() && step_response(f64::NAN, 1.0).is_nan());
     }
 }

@@ -7,12 +7,12 @@
 /// [`Point`]: super::Point
 macro_rules! lag {
     ($quantity:ident, slow: $slow:literal) => {{
-        fn settle(_: &[f64], point: &$crate::effect::Point) -> f64 {
+        fn steady_state(_: &[f64], point: &$crate::effect::Point) -> f64 {
             point.$quantity
         }
         fn advance(parameters: &[f64], state: f64, point: &$crate::effect::Point, span: f64) -> f64 {
             let [pole] = *parameters else { return point.$quantity };
-            state + (point.$quantity - state) * $crate::effect::followed(pole, span)
+            state + (point.$quantity - state) * $crate::effect::step_response(pole, span)
         }
         fn add(_: &[f64], state: f64, point: &$crate::effect::Point) -> f64 {
             state - point.$quantity
@@ -20,6 +20,6 @@ macro_rules! lag {
         fn rate(parameters: &[f64]) -> f64 {
             parameters.first().copied().filter(|pole| pole.is_finite()).unwrap_or(0.0)
         }
-        $crate::effect::Memory { settle, advance, add, rate, slow: $slow }
+        $crate::effect::Memory { steady_state, advance, add, rate, slow: $slow }
     }};
 }

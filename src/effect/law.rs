@@ -8,8 +8,8 @@ pub type StaticLaw = fn(&[f64], &Point) -> f64;
 /// A law with one state of its own.
 #[derive(Debug, Clone, Copy)]
 pub struct Memory {
-    /// The state that has settled at a point.
-    pub settle: fn(&[f64], &Point) -> f64,
+    /// The steady state at a point.
+    pub steady_state: fn(&[f64], &Point) -> f64,
     /// The state a span [s] later, the point held.
     pub advance: fn(&[f64], f64, &Point, f64) -> f64,
     /// What it adds to its site.
@@ -27,10 +27,11 @@ pub enum Law {
     Delay(fn(&[f64]) -> f64),
     /// Without memory.
     Static(StaticLaw),
-    /// Without memory, and one that turns round within a few milliseconds, as friction does where a body comes to rest.
-    Sharp(StaticLaw),
-    /// Without memory, and in jumps over its one parameter: a fit must look at every value.
-    Stairs(StaticLaw),
+    /// Without memory, and one that makes the equations stiff: it turns round within a few milliseconds, as friction does where a
+    /// body comes to rest.
+    Stiff(StaticLaw),
+    /// Without memory, and piecewise constant in its one parameter: no slope leads a fit, which must look at every value.
+    PiecewiseConstant(StaticLaw),
     /// With one state.
     Memory(Memory),
     /// A user's expression, without memory.

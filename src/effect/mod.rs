@@ -15,7 +15,7 @@ mod syntax;
 
 pub use card::{Card, Parameter, Symmetry, Term};
 pub use expression::{Expression, ExpressionError};
-pub use functions::followed;
+pub use functions::step_response;
 pub(crate) use functions::{sin, tanh};
 pub use law::{Law, Memory, StaticLaw};
 pub use site::{Point, Site};

@@ -1,6 +1,6 @@
 //! The motor weakens as it warms up.
 
-use super::{Card, Law, Memory, Parameter, Point, Site, Symmetry, followed};
+use super::{Card, Law, Memory, Parameter, Point, Site, Symmetry, step_response};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -33,7 +33,7 @@ pub(super) static CARD: Card = Card {
             meaning: "how slowly it warms",
         },
     ],
-    law: Law::Memory(Memory { settle, advance, add, rate, slow: true }),
+    law: Law::Memory(Memory { steady_state, advance, add, rate, slow: true }),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
     acts_as: None,
@@ -47,13 +47,13 @@ pub(super) static CARD: Card = Card {
 };
 
 /// The heat at which warming and cooling balance.
-fn settle(_: &[f64], point: &Point) -> f64 {
+fn steady_state(_: &[f64], point: &Point) -> f64 {
     (point.propeller_rate / point.hover_rate).powi(3)
 }
 
 fn advance(parameters: &[f64], state: f64, point: &Point, span: f64) -> f64 {
     let [_, time_constant] = *parameters else { return state };
-    state + (settle(parameters, point) - state) * followed(1.0 / time_constant, span)
+    state + (steady_state(parameters, point) - state) * step_response(1.0 / time_constant, span)
 }
 
 fn add(parameters: &[f64], state: f64, point: &Point) -> f64 {

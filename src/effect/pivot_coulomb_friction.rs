@@ -33,7 +33,7 @@ pub(super) static CARD: Card = Card {
             meaning: "rate over which it turns round",
         },
     ],
-    law: Law::Sharp(add),
+    law: Law::Stiff(add),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::Dissipative,
     acts_as: Some(Term::CoulombFriction),

@@ -20,7 +20,7 @@ pub(super) static CARD: Card = Card {
         neutral: f64::INFINITY,
         meaning: "fastest change of the steady rate",
     }],
-    law: Law::Memory(Memory { settle, advance, add, rate, slow: false }),
+    law: Law::Memory(Memory { steady_state, advance, add, rate, slow: false }),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
     acts_as: None,
@@ -33,7 +33,7 @@ pub(super) static CARD: Card = Card {
     experiment: "Steps of very different size: a limit slows only the large ones.",
 };
 
-fn settle(_: &[f64], point: &Point) -> f64 {
+fn steady_state(_: &[f64], point: &Point) -> f64 {
     point.steady_rate
 }
 

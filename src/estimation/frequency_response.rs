@@ -117,7 +117,7 @@ fn welch(stretches: &[(Vec<f64>, Vec<f64>)], window: usize, interval: f64) -> Ve
     if windows < FEWEST_WINDOWS / 2 || interval <= 0.0 {
         return Vec::new();
     }
-    // Half-overlapped Hann windows are worth about 0.95 independent ones each (Welch 1967: 18/19).
+    // Half-overlapped Hann windows count as about 0.95 independent ones each (Welch 1967: 18/19).
     let independent = 0.95 * windows as f64;
     (1..half)
         .filter(|&k| input_power[k] > 0.0 && output_power[k] > 0.0)
@@ -163,8 +163,8 @@ impl LagResponse {
         let whole = (self.delay / interval + 1e-9).floor();
         // The command changes this long before the end of an interval.
         let left = interval - (self.delay - whole * interval).max(0.0);
-        let (decay, late) = ((-self.pole * interval).exp(), (-self.pole * left).exp());
-        let input = Complex64::new(1.0 - late, 0.0) + (late - decay) / forward;
+        let (decay, held_part) = ((-self.pole * interval).exp(), (-self.pole * left).exp());
+        let input = Complex64::new(1.0 - held_part, 0.0) + (held_part - decay) / forward;
         let lag = input / (forward - decay);
         let phase = lag.arg().to_degrees() - 360.0 * frequency * interval * whole;
         (lag.norm(), near(phase, self.continuous(frequency).1))
@@ -214,7 +214,7 @@ mod tests {
         assert!((0.85..=1.0).contains(&share), "{share}");
     }
 
-    /// The lag in a thousand Euler steps an interval, its input late by one and a half intervals.
+    /// The lag in a thousand Euler steps an interval, its input delayed by one and a half intervals.
     #[test]
     fn the_sampled_response_knows_a_delay_between_two_samples() {
         let (pole, interval, delay) = (16.0, 0.02, 0.031);

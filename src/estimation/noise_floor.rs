@@ -22,16 +22,16 @@ pub fn white_noise(values: &[f64], pieces: &[Range<usize>]) -> f64 {
         return middle;
     }
     // More than half of them are nothing at all: a coarse grid. Then every one of them counts.
-    all_alike(&differences)
+    rms_noise(&differences)
 }
 
-/// Standard deviation from third differences, each of which counts.
-fn all_alike(differences: &[f64]) -> f64 {
+/// Standard deviation from the mean square of third differences.
+fn rms_noise(differences: &[f64]) -> f64 {
     let sum: f64 = differences.iter().map(|value| value * value).sum();
     (sum / (THIRD_DIFFERENCE * differences.len().max(1) as f64)).sqrt()
 }
 
-/// The same of a reading in steps of `step`. Where the noise does not reach over a step, neighbours read alike and what the
+/// The same of a reading in steps of `step`. Where the noise does not reach over a step, neighbours read the same and what the
 /// steps take away, step/√12 rms, does not change from sample to sample: what changes is too small for it.
 #[must_use]
 pub fn noise_of_reading(values: &[f64], pieces: &[Range<usize>], step: f64) -> f64 {
@@ -41,7 +41,7 @@ pub fn noise_of_reading(values: &[f64], pieces: &[Range<usize>], step: f64) -> f
     }
     let steps = step / 12.0_f64.sqrt();
     let at_most = (DITHERED * step).hypot(steps);
-    let each = all_alike(&differences(values, pieces));
+    let each = rms_noise(&differences(values, pieces));
     noise.max(steps).max(each.min(at_most))
 }
 
@@ -55,7 +55,7 @@ pub const RESOLUTION: f64 = 1e-3;
 mod tests {
     use super::*;
     use crate::estimation::moments::deviation;
-    use crate::estimation::quantization_step::reading_step;
+    use crate::estimation::quantization_step::quantization_step;
     use rand::SeedableRng;
     use rand_distr::{Distribution, Normal};
 
@@ -77,7 +77,7 @@ mod tests {
         assert!((found - 2.0).abs() < 0.2, "{found}");
     }
 
-    /// Of a sensor that tells in every second or third row only, the noise is the same.
+    /// Of a sensor that reads in every second or third row only, the noise is the same.
     #[test]
     fn noise_of_a_sensor_slower_than_the_rows_is_seen() {
         for (stride, missing) in [(2, 0.0), (2, f64::NAN), (3, 0.0)] {
@@ -104,7 +104,7 @@ mod tests {
                 .zip(&truth)
                 .map(|(noise, truth)| ((truth + noise) / step).round() * step)
                 .collect();
-            let found = reading_step(read.iter().copied());
+            let found = quantization_step(read.iter().copied());
             assert!((found / step - 1.0).abs() < 1e-3, "{step}: {found}");
             let left: Vec<f64> = read.iter().zip(&truth).map(|(read, truth)| read - truth).collect();
             let rms = deviation(left.iter().copied());
@@ -113,6 +113,6 @@ mod tests {
             // than noise would, which third differences take for more, by 14 % here.
             assert!((0.92..1.2).contains(&(floor / rms)), "{step}, {sigma}: {floor} of {rms}");
         }
-        assert_eq!(reading_step(noise(6000, 1.0).into_iter()), 0.0, "no steps");
+        assert_eq!(quantization_step(noise(6000, 1.0).into_iter()), 0.0, "no steps");
     }
 }

@@ -80,14 +80,14 @@ impl Normal {
     ) -> Slopes {
         let mut slopes = self.slopes;
         let moved = now.iter().zip(before);
-        let mut unforetold: Vec<f64> = moved.map(|(now, before)| now - before).collect();
+        let mut unpredicted: Vec<f64> = moved.map(|(now, before)| now - before).collect();
         for (column, change) in slopes.columns.iter().zip(globals).filter(|(_, change)| **change != 0.0) {
-            unforetold.iter_mut().zip(column).for_each(|(left, slope)| *left -= change * slope);
+            unpredicted.iter_mut().zip(column).for_each(|(left, slope)| *left -= change * slope);
         }
         let count = slopes.local_columns.len();
         for (unit, changes) in units.iter().zip(locals.chunks(count.max(1))) {
             for (column, change) in slopes.local_columns.iter().zip(changes) {
-                let pairs = unforetold[unit.clone()].iter_mut().zip(&column[unit.clone()]);
+                let pairs = unpredicted[unit.clone()].iter_mut().zip(&column[unit.clone()]);
                 pairs.for_each(|(left, slope)| *left -= change * slope);
             }
         }
@@ -96,14 +96,14 @@ impl Normal {
         for (index, column) in slopes.columns.iter_mut().enumerate() {
             let share = weight(index) / length;
             if share != 0.0 && share.is_finite() {
-                column.iter_mut().zip(&unforetold).for_each(|(slope, left)| *slope += share * left);
+                column.iter_mut().zip(&unpredicted).for_each(|(slope, left)| *slope += share * left);
             }
         }
         slopes
     }
 
     /// By what the cost should fall when the globals move so, the locals following.
-    pub(crate) fn foretold(&self, change: &[f64]) -> f64 {
+    pub(crate) fn predicted_fall(&self, change: &[f64]) -> f64 {
         let change = DVector::from_column_slice(change);
         -(2.0 * self.gradient.dot(&change) + (&self.hessian * &change).dot(&change))
     }

@@ -63,13 +63,13 @@ pub struct FitConfig {
     pub tolerance: f64,
     /// A fit that stays above this cost is for nothing, and is given up when it hardly falls any more.
     pub goal: Option<f64>,
-    /// Whether a step that went as foretold may be followed by another one without derivatives of its own.
-    pub goes_on: bool,
+    /// Whether a step that went as predicted may be followed by another one without derivatives of its own.
+    pub reuses_slopes: bool,
 }
 
 impl Default for FitConfig {
     fn default() -> Self {
-        Self { iterations: 40, tolerance: 1e-7, goal: None, goes_on: false }
+        Self { iterations: 40, tolerance: 1e-7, goal: None, reuses_slopes: false }
     }
 }
 
@@ -103,19 +103,19 @@ const SLOW: (f64, usize) = (2e-4, 3);
 
 /// The locals' derivatives are taken anew when a global has moved by more than this share.
 const MOVED: f64 = 0.05;
-/// A step's fall over the foretold one within which the derivatives it was made with hold for the next step, too.
-const AS_FORETOLD: (f64, f64) = (0.9, 1.1);
+/// A step's fall over the predicted one within which the derivatives it was made with hold for the next step, too.
+const AS_PREDICTED: (f64, f64) = (0.9, 1.1);
 /// Most steps that are made with derivatives which were not taken for them.
 const MOST_ON: usize = 3;
 
 /// Fits a problem.
 pub fn fit(problem: &dyn OutputError, free: &[Free], locals: Option<&[f64]>, config: &FitConfig) -> Fit {
-    fit_on(problem, free, locals, config, None).0
+    fit_from(problem, free, locals, config, None).0
 }
 
-/// Fits a problem that starts where another one ended whose residuals are laid out alike, with its `slopes`: those of residuals
+/// Fits a problem that starts where another one ended whose residuals have the same layout, with its `slopes`: those of residuals
 /// that do not count here are left out. Gives the slopes at the end, too.
-pub fn fit_on(
+pub fn fit_from(
     problem: &dyn OutputError,
     free: &[Free],
     locals: Option<&[f64]>,
@@ -156,7 +156,7 @@ pub fn fit_on(
         if (is_there && !(on > 0 && fall.is_none())) || iterations >= config.iterations {
             break;
         }
-        let next = step.filter(|step| config.goes_on && on < MOST_ON && step.went_as_foretold());
+        let next = step.filter(|step| config.reuses_slopes && on < MOST_ON && step.went_as_predicted());
         on = if next.is_some() { on + 1 } else { 0 };
         normal = match next {
             Some(step) => {
@@ -170,34 +170,34 @@ pub fn fit_on(
     search.finish(iterations, normal)
 }
 
-/// Fits the local parameters alone, the globals held; the cost then judges the globals on other data.
-pub fn judge(problem: &dyn OutputError, globals: &[f64]) -> Fit {
-    judge_on(problem, globals, None)
+/// Fits the local parameters alone, the globals held: the cost then validates the globals on other data.
+pub fn validate(problem: &dyn OutputError, globals: &[f64]) -> Fit {
+    validate_from(problem, globals, None)
 }
 
-/// The same from the locals and with the slopes of a fit of residuals that are laid out alike.
-pub fn judge_on(problem: &dyn OutputError, globals: &[f64], from: Option<(&[f64], &Slopes)>) -> Fit {
+/// The same from the locals and with the slopes of a fit of residuals that have the same layout.
+pub fn validate_from(problem: &dyn OutputError, globals: &[f64], from: Option<(&[f64], &Slopes)>) -> Fit {
     let held: Vec<Free> =
         globals.iter().map(|value| Free { start: *value, bounds: (*value, *value), scale: 1.0 }).collect();
     // Locals enter almost linearly: a few steps suffice.
-    let config = FitConfig { iterations: 6, tolerance: 1e-6, goal: None, goes_on: false };
+    let config = FitConfig { iterations: 6, tolerance: 1e-6, goal: None, reuses_slopes: false };
     let (locals, slopes) = from.map_or((None, None), |(locals, slopes)| (Some(locals), Some(slopes)));
-    fit_on(problem, &held, locals, &config, slopes).0
+    fit_from(problem, &held, locals, &config, slopes).0
 }
 
 /// A step that lowered the cost.
 struct Step {
     /// Share by which it did, and by which it should have.
     fall: f64,
-    foretold: f64,
+    predicted: f64,
     /// By what the parameters moved.
     globals: Vec<f64>,
     locals: Vec<f64>,
 }
 
 impl Step {
-    fn went_as_foretold(&self) -> bool {
-        (AS_FORETOLD.0..AS_FORETOLD.1).contains(&(self.fall / self.foretold))
+    fn went_as_predicted(&self) -> bool {
+        (AS_PREDICTED.0..AS_PREDICTED.1).contains(&(self.fall / self.predicted))
     }
 }
 
@@ -307,7 +307,7 @@ impl<'a> Search<'a> {
         };
         let step = Step {
             fall: (self.cost - cost) / self.cost,
-            foretold: normal.foretold(&difference(&globals, &self.globals)) / self.cost,
+            predicted: normal.predicted_fall(&difference(&globals, &self.globals)) / self.cost,
             globals: difference(&globals, &self.globals),
             locals: difference(&locals, &self.locals),
         };
@@ -323,8 +323,8 @@ impl<'a> Search<'a> {
             .filter(|index| {
                 let (free, value) = (&self.free[*index], self.globals[*index]);
                 let down = normal.gradient[*index] > 0.0;
-                let stuck = (down && value <= free.bounds.0) || (!down && value >= free.bounds.1);
-                !stuck && normal.hessian[(*index, *index)] > 0.0
+                let at_bound = (down && value <= free.bounds.0) || (!down && value >= free.bounds.1);
+                !at_bound && normal.hessian[(*index, *index)] > 0.0
             })
             .collect();
         let mut change = vec![0.0; size];

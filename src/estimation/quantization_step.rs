@@ -1,4 +1,4 @@
-//! The step in which a sensor is read.
+//! The quantization step of a reading.
 
 /// Share of the range below which two readings are one, and of a step by which one may lie beside the grid: decimals.
 const SAME: f64 = 1e-7;
@@ -7,9 +7,9 @@ const OFF_GRID: f64 = 0.05;
 const ON_GRID: f64 = 0.95;
 const FEWEST_GAPS: usize = 5;
 
-/// The step that readings are told in: all of them lie on a grid of it; 0 where they do not.
+/// The step in which readings are quantized, in their unit: all of them lie on a grid of it; 0 where they do not.
 #[must_use]
-pub fn reading_step(values: impl Iterator<Item = f64>) -> f64 {
+pub fn quantization_step(values: impl Iterator<Item = f64>) -> f64 {
     let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
     values.sort_unstable_by(f64::total_cmp);
     let of_range = values.last().zip(values.first()).map_or(0.0, |(last, first)| SAME * (last - first));

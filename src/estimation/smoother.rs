@@ -22,12 +22,12 @@ pub fn smooth(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
         return (vec![constant(values); values.len()], vec![0.0; values.len()]);
     }
     let mut noise = white(values.len(), white_noise(values, std::slice::from_ref(&(0..values.len()))));
-    missing_alike(&mut noise, values);
+    copy_missing(&mut noise, values);
     (smoothed(values, wandering), smoothed(&noise, wandering))
 }
 
-/// Takes as missing in an example what is missing in the values that it is one of.
-pub fn missing_alike(example: &mut [f64], values: &[f64]) {
+/// Marks as missing in an example of noise what is missing in the values that it belongs to.
+pub fn copy_missing(example: &mut [f64], values: &[f64]) {
     let missing = example.iter_mut().zip(values).filter(|(_, value)| !value.is_finite());
     missing.for_each(|(example, _)| *example = f64::NAN);
 }

@@ -113,7 +113,7 @@ impl Work<'_> {
                 validate_after,
             },
             before: before.parameters(),
-            // Of what was fitted at once with the delay: without it nobody has asked.
+            // Of the joint estimation with the delay: without it nobody has asked.
             standard_errors_before: std::collections::BTreeMap::new(),
         });
         model.effects.push(AddedEffect {

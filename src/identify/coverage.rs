@@ -44,7 +44,7 @@ fn k_v_and_the_curve_from_levels_and_ramps() {
 }
 
 /// Behind each turn of a ramp a slow rotor is not yet as far behind as it will be. Seen with the fit broken: the lag as if
-/// it were settled everywhere, c_g2 covered 7 times of 100; where the ramp goes down alone, and the lag looks like the curve
+/// it were steady everywhere, c_g2 covered 7 times of 100; where the ramp goes down alone, and the lag looks like the curve
 /// and comes from other logs, c_g2 was never covered without those.
 #[test]
 fn the_curve_of_a_slow_rotor_from_ramps() {
@@ -61,11 +61,12 @@ fn the_curve_of_a_slow_rotor_from_ramps() {
                 // The battery is known here.
                 let log = RotorLog { rate: noise.on(&truth.rate, 1.5), ..truth.clone() };
                 let rows = steady_rows::steady_rows(&[log], K_V, FULL_VOLTAGE).expect("ramps");
-                let told = |known: KnownLag| {
+                let known_lag = |known: KnownLag| {
                     let value = known.pole.value + known.pole.standard_error * noise.white();
                     KnownLag { pole: Estimate { value, ..known.pole }, ..known }
                 };
-                let curve = static_curve::identify(&rows, 0.0, Some(2), known.map(told)).expect("a curve");
+                let curve =
+                    static_curve::identify(&rows, 0.0, Some(2), known.map(known_lag)).expect("a curve");
                 counts.iter_mut().zip(curve.coefficients).for_each(|(count, estimate)| count.take(estimate));
             }
             counts.iter().for_each(|count| count.check(memory));
@@ -74,7 +75,7 @@ fn the_curve_of_a_slow_rotor_from_ramps() {
 }
 
 #[test]
-fn pole_curve_and_k_v_at_once_from_lively_commands() {
+fn joint_estimation_of_pole_curve_and_k_v_from_exciting_commands() {
     let truth = rotor(|t| 0.38 + 0.16 * binary(t) + 0.02 * (0.1 * t).sin(), 0.02, 3000);
     for memory in MEMORIES {
         let mut counts =
@@ -93,7 +94,7 @@ fn pole_curve_and_k_v_at_once_from_lively_commands() {
     }
 }
 
-/// Pole, curve and k_V of `logs` as `identify` fits them at once, with the noise of the voltage taken away.
+/// Pole, curve and k_V of `logs` as `identify` fits them jointly, with the noise of the voltage taken away.
 fn at_once(logs: &[RotorLog], counts: &mut [Count; 4]) -> variable_projection::LagFit {
     let course: Vec<RotorLog> = logs.iter().map(voltage_instruments::course).collect();
     let quiet = joint_fit::with_instruments(logs, &course, FULL_VOLTAGE).expect("a lag");
@@ -249,7 +250,7 @@ fn the_inertia_from_an_attitude_log() {
     }
 }
 
-/// A torque of the body's own bends J by many of its standard errors when it is left out: it is told, and J's error allows for it.
+/// A torque of the body's own bends J by many of its standard errors when it is left out: that is a finding, and J's error allows for it.
 #[test]
 fn the_inertia_beside_a_torque_that_is_left_out() {
     for (own, goes_with) in

@@ -1,6 +1,6 @@
-//! The lag behind a transport delay, everything fitted at once: what the model gets where the data settle the delay.
+//! The lag behind a transport delay, by joint estimation: what the model gets where the data show the delay.
 //!
-//! A lag fitted to a late rotor makes up for the delay with a pole that is too slow. Where the delay is the alternative that
+//! A lag fitted to a rotor with a dead time makes up for the delay with a pole that is too slow. Where the delay is the alternative that
 //! the data ask for, and with it nothing but noise is left, delay and pole go into the model together; where more is
 //! missing, `diagnose` has to find out what, and the delay is only reported.
 

@@ -1,4 +1,4 @@
-//! Everything of the rotor at once: pole, polynomial and battery gain from one record with exciting commands.
+//! Joint estimation of the rotor: pole, polynomial and battery gain from one record with exciting commands.
 //!
 //! The paper goes step by step; where a log holds what all steps need, this is the efficient way, and it is the
 //! only way where constant commands and ramps are missing.
@@ -36,7 +36,7 @@ pub struct JointFit {
     pub degrees: Vec<DegreeScore>,
     /// A delay and a second pole, tried.
     pub alternatives: Vec<LagAlternative>,
-    /// The delay, where it was settled; everything else then was fitted beside it.
+    /// The delay, where the data show one; everything else then was fitted beside it.
     pub delay: Option<Delay>,
     /// [rad/s] the curve without the delay, where there is one; and k_V [rad/(s V)].
     #[serde(skip)]
@@ -62,7 +62,7 @@ struct Problem<'a> {
     battery: bool,
 }
 
-/// A lag alone, its alternatives, and the lag behind a delay where that is settled.
+/// A lag alone, its alternatives, and the lag behind a delay where that shows.
 #[derive(Debug, Clone)]
 struct Candidates {
     lag: LagFit,
@@ -144,7 +144,7 @@ impl Problem<'_> {
 }
 
 /// Fits all rotors' records together. Without `degree` cross-validation chooses it; with `delays` a delay that the data
-/// settle is fitted beside.
+/// show is fitted beside.
 pub(crate) fn identify(
     rotors: &[RotorLog],
     full_voltage: f64,
@@ -188,7 +188,7 @@ fn with_battery(
 }
 
 /// Everything again beside the delay that was found first: the curve's degree, what the commands draw from the battery, which
-/// comes as late as the rotor does, and what that draws from the rotor.
+/// has the dead time of the rotor, and what that draws from the rotor.
 fn beside_delay(
     rotors: &[RotorLog],
     (problem, degrees, first): (Problem<'_>, Vec<DegreeScore>, Candidates),

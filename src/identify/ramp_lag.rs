@@ -9,7 +9,7 @@ use super::Estimate;
 use super::regressors::record_of;
 use super::steady_rows::{HIGHEST_DEGREE, SteadyRows, goes_both_ways};
 use super::thresholds::THRESHOLDS;
-use crate::effect::followed;
+use crate::effect::step_response;
 use crate::estimation::variable_projection::{self, LagFit, Record};
 use crate::model::polynomial;
 use crate::screening::rotor_data::RotorLog;
@@ -28,7 +28,7 @@ pub(crate) struct KnownLag {
 pub(crate) struct RampLag {
     /// [rad/s] where the search starts, or the pole itself.
     pole: f64,
-    /// [rad/s] standard error of a pole that is known; `None` where the ramps tell it.
+    /// [rad/s] standard error of a pole that is known; `None` where the ramps show it.
     known: Option<f64>,
     /// [s]
     delay: f64,
@@ -88,18 +88,18 @@ pub(crate) fn identify(
 }
 
 /// Commands [-] of the ramps and the rates [rad/s] as they would be without the lag.
-pub(crate) fn settled(rows: &SteadyRows, lag: &RampLag) -> Option<(Vec<f64>, Vec<f64>)> {
+pub(crate) fn without_lag(rows: &SteadyRows, lag: &RampLag) -> Option<(Vec<f64>, Vec<f64>)> {
     let ramps = &corrected(rows, rows.gain, lag.pole);
     let degree = (1..=HIGHEST_DEGREE).rev().find(|degree| fit(ramps, *degree, lag).is_some())?;
     match degree {
-        1 => settled_by::<1>(ramps, lag),
-        2 => settled_by::<2>(ramps, lag),
-        3 => settled_by::<3>(ramps, lag),
-        _ => settled_by::<4>(ramps, lag),
+        1 => without_lag_of::<1>(ramps, lag),
+        2 => without_lag_of::<2>(ramps, lag),
+        3 => without_lag_of::<3>(ramps, lag),
+        _ => without_lag_of::<4>(ramps, lag),
     }
 }
 
-fn settled_by<const M: usize>(ramps: &[RotorLog], lag: &RampLag) -> Option<(Vec<f64>, Vec<f64>)> {
+fn without_lag_of<const M: usize>(ramps: &[RotorLog], lag: &RampLag) -> Option<(Vec<f64>, Vec<f64>)> {
     let record = record::<M>(ramps, lag.delay);
     let fit = fit_to(&record, lag)?;
     let errors = variable_projection::errors(&record, &fit);
@@ -145,7 +145,7 @@ fn corrected(rows: &SteadyRows, gain: f64, pole: f64) -> Vec<RotorLog> {
                 if row + 1 < segment.end {
                     // A battery does not jump: over an interval it counts with both ends.
                     let between = 0.5 * (voltage[row] + voltage[row + 1]);
-                    acting += (between - acting) * followed(pole, ramp.time[row + 1] - ramp.time[row]);
+                    acting += (between - acting) * step_response(pole, ramp.time[row + 1] - ramp.time[row]);
                 }
             }
         }

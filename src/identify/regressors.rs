@@ -8,7 +8,7 @@ use crate::screening::rotor_data::RotorLog;
 pub(crate) const NO_DELAY: f64 = f64::MIN_POSITIVE;
 
 /// The record of all `rotors`, each stretch by itself. `inputs(u, drop)` makes the inputs from the command [-]
-/// and the voltage drop v_bmax - v_b [V]. Commands act `delay` [s] late, exactly: where one changes between two
+/// and the voltage drop v_bmax - v_b [V]. Commands act `delay` [s] after they were sent, exactly: where one changes between two
 /// samples, the record gets an unscored row at that instant. What is measured within `unheard_intervals` of the beginning of a
 /// stretch answers to commands from before it: with a delay, however short, it is not scored, so that all delays are
 /// judged on the same samples, and the free state of the stretch stands for those commands.

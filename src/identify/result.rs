@@ -27,7 +27,7 @@ pub struct IdentifySettings {
     pub degree: Option<usize>,
     /// Whether the battery takes part (where its voltage was logged).
     pub battery: bool,
-    /// Whether a transport delay that the data settle goes into the model.
+    /// Whether a transport delay that the data show goes into the model.
     pub delay: bool,
     /// Which rotors' columns to use, from 1; they are taken as identical, as the paper does.
     pub rotors: Vec<usize>,
@@ -73,7 +73,7 @@ pub struct PoleFit {
     pub samples: usize,
     /// A delay and a second pole, tried.
     pub alternatives: Vec<LagAlternative>,
-    /// The delay, where it was settled; pole, gain and offset then were fitted beside it.
+    /// The delay, where the data show one; pole, gain and offset then were fitted beside it.
     pub delay: Option<Delay>,
 }
 

@@ -61,7 +61,7 @@ pub(crate) fn follows(part: &RotorLog, full_voltage: f64) -> Option<SingleRotorF
     Some(SingleRotorFit { fit, scatter: scatter(part), range })
 }
 
-/// A lag behind commands that act `delay` [s] late, with the battery where it was read.
+/// A lag behind commands with a dead time of `delay` [s], with the battery where it was read.
 pub(crate) fn lag(part: &RotorLog, full_voltage: f64, delay: f64) -> Option<LagFit> {
     let part = std::slice::from_ref(part);
     let beside =

@@ -83,8 +83,8 @@ pub(crate) fn identify(
     let shape = degree.or(first.as_ref().map(|(_, preferred)| *preferred))?;
     let beside = beside_lag(rows, shape, &y);
     let lag = ramp_lag::choose(rows, beside.as_ref().map(Beside::lag), known);
-    let settled = lag.and_then(|lag| ramp_lag::settled(rows, &lag));
-    let again = settled.and_then(|(command, rate)| compare_degrees(&command, &DVector::from_vec(rate)));
+    let without_lag = lag.and_then(|lag| ramp_lag::without_lag(rows, &lag));
+    let again = without_lag.and_then(|(command, rate)| compare_degrees(&command, &DVector::from_vec(rate)));
     let (degrees, preferred_degree) = again.or(first).or_else(at_first)?;
     let degree = degree.unwrap_or(preferred_degree);
     let behind = lag.and_then(|lag| ramp_lag::identify(rows, degree, &lag, gain_error));

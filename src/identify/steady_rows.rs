@@ -3,7 +3,7 @@
 use super::thresholds::THRESHOLDS;
 use std::ops::Range;
 
-use crate::screening::excitation::Motion;
+use crate::screening::excitation::SteadyCommand;
 use crate::screening::rotor_data::{RotorLog, bounds};
 
 /// Highest degree tried, as the paper compares several.
@@ -29,15 +29,15 @@ pub(crate) struct SteadyRows {
     pub gain: f64,
 }
 
-/// Collects steady rows: ramps if there are any worth it, else constant levels.
+/// Collects steady rows: ramps where they are enough and span a range, else constant levels.
 pub(crate) fn steady_rows(rotors: &[RotorLog], gain: f64, full_voltage: f64) -> Option<SteadyRows> {
-    let ramps = collect(rotors, Motion::Ramp, gain, full_voltage);
+    let ramps = collect(rotors, SteadyCommand::Ramp, gain, full_voltage);
     if ramps.command.len() >= THRESHOLDS.fewest_curve_rows
         && spread(&ramps.command) >= THRESHOLDS.narrowest_curve
     {
         return Some(ramps);
     }
-    let levels = collect(rotors, Motion::Constant, gain, full_voltage);
+    let levels = collect(rotors, SteadyCommand::Constant, gain, full_voltage);
     (levels.command.len() >= THRESHOLDS.fewest_curve_rows
         && spread(&levels.command) >= THRESHOLDS.narrowest_curve)
         .then_some(levels)
@@ -48,19 +48,19 @@ fn spread(values: &[f64]) -> f64 {
     high - low
 }
 
-fn collect(rotors: &[RotorLog], wanted: Motion, gain: f64, full_voltage: f64) -> SteadyRows {
+fn collect(rotors: &[RotorLog], wanted: SteadyCommand, gain: f64, full_voltage: f64) -> SteadyRows {
     let mut rows = SteadyRows {
         command: Vec::new(),
         corrected_rate: Vec::new(),
         voltage_drop: Vec::new(),
         slope: Vec::new(),
-        from_ramps: wanted == Motion::Ramp,
+        from_ramps: wanted == SteadyCommand::Ramp,
         ramps: Vec::new(),
         full_voltage,
         gain,
     };
     for rotor in rotors {
-        let parts = rotor.steady().into_iter().filter(|(motion, _)| *motion == wanted);
+        let parts = rotor.steady().into_iter().filter(|(kind, _)| *kind == wanted);
         let parts: Vec<Range<usize>> = parts.map(|(_, part)| part).collect();
         let mut known = vec![f64::NAN; rotor.time.len()];
         for part in &parts {

@@ -14,7 +14,7 @@ use serde::Serialize;
 
 use super::{Estimate, Weighted};
 use crate::estimation::least_squares;
-use crate::screening::excitation::Motion;
+use crate::screening::excitation::SteadyCommand;
 use crate::screening::rotor_data::RotorLog;
 
 /// k_V of one constant command.
@@ -54,8 +54,8 @@ pub(crate) fn identify(rotors: &[RotorLog]) -> (Option<BatteryGain>, usize) {
     let mut levels = Vec::new();
     let mut left_out = 0;
     for rotor in rotors {
-        for (motion, rows) in rotor.steady() {
-            if motion == Motion::Constant {
+        for (kind, rows) in rotor.steady() {
+            if kind == SteadyCommand::Constant {
                 match level_gain(rotor, rows) {
                     Some(level) => levels.push(level),
                     None => left_out += 1,

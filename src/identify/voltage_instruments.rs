@@ -10,7 +10,7 @@ use super::thresholds::THRESHOLDS;
 use nalgebra::{DMatrix, DVector};
 
 use super::regressors::record_of;
-use crate::effect::followed;
+use crate::effect::step_response;
 use crate::screening::rotor_data::{Beside, RotorLog, VoltageInstrument};
 
 /// Most knots of the course: 40 minutes of the shortest bends.
@@ -37,7 +37,7 @@ pub(crate) struct RotorResponse {
 }
 
 /// The log with the smooth course of its voltage over time alone: what goes with the load is not in it, and so cannot stand
-/// in for the rate of a rotor that answers late. Unchanged where it has none, or too little of it.
+/// in for the rate of a rotor with a dead time. Unchanged where it has none, or too little of it.
 pub(crate) fn course(rotor: &RotorLog) -> RotorLog {
     let Some(voltage) = rotor.voltage.as_deref() else { return rotor.clone() };
     let nothing = OfCommand { functions: [0.0; OF_COMMAND], known: true };
@@ -145,7 +145,7 @@ fn of_both(rotor: &RotorLog, response: RotorResponse) -> (Vec<OfCommand>, usize)
 /// [rad/s] What is wanting from the rate, on the whole: at first all that the battery takes.
 fn missing(rotor: &RotorLog, response: RotorResponse) -> Option<f64> {
     let (mut missing, mut count) = (0.0, 0.0);
-    let held = followed_rate(rotor, response, None);
+    let held = predicted_rate(rotor, response, None);
     for (row, rate, _) in held.into_iter().filter(|(row, ..)| rotor.rate[*row].is_finite()) {
         missing += rate - rotor.rate[row];
         count += 1.0;
@@ -153,7 +153,7 @@ fn missing(rotor: &RotorLog, response: RotorResponse) -> Option<f64> {
     Some(if count > 0.0 { missing / count } else { 0.0 })
 }
 
-/// [-] u and u² now, and the first powers of the rate, settled where a stretch begins. Commands that are missing are held;
+/// [-] u and u² now, and the first powers of the rate, steady where a segment begins. Commands that are missing are held;
 /// where they are known (again), the rate goes on from what was measured there, and as much more as is `missing` [rad/s]: its
 /// noise has no part in that of the voltage.
 fn of_command(rotor: &RotorLog, response: RotorResponse, missing: Option<f64>) -> Vec<OfCommand> {
@@ -163,12 +163,12 @@ fn of_command(rotor: &RotorLog, response: RotorResponse, missing: Option<f64>) -
         OfCommand { functions, known: false }
     };
     let mut all: Vec<OfCommand> = rotor.command.iter().map(at_once).collect();
-    let followed = followed_rate(rotor, response, missing);
+    let predicted = predicted_rate(rotor, response, missing);
     // Centred and scaled: powers of a rate that moves by a tenth of itself would hardly be separable.
-    let share = 1.0 / followed.len().max(1) as f64;
-    let mean = followed.iter().map(|(_, rate, _)| rate * share).sum::<f64>();
-    let spread = followed.iter().map(|(_, rate, _)| (rate - mean).powi(2) * share).sum::<f64>().sqrt();
-    for (row, rate, known) in followed {
+    let share = 1.0 / predicted.len().max(1) as f64;
+    let mean = predicted.iter().map(|(_, rate, _)| rate * share).sum::<f64>();
+    let spread = predicted.iter().map(|(_, rate, _)| (rate - mean).powi(2) * share).sum::<f64>().sqrt();
+    for (row, rate, known) in predicted {
         let rate = if spread > 0.0 { (rate - mean) / spread } else { 0.0 };
         all[row].functions[2..OF_ONE].copy_from_slice(&[rate, rate * rate, rate.powi(3)]);
         all[row].known = known;
@@ -179,7 +179,11 @@ fn of_command(rotor: &RotorLog, response: RotorResponse, missing: Option<f64>) -
 /// Row, the rate [rad/s] that the curve gives, less what the voltage takes that was predicted before, and whether the commands
 /// that it comes from are known. With `missing` [rad/s] the rate goes on from what was measured, and as much more, where
 /// commands are known again, or a stretch begins.
-fn followed_rate(rotor: &RotorLog, response: RotorResponse, missing: Option<f64>) -> Vec<(usize, f64, bool)> {
+fn predicted_rate(
+    rotor: &RotorLog,
+    response: RotorResponse,
+    missing: Option<f64>,
+) -> Vec<(usize, f64, bool)> {
     let RotorResponse { pole, delay, curve: [linear, quadratic], voltage_gain, full_voltage } = response;
     let whole = RotorLog { segments: rotor.whole(), ..rotor.clone() };
     let mut begun = f64::INFINITY;
@@ -209,7 +213,7 @@ fn followed_rate(rotor: &RotorLog, response: RotorResponse, missing: Option<f64>
                 each.push((row, rate, begun.is_infinite()));
             }
             if at + 1 < rows.end {
-                let share = followed(pole, acting.time[at + 1] - acting.time[at]);
+                let share = step_response(pole, acting.time[at + 1] - acting.time[at]);
                 let [steady] = acting.inputs[at];
                 rate += (steady - rate) * share;
             }

@@ -8,7 +8,7 @@ use crate::effect::Point;
 pub struct BodyInput {
     /// [s] rising.
     pub time: Vec<f64>,
-    /// [N m] mean torque of the actuators, late and lagged as the model says.
+    /// [N m] mean torque of the actuators, delayed and lagged as the model says.
     pub torque: Vec<f64>,
     /// [rad/s] mean rate of each rotor; empty when the log has none.
     pub propeller_rate: [Vec<f64>; 2],
@@ -78,7 +78,7 @@ impl Equations {
             if row == 0 {
                 for (hook, state) in self.rate_sensor.iter().zip(&mut states) {
                     if let Some((memory, parameters)) = hook.memory() {
-                        *state = (memory.settle)(parameters, &here);
+                        *state = (memory.steady_state)(parameters, &here);
                     }
                 }
             } else {
@@ -94,13 +94,13 @@ impl Equations {
         shown
     }
 
-    /// Whether the torque is late or lagged, so that [`Equations::torque_means`] depends on the model.
+    /// Whether the torque is delayed or lagged, so that [`Equations::torque_means`] depends on the model.
     #[must_use]
     pub fn has_torque_stream(&self) -> bool {
         self.actuator_delay != 0.0 || !self.torque_stream.is_empty()
     }
 
-    /// [N m] mean torque over the interval after each sample, late and lagged as the model says. `means` are those
+    /// [N m] mean torque over the interval after each sample, delayed and lagged as the model says. `means` are those
     /// of the bare torque, `slopes` [N m/s] how it rises within each interval.
     #[must_use]
     pub fn torque_means(&self, time: &[f64], means: &[f64], slopes: &[f64]) -> Vec<f64> {
@@ -111,7 +111,7 @@ impl Equations {
             let Some((memory, parameters)) = hook.memory() else { continue };
             let mut point = self.constants;
             point.torque = means.first().copied().unwrap_or(0.0);
-            let mut state = (memory.settle)(parameters, &point);
+            let mut state = (memory.steady_state)(parameters, &point);
             for (row, (mean, pair)) in means.iter_mut().zip(time.windows(2)).enumerate() {
                 let step = (pair[1] - pair[0]) / STREAM_STEPS as f64;
                 let slope = slopes.get(row).copied().filter(|_| is_rising).unwrap_or(0.0);
@@ -144,11 +144,11 @@ impl Equations {
         let at_start = Point { body_rate: rate, body_angle: angle, ..self.constants };
         for (hook, state) in self.rate_sensor.iter().zip(&mut sensor) {
             if let Some((memory, parameters)) = hook.memory() {
-                *state = (memory.settle)(parameters, &at_start) + start.sensor;
+                *state = (memory.steady_state)(parameters, &at_start) + start.sensor;
             }
         }
         let mut held = self.constants;
-        let longest = if self.is_sharp { LONGEST_STEP } else { LONGEST_SMOOTH_STEP };
+        let longest = if self.is_stiff { LONGEST_STEP } else { LONGEST_SMOOTH_STEP };
         for row in from..to {
             trace.angle.push(angle);
             let at = input.time.get(row).copied().unwrap_or(0.0);
@@ -264,7 +264,7 @@ impl Equations {
     }
 }
 
-/// Mean over the interval after each sample of a signal that comes `delay` late.
+/// Mean over the interval after each sample of a signal with a dead time of `delay` [s].
 fn delayed_means(time: &[f64], means: &[f64], slopes: &[f64], delay: f64) -> Vec<f64> {
     let (Some(first_time), Some(first), false) = (time.first(), means.first(), delay == 0.0) else {
         return means.to_vec();
@@ -287,8 +287,8 @@ fn delayed_means(time: &[f64], means: &[f64], slopes: &[f64], delay: f64) -> Vec
         // A straight line with the interval's mean and slope.
         integral[row] + span * (means[row] - 0.5 * slopes[row] * rest)
     };
-    let late: Vec<f64> = time.iter().map(|at| integral_at(at - delay)).collect();
-    let late =
-        late.windows(2).zip(time.windows(2)).map(|(sum, span)| (sum[1] - sum[0]) / (span[1] - span[0]));
-    late.chain(means.last().copied()).collect()
+    let delayed: Vec<f64> = time.iter().map(|at| integral_at(at - delay)).collect();
+    let delayed =
+        delayed.windows(2).zip(time.windows(2)).map(|(sum, span)| (sum[1] - sum[0]) / (span[1] - span[0]));
+    delayed.chain(means.last().copied()).collect()
 }

@@ -45,7 +45,7 @@ pub struct Equations {
     /// [1/(kg m²)] a division in each of the many calls would cost as much as a law.
     pub(super) per_inertia: f64,
     /// Whether a law turns round within a few milliseconds, or may.
-    pub(super) is_sharp: bool,
+    pub(super) is_stiff: bool,
     /// The constants every law may look at.
     pub(super) constants: Point,
     pub(super) command_delay: f64,
@@ -70,7 +70,7 @@ impl Model {
             voltage_gain: self.actuator.voltage_gain,
             pole: self.actuator.pole,
             per_inertia: 1.0 / self.body.inertia,
-            is_sharp: false,
+            is_stiff: false,
             constants: Point {
                 full_voltage: self.actuator.full_voltage,
                 battery_voltage: self.actuator.full_voltage,
@@ -126,18 +126,20 @@ impl Equations {
     }
 
     fn bind(&mut self, site: Site, law: &Law, parameters: Vec<f64>) {
-        self.is_sharp |= matches!(law, Law::Sharp(_) | Law::Expression(_));
+        self.is_stiff |= matches!(law, Law::Stiff(_) | Law::Expression(_));
         let hook = match law {
             Law::Delay(delay) => {
-                let late = delay(&parameters);
+                let dead_time = delay(&parameters);
                 if site == Site::Torque {
-                    self.actuator_delay += late
+                    self.actuator_delay += dead_time
                 } else {
-                    self.command_delay += late
+                    self.command_delay += dead_time
                 }
                 return;
             }
-            Law::Static(law) | Law::Sharp(law) | Law::Stairs(law) => Hook::Static(*law, parameters),
+            Law::Static(law) | Law::Stiff(law) | Law::PiecewiseConstant(law) => {
+                Hook::Static(*law, parameters)
+            }
             Law::Expression(expression) => Hook::Expression(Arc::clone(expression), parameters),
             Law::Memory(memory) => Hook::Memory(*memory, parameters),
         };

@@ -192,13 +192,13 @@ impl UserRange {
 pub(super) fn nearest_id<'a>(id: &str, own: impl Iterator<Item = &'a str>) -> Option<String> {
     let pairs = |text: &str| text.as_bytes().windows(2).map(<[u8]>::to_vec).collect::<BTreeSet<_>>();
     let wanted = pairs(id);
-    let alike = |other: &str| {
+    let similarity = |other: &str| {
         let other = pairs(other);
         let shared = wanted.intersection(&other).count();
         (200 * shared).checked_div(wanted.len() + other.len()).unwrap_or(0)
     };
     let known = CATALOGUE.iter().map(|card| card.id).chain(own);
-    let (best, share) = known.map(|known| (known, alike(known))).max_by_key(|(_, share)| *share)?;
+    let (best, share) = known.map(|known| (known, similarity(known))).max_by_key(|(_, share)| *share)?;
     // Below a third of shared letter pairs it would be a guess.
     (share > 33).then(|| best.to_owned())
 }

@@ -1,7 +1,7 @@
 //! Free run of a rotor: from command and battery to its rate, exact between samples where the law is linear.
 
 use super::equations::{Equations, Hook};
-use crate::effect::{Point, followed};
+use crate::effect::{Point, step_response};
 
 /// Inputs of a rotor over a stretch without holes; each value holds until the next sample.
 #[derive(Debug, Clone, Copy)]
@@ -19,13 +19,13 @@ pub struct RotorInput<'a> {
 /// Where a free run starts.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RotorStart {
-    /// [rad/s] rate at the first sample; `None` = settled.
+    /// [rad/s] rate at the first sample; `None` = the steady one.
     pub rate: Option<f64>,
-    /// Departure of slow states (heat) from settled at the first sample.
+    /// Departure of slow states (heat) from the steady state at the first sample.
     pub slow: f64,
-    /// What the laws with memory remember of the stretch before; `None` = settled.
+    /// What the laws with memory remember of the segment before; `None` = the steady state.
     pub before: Option<Remembered>,
-    /// Here the log begins, and what was commanded before is not known: a rotor that is late goes on as it is found until the
+    /// Here the log begins, and what was commanded before is not known: a rotor with a dead time goes on as it is found until the
     /// first command arrives. Behind a hole that command was probably in force already.
     pub is_first: bool,
 }
@@ -96,8 +96,8 @@ struct Stride {
     step: f64,
     /// Shares of the ways to z, see [`shares_of`].
     shares: [f64; 3],
-    /// The share of the way that is gone after the whole span.
-    followed: f64,
+    /// The step response of the lag after the whole span.
+    response: f64,
 }
 
 impl Equations {
@@ -112,9 +112,9 @@ impl Equations {
             return;
         }
         let linear = self.steady.is_empty() && self.acceleration.is_empty() && self.rotor_sensor.is_empty();
-        let mut state = self.settle(point, start);
+        let mut state = self.initial_state(point, start);
         if linear && self.command_delay == 0.0 && trace.mean_square.is_none() {
-            self.follow(input, state.rate, trace);
+            self.simulate_lag(input, state.rate, trace);
             trace.end = state.steady;
             return;
         }
@@ -123,17 +123,17 @@ impl Equations {
         let sensor_looks = self.rotor_sensor.iter().any(|hook| hook.memory().is_none());
         let mut stride = self.stride(0.0);
         // Index of the command in force: behind the row by the delay.
-        let mut late = 0;
+        let mut delayed = 0;
         let arrival = input.time.first().map_or(0.0, |first| first + self.command_delay);
         for row in 0..input.time.len() {
             trace.rate.push(state.rate);
             if sensor_looks {
-                while (input.time.get(late + 1).zip(input.time.get(row)))
+                while (input.time.get(delayed + 1).zip(input.time.get(row)))
                     .is_some_and(|(change, now)| change + self.command_delay <= *now)
                 {
-                    late += 1;
+                    delayed += 1;
                 }
-                if self.hold_rotor(&mut sensor, input, (late, row)).is_none() {
+                if self.hold_rotor(&mut sensor, input, (delayed, row)).is_none() {
                     return;
                 }
             }
@@ -142,13 +142,13 @@ impl Equations {
             let mut from = *now;
             let (mut turned, mut squares) = (0.0, 0.0);
             while from < *next {
-                while input.time.get(late + 1).is_some_and(|change| change + self.command_delay <= from) {
-                    late += 1;
+                while input.time.get(delayed + 1).is_some_and(|change| change + self.command_delay <= from) {
+                    delayed += 1;
                 }
-                let change = input.time.get(late + 1).map_or(*next, |change| change + self.command_delay);
+                let change = input.time.get(delayed + 1).map_or(*next, |change| change + self.command_delay);
                 let waits = start.rate.filter(|_| start.is_first && from < arrival);
                 let to = if waits.is_some() { arrival } else { change }.min(*next);
-                if self.hold_rotor(&mut point, input, (late, row)).is_none() {
+                if self.hold_rotor(&mut point, input, (delayed, row)).is_none() {
                     return;
                 }
                 point.steady_rate = waits.unwrap_or(point.steady_rate);
@@ -160,8 +160,8 @@ impl Equations {
                 let before = state.rate;
                 if linear {
                     let (z, way) = (point.steady_rate, point.steady_rate - before);
-                    let gone = z * span - way * stride.followed / self.pole;
-                    state.rate += way * stride.followed;
+                    let gone = z * span - way * stride.response / self.pole;
+                    state.rate += way * stride.response;
                     turned += gone;
                     // ω ω' = p (z ω - ω²), integrated.
                     squares += z * gone - 0.5 * (state.rate - before) * (state.rate + before) / self.pole;
@@ -182,9 +182,9 @@ impl Equations {
         trace.end = state.steady;
     }
 
-    /// The run of a rotor that merely lags behind its command and is told it in time: the general way, with nothing in it
+    /// The run of a rotor that is a first-order lag without dead time: the general way, with nothing in it
     /// that is not needed. A search for a grid asks for it thousands of times.
-    fn follow(&self, input: &RotorInput, start: f64, trace: &mut RotorTrace) {
+    fn simulate_lag(&self, input: &RotorInput, start: f64, trace: &mut RotorTrace) {
         let mut point = Point { side: input.side, ..self.constants };
         let full = std::slice::from_ref(&self.constants.full_voltage);
         let (voltage, step) = input.voltage.map_or((full, 0), |voltage| (voltage, 1));
@@ -195,7 +195,7 @@ impl Equations {
             let Some(voltage) = voltage.get(row * step) else { return };
             let span = times[1] - times[0];
             if (known.0 - span).abs() > SAME_SPAN * span || known.0.is_nan() {
-                known = (span, followed(self.pole, span));
+                known = (span, step_response(self.pole, span));
             }
             point.time = times[0];
             let steady = self.steady_rate_at(&mut point, *command, *voltage);
@@ -241,12 +241,12 @@ impl Equations {
             count: steps as usize,
             step,
             shares: shares_of(self.pole * step),
-            followed: followed(self.pole, span),
+            response: step_response(self.pole, span),
         }
     }
 
-    /// Every state settled at a held point, but for what the start says.
-    fn settle(&self, first: Point, start: &RotorStart) -> State {
+    /// The steady state of everything at a held point, but for what the start says.
+    fn initial_state(&self, first: Point, start: &RotorStart) -> State {
         let mut point = first;
         point.propeller_rate = start.rate.unwrap_or(first.steady_rate);
         let mut state =
@@ -255,7 +255,7 @@ impl Equations {
             if let Some((memory, parameters)) = hook.memory() {
                 *memory_state = match start.before.and_then(|it| Some((*it.states.get(at)?, it.hole))) {
                     Some((state, hole)) => (memory.advance)(parameters, state, &point, hole),
-                    None => (memory.settle)(parameters, &point),
+                    None => (memory.steady_state)(parameters, &point),
                 };
                 if memory.slow {
                     *memory_state += start.slow;
@@ -271,7 +271,7 @@ impl Equations {
         }
         for (hook, memory_state) in self.rotor_sensor.iter().zip(&mut state.sensor) {
             if let Some((memory, parameters)) = hook.memory() {
-                *memory_state = (memory.settle)(parameters, &point);
+                *memory_state = (memory.steady_state)(parameters, &point);
             }
         }
         state

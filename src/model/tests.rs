@@ -111,7 +111,7 @@ fn the_bare_rotor_is_exact_between_irregular_samples() {
     }
 }
 
-/// Heat outlives a hole of a log; across a long one it settles.
+/// Heat outlives a hole of a log; across a long one it decays to its steady state.
 #[test]
 fn a_motor_stays_warm_across_a_hole() {
     let mut model = Model::paper().with(&Model::paper().effect("motor_heating").expect("known"));
@@ -135,7 +135,7 @@ fn a_motor_stays_warm_across_a_hole() {
     };
     // Of a hole of 0.12 s only what the rate did in it is lost: a hundredth of the way.
     assert!((from(0.12, true) - whole.rate[1205]).abs() < 0.1, "{} {}", from(0.12, true), whole.rate[1205]);
-    // Taken as settled it would be wrong by far more; after an hour that is what it is.
+    // Taken as steady it would be wrong by far more; after an hour that is what it is.
     assert!((from(0.12, false) - whole.rate[1205]).abs() > 5.0);
     assert!((from(3600.0, true) - from(0.12, false)).abs() < 1e-6);
 }
@@ -159,7 +159,7 @@ fn a_delay_between_samples_is_exact() {
 
 /// The mean of the squared rate behind a delay that ends within intervals, against small steps of the closed form.
 #[test]
-fn the_mean_square_of_a_late_rotor_is_exact() {
+fn the_mean_square_of_a_delayed_rotor_is_exact() {
     let model = Model::paper();
     let time: Vec<f64> = (0..60).map(|k| 0.02 * f64::from(k)).collect();
     let command: Vec<f64> = (0..60).map(|k| if k < 10 { 0.4 } else { 0.5 }).collect();
@@ -178,10 +178,10 @@ fn the_mean_square_of_a_late_rotor_is_exact() {
     }
 }
 
-/// What was commanded before the log began is not known: a rotor that is late goes on as it is found until the first row's
+/// What was commanded before the log began is not known: a rotor with a dead time goes on as it is found until the first row's
 /// command arrives. Behind a hole that command was in force before.
 #[test]
-fn a_late_rotor_goes_on_as_it_is_found() {
+fn a_rotor_with_a_dead_time_goes_on_as_it_is_found() {
     let mut model = Model::paper().with(&Model::paper().effect("transport_delay").expect("known"));
     model.set_parameter("transport_delay.delay", 0.05);
     let time: Vec<f64> = (0..100).map(|k| 0.02 * f64::from(k)).collect();
@@ -237,7 +237,7 @@ fn a_body_slows_down_between_rows_that_are_far_apart() {
     }
 }
 
-/// A ramp of torque through delay and lag, against the closed form of a lagged, late ramp.
+/// A ramp of torque through delay and lag, against the closed form of a lagged, delayed ramp.
 #[test]
 fn torque_lag_and_delay_follow_a_ramp() {
     let mut model = Model::paper();
@@ -257,18 +257,18 @@ fn torque_lag_and_delay_follow_a_ramp() {
     }
 }
 
-/// Behind a filter a rate that rises in a straight line is told late by the filter's time constant, also where samples, 5 ms
+/// Behind a filter a rate that rises in a straight line is read late by the filter's time constant, also where samples, 5 ms
 /// apart, are slower than the filter.
 #[test]
-fn a_fast_filter_of_the_gyroscope_is_late_by_its_time_constant() {
+fn a_fast_filter_of_the_gyroscope_lags_by_its_time_constant() {
     let mut model = Model::paper().with(&Model::paper().effect("gyro_lag").expect("known"));
     model.set_parameter("gyro_lag.pole", 300.0);
     let time: Vec<f64> = (0..200).map(|row| 0.005 * f64::from(row)).collect();
     let rate: Vec<f64> = time.iter().map(|time| 2.0 * time).collect();
     let shown = model.equations().expect("binds").gyroscope(&time, &rate, &[0.0; 200]);
-    let late = (rate[199] - shown[199]) / 2.0;
+    let delay = (rate[199] - shown[199]) / 2.0;
     // Each of the four parts of an interval is held at its mean: 1.2 % more.
-    assert!((late * 300.0 - 1.0).abs() < 0.02, "{late} s");
+    assert!((delay * 300.0 - 1.0).abs() < 0.02, "{delay} s");
 }
 
 /// A torque that swings goes through a lag faster than the samples as it does in the closed form: what it does between two
@@ -323,7 +323,7 @@ fn a_law_at_a_sensor_looks_at_the_row() {
         assert!((run - drift).abs() < 1e-9 && (shown - drift).abs() < 1e-9, "{row}: {run} {shown} {drift}");
     }
 
-    // Rows 0.02 s apart, the command 0.03 s late: a change is in force from the second row behind it on.
+    // Rows 0.02 s apart, the command delayed by 0.03 s: a change is in force from the second row behind it on.
     let command: Vec<f64> = (0..50).map(|row| if row < 20 { 0.4 } else { 0.5 }).collect();
     let volts: Vec<f64> = (0..50).map(|row| 12.6 - 0.01 * f64::from(row)).collect();
     for (delay, from) in [(0.0, 20), (0.03, 22)] {

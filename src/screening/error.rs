@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn columns_without_a_value_are_told_from_those_with_one() {
+    fn columns_without_a_value_differ_from_those_with_one() {
         let mut log = Dataset::new("a.csv", "", vec![0.0, 1.0]).expect("time rises");
         log.insert("command_1", vec![0.6; 2]).expect("fits");
         log.insert("current_1_a", vec![f64::NAN; 2]).expect("fits");

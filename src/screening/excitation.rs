@@ -10,7 +10,7 @@ pub(crate) const FEWEST_JUMPS: usize = THRESHOLDS.fewest_jumps;
 
 /// How the command moves over a stretch of rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Motion {
+pub(crate) enum SteadyCommand {
     /// One value.
     Constant,
     /// Slow change, no jumps.
@@ -26,11 +26,11 @@ impl RotorLog {
     }
 
     /// Stretches over which the rotor follows slowly enough to be called steady, [LPC16] Eq. (4).
-    pub fn steady(&self) -> Vec<(Motion, Range<usize>)> {
+    pub fn steady(&self) -> Vec<(SteadyCommand, Range<usize>)> {
         let mut stretches = Vec::new();
         for segment in &self.whole() {
             for calm in self.calm(segment) {
-                self.split_by_motion(calm, &mut stretches);
+                self.split_by_kind(calm, &mut stretches);
             }
         }
         stretches
@@ -64,7 +64,7 @@ impl RotorLog {
         if rows.is_empty() { 0.0 } else { self.time[rows.end - 1] - self.time[rows.start] }
     }
 
-    fn split_by_motion(&self, calm: Range<usize>, into: &mut Vec<(Motion, Range<usize>)>) {
+    fn split_by_kind(&self, calm: Range<usize>, into: &mut Vec<(SteadyCommand, Range<usize>)>) {
         let mut start = calm.start;
         let mut constants = Vec::new();
         for row in calm.clone() {
@@ -79,13 +79,13 @@ impl RotorLog {
         let mut from = calm.start;
         for constant in constants {
             if self.span(&(from..constant.start)) >= THRESHOLDS.shortest_steady {
-                into.push((Motion::Ramp, from..constant.start));
+                into.push((SteadyCommand::Ramp, from..constant.start));
             }
             from = constant.end;
-            into.push((Motion::Constant, constant));
+            into.push((SteadyCommand::Constant, constant));
         }
         if self.span(&(from..calm.end)) >= THRESHOLDS.shortest_steady {
-            into.push((Motion::Ramp, from..calm.end));
+            into.push((SteadyCommand::Ramp, from..calm.end));
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! A command is held until the next one: that is how a log is read, and its times may be as irregular as they like.
 //! But where commands come at a steady interval and one of them is missing, its row or its cell, a change that it
-//! carried is seen late or never. A lag fitted to that looks faster or slower than the rotor is. So the stretch ends
+//! carried is seen too late or never. A lag fitted to that looks faster or slower than the rotor is. So the stretch ends
 //! where the missing command was due, and a new one, from a state of its own, begins with the next command that is
 //! known. Where the command is held for longer than what is missing, and is the same on both sides, nothing was missed.
 

@@ -1,7 +1,7 @@
 //! Single readings that are no measurement: a frame with a flipped bit, half or double the speed, a spike of a gyro.
 //!
 //! Rotors and bodies have a memory: a true peak leaves a decay behind it, and a step leaves a new level. So an
-//! outlier is a reading that lies far from all that its neighbours foretell of it: from the lines between those to both
+//! outlier is a reading that lies far from all that its neighbours predict of it: from the lines between those to both
 //! sides, and from the lines on through those before it and through those behind it; or from their middle, by more than
 //! they are from each other. What is far is learnt from the
 //! channel itself. Where commands move, what a command can do to this rotor is learnt, too.
@@ -12,17 +12,17 @@ use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{MEDIAN_OF_NORMAL, median, quantile};
 use crate::log::dataset::Dataset;
 
-/// Readings to each side that foretell one.
+/// Readings to each side that predict one.
 const SIDE: usize = 3;
 
-/// The code: single readings far from what their neighbours foretell.
+/// The code: single readings far from what their neighbours predict.
 pub const OUTLIERS: &str = "outliers";
 /// The code: the same, too many for single glitches; they stay.
 pub const TOO_MANY_OUTLIERS: &str = "too_many_outliers";
 
 /// The outliers among what earlier checks left of a channel.
 pub(crate) fn check(judged: &Judged) -> Option<Judgement> {
-    // Beside an end of the range neighbours foretell what cannot be read.
+    // Beside an end of the range neighbours predict what cannot be read.
     if judged.is_battery() || judged.has(SATURATED) {
         return None;
     }
@@ -86,7 +86,7 @@ struct Neighbourhood<'a> {
     /// Distance from what is predicted that is far.
     far: f64,
     /// Least distance of an outlier, in the channel's unit.
-    worth: f64,
+    least: f64,
     /// Size of the noise.
     noise: f64,
     /// Middle of the channel.
@@ -123,7 +123,7 @@ impl<'a> Neighbourhood<'a> {
                 .iter()
                 .filter_map(|(share, times)| Some(times * usual(*share)?))
                 .sum(),
-            worth: (THRESHOLDS.outlier_of_range * range)
+            least: (THRESHOLDS.outlier_of_range * range)
                 .max(THRESHOLDS.outlier_of_level * level.abs())
                 .max(THRESHOLDS.outlier_steps * step),
             // The median of the size of a normal variable, and the size of a second difference.
@@ -137,7 +137,7 @@ impl<'a> Neighbourhood<'a> {
     }
 
     fn outliers(&self) -> Vec<usize> {
-        let far = |seen: &&Seen| seen.distance > self.far + self.worth + seen.goes;
+        let far = |seen: &&Seen| seen.distance > self.far + self.least + seen.goes;
         let far: Vec<&Seen> = self.seen.iter().filter(far).collect();
         if far.is_empty() {
             return Vec::new();
@@ -150,7 +150,7 @@ impl<'a> Neighbourhood<'a> {
             None => {
                 let alone = |seen: &&Seen| {
                     let (beside, range) = seen.beside;
-                    seen.distance > self.far + self.worth + 2.0 * seen.goes
+                    seen.distance > self.far + self.least + 2.0 * seen.goes
                         && beside
                             > THRESHOLDS.outlier_beside_range * range
                                 + THRESHOLDS.outlier_beside_noise * self.noise
@@ -191,7 +191,7 @@ impl Moves {
             channel.seen.iter().map(|seen| (seen, moves.around(channel, seen))).collect();
         let commanded = || around.iter().filter(|(_, range)| *range > 0.0);
         let large =
-            commanded().map(|(seen, _)| seen.moves).filter(|(range, _)| *range > channel.far + channel.worth);
+            commanded().map(|(seen, _)| seen.moves).filter(|(range, _)| *range > channel.far + channel.least);
         let is_fast = median(large.map(|(range, step)| step / range))
             .is_none_or(|all| all > THRESHOLDS.outlier_at_once);
         let enough = commanded().count() >= THRESHOLDS.outlier_commands && !is_fast;
@@ -220,7 +220,7 @@ impl Moves {
         let range = self.around(channel, seen);
         let usual = self.most.map_or(f64::INFINITY, |most| most * range);
         let possible = self.steepest * range;
-        range > 0.0 && seen.distance <= usual + channel.worth && seen.beside.0 <= possible + channel.worth
+        range > 0.0 && seen.distance <= usual + channel.least && seen.beside.0 <= possible + channel.least
     }
 }
 

@@ -66,11 +66,11 @@ fn zeros_of(time: &[f64], command: &[f64], rate: &[f64], segment: &Range<usize>)
         let is_short = (1..=THRESHOLDS.dropout_isolated).contains(&count)
             && rows.iter().all(|row| is_commanded(&row))
             && is_between;
-        // Before the first frame of a telemetry that starts late the rotor turned as behind it.
+        // Before the first frame of a telemetry that starts after the log the rotor turned as behind it.
         let is_first = at == 0 && rows.iter().all(|row| command[*row] >= THRESHOLDS.dropout_turns);
-        let is_late = is_first && is_up(time, rate, &known[count..]);
+        let is_missed = is_first && is_up(time, rate, &known[count..]);
         // Once it must have started and has not, it was not measured from the beginning.
-        if is_short || is_late || rows.iter().any(|row| is_started[*row - segment.start]) {
+        if is_short || is_missed || rows.iter().any(|row| is_started[*row - segment.start]) {
             zeros.extend(rows.iter().filter(is_commanded));
         }
         at += count.max(1);
@@ -105,7 +105,7 @@ fn middle(rate: &[f64]) -> f64 {
     median(rate.iter().map(|rate| rate.abs()).filter(|size| *size > 0.0)).unwrap_or(0.0)
 }
 
-/// The values that a reading takes, ascending: how finely it tells.
+/// The values that a reading takes, ascending: how fine it is.
 struct Scale(Vec<f64>);
 
 impl Scale {
@@ -200,16 +200,16 @@ mod tests {
     /// rad/s of noise in steps of `step` [rad/s].
     fn log(command: impl Fn(f64) -> f64, noise: f64, step: f64) -> Dataset {
         let time: Vec<f64> = (0..ROWS).map(|row| row as f64 * 0.02).collect();
-        let told: Vec<f64> = time.iter().map(|t| command(*t)).collect();
-        let mut rate = 1400.0 * told[0];
+        let commands: Vec<f64> = time.iter().map(|t| command(*t)).collect();
+        let mut rate = 1400.0 * commands[0];
         let mut rates = Vec::new();
-        for (row, told) in told.iter().enumerate() {
+        for (row, command) in commands.iter().enumerate() {
             let scatter = noise * ((hash(row) >> 9 & 255) as f64 / 128.0 - 1.0);
             rates.push(((rate + scatter) / step).round() * step);
-            rate += 0.27 * (1400.0 * told - rate);
+            rate += 0.27 * (1400.0 * command - rate);
         }
         let mut log = Dataset::new("log.csv", "", time).unwrap();
-        log.insert("command_1", told).unwrap();
+        log.insert("command_1", commands).unwrap();
         log.insert("propeller_rate_1_rad_s", rates).unwrap();
         log
     }
@@ -241,24 +241,24 @@ mod tests {
     #[test]
     fn a_rate_that_freezes_is_left_out_and_found() {
         let excited = log(binary, 2.0, 1e-3);
-        let (rows, told) = taken(&changed(&excited, |_, _| 612.5));
-        assert_eq!(rows.len(), ROWS, "never moved: {told:?}");
-        assert_eq!((told.len(), told[0].code, told[0].rows), (1, RATE_FROZEN, ROWS));
-        let value = |name: &str| told[0].number(name);
+        let (rows, findings) = taken(&changed(&excited, |_, _| 612.5));
+        assert_eq!(rows.len(), ROWS, "never moved: {findings:?}");
+        assert_eq!((findings.len(), findings[0].code, findings[0].rows), (1, RATE_FROZEN, ROWS));
+        let value = |name: &str| findings[0].number(name);
         assert_eq!([value("value"), value("least_command"), value("greatest_command")], [612.5, 0.4, 0.5]);
-        assert!(value("from_s") == 0.0 && (value("to_s") - 120.0).abs() < 0.03, "{told:?}");
+        assert!(value("from_s") == 0.0 && (value("to_s") - 120.0).abs() < 0.03, "{findings:?}");
         let last = excited.column("propeller_rate_1_rad_s").unwrap()[3000];
         let half = changed(&excited, |row, rate| if (3000..4000).contains(&row) { last } else { rate });
-        let (rows, told) = taken(&half);
-        assert_eq!((rows.first(), rows.last(), rows.len()), (Some(&3000), Some(&3999), 1000), "{told:?}");
-        assert!((told[0].number("from_s") - 60.0).abs() < 0.03, "{told:?}");
-        assert!((told[0].number("to_s") - 80.0).abs() < 0.03 && told[0].rows == 1000, "{told:?}");
+        let (rows, findings) = taken(&half);
+        assert_eq!((rows.first(), rows.last(), rows.len()), (Some(&3000), Some(&3999), 1000), "{findings:?}");
+        assert!((findings[0].number("from_s") - 60.0).abs() < 0.03, "{findings:?}");
+        assert!((findings[0].number("to_s") - 80.0).abs() < 0.03 && findings[0].rows == 1000, "{findings:?}");
     }
 
     #[test]
     fn what_a_good_reading_does_is_no_freezing() {
         // A coarse reading under one level, under levels that change once, on a slow ramp and on its way back, and beside a
-        // command that moves by less than the reading tells.
+        // command that moves by less than the reading resolves.
         let ramp = |t: f64| 0.3 + 0.002 * (60.0 - (t - 60.0).abs());
         for (name, log) in [
             ("one level", log(|_| 0.45, 0.0, 10.0)),
@@ -278,17 +278,18 @@ mod tests {
     fn single_zeros_are_missing_and_counted() {
         let excited = log(binary, 2.0, 1e-3);
         let lost = |row: usize| row > 0 && (hash(row).is_multiple_of(40) || (3000..3003).contains(&row));
-        let (rows, told) = taken(&changed(&excited, |row, rate| if lost(row) { 0.0 } else { rate }));
+        let (rows, findings) = taken(&changed(&excited, |row, rate| if lost(row) { 0.0 } else { rate }));
         let expected: Vec<usize> = (0..ROWS).filter(|row| lost(*row)).collect();
-        assert!(expected.len() > 100 && rows == expected, "{told:?}");
-        assert_eq!((told[0].code, told[0].rows), (RATE_DROPOUT, expected.len()));
+        assert!(expected.len() > 100 && rows == expected, "{findings:?}");
+        assert_eq!((findings[0].code, findings[0].rows), (RATE_DROPOUT, expected.len()));
         // Long ones are no better, once the rotor must have started; a rotor that starts is none.
-        let (rows, told) = taken(&changed(&excited, |row, rate| if row >= 4000 { 0.0 } else { rate }));
-        assert_eq!((rows.first(), rows.len()), (Some(&4000), 2000), "{told:?}");
+        let (rows, findings) = taken(&changed(&excited, |row, rate| if row >= 4000 { 0.0 } else { rate }));
+        assert_eq!((rows.first(), rows.len()), (Some(&4000), 2000), "{findings:?}");
         // Nor are those before the first frame; a rotor that starts, and one in its dead zone, are none of these.
         for count in [1, 3, 25] {
-            let (rows, told) = taken(&changed(&excited, |row, rate| if row < count { 0.0 } else { rate }));
-            assert_eq!(rows, (0..count).collect::<Vec<usize>>(), "{told:?}");
+            let (rows, findings) =
+                taken(&changed(&excited, |row, rate| if row < count { 0.0 } else { rate }));
+            assert_eq!(rows, (0..count).collect::<Vec<usize>>(), "{findings:?}");
         }
         let from_rest =
             changed(&log(|_| 0.45, 0.0, 1e-3), |row, rate| rate * (1.0 - 0.73f64.powi(row as i32)));

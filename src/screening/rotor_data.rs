@@ -257,7 +257,7 @@ pub(crate) fn held_everywhere(values: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::excitation::Motion;
+    use super::super::excitation::SteadyCommand;
     use super::*;
 
     fn log(command: impl Fn(f64) -> f64, seconds: f64) -> Dataset {
@@ -278,11 +278,11 @@ mod tests {
     #[test]
     fn levels_ramps_and_jumps_are_kept_apart() {
         let staircase = log(|t| 0.3 + 0.1 * (t / 20.0).floor(), 60.0);
-        let motions: Vec<Motion> = rotor(&staircase).0.steady().iter().map(|part| part.0).collect();
-        assert_eq!(motions, [Motion::Constant; 3]);
+        let kinds: Vec<SteadyCommand> = rotor(&staircase).0.steady().iter().map(|part| part.0).collect();
+        assert_eq!(kinds, [SteadyCommand::Constant; 3]);
         assert_eq!(rotor(&staircase).0.jumps().len(), 2);
         let ramp = log(|t| 0.3 + 0.01 * t, 30.0);
-        assert_eq!(rotor(&ramp).0.steady(), [(Motion::Ramp, 0..1500)]);
+        assert_eq!(rotor(&ramp).0.steady(), [(SteadyCommand::Ramp, 0..1500)]);
         let binary = log(|t| 0.4 + 0.1 * f64::from((t * 1.7).sin() > 0.0), 60.0);
         assert!(rotor(&binary).0.steady().is_empty());
         assert!(rotor(&binary).0.jumps().len() > 20);

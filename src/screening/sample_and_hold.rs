@@ -109,17 +109,17 @@ fn pace(runs: &[(usize, f64)]) -> Option<Pace> {
     let longest = lengths.iter().copied().max()?;
     let count = |least: usize| lengths.iter().filter(|length| (least..=least + 1).contains(*length)).count();
     let least = (1..=longest).max_by_key(|least| (count(*least), *least))?;
-    let alike = |lengths: &[usize]| -> Vec<usize> {
+    let common = |lengths: &[usize]| -> Vec<usize> {
         lengths.iter().copied().filter(|length| (least..=least + 1).contains(length)).collect()
     };
     let held = |lengths: &[usize]| {
-        alike(lengths).iter().filter(|length| **length > 1).count() as f64 / lengths.len() as f64
+        common(lengths).iter().filter(|length| **length > 1).count() as f64 / lengths.len() as f64
     };
-    let usual = alike(lengths);
+    let usual = common(lengths);
     let everywhere = lengths
         .chunks(lengths.len().div_ceil(3))
         .all(|third| held(third) >= THRESHOLDS.hold_longer_everywhere);
-    if (usual.len() as f64) < THRESHOLDS.hold_alike * lengths.len() as f64
+    if (usual.len() as f64) < THRESHOLDS.hold_common * lengths.len() as f64
         || held(lengths) < THRESHOLDS.hold_longer
         || !everywhere
     {

@@ -1,4 +1,4 @@
-//! Readings at the end of what a sensor or its wire can tell: the value was at least that, and how much more is not known.
+//! Readings at the end of what a sensor or its link can carry: the value was at least that, and how much more is not known.
 //!
 //! Much may stand at an end of a channel's range: a level at which everything has settled, a body at rest, a coarse reading.
 //! So it is asked whether the channel comes to that end again and again and stands still there, while it moves elsewhere.
@@ -12,7 +12,7 @@ use crate::estimation::quantile::median;
 
 /// A channel that piles up at its end.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Clip {
+pub struct Saturation {
     /// The value it does not pass.
     pub at: f64,
     /// Samples there.
@@ -20,7 +20,7 @@ pub struct Clip {
 }
 
 /// Ends of the range at which far more samples stand than just inside.
-pub(crate) fn piles(sorted: &[f64]) -> Vec<Clip> {
+pub(crate) fn piles(sorted: &[f64]) -> Vec<Saturation> {
     let levels: Vec<&[f64]> = sorted.chunk_by(|a, b| a == b).collect();
     if levels.len() < THRESHOLDS.saturated_levels {
         return Vec::new();
@@ -32,11 +32,11 @@ pub(crate) fn piles(sorted: &[f64]) -> Vec<Clip> {
             end.len() >= THRESHOLDS.saturated_least && end.len() > THRESHOLDS.saturated_factor * next.len()
         })
         .filter(|(end, _)| end[0] != 0.0)
-        .map(|(end, _)| Clip { at: end[0], samples: end.len() })
+        .map(|(end, _)| Saturation { at: end[0], samples: end.len() })
         .collect()
 }
 
-/// The code: readings at the end of what the sensor or its wire can tell.
+/// The code: readings at the end of what the sensor or its link can carry.
 pub const SATURATED: &str = "saturated";
 
 /// Readings of a channel at the ends of its range.
@@ -72,7 +72,7 @@ pub(crate) fn find(values: &[f64], command: Option<&[f64]>) -> Option<Saturated>
     sorted.sort_by(f64::total_cmp);
     let piles = piles(&sorted);
     let pairs: Vec<[f64; 2]> = known.windows(2).map(|pair| [values[pair[0]], values[pair[1]]]).collect();
-    let stands = |clip: &Clip| {
+    let stands = |clip: &Saturation| {
         let (at_end, others): (Vec<[f64; 2]>, Vec<[f64; 2]>) =
             pairs.iter().partition(|[it, _]| *it == clip.at);
         let visits = known.chunk_by(|a, b| values[*a] == values[*b]);
@@ -87,9 +87,10 @@ pub(crate) fn find(values: &[f64], command: Option<&[f64]>) -> Option<Saturated>
             && stay[1] <= THRESHOLDS.saturated_stands_inside
             && comes.is_some_and(|comes| comes >= THRESHOLDS.saturated_comes * usual)
     };
-    let settles =
-        |clip: &Clip| command.is_some_and(|command| settles(values, &known, &sorted, command, clip.at));
-    let at = piles.iter().filter(|clip| stands(clip) && !settles(clip)).map(|clip| clip.at);
+    let is_approached = |clip: &Saturation| {
+        command.is_some_and(|command| approaches_steadily(values, &known, &sorted, command, clip.at))
+    };
+    let at = piles.iter().filter(|clip| stands(clip) && !is_approached(clip)).map(|clip| clip.at);
     let at: Vec<f64> = at.collect();
     let rows: Vec<usize> = known.iter().copied().filter(|row| at.contains(&values[*row])).collect();
     let is_at_end = |row: &usize| at.contains(&values[*row]);
@@ -106,7 +107,7 @@ pub(crate) fn find(values: &[f64], command: Option<&[f64]>) -> Option<Saturated>
 /// Whether a channel comes to an end of its range as what settles does that is read in steps: slowly, the last two steps of
 /// the way are hardly more than that, and always under the same command. What is beyond an end is reached in full stride,
 /// or under several commands.
-fn settles(values: &[f64], known: &[usize], sorted: &[f64], command: &[f64], end: f64) -> bool {
+fn approaches_steadily(values: &[f64], known: &[usize], sorted: &[f64], command: &[f64], end: f64) -> bool {
     let inside = sorted.iter().copied().filter(|value| *value != end);
     let step = inside.map(|value| (value - end).abs()).fold(f64::INFINITY, f64::min);
     let arrivals: Vec<(f64, f64)> = known

@@ -1,4 +1,4 @@
-//! What a log looks like before anybody fits anything to it: rate, jitter, holes, channels that are frozen, clipped
+//! What a log looks like before anybody fits anything to it: rate, jitter, holes, channels that are frozen, saturated
 //! or drop out, starts from standstill.
 
 use std::collections::BTreeMap;
@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 
 use super::frozen_gyro::{GYRO_FROZEN, frozen, smallest_step};
 use super::rate_dropouts::RATE_FROZEN;
-use super::saturation::{self, Clip, SATURATED, piles};
+use super::saturation::{self, SATURATED, Saturation, piles};
 use super::screened_log::{ScreenedChannel, ScreenedLog};
 use super::thresholds::THRESHOLDS;
 use super::{Evidence, Finding};
@@ -71,7 +71,7 @@ pub struct ChannelSummary {
     /// Stretches in which it repeats a value longer than its own motion explains.
     pub frozen: Vec<Stretch>,
     /// Ends at which it piles up.
-    pub clipped: Vec<Clip>,
+    pub perhaps_saturated: Vec<Saturation>,
     /// Stretches without a value, holes in time apart.
     pub dropouts: Vec<Stretch>,
     /// Cells that are no measurements.
@@ -164,7 +164,7 @@ impl ChannelSummary {
         if let Some(longest) = longest(&self.frozen).filter(|_| !is_sure(&[GYRO_FROZEN, RATE_FROZEN])) {
             found.push(with_longest(of("perhaps_frozen"), &self.frozen, longest));
         }
-        for clip in self.clipped.iter().filter(|_| !is_sure(&[SATURATED])) {
+        for clip in self.perhaps_saturated.iter().filter(|_| !is_sure(&[SATURATED])) {
             found.push(of("perhaps_saturated").with("at", clip.at).with("samples", clip.samples));
         }
         if let Some(longest) = longest(&self.dropouts) {
@@ -197,7 +197,7 @@ fn longest(stretches: &[Stretch]) -> Option<&Stretch> {
     stretches.iter().max_by(|a, b| a.length_s.total_cmp(&b.length_s))
 }
 
-/// Commands hold by nature: they neither freeze nor clip.
+/// Commands hold by nature: they neither freeze nor saturate.
 fn is_command(name: &str) -> bool {
     name.contains("command") || !LOG_SIGNALS.iter().any(|known| known.name == name)
 }
@@ -226,20 +226,20 @@ fn channel(screened: &ScreenedLog, log: &Dataset, name: &str, values: &[f64]) ->
         range,
         constant,
         frozen: if measured { stretches(name, &present) } else { Vec::new() },
-        clipped: if measured { clips(log, name, values, &sorted) } else { Vec::new() },
+        perhaps_saturated: if measured { saturations(log, name, values, &sorted) } else { Vec::new() },
         dropouts: dropouts(log, &present, median),
         not_measured: NotMeasured(screened.channel(name).map(ScreenedChannel::findings).unwrap_or_default()),
     }
 }
 
 /// Ends of its range at which a channel piles up. A battery settles at levels, too, which is asked of its reading.
-fn clips(log: &Dataset, name: &str, values: &[f64], sorted: &[f64]) -> Vec<Clip> {
-    let mut clips = piles(sorted);
-    if name == BATTERY && !clips.is_empty() {
+fn saturations(log: &Dataset, name: &str, values: &[f64], sorted: &[f64]) -> Vec<Saturation> {
+    let mut saturations = piles(sorted);
+    if name == BATTERY && !saturations.is_empty() {
         let found = saturation::find(values, log.column("command_1").or(log.column("command_2")));
-        clips.retain(|clip| found.as_ref().is_some_and(|found| found.at.contains(&clip.at)));
+        saturations.retain(|clip| found.as_ref().is_some_and(|found| found.at.contains(&clip.at)));
     }
-    clips
+    saturations
 }
 
 /// The runs of equal values that a reading did not just go on from: a battery that is read in steps stands on each. At the

@@ -30,7 +30,7 @@ crate::thresholds! {
     jump_span: f64 = 0.1, "s", "judgement";
     /// [s] after a jump before a rotor counts as settled: more than ten times 1/p of a slow rotor.
     settling: f64 = 2.0, "s", "a pole of 6 rad/s";
-    /// [s] shortest settled stretch worth using.
+    /// [s] shortest steady segment that is used.
     shortest_steady: f64 = 5.0, "s", "judgement";
     /// Chance of a run of equal values, over the whole channel, below which it is frozen.
     frozen_chance: f64 = 1e-3, "-", "judgement";
@@ -171,7 +171,7 @@ crate::thresholds! {
     /// Runs in motion from which their lengths say something.
     hold_fewest_runs: usize = 20, "count", "judgement";
     /// Share of them that have one of two neighbouring lengths, where a reading is held.
-    hold_alike: f64 = 0.8, "-", "made logs of the room's tests";
+    hold_common: f64 = 0.8, "-", "made logs of the room's tests";
     /// Share of them that are longer than one cell.
     hold_longer: f64 = 0.2, "-", "made logs of the room's tests";
     /// Least such share in each third of the log.
@@ -206,11 +206,11 @@ crate::thresholds! {
     battery_step: f64 = 2.5, "-", "judgement";
     /// [s] a change of command this long before a hole is named with it.
     before_hole: f64 = 0.1, "s", "judgement";
-    /// Scatter about its smooth course, as a share of the rate, where neighbours scatter alike, that no rotor has under one command.
+    /// Scatter about its smooth course, as a share of the rate, where neighbours are correlated, that no rotor has under one command.
     scatter_correlated: f64 = 0.02, "-", "made logs of the room's tests";
     /// The same in any case.
     scatter: f64 = 0.04, "-", "made logs of the room's tests";
-    /// Lag-one correlation from which neighbours scatter alike.
+    /// Lag-one correlation from which neighbours are correlated.
     scatter_lag_one: f64 = 0.3, "-", "judgement";
     /// Samples that show it.
     scatter_fewest: usize = 50, "count", "judgement";

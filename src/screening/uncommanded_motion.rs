@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::excitation::Motion;
+use super::excitation::SteadyCommand;
 use super::rotor_data::RotorLog;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::autocorrelation::lag_one_correlation;
@@ -20,8 +20,8 @@ impl RotorLog {
         let mut left = 0;
         let mut shown: Option<(f64, f64, f64)> = None;
         let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
-        for (motion, rows) in self.steady() {
-            if motion != Motion::Constant {
+        for (kind, rows) in self.steady() {
+            if kind != SteadyCommand::Constant {
                 continue;
             }
             let Some((scatter, mean)) = self.scatter(&rows) else { continue };
@@ -78,8 +78,8 @@ impl RotorLog {
         let rate = DVector::from_iterator(rows.len(), rows.iter().map(|&row| self.rate[row]));
         let fit = least_squares::least_squares(&course, &rate)?;
         let share = fit.residual_rms / rate.mean().abs().max(f64::MIN_POSITIVE);
-        let alike = lag_one_correlation(fit.residuals.as_slice()) > THRESHOLDS.scatter_lag_one;
-        (share > THRESHOLDS.scatter || (share > THRESHOLDS.scatter_correlated && alike))
+        let is_correlated = lag_one_correlation(fit.residuals.as_slice()) > THRESHOLDS.scatter_lag_one;
+        (share > THRESHOLDS.scatter || (share > THRESHOLDS.scatter_correlated && is_correlated))
             .then_some((fit.residual_rms, rate.mean().abs()))
     }
 }

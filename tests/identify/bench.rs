@@ -30,7 +30,7 @@ pub(crate) fn prbs(seconds: f64, seed: u64) -> Shape {
     Shape::Prbs { amplitude: 0.08, bandwidth_hz: 0.0, duration_s: seconds, seed }
 }
 
-/// A bench that is not the paper's, its rotors late by `delay` [s].
+/// A bench that is not the paper's, its rotors with a dead time of `delay` [s].
 pub(crate) fn other_bench(seed: u64, delay: f64) -> EmulatorConfig {
     let mut config = EmulatorConfig { seed, command_delay_s: delay, ..EmulatorConfig::default() };
     let plant = &mut config.plant;

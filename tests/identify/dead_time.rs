@@ -1,4 +1,4 @@
-//! Rotors that answer late, on batteries that give way under the load.
+//! Rotors with a dead time, on batteries that give way under the load.
 
 use rotorbench::emulate::EmulatorConfig;
 use rotorbench::identify::{Estimate, IdentifySettings, identify};
@@ -17,12 +17,12 @@ fn a_battery_does_not_stand_in_for_a_delay() {
         for seed in 0..2 {
             let mut config = EmulatorConfig { command_delay_s: delay, ..bench(77 + seed) };
             config.battery.internal_resistance = resistance;
-            let log = run(&config, prbs(seconds, 7 + seed), "late");
+            let log = run(&config, prbs(seconds, 7 + seed), "delayed");
             let found = identify(&[log], &[], &IdentifySettings::default()).expect("identified");
             let joint = found.joint.expect("exciting commands");
-            let case = format!("{resistance} ohm, {delay} s late, {seconds} s, seed {seed}");
-            let told = joint.delay.unwrap_or_else(|| panic!("{case}: no delay, {:?}", joint.pole));
-            assert!((told.delay.value - delay).abs() < 1e-4, "{case}: {:?}", told.delay);
+            let case = format!("{resistance} ohm, {delay} s of dead time, {seconds} s, seed {seed}");
+            let found = joint.delay.unwrap_or_else(|| panic!("{case}: no delay, {:?}", joint.pole));
+            assert!((found.delay.value - delay).abs() < 1e-4, "{case}: {:?}", found.delay);
             assert!((1.4..1.6).contains(&joint.residual_rms), "{case}: {}", joint.residual_rms);
             let gain = joint.voltage_gain.unwrap_or_else(|| panic!("{case}: no k_V"));
             let curve = &joint.coefficients;

@@ -79,15 +79,15 @@ fn logs_that_cannot_be_used_are_named_with_the_reason() {
     let beside = identify(&beside, &[], &settings()).expect("identified");
     assert_eq!(alone.expect("identified").model.actuator, beside.model.actuator);
     // Twice the same log says no more than once.
-    let twin = |name: &str| {
-        let mut twin = Dataset::new(name, "the same hash", good.time().to_vec()).expect("rising time");
+    let copy = |name: &str| {
+        let mut copy = Dataset::new(name, "the same hash", good.time().to_vec()).expect("rising time");
         ["command_1", "battery_voltage_v", "propeller_rate_1_rad_s"]
             .into_iter()
-            .for_each(|name| twin.insert(name, column(name)).expect("fits"));
-        twin
+            .for_each(|name| copy.insert(name, column(name)).expect("fits"));
+        copy
     };
-    let twice = identify(&[twin("a.csv"), twin("b.csv")], &[twin("c.csv")], &settings()).expect("identified");
-    let once = identify(&[twin("a.csv")], &[], &settings()).expect("identified");
+    let twice = identify(&[copy("a.csv"), copy("b.csv")], &[copy("c.csv")], &settings()).expect("identified");
+    let once = identify(&[copy("a.csv")], &[], &settings()).expect("identified");
     assert_eq!(twice.joint.map(|fit| fit.pole), once.joint.map(|fit| fit.pole));
     assert!(twice.validation.is_empty(), "{:?}", twice.validation.len());
     for (log, code) in [("b.csv", "log_not_used"), ("c.csv", "validation_log_was_fitted")] {
@@ -117,11 +117,11 @@ fn values_that_suggest_another_unit_or_no_sensor_are_said() {
         let said = found.findings.iter().any(is_it);
         assert!(said, "{unit}: {:?}", sentences(&found.findings));
     }
-    let sound = with("propeller_rate_1_rad_s", &|rate| 1.5 * rate);
+    let known = with("propeller_rate_1_rad_s", &|rate| 1.5 * rate);
     assert!(
-        !sentences(&sound.findings).iter().any(|it| it.contains("template's rotor")),
+        !sentences(&known.findings).iter().any(|it| it.contains("template's rotor")),
         "{:?}",
-        sentences(&sound.findings)
+        sentences(&known.findings)
     );
 }
 

@@ -55,7 +55,7 @@ fn identified(seed: u64, delay: f64) -> Model {
     }
     let identified = model.parameter("transport_delay.delay");
     println!("delay {identified:?} truth {delay}");
-    // A fiftieth of a sample; a bench that is not late gets no delay at all.
+    // A fiftieth of a sample; a bench without dead time gets no delay at all.
     assert!(identified.is_some_and(|it| (it - delay).abs() < 4e-4) || (identified.is_none() && delay == 0.0));
     found.model
 }
@@ -78,7 +78,7 @@ fn promised(model: &Model, controller: &str) -> Value {
 const WINDOW: u32 = 400;
 
 /// L at one frequency, `cycles` in each [`WINDOW`], in closed loop on the emulated bench: a sine is added to the torque
-/// that the controller of `model` commands, which is not told of it, and its answer is correlated with the sine.
+/// that the controller of `model` commands, which does not know of it, and its answer is correlated with the sine.
 fn swept(model: &Model, delay: f64, kind: ControllerKind, cycles: u32) -> Complex<f64> {
     let (parameters, known) = controller_plant::of_model(model).expect("a parabola");
     let config = ControllerConfig { kind, ..ControllerConfig::default() };

@@ -27,7 +27,7 @@ fn with_missing(log: &Dataset, mut lost: impl FnMut(usize) -> bool, cells: bool)
 }
 
 /// One in ten rows lost at random, or one in ten commands: what the rotor was commanded meanwhile is not known, and a log read
-/// as if it had been told the last command again makes the pole 15 to 25 % too fast, tens of standard errors away.
+/// as if the last command had been sent again makes the pole 15 to 25 % too fast, tens of standard errors away.
 #[test]
 fn what_is_missing_between_commands_does_not_move_the_pole() {
     const DRAWS: u64 = 16;
@@ -66,13 +66,13 @@ fn what_is_missing_between_commands_does_not_look_like_a_delay() {
     for delay in [0.0, 0.013, 0.03] {
         let mut random = ChaCha8Rng::seed_from_u64(9);
         let config = EmulatorConfig { command_delay_s: delay, ..bench(77) };
-        let log = with_missing(&run(&config, prbs(120.0, 7), "late"), |_| random.random_bool(0.1), false);
+        let log = with_missing(&run(&config, prbs(120.0, 7), "delayed"), |_| random.random_bool(0.1), false);
         let settings = IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
         let found = identify(&[log], &[], &settings).expect("identified");
         let joint = found.joint.expect("exciting commands");
-        let told = joint.delay.as_ref().map_or(0.0, |told| told.delay.value);
-        println!("{delay}: {told} {:?} {:?}", joint.pole, joint.delay);
-        assert!((told - delay).abs() < 4e-4, "{delay}: {:?}", joint.delay);
+        let found = joint.delay.as_ref().map_or(0.0, |it| it.delay.value);
+        println!("{delay}: {found} {:?} {:?}", joint.pole, joint.delay);
+        assert!((found - delay).abs() < 4e-4, "{delay}: {:?}", joint.delay);
         assert!(joint.pole.distance(16.0) < 3.0, "{delay}: {:?}", joint.pole);
     }
 }

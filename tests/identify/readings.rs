@@ -26,9 +26,9 @@ fn held(log: &Dataset, fresh: impl Fn(usize) -> bool) -> Dataset {
 /// The numbers of the paper's bench within 3 standard errors, and a delay or none, as there is one.
 fn holds(case: &str, found: &Identification, delay: f64) {
     let joint = found.joint.as_ref().expect("exciting commands");
-    let told = joint.delay.as_ref().map_or(0.0, |told| told.delay.value);
+    let found = joint.delay.as_ref().map_or(0.0, |it| it.delay.value);
     // A fiftieth of a sample, as where every row holds a reading of its own.
-    assert!((told - delay).abs() < 4e-4, "{case}: {delay} s, {:?}", joint.delay);
+    assert!((found - delay).abs() < 4e-4, "{case}: {delay} s, {:?}", joint.delay);
     assert!(joint.residual_correlation < 0.1, "{case}: {}", joint.residual_correlation);
     // Nothing is left but the sensor's noise of 1.5 rad/s.
     assert!((1.35..1.65).contains(&joint.residual_rms), "{case}: {}", joint.residual_rms);
@@ -46,7 +46,7 @@ fn settings() -> IdentifySettings {
     IdentifySettings { degree: Some(2), ..IdentifySettings::default() }
 }
 
-/// With every second reading repeated a rotor looked 11 ms late, with two of three as slow as 9 rad/s.
+/// With every second reading repeated a rotor seemed to have a dead time of 11 ms, with two of three as slow as 9 rad/s.
 #[test]
 fn readings_that_repeat_are_no_delay_and_no_slow_pole() {
     type Fresh = fn(usize) -> bool;

@@ -6,7 +6,7 @@ use rotorbench::report::findings::sentence;
 use rotorbench::screening::{Finding, ScreeningError};
 
 use super::bad_logs::run;
-use super::logs::{C_G1, C_G2, FULL_VOLTAGE, K_V, POLE, exciting, moving, ramps, settled, voltage};
+use super::logs::{C_G1, C_G2, FULL_VOLTAGE, K_V, POLE, exciting, moving, ramps, steady, voltage};
 
 const RATE: [&str; 2] = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"];
 
@@ -15,7 +15,7 @@ const RATE: [&str; 2] = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"];
 struct Rotor {
     linear: f64,
     pole: f64,
-    /// [s] with which it answers late.
+    /// [s] dead time.
     delay: f64,
 }
 
@@ -53,8 +53,8 @@ fn both(rotors: [Rotor; 2], commands: [&dyn Fn(f64) -> f64; 2], rows: usize) -> 
     let volts = time.iter().map(|t| voltage(*t)).collect();
     log.insert("battery_voltage_v", volts).expect("as long as time");
     for (at, (rotor, command)) in rotors.iter().zip(commands).enumerate() {
-        let told = time.iter().map(|t| command(*t)).collect();
-        log.insert(format!("command_{}", at + 1), told).expect("as long as time");
+        let commands = time.iter().map(|t| command(*t)).collect();
+        log.insert(format!("command_{}", at + 1), commands).expect("as long as time");
         log.insert(RATE[at], rotor.rates(command, 0.02, rows, at + 1)).expect("as long as time");
     }
     log
@@ -96,7 +96,7 @@ fn refused(log: &Dataset, code: &str) -> Finding {
 }
 
 #[test]
-fn rotors_that_are_not_alike_are_said_to_be_that_and_nothing_else() {
+fn a_rotor_mismatch_is_found_and_nothing_else() {
     let paper: &dyn Fn(f64) -> f64 = &exciting;
     let (more, slow) = (Rotor { linear: 1.03 * C_G2, ..PAPER }, |pole| Rotor { pole, ..PAPER });
     for (rotor, command, differs) in [
@@ -105,7 +105,7 @@ fn rotors_that_are_not_alike_are_said_to_be_that_and_nothing_else() {
         (more, paper, "rates_rad_s"),
         (slow(12.0), &other, "poles_rad_s"),
         (slow(15.0), &other, "poles_rad_s"),
-        // Alike but for the delay, which a lag alone takes for a slower pole.
+        // The same but for the delay, which a lag alone takes for a slower pole.
         (Rotor { delay: 0.01, ..PAPER }, &other, "delays_ms"),
     ] {
         let log = both([PAPER, rotor], [paper, command], 3000);
@@ -124,11 +124,12 @@ fn rotors_that_are_not_alike_are_said_to_be_that_and_nothing_else() {
     }
     let log = both([PAPER, slow(12.0)], [paper, &other], 3000);
     assert_eq!([&[1], &[2]].map(|rotor| warnings(&log, rotor)), [vec![], vec![]], "each by itself");
-    // Ramps that both rotors were told at once.
-    let alike = both([PAPER, PAPER], [&ramps, &ramps], 7000);
-    let unlike = both([PAPER, more], [&ramps, &ramps], 7000);
-    let told = |log: &Dataset| warnings(log, &[1, 2]).iter().filter(|it| it.code == "rotor_mismatch").count();
-    assert_eq!([told(&alike), told(&unlike)], [0, 1]);
+    // Ramps commanded to both rotors at the same time.
+    let matched = both([PAPER, PAPER], [&ramps, &ramps], 7000);
+    let mismatched = both([PAPER, more], [&ramps, &ramps], 7000);
+    let mismatches =
+        |log: &Dataset| warnings(log, &[1, 2]).iter().filter(|it| it.code == "rotor_mismatch").count();
+    assert_eq!([mismatches(&matched), mismatches(&mismatched)], [0, 1]);
     for command in [&other as &dyn Fn(f64) -> f64, &differential, paper] {
         assert_eq!(warnings(&both([PAPER, PAPER], [paper, command], 3000), &[1, 2]), []);
     }
@@ -148,7 +149,7 @@ fn alone(name: &str, number: usize, rotor: Rotor, command: &dyn Fn(f64) -> f64) 
 
 /// A pole between both, with an error that is none, and nothing said.
 #[test]
-fn rotors_of_two_logs_that_are_not_alike_are_told() {
+fn a_rotor_mismatch_between_two_logs_is_found() {
     let slow = Rotor { pole: 14.5, ..PAPER };
     let more = Rotor { linear: 1.02 * C_G2, ..PAPER };
     for (rotor, number, differs) in [
@@ -181,13 +182,13 @@ fn quick(t: f64) -> f64 {
 
 /// What is left over by a lag fitted to such a log is as good as white, and the pole is off by half of itself.
 #[test]
-fn commands_that_are_written_after_they_were_sent_are_told() {
+fn commands_that_are_written_after_they_were_sent_are_found() {
     let log = timed(quick, 0.02, 3000, 1.0);
     assert_eq!(warnings(&log, &[1]), []);
-    let told = log.column("command_1").expect("there").to_vec();
-    let row_before = |row: usize| told[row.saturating_sub(1)];
-    let mut late = log.clone();
-    late.replace("command_1", (0..3000).map(row_before).collect()).expect("as long as before");
+    let commands = log.column("command_1").expect("there").to_vec();
+    let row_before = |row: usize| commands[row.saturating_sub(1)];
+    let mut one_row = log.clone();
+    one_row.replace("command_1", (0..3000).map(row_before).collect()).expect("as long as before");
     // Every second row of a log whose commands change in those between.
     let fine = timed(|t| quick(t + 0.01), 0.01, 6000, 1.0);
     let mut half = Dataset::new("timed.csv", "", log.time().to_vec()).expect("rising time");
@@ -195,7 +196,7 @@ fn commands_that_are_written_after_they_were_sent_are_told() {
         let column = fine.column(name).expect("there");
         half.insert(name, column.iter().step_by(2).copied().collect()).expect("as long as time");
     }
-    for (log, by) in [(late, 1.0), (half, 0.5)] {
+    for (log, by) in [(one_row, 1.0), (half, 0.5)] {
         let found = warnings(&log, &[1]);
         assert_eq!(
             (found[0].code, found[0].number("rows_earlier")),
@@ -209,7 +210,7 @@ fn commands_that_are_written_after_they_were_sent_are_told() {
     }
 }
 
-/// Told a little more all the time while its battery falls by 4 V, a rotor slows down.
+/// Commanded a little more all the time while its battery falls by 4 V, a rotor slows down.
 #[test]
 fn a_rotor_that_its_battery_slows_down_is_not_refused() {
     let time: Vec<f64> = (0..4800).map(|row| 0.05 * f64::from(row)).collect();
@@ -240,7 +241,7 @@ fn rates_of_another_rotor_are_refused() {
     twice.replace(RATE[1], twice.column(RATE[0]).expect("there").to_vec()).expect("as long as before");
     assert_eq!(crossed(&twice), [2, 1, 1]);
     assert_eq!(crossed(&swapped(both([PAPER, PAPER], [&exciting, &differential], 6000))), [1, 2, 2]);
-    // Told two commands only, each the opposite of the other's, both just slow down when they are told more.
+    // Commanded two values only, each the opposite of the other's, both just slow down when they are commanded more.
     let binary = |t: f64| if exciting(t) > 0.47 { 0.55 } else { 0.39 };
     let log = swapped(both([PAPER, PAPER], [&binary, &|t| 0.94 - binary(t)], 6000));
     let falls = refused(&log, "rate_falls_with_command");
@@ -250,10 +251,10 @@ fn rates_of_another_rotor_are_refused() {
 
 #[test]
 fn commands_that_count_the_other_way_round_are_refused() {
-    for log in [moving(exciting, 3000), settled(ramps, 7000), moving(ramps, 7000)] {
-        let told = log.column("command_1").expect("there").iter().map(|command| 1.0 - command).collect();
+    for log in [moving(exciting, 3000), steady(ramps, 7000), moving(ramps, 7000)] {
+        let commands = log.column("command_1").expect("there").iter().map(|command| 1.0 - command).collect();
         let mut turned = log.clone();
-        turned.replace("command_1", told).expect("as long as before");
+        turned.replace("command_1", commands).expect("as long as before");
         refused(&turned, "rate_falls_with_command");
         assert!(run(&csv::emit(&log)).0.status.success(), "as it was");
     }
@@ -264,8 +265,8 @@ fn timed(command: impl Fn(f64) -> f64, period: f64, rows: usize, unit: f64) -> D
     let at = |row: usize| period * row as f64;
     let time = (0..rows).map(|row| unit * at(row)).collect();
     let mut log = Dataset::new("timed.csv", "", time).expect("rising time");
-    let told = (0..rows).map(|row| command(at(row))).collect();
-    log.insert("command_1", told).expect("as long as time");
+    let commands = (0..rows).map(|row| command(at(row))).collect();
+    log.insert("command_1", commands).expect("as long as time");
     log.insert(RATE[0], PAPER.rates(&command, period, rows, 1)).expect("as long as time");
     log.insert("battery_voltage_v", (0..rows).map(|row| voltage(at(row))).collect())
         .expect("as long as time");

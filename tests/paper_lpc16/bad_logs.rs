@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 
 use rotorbench::log::{Dataset, csv};
 
-use super::logs::{PERIOD, attitude, exciting, moving, settled};
+use super::logs::{PERIOD, attitude, exciting, moving, steady};
 
 /// `identify` on one log in a folder of its own; the model file must appear exactly when it succeeds.
 pub fn run(log: &str) -> (Output, String) {
@@ -55,14 +55,14 @@ fn too_few_samples_are_counted() {
 
 #[test]
 fn no_excitation_says_what_excites() {
-    let still = csv::emit(&settled(|_| 0.4, 200));
+    let still = csv::emit(&steady(|_| 0.4, 200));
     refused(&still, "steps or a PRBS excite the pole");
     refused(&still, "no command was held constant for five seconds");
 }
 
 #[test]
-fn saturated_commands_are_told() {
-    refused(&csv::emit(&settled(|_| 1.0, 200)), "the command is at its limit 1 in 100 % of the samples");
+fn saturated_commands_are_found() {
+    refused(&csv::emit(&steady(|_| 1.0, 200)), "the command is at its limit 1 in 100 % of the samples");
     // Where some are, the rest can still be used.
     let (output, text) = run(&csv::emit(&moving(|t| (exciting(t) + 0.45).min(1.0), 3000)));
     assert_eq!(output.status.code(), Some(0), "{text}");
@@ -100,7 +100,7 @@ fn wrong_units_are_refused() {
 }
 
 #[test]
-fn a_rotor_that_stands_while_it_is_commanded_is_not_told_to_turn_round() {
+fn a_rotor_that_stands_while_it_is_commanded_does_not_count_as_turned_round() {
     let mut log = moving(exciting, 500);
     // Noise about zero, a little more of it below: another rotor's commands, or a rotor that is not connected.
     let noise = |row: usize| f64::from((row.wrapping_mul(2_654_435_761) >> 24 & 255) as u8) / 64.0 - 2.1;
@@ -111,7 +111,7 @@ fn a_rotor_that_stands_while_it_is_commanded_is_not_told_to_turn_round() {
 }
 
 #[test]
-fn commands_that_are_missing_are_told_as_that() {
+fn commands_that_are_missing_are_found_as_that() {
     let text = csv::emit(&moving(exciting, 500)).replace("command_1", "throttle");
     refused(&text, "the commands are missing: it has no command_N beside its propeller_rate_N_rad_s");
 }

@@ -73,7 +73,7 @@ fn every_deviation_is_documented_and_every_one_there_is_in_the_code() {
         })
         .collect();
     assert!(rows.len() >= 10, "the table was read");
-    // The reader of the report is told the same.
+    // The report says the same.
     for [place, printed, used] in DEVIATIONS {
         assert!(
             table.contains(&format!("| {place} | {printed} | {used} |")),

@@ -1,4 +1,4 @@
-//! Section III.B against alternative model structures on a rotor that is late: pole and delay come out together, and the model has both.
+//! Section III.B against alternative model structures on a rotor with a dead time: pole and delay come out together, and the model has both.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -54,7 +54,7 @@ fn run(bench: Bench, seed: u64, samples: usize) -> Dataset {
             }
         }
     }
-    dataset("late.csv", &command, rates)
+    dataset("delayed.csv", &command, rates)
 }
 
 fn found(logs: &[Dataset], validation: &[Dataset], delay: bool) -> Identification {
@@ -68,21 +68,21 @@ fn eq_10_with_a_delay_has_the_pole_and_the_delay_in_the_model() {
     let (log, other) = (run(bench, 1, 6000), run(bench, 2, 3000));
     let found = found(&[log], &[other], true);
     let joint = found.joint.as_ref().expect("exciting commands");
-    let told = joint.delay.as_ref().expect("a delay of one and a half samples");
-    println!("{told:?} {:?}", joint.pole);
+    let fitted = joint.delay.as_ref().expect("a delay of one and a half samples");
+    println!("{fitted:?} {:?}", joint.pole);
     // 3.3 standard errors: one in a thousand each.
-    assert!(told.delay.distance(DELAY) < 3.3 && told.delay.standard_error < 2e-4, "{told:?}");
+    assert!(fitted.delay.distance(DELAY) < 3.3 && fitted.delay.standard_error < 2e-4, "{fitted:?}");
     assert!(joint.pole.distance(POLE) < 3.3 && joint.pole.standard_error < 0.01 * POLE, "{:?}", joint.pole);
     assert!(joint.coefficients[0].distance(C_G2) < 3.3, "{:?}", joint.coefficients);
     assert!(joint.coefficients[1].distance(C_G1) < 3.3, "{:?}", joint.coefficients);
     // A lag alone makes up for the delay.
-    assert!(told.pole_without.value < 0.8 * POLE, "{told:?}");
-    let in_model = finding(&found, IN_MODEL).expect("the delay is told");
-    assert_eq!(in_model.number("delay_ms"), 1e3 * told.delay.value);
+    assert!(fitted.pole_without.value < 0.8 * POLE, "{fitted:?}");
+    let in_model = finding(&found, IN_MODEL).expect("the delay is found");
+    assert_eq!(in_model.number("delay_ms"), 1e3 * fitted.delay.value);
     assert!(finding(&found, NOT_ENOUGH).is_none(), "{:?}", found.findings);
 
     let model = &found.model;
-    assert_eq!(model.parameter("transport_delay.delay"), Some(told.delay.value));
+    assert_eq!(model.parameter("transport_delay.delay"), Some(fitted.delay.value));
     assert_eq!(model.actuator.pole, joint.pole.value);
     model.check().expect("a model that can be");
     let [rung] = model.ladder.as_slice() else { panic!("one rung: {:?}", model.ladder) };
@@ -93,7 +93,7 @@ fn eq_10_with_a_delay_has_the_pole_and_the_delay_in_the_model() {
     assert!(rung.error.train_before > 3.0 * NOISE && rung.error.validate_before > 3.0 * NOISE, "{rung:?}");
     let back = model.step_back().expect("a rung");
     assert!(back.effects.is_empty());
-    close(back.actuator.pole, told.pole_without.value, 1e-12);
+    close(back.actuator.pole, fitted.pole_without.value, 1e-12);
     // What the free run of the report shows is the model with its delay.
     close(found.validation[0].rms, NOISE, 0.06);
 }
@@ -107,7 +107,7 @@ fn a_delay_is_left_out_when_asked_and_where_more_than_a_delay_is_missing() {
     let delay = missing.texts("effects").iter().position(|it| it == "transport_delay").expect("the delay");
     assert!((33.0..34.0).contains(&missing.numbers("times_ms")[delay]), "{missing:?}");
 
-    // A third slower on the way down, and late: a delay does not explain that, and is not put into the model.
+    // A third slower on the way down, and delayed: a delay does not explain that, and is not put into the model.
     let skewed = found(&[run(Bench { asymmetry: 0.35, ..bench }, 4, 3000)], &[], true);
     assert!(skewed.model.effects.is_empty(), "{:?}", skewed.model.effects);
     assert!(
@@ -138,8 +138,8 @@ fn the_standard_errors_of_delay_and_pole_hold_beside_each_other() {
         for seed in (from..RUNS).step_by(2) {
             let found = found(&[run(bench, 10 + seed, 1500)], &[], true);
             let joint = found.joint.expect("exciting commands");
-            let told = joint.delay.expect("a delay, also where the battery shows only beside it");
-            let away = [told.delay.distance(DELAY), joint.pole.distance(POLE)];
+            let fitted = joint.delay.expect("a delay, also where the battery shows only beside it");
+            let away = [fitted.delay.distance(DELAY), joint.pole.distance(POLE)];
             squares.iter_mut().zip(away).for_each(|(sum, away)| *sum += away * away / RUNS as f64);
         }
         squares

@@ -7,7 +7,7 @@ use rotorbench::report::findings::{sentence, sentences};
 use super::close;
 use super::logs::{
     ARM, C_G1, C_G2, FULL_VOLTAGE, INERTIA, K_V, PERIOD, POLE, THRUST, attitude, codes, exciting, finding,
-    levels, moving, ramps, settled, z,
+    levels, moving, ramps, steady, z,
 };
 
 fn found(logs: &[Dataset], degree: Option<usize>) -> Identification {
@@ -53,7 +53,7 @@ fn eq_4_the_stationary_gain_is_one() {
 
 #[test]
 fn eqs_3_5_6_k_v_from_constant_commands() {
-    let found = found(&[settled(levels, 6000)], None);
+    let found = found(&[steady(levels, 6000)], None);
     let battery = found.battery.expect("six constant levels");
     assert_eq!(battery.levels.len(), 6);
     // Without noise Eq. (6) as printed and with the mean subtracted say the same.
@@ -67,7 +67,7 @@ fn eqs_3_5_6_k_v_from_constant_commands() {
 
 #[test]
 fn eqs_7_8_9_the_polynomial_from_ramps() {
-    let found = found(&[settled(levels, 6000), settled(ramps, 7000)], None);
+    let found = found(&[steady(levels, 6000), steady(ramps, 7000)], None);
     let curve = found.static_curve.expect("ramps");
     assert!(curve.from_ramps);
     assert_eq!(curve.preferred_degree, 2);
@@ -80,8 +80,8 @@ fn eqs_7_8_9_the_polynomial_from_ramps() {
 #[test]
 fn eq_9_says_when_a_ramp_is_too_fast_for_eq_4() {
     let fast = |t: f64| 0.3 + 0.1 * (3.5 - (t.rem_euclid(7.0) - 3.5).abs());
-    let slow = found(&[settled(levels, 6000), moving(ramps, 7000)], Some(2));
-    let fast = found(&[settled(levels, 6000), moving(fast, 7000)], Some(2));
+    let slow = found(&[steady(levels, 6000), moving(ramps, 7000)], Some(2));
+    let fast = found(&[steady(levels, 6000), moving(fast, 7000)], Some(2));
     let codes = codes(&fast);
     let slow = slow.static_curve.and_then(|curve| curve.ramp_check).expect("ramps");
     assert!(slow.slow_enough, "{slow:?}");
@@ -115,7 +115,7 @@ fn eq_9_ramps_one_way_do_not_tell_a_lag_from_the_curve() {
 
 #[test]
 fn eq_10_the_pole_from_z() {
-    let logs = [settled(levels, 6000), settled(ramps, 7000), moving(exciting, 6000)];
+    let logs = [steady(levels, 6000), steady(ramps, 7000), moving(exciting, 6000)];
     let found = found(&logs, Some(2));
     let fit = found.pole.expect("exciting commands");
     // What the fitter takes as held, the mean of the voltage over T_s, moves the rate by 1e-6 of itself.

@@ -51,9 +51,9 @@ pub fn moving(command: impl Fn(f64) -> f64, samples: usize) -> Dataset {
 }
 
 /// ω_p = z: Eq. (4) to the letter.
-pub fn settled(command: impl Fn(f64) -> f64, samples: usize) -> Dataset {
+pub fn steady(command: impl Fn(f64) -> f64, samples: usize) -> Dataset {
     let rates = (0..samples).map(|k| k as f64 * PERIOD).map(|t| z(command(t), voltage(t))).collect();
-    dataset("settled.csv", &command, rates)
+    dataset("steady.csv", &command, rates)
 }
 
 pub fn dataset(name: &str, command: &dyn Fn(f64) -> f64, rates: Vec<f64>) -> Dataset {

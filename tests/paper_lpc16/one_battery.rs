@@ -56,7 +56,7 @@ fn found(log: &Dataset, rotors: &[usize]) -> Identification {
 }
 
 /// What the other rotor draws is no physics that is missing: left out, it stayed in the residual (4 rad/s where the noise is
-/// 1.5), was told as that, and made all errors ten times larger.
+/// 1.5), was reported as that, and made all errors ten times larger.
 #[test]
 fn what_the_other_rotor_draws_from_the_battery_is_known() {
     for step in [0.0, 0.1] {

@@ -130,7 +130,7 @@ fn eq_30_with_the_gains_of_table_iii() {
 }
 
 #[test]
-fn pid_integral_stops_where_the_guard_clips() {
+fn pid_integral_stops_where_the_guard_saturates() {
     let pid = build(ControllerKind::Pid);
     let reference = Reference { angle: 0.5, ..Reference::default() };
     let integral = |flags: u32, rotor: Option<[f64; 2]>| {
@@ -148,7 +148,7 @@ fn pid_integral_stops_where_the_guard_clips() {
     };
     close(integral(0, None), 0.985 * T_C * 0.5 * 47.0, 1e-9);
     close(integral(1, Some([0.47, 0.46])), 0.0, 0.0);
-    // Clipped, yet the rotors already do more than was asked for: the integral may go on.
+    // Saturated, yet the rotors already do more than was asked for: the integral may go on.
     assert!(integral(1, Some([0.9, 0.1])) > 0.4);
 }
 

@@ -8,7 +8,7 @@ use rotorbench::screening::Finding;
 use super::bad_logs::run;
 use super::close;
 use super::logs::{
-    C_G1, C_G2, INERTIA, K_V, PERIOD, attitude, exciting, finding, moving, ramps, settled, voltage,
+    C_G1, C_G2, INERTIA, K_V, PERIOD, attitude, exciting, finding, moving, ramps, steady, voltage,
 };
 
 const RATE: &str = "propeller_rate_1_rad_s";
@@ -36,7 +36,7 @@ fn with(log: &Dataset, name: &str, change: impl Fn(usize, f64) -> f64) -> Datase
 /// what that makes of the voltage's drop, and its errors say so.
 #[test]
 fn ramps_alone_take_k_v_and_the_pole_from_the_template_and_the_curve_knows_no_better() {
-    let log = settled(ramps, 7000);
+    let log = steady(ramps, 7000);
     for gain in [52.0, 28.0] {
         let mut settings = quadratic();
         settings.template.actuator.voltage_gain = gain;
@@ -58,7 +58,7 @@ fn ramps_alone_take_k_v_and_the_pole_from_the_template_and_the_curve_knows_no_be
 
 #[test]
 fn one_level_alone_takes_curve_and_pole_from_the_template() {
-    let found = found(&settled(|_| 0.45, 6000), &quadratic());
+    let found = found(&steady(|_| 0.45, 6000), &quadratic());
     assert!(found.battery.is_some(), "{:?}", found.parts);
     let curve = finding(&found, "curve_from_template").expect("it is");
     assert_eq!(curve.numbers("coefficients_rad_s"), [1124.5, 447.1]);
@@ -100,11 +100,11 @@ fn a_battery_reading_that_is_saturated_says_nothing_of_k_v() {
     let log = moving(exciting, 3000);
     // Down by half a volt under load and back, a dozen times; what the wire tells ends at 12.2 V.
     let sags = |row: usize| 12.0 + 0.4 * (0.05 * row as f64).sin() + 0.01 * ((row * 7919 % 13) as f64 - 6.0);
-    let clipped = found(&with(&log, VOLTAGE, |row, _| sags(row).min(12.2)), &quadratic());
+    let saturated = found(&with(&log, VOLTAGE, |row, _| sags(row).min(12.2)), &quadratic());
     let is_it = |it: &Finding| it.code == "battery_saturated" && it.numbers("at") == [12.2];
-    assert!(clipped.findings.iter().any(is_it), "{:?}", clipped.findings);
+    assert!(saturated.findings.iter().any(is_it), "{:?}", saturated.findings);
     let without = found(&with(&log, VOLTAGE, |_, _| f64::NAN), &quadratic());
-    assert_eq!(clipped.model.actuator, without.model.actuator);
+    assert_eq!(saturated.model.actuator, without.model.actuator);
     let whole = found(&with(&log, VOLTAGE, |row, _| sags(row)), &quadratic());
     assert!(!whole.findings.iter().any(|it| it.code == "battery_saturated"), "{:?}", whole.findings);
 }
@@ -175,10 +175,10 @@ fn without_a_rotor_only_the_reason_is_said() {
 /// Twenty seconds of a battery that falls by 0.08 V say little, and next to nothing where the noise is stronger: then the
 /// template's number is kept.
 #[test]
-fn a_k_v_that_hardly_shows_is_told() {
+fn a_k_v_that_hardly_shows_is_found() {
     let noise = |row: usize| (row.wrapping_mul(2_654_435_761) >> 16 & 255) as f64 / 127.5 - 1.0;
     let noisy = |level: f64, strength: f64, rows: usize| {
-        with(&settled(|_| level, rows), RATE, |row, rate| rate + strength * noise(row))
+        with(&steady(|_| level, rows), RATE, |row, rate| rate + strength * noise(row))
     };
     let little = found(&noisy(0.45, 12.0, 1000), &quadratic());
     let gain = little.battery.as_ref().expect("one level").gain;
@@ -186,7 +186,7 @@ fn a_k_v_that_hardly_shows_is_told() {
     assert!(finding(&little, "voltage_gain_uncertain").is_some(), "{:?}", little.findings);
     assert_eq!(little.model.actuator.voltage_gain, gain.value);
     // Beside ramps, which say the curve.
-    let ramps = settled(ramps, 7000);
+    let ramps = steady(ramps, 7000);
     let logs = [noisy(0.45, 36.0, 1000), ramps];
     let next_to_nothing = identify(&logs, &[], &quadratic()).expect("identified");
     assert!(next_to_nothing.battery.is_none());
@@ -209,8 +209,8 @@ fn a_k_v_that_is_taken_as_none_weighs_on_the_curve_with_all_that_it_may_be() {
         if row.is_multiple_of(2) { 26.3 * size } else { -26.3 * size }
     };
     let shown = |row: usize, _| 600.0 + 4.0 * volts(row) + noise(row);
-    let level = with(&settled(|_| 0.45, 3000), RATE, shown);
-    let ramps = with(&settled(ramps, 7000), RATE, |row, rate| rate + 30.0 * (12.6 - volts(row)));
+    let level = with(&steady(|_| 0.45, 3000), RATE, shown);
+    let ramps = with(&steady(ramps, 7000), RATE, |row, rate| rate + 30.0 * (12.6 - volts(row)));
     let found = identify(&[level, ramps], &[], &quadratic()).expect("ramps");
     assert_eq!(found.model.actuator.voltage_gain, 0.0);
     let shown = finding(&found, "voltage_gain_zero").expect("next to nothing");
@@ -256,11 +256,11 @@ fn a_battery_that_is_read_in_tenths_of_a_volt_gives_the_numbers_of_a_fine_readin
 #[test]
 fn one_level_that_shows_nothing_gives_no_model() {
     let noise = |row: usize| 2.0 * ((row.wrapping_mul(2_654_435_761) >> 16 & 255) as f64 / 127.5 - 1.0);
-    let governed = with(&settled(|_| 0.4633, 6000), RATE, |row, _| 617.0 + noise(row));
+    let governed = with(&steady(|_| 0.4633, 6000), RATE, |row, _| 617.0 + noise(row));
     let (output, text) = run(&csv::emit(&governed));
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert!(text.contains("k_V would be") && text.contains("which hardly shows"), "{text}");
-    let found = identify(&[governed, settled(ramps, 7000)], &[], &quadratic()).expect("ramps");
+    let found = identify(&[governed, steady(ramps, 7000)], &[], &quadratic()).expect("ramps");
     let against = finding(&found, "voltage_gain_zero").map(|it| it.number("template_rad_s_v"));
     assert_eq!(against, Some(40.0), "{:?}", found.findings);
     assert_eq!(found.model.actuator.voltage_gain, 0.0);
@@ -291,12 +291,12 @@ fn a_full_voltage_that_cannot_be_is_said_to_be_the_one_that_was_given() {
 /// Two numbers for k_V: first the one that the model has.
 #[test]
 fn the_k_v_in_the_model_stands_first() {
-    let level = settled(|_| 0.45, 6000);
+    let level = steady(|_| 0.45, 6000);
     for (strength, first) in [(0.0, "constant commands"), (30.0, "joint estimation")] {
         let noise =
             |row: usize| strength * ((row.wrapping_mul(2_654_435_761) >> 16 & 255) as f64 / 127.5 - 1.0);
         let noisy = with(&level, RATE, |row, rate| rate + noise(row));
-        let logs = [noisy, settled(ramps, 7000), moving(exciting, 3000)];
+        let logs = [noisy, steady(ramps, 7000), moving(exciting, 3000)];
         let found = identify(&logs, &[], &quadratic()).expect("identified");
         let text = found.parameter_table().text();
         let gains: Vec<&str> = text.lines().filter(|line| line.starts_with("k_V")).collect();
@@ -322,7 +322,7 @@ fn rates_that_do_not_follow_the_commands_give_no_pole() {
 
 /// Stretches of a log that are another moment's: the fit holds on to them, and it is said that it explains little.
 #[test]
-fn a_fit_that_explains_little_is_told() {
+fn a_fit_that_explains_little_is_found() {
     let log = moving(exciting, 3000);
     let rates = log.column(RATE).expect("there");
     let mixed = with(&log, RATE, |row, rate| if row % 300 < 90 { rates[(row + 777) % 3000] } else { rate });
@@ -332,7 +332,7 @@ fn a_fit_that_explains_little_is_told() {
 
 /// A battery that fills while the rotor is driven, and one whose reading freezes.
 #[test]
-fn a_voltage_that_cannot_be_is_told_or_left_out() {
+fn a_voltage_that_cannot_be_is_found_or_left_out() {
     let log = moving(exciting, 3000);
     let filling = found(&with(&log, VOLTAGE, |_, volts| 24.6 - volts), &quadratic());
     assert!(filling.joint.is_some_and(|joint| joint.voltage_gain.is_none()));

@@ -140,7 +140,7 @@ fn going_on_with_known_slopes_ends_where_new_ones_lead() {
     let config = FitConfig::default();
     let anew = fit(&problem, &FREE, None, &config);
     let runs = problem.runs();
-    let on = fit(&problem, &FREE, None, &FitConfig { goes_on: true, ..config });
+    let on = fit(&problem, &FREE, None, &FitConfig { reuses_slopes: true, ..config });
     assert!(apart(&anew, &on) < 0.01, "{:?} {:?}", anew.globals, on.globals);
     let errors = anew.standard_errors.iter().zip(&on.standard_errors);
     assert!(errors.clone().all(|(anew, on)| (on / anew - 1.0).abs() < 0.05), "{errors:?}");
@@ -153,12 +153,12 @@ fn going_on_with_known_slopes_ends_where_new_ones_lead() {
 fn a_part_fitted_with_the_slopes_of_all_is_fitted_as_by_itself() {
     let part = |row: usize| row / 20 % 3 != 1;
     let (all, problem) = (Counted::new(|_| true), Counted::new(part));
-    let (whole, slopes) = fit_on(&all, &FREE, None, &FitConfig::default(), None);
+    let (whole, slopes) = fit_from(&all, &FREE, None, &FitConfig::default(), None);
     let free = [0, 1].map(|index| Free { start: whole.globals[index], ..FREE[index] });
-    let config = FitConfig { goes_on: true, ..FitConfig::default() };
+    let config = FitConfig { reuses_slopes: true, ..FitConfig::default() };
     let alone = fit(&problem, &free, Some(&whole.locals), &FitConfig::default());
     let runs = problem.runs();
-    let (seeded, _) = fit_on(&problem, &free, Some(&whole.locals), &config, Some(&slopes));
+    let (seeded, _) = fit_from(&problem, &free, Some(&whole.locals), &config, Some(&slopes));
     assert!(apart(&whole, &alone) > 0.05, "a part is not the whole: {:?}", alone.globals);
     assert!(apart(&alone, &seeded) < 0.01, "{:?} {:?}", alone.globals, seeded.globals);
     let fewer = problem.runs();
@@ -166,7 +166,7 @@ fn a_part_fitted_with_the_slopes_of_all_is_fitted_as_by_itself() {
     // What was left out is judged in the same way.
     let rest = Counted::new(|row| row / 20 % 3 == 1);
     let from = slopes.of_locals();
-    let judged = judge_on(&rest, &alone.globals, Some((&whole.locals, &from)));
-    let without = judge(&rest, &alone.globals);
+    let judged = validate_from(&rest, &alone.globals, Some((&whole.locals, &from)));
+    let without = validate(&rest, &alone.globals);
     assert!((judged.cost / without.cost - 1.0).abs() < 1e-6, "{} {}", judged.cost, without.cost);
 }

@@ -74,17 +74,17 @@ fn fine_steps_and_steps_below_the_noise_stay_as_they_were_read() {
 }
 
 #[test]
-fn a_voltage_that_crosses_one_edge_is_told() {
+fn a_voltage_that_crosses_one_edge_is_found() {
     let (mut log, _) = read(0.5, 0.005, false);
     let before = log.voltage.clone();
-    let told = mend(&mut log).expect("told");
-    assert_eq!((told.code, told.number("step_v")), ("battery_quantized", 0.5));
+    let finding = mend(&mut log).expect("found");
+    assert_eq!((finding.code, finding.number("step_v")), ("battery_quantized", 0.5));
     assert_eq!(log.voltage, before);
 }
 
 /// One edge under either of two loads: what the load takes and how the voltage fell are one.
 #[test]
-fn an_edge_under_each_of_two_loads_is_told() {
+fn an_edge_under_each_of_two_loads_is_found() {
     let (mut log, _) = read(0.1, 0.01, false);
     log.rate[ROWS / 2..].fill(750.0);
     let fell = |row: usize| 12.42 - 0.24 * row as f64 / ROWS as f64;

@@ -1,4 +1,4 @@
-//! Findings as sentences. Each room's are in a file of its own; a code without a sentence is told by its name and numbers.
+//! Findings as sentences. Each room's are in a file of its own; a code without a sentence shows its name.
 
 mod compare;
 mod diagnose;

@@ -38,10 +38,10 @@ fn a_frozen_stretch_is_found_once_and_measured() {
 }
 
 #[test]
-fn a_clipped_channel_and_a_dropout_are_found() {
+fn a_saturated_channel_and_a_dropout_are_found() {
     let findings = LogSummary::of(&log(|_, value| *value = value.min(0.8)));
-    assert_eq!(findings.channels[0].clipped.len(), 1);
-    assert_eq!(findings.channels[0].clipped[0].at, 0.8);
+    assert_eq!(findings.channels[0].perhaps_saturated.len(), 1);
+    assert_eq!(findings.channels[0].perhaps_saturated[0].at, 0.8);
     let findings = LogSummary::of(&log(|row, value| {
         if (500..520).contains(&row) {
             *value = f64::NAN;
@@ -54,7 +54,7 @@ fn a_clipped_channel_and_a_dropout_are_found() {
 }
 
 #[test]
-fn a_quantized_channel_is_neither_frozen_nor_clipped() {
+fn a_quantized_channel_is_neither_frozen_nor_saturated() {
     let findings = LogSummary::of(&log(|row, value| *value = 15.0 - (row / 20) as f64 * 0.01));
     assert_eq!(findings.findings, [], "{:?}", findings.channels[0]);
 }
@@ -82,7 +82,7 @@ fn a_battery_read_in_steps_stands_on_each_and_freezes_where_it_jumps() {
 
 /// A bench supply that comes to rest at both levels: nothing of it is beyond the sensor's range.
 #[test]
-fn a_battery_that_settles_is_not_clipped() {
+fn a_battery_that_settles_is_not_saturated() {
     let time: Vec<f64> = (0..6000).map(|row| f64::from(row) * 0.01).collect();
     // Half a second of time constant: most of each ten seconds it stands.
     let load = |row: i32| f64::from(row / 1000 % 2);

@@ -30,26 +30,26 @@ fn noise(row: usize) -> f64 {
 }
 
 /// Rows `interval` [s] apart under the name of a measured channel, with a command beside.
-fn log(name: &str, interval: f64, told: &[f64], values: Vec<f64>) -> Dataset {
+fn log(name: &str, interval: f64, commands: &[f64], values: Vec<f64>) -> Dataset {
     let time = (0..values.len()).map(|row| row as f64 * interval).collect();
     let mut log = Dataset::new("log.csv", "", time).unwrap();
-    log.insert("command_1", told.to_vec()).unwrap();
+    log.insert("command_1", commands.to_vec()).unwrap();
     log.insert(name, values).unwrap();
     log
 }
 
 /// Commands, and what a rotor of `pole` [rad/s] does under them.
 fn rotor(interval: f64, pole: f64, command: impl Fn(usize) -> f64) -> (Vec<f64>, Vec<f64>) {
-    let told: Vec<f64> = (0..ROWS).map(command).collect();
-    let mut rate = 1300.0 * told[0];
-    let follow = 1.0 - (-pole * interval).exp();
-    let rates = told.iter().map(|told| {
+    let commands: Vec<f64> = (0..ROWS).map(command).collect();
+    let mut rate = 1300.0 * commands[0];
+    let share = 1.0 - (-pole * interval).exp();
+    let rates = commands.iter().map(|command| {
         let now = rate;
-        rate += follow * (1300.0 * told - rate);
+        rate += share * (1300.0 * command - rate);
         now
     });
     let rates = rates.collect();
-    (told, rates)
+    (commands, rates)
 }
 
 /// Two levels, changed or not each `rows` rows.
@@ -111,8 +111,8 @@ fn held_readings_are_taken_as_missing_and_found() {
     ];
     for (pattern, fresh, rows, hertz) in patterns {
         for (kind, command) in [("fast", binary(1)), ("slow", binary(10))] {
-            let (told, rates) = rotor(0.02, 16.0, command);
-            let log = log(RATE, 0.02, &told, held(&noisy(&rates, 1.5), fresh));
+            let (commands, rates) = rotor(0.02, 16.0, command);
+            let log = log(RATE, 0.02, &commands, held(&noisy(&rates, 1.5), fresh));
             let (left, said) = cleaned(&log, RATE);
             let wrong = (0..ROWS).filter(|row| left[*row].is_finite() != fresh(*row)).count();
             assert_eq!(wrong, 0, "{pattern} {kind}: {said:?}");
@@ -128,60 +128,60 @@ fn held_readings_are_taken_as_missing_and_found() {
 /// A speed in steps of a controller's own counting, noise below a step, and an angle of 4096 steps a turn that swings.
 #[test]
 fn coarse_readings_that_are_held_are_seen_as_held() {
-    let (told, rates) = rotor(0.02, 16.0, binary(3));
+    let (commands, rates) = rotor(0.02, 16.0, binary(3));
     let fresh = |row: usize| row.is_multiple_of(2);
-    let coarse = log(RATE, 0.02, &told, held(&on_grid(&noisy(&rates, 1.5), 2.0), fresh));
+    let coarse = log(RATE, 0.02, &commands, held(&on_grid(&noisy(&rates, 1.5), 2.0), fresh));
     assert_eq!(stands_in(&coarse, RATE), Some([2, 2]));
     let swing: Vec<f64> = (0..ROWS).map(|row| 0.4 * (0.02 * row as f64 * 1.7).sin()).collect();
     let angle =
-        log("body_angle_rad", 0.01, &told, held(&on_grid(&swing, std::f64::consts::TAU / 4096.0), fresh));
+        log("body_angle_rad", 0.01, &commands, held(&on_grid(&swing, std::f64::consts::TAU / 4096.0), fresh));
     assert_eq!(stands_in(&angle, "body_angle_rad"), Some([2, 2]));
 }
 
 /// At a level to which a rate has settled, and at zero, readings are left at the telemetry's pace.
 #[test]
 fn a_level_that_stands_keeps_readings_at_the_telemetrys_pace() {
-    let (mut told, mut rates) = rotor(0.02, 16.0, binary(2));
+    let (mut commands, mut rates) = rotor(0.02, 16.0, binary(2));
     // Under one command: else it would be frozen.
-    told[3000..4000].fill(0.47);
+    commands[3000..4000].fill(0.47);
     rates[3000..4000].fill(612.5);
-    let log = log(RATE, 0.02, &told, held(&rates, |row| row.is_multiple_of(2)));
+    let log = log(RATE, 0.02, &commands, held(&rates, |row| row.is_multiple_of(2)));
     let left = &cleaned(&log, RATE).0[3000..4000];
     assert_eq!(left.iter().filter(|rate| rate.is_finite()).count(), 500);
 }
 
 #[test]
 fn fresh_readings_that_happen_to_be_equal_are_left_alone() {
-    let (told, lively) = rotor(0.02, 16.0, binary(1));
-    let (slow_told, slow) = rotor(0.02, 16.0, levels(100));
+    let (commands, excited) = rotor(0.02, 16.0, binary(1));
+    let (slow_commands, slow) = rotor(0.02, 16.0, levels(100));
     // One step, or one tick of a period's counter, in each second row.
     let ramp: Vec<f64> = (0..ROWS).map(|row| 0.01 * (row / 2) as f64).collect();
     let ticks: Vec<f64> = (0..ROWS).map(|row| 3.6e5 / (3600 - row / 2) as f64).collect();
     let still: Vec<f64> = (0..ROWS).map(|row| 0.002 * noise(row)).collect();
     let swing: Vec<f64> = (0..ROWS).map(|row| 0.3 * (0.01 * row as f64).sin()).collect();
-    let mut stands = noisy(&lively, 1.5);
+    let mut stands = noisy(&excited, 1.5);
     stands[1000..3000].fill(0.0);
-    for (name, channel, told, values) in [
-        ("noise in coarse steps", RATE, &told, on_grid(&noisy(&lively, 1.5), 5.0)),
-        ("noise smaller than a step", RATE, &slow_told, on_grid(&noisy(&slow, 1.7), 2.0)),
-        ("noise as large as a step", RATE, &slow_told, on_grid(&noisy(&slow, 2.0), 2.0)),
-        ("coarse, without noise", RATE, &slow_told, on_grid(&slow, 10.0)),
-        ("levels without noise", RATE, &slow_told, on_grid(&slow, 1e-3)),
-        ("levels to the last bit", RATE, &slow_told, slow.clone()),
-        ("a slow ramp in few digits", RATE, &told, ramp),
-        ("a period counted in ticks", RATE, &told, ticks),
+    for (name, channel, commands, values) in [
+        ("noise in coarse steps", RATE, &commands, on_grid(&noisy(&excited, 1.5), 5.0)),
+        ("noise smaller than a step", RATE, &slow_commands, on_grid(&noisy(&slow, 1.7), 2.0)),
+        ("noise as large as a step", RATE, &slow_commands, on_grid(&noisy(&slow, 2.0), 2.0)),
+        ("coarse, without noise", RATE, &slow_commands, on_grid(&slow, 10.0)),
+        ("levels without noise", RATE, &slow_commands, on_grid(&slow, 1e-3)),
+        ("levels to the last bit", RATE, &slow_commands, slow.clone()),
+        ("a slow ramp in few digits", RATE, &commands, ramp),
+        ("a period counted in ticks", RATE, &commands, ticks),
         (
             "a link that loses half of its frames",
             RATE,
-            &told,
-            held(&noisy(&lively, 1.5), |row| hash(row) > 0.0),
+            &commands,
+            held(&noisy(&excited, 1.5), |row| hash(row) > 0.0),
         ),
-        ("a rotor that stands for long", RATE, &told, stands),
-        ("a body at rest", "body_rate_rad_s", &told, on_grid(&still, 0.001)),
-        ("a coarse angle", "body_angle_rad", &told, on_grid(&swing, 0.005)),
-        ("few digits", "body_rate_rad_s", &told, on_grid(&swing, 0.01)),
+        ("a rotor that stands for long", RATE, &commands, stands),
+        ("a body at rest", "body_rate_rad_s", &commands, on_grid(&still, 0.001)),
+        ("a coarse angle", "body_angle_rad", &commands, on_grid(&swing, 0.005)),
+        ("few digits", "body_rate_rad_s", &commands, on_grid(&swing, 0.01)),
     ] {
-        let log = log(channel, 0.02, told, values);
+        let log = log(channel, 0.02, commands, values);
         // Of a rotor that stands its command asks: that is another check's.
         let said: Vec<Finding> = ScreenedLog::of(&log).findings().cloned().collect();
         let is_another = |it: &Finding| name == "a rotor that stands for long" && it.code == RATE_DROPOUT;
@@ -192,14 +192,14 @@ fn fresh_readings_that_happen_to_be_equal_are_left_alone() {
 /// Levels of two rows, two rows a second: nobody can tell from these whether a reading was held.
 #[test]
 fn rows_so_far_apart_that_everything_settles_say_nothing() {
-    let (told, rates) = rotor(0.5, 16.0, levels(2));
-    assert_eq!(stands_in(&log(RATE, 0.5, &told, on_grid(&rates, 0.1)), RATE), None);
+    let (commands, rates) = rotor(0.5, 16.0, levels(2));
+    assert_eq!(stands_in(&log(RATE, 0.5, &commands, on_grid(&rates, 0.1)), RATE), None);
 }
 
 #[test]
 fn commands_and_batteries_may_be_held() {
-    let (told, rates) = rotor(0.02, 16.0, levels(2));
-    let mut log = log(RATE, 0.02, &told, noisy(&rates, 1.5));
+    let (commands, rates) = rotor(0.02, 16.0, levels(2));
+    let mut log = log(RATE, 0.02, &commands, noisy(&rates, 1.5));
     let volts: Vec<f64> = (0..ROWS).map(|row| 12.0 + 0.3 * hash(row / 2)).collect();
     log.insert("battery_voltage_v", volts).unwrap();
     let said: Vec<Finding> = ScreenedLog::of(&log).findings().cloned().collect();
@@ -208,10 +208,10 @@ fn commands_and_batteries_may_be_held() {
 
 #[test]
 fn each_row_that_is_left_out_has_its_reason() {
-    let (told, rates) = rotor(0.02, 16.0, levels(100));
+    let (commands, rates) = rotor(0.02, 16.0, levels(100));
     let mut values = noisy(&rates, 1.5);
     (values[1000], values[2000]) = (5000.0, 0.0);
-    let mut log = log(RATE, 0.02, &told, values);
+    let mut log = log(RATE, 0.02, &commands, values);
     let volts = (0..ROWS).map(|row| if row == 70 { 0.0 } else { 12.0 + 0.01 * hash(row) }).collect();
     log.insert(BATTERY, volts).unwrap();
     let screened = ScreenedLog::of(&log);

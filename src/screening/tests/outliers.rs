@@ -20,7 +20,7 @@ fn outliers_are_found_whatever_the_command_does() {
     let wrong: [(&str, Wrong); 4] =
         [("5000", |_| 5000.0), ("half", |rate| 0.5 * rate), ("double", |rate| 2.0 * rate), ("zero", |_| 0.0)];
     let ramp = |row: usize| 0.3 + 0.3 * (row as f64 / ROWS as f64);
-    for (case, (told, rates)) in [
+    for (case, (commands, rates)) in [
         ("binary", rotor(0.02, 16.0, binary(1))),
         ("slow binary", rotor(0.02, 16.0, binary(10))),
         ("levels", rotor(0.02, 16.0, levels(100))),
@@ -29,7 +29,7 @@ fn outliers_are_found_whatever_the_command_does() {
     ] {
         for (name, with) in wrong {
             let (values, rows) = hurt(&noisy(&rates, 1.5), with);
-            let log = log(RATE, 0.02, &told, values);
+            let log = log(RATE, 0.02, &commands, values);
             assert!(rows.len() > 20);
             // Zeros under a command are dropouts.
             let (left, found) = cleaned(&log, RATE);
@@ -44,11 +44,11 @@ fn outliers_are_found_whatever_the_command_does() {
 #[test]
 fn spikes_of_a_gyro_and_of_an_angle_are_found() {
     let swing: Vec<f64> = (0..ROWS).map(|row| 0.5 * (0.02 * row as f64).sin()).collect();
-    let (told, _) = rotor(0.01, 16.0, binary(1));
+    let (commands, _) = rotor(0.01, 16.0, binary(1));
     for name in ["body_rate_rad_s", "body_angle_rad"] {
         for size in [3.0, -30.0] {
             let (values, rows) = hurt(&noisy(&swing, 0.004), |rate| rate + size);
-            let log = log(name, 0.01, &told, values);
+            let log = log(name, 0.01, &commands, values);
             let (left, said) = cleaned(&log, name);
             let taken: Vec<usize> = (0..ROWS).filter(|row| !left[*row].is_finite()).collect();
             assert_eq!(taken, rows, "{name}, {size}: {said:?}");
@@ -60,21 +60,21 @@ fn spikes_of_a_gyro_and_of_an_angle_are_found() {
 /// Just enough readings to look through once: what that found is kept.
 #[test]
 fn a_short_log_keeps_what_was_found() {
-    let (told, rates) = rotor(0.02, 16.0, binary(10));
+    let (commands, rates) = rotor(0.02, 16.0, binary(10));
     for rows in [56, 57, 80] {
         let mut values = noisy(&rates[..rows], 1.5);
         values[30] = 5000.0;
-        assert_eq!(outliers(&log(RATE, 0.02, &told[..rows], values), RATE), [30], "{rows} rows");
+        assert_eq!(outliers(&log(RATE, 0.02, &commands[..rows], values), RATE), [30], "{rows} rows");
     }
 }
 
 #[test]
 fn two_in_a_row_are_outliers_and_three_are_not() {
-    let (told, rates) = rotor(0.02, 16.0, binary(4));
+    let (commands, rates) = rotor(0.02, 16.0, binary(4));
     let with = |rows: &[usize], value: &dyn Fn(usize) -> f64| {
         let mut values = noisy(&rates, 1.5);
         rows.iter().for_each(|row| values[*row] = value(*row));
-        outliers(&log(RATE, 0.02, &told, values), RATE)
+        outliers(&log(RATE, 0.02, &commands, values), RATE)
     };
     assert_eq!(with(&[500, 501], &|_| 5000.0), [500, 501]);
     // The one lies between the other and the rest.
@@ -124,19 +124,19 @@ fn true_peaks_are_no_outliers() {
         ("steps", 0.02, 16.0, &levels(100)),
         ("binary", 0.02, 40.0, &binary(1)),
     ] {
-        let (told, rates) = rotor(interval, pole, command);
+        let (commands, rates) = rotor(interval, pole, command);
         for values in [noisy(&rates, 1.5), rates.clone(), on_grid(&rates, 5.0)] {
-            assert_eq!(outliers(&log(RATE, interval, &told, values), RATE), [0; 0], "{case}");
+            assert_eq!(outliers(&log(RATE, interval, &commands, values), RATE), [0; 0], "{case}");
         }
     }
 }
 
 #[test]
 fn too_many_for_glitches_are_left_in_and_found() {
-    let (told, rates) = rotor(0.02, 16.0, levels(100));
+    let (commands, rates) = rotor(0.02, 16.0, levels(100));
     let mut values = noisy(&rates, 1.5);
     (0..ROWS).filter(|row| hash(row + 3) > 0.76).for_each(|row| values[row] = 3000.0 + 100.0 * hash(row));
-    let log = log(RATE, 0.02, &told, values);
+    let log = log(RATE, 0.02, &commands, values);
     let (left, said) = cleaned(&log, RATE);
     assert!(left.iter().all(|rate| rate.is_finite()), "{said:?}");
     assert!(said.len() == 1 && said[0].code == TOO_MANY_OUTLIERS, "{said:?}");
@@ -145,10 +145,10 @@ fn too_many_for_glitches_are_left_in_and_found() {
 /// An outlier that a slow telemetry holds is one reading.
 #[test]
 fn outliers_that_are_held_are_both() {
-    let (told, rates) = rotor(0.01, 16.0, binary(5));
+    let (commands, rates) = rotor(0.01, 16.0, binary(5));
     let (values, rows) = hurt(&noisy(&rates, 1.5), |_| 5000.0);
     let fresh = |row: usize| row.is_multiple_of(2);
-    let log = log(RATE, 0.01, &told, held(&values, fresh));
+    let log = log(RATE, 0.01, &commands, held(&values, fresh));
     let (left, said) = cleaned(&log, RATE);
     let good = |row: &usize| fresh(*row) && !rows.contains(row);
     assert!((0..ROWS).all(|row| left[row].is_finite() == good(&row)) && said.len() == 2, "{said:?}");
