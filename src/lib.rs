@@ -5,6 +5,28 @@
 //! The science is Lotufo, Perez-Montenegro, Colangelo, Canuto, Novara, "Identification and control of
 //! a quadrotor from experimental data", MED 2016, 10.1109/MED.2016.7535956, cited as `[LPC16] Eq. (n)`.
 //!
+//! # A first result
+//!
+//! A bench is flown on the emulator with something in it that the model does not know; `diagnose` names it:
+//!
+//! ```
+//! use rotorbench::{bench::BenchConfig, cancel::Cancel, diagnose::DiagnoseConfig, emulate::HiddenConfig, model::Model};
+//! use rotorbench::{runtime::controller_plant::FlightPlan, session, session::Job};
+//!
+//! let cancel = Cancel::default();
+//! let job = Job::unwatched(&cancel);
+//! let mut bench = BenchConfig::default();
+//! bench.emulator.hidden.push(HiddenConfig::parse("gravity_pendulum:moment=0.4")?);
+//! let log = session::fly(&bench, &FlightPlan::closed_loop_prbs(0.03, 20.0), "flight", &job)?;
+//! let found = session::diagnose(&Model::paper(), &[log], &[], &DiagnoseConfig::default(), &job)?;
+//! assert_eq!(found.effects, ["gravity_pendulum"]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! From here: [`session`] is what a person does with logs and models; [`control::Controller`] is what flies;
+//! [`effect`] is what a model can lack; [`report`] makes sentences, tables and pages of results. The programs in
+//! `examples/` read a log, compare, diagnose and extend, fly a controller of one's own and find an effect of one's own.
+//!
 //! # Signs
 //!
 //! This drawing fixes every sign in the crate. The body turns about one axis, seen here end on; the

@@ -137,6 +137,8 @@ const OTHERS: &[&str] = &[
     "--release",
     "--lib",
     "--test",
+    "--example",
+    "--open",
     "--bench",
     "--draws",
     "--only",

@@ -5,6 +5,8 @@
 mod diagnose;
 #[path = "effects.rs"]
 mod effects;
+#[path = "examples.rs"]
+mod examples;
 #[path = "identify/main.rs"]
 mod identify;
 #[path = "paper.rs"]

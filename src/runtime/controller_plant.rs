@@ -10,7 +10,7 @@ use crate::bench::BenchConfig;
 use crate::control::design::LoopPlant;
 use crate::control::{Compensation, PlantParameters};
 use crate::effect::{Site, Term};
-use crate::experiment::ExperimentConfig;
+use crate::experiment::{ExperimentConfig, Rotors, Shape};
 use crate::model::Model;
 
 /// The plant of `model`, and what of its effects a controller can cancel.
@@ -69,6 +69,19 @@ pub struct FlightPlan {
     pub closed_loop: bool,
     /// The experiment.
     pub experiment: ExperimentConfig,
+}
+
+impl FlightPlan {
+    /// The flight that shows most of an attitude bench in one log: a PRBS of `amplitude` [-] on rotor 1, and against it on
+    /// rotor 2, on top of the running controller for `seconds` [s].
+    #[must_use]
+    pub fn closed_loop_prbs(amplitude: f64, seconds: f64) -> Self {
+        let shape = Shape::Prbs { amplitude, bandwidth_hz: 0.0, duration_s: seconds, seed: 1 };
+        let plant = PlantParameters::paper();
+        let around = plant.command_for(plant.hover_rate);
+        let experiment = ExperimentConfig { shape, rotors: Rotors::Differential, around, lead_in_s: 3.0 };
+        Self { closed_loop: true, experiment }
+    }
 }
 
 /// The linear plant of `model` at rest at `angle` [rad], with the effects that change the loop: delays, lags, and

@@ -23,6 +23,7 @@ use crate::control::ControlError;
 use crate::emulate::EmulateError;
 use crate::experiment::ExperimentError;
 use crate::guard::GuardError;
+use crate::log::dataset::DatasetError;
 use crate::model::ModelError;
 use crate::recording::RecordError;
 use crate::rt::RealTimeError;
@@ -61,6 +62,9 @@ pub enum ProcessError {
     /// The recording.
     #[error(transparent)]
     Record(#[from] RecordError),
+    /// The log of a flight.
+    #[error(transparent)]
+    Log(#[from] DatasetError),
     /// The operating system has no thread, or no signal handler, to give.
     #[error("cannot start: {0}")]
     Start(#[from] std::io::Error),

@@ -6,6 +6,7 @@
 mod compare;
 mod diagnose;
 mod extend;
+mod fly;
 mod identify;
 mod models;
 mod open;
@@ -23,10 +24,12 @@ use crate::log::mapped_csv::ForeignError;
 use crate::log::mapping::MappingError;
 use crate::model::ModelError;
 use crate::recording::RecordError;
+use crate::runtime::ProcessError;
 
 pub use compare::compare;
 pub use diagnose::diagnose;
 pub use extend::{Extended, extend, refit};
+pub use fly::fly;
 pub use identify::identify;
 pub use models::{name_after, open_model, save_model, step_back};
 pub use open::{Opened, Source, open, open_all};
@@ -127,6 +130,9 @@ pub enum SessionError {
     /// Nothing could be diagnosed or extended.
     #[error(transparent)]
     Diagnose(#[from] DiagnoseError),
+    /// A flight on the emulated bench.
+    #[error(transparent)]
+    Process(#[from] ProcessError),
     /// There is no step to undo.
     #[error("the ladder is empty, there is no step to undo")]
     EmptyLadder,

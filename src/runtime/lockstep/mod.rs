@@ -2,6 +2,7 @@
 //! run and as fast as the machine can. Timeouts are counted in virtual time, so that failsafe paths repeat too.
 
 pub mod digest;
+mod own_controller;
 pub mod run;
 pub mod two_process;
 use crate::clock;
@@ -12,6 +13,8 @@ use crate::signal::{Applied, Command, ControlStep, GuardEvent, GuardStep, ROTORS
 
 use super::command_source::{Pilot, PilotState};
 use super::trace::Trace;
+
+pub use own_controller::fly;
 
 /// [ns] at which virtual time begins; zero would mean "never".
 pub const ORIGIN_NS: u64 = clock::NANOSECONDS_PER_SECOND;

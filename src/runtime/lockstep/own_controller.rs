@@ -1,0 +1,38 @@
+//! The emulated bench flown by a controller of the caller's own.
+
+use super::{Slot, Stage};
+use crate::bench::BenchConfig;
+use crate::control::Controller;
+use crate::runtime::ProcessError;
+use crate::runtime::emulate::emulator;
+
+/// Flies the emulated bench of `config` behind its guard for `seconds` of virtual time, armed in the first slot, with
+/// `controller` in the place of the bench file's. Reference and period are the bench file's; `sequence`, `stamp_ns` and
+/// `sensors_sequence` of the controller's commands are filled in.
+///
+/// See `examples/own_controller.rs`.
+///
+/// # Errors
+/// Settings that cannot be.
+pub fn fly<C: Controller>(
+    config: &BenchConfig,
+    controller: &C,
+    seconds: f64,
+) -> Result<Vec<Slot>, ProcessError> {
+    config.check()?;
+    let guard = config.guard.build(config.period_s)?;
+    let reference = config.controller.reference.build(config.period_s)?;
+    let stage = Stage::new(emulator(config)?, Some(guard), config.period_s);
+    let (mut state, mut of_controller) = (stage.start(), controller.start());
+    let mut of_reference = reference.start();
+    let slots = (0..stage.slots(seconds)).map(|_| {
+        let question = stage.ask(&state, &mut ());
+        let wanted = reference.next(&mut of_reference, &question.applied);
+        let mut command = controller.step(&mut of_controller, &question.sensors, &wanted, &question.applied);
+        command.sequence = question.slot + 1;
+        command.stamp_ns = question.now_ns;
+        command.sensors_sequence = question.sensors.sequence;
+        stage.take(&mut state, &question, Some(command), &mut ())
+    });
+    Ok(slots.collect())
+}
