@@ -21,7 +21,9 @@ mod print;
 mod arm;
 mod bridge;
 mod check;
+mod commands;
 mod compare;
+mod completions;
 mod control;
 mod demo;
 mod design;
@@ -36,6 +38,7 @@ mod extend;
 mod identify;
 mod import;
 mod jitter;
+mod man;
 mod monitor;
 mod operate;
 mod output;
@@ -171,6 +174,10 @@ enum Subcommand {
     Paper(paper::Arguments),
     /// Run the controller again on recorded input
     Replay(replay::Arguments),
+    /// Completions of commands and options for a shell
+    Completions(completions::Arguments),
+    /// Manual pages, one for each command
+    Man(man::Arguments),
 }
 
 /// [s] a horizon over which a body can run freely.
@@ -184,8 +191,13 @@ fn horizon(text: &str) -> Result<f64, String> {
 /// The command line, or its error and exit 2. Numbers may be negative everywhere: what cannot be is refused by who knows
 /// why, and not as an option that nobody knows.
 fn command_line() -> CommandLine {
-    let matches = with_negative_numbers(CommandLine::command()).get_matches();
+    let matches = command().get_matches();
     CommandLine::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+}
+
+/// The command line as clap has it.
+fn command() -> clap::Command {
+    commands::with_examples(with_negative_numbers(CommandLine::command()))
 }
 
 fn with_negative_numbers(command: clap::Command) -> clap::Command {
@@ -266,6 +278,8 @@ impl Subcommand {
                 | Self::Extend(_)
                 | Self::Effects(_)
                 | Self::Replay(_)
+                | Self::Completions(_)
+                | Self::Man(_)
         )
     }
 }
@@ -296,6 +310,8 @@ fn dispatch(subcommand: Subcommand) -> CliResult {
         Subcommand::Effects(arguments) => effects::run(&arguments),
         Subcommand::Paper(arguments) => paper::run(&arguments),
         Subcommand::Replay(arguments) => replay::run(&arguments),
+        Subcommand::Completions(arguments) => completions::run(&arguments),
+        Subcommand::Man(arguments) => man::run(&arguments),
     }
 }
 
