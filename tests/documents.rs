@@ -132,6 +132,27 @@ fn bench_files_of_the_guide_are_bench_files() {
     assert!(count >= 2, "{count} bench files were found");
 }
 
+/// What `check --template` prints is what lies in `examples/benches/`; each file there is a bench that could be armed.
+#[test]
+fn benches_to_start_from_are_accepted() {
+    let folder = root().join("examples/benches");
+    let check = |arguments: &[&str]| {
+        let done = rotorbench(&folder, &[&["check"], arguments].concat());
+        let said = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert!(done.status.success(), "{arguments:?}: {said}");
+        String::from_utf8(done.stdout).expect("UTF-8")
+    };
+    let files = fs::read_dir(&folder).expect("readable").map(|entry| entry.expect("an entry").path());
+    let files: Vec<PathBuf> = files.collect();
+    assert!(files.len() >= 3, "{files:?}");
+    for file in &files {
+        check(&["--config", &file.display().to_string()]);
+        let name = file.file_stem().expect("a name").to_string_lossy();
+        assert_eq!(check(&["--template", &name]), fs::read_to_string(file).expect("UTF-8"));
+    }
+    assert_eq!(check(&["--config", "bench.toml"]), check(&[]), "the template is the bench that is built in");
+}
+
 /// Options that other programs have: cargo, and the scripts in tools/.
 const OTHERS: &[&str] = &[
     "--release",

@@ -34,7 +34,7 @@ pub struct BusConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DatabaseConfig {
-    /// Path, from where the bench file is; or `bench` or `vesc`, which are built in.
+    /// Path, from where the bench file is; or `bench`, `vesc` or `odrive`, which are built in.
     pub file: String,
     /// Bits of the identifier that hold the node, where a role substitutes one: VESC 0xFF, ODrive 0x7E0.
     #[serde(default, skip_serializing_if = "Option::is_none")]

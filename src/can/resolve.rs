@@ -23,8 +23,11 @@ use super::route::{Binding, Route, Routes};
 mod tests;
 
 /// The DBC files that come with the crate, by the name a bench file uses.
-const BUILT_IN: [(&str, &str); 2] =
-    [("bench", include_str!("../../dbc/bench.dbc")), ("vesc", include_str!("../../dbc/vesc.dbc"))];
+const BUILT_IN: [(&str, &str); 3] = [
+    ("bench", include_str!("../../dbc/bench.dbc")),
+    ("vesc", include_str!("../../dbc/vesc.dbc")),
+    ("odrive", include_str!("../../dbc/odrive.dbc")),
+];
 
 impl DatabaseConfig {
     /// The bytes of the DBC file: what somebody needs to understand recorded frames later.

@@ -21,9 +21,33 @@ use crate::signal::Channel;
 pub struct Arguments {
     #[command(flatten)]
     pub(super) bench: BenchArguments,
+    /// Instead: print a commented bench file to start from
+    #[arg(long, value_name = "BENCH", num_args = 0..=1, default_missing_value = "bench", conflicts_with_all = ["config", "json"])]
+    template: Option<Template>,
     /// Write the result as JSON on standard output
     #[arg(long)]
     json: bool,
+}
+
+/// A bench file to start from; the same are in `examples/benches/`.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Template {
+    /// The bench that is built in, every usual key with its default
+    Bench,
+    /// Two VESCs and an IMU
+    Vesc,
+    /// Two ODrives and an IMU
+    Odrive,
+}
+
+impl Template {
+    fn text(self) -> &'static str {
+        match self {
+            Self::Bench => include_str!("../../examples/benches/bench.toml"),
+            Self::Vesc => include_str!("../../examples/benches/vesc.toml"),
+            Self::Odrive => include_str!("../../examples/benches/odrive.toml"),
+        }
+    }
 }
 
 /// The resolved bench.
@@ -71,6 +95,10 @@ struct SignalRow {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
+    if let Some(template) = arguments.template {
+        print!("{}", template.text());
+        return Ok(Outcome::Done);
+    }
     let config = arguments.bench.load()?;
     let roles = Roles::build(&config.bus, config.period_s)?;
     let guard = config.guard.build(config.period_s)?;
