@@ -12,3 +12,4 @@ mod rig;
 mod settings;
 mod signals;
 mod table;
+mod troubleshooting;
