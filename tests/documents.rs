@@ -1,6 +1,7 @@
 //! What README and guide show is true: commands run, options and bench files exist, links lead somewhere.
 //!
-//! Blocks marked `sh` are run, line by line, in a folder that holds `train.csv` and `held_out.csv`; blocks marked `toml bench`
+//! Blocks marked `sh` are run, line by line, in a folder that holds `train.csv` and `held_out.csv`; each line of a block marked
+//! `text output` is a line that one of the page's commands says; blocks marked `toml bench`
 //! are bench files that `check` accepts (`toml bench=FILE`: that the page's commands read); all others are for reading.
 
 use std::collections::BTreeSet;
@@ -72,8 +73,8 @@ fn logs(folder: &Path) {
     }
 }
 
-/// Each command ends with 0 or 1 (found wanting); its words are split at blanks, `>` writes its output to a file.
-fn run_line(folder: &Path, page: &str, line: &str) {
+/// Each command ends with 0 or 1 (found wanting); its words are split at blanks, `>` writes its output to a file. What it said.
+fn run_line(folder: &Path, page: &str, line: &str) -> String {
     let line = line.split(" #").next().unwrap_or_default().trim();
     let Some(command) = line.strip_prefix("rotorbench ") else {
         panic!("{page}: only `rotorbench` can be run in a block marked sh: {line}")
@@ -86,13 +87,31 @@ fn run_line(folder: &Path, page: &str, line: &str) {
     if let Some(file) = file {
         fs::write(folder.join(file), &done.stdout).expect("written");
     }
+    String::from_utf8(done.stdout).expect("UTF-8")
 }
+
+/// Lines that a page shows as output are lines that its commands said, blanks aside.
+fn check_shown(page: &str, text: &str, said: &str) -> usize {
+    let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
+    let lines: BTreeSet<String> = said.lines().map(words).collect();
+    let shown: Vec<String> = blocks(text, "text output")
+        .iter()
+        .flat_map(|block| block.lines().map(words).collect::<Vec<_>>())
+        .collect();
+    for line in &shown {
+        assert!(lines.contains(line), "{page}: no command of it says: {line}\n{said}");
+    }
+    shown.len()
+}
+
+/// Pages whose commands make their logs.
+const OWN_LOGS: [&str; 2] = ["README.md", "docs/tutorial.md"];
 
 #[test]
 fn commands_marked_as_runnable_run() {
     let made = tempfile::tempdir().expect("a folder");
     logs(made.path());
-    let mut count = 0;
+    let (mut count, mut shown) = (0, 0);
     for (page, text) in pages() {
         let commands: Vec<String> = blocks(&text, "sh")
             .iter()
@@ -102,18 +121,20 @@ fn commands_marked_as_runnable_run() {
             continue;
         }
         let folder = tempfile::tempdir().expect("a folder");
-        for log in ["train.csv", "held_out.csv"].iter().filter(|_| page != "docs/tutorial.md") {
+        for log in ["train.csv", "held_out.csv"].iter().filter(|_| !OWN_LOGS.contains(&page.as_str())) {
             fs::copy(made.path().join(log), folder.path().join(log)).expect("copied");
         }
         for (name, block) in named_files(&text) {
             fs::write(folder.path().join(name), block).expect("written");
         }
+        let mut said = String::new();
         for line in commands.iter().filter(|line| !line.trim().is_empty()) {
-            run_line(folder.path(), &page, line);
+            said += &run_line(folder.path(), &page, line);
             count += 1;
         }
+        shown += check_shown(&page, &text, &said);
     }
-    assert!(count >= 12, "{count} commands were found");
+    assert!(count >= 30 && shown >= 25, "{count} commands and {shown} lines of output were found");
 }
 
 #[test]
@@ -251,6 +272,31 @@ fn links_lead_somewhere() {
         }
     }
     assert!(count > 60, "{count} links were found");
+}
+
+/// What a page of the guide is read by, in this order; others may stand between.
+const HEADINGS: [&str; 6] = [
+    "## What it answers",
+    "## The shortest command that works",
+    "## What you see",
+    "## Options that matter",
+    "## How it decides",
+    "## Limits",
+];
+
+#[test]
+fn pages_of_the_guide_have_the_same_headings() {
+    let mut count = 0;
+    for (page, text) in pages().iter().filter(|(page, _)| page.starts_with("docs/guide/")) {
+        // A table of answers, and a table of fields.
+        if page.ends_with("troubleshooting.md") || page.ends_with("json.md") {
+            continue;
+        }
+        let found: Vec<&str> = text.lines().filter(|line| HEADINGS.contains(line)).collect();
+        assert_eq!(found, HEADINGS, "{page}");
+        count += 1;
+    }
+    assert!(count > 15, "{count} pages were found");
 }
 
 #[test]
