@@ -300,6 +300,24 @@ fn pages_of_the_guide_have_the_same_headings() {
 }
 
 #[test]
+fn pictures_are_there_and_small() {
+    let mut count = 0;
+    for (page, text) in pages() {
+        for attribute in ["src=\"", "srcset=\""] {
+            for file in text.split(attribute).skip(1).filter_map(|rest| rest.split('"').next()) {
+                let picture = root().join(&page).with_file_name("").join(file);
+                let size =
+                    fs::metadata(&picture).unwrap_or_else(|_| panic!("{page}: {file} is not there")).len();
+                // What a reader on a train waits for.
+                assert!((10_000..=150_000).contains(&size), "{page}: {file} has {size} bytes");
+                count += 1;
+            }
+        }
+    }
+    assert!(count >= 6, "{count} pictures were found");
+}
+
+#[test]
 fn the_readme_is_a_page() {
     let text = fs::read_to_string(root().join("README.md")).expect("UTF-8");
     assert!(text.lines().count() <= 150, "README.md is to be read in a minute");

@@ -302,7 +302,7 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
 /// A block with a smaller share of the error is not where the model fails.
 const SHOWN_SHARE: f64 = 0.01;
 
-/// TrainValidate models on the logs, block by block.
+/// Both models on the logs, block by block.
 fn signals(
     page: &mut Page,
     base: &Model,
@@ -312,7 +312,7 @@ fn signals(
 ) -> Result<(), CompareError> {
     let mut models = vec![base.clone(), extended.clone()];
     models[1].name = format!("{}, extended", base.name);
-    page.heading("TrainValidate models on the logs").paragraph(
+    page.heading("Both models on the logs").paragraph(
         "Every sample counts here, and each window starts at the measured state: where the diagnosis leaves out starts from \
          standstill, or fits where a window starts, its numbers above are smaller.",
     );
