@@ -19,11 +19,11 @@ mod assemble;
 mod command_response;
 mod command_timing;
 mod consistency;
-#[cfg(test)]
-mod coverage;
 mod dead_time;
 mod inertia;
 mod inputs;
+#[cfg(test)]
+mod interval_coverage;
 mod joint_fit;
 mod lag_order;
 mod mistaken_columns;
