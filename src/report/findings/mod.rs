@@ -1,8 +1,9 @@
-//! Findings as sentences. Each room's are in a file of its own; a code without a sentence shows its name.
+//! Findings as sentences. Each room's are in a file of its own, and those of a large one in a folder beside it; a code without a sentence shows its name.
 
 mod compare;
 mod diagnose;
 mod identify;
+mod numbers;
 mod screening;
 mod session;
 

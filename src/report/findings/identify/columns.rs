@@ -1,0 +1,47 @@
+//! Sentences for columns that can hardly be what their names say.
+
+use crate::screening::Finding;
+use crate::unit::short;
+
+/// Columns that can hardly be what their names say.
+pub(super) fn sentence(finding: &Finding) -> Option<String> {
+    let n = |name: &str| finding.number(name);
+    let unit = finding.text("unit");
+    Some(match finding.code {
+        "rate_in_other_unit" => format!(
+            "rates from {:.4} to {:.4} rad/s are {} times what the model's rotor does at these commands, as {unit} are; if the \
+             column is in {unit}, import it with unit `{unit}`; if it is another rotor, make its model first (`rotorbench \
+             identify`)",
+            n("lowest_rad_s"),
+            n("highest_rad_s"),
+            short((1e3 * n("ratio")).round() / 1e3)
+        ),
+        "battery_without_reading" => {
+            "`battery_voltage_v` has only readings which no battery has that turns a rotor: it is not \
+             connected, or it is another column; leave it out"
+                .to_owned()
+        }
+        "battery_in_other_unit" => format!(
+            "battery voltages from {:.3} to {:.3} V are not those of the model's battery, which has {:.1} V when full; {}; if it \
+             is another battery, make its model first (`rotorbench identify`)",
+            n("lowest_v"),
+            n("highest_v"),
+            n("full_voltage_v"),
+            match unit {
+                "mV" => "import the column in millivolts: unit `mV`",
+                "0.01 V" => "import the column in hundredths of a volt: scale 0.01",
+                "0.1 V" => {
+                    "import the column in tenths of a volt: scale 0.1 (a charge in percent is no voltage: leave that column out)"
+                }
+                _ => "a charge in percent is no voltage (leave that column out)",
+            }
+        ),
+        "battery_of_other_bench" => format!(
+            "the battery had {:.1} V, and the model's has {:.1} V when full: is it the model of this bench, and the column a \
+             voltage? (`rotorbench identify` makes a model)",
+            n("voltage_v"),
+            n("full_voltage_v")
+        ),
+        _ => return None,
+    })
+}

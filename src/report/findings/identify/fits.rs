@@ -1,0 +1,134 @@
+//! Sentences for fits that contradict each other or leave something over, and for numbers known to little or nothing.
+
+use super::super::numbers::in_digits;
+use crate::screening::Finding;
+use crate::unit::with_error;
+
+/// The sentence of a finding about a fit.
+pub(super) fn sentence(finding: &Finding) -> Option<String> {
+    of_residuals(finding).or_else(|| of_significance(finding))
+}
+
+/// Where fits contradict each other or leave something over.
+fn of_residuals(finding: &Finding) -> Option<String> {
+    let n = |name: &str| finding.number(name);
+    Some(match finding.code {
+        "voltage_gains_disagree" => format!(
+            "k_V is {:.2} from constant commands and {:.2} from exciting ones: the battery does not act as a plain subtraction \
+             (see `diagnose`)",
+            n("constant_rad_s_v"),
+            n("exciting_rad_s_v")
+        ),
+        "battery_not_significant" => {
+            "the battery's effect does not show beside the command in these logs: k_V is left out of the joint estimation; record \
+             a longer discharge, or constant commands"
+                .to_owned()
+        }
+        "pole_too_fast" => format!(
+            "a pole of {:.0} rad/s is faster than any rotor with a propeller: is the time in seconds?",
+            n("pole_rad_s")
+        ),
+        "gain_not_one" => format!(
+            "the gain from z to the rate is {:.3} in motion: the static curve does not hold there",
+            n("gain")
+        ),
+        "dead_time_in_model" => format!(
+            "the rotor answers {} ms late: the model has `{}` for it, and the pole fitted beside it, {:.3} rad/s; \
+             without it the pole would come out as {:.3}, to make up for the delay (--no-delay leaves it out)",
+            with_error(n("delay_ms"), n("delay_error_ms")),
+            finding.subject,
+            n("pole_rad_s"),
+            n("pole_without_rad_s")
+        ),
+        "first_order_lag_insufficient" => format!(
+            "a first-order lag is not enough, and its pole makes up for what is missing: {}; `diagnose` tells which effect it \
+             is, `extend` adds it",
+            alternatives(finding)
+        ),
+        "rotor_residual_correlated" => format!(
+            "the residual is far from noise (lag-one correlation {:.2}): something is missing in the model; standard errors allow \
+             for it, `diagnose` looks for it",
+            n("correlation")
+        ),
+        "excitation_narrow" => format!(
+            "exciting commands span only {:.3} to {:.3}: g(u) holds near there only",
+            n("lowest_command"),
+            n("highest_command")
+        ),
+        "rates_unexplained" => format!(
+            "the model leaves {:.1} rad/s of the rates' rms unexplained, a fit of {:.0} %: outliers, commands that hardly show \
+             over the noise, or another bench's log; look at it before the model is used",
+            n("rms_rad_s"),
+            n("fit_percent")
+        ),
+        "ramps_too_fast" | "ramps_too_fast_joint_used" => format!(
+            "the ramps are too fast for Eq. (4): at {:.3} 1/s the rate lags {:.0} ms, an error of {:.1} rad/s; {}",
+            n("slope_per_s"),
+            n("lag_ms"),
+            n("error_rad_s"),
+            match (finding.code, finding.count("lag_fitted")) {
+                ("ramps_too_fast_joint_used", _) => "taken from the joint estimation",
+                (_, 0) => "slow them down",
+                _ => "g(u) was fitted beside that lag, slower ramps have less of it",
+            }
+        ),
+        "thrust_not_quadratic" => format!(
+            "thrust is not c ω² alone: a linear part of {:.0} % at hover fits better (an offset of the load cell, its lag during \
+             fast changes, or the propeller)",
+            100.0 * n("linear_share")
+        ),
+        "thrust_falls_with_rate" => {
+            "thrust falls with the rate, which no propeller's does: is the sign of the load cell right? The template's thrust \
+             curve is kept"
+                .to_owned()
+        }
+        _ => return None,
+    })
+}
+
+/// The alternatives to a first-order lag that the data ask for.
+fn alternatives(finding: &Finding) -> String {
+    let numbers =
+        ["times_ms", "time_errors_ms", "rms_rad_s", "poles_rad_s"].map(|name| finding.numbers(name));
+    let at = |column: usize, index: usize| numbers[column].get(index).copied().unwrap_or(f64::NAN);
+    let each = finding.texts("effects").iter().enumerate().map(|(index, effect)| {
+        format!(
+            "`{effect}` of {} ms lowers the error to {:.2} rad/s, with a pole of {:.2} rad/s beside it",
+            with_error(at(0, index), at(1, index)),
+            at(2, index),
+            at(3, index)
+        )
+    });
+    each.collect::<Vec<String>>().join(", ")
+}
+
+/// Numbers that are known to little or nothing.
+fn of_significance(finding: &Finding) -> Option<String> {
+    let (name, unit, more) = match finding.code {
+        "voltage_gain_uncertain" => ("k_V =", "rad/(s V)", "hold commands longer, or record a longer PRBS"),
+        "pole_uncertain" => ("the pole", "rad/s", "record more jumps, larger ones, or a longer PRBS"),
+        "inertia_uncertain" => ("J =", "kg m²", "excite the attitude more, or longer"),
+        "pole_not_significant" => {
+            return Some(format!(
+                "the pole would be {:.2} ± {:.2} rad/s, which is none: the rates do not follow these commands (another rotor's \
+                 column, samples too far apart, commands that changed between the rows)",
+                finding.number("value"),
+                finding.number("error")
+            ));
+        }
+        "voltage_gain_not_significant" => {
+            let value = in_digits(finding, "value", "error");
+            return Some(format!("k_V would be {value} rad/(s V), which hardly shows: hold commands longer"));
+        }
+        "inertia_not_significant" => {
+            let value = in_digits(finding, "value", "error");
+            return Some(format!(
+                "J would be {value} kg m², which hardly shows: excite the attitude more, or longer"
+            ));
+        }
+        _ => return None,
+    };
+    let share = 100.0 * finding.number("error") / finding.number("value").abs();
+    let value = in_digits(finding, "value", "error");
+    Some(format!("{name} {value} {unit} is known to {share:.0} % only: {more}"))
+}

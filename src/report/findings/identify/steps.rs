@@ -1,0 +1,78 @@
+//! Sentences for the steps of section III: what was done, or why it was not.
+
+use super::super::numbers::counted;
+use crate::screening::Finding;
+
+/// The sentence of a step.
+pub(super) fn sentence(finding: &Finding) -> Option<String> {
+    done(finding).or_else(|| not_done(finding))
+}
+
+fn done(finding: &Finding) -> Option<String> {
+    let samples = finding.count("samples");
+    Some(match finding.code {
+        "levels_fitted" => {
+            format!(
+                "{}, {} left out",
+                counted(finding.count("levels"), "level"),
+                finding.count("levels_left_out")
+            )
+        }
+        "lag_fitted" => format!("{samples} samples"),
+        "lag_and_delay_fitted" => format!(
+            "{samples} samples, beside a delay of {:.2} ± {:.2} ms",
+            finding.number("delay_ms"),
+            finding.number("delay_error_ms")
+        ),
+        "curve_fitted" => format!(
+            "{samples} samples of {}, commands {:.3} to {:.3}",
+            finding.text("from"),
+            finding.number("lowest_command"),
+            finding.number("highest_command")
+        ),
+        "thrust_fitted" => format!("{samples} samples"),
+        "inertia_fitted" => format!("{samples} samples, {}", finding.text("driven_by")),
+        _ => return None,
+    })
+}
+
+fn not_done(finding: &Finding) -> Option<String> {
+    Some(match finding.code {
+        "battery_excluded" => {
+            "left out, as asked for: g(u) holds for the charge of these logs, and p includes how the battery gives way under load"
+                .to_owned()
+        }
+        "no_rotor" => "no rotor that can be identified".to_owned(),
+        "no_battery_voltage" => "no battery voltage to identify it from".to_owned(),
+        "voltage_hardly_moved" => format!(
+            "{}, but the voltage hardly moved over its noise; hold longer",
+            counted(finding.count("levels"), "constant level")
+        ),
+        "no_constant_commands" => "no command was held constant for five seconds after settling".to_owned(),
+        "too_few_jumps" => format!(
+            "no log has at least {} jumps of the command: steps or a PRBS excite the pole",
+            finding.count("jumps_needed")
+        ),
+        "too_few_samples" => format!(
+            "only {} usable samples of command and rate, {} are the least",
+            finding.count("samples"),
+            finding.count("samples_needed")
+        ),
+        "degree_not_determined" => {
+            "the commands do not determine a curve of that degree: use more than two command levels, or ramps".to_owned()
+        }
+        "no_ramps_and_no_levels" => {
+            "no slow ramps, and no constant levels that span a range of commands".to_owned()
+        }
+        "levels_do_not_determine_degree" => {
+            "the levels of the command do not determine a curve of that degree".to_owned()
+        }
+        "from_joint_estimation" => "taken from the joint estimation".to_owned(),
+        "no_exciting_commands" => "no exciting commands".to_owned(),
+        "no_static_curve" => "no g(u) to make z of".to_owned(),
+        "steady_rate_hardly_moved" => "the commands do not move z enough".to_owned(),
+        "no_thrust" => "no thrust in the logs".to_owned(),
+        "no_torque_moves_body" => "no log in which a torque moves the body".to_owned(),
+        _ => return None,
+    })
+}

@@ -1,0 +1,124 @@
+//! Sentences for what is found of one rotor's command, rate, thrust and battery.
+
+use crate::screening::Finding;
+use crate::unit::short;
+
+/// What is found of one rotor's command, rate, thrust and battery.
+pub(super) fn sentence(finding: &Finding) -> Option<String> {
+    let rows = finding.rows;
+    let number = |name: &str| finding.number(name);
+    let said = match finding.code {
+        "samples_too_far_apart" => format!(
+            "samples are {:.0} s apart, too far for any rotor or body to be seen moving; if the time is in milliseconds or \
+             microseconds, import it with unit `ms` or `us`",
+            number("interval_s")
+        ),
+        "command_out_of_range" => format!(
+            "commands reach from {:.4} to {:.4}, but 0 to 1 is expected; scale them with `import` (percent: scale 0.01; \
+             microseconds of a servo pulse: scale 0.001, offset -1)",
+            number("least"),
+            number("greatest")
+        ),
+        "rate_too_fast" => format!(
+            "rates reach {:.0} rad/s ({:.0} rpm); if the column is in rpm, import it with unit `rpm` (electrical rpm of an ESC: \
+             scale 1/pole pairs beside it)",
+            number("greatest_rad_s"),
+            number("greatest_rad_s") * 60.0 / std::f64::consts::TAU
+        ),
+        "rotor_does_not_turn" => format!(
+            "the rotor stands while it is commanded: up to {:.2}, and its rates lie about zero, from {:.1} to {:.1} rad/s; are \
+             the command columns those of another rotor? (leave them out, and the other rotor is taken alone)",
+            number("greatest_command"),
+            number("least_rad_s"),
+            number("greatest_rad_s")
+        ),
+        "rate_negative" => format!(
+            "rates are negative down to {:.0} rad/s, but a rotor's command and rate have one sign here; if the column counts the \
+             other way round, import it with scale -1",
+            number("least_rad_s")
+        ),
+        "battery_voltage_too_high" => format!(
+            "battery voltages from {:.3} to {:.3} V are not those of a battery; {}",
+            number("least_v"),
+            number("greatest_v"),
+            if finding.text("unit") == "mV" {
+                "if the column is in millivolts, import it with unit `mV`; in hundredths of a volt, with the scale 0.01"
+            } else {
+                "a charge in percent is no voltage (leave that column out); tenths of a volt want the scale 0.1 at `import`"
+            }
+        ),
+        "command_saturated" => format!(
+            "the command is at its limit {} in {:.0} % of the samples; that a controller asked for more, or that the rotor got \
+             less, does not show there{}",
+            short(number("at")),
+            100.0 * number("share"),
+            if finding.count("hides_all") > 0 {
+                ", and only what leads there and away excites g(u) and the pole: record again with a smaller amplitude or a \
+                 lower operating point, or give only the part of the log that is not at the limit"
+            } else {
+                ""
+            }
+        ),
+        "battery_not_connected" => format!(
+            "`battery_voltage_v` reads {:.2} to {:.2} V, which no battery has that turns a rotor: it is not connected, or it is \
+             another column; taken as if no voltage had been measured",
+            number("least_v"),
+            number("greatest_v")
+        ),
+        "battery_saturated" => format!(
+            "`battery_voltage_v` is saturated at {}: {rows} of {} readings stand there, and what the battery had is not known; \
+             taken as if no voltage had been measured; give only the part of the log that is not at the limit",
+            finding.numbers("at").iter().map(|at| short(*at)).collect::<Vec<_>>().join(" and "),
+            finding.count("readings")
+        ),
+        "rate_unlike_template" => unlike_template(finding, "rates", "rad/s"),
+        "thrust_unlike_template" => unlike_template(finding, "thrusts", "N"),
+        "standstill_left_out" => format!(
+            "{rows} samples at commands below {} or within {} s after are left out: a rotor that stands or starts does not follow \
+             the model",
+            short(number("least_command")),
+            short(number("starting_s"))
+        ),
+        "uncommanded_motion" => format!(
+            "the command stands still at {:.4} while the rate scatters by {:.0} rad/s ({:.0} %) about its smooth course: it is \
+             not this command that moved the rotor (a wrong column, a recorder that froze, the log of something else); {rows} \
+             samples, from {:.1} to {:.1} s, are left out",
+            number("command"),
+            number("scatter_rad_s"),
+            100.0 * number("scatter_rad_s") / number("mean_rad_s"),
+            number("from_s"),
+            number("to_s")
+        ),
+        "commands_missing" => format!(
+            "commands come each {} ms, and in {} places one or more are missing ({} rows, {} empty cells): what the rotor was \
+             commanded until the next one is not known, so each stretch behind such a place starts anew; {} of {} samples are \
+             used",
+            short((1e6 * number("interval_s")).round() / 1e3),
+            finding.count("places"),
+            finding.count("missing_rows"),
+            finding.count("empty_cells"),
+            finding.count("used"),
+            finding.count("measured")
+        ),
+        _ => return None,
+    };
+    Some(said)
+}
+
+/// Numbers that are a multiple of what the template's rotor does.
+fn unlike_template(finding: &Finding, what: &str, si: &str) -> String {
+    let unit = finding.text("unit");
+    format!(
+        "{what} from {:.4} to {:.4} {si} are {} times what the template's rotor does at these commands; {}",
+        finding.number("least"),
+        finding.number("greatest"),
+        short((1e3 * finding.number("ratio")).round() / 1e3),
+        if unit.is_empty() {
+            "is the unit of the column right?".to_owned()
+        } else {
+            format!(
+                "if the column is in {unit}, import it with unit `{unit}`; everything in {si} is off by that else"
+            )
+        }
+    )
+}
