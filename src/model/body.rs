@@ -43,7 +43,7 @@ const MOST_STEPS: f64 = 64.0;
 /// Steps per interval for laws with memory on the torque.
 const STREAM_STEPS: usize = 4;
 /// [s] steps in which a sensor's memory follows a rate that rises in a straight line: held at its mean over 5 ms the rate would
-/// reach a filter of 300 rad/s half a millisecond late.
+/// reach a filter of 300 rad/s with half a millisecond of delay.
 const SENSOR_STEP: f64 = 1.4e-3;
 /// Most states of laws with memory.
 const MOST_STATES: usize = 4;

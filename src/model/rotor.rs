@@ -71,7 +71,7 @@ impl RotorTrace {
 
 /// A step of integration covers at most this share of the fastest time constant.
 const STEP_SHARE: f64 = 0.35;
-/// [s] a state that settles within a step this short needs no finer one.
+/// [s] a state that reaches its steady state within a step this short needs no finer one.
 const SHORTEST_STEP: f64 = 2.5e-3;
 /// Spans that differ by less than this share are the same: times are written with few digits.
 const SAME_SPAN: f64 = 1e-9;
@@ -94,8 +94,8 @@ struct Stride {
     count: usize,
     /// [s] one of them.
     step: f64,
-    /// Shares of the ways to z, see [`shares_of`].
-    shares: [f64; 3],
+    /// Weights of the ways to z, see [`step_weights`].
+    weights: [f64; 3],
     /// The step response of the lag after the whole span.
     response: f64,
 }
@@ -240,7 +240,7 @@ impl Equations {
             span,
             count: steps as usize,
             step,
-            shares: shares_of(self.pole * step),
+            weights: step_weights(self.pole * step),
             response: step_response(self.pole, span),
         }
     }
@@ -340,7 +340,7 @@ impl Equations {
     fn accelerate(&self, rate: f64, point: &mut Point, z: [f64; 3], stride: &Stride) -> f64 {
         // [LPC16] Eq. (2).
         if self.acceleration.is_empty() {
-            return rate + z.iter().zip(stride.shares).map(|(z, share)| share * (z - rate)).sum::<f64>();
+            return rate + z.iter().zip(stride.weights).map(|(z, weight)| weight * (z - rate)).sum::<f64>();
         }
         let with_laws = |rate: f64, z: f64| {
             (point.propeller_rate, point.steady_rate) = (rate, z);
@@ -363,8 +363,8 @@ impl Equations {
 }
 
 /// What one classical Runge-Kutta step of the bare law goes of the ways to z at its begin, middle and end: of a linear law it
-/// is a sum, whose shares a span has in common. `way` is pole times step. As [`runge_kutta`], in a third of the time.
-fn shares_of(way: f64) -> [f64; 3] {
+/// is a sum, whose weights a span has in common. `way` is pole times step. As [`runge_kutta`], in a third of the time.
+fn step_weights(way: f64) -> [f64; 3] {
     let begin = way * (1.0 - way * (1.0 - way * (0.5 - 0.25 * way)));
     let middle = way * (4.0 - way * (2.0 - 0.5 * way));
     [begin / 6.0, middle / 6.0, way / 6.0]
@@ -386,11 +386,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_shares_of_a_step_are_those_of_runge_and_kutta() {
+    fn the_weights_of_a_step_are_those_of_runge_and_kutta() {
         for way in [1e-3, 0.1, STEP_SHARE, 1.0] {
             let (pole, rate, z) = (20.0, 500.0, [600.0, 650.0, 680.0]);
-            let shares = shares_of(way);
-            let short = rate + z.iter().zip(shares).map(|(z, share)| share * (z - rate)).sum::<f64>();
+            let weights = step_weights(way);
+            let short = rate + z.iter().zip(weights).map(|(z, weight)| weight * (z - rate)).sum::<f64>();
             let long = runge_kutta(|rate, z| pole * (z - rate), rate, z, way / pole);
             // Sums of a dozen terms of 700, in another order.
             assert!((short - long).abs() < 1e-11, "{way}: {short} and {long}");

@@ -257,7 +257,7 @@ fn torque_lag_and_delay_follow_a_ramp() {
     }
 }
 
-/// Behind a filter a rate that rises in a straight line is read late by the filter's time constant, also where samples, 5 ms
+/// Behind a filter a rate that rises in a straight line is read with a delay of the filter's time constant, also where samples, 5 ms
 /// apart, are slower than the filter.
 #[test]
 fn a_fast_filter_of_the_gyroscope_lags_by_its_time_constant() {
