@@ -1,6 +1,7 @@
 //! The gyroscope is filtered.
 
-use super::{Card, Law, Parameter, Site, Symmetry, Term};
+use super::lag::pole;
+use super::{Card, Law, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -9,17 +10,7 @@ pub(super) static CARD: Card = Card {
     equation: "y' = p_g (ω_b - y)",
     source: "low-pass in the sensor",
     site: Site::BodyRateSensor,
-    parameters: &[Parameter {
-        name: "pole",
-        symbol: "p_g",
-        unit: "rad/s",
-        lower: 2.0,
-        upper: 2e3,
-        start: 60.0,
-        others: &[20.0, 200.0],
-        neutral: f64::INFINITY,
-        meaning: "pole of the filter",
-    }],
+    parameters: &[pole("p_g", 2.0, (60.0, &[20.0, 200.0]), "pole of the filter")],
     law: Law::Memory(lag!(body_rate, slow: false)),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::None,

@@ -1,4 +1,17 @@
-//! The memory that all first-order lags of the catalogue share.
+//! What all first-order lags of the catalogue share: their memory, and the pole that is their one parameter.
+
+use super::Parameter;
+
+/// The pole of a lag [rad/s], from `lower` on, with the first start of a fit and the others.
+pub(super) const fn pole(
+    symbol: &'static str,
+    lower: f64,
+    (start, others): (f64, &'static [f64]),
+    meaning: &'static str,
+) -> Parameter {
+    let neutral = f64::INFINITY;
+    Parameter { name: "pole", symbol, unit: "rad/s", lower, upper: 2e3, start, others, neutral, meaning }
+}
 
 /// The [`Memory`] of a first-order lag: what passes on is one of a [`Point`]'s quantities, behind the pole [rad/s] that is
 /// the effect's one parameter.

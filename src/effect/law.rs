@@ -5,6 +5,11 @@ use super::{Expression, Point};
 /// A law without memory: parameters and point in, what it adds to its site out.
 pub type StaticLaw = fn(&[f64], &Point) -> f64;
 
+/// The law of a constant: what it adds is its one parameter.
+pub(super) fn constant(parameters: &[f64], _: &Point) -> f64 {
+    parameters.first().copied().unwrap_or(0.0)
+}
+
 /// A law with one state of its own.
 #[derive(Debug, Clone, Copy)]
 pub struct Memory {

@@ -6,6 +6,7 @@
 #[macro_use]
 mod lag;
 mod card;
+mod dead_time;
 mod expression;
 mod functions;
 mod law;
@@ -17,6 +18,7 @@ pub use card::{Card, Parameter, Symmetry, Term};
 pub use expression::{Expression, ExpressionError};
 pub use functions::step_response;
 pub(crate) use functions::{sin, tanh};
+use law::constant;
 pub use law::{Law, Memory, StaticLaw};
 pub use site::{Point, Site};
 

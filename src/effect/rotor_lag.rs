@@ -1,6 +1,7 @@
 //! The torque lags behind what was commanded.
 
-use super::{Card, Law, Parameter, Site, Symmetry, Term};
+use super::lag::pole;
+use super::{Card, Law, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -9,17 +10,7 @@ pub(super) static CARD: Card = Card {
     equation: "τ' = p_r (τ_cmd - τ)",
     source: "rotors that the torque command does not wait for",
     site: Site::Torque,
-    parameters: &[Parameter {
-        name: "pole",
-        symbol: "p_r",
-        unit: "rad/s",
-        lower: 1.0,
-        upper: 2e3,
-        start: 50.0,
-        others: &[15.0, 200.0],
-        neutral: f64::INFINITY,
-        meaning: "pole of the lag",
-    }],
+    parameters: &[pole("p_r", 1.0, (50.0, &[15.0, 200.0]), "pole of the lag")],
     law: Law::Memory(lag!(torque, slow: false)),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::None,

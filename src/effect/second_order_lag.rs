@@ -1,6 +1,7 @@
 //! The rotor follows with two poles, not one.
 
-use super::{Card, Law, Parameter, Site, Symmetry, Term};
+use super::lag::pole;
+use super::{Card, Law, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -9,17 +10,7 @@ pub(super) static CARD: Card = Card {
     equation: "z2' = p_2 (z - z2), ω_p' = p (z2 - ω_p)",
     source: "electrical or controller lag ahead of the mechanical one",
     site: Site::SteadyRate,
-    parameters: &[Parameter {
-        name: "pole",
-        symbol: "p_2",
-        unit: "rad/s",
-        lower: 1.0,
-        upper: 2e3,
-        start: 60.0,
-        others: &[20.0, 200.0],
-        neutral: f64::INFINITY,
-        meaning: "the second pole",
-    }],
+    parameters: &[pole("p_2", 1.0, (60.0, &[20.0, 200.0]), "the second pole")],
     law: Law::Memory(lag!(steady_rate, slow: true)),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,

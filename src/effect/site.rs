@@ -75,7 +75,7 @@ impl Site {
     }
 }
 
-/// What a law may look at, at one instant. Rotor laws see one rotor; `side` tells which.
+/// What a law may look at, at one instant. Rotor laws see one rotor; `side` says which.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Point {
     /// [s] time as the log counts it.

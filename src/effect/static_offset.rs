@@ -1,6 +1,6 @@
 //! The static curve is shifted.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
+use super::{Card, Law, Parameter, Site, Symmetry, Term, constant};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -20,7 +20,7 @@ pub(super) static CARD: Card = Card {
         neutral: 0.0,
         meaning: "the shift",
     }],
-    law: Law::Static(add),
+    law: Law::Static(constant),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
     acts_as: Some(Term::Constant),
@@ -32,7 +32,3 @@ pub(super) static CARD: Card = Card {
     confused_with: &["static_cubic", "command_dead_zone"],
     experiment: "A slow ramp over the whole range of commands.",
 };
-
-fn add(parameters: &[f64], _: &Point) -> f64 {
-    parameters.first().copied().unwrap_or(0.0)
-}

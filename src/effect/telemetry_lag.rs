@@ -1,6 +1,7 @@
 //! The speed controller filters the rotor rate that it reports.
 
-use super::{Card, Law, Parameter, Site, Symmetry, Term};
+use super::lag::pole;
+use super::{Card, Law, Site, Symmetry, Term};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -9,17 +10,7 @@ pub(super) static CARD: Card = Card {
     equation: "y' = p_t (ω_p - y)",
     source: "first-order filter in the telemetry of the speed controller",
     site: Site::RotorRateSensor,
-    parameters: &[Parameter {
-        name: "pole",
-        symbol: "p_t",
-        unit: "rad/s",
-        lower: 1.0,
-        upper: 2e3,
-        start: 60.0,
-        others: &[20.0, 200.0],
-        neutral: f64::INFINITY,
-        meaning: "pole of the filter",
-    }],
+    parameters: &[pole("p_t", 1.0, (60.0, &[20.0, 200.0]), "pole of the filter")],
     law: Law::Memory(lag!(propeller_rate, slow: false)),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,

@@ -1,6 +1,6 @@
 //! A constant torque.
 
-use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
+use super::{Card, Law, Parameter, Site, Symmetry, Term, constant};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -20,7 +20,7 @@ pub(super) static CARD: Card = Card {
         neutral: 0.0,
         meaning: "the torque",
     }],
-    law: Law::Static(add),
+    law: Law::Static(constant),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::None,
     acts_as: Some(Term::Constant),
@@ -32,7 +32,3 @@ pub(super) static CARD: Card = Card {
     confused_with: &["actuator_mismatch", "gyro_bias"],
     experiment: "Two collectives: a mismatch of the rotors grows with thrust, a bias does not.",
 };
-
-fn add(parameters: &[f64], _: &Point) -> f64 {
-    parameters.first().copied().unwrap_or(0.0)
-}

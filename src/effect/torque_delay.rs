@@ -1,6 +1,6 @@
 //! The torque comes late.
 
-use super::{Card, Law, Parameter, Site, Symmetry, Term};
+use super::{Card, Law, Site, Symmetry, Term, dead_time};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -9,18 +9,8 @@ pub(super) static CARD: Card = Card {
     equation: "τ_cmd(t - T)",
     source: "link and processing time",
     site: Site::Torque,
-    parameters: &[Parameter {
-        name: "delay",
-        symbol: "T",
-        unit: "s",
-        lower: 0.0,
-        upper: 0.3,
-        start: 0.01,
-        others: &[0.03, 0.08],
-        neutral: 0.0,
-        meaning: "how late",
-    }],
-    law: Law::Delay(delay),
+    parameters: &[dead_time::parameter("T", &[0.03, 0.08])],
+    law: Law::Delay(dead_time::of),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::None,
     acts_as: Some(Term::DeadTime),
@@ -32,7 +22,3 @@ pub(super) static CARD: Card = Card {
     confused_with: &["rotor_lag", "gyro_lag"],
     experiment: "Torque steps with fast sampling: a delay starts late, a lag starts at once and bends.",
 };
-
-fn delay(parameters: &[f64]) -> f64 {
-    parameters.first().copied().unwrap_or(0.0)
-}

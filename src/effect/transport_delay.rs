@@ -1,6 +1,6 @@
 //! The command reaches the motor late.
 
-use super::{Card, Law, Parameter, Site, Symmetry, Term};
+use super::{Card, Law, Site, Symmetry, Term, dead_time};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -9,18 +9,8 @@ pub(super) static CARD: Card = Card {
     equation: "u(t - τ)",
     source: "pure delay of link and speed controller",
     site: Site::Command,
-    parameters: &[Parameter {
-        name: "delay",
-        symbol: "τ",
-        unit: "s",
-        lower: 0.0,
-        upper: 0.3,
-        start: 0.01,
-        others: &[0.03, 0.06, 0.12],
-        neutral: 0.0,
-        meaning: "how late",
-    }],
-    law: Law::Delay(delay),
+    parameters: &[dead_time::parameter("τ", &[0.03, 0.06, 0.12])],
+    law: Law::Delay(dead_time::of),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
     acts_as: Some(Term::DeadTime),
@@ -32,7 +22,3 @@ pub(super) static CARD: Card = Card {
     confused_with: &["second_order_lag", "telemetry_lag"],
     experiment: "Steps with fast sampling: a delay leaves the rotor untouched at first, a lag bends its start.",
 };
-
-fn delay(parameters: &[f64]) -> f64 {
-    parameters.first().copied().unwrap_or(0.0)
-}
