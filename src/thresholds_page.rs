@@ -1,11 +1,15 @@
 //! The tables of all rooms that have thresholds: what `docs/thresholds.md` is made of.
 
 use crate::threshold::{Threshold, page};
-use crate::{cli, compare, control, diagnose, identify, runtime, screening, session, studies};
+use crate::{
+    cli, compare, control, diagnose, estimation, identify, log, runtime, screening, session, studies,
+};
 
 /// Room and table, in the order of the rooms. `tests/architecture.rs` fails when a room with a `thresholds.rs` is missing.
 pub const ROOMS: &[(&str, &[Threshold])] = &[
+    ("estimation", estimation::thresholds::TABLE),
     ("control", control::thresholds::TABLE),
+    ("log", log::thresholds::TABLE),
     ("screening", screening::thresholds::TABLE),
     ("compare", compare::thresholds::TABLE),
     ("diagnose", diagnose::thresholds::TABLE),

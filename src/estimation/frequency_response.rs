@@ -5,15 +5,8 @@ use std::ops::Range;
 use rustfft::num_complex::Complex64;
 use serde::Serialize;
 
+use super::thresholds::THRESHOLDS;
 use super::welch::HannTransform;
-
-/// Samples in a window at most; at least eight windows must fit.
-const LONGEST_WINDOW: usize = 2048;
-const FEWEST_WINDOWS: usize = 8;
-/// Share of the samples, one in so many, that windows must reach.
-const REACHED: usize = 4;
-/// Sampling intervals may differ this much from their median in a record taken as uniform.
-const JITTER: f64 = 0.2;
 
 /// Frequency response at one frequency.
 #[derive(Debug, Clone, Copy, Serialize)]
@@ -56,8 +49,8 @@ pub(crate) fn response(records: &[Signals<'_>]) -> Vec<ResponsePoint> {
         .collect();
     let total: usize = stretches.iter().map(|stretch| stretch.0.len()).sum();
     let interval = records.iter().map(|it| it.interval).find(|&interval| interval > 0.0).unwrap_or(0.0);
-    let mut window = LONGEST_WINDOW;
-    while window > 64 && total < FEWEST_WINDOWS * window / 2 {
+    let mut window = THRESHOLDS.longest_window;
+    while window > THRESHOLDS.shortest_window && total < THRESHOLDS.fewest_windows * window / 2 {
         window /= 2;
     }
     // Where readings are missing here and there, only shorter windows fit between them.
@@ -65,7 +58,7 @@ pub(crate) fn response(records: &[Signals<'_>]) -> Vec<ResponsePoint> {
         let halves = stretches.iter().map(|stretch| stretch.0.len() / (window / 2));
         halves.map(|halves| halves.saturating_sub(1) * window / 2).sum()
     };
-    while window > 64 && reached(window) < total / REACHED {
+    while window > THRESHOLDS.shortest_window && reached(window) < total / THRESHOLDS.reached {
         window /= 2;
     }
     welch(&stretches, window, interval)
@@ -78,11 +71,11 @@ fn even_stretches(signals: &Signals<'_>) -> Vec<Range<usize>> {
         let mut start = segment.start;
         for row in segment.clone() {
             let step = if row + 1 < segment.end { time[row + 1] - time[row] } else { f64::INFINITY };
-            let even = (step - interval).abs() <= JITTER * interval;
+            let even = (step - interval).abs() <= THRESHOLDS.interval_jitter * interval;
             let good = output[row].is_finite();
             if !good || !even {
                 let end = if good { row + 1 } else { row };
-                if end > start + 64 {
+                if end > start + THRESHOLDS.shortest_window {
                     stretches.push(start..end);
                 }
                 start = row + 1;
@@ -114,7 +107,7 @@ fn welch(stretches: &[(Vec<f64>, Vec<f64>)], window: usize, interval: f64) -> Ve
             windows += 1;
         }
     }
-    if windows < FEWEST_WINDOWS / 2 || interval <= 0.0 {
+    if windows < THRESHOLDS.fewest_windows / 2 || interval <= 0.0 {
         return Vec::new();
     }
     // Half-overlapped Hann windows count as about 0.95 independent ones each (Welch 1967: 18/19).

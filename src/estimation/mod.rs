@@ -17,5 +17,6 @@ pub mod robust_errors;
 pub mod slope;
 pub mod smoother;
 pub mod third_differences;
+pub mod thresholds;
 pub mod variable_projection;
 pub mod welch;

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::quantile::{MEDIAN_OF_NORMAL, median};
 use super::third_differences::{THIRD_DIFFERENCE, third_differences};
+use super::thresholds::THRESHOLDS;
 
 /// Third differences; zeros and what is not a number are missing.
 fn differences(values: &[f64], pieces: &[Range<usize>]) -> Vec<f64> {
@@ -46,10 +47,9 @@ pub fn noise_of_reading(values: &[f64], pieces: &[Range<usize>], step: f64) -> f
 }
 
 /// Steps that noise must reach over, as its standard deviation, to be seen for what it is.
-pub const DITHERED: f64 = 0.5;
-/// [-] share of a signal's own spread below which no error says anything about physics: samples with straight lines
-/// between them, and arithmetic, know no more. Without it data free of noise would have something missing for ever.
-pub const RESOLUTION: f64 = 1e-3;
+pub const DITHERED: f64 = THRESHOLDS.dithered;
+/// [-] share of a signal's own spread below which no error says anything about physics.
+pub const RESOLUTION: f64 = THRESHOLDS.resolution;
 
 #[cfg(test)]
 mod tests {

@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::thresholds::THRESHOLDS;
+
 /// Derivatives of residuals, column by column.
 #[derive(Debug, Clone)]
 pub struct Slopes {
@@ -171,9 +173,6 @@ pub(crate) fn least_squares(columns: &[Vec<f64>], unit: &Range<usize>, target: &
     }
 }
 
-/// Number of clusters the residuals are cut into when one unit spans a whole log.
-const CLUSTERS: usize = 40;
-
 /// The larger of two standard errors: from white noise of the residuals' own size, and from what clusters of
 /// residuals say, which holds for correlated residuals too.
 pub(crate) fn standard_errors(normal: &Normal, residuals: &[f64], units: &[Range<usize>]) -> Vec<f64> {
@@ -205,7 +204,7 @@ pub(crate) fn standard_errors(normal: &Normal, residuals: &[f64], units: &[Range
 
 /// Clusters of residuals that are as good as independent: units, or pieces of long ones.
 fn clusters(units: &[Range<usize>], len: usize) -> Vec<Range<usize>> {
-    let longest = (len / CLUSTERS).max(1);
+    let longest = (len / THRESHOLDS.clusters).max(1);
     let cut = |unit: &Range<usize>| {
         let end = unit.end;
         unit.clone().step_by(longest).map(move |from| from..(from + longest).min(end))

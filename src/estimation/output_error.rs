@@ -12,6 +12,7 @@ use nalgebra::{DMatrix, DVector};
 pub use super::normal_equations::Slopes;
 pub use super::normal_equations::sum_of_squares;
 use super::normal_equations::{Normal, least_squares, standard_errors};
+use super::thresholds::THRESHOLDS;
 use crate::cancel;
 
 /// Most local parameters of a unit.
@@ -95,19 +96,6 @@ const DERIVATIVE_STEP: f64 = 1e-6;
 /// Damping at which a step is so short that no descent is left.
 const MOST_DAMPING: f64 = 1e10;
 
-/// Damping from which a step is much shorter than the one without.
-const HELD_BACK: f64 = 1e-2;
-
-/// A step that lowers the cost by a smaller share is slow, and so many of them in a row lead nowhere soon.
-const SLOW: (f64, usize) = (2e-4, 3);
-
-/// The locals' derivatives are taken anew when a global has moved by more than this share.
-const MOVED: f64 = 0.05;
-/// A step's fall over the predicted one within which the derivatives it was made with hold for the next step, too.
-const AS_PREDICTED: (f64, f64) = (0.9, 1.1);
-/// Most steps that are made with derivatives which were not taken for them.
-const MOST_ON: usize = 3;
-
 /// Fits a problem.
 pub fn fit(problem: &dyn OutputError, free: &[Free], locals: Option<&[f64]>, config: &FitConfig) -> Fit {
     fit_from(problem, free, locals, config, None).0
@@ -147,16 +135,17 @@ pub fn fit_from(
             damping *= 10.0;
         }
         let fall = step.as_ref().map(|step| step.fall);
-        slow = if fall.is_some_and(|fall| fall > SLOW.0) { 0 } else { slow + 1 };
-        if slow >= SLOW.1 && config.goal.is_some_and(|goal| search.cost > goal) {
+        slow = if fall.is_some_and(|fall| fall > THRESHOLDS.slow_fall) { 0 } else { slow + 1 };
+        if slow >= THRESHOLDS.slow_steps && config.goal.is_some_and(|goal| search.cost > goal) {
             break;
         }
         // A step that is short because it was held back says nothing about how far the valley goes on.
-        let is_there = fall.is_none_or(|fall| fall < config.tolerance && damping < HELD_BACK);
+        let is_there = fall.is_none_or(|fall| fall < config.tolerance && damping < THRESHOLDS.held_back);
         if (is_there && !(on > 0 && fall.is_none())) || iterations >= config.iterations {
             break;
         }
-        let next = step.filter(|step| config.reuses_slopes && on < MOST_ON && step.went_as_predicted());
+        let next = step
+            .filter(|step| config.reuses_slopes && on < THRESHOLDS.reused_steps && step.went_as_predicted());
         on = if next.is_some() { on + 1 } else { 0 };
         normal = match next {
             Some(step) => {
@@ -197,7 +186,8 @@ struct Step {
 
 impl Step {
     fn went_as_predicted(&self) -> bool {
-        (AS_PREDICTED.0..AS_PREDICTED.1).contains(&(self.fall / self.predicted))
+        let (least, most) = THRESHOLDS.as_predicted;
+        (least..most).contains(&(self.fall / self.predicted))
     }
 }
 
@@ -280,7 +270,9 @@ impl<'a> Search<'a> {
     fn is_near(&self, taken_at: &[f64]) -> bool {
         let sizes = self.free.iter().map(|free| free.scale);
         let moved = self.globals.iter().zip(taken_at).zip(sizes);
-        moved.into_iter().all(|((now, then), size)| (now - then).abs() <= MOVED * then.abs().max(size))
+        moved
+            .into_iter()
+            .all(|((now, then), size)| (now - then).abs() <= THRESHOLDS.moved * then.abs().max(size))
     }
 
     /// Tries one step; `None` when the cost did not fall.

@@ -13,6 +13,22 @@ pub fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64
     Some(*values.select_nth_unstable_by(rank.min(last), f64::total_cmp).1)
 }
 
+/// The values in ascending order.
+#[must_use]
+pub fn sorted(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.into_iter().collect();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+/// The finite values in ascending order, each once.
+#[must_use]
+pub fn distinct(values: &[f64]) -> Vec<f64> {
+    let mut values = sorted(values.iter().copied().filter(|value| value.is_finite()));
+    values.dedup();
+    values
+}
+
 /// The value in the middle, of an even number the upper one; `None` of none.
 #[must_use]
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
@@ -32,5 +48,7 @@ mod tests {
         );
         assert_eq!(median([5.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median([f64::NAN]), None);
+        assert_eq!(distinct(&[3.0, f64::NAN, 1.0, 3.0]), [1.0, 3.0]);
+        assert_eq!(sorted([2.0, f64::INFINITY, -1.0]), [-1.0, 2.0, f64::INFINITY]);
     }
 }

@@ -2,19 +2,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Blocks over which correlated scores are summed: enough to estimate a variance, long enough to hold the
-/// correlation of slow residuals.
-const MOST_BLOCKS: usize = 60;
-/// Fewest samples in a block.
-const SHORTEST_BLOCK: usize = 10;
-/// A block should be this many correlation times long: what neighbours share is then a tenth of their variance.
-const CORRELATION_TIMES: f64 = 8.0;
-/// ... but fewer blocks than these say little about a variance.
-const FEWEST_BLOCKS: usize = 20;
+use super::thresholds::THRESHOLDS;
 
 /// Blocks of `rows` samples in order of time.
 pub(crate) fn blocks(rows: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
-    let count = (rows / SHORTEST_BLOCK).clamp(1, MOST_BLOCKS);
+    let count = (rows / THRESHOLDS.shortest_block).clamp(1, THRESHOLDS.most_blocks);
     (0..count).map(move |block| block * rows / count..(block + 1) * rows / count)
 }
 
@@ -52,15 +44,16 @@ pub(crate) fn widened(
 /// Share of the variance of a sum that blocks of `length` rows see when the correlation falls by the factor `memory`
 /// from row to row: what reaches over the edges is lost.
 fn kept_in(length: usize, memory: f64) -> f64 {
-    let (length, rho) = (length.max(1) as f64, memory.clamp(0.0, 0.98));
+    let (length, rho) = (length.max(1) as f64, memory.clamp(0.0, THRESHOLDS.strongest_memory));
     let lost = 2.0 * rho * (1.0 - rho.powf(length)) / (length * (1.0 - rho * rho));
-    (1.0 - lost).max(0.25)
+    (1.0 - lost).max(THRESHOLDS.least_seen_variance)
 }
 
 /// Neighbouring blocks put together until each is long against the correlation.
 fn merged(scores: &[DVector<f64>], rows: usize, memory: f64) -> Vec<DVector<f64>> {
     let length = (rows / scores.len().max(1)).max(1) as f64;
-    let wanted = CORRELATION_TIMES / (1.0 - memory).max(1e-3);
-    let together = ((wanted / length).ceil() as usize).clamp(1, (scores.len() / FEWEST_BLOCKS).max(1));
+    let wanted = THRESHOLDS.block_correlation_times / (1.0 - memory).max(1e-3);
+    let together =
+        ((wanted / length).ceil() as usize).clamp(1, (scores.len() / THRESHOLDS.fewest_blocks).max(1));
     scores.chunks(together).map(|group| group.iter().sum()).collect()
 }

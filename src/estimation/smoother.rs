@@ -4,12 +4,10 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
 use super::noise_floor::white_noise;
+use super::thresholds::THRESHOLDS;
 
 /// Candidates for the wandering of a level from sample to sample, over the noise.
 const WANDERINGS: [f64; 12] = [0.0, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0];
-
-/// A level wanders only when the log-likelihood says so clearly: a wandering one carries noise along.
-const WANDERING_PENALTY: f64 = 5.0;
 
 /// The level under noisy values: a random walk, its wandering chosen by likelihood, smoothed forwards and
 /// backwards (Kalman, Rauch-Tung-Striebel). Not-a-number = missing. With it an example of the noise that the level
@@ -42,7 +40,7 @@ pub fn white(count: usize, size: f64) -> Vec<f64> {
 /// How much the level wanders from sample to sample, over the noise.
 fn wandering(values: &[f64]) -> f64 {
     let likelihood = |wandering: &f64| {
-        let penalty = if *wandering > 0.0 { WANDERING_PENALTY } else { 0.0 };
+        let penalty = if *wandering > 0.0 { THRESHOLDS.wandering_penalty } else { 0.0 };
         filter(values, *wandering).0 - penalty
     };
     let best = WANDERINGS.iter().copied().map(|wandering| (likelihood(&wandering), wandering));
@@ -66,11 +64,8 @@ fn constant(values: &[f64]) -> f64 {
     let finite = || values.iter().filter(|value| value.is_finite());
     let mean = finite().sum::<f64>() / count;
     let scatter = finite().map(|value| (value - mean).powi(2)).sum::<f64>().sqrt() / count;
-    if mean.abs() > PLAINLY * scatter { mean } else { 0.0 }
+    if mean.abs() > THRESHOLDS.mean_errors * scatter { mean } else { 0.0 }
 }
-
-/// Standard errors beyond which a mean is not an accident.
-const PLAINLY: f64 = 4.0;
 
 /// The log-likelihood with the noise's size concentrated out, and level and variance (over noise) at each sample.
 fn filter(values: &[f64], wandering: f64) -> (f64, Vec<f64>, Vec<f64>) {

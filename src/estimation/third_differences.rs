@@ -1,7 +1,7 @@
 //! Third differences of neighbouring samples: they forget what moves like a parabola, and leave white noise.
 
-/// Values that are there, one in so many, from which on there are enough of four in a row.
-const IN_A_ROW: usize = 4;
+use super::thresholds::THRESHOLDS;
+
 /// Sum of squares of the third difference's weights 1, -3, 3, -1: its variance over that of white noise.
 pub(crate) const THIRD_DIFFERENCE: f64 = 20.0;
 
@@ -15,7 +15,7 @@ pub(crate) fn third_differences<'a>(
     let mut differences: Vec<f64> = fours.filter(|four| four.iter().all(&is_there)).map(difference).collect();
     let there = || pieces.clone().map(|piece| piece.iter().copied().filter(&is_there));
     // A sensor slower than the rows hardly ever has four values in a row: then its own rows count.
-    if IN_A_ROW * differences.len() < there().map(Iterator::count).sum() {
+    if THRESHOLDS.in_a_row * differences.len() < there().map(Iterator::count).sum() {
         let own = there().map(|values| values.collect::<Vec<f64>>());
         differences = own.flat_map(|own| own.windows(4).map(difference).collect::<Vec<f64>>()).collect();
     }

@@ -16,17 +16,8 @@ use super::inversion::invert;
 pub use super::lag_products::Record;
 use super::lag_products::{Block, FORGOTTEN, Gram, run};
 use super::robust_errors::{blocks, widened};
+use super::thresholds::THRESHOLDS;
 
-/// ⟨e, e⟩ from which an initial state counts as known: its standard error is then at most three times the noise.
-/// Less comes from stretches whose beginning was not measured, and blows up when carried back to it.
-const KNOWN: f64 = 0.1;
-/// Rows of the record that the coarse search looks at.
-const COARSE_ROWS: usize = 6000;
-/// [rad/s] poles among which the coarse search starts, each 1.5 times the one before.
-const SLOWEST: f64 = 0.1;
-const COARSE_POLES: i32 = 22;
-/// Factor by which the beginning of a record may move p away from the grid before it is not believed.
-const REFINED: f64 = 1.5;
 /// What a cost may rise by rounding alone, as a share of the sum of squares it is the small difference of: near the
 /// minimum no step would pass otherwise, and each would be halved to nothing in vain.
 const ROUNDING: f64 = 1e-13;
@@ -130,20 +121,21 @@ pub(crate) fn errors<const M: usize>(record: &Record<M>, fit: &LagFit) -> Vec<f6
 
 /// [rad/s] a pole to start from, found on the beginning of the record, or on all of it when that says nothing.
 fn near_pole<const M: usize>(record: &Record<M>) -> Option<f64> {
-    if record.time.len() <= COARSE_ROWS {
+    if record.time.len() <= THRESHOLDS.coarse_rows {
         return coarse_pole(record);
     }
-    let head = record.head(COARSE_ROWS);
+    let head = record.head(THRESHOLDS.coarse_rows);
     let Some(coarse) = coarse_pole(&head) else { return coarse_pole(record) };
     // Steps over the beginning are cheap and save some over the whole.
     let refined = search(&head, coarse).map(|found| found.pole);
-    refined.filter(|pole| (coarse / REFINED..coarse * REFINED).contains(pole)).or(Some(coarse))
+    let factor = THRESHOLDS.refined_factor;
+    refined.filter(|pole| (coarse / factor..coarse * factor).contains(pole)).or(Some(coarse))
 }
 
 /// [rad/s] the best pole of a coarse grid.
 fn coarse_pole<const M: usize>(record: &Record<M>) -> Option<f64> {
-    (0..COARSE_POLES)
-        .map(|power| SLOWEST * 1.5f64.powi(power))
+    (0..THRESHOLDS.coarse_poles)
+        .map(|power| THRESHOLDS.slowest_pole * THRESHOLDS.coarse_ratio.powi(power))
         .filter_map(|pole| Projection::new(record, pole))
         .min_by(|a, b| a.cost.total_cmp(&b.cost))
         .map(|projection| projection.pole)
@@ -165,7 +157,7 @@ struct Projection<const M: usize> {
     /// Second derivative of half the cost along p, coefficients and initial states following.
     curvature: f64,
     /// ⟨J, e⟩/⟨e, e⟩ of each stretch: what the elimination takes from each column.
-    shares: Vec<DVector<f64>>,
+    projections: Vec<DVector<f64>>,
     samples: usize,
     /// Initial states that took part.
     states: usize,
@@ -197,7 +189,7 @@ impl<const M: usize> Projection<M> {
         };
         let start = |gram: &Gram<M>| {
             let seen = gram.ee >= FORGOTTEN;
-            (if seen { (gram.ey - dot(&gram.ef)) / gram.ee } else { 0.0 }, gram.ee >= KNOWN)
+            (if seen { (gram.ey - dot(&gram.ef)) / gram.ee } else { 0.0 }, gram.ee >= THRESHOLDS.known_state)
         };
         let initial: Vec<(f64, bool)> = grams.iter().map(start).collect();
         // s = ∂y/∂p = Σ c_j δ_j + x_0 g, with the initial states taken out.
@@ -222,7 +214,7 @@ impl<const M: usize> Projection<M> {
             (false, true) => sf[j],
             (false, false) => ss,
         });
-        let shares = each().map(|(gram, x0)| shares(gram, x0, &dot)).collect();
+        let projections = each().map(|(gram, x0)| projections(gram, x0, &dot)).collect();
         let step = (sy - coefficients.dot(&sf)) / curvature;
         Some(Self {
             pole,
@@ -233,7 +225,7 @@ impl<const M: usize> Projection<M> {
             normal,
             step,
             curvature,
-            shares,
+            projections,
             samples,
             states,
         })
@@ -275,7 +267,7 @@ impl<const M: usize> Projection<M> {
         let mut blocks = blocks(self.samples);
         let mut end = blocks.next().map_or(0, |block| block.end);
         let mut sum = ([0.0; M], 0.0);
-        let each = record.segments.iter().zip(&self.initial).zip(&self.shares);
+        let each = record.segments.iter().zip(&self.initial).zip(&self.projections);
         for ((segment, (x0, _)), share) in each {
             let taken: [f64; M] = std::array::from_fn(|i| share[i]);
             run(record, segment, self.pole, |row, f, d, e, g| {
@@ -306,7 +298,7 @@ impl<const M: usize> Projection<M> {
 }
 
 /// ⟨J, e⟩/⟨e, e⟩ for the columns J = [φ_1..φ_M, s] of one stretch.
-fn shares<const M: usize>(gram: &Gram<M>, x0: f64, dot: &dyn Fn(&[f64; M]) -> f64) -> DVector<f64> {
+fn projections<const M: usize>(gram: &Gram<M>, x0: f64, dot: &dyn Fn(&[f64; M]) -> f64) -> DVector<f64> {
     DVector::from_fn(M + 1, |index, _| {
         if gram.ee < FORGOTTEN {
             return 0.0;

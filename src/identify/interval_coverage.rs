@@ -95,7 +95,7 @@ fn joint_estimation_of_pole_curve_and_k_v_from_exciting_commands() {
 }
 
 /// Pole, curve and k_V of `logs` as `identify` fits them jointly, with the noise of the voltage taken away.
-fn at_once(logs: &[RotorLog], counts: &mut [Count; 4]) -> variable_projection::LagFit {
+fn joint_estimate(logs: &[RotorLog], counts: &mut [Count; 4]) -> variable_projection::LagFit {
     let course: Vec<RotorLog> = logs.iter().map(voltage_instruments::course).collect();
     let quiet = joint_fit::with_instruments(logs, &course, FULL_VOLTAGE).expect("a lag");
     let fit = variable_projection::fit(&record_of(&quiet, FULL_VOLTAGE, 0.0, |u, drop| [u, u * u, -drop]));
@@ -120,7 +120,7 @@ fn k_v_from_a_battery_that_hardly_empties() {
             [("c_g2", C_G2), ("c_g1", C_G1), ("k_V", K_V), ("p", POLE)].map(|(n, t)| Count::new(n, t));
         for run in 0..RUNS as u64 {
             let log = measured(&truth, &mut Noise::new(5000 + run, memory));
-            let fit = at_once(std::slice::from_ref(&log), &mut counts);
+            let fit = joint_estimate(std::slice::from_ref(&log), &mut counts);
             if run == 0 {
                 let whole =
                     joint_fit::identify(&[log], FULL_VOLTAGE, (true, false), Some(2), &mut Vec::new());
@@ -146,7 +146,7 @@ fn the_pole_where_the_battery_gives_way(memory: f64, sag: f64, hold: f64) {
     for run in 0..RUNS as u64 {
         let noise = &mut Noise::new(6000 + run, memory);
         let log = RotorLog { rate: noise.on(&truth.rate, 0.3), ..measured(&truth, noise) };
-        at_once(&[log], &mut counts);
+        joint_estimate(&[log], &mut counts);
     }
     counts.iter().for_each(|count| count.check(memory));
 }

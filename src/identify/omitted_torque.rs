@@ -1,5 +1,5 @@
 //! Torques of the body's own that J alone leaves out: one that goes with its angle, as gravity's or a cable's, and one that
-//! goes with its rate, as friction's. They bend J when they are not fitted beside it, by more than noise tells.
+//! goes with its rate, as friction's. They bend J when they are not fitted beside it, by more than noise explains.
 
 use super::thresholds::THRESHOLDS;
 use nalgebra::{DMatrix, DVector};

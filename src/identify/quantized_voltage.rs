@@ -13,8 +13,9 @@ use std::f64::consts::{PI, SQRT_2};
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::log::segments::held_or;
 use crate::screening::Finding;
-use crate::screening::rotor_data::{RotorLog, bounds, held_everywhere};
+use crate::screening::rotor_data::{RotorLog, bounds};
 use columns::{Columns, RIDGE, Sums};
 
 /// Steps of the search, which needs two to eight, and share of a step of the reading below which it has ended.
@@ -22,7 +23,7 @@ const MOST_PASSES: usize = 60;
 const ENDED: f64 = 1e-3;
 
 /// Puts readings without treads in the place of a quantized reading, as noisy as what is known of the voltage. Says so where the
-/// edges do not tell how it fell.
+/// edges do not determine how it fell.
 pub(crate) fn mend(rotor: &mut RotorLog) -> Option<Finding> {
     let voltage = rotor.voltage.as_deref()?;
     let step = step_of(voltage)?;
@@ -32,14 +33,14 @@ pub(crate) fn mend(rotor: &mut RotorLog) -> Option<Finding> {
     if fit.noise > THRESHOLDS.most_step_noise * step {
         return None;
     }
-    let is_known = quantized.tells(&fit);
+    let is_known = quantized.determines(&fit);
     // What the load takes and what time takes are one where no two edges lie under one load; a load that nothing asks for is
     // none.
     let has_load = fit.columns.load.is_some();
     let alone = |likelihood: f64| {
         quantized
             .fit(None)
-            .filter(|it| quantized.tells(it) && it.likelihood + THRESHOLDS.load_likelihood > likelihood)
+            .filter(|it| quantized.determines(it) && it.likelihood + THRESHOLDS.load_likelihood > likelihood)
     };
     let taken = if is_known { Some(fit) } else { alone(fit.likelihood).or(Some(fit).filter(|_| has_load)) };
     let mended = taken.map(|fit| quantized.without_treads(&fit));
@@ -163,8 +164,8 @@ impl<'a> QuantizedVoltage<'a> {
         Cut::of(self.voltage[row] - fit.value(row), self.step, fit.noise)
     }
 
-    /// Whether the edges tell how the voltage fell: all that lie near each other on one edge count as one.
-    fn tells(&self, fit: &Fit) -> bool {
+    /// Whether the edges determine how the voltage fell: all that lie near each other on one edge count as one.
+    fn determines(&self, fit: &Fit) -> bool {
         let columns = &fit.columns;
         let mut places: BTreeMap<[i64; 2], (DVector<f64>, f64)> = BTreeMap::new();
         for &row in &self.edges {
@@ -188,7 +189,7 @@ impl<'a> QuantizedVoltage<'a> {
         error < THRESHOLDS.known_fall * fit.fall().max(self.step)
     }
 
-    /// [V] What is left of the likelihood's slope has no part in the columns. With it, and as strong as what the treads tell
+    /// [V] What is left of the likelihood's slope has no part in the columns. With it, and as strong as what the treads say
     /// is weak, least squares on what is given here finds the same course, and with the errors that it has.
     fn without_treads(&self, fit: &Fit) -> Vec<f64> {
         let rows = || 0..self.voltage.len();
@@ -202,7 +203,7 @@ impl<'a> QuantizedVoltage<'a> {
 /// [-] cubes of the rates of all that draws on the battery, over their mean, where they move.
 fn load(rotor: &RotorLog) -> Option<Vec<f64>> {
     let cubes =
-        |rate: &[f64]| -> Vec<f64> { held_everywhere(rate).iter().map(|rate| rate.powi(3)).collect() };
+        |rate: &[f64]| -> Vec<f64> { held_or(rate, f64::NAN).iter().map(|rate| rate.powi(3)).collect() };
     let mut load = cubes(&rotor.rate);
     let beside = rotor.beside.as_ref().and_then(|beside| beside.rate.as_deref());
     if let Some(rate) = beside.filter(|rate| rate.iter().any(|rate| rate.is_finite())) {
@@ -219,7 +220,7 @@ fn load(rotor: &RotorLog) -> Option<Vec<f64>> {
 struct Cut {
     /// Where it lies.
     mean: f64,
-    /// How much of what a reading without steps would tell of the course: of one of noise alone all, of a tread none.
+    /// How much of what a reading without steps would say of the course: of one of noise alone all, of a tread none.
     weight: f64,
     /// How likely the reading is.
     share: f64,

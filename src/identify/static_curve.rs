@@ -41,7 +41,7 @@ pub struct RampCheck {
     pub lag: Estimate,
     /// [rad/s] error that lag makes on the fastest ramp.
     pub error: f64,
-    /// Whether that error is small enough for Eq. (4), or ramps that go one way do not tell the lag from the curve.
+    /// Whether that error is small enough for Eq. (4), or ramps that go one way do not separate the lag from the curve.
     pub slow_enough: bool,
     /// Whether g(u) was fitted behind the lag, so that the error is not in it.
     pub lag_fitted: bool,

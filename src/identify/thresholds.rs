@@ -195,4 +195,6 @@ crate::thresholds! {
     linear_thrust_errors: f64 = 4.0, "-", "normal distribution: 6e-5 by chance";
     /// count: samples that a free run must be scored on.
     fewest_validated: usize = 10, "count", "judgement";
+    /// count: knots of the voltage's course, at most: 40 minutes of the shortest bends.
+    most_knots: usize = 240, "count", "judgement (time of computing)";
 }

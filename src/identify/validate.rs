@@ -57,12 +57,12 @@ pub(crate) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Optio
     let mean = traces.iter().map(|trace| trace.1).sum::<f64>() / count;
     let squares: f64 = traces.iter().map(|(_, measured, model)| (measured - model).powi(2)).sum();
     let around: f64 = traces.iter().map(|trace| (trace.1 - mean).powi(2)).sum();
-    let shares = || traces.iter().map(|(_, measured, model)| 100.0 * ((model - measured) / measured).abs());
+    let percent = || traces.iter().map(|(_, measured, model)| 100.0 * ((model - measured) / measured).abs());
     Some(Validation {
         source: rotor.source.clone(),
         rms: (squares / count).sqrt(),
-        rms_percent: (shares().map(|share| share * share).sum::<f64>() / count).sqrt(),
-        worst_percent: quantile(shares(), 0.99).unwrap_or(f64::NAN),
+        rms_percent: (percent().map(|error| error * error).sum::<f64>() / count).sqrt(),
+        worst_percent: quantile(percent(), 0.99).unwrap_or(f64::NAN),
         fit_percent: 100.0 * (1.0 - (squares / around.max(f64::MIN_POSITIVE)).sqrt()),
         samples,
         traces: shown,

@@ -13,12 +13,10 @@ use super::regressors::record_of;
 use crate::effect::step_response;
 use crate::screening::rotor_data::{Beside, RotorLog, VoltageInstrument};
 
-/// Most knots of the course: 40 minutes of the shortest bends.
-const MOST_KNOTS: usize = 240;
 /// Functions of a rotor's command: u, u², and the first three powers of the rate that they give; and of both rotors.
 const OF_ONE: usize = 5;
 const OF_COMMAND: usize = 2 * OF_ONE;
-/// Share of the power that keeps directions apart which the data do not tell apart, as two levels do u and u².
+/// Share of the power that keeps directions apart which the data do not separate, as two levels do u and u².
 const RIDGE: f64 = 1e-9;
 
 /// How a rotor follows its command, roughly: what it draws from the battery goes with its rate.
@@ -70,7 +68,7 @@ fn predict(
 ) -> Option<(Vec<f64>, f64)> {
     let (first, last) = (*rotor.time.first()?, *rotor.time.last()?);
     let bends = ((last - first) / THRESHOLDS.shortest_bend).floor() as usize;
-    let knots = bends.clamp(1, MOST_KNOTS) + 1;
+    let knots = bends.clamp(1, THRESHOLDS.most_knots) + 1;
     let spacing = (last - first) / (knots - 1) as f64;
     let size = knots + count;
     // The columns that are not zero: the two hats that a time lies under, and the functions of the command.
@@ -142,7 +140,7 @@ fn of_both(rotor: &RotorLog, response: RotorResponse) -> (Vec<OfCommand>, usize)
     (all, OF_COMMAND)
 }
 
-/// [rad/s] What is wanting from the rate, on the whole: at first all that the battery takes.
+/// [rad/s] What the rate lacks, on the whole: at first all that the battery takes.
 fn missing(rotor: &RotorLog, response: RotorResponse) -> Option<f64> {
     let (mut missing, mut count) = (0.0, 0.0);
     let held = predicted_rate(rotor, response, None);

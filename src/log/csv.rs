@@ -163,7 +163,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
 }
 
 /// A cell's number; an empty cell is a missing value. `None` when it is neither.
-fn number(cell: &str) -> Option<f64> {
+pub(super) fn number(cell: &str) -> Option<f64> {
     if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
         return Some(f64::NAN);
     }

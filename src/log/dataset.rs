@@ -1,13 +1,11 @@
 //! A log in memory: time, and columns by their log-format names. Missing cells are not-a-number, holes in
 //! time are known, and nothing here ever interpolates across one.
 
-use crate::estimation::quantile::median;
 use std::ops::Range;
 
+use super::thresholds::THRESHOLDS;
+use crate::estimation::quantile::median;
 use crate::signal::Channel;
-
-/// A hole is a gap longer than this many median sampling intervals: one lost sample is jitter, two are a hole.
-const HOLE_FACTOR: f64 = 2.5;
 
 /// A signal of the log format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -244,7 +242,7 @@ impl Dataset {
     /// The gaps in time that are longer than 2.5 median sampling intervals.
     #[must_use]
     pub fn holes(&self) -> Vec<Hole> {
-        let limit = HOLE_FACTOR * self.median_interval();
+        let limit = THRESHOLDS.hole * self.median_interval();
         let gaps = self.time.windows(2).enumerate().map(|(after, pair)| (after, pair[0], pair[1] - pair[0]));
         gaps.filter(|(_, _, length)| *length > limit)
             .map(|(after, start, length)| Hole { after, start, length })

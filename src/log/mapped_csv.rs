@@ -1,165 +1,16 @@
 //! Reading a foreign CSV log through a mapping. Nothing is guessed and nothing is interpolated: what had to be left
 //! out, cut or merged is counted and said.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use serde::Serialize;
-
-use super::csv::content_hash;
-use super::dataset::{Dataset, DatasetError, nanoseconds};
+use super::csv::{content_hash, number};
+use super::dataset::Dataset;
+pub use super::foreign_error::ForeignError;
+pub use super::import_notes::{Notes, Places};
 use super::lines::Lines;
 use super::mapping::{Mapping, SignalMapping};
+use super::thresholds::THRESHOLDS;
 use crate::cancel;
-
-/// Rows behind a backward stamp that are looked at to tell a glitch from a restart.
-const RESTART_ROWS: usize = 10;
-/// Places shown of each kind of oddity.
-const PLACES: usize = 5;
-
-/// Why a foreign log cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum ForeignError {
-    /// The file system said no.
-    #[error("{path}")]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// The bytes are not text of that encoding, or the text is not CSV.
-    #[error("{path}{}: {reason}", line.map_or_else(String::new, |line| format!(", line {line}")))]
-    Syntax {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: Option<u64>,
-        /// What is wrong there.
-        reason: String,
-    },
-    /// The mapping names a column that the file does not have, or has twice.
-    #[error("{path}: {reason} column `{column}` (for `{signal}`); the header reads {header}")]
-    Column {
-        /// The file.
-        path: PathBuf,
-        /// Name of the column.
-        column: String,
-        /// The signal that needs it.
-        signal: String,
-        /// `no` or `more than one`.
-        reason: &'static str,
-        /// The columns that are there.
-        header: String,
-    },
-    /// A cell is not a number.
-    #[error(
-        "{path}, line {line}, column `{column}`: `{cell}` is not a number (if it means no value, name it in the \
-         mapping's `missing`)"
-    )]
-    Cell {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: u64,
-        /// Name of the column.
-        column: String,
-        /// What is there.
-        cell: String,
-    },
-    /// Time begins anew inside the file.
-    #[error(
-        "{path}, line {line}: time goes back from {} s to {} s and goes on from there: {parts} logs in one \
-         file; choose one with --part 1 to {parts}",
-        nanoseconds(*before), nanoseconds(*after)
-    )]
-    Restart {
-        /// The file.
-        path: PathBuf,
-        /// Line, from 1.
-        line: u64,
-        /// [s]
-        before: f64,
-        /// [s]
-        after: f64,
-        /// How many logs the file holds.
-        parts: usize,
-    },
-    /// A part that is not there.
-    #[error("{path}: there is no part {part}; the file holds {parts}")]
-    Part {
-        /// The file.
-        path: PathBuf,
-        /// What was asked for.
-        part: usize,
-        /// How many logs the file holds.
-        parts: usize,
-    },
-    /// No row is left.
-    #[error("{path}: no row holds a time and a value")]
-    Empty {
-        /// The file.
-        path: PathBuf,
-    },
-    /// What was read is no log.
-    #[error(transparent)]
-    Dataset(#[from] DatasetError),
-}
-
-/// How often something happened, and the first lines where.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
-pub struct Places {
-    /// How often.
-    pub count: usize,
-    /// The first lines of the file where it happened.
-    pub first_lines: Vec<u64>,
-}
-
-impl Places {
-    fn add(&mut self, line: u64) {
-        self.count += 1;
-        if self.first_lines.len() < PLACES {
-            self.first_lines.push(line);
-        }
-    }
-}
-
-/// What reading a foreign log came across.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
-pub struct Notes {
-    /// The file began with a byte order mark.
-    pub byte_order_mark: bool,
-    /// Rows under the header, remarks apart.
-    pub rows: usize,
-    /// Lines that are remarks.
-    pub remarks: usize,
-    /// Rows with fewer cells than the header.
-    pub short_rows: Places,
-    /// Rows with more cells than the header; the surplus is not read.
-    pub long_rows: Places,
-    /// Lines that say the header again, left out.
-    pub repeated_header: Places,
-    /// The last line has no end: its last cell may have been cut in writing, and is left out.
-    pub cut_cell: Places,
-    /// Rows left out because they have no time.
-    pub without_time: Places,
-    /// Rows with the time of the row before: they fill its empty cells.
-    pub repeated_time: Places,
-    /// Cells left out because the row of the same time has another value there.
-    pub conflicting_cells: Places,
-    /// Rows left out because their time lies before that of an earlier row.
-    pub backward_time: Places,
-    /// Cells cut to the mapping's `clamp`, by signal.
-    pub clamped: BTreeMap<String, Places>,
-    /// Cells left out because they are outside the mapping's `valid`, by signal.
-    pub invalid: BTreeMap<String, Places>,
-    /// Signals of the mapping whose optional column is absent.
-    pub absent: Vec<String>,
-    /// Columns of the file that the mapping does not use.
-    pub unused_columns: Vec<String>,
-    /// Which log of the file was read, and of how many.
-    pub part: Option<(usize, usize)>,
-}
 
 /// A row: its line, time and values in the order of the mapping's signals.
 struct Row {
@@ -342,11 +193,11 @@ impl Table<'_> {
     fn number(&self, cell: Option<&str>, line: u64, column: &str) -> Result<f64, ForeignError> {
         let cell = cell.unwrap_or("");
         let config = &self.mapping.config;
-        if cell.is_empty() || cell.eq_ignore_ascii_case("nan") || config.missing.iter().any(|it| it == cell) {
+        if config.missing.iter().any(|it| it == cell) {
             return Ok(f64::NAN);
         }
-        let parsed = if config.decimal_comma { cell.replace(',', ".").parse() } else { cell.parse() };
-        parsed.ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| ForeignError::Cell {
+        let parsed = if config.decimal_comma { number(&cell.replace(',', ".")) } else { number(cell) };
+        parsed.ok_or_else(|| ForeignError::Cell {
             path: self.path.to_owned(),
             line,
             column: column.to_owned(),
@@ -386,8 +237,8 @@ fn choose_part(
     let mut starts = vec![0];
     let mut latest = f64::NEG_INFINITY;
     for (index, row) in rows.iter().enumerate() {
-        let returns = || rows[index..].iter().take(RESTART_ROWS).any(|later| later.time > latest);
-        let is_restart = row.time < latest && index + RESTART_ROWS < rows.len() && !returns();
+        let returns = || rows[index..].iter().take(THRESHOLDS.restart_rows).any(|later| later.time > latest);
+        let is_restart = row.time < latest && index + THRESHOLDS.restart_rows < rows.len() && !returns();
         if is_restart {
             starts.push(index);
         }

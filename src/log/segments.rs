@@ -3,10 +3,8 @@
 use std::ops::Range;
 
 use super::dataset::Dataset;
+use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::median;
-
-/// An input is held over missing cells for at most so many of its own median intervals.
-const HOLD_FACTOR: f64 = 2.5;
 
 /// A stretch: its rows, and the inputs over them, each held until its next value.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,7 +39,12 @@ pub(crate) fn stretches(log: &Dataset, inputs: &[&[f64]]) -> Vec<Stretch> {
 
 /// A value for every sample: missing cells hold the value before, leading ones the first; zeros where there is none.
 pub(crate) fn held_throughout(values: &[f64]) -> Vec<f64> {
-    let mut last = values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
+    held_or(values, 0.0)
+}
+
+/// The same, `otherwise` where there is none.
+pub(crate) fn held_or(values: &[f64], otherwise: f64) -> Vec<f64> {
+    let mut last = values.iter().copied().find(|value| value.is_finite()).unwrap_or(otherwise);
     let held = values.iter().map(|value| {
         if value.is_finite() {
             last = *value;
@@ -67,7 +70,7 @@ fn hold(time: &[f64], values: &[f64]) -> Vec<f64> {
         if value.is_finite() {
             newest = (*at, *value);
         }
-        if at - newest.0 <= HOLD_FACTOR * pace { newest.1 } else { *value }
+        if at - newest.0 <= THRESHOLDS.input_hold * pace { newest.1 } else { *value }
     });
     known.collect()
 }

@@ -116,7 +116,9 @@ fn steady_interval(gaps: &[f64]) -> Option<f64> {
     // The lower quartile is one interval as long as three in four commands are there.
     let quartile = quantile(gaps.iter().copied(), 0.25)?;
     let interval = median(
-        gaps.iter().copied().filter(|gap| (0.75..THRESHOLDS.command_late).contains(&(gap / quartile))),
+        gaps.iter()
+            .copied()
+            .filter(|gap| (THRESHOLDS.command_early..THRESHOLDS.command_late).contains(&(gap / quartile))),
     )?;
     let near = |gap: &&f64| {
         let times = *gap / interval;
@@ -134,7 +136,9 @@ fn says_only_changes(pairs: &[Vec<Pair>], command: &[f64], stretches: &[Range<us
     let differ = all().filter(|pair| command[pair.rows.0] != command[pair.rows.1]).count();
     let at_once = all().filter(|pair| pair.missing == 0).count();
     let count = all().count() as f64;
-    empty && differ as f64 > 0.98 * count && (at_once as f64) < THRESHOLDS.command_at_once * count
+    empty
+        && differ as f64 > THRESHOLDS.command_differs * count
+        && (at_once as f64) < THRESHOLDS.command_at_once * count
 }
 
 /// Intervals for which a command is held at least, as far as it shows; the greatest number where it never changes twice.

@@ -11,6 +11,7 @@ use super::saturation::SATURATED;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{MEDIAN_OF_NORMAL, median, quantile};
 use crate::log::dataset::Dataset;
+use crate::log::segments::held_throughout;
 
 /// Readings to each side that predict one.
 const SIDE: usize = 3;
@@ -178,14 +179,10 @@ struct Moves {
 
 impl Moves {
     fn of(channel: &Neighbourhood, command: &[f64]) -> Self {
-        let mut last = command.iter().copied().find(|command| command.is_finite()).unwrap_or(0.0);
-        let held = command.iter().map(|command| {
-            last = if command.is_finite() { *command } else { last };
-            last
-        });
-        let command: Vec<f64> = held.collect();
+        let command = held_throughout(command);
         let middle = median(command.iter().copied()).unwrap_or(0.0);
-        let steepest = THRESHOLDS.outlier_steepest * channel.level.abs() / middle.abs().max(0.05);
+        let steepest = THRESHOLDS.outlier_steepest * channel.level.abs()
+            / middle.abs().max(THRESHOLDS.outlier_least_command);
         let mut moves = Self { command, most: None, steepest };
         let around: Vec<(&Seen, f64)> =
             channel.seen.iter().map(|seen| (seen, moves.around(channel, seen))).collect();

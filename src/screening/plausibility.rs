@@ -147,7 +147,9 @@ impl RotorLog {
         levels.dedup();
         // Of a few levels the highest is held as long as the others; where many pile up at one, something saturates.
         let saturates = highest >= 1.0 - 1e-9
-            || (levels.len() > THRESHOLDS.command_levels && share > 0.1 && highest > LEAST_COMMAND);
+            || (levels.len() > THRESHOLDS.command_levels
+                && share > THRESHOLDS.command_at_highest
+                && highest > LEAST_COMMAND);
         if share <= THRESHOLDS.command_at_limit || !saturates {
             return;
         }

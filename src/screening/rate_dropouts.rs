@@ -7,7 +7,7 @@ use super::channel::{Channel, Judgement};
 use super::rotor_data::{LEAST_COMMAND, bounds, held};
 use super::sample_and_hold::SAMPLE_AND_HOLD;
 use super::thresholds::THRESHOLDS;
-use crate::estimation::quantile::{median, quantile};
+use crate::estimation::quantile::{distinct, median, quantile};
 
 /// The code: a rate of exactly zero although the rotor was commanded to turn.
 pub const RATE_DROPOUT: &str = "rate_dropout";
@@ -86,8 +86,8 @@ fn is_up(time: &[f64], rate: &[f64], rows: &[usize]) -> bool {
         (THRESHOLDS.dropout_got_far..THRESHOLDS.dropout_started).contains(&(time[**row] - time[*first]))
     });
     let sizes = behind.map(|row| rate[*row].abs()).filter(|size| *size > 0.0);
-    // Not the least of them, which may be an outlier.
-    quantile(sizes, 0.1).is_some_and(|low| rate[*first].abs() >= THRESHOLDS.dropout_at_once * low)
+    quantile(sizes, THRESHOLDS.dropout_low)
+        .is_some_and(|low| rate[*first].abs() >= THRESHOLDS.dropout_at_once * low)
 }
 
 /// Where in a segment a rotor has been commanded to turn for so long that it does.
@@ -110,10 +110,7 @@ struct Scale(Vec<f64>);
 
 impl Scale {
     fn of(rate: &[f64]) -> Self {
-        let mut values: Vec<f64> = rate.iter().copied().filter(|rate| rate.is_finite()).collect();
-        values.sort_by(f64::total_cmp);
-        values.dedup();
-        Self(values)
+        Self(distinct(rate))
     }
 
     /// [rad/s] from one of the values to its nearest neighbour; `None` where it is the only one.

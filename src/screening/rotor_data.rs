@@ -7,6 +7,7 @@ use super::missing_commands::{self, Missing};
 use super::thresholds::THRESHOLDS;
 use super::{Finding, ScreeningError};
 use crate::log::Dataset;
+use crate::log::segments::held_or;
 
 /// [-] below this command a rotor may stand still; the model does not speak of starting from standstill.
 pub(crate) const LEAST_COMMAND: f64 = THRESHOLDS.least_command;
@@ -66,7 +67,7 @@ impl Beside {
         command
             .iter()
             .any(|command| command.is_finite())
-            .then(|| Self { command: held_everywhere(command), rate: rate.map(<[f64]>::to_vec) })
+            .then(|| Self { command: held_or(command, f64::NAN), rate: rate.map(<[f64]>::to_vec) })
     }
 }
 
@@ -122,7 +123,7 @@ impl RotorLog {
             time: log.time().to_vec(),
             command: held(command, &segments),
             rate: rate.to_vec(),
-            voltage: voltage.map(held_everywhere),
+            voltage: voltage.map(|voltage| held_or(voltage, f64::NAN)),
             voltage_gap: voltage.and_then(|voltage| longest_gap(log.time(), voltage)),
             thrust: column("thrust", "_n").map(<[f64]>::to_vec),
             segments: missing.known.iter().filter(|known| known.len() > 1).cloned().collect(),
@@ -241,18 +242,6 @@ fn longest_gap(time: &[f64], values: &[f64]) -> Option<(f64, f64)> {
     let ends: Vec<f64> = std::iter::once(first).chain(known).chain(std::iter::once(last)).collect();
     let gaps = ends.windows(2).map(|pair| (pair[0], pair[1]));
     gaps.max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)))
-}
-
-/// Each value held over missing cells, the first one also backwards: a battery changes slowly.
-pub(crate) fn held_everywhere(values: &[f64]) -> Vec<f64> {
-    let mut last = values.iter().copied().find(|value| value.is_finite()).unwrap_or(f64::NAN);
-    values
-        .iter()
-        .map(|&value| {
-            last = if value.is_finite() { value } else { last };
-            last
-        })
-        .collect()
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@
 
 use super::channel::{Channel, Judgement};
 use super::thresholds::THRESHOLDS;
-use crate::estimation::quantile::median;
+use crate::estimation::quantile::{distinct, median};
 
 /// The code: readings that are written again until the next one comes.
 pub const SAMPLE_AND_HOLD: &str = "sample_and_hold";
@@ -67,18 +67,15 @@ fn runs(values: &[f64], rows: std::ops::Range<usize>) -> Vec<Run> {
     equal.map(|rows| Run { rows: rows.to_vec(), value: values[rows[0]] }).collect()
 }
 
-/// How finely a channel tells, near each of its values.
+/// The values that a channel takes, ascending: how fine its reading is.
 struct Steps(Vec<f64>);
 
 impl Steps {
     fn of(values: &[f64]) -> Self {
-        let mut different: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-        different.sort_by(f64::total_cmp);
-        different.dedup();
-        Self(different)
+        Self(distinct(values))
     }
 
-    /// From one value to the next, near `value`: the median over some of them, for a period that is counted in ticks tells
+    /// From one value to the next, near `value`: the median over some of them, for a period that is counted in ticks shows
     /// a fast rotor's rate more coarsely than a slow one's.
     fn near(&self, value: f64) -> f64 {
         let at = self.0.partition_point(|other| *other < value);

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::channel::{Channel, Judgement};
 use super::thresholds::THRESHOLDS;
-use crate::estimation::quantile::median;
+use crate::estimation::quantile::{median, sorted};
 
 /// A channel that piles up at its end.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -68,8 +68,7 @@ pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
 #[must_use]
 pub(crate) fn find(values: &[f64], command: Option<&[f64]>) -> Option<Saturated> {
     let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
-    let mut sorted: Vec<f64> = known.iter().map(|row| values[*row]).collect();
-    sorted.sort_by(f64::total_cmp);
+    let sorted = sorted(known.iter().map(|row| values[*row]));
     let piles = piles(&sorted);
     let pairs: Vec<[f64; 2]> = known.windows(2).map(|pair| [values[pair[0]], values[pair[1]]]).collect();
     let stands = |clip: &Saturation| {

@@ -12,7 +12,8 @@ use super::saturation::{self, SATURATED, Saturation, piles};
 use super::screened_log::{ScreenedChannel, ScreenedLog};
 use super::thresholds::THRESHOLDS;
 use super::{Evidence, Finding};
-use crate::estimation::quantile::{median, quantile};
+use crate::estimation::quantile::{median, quantile, sorted};
+use crate::log;
 use crate::log::dataset::{Dataset, LOG_SIGNALS};
 
 #[cfg(test)]
@@ -106,7 +107,7 @@ impl LogSummary {
     pub fn of(log: &Dataset) -> Self {
         let time = log.time();
         let median = log.median_interval();
-        let limit = 2.5 * median;
+        let limit = log::thresholds::THRESHOLDS.hole * median;
         let intervals =
             || time.windows(2).map(|pair| pair[1] - pair[0]).filter(|interval| *interval <= limit);
         let screened = ScreenedLog::of(log);
@@ -213,8 +214,7 @@ fn channel(screened: &ScreenedLog, log: &Dataset, name: &str, values: &[f64]) ->
         .map(|(row, (time, value))| (*time, *value, row))
         .collect();
     let median = median(present.windows(2).map(|pair| pair[1].0 - pair[0].0)).unwrap_or(0.0);
-    let mut sorted: Vec<f64> = present.iter().map(|(_, value, _)| *value).collect();
-    sorted.sort_by(f64::total_cmp);
+    let sorted = sorted(present.iter().map(|(_, value, _)| *value));
     let range = [sorted.first(), sorted.last()].map(|end| end.copied().unwrap_or(0.0));
     let constant = present.len() > 2 && range[0] == range[1];
     let measured = !is_command(name) && !constant;
@@ -323,6 +323,5 @@ fn standstill_starts(log: &Dataset) -> Vec<f64> {
             known.windows(4).filter(|it| it[0].1 && it[1].1 && it[2].1 && !it[3].1).map(|it| it[3].0),
         );
     }
-    starts.sort_by(f64::total_cmp);
-    starts
+    sorted(starts)
 }

@@ -2,7 +2,7 @@
 //! and degrees of polynomials that a method is defined by stay where they are.
 
 crate::thresholds! {
-    /// [rad/s] no body on a bench turns faster than a gyroscope of 2000 deg/s can tell.
+    /// [rad/s] no body on a bench turns faster than a gyroscope of 2000 deg/s can read.
     greatest_body_rate: f64 = 60.0, "rad/s", "range of common gyroscopes";
     /// Ratio of a rate to the slope of its angle from which it is 180/π, as far as noise and lag of a sensor can move it.
     degrees_least: f64 = 40.0, "-", "judgement";
@@ -50,6 +50,8 @@ crate::thresholds! {
     command_near: f64 = 0.2, "-", "made logs of the room's tests";
     /// Share of the gaps near a multiple, from which commands come at an interval at all.
     command_steady: f64 = 0.85, "-", "made logs of the room's tests";
+    /// Share of the lower quartile of the gaps below which one is no interval.
+    command_early: f64 = 0.75, "-", "made logs of the room's tests";
     /// Intervals without a command from which one is missing.
     command_late: f64 = 1.5, "-", "made logs of the room's tests";
     /// Intervals behind a command up to which the next one cannot have come.
@@ -58,6 +60,8 @@ crate::thresholds! {
     command_same: f64 = 0.002, "-", "judgement";
     /// Change of the command that is a jump; a log without any is read as it is.
     command_jump: f64 = 0.02, "-", "judgement";
+    /// Share of commands that differ from the one before, from which a log says a command only when it changes.
+    command_differs: f64 = 0.98, "-", "made logs of the room's tests";
     /// Share of commands that follow the one before at once, below which empty cells may say "as before".
     command_at_once: f64 = 0.6, "-", "made logs of the room's tests";
     /// Shares of the distances that say what is usual, each with its multiple; their sum is far.
@@ -84,6 +88,8 @@ crate::thresholds! {
     outlier_commands_most: f64 = 4.0, "-", "made logs of the room's tests";
     /// Share of its way that a rotor goes from one reading to the next, above which a peak may be true.
     outlier_at_once: f64 = 0.7, "-", "made logs of the room's tests";
+    /// Least middle command that the chord of the rotor curve is taken at.
+    outlier_least_command: f64 = 0.05, "-", "judgement";
     /// Multiple of the chord of the rotor curve by which no command moves it.
     outlier_steepest: f64 = 4.5, "-", "made logs of the room's tests";
     /// Share of a channel from which on outliers are something else, and stay.
@@ -110,6 +116,8 @@ crate::thresholds! {
     standing_rate: f64 = 50.0, "rad/s", "judgement";
     /// Share of samples at the limit of the command from which it is a finding.
     command_at_limit: f64 = 0.02, "-", "judgement";
+    /// Share of samples at the highest command below the limit from which that one is a limit, too.
+    command_at_highest: f64 = 0.1, "-", "judgement";
     /// The same from which most of a log says one thing.
     command_mostly_at_limit: f64 = 0.3, "-", "judgement";
     /// Distinct commands below the highest that a signal with more than a few levels has.
@@ -138,6 +146,8 @@ crate::thresholds! {
     dropout_got_far: f64 = 0.25, "s", "made logs of the room's tests";
     /// Share of what it reads from there on that a rotor which begins to turn does not reach at once.
     dropout_at_once: f64 = 0.7, "-", "made logs of the room's tests";
+    /// Quantile of what it reads from there on that is compared: not the least of them, which may be an outlier.
+    dropout_low: f64 = 0.1, "-", "judgement";
     /// [s] shortest standstill of a rate that is looked at.
     rate_frozen_shortest: f64 = 1.0, "s", "judgement";
     /// [s] for which it goes on behind the change of the command: no such rotor waits for so long.

@@ -8,7 +8,7 @@ use crate::identify::Estimate;
 use crate::screening::rotor_data::RotorLog;
 
 /// With a true coverage of 95 % the count of 300 has a standard deviation of 1.26 %: 90 % lies 4 below, 99 % 3.2
-/// above. An honest estimator falls outside once in a thousand times, and the seeds are fixed.
+/// above. An estimator whose intervals hold falls outside once in a thousand times, and the seeds are fixed.
 pub(crate) const RUNS: usize = 300;
 pub(crate) const MEMORIES: [f64; 2] = [0.0, 0.9];
 
@@ -142,7 +142,7 @@ pub(crate) fn measured(truth: &RotorLog, noise: &mut Noise) -> RotorLog {
     log
 }
 
-/// Two levels that nobody can foretell, each for 0.1 s: a multiplicative hash of the slot's number.
+/// Two levels that nobody can predict, each for 0.1 s: a multiplicative hash of the slot's number.
 pub(crate) fn binary(t: f64) -> f64 {
     let slot = ((t + 1e-9) / 0.1).floor() as u32;
     let hash = slot.wrapping_mul(2_654_435_761) ^ (slot.wrapping_mul(40_503) >> 7);

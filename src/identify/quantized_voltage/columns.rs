@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Keeps directions apart which nothing tells apart.
+/// Keeps directions apart which nothing separates.
 pub(crate) const RIDGE: f64 = 1e-9;
 
 /// Hats over time, and the load.

@@ -9,8 +9,7 @@ fn readings_at_the_end_of_a_range_are_missing_and_found() {
     let swing: Vec<f64> = (0..ROWS).map(|row| 0.5 * (0.02 * row as f64).sin()).collect();
     for (name, size, values) in [(RATE, 1.5, &rates), ("body_rate_rad_s", 0.004, &swing)] {
         let values = noisy(values, size);
-        let mut sorted = values.clone();
-        sorted.sort_by(f64::total_cmp);
+        let sorted = crate::estimation::quantile::sorted(values.iter().copied());
         for (low, high) in [(0.0, 0.9), (0.0, 0.98), (0.05, 1.0), (0.2, 0.8), (0.36, 0.64)] {
             let ends = [low, high].map(|share| sorted[(share * (ROWS - 1) as f64) as usize]);
             let saturated = values.iter().map(|value| value.clamp(ends[0], ends[1])).collect();

@@ -189,7 +189,7 @@ fn fresh_readings_that_happen_to_be_equal_are_left_alone() {
     }
 }
 
-/// Levels of two rows, two rows a second: nobody can tell from these whether a reading was held.
+/// Levels of two rows, two rows a second: these cannot show whether a reading was held.
 #[test]
 fn rows_so_far_apart_that_everything_settles_say_nothing() {
     let (commands, rates) = rotor(0.5, 16.0, levels(2));

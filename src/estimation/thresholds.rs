@@ -1,0 +1,75 @@
+//! Numbers that decide something in estimation. What only ends a search at the precision of a computer stays where it is.
+
+crate::thresholds! {
+    /// [-] ⟨e, e⟩ from which an initial state counts as known: its standard error is then at most three times the noise. Less comes
+    /// from segments whose beginning was not measured, and blows up when carried back to it.
+    known_state: f64 = 0.1, "-", "judgement";
+    /// count: rows of the record that the coarse search for a pole looks at.
+    coarse_rows: usize = 6000, "count", "judgement (time of computing)";
+    /// [rad/s] the slowest pole that the coarse search tries.
+    slowest_pole: f64 = 0.1, "rad/s", "judgement";
+    /// count: poles that the coarse search tries.
+    coarse_poles: i32 = 22, "count", "from slowest_pole to 500 rad/s";
+    /// [-] each of these poles over the one before.
+    coarse_ratio: f64 = 1.5, "-", "judgement";
+    /// [-] factor by which the beginning of a record may move the pole away from the grid before it is not believed.
+    refined_factor: f64 = 1.5, "-", "the ratio of the grid";
+    /// count: blocks over which correlated scores are summed: enough to estimate a variance, long enough to hold the correlation of
+    /// slow residuals.
+    most_blocks: usize = 60, "count", "coverage of 95 % intervals in the room's tests";
+    /// count: fewest samples in a block.
+    shortest_block: usize = 10, "count", "judgement";
+    /// [-] correlation times that a block should last: what neighbours share is then a tenth of their variance.
+    block_correlation_times: f64 = 8.0, "-", "coverage of 95 % intervals in the room's tests";
+    /// count: fewer blocks than these say little about a variance.
+    fewest_blocks: usize = 20, "count", "coverage of 95 % intervals in the room's tests";
+    /// [-] lag-one correlation up to which it is allowed for that blocks share what reaches over their edges.
+    strongest_memory: f64 = 0.98, "-", "judgement";
+    /// [-] least share of the variance that blocks are taken to see.
+    least_seen_variance: f64 = 0.25, "-", "judgement";
+    /// count: clusters that residuals are cut into when one unit spans a whole log.
+    clusters: usize = 40, "count", "judgement";
+    /// [-] share of the cost below which a step's fall is slow.
+    slow_fall: f64 = 2e-4, "-", "times of the development cases";
+    /// count: slow steps in a row that lead nowhere soon.
+    slow_steps: usize = 3, "count", "times of the development cases";
+    /// [-] damping from which a step is much shorter than the one without.
+    held_back: f64 = 1e-2, "-", "judgement";
+    /// [-] share of its size by which a global parameter may move before the derivatives by the locals are taken anew.
+    moved: f64 = 0.05, "-", "times of the development cases";
+    /// [-] a step's fall over the predicted one within which the derivatives it was made with hold for the next step, too.
+    as_predicted: (f64, f64) = (0.9, 1.1), "-", "times of the development cases";
+    /// count: steps in a row made with derivatives that were not taken for them, at most.
+    reused_steps: usize = 3, "count", "times of the development cases";
+    /// count: samples of the longest window of a frequency response.
+    longest_window: usize = 2048, "count", "judgement";
+    /// count: samples of the shortest.
+    shortest_window: usize = 64, "count", "judgement";
+    /// count: windows that must fit before a longer one is taken; half as many must be there.
+    fewest_windows: usize = 8, "count", "judgement";
+    /// count: one sample in so many must lie in a window.
+    reached: usize = 4, "count", "judgement";
+    /// [-] share by which sampling intervals may differ from their median where a record is taken as uniform.
+    interval_jitter: f64 = 0.2, "-", "judgement";
+    /// count: bins of equal count that a channel is cut into, of at least four rows each.
+    bins: usize = 16, "count", "judgement";
+    /// [-] standard deviations of noise, in steps of the reading, from which it is seen for what it is.
+    dithered: f64 = 0.5, "-", "made readings of the room's tests";
+    /// [-] share of a signal's own spread below which no error says anything about physics: samples with straight lines between
+    /// them, and arithmetic, know no more. Without it data free of noise would have something missing for ever.
+    resolution: f64 = 1e-3, "-", "judgement";
+    /// count: one value in so many must stand with three others in a row, else only the rows with a value are counted.
+    in_a_row: usize = 4, "count", "made readings of the room's tests";
+    /// [-] share of the range below which two readings are one.
+    same_reading: f64 = 1e-7, "-", "digits of a CSV log";
+    /// [-] share of a step by which a reading may lie beside the grid.
+    off_grid: f64 = 0.05, "-", "judgement";
+    /// [-] share of the gaps between readings that must be whole steps.
+    on_grid: f64 = 0.95, "-", "judgement";
+    /// count: gaps that show a grid.
+    fewest_gaps: usize = 5, "count", "judgement";
+    /// [-] log-likelihood that a level which wanders must win over a constant one: a wandering one carries noise along.
+    wandering_penalty: f64 = 5.0, "-", "judgement";
+    /// Standard errors from which a mean is not zero.
+    mean_errors: f64 = 4.0, "-", "normal distribution: 6e-5 by chance";
+}

@@ -1,0 +1,94 @@
+//! Why a foreign log cannot be read.
+
+use std::path::PathBuf;
+
+use super::dataset::{DatasetError, nanoseconds};
+
+/// Why a foreign log cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ForeignError {
+    /// The file system said no.
+    #[error("{path}")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// The bytes are not text of that encoding, or the text is not CSV.
+    #[error("{path}{}: {reason}", line.map_or_else(String::new, |line| format!(", line {line}")))]
+    Syntax {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: Option<u64>,
+        /// What is wrong there.
+        reason: String,
+    },
+    /// The mapping names a column that the file does not have, or has twice.
+    #[error("{path}: {reason} column `{column}` (for `{signal}`); the header reads {header}")]
+    Column {
+        /// The file.
+        path: PathBuf,
+        /// Name of the column.
+        column: String,
+        /// The signal that needs it.
+        signal: String,
+        /// `no` or `more than one`.
+        reason: &'static str,
+        /// The columns that are there.
+        header: String,
+    },
+    /// A cell is not a number.
+    #[error(
+        "{path}, line {line}, column `{column}`: `{cell}` is not a number (if it means no value, name it in the \
+         mapping's `missing`)"
+    )]
+    Cell {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: u64,
+        /// Name of the column.
+        column: String,
+        /// What is there.
+        cell: String,
+    },
+    /// Time begins anew inside the file.
+    #[error(
+        "{path}, line {line}: time goes back from {} s to {} s and goes on from there: {parts} logs in one \
+         file; choose one with --part 1 to {parts}",
+        nanoseconds(*before), nanoseconds(*after)
+    )]
+    Restart {
+        /// The file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: u64,
+        /// [s]
+        before: f64,
+        /// [s]
+        after: f64,
+        /// How many logs the file holds.
+        parts: usize,
+    },
+    /// A part that is not there.
+    #[error("{path}: there is no part {part}; the file holds {parts}")]
+    Part {
+        /// The file.
+        path: PathBuf,
+        /// What was asked for.
+        part: usize,
+        /// How many logs the file holds.
+        parts: usize,
+    },
+    /// No row is left.
+    #[error("{path}: no row holds a time and a value")]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// What was read is no log.
+    #[error(transparent)]
+    Dataset(#[from] DatasetError),
+}

@@ -1,0 +1,63 @@
+//! What reading a foreign log came across: what was left out, cut or merged, and where.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+/// Places shown of each kind of oddity.
+const PLACES: usize = 5;
+
+/// How often something happened, and the first lines where.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Places {
+    /// How often.
+    pub count: usize,
+    /// The first lines of the file where it happened.
+    pub first_lines: Vec<u64>,
+}
+
+impl Places {
+    pub(super) fn add(&mut self, line: u64) {
+        self.count += 1;
+        if self.first_lines.len() < PLACES {
+            self.first_lines.push(line);
+        }
+    }
+}
+
+/// What reading a foreign log came across.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Notes {
+    /// The file began with a byte order mark.
+    pub byte_order_mark: bool,
+    /// Rows under the header, remarks apart.
+    pub rows: usize,
+    /// Lines that are remarks.
+    pub remarks: usize,
+    /// Rows with fewer cells than the header.
+    pub short_rows: Places,
+    /// Rows with more cells than the header; the surplus is not read.
+    pub long_rows: Places,
+    /// Lines that say the header again, left out.
+    pub repeated_header: Places,
+    /// The last line has no end: its last cell may have been cut in writing, and is left out.
+    pub cut_cell: Places,
+    /// Rows left out because they have no time.
+    pub without_time: Places,
+    /// Rows with the time of the row before: they fill its empty cells.
+    pub repeated_time: Places,
+    /// Cells left out because the row of the same time has another value there.
+    pub conflicting_cells: Places,
+    /// Rows left out because their time lies before that of an earlier row.
+    pub backward_time: Places,
+    /// Cells cut to the mapping's `clamp`, by signal.
+    pub clamped: BTreeMap<String, Places>,
+    /// Cells left out because they are outside the mapping's `valid`, by signal.
+    pub invalid: BTreeMap<String, Places>,
+    /// Signals of the mapping whose optional column is absent.
+    pub absent: Vec<String>,
+    /// Columns of the file that the mapping does not use.
+    pub unused_columns: Vec<String>,
+    /// Which log of the file was read, and of how many.
+    pub part: Option<(usize, usize)>,
+}
