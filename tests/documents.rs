@@ -9,6 +9,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+mod json_schema;
+
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
@@ -104,6 +106,39 @@ fn check_shown(page: &str, text: &str, said: &str) -> usize {
     shown.len()
 }
 
+/// An answer of each command that has a schema, beside that schema.
+#[test]
+fn answers_fit_their_schemas() {
+    let folder = tempfile::tempdir().expect("a folder");
+    logs(folder.path());
+    let run = |line: &str| rotorbench(folder.path(), &line.split(' ').collect::<Vec<_>>());
+    assert!(run("run --lockstep --seconds 10 --impulse 5:0.05:0.6 --record run.mcap").status.success());
+    let names = String::from_utf8(run("schema").stdout).expect("UTF-8");
+    for (name, line) in [
+        ("check", "check --json"),
+        ("compare", "compare --model paper --log held_out.csv --json"),
+        ("compare-runs", "compare --runs run.mcap --json"),
+        ("design", "design --json"),
+        ("design", "design --controller pid --delay-ms 200 --json"),
+        ("diagnose", "diagnose --model paper --log train.csv --validate held_out.csv --json"),
+        ("effects", "effects --json"),
+        ("effects-card", "effects gravity_pendulum --json"),
+        ("extend", "extend --effect gravity_pendulum --log train.csv -o better.toml --json"),
+        ("diagnose", "diagnose --model better.toml --log train.csv --json"),
+        ("extend-step-back", "extend --model better.toml --step-back -o back.toml --json"),
+        ("identify", "identify --log train.csv --json"),
+        ("import", "import train.csv --json"),
+    ] {
+        assert!(names.lines().any(|it| it == name), "{name} has no schema");
+        let schema = serde_json::from_slice(&run(&format!("schema {name}")).stdout).expect("JSON");
+        let answer = run(line);
+        let said = String::from_utf8_lossy(&answer.stderr);
+        let value = serde_json::from_slice(&answer.stdout).unwrap_or_else(|_| panic!("{line}: {said}"));
+        let misfits = json_schema::misfits(&schema, &value);
+        assert!(misfits.is_empty(), "{line}: {misfits:#?}");
+    }
+}
+
 /// Pages whose commands make their logs.
 const OWN_LOGS: [&str; 2] = ["README.md", "docs/tutorial.md"];
 
@@ -191,6 +226,7 @@ const OTHERS: &[&str] = &[
     "--profile",
     "--config",
     "--real-time",
+    "--write",
     "--quick",
     "--help",
     "--path",

@@ -32,6 +32,7 @@ pub struct SenderState {
 }
 
 /// Frames and values received, by what became of them. All wrap.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Counts {
     /// Frames offered to the decoder.

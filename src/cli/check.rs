@@ -51,8 +51,9 @@ impl Template {
 }
 
 /// The resolved bench.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
-struct Resolved {
+pub(super) struct Resolved {
     bench: String,
     period_s: f64,
     interface: String,
@@ -67,6 +68,7 @@ struct Resolved {
 }
 
 /// A message of the bench.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
 struct MessageRow {
     message: String,
@@ -80,6 +82,7 @@ struct MessageRow {
 }
 
 /// A signal in its role.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
 struct SignalRow {
     role: String,

@@ -27,7 +27,7 @@ const GROUPS: [(&str, &[&str]); 3] = [
             "experiment",
         ],
     ),
-    ("The machine", &["doctor", "jitter", "completions", "man"]),
+    ("The machine", &["doctor", "jitter", "completions", "man", "schema"]),
 ];
 
 /// An example of each command, by its path.
@@ -66,6 +66,7 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("jitter", "rotorbench jitter --duration-s 10 --report jitter.html"),
     ("completions", "rotorbench completions bash > ~/.local/share/bash-completion/completions/rotorbench"),
     ("man", "rotorbench man ~/.local/share/man/man1"),
+    ("schema", "rotorbench schema diagnose > diagnose.schema.json"),
 ];
 
 /// What the program says of itself, without a command.

@@ -110,8 +110,9 @@ struct Task {
 }
 
 /// The answer, as `--json` writes it.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
-struct Design {
+pub(super) struct Design {
     model: String,
     controller: ControllerKind,
     period_s: f64,
@@ -127,6 +128,7 @@ struct Design {
     advice: Option<String>,
 }
 
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
 struct EmcDesign {
     beta: f64,
@@ -138,6 +140,7 @@ struct EmcDesign {
     feedback: Vec<Eigenvalue>,
 }
 
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, Serialize)]
 struct Eigenvalue {
     real: f64,

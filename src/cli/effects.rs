@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use serde_json::json;
+use serde::Serialize;
 
 use super::{CliError, CliResult, Outcome};
-use crate::effect::{CATALOGUE, Card, find};
+use crate::effect::{CATALOGUE, Card, Site, find};
 use crate::model::Model;
 use crate::session;
 
@@ -47,10 +47,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let model = session::open_model(&arguments.model)?;
     let Some(id) = &arguments.id else {
         if arguments.json {
-            println!(
-                "{}",
-                crate::report::json::answer(&CATALOGUE.iter().map(|card| as_json(card)).collect::<Vec<_>>())?
-            );
+            let cards: Vec<Answer> = CATALOGUE.iter().map(|card| Answer::of(card)).collect();
+            println!("{}", crate::report::json::answer(&cards)?);
         } else {
             list(&model);
         }
@@ -65,25 +63,86 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return Ok(Outcome::Done);
     };
     if arguments.json {
-        println!("{}", crate::report::json::answer(&as_json(card))?)
+        println!("{}", crate::report::json::answer(&Answer::of(card))?)
     } else {
         show(card)
     }
     Ok(Outcome::Done)
 }
 
-fn as_json(card: &Card) -> serde_json::Value {
-    let parameters: Vec<_> = card
-        .parameters
-        .iter()
-        .map(|parameter| {
-            json!({ "name": parameter.name, "symbol": parameter.symbol, "unit": parameter.unit, "lower": parameter.lower,
-                    "upper": parameter.upper, "start": parameter.start, "meaning": parameter.meaning })
-        })
-        .collect();
-    json!({ "id": card.id, "meaning": card.meaning, "equation": card.equation, "source": card.source, "site": card.site,
-            "parameters": parameters, "needs": card.needs, "report": card.report, "residual": card.residual,
-            "confused_with": card.confused_with, "experiment": card.experiment })
+/// A card, as `--json` writes it.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Serialize)]
+pub(super) struct Answer {
+    /// Name in files.
+    id: &'static str,
+    /// One line.
+    meaning: &'static str,
+    /// The law, in the paper's symbols.
+    equation: &'static str,
+    /// Where the law is from.
+    source: &'static str,
+    /// Where it acts.
+    site: Site,
+    /// Its parameters, in the order of the law.
+    parameters: Vec<ParameterAnswer>,
+    /// Log columns it cannot be judged without (`*` stands for the rotor).
+    needs: &'static [&'static str],
+    /// Two plain sentences.
+    report: [&'static str; 2],
+    /// How it shows in the residual.
+    residual: &'static str,
+    /// Ids of what it is confused with.
+    confused_with: &'static [&'static str],
+    /// Which experiment excites it, or tells it from those.
+    experiment: &'static str,
+}
+
+/// A parameter of a card.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Serialize)]
+struct ParameterAnswer {
+    /// Name in files.
+    name: &'static str,
+    /// Symbol in the equation.
+    symbol: &'static str,
+    /// SI unit.
+    unit: &'static str,
+    /// Smallest value a fit may take, in the unit.
+    lower: f64,
+    /// Largest value a fit may take.
+    upper: f64,
+    /// Where a fit starts.
+    start: f64,
+    /// What it is.
+    meaning: &'static str,
+}
+
+impl Answer {
+    fn of(card: &Card) -> Self {
+        let parameters = card.parameters.iter().map(|it| ParameterAnswer {
+            name: it.name,
+            symbol: it.symbol,
+            unit: it.unit,
+            lower: it.lower,
+            upper: it.upper,
+            start: it.start,
+            meaning: it.meaning,
+        });
+        Self {
+            id: card.id,
+            meaning: card.meaning,
+            equation: card.equation,
+            source: card.source,
+            site: card.site,
+            parameters: parameters.collect(),
+            needs: card.needs,
+            report: card.report,
+            residual: card.residual,
+            confused_with: card.confused_with,
+            experiment: card.experiment,
+        }
+    }
 }
 
 fn list(model: &Model) {

@@ -2,16 +2,18 @@
 
 use std::path::PathBuf;
 
-use serde_json::json;
+use serde::Serialize;
 
 use super::watched::{cancellable, searching};
 use super::{CliError, CliResult, Outcome};
 use crate::cancel::Cancel;
 use crate::compare::CompareConfig;
 use crate::diagnose::DiagnoseConfig;
+use crate::diagnose::diagnosis::ErrorSummary;
 use crate::model::Model;
 use crate::report::findings::sentences;
 use crate::report::{self, Page, json};
+use crate::screening::Finding;
 use crate::session::{self, Extended, Job};
 
 /// Arguments of `extend`.
@@ -49,6 +51,32 @@ pub struct Arguments {
     report: Option<PathBuf>,
 }
 
+/// The answer, as `--json` writes it.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Serialize)]
+pub(super) struct Answer<'a> {
+    /// Ids of the effects that were added, in their order.
+    added: &'a [String],
+    /// The error before and after.
+    error: &'a ErrorSummary,
+    /// The model as it was saved.
+    model: &'a Model,
+    /// The findings as sentences.
+    warnings: &'a [String],
+    /// What to know about the logs and the answer.
+    findings: &'a [Finding],
+}
+
+/// The answer of `--step-back`, as `--json` writes it.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Serialize)]
+pub(super) struct Undone<'a> {
+    /// Ids of the effects that the last step had added.
+    undone: Option<&'a [String]>,
+    /// The model as it was saved.
+    model: &'a Model,
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     // The model that it starts from, too: the ladder of the new one begins there.
@@ -66,10 +94,13 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let warnings = sentences(findings);
     if arguments.json {
-        let answer = json!({
-            "added": arguments.effect, "error": extension.error, "model": extension.model, "warnings": warnings,
-            "findings": findings,
-        });
+        let answer = Answer {
+            added: &arguments.effect,
+            error: &extension.error,
+            model: &extension.model,
+            warnings: &warnings,
+            findings,
+        };
         println!("{}", json::answer(&answer)?);
     } else {
         print!("{}", report::story::extension(&extension.model, &arguments.effect, &extension.error));
@@ -109,8 +140,8 @@ fn step_back(model: &Model, arguments: &Arguments) -> CliResult {
     session::name_after(&mut back, &arguments.output);
     session::save_model(&back, &arguments.output)?;
     if arguments.json {
-        let undone = model.ladder.last().map(|step| &step.added);
-        println!("{}", json::answer(&json!({ "undone": undone, "model": back }))?);
+        let undone = model.ladder.last().map(|step| &step.added[..]);
+        println!("{}", json::answer(&Undone { undone, model: &back })?);
     } else {
         println!("{}: {} steps on the ladder", arguments.output.display(), back.ladder.len());
     }

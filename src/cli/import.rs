@@ -39,8 +39,9 @@ pub struct Arguments {
 }
 
 /// What `import` found.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Serialize)]
-struct Report<'a> {
+pub(super) struct Report<'a> {
     source: &'a str,
     sha256: &'a str,
     notes: &'a Notes,

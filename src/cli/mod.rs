@@ -49,6 +49,7 @@ mod progress;
 mod record;
 mod replay;
 mod run;
+mod schema;
 mod stop;
 pub(crate) mod thresholds;
 mod timing;
@@ -178,6 +179,8 @@ enum Subcommand {
     Completions(completions::Arguments),
     /// Manual pages, one for each command
     Man(man::Arguments),
+    /// The JSON Schema of a `--json` answer
+    Schema(schema::Arguments),
 }
 
 /// [s] a horizon over which a body can run freely.
@@ -280,6 +283,7 @@ impl Subcommand {
                 | Self::Replay(_)
                 | Self::Completions(_)
                 | Self::Man(_)
+                | Self::Schema(_)
         )
     }
 }
@@ -312,6 +316,7 @@ fn dispatch(subcommand: Subcommand) -> CliResult {
         Subcommand::Replay(arguments) => replay::run(&arguments),
         Subcommand::Completions(arguments) => completions::run(&arguments),
         Subcommand::Man(arguments) => man::run(&arguments),
+        Subcommand::Schema(arguments) => schema::run(&arguments),
     }
 }
 

@@ -12,6 +12,7 @@ use crate::screening::readings;
 pub(crate) const REACH: usize = 2;
 
 /// How much of an error is a function of one channel, or of its rate of change.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Dependence {
     /// Column; `d/dt` in front where it is the column's rate.
@@ -35,6 +36,7 @@ impl Dependence {
 }
 
 /// Which of two signals goes ahead.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Direction {
@@ -45,6 +47,7 @@ pub enum Direction {
 }
 
 /// Where the cross-correlation of an error with a channel is largest.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Correlation {
     /// Column.

@@ -103,6 +103,7 @@ pub enum CompareError {
 }
 
 /// One model on one log.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct Comparison {
     /// Name of the model.

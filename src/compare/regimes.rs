@@ -12,6 +12,7 @@ use crate::estimation::slope::centred_slopes;
 use crate::screening::readings;
 
 /// Where a block fails.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Failure {
     /// Middle [s] of equal stretches of time, and rms of the error there, in the signal's unit.
@@ -27,6 +28,7 @@ pub struct Failure {
 }
 
 /// The error over samples of one kind.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Group {
     /// `steady`, `rising`, `falling`.

@@ -14,6 +14,7 @@ use crate::log::Dataset;
 use crate::model::Model;
 
 /// How large the error of a block is, and of what it consists.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ErrorStatistics {
     /// Rms, in the signal's unit.
@@ -69,6 +70,7 @@ pub struct Trace {
 }
 
 /// A block that was run and scored.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct Block {
     /// `actuator_1`, `actuator_2`, `thrust_1`, `thrust_2`, `body`, `sensors`, `chain`.

@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::estimation::welch::power_density;
 
 /// Power of an error over frequency.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spectrum {
     /// [Hz] where low ends and high begins: the rotor's pole, or 1 Hz for the body.

@@ -18,6 +18,7 @@ use crate::log::Dataset;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, ModelError};
 
 /// The smoothed unknown torque.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct UnknownTorque {
     /// [N m] rms over the log.

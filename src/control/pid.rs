@@ -9,6 +9,7 @@ use super::{
 use crate::signal::{Applied, Command, CommandFlags, Estimate, Reference, Sensors};
 
 /// The `[controller.pid]` table. The defaults are those of [LPC16] Table III.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PidConfig {

@@ -10,6 +10,7 @@ use crate::screening::Finding;
 use crate::screening::attitude_units::DEGREES;
 
 /// The verdict.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -26,6 +27,7 @@ pub enum Verdict {
 }
 
 /// A base parameter that has another value than the model says.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChangedParameter {
     /// Name in the model file.
@@ -51,6 +53,7 @@ impl ChangedParameter {
 }
 
 /// A parameter found.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FoundParameter {
     /// In `unit`.
@@ -62,6 +65,7 @@ pub struct FoundParameter {
 }
 
 /// An error on both kinds of data.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct TrainValidate {
     /// On what was fitted.
@@ -71,6 +75,7 @@ pub struct TrainValidate {
 }
 
 /// The error, and how far it falls.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ErrorSummary {
     /// What it is, with unit.
@@ -93,6 +98,7 @@ pub struct ErrorSummary {
 }
 
 /// Where the model fails.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FailurePlace {
     /// `actuator_1`, `actuator_2`, `body`.
@@ -106,6 +112,7 @@ pub struct FailurePlace {
 }
 
 /// One rung of the ladder.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LadderStep {
     /// Effects so far.
@@ -115,6 +122,7 @@ pub struct LadderStep {
 }
 
 /// One candidate on its own.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RankedCandidate {
     /// Id.
@@ -138,6 +146,7 @@ pub struct RankedCandidate {
 }
 
 /// What to do next.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NextExperiment {
     /// The sets it would tell apart.
@@ -147,6 +156,7 @@ pub struct NextExperiment {
 }
 
 /// The answer.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct Diagnosis {
     /// The verdict.

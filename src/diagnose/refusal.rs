@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 /// Why an effect is not tried, or was refused after it had been.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum Refusal {

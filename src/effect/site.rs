@@ -1,6 +1,7 @@
 //! Where effects act, and what their laws may look at there.
 
 /// Where an effect acts: the quantity its law adds to.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Site {

@@ -14,6 +14,7 @@ use super::plant::Plant;
 use super::sensor::SensorsConfig;
 
 /// One `[[emulator.impulse]]` table: a rectangular torque from outside.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Impulse {

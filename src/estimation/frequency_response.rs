@@ -9,6 +9,7 @@ use super::thresholds::THRESHOLDS;
 use super::welch::HannTransform;
 
 /// Frequency response at one frequency.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct ResponsePoint {
     /// [Hz]

@@ -17,6 +17,7 @@ use crate::estimation::robust_errors;
 use crate::estimation::variable_projection::{self, LagFit, Record};
 
 /// A transport delay taken into the model, and what it did.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct Delay {
     /// [s]

@@ -25,6 +25,7 @@ use crate::screening::missing_commands;
 use crate::screening::rotor_data::{LEAST_COMMAND, bounds};
 
 /// What the attitude log says about the body.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct Body {
     /// File it comes from.

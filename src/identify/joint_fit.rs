@@ -18,6 +18,7 @@ use crate::screening::Finding;
 use crate::screening::rotor_data::RotorLog;
 
 /// The joint fit.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct JointFit {
     /// `c_gj` of u^j, from j = 1.

@@ -15,6 +15,7 @@ use crate::screening::rotor_data::RotorLog;
 use nalgebra::DMatrix;
 
 /// An alternative model of the same record.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct LagAlternative {
     /// Its effect in the catalogue.

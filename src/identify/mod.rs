@@ -99,6 +99,7 @@ impl IdentifyError {
 }
 
 /// A value with its standard error, in the unit of the value.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Estimate {
     /// The value.
@@ -152,6 +153,7 @@ impl Weighted {
 }
 
 /// The rotor as identified: what the model file gets.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct IdentifiedActuator {
     /// [rad/s] `c_gj` of u^j, from j = 1: linear, quadratic, ...

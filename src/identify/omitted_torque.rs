@@ -9,6 +9,7 @@ use super::Estimate;
 use crate::estimation::least_squares::{self, LinearFit};
 
 /// A torque that is missing, and what J would be with it.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OmittedTorque {
     /// What it goes with: the body's angle or its rate.

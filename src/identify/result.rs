@@ -57,6 +57,7 @@ impl Default for IdentifySettings {
 ///
 /// **Deviation:** from the data (10) the print fits the pole alone. Here a gain and an offset are fitted beside it,
 /// so that a small error of the static curve does not move it; both are shown, and the model keeps gain 1.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct PoleFit {
     /// [rad/s]
@@ -78,6 +79,7 @@ pub struct PoleFit {
 }
 
 /// One step of section III: done, or why not.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Part {
     /// The step and its equation.
@@ -90,6 +92,7 @@ pub struct Part {
 }
 
 /// All that the logs say.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct Identification {
     /// The steps of section III, and which of them the logs permit.

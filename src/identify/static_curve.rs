@@ -20,6 +20,7 @@ use crate::model::polynomial;
 use crate::screening::rotor_data::bounds;
 
 /// How one degree did.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct DegreeScore {
     /// Degree of the polynomial without constant term.
@@ -33,6 +34,7 @@ pub struct DegreeScore {
 }
 
 /// The lag seen between ramps up and ramps down.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct RampCheck {
     /// [1/s] largest slope of the command.
@@ -48,6 +50,7 @@ pub struct RampCheck {
 }
 
 /// The fitted curve g(u).
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct StaticCurve {
     /// `c_gj` of u^j, from j = 1: linear (the paper's c_g2), quadratic (its c_g1), ...

@@ -12,6 +12,7 @@ use crate::screening::readings;
 use crate::screening::rotor_data::RotorLog;
 
 /// The fitted thrust curve.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct ThrustCurve {
     /// [N s²/rad²] c.

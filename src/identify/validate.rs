@@ -8,6 +8,7 @@ use crate::estimation::quantile::quantile;
 use crate::screening::rotor_data::RotorLog;
 
 /// How the identified rotor does on a log it was not fitted to.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct Validation {
     /// File and rotor.

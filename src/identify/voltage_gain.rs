@@ -18,6 +18,7 @@ use crate::screening::excitation::SteadyCommand;
 use crate::screening::rotor_data::RotorLog;
 
 /// k_V of one constant command.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct LevelGain {
     /// File and rotor.
@@ -35,6 +36,7 @@ pub struct LevelGain {
 }
 
 /// k_V from all constant commands.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct BatteryGain {
     /// [rad/(s V)] weighted mean over the levels.

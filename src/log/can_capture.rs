@@ -29,6 +29,7 @@ pub enum CaptureError {
 }
 
 /// What a capture amounted to.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct CaptureNotes {
     /// Frames in the file.

@@ -8,6 +8,7 @@ use serde::Serialize;
 const PLACES: usize = 5;
 
 /// How often something happened, and the first lines where.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Places {
     /// How often.
@@ -26,6 +27,7 @@ impl Places {
 }
 
 /// What reading a foreign log came across.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Notes {
     /// The file began with a byte order mark.

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::Model;
 
 /// A log that a step was made from.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LogReference {
@@ -17,6 +18,7 @@ pub struct LogReference {
 }
 
 /// What a step did to the error, in the unit of its measure.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ErrorFall {
@@ -35,6 +37,7 @@ pub struct ErrorFall {
 }
 
 /// One step of the ladder.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Step {

@@ -36,6 +36,7 @@ pub use ladder::{Change, ErrorFall, LogReference, Step};
 pub use rotor::{Remembered, RotorInput, RotorStart, RotorTrace};
 
 /// Rotor: from command and battery to rate and thrust.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Actuator {
@@ -54,6 +55,7 @@ pub struct Actuator {
 }
 
 /// Body about its one axis.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
@@ -67,6 +69,7 @@ pub struct Body {
 }
 
 /// An effect that the model has.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AddedEffect {
@@ -78,6 +81,7 @@ pub struct AddedEffect {
 }
 
 /// A parameter of a user's own effect.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UserParameter {
@@ -95,6 +99,7 @@ pub struct UserParameter {
 }
 
 /// An effect of the user's own, which competes with the catalogue.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct UserEffect {
@@ -113,6 +118,7 @@ pub struct UserEffect {
 }
 
 /// A model file.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Model {

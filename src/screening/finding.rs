@@ -7,6 +7,7 @@ use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
 /// One finding of a check, or one caveat of an answer.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
     /// What was found, by the glossary's word in snake case; stable, for scripts and tests.
@@ -20,10 +21,12 @@ pub struct Finding {
     pub rows: usize,
     /// What it rests on, each value under its name; a unit is part of the name.
     #[serde(serialize_with = "as_map")]
+    #[cfg_attr(test, schemars(with = "std::collections::BTreeMap<String, Evidence>"))]
     pub evidence: Vec<(&'static str, Evidence)>,
 }
 
 /// One value that a finding rests on.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Evidence {

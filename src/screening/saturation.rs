@@ -11,6 +11,7 @@ use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{median, sorted};
 
 /// A channel that piles up at its end.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Saturation {
     /// The value it does not pass.

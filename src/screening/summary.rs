@@ -23,6 +23,7 @@ mod tests;
 const BATTERY: &str = "battery_voltage_v";
 
 /// Which way the commands went around a hole.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Step {
@@ -33,6 +34,7 @@ pub enum Step {
 }
 
 /// A gap in time.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct HoleFinding {
     /// [s] when it begins.
@@ -44,6 +46,7 @@ pub struct HoleFinding {
 }
 
 /// A stretch of time in one channel.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Stretch {
     /// [s] when it begins.
@@ -55,6 +58,7 @@ pub struct Stretch {
 }
 
 /// What one channel looks like.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChannelSummary {
     /// Name in the log.
@@ -77,10 +81,12 @@ pub struct ChannelSummary {
     pub dropouts: Vec<Stretch>,
     /// Cells that are no measurements.
     #[serde(flatten)]
+    #[cfg_attr(test, schemars(with = "BTreeMap<String, serde_json::Value>"))]
     pub not_measured: NotMeasured,
 }
 
 /// What a log looks like.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LogSummary {
     /// Rows.

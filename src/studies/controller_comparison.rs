@@ -51,6 +51,7 @@ pub enum FlightError {
 }
 
 /// How it is known when the body was struck.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StruckFrom {
@@ -63,6 +64,7 @@ pub enum StruckFrom {
 }
 
 /// An impulse behind the first one, judged.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
 pub struct LaterStrike {
     /// [s] when the body was struck, since the flight's clock began.
@@ -76,6 +78,7 @@ pub struct LaterStrike {
 }
 
 /// One recorded flight, judged.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
 pub struct RecordedFlight {
     /// File name.
@@ -107,6 +110,7 @@ pub struct RecordedFlight {
 }
 
 /// Several flights, and what the reader must know of them.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
 pub struct FlightComparison {
     /// In the order given.

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::thresholds::THRESHOLDS;
 
 /// How a controller answered one torque impulse.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Answer {
     /// [rad] largest angle.

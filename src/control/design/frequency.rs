@@ -34,6 +34,7 @@ impl LoopResponse {
 }
 
 /// Robustness of a stable loop.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Margins {
     /// [-] factor by which the loop gain may grow; infinite where no growth makes it unstable.
