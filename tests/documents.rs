@@ -335,6 +335,62 @@ fn pages_of_the_guide_have_the_same_headings() {
     assert!(count > 15, "{count} pages were found");
 }
 
+/// Where tools write what they measured: page, place, and the script that knows both.
+const PLACES: [(&str, &[&str], &str); 4] = [
+    ("scores", &["scores"], "campaign"),
+    ("speed", &["peers"], "peers"),
+    ("long-runs", &["lockstep", "replay", "hour", "campaign", "real-time", "bus", "shifts"], "soak"),
+    ("real-logs", &["logs"], "soak"),
+];
+
+#[test]
+fn tools_write_their_evidence_into_its_place() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let evidence = |page: &str, place: &str, text: &str| {
+        fs::write(folder.path().join("measured"), text).expect("written");
+        let measured = fs::File::open(folder.path().join("measured")).expect("there");
+        let mut command = Command::new(root().join("tools/evidence"));
+        let done = command
+            .args([page, place, "tools/x", "--draws", "5"])
+            .stdin(measured)
+            .output()
+            .expect("it starts");
+        done.status.success()
+    };
+    for (name, places, script) in PLACES {
+        let page = folder.path().join(format!("{name}.md"));
+        let before = fs::read_to_string(root().join(format!("docs/evidence/{name}.md"))).expect("UTF-8");
+        let tool = fs::read_to_string(root().join("tools").join(script)).expect("UTF-8");
+        assert!(
+            tool.contains(name) || tool.contains("\"docs/evidence/$page.md\""),
+            "{script} does not write {name}"
+        );
+        for place in places {
+            fs::write(&page, &before).expect("written");
+            let path = page.display().to_string();
+            assert!(evidence(&path, place, "| new |\n| 7 |\n"), "{name}: no place {place}");
+            let after = fs::read_to_string(&page).expect("UTF-8");
+            let (above, rest) =
+                after.split_once(&format!("<!-- {place}: written by")).expect("its first line");
+            let (inside, below) =
+                rest.split_once(&format!("<!-- end of {place} -->")).expect("its last line");
+            assert!(
+                before.starts_with(above) && before.ends_with(below),
+                "{name}: what is by hand has changed"
+            );
+            assert!(
+                inside.contains("`tools/x --draws 5`, ") && inside.contains("\n| new |\n| 7 |\n"),
+                "{inside}"
+            );
+        }
+    }
+    let page = folder.path().join("speed.md").display().to_string();
+    assert!(
+        !evidence(&page, "nowhere", "x\n") && !evidence(&page, "peers", ""),
+        "refused, and nothing written"
+    );
+}
+
 #[test]
 fn pictures_are_there_and_small() {
     let mut count = 0;
