@@ -7,8 +7,8 @@ use serde::Serialize;
 use super::watched::cancellable;
 use super::{CliResult, Outcome};
 use crate::log::can_capture::CaptureNotes;
-use crate::log::{Dataset, Notes, csv, mapped_csv};
-use crate::report::findings;
+use crate::log::{Notes, csv};
+use crate::report::import;
 use crate::screening::summary::LogSummary;
 use crate::session::{self, Job, Opened, Source};
 
@@ -83,108 +83,13 @@ pub fn run(arguments: &Arguments) -> CliResult {
         };
         println!("{}", crate::report::json::answer(&report)?);
     } else {
-        print!("{}", text(&log, &notes, &findings));
+        print!("{}", import::text(&log, &notes, &findings));
         if let Some(frames) = &frames {
-            print!("{}", frame_lines(frames));
+            print!("{}", import::frames(frames));
         }
         if let Some(output) = &arguments.output {
             println!("written: {}", output.display());
         }
     }
     Ok(Outcome::Done)
-}
-
-/// The report in words.
-fn text(log: &Dataset, notes: &Notes, findings: &LogSummary) -> String {
-    let mut lines = Vec::new();
-    let [start, end] = findings.time_s;
-    let rate = if findings.median_interval_s > 0.0 { 1.0 / findings.median_interval_s } else { 0.0 };
-    let [low, high, longest] = findings.interval_s.map(|interval| 1e3 * interval);
-    lines.push(format!("{} (sha256 {:.12})", log.source_name(), log.sha256()));
-    lines.push(format!(
-        "{} samples from {start:.3} s to {end:.3} s, {rate:.1} Hz; intervals 5-95 %: {low:.2} to {high:.2} ms, longest \
-         {longest:.2} ms, holes apart",
-        findings.samples
-    ));
-    lines.push(format!(
-        "{:<24}{:>9}{:>9}{:>10}{:>14}{:>14}",
-        "channel", "values", "missing", "every ms", "least", "greatest"
-    ));
-    for channel in &findings.channels {
-        let [least, greatest] = channel.range;
-        lines.push(format!(
-            "{:<24}{:>9}{:>9}{:>10.2}{:>14.6}{:>14.6}",
-            channel.name,
-            channel.samples,
-            channel.missing,
-            1e3 * channel.median_interval_s,
-            least,
-            greatest
-        ));
-    }
-    lines.extend(note_lines(notes));
-    lines.extend(findings.findings.iter().map(|warning| format!("warning: {}", findings::text(warning))));
-    lines.join("\n") + "\n"
-}
-
-/// What became of the frames, in words.
-fn frame_lines(notes: &CaptureNotes) -> String {
-    let CaptureNotes { frames, other_interfaces, sensors, commands, rows_by, out_of_order } = notes;
-    let mut text = format!(
-        "note: {frames} frames; {} carry sensors, {} commands; a row for each `{rows_by}`\n",
-        sensors.accepted, commands.accepted
-    );
-    let counts = [
-        (*other_interfaces as u64, "frames of other interfaces, left out"),
-        (sensors.wrong_length + commands.wrong_length, "frames of the wrong length"),
-        (sensors.counter + commands.counter, "frames whose counter is wrong"),
-        (sensors.lost + commands.lost, "frames missing by their counters"),
-        (sensors.not_a_number + commands.not_a_number, "values that are not a number"),
-        (sensors.out_of_range + commands.out_of_range, "values out of range"),
-        (*out_of_order, "rows out of order, left out"),
-    ];
-    for (count, what) in counts.into_iter().filter(|(count, _)| *count > 0) {
-        text += &format!("note: {count} {what}\n");
-    }
-    text
-}
-
-/// What the reader left out, cut or merged, in words.
-fn note_lines(notes: &Notes) -> Vec<String> {
-    let mut lines = Vec::new();
-    let mut say = |places: &mapped_csv::Places, what: &str| {
-        if places.count > 0 {
-            let shown: Vec<String> = places.first_lines.iter().map(u64::to_string).collect();
-            let more = if places.count > shown.len() { ", ..." } else { "" };
-            let mark = if places.count == 1 { "line" } else { "lines" };
-            lines.push(format!("note: {} {what} ({mark} {}{more})", places.count, shown.join(", ")));
-        }
-    };
-    say(&notes.short_rows, "row(s) end before the header does: the rest of their cells is missing");
-    say(&notes.long_rows, "row(s) go on behind the header: the surplus is not read");
-    say(&notes.repeated_header, "line(s) say the header again, left out");
-    say(
-        &notes.cut_cell,
-        "cell at the end of the file, whose last line has no end, may have been cut in writing: left out",
-    );
-    say(&notes.without_time, "row(s) without a time, left out");
-    say(&notes.repeated_time, "row(s) repeat the time of the row before: merged into it");
-    say(&notes.conflicting_cells, "cell(s) contradict the row of the same time: left out");
-    say(&notes.backward_time, "row(s) whose time lies before an earlier row's: left out");
-    for (signal, places) in &notes.clamped {
-        say(places, &format!("values of `{signal}` cut to the mapping's `clamp`"));
-    }
-    for (signal, places) in &notes.invalid {
-        say(places, &format!("values of `{signal}` outside the mapping's `valid`: left out"));
-    }
-    if notes.remarks > 0 {
-        lines.push(format!("note: {} remarks between the rows, not read", notes.remarks));
-    }
-    if !notes.absent.is_empty() {
-        lines.push(format!("note: columns absent for {}", notes.absent.join(", ")));
-    }
-    if !notes.unused_columns.is_empty() {
-        lines.push(format!("note: columns not used: {}", notes.unused_columns.join(", ")));
-    }
-    lines
 }

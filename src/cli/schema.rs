@@ -54,11 +54,12 @@ mod tests {
     use serde::Serialize;
     use serde_json::{Value, json};
 
-    use super::super::{check, design, effects, extend, import};
+    use super::super::{design, effects, extend, import};
     use super::SCHEMAS;
     use crate::compare::Comparison;
     use crate::diagnose::Diagnosis;
     use crate::identify::Identification;
+use crate::report::check;
     use crate::studies::controller_comparison::FlightComparison;
 
     /// What `report::json` adds to the answers about logs.
@@ -106,7 +107,7 @@ mod tests {
 
     fn of(name: &str) -> Value {
         match name {
-            "check" => schema::<check::Resolved>(name),
+            "check" => schema::<check::Answer>(name),
             "compare" => schema::<Comparisons>(name),
             "compare-runs" => schema::<FlightComparison>("compare --runs"),
             "design" => schema::<design::Design>(name),

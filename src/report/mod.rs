@@ -49,14 +49,17 @@
 //! [`Table::text`]; [`sparkline`] draws a signal in one line of text.
 
 mod bars;
+pub mod check;
 pub mod comparison;
 mod decimate;
 pub mod deviations;
 pub mod diagnosis;
+pub mod doctor;
 pub mod findings;
 mod flights;
 pub mod histogram;
 mod identification;
+pub mod import;
 mod jitter;
 pub mod json;
 mod markup;

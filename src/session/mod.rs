@@ -1,13 +1,16 @@
-//! What a person does with logs and models: open, compare, identify, diagnose, extend, step back, save.
+//! What a person does with logs and models: open, compare, identify, diagnose, extend, step back, save; and what a bench file
+//! and a machine are good for.
 //!
 //! Each function takes what it works on and a [`Job`], which hears of progress and may be cancelled, and returns a result,
 //! never text: `report` makes text of it, and the command line and every other surface are shells around both.
 
+mod bench_check;
 mod compare;
 mod diagnose;
 mod extend;
 mod fly;
 mod identify;
+mod machine;
 mod models;
 mod open;
 pub mod thresholds;
@@ -26,11 +29,13 @@ use crate::model::ModelError;
 use crate::recording::RecordError;
 use crate::runtime::ProcessError;
 
+pub use bench_check::BenchCheck;
 pub use compare::compare;
 pub use diagnose::diagnose;
 pub use extend::{Extended, extend, refit};
 pub use fly::fly;
 pub use identify::identify;
+pub use machine::{Grade, Looked, look_at_machine};
 pub use models::{name_after, open_model, save_model, step_back};
 pub use open::{Opened, Source, open, open_all};
 

@@ -1,6 +1,14 @@
-//! Numbers that decide what is said of a changed model.
+//! Numbers that decide what is said of a changed model, and of a machine.
 
 crate::thresholds! {
     /// [-] an error that keeps more than this share has not fallen: half a percent is what any free parameter takes from noise
     fallen_share: f64 = 0.995, "-", "judgement";
+    /// [count] frames that may wait in the interface: after a stall each of them is an old command
+    longest_queue: u32 = 16, "count", "judgement";
+    /// [byte] that a bench needs in `/dev/shm`
+    shared_memory_need: u64 = 67_108_864, "byte", "judgement";
+    /// [byte] that a real-time process locks into memory
+    locked_memory_need: u64 = 268_435_456, "byte", "judgement";
+    /// [ns] above which a reading of the clock went through the kernel or to a slow device
+    slow_clock_reading_ns: u64 = 400, "ns", "judgement";
 }

@@ -3,36 +3,32 @@
 use std::fs;
 use std::path::Path;
 
-use super::Finding;
+use super::{Looked, bad, good, warning};
 use crate::bench::BenchConfig;
-use crate::cli::thresholds::THRESHOLDS;
 use crate::clock;
 use crate::rt::Machine;
+use crate::session::thresholds::THRESHOLDS;
 
 /// Bits of `CapEff` in `/proc/self/status`.
 const CAP_IPC_LOCK: u64 = 1 << 14;
 const CAP_SYS_NICE: u64 = 1 << 23;
-/// Gives the program both rights at once.
-const CAPABILITIES: &str = "sudo setcap cap_sys_nice,cap_ipc_lock+ep \"$(command -v rotorbench)\"";
 
 fn read(path: &str) -> Option<String> {
     fs::read_to_string(path).ok().map(|text| text.trim().to_owned()).filter(|text| !text.is_empty())
 }
 
-pub(super) fn versions() -> Vec<Finding> {
+pub(super) fn versions() -> Looked {
     let Machine { kernel, preemption, tick_hz, processors, .. } = Machine::look();
-    let preemption = if preemption == "none" { "not preemptible".to_owned() } else { preemption };
-    vec![Finding::good(
-        "versions",
-        format!(
-            "rotorbench {}, Linux {kernel} ({preemption}, {tick_hz} Hz), {}, {processors} processors",
-            env!("CARGO_PKG_VERSION"),
-            std::env::consts::ARCH
-        ),
-    )]
+    good("versions", "versions")
+        .with("rotorbench", env!("CARGO_PKG_VERSION"))
+        .with("kernel", kernel)
+        .with("preemption", preemption)
+        .with("tick_hz", tick_hz as usize)
+        .with("architecture", std::env::consts::ARCH)
+        .with("processors", processors)
 }
 
-pub(super) fn findings(config: &BenchConfig) -> Vec<Finding> {
+pub(super) fn look(config: &BenchConfig) -> Vec<Looked> {
     let rights = read("/proc/self/status")
         .and_then(|text| {
             let line = text.lines().find_map(|line| line.strip_prefix("CapEff:"))?.trim().to_owned();
@@ -53,84 +49,67 @@ fn limit(resource: libc::__rlimit_resource_t) -> u64 {
     limit.rlim_cur
 }
 
-fn real_time(rights: u64) -> Finding {
+fn real_time(rights: u64) -> Looked {
     const CHECK: &str = "real-time permission";
     let priority = limit(libc::RLIMIT_RTPRIO);
     if rights & CAP_SYS_NICE != 0 {
-        return Finding::good(CHECK, "SCHED_FIFO of any priority");
+        return good(CHECK, "any_priority");
     }
     if priority > 0 {
-        return Finding::good(CHECK, format!("SCHED_FIFO up to priority {priority}"));
+        return good(CHECK, "priority_up_to").with("priority", priority as usize);
     }
-    let found = "none: the loop runs at ordinary priority, with lateness of milliseconds under load";
-    Finding::warning(CHECK, found, CAPABILITIES)
+    warning(CHECK, "no_priority")
 }
 
-fn throttling() -> Finding {
+fn throttling() -> Looked {
     const CHECK: &str = "real-time throttling";
     match read("/proc/sys/kernel/sched_rt_runtime_us").and_then(|text| text.parse::<i64>().ok()) {
-        Some(-1) => Finding::good(CHECK, "off: a loop that spins would hang its processor"),
-        Some(runtime) => {
-            Finding::good(CHECK, format!("{runtime} µs of each second, which a sleeping loop never meets"))
-        }
-        None => Finding::good(CHECK, "the kernel does not say"),
+        Some(-1) => good(CHECK, "throttling_off"),
+        Some(runtime) => good(CHECK, "throttling_on").with("runtime_us", runtime as f64),
+        None => good(CHECK, "kernel_does_not_say"),
     }
 }
 
-fn locked_memory(rights: u64) -> Finding {
+fn locked_memory(rights: u64) -> Looked {
     const CHECK: &str = "memory lock limit";
     let bytes = limit(libc::RLIMIT_MEMLOCK);
     if rights & CAP_IPC_LOCK != 0 || bytes == libc::RLIM_INFINITY {
-        return Finding::good(CHECK, "none");
+        return good(CHECK, "lock_unlimited");
     }
-    let found =
-        format!("{} kB: the loop's memory may be paged out, each time costing milliseconds", bytes / 1024);
     if bytes >= THRESHOLDS.locked_memory_need {
-        return Finding::good(CHECK, format!("{} MB, enough", bytes >> 20));
+        return good(CHECK, "lock_enough").with("bytes", bytes as usize);
     }
-    Finding::warning(CHECK, found, CAPABILITIES)
+    warning(CHECK, "lock_too_small").with("bytes", bytes as usize)
 }
 
-fn governor() -> Finding {
+fn governor() -> Looked {
     const CHECK: &str = "frequency governor";
     let files =
         (0..).map(|processor| format!("/sys/devices/system/cpu/cpu{processor}/cpufreq/scaling_governor"));
     let governors: Vec<String> = files.map_while(|file| read(&file)).collect();
     match governors.iter().find(|governor| *governor != "performance") {
-        None if governors.is_empty() => Finding::good(CHECK, "the kernel scales no frequency here"),
-        None => Finding::good(CHECK, "performance"),
-        Some(slow) => Finding::warning(
-            CHECK,
-            format!("{slow}: a sleeping loop wakes on a slow processor, tens of µs later"),
-            "echo performance | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor",
-        ),
+        None if governors.is_empty() => good(CHECK, "no_governor"),
+        None => good(CHECK, "governor_performance"),
+        Some(slow) => warning(CHECK, "governor_slow").with("governor", slow.as_str()),
     }
 }
 
-fn shared_memory() -> Finding {
+fn shared_memory() -> Looked {
     const CHECK: &str = "/dev/shm";
-    let mend = "sudo mount -o remount,size=256M /dev/shm";
-    let mounted = read("/proc/self/mounts")
-        .is_some_and(|text| text.lines().any(|line| line.contains(" /dev/shm tmpfs ")));
     if !Path::new(CHECK).is_dir() {
-        return Finding::bad(
-            CHECK,
-            "not there: no shared memory, so no bench",
-            "sudo mount -t tmpfs -o size=256M tmpfs /dev/shm",
-        );
+        return bad(CHECK, "shared_memory_missing");
     }
     let Some(free) = free_bytes() else {
-        return Finding::bad(CHECK, "its free space cannot be read", mend);
+        return bad(CHECK, "shared_memory_unreadable");
     };
     if free < THRESHOLDS.shared_memory_need {
-        return Finding::bad(
-            CHECK,
-            format!("{} MB free; a bench needs up to {}", free >> 20, THRESHOLDS.shared_memory_need >> 20),
-            mend,
-        );
+        let need = THRESHOLDS.shared_memory_need as usize;
+        return bad(CHECK, "shared_memory_full").with("bytes", free as usize).with("needed_bytes", need);
     }
-    let kind = if mounted { "tmpfs" } else { "not a tmpfs: shared memory may touch a disk" };
-    Finding::good(CHECK, format!("{kind}, {} MB free", free >> 20))
+    let is_tmpfs = read("/proc/self/mounts")
+        .is_some_and(|text| text.lines().any(|line| line.contains(" /dev/shm tmpfs ")));
+    let code = if is_tmpfs { "shared_memory_free" } else { "shared_memory_on_disk" };
+    good(CHECK, code).with("bytes", free as usize)
 }
 
 /// [byte] free for this user in `/dev/shm`.
@@ -142,31 +121,26 @@ fn free_bytes() -> Option<u64> {
     (code == 0).then(|| found.f_bavail.saturating_mul(found.f_frsize))
 }
 
-fn clock_source() -> Finding {
+fn clock_source() -> Looked {
     const CHECK: &str = "clock source";
     let folder = "/sys/devices/system/clocksource/clocksource0";
     let (Some(current), available) = (
         read(&format!("{folder}/current_clocksource")),
         read(&format!("{folder}/available_clocksource")).unwrap_or_default(),
     ) else {
-        return Finding::good(CHECK, "the kernel does not say");
+        return good(CHECK, "kernel_does_not_say");
     };
-    let cost = reading_ns();
-    let found = if cost < 1000 {
-        format!("{current}: a reading costs {cost} ns")
-    } else {
-        format!("{current}: a reading costs {:.1} µs", cost as f64 * 1e-3)
+    let cost_ns = reading_ns();
+    let faster = available.split_whitespace().find(|it| *it == "tsc" && *it != current);
+    let looked = match faster {
+        _ if cost_ns < THRESHOLDS.slow_clock_reading_ns => good(CHECK, "clock_fast"),
+        Some(fast) => warning(CHECK, "clock_slow")
+            .with("faster", fast)
+            .with("available", available.as_str())
+            .with("file", format!("{folder}/current_clocksource")),
+        None => good(CHECK, "clock_slow_without_faster"),
     };
-    if cost < THRESHOLDS.slow_clock_reading_ns {
-        return Finding::good(CHECK, found);
-    }
-    match available.split_whitespace().find(|it| *it == "tsc" && *it != current) {
-        Some(fast) => {
-            let mend = format!("echo {fast} | sudo tee {folder}/current_clocksource");
-            Finding::warning(CHECK, format!("{found} (there are: {available})"), mend)
-        }
-        None => Finding::good(CHECK, format!("{found}, and this machine has no faster clock")),
-    }
+    looked.with("clock", current).with("reading_ns", cost_ns as usize)
 }
 
 /// [ns] that a reading of the clock takes, when nothing interrupts it.
@@ -181,7 +155,7 @@ fn reading_ns() -> u64 {
 }
 
 /// systemd removes a user's shared memory when he logs out, and corrupts a bench that still runs.
-fn remove_ipc(config: &BenchConfig) -> Option<Finding> {
+fn remove_ipc(config: &BenchConfig) -> Option<Looked> {
     const CHECK: &str = "logind RemoveIPC";
     // SAFETY: geteuid has no arguments and cannot fail.
     let is_system_user = unsafe { libc::geteuid() } < 1000;
@@ -192,13 +166,6 @@ fn remove_ipc(config: &BenchConfig) -> Option<Finding> {
     let extras = fs::read_dir("/etc/systemd/logind.conf.d").into_iter().flatten().flatten();
     files.extend(extras.map(|entry| entry.path().to_string_lossy().into_owned()));
     let says_no = |text: &str| text.lines().any(|line| line.trim() == "RemoveIPC=no");
-    if files.iter().filter_map(|file| read(file)).any(|text| says_no(&text)) {
-        return Some(Finding::good(CHECK, "no: benches outlive a logout"));
-    }
-    Some(Finding::warning(
-        CHECK,
-        "yes: a bench left running is corrupted when you log out",
-        "sudo sh -c 'mkdir -p /etc/systemd/logind.conf.d; printf \"[Login]\\nRemoveIPC=no\\n\" > \
-         /etc/systemd/logind.conf.d/rotorbench.conf; systemctl restart systemd-logind'",
-    ))
+    let is_off = files.iter().filter_map(|file| read(file)).any(|text| says_no(&text));
+    Some(if is_off { good(CHECK, "remove_ipc_off") } else { warning(CHECK, "remove_ipc_on") })
 }

@@ -1,0 +1,142 @@
+//! What `check` says of a bench file.
+
+use serde::Serialize;
+
+use super::Table;
+use crate::screening::Finding;
+use crate::session::BenchCheck;
+
+/// The answer of `check --json`.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Debug, Serialize)]
+pub struct Answer<'a> {
+    #[serde(flatten)]
+    check: &'a BenchCheck,
+    /// What the kernel says of the interface.
+    interface_state: String,
+    /// What keeps the bench from being armed.
+    obstacles: Vec<String>,
+    /// What works, less well than it could.
+    warnings: Vec<String>,
+    /// The obstacles, then the warnings, as codes.
+    findings: Vec<&'a Finding>,
+}
+
+/// The resolved bench for a script.
+#[must_use]
+pub fn answer(check: &BenchCheck) -> Answer<'_> {
+    Answer {
+        interface_state: interface_state(check),
+        obstacles: check.obstacles.iter().map(sentence).collect(),
+        warnings: check.caveats.iter().map(sentence).collect(),
+        findings: check.obstacles.iter().chain(&check.caveats).collect(),
+        check,
+    }
+}
+
+/// What the kernel says of the interface.
+fn interface_state(check: &BenchCheck) -> String {
+    let Some(status) = &check.status else { return "not looked for: this kernel has no CAN".to_owned() };
+    let state = status.state.as_ref().map_or_else(|| "virtual".to_owned(), |state| format!("{state:?}"));
+    format!("{}, {state}", if status.is_up { "up" } else { "down" })
+}
+
+/// The sentence of an obstacle or a caveat.
+#[must_use]
+pub fn sentence(finding: &Finding) -> String {
+    let (subject, number) = (&finding.subject, |name| finding.number(name));
+    match finding.code {
+        "bus_loaded" => format!(
+            "the bus is {:.1} % loaded at worst, over {:.0} %: retransmissions and other nodes have little room",
+            number("load_percent"),
+            number("limit_percent")
+        ),
+        "interface_down" => format!("{subject} is down (sudo ip link set {subject} up)"),
+        "no_fd_frames" => format!("{subject} carries no FD frames (sudo ip link set {subject} mtu 72)"),
+        "bit_rate_differs" => format!(
+            "{subject} runs at {} bit/s, and bus.bit_rate says {}",
+            finding.count("bit_rate"),
+            finding.count("configured_bit_rate")
+        ),
+        "restart_off" => format!(
+            "{subject} stays off the bus after a bus-off (restart-ms 0: sudo ip link set {subject} type can restart-ms 100)"
+        ),
+        "no_signal_feeds" => format!(
+            "the guard requires {subject}, and no signal of bus.sensors feeds it: `{}` could never be armed",
+            finding.text("bench")
+        ),
+        "message_too_rare" => format!(
+            "{subject} comes with `{}` every {} s, and the guard misses it after {} s",
+            finding.text("message"),
+            number("message_period_s"),
+            number("missed_after_s")
+        ),
+        "trigger_off_rate" => format!(
+            "trigger = \"imu\" steps the controller with the `{}` nearest to period_s = {} s, and it comes every {} s: not at \
+             the control rate, nor at a multiple of it",
+            finding.text("message"),
+            number("period_s"),
+            number("message_period_s")
+        ),
+        code => format!("{code} {subject}"),
+    }
+}
+
+/// The resolved bench as tables.
+#[must_use]
+pub fn text(check: &BenchCheck) -> String {
+    let mut messages = Table::new([
+        "message",
+        "direction",
+        "id",
+        "bytes",
+        "period [ms]",
+        "counter",
+        "bits at worst",
+        "load [%]",
+    ]);
+    for row in &check.messages {
+        messages = messages.row([
+            row.message.clone(),
+            row.direction.to_owned(),
+            row.id.clone(),
+            row.bytes.to_string(),
+            format!("{}", round(row.period_s * 1e3)),
+            row.counter.clone().unwrap_or_default(),
+            format!("{:.0}", row.worst_case_bits),
+            format!("{:.2}", row.load_percent),
+        ]);
+    }
+    let mut signals =
+        Table::new(["role", "signal", "bits", "unit", "SI", "factor to SI", "offset", "least", "greatest"]);
+    for row in &check.signals {
+        signals = signals.row([
+            row.role.clone(),
+            row.signal.clone(),
+            row.place.clone(),
+            row.unit.clone(),
+            row.si_unit.to_owned(),
+            format!("{}", round(row.si_factor)),
+            format!("{}", round(row.si_offset)),
+            format!("{}", round(row.minimum)),
+            format!("{}", round(row.maximum)),
+        ]);
+    }
+    format!(
+        "bench `{}`, control period {} ms, bus {} ({}) at {} bit/s\n\n{}\n{}\nworst-case bus load {:.1} %\n",
+        check.bench,
+        round(check.period_s * 1e3),
+        check.interface,
+        interface_state(check),
+        check.bit_rate,
+        messages.text(),
+        signals.text(),
+        check.bus_load_percent
+    )
+}
+
+/// To six digits, for people.
+fn round(value: f64) -> f64 {
+    // Adding zero turns -0 into 0.
+    format!("{value:.5e}").parse().unwrap_or(value) + 0.0
+}

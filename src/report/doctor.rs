@@ -1,0 +1,216 @@
+//! What `doctor` says of a machine, and the commands that mend it.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use crate::screening::Finding;
+use crate::session::{Grade, Looked};
+
+/// Gives the program both rights at once.
+const CAPABILITIES: &str = "sudo setcap cap_sys_nice,cap_ipc_lock+ep \"$(command -v rotorbench)\"";
+
+/// One thing looked at, for a script.
+#[derive(Debug, Serialize)]
+pub struct Row<'a> {
+    check: &'a str,
+    grade: Grade,
+    /// What was found, and what it means.
+    found: String,
+    /// The one command that mends it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mend: Option<String>,
+    /// The same as a code with its evidence.
+    finding: &'a Finding,
+}
+
+/// What was looked at, one row a check.
+#[must_use]
+pub fn rows<'a>(looked: &'a [Looked]) -> Vec<Row<'a>> {
+    let row = |it: &'a Looked| Row {
+        check: &it.finding.subject,
+        grade: it.grade,
+        found: found(&it.finding),
+        mend: it.is_wanting().then(|| mend(&it.finding)),
+        finding: &it.finding,
+    };
+    looked.iter().map(row).collect()
+}
+
+/// The rows as lines.
+#[must_use]
+pub fn text(rows: &[Row]) -> String {
+    let mut text = String::new();
+    for row in rows {
+        let mark = match row.grade {
+            Grade::Good => "ok  ",
+            Grade::Warning => "warn",
+            Grade::Bad => "BAD ",
+            Grade::Mended => "done",
+        };
+        // Writing to a `String` cannot fail.
+        let _ = writeln!(text, "{mark} {:<22}{}", row.check, row.found);
+        if let Some(mend) = &row.mend {
+            let _ = writeln!(text, "     {:<22}→ {mend}", "");
+        }
+    }
+    text
+}
+
+/// What was found where there is nothing to fill in.
+fn fixed(code: &str) -> Option<&'static str> {
+    let sentence = match code {
+        "kernel_does_not_say" => "the kernel does not say",
+        "can_there" => "it is there",
+        "can_not_loaded" => "not loaded, but there as modules",
+        "restart_off" => "0: after bus off the controller stays off until somebody restarts it",
+        "stamps_of_adapter" => "the adapter stamps frames itself",
+        "stamps_of_kernel" => "the kernel stamps frames on arrival; the adapter does not",
+        "stamps_unknown" => "the interface does not say; the kernel stamps frames on arrival",
+        "any_priority" => "SCHED_FIFO of any priority",
+        "no_priority" => "none: the loop runs at ordinary priority, with lateness of milliseconds under load",
+        "throttling_off" => "off: a loop that spins would hang its processor",
+        "lock_unlimited" => "none",
+        "no_governor" => "the kernel scales no frequency here",
+        "governor_performance" => "performance",
+        "shared_memory_missing" => "not there: no shared memory, so no bench",
+        "shared_memory_unreadable" => "its free space cannot be read",
+        "remove_ipc_off" => "no: benches outlive a logout",
+        "remove_ipc_on" => "yes: a bench left running is corrupted when you log out",
+        "no_dead_bench" => "none has left anything in shared memory",
+        _ => return None,
+    };
+    Some(sentence)
+}
+
+/// What was found, and what it means.
+fn found(finding: &Finding) -> String {
+    let (count, text) = (|name| finding.count(name), |name| finding.text(name));
+    let kilobytes = || count("bytes") / 1024;
+    let megabytes = |name| count(name) >> 20;
+    let left = || {
+        format!(
+            "bench `{}` has no process and left {} files, {} kB",
+            text("bench"),
+            count("files"),
+            kilobytes()
+        )
+    };
+    if let Some(sentence) = fixed(finding.code) {
+        return sentence.to_owned();
+    }
+    match finding.code {
+        "versions" => versions(finding),
+        "can_not_built" => {
+            format!("kernel {} was built without it: no bus, real or virtual, can be opened", text("kernel"))
+        }
+        "interface_unreadable" => text("error").to_owned(),
+        "interface_up" => format!("{} is up", text("interface")),
+        "interface_down" => format!("{} is down", text("interface")),
+        "bit_rate_of_virtual" => format!("{} is virtual: it has none", text("interface")),
+        "bit_rate_as_configured" => format!("{} bit/s, as the bench file says", count("bit_rate")),
+        "bit_rate_differs" => format!(
+            "{} runs at {} bit/s; the bench file says {}: one of them is wrong",
+            text("interface"),
+            count("bit_rate"),
+            count("configured_bit_rate")
+        ),
+        "restart_on" => format!("{} ms after bus off the controller comes back", count("restart_ms")),
+        "queue_short" => format!("{}: no more stale commands than that after a stall", count("frames")),
+        "queue_long" => {
+            format!("{0}: after a stall up to {0} stale commands would still leave", count("frames"))
+        }
+        "priority_up_to" => format!("SCHED_FIFO up to priority {}", count("priority")),
+        "throttling_on" => {
+            format!("{} µs of each second, which a sleeping loop never meets", finding.number("runtime_us"))
+        }
+        "lock_enough" => format!("{} MB, enough", megabytes("bytes")),
+        "lock_too_small" => {
+            format!("{} kB: the loop's memory may be paged out, each time costing milliseconds", kilobytes())
+        }
+        "governor_slow" => {
+            format!("{}: a sleeping loop wakes on a slow processor, tens of µs later", text("governor"))
+        }
+        "shared_memory_full" => {
+            format!("{} MB free; a bench needs up to {}", megabytes("bytes"), megabytes("needed_bytes"))
+        }
+        "shared_memory_free" => format!("tmpfs, {} MB free", megabytes("bytes")),
+        "shared_memory_on_disk" => {
+            format!("not a tmpfs: shared memory may touch a disk, {} MB free", megabytes("bytes"))
+        }
+        "clock_fast" => clock(finding),
+        "clock_slow" => format!("{} (there are: {})", clock(finding), text("available")),
+        "clock_slow_without_faster" => format!("{}, and this machine has no faster clock", clock(finding)),
+        "dead_bench" => left(),
+        "dead_bench_removed" => left() + ": removed",
+        "dead_bench_stays" => format!("{}: {}", left(), text("error")),
+        code => code.to_owned(),
+    }
+}
+
+fn versions(finding: &Finding) -> String {
+    let text = |name| finding.text(name);
+    let preemption = if text("preemption") == "none" { "not preemptible" } else { text("preemption") };
+    format!(
+        "rotorbench {}, Linux {} ({preemption}, {} Hz), {}, {} processors",
+        text("rotorbench"),
+        text("kernel"),
+        finding.count("tick_hz"),
+        text("architecture"),
+        finding.count("processors")
+    )
+}
+
+/// What reading the clock costs.
+fn clock(finding: &Finding) -> String {
+    let (name, cost) = (finding.text("clock"), finding.count("reading_ns"));
+    if cost < 1000 {
+        format!("{name}: a reading costs {cost} ns")
+    } else {
+        format!("{name}: a reading costs {:.1} µs", cost as f64 * 1e-3)
+    }
+}
+
+/// The one command that mends it.
+fn mend(finding: &Finding) -> String {
+    let interface = finding.text("interface");
+    let rate = finding.count("configured_bit_rate");
+    match finding.code {
+        "interface_unreadable" | "interface_down" if interface.starts_with("vcan") => {
+            format!("sudo sh -c 'ip link add dev {interface} type vcan; ip link set {interface} up'")
+        }
+        "interface_unreadable" | "interface_down" => {
+            format!("sudo ip link set {interface} up type can bitrate {rate} restart-ms 100")
+        }
+        "bit_rate_differs" => {
+            format!(
+                "sudo sh -c 'ip link set {interface} down; ip link set {interface} up type can bitrate {rate}'"
+            )
+        }
+        "restart_off" => format!("sudo ip link set {interface} type can restart-ms 100"),
+        "queue_long" => format!("sudo ip link set {interface} txqueuelen 10"),
+        "clock_slow" => format!("echo {} | sudo tee {}", finding.text("faster"), finding.text("file")),
+        code => fixed_mend(code).to_owned(),
+    }
+}
+
+/// The command where there is nothing to fill in.
+fn fixed_mend(code: &str) -> &'static str {
+    match code {
+        "can_not_loaded" => "sudo modprobe -a can can_raw vcan",
+        "can_not_built" => "tools/vcan COMMAND (runs a command on a virtual bus inside User-Mode Linux)",
+        "no_priority" | "lock_too_small" => CAPABILITIES,
+        "governor_slow" => {
+            "echo performance | sudo tee /sys/devices/system/cpu/cpu*/cpufreq/scaling_governor"
+        }
+        "shared_memory_missing" => "sudo mount -t tmpfs -o size=256M tmpfs /dev/shm",
+        "shared_memory_unreadable" | "shared_memory_full" => "sudo mount -o remount,size=256M /dev/shm",
+        "dead_bench" => "rotorbench doctor --fix",
+        "dead_bench_stays" => "sudo rotorbench doctor --fix",
+        "remove_ipc_on" => {
+            "sudo sh -c 'mkdir -p /etc/systemd/logind.conf.d; printf \"[Login]\\nRemoveIPC=no\\n\" > \
+             /etc/systemd/logind.conf.d/rotorbench.conf; systemctl restart systemd-logind'"
+        }
+        _ => "",
+    }
+}

@@ -1,0 +1,245 @@
+//! A bench file, resolved: its messages and signals, how full the bus gets, and what keeps the bench from being armed.
+
+use serde::Serialize;
+
+use crate::bench::{BenchConfig, Trigger};
+use crate::can::{
+    Binding, BusLoad, ByteOrder, CanError, InterfaceStatus, Number, Roles, Route, WARNING_PERCENT,
+    kernel_has_can, worst_case,
+};
+use crate::clock::span_s;
+use crate::guard::Guard;
+use crate::screening::Finding;
+use crate::signal::Channel;
+
+/// The resolved bench.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Debug, Serialize)]
+pub struct BenchCheck {
+    /// Its name.
+    pub bench: String,
+    /// [s] control period.
+    pub period_s: f64,
+    /// Interface of its bus.
+    pub interface: String,
+    /// What the kernel says of the interface; `None` where the kernel has no CAN.
+    #[serde(skip)]
+    pub status: Option<InterfaceStatus>,
+    /// [bit/s] that the bench file says.
+    pub bit_rate: u32,
+    /// Messages, sent ones first.
+    pub messages: Vec<MessageRow>,
+    /// Signals, in the order of their messages.
+    pub signals: Vec<SignalRow>,
+    /// [%] load of the bus at worst.
+    pub bus_load_percent: f64,
+    /// What keeps the bench from being armed.
+    #[serde(skip)]
+    pub obstacles: Vec<Finding>,
+    /// What works, less well than it could.
+    #[serde(skip)]
+    pub caveats: Vec<Finding>,
+}
+
+/// A message of the bench.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Debug, Serialize)]
+pub struct MessageRow {
+    /// Its name.
+    pub message: String,
+    /// `sent` or `received`.
+    pub direction: &'static str,
+    /// Its identifier.
+    pub id: String,
+    /// [byte] length of its data.
+    pub bytes: usize,
+    /// [s] how often it comes.
+    pub period_s: f64,
+    /// Name of its counter, where it has one.
+    pub counter: Option<String>,
+    /// [bit] on the bus at worst, stuffing included.
+    pub worst_case_bits: f64,
+    /// [%] of the bus at worst.
+    pub load_percent: f64,
+}
+
+/// A signal in its role.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Debug, Serialize)]
+pub struct SignalRow {
+    /// Key in the bench file.
+    pub role: String,
+    /// Message and signal.
+    pub signal: String,
+    /// Number, byte order and first bit.
+    pub place: String,
+    /// Unit in the DBC file; `-` where it says none.
+    pub unit: String,
+    /// Unit inside the program.
+    pub si_unit: &'static str,
+    /// From the raw number to SI.
+    pub si_factor: f64,
+    /// [SI] added behind the factor.
+    pub si_offset: f64,
+    /// [SI] least value that is accepted.
+    pub minimum: f64,
+    /// [SI] greatest value that is accepted.
+    pub maximum: f64,
+}
+
+impl BenchCheck {
+    /// Resolves a bench file whose parts were built. A machine whose kernel has no CAN at all is not the bench: there the file
+    /// is checked alone.
+    ///
+    /// # Errors
+    /// [`CanError`] when the kernel has CAN and not this interface.
+    pub fn of(config: &BenchConfig, roles: &Roles, guard: &Guard) -> Result<Self, CanError> {
+        let load = worst_case(roles, &config.bus);
+        let mut messages = Vec::new();
+        let mut signals = Vec::new();
+        for route in roles.command_messages() {
+            messages.push(message_row(route, "sent", &load, messages.len()));
+            signals.extend(route.bindings().iter().map(|binding| {
+                signal_row(route, binding, format!("commands.{}", binding.field), binding.field.si())
+            }));
+        }
+        for route in roles.sensor_messages() {
+            messages.push(message_row(route, "received", &load, messages.len()));
+            signals.extend(route.bindings().iter().map(|binding| {
+                signal_row(route, binding, format!("sensors.{}", binding.field), binding.field.unit())
+            }));
+        }
+        let bus = &config.bus;
+        let status = kernel_has_can().then(|| InterfaceStatus::read(&bus.interface)).transpose()?;
+        let is_full = load.percent > WARNING_PERCENT;
+        let full = is_full.then(|| {
+            Finding::new("bus_loaded", bus.interface.as_str())
+                .with("load_percent", load.percent)
+                .with("limit_percent", WARNING_PERCENT)
+        });
+        let of_interface = status.iter().flat_map(|status| interface_findings(config, status));
+        Ok(Self {
+            bench: config.name.clone(),
+            period_s: config.period_s,
+            interface: bus.interface.clone(),
+            bit_rate: bus.bit_rate,
+            messages,
+            signals,
+            bus_load_percent: load.percent,
+            obstacles: obstacles(config, roles, guard),
+            caveats: full.into_iter().chain(of_interface).collect(),
+            status,
+        })
+    }
+}
+
+fn message_row<F: Copy>(
+    route: &Route<F>,
+    direction: &'static str,
+    load: &BusLoad,
+    index: usize,
+) -> MessageRow {
+    let load = load.messages.get(index);
+    MessageRow {
+        message: route.name.clone(),
+        direction,
+        id: route.id.to_string(),
+        bytes: route.length,
+        period_s: route.period_s,
+        counter: route.counter.as_ref().map(|(name, _)| name.clone()),
+        worst_case_bits: load.map_or(0.0, |load| load.bits),
+        load_percent: load.map_or(0.0, |load| load.percent),
+    }
+}
+
+fn signal_row<F: Copy>(
+    route: &Route<F>,
+    binding: &Binding<F>,
+    role: String,
+    si_unit: &'static str,
+) -> SignalRow {
+    let layout = binding.codec.layout();
+    let order = if layout.order == ByteOrder::Little { "little" } else { "big" };
+    let number = match layout.number {
+        Number::Unsigned => format!("u{}", layout.size),
+        Number::Signed => format!("i{}", layout.size),
+        Number::Float32 => "f32".to_owned(),
+        Number::Float64 => "f64".to_owned(),
+    };
+    SignalRow {
+        role,
+        signal: format!("{}.{}", route.name, binding.signal),
+        place: format!("{number} {order} at {}", layout.start),
+        unit: if binding.unit.is_empty() { "-".to_owned() } else { binding.unit.clone() },
+        si_unit,
+        si_factor: binding.codec.factor() * binding.scale,
+        si_offset: binding.codec.offset() * binding.scale + binding.offset,
+        minimum: binding.range.0,
+        maximum: binding.range.1,
+    }
+}
+
+/// What the guard needs and the bus does not bring, or brings too rarely: such a bench is never
+/// armed, or not for long.
+fn obstacles(config: &BenchConfig, roles: &Roles, guard: &Guard) -> Vec<Finding> {
+    let mut obstacles = Vec::new();
+    for (channel, stale_after_ns) in guard.requirements() {
+        let feeds = |route: &&Route<Channel>| route.bindings().iter().any(|it| it.field == channel);
+        let route = roles.sensor_messages().iter().find(feeds);
+        // Half of what a signal may be silent for is a miss already.
+        let missed_after_s = span_s(stale_after_ns / 2);
+        let about = |code, route: &Route<Channel>| {
+            Finding::new(code, channel.label())
+                .with("message", route.name.as_str())
+                .with("message_period_s", route.period_s)
+        };
+        match route {
+            None => {
+                obstacles.push(
+                    Finding::new("no_signal_feeds", channel.label()).with("bench", config.name.as_str()),
+                );
+            }
+            Some(route) if route.period_s > missed_after_s => {
+                obstacles.push(about("message_too_rare", route).with("missed_after_s", missed_after_s));
+            }
+            Some(route)
+                if channel == Channel::BodyRate
+                    && config.trigger == Trigger::Imu
+                    && !is_whole(config.period_s / route.period_s) =>
+            {
+                obstacles.push(about("trigger_off_rate", route).with("period_s", config.period_s));
+            }
+            Some(_) => {}
+        }
+    }
+    obstacles
+}
+
+/// Whether a ratio of rates is 1, 2, 3, ..., to a hundredth.
+fn is_whole(ratio: f64) -> bool {
+    ratio.round() >= 1.0 && (ratio - ratio.round()).abs() <= 0.01 * ratio
+}
+
+/// What of the interface is not as the bench file has it.
+fn interface_findings(config: &BenchConfig, status: &InterfaceStatus) -> Vec<Finding> {
+    let bus = &config.bus;
+    let found = |code| Finding::new(code, bus.interface.as_str());
+    let mut findings = Vec::new();
+    if !status.is_up {
+        findings.push(found("interface_down"));
+    }
+    if bus.fd && !status.fd {
+        findings.push(found("no_fd_frames"));
+    }
+    if let Some(rate) = status.bit_rate.filter(|rate| *rate != bus.bit_rate) {
+        findings.push(
+            found("bit_rate_differs")
+                .with("bit_rate", rate as usize)
+                .with("configured_bit_rate", bus.bit_rate as usize),
+        );
+    }
+    if status.state.is_some() && status.restart_ms == Some(0) {
+        findings.push(found("restart_off"));
+    }
+    findings
+}
