@@ -75,9 +75,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
         csv::write(&signals, path)?;
     }
     if arguments.json {
-        let told =
+        let answer =
             |it: &Comparison| json::with_sentences(it, &[&it.findings[..], &it.mistaken_columns].concat());
-        let comparisons = found.iter().flatten().map(told).collect::<Result<Vec<_>, _>>()?;
+        let comparisons = found.iter().flatten().map(answer).collect::<Result<Vec<_>, _>>()?;
         println!("{}", json::answer(&serde_json::json!({ "comparisons": comparisons }))?);
     } else {
         print!("{}", comparison::text(&found, &logs));
@@ -103,13 +103,9 @@ fn compare_runs(arguments: &Arguments) -> CliResult {
         compared.page().save(path)?;
     }
     if arguments.json {
-        println!("{}", json::answer(&compared)?);
-        return Ok(Outcome::Done);
-    }
-    println!("{}", compared.table().text());
-    compared.later_table().iter().for_each(|table| println!("{}", table.text()));
-    for warning in &compared.warnings {
-        println!("warning: {warning}");
+        println!("{}", json::answer(&json::with_sentences(&compared, &compared.findings)?)?);
+    } else {
+        print!("{}", compared.text());
     }
     Ok(Outcome::Done)
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::{CliResult, Outcome};
 use crate::bench::BenchConfig;
 use crate::report::{doctor, json};
-use crate::session::{Looked, look_at_machine};
+use crate::session::{MachineCheck, check_machine};
 
 /// Arguments of `doctor`.
 #[derive(Debug, clap::Args)]
@@ -25,12 +25,12 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> CliResult {
     let config = BenchConfig::load(arguments.config.as_deref())?;
     let only = arguments.config.as_ref().map(|_| config.name.as_str());
-    let looked = look_at_machine(&config, only, arguments.fix);
+    let looked = check_machine(&config, only, arguments.fix);
     let rows = doctor::rows(&looked);
     if arguments.json {
         println!("{}", json::answer(&rows)?);
     } else {
         print!("{}", doctor::text(&rows));
     }
-    Ok(if looked.iter().any(Looked::is_wanting) { Outcome::FoundWanting } else { Outcome::Done })
+    Ok(if looked.iter().any(MachineCheck::is_wanting) { Outcome::FoundWanting } else { Outcome::Done })
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use crate::screening::Finding;
-use crate::session::{Grade, Looked};
+use crate::session::{Grade, MachineCheck};
 
 /// Gives the program both rights at once.
 const CAPABILITIES: &str = "sudo setcap cap_sys_nice,cap_ipc_lock+ep \"$(command -v rotorbench)\"";
@@ -26,8 +26,8 @@ pub struct Row<'a> {
 
 /// What was looked at, one row a check.
 #[must_use]
-pub fn rows<'a>(looked: &'a [Looked]) -> Vec<Row<'a>> {
-    let row = |it: &'a Looked| Row {
+pub fn rows<'a>(looked: &'a [MachineCheck]) -> Vec<Row<'a>> {
+    let row = |it: &'a MachineCheck| Row {
         check: &it.finding.subject,
         grade: it.grade,
         found: found(&it.finding),

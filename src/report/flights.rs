@@ -1,5 +1,6 @@
 //! Flights side by side: the table of answers to an impulse, and the curves, for `paper` and for `compare --runs`.
 
+use super::findings::sentence;
 use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
 use crate::studies::controller_comparison::{FlightComparison, RecordedFlight};
 use crate::studies::impulse_response::{Answer, Moment};
@@ -143,12 +144,20 @@ impl FlightComparison {
         (!rows.is_empty()).then(|| answer_table(&rows, "Answers to the impulses behind the first one"))
     }
 
+    /// The tables, and what to know about the flights.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let tables = std::iter::once(self.table()).chain(self.later_table());
+        let warnings = self.findings.iter().map(|finding| format!("warning: {}\n", sentence(finding)));
+        tables.map(|table| table.text() + "\n").chain(warnings).collect()
+    }
+
     /// The report.
     #[must_use]
     pub fn page(&self) -> Page {
         let mut page = Page::new("Controllers side by side");
-        for warning in &self.warnings {
-            page.verdict(Mark::Warning, warning.as_str());
+        for finding in &self.findings {
+            page.verdict(Mark::Warning, sentence(finding));
         }
         page.table(self.table()).paragraph(format!(
             "Settled is within 5 % of the peak, a swing goes further than that to the other side. {DISTURBANCE}"

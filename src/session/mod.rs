@@ -35,7 +35,7 @@ pub use diagnose::diagnose;
 pub use extend::{Extended, extend, refit};
 pub use fly::fly;
 pub use identify::identify;
-pub use machine::{Grade, Looked, look_at_machine};
+pub use machine::{Grade, MachineCheck, check_machine};
 pub use models::{name_after, open_model, save_model, step_back};
 pub use open::{Opened, Source, open, open_all};
 

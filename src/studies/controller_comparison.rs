@@ -11,8 +11,8 @@ use crate::clock;
 use crate::emulate::Impulse;
 use crate::recording::{Record, RecordError, Recording};
 use crate::runtime::lockstep::ORIGIN_NS;
+use crate::screening::Finding;
 use crate::signal::ControlStep;
-use crate::unit::short;
 
 /// Why flights cannot be compared.
 #[derive(Debug, thiserror::Error)]
@@ -55,8 +55,9 @@ pub enum FlightError {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StruckFrom {
-    /// Said by who compares.
-    Told,
+    /// Given by who compares; `told` in the JSON.
+    #[serde(rename = "told")]
+    Given,
     /// The emulator's settings in the recording, which was made in virtual time.
     Recording,
     /// The moment from which the angle moves to its largest value.
@@ -101,9 +102,9 @@ pub struct RecordedFlight {
     pub answer: Answer,
     /// The impulses behind the first one.
     pub later: Vec<LaterStrike>,
-    /// What the recording says of it, in words, where that is something else than was told.
+    /// What the recording says of it, where that is something else than was given.
     #[serde(skip)]
-    pub recorded_otherwise: Option<String>,
+    pub recorded_otherwise: Option<Finding>,
     /// Period by period.
     #[serde(skip)]
     pub moments: Vec<Moment>,
@@ -115,29 +116,30 @@ pub struct RecordedFlight {
 pub struct FlightComparison {
     /// In the order given.
     pub flights: Vec<RecordedFlight>,
-    /// Where they are not alike.
-    pub warnings: Vec<String>,
+    /// What makes them unlike each other, or is not known of them.
+    pub findings: Vec<Finding>,
 }
 
 /// Reads and judges the flights in `recordings` over `judged_s` behind each impulse as `paper` does, or over the time
 /// that all of them have before the next impulse or their end: what drifts back over the band long after is no answer
-/// to it. `told` is the impulse, `at_s` counted from the first record of a controller's step, where the recordings do
+/// to it. `given` is the impulse, `at_s` counted from the first record of a controller's step, where the recordings do
 /// not say it.
 ///
 /// # Errors
 /// [`FlightError`] naming the file.
 pub fn compare_flights(
     recordings: &[PathBuf],
-    told: Option<Impulse>,
+    given: Option<Impulse>,
 ) -> Result<FlightComparison, FlightError> {
-    let mut raw = recordings.iter().map(|path| RawFlight::read(path, told)).collect::<Result<Vec<_>, _>>()?;
+    let mut raw =
+        recordings.iter().map(|path| RawFlight::read(path, given)).collect::<Result<Vec<_>, _>>()?;
     let most = raw.iter().map(|flight| flight.strikes.len()).max().unwrap_or(0);
     let window =
         |index: usize| raw.iter().filter_map(|it| it.behind_s(index)).fold(THRESHOLDS.judged_s, f64::min);
     let windows: Vec<f64> = (0..most).map(window).collect();
     let flights: Vec<RecordedFlight> = raw.drain(..).map(|flight| flight.judged(&windows)).collect();
-    let warnings = warnings(&flights);
-    Ok(FlightComparison { flights, warnings })
+    let findings = findings(&flights);
+    Ok(FlightComparison { flights, findings })
 }
 
 /// A flight before it is judged.
@@ -149,7 +151,7 @@ struct RawFlight {
     controller: &'static str,
     moments: Vec<Moment>,
     struck_from: StruckFrom,
-    recorded_otherwise: Option<String>,
+    recorded_otherwise: Option<Finding>,
     /// [s] when each impulse began, in order, where impulses are known.
     impulses: Vec<(f64, Impulse)>,
     /// [s] when the body was struck; impulses that follow each other too closely to be judged are one strike.
@@ -157,7 +159,7 @@ struct RawFlight {
 }
 
 impl RawFlight {
-    fn read(path: &Path, told: Option<Impulse>) -> Result<Self, FlightError> {
+    fn read(path: &Path, given: Option<Impulse>) -> Result<Self, FlightError> {
         let mut recording = Recording::open(path)?;
         let mut steps = Vec::new();
         for record in recording.by_ref() {
@@ -182,12 +184,12 @@ impl RawFlight {
             is_angle_measured,
             controller,
             moments,
-            struck_from: StruckFrom::Told,
+            struck_from: StruckFrom::Given,
             recorded_otherwise: None,
             impulses: Vec::new(),
             strikes: Vec::new(),
         };
-        flight.find_the_impulses(told);
+        flight.find_the_impulses(given);
         if flight.struck_from == StruckFrom::Angle && flight.was_left_alone() {
             return Err(FlightError::NotStruck { path: flight.path });
         }
@@ -213,9 +215,9 @@ impl RawFlight {
         Some(self.span().1.min(until_s) - struck_s)
     }
 
-    fn find_the_impulses(&mut self, told: Option<Impulse>) {
+    fn find_the_impulses(&mut self, given: Option<Impulse>) {
         self.impulses = self.recorded_impulses();
-        if let Some(impulse) = told {
+        if let Some(impulse) = given {
             self.recorded_otherwise = self.recorded_otherwise(&impulse);
             self.impulses.retain(|(at_s, _)| *at_s > impulse.at_s);
             self.impulses.insert(0, (impulse.at_s, impulse));
@@ -238,17 +240,34 @@ impl RawFlight {
         config.is_some_and(|it| it.emulator.impulse.is_empty() && it.controller.reference.moves.is_empty())
     }
 
-    /// What the recording says struck the body, in words, where it says so and it is not what was `told`.
-    fn recorded_otherwise(&self, told: &Impulse) -> Option<String> {
+    /// What the recording says struck the body, where it says so and it is not what was `given`.
+    fn recorded_otherwise(&self, given: &Impulse) -> Option<Finding> {
         // As floating-point numbers from the same text they are equal to the last bit.
-        let is_told = |(at_s, it): &(f64, Impulse)| Impulse { at_s: *at_s, ..*it } == *told;
-        if self.impulses.iter().any(is_told) {
+        let is_given = |(at_s, it): &(f64, Impulse)| Impulse { at_s: *at_s, ..*it } == *given;
+        if self.impulses.iter().any(is_given) {
             return None;
         }
+        let found = |code| {
+            Finding::new(code, "impulse")
+                .of(&self.name())
+                .with("torque_nm", given.torque)
+                .with("duration_s", given.duration_s)
+                .with("at_s", given.at_s)
+        };
         match self.impulses.first() {
-            Some((at_s, first)) => Some(words(&Impulse { at_s: *at_s, ..*first })),
-            None => self.was_left_alone().then(|| "nothing".to_owned()),
+            Some((at_s, first)) => Some(
+                found("recorded_impulse_differs")
+                    .with("recorded_torque_nm", first.torque)
+                    .with("recorded_duration_s", first.duration_s)
+                    .with("recorded_at_s", *at_s),
+            ),
+            None => self.was_left_alone().then(|| found("no_impulse_recorded")),
         }
+    }
+
+    /// File name of the recording.
+    fn name(&self) -> String {
+        self.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
     }
 
     /// The emulator's impulses up to the end of the flight, in order, where they were recorded on the flight's clock.
@@ -300,7 +319,7 @@ impl RawFlight {
     /// `windows` [s]: how long each strike is judged.
     fn judged(self, windows: &[f64]) -> RecordedFlight {
         let emulator = self.config.as_ref().filter(|_| self.is_virtual).map(|config| &config.emulator);
-        let name = self.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let name = self.name();
         let struck_s = self.strikes.first().copied().unwrap_or(f64::NAN);
         let judged_s = windows.first().copied().unwrap_or(THRESHOLDS.judged_s);
         let by = |struck_s: f64| self.impulses.iter().find(|it| it.0 == struck_s).map(|it| it.1);
@@ -331,10 +350,6 @@ impl RawFlight {
     }
 }
 
-fn words(impulse: &Impulse) -> String {
-    format!("{} N m for {} s at {} s", short(impulse.torque), short(impulse.duration_s), short(impulse.at_s))
-}
-
 fn moment(step: &ControlStep, begun_ns: u64, is_angle_measured: bool) -> Moment {
     let estimate = &step.command.estimate;
     let angle = if is_angle_measured { step.sensors.body_angle.value } else { estimate.body_angle };
@@ -347,29 +362,18 @@ fn moment(step: &ControlStep, begun_ns: u64, is_angle_measured: bool) -> Moment 
     }
 }
 
-/// What makes flights unlike each other.
-fn warnings(flights: &[RecordedFlight]) -> Vec<String> {
-    let mut warnings = Vec::new();
+/// What makes flights unlike each other, or is not known of them.
+fn findings(flights: &[RecordedFlight]) -> Vec<Finding> {
+    let mut findings = Vec::new();
     for flight in flights {
         let name = &flight.recording;
         if !flight.is_angle_measured {
-            warnings.push(format!(
-                "{name}: the angle was not measured; the controller's own estimate is judged, which drifts with the gyro's bias"
-            ));
+            findings.push(Finding::new("angle_not_measured", "body_angle_rad").of(name));
         }
-        if let Some((recorded, told)) = flight.recorded_otherwise.as_ref().zip(flight.impulse.as_ref()) {
-            warnings.push(format!(
-                "{name}: --impulse says that {} struck the body, its recording says {recorded}; judged is what --impulse says: \
-                 without it the recording's own is",
-                words(told)
-            ));
-        }
+        findings.extend(flight.recorded_otherwise.clone());
         if flight.struck_from == StruckFrom::Angle {
-            warnings.push(format!(
-                "{name}: it does not say when the body was struck; taken from the angle, {:.2} s after the first step. \
-                 --impulse AT:DURATION:TORQUE says it, and then the error of the disturbance's estimate is known, too",
-                flight.struck_s
-            ));
+            findings
+                .push(Finding::new("impulse_unknown", "impulse").of(name).with("struck_s", flight.struck_s));
         }
     }
     let push = |impulse: &Impulse| impulse.duration_s * impulse.torque;
@@ -378,17 +382,17 @@ fn warnings(flights: &[RecordedFlight]) -> Vec<String> {
             let Some(other) = &flight.impulse else { continue };
             // As floating-point numbers from the same text they are equal to the last bit.
             if push(other) != push(first) || other.torque != first.torque {
-                warnings.push(format!(
-                    "not the same disturbance: {} was struck by {} N m for {} s, {} by {} N m for {} s",
-                    flights[0].recording,
-                    first.torque,
-                    first.duration_s,
-                    flight.recording,
-                    other.torque,
-                    other.duration_s
-                ));
+                findings.push(
+                    Finding::new("impulses_differ", "impulse")
+                        .with("recording", flights[0].recording.as_str())
+                        .with("torque_nm", first.torque)
+                        .with("duration_s", first.duration_s)
+                        .with("other_recording", flight.recording.as_str())
+                        .with("other_torque_nm", other.torque)
+                        .with("other_duration_s", other.duration_s),
+                );
             }
         }
     }
-    warnings
+    findings
 }

@@ -6,6 +6,7 @@ mod identify;
 mod numbers;
 mod screening;
 mod session;
+mod studies;
 
 pub(crate) use identify::outcome;
 
@@ -36,6 +37,7 @@ pub fn text(finding: &Finding) -> String {
         .or_else(|| compare::sentence(finding))
         .or_else(|| diagnose::sentence(finding))
         .or_else(|| session::sentence(finding))
+        .or_else(|| studies::sentence(finding))
         .unwrap_or_else(|| format!("{} {}", finding.code, finding.subject))
 }
 

@@ -2,17 +2,17 @@
 
 use std::fs;
 
-use super::{Looked, bad, good, warning};
+use super::{MachineCheck, bad, good, warning};
 use crate::can::{BusConfig, InterfaceStatus, kernel_has_can, timestamps};
 use crate::session::thresholds::THRESHOLDS;
 
-pub(super) fn look(bus: &BusConfig) -> Vec<Looked> {
+pub(super) fn look(bus: &BusConfig) -> Vec<MachineCheck> {
     let interface = bus.interface.as_str();
     if !kernel_has_can() {
         return vec![no_can()];
     }
     let mut findings = vec![good("CAN in the kernel", "can_there")];
-    let of_interface = |looked: Looked| {
+    let of_interface = |looked: MachineCheck| {
         looked.with("interface", interface).with("configured_bit_rate", bus.bit_rate as usize)
     };
     let status = match InterfaceStatus::read(interface) {
@@ -45,7 +45,7 @@ pub(super) fn look(bus: &BusConfig) -> Vec<Looked> {
     findings
 }
 
-fn no_can() -> Looked {
+fn no_can() -> MachineCheck {
     const CHECK: &str = "CAN in the kernel";
     let release = fs::read_to_string("/proc/sys/kernel/osrelease").unwrap_or_default();
     let modules = format!("/lib/modules/{}/kernel/net/can", release.trim());
@@ -55,7 +55,7 @@ fn no_can() -> Looked {
     bad(CHECK, "can_not_built").with("kernel", release.trim())
 }
 
-fn restart(status: &InterfaceStatus) -> Looked {
+fn restart(status: &InterfaceStatus) -> MachineCheck {
     match status.restart_ms {
         Some(milliseconds) if milliseconds > 0 => {
             good("restart-ms", "restart_on").with("restart_ms", milliseconds as usize)
@@ -64,7 +64,7 @@ fn restart(status: &InterfaceStatus) -> Looked {
     }
 }
 
-fn queue(interface: &str) -> Looked {
+fn queue(interface: &str) -> MachineCheck {
     const CHECK: &str = "txqueuelen";
     let text = fs::read_to_string(format!("/sys/class/net/{interface}/tx_queue_len")).unwrap_or_default();
     match text.trim().parse::<u32>() {
@@ -76,7 +76,7 @@ fn queue(interface: &str) -> Looked {
     }
 }
 
-fn stamps(interface: &str) -> Looked {
+fn stamps(interface: &str) -> MachineCheck {
     const CHECK: &str = "timestamps";
     match timestamps(interface) {
         Some(stamps) if stamps.hardware => good(CHECK, "stamps_of_adapter"),

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use super::{Looked, bad, good, warning};
+use super::{MachineCheck, bad, good, warning};
 use crate::bench::BenchConfig;
 use crate::clock;
 use crate::rt::Machine;
@@ -17,7 +17,7 @@ fn read(path: &str) -> Option<String> {
     fs::read_to_string(path).ok().map(|text| text.trim().to_owned()).filter(|text| !text.is_empty())
 }
 
-pub(super) fn versions() -> Looked {
+pub(super) fn versions() -> MachineCheck {
     let Machine { kernel, preemption, tick_hz, processors, .. } = Machine::look();
     good("versions", "versions")
         .with("rotorbench", env!("CARGO_PKG_VERSION"))
@@ -28,7 +28,7 @@ pub(super) fn versions() -> Looked {
         .with("processors", processors)
 }
 
-pub(super) fn look(config: &BenchConfig) -> Vec<Looked> {
+pub(super) fn look(config: &BenchConfig) -> Vec<MachineCheck> {
     let rights = read("/proc/self/status")
         .and_then(|text| {
             let line = text.lines().find_map(|line| line.strip_prefix("CapEff:"))?.trim().to_owned();
@@ -49,7 +49,7 @@ fn limit(resource: libc::__rlimit_resource_t) -> u64 {
     limit.rlim_cur
 }
 
-fn real_time(rights: u64) -> Looked {
+fn real_time(rights: u64) -> MachineCheck {
     const CHECK: &str = "real-time permission";
     let priority = limit(libc::RLIMIT_RTPRIO);
     if rights & CAP_SYS_NICE != 0 {
@@ -61,7 +61,7 @@ fn real_time(rights: u64) -> Looked {
     warning(CHECK, "no_priority")
 }
 
-fn throttling() -> Looked {
+fn throttling() -> MachineCheck {
     const CHECK: &str = "real-time throttling";
     match read("/proc/sys/kernel/sched_rt_runtime_us").and_then(|text| text.parse::<i64>().ok()) {
         Some(-1) => good(CHECK, "throttling_off"),
@@ -70,7 +70,7 @@ fn throttling() -> Looked {
     }
 }
 
-fn locked_memory(rights: u64) -> Looked {
+fn locked_memory(rights: u64) -> MachineCheck {
     const CHECK: &str = "memory lock limit";
     let bytes = limit(libc::RLIMIT_MEMLOCK);
     if rights & CAP_IPC_LOCK != 0 || bytes == libc::RLIM_INFINITY {
@@ -82,7 +82,7 @@ fn locked_memory(rights: u64) -> Looked {
     warning(CHECK, "lock_too_small").with("bytes", bytes as usize)
 }
 
-fn governor() -> Looked {
+fn governor() -> MachineCheck {
     const CHECK: &str = "frequency governor";
     let files =
         (0..).map(|processor| format!("/sys/devices/system/cpu/cpu{processor}/cpufreq/scaling_governor"));
@@ -94,7 +94,7 @@ fn governor() -> Looked {
     }
 }
 
-fn shared_memory() -> Looked {
+fn shared_memory() -> MachineCheck {
     const CHECK: &str = "/dev/shm";
     if !Path::new(CHECK).is_dir() {
         return bad(CHECK, "shared_memory_missing");
@@ -121,7 +121,7 @@ fn free_bytes() -> Option<u64> {
     (code == 0).then(|| found.f_bavail.saturating_mul(found.f_frsize))
 }
 
-fn clock_source() -> Looked {
+fn clock_source() -> MachineCheck {
     const CHECK: &str = "clock source";
     let folder = "/sys/devices/system/clocksource/clocksource0";
     let (Some(current), available) = (
@@ -155,7 +155,7 @@ fn reading_ns() -> u64 {
 }
 
 /// systemd removes a user's shared memory when he logs out, and corrupts a bench that still runs.
-fn remove_ipc(config: &BenchConfig) -> Option<Looked> {
+fn remove_ipc(config: &BenchConfig) -> Option<MachineCheck> {
     const CHECK: &str = "logind RemoveIPC";
     // SAFETY: geteuid has no arguments and cannot fail.
     let is_system_user = unsafe { libc::geteuid() } < 1000;

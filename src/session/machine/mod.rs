@@ -23,26 +23,26 @@ pub enum Grade {
 
 /// One thing looked at: its name is the finding's subject.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Looked {
+pub struct MachineCheck {
     /// How bad it is.
     pub grade: Grade,
     /// What was found.
     pub finding: Finding,
 }
 
-fn good(check: &str, code: &'static str) -> Looked {
-    Looked { grade: Grade::Good, finding: Finding::new(code, check) }
+fn good(check: &str, code: &'static str) -> MachineCheck {
+    MachineCheck { grade: Grade::Good, finding: Finding::new(code, check) }
 }
 
-fn warning(check: &str, code: &'static str) -> Looked {
-    Looked { grade: Grade::Warning, finding: Finding::new(code, check) }
+fn warning(check: &str, code: &'static str) -> MachineCheck {
+    MachineCheck { grade: Grade::Warning, finding: Finding::new(code, check) }
 }
 
-fn bad(check: &str, code: &'static str) -> Looked {
-    Looked { grade: Grade::Bad, finding: Finding::new(code, check) }
+fn bad(check: &str, code: &'static str) -> MachineCheck {
+    MachineCheck { grade: Grade::Bad, finding: Finding::new(code, check) }
 }
 
-impl Looked {
+impl MachineCheck {
     fn with(self, name: &'static str, value: impl Into<crate::screening::finding::Evidence>) -> Self {
         Self { finding: self.finding.with(name, value), ..self }
     }
@@ -57,7 +57,7 @@ impl Looked {
 /// Looks at versions, the bus of `config`, the machine, and what benches without a process left in shared memory: all of them,
 /// or the one called `only`; with `fix` what they left is removed.
 #[must_use]
-pub fn look_at_machine(config: &BenchConfig, only: Option<&str>, fix: bool) -> Vec<Looked> {
+pub fn check_machine(config: &BenchConfig, only: Option<&str>, fix: bool) -> Vec<MachineCheck> {
     let mut findings = vec![host::versions()];
     findings.extend(bus::look(&config.bus));
     findings.extend(host::look(config));
@@ -66,7 +66,7 @@ pub fn look_at_machine(config: &BenchConfig, only: Option<&str>, fix: bool) -> V
 }
 
 /// Benches that nobody is on any more.
-fn leftovers(only: Option<&str>, fix: bool) -> Vec<Looked> {
+fn leftovers(only: Option<&str>, fix: bool) -> Vec<MachineCheck> {
     const CHECK: &str = "dead benches";
     let mut left = shm::leftovers();
     left.retain(|it| only.is_none_or(|only| it.bench == only));
@@ -76,7 +76,7 @@ fn leftovers(only: Option<&str>, fix: bool) -> Vec<Looked> {
     let look = |it: &Leftover| {
         let looked = match fix.then(|| it.remove()) {
             None => warning(CHECK, "dead_bench"),
-            Some(Ok(_)) => Looked { grade: Grade::Mended, ..good(CHECK, "dead_bench_removed") },
+            Some(Ok(_)) => MachineCheck { grade: Grade::Mended, ..good(CHECK, "dead_bench_removed") },
             Some(Err(error)) => bad(CHECK, "dead_bench_stays").with("error", error.to_string()),
         };
         looked.with("bench", it.bench.as_str()).with("files", it.files).with("bytes", it.bytes as usize)
