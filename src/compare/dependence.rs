@@ -1,9 +1,11 @@
-//! What an error depends on: the share of it that is a function of a channel, held against surrogates (the channel shifted in time); and which
-//! channel it follows in time.
+//! What an error depends on: the share of it that is a function of a channel, beside what surrogates (the channel shifted in
+//! time) reach; and which channel it follows in time.
 
 use serde::Serialize;
 
 use super::thresholds::THRESHOLDS;
+use crate::estimation::cross_correlation::{CrossCorrelation, Peak};
+use crate::estimation::dependence::BinnedDependence;
 use crate::estimation::slope::centred_slopes;
 use crate::log::Dataset;
 use crate::screening::readings;
@@ -83,122 +85,32 @@ pub(crate) fn dependences(log: &Dataset, rows: &[usize], error: &[f64]) -> Vec<D
     found
 }
 
-/// `None` when the channel hardly moves or is mostly missing.
 fn dependence(on: String, channel: &[f64], error: &[f64]) -> Option<Dependence> {
-    let mut order: Vec<usize> =
-        (0..error.len()).filter(|k| channel[*k].is_finite() && error[*k].is_finite()).collect();
-    let known = error.iter().filter(|error| error.is_finite()).count();
-    if order.len() < 4 * THRESHOLDS.bins || 2 * order.len() < known {
-        return None;
-    }
-    let kept = order.clone();
-    order.sort_by(|a, b| channel[*a].total_cmp(&channel[*b]));
-    if channel[order[0]] == channel[order[order.len() - 1]] {
-        return None;
-    }
-    let mut bin_of = vec![0; error.len()];
-    for (rank, k) in order.iter().enumerate() {
-        bin_of[*k] = rank * THRESHOLDS.bins / order.len();
-    }
-    // Samples of one value share a bin, or the order of the file would decide.
-    for pair in order.windows(2) {
-        if channel[pair[0]] == channel[pair[1]] {
-            bin_of[pair[1]] = bin_of[pair[0]];
-        }
-    }
-    let errors: Vec<f64> = kept.iter().map(|k| error[*k]).collect();
-    let bins: Vec<usize> = kept.iter().map(|k| bin_of[*k]).collect();
-    let (explained, means) = share(&bins, &errors, 0);
-    let surrogate = (1..=THRESHOLDS.surrogates).map(|number| {
-        // Shifts spread over the middle nine tenths of the record: none is near to no shift at all.
-        let part = 0.05 + 0.9 * number as f64 / (THRESHOLDS.surrogates + 1) as f64;
-        share(&bins, &errors, (part * errors.len() as f64) as usize).0
-    });
-    let surrogate = surrogate.fold(0.0, f64::max);
-    let curve = (0..THRESHOLDS.bins).filter_map(|bin| {
-        let inside: Vec<f64> = order.iter().filter(|k| bin_of[**k] == bin).map(|k| channel[*k]).collect();
-        let middle = *inside.get(inside.len() / 2)?;
-        Some((middle, means[bin]))
-    });
-    Some(Dependence { on, explained, surrogate, curve: curve.collect() })
-}
-
-/// Share of the variance of `errors` that the bins' means carry, with the channel `shift` samples aside;
-/// corrected for what that many means carry of anything.
-fn share(bins: &[usize], errors: &[f64], shift: usize) -> (f64, [f64; THRESHOLDS.bins]) {
-    let count = errors.len() as f64;
-    let mut sums = [(0.0, 0.0); THRESHOLDS.bins];
-    for (k, error) in errors.iter().enumerate() {
-        let bin = bins[(k + shift) % bins.len()];
-        sums[bin].0 += error;
-        sums[bin].1 += 1.0;
-    }
-    let mean = errors.iter().sum::<f64>() / count;
-    let total: f64 = errors.iter().map(|error| (error - mean).powi(2)).sum();
-    let means = sums.map(|(sum, number): (f64, f64)| if number > 0.0 { sum / number } else { 0.0 });
-    let between: f64 = sums.iter().zip(means).map(|((_, number), m)| number * (m - mean).powi(2)).sum();
-    if total <= 0.0 {
-        return (0.0, means);
-    }
-    let used = sums.iter().filter(|(_, number)| *number > 0.0).count() as f64;
-    let within = (total - between) / (count - used);
-    ((1.0 - within / (total / (count - 1.0))).max(0.0), means)
+    let BinnedDependence { explained, surrogate, curve } =
+        BinnedDependence::of(channel, error, THRESHOLDS.bins, THRESHOLDS.surrogates)?;
+    Some(Dependence { on, explained, surrogate, curve })
 }
 
 /// Cross-correlation of the error with every channel, the strongest over its bound first.
 pub(crate) fn correlations(log: &Dataset, rows: &[usize], error: &[f64], interval: f64) -> Vec<Correlation> {
-    let centred_error = centred(error);
-    let colour = autocorrelation(&centred_error);
-    let known = error.iter().filter(|error| error.is_finite()).count();
+    let of_error = CrossCorrelation::of(error, THRESHOLDS.most_lag);
     let mut found: Vec<Correlation> = log
         .names()
         .filter_map(|name| {
             let values = log.column(name)?;
-            let channel = centred(&rows.iter().map(|row| values[*row]).collect::<Vec<f64>>());
-            let other = autocorrelation(&channel);
-            // Bartlett: the variance of a correlation between two coloured signals that are unrelated.
-            let stretch: f64 = 1.0 + 2.0 * colour.iter().zip(&other).skip(1).map(|(a, b)| a * b).sum::<f64>();
-            let bound = THRESHOLDS.correlation_bound * (stretch.max(1.0) / known as f64).sqrt();
-            let (lag, peak) = peak(&centred_error, &channel)?;
-            let direction = if lag >= 0 { Direction::ErrorFollows } else { Direction::ErrorLeads };
-            Some(Correlation { with: name.to_owned(), peak, lag_s: lag as f64 * interval, direction, bound })
+            let channel: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
+            let Peak { lag, correlation, standard_error } = of_error.with(&channel)?;
+            Some(Correlation {
+                with: name.to_owned(),
+                peak: correlation,
+                lag_s: lag as f64 * interval,
+                direction: if lag >= 0 { Direction::ErrorFollows } else { Direction::ErrorLeads },
+                bound: THRESHOLDS.correlation_bound * standard_error,
+            })
         })
         .collect();
     found.sort_by(|a, b| (b.peak.abs() / b.bound).total_cmp(&(a.peak.abs() / a.bound)));
     found
-}
-
-/// Mean taken off, missing values as the mean, size one.
-fn centred(values: &[f64]) -> Vec<f64> {
-    let good: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-    let mean = good.iter().sum::<f64>() / good.len().max(1) as f64;
-    let size = good.iter().map(|value| (value - mean).powi(2)).sum::<f64>().sqrt();
-    let scale = if size > 0.0 { 1.0 / size } else { 0.0 };
-    values.iter().map(|value| if value.is_finite() { (value - mean) * scale } else { 0.0 }).collect()
-}
-
-fn product(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-fn autocorrelation(values: &[f64]) -> Vec<f64> {
-    (0..=4 * THRESHOLDS.most_lag.min(values.len() / 8)).map(|lag| product(values, &values[lag..])).collect()
-}
-
-/// Correlation over the samples that two signals share.
-fn overlapping(a: &[f64], b: &[f64]) -> f64 {
-    let both = a.len().min(b.len());
-    let (a, b) = (&a[..both], &b[..both]);
-    let size = (product(a, a) * product(b, b)).sqrt();
-    if size > 0.0 { product(a, b) / size } else { 0.0 }
-}
-
-/// Lag in samples, positive where the error comes later, and correlation there.
-fn peak(error: &[f64], channel: &[f64]) -> Option<(i64, f64)> {
-    let most = THRESHOLDS.most_lag.min(error.len() / 8);
-    let later = (0..=most).map(|lag| (lag as i64, overlapping(&error[lag..], channel)));
-    let earlier = (1..=most).map(|lag| (-(lag as i64), overlapping(error, &channel[lag..])));
-    later.chain(earlier).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).filter(|(_, peak)| *peak != 0.0)
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use super::body_block::BodyRun;
 use super::refusal::Refusal;
 use super::rotor_block::RotorRun;
 use super::thresholds::THRESHOLDS;
+use crate::estimation::quantile::extremes;
 use crate::model::{Effect, Model};
 use crate::signal::ROTORS;
 
@@ -125,9 +126,7 @@ fn is_torque_moved(runs: &[BodyRun]) -> bool {
 
 /// From the least to the greatest of the values that are there.
 fn range(values: impl Iterator<Item = f64>) -> f64 {
-    let (low, high) = values
-        .filter(|value| value.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let (low, high) = extremes(values);
     high - low
 }
 

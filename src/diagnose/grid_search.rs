@@ -7,6 +7,7 @@ use super::thresholds::THRESHOLDS;
 use crate::effect::Site;
 use crate::estimation::normal_equations::sum_of_squares;
 use crate::estimation::output_error::{Fit, OutputError};
+use crate::estimation::quantile::extremes;
 use crate::model::{Effect, Model};
 
 /// Values of the parameter `name` of `template` from which a fit is promising, best first.
@@ -185,13 +186,8 @@ fn cost_of<'a>(
 /// [-] The smallest grid that shows above the noise, and a typical command.
 fn sizes(data: &BlockData) -> Option<(f64, f64)> {
     let Runs::Rotor(runs) = &data.runs else { return None };
-    let range = |values: &mut dyn Iterator<Item = f64>| {
-        values
-            .filter(|value| value.is_finite())
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
-    };
-    let command = range(&mut runs.iter().flat_map(|run| run.command.iter().copied()));
-    let rate = range(&mut runs.iter().flat_map(|run| run.measured.iter().copied()));
+    let command = extremes(runs.iter().flat_map(|run| run.command.iter().copied()));
+    let rate = extremes(runs.iter().flat_map(|run| run.measured.iter().copied()));
     let slope = (rate.1 - rate.0) / (command.1 - command.0);
     // A rounding error is spread evenly over a step: its rms is the step over the root of 12.
     let least = THRESHOLDS.least_grid_noise * data.sigma[0] * 12f64.sqrt() / slope;

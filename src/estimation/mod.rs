@@ -1,6 +1,8 @@
 //! Mathematics of estimation, without rotors and without logs, each tool once.
 
 pub mod autocorrelation;
+pub mod consistency;
+pub mod cross_correlation;
 pub mod dependence;
 pub mod frequency_response;
 pub mod golden_section;
@@ -8,6 +10,7 @@ pub mod inversion;
 pub mod lag_products;
 pub mod least_squares;
 pub mod moments;
+pub mod noise_by_blocks;
 pub mod noise_floor;
 pub mod normal_equations;
 pub mod output_error;
@@ -16,6 +19,7 @@ pub mod quantization_step;
 pub mod robust_errors;
 pub mod slope;
 pub mod smoother;
+pub mod surrogate_test;
 pub mod third_differences;
 pub mod thresholds;
 pub mod variable_projection;

@@ -29,6 +29,13 @@ pub fn distinct(values: &[f64]) -> Vec<f64> {
     values
 }
 
+/// Least and greatest of the values that are finite; infinite and the wrong way round of none.
+#[must_use]
+pub fn extremes(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
+    let finite = values.into_iter().filter(|value| value.is_finite());
+    finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)))
+}
+
 /// The value in the middle, of an even number the upper one; `None` of none.
 #[must_use]
 pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {

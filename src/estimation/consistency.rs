@@ -1,0 +1,43 @@
+//! How steadily one fit is better than another, from stretch to stretch.
+
+/// By how much the squared residuals fall from `before` to `after`, over the standard error of that fall from one of
+/// `stretches` to the next; stretches without a measurement (all zero) are left out, and of fewer than `fewest` it is zero.
+#[must_use]
+pub fn consistency(before: &[f64], after: &[f64], stretches: usize, fewest: usize) -> f64 {
+    let size = before.len().div_ceil(stretches).max(1);
+    let falls: Vec<f64> = before
+        .chunks(size)
+        .zip(after.chunks(size))
+        .filter(|(before, _)| before.iter().any(|value| *value != 0.0))
+        .map(|(before, after)| power(before) - power(after))
+        .collect();
+    if falls.len() < fewest {
+        return 0.0;
+    }
+    let count = falls.len() as f64;
+    let mean = falls.iter().sum::<f64>() / count;
+    let scatter = falls.iter().map(|fall| (fall - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    mean / (scatter / count).sqrt().max(f64::MIN_POSITIVE)
+}
+
+/// The sum of squares, infinite where it is.
+#[must_use]
+pub fn power(values: &[f64]) -> f64 {
+    values.iter().map(|value| value * value).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fall_in_one_stretch_is_not_steady_and_a_small_one_everywhere_is() {
+        let before = vec![1.0; 240];
+        let mut once = before.clone();
+        once[..10].fill(0.0);
+        assert!(consistency(&before, &once, 24, 4) < 1.1);
+        let everywhere: Vec<f64> = (0..240).map(|row| 0.99 + 0.001 * f64::from(row / 10 % 2)).collect();
+        assert!(consistency(&before, &everywhere, 24, 4) > 10.0);
+        assert!(consistency(&everywhere, &before, 24, 4) < -10.0);
+    }
+}
