@@ -421,3 +421,46 @@ fn the_search_for_ids_sees_words_alone() {
     assert!(!names(&left, "gyro_lag") && names(&left, "gyro_bias") && !names(&left, "gyro_scale"));
     assert!(names(&without_tests("model/a.rs", card), "gyro_lag"));
 }
+
+/// Methods by which code would take a sentence apart.
+const PARSERS: [&str; 9] = [
+    ".contains(\"",
+    ".starts_with(\"",
+    ".ends_with(\"",
+    ".strip_prefix(\"",
+    ".strip_suffix(\"",
+    ".split_once(\"",
+    ".find(\"",
+    ".matches(\"",
+    ".eq(\"",
+];
+
+/// What the kernel writes is no sentence of ours.
+const OTHERS_TEXT: &[&str] = &[" /dev/shm tmpfs "];
+
+/// Literals of two words or more that a text is searched for.
+fn searched_for(text: &str) -> Vec<&str> {
+    let literal =
+        |(at, method): (usize, &str)| text[at + method.len()..].split('"').next().unwrap_or_default();
+    let each = PARSERS.iter().flat_map(|method| text.match_indices(method));
+    each.map(literal).filter(|literal| literal.split_whitespace().count() > 1).collect()
+}
+
+/// Findings, caveats and notes are codes with evidence: who wants to know what was found matches a code.
+#[test]
+fn no_code_parses_a_sentence() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut found = Vec::new();
+    for file in sources(&root) {
+        let name = file.strip_prefix(&root).expect("below src").to_string_lossy().into_owned();
+        let text = fs::read_to_string(&file).expect("source is UTF-8");
+        if name.ends_with("tests.rs") || name.contains("/tests/") {
+            continue;
+        }
+        let program = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+        let searched = searched_for(program).into_iter().filter(|literal| !OTHERS_TEXT.contains(literal));
+        found.extend(searched.map(|literal| format!("{name} looks for \"{literal}\"")));
+    }
+    assert!(found.is_empty(), "match a code instead: {found:#?}");
+    assert_eq!(searched_for(r#"said.contains("held still") || name.starts_with("rotor ")"#), ["held still"]);
+}

@@ -49,14 +49,14 @@ fn actuator(
     let name = ["actuator_1", "actuator_2"][rotor];
     let mut block = BlockRun::new(name, RATES[rotor], "rad/s", &driven_by, NoisePath::Sensor);
     let inputs: Vec<&[f64]> = std::iter::once(command).chain(battery).collect();
-    let mut warms = false;
+    let mut is_slow = false;
     for added in &model.effects {
-        warms |= matches!(model.effect(&added.id)?.law, Law::Memory(memory) if memory.slow);
+        is_slow |= matches!(model.effect(&added.id)?.law, Law::Memory(memory) if memory.slow);
     }
     let (mut squares, mut count) = (0.0, 0.0);
     for stretch in stretches(log, &inputs) {
         let measured = &rate[stretch.rows.clone()];
-        let modelled = rotor_run(equations, log, &stretch, rotor, measured, warms);
+        let modelled = rotor_run(equations, log, &stretch, rotor, measured, is_slow);
         // What a first-order rotor does one sample ahead: the residual less what it had coming.
         let time = &log.time()[stretch.rows.clone()];
         let known: Vec<usize> = (0..measured.len()).filter(|k| measured[*k].is_finite()).collect();
@@ -82,7 +82,7 @@ fn rotor_run(
     stretch: &Stretch,
     rotor: usize,
     measured: &[f64],
-    warms: bool,
+    is_slow: bool,
 ) -> Vec<f64> {
     let input = RotorInput {
         time: &log.time()[stretch.rows.clone()],
@@ -97,15 +97,15 @@ fn rotor_run(
     };
     let mut trace = RotorTrace::default();
     equations.simulate_rotor(&input, &start, &mut trace);
-    if warms {
+    if is_slow {
         // How warm the motor was at the start is not in the log: the value that fits best, the response to it
         // being close to linear.
-        let settled = std::mem::take(&mut trace.measured);
+        let from_steady = std::mem::take(&mut trace.measured);
         start.slow = THRESHOLDS.slow_trial;
         equations.simulate_rotor(&input, &start, &mut trace);
         let (mut along, mut size) = (0.0, 0.0);
         for ((y, a), b) in
-            measured.iter().zip(&settled).zip(&trace.measured).filter(|((y, _), _)| y.is_finite())
+            measured.iter().zip(&from_steady).zip(&trace.measured).filter(|((y, _), _)| y.is_finite())
         {
             along += (y - a) * (b - a);
             size += (b - a).powi(2);

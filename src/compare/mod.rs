@@ -166,7 +166,7 @@ impl Comparison {
 }
 
 /// Compares every model with one log. The noise of each sensor is estimated once, from what no model and no
-/// smooth curve explains, so that the models are held against the same floor.
+/// smooth curve explains, so that the models are compared with the same floor.
 ///
 /// # Errors
 /// [`CompareError`] when the log is too short, or nothing in it can be compared.
@@ -193,7 +193,7 @@ pub fn compare(
     if runs.iter().all(Vec::is_empty) {
         return Err(ScreeningError::nothing_in_common(&[log]).into());
     }
-    // Told, not refused: a comparison may be what somebody looks at to find that out.
+    // A finding, not refused: a comparison may be what somebody looks at to find that out.
     let mistaken = models.first().map(|model| identify::check_columns(std::slice::from_ref(log), model));
     let mistaken = mistaken.unwrap_or(Ok(Vec::new())).unwrap_or_else(|error| vec![error.into_finding()]);
     let noise = noise::Noise::estimate(log, &runs);

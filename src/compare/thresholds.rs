@@ -3,7 +3,7 @@
 crate::thresholds! {
     /// fewer samples of a log say nothing
     fewest_samples: usize = 50, "count", "judgement";
-    /// departure of a slow state from settled that is tried to learn what it does: the response is close to linear
+    /// departure of a slow state from its steady state that is tried to learn what it does: the response is close to linear
     slow_trial: f64 = -0.5, "-", "linearity of the memory laws";
     /// what a noise floor may be off by its assumptions: white noise, straight lines between samples
     floor_error: f64 = 1.05, "-", "judgement";
@@ -27,7 +27,7 @@ crate::thresholds! {
     even_rows: f64 = 0.1, "-", "judgement";
     /// bins of equal count over a channel
     bins: usize = 24, "count", "judgement";
-    /// circular shifts of a channel against which its share is held: 5 %
+    /// circular shifts of a channel with which its share is compared: 5 %
     surrogates: usize = 19, "count", "resolution 1 / (1 + n)";
     /// share by which a dependence must exceed the best of its surrogates to be real
     least_dependence: f64 = 0.02, "-", "judgement";

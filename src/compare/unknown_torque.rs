@@ -46,7 +46,7 @@ pub struct UnknownTorque {
 }
 
 /// One stretch, ready for the filter.
-struct Motion {
+struct FilterInput {
     rows: std::ops::Range<usize>,
     time: Vec<f64>,
     /// [rad/s] what the model adds to the rate until the next sample.
@@ -87,12 +87,12 @@ pub(crate) fn smooth(
     };
     let body = without_gyroscope(model)?.equations()?;
     let angle = log.column(BODY_ANGLE);
-    let motions: Vec<Motion> = driven
+    let parts: Vec<FilterInput> = driven
         .stretches
         .iter()
         .map(|(rows, input)| {
             let angle = angle.map(|angle| &angle[rows.clone()]);
-            motion((&equations, &body), rows.clone(), input, &rate[rows.clone()], angle)
+            filter_input((&equations, &body), rows.clone(), input, &rate[rows.clone()], angle)
         })
         .collect();
     let spread = FilterNoise {
@@ -102,7 +102,7 @@ pub(crate) fn smooth(
         angle: noise.of(BODY_ANGLE).max(1e-7),
         rotors: rotor_noise(model, noise),
     };
-    let Some(longest) = motions.iter().max_by_key(|motion| motion.time.len()) else { return Ok(None) };
+    let Some(longest) = parts.iter().max_by_key(|part| part.time.len()) else { return Ok(None) };
     let wander = likeliest_wander(longest, &spread);
     let mut found = UnknownTorque {
         rms: 0.0,
@@ -116,14 +116,14 @@ pub(crate) fn smooth(
         standard_error: Vec::new(),
     };
     let mut known = Vec::new();
-    for motion in &motions {
-        for (torque, error) in backwards(&filter(motion, &spread, wander, usize::MAX).0) {
+    for part in &parts {
+        for (torque, error) in backwards(&filter(part, &spread, wander, usize::MAX).0) {
             found.torque.push(torque);
             found.standard_error.push(error);
         }
-        found.rows.extend(motion.rows.clone());
-        found.time.extend(&motion.time);
-        let steps = motion.time.windows(2).zip(&motion.gained);
+        found.rows.extend(part.rows.clone());
+        found.time.extend(&part.time);
+        let steps = part.time.windows(2).zip(&part.gained);
         known.extend(steps.map(|(pair, gained)| spread.inertia * gained / (pair[1] - pair[0])));
     }
     found.rms = rms(&found.torque);
@@ -147,10 +147,10 @@ fn without_gyroscope(model: &Model) -> Result<Model, ModelError> {
 }
 
 /// [N m/√s] the wander under which a stretch is likeliest.
-fn likeliest_wander(motion: &Motion, spread: &FilterNoise) -> f64 {
+fn likeliest_wander(part: &FilterInput, spread: &FilterNoise) -> f64 {
     let tried = (0..THRESHOLDS.wanders_tried).map(|number| {
         let wander = THRESHOLDS.slowest_wander * 2.0_f64.powi(number as i32);
-        (wander, filter(motion, spread, wander, THRESHOLDS.wander_samples).1)
+        (wander, filter(part, spread, wander, THRESHOLDS.wander_samples).1)
     });
     tried.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(THRESHOLDS.slowest_wander, |(wander, _)| wander)
 }
@@ -164,13 +164,13 @@ fn rms(values: &[f64]) -> f64 {
 
 /// What the model says about each step, taken from the measured state; `body` is the model with a gyroscope
 /// that shows the true rate.
-fn motion(
+fn filter_input(
     (equations, body): (&Equations, &Equations),
     rows: std::ops::Range<usize>,
     input: &BodyInput,
     rate: &[f64],
     angle: Option<&[f64]>,
-) -> Motion {
+) -> FilterInput {
     let (mut newest_rate, mut newest_angle) = (0.0, 0.0);
     let mut trace = BodyTrace::default();
     let (mut gained, mut true_rates) = (Vec::new(), Vec::new());
@@ -190,21 +190,21 @@ fn motion(
         gained.push(trace.rate.get(1).map_or(0.0, |after| after - newest_rate));
     }
     let angle = angle.map_or_else(|| vec![f64::NAN; rate.len()], <[f64]>::to_vec);
-    Motion { rows, time: input.time.clone(), gained, rate: true_rates, angle }
+    FilterInput { rows, time: input.time.clone(), gained, rate: true_rates, angle }
 }
 
 /// Forwards over at most `most` samples: every state, and the logarithm of the likelihood.
-fn filter(motion: &Motion, spread: &FilterNoise, wander: f64, most: usize) -> (Vec<FilterState>, f64) {
+fn filter(part: &FilterInput, spread: &FilterNoise, wander: f64, most: usize) -> (Vec<FilterState>, f64) {
     let first = |values: &[f64]| values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
-    let mut state = Vector4::new(first(&motion.angle), first(&motion.rate), 0.0, 0.0);
+    let mut state = Vector4::new(first(&part.angle), first(&part.rate), 0.0, 0.0);
     // A torque of 1 N m, and a slope of 1 N m/s, would be much.
     let mut covariance = Matrix4::from_diagonal(&Vector4::new(1.0, 1.0, 1.0, 1.0));
     let mut passed = Vec::new();
     let mut likelihood = 0.0;
-    for row in 0..motion.time.len().min(most) {
+    for row in 0..part.time.len().min(most) {
         let before = (state, covariance);
-        let rate = (motion.rate[row], spread.gyro, RowVector4::new(0.0, 1.0, 0.0, 0.0));
-        let angle = (motion.angle[row], spread.angle, RowVector4::new(1.0, 0.0, 0.0, 0.0));
+        let rate = (part.rate[row], spread.gyro, RowVector4::new(0.0, 1.0, 0.0, 0.0));
+        let angle = (part.angle[row], spread.angle, RowVector4::new(1.0, 0.0, 0.0, 0.0));
         for (value, size, pick) in [rate, angle] {
             if !value.is_finite() {
                 continue;
@@ -217,7 +217,7 @@ fn filter(motion: &Motion, spread: &FilterNoise, wander: f64, most: usize) -> (V
             covariance = 0.5 * (covariance + covariance.transpose());
             likelihood -= 0.5 * (innovation * innovation / variance + variance.ln());
         }
-        let step = motion.time.get(row + 1).map_or(0.0, |next| next - motion.time[row]);
+        let step = part.time.get(row + 1).map_or(0.0, |next| next - part.time[row]);
         let turn = step / spread.inertia;
         #[rustfmt::skip]
         let transition = Matrix4::new(
@@ -227,7 +227,7 @@ fn filter(motion: &Motion, spread: &FilterNoise, wander: f64, most: usize) -> (V
             0.0, 0.0,  0.0,               1.0,
         );
         passed.push(FilterState { before, after: (state, covariance), transition });
-        let gained = motion.gained[row];
+        let gained = part.gained[row];
         state = transition * state + Vector4::new(0.5 * step * gained, gained, 0.0, 0.0);
         let kick = spread.rotors * step;
         let noise = Vector4::new(

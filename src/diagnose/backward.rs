@@ -8,7 +8,7 @@ use super::search::Search;
 
 impl Search<'_> {
     /// Drops one effect at a time until each that stays is selected by itself; the sets without each of those.
-    pub(crate) fn drop_idle(
+    pub(crate) fn eliminate(
         &self,
         split: &DataSplit,
         best: &mut CandidateFit,
@@ -18,8 +18,9 @@ impl Search<'_> {
     ) -> Vec<CandidateFit> {
         loop {
             let dropped = self.each_dropped(split, best, base, refitted, fits);
-            let idle = dropped.iter().filter(|without| !improves(split, without, best));
-            let Some(without) = idle.min_by(|a, b| a.validate(split).total_cmp(&b.validate(split))) else {
+            let insignificant = dropped.iter().filter(|without| !improves(split, without, best));
+            let Some(without) = insignificant.min_by(|a, b| a.validate(split).total_cmp(&b.validate(split)))
+            else {
                 return dropped;
             };
             *best = without.clone();

@@ -65,7 +65,7 @@ impl Search<'_> {
         }
         let few = (split.train.len() > THRESHOLDS.battery_samples).then(|| {
             let share = split.train.len().div_ceil(THRESHOLDS.battery_samples);
-            split.train.here_and_there(share)
+            split.train.in_short_pieces(share)
         });
         let data = few.as_ref().unwrap_or(&split.train);
         let candidate = Candidate {
@@ -73,16 +73,16 @@ impl Search<'_> {
             ..self.start(&answer.model, &split.base_parameters(self.base))
         };
         let own = candidate.cost_on(data, &answer.model, None);
-        let share = |index: usize| {
+        let shift = |index: usize| {
             THRESHOLDS.least_battery_shift
                 + (1.0 - 2.0 * THRESHOLDS.least_battery_shift) * (index as f64 + 0.5)
                     / THRESHOLDS.battery_surrogates as f64
         };
-        let shares: Vec<f64> = (0..THRESHOLDS.battery_surrogates).map(share).collect();
-        let does_as_well = spread(&shares, |share| {
+        let shifts: Vec<f64> = (0..THRESHOLDS.battery_surrogates).map(shift).collect();
+        let does_as_well = spread(&shifts, |shift| {
             // A goal a little above: at it a fit must not stop short.
             let cost = candidate.cost_on(
-                &shifted(data, *share),
+                &shifted(data, *shift),
                 &answer.model,
                 Some(THRESHOLDS.nearly_as_well * own),
             );

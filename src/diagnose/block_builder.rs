@@ -86,12 +86,12 @@ impl Driver<'_> {
         let by_commands = rates.iter().all(Option::is_some) && !(0..ROTORS).all(measured);
         let unknown =
             if by_commands { THRESHOLDS.forgotten_after / self.equations.rotor_pole() } else { 0.0 };
-        // One that is late may have been on its way to anything where the log begins.
+        // One with a dead time may have been on its way to anything where the log begins.
         let is_modelled = self.fitted.is_some() && rates.iter().all(Option::is_some);
         let mut runs = Vec::new();
         for rows in data.segments() {
             let cut = |values: &[f64]| values[rows.clone()].to_vec();
-            let held = vec![0.0; rows.len()];
+            let zeros = vec![0.0; rows.len()];
             let (torque, torque_slope, carried, propeller_rate) = match (&rates[..], &command) {
                 ([Some(first), Some(second)], _) => {
                     let (first, second) = (first.cut(rows.clone()), second.cut(rows.clone()));
@@ -105,7 +105,7 @@ impl Driver<'_> {
                     let carried = noisy.iter().zip(&quiet).map(|(noisy, quiet)| noisy - quiet).collect();
                     (quiet, slope, carried, [first.mean, second.mean])
                 }
-                (_, Some(command)) => (cut(command), held.clone(), held, [Vec::new(), Vec::new()]),
+                (_, Some(command)) => (cut(command), zeros.clone(), zeros, [Vec::new(), Vec::new()]),
                 _ => return Vec::new(),
             };
             let source = BodySource {
@@ -117,8 +117,8 @@ impl Driver<'_> {
                 rate: cut(rate),
                 angle: angle.map(cut).unwrap_or_default(),
             };
-            let untold = if is_modelled && rows.start == 0 { THRESHOLDS.unlogged_command_s } else { 0.0 };
-            let begin = source.time.first().map_or(0.0, |first| first + unknown.max(untold));
+            let unlogged = if is_modelled && rows.start == 0 { THRESHOLDS.unlogged_command_s } else { 0.0 };
+            let begin = source.time.first().map_or(0.0, |first| first + unknown.max(unlogged));
             runs.push(BodyRun::new(log, rows.clone(), source, horizon).since(begin));
         }
         runs.retain(|run| !run.windows.is_empty());

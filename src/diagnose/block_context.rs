@@ -22,7 +22,7 @@ pub(crate) struct BlockContext<'a> {
 /// Refits a block's own numbers with the given effects, without a search.
 pub(crate) type Refit<'a> = &'a dyn Fn(DataSplit, &[String]) -> SearchResult;
 
-/// The body, and what it was under the rotors that drove it before it was asked.
+/// The body, and what it was under the rotors that drove it before they were inferred from it.
 pub(crate) type DrivenBody = (SearchResult, Option<SearchResult>);
 
 /// Takes back what a set changed of the base's own numbers for nothing: the set, and the names of the changed ones.

@@ -177,9 +177,10 @@ impl BlockData {
             |index: usize, count: usize| ((index * THRESHOLDS.fold_stretches) / count.max(1)) % parts == part;
         match &mut copy.runs {
             Runs::Rotor(runs) => {
-                let blocks = rotor_block::blocks(runs, THRESHOLDS.fold_stretches);
+                let stretches = rotor_block::fold_stretches(runs, THRESHOLDS.fold_stretches);
                 let all = runs.iter_mut().flat_map(|run| run.counts.iter_mut());
-                all.zip(blocks).for_each(|(counts, block)| *counts &= (block % parts == part) == held_out);
+                all.zip(stretches)
+                    .for_each(|(counts, stretch)| *counts &= (stretch % parts == part) == held_out);
             }
             Runs::Body(runs) => {
                 let count: usize = runs.iter().map(|run| run.counts.len()).sum();
@@ -199,13 +200,13 @@ impl BlockData {
     /// One sample in `share`, in pieces from all over each rotor's run: a part of an experiment in one piece may hold a few
     /// commands only. Of the body every so many windows.
     #[must_use]
-    pub fn here_and_there(&self, share: usize) -> Self {
+    pub fn in_short_pieces(&self, share: usize) -> Self {
         self.in_pieces(share, THRESHOLDS.most_pieces)
     }
 
     /// The same, in as few and long pieces as leave a slow state of each run its own start: two of each of two rotors.
     #[must_use]
-    pub fn halfway(&self, share: usize) -> Self {
+    pub fn in_long_pieces(&self, share: usize) -> Self {
         let runs = match &self.runs {
             Runs::Rotor(runs) => runs.len(),
             Runs::Body(runs) => runs.len(),

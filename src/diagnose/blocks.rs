@@ -22,7 +22,7 @@ pub(crate) struct Blocks {
 }
 
 impl Blocks {
-    /// Builds the rotor block, then the body block that its answer drives; `find` looks into each, `look` only refits a
+    /// Builds the rotor block, then the body block that its answer drives; `find` looks into each, `refit` only refits a
     /// block's own numbers and the effects it is given.
     pub(crate) fn build(
         model: &Model,
@@ -32,19 +32,19 @@ impl Blocks {
         (find, refit): (&dyn Fn(DataSplit) -> SearchResult, Refit),
         select_parameters: SelectParameters,
     ) -> Result<Self, DiagnoseError> {
-        let question =
+        let context =
             BlockContext { model, train, validate, horizon: config.horizon, find, refit, select_parameters };
         let mut rotor = rotor_split(train, validate).map(find);
-        let body = question.body(rotor.as_ref().map(|found| (found, &found.answer)), find)?;
+        let body = context.body(rotor.as_ref().map(|found| (found, &found.answer)), find)?;
         let body = match (&mut rotor, body) {
             (Some(rotor), Some(body)) => {
-                let body = question.decide_sensor_lag(rotor, body)?;
-                let driven = question.infer_driver(rotor, body)?;
-                Some(question.error_before_driver(rotor, driven)?)
+                let body = context.decide_sensor_lag(rotor, body)?;
+                let driven = context.infer_driver(rotor, body)?;
+                Some(context.error_before_driver(rotor, driven)?)
             }
             (_, body) => body,
         };
-        // Beside rotors a body that was held has nothing to say.
+        // Beside rotors a body that was held still says nothing.
         let is_body_held = rotor.is_some() && body.as_ref().is_some_and(verdict::is_body_held);
         let body = body.filter(|_| !is_body_held);
         let found: Vec<SearchResult> = rotor.into_iter().chain(body).collect();

@@ -19,7 +19,7 @@ pub struct BodyRun {
     pub torque_slope: Vec<f64>,
     /// [N m] an example of the noise that the torque carries from the rotors' sensors.
     pub carried: Vec<f64>,
-    /// The inputs for a model without lateness or lag of the torque.
+    /// The inputs for a model without delay or lag of the torque.
     pub input: BodyInput,
     /// [rad/s] not-a-number where missing.
     pub rate: Vec<f64>,
@@ -132,7 +132,7 @@ fn windows(time: &[f64], horizon: f64) -> Vec<Range<usize>> {
     windows
 }
 
-/// The inputs of a run under a model: late and lagged as the model says.
+/// The inputs of a run under a model: delayed and lagged as the model says.
 #[must_use]
 pub fn input_under(equations: &Equations, run: &BodyRun) -> Option<BodyInput> {
     equations.has_torque_stream().then(|| BodyInput {

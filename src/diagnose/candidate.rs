@@ -1,4 +1,4 @@
-//! A candidate set of effects: where its fit starts, which starts are followed, and the held-out error.
+//! A candidate set of effects: where its fit starts, from which starts it is fitted to the end, and the held-out error.
 
 use super::block_data::BlockData;
 use super::candidate_fit::CandidateFit;
@@ -24,7 +24,7 @@ pub struct Candidate<'a> {
     pub base: Vec<String>,
     /// Every effect the model may hold, to look up.
     pub known: &'a [Effect],
-    /// Cost on the same data that the fit must come below to be followed to the end, mostly of the set that one effect was
+    /// Cost on the same data that the fit must come below to be fitted to the end, mostly of the set that one effect was
     /// added to; `None` where it does not matter.
     pub without: Option<f64>,
 }
@@ -48,8 +48,8 @@ impl StartingPoints {
         self.starts.first().map_or(f64::INFINITY, |(cost, _)| *cost)
     }
 
-    /// The same, with the fit that follows to be followed as far as it goes.
-    pub(crate) fn followed_to_the_end(self) -> Self {
+    /// The same, with the fit that follows to go as far as it can.
+    pub(crate) fn with_full_fit(self) -> Self {
         Self { way: THRESHOLDS.full_fit, ..self }
     }
 
@@ -107,11 +107,11 @@ impl Candidate<'_> {
         StartingPoints { template, names, starts, is_on_part: false, way: THRESHOLDS.full_fit }
     }
 
-    /// Follows the best starts for a while. A body's to the end on a part of the data, as far as that may lead below `goal`:
+    /// Fits from the best starts for a while. A body's to the end on a part of the data, as far as that may lead below `goal`:
     /// the fit on all of them then has little left to do. A rotor's on all data, unless they are very many, as far as it looks
     /// promising: their part is the middle of a run, where what drifts looks different. (Of very many it is two long pieces.)
     #[must_use]
-    pub fn follow_briefly(
+    pub fn fit_briefly(
         &self,
         starting_points: StartingPoints,
         split: &DataSplit,
@@ -130,11 +130,11 @@ impl Candidate<'_> {
             &self.inside(&starting_points.template),
         );
         let config = FitConfig { goal, ..THRESHOLDS.brief_fit };
-        let follow = |(_, model): &(f64, Model)| {
+        let from_start = |(_, model): &(f64, Model)| {
             let end = fit(&problem, &self.frees(&starting_points.names, model), None, &config);
             (end.cost, problem.model(&end.globals))
         };
-        let mut starts: Vec<(f64, Model)> = starting_points.best_starts().map(follow).collect();
+        let mut starts: Vec<(f64, Model)> = starting_points.best_starts().map(from_start).collect();
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
         starts.truncate(1);
         StartingPoints {
@@ -145,13 +145,13 @@ impl Candidate<'_> {
         }
     }
 
-    /// Follows the best starts to the end, and computes the held-out error.
+    /// Fits from the best starts to the end, and computes the held-out error.
     #[must_use]
     pub fn finish(&self, starting_points: StartingPoints, split: &DataSplit) -> CandidateFit {
         let StartingPoints { template, names, .. } = &starting_points;
         let inside = self.inside(template);
         let problem = Problem::new(&split.train, template.clone(), names.clone(), &inside);
-        let follow = FitConfig {
+        let to_the_end = FitConfig {
             goal: self.without.map(|cost| THRESHOLDS.promising_share * cost),
             ..starting_points.way
         };
@@ -166,14 +166,14 @@ impl Candidate<'_> {
         };
         let ends = starting_points
             .best_starts()
-            .map(|(_, model)| fit_from(&problem, &self.frees(names, &near(model)), None, &follow, None));
+            .map(|(_, model)| fit_from(&problem, &self.frees(names, &near(model)), None, &to_the_end, None));
         let best = ends.min_by(|a, b| a.0.cost.total_cmp(&b.0.cost));
         let from_template =
             || fit_from(&problem, &self.frees(names, template), None, &THRESHOLDS.full_fit, None);
         let (mut best, slopes) = best.unwrap_or_else(from_template);
-        let is_promising = follow.goal.is_none_or(|goal| best.cost < goal);
+        let is_promising = to_the_end.goal.is_none_or(|goal| best.cost < goal);
         for (index, name) in names.iter().enumerate().filter(|_| is_promising) {
-            if self.in_stairs(name) {
+            if self.is_discontinuous(name) {
                 self.fit_grid(&problem, (index, name, names), split, &mut best);
             }
         }
@@ -245,17 +245,17 @@ impl Candidate<'_> {
             return validate(&problem(&split.validate), &best.globals);
         }
         let mut joint = Fit { residuals: vec![0.0; best.residuals.len()], cost: 0.0, ..best.clone() };
-        // Their fits start where the one on all data ended. Stairs were moved since then, and what is beside them.
-        let has_stairs = names.iter().any(|name| self.in_stairs(name));
-        let slopes = Some(slopes).filter(|_| !has_stairs);
+        // Their fits start where the one on all data ended. Grids were moved since then, and what is beside them.
+        let is_any_discontinuous = names.iter().any(|name| self.is_discontinuous(name));
+        let slopes = Some(slopes).filter(|_| !is_any_discontinuous);
         for (train, held_out) in &split.folds {
             let frees = self.frees(names, model);
             let (mut part, _) =
                 fit_from(&problem(train), &frees, Some(&best.locals), &THRESHOLDS.fold_fit, slopes);
-            for index in (0..names.len()).filter(|index| self.in_stairs(&names[*index])) {
+            for index in (0..names.len()).filter(|index| self.is_discontinuous(&names[*index])) {
                 grid_search::refine(&problem(train), train, index, &mut part);
             }
-            self.forget(&mut part, names);
+            self.reset_undetermined(&mut part, names);
             let from = slopes.map(|slopes| (best.locals.as_slice(), slopes.of_locals()));
             let from = from.as_ref().map(|(locals, slopes)| (*locals, slopes));
             let held_out = validate_from(&problem(held_out), &part.globals, from);
@@ -268,8 +268,8 @@ impl Candidate<'_> {
 
     /// What the part's data do not determine stayed where all data had put it, the held-out ones among them: a level
     /// that is never seen must not tell where it is cut off. Such a parameter goes to where its effect is none.
-    fn forget(&self, part: &mut Fit, names: &[String]) {
-        for (index, name) in names.iter().enumerate().filter(|(_, name)| !self.in_stairs(name)) {
+    fn reset_undetermined(&self, part: &mut Fit, names: &[String]) {
+        for (index, name) in names.iter().enumerate().filter(|(_, name)| !self.is_discontinuous(name)) {
             let neutral = self.parameter(name).map_or(f64::NAN, |parameter| parameter.neutral);
             if !part.standard_errors[index].is_finite() && neutral.is_finite() {
                 part.globals[index] = neutral;
@@ -294,7 +294,7 @@ impl Candidate<'_> {
     }
 
     /// Whether a parameter is one of a law without slope.
-    pub(crate) fn in_stairs(&self, name: &str) -> bool {
+    pub(crate) fn is_discontinuous(&self, name: &str) -> bool {
         let id = name.split_once('.').map_or("", |(id, _)| id);
         self.known.iter().any(|effect| effect.id == id && matches!(effect.law, Law::PiecewiseConstant(_)))
     }
@@ -305,7 +305,7 @@ impl Candidate<'_> {
             return base_free(name, start);
         }
         // A law in jumps is held where it was found.
-        self.parameter(name).filter(|_| !self.in_stairs(name)).map_or(
+        self.parameter(name).filter(|_| !self.is_discontinuous(name)).map_or(
             Free { start, bounds: (start, start), scale: 1.0 },
             |parameter| Free { start, bounds: parameter.bounds, scale: typical(parameter) },
         )

@@ -118,8 +118,8 @@ impl CandidateFit {
     }
 
     /// Whether the data hold every effect of a single parameter away from where it would not be there: of two lags in a row,
-    /// each of which could be none, one is idle. Where each run's start of a slow state is free, a level of its own for each
-    /// run comes with it, and only its course speaks for it: more is asked of that.
+    /// each of which could be none, one is insignificant. Where each run's start of a slow state is free, a level of its own for each
+    /// run comes with it, and only its course speaks for it: that must be the plainer.
     #[must_use]
     pub fn is_determined(&self, split: &DataSplit, known: &[Effect]) -> bool {
         let has_free_start = self.fit.locals.len() > split.train.units().len();
@@ -130,8 +130,8 @@ impl CandidateFit {
         let numbers = added.filter_map(|effect| effect.card).flat_map(|card| {
             let is_free = has_free_start && matches!(&card.law, Law::Memory(memory) if memory.slow);
             let least = if is_free { THRESHOLDS.identifiable_slow } else { THRESHOLDS.identifiable };
-            let ranked_starts = if is_free || card.parameters.len() == 1 { card.parameters } else { &[] };
-            let numbers = ranked_starts.iter().filter(|parameter| !parameter.neutral.is_nan());
+            let tested = if is_free || card.parameters.len() == 1 { card.parameters } else { &[] };
+            let numbers = tested.iter().filter(|parameter| !parameter.neutral.is_nan());
             numbers
                 .map(move |parameter| (format!("{}.{}", card.id, parameter.name), parameter.neutral, least))
         });

@@ -4,7 +4,7 @@ use super::block_data::{BlockData, Runs};
 use super::refusal::Refusal;
 use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
-use super::verdict::{strays, turns_against_torque};
+use super::verdict::{fails_in_training_only, turns_against_torque};
 use crate::log::Dataset;
 use crate::screening::Finding;
 use crate::screening::summary::LogSummary;
@@ -49,7 +49,7 @@ fn insufficient(why: Refusal) -> Finding {
 
 /// What the logs fitted on show and the held-out ones do not: no effect can be validated by it.
 fn only_in_training(found: &SearchResult) -> Option<Finding> {
-    let (channel, [fitted, held_out]) = strays(found)?;
+    let (channel, [fitted, held_out]) = fails_in_training_only(found)?;
     let name = found.split.train.channels()[channel].name;
     Some(
         Finding::new("only_in_training", name)

@@ -39,7 +39,11 @@ impl DataSplit {
         // Of levels held for long a part would miss most.
         let share = THRESHOLDS.coarse_share.max(train.readings() / THRESHOLDS.enough_samples);
         let part = || {
-            if train.readings() > THRESHOLDS.long_log { train.halfway(share) } else { train.thinned(share) }
+            if train.readings() > THRESHOLDS.long_log {
+                train.in_long_pieces(share)
+            } else {
+                train.thinned(share)
+            }
         };
         let coarse = (train.len() > THRESHOLDS.many_samples && !train.holds_levels()).then(part);
         Self { validate: validate.unwrap_or_else(|| train.clone()), train, folds, coarse }

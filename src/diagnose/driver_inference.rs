@@ -1,4 +1,4 @@
-//! The body is asked about its rotors: it feels what they do more finely than their own sensors tell.
+//! What the body shows of its rotors: it feels what they do more finely than their own sensors do.
 
 use super::block_context::{BlockContext, DrivenBody};
 use super::candidate::Candidate;
@@ -17,19 +17,19 @@ use crate::model::Effect;
 type DriverScore = (f64, CandidateFit, Option<Vec<String>>);
 
 impl BlockContext<'_> {
-    /// A late sensor and a late rotor look the same from the command to the reading, and not to the body: where the
+    /// A delay of the sensor and one of the rotor look the same from the command to the reading, and not to the body: where the
     /// rotors' answers differ in their sensor, the one that leaves the body less to explain is taken.
     pub(crate) fn decide_sensor_lag(
         &self,
         rotor: &mut SearchResult,
         mut body: SearchResult,
     ) -> Result<SearchResult, DiagnoseError> {
-        let mine = senses_rotors(&rotor.answer);
+        let own = senses_rotors(&rotor.answer);
         let others: Vec<CandidateFit> =
             rotor.alternatives.iter().take(THRESHOLDS.most_alternatives).cloned().collect();
         let mut kept = Vec::new();
         for other in others {
-            if senses_rotors(&other) == mine {
+            if senses_rotors(&other) == own {
                 kept.push(other);
                 continue;
             }
@@ -47,7 +47,7 @@ impl BlockContext<'_> {
                 }
             }
         }
-        if senses_rotors(&rotor.answer) != mine
+        if senses_rotors(&rotor.answer) != own
             && let Some(last) = rotor.ladder.last_mut()
         {
             *last = rotor.answer.clone();
@@ -64,9 +64,9 @@ impl BlockContext<'_> {
         rotor: &mut SearchResult,
         body: SearchResult,
     ) -> Result<DrivenBody, DiagnoseError> {
-        // Effects that were asked for stay.
-        let is_asked_for = rotor.singles.is_empty() && !body.answer.effects.is_empty();
-        if is_asked_for || is_explained(&body, &body.refitted) || verdict::is_body_held(&body) {
+        // Effects that were requested stay.
+        let is_requested = rotor.singles.is_empty() && !body.answer.effects.is_empty();
+        if is_requested || is_explained(&body, &body.refitted) || verdict::is_body_held(&body) {
             return Ok((body, None));
         }
         // By itself first; then beside what was found in the body, where that leaves more than noise.
@@ -90,11 +90,14 @@ impl BlockContext<'_> {
             };
             let sizes = (size(&rotor.answer, &rotor.changed, &body), size(&selected, &changed, &driven));
             if is_better(&body, &driven, sizes) {
-                let is_twin = |(other, fitted, _): &&DriverScore| {
+                let is_indistinguishable = |(other, fitted, _): &&DriverScore| {
                     *other <= (1.0 + THRESHOLDS.decides_between_drivers) * left && !fitted.effects.is_empty()
                 };
-                rotor.alternatives =
-                    scored[1..].iter().filter(is_twin).map(|(_, fitted, _)| fitted.clone()).collect();
+                rotor.alternatives = scored[1..]
+                    .iter()
+                    .filter(is_indistinguishable)
+                    .map(|(_, fitted, _)| fitted.clone())
+                    .collect();
                 rotor.ladder.truncate(1);
                 rotor.ladder.extend((!selected.effects.is_empty()).then(|| selected.clone()));
                 rotor.dropped = selected.effects.iter().map(|_| rotor.refitted.clone()).collect();
@@ -168,7 +171,7 @@ impl BlockContext<'_> {
         self.body(Some((rotor, driver)), self.find)
     }
 
-    /// Where the rotors' sensors hardly show what was found in the rotors, the body's story begins where they had not got it.
+    /// Where the rotors' sensors hardly show what was found in the rotors, the body's ladder begins where they had not got it.
     pub(crate) fn error_before_driver(
         &self,
         rotor: &SearchResult,
@@ -210,7 +213,7 @@ fn plausible<'a>(rotor: &'a SearchResult, known: &[Effect]) -> Vec<&'a Candidate
         })
         .collect();
     fits.sort_by(|a, b| loss(split, a).total_cmp(&loss(split, b)));
-    fits.truncate(THRESHOLDS.drivers_asked);
+    fits.truncate(THRESHOLDS.drivers_tried);
     fits
 }
 
@@ -246,7 +249,7 @@ fn is_better(body: &SearchResult, driven: &SearchResult, sizes: (usize, usize)) 
     }
 }
 
-/// A driven body whose story begins where the rotors had not got the effects yet.
+/// A driven body whose ladder begins where the rotors had not got the effects yet.
 fn with_error_before(before: &SearchResult, mut driven: SearchResult, effects: &[String]) -> SearchResult {
     let of = |fitted: &CandidateFit| fitted.in_units_of(&before.split, &driven.split);
     let (Some(nominal), Some(refitted)) = (of(&before.nominal), of(&before.refitted)) else {

@@ -50,14 +50,14 @@ pub fn extend(
     let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
     let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
     check_effects(model, ids, &logs)?;
-    let asked: Vec<Effect> = known.iter().filter(|effect| ids.contains(&effect.id)).cloned().collect();
-    check_logs(model, &asked, &logs)?;
+    let requested: Vec<Effect> = known.iter().filter(|effect| ids.contains(&effect.id)).cloned().collect();
+    check_logs(model, &requested, &logs)?;
     warnings.extend(identify::check_columns(&logs, model)?);
     pooled_logs::check(model, &known, &logs, config.horizon)?;
     let in_block = |split: &DataSplit| -> Vec<String> {
-        let held =
+        let acts_here =
             |id: &&String| known.iter().any(|effect: &Effect| effect.id == **id && split.holds(effect));
-        ids.iter().filter(held).cloned().collect()
+        ids.iter().filter(acts_here).cloned().collect()
     };
     let fit_rung = |split: DataSplit, effects: &[String]| {
         Search { base: model, known: &known, eligible: Vec::new(), progress: &|_| () }.rung(split, effects)

@@ -19,11 +19,11 @@ pub(crate) fn values(
     inside: &[&Effect],
 ) -> Vec<f64> {
     let Some((least, typical)) = sizes(data) else { return Vec::new() };
-    let plain = plainly(data, template, name, inside);
+    let plain = without_other_laws(data, template, name, inside);
     let (data, template) = plain.as_ref().map_or((data, template), |(data, model)| (data, model));
     let inside: Vec<&Effect> = inside.iter().copied().filter(|effect| template.has(&effect.id)).collect();
     let inside = inside.as_slice();
-    let few = data.here_and_there((data.len() / THRESHOLDS.grid_first_samples).max(1));
+    let few = data.in_short_pieces((data.len() / THRESHOLDS.grid_first_samples).max(1));
     // A hair beside the right grid all levels but one or two fit, and those are off by a whole step: squares would rank it
     // behind grids on which nothing fits.
     let mut cost = cost_of(&few, template, name, inside);
@@ -34,14 +34,14 @@ pub(crate) fn values(
         grid.push(value);
         value -= spacing(value, typical);
     }
-    let asked = apart(grid, &mut cost, typical, THRESHOLDS.grid_values_second);
-    let some = data.here_and_there((data.len() / THRESHOLDS.grid_second_samples).max(1));
+    let kept = apart(grid, &mut cost, typical, THRESHOLDS.grid_values_second);
+    let some = data.in_short_pieces((data.len() / THRESHOLDS.grid_second_samples).max(1));
     let mut cost = cost_of(&some, template, name, inside);
     let closer = |values: Vec<f64>, cost: &mut dyn FnMut(f64) -> f64| -> Vec<f64> {
         values.into_iter().map(|value| fine(&mut *cost, value, spacing(value, typical), 1).0).collect()
     };
-    let asked = closer(asked, &mut cost);
-    let left = apart(asked, &mut cost, typical, THRESHOLDS.grid_values_third);
+    let kept = closer(kept, &mut cost);
+    let left = apart(kept, &mut cost, typical, THRESHOLDS.grid_values_third);
     let mut cost = cost_of(data, template, name, inside);
     let left = closer(left, &mut cost);
     let best = apart(left, &mut cost, typical, THRESHOLDS.grid_values_closer);
@@ -50,10 +50,15 @@ pub(crate) fn values(
         .collect()
 }
 
-/// The same question for a rotor that merely follows: what `template` leaves of the data on top of what the rotor would
-/// do by itself, and the model without its laws behind the command. Thousands of values are looked at, and a stair moves
-/// both alike; `None` where there is nothing to leave out.
-fn plainly(data: &BlockData, template: &Model, name: &str, inside: &[&Effect]) -> Option<(BlockData, Model)> {
+/// The same context for a rotor that merely follows: what `template` leaves of the data on top of what the rotor would
+/// do by itself, and the model without its laws behind the command. Thousands of values are looked at, and a grid moves
+/// both in the same way; `None` where there is nothing to leave out.
+fn without_other_laws(
+    data: &BlockData,
+    template: &Model,
+    name: &str,
+    inside: &[&Effect],
+) -> Option<(BlockData, Model)> {
     let mut model = inside
         .iter()
         .filter(|effect| effect.site != Site::Command)

@@ -78,9 +78,9 @@ pub fn diagnose(
     findings.extend(identify::check_columns(&logs, model)?);
     pooled_logs::check(model, &known, &logs, config.horizon)?;
     let search = |split: DataSplit| {
-        let held = |effect: &&Effect| split.holds(effect);
+        let acts_here = |effect: &&Effect| split.holds(effect);
         let mut eligible: Vec<_> =
-            known.iter().filter(held).map(|effect| (effect, refusal(effect, model, &logs))).collect();
+            known.iter().filter(acts_here).map(|effect| (effect, refusal(effect, model, &logs))).collect();
         if let Some(why) = split.insufficient_data() {
             eligible.iter_mut().for_each(|(_, note)| *note = note.take().or_else(|| Some(why.clone())));
         }

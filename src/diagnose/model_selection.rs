@@ -82,7 +82,7 @@ fn is_exercised(split: &DataSplit, fitted: &CandidateFit) -> bool {
     })
 }
 
-/// Whether a set says that the rotors' sensor is late.
+/// Whether a set gives the rotors' sensor a law of its own, as a delay.
 pub(crate) fn senses_rotors(fitted: &CandidateFit) -> bool {
     fitted.effects.iter().any(|id| find(id).is_some_and(|card| card.site == Site::RotorRateSensor))
 }
@@ -91,8 +91,8 @@ pub(crate) fn same_set(a: &[String], b: &[String]) -> bool {
     a.len() == b.len() && a.iter().all(|id| b.contains(id))
 }
 
-/// Squared error on all data, fitted and held out, but for how each log begins: there a late rotor is on its way to what nobody
-/// logged, and laws of lateness differ in what they take that to be.
+/// Squared error on all data, fitted and held out, but for how each log begins: there a rotor with a dead time is on its way to what nobody
+/// logged, and laws of delay differ in what they take that to be.
 pub(crate) fn loss(split: &DataSplit, fitted: &CandidateFit) -> f64 {
     let training = fitted.fit.cost - beginnings(&split.train, &fitted.fit.residuals);
     let held_out = fitted.held_out.cost - beginnings(&split.validate, &fitted.held_out.residuals);
@@ -118,7 +118,7 @@ pub(crate) fn floor(split: &DataSplit, floors: &[f64; 2]) -> f64 {
     (0..channels).map(share).sum::<f64>() / channels as f64
 }
 
-/// Sets as small as the answer whose error cannot be told from its, nearest first.
+/// Sets as small as the answer that the data cannot tell apart from it, nearest first.
 pub(crate) fn indistinguishable(
     split: &DataSplit,
     best: &CandidateFit,
@@ -133,7 +133,7 @@ pub(crate) fn indistinguishable(
     let tolerance = (2.0 * THRESHOLDS.same_likelihood / used.max(1) as f64).max(THRESHOLDS.same_error)
         + THRESHOLDS.indistinguishable_share * left;
     let limit = |fitted: &CandidateFit| {
-        // A late sensor and a late rotor differ in how a log begins; that must not decide between them.
+        // A delay of the sensor and one of the rotor differ in how a log begins; that must not decide between them.
         let is_other_sensor = senses_rotors(fitted) != senses_rotors(best);
         loss(split, best)
             * (1.0 + if is_other_sensor { tolerance.max(THRESHOLDS.least_gain) } else { tolerance })

@@ -27,7 +27,7 @@ impl Candidate<'_> {
                     };
                     pairs.map(with).collect()
                 };
-                let others = if self.in_stairs(&name) {
+                let others = if self.is_discontinuous(&name) {
                     let scanned = |model: &Model| {
                         grid_search::values(&split.train, model, &name, parameter.bounds, &inside)
                     };

@@ -23,8 +23,8 @@ pub fn run_all(
     })
 }
 
-/// Runs effects one by one. A body's are followed on a part of the data first, where there are many, and those that leave
-/// far more than the best one are not followed to the last digit.
+/// Runs effects one by one. A body's are fitted on a part of the data first, where there are many, and those that leave
+/// far more than the best one are not fitted to the last digit.
 pub fn run_singles(
     candidates: &[Candidate],
     split: &DataSplit,
@@ -33,19 +33,19 @@ pub fn run_singles(
     if split.train.is_rotor() || split.coarse.is_none() {
         return run_all(candidates, split, progress);
     }
-    let followed_briefly = spread(candidates, |candidate| {
+    let fitted_briefly = spread(candidates, |candidate| {
         progress(Event::Fitted);
-        candidate.follow_briefly(candidate.starting_points(split), split, None)
+        candidate.fit_briefly(candidate.starting_points(split), split, None)
     });
-    let best = followed_briefly.iter().map(StartingPoints::cost).fold(f64::INFINITY, f64::min);
-    each(candidates.iter().zip(followed_briefly).collect(), |candidate, starting_points| {
+    let best = fitted_briefly.iter().map(StartingPoints::cost).fold(f64::INFINITY, f64::min);
+    each(candidates.iter().zip(fitted_briefly).collect(), |candidate, starting_points| {
         let is_near = starting_points.cost() <= THRESHOLDS.hopeless_single * best;
-        candidate.finish(if is_near { starting_points.followed_to_the_end() } else { starting_points }, split)
+        candidate.finish(if is_near { starting_points.with_full_fit() } else { starting_points }, split)
     })
 }
 
 /// Of the most promising `most` of each group of candidates, by a look at a part of the data, runs those `finished` to the end
-/// that are best when they have been followed for a while.
+/// that are best when they have been fitted for a while.
 pub fn run_promising(
     groups: &[Vec<Candidate>],
     (most, finished): (usize, usize),
@@ -72,7 +72,7 @@ pub fn run_promising(
         scored.into_iter().map(|((_, candidate), starting_points)| (candidate, starting_points)).collect();
     let goal = promising.first().map_or(0.0, |(_, starting_points)| starting_points.cost());
     promising = each(promising, |candidate, starting_points| {
-        (candidate, candidate.follow_briefly(starting_points, split, Some(goal)))
+        (candidate, candidate.fit_briefly(starting_points, split, Some(goal)))
     });
     promising.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
     promising.truncate(finished);

@@ -108,16 +108,16 @@ fn fitted(model: &Model, known: &[Effect], split: &DataSplit) -> CandidateFit {
     .run(split)
 }
 
-/// The first number of those asked for in which two of the logs plainly differ.
+/// The first number of those wanted in which two of the logs plainly differ.
 fn differing(
     joint: &CandidateFit,
     alone: &[(&Dataset, CandidateFit)],
-    is_asked: impl Fn(&str) -> bool,
+    is_wanted: impl Fn(&str) -> bool,
 ) -> Option<DiagnoseError> {
     let value = |fitted: &CandidateFit, name: &str| {
         Some((fitted.model.parameter(name)?, *fitted.model.standard_errors.get(name)?))
     };
-    for name in joint.names.iter().filter(|name| is_asked(name)) {
+    for name in joint.names.iter().filter(|name| is_wanted(name)) {
         for (index, (log, one)) in alone.iter().enumerate() {
             for (other_log, other) in &alone[index + 1..] {
                 let (Some((a, a_error)), Some((b, b_error))) = (value(one, name), value(other, name)) else {

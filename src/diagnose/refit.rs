@@ -35,7 +35,7 @@ impl Search<'_> {
             best = self.candidate(&best.model, ids, &base_names).run(&split);
         }
         let (mut answer, changed) = self.select_parameters(&split, &nominal, &refitted, &best);
-        self.measure_alike(&mut split, [&mut nominal, &mut refitted, &mut answer]);
+        self.measure_in_one_unit(&mut split, [&mut nominal, &mut refitted, &mut answer]);
         found(split, [nominal, refitted, answer], changed)
     }
 
@@ -62,7 +62,7 @@ impl Search<'_> {
     /// The errors of the fits, their last the answer, with initial states that the noise alone weighs: a model's error is
     /// the same then, whatever it was fitted beside, and the rungs of a ladder agree. Not where parts of the logs that are fitted
     /// on are held out: there each part has a fit of its own.
-    fn measure_alike(&self, split: &mut DataSplit, fits: [&mut CandidateFit; 3]) {
+    fn measure_in_one_unit(&self, split: &mut DataSplit, fits: [&mut CandidateFit; 3]) {
         if !split.folds.is_empty() {
             return;
         }

@@ -152,23 +152,23 @@ pub(crate) fn hold_levels(runs: &[RotorRun]) -> bool {
     levels * HELD_SAMPLES <= all && levels >= FEWEST_LEVELS
 }
 
-/// To which block each sample of the runs belongs, counted on over all of them: where commands are held for long, a
-/// block goes from one change to the next, so that a level judged is a level unseen; else `stretches` of one length.
+/// To which stretch each sample of the runs belongs, counted on over all of them: where commands are held for long, a
+/// stretch goes from one change to the next, so that a validation level is a level unseen; else `stretches` of one length.
 #[must_use]
-pub(crate) fn blocks(runs: &[RotorRun], stretches: usize) -> Vec<usize> {
+pub(crate) fn fold_stretches(runs: &[RotorRun], stretches: usize) -> Vec<usize> {
     if !hold_levels(runs) {
         let all: usize = runs.iter().map(|run| run.time.len()).sum();
         return (0..all).map(|index| index * stretches / all.max(1)).collect();
     }
-    let mut block = 0;
-    let mut blocks = Vec::new();
+    let mut stretch = 0;
+    let mut all = Vec::new();
     for run in runs {
         for row in 0..run.command.len() {
-            block += usize::from(row == 0 || run.command[row] != run.command[row - 1]);
-            blocks.push(block);
+            stretch += usize::from(row == 0 || run.command[row] != run.command[row - 1]);
+            all.push(stretch);
         }
     }
-    blocks
+    all
 }
 
 /// Simulates one run from its local start: departures of the rate and of slow states.
@@ -203,8 +203,8 @@ mod tests {
 
     /// 100 Hz, a command that changes at the given rows, a hole of 90 ms after the given row.
     fn log(rows: usize, changes: &[usize], hole_after: usize) -> Dataset {
-        let late = |row: usize| if row > hole_after { 0.08 } else { 0.0 };
-        let time: Vec<f64> = (0..rows).map(|row| 0.01 * row as f64 + late(row)).collect();
+        let delay = |row: usize| if row > hole_after { 0.08 } else { 0.0 };
+        let time: Vec<f64> = (0..rows).map(|row| 0.01 * row as f64 + delay(row)).collect();
         let level = |row: usize| changes.iter().filter(|change| **change <= row).count();
         let command: Vec<f64> = (0..rows).map(|row| 0.3 + 0.1 * (level(row) % 2) as f64).collect();
         let mut log = Dataset::new("here", "", time).expect("time rises");
@@ -222,8 +222,8 @@ mod tests {
         // The command changed in the hole, nobody knows when.
         assert_eq!(rows(log(900, &steps, 299)), [0..300, 300..900]);
         // Levels of 50 ms: in a hole of 90 ms the command may have gone and come back.
-        let lively: Vec<usize> = (0..180).map(|index| 5 * index).collect();
-        assert_eq!(rows(log(900, &lively, 352)), [0..353, 353..900]);
+        let often: Vec<usize> = (0..180).map(|index| 5 * index).collect();
+        assert_eq!(rows(log(900, &often, 352)), [0..353, 353..900]);
     }
 
     #[test]
@@ -239,12 +239,12 @@ mod tests {
     }
 
     #[test]
-    fn a_block_is_a_level_where_levels_are_held() {
+    fn a_stretch_is_a_level_where_levels_are_held() {
         let steps: Vec<usize> = (1..10).map(|level| 100 * level).collect();
-        let held = blocks(&rotor_runs(&[log(1000, &steps, 2000)]), 30);
-        assert!((0..1000).all(|row| held[row] == row / 100 + 1), "{held:?}");
-        let lively: Vec<usize> = (0..200).map(|index| 5 * index).collect();
-        let cut = blocks(&rotor_runs(&[log(1000, &lively, 2000)]), 30);
+        let found = fold_stretches(&rotor_runs(&[log(1000, &steps, 2000)]), 30);
+        assert!((0..1000).all(|row| found[row] == row / 100 + 1), "{found:?}");
+        let often: Vec<usize> = (0..200).map(|index| 5 * index).collect();
+        let cut = fold_stretches(&rotor_runs(&[log(1000, &often, 2000)]), 30);
         assert!((0..1000).all(|row| cut[row] == row * 30 / 1000));
     }
 }

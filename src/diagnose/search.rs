@@ -136,7 +136,7 @@ impl<'a> Search<'a> {
         mut best: CandidateFit,
     ) -> SearchResult {
         let base_names = split.base_parameters(self.base);
-        let mut dropped = self.drop_idle(&split, &mut best, &base_names, &refitted, fits);
+        let mut dropped = self.eliminate(&split, &mut best, &base_names, &refitted, fits);
         let swapped = self.swaps(&split, &best, fits, &base_names);
         fits.extend(swapped);
         if let Some(better) = self.exchanged(&split, (&best, &refitted), fits) {
@@ -188,7 +188,7 @@ impl<'a> Search<'a> {
         let size = better.effects.len();
         let mut best = self.grow_answer_from(split, better, fits);
         let dropped = if best.effects.len() > size {
-            self.drop_idle(split, &mut best, &base_names, refitted, fits)
+            self.eliminate(split, &mut best, &base_names, refitted, fits)
         } else {
             self.each_dropped(split, &best, &base_names, refitted, fits)
         };

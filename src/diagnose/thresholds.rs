@@ -29,21 +29,21 @@ crate::thresholds! {
     most_slow_starts: usize = 4, "count", "judgement";
     /// time constants after which a rotor has forgotten where it began: e^-8 is below any noise
     forgotten_after: f64 = 8.0, "-", "the exponential";
-    /// what was commanded before a log began is not known: the body windows that a late rotor drives begin so much later
+    /// what was commanded before a log began is not known: the body windows that a rotor with a dead time drives begin so much later
     unlogged_command_s: f64 = 0.1, "s", "the longest dead time of real benches";
     /// different commands that can show a quantization grid: over fewer it is an offset of each level
     fewest_commands_for_grid: usize = 60, "count", "development cases of tools/campaign";
     /// a fit to the end: a change of the cost by a hundred-thousandth decides nothing
     full_fit: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5, goal: None, reuses_slopes: true }, "-", "judgement";
-    /// as far as a set is followed before the best ones are chosen
+    /// the steps of a set before the best ones are chosen
     brief_fit: FitConfig = FitConfig { iterations: 10, tolerance: 1e-3, goal: None, reuses_slopes: true }, "-", "times of the development cases";
     /// a fit on a fold from the end of the fit on all data, or back: it is not far
     fold_fit: FitConfig = FitConfig { iterations: 15, tolerance: 1e-4, goal: None, reuses_slopes: true }, "-", "times of the development cases";
     /// the first steps by which starts are compared
     start_fit: FitConfig = FitConfig { iterations: 4, tolerance: 1e-3, goal: None, reuses_slopes: true }, "-", "times of the development cases";
-    /// share of the cost without the effect that a fit must fall below to be followed to the end: model selection asks for more
+    /// share of the cost without the effect that a fit must fall below to be fitted to the end: model selection asks for more
     promising_share: f64 = 0.99, "-", "least_gain, with room";
-    /// a second start is followed when its first look was within this factor of the best
+    /// a second start is fitted from when its first look was within this factor of the best
     second_start: f64 = 1.1, "-", "judgement";
     /// starts of one candidate, at most, from the same base numbers
     most_starts: usize = 12, "count", "times of the development cases";
@@ -57,7 +57,7 @@ crate::thresholds! {
     moved_base_for_grid: f64 = 0.002, "-", "steps of 1/256 to 1/4096 on the development cases";
     /// stretches by which residuals of two fits are compared
     stretches_compared: usize = 24, "count", "judgement";
-    /// fewer stretches have no scatter worth the name
+    /// fewer stretches have no scatter that says anything
     fewest_stretches_compared: usize = 4, "count", "judgement";
     /// standard errors by which the one parameter of an effect must differ from none
     identifiable: f64 = 2.0, "-", "normal distribution: 5 %";
@@ -77,13 +77,13 @@ crate::thresholds! {
     least_grid_noise: f64 = 0.4, "-", "development cases of tools/campaign";
     /// values of a grid looked at, at most
     most_grid_values: usize = 10_000, "count", "times of the development cases";
-    /// values, the best on few samples, that more samples are asked about
+    /// values, the best on few samples, that are looked at on more samples
     grid_values_second: usize = 40, "count", "judgement";
-    /// values, the best of those, that all samples are asked about
+    /// values, the best of those, that are looked at on all samples
     grid_values_third: usize = 10, "count", "judgement";
     /// of the noise: from here on a residual counts by its size, not its square (pseudo-Huber)
     grid_robust_width: f64 = 1.5, "-", "the usual 1.345 to 1.5 of robust regression";
-    /// values followed by closer looks
+    /// values that get closer looks
     grid_values_closer: usize = 3, "count", "judgement";
     /// values of a closer look on each side
     grid_fine_values: i32 = 8, "count", "judgement";
@@ -93,9 +93,9 @@ crate::thresholds! {
     beam_width_single: usize = 3, "count", "development cases of tools/campaign";
     /// beam width: sets of two and more that are carried on; what several laws approach together is mostly none of them
     beam_width_sets: usize = 2, "count", "development cases of tools/campaign";
-    /// pairs: candidates followed briefly beside each effect, and fitted to the end; a law in a corner looks like nothing at first
+    /// pairs: candidates fitted briefly beside each effect, and fitted to the end; a law in a corner looks like nothing at first
     pair_candidates: (usize, usize) = (usize::MAX, 8), "count", "development cases of tools/campaign";
-    /// larger sets: candidates followed briefly beside each set, and fitted to the end
+    /// larger sets: candidates fitted briefly beside each set, and fitted to the end
     set_candidates: (usize, usize) = (8, 4), "count", "development cases of tools/campaign";
     /// effects of one block, at most, with one to spare
     most_effects: usize = 5, "count", "judgement";
@@ -123,7 +123,7 @@ crate::thresholds! {
     significance_level: f64 = 0.05, "-", "convention";
     /// share of its error that the noise of a channel counts as, at least: model error must not rule by a small noise
     least_channel_weight: f64 = 0.2, "-", "judgement";
-    /// different commands that must lie beyond a limit: one cannot be told from a curve that bends there
+    /// different commands that must lie beyond a limit: one is indistinguishable from a curve that bends there
     fewest_beyond_limit: usize = 2, "count", "counting: a curve through one level is free";
     /// share of the unexplained squared error within which two sets are the same: a tenth of the error itself
     indistinguishable_share: f64 = 0.21, "-", "development cases of tools/campaign";
@@ -133,7 +133,7 @@ crate::thresholds! {
     surrogates: usize = 199, "count", "resolution 1 / (1 + n)";
     /// one shifted trace of so many does as well as the level shown: 5 %
     surrogate_quantile: usize = 20, "count", "convention";
-    /// a p-value that this or fewer shifts could not show is asked of windows with random signs
+    /// a p-value that this or fewer shifts could not show is taken from windows with random signs
     rare_p_value: f64 = 0.01, "-", "resolution of few windows";
     /// windows below which no surrogate tells anything
     fewest_windows: usize = 8, "count", "2^8 signs";
@@ -141,7 +141,7 @@ crate::thresholds! {
     patchy: usize = 20, "count", "judgement";
     /// share of the power of a shifted trace that must lie on measurements
     least_shared_power: f64 = 0.2, "-", "judgement";
-    /// shifted battery readings tried; none of them may do as well: two laws are asked, each perhaps beside several sets
+    /// shifted battery readings tried; none of them may do as well: two laws are tested, each perhaps beside several sets
     battery_surrogates: usize = 79, "count", "development cases of tools/campaign";
     /// p-value above which a law that reads the battery is dropped: 1 / (1 + battery_surrogates)
     battery_significance_level: f64 = 1.0 / 80.0, "-", "development cases of tools/campaign";
@@ -155,8 +155,8 @@ crate::thresholds! {
     battery_samples: usize = 10_000, "count", "times of long synthetic logs";
     /// share by which the squared error of the body must differ before it decides about the rotors
     decides_between_drivers: f64 = 0.05, "-", "development cases of tools/campaign";
-    /// sets of the rotors that the body is asked about, beside their answer
-    drivers_asked: usize = 4, "count", "times of the development cases";
+    /// sets of the rotors that are tried as what drives the body, beside their answer
+    drivers_tried: usize = 4, "count", "times of the development cases";
     /// share of the squared error of the body that another driver must take off to be searched
     driver_gain: f64 = 0.2, "-", "development cases of tools/campaign";
     /// standard errors by which a number of the base differs plainly
@@ -167,13 +167,13 @@ crate::thresholds! {
     at_floor_driven: f64 = 1.25, "-", "development cases of tools/campaign";
     /// share above the noise that effects must explain to be the answer short of the floor: a wrong law can come near
     explained: f64 = 0.95, "-", "development cases of tools/campaign";
-    /// times the noise floor beyond which they are not, whatever they explain: a late gyro clock is explained to 95 % by others
+    /// times the noise floor beyond which they are not, whatever they explain: a gyro clock with a delay is explained to 95 % by others
     near_floor: f64 = 1.5, "-", "development cases of tools/campaign";
     /// times the noise floor from which an error is plain to see
     plain_error: f64 = 1.5, "-", "judgement";
-    /// times the inertia of the model from which a body is not heavier but held
+    /// times the inertia of the model from which a body is not heavier but held still
     held_inertia: f64 = 100.0, "-", "no bench differs by as much";
-    /// times the noise floor up to which a body that is held may move
+    /// times the noise floor up to which a body that is held still may move
     held_error: f64 = 3.0, "-", "judgement";
     /// share of the rate by which rotors at the same commands must differ to be reported
     rotors_differ: f64 = 3e-3, "-", "development cases and two real logs";

@@ -32,7 +32,7 @@ pub(crate) fn turns_against_torque(found: &SearchResult) -> bool {
 }
 
 /// The channel whose error is plain where it was fitted and at the floor where it was held out, with both over the floor.
-pub(crate) fn strays(found: &SearchResult) -> Option<(usize, [f64; 2])> {
+pub(crate) fn fails_in_training_only(found: &SearchResult) -> Option<(usize, [f64; 2])> {
     let over = |channel: usize, held_out| {
         found.answer.channel_error(&found.split, channel, held_out) / found.floors[channel]
     };
@@ -53,7 +53,7 @@ pub(crate) fn verdict(found: &SearchResult) -> Verdict {
     match (at_floor, named) {
         (true, true) => Verdict::MissingEffect,
         // What the logs fitted on show and the held-out ones do not is not explained by being there once.
-        (true, false) if strays(found).is_some() => Verdict::Unknown,
+        (true, false) if fails_in_training_only(found).is_some() => Verdict::Unknown,
         (true, false) if found.changed.is_empty() => Verdict::Adequate,
         (true, false) => Verdict::ParametersChanged,
         (false, true) if found.explained() >= THRESHOLDS.explained && over_floor <= THRESHOLDS.near_floor => {

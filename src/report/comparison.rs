@@ -63,16 +63,16 @@ pub(super) fn write(page: &mut Page, found: &[Vec<Comparison>], logs: &[Dataset]
         ));
         let fails =
             |key: &(&str, &str)| blocks_of(comparisons, *key).any(|(_, block)| !block.error.is_noise());
-        let (failing, sound): (Vec<_>, Vec<_>) = keys(comparisons).into_iter().partition(fails);
+        let (failing, adequate): (Vec<_>, Vec<_>) = keys(comparisons).into_iter().partition(fails);
         for key in failing {
             page.heading(format!("{}: {}", key.0, key.1));
             block_section(page, comparisons, key, log);
         }
         torque_section(page, comparisons, log);
-        if !sound.is_empty() {
+        if !adequate.is_empty() {
             page.heading("At the noise floor");
         }
-        for key in sound {
+        for key in adequate {
             page.details(format!("{}: {}", key.0, key.1), |page| block_section(page, comparisons, key, log));
         }
     }

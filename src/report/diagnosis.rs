@@ -1,9 +1,9 @@
 //! The pages of `diagnose` and `extend`: what is missing, why, and how far the error falls.
 
-use super::story::found_parameters;
+use super::story::{error_table, found_parameters};
 use super::{Bars, Mark, Page, Table, comparison, number};
 use crate::compare::{CompareConfig, CompareError, compare};
-use crate::diagnose::diagnosis::{ErrorSummary, FoundParameter, TrainValidate};
+use crate::diagnose::diagnosis::{ErrorSummary, FoundParameter};
 use crate::diagnose::{Diagnosis, Extension, Verdict};
 use crate::effect::{Site, find};
 use crate::log::Dataset;
@@ -35,7 +35,10 @@ pub fn page(
     cards(&mut page, &diagnosis.effects, &diagnosis.model);
     parameters(&mut page, diagnosis);
     page.heading("How far the error falls");
-    error_table(&mut page, &diagnosis.error);
+    page.table(
+        error_table(&diagnosis.error, ["model", "fitted on", "held out"])
+            .caption(diagnosis.error.measure.clone()),
+    );
     ladder(&mut page, diagnosis);
     candidates(&mut page, diagnosis);
     let fails = diagnosis.verdict != Verdict::Adequate;
@@ -91,7 +94,7 @@ pub fn extension_page(
     parameter_table(&mut page, found_parameters(&extension.model).iter().map(|(name, found)| (name, found)));
     change_table(&mut page, extension.model.last_changes().into_iter());
     page.heading("How far the error falls");
-    error_table(&mut page, error);
+    page.table(error_table(error, ["model", "fitted on", "held out"]).caption(error.measure.clone()));
     let mut steps = Table::new(["step", "added", "held-out error before", "after", "what"])
         .caption("The ladder: every step this model has taken");
     for (number_of, step) in extension.model.ladder.iter().enumerate() {
@@ -118,17 +121,17 @@ fn verdict(diagnosis: &Diagnosis) -> (Mark, String) {
 }
 
 fn key_numbers(page: &mut Page, error: &ErrorSummary) {
-    let told = |error_of: f64| format!("{} {}", number(error_of, 3), error.unit);
+    let with_unit = |error_of: f64| format!("{} {}", number(error_of, 3), error.unit);
     page.key_numbers([
-        ("held-out error of the model as it is", told(error.base.validate)),
-        ("its own parameters refitted", told(error.refitted.validate)),
-        ("extended", told(error.extended.validate)),
-        ("noise floor: what the sensors alone would leave", told(error.noise_floor)),
+        ("held-out error of the model as it is", with_unit(error.base.validate)),
+        ("its own parameters refitted", with_unit(error.refitted.validate)),
+        ("extended", with_unit(error.extended.validate)),
+        ("noise floor: what the sensors alone would leave", with_unit(error.noise_floor)),
     ])
     .paragraph(format!("Error: {}.", error.measure));
     if error.refitted.validate > 1.05 * error.base.validate {
         page.paragraph(
-            "Refitted on one part of the data and judged on another the model does worse than as it is: the parts ask for \
+            "Refitted on one part of the data and validated on another the model does worse than as it is: the parts ask for \
              different numbers, or its own came from these very data.",
         );
     }
@@ -211,19 +214,6 @@ fn parameter_table<'a>(page: &mut Page, parameters: impl Iterator<Item = (&'a St
     }
 }
 
-fn error_table(page: &mut Page, error: &ErrorSummary) {
-    let row =
-        |name: &str, both: TrainValidate| [name.to_owned(), number(both.train, 4), number(both.validate, 4)];
-    page.table(
-        Table::new(["model", "fitted on", "held out"])
-            .caption(error.measure.clone())
-            .row(row("as it is", error.base))
-            .row(row("its own parameters refitted", error.refitted))
-            .marked_row(Mark::Good, row("extended", error.extended))
-            .row(["noise floor".to_owned(), String::new(), number(error.noise_floor, 4)]),
-    );
-}
-
 fn ladder(page: &mut Page, diagnosis: &Diagnosis) {
     let title = format!("The ladder: held-out {}", diagnosis.error.measure);
     let mut bars = Bars::new(title, "");
@@ -243,7 +233,7 @@ fn ladder(page: &mut Page, diagnosis: &Diagnosis) {
     page.bars(bars.level("noise floor", diagnosis.error.noise_floor));
 }
 
-/// Each candidate alone, block by block, the one that the error is told in first, against the noise floor.
+/// Each candidate alone, block by block, the one that the error is given in first, against the noise floor.
 fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
     let mut tried: Vec<_> =
         diagnosis.candidates.iter().filter_map(|candidate| Some((candidate, candidate.validate?))).collect();
@@ -253,7 +243,7 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
     channels.dedup();
     channels.sort_by_key(|channel| !diagnosis.error.is_of(channel));
     page.heading("The candidates").paragraph(
-        "Each effect alone, all parameters refitted, judged on data that no fit has seen. Left of `base, refitted` it helps; at \
+        "Each effect alone, all parameters refitted, validated on data that no fit has seen. Left of `base, refitted` it helps; at \
          the noise floor nothing is left to explain; right of `one in twenty by chance` an effect that means nothing gets, too. `by chance` is how often the same effect does as well when its trace is \
          shifted in time and so means nothing: above 0.05 it counts as chance, however far the bar has fallen.",
     );
@@ -270,8 +260,9 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
             bars = bars.noted_bar(candidate.effect.clone(), *error, mark, note);
         }
         let here = tried.iter().filter(|(candidate, _)| candidate.channel == channel);
-        if let Some(luck) = here.filter_map(|(candidate, _)| candidate.surrogate_error).reduce(f64::min) {
-            bars = bars.level("one in twenty by chance", luck);
+        if let Some(by_chance) = here.filter_map(|(candidate, _)| candidate.surrogate_error).reduce(f64::min)
+        {
+            bars = bars.level("one in twenty by chance", by_chance);
         }
         if diagnosis.error.is_of(channel) {
             bars = bars

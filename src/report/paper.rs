@@ -57,11 +57,11 @@ impl PaperRun {
             ));
         }
         let steady = self.identification.battery.as_ref().map(|battery| battery.gain);
-        let lively = self.identification.joint.as_ref().and_then(|joint| joint.voltage_gain);
-        if let Some((steady, lively)) = steady.zip(lively) {
+        let joint = self.identification.joint.as_ref().and_then(|joint| joint.voltage_gain);
+        if let Some((steady, joint)) = steady.zip(joint) {
             let apart =
-                (steady.value - lively.value).abs() / steady.standard_error.hypot(lively.standard_error);
-            let (surer, why) = if steady.standard_error <= lively.standard_error {
+                (steady.value - joint.value).abs() / steady.standard_error.hypot(joint.standard_error);
+            let (surer, why) = if steady.standard_error <= joint.standard_error {
                 ("from the constant commands", "its standard error is the smaller one")
             } else {
                 ("from the PRBS", "its standard error is the smaller one: it sees more of the discharge")
@@ -72,8 +72,8 @@ impl PaperRun {
                  apart; the model takes the one {surer}, because {why}.",
                 number(steady.value, 4),
                 number(steady.standard_error, 2),
-                number(lively.value, 4),
-                number(lively.standard_error, 2),
+                number(joint.value, 4),
+                number(joint.standard_error, 2),
                 number(apart, 2),
             ));
         }

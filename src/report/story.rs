@@ -2,8 +2,10 @@
 
 use std::fmt::Write as _;
 
-use super::{Table, number};
-use crate::diagnose::diagnosis::{Diagnosis, ErrorSummary, FoundParameter, RankedCandidate, Verdict};
+use super::{Mark, Table, number};
+use crate::diagnose::diagnosis::{
+    Diagnosis, ErrorSummary, FoundParameter, RankedCandidate, TrainValidate, Verdict,
+};
 use crate::diagnose::refusal::Refusal;
 use crate::effect::find;
 use crate::model::Model;
@@ -76,27 +78,29 @@ fn card<'a>(
 
 /// The errors of a story, one line each.
 fn errors(error: &ErrorSummary) -> String {
-    let row = |name: &str, both: crate::diagnose::diagnosis::TrainValidate| {
-        [name.to_owned(), number(both.train, 4), number(both.validate, 4)]
-    };
-    let mut out = wrapped("", &format!("Error: {}", error.measure));
     let unit = error.unit;
-    out += &Table::new(["model".to_owned(), format!("fitted on [{unit}]"), format!("held out [{unit}]")])
-        .row(row("as it is", error.base))
-        .row(row("its own parameters refitted", error.refitted))
-        .row(row("extended", error.extended))
-        .row(["noise floor".to_owned(), String::new(), number(error.noise_floor, 4)])
-        .text();
-    out
+    let headers = ["model".to_owned(), format!("fitted on [{unit}]"), format!("held out [{unit}]")];
+    wrapped("", &format!("Error: {}", error.measure)) + &error_table(error, headers).text()
 }
 
-/// Those that are judged by the channel the error is told in: errors of different blocks have different units.
+/// The errors of the model as it is, refitted and extended, beside the noise floor.
+pub(super) fn error_table<H: Into<String>>(error: &ErrorSummary, headers: [H; 3]) -> Table {
+    let row =
+        |name: &str, both: TrainValidate| [name.to_owned(), number(both.train, 4), number(both.validate, 4)];
+    Table::new(headers)
+        .row(row("as it is", error.base))
+        .row(row("its own parameters refitted", error.refitted))
+        .marked_row(Mark::Good, row("extended", error.extended))
+        .row(["noise floor".to_owned(), String::new(), number(error.noise_floor, 4)])
+}
+
+/// Those that are in the channel that the error is given in: errors of different blocks have different units.
 fn candidates(diagnosis: &Diagnosis) -> String {
-    let told = |candidate: &&RankedCandidate| {
+    let is_of_error = |candidate: &&RankedCandidate| {
         let is_tried = candidate.refusal.is_none() || candidate.validate.is_some();
         is_tried && diagnosis.error.is_of(&candidate.channel)
     };
-    let mut candidates: Vec<_> = diagnosis.candidates.iter().filter(told).collect();
+    let mut candidates: Vec<_> = diagnosis.candidates.iter().filter(is_of_error).collect();
     if candidates.is_empty() {
         return String::new();
     }

@@ -38,8 +38,8 @@ pub fn next_steps(diagnosis: &Diagnosis, model: &str, train: &[String], validate
     };
     let mut steps = match diagnosis.verdict {
         _ if diagnosis.turns_against_torque => vec![
-            "Refit whether the gyro's sign is that of the torque, and whether rotors 1 and 2 are exchanged; then diagnose \
-             again. What is named before that only comes indistinguishable."
+            "Look whether the gyro's sign is that of the torque, and whether rotors 1 and 2 are exchanged; then diagnose \
+             again. What is named before that only comes nearest."
                 .to_owned(),
         ],
         Verdict::MissingEffect => vec![format!("Add it: {}", extend(&diagnosis.effects))],
@@ -65,7 +65,7 @@ pub fn next_steps(diagnosis: &Diagnosis, model: &str, train: &[String], validate
         steps.insert(
             0,
             format!(
-                "Refit whether the body's rate (and its angle) are in degrees: J comes out as 1/{:.0} of the model's, and 180/π \
+                "Look whether the body's rate (and its angle) are in degrees: J comes out as 1/{:.0} of the model's, and 180/π \
                  is 57. If so, `import` the log with the units `deg/s` and `deg`, and diagnose again.",
                 inertia.from / inertia.to
             ),

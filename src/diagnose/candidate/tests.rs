@@ -6,7 +6,7 @@ use crate::log::Dataset;
 const ROWS: usize = 3000;
 
 /// Every third stretch a rotor turns 3 % faster. A curve fitted to all leaves 2, 1 and 1 % in them, squared 6; a curve
-/// that has not seen the stretch it is judged on leaves 3, 1.5 and 1.5 %, squared 13.5.
+/// that has not seen the stretch it is validated on leaves 3, 1.5 and 1.5 %, squared 13.5.
 #[test]
 fn what_is_held_out_is_judged_by_numbers_that_have_not_seen_it() {
     let time: Vec<f64> = (0..ROWS).map(|row| 0.02 * row as f64).collect();

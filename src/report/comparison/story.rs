@@ -10,7 +10,12 @@ use crate::report::{Mark, Table, number, sparkline};
 use crate::screening::summary::LogSummary;
 
 pub(super) fn percent(share: f64) -> String {
-    format!("{} %", number(100.0 * share, if share < 0.1 { 2 } else { 3 }))
+    format!("{} %", bare_percent(share))
+}
+
+/// The same without its unit.
+fn bare_percent(share: f64) -> String {
+    number(100.0 * share, if share < 0.1 { 2 } else { 3 })
 }
 
 /// Words for a column.
@@ -108,14 +113,13 @@ fn narrow_table(comparisons: &[Comparison]) -> Table {
                 _ => "",
             };
             let error = &block.error;
-            let share = |share: f64| number(100.0 * share, if share < 0.1 { 2 } else { 3 });
             let cells = [
                 format!("{} {}", number(error.rms, 3), block.unit),
                 number(error.noise_floor, 3),
                 number(error.fit_percent, 3),
-                share(error.explained),
-                share(error.noise),
-                share(error.unexplained),
+                bare_percent(error.explained),
+                bare_percent(error.noise),
+                bare_percent(error.unexplained),
             ];
             let model = several.then(|| comparison.model.clone());
             table = table.row([format!("{name}{what}")].into_iter().chain(model).chain(cells));
