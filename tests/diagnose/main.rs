@@ -4,9 +4,9 @@
 mod battery;
 mod cancelled;
 mod columns;
+mod dead_time;
 mod desk;
 mod found;
 mod ladder;
-mod late;
 mod readings;
 mod refused;
