@@ -123,8 +123,8 @@ pub fn actuator(base: &Base, hidden: &Hidden, rng: &mut ChaCha8Rng, validate: bo
     let commands: Vec<[f64; 2]> = commands.iter().map(|u| [*u, *u]).collect();
     let inputs = Inputs { kind: Kind::Actuator, period, commands, voltages };
     let rows = inputs.replay(base, hidden, SUBSTEP, None);
-    let sound = rows.iter().all(|row| row.rate[0] > 50.0 && row.rate[0] < 1_500.0);
-    sound.then_some(Truth { inputs, rows })
+    let is_plausible = rows.iter().all(|row| row.rate[0] > 50.0 && row.rate[0] < 1_500.0);
+    is_plausible.then_some(Truth { inputs, rows })
 }
 
 impl Inputs {

@@ -326,9 +326,9 @@ impl<'a> Motion<'a> {
             if length < 1e-12 {
                 continue;
             }
-            let late = self.commands[sample.saturating_sub(back)];
+            let delayed = self.commands[sample.saturating_sub(back)];
             let drive = Drive {
-                command: [self.shaped(late[0]), self.shaped(late[1])],
+                command: [self.shaped(delayed[0]), self.shaped(delayed[1])],
                 voltage: [voltage[0], (voltage[1] - voltage[0]) / self.period],
                 path,
                 body: self.body,

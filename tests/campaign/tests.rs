@@ -90,8 +90,8 @@ fn strength_is_what_the_base_cannot_absorb() {
     // The search works with a coarser step; 1 % over the floor is a seventh of the noise.
     assert!(fitted < 1.01, "and is absorbed: {fitted}");
 
-    let late = Hidden { transport_delay: 0.03, ..Hidden::nothing() };
-    let truth = actuator(&Base::PAPER, &late, &mut rng, false).unwrap();
+    let delayed = Hidden { transport_delay: 0.03, ..Hidden::nothing() };
+    let truth = actuator(&Base::PAPER, &delayed, &mut rng, false).unwrap();
     let fitted = without(&truth, &bare(), Noise::USUAL, ROUNDS);
     assert!(fitted > 2.0, "a delay of 30 ms is not a pole: {fitted}");
 }
@@ -172,7 +172,7 @@ fn asked(question: &Question, seed: u64) -> rotorbench::diagnose::Diagnosis {
 /// What it says of a body whose rotors are at fault.
 fn diagnosed(question: &Question, seed: u64) -> rotorbench::diagnose::Diagnosis {
     let found = asked(question, seed);
-    // The story is told where the error is: the body's falls to its noise, by a tenth at the most above it.
+    // The error is given where it is largest: the body's falls to its noise, by a tenth at the most above it.
     let (before, after) = (found.error.refitted.train, found.error.extended.train);
     assert!(found.error.measure.contains("body_rate"), "{}", found.error.measure);
     assert!(before > 1.5 * after && after < 1.1 * found.error.noise_floor, "{before} -> {after}");

@@ -1,4 +1,4 @@
-//! Columns in another unit than their name says, and of another rotor: fitted, they would be told as physics.
+//! Columns in another unit than their name says, and of another rotor: fitted, they would be reported as physics.
 
 use super::desk::{Desk, diagnose, number, refused, run, said_out};
 
@@ -41,7 +41,7 @@ fn a_column_in_another_unit_is_refused_with_the_unit_to_import_it_with() {
         let parts = [&["scaled.csv"][..], parts].concat();
         let words = of(&log, "diagnose --log LOG");
         refused(&words.iter().map(String::as_str).collect::<Vec<_>>(), &parts);
-        // Whoever compares is told the same.
+        // `compare` reports the same.
         let words = of(&log, "compare --log LOG");
         let seen = said_out(&run(&words.iter().map(String::as_str).collect::<Vec<_>>()));
         let seen = seen.split_whitespace().collect::<Vec<_>>().join(" ");

@@ -33,7 +33,7 @@ fn steady(command: f64) -> f64 {
     1124.5 * command + 447.1 * command * command - 40.0 * (FULL - 12.4)
 }
 
-/// A flight of the paper's body whose rotors are `delay` [s] late, driven by kicks of this size and read with so many times
+/// A flight of the paper's body whose rotors have a dead time of `delay` [s], driven by kicks of this size and read with so many times
 /// the usual noise. The first row's command had been in force before, and the rotors are on their way to what it asks for.
 fn late_flight(seed: u64, delay: f64, kick_size: f64, noise: f64) -> String {
     let mut draws = Draws(seed);
@@ -89,7 +89,7 @@ fn rotors_that_were_on_their_way_when_the_log_began_are_late_all_the_same() {
 }
 
 /// A delay of less than a row and a second lag beside the pole look nearly the same: whichever is named, the other one is,
-/// too. Where a delay is told apart it comes first.
+/// too. Where a delay is identifiable it comes first.
 #[test]
 fn a_delay_of_a_few_milliseconds_comes_with_its_twin() {
     let desk = Desk::new();
@@ -100,8 +100,8 @@ fn a_delay_of_a_few_milliseconds_comes_with_its_twin() {
         let held_out = desk.write("held_out.csv", &late_flight(seed + 1, delay, kick_size, noise));
         let (answer, _) = diagnose("paper", &train, &held_out);
         let is_delay = |set: &serde_json::Value| *set == serde_json::json!(["transport_delay"]);
-        let twins = answer["alternatives"].as_array().expect("a list");
-        let is_named = is_delay(&answer["effects"]) || (!is_first && twins.iter().any(is_delay));
+        let alternatives = answer["alternatives"].as_array().expect("a list");
+        let is_named = is_delay(&answer["effects"]) || (!is_first && alternatives.iter().any(is_delay));
         assert!(is_named, "{seed}: {answer}");
     }
 }

@@ -25,7 +25,7 @@ fn a_hidden_pendulum_is_named_added_and_the_error_falls_to_the_noise() {
         number(&answer, &["error", "recalibrated", "validate"]),
         number(&answer, &["error", "extended", "validate"]),
     );
-    // Within 10 % of the noise is the promise; that the base fails plainly makes it worth something.
+    // Within 10 % of the noise is the promise; that the base fails plainly gives it a meaning.
     assert!(before > 3.0 * floor && after < 1.1 * floor, "{before} -> {after}, noise {floor}");
 
     let better = desk.path("better.toml").display().to_string();
@@ -116,11 +116,11 @@ fn an_effect_of_the_users_own_competes_with_the_catalogue() {
     let (log, validate) = (train.display().to_string(), held_out.display().to_string());
     let [better, page] = ["better.toml", "page.html"].map(|name| desk.path(name).display().to_string());
     let logs = ["--log", &log, "--validate", &validate, "-o", &better, "--report", &page];
-    let told =
+    let text =
         said_out(&run(&[&["extend", "--model", &mine, "--effect", "creaking_pivot"][..], &logs].concat()));
     let page = fs::read_to_string(&page).expect("a page");
     for words in ["-k*body_rate*abs(body_rate)^0.5", "The pivot creaks."] {
-        assert!(told.contains(words) && page.contains(words), "{words}: {told}");
+        assert!(text.contains(words) && page.contains(words), "{words}: {text}");
     }
 }
 
@@ -143,7 +143,7 @@ fn a_body_that_is_held_says_nothing_of_its_inertia() {
 }
 
 /// A gyro that is mounted the other way round: all the inertia in the world is the best that its torque can be made of, and yet it
-/// is not held. It was told as that, and nothing was missing.
+/// is not held. It was reported as that, and nothing was missing.
 #[test]
 fn a_body_that_turns_against_its_torque_is_not_one_that_is_held() {
     let desk = Desk::new();
@@ -212,12 +212,12 @@ fn a_log_that_is_fitted_and_judged_is_told_and_a_step_back_answers_in_json() {
     assert_eq!(run(&extend).status.code(), Some(0));
     let back = desk.path("back.toml").display().to_string();
     let undone = run(&["extend", "--model", &model, "--step-back", "-o", &back, "--json"]);
-    let told: Value = serde_json::from_slice(&undone.stdout).expect("JSON");
-    assert_eq!(told["undone"], serde_json::json!(["command_saturation"]));
-    assert_eq!(told["model"]["ladder"], Value::Null, "an empty ladder is left out");
+    let undone: Value = serde_json::from_slice(&undone.stdout).expect("JSON");
+    assert_eq!(undone["undone"], serde_json::json!(["command_saturation"]));
+    assert_eq!(undone["model"]["ladder"], Value::Null, "an empty ladder is left out");
 }
 
-/// A model with another body than the bench has: the base's number is told, taken over by `extend`, and enough then.
+/// A model with another body than the bench has: the base's number is reported, taken over by `extend`, and enough then.
 #[test]
 fn a_number_that_has_changed_is_taken_over_and_the_step_can_be_undone() {
     let desk = Desk::new();

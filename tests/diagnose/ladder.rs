@@ -49,7 +49,7 @@ fn the_controller_with_the_extended_model_tracks_at_least_twice_as_well() {
         ids.sort_unstable();
         ids
     };
-    // Beside rotors whose mean rate hardly changes their inflow damps as a viscous pivot does: both sets are told.
+    // Beside rotors whose mean rate hardly changes their inflow damps as a viscous pivot does: both sets are reported.
     let effects = set(&answer["effects"]);
     let others = answer["alternatives"].as_array().into_iter().flatten().map(set);
     let mut sets = std::iter::once(effects.clone()).chain(others);

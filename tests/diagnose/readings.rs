@@ -86,7 +86,7 @@ fn compare_takes_such_readings_as_missing() {
         let output = run(&["compare", "--log", &log.display().to_string(), "--json"]);
         let answer: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
         let comparison = &answer["comparisons"][0];
-        assert!(!comparison["warnings"].as_array().expect("told").is_empty(), "{comparison:#}");
+        assert!(!comparison["warnings"].as_array().expect("a list").is_empty(), "{comparison:#}");
         let block =
             comparison["blocks"].as_array().expect("blocks").iter().find(|it| it["name"] == "actuator_1");
         let block = block.expect("the rotor's own block");
