@@ -11,6 +11,7 @@ use super::rotor_block::{COMMANDS, PROPELLER_RATES, RotorRun, rotor_runs, simula
 use super::thresholds::THRESHOLDS;
 use crate::effect::{Law, Term};
 use crate::estimation::noise_floor::white_noise;
+use crate::estimation::quantile::distinct;
 use crate::estimation::slope::forward_slopes;
 use crate::estimation::smoother::{copy_missing, smooth, white};
 use crate::log::Dataset;
@@ -242,13 +243,7 @@ fn runs_of<'a>(
 }
 
 fn different_commands(log: &Dataset) -> usize {
-    let count = |name: &&str| {
-        let mut commands: Vec<f64> = log.column(name).unwrap_or(&[]).to_vec();
-        commands.retain(|command| command.is_finite());
-        commands.sort_by(f64::total_cmp);
-        commands.dedup();
-        commands.len()
-    };
+    let count = |name: &&str| distinct(log.column(name).unwrap_or(&[])).len();
     COMMANDS.iter().map(count).max().unwrap_or(0)
 }
 

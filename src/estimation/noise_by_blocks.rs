@@ -1,6 +1,6 @@
 //! The white noise of a signal that also steps and moves fast: estimated block by block, the quiet blocks together.
 
-use super::quantile::{MEDIAN_OF_NORMAL, median};
+use super::quantile::{MEDIAN_OF_NORMAL, median, sorted};
 use super::third_differences::THIRD_DIFFERENCE;
 
 /// How a signal is cut into blocks, and which of them count.
@@ -39,11 +39,8 @@ pub fn noise_by_blocks<'a>(pieces: impl Iterator<Item = &'a [f64]>, config: &Noi
         differences = own.flat_map(|own| sizes(&own)).collect();
     }
     let blocks = (differences.len() / config.samples).max(1);
-    let mut estimates: Vec<f64> = differences
-        .chunks(differences.len().div_ceil(blocks).max(1))
-        .map(|block| of_block(block, config))
-        .collect();
-    estimates.sort_by(f64::total_cmp);
+    let blocks = differences.chunks(differences.len().div_ceil(blocks).max(1));
+    let estimates = sorted(blocks.map(|block| of_block(block, config)));
     let Some(ranked) = estimates.get((config.rank * estimates.len() as f64) as usize) else {
         return 0.0;
     };

@@ -4,6 +4,7 @@
 use rand::{RngExt, SeedableRng};
 
 use super::normal_equations::dot;
+use super::quantile::sorted;
 
 /// What is tried, and what counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,11 +60,10 @@ impl SurrogateTest {
         let room = windows - 2 * near;
         let tried = config.surrogates.min(room);
         let shift = |index: usize| (near + index * room / tried) * period.max(1);
-        let mut shifted: Vec<f64> = (0..tried).filter_map(|index| explained(shift(index))).collect();
+        let shifted = sorted((0..tried).filter_map(|index| explained(shift(index))));
         let tried = shifted.len();
         // The same sum in another order.
         let as_good = shifted.iter().filter(|explained| **explained >= real * (1.0 - 1e-9)).count();
-        shifted.sort_by(f64::total_cmp);
         let reached = shifted.iter().nth_back(tried / config.quantile).copied().unwrap_or(0.0);
         let mut p_value = (1 + as_good) as f64 / (1 + tried) as f64;
         if as_good == 0 && p_value > config.rare_p_value {
