@@ -59,7 +59,7 @@ mod tests {
     use crate::compare::Comparison;
     use crate::diagnose::Diagnosis;
     use crate::identify::Identification;
-use crate::report::check;
+    use crate::report::check;
     use crate::studies::controller_comparison::FlightComparison;
 
     /// What `report::json` adds to the answers about logs.
@@ -109,7 +109,7 @@ use crate::report::check;
         match name {
             "check" => schema::<check::Answer>(name),
             "compare" => schema::<Comparisons>(name),
-            "compare-runs" => schema::<FlightComparison>("compare --runs"),
+            "compare-runs" => schema::<WithSentences<FlightComparison>>("compare --runs"),
             "design" => schema::<design::Design>(name),
             "diagnose" => {
                 let mut root = schema::<WithSentences<Diagnosis>>(name);
