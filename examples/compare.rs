@@ -31,7 +31,7 @@ pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
     let job = Job::unwatched(&cancel);
     let mut bench = BenchConfig::default();
     bench.emulator.hidden.push(HiddenConfig::parse("gravity_pendulum:moment=0.4")?);
-    // Your own log: `session::open_all(&[path], &job)?`.
+    // Your own log: `session::open_all(&[path], &OpenConfig::default(), &job)?`.
     let logs = [session::fly(&bench, &FlightPlan::closed_loop_prbs(0.03, 20.0), "flight", &job)?];
     // One answer for each log and each model.
     let compared = session::compare(&[Model::paper()], &logs, &CompareConfig::default(), &job)?;

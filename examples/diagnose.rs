@@ -39,7 +39,7 @@ pub fn diagnosed() -> Result<(Diagnosis, Extended), Box<dyn Error>> {
     Ok((found, extended))
 }
 
-/// Your own logs: `session::open_all(&paths, &job)`.
+/// Your own logs: `session::open_all(&paths, &OpenConfig::default(), &job)`.
 fn flight(seed: u64, job: &Job) -> Result<[rotorbench::log::Dataset; 1], Box<dyn Error>> {
     let mut bench = BenchConfig::default();
     bench.emulator.seed = seed;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use rotorbench::cancel::Cancel;
 use rotorbench::report::findings::sentence;
 use rotorbench::screening::ScreenedLog;
-use rotorbench::session::{self, Job, Source};
+use rotorbench::session::{self, Job, OpenConfig};
 
 /// Prints the result.
 pub fn main() -> Result<(), Box<dyn Error>> {
@@ -23,7 +23,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
 pub fn summary(path: &Path) -> Result<String, Box<dyn Error>> {
     let cancel = Cancel::default();
     // A recording, a candump log and a CSV in our format say what they are; a foreign CSV needs a mapping.
-    let log = session::open(&Source::from(path), &Job::unwatched(&cancel))?.log;
+    let log = session::open(path, &OpenConfig::default(), &Job::unwatched(&cancel))?.log;
     let span = log.time().last().zip(log.time().first()).map_or(0.0, |(last, first)| last - first);
     let mut text = format!("{}: {} rows in {span:.2} s\n", log.source_name(), log.len());
 

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::log_arguments::LogArguments;
 use super::watched::cancellable;
 use super::{CliResult, Outcome};
 use crate::compare::{CompareConfig, Comparison};
@@ -22,6 +23,8 @@ pub struct Arguments {
     /// Log (CSV); several are compared one by one
     #[arg(long, required_unless_present = "runs", num_args = 1..)]
     log: Vec<PathBuf>,
+    #[command(flatten)]
+    logs: LogArguments,
     /// Instead of models: recordings of flights in which the body was struck, controllers side by side
     #[arg(long, value_name = "FILE.mcap", num_args = 1.., conflicts_with_all = ["model", "log", "horizon_s", "signals"])]
     runs: Vec<PathBuf>,
@@ -58,7 +61,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let config = CompareConfig { horizon_s: arguments.horizon_s };
     let (logs, found, page, signals) = cancellable(|cancel| {
         let job = Job::unwatched(cancel);
-        let logs = session::open_all(&arguments.log, &job)?;
+        let logs = session::open_all(&arguments.log, &arguments.logs.open_config(), &job)?;
         let found = session::compare(&models, &logs, &config, &job)?;
         let page = arguments.report.as_ref().map(|path| (path, comparison::page(&found, &logs)));
         let last = logs.first().zip(found.first().and_then(|models| models.last()));

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::log_arguments::LogArguments;
 use super::watched::{cancellable, searching};
 use super::{CliResult, Outcome};
 use crate::compare::CompareConfig;
@@ -22,6 +23,8 @@ pub struct Arguments {
     /// Logs to judge on; without them every third stretch of the training logs is held out
     #[arg(long, num_args = 1..)]
     validate: Vec<PathBuf>,
+    #[command(flatten)]
+    logs: LogArguments,
     /// Windows over which the body runs freely [s]
     #[arg(value_parser = super::horizon, long, default_value_t = DiagnoseConfig::default().horizon)]
     horizon_s: f64,
@@ -42,8 +45,10 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let named = |paths: &[PathBuf]| paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>();
     let model_name = arguments.model.display().to_string();
     let (diagnosis, next, page) = cancellable(|cancel| {
-        let train = session::open_all(&arguments.log, &Job::unwatched(cancel))?;
-        let validate = session::open_all(&arguments.validate, &Job::unwatched(cancel))?;
+        let train =
+            session::open_all(&arguments.log, &arguments.logs.open_config(), &Job::unwatched(cancel))?;
+        let validate =
+            session::open_all(&arguments.validate, &arguments.logs.open_config(), &Job::unwatched(cancel))?;
         let diagnosis = searching(cancel, |job| session::diagnose(&model, &train, &validate, &config, job))?;
         let next = report::verdict::next_steps(
             &diagnosis,

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
+use super::log_arguments::LogArguments;
 use super::watched::{cancellable, searching};
 use super::{CliError, CliResult, Outcome};
 use crate::cancel::Cancel;
@@ -34,6 +35,8 @@ pub struct Arguments {
     /// Logs to judge on
     #[arg(long, num_args = 1..)]
     validate: Vec<PathBuf>,
+    #[command(flatten)]
+    logs: LogArguments,
     /// Undo the last step of the model's ladder instead
     #[arg(long, conflicts_with_all = ["effect", "log", "validate"])]
     step_back: bool,
@@ -112,8 +115,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
 /// The model and its page, before anything is written.
 fn work(model: &Model, arguments: &Arguments, cancel: &Cancel) -> Result<(Extended, Option<Page>), CliError> {
     let config = DiagnoseConfig { horizon: arguments.horizon_s };
-    let train = session::open_all(&arguments.log, &Job::unwatched(cancel))?;
-    let validate = session::open_all(&arguments.validate, &Job::unwatched(cancel))?;
+    let train = session::open_all(&arguments.log, &arguments.logs.open_config(), &Job::unwatched(cancel))?;
+    let validate =
+        session::open_all(&arguments.validate, &arguments.logs.open_config(), &Job::unwatched(cancel))?;
     let logs = (&train[..], &validate[..]);
     let mut extended = searching(cancel, |job| {
         if arguments.recalibrate {

@@ -3,12 +3,13 @@
 use std::io::Write as _;
 use std::path::PathBuf;
 
+use super::log_arguments::LogArguments;
 use super::watched::{cancellable, in_steps};
 use super::{CliError, CliResult, Outcome};
 use crate::identify::IdentifySettings;
 use crate::report::findings::sentence;
 use crate::report::json;
-use crate::session::{self, Job};
+use crate::session::{self, Job, OpenConfig};
 use crate::signal::ROTORS;
 use crate::unit::short;
 
@@ -21,6 +22,8 @@ pub struct Arguments {
     /// Logs to validate on
     #[arg(long, value_name = "FILE", num_args = 1..)]
     validate: Vec<PathBuf>,
+    #[command(flatten)]
+    logs: LogArguments,
     /// Where to write the model file
     #[arg(long, short, value_name = "M.toml")]
     output: Option<PathBuf>,
@@ -36,9 +39,6 @@ pub struct Arguments {
     /// Leave a transport delay out of the model, also where the data show one
     #[arg(long)]
     no_delay: bool,
-    /// Use this rotor's columns only, 1 or 2; default: all, taken as identical
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=2))]
-    rotor: Option<u8>,
     /// Lever arm d [m]
     #[arg(long, value_name = "M")]
     arm_m: Option<f64>,
@@ -61,10 +61,16 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let read_from = arguments.log.iter().chain(&arguments.validate).chain([&arguments.template]);
     super::output::writable(arguments.output.iter().chain(&arguments.report), read_from)?;
     let replaced = arguments.output.as_ref().filter(|path| path.is_file());
-    let settings = settings(arguments)?;
+    let mut settings = settings(arguments)?;
+    // The names of the rotors stay as they are in the logs.
+    let open = OpenConfig { rotors: Vec::new(), ..arguments.logs.open_config() };
     let (found, page) = cancellable(|cancel| {
-        let logs = session::open_all(&arguments.log, &Job::unwatched(cancel))?;
-        let validation = session::open_all(&arguments.validate, &Job::unwatched(cancel))?;
+        let logs = session::open_all(&arguments.log, &open, &Job::unwatched(cancel))?;
+        let validation = session::open_all(&arguments.validate, &open, &Job::unwatched(cancel))?;
+        if settings.rotors.is_empty() {
+            let last = session::rotors(&logs).last().copied().unwrap_or(0);
+            settings.rotors = (1..=last.max(ROTORS)).collect();
+        }
         let found = in_steps(cancel, |job| session::identify(&logs, &validation, &settings, job))?;
         let page = arguments.report.as_ref().map(|path| (path, found.page()));
         Ok((found, page))
@@ -110,13 +116,12 @@ fn settings(arguments: &Arguments) -> Result<IdentifySettings, CliError> {
             None => {}
         }
     }
-    let rotors = arguments.rotor.map_or((1..=ROTORS).collect(), |rotor| vec![usize::from(rotor)]);
     Ok(IdentifySettings {
         template,
         full_voltage_given: arguments.full_voltage_v.is_some(),
         degree: arguments.degree.map(usize::from),
         battery: !arguments.no_battery,
         delay: !arguments.no_delay,
-        rotors,
+        rotors: arguments.logs.rotors(),
     })
 }

@@ -4,32 +4,27 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::log_arguments::LogArguments;
 use super::watched::cancellable;
-use super::{CliResult, Outcome};
+use super::{CliError, CliResult, Outcome};
+use crate::file::write_atomically;
 use crate::log::can_capture::CaptureNotes;
 use crate::log::{Notes, csv};
-use crate::report::import;
+use crate::report::{guess, import};
 use crate::screening::summary::LogSummary;
-use crate::session::{self, Job, Opened, Source};
+use crate::session::{self, GuessedLog, Job, Opened};
 
 /// Arguments of `import`.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// The log: foreign CSV with --mapping, a `candump -L` log (its DBC files and roles from --config), a recording of
-    /// ours, or a log that is in our format already
+    /// The log, of any format that is read: what it is, its first bytes say. The columns of a foreign CSV are guessed and
+    /// shown; --mapping says what they mean
     log: PathBuf,
-    /// What its columns mean: a mapping file, or the name of a shipped mapping (`rcbenchmark`)
-    #[arg(long, value_name = "FILE|NAME")]
-    mapping: Option<String>,
-    /// Which log of the file, from 1, where time begins anew inside it
-    #[arg(long, value_name = "N")]
-    part: Option<usize>,
-    /// Bench file with the DBC files and roles that say what the frames of a candump log mean
-    #[arg(long, value_name = "FILE", conflicts_with = "mapping")]
-    pub(super) config: Option<PathBuf>,
-    /// Only frames of this interface of a candump log
-    #[arg(long, value_name = "IFACE")]
-    interface: Option<String>,
+    #[command(flatten)]
+    pub(super) logs: LogArguments,
+    /// Write what the columns of a foreign log may mean as a mapping file, to be looked at and mended
+    #[arg(long, value_name = "M.toml", conflicts_with_all = ["mapping", "output"])]
+    write_mapping: Option<PathBuf>,
     /// Write the log here; without it only the report is made
     #[arg(short, long, value_name = "FILE.csv")]
     output: Option<PathBuf>,
@@ -43,6 +38,7 @@ pub struct Arguments {
 #[derive(Serialize)]
 pub(super) struct Report<'a> {
     source: &'a str,
+    format: &'static str,
     sha256: &'a str,
     notes: &'a Notes,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -53,28 +49,33 @@ pub(super) struct Report<'a> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
-    let mapping = arguments.mapping.as_ref().map(PathBuf::from);
-    let inputs = [Some(&arguments.log), mapping.as_ref(), arguments.config.as_ref()];
-    super::output::writable(&arguments.output, inputs.into_iter().flatten())?;
-    let source = Source {
-        path: &arguments.log,
-        mapping: arguments.mapping.as_deref(),
-        part: arguments.part,
-        bench: arguments.config.as_deref(),
-        interface: arguments.interface.as_deref(),
-    };
+    let beside: Vec<PathBuf> = arguments.logs.inputs().collect();
+    let inputs = std::iter::once(&arguments.log).chain(&beside);
+    super::output::writable(arguments.output.iter().chain(&arguments.write_mapping), inputs)?;
+    if !arguments.logs.has_mapping()
+        && let Some(guessed) =
+            cancellable(|cancel| Ok(session::guess_columns(&arguments.log, &Job::unwatched(cancel))?))?
+    {
+        return show_guess(arguments, &guessed);
+    }
+    if arguments.write_mapping.is_some() {
+        let log = arguments.log.display();
+        return Err(CliError::new(format!("{log}: says itself what its columns mean: nothing is guessed")));
+    }
+    let config = arguments.logs.open_config();
     let (opened, findings) = cancellable(|cancel| {
-        let opened = session::open(&source, &Job::unwatched(cancel))?;
+        let opened = session::open(&arguments.log, &config, &Job::unwatched(cancel))?;
         let findings = LogSummary::of(&opened.log);
         Ok((opened, findings))
     })?;
-    let Opened { log, notes, frames } = opened;
+    let Opened { log, format, notes, frames } = opened;
     if let Some(output) = &arguments.output {
         csv::write(&log, output)?;
     }
     if arguments.json {
         let report = Report {
             source: log.source_name(),
+            format,
             sha256: log.sha256(),
             notes: &notes,
             frames: frames.as_ref(),
@@ -90,6 +91,32 @@ pub fn run(arguments: &Arguments) -> CliResult {
         if let Some(output) = &arguments.output {
             println!("written: {}", output.display());
         }
+    }
+    Ok(Outcome::Done)
+}
+
+/// Shows what the columns of a foreign log may mean, or writes it as a mapping file.
+fn show_guess(arguments: &Arguments, guessed: &GuessedLog) -> CliResult {
+    let log = arguments.log.display().to_string();
+    if arguments.output.is_some() {
+        return Err(CliError::new(format!(
+            "{log}: what its columns mean is a guess, and no log is written on a guess: look at it with `import {log}`, and \
+             say it with --mapping"
+        )));
+    }
+    if let Some(path) = &arguments.write_mapping {
+        let text = guess::mapping_file(guessed, &log)?;
+        write_atomically(path, text.as_bytes())
+            .map_err(|error| CliError::new(format!("{}: {error}", path.display())))?;
+    }
+    if arguments.json {
+        println!("{}", crate::report::json::answer(guessed)?);
+        return Ok(Outcome::Done);
+    }
+    print!("{}", guess::text(guessed));
+    match &arguments.write_mapping {
+        Some(path) => println!("written: {}", path.display()),
+        None => print!("{}", guess::next_step(&log)),
     }
     Ok(Outcome::Done)
 }

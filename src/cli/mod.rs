@@ -38,6 +38,7 @@ mod extend;
 mod identify;
 mod import;
 mod jitter;
+mod log_arguments;
 mod man;
 mod monitor;
 mod operate;
@@ -259,7 +260,7 @@ impl Subcommand {
             Self::Experiment(arguments) => &arguments.bench,
             Self::Design(arguments) => &arguments.bench,
             Self::Doctor(arguments) => return arguments.config.as_deref(),
-            Self::Import(arguments) => return arguments.config.as_deref(),
+            Self::Import(arguments) => return arguments.logs.config.as_deref(),
             Self::Replay(arguments) => return arguments.config.as_deref(),
             _ => return None,
         };

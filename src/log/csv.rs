@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use super::dataset::{Dataset, DatasetError};
+use super::limits::{self, MOST_COLUMNS, shortened};
 use super::lines::Lines;
 use crate::cancel;
 use crate::file::write_atomically;
@@ -36,7 +37,7 @@ pub enum LogError {
     },
     /// The header is empty or lacks time.
     #[error(
-        "{path}: the header has no column `time_s`; it reads `{header}`; `import --mapping` makes a log of a foreign file"
+        "{path}: the header has no column `time_s`; it reads `{header}`; `import {path}` shows what the columns of a foreign log may mean, and `--mapping` says it"
     )]
     NoTime {
         /// The file.
@@ -106,7 +107,7 @@ pub fn file_hash(path: &Path) -> io::Result<String> {
 /// # Errors
 /// [`LogError`] with file, line and column.
 pub fn read(path: &Path) -> Result<Dataset, LogError> {
-    let bytes = fs::read(path).map_err(|source| LogError::File { path: path.to_owned(), source })?;
+    let bytes = limits::read(path).map_err(|source| LogError::File { path: path.to_owned(), source })?;
     parse(&bytes, path)
 }
 
@@ -127,8 +128,12 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
     };
     let header: Vec<String> = reader.headers().map_err(syntax)?.iter().map(str::to_owned).collect();
     let Some(time_at) = header.iter().position(|name| name == "time_s") else {
-        return Err(LogError::NoTime { path: path.to_owned(), header: header.join(",") });
+        return Err(LogError::NoTime { path: path.to_owned(), header: shortened_header(&header) });
     };
+    if header.len() > MOST_COLUMNS {
+        let reason = format!("{} columns; {MOST_COLUMNS} are the most", header.len());
+        return Err(LogError::Syntax { path: path.to_owned(), line: 1, reason });
+    }
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); header.len()];
     let mut lines = Lines::new(text, None, 1);
     let mut record = csv::StringRecord::new();
@@ -145,7 +150,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
                 path: path.to_owned(),
                 line,
                 column: name.clone(),
-                cell: cell.to_owned(),
+                cell: shortened(cell),
             })?);
         }
         if columns[time_at].last().is_some_and(|time| time.is_nan()) {
@@ -160,6 +165,13 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
         }
     }
     Ok(log)
+}
+
+/// A header for a message: its first names.
+fn shortened_header(header: &[String]) -> String {
+    const SHOWN: usize = 24;
+    let shown = header.iter().take(SHOWN).map(|name| shortened(name)).collect::<Vec<_>>().join(",");
+    if header.len() > SHOWN { format!("{shown},...") } else { shown }
 }
 
 /// A cell's number; an empty cell is a missing value. `None` when it is neither.
@@ -238,11 +250,11 @@ mod tests {
             ),
             (
                 "t,a\n0,1\n",
-                "log.csv: the header has no column `time_s`; it reads `t,a`; `import --mapping` makes a log of a foreign file",
+                "log.csv: the header has no column `time_s`; it reads `t,a`; `import log.csv` shows what the columns of a foreign log may mean, and `--mapping` says it",
             ),
             (
                 "",
-                "log.csv: the header has no column `time_s`; it reads ``; `import --mapping` makes a log of a foreign file",
+                "log.csv: the header has no column `time_s`; it reads ``; `import log.csv` shows what the columns of a foreign log may mean, and `--mapping` says it",
             ),
             ("time_s,a,a\n0,1,1\n", "log.csv: column `a` is there twice"),
             (

@@ -82,6 +82,14 @@ pub enum ForeignError {
         /// How many logs the file holds.
         parts: usize,
     },
+    /// Text without a clock.
+    #[error(
+        "{path}: the file has no clock of its own, so the mapping needs `[time]` in its mapping: a `column` with its `unit`, or a `period_s`"
+    )]
+    NoClock {
+        /// The file.
+        path: PathBuf,
+    },
     /// No row is left.
     #[error("{path}: no row holds a time and a value")]
     Empty {

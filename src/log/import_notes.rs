@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::tables::Skipped;
+
 /// Places shown of each kind of oddity.
 const PLACES: usize = 5;
 
@@ -18,7 +20,7 @@ pub struct Places {
 }
 
 impl Places {
-    pub(super) fn add(&mut self, line: u64) {
+    pub(crate) fn add(&mut self, line: u64) {
         self.count += 1;
         if self.first_lines.len() < PLACES {
             self.first_lines.push(line);
@@ -28,7 +30,7 @@ impl Places {
 
 /// What reading a foreign log came across.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Notes {
     /// The file began with a byte order mark.
     pub byte_order_mark: bool,
@@ -62,4 +64,12 @@ pub struct Notes {
     pub unused_columns: Vec<String>,
     /// Which log of the file was read, and of how many.
     pub part: Option<(usize, usize)>,
+    /// Rows left out because the mapping's `where` does not hold.
+    pub not_chosen: usize,
+    /// [s] the furthest that a value of a slower clock was moved to a row of the fastest.
+    pub greatest_shift_s: f64,
+    /// Bytes and rows that the format's reader left out.
+    pub skipped: Vec<Skipped>,
+    /// What the file says of itself.
+    pub about: Vec<(String, String)>,
 }

@@ -7,17 +7,19 @@ use serde::{Deserialize, Serialize};
 use crate::file::toml_error;
 use crate::unit::{Unit, UnitError};
 
-use super::dataset::LOG_SIGNALS;
+use super::dataset::{LOG_SIGNALS, log_signal};
+use super::row_filter::RowFilter;
 
 /// Mappings that come with the program, by name.
 pub const SHIPPED: &[(&str, &str)] = &[("rcbenchmark", include_str!("mappings/rcbenchmark.toml"))];
 
 /// A mapping file, as people write it.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MappingConfig {
     /// What it reads.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub description: String,
     /// Character between cells.
     #[serde(default = "comma")]
@@ -26,7 +28,7 @@ pub struct MappingConfig {
     #[serde(default)]
     pub comment: Option<char>,
     /// Lines above the header.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub skip_lines: usize,
     /// Whether a header line names the columns; without one they are named `#1`, `#2`, ...
     #[serde(default = "yes")]
@@ -35,18 +37,23 @@ pub struct MappingConfig {
     #[serde(default = "utf_8")]
     pub encoding: String,
     /// Numbers are written 1,5 instead of 1.5.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_not")]
     pub decimal_comma: bool,
     /// Cells that mean "no value", beside empty ones and `nan`.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
-    /// Where time comes from.
-    pub time: TimeConfig,
+    /// Where time comes from; left out for files whose tables have clocks of their own.
+    #[serde(default)]
+    pub time: Option<TimeConfig>,
+    /// Which rows count: `COLUMN == NUMBER` (or !=, <, <=, >, >=); all, if left out.
+    #[serde(default, rename = "where")]
+    pub condition: Option<String>,
     /// The columns that are wanted.
     pub signal: Vec<SignalMapping>,
 }
 
 /// Where time comes from: a column, or a fixed period.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TimeConfig {
@@ -61,22 +68,46 @@ pub struct TimeConfig {
     pub period_s: Option<f64>,
 }
 
-/// One column of the foreign log and what it becomes: `(cell * scale + offset)` in `unit`, then SI.
+/// What becomes of several columns.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Combine {
+    /// All added.
+    Sum,
+    /// The first less the others.
+    Difference,
+    /// Their mean.
+    Mean,
+}
+
+/// One signal of our log and what it comes from: `(cell * scale + offset)` in `unit`, then SI.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SignalMapping {
     /// Name in our log: one of the log format, or any other of small letters, digits and `_`, which is carried along.
     pub name: String,
-    /// Name of the column.
-    pub column: String,
+    /// Name of the column; `TABLE.COLUMN` in a file of several tables.
+    #[serde(default)]
+    pub column: Option<String>,
+    /// Names of several columns, instead of one; a row counts where all of them have a value.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub columns: Vec<String>,
+    /// What becomes of several.
+    #[serde(default)]
+    pub combine: Option<Combine>,
+    /// Column with the time of these values, where they have another clock than the rest of the file; in the unit of `[time]`.
+    #[serde(default)]
+    pub time_column: Option<String>,
     /// Unit of the scaled value; needed for every signal of the log format, meaningless for others.
     #[serde(default)]
     pub unit: Option<String>,
     /// Factor, 1 if left out.
-    #[serde(default = "one")]
+    #[serde(default = "one", skip_serializing_if = "is_one")]
     pub scale: f64,
     /// Added after the factor, in `unit`; 0 if left out.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_nothing")]
     pub offset: f64,
     /// Values outside are cut to this range (in SI), and counted.
     #[serde(default)]
@@ -85,8 +116,26 @@ pub struct SignalMapping {
     #[serde(default)]
     pub valid: Option<[f64; 2]>,
     /// Whether the column may be absent.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_not")]
     pub optional: bool,
+}
+
+// What has its default is not written.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+fn is_not(value: &bool) -> bool {
+    !value
+}
+
+fn is_zero(value: &usize) -> bool {
+    *value == 0
+}
+
+fn is_one(value: &f64) -> bool {
+    *value == 1.0
+}
+
+fn is_nothing(value: &f64) -> bool {
+    *value == 0.0
 }
 
 fn comma() -> char {
@@ -163,6 +212,8 @@ fn shipped_names() -> String {
 pub struct Mapping {
     pub(crate) config: MappingConfig,
     pub(crate) encoding: &'static encoding_rs::Encoding,
+    /// Which rows count.
+    pub(crate) filter: Option<RowFilter>,
     /// Unit of time, and of each signal of the log format.
     pub(crate) time_unit: Unit,
     pub(crate) units: Vec<Option<Unit>>,
@@ -187,6 +238,48 @@ impl Mapping {
         }
     }
 
+    /// The mapping of a table whose columns have our names and units: each is taken as it is, `time_s` as the time.
+    #[must_use]
+    pub fn ours<'a>(columns: impl Iterator<Item = &'a str>) -> Self {
+        let signals = columns.filter(|name| *name != "time_s").map(|name| SignalMapping {
+            name: name.to_owned(),
+            column: Some(name.to_owned()),
+            columns: Vec::new(),
+            combine: None,
+            time_column: None,
+            unit: None,
+            scale: 1.0,
+            offset: 0.0,
+            clamp: None,
+            valid: None,
+            optional: false,
+        });
+        let time = TimeConfig { column: Some("time_s".to_owned()), unit: second(), period_s: None };
+        let config = MappingConfig::new(Some(time), signals.collect());
+        let units = vec![None; config.signal.len()];
+        let time_unit = Unit { name: "s", si: "s", scale: 1.0, offset: 0.0 };
+        Self { config, encoding: encoding_rs::UTF_8, filter: None, time_unit, units }
+    }
+
+    /// Whether it looks at the column of a table.
+    #[must_use]
+    pub fn wants(&self, table: &str, column: &str) -> bool {
+        let is = |wanted: &str| {
+            wanted == column
+                || wanted
+                    .strip_suffix(column)
+                    .and_then(|rest| rest.strip_suffix('.'))
+                    .is_some_and(|rest| table == rest || table.ends_with(rest))
+        };
+        let is_time = self.config.time.as_ref().and_then(|time| time.column.as_deref()).is_some_and(is);
+        let is_condition = self.filter.as_ref().is_some_and(|filter| is(&filter.column));
+        let is_all = self.config.signal.is_empty();
+        is_all
+            || is_time
+            || is_condition
+            || self.config.signal.iter().flat_map(SignalMapping::columns).any(is)
+    }
+
     /// The mapping in `text`; `path` is for messages.
     ///
     /// # Errors
@@ -201,6 +294,24 @@ impl Mapping {
 }
 
 impl MappingConfig {
+    /// A mapping of a plain CSV: commas between cells, a header, UTF-8.
+    #[must_use]
+    pub fn new(time: Option<TimeConfig>, signal: Vec<SignalMapping>) -> Self {
+        Self {
+            description: String::new(),
+            delimiter: comma(),
+            comment: None,
+            skip_lines: 0,
+            header: true,
+            encoding: utf_8(),
+            decimal_comma: false,
+            missing: Vec::new(),
+            time,
+            condition: None,
+            signal,
+        }
+    }
+
     /// Checks everything that can be checked without a log.
     ///
     /// # Errors
@@ -215,14 +326,17 @@ impl MappingConfig {
         if self.decimal_comma && self.delimiter == ',' {
             return Err(setting("with `decimal_comma` the delimiter cannot be a comma too".to_owned()));
         }
-        match (&self.time.column, self.time.period_s) {
-            (Some(_), None) => {}
-            (None, Some(period)) if period.is_finite() && period > 0.0 => {}
-            (None, Some(period)) => return Err(setting(format!("time: period_s = {period} is not a time"))),
+        match self.time.as_ref().map(|time| (&time.column, time.period_s)) {
+            None | Some((Some(_), None)) => {}
+            Some((None, Some(period))) if period.is_finite() && period > 0.0 => {}
+            Some((None, Some(period))) => {
+                return Err(setting(format!("time: period_s = {period} is not a time")));
+            }
             _ => return Err(setting("time: give either `column` or `period_s`".to_owned())),
         }
-        let time_unit =
-            Unit::parse(&self.time.unit, "s").map_err(|error| setting(format!("time: {error}")))?;
+        let unit_of_time = self.time.as_ref().map_or("s", |time| time.unit.as_str());
+        let time_unit = Unit::parse(unit_of_time, "s").map_err(|error| setting(format!("time: {error}")))?;
+        let filter = self.condition.as_deref().map(RowFilter::parse).transpose().map_err(setting)?;
         let mut units = Vec::new();
         for (index, signal) in self.signal.iter().enumerate() {
             let unit = signal.check(&self.signal[..index]).map_err(|reason| MappingError::Signal {
@@ -232,13 +346,47 @@ impl MappingConfig {
             })?;
             units.push(unit);
         }
-        Ok(Mapping { config: self, encoding, time_unit, units })
+        Ok(Mapping { config: self, encoding, filter, time_unit, units })
     }
 }
 
 impl SignalMapping {
+    /// The columns it comes from.
+    pub(crate) fn columns(&self) -> Vec<&str> {
+        self.column.iter().chain(&self.columns).map(String::as_str).collect()
+    }
+
+    /// The value of a row, of the numbers in its columns.
+    pub(crate) fn combined(&self, mut numbers: impl Iterator<Item = f64>) -> f64 {
+        let first = numbers.next().unwrap_or(f64::NAN);
+        match self.combine {
+            None => first,
+            Some(Combine::Sum) => numbers.fold(first, |sum, number| sum + number),
+            Some(Combine::Difference) => numbers.fold(first, |left, number| left - number),
+            Some(Combine::Mean) => {
+                let (sum, count) = numbers.fold((first, 1.0), |(sum, count), it| (sum + it, count + 1.0));
+                sum / count
+            }
+        }
+    }
+
+    /// Whether what it says of its columns can be meant.
+    fn check_columns(&self) -> Result<(), String> {
+        match (&self.column, self.columns.len(), self.combine) {
+            (Some(_), 0, None) => Ok(()),
+            (None, 2.., Some(_)) => Ok(()),
+            (None, 2.., None) => {
+                Err("`combine` is missing: sum, difference or mean of its `columns`".to_owned())
+            }
+            (None, 1, _) => Err("`columns` wants two or more; one is a `column`".to_owned()),
+            (Some(_), 0, Some(_)) => Err("`combine` wants `columns`, not a `column`".to_owned()),
+            (Some(_), ..) => Err("give either `column` or `columns`".to_owned()),
+            (None, 0, _) => Err("give its `column`".to_owned()),
+        }
+    }
+
     /// The unit to convert from, or what is wrong; `before` are the signals mapped already.
-    fn check(&self, before: &[Self]) -> Result<Option<Unit>, String> {
+    pub(super) fn check(&self, before: &[Self]) -> Result<Option<Unit>, String> {
         if self.name == "time_s" {
             return Err("time has a table of its own, [time]".to_owned());
         }
@@ -249,6 +397,7 @@ impl SignalMapping {
         if self.name.is_empty() || !self.name.chars().all(plain) {
             return Err("names are of small letters, digits and `_`".to_owned());
         }
+        self.check_columns()?;
         if !(self.scale.is_finite() && self.offset.is_finite() && self.scale != 0.0) {
             return Err(format!("scale = {}, offset = {} is no conversion", self.scale, self.offset));
         }
@@ -257,8 +406,7 @@ impl SignalMapping {
                 return Err(format!("`{key}` must go from low to high"));
             }
         }
-        let known = LOG_SIGNALS.iter().find(|known| known.name == self.name);
-        match (known, &self.unit) {
+        match (log_signal(&self.name), &self.unit) {
             (Some(known), Some(unit)) => {
                 Unit::parse(unit, known.unit).map(Some).map_err(|error: UnitError| error.to_string())
             }
@@ -306,8 +454,8 @@ mod tests {
         assert_eq!(error("[time"), "m.toml: line 1, column 6: unclosed table, expected `]`");
         assert_eq!(
             error(&signal("column = \"u\"\nunits = \"-\"\n")),
-            "m.toml: line 6, column 1: unknown field `units`, expected one of `name`, `column`, `unit`, `scale`, \
-             `offset`, `clamp`, `valid`, `optional`"
+            "m.toml: line 6, column 1: unknown field `units`, expected one of `name`, `column`, `columns`, `combine`, \
+             `time_column`, `unit`, `scale`, `offset`, `clamp`, `valid`, `optional`"
         );
         assert_eq!(
             error(&signal("column = \"u\"\nunit = \"V\"\n")),

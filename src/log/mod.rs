@@ -3,15 +3,25 @@
 pub mod can_capture;
 pub mod candump;
 pub mod csv;
+mod csv_table;
 pub mod dataset;
 pub mod export;
 pub mod foreign_error;
+pub mod format;
+pub mod guess;
 pub mod import_notes;
+pub mod limits;
 pub mod lines;
-pub mod mapped_csv;
+pub mod mapped;
 pub mod mapping;
+mod row_clock;
+mod row_filter;
 pub mod segments;
+pub mod sniff;
+mod table_clock;
+pub mod tables;
 pub mod thresholds;
+pub mod unreadable;
 
 pub use dataset::Dataset;
 pub use dataset::DatasetError;

@@ -2,7 +2,7 @@
 
 use super::findings::text as sentence;
 use crate::log::can_capture::CaptureNotes;
-use crate::log::mapped_csv::Places;
+use crate::log::import_notes::Places;
 use crate::log::{Dataset, Notes};
 use crate::screening::summary::LogSummary;
 

@@ -57,6 +57,7 @@ pub mod diagnosis;
 pub mod doctor;
 pub mod findings;
 mod flights;
+pub mod guess;
 pub mod histogram;
 mod identification;
 pub mod import;

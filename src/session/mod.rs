@@ -9,6 +9,7 @@ mod compare;
 mod diagnose;
 mod extend;
 mod fly;
+mod guess;
 mod identify;
 mod machine;
 mod models;
@@ -21,9 +22,10 @@ use crate::cancel::{Cancel, Cancelled};
 use crate::compare::CompareError;
 use crate::diagnose::DiagnoseError;
 use crate::identify::IdentifyError;
+use crate::log::ForeignError;
 use crate::log::can_capture::CaptureError;
 use crate::log::csv::LogError;
-use crate::log::mapped_csv::ForeignError;
+use crate::log::format::FormatError;
 use crate::log::mapping::MappingError;
 use crate::model::ModelError;
 use crate::recording::RecordError;
@@ -34,10 +36,11 @@ pub use compare::compare;
 pub use diagnose::diagnose;
 pub use extend::{Extended, extend, refit};
 pub use fly::fly;
+pub use guess::{GuessedLog, guess_columns};
 pub use identify::identify;
 pub use machine::{Grade, MachineCheck, check_machine};
 pub use models::{name_after, open_model, save_model, step_back};
-pub use open::{Opened, Source, open, open_all};
+pub use open::{ChoiceError, OpenConfig, Opened, open, open_all, rotors};
 
 /// What is heard of long work.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,6 +108,12 @@ pub enum SessionError {
     /// A log in our format.
     #[error(transparent)]
     Log(#[from] LogError),
+    /// A log in a format of another program.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// A part of a log that is not there.
+    #[error(transparent)]
+    Choice(#[from] ChoiceError),
     /// A foreign log.
     #[error(transparent)]
     Foreign(#[from] ForeignError),

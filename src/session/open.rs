@@ -8,27 +8,31 @@ use super::{Job, SessionError};
 use crate::bench::BenchConfig;
 use crate::can::Roles;
 use crate::log::can_capture::CaptureNotes;
-use crate::log::{Dataset, Mapping, Notes, can_capture, csv, export, mapped_csv};
+use crate::log::dataset::{of_rotor, rotor_of};
+use crate::log::format::{FORMATS, FormatError, LogFormat, Request, Start};
+use crate::log::{Dataset, Mapping, Notes, can_capture, csv, export, limits, mapped, unreadable};
 
-/// A log's file, and what its format may need beside it.
-#[derive(Debug, Clone, Copy)]
-pub struct Source<'a> {
-    /// The file.
-    pub path: &'a Path,
-    /// What the columns of a foreign CSV mean: a mapping file, or the name of a shipped one.
-    pub mapping: Option<&'a str>,
-    /// Which log of a foreign file, from 1, where time begins anew inside it.
+/// Bytes by which a file is recognised.
+const START: usize = 4_096;
+
+/// What may be said of logs beside their names: what their format needs, and which part of them counts. It holds for those
+/// of several logs that can use it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct OpenConfig {
+    /// What the columns of a foreign log mean: a mapping file, or the name of a shipped one.
+    pub mapping: Option<String>,
+    /// Which log of a file that holds several, from 1.
     pub part: Option<usize>,
-    /// Bench file that says what the frames of a candump log mean; without one the built-in bench does.
-    pub bench: Option<&'a Path>,
-    /// Only frames of this interface of a candump log.
-    pub interface: Option<&'a str>,
-}
-
-impl<'a> From<&'a Path> for Source<'a> {
-    fn from(path: &'a Path) -> Self {
-        Self { path, mapping: None, part: None, bench: None, interface: None }
-    }
+    /// Bench file that says what the frames of a capture of the bus mean; without one the built-in bench does.
+    pub bench: Option<PathBuf>,
+    /// Only frames of this interface of a capture.
+    pub interface: Option<String>,
+    /// [s] only rows from this time on.
+    pub from_s: Option<f64>,
+    /// [s] only rows up to this time.
+    pub to_s: Option<f64>,
+    /// Only these rotors, from 1; the first becomes rotor 1 of the log, and so on. Empty = all, as they are.
+    pub rotors: Vec<usize>,
 }
 
 /// A log, and what reading it left out.
@@ -36,62 +40,194 @@ impl<'a> From<&'a Path> for Source<'a> {
 pub struct Opened {
     /// The log.
     pub log: Dataset,
+    /// Name of the format that it came in.
+    pub format: &'static str,
     /// What the reader of a foreign file left out, cut or merged.
     pub notes: Notes,
     /// What became of the frames of a capture.
     pub frames: Option<CaptureNotes>,
 }
 
-/// How a file begins.
-enum Format {
-    Recording,
-    Candump,
-    Csv,
+/// Why a part of a log cannot be had.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ChoiceError {
+    /// A rotor that is not there.
+    #[error("{log}: no rotor {rotor}; {}", rotors_in(present))]
+    Rotor {
+        /// The log.
+        log: String,
+        /// What was asked for.
+        rotor: usize,
+        /// The rotors that are there.
+        present: Vec<usize>,
+    },
+    /// No row between two times.
+    #[error("{log}: no row from {from} s to {to} s; it goes from {start} s to {end} s")]
+    Span {
+        /// The log.
+        log: String,
+        /// [s]
+        from: f64,
+        /// [s]
+        to: f64,
+        /// [s]
+        start: f64,
+        /// [s]
+        end: f64,
+    },
 }
 
-/// Opens a log: a recording of ours, a candump log, a CSV in our format, or with a mapping any other CSV.
+fn rotors_in(present: &[usize]) -> String {
+    if present.is_empty() {
+        return "it names none".to_owned();
+    }
+    let numbers: Vec<String> = present.iter().map(usize::to_string).collect();
+    format!("it holds {}", numbers.join(", "))
+}
+
+/// Opens a log of any format. `LOG#2` is the second log of a file that holds several.
 ///
 /// # Errors
 /// [`SessionError`], from the reader of the format.
-pub fn open(source: &Source, job: &Job) -> Result<Opened, SessionError> {
-    job.run(|| read(source))
+pub fn open(path: &Path, config: &OpenConfig, job: &Job) -> Result<Opened, SessionError> {
+    job.run(|| {
+        let (path, part) = addressed(path);
+        let mut opened = read(&path, &OpenConfig { part: part.or(config.part), ..config.clone() })?;
+        opened.log = chosen(opened.log, config)?;
+        Ok::<_, SessionError>(opened)
+    })
 }
 
-/// Opens logs that say for themselves what they are.
+/// Opens several logs, each of any format.
 ///
 /// # Errors
 /// [`SessionError`] of the first that cannot be read.
-pub fn open_all(paths: &[PathBuf], job: &Job) -> Result<Vec<Dataset>, SessionError> {
-    paths.iter().map(|path| open(&Source::from(path.as_path()), job).map(|opened| opened.log)).collect()
+pub fn open_all(paths: &[PathBuf], config: &OpenConfig, job: &Job) -> Result<Vec<Dataset>, SessionError> {
+    paths.iter().map(|path| open(path, config, job).map(|opened| opened.log)).collect()
 }
 
-fn read(source: &Source) -> Result<Opened, SessionError> {
-    let path = source.path;
-    if let Some(mapping) = source.mapping {
-        let (log, notes) = mapped_csv::read(path, &Mapping::load(mapping)?, source.part)?;
-        return Ok(Opened { log, notes, frames: None });
+/// The rotors that logs have commands or rates of, from 1.
+#[must_use]
+pub fn rotors(logs: &[Dataset]) -> Vec<usize> {
+    let mut found: Vec<usize> = logs.iter().flat_map(Dataset::names).filter_map(rotor_of).collect();
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+/// A file and which log of it, where `FILE#N` is no file itself.
+fn addressed(path: &Path) -> (PathBuf, Option<usize>) {
+    let text = path.to_str().filter(|_| !path.exists());
+    let parts = text.and_then(|text| text.rsplit_once('#'));
+    match parts.and_then(|(file, number)| Some((file, number.parse().ok()?))) {
+        Some((file, number)) => (PathBuf::from(file), Some(number)),
+        None => (path.to_owned(), None),
     }
-    let plain = |log| Opened { log, notes: Notes::default(), frames: None };
-    match format(path) {
-        Format::Recording => Ok(plain(export::dataset(path)?)),
-        Format::Candump => {
-            let config = BenchConfig::load(source.bench)?;
-            let roles = Roles::build(&config.bus, config.period_s)?;
-            let (log, frames) = can_capture::read(path, &roles, source.interface)?;
-            Ok(Opened { frames: Some(frames), ..plain(log) })
+}
+
+fn read(path: &Path, config: &OpenConfig) -> Result<Opened, SessionError> {
+    let bytes = beginning(path);
+    let start = Start { bytes: &bytes, path };
+    if start.bytes.starts_with(b"\x89MCAP") {
+        return Ok(plain(export::dataset(path)?, "recording"));
+    }
+    if start.bytes.starts_with(b"(") {
+        let bench = BenchConfig::load(config.bench.as_deref())?;
+        let roles = Roles::build(&bench.bus, bench.period_s)?;
+        let (log, frames) = can_capture::read(path, &roles, config.interface.as_deref())?;
+        return Ok(Opened { frames: Some(frames), ..plain(log, "candump") });
+    }
+    if let Some(format) = FORMATS.iter().find(|format| format.recognises(&start)) {
+        return tabular(path, *format, config);
+    }
+    if let Some((what, instead)) = unreadable::recognised(&start) {
+        return Err(FormatError::Unreadable { path: path.to_owned(), what, instead }.into());
+    }
+    if unreadable::is_binary(&start) {
+        return Err(FormatError::Unknown { path: path.to_owned() }.into());
+    }
+    match &config.mapping {
+        Some(mapping) if !is_ours(&start) => {
+            let (log, notes) = mapped::read(path, &Mapping::load(mapping)?, config.part)?;
+            Ok(Opened { notes, ..plain(log, "mapped CSV") })
         }
-        Format::Csv => Ok(plain(csv::read(path)?)),
+        _ => Ok(plain(csv::read(path)?, "CSV")),
     }
 }
 
-/// What the first bytes say. What cannot be read twice, as a pipe, or at all is left to the reader of our own format.
-fn format(path: &Path) -> Format {
-    let mut start = [0; 8];
-    let is_file = fs::metadata(path).is_ok_and(|found| found.is_file());
-    let length = if is_file { File::open(path).and_then(|mut file| file.read(&mut start)) } else { Ok(0) };
-    match start.get(..length.unwrap_or(0)) {
-        Some([0x89, b'M', b'C', b'A', b'P', ..]) => Format::Recording,
-        Some([b'(', ..]) => Format::Candump,
-        _ => Format::Csv,
+/// A log of which nothing was left out.
+fn plain(log: Dataset, format: &'static str) -> Opened {
+    Opened { log, format, notes: Notes::default(), frames: None }
+}
+
+/// A log of tables, through the format's own mapping or the user's.
+fn tabular(path: &Path, format: &dyn LogFormat, config: &OpenConfig) -> Result<Opened, SessionError> {
+    let mapping = match (&config.mapping, format.mapping()) {
+        (Some(mapping), _) => Some(Mapping::load(mapping)?),
+        (None, Some(text)) => Some(Mapping::parse(text, Path::new(format.name()))?),
+        (None, None) => None,
+    };
+    let bytes = limits::read(path).map_err(|source| FormatError::File { path: path.to_owned(), source })?;
+    let wants = |table: &str, column: &str| mapping.as_ref().is_none_or(|it| it.wants(table, column));
+    let tables = format.read(&Request { path, bytes: &bytes, part: config.part, wants: &wants })?;
+    // Without any mapping the columns have our own names.
+    let names = || tables.tables.iter().flat_map(|table| &table.columns).map(|column| column.name.as_str());
+    let mapping = mapping.unwrap_or_else(|| Mapping::ours(names()));
+    let (log, notes) = mapped::assemble(&tables, &bytes, path, &mapping)?;
+    Ok(Opened { notes, ..plain(log, format.name()) })
+}
+
+/// Whether a text begins with a header of ours: a mapping for other logs is not for it.
+pub(super) fn is_ours(start: &Start) -> bool {
+    let line = start.bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    let line = String::from_utf8_lossy(line);
+    line.trim_start_matches('\u{feff}').split(',').any(|name| name.trim() == "time_s")
+}
+
+/// The first bytes of a file; none of what cannot be read twice, as a pipe, or at all: that is left to the reader of our own
+/// format.
+pub(super) fn beginning(path: &Path) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    if fs::metadata(path).is_ok_and(|found| found.is_file()) {
+        // What cannot be read here cannot be read below either, which says why.
+        let _ = File::open(path).and_then(|file| file.take(START as u64).read_to_end(&mut bytes));
     }
+    bytes
+}
+
+/// The rows and rotors that were asked for.
+fn chosen(log: Dataset, config: &OpenConfig) -> Result<Dataset, SessionError> {
+    let log = only_rotors(log, &config.rotors)?;
+    if config.from_s.is_none() && config.to_s.is_none() {
+        return Ok(log);
+    }
+    let (from, to) = (config.from_s.unwrap_or(f64::NEG_INFINITY), config.to_s.unwrap_or(f64::INFINITY));
+    let first = log.time().partition_point(|time| *time < from);
+    let last = log.time().partition_point(|time| *time <= to);
+    if first >= last {
+        let ends = log.time().first().zip(log.time().last());
+        let (start, end) = ends.map_or((f64::NAN, f64::NAN), |(start, end)| (*start, *end));
+        return Err(ChoiceError::Span { log: log.source_name().to_owned(), from, to, start, end }.into());
+    }
+    Ok(log.slice(first..last))
+}
+
+/// The log with these rotors alone, in this order, numbered from 1.
+fn only_rotors(log: Dataset, rotors: &[usize]) -> Result<Dataset, SessionError> {
+    if rotors.is_empty() {
+        return Ok(log);
+    }
+    let present = self::rotors(std::slice::from_ref(&log));
+    if let Some(rotor) = rotors.iter().find(|rotor| !present.contains(rotor)) {
+        let rotor = *rotor;
+        return Err(ChoiceError::Rotor { log: log.source_name().to_owned(), rotor, present }.into());
+    }
+    let name = |column: &str| match rotor_of(column) {
+        None => Some(column.to_owned()),
+        Some(rotor) => {
+            let place = rotors.iter().position(|wanted| *wanted == rotor)?;
+            of_rotor(column, place + 1)
+        }
+    };
+    Ok(log.renamed(name))
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::rotorbench;
-use rotorbench::log::{Dataset, ForeignError, Mapping, Notes, csv, mapped_csv};
+use rotorbench::log::{Dataset, ForeignError, Mapping, Notes, csv, mapped};
 
 const MAPPING: &str = r##"
 comment = "#"
@@ -33,7 +33,7 @@ fn mapping(text: &str) -> Mapping {
 }
 
 fn read(text: &str) -> Result<(Dataset, Notes), ForeignError> {
-    mapped_csv::parse(text.as_bytes(), Path::new("f.csv"), &mapping(MAPPING), None)
+    mapped::parse(text.as_bytes(), Path::new("f.csv"), &mapping(MAPPING), None)
 }
 
 fn column<'a>(log: &'a Dataset, name: &str) -> &'a [f64] {
@@ -139,11 +139,11 @@ fn a_file_of_several_logs_asks_which() {
     );
     let mapping = mapping(MAPPING);
     let path = Path::new("f.csv");
-    let (second, notes) = mapped_csv::parse(text.as_bytes(), path, &mapping, Some(2)).expect("the second");
+    let (second, notes) = mapped::parse(text.as_bytes(), path, &mapping, Some(2)).expect("the second");
     assert_eq!(second.len(), 30);
     assert_eq!(column(&second, "command_1")[0], 0.11);
     assert_eq!(notes.part, Some((2, 2)));
-    let error = mapped_csv::parse(text.as_bytes(), path, &mapping, Some(3)).expect_err("no third");
+    let error = mapped::parse(text.as_bytes(), path, &mapping, Some(3)).expect_err("no third");
     assert_eq!(error.to_string(), "f.csv: there is no part 3; the file holds 2");
 }
 
@@ -162,13 +162,13 @@ column = "Winkel (°)"
 unit = "°"
 "#;
     let bytes = b"Pr\xfcfstand\r\n\r\nWinkel (\xb0);x\r\n180,0;1\r\n90,0;1\r\n";
-    let (log, _) = mapped_csv::parse(bytes, Path::new("f.csv"), &mapping(text), None).expect("a good log");
+    let (log, _) = mapped::parse(bytes, Path::new("f.csv"), &mapping(text), None).expect("a good log");
     assert_eq!(log.time(), [0.0, 0.5]);
     assert!((column(&log, "body_angle_rad")[0] - std::f64::consts::PI).abs() < 1e-12);
 
     let text = "header = false\n[time]\ncolumn = \"#1\"\n[[signal]]\nname = \"raw\"\ncolumn = \"#2\"\n";
     let (log, _) =
-        mapped_csv::parse(b"0,5\n1,6\n", Path::new("f.csv"), &mapping(text), None).expect("a good log");
+        mapped::parse(b"0,5\n1,6\n", Path::new("f.csv"), &mapping(text), None).expect("a good log");
     assert_eq!(column(&log, "raw"), [5.0, 6.0]);
 }
 
@@ -196,7 +196,7 @@ fn refusals_name_the_place() {
     for (text, message) in cases {
         assert_eq!(read(text).expect_err(message).to_string(), message);
     }
-    let latin = mapped_csv::parse(b"t,esc,speed\n0,1,\xb0\n", Path::new("f.csv"), &mapping(MAPPING), None);
+    let latin = mapped::parse(b"t,esc,speed\n0,1,\xb0\n", Path::new("f.csv"), &mapping(MAPPING), None);
     assert_eq!(
         latin.expect_err("not UTF-8").to_string(),
         "f.csv: the bytes are not UTF-8 text; set `encoding` in the mapping"
@@ -207,7 +207,7 @@ proptest::proptest! {
     /// Whatever bytes come, the reader answers or refuses; it never panics.
     #[test]
     fn any_bytes_are_answered(bytes in proptest::collection::vec(proptest::prelude::any::<u8>(), 0..400)) {
-        let _ = mapped_csv::parse(&bytes, Path::new("f.csv"), &mapping(MAPPING), None);
+        let _ = mapped::parse(&bytes, Path::new("f.csv"), &mapping(MAPPING), None);
     }
 
     /// The same for what looks like a log.
@@ -273,8 +273,8 @@ fn shared(file: &str) -> Option<PathBuf> {
 #[test]
 fn a_vendors_thrust_stand_log() {
     let Some(path) = shared("motor_step_bench/so_v5_time_constant.csv") else { return };
-    let (log, notes) = mapped_csv::read(&path, &Mapping::load("rcbenchmark").expect("shipped"), None)
-        .expect("a vendor's log");
+    let (log, notes) =
+        mapped::read(&path, &Mapping::load("rcbenchmark").expect("shipped"), None).expect("a vendor's log");
     assert!(notes.byte_order_mark);
     assert_eq!((log.len(), notes.remarks), (8409, 15));
     let raw = column(&log, "esc_signal");

@@ -21,7 +21,7 @@ use crate::runtime::control::{self, ControlSummary};
 use crate::runtime::controller_plant;
 use crate::runtime::operator;
 use crate::runtime::record::Background;
-use crate::session::{self, Job, Source};
+use crate::session::{self, Job, OpenConfig};
 use crate::shm::{APPLIED, Bench, CONTROL_STEPS, Role};
 use crate::signal::{ControlStep, GuardEvent};
 
@@ -109,7 +109,7 @@ fn fly(
     })?;
     process.finish()?;
     background.finish()?;
-    let opened = session::open(&Source::from(recording.as_path()), &Job::unwatched(&Cancel::default()))?;
+    let opened = session::open(&recording, &OpenConfig::default(), &Job::unwatched(&Cancel::default()))?;
     let log = opened.log;
     csv::write(&log, &out.join(name).with_extension("csv"))?;
     let (steps, events) = told(&recording)?;

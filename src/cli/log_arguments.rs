@@ -1,0 +1,63 @@
+//! What every command that reads logs takes beside their names.
+
+use std::path::PathBuf;
+
+use crate::session::OpenConfig;
+
+/// Options of logs.
+#[derive(Debug, Clone, Default, clap::Args)]
+#[command(next_help_heading = "Which log, and which part of it")]
+pub struct LogArguments {
+    /// What the columns of foreign logs mean: a mapping file, or the name of a shipped mapping (`rcbenchmark`); `import` of a
+    /// foreign log shows what they may mean
+    #[arg(long, value_name = "FILE|NAME")]
+    mapping: Option<String>,
+    /// Which log of a file that holds several, from 1; `FILE#N` says it of one file
+    #[arg(long, visible_alias = "flight", value_name = "N")]
+    part: Option<usize>,
+    /// Only rows from this time on [s]
+    #[arg(long, value_name = "S")]
+    from_s: Option<f64>,
+    /// Only rows up to this time [s]
+    #[arg(long, value_name = "S")]
+    to_s: Option<f64>,
+    /// Only these rotors, from 1, such as 3 or 2,4; an attitude bench names its two
+    #[arg(long, visible_alias = "rotor", value_name = "N,..", value_delimiter = ',')]
+    rotors: Vec<usize>,
+    /// Bench file with the DBC files and roles that say what the frames of a capture of the bus mean
+    #[arg(long, value_name = "FILE")]
+    pub(super) config: Option<PathBuf>,
+    /// Only frames of this interface of a capture
+    #[arg(long, value_name = "IFACE")]
+    interface: Option<String>,
+}
+
+impl LogArguments {
+    /// What the session takes of it.
+    pub fn open_config(&self) -> OpenConfig {
+        OpenConfig {
+            mapping: self.mapping.clone(),
+            part: self.part,
+            bench: self.config.clone(),
+            interface: self.interface.clone(),
+            from_s: self.from_s,
+            to_s: self.to_s,
+            rotors: self.rotors.clone(),
+        }
+    }
+
+    /// The rotors that were named; empty = all.
+    pub fn rotors(&self) -> Vec<usize> {
+        self.rotors.clone()
+    }
+
+    /// Whether a mapping was named.
+    pub fn has_mapping(&self) -> bool {
+        self.mapping.is_some()
+    }
+
+    /// Files that are read beside the logs.
+    pub fn inputs(&self) -> impl Iterator<Item = PathBuf> {
+        self.mapping.iter().map(PathBuf::from).chain(self.config.clone())
+    }
+}

@@ -1,0 +1,239 @@
+//! The cells of a foreign CSV file as numbers: tables of the columns that a mapping names, one for each clock.
+
+use super::csv::number;
+use super::foreign_error::ForeignError;
+use super::import_notes::Notes;
+use super::limits::{MOST_COLUMNS, shortened};
+use super::lines::Lines;
+use super::mapping::{Mapping, MappingConfig};
+use super::tables::{Column, Table};
+use crate::cancel;
+use std::path::Path;
+
+/// Columns of a header that a message shows.
+const SHOWN_COLUMNS: usize = 24;
+
+/// Reads the columns that `mapping` names, and notes what is odd.
+///
+/// # Errors
+/// [`ForeignError`] with file, line and column.
+pub(crate) fn read(
+    bytes: &[u8],
+    path: &Path,
+    mapping: &Mapping,
+    notes: &mut Notes,
+) -> Result<Vec<Table>, ForeignError> {
+    notes.byte_order_mark = bytes.starts_with(&[0xef, 0xbb, 0xbf]);
+    let (text, _, malformed) = mapping.encoding.decode(bytes);
+    if malformed {
+        let reason =
+            format!("the bytes are not {} text; set `encoding` in the mapping", mapping.encoding.name());
+        return Err(ForeignError::Syntax { path: path.to_owned(), line: None, reason });
+    }
+    Reader { path, mapping, notes }.read(&text)
+}
+
+/// A column on its way into a table.
+struct Wanted {
+    /// Place in the file.
+    place: usize,
+    /// Its clock, as a number of [`Clock`].
+    clock: usize,
+    column: Column,
+}
+
+/// A clock, and the table that it makes.
+struct Clock {
+    /// Place and name of its column; `None` = a fixed period.
+    column: Option<(usize, String)>,
+    table: Table,
+}
+
+struct Reader<'a> {
+    path: &'a Path,
+    mapping: &'a Mapping,
+    notes: &'a mut Notes,
+}
+
+impl Reader<'_> {
+    fn config(&self) -> &MappingConfig {
+        &self.mapping.config
+    }
+
+    fn period_s(&self) -> Option<f64> {
+        self.config().time.as_ref().and_then(|time| time.period_s)
+    }
+
+    fn read(&mut self, text: &str) -> Result<Vec<Table>, ForeignError> {
+        let config = self.mapping.config.clone();
+        let skipped: usize = text.split_inclusive('\n').take(config.skip_lines).map(str::len).sum();
+        let body = text.get(skipped..).unwrap_or("");
+        let is_remark = |line: &&str| config.comment.is_some_and(|comment| line.starts_with(comment));
+        self.notes.remarks = body.lines().filter(is_remark).count();
+        let comment = config.comment.map(|comment| comment as u8);
+        let mut reader = csv::ReaderBuilder::new()
+            .delimiter(config.delimiter as u8)
+            .comment(comment)
+            .has_headers(config.header)
+            .flexible(true)
+            .trim(csv::Trim::All)
+            .from_reader(body.as_bytes());
+        let header: Vec<String> = match reader.headers() {
+            Ok(cells) if config.header => cells.iter().map(str::to_owned).collect(),
+            Ok(cells) => (1..=cells.len()).map(|number| format!("#{number}")).collect(),
+            Err(error) => return Err(self.syntax(&error)),
+        };
+        if header.len() > MOST_COLUMNS {
+            let reason = format!("{} columns; {MOST_COLUMNS} are the most", header.len());
+            return Err(ForeignError::Syntax { path: self.path.to_owned(), line: Some(1), reason });
+        }
+        let (mut clocks, mut wanted) = self.columns(&header)?;
+        let mut lines = Lines::new(body.as_bytes(), comment, config.skip_lines as u64 + 1);
+        let mut record = csv::StringRecord::new();
+        let unfinished = body.rfind(['\n', '\r']).map_or(0, |end| end + 1);
+        let is_unfinished = !body[unfinished..].trim().is_empty() && !is_remark(&&body[unfinished..]);
+        while reader.read_record(&mut record).map_err(|error| self.syntax(&error))? {
+            cancel::check();
+            let line = lines.of(record.position());
+            if config.header && record.iter().eq(header.iter()) {
+                self.notes.repeated_header.add(line);
+                continue;
+            }
+            self.notes.rows += 1;
+            let begin = record.position().map_or(0, |position| position.byte() as usize);
+            if is_unfinished && begin >= unfinished && !record.is_empty() {
+                self.notes.cut_cell.add(line);
+                record.truncate(record.len() - 1);
+            }
+            match record.len().cmp(&header.len()) {
+                std::cmp::Ordering::Less => self.notes.short_rows.add(line),
+                std::cmp::Ordering::Greater => self.notes.long_rows.add(line),
+                std::cmp::Ordering::Equal => {}
+            }
+            self.row(&record, line, &mut clocks, &mut wanted)?;
+        }
+        for wanted in wanted {
+            if let Some(clock) = clocks.get_mut(wanted.clock) {
+                clock.table.columns.push(wanted.column);
+            }
+        }
+        Ok(clocks.into_iter().map(|clock| clock.table).collect())
+    }
+
+    /// One row more of each table.
+    fn row(
+        &mut self,
+        record: &csv::StringRecord,
+        line: u64,
+        clocks: &mut [Clock],
+        wanted: &mut [Wanted],
+    ) -> Result<(), ForeignError> {
+        for clock in clocks.iter_mut() {
+            let time = match (&clock.column, self.period_s()) {
+                (Some((place, name)), _) => {
+                    self.mapping.time_unit.to_si(self.number(record.get(*place), line, name)?)
+                }
+                (None, period) => (self.notes.rows - 1) as f64 * period.unwrap_or(f64::NAN),
+            };
+            clock.table.time.push(time);
+            clock.table.lines.push(line);
+        }
+        for wanted in wanted {
+            let number = self.number(record.get(wanted.place), line, &wanted.column.name)?;
+            wanted.column.values.push(number);
+        }
+        Ok(())
+    }
+
+    fn syntax(&self, error: &csv::Error) -> ForeignError {
+        let line = error.position().map(|position| position.line() + self.config().skip_lines as u64);
+        ForeignError::Syntax { path: self.path.to_owned(), line, reason: error.to_string() }
+    }
+
+    /// The clocks that the mapping names, and the columns beside them; the table of each clock has its column's name, but
+    /// for the first, which has none.
+    fn columns(&mut self, header: &[String]) -> Result<(Vec<Clock>, Vec<Wanted>), ForeignError> {
+        let config = self.mapping.config.clone();
+        let empty = |name: String| Table::new(name, Vec::new());
+        let first = match config.time.as_ref().and_then(|time| time.column.as_ref()) {
+            Some(column) => Some((self.find(header, column, "time_s")?, column.clone())),
+            None => None,
+        };
+        let mut clocks = vec![Clock { column: first, table: empty(String::new()) }];
+        let mut wanted: Vec<Wanted> = Vec::new();
+        let mut used: Vec<usize> = clocks[0].column.iter().map(|(place, _)| *place).collect();
+        let filter = self.mapping.filter.as_ref();
+        let of_filter = filter.map(|filter| (filter.column.clone(), None, "where", false));
+        let of_signals = config.signal.iter().flat_map(|signal| {
+            let clock = signal.time_column.clone();
+            let each = signal.columns().iter().map(|column| column.to_string()).collect::<Vec<_>>();
+            each.into_iter().map(move |it| (it, clock.clone(), signal.name.as_str(), signal.optional))
+        });
+        for (column, clock, signal, is_optional) in of_filter.into_iter().chain(of_signals) {
+            let place = match self.find(header, &column, signal) {
+                Ok(place) => place,
+                Err(ForeignError::Column { reason: "no", .. }) if is_optional => continue,
+                Err(error) => return Err(error),
+            };
+            used.push(place);
+            let clock = match clock {
+                None => 0,
+                Some(name) => match clocks.iter().position(|it| it.table.name == name) {
+                    Some(known) => known,
+                    None => {
+                        let place = self.find(header, &name, signal)?;
+                        used.push(place);
+                        clocks.push(Clock { column: Some((place, name.clone())), table: empty(name) });
+                        clocks.len() - 1
+                    }
+                },
+            };
+            if !wanted.iter().any(|it| it.place == place && it.clock == clock) {
+                let column = Column { name: column, unit: None, values: Vec::new() };
+                wanted.push(Wanted { place, clock, column });
+            }
+        }
+        let unused = header.iter().enumerate().filter(|(at, name)| !used.contains(at) && !name.is_empty());
+        self.notes.unused_columns = unused.map(|(_, name)| name.clone()).collect();
+        Ok((clocks, wanted))
+    }
+
+    /// The one place of a column in the header.
+    fn find(&self, header: &[String], column: &str, signal: &str) -> Result<usize, ForeignError> {
+        let mut places = header.iter().enumerate().filter(|(_, name)| *name == column);
+        let (place, again) = (places.next(), places.next());
+        let reason = if again.is_some() { "more than one" } else { "no" };
+        place.filter(|_| again.is_none()).map(|(place, _)| place).ok_or_else(|| ForeignError::Column {
+            path: self.path.to_owned(),
+            column: column.to_owned(),
+            signal: signal.to_owned(),
+            reason,
+            header: listed(header.iter().map(String::as_str)),
+        })
+    }
+
+    /// A cell's number; not-a-number for one that holds no value.
+    fn number(&self, cell: Option<&str>, line: u64, column: &str) -> Result<f64, ForeignError> {
+        let cell = cell.unwrap_or("");
+        let config = self.config();
+        if config.missing.iter().any(|it| it == cell) {
+            return Ok(f64::NAN);
+        }
+        let parsed = if config.decimal_comma { number(&cell.replace(',', ".")) } else { number(cell) };
+        parsed.ok_or_else(|| ForeignError::Cell {
+            path: self.path.to_owned(),
+            line,
+            column: column.to_owned(),
+            cell: shortened(cell),
+        })
+    }
+}
+
+/// Names of columns, for a message: the first ones, and how many there are.
+pub(crate) fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let names: Vec<&str> = names.collect();
+    let shown = names.iter().take(SHOWN_COLUMNS).map(|name| format!("`{}`", shortened(name)));
+    let shown = shown.collect::<Vec<_>>().join(", ");
+    let more = names.len().saturating_sub(SHOWN_COLUMNS);
+    if more > 0 { format!("{shown} and {more} more") } else { shown }
+}

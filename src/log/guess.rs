@@ -1,0 +1,488 @@
+//! What the columns of a foreign table may mean, guessed from their names, units and values. A guess is shown and mended, and
+//! becomes a mapping file; nothing is fitted on one that nobody saw.
+
+use serde::Serialize;
+
+use super::dataset::{MOST_ROTORS, log_signal};
+use super::mapping::SignalMapping;
+use super::sniff::SampledColumn;
+use crate::unit::UNITS;
+
+/// Values of a column that are shown beside the guess.
+const SHOWN: usize = 5;
+
+/// How sure a guess is.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Certainty {
+    /// The name says what it is, and its unit.
+    Named,
+    /// The name says what it is; the unit is guessed from the values.
+    UnitGuessed,
+    /// Nothing is known of it: it is carried along under its own name.
+    Unknown,
+}
+
+/// What a column may mean.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct GuessedColumn {
+    /// Its name in the file.
+    pub column: String,
+    /// The signal that it becomes, `time_s` among them; its own name where nothing is known of it.
+    pub signal: String,
+    /// Unit of its values; empty where nothing is known of it.
+    pub unit: String,
+    /// Factor and offset before the unit.
+    pub scale: f64,
+    /// Added after the factor.
+    pub offset: f64,
+    /// How sure that is.
+    pub certainty: Certainty,
+    /// The first values that are there.
+    pub samples: Vec<f64>,
+}
+
+/// A signal, and the words that mean it.
+struct Meaning {
+    /// Name in our log; `N` is the rotor's number.
+    signal: &'static str,
+    /// SI unit.
+    si: &'static str,
+    /// One of these words is in the name.
+    words: &'static [&'static str],
+    /// None of these is.
+    without: &'static [&'static str],
+    /// The unit alone says it, where the name says nothing else.
+    by_unit: bool,
+    /// Units by the largest size of the values, the smallest first; the last holds for all above.
+    units: &'static [(f64, &'static str)],
+}
+
+/// The meanings, in the order in which they are asked.
+const MEANINGS: &[Meaning] = &[
+    Meaning {
+        signal: "time_s",
+        si: "s",
+        words: &["time", "t", "timestamp", "zeit", "seconds", "clock", "ts"],
+        without: &["constant", "step"],
+        by_unit: false,
+        units: &[],
+    },
+    Meaning {
+        signal: "thrust_N_n",
+        si: "N",
+        words: &["thrust", "lift", "schub"],
+        without: &["efficiency", "command", "setpoint"],
+        by_unit: false,
+        units: &[(100.0, "N"), (f64::INFINITY, "gf")],
+    },
+    Meaning {
+        signal: "battery_voltage_v",
+        si: "V",
+        words: &["voltage", "volt", "volts", "vbat", "spannung", "vbus"],
+        without: &["cell", "reference"],
+        by_unit: true,
+        units: &[(100.0, "V"), (f64::INFINITY, "mV")],
+    },
+    Meaning {
+        signal: "current_N_a",
+        si: "A",
+        words: &["current", "amperage", "amps", "strom"],
+        without: &["efficiency"],
+        by_unit: true,
+        units: &[(200.0, "A"), (f64::INFINITY, "mA")],
+    },
+    Meaning {
+        signal: "motor_temperature_N_k",
+        si: "K",
+        words: &["temperature", "temp"],
+        without: &["esc", "ambient", "air", "imu", "board", "cpu"],
+        by_unit: false,
+        units: &[(150.0, "degC"), (f64::INFINITY, "K")],
+    },
+    Meaning {
+        signal: "esc_temperature_N_k",
+        si: "K",
+        words: &["temperature", "temp"],
+        without: &["motor", "ambient", "air", "imu", "board", "cpu"],
+        by_unit: false,
+        units: &[(150.0, "degC"), (f64::INFINITY, "K")],
+    },
+    Meaning {
+        signal: "body_rate_rad_s",
+        si: "rad/s",
+        words: &["gyro", "body_rate", "bodyrate", "pitchrate", "rollrate"],
+        without: &["x", "y", "z", "bias"],
+        by_unit: false,
+        units: &[(25.0, "rad/s"), (f64::INFINITY, "deg/s")],
+    },
+    Meaning {
+        signal: "body_angle_rad",
+        si: "rad",
+        words: &["angle", "theta", "attitude", "pitch", "roll", "winkel"],
+        without: &["rate", "command", "setpoint", "reference"],
+        by_unit: false,
+        units: &[(6.3, "rad"), (f64::INFINITY, "deg")],
+    },
+    Meaning {
+        signal: "propeller_rate_N_rad_s",
+        si: "rad/s",
+        words: &["rpm", "speed", "omega", "drehzahl", "propeller_rate", "w"],
+        without: &[
+            "electrical",
+            "erpm",
+            "electric",
+            "air",
+            "wind",
+            "command",
+            "setpoint",
+            "gyro",
+            "carriage",
+        ],
+        by_unit: true,
+        units: &[(2_500.0, "rad/s"), (f64::INFINITY, "rpm")],
+    },
+    Meaning {
+        signal: "torque_command_nm",
+        si: "N m",
+        words: &["torque", "moment"],
+        without: &["motor", "shaft", "measured"],
+        by_unit: false,
+        units: &[(f64::INFINITY, "N m")],
+    },
+    Meaning {
+        signal: "command_N",
+        si: "-",
+        words: &["command", "throttle", "esc", "cmd", "pwm", "duty", "dshot", "u", "motor"],
+        without: &["speed", "power", "efficiency", "servo", "torque", "collective", "vibration"],
+        by_unit: false,
+        units: &[],
+    },
+];
+
+/// Guesses what each column means. A signal is given once: to the first column that means it.
+#[must_use]
+pub fn guess(columns: &[SampledColumn]) -> Vec<GuessedColumn> {
+    let counts_from_zero = columns.iter().any(|column| Words::of(&column.name).number == Some(0));
+    let mut found: Vec<GuessedColumn> = Vec::new();
+    for column in columns.iter().filter(|column| !column.name.is_empty()) {
+        let guessed =
+            meant(column, counts_from_zero).filter(|it| !found.iter().any(|other| other.signal == it.signal));
+        found.push(guessed.unwrap_or_else(|| unknown(column, &found)));
+    }
+    found
+}
+
+/// The signals of a guess as a mapping has them, time apart.
+#[must_use]
+pub fn signals(guessed: &[GuessedColumn]) -> Vec<SignalMapping> {
+    let signals = guessed.iter().filter(|it| it.signal != "time_s");
+    let mapped = signals.map(|it| SignalMapping {
+        name: it.signal.clone(),
+        column: Some(it.column.clone()),
+        columns: Vec::new(),
+        combine: None,
+        time_column: None,
+        unit: (it.certainty != Certainty::Unknown).then(|| it.unit.clone()),
+        scale: it.scale,
+        offset: it.offset,
+        clamp: it.signal.starts_with("command_").then_some([0.0, 1.0]),
+        valid: None,
+        optional: false,
+    });
+    mapped.collect()
+}
+
+/// A name in words, its unit, and its number.
+struct Words {
+    words: Vec<String>,
+    unit: Option<&'static str>,
+    number: Option<usize>,
+}
+
+impl Words {
+    fn of(name: &str) -> Self {
+        let (bare, bracket) = parted(name);
+        let mut unit = bracket.and_then(spelled);
+        let mut words = Vec::new();
+        let mut number = bracket.and_then(|text| text.parse().ok());
+        let mut word = String::new();
+        let mut before = ' ';
+        for letter in bare.chars().chain([' ']) {
+            let begins = letter.is_uppercase() && before.is_lowercase();
+            let turns = letter.is_ascii_digit() != before.is_ascii_digit() && !word.is_empty();
+            if !letter.is_alphanumeric() || begins || turns {
+                if let Ok(digits) = word.parse::<usize>() {
+                    number = number.or(Some(digits));
+                } else if !word.is_empty() {
+                    words.push(std::mem::take(&mut word));
+                }
+                word.clear();
+            }
+            if letter.is_alphanumeric() {
+                word.extend(letter.to_lowercase());
+            }
+            before = letter;
+        }
+        // A unit may end the name: `speed_rpm`, `body_rate_rad_s`.
+        let ends = |end: &[&str]| words.len() > end.len() && words[words.len() - end.len()..] == *end;
+        let endings: [(&[&str], &'static str); 17] = [
+            (&["rad", "s"], "rad/s"),
+            (&["deg", "s"], "deg/s"),
+            (&["rpm"], "rpm"),
+            (&["mv"], "mV"),
+            (&["v"], "V"),
+            (&["ma"], "mA"),
+            (&["a"], "A"),
+            (&["gf"], "gf"),
+            (&["n"], "N"),
+            (&["ms"], "ms"),
+            (&["us"], "us"),
+            (&["ns"], "ns"),
+            (&["s"], "s"),
+            (&["deg"], "deg"),
+            (&["rad"], "rad"),
+            (&["k"], "K"),
+            (&["c"], "degC"),
+        ];
+        if let Some((end, spelling)) = endings.iter().find(|(end, _)| unit.is_none() && ends(end)) {
+            unit = Some(spelling);
+            words.truncate(words.len() - end.len().min(usize::from(*spelling != "rpm") * end.len()));
+        }
+        if unit.is_none() && words.iter().any(|word| word == "rpm") {
+            unit = Some("rpm");
+        }
+        Self { words, unit, number }
+    }
+
+    fn has(&self, wanted: &str) -> bool {
+        let parts: Vec<&str> = wanted.split('_').collect();
+        self.words.windows(parts.len()).any(|words| words == parts)
+    }
+}
+
+/// A name without what stands in its last brackets, and that.
+fn parted(name: &str) -> (&str, Option<&str>) {
+    let name = name.trim();
+    for (open, close) in [('(', ')'), ('[', ']')] {
+        if let (Some(from), true) = (name.rfind(open), name.ends_with(close)) {
+            return (&name[..from], name.get(from + 1..name.len() - 1).map(str::trim));
+        }
+    }
+    (name, None)
+}
+
+/// A unit however it is capitalized.
+fn spelled(text: &str) -> Option<&'static str> {
+    let exact = UNITS.iter().find(|unit| unit.name == text && !text.is_empty());
+    let close = || UNITS.iter().find(|unit| unit.name.eq_ignore_ascii_case(text) && !text.is_empty());
+    exact.or_else(close).map(|unit| unit.name)
+}
+
+/// What a unit measures.
+fn measures(unit: &str, si: &str) -> bool {
+    UNITS.iter().any(|known| known.name == unit && known.si == si)
+}
+
+fn meant(column: &SampledColumn, counts_from_zero: bool) -> Option<GuessedColumn> {
+    let words = Words::of(&column.name);
+    if let Some(known) = log_signal(&column.name) {
+        return Some(guessed(column, column.name.clone(), known.unit, (1.0, 0.0), Certainty::Named));
+    }
+    let meaning = MEANINGS.iter().find(|meaning| {
+        let fits = words.unit.is_none_or(|unit| measures(unit, meaning.si) || is_pulse(meaning, unit));
+        let excluded = meaning.without.iter().any(|word| words.has(word));
+        let named = meaning.words.iter().any(|word| words.has(word));
+        let by_unit = meaning.by_unit && words.unit.is_some();
+        fits && !excluded && (named || by_unit)
+    })?;
+    let number = words.number.map_or(1, |number| number + usize::from(counts_from_zero));
+    if !(1..=MOST_ROTORS).contains(&number) {
+        return None;
+    }
+    let signal = meaning.signal.replace("_N", &format!("_{number}"));
+    if column.values.iter().all(|value| value.is_nan()) {
+        return None;
+    }
+    if meaning.signal == "command_N" {
+        let (unit, scale, offset, certainty) = command(column, &words)?;
+        return Some(guessed(column, signal, unit, (scale, offset), certainty));
+    }
+    if meaning.signal == "time_s" && words.unit.is_none() {
+        return Some(guessed(column, signal, time_unit(column)?, (1.0, 0.0), Certainty::UnitGuessed));
+    }
+    let size = quantile_of_size(column);
+    let by_values = meaning.units.iter().find(|(most, _)| size <= *most).map(|(_, unit)| *unit);
+    match (words.unit, by_values) {
+        (Some(unit), _) => Some(guessed(column, signal, unit, (1.0, 0.0), Certainty::Named)),
+        (None, Some(unit)) => Some(guessed(column, signal, unit, (1.0, 0.0), Certainty::UnitGuessed)),
+        (None, None) => None,
+    }
+}
+
+/// Whether it is a command as the length of a pulse.
+fn is_pulse(meaning: &Meaning, unit: &str) -> bool {
+    meaning.signal == "command_N" && measures(unit, "s")
+}
+
+fn guessed(
+    column: &SampledColumn,
+    signal: String,
+    unit: &str,
+    (scale, offset): (f64, f64),
+    certainty: Certainty,
+) -> GuessedColumn {
+    let samples = column.values.iter().copied().filter(|value| value.is_finite()).take(SHOWN).collect();
+    GuessedColumn {
+        column: column.name.clone(),
+        signal,
+        unit: unit.to_owned(),
+        scale,
+        offset,
+        certainty,
+        samples,
+    }
+}
+
+/// A column of which nothing is known, under its own name, with letters that a mapping takes.
+fn unknown(column: &SampledColumn, before: &[GuessedColumn]) -> GuessedColumn {
+    let plain: String = column
+        .name
+        .chars()
+        .map(|letter| if letter.is_ascii_alphanumeric() { letter.to_ascii_lowercase() } else { '_' })
+        .collect();
+    let plain = plain.split('_').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("_");
+    let plain =
+        if plain.is_empty() || log_signal(&plain).is_some() { format!("column_{plain}") } else { plain };
+    let is_taken = |name: &String| name == "time_s" || before.iter().any(|it| it.signal == *name);
+    let mut names = std::iter::once(plain.clone()).chain((2..).map(|number| format!("{plain}_{number}")));
+    let name = names.find(|name| !is_taken(name)).unwrap_or(plain);
+    guessed(column, name, "", (1.0, 0.0), Certainty::Unknown)
+}
+
+/// Unit, factor and offset of a command.
+fn command(column: &SampledColumn, words: &Words) -> Option<(&'static str, f64, f64, Certainty)> {
+    let good = || column.values.iter().copied().filter(|value| value.is_finite());
+    let (low, high) = (good().fold(f64::INFINITY, f64::min), good().fold(f64::NEG_INFINITY, f64::max));
+    let pulse = ("-", 1e-3, -1.0);
+    let dshot = ("-", 1.0 / 1999.0, -48.0 / 1999.0);
+    let by_unit = |(unit, scale, offset)| Some((unit, scale, offset, Certainty::Named));
+    match words.unit {
+        Some("µs" | "us") => return by_unit(pulse),
+        Some("ms") => return by_unit(("-", 1.0, -1.0)),
+        Some("%") => return by_unit(("%", 1.0, 0.0)),
+        _ if words.has("dshot") => return by_unit(dshot),
+        _ => {}
+    }
+    let (unit, scale, offset) = match (low, high) {
+        (0.0.., ..=1.0) => ("-", 1.0, 0.0),
+        (0.0.., ..=100.0) => ("%", 1.0, 0.0),
+        (800.0.., ..=2200.0) => pulse,
+        (0.0.., ..=2047.0) => dshot,
+        _ => return None,
+    };
+    Some((unit, scale, offset, Certainty::UnitGuessed))
+}
+
+/// Unit of a time that rises by so much each row.
+fn time_unit(column: &SampledColumn) -> Option<&'static str> {
+    let steps = column.values.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0);
+    let step = crate::estimation::quantile::median(steps)?;
+    // Logs of a machine have rows from a tenth of a millisecond to half a second.
+    let units = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+    units.into_iter().find(|(_, scale)| (5e-5..=0.5).contains(&(step * scale))).map(|(unit, _)| unit)
+}
+
+/// The size that nineteen of twenty values stay below.
+fn quantile_of_size(column: &SampledColumn) -> f64 {
+    let mut sizes: Vec<f64> =
+        column.values.iter().map(|value| value.abs()).filter(|it| it.is_finite()).collect();
+    sizes.sort_by(f64::total_cmp);
+    sizes.get(sizes.len() * 19 / 20).copied().unwrap_or(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn guess_of(columns: &[(&str, &[f64])]) -> Vec<(String, String, Certainty)> {
+        let columns: Vec<SampledColumn> = columns
+            .iter()
+            .map(|(name, values)| SampledColumn { name: (*name).to_owned(), values: values.to_vec() })
+            .collect();
+        guess(&columns).into_iter().map(|it| (it.signal, it.unit, it.certainty)).collect()
+    }
+
+    fn is(found: &(String, String, Certainty), signal: &str, unit: &str, certainty: Certainty) {
+        assert_eq!((found.0.as_str(), found.1.as_str(), found.2), (signal, unit, certainty));
+    }
+
+    #[test]
+    fn a_thrust_stand_is_understood() {
+        let found = guess_of(&[
+            ("Time (s)", &[0.0, 0.01]),
+            ("ESC signal (µs)", &[1000.0, 1500.0]),
+            ("Torque (N·m)", &[0.1, 0.2]),
+            ("Thrust (gf)", &[100.0, 700.0]),
+            ("Voltage (V)", &[25.1, 25.0]),
+            ("Current (A)", &[1.0, 20.0]),
+            ("Motor Electrical Speed (rad/s)", &[0.0, 0.0]),
+            ("Motor Optical Speed (rad/s)", &[700.0, 710.0]),
+            ("Mechanical Power (W)", &[1.0, 2.0]),
+        ]);
+        is(&found[0], "time_s", "s", Certainty::Named);
+        is(&found[1], "command_1", "-", Certainty::Named);
+        is(&found[3], "thrust_1_n", "gf", Certainty::Named);
+        is(&found[4], "battery_voltage_v", "V", Certainty::Named);
+        is(&found[5], "current_1_a", "A", Certainty::Named);
+        is(&found[6], "motor_electrical_speed_rad_s", "", Certainty::Unknown);
+        is(&found[7], "propeller_rate_1_rad_s", "rad/s", Certainty::Named);
+        is(&found[8], "mechanical_power_w", "", Certainty::Unknown);
+    }
+
+    #[test]
+    fn units_come_from_values_where_names_have_none() {
+        let found = guess_of(&[
+            ("t", &[0.0, 10.0, 20.0]),
+            ("motor[0]", &[1100.0, 1900.0]),
+            ("motor[1]", &[1100.0, 1900.0]),
+            ("rpm[0]", &[9000.0, 12000.0]),
+            ("vbat", &[11_800.0, 12_600.0]),
+            ("pitch", &[-20.0, 30.0]),
+        ]);
+        is(&found[0], "time_s", "ms", Certainty::UnitGuessed);
+        is(&found[1], "command_1", "-", Certainty::UnitGuessed);
+        is(&found[2], "command_2", "-", Certainty::UnitGuessed);
+        is(&found[3], "propeller_rate_1_rad_s", "rpm", Certainty::Named);
+        is(&found[4], "battery_voltage_v", "mV", Certainty::UnitGuessed);
+        is(&found[5], "body_angle_rad", "deg", Certainty::UnitGuessed);
+    }
+
+    #[test]
+    fn our_own_names_are_what_they_say_and_a_signal_is_given_once() {
+        let found = guess_of(&[
+            ("command_2", &[0.1]),
+            ("throttle 2", &[0.2]),
+            ("collective", &[0.4]),
+            ("throttle 2", &[0.2]),
+        ]);
+        is(&found[0], "command_2", "-", Certainty::Named);
+        is(&found[1], "throttle_2", "", Certainty::Unknown);
+        is(&found[2], "collective", "", Certainty::Unknown);
+        is(&found[3], "throttle_2_2", "", Certainty::Unknown);
+    }
+
+    #[test]
+    fn every_guess_is_a_mapping() {
+        let column = |name: &str| SampledColumn { name: name.to_owned(), values: vec![0.1, 0.2] };
+        let guessed =
+            guess(&[column("t (s)"), column("u"), column("RPM 1"), column("<img src=x>"), column("é")]);
+        let signals = signals(&guessed);
+        assert_eq!(signals.len(), 4);
+        for (index, signal) in signals.iter().enumerate() {
+            assert_eq!(signal.check(&signals[..index]).map(|_| ()), Ok(()), "{}", signal.name);
+        }
+    }
+}

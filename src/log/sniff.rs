@@ -1,0 +1,140 @@
+//! How a foreign text file is laid out, found out from its beginning: the character between cells, the header, decimal commas,
+//! remarks; and the first rows as numbers.
+
+/// Rows that are looked at.
+const ROWS: usize = 2_000;
+/// Bytes that are looked at.
+const BYTES: usize = 1 << 20;
+/// Characters that may stand between cells, the likeliest first.
+const DELIMITERS: [char; 4] = [',', ';', '\t', '|'];
+
+/// A column as far as it was looked at.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SampledColumn {
+    /// Its name in the header, or `#1`, `#2`, ...
+    pub name: String,
+    /// The first values; not-a-number where a cell holds none.
+    pub values: Vec<f64>,
+}
+
+/// The layout of a text file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layout {
+    /// Character between cells.
+    pub delimiter: char,
+    /// Numbers are written 1,5.
+    pub decimal_comma: bool,
+    /// Whether the first line names the columns.
+    pub header: bool,
+    /// Lines that begin with this are remarks.
+    pub comment: Option<char>,
+    /// The encoding by its WHATWG name.
+    pub encoding: &'static str,
+    /// The columns, in order.
+    pub columns: Vec<SampledColumn>,
+}
+
+/// Looks at the beginning of a text file; `None` where it is no table.
+#[must_use]
+pub fn layout(bytes: &[u8]) -> Option<Layout> {
+    let part = bytes.get(..BYTES.min(bytes.len()))?;
+    let encoding =
+        if std::str::from_utf8(bytes).is_ok() { encoding_rs::UTF_8 } else { encoding_rs::WINDOWS_1252 };
+    let (text, _, _) = encoding.decode(part);
+    let whole_lines =
+        if part.len() < bytes.len() { text.rfind('\n').map_or(&*text, |end| &text[..end]) } else { &*text };
+    let first = whole_lines.lines().find(|line| !line.trim().is_empty())?;
+    let comment = (first.starts_with('#')
+        && !first[1..].trim_start().starts_with(|it: char| it.is_alphabetic()))
+    .then_some('#')
+    .or_else(|| whole_lines.lines().skip(1).any(|line| line.starts_with('#')).then_some('#'));
+    let lines: Vec<&str> = whole_lines
+        .lines()
+        .filter(|line| !line.trim().is_empty() && !comment.is_some_and(|mark| line.starts_with(mark)))
+        .take(ROWS + 1)
+        .collect();
+    let delimiter = delimiter(&lines)?;
+    let rows: Vec<Vec<&str>> = lines.iter().map(|line| cells(line, delimiter)).collect();
+    let decimal_comma = delimiter != ',' && {
+        let all = || rows.iter().skip(1).flatten().filter(|cell| !cell.is_empty());
+        let (point, comma) = (all().filter(|it| number(it, false)), all().filter(|it| number(it, true)));
+        comma.count() > point.count()
+    };
+    let first = rows.first()?;
+    let is_number = |cell: &&str| number(cell, decimal_comma);
+    let header = !first.iter().any(is_number);
+    let width = rows.iter().map(Vec::len).max()?;
+    let names = (0..width).map(|at| match first.get(at).filter(|_| header) {
+        Some(name) => (*name).to_owned(),
+        None => format!("#{}", at + 1),
+    });
+    let value = |cell: &str| -> f64 {
+        let text = if decimal_comma { cell.replace(',', ".") } else { cell.to_owned() };
+        text.parse().ok().filter(|value: &f64| value.is_finite()).unwrap_or(f64::NAN)
+    };
+    let columns = names.enumerate().map(|(at, name)| SampledColumn {
+        name,
+        values: rows
+            .iter()
+            .skip(usize::from(header))
+            .map(|row| row.get(at).map_or(f64::NAN, |cell| value(cell)))
+            .collect(),
+    });
+    Some(Layout {
+        delimiter,
+        decimal_comma,
+        header,
+        comment,
+        encoding: encoding.name(),
+        columns: columns.collect(),
+    })
+}
+
+/// The character that parts most lines into the same number of cells, more than one.
+fn delimiter(lines: &[&str]) -> Option<char> {
+    let agreeing = |delimiter: char| {
+        let counts: Vec<usize> = lines.iter().map(|line| cells(line, delimiter).len()).collect();
+        let usual = *counts.get(counts.len() / 2)?;
+        let same = counts.iter().filter(|count| **count == usual).count();
+        (usual > 1).then_some((same * usual.min(2), delimiter))
+    };
+    let found = DELIMITERS.into_iter().filter_map(agreeing);
+    // The first of equals: `max_by_key` would take the last.
+    found.rev().max_by_key(|(agreement, _)| *agreement).map(|(_, delimiter)| delimiter)
+}
+
+fn cells(line: &str, delimiter: char) -> Vec<&str> {
+    line.split(delimiter).map(|cell| cell.trim().trim_matches('"')).collect()
+}
+
+fn number(cell: &str, decimal_comma: bool) -> bool {
+    let text = if decimal_comma { cell.replace(',', ".") } else { cell.to_owned() };
+    text.parse::<f64>().is_ok_and(f64::is_finite)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn layouts_are_recognised() {
+        let plain = layout(b"t,u\n0,1\n1,.0132\n").expect("a table");
+        assert_eq!((plain.delimiter, plain.header, plain.decimal_comma), (',', true, false));
+        assert_eq!(plain.columns[1].values, [1.0, 0.0132]);
+        let german = layout("Zeit (s);Drehzahl (rpm)\n0,0;1000,5\n0,1;1001\n".as_bytes()).expect("a table");
+        assert_eq!((german.delimiter, german.decimal_comma), (';', true));
+        assert_eq!(german.columns[1].values, [1000.5, 1001.0]);
+        let bare = layout(b"0\t5\n1\t6\n").expect("a table");
+        assert_eq!((bare.header, bare.columns[0].name.as_str()), (false, "#1"));
+        let remarks = layout(b"a,b\n0,1\n# landed\n1,2\n").expect("a table");
+        assert_eq!((remarks.comment, remarks.columns[0].values.len()), (Some('#'), 2));
+        let latin = layout(b"t,\xb0\n0,1\n").expect("a table");
+        assert_eq!(latin.encoding, "windows-1252");
+    }
+
+    #[test]
+    fn what_is_no_table_is_none() {
+        assert_eq!(layout(b""), None);
+        assert_eq!(layout(b"just one word\n"), None);
+    }
+}

@@ -1,0 +1,81 @@
+//! What a guess of a foreign log's columns says: a table to look at, and the mapping file that it makes.
+
+use super::Table;
+use crate::log::guess::{Certainty, GuessedColumn};
+use crate::log::mapping::MappingConfig;
+use crate::session::GuessedLog;
+use crate::unit::short;
+
+/// How sure a guess is, in words.
+fn certainty(of: Certainty) -> &'static str {
+    match of {
+        Certainty::Named => "its name says so",
+        Certainty::UnitGuessed => "unit guessed from the values",
+        Certainty::Unknown => "not recognised",
+    }
+}
+
+fn conversion(column: &GuessedColumn) -> String {
+    let factor = if column.scale == 1.0 { String::new() } else { format!(" x {}", short(column.scale)) };
+    let offset = if column.offset == 0.0 { String::new() } else { format!(" {:+}", column.offset) };
+    match (column.certainty, column.unit.as_str()) {
+        (Certainty::Unknown, _) => "as it is".to_owned(),
+        (_, "-") => format!("0 to 1{factor}{offset}"),
+        (_, unit) => format!("{unit}{factor}{offset}"),
+    }
+}
+
+/// The guess beside the first values of each column.
+#[must_use]
+pub fn text(guessed: &GuessedLog) -> String {
+    let head = ["column", "becomes", "in", "how sure", "first values"].map(str::to_owned);
+    let mut table = Table::new(head);
+    for column in &guessed.columns {
+        let samples: Vec<String> = column.samples.iter().map(|value| short(*value)).collect();
+        table = table.row([
+            column.column.clone(),
+            column.signal.clone(),
+            conversion(column),
+            certainty(column.certainty).to_owned(),
+            samples.join(", "),
+        ]);
+    }
+    let mut text = table.text();
+    if guessed.mapping.time.is_none() {
+        text += "No column looks like the time: write it, or the period, into [time] of the mapping.\n";
+    }
+    text
+}
+
+/// What to do with a guess.
+#[must_use]
+pub fn next_step(log: &str) -> String {
+    format!(
+        "A guess, on which nothing is read or fitted. Look at it, then\n  \
+         rotorbench import {log} --write-mapping mapping.toml     (mend the file where the guess is wrong)\n  \
+         rotorbench import {log} --mapping mapping.toml           (--mapping holds for every command that reads logs)\n"
+    )
+}
+
+/// The mapping file of a guess; what is uncertain is said above its line.
+///
+/// # Errors
+/// Never for what a guess holds.
+pub fn mapping_file(guessed: &GuessedLog, log: &str) -> Result<String, toml::ser::Error> {
+    let layout = MappingConfig { signal: Vec::new(), description: log.to_owned(), ..guessed.mapping.clone() };
+    let mut text = String::from("# Guessed from names and values: check each signal, above all its unit.\n");
+    text += toml::to_string(&layout)?.replace("signal = []\n", "").trim_end();
+    if guessed.mapping.time.is_none() {
+        text += "\n\n# No column looked like the time: name it, or write period_s = 0.01.\n[time]\ncolumn = \"?\"\nunit = \"s\"";
+    }
+    for signal in &guessed.mapping.signal {
+        let column = guessed.columns.iter().find(|it| it.signal == signal.name);
+        text += "\n\n";
+        if let Some(column) = column.filter(|it| it.certainty != Certainty::Named) {
+            text += &format!("# {}\n", certainty(column.certainty));
+        }
+        text += "[[signal]]\n";
+        text += toml::to_string(signal)?.trim_end();
+    }
+    Ok(text + "\n")
+}

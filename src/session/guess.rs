@@ -1,0 +1,86 @@
+//! What the columns of a foreign log may mean, for somebody to look at before anything is done with it.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::open::{beginning, is_ours};
+use super::{Job, SessionError};
+use crate::log::format::{FORMATS, FormatError, Request, Start};
+use crate::log::guess::{GuessedColumn, guess, signals};
+use crate::log::mapping::{MappingConfig, TimeConfig};
+use crate::log::sniff::{SampledColumn, layout};
+use crate::log::{limits, unreadable};
+
+/// Rows of a table that are looked at.
+const ROWS: usize = 2_000;
+
+/// A guess of what a foreign log's columns mean.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize)]
+pub struct GuessedLog {
+    /// Each column.
+    pub columns: Vec<GuessedColumn>,
+    /// The mapping that they make; without a time where none was recognised.
+    pub mapping: MappingConfig,
+}
+
+/// Guesses what the columns of a log mean; `None` where the log says itself what it is, or is no table.
+///
+/// # Errors
+/// [`SessionError`] when it cannot be read.
+pub fn guess_columns(path: &Path, job: &Job) -> Result<Option<GuessedLog>, SessionError> {
+    job.run(|| {
+        let bytes = beginning(path);
+        let start = Start { bytes: &bytes, path };
+        if bytes.is_empty() || is_recording_or_capture(&bytes) || is_ours(&start) {
+            return Ok::<_, SessionError>(None);
+        }
+        let format = FORMATS.iter().find(|format| format.recognises(&start));
+        if format.is_some_and(|format| format.mapping().is_some()) || unreadable::recognised(&start).is_some()
+        {
+            return Ok(None);
+        }
+        let all = limits::read(path).map_err(|source| FormatError::File { path: path.to_owned(), source })?;
+        let Some(format) = format else {
+            return Ok(if unreadable::is_binary(&start) { None } else { of_text(&all) });
+        };
+        let tables = format.read(&Request { path, bytes: &all, part: None, wants: &|_, _| true })?;
+        let columns = tables.tables.iter().flat_map(|table| &table.columns);
+        if columns.clone().any(|column| column.name == "time_s") {
+            return Ok(None);
+        }
+        let sampled = columns.map(|column| SampledColumn {
+            name: column.name.clone(),
+            values: column.values.iter().copied().take(ROWS).collect(),
+        });
+        Ok(Some(of_columns(&sampled.collect::<Vec<_>>(), MappingConfig::new(None, Vec::new()))))
+    })
+}
+
+/// Whether a file says by its first bytes that it is a recording of ours or a capture of a bus.
+fn is_recording_or_capture(start: &[u8]) -> bool {
+    start.starts_with(b"\x89MCAP") || start.starts_with(b"(")
+}
+
+fn of_text(bytes: &[u8]) -> Option<GuessedLog> {
+    let layout = layout(bytes)?;
+    let mut mapping = MappingConfig::new(None, Vec::new());
+    mapping.delimiter = layout.delimiter;
+    mapping.decimal_comma = layout.decimal_comma;
+    mapping.header = layout.header;
+    mapping.comment = layout.comment;
+    mapping.encoding = layout.encoding.to_ascii_lowercase();
+    Some(of_columns(&layout.columns, mapping))
+}
+
+fn of_columns(columns: &[SampledColumn], mut mapping: MappingConfig) -> GuessedLog {
+    let columns = guess(columns);
+    mapping.time = columns.iter().find(|it| it.signal == "time_s").map(|time| TimeConfig {
+        column: Some(time.column.clone()),
+        unit: time.unit.clone(),
+        period_s: None,
+    });
+    mapping.signal = signals(&columns);
+    GuessedLog { columns, mapping }
+}
