@@ -22,6 +22,8 @@ pub enum Certainty {
     UnitGuessed,
     /// Nothing is known of it: it is carried along under its own name.
     Unknown,
+    /// No number is seen in it: it is left out.
+    Empty,
 }
 
 /// What a column may mean.
@@ -52,6 +54,8 @@ struct Meaning {
     si: &'static str,
     /// One of these words is in the name.
     words: &'static [&'static str],
+    /// One of these is, too; empty = nothing more is wanted.
+    with: &'static [&'static str],
     /// None of these is.
     without: &'static [&'static str],
     /// The unit alone says it, where the name says nothing else.
@@ -66,6 +70,7 @@ const MEANINGS: &[Meaning] = &[
         signal: "time_s",
         si: "s",
         words: &["time", "t", "timestamp", "zeit", "seconds", "clock", "ts"],
+        with: &[],
         without: &["constant", "step"],
         by_unit: false,
         units: &[],
@@ -74,6 +79,7 @@ const MEANINGS: &[Meaning] = &[
         signal: "thrust_N_n",
         si: "N",
         words: &["thrust", "lift", "schub"],
+        with: &[],
         without: &["efficiency", "command", "setpoint"],
         by_unit: false,
         units: &[(100.0, "N"), (f64::INFINITY, "gf")],
@@ -82,6 +88,7 @@ const MEANINGS: &[Meaning] = &[
         signal: "battery_voltage_v",
         si: "V",
         words: &["voltage", "volt", "volts", "vbat", "spannung", "vbus"],
+        with: &[],
         without: &["cell", "reference"],
         by_unit: true,
         units: &[(100.0, "V"), (f64::INFINITY, "mV")],
@@ -90,6 +97,7 @@ const MEANINGS: &[Meaning] = &[
         signal: "current_N_a",
         si: "A",
         words: &["current", "amperage", "amps", "strom"],
+        with: &[],
         without: &["efficiency"],
         by_unit: true,
         units: &[(200.0, "A"), (f64::INFINITY, "mA")],
@@ -98,6 +106,7 @@ const MEANINGS: &[Meaning] = &[
         signal: "motor_temperature_N_k",
         si: "K",
         words: &["temperature", "temp"],
+        with: &[],
         without: &["esc", "ambient", "air", "imu", "board", "cpu"],
         by_unit: false,
         units: &[(150.0, "degC"), (f64::INFINITY, "K")],
@@ -106,6 +115,7 @@ const MEANINGS: &[Meaning] = &[
         signal: "esc_temperature_N_k",
         si: "K",
         words: &["temperature", "temp"],
+        with: &[],
         without: &["motor", "ambient", "air", "imu", "board", "cpu"],
         by_unit: false,
         units: &[(150.0, "degC"), (f64::INFINITY, "K")],
@@ -114,6 +124,7 @@ const MEANINGS: &[Meaning] = &[
         signal: "body_rate_rad_s",
         si: "rad/s",
         words: &["gyro", "body_rate", "bodyrate", "pitchrate", "rollrate"],
+        with: &[],
         without: &["x", "y", "z", "bias"],
         by_unit: false,
         units: &[(25.0, "rad/s"), (f64::INFINITY, "deg/s")],
@@ -122,6 +133,7 @@ const MEANINGS: &[Meaning] = &[
         signal: "body_angle_rad",
         si: "rad",
         words: &["angle", "theta", "attitude", "pitch", "roll", "winkel"],
+        with: &[],
         without: &["rate", "command", "setpoint", "reference"],
         by_unit: false,
         units: &[(6.3, "rad"), (f64::INFINITY, "deg")],
@@ -130,6 +142,7 @@ const MEANINGS: &[Meaning] = &[
         signal: "propeller_rate_N_rad_s",
         si: "rad/s",
         words: &["rpm", "speed", "omega", "drehzahl", "propeller_rate", "w"],
+        with: &[],
         without: &[
             "electrical",
             "erpm",
@@ -148,6 +161,8 @@ const MEANINGS: &[Meaning] = &[
         signal: "torque_command_nm",
         si: "N m",
         words: &["torque", "moment"],
+        // A torque that is measured, as on a thrust stand, is none that was commanded.
+        with: &["command", "cmd", "setpoint", "commanded", "control"],
         without: &["motor", "shaft", "measured"],
         by_unit: false,
         units: &[(f64::INFINITY, "N m")],
@@ -156,6 +171,7 @@ const MEANINGS: &[Meaning] = &[
         signal: "command_N",
         si: "-",
         words: &["command", "throttle", "esc", "cmd", "pwm", "duty", "dshot", "u", "motor"],
+        with: &[],
         without: &["speed", "power", "efficiency", "servo", "torque", "collective", "vibration"],
         by_unit: false,
         units: &[],
@@ -178,7 +194,7 @@ pub fn guess(columns: &[SampledColumn]) -> Vec<GuessedColumn> {
 /// The signals of a guess as a mapping has them, time apart.
 #[must_use]
 pub fn signals(guessed: &[GuessedColumn]) -> Vec<SignalMapping> {
-    let signals = guessed.iter().filter(|it| it.signal != "time_s");
+    let signals = guessed.iter().filter(|it| it.signal != "time_s" && it.certainty != Certainty::Empty);
     let mapped = signals.map(|it| SignalMapping {
         name: it.signal.clone(),
         column: Some(it.column.clone()),
@@ -294,7 +310,8 @@ fn meant(column: &SampledColumn, counts_from_zero: bool) -> Option<GuessedColumn
     let meaning = MEANINGS.iter().find(|meaning| {
         let fits = words.unit.is_none_or(|unit| measures(unit, meaning.si) || is_pulse(meaning, unit));
         let excluded = meaning.without.iter().any(|word| words.has(word));
-        let named = meaning.words.iter().any(|word| words.has(word));
+        let more = meaning.with.is_empty() || meaning.with.iter().any(|word| words.has(word));
+        let named = more && meaning.words.iter().any(|word| words.has(word));
         let by_unit = meaning.by_unit && words.unit.is_some();
         fits && !excluded && (named || by_unit)
     })?;
@@ -359,7 +376,9 @@ fn unknown(column: &SampledColumn, before: &[GuessedColumn]) -> GuessedColumn {
     let is_taken = |name: &String| name == "time_s" || before.iter().any(|it| it.signal == *name);
     let mut names = std::iter::once(plain.clone()).chain((2..).map(|number| format!("{plain}_{number}")));
     let name = names.find(|name| !is_taken(name)).unwrap_or(plain);
-    guessed(column, name, "", (1.0, 0.0), Certainty::Unknown)
+    let is_empty = column.values.iter().all(|value| value.is_nan());
+    let certainty = if is_empty { Certainty::Empty } else { Certainty::Unknown };
+    guessed(column, name, "", (1.0, 0.0), certainty)
 }
 
 /// Unit, factor and offset of a command.
@@ -425,6 +444,7 @@ mod tests {
             ("Time (s)", &[0.0, 0.01]),
             ("ESC signal (µs)", &[1000.0, 1500.0]),
             ("Torque (N·m)", &[0.1, 0.2]),
+            ("App message", &[f64::NAN, f64::NAN]),
             ("Thrust (gf)", &[100.0, 700.0]),
             ("Voltage (V)", &[25.1, 25.0]),
             ("Current (A)", &[1.0, 20.0]),
@@ -434,12 +454,14 @@ mod tests {
         ]);
         is(&found[0], "time_s", "s", Certainty::Named);
         is(&found[1], "command_1", "-", Certainty::Named);
-        is(&found[3], "thrust_1_n", "gf", Certainty::Named);
-        is(&found[4], "battery_voltage_v", "V", Certainty::Named);
-        is(&found[5], "current_1_a", "A", Certainty::Named);
-        is(&found[6], "motor_electrical_speed_rad_s", "", Certainty::Unknown);
-        is(&found[7], "propeller_rate_1_rad_s", "rad/s", Certainty::Named);
-        is(&found[8], "mechanical_power_w", "", Certainty::Unknown);
+        is(&found[2], "torque_n_m", "", Certainty::Unknown);
+        is(&found[3], "app_message", "", Certainty::Empty);
+        is(&found[4], "thrust_1_n", "gf", Certainty::Named);
+        is(&found[5], "battery_voltage_v", "V", Certainty::Named);
+        is(&found[6], "current_1_a", "A", Certainty::Named);
+        is(&found[7], "motor_electrical_speed_rad_s", "", Certainty::Unknown);
+        is(&found[8], "propeller_rate_1_rad_s", "rad/s", Certainty::Named);
+        is(&found[9], "mechanical_power_w", "", Certainty::Unknown);
     }
 
     #[test]

@@ -12,14 +12,20 @@ fn certainty(of: Certainty) -> &'static str {
         Certainty::Named => "its name says so",
         Certainty::UnitGuessed => "unit guessed from the values",
         Certainty::Unknown => "not recognised",
+        Certainty::Empty => "no numbers: left out",
     }
 }
 
 fn conversion(column: &GuessedColumn) -> String {
     let factor = if column.scale == 1.0 { String::new() } else { format!(" x {}", short(column.scale)) };
-    let offset = if column.offset == 0.0 { String::new() } else { format!(" {:+}", column.offset) };
+    let offset = if column.offset == 0.0 {
+        String::new()
+    } else {
+        format!(" {} {}", if column.offset < 0.0 { "-" } else { "+" }, short(column.offset.abs()))
+    };
     match (column.certainty, column.unit.as_str()) {
         (Certainty::Unknown, _) => "as it is".to_owned(),
+        (Certainty::Empty, _) => "-".to_owned(),
         (_, "-") => format!("0 to 1{factor}{offset}"),
         (_, unit) => format!("{unit}{factor}{offset}"),
     }
@@ -34,7 +40,7 @@ pub fn text(guessed: &GuessedLog) -> String {
         let samples: Vec<String> = column.samples.iter().map(|value| short(*value)).collect();
         table = table.row([
             column.column.clone(),
-            column.signal.clone(),
+            if column.certainty == Certainty::Empty { "-".to_owned() } else { column.signal.clone() },
             conversion(column),
             certainty(column.certainty).to_owned(),
             samples.join(", "),

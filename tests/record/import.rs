@@ -243,7 +243,8 @@ fn the_command_keeps_what_was_there_when_it_refuses() {
     for (arguments, words) in [
         (vec!["import", "nowhere.csv", "--mapping", "rcbenchmark"], "nowhere.csv: No such file"),
         (vec!["import", &at("good.csv"), "--mapping", "nowhere"], "no mapping `nowhere`"),
-        (vec!["import", &at("good.csv")], "the header has no column `time_s`"),
+        (vec!["import", &at("good.csv"), "-o", &at("guessed.csv")], "no log is written on a guess"),
+        (vec!["compare", "--log", &at("good.csv")], "the header has no column `time_s`"),
     ] {
         let refused = rotorbench(&arguments);
         assert_eq!(refused.status.code(), Some(2));

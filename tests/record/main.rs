@@ -5,6 +5,7 @@ use std::process::{Command, Output};
 mod bench_refused;
 mod capture;
 mod doctor;
+mod foreign;
 mod import;
 mod jitter;
 mod kept;
