@@ -44,10 +44,10 @@ pub fn layout(bytes: &[u8]) -> Option<Layout> {
     let whole_lines =
         if part.len() < bytes.len() { text.rfind('\n').map_or(&*text, |end| &text[..end]) } else { &*text };
     let first = whole_lines.lines().find(|line| !line.trim().is_empty())?;
-    let comment = (first.starts_with('#')
-        && !first[1..].trim_start().starts_with(|it: char| it.is_alphabetic()))
-    .then_some('#')
-    .or_else(|| whole_lines.lines().skip(1).any(|line| line.starts_with('#')).then_some('#'));
+    // A header may begin with the mark, too, as numpy writes it: such lines are in cells.
+    let is_header = first.starts_with('#') && first.contains(DELIMITERS);
+    let is_marked = first.starts_with('#') || bytes.windows(2).any(|pair| pair == b"\n#");
+    let comment = (is_marked && !is_header).then_some('#');
     let lines: Vec<&str> = whole_lines
         .lines()
         .filter(|line| !line.trim().is_empty() && !comment.is_some_and(|mark| line.starts_with(mark)))
