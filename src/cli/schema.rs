@@ -18,7 +18,7 @@ macro_rules! schemas {
 }
 
 /// The schemas by the name of the command, with what sets an answer of its own behind it.
-const SCHEMAS: [(&str, &str); 11] = schemas![
+const SCHEMAS: [(&str, &str); 12] = schemas![
     "check",
     "compare",
     "compare-runs",
@@ -30,6 +30,7 @@ const SCHEMAS: [(&str, &str); 11] = schemas![
     "extend-step-back",
     "identify",
     "import",
+    "import-guess",
 ];
 
 /// Runs the command.
@@ -60,6 +61,7 @@ mod tests {
     use crate::diagnose::Diagnosis;
     use crate::identify::Identification;
     use crate::report::check;
+    use crate::session::GuessedLog;
     use crate::studies::controller_comparison::FlightComparison;
 
     /// What `report::json` adds to the answers about logs.
@@ -126,6 +128,7 @@ mod tests {
                 root
             }
             "import" => schema::<import::Report>(name),
+            "import-guess" => schema::<GuessedLog>("import of a foreign log"),
             _ => panic!("{name} has no type"),
         }
     }

@@ -242,6 +242,12 @@ impl Words {
             }
             before = letter;
         }
+        // Stands for two motors call them A and B: `ESC A (µs)`.
+        let letter = words.last().filter(|_| bracket.is_some() && words.len() > 1);
+        if let Some(of) = letter.and_then(|word| ["a", "b"].iter().position(|it| it == word)) {
+            number = number.or(Some(of + 1));
+            words.pop();
+        }
         // A unit may end the name: `speed_rpm`, `body_rate_rad_s`.
         let ends = |end: &[&str]| words.len() > end.len() && words[words.len() - end.len()..] == *end;
         let endings: [(&[&str], &'static str); 17] = [
@@ -462,6 +468,20 @@ mod tests {
         is(&found[7], "motor_electrical_speed_rad_s", "", Certainty::Unknown);
         is(&found[8], "propeller_rate_1_rad_s", "rad/s", Certainty::Named);
         is(&found[9], "mechanical_power_w", "", Certainty::Unknown);
+    }
+
+    #[test]
+    fn motors_a_and_b_of_a_stand_are_rotors_1_and_2() {
+        let found = guess_of(&[
+            ("ESC A (µs)", &[1000.0, 1500.0]),
+            ("ESC B (µs)", &[1000.0, 1500.0]),
+            ("Thrust B (kgf)", &[0.1]),
+            ("Motor Optical Speed B (RPM)", &[5000.0]),
+        ]);
+        is(&found[0], "command_1", "-", Certainty::Named);
+        is(&found[1], "command_2", "-", Certainty::Named);
+        is(&found[2], "thrust_2_n", "kgf", Certainty::Named);
+        is(&found[3], "propeller_rate_2_rad_s", "RPM", Certainty::Named);
     }
 
     #[test]
