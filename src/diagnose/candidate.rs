@@ -324,7 +324,8 @@ fn base_free(name: &str, start: f64) -> Free {
         // Faster than a sample, or slower than a log, no fit can see.
         "pole" => (0.05, 400.0),
         "inertia" => (1e-4 * start, 1e4 * start),
-        "voltage_gain" => (-1e3, 1e3),
+        // A battery that gives way never makes a rotor faster; a model that says so is left as it is.
+        "voltage_gain" => (start.min(0.0), 1e3),
         _ => (-1e6, 1e6),
     };
     Free { start, bounds, scale: start.abs().max(1e-9) }

@@ -26,6 +26,7 @@ pub(crate) fn warnings(logs: &[&Dataset], blocks: &[SearchResult]) -> Vec<Findin
         if over > found.at_floor() {
             let name = found.split.train.channels()[channel].name;
             warnings.push(Finding::new("error_above_floor", name).with("times_floor", over));
+            warnings.extend(slow_drift(logs, found));
         }
         if turns_against_torque(found) {
             warnings.push(Finding::new("turns_against_torque", "body"));
@@ -45,6 +46,47 @@ fn insufficient(why: Refusal) -> Finding {
         Refusal::TorqueNotExciting => Finding::new("not_exciting", "torque"),
         _ => Finding::new("not_exciting", "commands"),
     }
+}
+
+/// A rotor's rate that drifts with time, whatever the command: heat that makes it faster, or a battery that gives way upwards,
+/// no physics explains, and a catalogue with such laws would only name it wrongly.
+fn slow_drift(logs: &[&Dataset], found: &SearchResult) -> Option<Finding> {
+    let Runs::Rotor(runs) = &found.split.train.runs else { return None };
+    let sigma = found.split.train.sigma[0];
+    let residuals = &found.answer.fit.residuals;
+    let mut whose: Vec<(usize, usize)> = runs.iter().map(|run| (run.log, run.rotor)).collect();
+    whose.sort_unstable();
+    whose.dedup();
+    let (mut explained, mut total, mut steepest) = (0.0, 0.0, (0.0_f64, 0));
+    for who in whose {
+        let of = runs.iter().zip(found.split.train.units()).filter(|(run, _)| (run.log, run.rotor) == who);
+        let samples: Vec<(f64, f64)> = of
+            .flat_map(|(run, unit)| run.time.iter().zip(&residuals[unit.clone()]))
+            .filter(|(_, residual)| **residual != 0.0)
+            .map(|(time, residual)| (*time, residual * sigma))
+            .collect();
+        let count = samples.len() as f64;
+        let mean = samples.iter().fold((0.0, 0.0), |sum, it| (sum.0 + it.0 / count, sum.1 + it.1 / count));
+        let (mut squares, mut products) = (0.0, 0.0);
+        for (time, residual) in &samples {
+            squares += (time - mean.0).powi(2);
+            products += (time - mean.0) * (residual - mean.1);
+            total += residual * residual;
+        }
+        if squares > 0.0 {
+            explained += products * products / squares;
+            let slope = products / squares;
+            steepest = if slope.abs() > steepest.0.abs() { (slope, who.0) } else { steepest };
+        }
+    }
+    let share = if total > 0.0 { explained / total } else { 0.0 };
+    let log = logs.get(steepest.1).map_or("", |log| log.source_name());
+    (share >= THRESHOLDS.drift_share).then(|| {
+        Finding::new("slow_drift", "rotors")
+            .of(log)
+            .with("rad_s_each_second", steepest.0)
+            .with("share", share)
+    })
 }
 
 /// What the logs fitted on show and the held-out ones do not: no effect can be validated by it.

@@ -169,6 +169,8 @@ crate::thresholds! {
     explained: f64 = 0.95, "-", "development cases of tools/campaign";
     /// times the noise floor beyond which they are not, whatever they explain: a gyro clock with a delay is explained to 95 % by others
     near_floor: f64 = 1.5, "-", "development cases of tools/campaign";
+    /// [-] share of what the answer leaves over that is a straight line in time, from which it is called a slow drift.
+    drift_share: f64 = 0.25, "-", "emulated benches with a drift of no catalogue";
     /// times the noise floor from which an error is plain to see
     plain_error: f64 = 1.5, "-", "judgement";
     /// times the inertia of the model from which a body is not heavier but held still

@@ -13,7 +13,8 @@ pub(super) static CARD: Card = Card {
         name: "gain",
         symbol: "k_V",
         unit: "rad/(s V)",
-        lower: -1e3,
+        // A battery that gives way never makes a rotor faster.
+        lower: 0.0,
         upper: 1e3,
         start: 10.0,
         others: &[],

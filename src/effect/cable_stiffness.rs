@@ -13,7 +13,8 @@ pub(super) static CARD: Card = Card {
         name: "stiffness",
         symbol: "k",
         unit: "N m/rad",
-        lower: -50.0,
+        // A cable that pushes on is none: a body whose centre of mass lies above the pivot is a pendulum of negative moment.
+        lower: 0.0,
         upper: 50.0,
         start: 0.1,
         others: &[],

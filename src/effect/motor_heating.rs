@@ -14,7 +14,8 @@ pub(super) static CARD: Card = Card {
             name: "gain",
             symbol: "k",
             unit: "-",
-            lower: -0.5,
+            // Heat never makes a motor faster: what would need that is a drift of another cause.
+            lower: 0.0,
             upper: 0.8,
             start: 0.03,
             others: &[],

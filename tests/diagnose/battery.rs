@@ -128,3 +128,24 @@ fn a_reading_that_does_better_when_it_is_shifted_is_no_cause() {
     assert_eq!(sag["refusal"]["code"], "battery_by_chance", "{sag:#}");
     assert!(sag["note"].as_str().is_some_and(|note| !note.is_empty()), "and a sentence: {sag:#}");
 }
+
+/// Rates that rise with time while the battery empties: a battery of negative k_V or a heat of negative gain would describe it,
+/// and neither can be.
+#[test]
+fn what_needs_the_impossible_sign_is_a_drift_of_unknown_cause() {
+    let volts = |row: usize| 12.4 - 8e-5 * row as f64;
+    let command = |row: usize| 0.475 + 0.125 * draw(row / 25);
+    let settles = |row: usize, command: f64| curve(command) + 0.3 * ROW * row as f64;
+    let (effects, answer) = answer(|noise| log(noise, command, settles, volts));
+    for effect in &effects {
+        assert!(!effect.starts_with("battery") && effect != "motor_heating", "{answer:#}");
+    }
+    assert_eq!(answer["verdict"], "unknown", "{answer:#}");
+    let changed = answer["changed_parameters"].as_array().expect("a list");
+    let gain = changed.iter().find(|it| it["parameter"] == "voltage_gain").map(|it| it["to"].as_f64());
+    assert!(gain.flatten().is_none_or(|gain| gain >= 0.0), "{changed:?}");
+    let drift = answer["findings"].as_array().expect("a list").iter().find(|it| it["code"] == "slow_drift");
+    let slope = drift.and_then(|it| it["evidence"]["rad_s_each_second"].as_f64()).expect("a drift");
+    // The curve takes a part of it, as commands happen to rise or fall over the log.
+    assert!((slope - 0.3).abs() < 0.1, "{drift:?}");
+}

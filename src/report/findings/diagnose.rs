@@ -24,6 +24,12 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
         "error_above_floor" => {
             format!("{subject}: the error stays at {:.2} times the noise floor", finding.number("times_floor"))
         }
+        "slow_drift" => format!(
+            "{:.0} % of what is left is a slow drift of the rates, {:+.2} rad/s each second, cause unknown: nothing in the \
+             catalogue may drift that way; a tachometer or a supply that drifts, wear, or weather may",
+            100.0 * finding.number("share"),
+            finding.number("rad_s_each_second")
+        ),
         "turns_against_torque" => {
             "the body moves, but not as the torque on it would have it: look whether the gyro's sign is that of the torque, \
              and whether rotors 1 and 2 are exchanged, before anything else"
