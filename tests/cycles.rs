@@ -3,12 +3,12 @@
 
 #[path = "allocation.rs"]
 mod allocation;
+#[path = "bus_guard.rs"]
+mod bus_guard;
 #[path = "control/main.rs"]
 mod control;
 #[path = "processes/counting.rs"]
 mod counting;
-#[path = "gate.rs"]
-mod gate;
 #[path = "loop.rs"]
 mod lockstep;
 #[path = "real_time.rs"]

@@ -10,7 +10,7 @@ use crate::clock;
 use crate::rt::{self, LogQueue, Severity, Shutdown};
 use crate::signal::ROTORS;
 
-use super::door::{BodySummary, DoorOptions, end_ns};
+use super::behind_guard::{BodySummary, DoorOptions, end_ns};
 use super::{Emulator, EmulatorState};
 
 /// The emulated bench's side of the bus.

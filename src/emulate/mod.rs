@@ -8,9 +8,9 @@ use crate::clock;
 use crate::signal::{ROTORS, Sensors};
 
 mod battery;
+mod behind_guard;
 mod bench;
 mod bus;
-mod door;
 mod error;
 mod hidden;
 mod history;
@@ -19,9 +19,9 @@ mod sensor;
 mod settings;
 
 pub use battery::BatteryConfig;
+pub use behind_guard::{BodySummary, DoorOptions, run as run_behind_gate};
 pub use bench::PlantConfig;
 pub use bus::{BusDoor, BusSummary};
-pub use door::{BodySummary, DoorOptions, run as run_behind_gate};
 pub use error::EmulateError;
 pub use hidden::{HiddenConfig, catalogue};
 pub use plant::{Plant, PlantState, Truth};

@@ -20,9 +20,9 @@ mod bell;
 mod channel;
 mod claim;
 mod leftover;
-mod liaison;
 mod place;
 mod topic;
+mod watch_thread;
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -101,7 +101,7 @@ pub struct Bench {
     place: Place,
     role: Role,
     // Before the node, so that its thread has ended when the node goes.
-    liaison: liaison::Liaison,
+    liaison: watch_thread::Liaison,
     node: Arc<Node<ipc_threadsafe::Service>>,
 }
 
@@ -131,7 +131,7 @@ impl Bench {
             .map_err(|error| ShmError::Service { topic: "node".to_owned(), what: error.to_string() })?;
         place.settle()?;
         let node = Arc::new(node);
-        let liaison = liaison::Liaison::start(Arc::clone(&node), place.clone())?;
+        let liaison = watch_thread::Liaison::start(Arc::clone(&node), place.clone())?;
         Ok(Self { place, role, liaison, node })
     }
 
@@ -165,7 +165,7 @@ impl Bench {
             .and_then(|it| channel::Life::open(&self.node, topic, &it.life).ok().map(|life| (life, it.life)));
         let (life, name) = opened.unzip();
         let (arriving, leaving) = (Arc::new(ArrayQueue::new(2)), Arc::new(ArrayQueue::new(8)));
-        self.liaison.add(Box::new(liaison::TopicWatch {
+        self.liaison.add(Box::new(watch_thread::TopicWatch {
             topic: topic.clone(),
             life: name,
             arriving: Arc::clone(&arriving),
