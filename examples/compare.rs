@@ -9,7 +9,7 @@ use rotorbench::cancel::Cancel;
 use rotorbench::compare::{CompareConfig, Comparison};
 use rotorbench::emulate::HiddenConfig;
 use rotorbench::model::Model;
-use rotorbench::runtime::controller_plant::FlightPlan;
+use rotorbench::runtime::controller_plant::ExperimentPlan;
 use rotorbench::session::{self, Job};
 
 /// Prints the result.
@@ -32,7 +32,7 @@ pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
     let mut bench = BenchConfig::default();
     bench.emulator.hidden.push(HiddenConfig::parse("gravity_pendulum:moment=0.4")?);
     // Your own log: `session::open_all(&[path], &OpenConfig::default(), &job)?`.
-    let logs = [session::fly(&bench, &FlightPlan::closed_loop_prbs(0.03, 20.0), "flight", &job)?];
+    let logs = [session::fly(&bench, &ExperimentPlan::closed_loop_prbs(0.03, 20.0), "flight", &job)?];
     // One answer for each log and each model.
     let compared = session::compare(&[Model::paper()], &logs, &CompareConfig::default(), &job)?;
     compared.into_iter().flatten().next().ok_or_else(|| "nothing was compared".into())

@@ -9,7 +9,7 @@ use rotorbench::cancel::Cancel;
 use rotorbench::diagnose::{DiagnoseConfig, Diagnosis};
 use rotorbench::emulate::HiddenConfig;
 use rotorbench::model::Model;
-use rotorbench::runtime::controller_plant::FlightPlan;
+use rotorbench::runtime::controller_plant::ExperimentPlan;
 use rotorbench::session::{self, Extended, Job};
 
 /// Prints the result.
@@ -44,5 +44,5 @@ fn flight(seed: u64, job: &Job) -> Result<[rotorbench::log::Dataset; 1], Box<dyn
     let mut bench = BenchConfig::default();
     bench.emulator.seed = seed;
     bench.emulator.hidden.push(HiddenConfig::parse("gravity_pendulum:moment=0.4")?);
-    Ok([session::fly(&bench, &FlightPlan::closed_loop_prbs(0.03, 20.0), "flight", job)?])
+    Ok([session::fly(&bench, &ExperimentPlan::closed_loop_prbs(0.03, 20.0), "flight", job)?])
 }

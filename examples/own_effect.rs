@@ -10,7 +10,7 @@ use rotorbench::diagnose::{DiagnoseConfig, Diagnosis};
 use rotorbench::effect::Site;
 use rotorbench::emulate::HiddenConfig;
 use rotorbench::model::{Model, UserEffect, UserParameter};
-use rotorbench::runtime::controller_plant::FlightPlan;
+use rotorbench::runtime::controller_plant::ExperimentPlan;
 use rotorbench::session::{self, Job};
 
 /// What the law adds to the torque on the body [N m]: a spring that gets stiffer as it bends.
@@ -44,7 +44,7 @@ pub fn diagnosed() -> Result<Diagnosis, Box<dyn Error>> {
     let hidden = HiddenConfig::parse("spring:k=6")?;
     let (site, expression) = (Some(Site::Torque), Some(LAW.to_owned()));
     bench.emulator.hidden.push(HiddenConfig { site, expression, ..hidden });
-    let (cancel, plan) = (Cancel::default(), FlightPlan::closed_loop_prbs(0.03, 20.0));
+    let (cancel, plan) = (Cancel::default(), ExperimentPlan::closed_loop_prbs(0.03, 20.0));
     let job = Job::unwatched(&cancel);
     let log = [session::fly(&bench, &plan, "flight", &job)?];
     // Without validation logs every third stretch of the log is held out.

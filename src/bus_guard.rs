@@ -1,8 +1,8 @@
 //! The guard on a running bench: commands and operator's acts in, what the rotors get out, everything published.
 //!
-//! Bridge and emulator both own a gate; it is the same guard in both. A gate steps when a command comes. When none
+//! Bridge and emulator both own one, and it is the same in both. It steps when a command comes. When none
 //! comes it steps half a period late, and counts a miss: the command of a healthy controller may be that unpunctual.
-//! Commands that come faster than twice a period wait, so that a controller gone wild cannot buy itself a higher
+//! Commands that come faster than twice a period wait, so that a controller that runs away cannot buy itself a higher
 //! slew rate. An emergency stop waits for nothing.
 
 use crate::clock;
@@ -18,7 +18,7 @@ use crate::signal::{
 
 /// The guard, its cycle and its topics.
 #[derive(Debug)]
-pub struct Gate {
+pub struct BusGuard {
     guard: Guard,
     state: GuardState,
     cycle: Cycle,
@@ -53,7 +53,7 @@ struct Topics {
     heartbeat: Heartbeat,
 }
 
-impl Gate {
+impl BusGuard {
     /// Takes the bench's guard over: from now on nobody else can.
     ///
     /// # Errors
@@ -82,7 +82,7 @@ impl Gate {
         self.stepped_ns = now_ns;
     }
 
-    /// Lets the gate ask its guard to arm, again and again until it is armed once: for scripted runs on the emulator.
+    /// Lets the bench ask its guard to arm, again and again until it is armed once: for scripted runs on the emulator.
     pub fn arm_by_itself(&mut self) {
         self.arming = Some(Arming { sequence: 0, next_ns: 0 });
     }
@@ -93,7 +93,7 @@ impl Gate {
         &self.topics.bell
     }
 
-    /// [ns] when to call [`Gate::poll`] at the latest.
+    /// [ns] when to call [`BusGuard::poll`] at the latest.
     #[must_use]
     pub fn deadline_ns(&self) -> u64 {
         if self.is_stop() {
@@ -122,7 +122,7 @@ impl Gate {
         marked
     }
 
-    /// Publishes what was measured, [`Gate::marked`], and wakes the controller when `wake` says so.
+    /// Publishes what was measured, [`BusGuard::marked`], and wakes the controller when `wake` says so.
     pub fn publish_sensors(&mut self, sensors: &Sensors, wake: bool) {
         self.topics.sensors.send(sensors);
         if wake {
@@ -146,7 +146,7 @@ impl Gate {
             asked = self.topics.requests.next_in_order();
         }
         if asked.is_some() {
-            // A stop overtakes whatever was asked before. And an operator has spoken: from now on a gate that arms by
+            // A stop overtakes whatever was asked before. And an operator has spoken: from now on a bench that arms by
             // itself does not.
             self.request = asked;
             self.arming = None;
@@ -167,7 +167,7 @@ impl Gate {
         self.take_in(now_ns) || self.is_pending || self.request.is_some()
     }
 
-    /// The time at which to judge what [`Gate::look`] took in: `now_ns`, or, where that is younger, what `clock` says then.
+    /// The time at which to judge what [`BusGuard::look`] took in: `now_ns`, or, where that is younger, what `clock` says then.
     /// Whoever was held up between his reading of the clock and his look would else find a good command to be from the future.
     pub fn time_to_judge(&self, now_ns: u64, clock: impl FnOnce() -> u64) -> u64 {
         let command_ns = self.newest.filter(|_| self.is_pending).map_or(0, |command| command.stamp_ns);
@@ -175,14 +175,14 @@ impl Gate {
         if command_ns.max(request_ns) > now_ns { clock().max(now_ns) } else { now_ns }
     }
 
-    /// Takes in what came, as [`Gate::look`], and steps, as [`Gate::step_if_due`].
+    /// Takes in what came, as [`BusGuard::look`], and steps, as [`BusGuard::step_if_due`].
     pub fn poll(&mut self, now_ns: u64, sensors: &Sensors) -> Option<(Release, Applied)> {
         self.take_in(now_ns);
         self.step_if_due(now_ns, sensors)
     }
 
     /// Steps the guard if it is time to, with what was taken in before. What it lets through is to be sent at once, then
-    /// [`Gate::finish`] called.
+    /// [`BusGuard::finish`] called.
     pub fn step_if_due(&mut self, now_ns: u64, sensors: &Sensors) -> Option<(Release, Applied)> {
         let stop = self.is_stop();
         let is_early = now_ns < self.earliest_ns();
@@ -195,7 +195,7 @@ impl Gate {
     }
 
     /// Steps the guard with a command of this very thread: for the process that is bridge and control in one. Such a
-    /// process begins the slots itself, see [`Gate::cycle_mut`], and listens to the operator, see [`Gate::hear`]. Without a
+    /// process begins the slots itself, see [`BusGuard::cycle_mut`], and listens to the operator, see [`BusGuard::hear`]. Without a
     /// command it is a miss.
     pub fn step_with(&mut self, now_ns: u64, sensors: &Sensors, command: Option<&Command>) -> Applied {
         if let Some(command) = command {
@@ -273,7 +273,7 @@ impl Gate {
         &self.applied
     }
 
-    /// The slots of the gate and their timing.
+    /// The slots of the guard and their timing.
     #[must_use]
     pub fn cycle(&self) -> &Cycle {
         &self.cycle
@@ -284,7 +284,7 @@ impl Gate {
         &mut self.cycle
     }
 
-    /// The next wish to arm of a gate that arms by itself. Only a bench that was never armed is: what ended in a
+    /// The next wish to arm of a bench that arms by itself. Only a bench that was never armed is: what ended in a
     /// failsafe, or was disarmed, waits for a person.
     fn own_request(&mut self, now_ns: u64) -> Option<Request> {
         let arming = self.arming.as_mut()?;
@@ -311,7 +311,7 @@ impl Gate {
 /// [ns] between two wishes to arm.
 const ARMING_PERIOD_NS: u64 = 100_000_000;
 
-/// A gate that asks its guard to arm.
+/// A bench that asks its guard to arm.
 #[derive(Debug, Clone, Copy)]
 struct Arming {
     sequence: u64,
@@ -333,7 +333,7 @@ impl Topics {
             requests: bench.subscribe(&REQUEST)?,
             stops: STOPS.iter().map(|topic| bench.subscribe(topic)).collect::<Result<_, _>>()?,
             control_bell: bench.bell(Waiter::Control)?,
-            bell: bench.bell(Waiter::Gate)?,
+            bell: bench.bell(Waiter::Guard)?,
             heartbeat: Heartbeat {
                 count: 0,
                 stamp_ns: now_ns,

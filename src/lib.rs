@@ -11,13 +11,13 @@
 //!
 //! ```
 //! use rotorbench::{bench::BenchConfig, cancel::Cancel, diagnose::DiagnoseConfig, emulate::HiddenConfig, model::Model};
-//! use rotorbench::{runtime::controller_plant::FlightPlan, session, session::Job};
+//! use rotorbench::{runtime::controller_plant::ExperimentPlan, session, session::Job};
 //!
 //! let cancel = Cancel::default();
 //! let job = Job::unwatched(&cancel);
 //! let mut bench = BenchConfig::default();
 //! bench.emulator.hidden.push(HiddenConfig::parse("gravity_pendulum:moment=0.4")?);
-//! let log = session::fly(&bench, &FlightPlan::closed_loop_prbs(0.03, 20.0), "flight", &job)?;
+//! let log = session::fly(&bench, &ExperimentPlan::closed_loop_prbs(0.03, 20.0), "flight", &job)?;
 //! let found = session::diagnose(&Model::paper(), &[log], &[], &DiagnoseConfig::default(), &job)?;
 //! assert_eq!(found.effects, ["gravity_pendulum"]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

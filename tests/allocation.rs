@@ -4,7 +4,7 @@
 use std::time::{Duration, Instant};
 
 use rotorbench::bench::{BenchConfig, Trigger};
-use rotorbench::bus_guard::Gate;
+use rotorbench::bus_guard::BusGuard;
 use rotorbench::clock;
 use rotorbench::guard::GuardConfig;
 use rotorbench::runtime::control::ControlLoop;
@@ -58,15 +58,15 @@ fn the_counter_counts() {
 /// Controller and guard on two threads, as in two processes: hundreds of cycles of each, armed, through a restart of each peer.
 fn cycles_do_not_allocate(test: &str, trigger: Trigger) {
     let config = config(test, trigger);
-    let lives = 3;
+    let incarnations = 3;
     let gate_config = config.clone();
     let gate_thread = std::thread::spawn(move || {
         let guard = gate_config.guard.build(gate_config.period_s).expect("valid");
-        for _ in 0..lives {
+        for _ in 0..incarnations {
             let bench = Bench::join(&gate_config.name, &SharedMemoryConfig::default(), Role::Emulate)
                 .expect("joined");
-            let mut gate = Gate::open(&bench, guard.clone(), PERIOD_NS).expect("the only guard");
-            gate.arm_by_itself();
+            let mut guard = BusGuard::open(&bench, guard.clone(), PERIOD_NS).expect("the only guard");
+            guard.arm_by_itself();
             let (states, count) = allocations(|| {
                 let mut states = 0_u32;
                 for sequence in 1..20_000 {
@@ -75,15 +75,17 @@ fn cycles_do_not_allocate(test: &str, trigger: Trigger) {
                         break;
                     }
                     let sensors = sensors(sequence);
-                    gate.publish_sensors(&sensors, true);
+                    guard.publish_sensors(&sensors, true);
                     let end_ns = sensors.stamp_ns + PERIOD_NS;
                     while clock::monotonic_ns() < end_ns {
-                        let _ =
-                            rotorbench::rt::wait([gate.bell().descriptor()], gate.deadline_ns().min(end_ns));
-                        gate.bell().quiet();
+                        let _ = rotorbench::rt::wait(
+                            [guard.bell().descriptor()],
+                            guard.deadline_ns().min(end_ns),
+                        );
+                        guard.bell().quiet();
                         let now_ns = clock::monotonic_ns();
-                        if let Some((release, applied)) = gate.poll(now_ns, &sensors) {
-                            gate.finish(release, clock::monotonic_ns(), &sensors);
+                        if let Some((release, applied)) = guard.poll(now_ns, &sensors) {
+                            guard.finish(release, clock::monotonic_ns(), &sensors);
                             states |= 1 << applied.state;
                         }
                     }
@@ -94,10 +96,10 @@ fn cycles_do_not_allocate(test: &str, trigger: Trigger) {
             assert_ne!(states & ARMED, 0, "the bench was armed, so the test went the whole way");
         }
     });
-    let pilot = controller_plant::pilot(&config).expect("the built-in bench");
-    let mut control = ControlLoop::open(&config, pilot).expect("the only controller");
+    let source = controller_plant::command_source(&config).expect("the built-in bench");
+    let mut control = ControlLoop::open(&config, source).expect("the only controller");
     let observer = Bench::join(&config.name, &SharedMemoryConfig::default(), Role::Monitor).expect("joined");
-    let mut lives_seen = observer.subscribe(&SENSORS).expect("subscribed");
+    let mut sensors_seen = observer.subscribe(&SENSORS).expect("subscribed");
     let start = Instant::now();
     let (commands, count) = allocations(|| {
         let mut commands = 0;
@@ -107,14 +109,14 @@ fn cycles_do_not_allocate(test: &str, trigger: Trigger) {
         commands
     });
     gate_thread.join().expect("no panic at the guard");
-    let _ = lives_seen.newest();
+    let _ = sensors_seen.newest();
     assert_eq!(count, 0, "allocations in the cycle of the controller");
     let summary = control.cycle().statistics().summary();
     assert_eq!(summary.slots, summary.run + summary.skipped);
     assert_eq!(summary.slots, control.cycle().slots());
     assert!(
-        commands > 100 && lives_seen.lives() > 0,
-        "{commands} commands through {lives} lives of the guard"
+        commands > 100 && sensors_seen.incarnations() > 0,
+        "{commands} commands through {incarnations} incarnations of the guard"
     );
     drop((control, observer));
     remove(&config);

@@ -1,7 +1,7 @@
 //! The guard and the controller on their bench, in the thread of the test and at times that the test says.
 
 use rotorbench::bench::{BenchConfig, Trigger};
-use rotorbench::bus_guard::Gate;
+use rotorbench::bus_guard::BusGuard;
 use rotorbench::clock;
 use rotorbench::guard::{Cause, OperatorAct, State};
 use rotorbench::runtime::control::ControlLoop;
@@ -43,16 +43,16 @@ fn sensors(sequence: u64, stamp_ns: u64) -> Sensors {
     }
 }
 
-/// States that a gate with `--arm` goes through in four seconds, when an operator says `act` after one.
+/// States that a guard with `--arm` goes through in four seconds, when an operator says `act` after one.
 fn states_with_arm(test: &str, act: Option<OperatorAct>) -> (Vec<State>, Vec<State>) {
     let (_name, config) = bench(test, Trigger::Timer);
-    // Before the gate, which meets it as it opens.
+    // Before the guard, which meets it as it opens.
     let operator = join(&config, Role::Operator);
     let mut requests = operator.publish(&REQUEST).expect("the only operator");
     let member = join(&config, Role::Emulate);
     let guard = config.guard.build(config.period_s).expect("valid");
-    let mut gate = Gate::open(&member, guard, PERIOD_NS).expect("the only guard");
-    gate.arm_by_itself();
+    let mut guard = BusGuard::open(&member, guard, PERIOD_NS).expect("the only guard");
+    guard.arm_by_itself();
     let start_ns = clock::monotonic_ns();
     let mut visited = (Vec::new(), Vec::new());
     for step in 1..=200 {
@@ -61,12 +61,12 @@ fn states_with_arm(test: &str, act: Option<OperatorAct>) -> (Vec<State>, Vec<Sta
             requests.send(&Request { sequence: 1, stamp_ns: now_ns, act: act as u32, reserved: 0 });
         }
         // Without a controller the checks never pass.
-        let Some((release, applied)) = gate.poll(now_ns, &sensors(step, now_ns)) else { continue };
-        gate.finish(release, now_ns, &Sensors::default());
+        let Some((release, applied)) = guard.poll(now_ns, &sensors(step, now_ns)) else { continue };
+        guard.finish(release, now_ns, &Sensors::default());
         let state = State::from_code(applied.state).expect("a state");
         if step < 50 { visited.0.push(state) } else { visited.1.push(state) }
     }
-    let refused = gate.refusals(Cause::RequestRefused) + gate.refusals(Cause::RequestStale);
+    let refused = guard.refusals(Cause::RequestRefused) + guard.refusals(Cause::RequestStale);
     assert!(act.is_some() || refused == 0, "its own wishes are never out of place: {refused}");
     visited
 }
@@ -92,8 +92,8 @@ fn a_faster_imu_does_not_make_the_controller_faster() {
         let imu = join(&config, Role::Emulate);
         let mut out = imu.publish(&SENSORS).expect("the only publisher");
         let bell = imu.bell(Waiter::Control).expect("opened");
-        let pilot = controller_plant::pilot(&config).expect("the built-in bench");
-        let mut control = ControlLoop::open(&config, pilot).expect("the only controller");
+        let source = controller_plant::command_source(&config).expect("the built-in bench");
+        let mut control = ControlLoop::open(&config, source).expect("the only controller");
         let mut commands = join(&config, Role::Monitor).subscribe(&COMMAND).expect("subscribed");
         let start_ns = clock::monotonic_ns();
         let mut steps = 0;

@@ -1,4 +1,4 @@
-//! What runs period by period: controllers, guard and loop, on time that the test tells, and what a process asks of the
+//! What runs period by period: controllers, guard and loop, on time that the test sets, and what a process asks of the
 //! kernel first. One program, with an allocator that counts per thread.
 
 #[path = "allocation.rs"]

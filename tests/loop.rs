@@ -5,7 +5,7 @@ use rotorbench::emulate::{EmulatorConfig, Impulse, SensorsConfig};
 use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
 use rotorbench::guard::{Cause, GuardConfig, OperatorAct, State};
 use rotorbench::log::Dataset;
-use rotorbench::runtime::command_source::Pilot;
+use rotorbench::runtime::command_source::CommandSource;
 use rotorbench::runtime::lockstep::{self, Interference, Lockstep, Slot};
 use rotorbench::signal::{Command, GuardEvent, Health, Sensors};
 
@@ -71,7 +71,7 @@ fn attitude(kind: ControllerKind, emulator: &EmulatorConfig, period_s: f64) -> L
     let built = controller.build(&PlantParameters::paper(), period_s).expect("stable");
     let reference = controller.reference.build(period_s).expect("valid");
     let emulator = emulator.build().expect("valid");
-    Lockstep::new(emulator, Pilot::controller(built, reference), period_s)
+    Lockstep::new(emulator, CommandSource::controller(built, reference), period_s)
 }
 
 fn with_impulses() -> EmulatorConfig {
@@ -123,7 +123,7 @@ struct Fault {
     from: u64,
     kind: FaultKind,
     events: Vec<GuardEvent>,
-    stuck: Option<Sensors>,
+    frozen: Option<Sensors>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -138,14 +138,14 @@ enum FaultKind {
 
 impl Interference for Fault {
     fn sensors(&mut self, slot: u64, sensors: &mut Sensors) {
-        let stuck = *self.stuck.get_or_insert(*sensors);
+        let frozen = *self.frozen.get_or_insert(*sensors);
         if slot < self.from {
-            self.stuck = Some(*sensors);
+            self.frozen = Some(*sensors);
             return;
         }
         match self.kind {
-            FaultKind::GyroSilent => sensors.body_rate = stuck.body_rate,
-            FaultKind::GyroFrozen => sensors.body_rate.value = stuck.body_rate.value,
+            FaultKind::GyroSilent => sensors.body_rate = frozen.body_rate,
+            FaultKind::GyroFrozen => sensors.body_rate.value = frozen.body_rate.value,
             _ => {}
         }
         assert_eq!(sensors.body_rate.health & Health::NEVER, 0);
@@ -154,7 +154,7 @@ impl Interference for Fault {
     fn command(&mut self, slot: u64, command: Command) -> Option<Command> {
         match self.kind {
             FaultKind::ControllerSilent if slot >= self.from => None,
-            // The same sequence for ever, however lively it is stamped.
+            // The same sequence for ever, however fresh its stamp.
             FaultKind::ControllerResends if slot >= self.from => {
                 Some(Command { sequence: self.from, ..command })
             }
@@ -195,7 +195,7 @@ fn failsafe_paths_run_in_virtual_time_and_repeat() {
         let from = (2.0 / period_s) as u64;
         for (kind, state, cause) in expected {
             let fly = || {
-                let mut fault = Fault { from, kind, events: Vec::new(), stuck: None };
+                let mut fault = Fault { from, kind, events: Vec::new(), frozen: None };
                 let slots = guarded(ControllerKind::Emc, &with_impulses(), period_s).run(3.0, &mut fault);
                 (slots, fault.events)
             };

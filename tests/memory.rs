@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use rotorbench::recording::{Disk, Provenance, Record, Recorder, RecorderOptions};
+use rotorbench::recording::{Disk, Record, Recorder, RecorderOptions, RecordingMetadata};
 use rotorbench::signal::{Applied, Command, ControlStep, CycleSample, GuardStep, Sensors};
 
 /// One period of a bench: what its threads would send.
@@ -32,11 +32,12 @@ fn memory_stays_flat_however_long_it_records() {
     let wanted = std::env::var("ROTORBENCH_SOAK_PERIODS").ok().and_then(|text| text.parse().ok());
     let periods: u64 = wanted.unwrap_or(60_000);
     let options = RecorderOptions { queue_records: 4096, ..RecorderOptions::default() };
-    let recorder = Recorder::start_on(Box::new(Nowhere), &Provenance::default(), options).expect("started");
-    let mut handle = recorder.handle();
+    let recorder =
+        Recorder::start_on(Box::new(Nowhere), &RecordingMetadata::default(), options).expect("started");
+    let mut sender = recorder.sender();
     let mut after_warm_up = 0;
     for sequence in 1..=periods {
-        period(sequence).into_iter().for_each(|record| handle.send_patiently(record));
+        period(sequence).into_iter().for_each(|record| sender.send_patiently(record));
         if sequence == periods / 4 {
             after_warm_up = resident_kb();
         }

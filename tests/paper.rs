@@ -1,4 +1,4 @@
-//! `paper`, what it leaves behind, and flights out of recordings side by side.
+//! `paper`, what it leaves behind, and recorded runs side by side.
 
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
@@ -112,8 +112,8 @@ fn a_paper_that_is_interrupted_leaves_no_report() {
     while !catches_interrupts(process) {
         std::thread::sleep(Duration::from_millis(1));
     }
-    let told = Command::new("kill").args(["-INT", &process.to_string()]).status().expect("kill is there");
-    assert!(told.success());
+    let sent = Command::new("kill").args(["-INT", &process.to_string()]).status().expect("kill is there");
+    assert!(sent.success());
     let output = program.wait_with_output().expect("it ends");
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
@@ -185,13 +185,13 @@ fn recorded_flights_are_judged_side_by_side() {
     assert!(std::fs::metadata(folder.join("runs.html")).is_ok_and(|file| file.len() > 50_000));
 
     // Said instead of recorded: the same.
-    let told = compared(folder, &[&["emc.mcap"], &IMPULSE[..]].concat());
-    assert_eq!(told["flights"][0]["struck_from"], "told");
-    assert_eq!(told["flights"][0]["answer"], flights[0]["answer"]);
-    assert_eq!(told["warnings"], serde_json::json!([]), "{told:#}");
+    let given = compared(folder, &[&["emc.mcap"], &IMPULSE[..]].concat());
+    assert_eq!(given["flights"][0]["struck_from"], "told");
+    assert_eq!(given["flights"][0]["answer"], flights[0]["answer"]);
+    assert_eq!(given["warnings"], serde_json::json!([]), "{given:#}");
     // Said otherwise than recorded: both are named.
-    let told = compared(folder, &["emc.mcap", "--impulse", "6:0.05:0.6"]);
-    let warning = told["warnings"][0].as_str().expect("a warning");
+    let given = compared(folder, &["emc.mcap", "--impulse", "6:0.05:0.6"]);
+    let warning = given["warnings"][0].as_str().expect("a warning");
     assert!(
         warning.contains("0.6 N m for 0.05 s at 6 s") && warning.contains("0.6 N m for 0.05 s at 5 s"),
         "{warning}"
@@ -215,17 +215,17 @@ fn a_flight_that_does_not_say_when_it_was_struck_is_judged_from_its_angle_and_sa
     assert!((5.8..6.4).contains(&struck), "{struck}");
     assert!(flight["answer"]["disturbance_error"].is_null());
     assert!(found["warnings"][0].as_str().is_some_and(|it| it.contains("does not say when")), "{found:#}");
-    let unlike = compared(folder, &["weak.mcap", "strong.mcap"]);
+    let different = compared(folder, &["weak.mcap", "strong.mcap"]);
     assert!(
-        unlike["warnings"][0].as_str().is_some_and(|it| it.contains("not the same disturbance")),
-        "{unlike:#}"
+        different["warnings"][0].as_str().is_some_and(|it| it.contains("not the same disturbance")),
+        "{different:#}"
     );
 
     std::fs::write(folder.join("log.csv"), "time_s,command_1\n0,0.5\n").expect("written");
     for (arguments, sentence) in [
         (&["--runs", "log.csv"][..], "not a recording"),
-        (&["--runs", "strong.mcap", "alone.mcap"], "alone.mcap: nothing struck the body in this flight"),
-        (&["--runs", "strong.mcap", "--impulse", "14.9:1:1"], "the flight lasts from"),
+        (&["--runs", "strong.mcap", "alone.mcap"], "alone.mcap: nothing struck the body in this run"),
+        (&["--runs", "strong.mcap", "--impulse", "14.9:1:1"], "the run lasts from"),
         (&["--runs", "strong.mcap", "--impulse", "1:0:1"], "three numbers, the first not below zero"),
         (&["--runs", "strong.mcap", "--log", "log.csv"], "cannot be used with"),
     ] {
@@ -236,7 +236,7 @@ fn a_flight_that_does_not_say_when_it_was_struck_is_judged_from_its_angle_and_sa
     }
 }
 
-/// A flight is judged over the window that `paper` judges, however long it lasts: a drift that crosses the band later, or
+/// A run is measured over the window that `paper` judges, however long it lasts: a drift that crosses the band later, or
 /// the next impulse, is not part of the answer.
 #[test]
 fn a_long_flight_is_judged_over_the_window_behind_each_impulse() {
@@ -296,8 +296,8 @@ fn a_loop_that_is_stable_and_of_no_use_is_told() {
     };
     let lines = ["", " --controller pid"].map(|more| note(&format!("design --pid-margins 55,2.5{more}")));
     assert_eq!(lines, [true, false], "the bench's own controller is EMC");
-    let told = warning("design --json --pid-margins 89,10").expect("told");
-    assert!(told.contains("of little use") && told.contains("0.18 rad/s; ask for smaller margins"), "{told}");
+    let said = warning("design --json --pid-margins 89,10").expect("a warning");
+    assert!(said.contains("of little use") && said.contains("0.18 rad/s; ask for smaller margins"), "{said}");
 }
 
 /// What would do nothing is refused by its name; what is out of range gets a sentence of ours, however it is written.
@@ -348,7 +348,7 @@ fn options_that_do_nothing_or_cannot_be_are_refused_by_name() {
         assert_eq!(output.status.code(), Some(2), "{line}: {said}");
         assert!(said.contains(sentence) && said.len() < 600, "{line}: {said}");
     }
-    // Nobody is told to wait for a bench that is not there.
+    // Nobody has to wait for a bench that is not there.
     let output = rotorbench(folder, &["experiment", "ramp"]);
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(said.contains("is not running") && !said.contains("waiting for"), "{said}");

@@ -117,7 +117,7 @@ fn who_joins_leaves_alone_what_is_just_being_made() {
 
 #[test]
 fn a_second_publisher_is_refused_and_a_second_life_is_met() {
-    let name = name("lives");
+    let name = name("incarnations");
     let reader = join(&name, Role::Emulate);
     let mut commands = reader.subscribe(&COMMAND).expect("subscribed");
     for life in 1..=3 {
@@ -134,7 +134,7 @@ fn a_second_publisher_is_refused_and_a_second_life_is_met() {
             let command = eventually(|| commands.next_in_order());
             assert_eq!((command.sequence, command.torque), (sequence, f64::from(life)));
         }
-        assert_eq!(commands.lives(), life as u64);
+        assert_eq!(commands.incarnations(), life as u64);
     }
 }
 
@@ -227,7 +227,7 @@ fn busy_bench(name: &str, config: &SharedMemoryConfig) -> impl Sized + use<> {
     let mut sensors_out = bench.publish(&SENSORS).expect("published");
     let commands = bench.publish(&COMMAND).expect("published");
     let reader = bench.subscribe(&SENSORS).expect("subscribed");
-    let bells = (bench.bell(Waiter::Control).expect("bell"), bench.bell(Waiter::Gate).expect("bell"));
+    let bells = (bench.bell(Waiter::Control).expect("bell"), bench.bell(Waiter::Guard).expect("bell"));
     sensors_out.send(&sensors(1));
     (sensors_out, commands, reader, bells, bench)
 }

@@ -1,4 +1,4 @@
-//! The counter a sender steps with each frame: tells a new frame from a repeated, replayed or foreign one.
+//! The counter a sender steps with each frame: distinguishes a new frame from a repeated, replayed or foreign one.
 
 /// Frames in a row that may be missing between two good ones. More is a jump.
 const MAXIMUM_LOST: u64 = 3;

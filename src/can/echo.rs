@@ -1,4 +1,4 @@
-//! The echo of what a port sends: it tells a bus that lives from one that is dead where nothing else does.
+//! The echo of what a port sends: it distinguishes a live bus from a dead one where nothing else does.
 //!
 //! Nobody acts on an echo, so a port whose frames have a few identifiers only can have theirs on a socket of its own, which
 //! wakes nobody and is listened to every few periods. The port's other socket then gets no echo, and what it gets with one of
@@ -65,7 +65,7 @@ pub(super) struct EchoSocket {
     last_dropped: u32,
 }
 
-/// Every bit that tells one data frame's identifier from another's. The one of error frames has a meaning of its own in a
+/// Every bit in which the identifiers of two data frames can differ. The one of error frames has a meaning of its own in a
 /// filter: it asks for them alone.
 const EXACTLY: u32 = libc::CAN_EFF_FLAG | libc::CAN_RTR_FLAG | libc::CAN_EFF_MASK;
 

@@ -167,8 +167,8 @@ impl InterfaceWatch {
 impl Shared {
     /// Until nobody can ask any more.
     fn watch(&self, interface: &str, opened: &InterfaceStatus, asked: &Receiver<()>) {
-        // What was told last of an interface that is looked for: not twenty times a second.
-        let mut told = None;
+        // What was reported last of an interface that is looked for: not twenty times a second.
+        let mut reported = None;
         loop {
             let is_lost = self.is_lost.load(Ordering::Acquire);
             let is_asked =
@@ -184,10 +184,10 @@ impl Shared {
                 self.found.store(status.index, Ordering::Release);
             }
             let news = Some((status.is_up, is_as_opened));
-            if is_asked || told != news {
+            if is_asked || reported != news {
                 self.answers.force_push(InterfaceAnswer { status, is_as_opened });
             }
-            told = news;
+            reported = news;
         }
     }
 }

@@ -105,7 +105,7 @@ mod tests {
     #[test]
     fn the_bench_at_1_khz_loads_the_bus_by_67_percent() {
         let config = BusConfig::default();
-        let roles = Roles::build(&config, 0.001).expect("the default bench is sound");
+        let roles = Roles::build(&config, 0.001).expect("the default bench is valid");
         let load = worst_case(&roles, &config);
         // Five frames of 135 bits in 1,000.
         assert!((load.percent - 67.5).abs() < 1e-9, "{load:?}");

@@ -27,7 +27,7 @@ const MOST: usize = 16 * BATCH;
 /// Frames that it has room for at first. There is one, as a rule; preparing room for many more takes as long as decoding it.
 const FEW: usize = 4;
 
-/// [ns] that a time which was told may be too early without the clock being asked: what publishing takes on a slow machine.
+/// [ns] that a given time may be too early without the clock being asked: what publishing takes on a slow machine.
 /// By more, CLOCK_REALTIME may have been set.
 const A_MOMENT_NS: u64 = 200_000;
 
@@ -88,7 +88,7 @@ pub struct Port {
     is_gone: bool,
     batch: Box<Batch>,
     stamps: StampClock,
-    /// [ns] when it looked for arrivals last, and the time that it was told for the next look.
+    /// [ns] when it looked for arrivals last, and the time it was given for the next look.
     looked_ns: u64,
     told_ns: Option<u64>,
     counts: PortCounts,
@@ -179,7 +179,7 @@ impl Port {
             let Self { socket, batch, stamps, counts, last_dropped, echoes, looked_ns, .. } = self;
             let each = |raw: RawArrival| {
                 if raw.software_ns > realtime_ns && std::mem::take(&mut is_told) {
-                    // It came after the time that was told: by its own stamp, if that is a moment, else by the clock.
+                    // It came after the given time: by its own stamp, if that is a moment, else by the clock.
                     let later_ns = raw.software_ns - realtime_ns;
                     let now_ns = if later_ns <= A_MOMENT_NS {
                         *looked_ns + later_ns

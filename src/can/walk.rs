@@ -1,5 +1,5 @@
 //! A signal read and written bit by bit, straight from the definition in the DBC format: slow, and plain enough
-//! to be the judge of [`super::codec`].
+//! to check [`super::codec`] against.
 
 use super::frame::Payload;
 use super::layout::{ByteOrder, Layout};

@@ -51,7 +51,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let config = arguments.bench.load()?;
     let roles = Roles::build(&config.bus, config.period_s)?;
     let guard = config.guard.build(config.period_s)?;
-    controller_plant::pilot(&config)?;
+    controller_plant::command_source(&config)?;
     config.real_time.check()?;
     emulate::emulator(&config)?;
     Place::check_name(&config.name)?;

@@ -11,7 +11,7 @@ use crate::log::csv;
 use crate::report::comparison;
 use crate::report::json;
 use crate::session::{self, Job};
-use crate::studies::controller_comparison::compare_flights;
+use crate::studies::controller_comparison::compare_runs;
 use crate::unit::short;
 
 /// Arguments of `compare`.
@@ -51,7 +51,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let inputs = arguments.model.iter().chain(&arguments.log).chain(&arguments.runs);
     super::output::writable(arguments.report.iter().chain(&arguments.signals), inputs)?;
     if !arguments.runs.is_empty() {
-        return compare_runs(arguments);
+        return side_by_side(arguments);
     }
     if arguments.signals.is_some() && arguments.log.len() > 1 {
         return Err(super::CliError::new("--signals writes the signals of one log; several were given"));
@@ -90,7 +90,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
 }
 
 /// Controllers side by side: there is nothing to be found wanting.
-fn compare_runs(arguments: &Arguments) -> CliResult {
+fn side_by_side(arguments: &Arguments) -> CliResult {
     let impulse = arguments.impulse.as_deref().map(super::emulate::impulse).transpose()?;
     if let Some(it) = impulse.filter(|it| !(it.at_s >= 0.0 && it.duration_s > 0.0 && it.torque.is_finite())) {
         let Impulse { at_s, duration_s, torque } = it;
@@ -101,7 +101,7 @@ fn compare_runs(arguments: &Arguments) -> CliResult {
             short(torque)
         )));
     }
-    let compared = compare_flights(&arguments.runs, impulse)?;
+    let compared = compare_runs(&arguments.runs, impulse)?;
     if let Some(path) = &arguments.report {
         compared.page().save(path)?;
     }

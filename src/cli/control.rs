@@ -30,10 +30,10 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let config = arguments.bench.load()?;
-    let pilot = controller_plant::pilot(&config)?;
+    let source = controller_plant::command_source(&config)?;
     let shutdown = Shutdown::listen()?;
     if arguments.lockstep {
-        let summary = two_process::answer(&config, pilot, arguments.patience, &shutdown)?;
+        let summary = two_process::answer(&config, source, arguments.patience, &shutdown)?;
         if arguments.json {
             println!("{}", crate::report::json::answer(&summary)?);
         } else {
@@ -41,7 +41,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         }
         return Ok(if summary.complete { Outcome::Done } else { Outcome::FoundWanting });
     }
-    let summary = control::control(&config, pilot, arguments.seconds, &shutdown)?;
+    let summary = control::control(&config, source, arguments.seconds, &shutdown)?;
     if arguments.json {
         println!("{}", crate::report::json::answer(&summary)?);
         return Ok(Outcome::Done);

@@ -164,7 +164,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         let summary = two_process::conduct(&config, seconds, arguments.patience, &shutdown)?;
         return timing::say_lockstep(&summary, arguments.json);
     }
-    let summary = emulate::behind_gate(&config, arguments.arm, arguments.seconds, &shutdown)?;
+    let summary = emulate::behind_guard(&config, arguments.arm, arguments.seconds, &shutdown)?;
     if arguments.json {
         println!("{}", crate::report::json::answer(&summary)?);
         return Ok(Outcome::Done);

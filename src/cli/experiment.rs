@@ -14,7 +14,7 @@ use crate::experiment::{ExperimentConfig, Rotors, Shape};
 use crate::file::write_atomically;
 use crate::log::{csv, export};
 use crate::rt::Shutdown;
-use crate::runtime::controller_plant::FlightPlan;
+use crate::runtime::controller_plant::ExperimentPlan;
 use crate::runtime::experiment::{self, Ending};
 
 /// Arguments of `experiment`.
@@ -213,7 +213,7 @@ struct Protocol<'a> {
     samples: usize,
     log: String,
     log_sha256: String,
-    plan: &'a FlightPlan,
+    plan: &'a ExperimentPlan,
     #[serde(skip_serializing_if = "Option::is_none")]
     emulator: Option<&'a crate::emulate::EmulatorConfig>,
 }
@@ -223,7 +223,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let mut config = arguments.bench.load()?;
     arguments.refuse_idle()?;
     arguments.plant.apply(&mut config)?;
-    let plan = FlightPlan {
+    let plan = ExperimentPlan {
         closed_loop: arguments.closed_loop,
         experiment: ExperimentConfig {
             shape: arguments.shape.shape(),
@@ -277,7 +277,7 @@ fn write_protocol(protocol: &Protocol, path: &Path) -> Result<(), CliError> {
 
 fn in_lockstep(
     config: &BenchConfig,
-    plan: &FlightPlan,
+    plan: &ExperimentPlan,
     shutdown: &Shutdown,
 ) -> Result<(crate::log::Dataset, Ending), CliError> {
     let progress = Progress::start();
@@ -294,7 +294,7 @@ fn in_lockstep(
 
 fn on_bench(
     config: &BenchConfig,
-    plan: &FlightPlan,
+    plan: &ExperimentPlan,
     output: &Path,
     shutdown: &Shutdown,
 ) -> Result<(crate::log::Dataset, Ending), CliError> {

@@ -200,7 +200,7 @@ mod tests {
             let config = BenchConfig::parse(text, path)?;
             Roles::build(&config.bus, config.period_s)?;
             config.guard.build(config.period_s)?;
-            controller_plant::pilot(&config)?;
+            controller_plant::command_source(&config)?;
             config.real_time.check()?;
             emulate::emulator(&config)?;
             Place::open(&config.name, &config.shared_memory)?;

@@ -7,8 +7,8 @@ use serde::Serialize;
 use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
 use crate::model::Model;
-use crate::recording::{End, Provenance, Record, Recording};
-use crate::runtime::controller_plant::{self, FlightPlan};
+use crate::recording::{End, Record, Recording, RecordingMetadata};
+use crate::runtime::controller_plant::{self, ExperimentPlan};
 use crate::runtime::replay::{Replay, Verdict};
 
 /// Arguments of `replay`.
@@ -43,12 +43,12 @@ struct Report<'a> {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let mut recording = Recording::open(&arguments.recording)?;
-    let (config, model) = settings(arguments, recording.provenance())?;
-    let plan = plan(&arguments.recording, recording.provenance())?;
-    let pilot = controller_plant::pilot_of(&config, &model, plan.as_ref())?;
+    let (config, model) = settings(arguments, recording.metadata())?;
+    let plan = plan(&arguments.recording, recording.metadata())?;
+    let source = controller_plant::command_source_of(&config, &model, plan.as_ref())?;
     let guard = config.guard.build(config.period_s)?;
     let mut lost = 0;
-    let mut replay = Replay::new(&pilot, &guard);
+    let mut replay = Replay::new(&source, &guard);
     replay.run(recording.by_ref().inspect(|record| {
         if let Ok(Record::Status(status)) = record {
             lost = status.dropped;
@@ -111,11 +111,11 @@ fn print(verdict: &Verdict, who: &str, step: &str) {
 }
 
 /// Bench and model of the recording, with what the arguments change.
-fn settings(arguments: &Arguments, provenance: &Provenance) -> Result<(BenchConfig, Model), CliError> {
+fn settings(arguments: &Arguments, metadata: &RecordingMetadata) -> Result<(BenchConfig, Model), CliError> {
     let inside = PathBuf::from(format!("{}: bench.toml", arguments.recording.display()));
     let mut config = match &arguments.config {
         Some(path) => BenchConfig::load(Some(path))?,
-        None => BenchConfig::parse(&provenance.bench, &inside)?,
+        None => BenchConfig::parse(&metadata.bench, &inside)?,
     };
     if !arguments.set.is_empty() {
         // By way of the text: a second way of writing the whole bench would be compiled for nothing else.
@@ -128,7 +128,7 @@ fn settings(arguments: &Arguments, provenance: &Provenance) -> Result<(BenchConf
     let model = match &arguments.model {
         Some(path) => Model::load(path)?,
         None => Model::parse(
-            &provenance.model,
+            &metadata.model,
             Path::new(&format!("{}: model.toml", arguments.recording.display())),
         )?,
     };
@@ -136,11 +136,11 @@ fn settings(arguments: &Arguments, provenance: &Provenance) -> Result<(BenchConf
 }
 
 /// The experiment of the recording, if one was flown.
-fn plan(recording: &Path, provenance: &Provenance) -> Result<Option<FlightPlan>, CliError> {
-    if provenance.experiment.is_empty() {
+fn plan(recording: &Path, metadata: &RecordingMetadata) -> Result<Option<ExperimentPlan>, CliError> {
+    if metadata.experiment.is_empty() {
         return Ok(None);
     }
-    toml::from_str(&provenance.experiment).map(Some).map_err(|error| {
+    toml::from_str(&metadata.experiment).map(Some).map_err(|error| {
         CliError::new(format!("{}: experiment.toml: {}", recording.display(), error.message()))
     })
 }

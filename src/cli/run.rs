@@ -44,11 +44,11 @@ pub fn run(arguments: &Arguments) -> CliResult {
         ));
     }
     let config = arguments.bench.load()?;
-    let pilot = controller_plant::pilot(&config)?;
+    let source = controller_plant::command_source(&config)?;
     let shutdown = Shutdown::listen()?;
     let recording = arguments.record.as_ref();
     let recording = recording.map(|path| Background::start(&config, path, "run", None)).transpose()?;
-    let summary = match run::run(&config, pilot, arguments.arm, arguments.seconds, &shutdown) {
+    let summary = match run::run(&config, source, arguments.arm, arguments.seconds, &shutdown) {
         Ok(summary) => summary,
         Err(refused) => {
             if let Some(recording) = recording {

@@ -62,7 +62,7 @@ mod tests {
     use crate::identify::Identification;
     use crate::report::check;
     use crate::session::GuessedLog;
-    use crate::studies::controller_comparison::FlightComparison;
+    use crate::studies::controller_comparison::RunComparison;
 
     /// What `report::json` adds to the answers about logs.
     #[derive(Serialize, JsonSchema)]
@@ -111,7 +111,7 @@ mod tests {
         match name {
             "check" => schema::<check::Answer>(name),
             "compare" => schema::<Comparisons>(name),
-            "compare-runs" => schema::<WithSentences<FlightComparison>>("compare --runs"),
+            "compare-runs" => schema::<WithSentences<RunComparison>>("compare --runs"),
             "design" => schema::<design::Design>(name),
             "diagnose" => {
                 let mut root = schema::<WithSentences<Diagnosis>>(name);

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::{CliResult, Outcome};
 use crate::rt::{Percentiles, Summary};
-use crate::runtime::bus_io::WireSummary;
+use crate::runtime::bus_io::BusIoSummary;
 use crate::runtime::control_output::AngleError;
 use crate::runtime::lockstep::run::LockstepSummary;
 
@@ -49,7 +49,7 @@ pub fn table(timing: &Summary) -> String {
 
 /// What the bus did, and what was refused of it by cause.
 #[must_use]
-pub fn bus(bus: &WireSummary) -> String {
+pub fn bus(bus: &BusIoSummary) -> String {
     let (port, decoded) = (&bus.port, &bus.decoded);
     let mut text = format!(
         "frames received {}, lost {}, sent {}, seen on the bus {}, refused by the interface {}, error frames {}\n",

@@ -178,7 +178,7 @@ impl Controller for Pid {
             body_angle: state.angle,
             body_rate: state.rate,
             actuator_acceleration: 0.0,
-            // The torque on the body that the integral has grown against; from zero, lest rest be told as -0.
+            // The torque on the body that the integral has grown against; from zero, lest rest be reported as -0.
             disturbance_torque: 0.0 - integral,
             model_error: 0.0,
         };

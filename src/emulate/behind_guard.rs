@@ -1,22 +1,22 @@
 //! The emulator behind shared memory: in the place of bridge and hardware.
 
-use crate::bus_guard::Gate;
+use crate::bus_guard::BusGuard;
 use crate::clock;
 use crate::guard::Cause;
 use crate::rt::{self, Shutdown, Wake};
 
 use super::{Emulator, Truth};
 
-/// How a door runs.
+/// How an emulation runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DoorOptions {
+pub struct EmulationOptions {
     /// [s] after which it ends by itself; not a number or infinite = never.
     pub duration_s: f64,
     /// Wake the controller with each new gyro sample.
     pub wakes_control: bool,
 }
 
-/// What a door saw of the body.
+/// What an emulation saw of the body.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct BodySummary {
     /// [s] it ran.
@@ -46,9 +46,14 @@ impl BodySummary {
     }
 }
 
-/// Runs the emulated bench in real time behind `gate`, until told to end. The last thing it does is what a
+/// Runs the emulated bench in real time behind `guard`, until `shutdown`. The last thing it does is what a
 /// bridge does: the ramp to zero.
-pub fn run(emulator: &Emulator, gate: &mut Gate, options: DoorOptions, shutdown: &Shutdown) -> BodySummary {
+pub fn run(
+    emulator: &Emulator,
+    guard: &mut BusGuard,
+    options: EmulationOptions,
+    shutdown: &Shutdown,
+) -> BodySummary {
     let start_ns = clock::monotonic_ns();
     let end_ns = end_ns(start_ns, options.duration_s);
     let mut state = emulator.start(start_ns);
@@ -58,35 +63,35 @@ pub fn run(emulator: &Emulator, gate: &mut Gate, options: DoorOptions, shutdown:
         let now_ns = clock::monotonic_ns();
         if !is_ending && (shutdown.is_requested() || now_ns >= end_ns) {
             is_ending = true;
-            gate.trip(now_ns, Cause::Shutdown);
-        } else if is_ending && gate.is_safe() {
+            guard.trip(now_ns, Cause::Shutdown);
+        } else if is_ending && guard.is_safe() {
             return summary;
         }
         emulator.advance(&mut state, now_ns - start_ns);
         let sensors = *state.sensors();
         if sensors.sequence != published {
             let is_new_gyro = sensors.body_rate.count != woken_by;
-            gate.publish_sensors(
-                &gate.marked(sensors.stamp_ns, &sensors),
+            guard.publish_sensors(
+                &guard.marked(sensors.stamp_ns, &sensors),
                 options.wakes_control && is_new_gyro,
             );
             (published, woken_by) = (sensors.sequence, sensors.body_rate.count);
         }
-        gate.look(now_ns);
-        let now_ns = gate.time_to_judge(now_ns, clock::monotonic_ns);
-        if let Some((release, applied)) = gate.step_if_due(now_ns, &sensors) {
+        guard.look(now_ns);
+        let now_ns = guard.time_to_judge(now_ns, clock::monotonic_ns);
+        if let Some((release, applied)) = guard.step_if_due(now_ns, &sensors) {
             emulator.command(&mut state, applied.rotor);
-            gate.finish(release, clock::monotonic_ns(), &sensors);
-            summary.add(&emulator.truth(&state), !gate.is_safe(), clock::span_s(now_ns - start_ns));
+            guard.finish(release, clock::monotonic_ns(), &sensors);
+            summary.add(&emulator.truth(&state), !guard.is_safe(), clock::span_s(now_ns - start_ns));
         }
-        let due_ns = gate.deadline_ns().min(start_ns.saturating_add(emulator.next_sample_ns(&state)));
-        if matches!(rt::wait([gate.bell().descriptor()], due_ns), Wake::Ready(_)) {
-            gate.bell().quiet();
+        let due_ns = guard.deadline_ns().min(start_ns.saturating_add(emulator.next_sample_ns(&state)));
+        if matches!(rt::wait([guard.bell().descriptor()], due_ns), Wake::Ready(_)) {
+            guard.bell().quiet();
         }
     }
 }
 
-/// [ns] when a door that runs for `duration_s` ends.
+/// [ns] when an emulation that runs for `duration_s` ends.
 pub(super) fn end_ns(start_ns: u64, duration_s: f64) -> u64 {
     if duration_s.is_finite() { start_ns.saturating_add(clock::span_ns(duration_s)) } else { u64::MAX }
 }

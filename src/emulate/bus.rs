@@ -1,5 +1,5 @@
-//! The emulator on a CAN bus: it plays both ESCs, the IMU and the bench's other sensors, so that a bridge cannot
-//! tell it from the bench. No guard here: that is the bridge's. An ESC has only its own timeout.
+//! The emulator on a CAN bus: it plays both ESCs, the IMU and the bench's other sensors, so that a bridge sees no
+//! difference from the bench. No guard here: that is the bridge's. An ESC has only its own timeout.
 
 use std::os::fd::AsRawFd;
 
@@ -10,12 +10,12 @@ use crate::clock;
 use crate::rt::{self, LogQueue, Severity, Shutdown};
 use crate::signal::ROTORS;
 
-use super::behind_guard::{BodySummary, DoorOptions, end_ns};
+use super::behind_guard::{BodySummary, EmulationOptions, end_ns};
 use super::{Emulator, EmulatorState};
 
 /// The emulated bench's side of the bus.
 #[derive(Debug)]
-pub struct BusDoor {
+pub struct EmulatedBus {
     roles: Roles,
     port: Port,
     receiver: ReceiverState,
@@ -39,7 +39,7 @@ pub struct BusSummary {
     pub not_sent: u64,
 }
 
-impl BusDoor {
+impl EmulatedBus {
     /// Joins the bus.
     #[must_use]
     pub fn new(roles: Roles, port: Port) -> Self {
@@ -59,11 +59,11 @@ impl BusDoor {
         }
     }
 
-    /// Runs the emulated bench in real time, until told to end.
+    /// Runs the emulated bench in real time, until `shutdown`.
     pub fn run(
         &mut self,
         emulator: &Emulator,
-        options: DoorOptions,
+        options: EmulationOptions,
         shutdown: &Shutdown,
         log: &LogQueue,
     ) -> BusSummary {
@@ -133,5 +133,5 @@ impl BusDoor {
     }
 }
 
-/// [ns] after which the door looks for its end, though nothing happens.
+/// [ns] after which the emulated bus looks for its end, though nothing happens.
 const LONGEST_WAIT_NS: u64 = 100_000_000;

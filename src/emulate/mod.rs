@@ -2,7 +2,7 @@
 //!
 //! [`Emulator`] is the whole bench without a bus: rotors, battery, body, hidden effects, scripted torque and
 //! sensors. It runs on virtual time in whole nanoseconds and is a function of its settings alone: the same
-//! seed gives the same bits, run after run. The doors put it behind shared memory or on a CAN bus.
+//! seed gives the same bits, run after run. [`run_behind_guard`] and [`EmulatedBus`] put it behind shared memory or on a CAN bus.
 
 use crate::clock;
 use crate::signal::{ROTORS, Sensors};
@@ -19,9 +19,9 @@ mod sensor;
 mod settings;
 
 pub use battery::BatteryConfig;
-pub use behind_guard::{BodySummary, DoorOptions, run as run_behind_gate};
+pub use behind_guard::{BodySummary, EmulationOptions, run as run_behind_guard};
 pub use bench::PlantConfig;
-pub use bus::{BusDoor, BusSummary};
+pub use bus::{BusSummary, EmulatedBus};
 pub use error::EmulateError;
 pub use hidden::{HiddenConfig, catalogue};
 pub use plant::{Plant, PlantState, Truth};

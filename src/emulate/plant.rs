@@ -92,7 +92,7 @@ struct Heated {
     time_constant: f64,
 }
 
-/// ESC and motor, as of small ones without a heat sink. They only tell of the load: nothing in the plant depends on them.
+/// ESC and motor, as of small ones without a heat sink. They only show the load: nothing in the plant depends on them.
 const HEATED: [Heated; 2] =
     [Heated { rise: 12.0, time_constant: 20.0 }, Heated { rise: 20.0, time_constant: 60.0 }];
 
@@ -349,7 +349,7 @@ impl Plant {
         }
     }
 
-    /// What a noise-free sensor would tell, in its unit.
+    /// What a noise-free sensor would give, in its unit.
     pub(super) fn sensed(&self, state: &PlantState, inputs: &Inputs, truth: &Truth, channel: Channel) -> f64 {
         match channel {
             Channel::BodyRate => self.told_body_rate(state, inputs),
@@ -371,7 +371,7 @@ impl Plant {
         }
     }
 
-    /// [rad/s] what a noise-free ESC would tell of a rotor.
+    /// [rad/s] what a noise-free ESC would report of a rotor.
     fn told_propeller_rate(&self, state: &PlantState, inputs: &Inputs, rotor: usize) -> f64 {
         let lagged = self.laws.number(Kind::TelemetryLag).is_some();
         let rate = state.x[if lagged { TELEMETRY } else { PROPELLER } + rotor];
@@ -381,7 +381,7 @@ impl Plant {
         rate + self.laws.own(Site::RotorRateSensor, &self.point(&state.x, rotor, inputs))
     }
 
-    /// [rad/s] what a noise-free gyro would tell.
+    /// [rad/s] what a noise-free gyro would give.
     fn told_body_rate(&self, state: &PlantState, inputs: &Inputs) -> f64 {
         let lagged = self.laws.number(Kind::GyroLag).is_some();
         let rate = self.laws.gyro(state.x[if lagged { GYRO } else { RATE }]);

@@ -1,4 +1,4 @@
-//! Settings of the emulator and their check at the door.
+//! Settings of the emulator and their check.
 
 use serde::{Deserialize, Serialize};
 
@@ -53,7 +53,7 @@ pub struct EmulatorConfig {
     pub sensors: SensorsConfig,
     /// Torques from outside.
     pub impulse: Vec<Impulse>,
-    /// Effects the bench has and nobody is told of.
+    /// Effects the bench has and no model mentions.
     pub hidden: Vec<HiddenConfig>,
 }
 

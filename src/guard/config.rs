@@ -1,4 +1,4 @@
-//! Settings of the guard, and their check at the door.
+//! Settings of the guard, and their check.
 
 use serde::{Deserialize, Serialize};
 

@@ -47,7 +47,7 @@ impl Guard {
                 continue;
             }
             let sample = channel.of(sensors);
-            let (cause, trips) = match track.judge(limit, sample, now_ns, turning) {
+            let (cause, trips) = match track.assess(limit, sample, now_ns, turning) {
                 Verdict::Good => continue,
                 Verdict::Bad(cause) => (cause, false),
                 Verdict::Lost(cause) => (cause, true),
@@ -75,7 +75,7 @@ impl Guard {
         } else if misses >= 1 {
             (gate.complaint.unwrap_or(Cause::CommandMissing), false)
         } else if unanswered_ns > (self.hold_ns / 2).max(self.period_ns * 5 / 4) {
-            // As with a signal, half of it is worth a warning; a controller that just missed a frame is not deaf.
+            // As with a signal, half of it degrades; a controller that just missed a frame is not deaf.
             (Cause::CommandAnswersOldSensors, false)
         } else {
             return None;

@@ -25,7 +25,7 @@ pub(super) struct GateRules {
 
 /// The last command that went through, and when.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Gate {
+pub(super) struct CommandGate {
     /// [-] its rotor commands.
     pub(super) rotor: [f64; ROTORS],
     pub(super) sequence: u64,
@@ -44,7 +44,7 @@ pub(super) struct Gate {
     floor: u64,
 }
 
-impl Gate {
+impl CommandGate {
     /// Examines the newest command there is.
     pub(super) fn examine(
         &mut self,

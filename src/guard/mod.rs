@@ -20,7 +20,7 @@ pub use table::{Cause, OperatorAct, State, TRANSITIONS, Trigger};
 
 use events::EventRing;
 use finding::Finding;
-use gate::{Gate, GateRules, Passage};
+use gate::{CommandGate, GateRules, Passage};
 use output::Output;
 use signals::{SignalLimit, SignalTrack};
 
@@ -74,7 +74,7 @@ pub struct GuardState {
     wanting_ns: u64,
     /// [periods] leaky bucket of misses.
     bucket: f64,
-    gate: Gate,
+    gate: CommandGate,
     signals: [SignalTrack; Channel::WATCHED.len()],
     output: Output,
     /// Sequence and stamp of the last request looked at.
@@ -102,7 +102,7 @@ impl GuardState {
             stepped_ns: 0,
             wanting_ns: 0,
             bucket: 0.0,
-            gate: Gate::default(),
+            gate: CommandGate::default(),
             signals: [SignalTrack::default(); Channel::WATCHED.len()],
             output: Output::default(),
             request: (0, 0),
@@ -233,18 +233,18 @@ impl Guard {
             Passage::Nothing => false,
             Passage::Fresh => true,
             Passage::Refused(cause, value) => {
-                // Each refusal is counted; an event is worth only the first of a kind.
+                // Each refusal is counted; only the first of a kind is an event.
                 self.refuse(state, now_ns, cause, value, before != Some(cause));
                 false
             }
         }
     }
 
-    fn refuse(&self, state: &mut GuardState, now_ns: u64, cause: Cause, value: f64, tell: bool) {
+    fn refuse(&self, state: &mut GuardState, now_ns: u64, cause: Cause, value: f64, is_event: bool) {
         if let Some(count) = state.refusals.get_mut(cause as usize) {
             *count += 1;
         }
-        if tell {
+        if is_event {
             let code = state.state as u32;
             let subject = NO_SUBJECT;
             let cause = cause as u32;
@@ -311,7 +311,7 @@ impl Guard {
         }
     }
 
-    /// Makes a transition if the table has it, and tells.
+    /// Makes a transition if the table has it, and records the event.
     fn fire(
         &self,
         state: &mut GuardState,

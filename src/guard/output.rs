@@ -1,6 +1,6 @@
 //! What leaves: absolute limit, spin-up, slew, ramp to zero. Nothing else in the house writes to a rotor.
 
-use super::gate::Gate;
+use super::gate::CommandGate;
 use super::{Guard, State};
 use crate::signal::{Applied, AppliedFlags, ROTORS};
 
@@ -58,7 +58,7 @@ impl Output {
     pub(super) fn emit(
         &mut self,
         guard: &Guard,
-        gate: &Gate,
+        gate: &CommandGate,
         state: State,
         now_ns: u64,
         step_ns: u64,
@@ -84,7 +84,7 @@ impl Output {
     }
 
     /// The gate's command, within the limits.
-    fn follow(&mut self, guard: &Guard, gate: &Gate, now_ns: u64, step_ns: u64) -> u32 {
+    fn follow(&mut self, guard: &Guard, gate: &CommandGate, now_ns: u64, step_ns: u64) -> u32 {
         self.source = (gate.sequence, gate.stamp_ns);
         let maximum = guard.limits.maximum;
         let spun_up_ns = now_ns.saturating_sub(self.armed_ns);

@@ -1,4 +1,4 @@
-//! Judgement of each measured signal: missing, stale, out of range, no number, frozen.
+//! Assessment of each measured signal: missing, stale, out of range, no number, frozen.
 
 use super::Cause;
 use crate::signal::{Health, Sample};
@@ -40,8 +40,8 @@ pub(super) enum Verdict {
 }
 
 impl SignalTrack {
-    /// Judges the newest sample. A value may stay the same for ever while no rotor turns (`turning` = false).
-    pub(super) fn judge(
+    /// Assesses the newest sample. A value may stay the same for ever while no rotor turns (`turning` = false).
+    pub(super) fn assess(
         &mut self,
         limit: &SignalLimit,
         sample: &Sample,
@@ -76,7 +76,7 @@ impl SignalTrack {
 }
 
 impl SignalTrack {
-    /// Bits of [`Health`] that only time tells: for a copy of the sample.
+    /// Bits of [`Health`] that only time shows: for a copy of the sample.
     pub(super) fn flags(&self, limit: &SignalLimit, sample: &Sample, now_ns: u64) -> u32 {
         let came = sample.stamp_ns != 0;
         let stale = came && now_ns.saturating_sub(sample.stamp_ns) > limit.stale_after_ns;
@@ -99,7 +99,7 @@ fn complaint(limit: &SignalLimit, sample: &Sample, now_ns: u64) -> Option<Cause>
     } else if flagged(Health::COUNTER) {
         Some(Cause::SignalCounter)
     } else if sample.health != 0 || now_ns.abs_diff(sample.stamp_ns) > limit.stale_after_ns / 2 {
-        // Half of what it may be silent for is already worth a warning. A stamp from the future is no fresher
+        // Half of what it may be silent for already degrades. A stamp from the future is no fresher
         // than one as far in the past.
         Some(Cause::SignalStale)
     } else {

@@ -245,8 +245,8 @@ pub fn dataset(path: &Path) -> Result<Dataset, RecordError> {
 /// [`RecordError`] when the recording cannot be read or the log cannot be written.
 pub fn write_candump(recording: &Path, log: &Path) -> Result<ExportSummary, RecordError> {
     let mut source = Recording::open(recording)?;
-    let provenance = source.provenance().clone();
-    let interface = if provenance.interface.is_empty() { "can0" } else { provenance.interface.as_str() };
+    let metadata = source.metadata().clone();
+    let interface = if metadata.interface.is_empty() { "can0" } else { metadata.interface.as_str() };
     let (mut lost, mut written) = (0, 0);
     let mut failure = None;
     let result = write_atomically_with(log, |file| {
@@ -255,7 +255,7 @@ pub fn write_candump(recording: &Path, log: &Path) -> Result<ExportSummary, Reco
         let mut frames: BTreeMap<u64, RawFrame> = BTreeMap::new();
         let mut arrived = 0;
         let mut put = |file: &mut dyn Write, frame: Option<RawFrame>| -> std::io::Result<()> {
-            let line = frame.and_then(|it| candump::emit(&it, provenance.wall_ns(it.stamp_ns), interface));
+            let line = frame.and_then(|it| candump::emit(&it, metadata.wall_ns(it.stamp_ns), interface));
             if let Some(line) = line {
                 writeln!(file, "{line}")?;
                 written += 1;

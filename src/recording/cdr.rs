@@ -1,7 +1,7 @@
-//! How a noun lies in a recording: CDR (little-endian, as ROS 2 writes it) with a `ros2msg` schema beside it, so that
+//! How a message lies in a recording: CDR (little-endian, as ROS 2 writes it) with a `ros2msg` schema beside it, so that
 //! Foxglove, PlotJuggler and the `mcap` tools of every language read the file without knowing this program.
 //!
-//! One table ([`super::messages`]) names each noun's fields once; encoder, decoder and schema text all come from it. An `f64` keeps
+//! One table ([`super::messages`]) names each message's fields once; encoder, decoder and schema text all come from it. An `f64` keeps
 //! its bits.
 
 use std::collections::BTreeSet;
@@ -12,10 +12,10 @@ const HEADER: [u8; 4] = [0, 1, 0, 0];
 
 /// A message ended before its fields did, or is not CDR little-endian.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("message of {length} bytes is not a whole `{noun}`")]
-pub struct WireError {
-    /// The noun that was expected.
-    pub noun: &'static str,
+#[error("message of {length} bytes is not a whole `{message}`")]
+pub struct CdrError {
+    /// The message that was expected.
+    pub message: &'static str,
     /// Bytes found.
     pub length: usize,
 }
@@ -57,7 +57,7 @@ impl Parser<'_> {
 pub trait Field: Sized {
     /// Its name in a `ros2msg` schema, with the array's brackets.
     fn type_name() -> String;
-    /// Adds the definitions of the nouns it is made of.
+    /// Adds the definitions of the messages it is made of.
     fn define(into: &mut Definitions);
     /// Appends it.
     fn emit(&self, to: &mut Emitter<'_>);
@@ -68,14 +68,14 @@ pub trait Field: Sized {
 }
 
 /// A type that can be a whole message.
-pub trait Noun: Field {
+pub trait CdrMessage: Field {
     /// Its name in schemas, without the package.
     const NAME: &'static str;
     /// Its fields, one `type name # comment` a line.
     fn fields_text() -> String;
 }
 
-/// Definitions of nested nouns, each once, in the order met.
+/// Definitions of nested messages, each once, in the order met.
 #[derive(Default)]
 pub struct Definitions {
     seen: BTreeSet<&'static str>,
@@ -83,7 +83,7 @@ pub struct Definitions {
 }
 
 impl Definitions {
-    pub(crate) fn add<N: Noun>(&mut self) {
+    pub(crate) fn add<N: CdrMessage>(&mut self) {
         if self.seen.insert(N::NAME) {
             let rule = "=".repeat(80);
             // Writing to a string cannot fail.
@@ -92,35 +92,35 @@ impl Definitions {
     }
 }
 
-/// Schema text of `N`: its fields, then every noun they are made of.
-pub fn schema<N: Noun>() -> String {
+/// Schema text of `N`: its fields, then every message they are made of.
+pub fn schema<N: CdrMessage>() -> String {
     let mut definitions = Definitions::default();
     definitions.seen.insert(N::NAME);
     N::define(&mut definitions);
     N::fields_text() + &definitions.text
 }
 
-/// Replaces the content of `into` by the message `noun`.
-pub fn encode<N: Noun>(noun: &N, into: &mut Vec<u8>) {
-    message(into, |to| noun.emit(to));
+/// Replaces the content of `into` by the message `message`.
+pub fn encode<N: CdrMessage>(message: &N, into: &mut Vec<u8>) {
+    envelope(into, |to| message.emit(to));
 }
 
 /// Replaces the content of `into` by a message of what `emit` emits.
-pub(super) fn message(into: &mut Vec<u8>, emit: impl FnOnce(&mut Emitter<'_>)) {
+pub(super) fn envelope(into: &mut Vec<u8>, emit: impl FnOnce(&mut Emitter<'_>)) {
     into.clear();
     into.extend_from_slice(&HEADER);
     emit(&mut Emitter(into));
 }
 
-/// The noun in `message`.
+/// The message in `message`.
 ///
 /// # Errors
-/// [`WireError`] when the message is too short or of another representation.
-pub fn decode<N: Noun>(message: &[u8]) -> Result<N, WireError> {
+/// [`CdrError`] when the message is too short or of another representation.
+pub fn decode<N: CdrMessage>(message: &[u8]) -> Result<N, CdrError> {
     message
         .strip_prefix(&HEADER)
         .and_then(|body| N::parse(&mut Parser { body, at: 0 }))
-        .ok_or(WireError { noun: N::NAME, length: message.len() })
+        .ok_or(CdrError { message: N::NAME, length: message.len() })
 }
 
 /// Two values of one field that differ in a bit.
@@ -134,11 +134,11 @@ pub struct Difference {
     pub replayed: String,
 }
 
-/// The first field in which two nouns differ in a bit.
-pub fn first_difference<N: Noun>(recorded: &N, replayed: &N) -> Option<Difference> {
-    let numbers = |noun: &N| {
+/// The first field in which two messages differ in a bit.
+pub fn first_difference<N: CdrMessage>(recorded: &N, replayed: &N) -> Option<Difference> {
+    let numbers = |message: &N| {
         let mut numbers = Vec::new();
-        noun.numbers("", &mut |name, bits, text| numbers.push((name, bits, text)));
+        message.numbers("", &mut |name, bits, text| numbers.push((name, bits, text)));
         numbers
     };
     let (mut ours, mut theirs) = (Vec::new(), Vec::new());
@@ -236,7 +236,7 @@ mod tests {
         encode(&Command::default(), &mut bytes);
         assert_eq!(decode::<Command>(&bytes).expect("whole"), Command::default());
         for length in 0..bytes.len() {
-            assert_eq!(decode::<Command>(&bytes[..length]), Err(WireError { noun: "Command", length }));
+            assert_eq!(decode::<Command>(&bytes[..length]), Err(CdrError { message: "Command", length }));
         }
     }
 

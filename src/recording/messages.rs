@@ -3,12 +3,12 @@
 
 use std::fmt::Write as _;
 
-use super::cdr::{Definitions, Emitter, Field, Noun, Parser};
+use super::cdr::{CdrMessage, Definitions, Emitter, Field, Parser};
 use super::raw_frame::RawFrame;
 use crate::signal::{Applied, Command, CycleSample, Estimate, GuardEvent, Heartbeat, Request, Sample};
 
-/// Names the fields of a noun, in order, each with its unit or meaning; a forgotten field does not compile.
-macro_rules! noun {
+/// Names the fields of a message, in order, each with its unit or meaning; a forgotten field does not compile.
+macro_rules! message {
     ($type:ident { $($field:ident : $kind:ty = $comment:literal),* $(,)? }) => {
         impl Field for $type {
             fn type_name() -> String {
@@ -29,7 +29,7 @@ macro_rules! noun {
                 $(self.$field.numbers(&format!("{name}{dot}{}", stringify!($field)), with);)*
             }
         }
-        impl Noun for $type {
+        impl CdrMessage for $type {
             const NAME: &'static str = stringify!($type);
             fn fields_text() -> String {
                 let mut text = String::new();
@@ -44,13 +44,13 @@ macro_rules! noun {
     };
 }
 
-noun!(Sample {
+message!(Sample {
     value: f64 = "SI unit of the field that holds it",
     stamp_ns: u64 = "ns, CLOCK_MONOTONIC at arrival; 0 = never",
     count: u32 = "values received so far, wrapping",
     health: u32 = "bits: 1 never, 2 stale, 4 out of range, 8 not a number, 16 frozen, 32 counter",
 });
-noun!(Estimate {
+message!(Estimate {
     reference_angle: f64 = "rad",
     body_angle: f64 = "rad",
     body_rate: f64 = "rad/s",
@@ -58,7 +58,7 @@ noun!(Estimate {
     disturbance_torque: f64 = "N m",
     model_error: f64 = "rad/s",
 });
-noun!(Command {
+message!(Command {
     sequence: u64 = "steps of the controller from 1",
     stamp_ns: u64 = "ns, CLOCK_MONOTONIC",
     sensors_sequence: u64 = "the sensors it answers",
@@ -68,7 +68,7 @@ noun!(Command {
     controller: u32 = "1 EMC, 2 PID, 3 experiment",
     estimate: Estimate = "the controller's view of its state",
 });
-noun!(Applied {
+message!(Applied {
     sequence: u64 = "periods of the guard from 1",
     stamp_ns: u64 = "ns, CLOCK_MONOTONIC",
     command_sequence: u64 = "the command it came from; 0 = safe command",
@@ -78,13 +78,13 @@ noun!(Applied {
     flags: u32 = "bits: 1 limited, 2 slewed, 4 held, 8 ramping to safe",
     misses: u32 = "consecutive periods without a fresh command",
 });
-noun!(Request {
+message!(Request {
     sequence: u64 = "requests of this sender from 1",
     stamp_ns: u64 = "ns, CLOCK_MONOTONIC",
     act: u32 = "1 arm, 2 disarm, 3 emergency stop",
     reserved: u32 = "0",
 });
-noun!(GuardEvent {
+message!(GuardEvent {
     sequence: u64 = "events from 1",
     stamp_ns: u64 = "ns, CLOCK_MONOTONIC",
     from: u32 = "guard state code before",
@@ -93,14 +93,14 @@ noun!(GuardEvent {
     subject: u32 = "signal or rotor the cause speaks of",
     value: f64 = "the value refused or measured, in its unit",
 });
-noun!(Heartbeat {
+message!(Heartbeat {
     count: u64 = "cycles",
     stamp_ns: u64 = "ns, CLOCK_MONOTONIC",
     born_ns: u64 = "ns, when this life of the process began",
     role: u32 = "1 bridge, 2 control, 3 emulate, 4 run, 5 record, 6 monitor",
     process_id: u32 = "operating-system process id",
 });
-noun!(CycleSample {
+message!(CycleSample {
     slot: u64 = "grid slot from 0",
     due_ns: u64 = "ns, when the slot should have begun",
     released_ns: u64 = "ns, when it began",
@@ -111,7 +111,7 @@ noun!(CycleSample {
     role: u32 = "1 bridge, 2 control, 3 emulate, 4 run",
     reserved: u32 = "0",
 });
-noun!(RawFrame {
+message!(RawFrame {
     stamp_ns: u64 = "ns, CLOCK_MONOTONIC at arrival or sending",
     hardware_ns: u64 = "ns, the adapter's clock; 0 = none",
     id: u32 = "11 or 29 bits",
@@ -131,7 +131,7 @@ pub struct ControlStepLine {
     /// Which `/command` message it answered.
     pub command: u64,
 }
-noun!(ControlStepLine {
+message!(ControlStepLine {
     sensors: u64 = "ordinal from 1 of the /sensors message it was given",
     applied: u64 = "ordinal of the /applied message fed back to it",
     command: u64 = "ordinal of the /command message it answered",
@@ -155,7 +155,7 @@ pub struct GuardStepLine {
     /// Code of the cause of that trip.
     pub trip_cause: u32,
 }
-noun!(GuardStepLine {
+message!(GuardStepLine {
     now_ns: u64 = "ns, the time it was given",
     sensors: u64 = "ordinal from 1 of the /sensors message it was given",
     newest: u64 = "ordinal of the /command message it was given; 0 = none",
@@ -177,7 +177,7 @@ pub struct RecorderStatus {
     /// [ns] time so far in which the disk took nothing because it was full.
     pub disk_full_ns: u64,
 }
-noun!(RecorderStatus {
+message!(RecorderStatus {
     stamp_ns: u64 = "ns, CLOCK_MONOTONIC",
     written: u64 = "records written so far",
     dropped: u64 = "records refused so far because the queue was full",

@@ -13,14 +13,14 @@ pub const FORMAT_VERSION: u32 = 1;
 
 /// Texts, seeds and clocks of a recording. They lie in one MCAP metadata record named `rotorbench`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Provenance {
+pub struct RecordingMetadata {
     /// Which process recorded: `run`, `demo`, `record`, ...
     pub process: String,
     /// The bench file in force, as TOML text with every default written out.
     pub bench: String,
     /// The model in force, as TOML text.
     pub model: String,
-    /// The experiment flown, as TOML text; empty without one.
+    /// The experiment that ran, as TOML text; empty without one.
     pub experiment: String,
     /// Seeds of whatever was random: `emulator`, ...
     pub seeds: BTreeMap<String, u64>,
@@ -36,7 +36,7 @@ pub struct Provenance {
     pub monotonic_ns: u64,
 }
 
-impl Provenance {
+impl RecordingMetadata {
     /// Adds what this machine and this build are, and the time.
     pub(crate) fn stamped(&self) -> Self {
         let kernel = |file: &str| {

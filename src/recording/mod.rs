@@ -22,13 +22,13 @@ mod sink;
 mod topic;
 mod writer;
 
-pub use cdr::{Difference, WireError, encode, first_difference};
+pub use cdr::{CdrError, Difference, encode, first_difference};
 pub use messages::RecorderStatus;
-pub use metadata::{METADATA_NAME, Provenance};
+pub use metadata::{METADATA_NAME, RecordingMetadata};
 pub use patient_disk::Disk;
 pub use raw_frame::{FrameFlags, RawFrame};
 pub use reader::{End, Recording};
-pub use sender::{Record, RecorderHandle};
+pub use sender::{Record, RecordSender};
 pub use sensors::encode_given;
 pub use writer::{Recorder, RecorderOptions, RecorderSummary};
 

@@ -11,9 +11,9 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use crate::signal::{Applied, Command, ControlStep, GuardStep, Request, Sensors};
 
 use super::RecordError;
-use super::cdr::{Noun, decode};
+use super::cdr::{CdrMessage, decode};
 use super::messages::{ControlStepLine, GuardStepLine};
-use super::metadata::{METADATA_NAME, Provenance};
+use super::metadata::{METADATA_NAME, RecordingMetadata};
 use super::sender::Record;
 use super::topic::{TOPICS, Topic, WINDOW};
 
@@ -40,7 +40,7 @@ pub struct Recording {
     file: BufReader<File>,
     mcap: LinearReader,
     byte: u64,
-    provenance: Provenance,
+    metadata: RecordingMetadata,
     channels: HashMap<u16, Topic>,
     ordinals: HashMap<u16, u64>,
     recent: Recent,
@@ -66,26 +66,26 @@ impl<N> Default for Ring<N> {
     }
 }
 
-impl<N: Noun + Copy> Ring<N> {
+impl<N: CdrMessage + Copy> Ring<N> {
     fn keep(&mut self, ordinal: u64, data: &[u8]) -> Result<N, String> {
-        let noun = decode::<N>(data).map_err(|error| error.to_string())?;
+        let message = decode::<N>(data).map_err(|error| error.to_string())?;
         if self.0.len() == WINDOW {
             self.0.pop_front();
         }
-        self.0.push_back((ordinal, noun));
-        Ok(noun)
+        self.0.push_back((ordinal, message));
+        Ok(message)
     }
 
     fn find(&self, ordinal: u64) -> Result<N, String> {
         let known = self.0.iter().rev().find(|(known, _)| *known == ordinal);
         known
-            .map(|(_, noun)| *noun)
+            .map(|(_, message)| *message)
             .ok_or_else(|| format!("it refers to {} {ordinal}, which is not there", N::NAME))
     }
 }
 
 impl Recording {
-    /// Opens a recording and reads its provenance.
+    /// Opens a recording and reads its metadata.
     ///
     /// # Errors
     /// [`RecordError`] when the file cannot be read or is no recording of ours.
@@ -104,7 +104,7 @@ impl Recording {
             file: BufReader::with_capacity(1 << 16, file),
             mcap: LinearReader::new_with_options(options),
             byte: 0,
-            provenance: Provenance::default(),
+            metadata: RecordingMetadata::default(),
             channels: HashMap::new(),
             ordinals: HashMap::new(),
             recent: Recent::default(),
@@ -112,7 +112,7 @@ impl Recording {
             end: None,
         };
         recording.first = recording.step()?;
-        if recording.provenance.versions.is_empty() {
+        if recording.metadata.versions.is_empty() {
             let reason = match &recording.end {
                 Some(End::CutOff { reason, .. }) => reason.clone(),
                 _ => format!("it has no metadata record `{METADATA_NAME}`"),
@@ -130,8 +130,8 @@ impl Recording {
 
     /// What the recording knows about its own making.
     #[must_use]
-    pub fn provenance(&self) -> &Provenance {
-        &self.provenance
+    pub fn metadata(&self) -> &RecordingMetadata {
+        &self.metadata
     }
 
     /// How the recording ends; `None` until it has been read to its end.
@@ -185,7 +185,7 @@ impl Recording {
         match mcap::parse_record(opcode, data) {
             Err(error) => self.cut_off(error.to_string()),
             Ok(records::Record::Metadata(found)) if found.name == METADATA_NAME => {
-                self.provenance = Provenance::from_metadata(&found.metadata).map_err(|error| {
+                self.metadata = RecordingMetadata::from_metadata(&found.metadata).map_err(|error| {
                     RecordError::Foreign { path: self.path.clone(), reason: error.to_string() }
                 })?;
             }
@@ -218,7 +218,7 @@ impl Recording {
 
 impl Recent {
     fn understand(&mut self, topic: Topic, ordinal: u64, data: &[u8]) -> Result<Record, String> {
-        fn plain<N: Noun + Into<Record>>(data: &[u8]) -> Result<Record, String> {
+        fn plain<N: CdrMessage + Into<Record>>(data: &[u8]) -> Result<Record, String> {
             decode::<N>(data).map(Into::into).map_err(|error| error.to_string())
         }
         Ok(match topic {

@@ -41,10 +41,10 @@ pub enum Record {
 }
 
 macro_rules! record_from {
-    ($($variant:ident : $noun:ty),* $(,)?) => {$(
-        impl From<$noun> for Record {
-            fn from(noun: $noun) -> Self {
-                Self::$variant(noun)
+    ($($variant:ident : $message:ty),* $(,)?) => {$(
+        impl From<$message> for Record {
+            fn from(message: $message) -> Self {
+                Self::$variant(message)
             }
         }
     )*};
@@ -94,16 +94,16 @@ impl Lane {
 ///
 /// Not `Clone`: each thread asks the recorder for its own, so that each queue has one sender.
 #[derive(Debug)]
-pub struct RecorderHandle {
+pub struct RecordSender {
     lane: Option<Arc<Lane>>,
 }
 
-impl RecorderHandle {
+impl RecordSender {
     pub(crate) fn new(lane: Arc<Lane>) -> Self {
         Self { lane: Some(lane) }
     }
 
-    /// A handle that records nothing: for a process run without a recording.
+    /// A sender that records nothing: for a process run without a recording.
     #[must_use]
     pub fn off() -> Self {
         Self { lane: None }
@@ -160,18 +160,18 @@ mod tests {
     #[test]
     fn a_full_queue_refuses_and_counts_and_keeps_a_slot_free() {
         let lane = Arc::new(Lane::new(8));
-        let mut handle = RecorderHandle::new(Arc::clone(&lane));
-        let taken = (0..20).filter(|_| handle.send(Request::default())).count();
+        let mut sender = RecordSender::new(Arc::clone(&lane));
+        let taken = (0..20).filter(|_| sender.send(Request::default())).count();
         assert_eq!(taken, 7);
-        assert_eq!(handle.dropped(), 13);
+        assert_eq!(sender.dropped(), 13);
         assert!(lane.queue.pop().is_some());
-        assert!(handle.send(Request::default()));
+        assert!(sender.send(Request::default()));
     }
 
     #[test]
     fn a_handle_that_is_off_takes_everything() {
-        let mut handle = RecorderHandle::off();
-        assert!(handle.send(Sensors::default()));
-        assert_eq!(handle.dropped(), 0);
+        let mut sender = RecordSender::off();
+        assert!(sender.send(Sensors::default()));
+        assert_eq!(sender.dropped(), 0);
     }
 }

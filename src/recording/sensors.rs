@@ -2,14 +2,14 @@
 
 use std::fmt::Write as _;
 
-use super::cdr::{Definitions, Emitter, Field, Noun, Parser, message};
+use super::cdr::{CdrMessage, Definitions, Emitter, Field, Parser, envelope};
 use crate::signal::{Channel, Sample, Sensor, Sensors};
 
 /// Channels of the first recordings. Messages of old files end behind them or behind a later sensor; what they lack was never
 /// measured.
 const FIRST_EDITION: usize = 12;
 
-impl Noun for Sensors {
+impl CdrMessage for Sensors {
     const NAME: &'static str = "Sensors";
 
     fn fields_text() -> String {
@@ -81,12 +81,12 @@ fn emit(sensors: &Sensors, channels: &[Channel], to: &mut Emitter<'_>) {
 pub fn encode_given(sensors: &Sensors, into: &mut Vec<u8>) {
     let given = Channel::ALL.iter().rposition(|channel| channel.of(sensors).stamp_ns != 0);
     let length = given.map_or(0, |last| last + 1).max(FIRST_EDITION);
-    message(into, |to| emit(sensors, Channel::ALL.get(..length).unwrap_or(&[]), to));
+    envelope(into, |to| emit(sensors, Channel::ALL.get(..length).unwrap_or(&[]), to));
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::cdr::{WireError, decode, encode, schema};
+    use super::super::cdr::{CdrError, decode, encode, schema};
     use super::*;
 
     /// What the first program wrote, and what its files have as the schema.
@@ -117,7 +117,7 @@ mod tests {
         assert_eq!(ends.last(), Some(&bytes.len()));
         for length in 0..=bytes.len() {
             let read = decode::<Sensors>(&bytes[..length]);
-            let refused = Err(WireError { noun: "Sensors", length });
+            let refused = Err(CdrError { message: "Sensors", length });
             assert_eq!(read, if ends.contains(&length) { Ok(Sensors::default()) } else { refused });
         }
     }

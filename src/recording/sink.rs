@@ -9,9 +9,9 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 
 use super::RecordError;
-use super::cdr::{Noun, encode};
+use super::cdr::{CdrMessage, encode};
 use super::messages::{ControlStepLine, GuardStepLine};
-use super::metadata::{METADATA_NAME, Provenance};
+use super::metadata::{METADATA_NAME, RecordingMetadata};
 use super::patient_disk::PatientDisk;
 use super::sender::Record;
 use super::topic::{PerTopic, TOPICS, Topic, WINDOW};
@@ -20,7 +20,7 @@ use super::topic::{PerTopic, TOPICS, Topic, WINDOW};
 pub(crate) struct Sink {
     mcap: mcap::Writer<NoSeek<BufWriter<SharedDisk>>>,
     disk: SharedDisk,
-    provenance: Provenance,
+    metadata: RecordingMetadata,
     topics: PerTopic<TopicState>,
     bytes: Vec<u8>,
 }
@@ -56,7 +56,7 @@ impl Write for SharedDisk {
 }
 
 impl Sink {
-    pub(crate) fn create(disk: PatientDisk, provenance: Provenance) -> Result<Self, RecordError> {
+    pub(crate) fn create(disk: PatientDisk, metadata: RecordingMetadata) -> Result<Self, RecordError> {
         let disk = SharedDisk(Arc::new(Mutex::new(disk)));
         let mut mcap = mcap::WriteOptions::new()
             .compression(None)
@@ -67,17 +67,14 @@ impl Sink {
             // without a length behind when killed.
             .disable_seeking(true)
             .create(NoSeek::new(BufWriter::with_capacity(1 << 16, disk.clone())))?;
-        mcap.write_metadata(&Metadata {
-            name: METADATA_NAME.to_owned(),
-            metadata: provenance.to_metadata(),
-        })?;
+        mcap.write_metadata(&Metadata { name: METADATA_NAME.to_owned(), metadata: metadata.to_metadata() })?;
         let mut topics = PerTopic::new(|_| TopicState::default());
         for info in &TOPICS {
-            let name = format!("rotorbench/msg/{}", info.noun);
+            let name = format!("rotorbench/msg/{}", info.message);
             let schema = mcap.add_schema(&name, "ros2msg", (info.schema)().as_bytes())?;
             topics.of(info.topic).channel = mcap.add_channel(schema, info.name, "cdr", &BTreeMap::new())?;
         }
-        let mut sink = Self { mcap, disk, provenance, topics, bytes: Vec::new() };
+        let mut sink = Self { mcap, disk, metadata, topics, bytes: Vec::new() };
         sink.flush()?;
         Ok(sink)
     }
@@ -122,15 +119,15 @@ impl Sink {
         }
     }
 
-    fn append<N: Noun>(&mut self, topic: Topic, stamp_ns: u64, noun: &N) -> Result<(), RecordError> {
-        encode(noun, &mut self.bytes);
+    fn append<N: CdrMessage>(&mut self, topic: Topic, stamp_ns: u64, message: &N) -> Result<(), RecordError> {
+        encode(message, &mut self.bytes);
         self.put(topic, stamp_ns).map(drop)
     }
 
-    /// The ordinal of `noun` in its topic: of the recent message with the same bytes, else of a new one. The same
+    /// The ordinal of `message` in its topic: of the recent message with the same bytes, else of a new one. The same
     /// value reaches the recorder by several ways (published, consumed by a step) and is written once.
-    fn refer<N: Noun>(&mut self, topic: Topic, stamp_ns: u64, noun: &N) -> Result<u64, RecordError> {
-        encode(noun, &mut self.bytes);
+    fn refer<N: CdrMessage>(&mut self, topic: Topic, stamp_ns: u64, message: &N) -> Result<u64, RecordError> {
+        encode(message, &mut self.bytes);
         let known = self.topics.of(topic).recent.iter().rev().find(|(_, bytes)| *bytes == self.bytes);
         if let Some((ordinal, _)) = known {
             return Ok(*ordinal);
@@ -149,7 +146,7 @@ impl Sink {
         let state = self.topics.of(topic);
         state.count += 1;
         let ordinal = state.count;
-        let time = self.provenance.wall_ns(stamp_ns);
+        let time = self.metadata.wall_ns(stamp_ns);
         let header = MessageHeader {
             channel_id: state.channel,
             // MCAP keeps 32 bits of it; they wrap.

@@ -24,19 +24,19 @@ pub(crate) enum Topic {
     Recorder = 10,
 }
 
-/// Name in the file, noun, schema.
+/// Name in the file, message, schema.
 pub(crate) struct TopicInfo {
     pub(crate) topic: Topic,
     pub(crate) name: &'static str,
-    pub(crate) noun: &'static str,
+    pub(crate) message: &'static str,
     pub(crate) schema: fn() -> String,
 }
 
 macro_rules! topics {
-    ($($topic:ident $name:literal $noun:ident),* $(,)?) => {
+    ($($topic:ident $name:literal $message:ident),* $(,)?) => {
         /// Every topic, in the order of their numbers.
         pub(crate) const TOPICS: [TopicInfo; 11] = [
-            $(TopicInfo { topic: Topic::$topic, name: $name, noun: stringify!($noun), schema: schema::<$noun> }),*
+            $(TopicInfo { topic: Topic::$topic, name: $name, message: stringify!($message), schema: schema::<$message> }),*
         ];
     };
 }

@@ -12,9 +12,9 @@ use crate::clock::monotonic_ns;
 
 use super::RecordError;
 use super::messages::RecorderStatus;
-use super::metadata::Provenance;
+use super::metadata::RecordingMetadata;
 use super::patient_disk::{Disk, PatientDisk, Progress};
-use super::sender::{Lane, Record, RecorderHandle};
+use super::sender::{Lane, Record, RecordSender};
 use super::sink::Sink;
 
 /// How often the queues are looked into. Polling costs the sending threads nothing; waking us would.
@@ -67,7 +67,7 @@ impl Recorder {
     /// [`RecordError::Create`] when `path` exists already or cannot be written.
     pub fn start(
         path: &Path,
-        provenance: &Provenance,
+        metadata: &RecordingMetadata,
         options: RecorderOptions,
     ) -> Result<Self, RecordError> {
         let file = OpenOptions::new()
@@ -75,7 +75,7 @@ impl Recorder {
             .create_new(true)
             .open(path)
             .map_err(|source| RecordError::Create { path: path.to_owned(), source })?;
-        Self::start_on(Box::new(file), provenance, options)
+        Self::start_on(Box::new(file), metadata, options)
     }
 
     /// Starts recording on any [`Disk`].
@@ -84,13 +84,13 @@ impl Recorder {
     /// [`RecordError::Write`] when the file's beginning cannot be written or no thread can be started.
     pub fn start_on(
         disk: Box<dyn Disk>,
-        provenance: &Provenance,
+        metadata: &RecordingMetadata,
         options: RecorderOptions,
     ) -> Result<Self, RecordError> {
         let lanes = Lanes::default();
         let progress = Arc::new(Progress::default());
-        let provenance = provenance.stamped();
-        let sink = Sink::create(PatientDisk::new(disk, Arc::clone(&progress)), provenance)?;
+        let metadata = metadata.stamped();
+        let sink = Sink::create(PatientDisk::new(disk, Arc::clone(&progress)), metadata)?;
         let worker = Worker { lanes: Arc::clone(&lanes), progress: Arc::clone(&progress), options };
         let thread = std::thread::Builder::new()
             .name("recorder".to_owned())
@@ -104,10 +104,10 @@ impl Recorder {
 
     /// A way in for one more thread. Allocates: ask for it at start-up.
     #[must_use]
-    pub fn handle(&self) -> RecorderHandle {
+    pub fn sender(&self) -> RecordSender {
         let lane = Arc::new(Lane::new(self.options.queue_records));
         self.lanes.lock().unwrap_or_else(PoisonError::into_inner).push(Arc::clone(&lane));
-        RecorderHandle::new(lane)
+        RecordSender::new(lane)
     }
 
     /// What has been written so far.

@@ -2,10 +2,10 @@
 
 use super::findings::sentence;
 use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
-use crate::studies::controller_comparison::{FlightComparison, RecordedFlight};
-use crate::studies::impulse_response::{Answer, Moment};
+use crate::studies::controller_comparison::{RecordedRun, RunComparison};
+use crate::studies::impulse_response::{ImpulseResponse, Moment};
 
-/// A flight to be shown.
+/// A run to be shown.
 #[derive(Debug, Clone)]
 pub(super) struct Shown<'a> {
     /// Name of its curve and row.
@@ -15,15 +15,15 @@ pub(super) struct Shown<'a> {
     /// Colour of its curves.
     pub tone: Tone,
     /// How the controller answered.
-    pub answer: &'a Answer,
+    pub answer: &'a ImpulseResponse,
     /// Period by period.
     pub moments: &'a [Moment],
     /// [s] taken from the time, so that all are struck at once.
     pub begins: f64,
 }
 
-/// Peak, settling, overshoot, swings, ITAE, effort and error of the disturbance's estimate, flight by flight.
-pub(super) fn answer_table(flights: &[Shown], caption: &str) -> Table {
+/// Peak, settling, overshoot, swings, ITAE, effort and error of the disturbance's estimate, run by run.
+pub(super) fn answer_table(runs: &[Shown], caption: &str) -> Table {
     let table = Table::new([
         "",
         "delay [ms]",
@@ -37,11 +37,11 @@ pub(super) fn answer_table(flights: &[Shown], caption: &str) -> Table {
     ])
     .caption(caption);
     let known = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| number(value, 3));
-    flights.iter().fold(table, |table, flight| {
-        let answer = flight.answer;
+    runs.iter().fold(table, |table, run| {
+        let answer = run.answer;
         table.row([
-            flight.name.clone(),
-            known(flight.delay.map(|delay| 1e3 * delay)),
+            run.name.clone(),
+            known(run.delay.map(|delay| 1e3 * delay)),
             number(answer.peak, 3),
             settling(answer),
             number(answer.overshoot_percent, 3),
@@ -54,38 +54,36 @@ pub(super) fn answer_table(flights: &[Shown], caption: &str) -> Table {
 }
 
 /// [s], or that it did not.
-fn settling(answer: &Answer) -> String {
+fn settling(answer: &ImpulseResponse) -> String {
     if answer.settled { number(answer.settling, 3) } else { "not settled within the window".to_owned() }
 }
 
 /// Name, beginning and end [s] of the first impulse, where it is known. As a curve it would press the estimates, ten times
 /// smaller, to the axis.
-fn impulse(flight: &Shown) -> Option<(String, f64, f64)> {
+fn impulse(run: &Shown) -> Option<(String, f64, f64)> {
     let is_struck = |moment: &&Moment| moment.disturbance.abs() > 0.0;
-    let first = flight.moments.iter().find(is_struck)?;
+    let first = run.moments.iter().find(is_struck)?;
     let behind =
-        flight.moments.iter().skip_while(|moment| !is_struck(moment)).find(|moment| !is_struck(moment))?;
+        run.moments.iter().skip_while(|moment| !is_struck(moment)).find(|moment| !is_struck(moment))?;
     let label = format!("impulse, {} N m", number(first.disturbance, 2));
-    Some((label, first.time - flight.begins, behind.time - flight.begins))
+    Some((label, first.time - run.begins, behind.time - run.begins))
 }
 
 /// Angle, and disturbance estimate; both with one axis of time, and the impulse where it is known.
-pub(super) fn answer_plots(flights: &[Shown], titles: [&str; 2], group: &str) -> [Plot; 2] {
+pub(super) fn answer_plots(runs: &[Shown], titles: [&str; 2], group: &str) -> [Plot; 2] {
     let column =
-        |flight: &Shown, pick: fn(&Moment) -> f64| -> Vec<f64> { flight.moments.iter().map(pick).collect() };
-    let time = |flight: &Shown| -> Vec<f64> {
-        flight.moments.iter().map(|moment| moment.time - flight.begins).collect()
-    };
+        |run: &Shown, pick: fn(&Moment) -> f64| -> Vec<f64> { run.moments.iter().map(pick).collect() };
+    let time =
+        |run: &Shown| -> Vec<f64> { run.moments.iter().map(|moment| moment.time - run.begins).collect() };
     let axis = || Axis::new("time", "s");
     let mut angle = Plot::new(titles[0], axis(), Axis::new("angle", "rad")).group(group);
     let mut torque = Plot::new(titles[1], axis(), Axis::new("torque", "N m")).group(group);
-    for flight in flights {
-        let curve =
-            |pick| Series::line(flight.name.as_str(), &time(flight), &column(flight, pick)).tone(flight.tone);
+    for run in runs {
+        let curve = |pick| Series::line(run.name.as_str(), &time(run), &column(run, pick)).tone(run.tone);
         angle = angle.series(curve(|moment| moment.angle));
         torque = torque.series(curve(|moment| moment.estimate));
     }
-    if let Some((label, from, to)) = flights.iter().find_map(impulse) {
+    if let Some((label, from, to)) = runs.iter().find_map(impulse) {
         angle = angle.span(label.as_str(), from, to);
         torque = torque.span(label, from, to);
     }
@@ -95,22 +93,22 @@ pub(super) fn answer_plots(flights: &[Shown], titles: [&str; 2], group: &str) ->
 /// What the table's last column means.
 pub(super) const DISTURBANCE: &str = "d̂ is the controller's estimate of the disturbance torque on the body, a PID's what its integral holds against.";
 
-impl FlightComparison {
+impl RunComparison {
     fn shown(&self) -> Vec<Shown<'_>> {
-        let alone = |flight: &RecordedFlight| {
-            self.flights.iter().filter(|other| other.controller == flight.controller).count() == 1
+        let alone = |run: &RecordedRun| {
+            self.runs.iter().filter(|other| other.controller == run.controller).count() == 1
         };
-        let each = self.flights.iter().map(|flight| Shown {
-            name: if alone(flight) {
-                flight.controller.to_owned()
+        let each = self.runs.iter().map(|run| Shown {
+            name: if alone(run) {
+                run.controller.to_owned()
             } else {
-                format!("{} ({})", flight.controller, flight.recording)
+                format!("{} ({})", run.controller, run.recording)
             },
-            delay: flight.delay,
+            delay: run.delay,
             tone: Tone::Next,
-            answer: &flight.answer,
-            moments: &flight.moments,
-            begins: flight.struck_s,
+            answer: &run.answer,
+            moments: &run.moments,
+            begins: run.struck_s,
         });
         each.collect()
     }
@@ -118,8 +116,8 @@ impl FlightComparison {
     /// How each controller answered.
     #[must_use]
     pub fn table(&self) -> Table {
-        let judged = self.flights.first().map_or(0.0, |flight| flight.judged_s);
-        let caption = format!("Answer to the impulse, judged for {} s behind it", number(judged, 3));
+        let judged = self.runs.first().map_or(0.0, |run| run.judged_s);
+        let caption = format!("ImpulseResponse to the impulse, judged for {} s behind it", number(judged, 3));
         answer_table(&self.shown(), &caption)
     }
 
@@ -127,8 +125,8 @@ impl FlightComparison {
     #[must_use]
     pub fn later_table(&self) -> Option<Table> {
         let mut rows = Vec::new();
-        for (flight, shown) in self.flights.iter().zip(self.shown()) {
-            rows.extend(flight.later.iter().map(|strike| Shown {
+        for (run, shown) in self.runs.iter().zip(self.shown()) {
+            rows.extend(run.later.iter().map(|strike| Shown {
                 name: format!(
                     "{}, {} s, {} N m for {} ms, judged for {} s",
                     shown.name,
@@ -167,16 +165,16 @@ impl FlightComparison {
         });
         let mut sources = Table::new(["recording", "controller", "struck at [s]", "impulse", "angle"])
             .caption("The recordings");
-        for flight in &self.flights {
-            let impulse = flight.impulse.map_or_else(
+        for run in &self.runs {
+            let impulse = run.impulse.map_or_else(
                 || "not known".to_owned(),
                 |it| format!("{} N m for {} ms", number(it.torque, 3), number(1e3 * it.duration_s, 3)),
             );
-            let angle = if flight.is_angle_measured { "measured" } else { "estimated by the controller" };
+            let angle = if run.is_angle_measured { "measured" } else { "estimated by the controller" };
             sources = sources.row([
-                flight.recording.clone(),
-                flight.controller.to_owned(),
-                number(flight.struck_s, 4),
+                run.recording.clone(),
+                run.controller.to_owned(),
+                number(run.struck_s, 4),
                 impulse,
                 angle.to_owned(),
             ]);

@@ -5,7 +5,7 @@ use super::flights::{DISTURBANCE, Shown, answer_plots, answer_table};
 use super::identification::error_plots;
 use super::{Mark, Page, Table, Tone, number};
 use crate::identify::HIGHEST_DEGREE;
-use crate::studies::paper::{Beside, Flight, PaperRun};
+use crate::studies::paper::{Beside, ControlledRun, PaperRun};
 use crate::studies::thresholds::THRESHOLDS;
 
 impl PaperRun {
@@ -142,7 +142,7 @@ impl PaperRun {
     /// EMC against PID, with and without delay.
     #[must_use]
     pub fn flight_table(&self) -> Table {
-        let shown: Vec<Shown> = self.flights.iter().map(shown).collect();
+        let shown: Vec<Shown> = self.runs.iter().map(shown).collect();
         answer_table(
             &shown,
             &format!("The same impulse, 0.6 N m for 50 ms, judged for {} s behind it", THRESHOLDS.judged_s),
@@ -158,7 +158,7 @@ impl PaperRun {
         page.paragraph(
             "Lotufo, Perez-Montenegro, Colangelo, Canuto, Novara, MED 2016, 10.1109/MED.2016.7535956, sections III to V, \
              repeated on the emulated bench with the paper's parameters. The emulator is a process of its own for each \
-             experiment and flight, integrates finer than the fitter and shares no law with it. Everything runs in simulated time.",
+             experiment and run, integrates finer than the fitter and shares no law with it. Everything runs in simulated time.",
         );
         page.heading("Tables I and IV: identification").table(self.identified_table());
         page.list(self.remarks());
@@ -187,7 +187,7 @@ impl PaperRun {
         ]);
         page.heading("Figs. 8 and 9: torque impulse").table(self.flight_table()).paragraph(DISTURBANCE);
         page.paragraph(self.peaks());
-        let mut delays: Vec<f64> = self.flights.iter().map(|flight| flight.delay).collect();
+        let mut delays: Vec<f64> = self.runs.iter().map(|run| run.delay).collect();
         delays.dedup();
         for delay in delays {
             self.flight_plots(&mut page, delay);
@@ -196,10 +196,10 @@ impl PaperRun {
         page
     }
 
-    /// What the flights of this run say about peaks and swings, in their own numbers.
+    /// What the runs of this report say about peaks and swings, in their own numbers.
     fn peaks(&self) -> String {
         let mut text = String::new();
-        for pair in self.flights.chunks_exact(2) {
+        for pair in self.runs.chunks_exact(2) {
             let [emc, pid] = pair else { continue };
             let smaller = if pid.answer.peak < emc.answer.peak { "PID" } else { "EMC" };
             text.push_str(&format!(
@@ -220,7 +220,7 @@ impl PaperRun {
             "The print does not say how strong its impulses were or how late its loop is, so peaks cannot be compared \
              with it; its ringing of the PID needs loop delay, which is a setting here. ",
         );
-        if let Some([emc, pid]) = self.flights.last_chunk() {
+        if let Some([emc, pid]) = self.runs.last_chunk() {
             text.push_str(&format!(
                 "Both controllers have the paper's settings, which were made for a loop without delay: by `design` EMC's is \
                  stable up to a delay of {} ms, the PID's up to {} ms. The {} ms flown here leave the PID little, and that \
@@ -234,11 +234,11 @@ impl PaperRun {
     }
 
     fn flight_plots(&self, page: &mut Page, delay: f64) {
-        let flights = self.flights.iter().filter(|flight| flight.delay == delay).map(shown);
-        let flights: Vec<Shown> = flights.collect();
+        let runs = self.runs.iter().filter(|run| run.delay == delay).map(shown);
+        let runs: Vec<Shown> = runs.collect();
         let title = |figure: &str| format!("{figure}, loop delay {} ms", number(1e3 * delay, 3));
         let titles = [title("Fig. 8: angle"), title("Fig. 9: disturbance estimate")];
-        let [angle, torque] = answer_plots(&flights, [&titles[0], &titles[1]], &format!("delay {delay}"));
+        let [angle, torque] = answer_plots(&runs, [&titles[0], &titles[1]], &format!("delay {delay}"));
         page.plot(angle).plot(torque);
     }
 }
@@ -262,13 +262,13 @@ fn chance(symbol: &str, away: f64) -> String {
     format!("{symbol} is {} standard errors from the print, {verdict}.", number(away, 2))
 }
 
-fn shown(flight: &Flight) -> Shown<'_> {
+fn shown(run: &ControlledRun) -> Shown<'_> {
     Shown {
-        name: flight.controller.to_owned(),
-        delay: Some(flight.delay),
-        tone: if flight.controller == "EMC" { Tone::Model } else { Tone::Residual },
-        answer: &flight.answer,
-        moments: &flight.moments,
+        name: run.controller.to_owned(),
+        delay: Some(run.delay),
+        tone: if run.controller == "EMC" { Tone::Model } else { Tone::Residual },
+        answer: &run.answer,
+        moments: &run.moments,
         begins: 0.0,
     }
 }

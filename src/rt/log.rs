@@ -10,9 +10,9 @@ use crossbeam::queue::ArrayQueue;
 /// How bad it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Severity {
-    /// Worth knowing.
+    /// For information.
     Info,
-    /// Worth looking into.
+    /// Something to look into.
     Warning,
     /// Something does not work.
     Error,
@@ -66,13 +66,13 @@ impl LogQueue {
 /// The thread that writes the lines into the log. To be started before the real-time set-up, whose priority it
 /// would inherit.
 #[derive(Debug)]
-pub struct Clerk {
+pub struct LogWriter {
     queue: LogQueue,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Clerk {
+impl LogWriter {
     /// Starts the thread.
     ///
     /// # Errors
@@ -80,7 +80,7 @@ impl Clerk {
     pub fn start(capacity: usize) -> std::io::Result<Self> {
         let queue = LogQueue::new(capacity);
         let stop = Arc::new(AtomicBool::new(false));
-        let thread = std::thread::Builder::new().name("clerk".to_owned()).spawn({
+        let thread = std::thread::Builder::new().name("log-writer".to_owned()).spawn({
             let (queue, stop) = (queue.clone(), Arc::clone(&stop));
             move || {
                 while !stop.load(Ordering::Relaxed) {
@@ -100,7 +100,7 @@ impl Clerk {
     }
 }
 
-impl Drop for Clerk {
+impl Drop for LogWriter {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {

@@ -1,4 +1,4 @@
-//! What of the machine decides its timing, as the kernel tells it.
+//! What of the machine decides its timing, as the kernel reports it.
 
 use std::fs;
 
@@ -32,7 +32,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// This machine, now. What the kernel does not tell is empty or zero.
+    /// This machine, now. What the kernel does not report is empty or zero.
     #[must_use]
     pub fn look() -> Self {
         let build = read("/proc/sys/kernel/version");

@@ -10,10 +10,10 @@ mod usage;
 mod wait;
 
 pub use cycle::{Cycle, Release};
-pub use log::{Clerk, LogLine, LogQueue, Severity};
+pub use log::{LogLine, LogQueue, LogWriter, Severity};
 pub use machine::Machine;
 pub use shutdown::{Shutdown, cancel_on_signals};
 pub use statistics::{Percentiles, Statistics, Summary, histogram, record};
 pub use thread::{Granted, RealTimeConfig, RealTimeError};
 pub use usage::Usage;
-pub use wait::{Wake, wait, wait_and_tell, wait_from};
+pub use wait::{Wake, wait, wait_from, wait_timed};

@@ -1,4 +1,4 @@
-//! How a process is told to end: Ctrl-C, SIGTERM, a closed terminal, a panic on any of its threads. Ctrl-Z too: a
+//! How a process is asked to end: Ctrl-C, SIGTERM, a closed terminal, a panic on any of its threads. Ctrl-Z too: a
 //! guard that is suspended leaves the rotors to the timeouts of their ESCs.
 //!
 //! None of them ends it at once. Each sets one flag, which the cycle sees within a period; the cycle then sends the
@@ -70,10 +70,10 @@ impl Shutdown {
         match signal {
             Ok(0) => "running",
             Ok(SIGINT) => "interrupted (Ctrl-C)",
-            Ok(SIGTERM) => "told to end (SIGTERM)",
+            Ok(SIGTERM) => "asked to end (SIGTERM)",
             Ok(SIGHUP) => "the terminal was closed (SIGHUP)",
-            Ok(SIGQUIT) => "told to quit (SIGQUIT)",
-            Ok(SIGTSTP) => "told to stand still (Ctrl-Z)",
+            Ok(SIGQUIT) => "asked to quit (SIGQUIT)",
+            Ok(SIGTSTP) => "asked to pause (Ctrl-Z)",
             Err(_) if self.reason.load(Ordering::Relaxed) == PANIC => "a thread panicked",
             _ => "done",
         }

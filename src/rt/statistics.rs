@@ -3,7 +3,7 @@
 use hdrhistogram::Histogram;
 use serde::Serialize;
 
-/// [ns] longest span a histogram tells apart; longer ones count as this one.
+/// [ns] longest span a histogram resolves; longer ones count as this one.
 const LONGEST_NS: u64 = 60_000_000_000;
 /// Significant decimal digits of a histogram.
 const DIGITS: u8 = 3;

@@ -25,21 +25,21 @@ pub fn wait<const N: usize>(descriptors: [RawFd; N], deadline_ns: u64) -> Wake {
     if N == 0 {
         return if clock::sleep_until(deadline_ns).is_ok() { Wake::Deadline } else { Wake::Signal };
     }
-    wait_and_tell(descriptors, deadline_ns).0
+    wait_timed(descriptors, deadline_ns).0
 }
 
-/// As [`wait`]; also tells when it ended [ns].
+/// As [`wait`]; also says when it ended [ns].
 ///
 /// The kernel says how much of the span was left when a descriptor became ready, so that the clock need not be asked on the
-/// way of a frame: that is a system call of its own where there is no vDSO. The time told is early by what passed between
+/// way of a frame: that is a system call of its own where there is no vDSO. The time it gives is early by what passed between
 /// the reading of the clock and the call.
 #[must_use]
-pub fn wait_and_tell<const N: usize>(descriptors: [RawFd; N], deadline_ns: u64) -> (Wake, u64) {
+pub fn wait_timed<const N: usize>(descriptors: [RawFd; N], deadline_ns: u64) -> (Wake, u64) {
     wait_from(descriptors, deadline_ns, clock::monotonic_ns())
 }
 
-/// As [`wait_and_tell`], for one who read the clock a moment ago, at `now_ns`, and can bear that the deadline is late by what
-/// passed since, and the time told early.
+/// As [`wait_timed`], for one who read the clock a moment ago, at `now_ns`, and can bear that the deadline is late by what
+/// passed since, and the time it gives early.
 #[must_use]
 pub fn wait_from<const N: usize>(descriptors: [RawFd; N], deadline_ns: u64, now_ns: u64) -> (Wake, u64) {
     let mut polled = descriptors.map(|fd| libc::pollfd { fd, events: libc::POLLIN, revents: 0 });
@@ -56,7 +56,7 @@ pub fn wait_from<const N: usize>(descriptors: [RawFd; N], deadline_ns: u64, now_
             let bits = bits.fold(0, |bits, (at, it)| bits | (u32::from(it.revents != 0) << at));
             let still_ns = left.tv_sec.unsigned_abs().saturating_mul(NANOSECONDS_PER_SECOND);
             let still_ns = still_ns.saturating_add(left.tv_nsec.unsigned_abs());
-            // Nothing left may be less than nothing; and a span as it was is one that the kernel does not tell of.
+            // Nothing left may be less than nothing; and a span as it was is one that the kernel does not report.
             let is_told = still_ns > 0 && still_ns < left_ns;
             let at_ns = if is_told { deadline_ns - still_ns } else { clock::monotonic_ns() };
             (Wake::Ready(bits), at_ns)
@@ -91,19 +91,19 @@ mod tests {
     use super::*;
 
     /// Whether the descriptor is ready when the wait begins or becomes ready in it, or the deadline comes first: the time
-    /// told is one at which the wait was on.
+    /// given is one at which the wait was on.
     #[test]
     fn the_time_told_is_within_the_wait() {
         let (reader, mut writer) = std::io::pipe().expect("a pipe");
-        let told = |deadline_ns: u64| {
+        let timed = |deadline_ns: u64| {
             let before_ns = clock::monotonic_ns();
-            let (wake, at_ns) = wait_and_tell([reader.as_raw_fd()], deadline_ns);
+            let (wake, at_ns) = wait_timed([reader.as_raw_fd()], deadline_ns);
             let after_ns = clock::monotonic_ns();
             assert!((before_ns..=after_ns).contains(&at_ns), "{before_ns} {at_ns} {after_ns}");
             (wake, at_ns)
         };
         let soon_ns = clock::monotonic_ns() + 5_000_000;
-        let (wake, at_ns) = told(soon_ns);
+        let (wake, at_ns) = timed(soon_ns);
         assert_eq!(wake, Wake::Deadline);
         assert!(at_ns >= soon_ns);
         let far_ns = clock::monotonic_ns() + 60_000_000_000;
@@ -113,12 +113,12 @@ mod tests {
                 let _ = clock::sleep_until(start_ns + 5_000_000);
                 writer.write_all(&[0]).expect("written");
             });
-            let (wake, at_ns) = told(far_ns);
+            let (wake, at_ns) = timed(far_ns);
             assert_eq!(wake, Wake::Ready(1));
             assert!(at_ns >= start_ns + 5_000_000, "not before it was written");
         });
         for deadline_ns in [far_ns, 0] {
-            assert_eq!(told(deadline_ns).0, Wake::Ready(1), "ready already");
+            assert_eq!(timed(deadline_ns).0, Wake::Ready(1), "ready already");
         }
     }
 }

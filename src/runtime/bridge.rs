@@ -1,15 +1,15 @@
 //! `bridge`: owns the bus and the guard. Frames to sensors, commands through the guard to frames.
 
 use super::ProcessError;
-use super::bus_io::{Look, Wire, WireSummary, is_virtual};
+use super::bus_io::{BusIo, BusIoSummary, Look, is_virtual};
 use super::control::end_after;
 use super::thresholds::THRESHOLDS;
 use crate::bench::{BenchConfig, Trigger};
-use crate::bus_guard::Gate;
+use crate::bus_guard::BusGuard;
 use crate::can::{Bus, Port};
 use crate::clock;
 use crate::guard::{Cause, State};
-use crate::rt::{self, Clerk, Granted, LogQueue, Shutdown, Summary, Wake};
+use crate::rt::{self, Granted, LogQueue, LogWriter, Shutdown, Summary, Wake};
 use crate::shm::{Bench, Role};
 
 #[cfg(test)]
@@ -24,8 +24,8 @@ const BELL: u32 = 2;
 /// The bridge process before its thread is made real-time.
 #[derive(Debug)]
 pub struct BridgeLoop<B: Bus = Port> {
-    gate: Gate,
-    wire: Wire<B>,
+    guard: BusGuard,
+    bus_io: BusIo<B>,
     /// Periods without an own frame on the bus after which the bus is dead.
     hold_periods: u32,
     /// Whether the controller waits for the gyro.
@@ -38,7 +38,7 @@ pub struct BridgeLoop<B: Bus = Port> {
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct BridgeSummary {
     /// The bus.
-    pub bus: WireSummary,
+    pub bus: BusIoSummary,
     /// State of the guard at the end.
     pub state: String,
     /// Cause of its last transition.
@@ -60,32 +60,32 @@ impl BridgeLoop {
         let period_ns = clock::span_ns(config.period_s);
         let hold_periods = guard.hold_periods();
         let bench = Bench::join(&config.name, &config.shared_memory, Role::Bridge)?;
-        let gate = Gate::open(&bench, guard, period_ns)?;
+        let guard = BusGuard::open(&bench, guard, period_ns)?;
         // After the guard: a second bridge that is refused must not say a word on the bus, not even a safe one.
-        let wire = Wire::open(config, &bench, log)?;
+        let bus_io = BusIo::open(config, &bench, log)?;
         let wakes_control = config.trigger == Trigger::Imu;
-        Ok(Self { gate, wire, hold_periods, wakes_control, _bench: bench })
+        Ok(Self { guard, bus_io, hold_periods, wakes_control, _bench: bench })
     }
 
     /// Waits for the socket, the command or the timer, whichever comes first, and does what is to be done.
     pub fn turn(&mut self) {
-        let doors = [self.wire.descriptor(), self.gate.bell().descriptor()];
-        let (woken, woken_ns) = rt::wait_and_tell(doors, self.gate.deadline_ns());
+        let descriptors = [self.bus_io.descriptor(), self.guard.bell().descriptor()];
+        let (woken, woken_ns) = rt::wait_timed(descriptors, self.guard.deadline_ns());
         let ready = if let Wake::Ready(bits) = woken { bits } else { 0 };
         self.act(ready, woken_ns);
     }
 
     /// The guard on its bench.
-    pub fn gate_mut(&mut self) -> &mut Gate {
-        &mut self.gate
+    pub fn guard_mut(&mut self) -> &mut BusGuard {
+        &mut self.guard
     }
 
     fn end(&mut self) {
         let now_ns = clock::monotonic_ns();
-        self.gate.trip(now_ns, Cause::Shutdown);
+        self.guard.trip(now_ns, Cause::Shutdown);
         let latest_ns = now_ns.saturating_add(clock::span_ns(THRESHOLDS.longest_end_s));
         self.turn();
-        while !self.gate.is_safe() && clock::monotonic_ns() < latest_ns {
+        while !self.guard.is_safe() && clock::monotonic_ns() < latest_ns {
             self.turn();
         }
     }
@@ -94,39 +94,39 @@ impl BridgeLoop {
 impl<B: Bus> BridgeLoop<B> {
     /// What a turn does after its wait, which ended at `woken_ns` because of what is in `ready`: [`SOCKET`], [`BELL`].
     fn act(&mut self, ready: u32, woken_ns: u64) {
-        let look = if ready == BELL && !self.wire.must_look() {
+        let look = if ready == BELL && !self.bus_io.must_look() {
             // Only a command or a request came, and nothing stands between it and the rotors.
             Look { at_ns: woken_ns, ..Look::default() }
         } else {
-            self.wire.receive(ready & SOCKET != 0, woken_ns)
+            self.bus_io.receive(ready & SOCKET != 0, woken_ns)
         };
         self.answer(&look, ready);
     }
 
     /// What a turn does with what is on the bus and in shared memory.
     fn answer(&mut self, look: &Look, ready: u32) {
-        let (sensors, is_news) = self.wire.present(look, &self.gate);
+        let (sensors, is_news) = self.bus_io.present(look, &self.guard);
         if is_news {
-            self.gate.publish_sensors(&sensors, look.gyro && self.wakes_control);
+            self.guard.publish_sensors(&sensors, look.gyro && self.wakes_control);
         }
         // Decoding and publishing took a while, and the machine may have been busy elsewhere: the newest command may be younger
         // than the look at the socket, or than the end of the wait. Judged by the older time it would come from the future.
-        let is_old = self.gate.look(look.at_ns) && ready != BELL;
-        let now_ns = if is_old { self.wire.now_ns() } else { look.at_ns };
-        let now_ns = self.gate.time_to_judge(now_ns, || self.wire.now_ns());
-        let period_ns = self.gate.cycle().period_ns();
-        if let Some(cause) = self.wire.trouble(look, now_ns, self.hold_periods, period_ns) {
-            self.gate.trip(now_ns, cause);
+        let is_old = self.guard.look(look.at_ns) && ready != BELL;
+        let now_ns = if is_old { self.bus_io.now_ns() } else { look.at_ns };
+        let now_ns = self.guard.time_to_judge(now_ns, || self.bus_io.now_ns());
+        let period_ns = self.guard.cycle().period_ns();
+        if let Some(cause) = self.bus_io.trouble(look, now_ns, self.hold_periods, period_ns) {
+            self.guard.trip(now_ns, cause);
         }
-        if let Some((release, applied)) = self.gate.step_if_due(now_ns, self.wire.sensors()) {
-            let out_ns = self.wire.send(&applied);
-            self.gate.finish(release, out_ns, self.wire.sensors());
-            self.wire.publish(out_ns);
+        if let Some((release, applied)) = self.guard.step_if_due(now_ns, self.bus_io.sensors()) {
+            let out_ns = self.bus_io.send(&applied);
+            self.guard.finish(release, out_ns, self.bus_io.sensors());
+            self.bus_io.publish(out_ns);
         }
         if ready & BELL != 0 {
             // After the command is out, which it would delay; what came meanwhile may have rung the bell that is quiet now.
-            self.gate.bell().quiet();
-            self.gate.look(now_ns);
+            self.guard.bell().quiet();
+            self.guard.look(now_ns);
         }
     }
 }
@@ -144,27 +144,27 @@ pub fn bridge(
     if arm && !is_virtual(&config.bus.interface) {
         return Err(ProcessError::ArmOnHardware { interface: config.bus.interface.clone() });
     }
-    let clerk = Clerk::start(LOG_LINES)?;
-    let mut bridge = BridgeLoop::open(config, clerk.queue())?;
+    let log_writer = LogWriter::start(LOG_LINES)?;
+    let mut bridge = BridgeLoop::open(config, log_writer.queue())?;
     if arm {
-        bridge.gate.arm_by_itself();
+        bridge.guard.arm_by_itself();
     }
     let granted = config.real_time.apply()?;
-    bridge.gate.start_at(clock::monotonic_ns());
+    bridge.guard.start_at(clock::monotonic_ns());
     tracing::info!(bench = config.name, interface = config.bus.interface, "bridge: {granted}");
     let end_ns = end_after(seconds);
-    while !shutdown.is_requested() && bridge.wire.looked_ns() < end_ns {
+    while !shutdown.is_requested() && bridge.bus_io.looked_ns() < end_ns {
         bridge.turn();
     }
     shutdown.request();
     tracing::info!("bridge ends: {}", shutdown.reason());
     bridge.end();
-    let applied = bridge.gate.applied();
+    let applied = bridge.guard.applied();
     Ok(BridgeSummary {
-        bus: bridge.wire.summary(),
+        bus: bridge.bus_io.summary(),
         state: State::from_code(applied.state).unwrap_or_default().to_string(),
         cause: Cause::from_code(applied.cause).unwrap_or_default().to_string(),
-        timing: bridge.gate.cycle().statistics().summary(),
+        timing: bridge.guard.cycle().statistics().summary(),
         granted,
     })
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::ProcessError;
 use crate::bench::BenchConfig;
-use crate::bus_guard::Gate;
+use crate::bus_guard::BusGuard;
 use crate::can::{Arrival, Bus, Counts, Fault, Id, InterfaceAnswer, InterfaceStatus, Port, PortCounts};
 use crate::can::{ReceiverState, Refusal, Roles, SenderState};
 use crate::clock::NANOSECONDS_PER_SECOND;
@@ -16,7 +16,7 @@ use std::os::fd::{AsRawFd, RawFd};
 
 /// The bus, its codec, and the newest value of everything measured.
 #[derive(Debug)]
-pub struct Wire<B: Bus = Port> {
+pub struct BusIo<B: Bus = Port> {
     port: B,
     roles: Roles,
     receiver: ReceiverState,
@@ -44,7 +44,7 @@ pub struct Wire<B: Bus = Port> {
 const FOREIGN_TOLD_EVERY_NS: u64 = NANOSECONDS_PER_SECOND;
 
 /// Periods after which the bus is listened to for the echoes of the commands: whether it lives. Nobody waits for the answer, and
-/// where it could be the one that says no, it is asked for at once; see [`Wire::is_dead`].
+/// where it could be the one that says no, it is asked for at once; see [`BusIo::is_dead`].
 const LISTEN_EVERY: u64 = 4;
 
 /// What a look at the bus brought.
@@ -64,14 +64,14 @@ pub struct Look {
 
 /// What the bus did, and what was refused of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct WireSummary {
+pub struct BusIoSummary {
     /// Frames of the port.
     pub port: PortCounts,
     /// Frames and values by what became of them.
     pub decoded: Counts,
 }
 
-impl Wire {
+impl BusIo {
     /// Opens the bus of the bench file; what it does is published on `bench`.
     ///
     /// # Errors
@@ -83,9 +83,9 @@ impl Wire {
         let port = Port::open_with_echo_apart(interface, config.bus.fd, &commands)?;
         let status = InterfaceStatus::read(interface)?;
         tracing::info!(?status.state, ?status.bit_rate, ?status.restart_ms, "interface {interface}");
-        let mut wire = Self::on(port, roles, log);
-        wire.status = Some(bench.publish(&BUS)?);
-        Ok(wire)
+        let mut bus_io = Self::on(port, roles, log);
+        bus_io.status = Some(bench.publish(&BUS)?);
+        Ok(bus_io)
     }
 
     /// For the wait; -1, which `ppoll` ignores, while there is no point in waiting for it.
@@ -95,7 +95,7 @@ impl Wire {
     }
 }
 
-impl<B: Bus> Wire<B> {
+impl<B: Bus> BusIo<B> {
     /// On a bus that is open already, with nobody to watch its interface.
     #[must_use]
     pub fn on(port: B, roles: Roles, log: LogQueue) -> Self {
@@ -141,10 +141,10 @@ impl<B: Bus> Wire<B> {
         self.port.now_ns()
     }
 
-    /// The sensors as whoever reads them at the time of `look` must see them, [`Gate::marked`], and whether that is news: a
+    /// The sensors as whoever reads them at the time of `look` must see them, [`BusGuard::marked`], and whether that is news: a
     /// value that came, or a flag that time has set though nothing came. News have a number and a stamp of their own.
-    pub fn present(&mut self, look: &Look, gate: &Gate) -> (Sensors, bool) {
-        let mut marked = gate.marked(look.at_ns, &self.sensors);
+    pub fn present(&mut self, look: &Look, guard: &BusGuard) -> (Sensors, bool) {
+        let mut marked = guard.marked(look.at_ns, &self.sensors);
         let health = Channel::WATCHED.map(|channel| channel.of(&marked).health);
         let is_aged = self.sensors.sequence > 0 && health != self.health;
         if is_aged && !look.updated {
@@ -304,7 +304,7 @@ impl<B: Bus> Wire<B> {
         self.unheard_ns = self.port.echo_age_ns(now_ns);
     }
 
-    /// Why the guard must latch, if the bus gives a reason: see [`Wire::is_dead`]; and two who command one rotor are one
+    /// Why the guard must latch, if the bus gives a reason: see [`BusIo::is_dead`]; and two who command one rotor are one
     /// too many.
     #[must_use]
     pub fn trouble(&mut self, look: &Look, now_ns: u64, most: u32, period_ns: u64) -> Option<Cause> {
@@ -331,13 +331,13 @@ impl<B: Bus> Wire<B> {
 
     /// Totals so far.
     #[must_use]
-    pub fn summary(&mut self) -> WireSummary {
+    pub fn summary(&mut self) -> BusIoSummary {
         self.port.listen();
-        WireSummary { port: self.port.counts(), decoded: self.receiver.counts }
+        BusIoSummary { port: self.port.counts(), decoded: self.receiver.counts }
     }
 }
 
-impl<B: Bus> Drop for Wire<B> {
+impl<B: Bus> Drop for BusIo<B> {
     /// However the process ends, as long as it ends by itself: the last frames say zero.
     fn drop(&mut self) {
         self.send(&Applied::default());

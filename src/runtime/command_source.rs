@@ -1,4 +1,4 @@
-//! What flies the bench: a controller with its reference, an open-loop experiment, or a controller with the
+//! Where the commands come from: a controller with its reference, an open-loop experiment, or a controller with the
 //! differential part of an experiment on top of it.
 
 use crate::control::{AnyController, AnyState, Controller, ReferenceGenerator, ReferenceState, code};
@@ -7,25 +7,25 @@ use crate::signal::{Applied, Command, Estimate, Sensors};
 
 /// From sensors to a command, once each period.
 #[derive(Debug, Clone)]
-pub struct Pilot {
+pub struct CommandSource {
     controller: Option<(AnyController, ReferenceGenerator)>,
     experiment: Option<Experiment>,
 }
 
 /// What changes from step to step.
 #[derive(Debug, Clone)]
-pub struct PilotState {
+pub struct CommandSourceState {
     controller: Option<(AnyState, ReferenceState)>,
     /// Steps made.
     sequence: u64,
     /// Steps of the experiment that the guard let through.
-    flown: u64,
+    passed: u64,
 }
 
 /// [s] over which the commands of a finished experiment run out.
 const RUN_OUT_S: f64 = 1.0;
 
-impl Pilot {
+impl CommandSource {
     /// A controller and its reference.
     #[must_use]
     pub fn controller(controller: AnyController, reference: ReferenceGenerator) -> Self {
@@ -46,20 +46,20 @@ impl Pilot {
 
     /// The state before the first step.
     #[must_use]
-    pub fn start(&self) -> PilotState {
+    pub fn start(&self) -> CommandSourceState {
         let controller = self.controller.as_ref();
-        PilotState {
+        CommandSourceState {
             controller: controller.map(|(controller, reference)| (controller.start(), reference.start())),
             sequence: 0,
-            flown: 0,
+            passed: 0,
         }
     }
 
     /// One period. `applied` is what the guard let through last.
-    pub fn step(&self, state: &mut PilotState, sensors: &Sensors, applied: &Applied) -> Command {
+    pub fn step(&self, state: &mut CommandSourceState, sensors: &Sensors, applied: &Applied) -> Command {
         state.sequence += 1;
         if applied.command_sequence > 0 {
-            state.flown += 1;
+            state.passed += 1;
         }
         let mut command = match (&self.controller, &mut state.controller) {
             (Some((controller, reference)), Some((controller_state, reference_state))) => {
@@ -71,16 +71,16 @@ impl Pilot {
             }
         };
         if let Some(experiment) = &self.experiment {
-            self.excite(&mut command, experiment, state.flown);
+            self.excite(&mut command, experiment, state.passed);
         }
         command.sequence = state.sequence;
         command.sensors_sequence = sensors.sequence;
         command
     }
 
-    fn excite(&self, command: &mut Command, experiment: &Experiment, flown: u64) {
+    fn excite(&self, command: &mut Command, experiment: &Experiment, passed: u64) {
         // Nothing turns before the guard is open, and the experiment waits for it.
-        let Some(slot) = flown.checked_sub(1) else { return };
+        let Some(slot) = passed.checked_sub(1) else { return };
         let beyond = slot.saturating_sub(experiment.slots() - 1);
         let left = 1.0 - (beyond as f64 * experiment.period_s() / RUN_OUT_S).min(1.0);
         if self.controller.is_none() {
@@ -94,16 +94,16 @@ impl Pilot {
 
     /// Slot of the experiment that the last step commanded; `None` before and after it, and without one.
     #[must_use]
-    pub fn experiment_slot(&self, state: &PilotState) -> Option<u64> {
+    pub fn experiment_slot(&self, state: &CommandSourceState) -> Option<u64> {
         let experiment = self.experiment.as_ref()?;
-        state.flown.checked_sub(1).filter(|slot| *slot < experiment.slots())
+        state.passed.checked_sub(1).filter(|slot| *slot < experiment.slots())
     }
 
     /// Whether the experiment has run and its commands have run out.
     #[must_use]
-    pub fn finished(&self, state: &PilotState) -> bool {
+    pub fn finished(&self, state: &CommandSourceState) -> bool {
         let end =
             |experiment: &Experiment| experiment.slots() + (RUN_OUT_S / experiment.period_s()).ceil() as u64;
-        self.experiment.as_ref().is_some_and(|experiment| state.flown > end(experiment))
+        self.experiment.as_ref().is_some_and(|experiment| state.passed > end(experiment))
     }
 }

@@ -2,9 +2,9 @@
 //! shared memory.
 
 use super::ProcessError;
-use super::command_source::Pilot;
-use super::control_output::{AngleError, Flight};
-use super::imu_trigger::Pace;
+use super::command_source::CommandSource;
+use super::control_output::{AngleError, ControlOutput};
+use super::imu_trigger::ImuTrigger;
 use super::thresholds::THRESHOLDS;
 use crate::bench::{BenchConfig, Trigger};
 use crate::clock;
@@ -17,16 +17,16 @@ use crate::signal::{Applied, CycleSample, Heartbeat, Sensors};
 pub struct ControlLoop {
     trigger: Trigger,
     cycle: Cycle,
-    flight: Flight,
+    output: ControlOutput,
     sensors: Subscriber<Sensors>,
     newest: Sensors,
-    pace: Pace,
+    imu_trigger: ImuTrigger,
     applied: Subscriber<Applied>,
     passed: Applied,
     cycles: Publisher<CycleSample>,
     heartbeats: Publisher<Heartbeat>,
     heartbeat: Heartbeat,
-    gate_bell: Bell,
+    guard_bell: Bell,
     bell: Bell,
     /// `newest` came after the last look, and is to be looked at without waiting.
     is_news: bool,
@@ -50,19 +50,19 @@ impl ControlLoop {
     ///
     /// # Errors
     /// A second controller on the same bench; a bench that cannot be joined.
-    pub fn open(config: &BenchConfig, pilot: Pilot) -> Result<Self, ProcessError> {
+    pub fn open(config: &BenchConfig, source: CommandSource) -> Result<Self, ProcessError> {
         config.check()?;
         let bench = Bench::join(&config.name, &config.shared_memory, Role::Control)?;
         let period_ns = clock::span_ns(config.period_s);
-        let flight = Flight::open(&bench, pilot)?;
+        let output = ControlOutput::open(&bench, source)?;
         let now_ns = clock::monotonic_ns();
         Ok(Self {
             trigger: config.trigger,
             cycle: Cycle::new(period_ns, now_ns.saturating_add(period_ns)),
-            flight,
+            output,
             sensors: bench.subscribe(&SENSORS)?,
             newest: Sensors::default(),
-            pace: Pace::new(period_ns),
+            imu_trigger: ImuTrigger::new(period_ns),
             applied: bench.subscribe(&APPLIED)?,
             passed: Applied::default(),
             cycles: bench.publish(&Role::Control.cycle())?,
@@ -74,7 +74,7 @@ impl ControlLoop {
                 role: Role::Control as u32,
                 process_id: std::process::id(),
             },
-            gate_bell: bench.bell(Waiter::Gate)?,
+            guard_bell: bench.bell(Waiter::Guard)?,
             bell: bench.bell(Waiter::Control)?,
             is_news: false,
             _bench: bench,
@@ -90,18 +90,18 @@ impl ControlLoop {
     pub fn turn(&mut self) -> bool {
         let (is_imu, due_ns) = (self.trigger == Trigger::Imu, self.cycle.due_ns());
         let (woken, now_ns) = if is_imu && !std::mem::take(&mut self.is_news) {
-            rt::wait_and_tell([self.bell.descriptor()], due_ns)
+            rt::wait_timed([self.bell.descriptor()], due_ns)
         } else {
             (if is_imu { Wake::Deadline } else { rt::wait([], due_ns) }, clock::monotonic_ns())
         };
         self.look();
-        let flew = self.run_slot(now_ns);
+        let stepped = self.run_slot(now_ns);
         if matches!(woken, Wake::Ready(_)) {
             // After the command is out, which it would delay; what came meanwhile may have rung the bell that is quiet now.
             self.bell.quiet();
             self.is_news = self.look();
         }
-        flew
+        stepped
     }
 
     /// Takes the newest sensors, if there are newer ones.
@@ -114,7 +114,7 @@ impl ControlLoop {
     /// Runs a slot at `now_ns`, if one has begun. Returns whether a command went out.
     fn run_slot(&mut self, now_ns: u64) -> bool {
         let is_imu = self.trigger == Trigger::Imu;
-        let release = if is_imu && self.pace.is_due(&self.newest.body_rate) {
+        let release = if is_imu && self.imu_trigger.is_due(&self.newest.body_rate) {
             self.cycle.begin_at_arrival(now_ns, self.cycle.period_ns() / 2)
         } else if is_imu {
             // A slot without an IMU frame of its own has nothing to run for: the guard sees that no command comes.
@@ -148,10 +148,10 @@ impl ControlLoop {
         if now_ns.saturating_sub(self.passed.stamp_ns) > silent_ns {
             self.passed = Applied::default();
         }
-        let command = self.flight.step(now_ns, &self.newest, &self.passed);
-        self.flight.command(&command);
-        self.gate_bell.ring();
-        self.flight.record(&self.newest, &self.passed, &command);
+        let command = self.output.step(now_ns, &self.newest, &self.passed);
+        self.output.command(&command);
+        self.guard_bell.ring();
+        self.output.record(&self.newest, &self.passed, &command);
     }
 
     /// The slots and their timing.
@@ -163,7 +163,7 @@ impl ControlLoop {
     /// How well the angle was held so far.
     #[must_use]
     pub fn angle(&self) -> AngleError {
-        self.flight.angle()
+        self.output.angle()
     }
 }
 
@@ -173,16 +173,16 @@ impl ControlLoop {
 /// [`ProcessError`] before the first cycle.
 pub fn control(
     config: &BenchConfig,
-    pilot: Pilot,
+    source: CommandSource,
     seconds: Option<f64>,
     shutdown: &Shutdown,
 ) -> Result<ControlSummary, ProcessError> {
-    let mut control = ControlLoop::open(config, pilot)?;
+    let mut control = ControlLoop::open(config, source)?;
     let granted = config.real_time.beneath().apply()?;
     control.start();
     tracing::info!(bench = config.name, period_s = config.period_s, "control: {granted}");
     let end_ns = end_after(seconds);
-    while !shutdown.is_requested() && is_before(end_ns) && !control.flight.is_finished() {
+    while !shutdown.is_requested() && is_before(end_ns) && !control.output.is_finished() {
         control.turn();
     }
     shutdown.request();

@@ -1,51 +1,51 @@
-//! The flying half of a loop: the pilot, what it publishes, and how well it holds the angle.
+//! What a controller or an experiment puts out: the commands, what they were made from, and how well the angle is held.
 
 use serde::Serialize;
 
 use super::ProcessError;
-use super::command_source::{Pilot, PilotState};
+use super::command_source::{CommandSource, CommandSourceState};
 use crate::shm::{Bench, COMMAND, CONTROL_STEPS, Publisher};
 use crate::signal::{Applied, Command, ControlStep, Sensors};
 
-/// The pilot at work on a bench.
+/// A command source at work on a bench.
 #[derive(Debug)]
-pub struct Flight {
-    pilot: Pilot,
-    state: PilotState,
+pub struct ControlOutput {
+    source: CommandSource,
+    state: CommandSourceState,
     commands: Publisher<Command>,
     steps: Publisher<ControlStep>,
     angle: AngleError,
 }
 
-impl Flight {
+impl ControlOutput {
     /// Takes the bench's controls: from now on nobody else can.
     ///
     /// # Errors
     /// [`crate::shm::ShmError::Claimed`] when the bench has a controller.
-    pub fn open(bench: &Bench, pilot: Pilot) -> Result<Self, ProcessError> {
+    pub fn open(bench: &Bench, source: CommandSource) -> Result<Self, ProcessError> {
         Ok(Self {
-            state: pilot.start(),
-            pilot,
+            state: source.start(),
+            source,
             commands: bench.publish(&COMMAND)?,
             steps: bench.publish(&CONTROL_STEPS)?,
             angle: AngleError::default(),
         })
     }
 
-    /// One step of the pilot; the command is stamped with `now_ns` and not published yet.
+    /// One step of the command source; the command is stamped with `now_ns` and not published yet.
     pub fn step(&mut self, now_ns: u64, sensors: &Sensors, applied: &Applied) -> Command {
-        let mut command = self.pilot.step(&mut self.state, sensors, applied);
+        let mut command = self.source.step(&mut self.state, sensors, applied);
         command.stamp_ns = now_ns;
         command
     }
 
-    /// Forgets everything flown, as a new process would.
+    /// Forgets every step, as a new process would.
     pub fn restart(&mut self) {
-        self.state = self.pilot.start();
+        self.state = self.source.start();
         self.angle = AngleError::default();
     }
 
-    /// Publishes a step, [`Flight::record`] included: the command, and all it was made from.
+    /// Publishes a step, [`ControlOutput::record`] included: the command, and all it was made from.
     pub fn publish(&mut self, sensors: &Sensors, applied: &Applied, command: &Command) {
         self.command(command);
         self.record(sensors, applied, command);
@@ -69,10 +69,10 @@ impl Flight {
         self.angle
     }
 
-    /// Whether an experiment was flown to its end.
+    /// Whether an experiment has run to its end.
     #[must_use]
     pub fn is_finished(&self) -> bool {
-        self.pilot.finished(&self.state)
+        self.source.finished(&self.state)
     }
 }
 

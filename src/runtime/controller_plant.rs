@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::ProcessError;
-use super::command_source::Pilot;
+use super::command_source::CommandSource;
 use crate::bench::BenchConfig;
 use crate::control::design::LoopPlant;
 use crate::control::{Compensation, PlantParameters};
@@ -61,18 +61,18 @@ pub fn of_model(model: &Model) -> Result<(PlantParameters, Compensation), Proces
     Ok((plant, compensation))
 }
 
-/// An experiment and how it is flown: written into a recording, so that it can be flown again.
+/// An experiment and how it is run: written into a recording, so that it can be repeated.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct FlightPlan {
+pub struct ExperimentPlan {
     /// Whether its deviation rides on the controller; else it commands the rotors alone.
     pub closed_loop: bool,
     /// The experiment.
     pub experiment: ExperimentConfig,
 }
 
-impl FlightPlan {
-    /// The flight that shows most of an attitude bench in one log: a PRBS of `amplitude` [-] on rotor 1, and against it on
+impl ExperimentPlan {
+    /// The experiment that shows most of an attitude bench in one log: a PRBS of `amplitude` [-] on rotor 1, and against it on
     /// rotor 2, on top of the running controller for `seconds` [s].
     #[must_use]
     pub fn closed_loop_prbs(amplitude: f64, seconds: f64) -> Self {
@@ -108,29 +108,29 @@ pub fn loop_of_model(model: &Model, plant: &PlantParameters, known: &Compensatio
 ///
 /// # Errors
 /// A model that cannot be read or inverted; a controller that cannot be built.
-pub fn pilot(config: &BenchConfig) -> Result<Pilot, ProcessError> {
-    pilot_of(config, &Model::load(Path::new(&config.model))?, None)
+pub fn command_source(config: &BenchConfig) -> Result<CommandSource, ProcessError> {
+    command_source_of(config, &Model::load(Path::new(&config.model))?, None)
 }
 
-/// Whatever flies a bench of `model`: its controller, or what `plan` says.
+/// The command source of a bench of `model`: its controller, or what `plan` says.
 ///
 /// # Errors
 /// A model that cannot be inverted; a controller or experiment that cannot be built.
-pub fn pilot_of(
+pub fn command_source_of(
     config: &BenchConfig,
     model: &Model,
-    plan: Option<&FlightPlan>,
-) -> Result<Pilot, ProcessError> {
+    plan: Option<&ExperimentPlan>,
+) -> Result<CommandSource, ProcessError> {
     let experiment = plan.map(|plan| plan.experiment.build(config.period_s)).transpose()?;
-    if let (Some(experiment), Some(FlightPlan { closed_loop: false, .. })) = (&experiment, plan) {
-        return Ok(Pilot::experiment(experiment.clone()));
+    if let (Some(experiment), Some(ExperimentPlan { closed_loop: false, .. })) = (&experiment, plan) {
+        return Ok(CommandSource::experiment(experiment.clone()));
     }
     let (plant, known) = of_model(model)?;
     let controller = config.controller.build_compensated(&plant, &known, config.period_s)?;
-    let pilot = Pilot::controller(controller, config.controller.reference.build(config.period_s)?);
+    let source = CommandSource::controller(controller, config.controller.reference.build(config.period_s)?);
     Ok(match experiment {
-        Some(experiment) => pilot.excited_by(experiment),
-        None => pilot,
+        Some(experiment) => source.excited_by(experiment),
+        None => source,
     })
 }
 

@@ -2,12 +2,12 @@
 
 use super::ProcessError;
 use crate::bench::{BenchConfig, Trigger};
-use crate::bus_guard::Gate;
+use crate::bus_guard::BusGuard;
 use crate::can::{Port, Roles};
 use crate::clock;
-use crate::emulate::{self, BodySummary, BusDoor, BusSummary, DoorOptions, Emulator};
+use crate::emulate::{self, BodySummary, BusSummary, EmulatedBus, EmulationOptions, Emulator};
 use crate::guard::{Cause, State};
-use crate::rt::{Clerk, Granted, Shutdown, Summary};
+use crate::rt::{Granted, LogWriter, Shutdown, Summary};
 use crate::shm::{Bench, Role};
 
 /// Log lines of the cycle that may wait for the thread that writes them.
@@ -15,14 +15,14 @@ const LOG_LINES: usize = 64;
 
 /// What an emulator behind shared memory ends with.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct GateSummary {
+pub struct GuardedSummary {
     /// Body and battery.
     pub body: BodySummary,
     /// State of the guard at the end.
     pub state: String,
     /// Cause of its last transition.
     pub cause: String,
-    /// Timing of the gate's cycle.
+    /// Timing of the guard's cycle.
     pub timing: Summary,
     /// What the system granted.
     pub granted: Granted,
@@ -45,33 +45,33 @@ pub fn emulator(config: &BenchConfig) -> Result<Emulator, ProcessError> {
 ///
 /// # Errors
 /// A second bridge or emulator on the same bench; settings that cannot be.
-pub fn behind_gate(
+pub fn behind_guard(
     config: &BenchConfig,
     arm: bool,
     seconds: Option<f64>,
     shutdown: &Shutdown,
-) -> Result<GateSummary, ProcessError> {
+) -> Result<GuardedSummary, ProcessError> {
     config.check()?;
     let emulator = emulator(config)?;
     let guard = config.guard.build(config.period_s)?;
     let bench = Bench::join(&config.name, &config.shared_memory, Role::Emulate)?;
-    let mut gate = Gate::open(&bench, guard, clock::span_ns(config.period_s))?;
+    let mut guard = BusGuard::open(&bench, guard, clock::span_ns(config.period_s))?;
     if arm {
-        gate.arm_by_itself();
+        guard.arm_by_itself();
     }
     let granted = config.real_time.apply()?;
-    gate.start_at(clock::monotonic_ns());
+    guard.start_at(clock::monotonic_ns());
     tracing::info!(bench = config.name, "emulate: {granted}");
     let options = options(config, seconds);
-    let body = emulate::run_behind_gate(&emulator, &mut gate, options, shutdown);
+    let body = emulate::run_behind_guard(&emulator, &mut guard, options, shutdown);
     shutdown.request();
     tracing::info!("emulate ends: {}", shutdown.reason());
-    let applied = gate.applied();
-    Ok(GateSummary {
+    let applied = guard.applied();
+    Ok(GuardedSummary {
         body,
         state: State::from_code(applied.state).unwrap_or_default().to_string(),
         cause: Cause::from_code(applied.cause).unwrap_or_default().to_string(),
-        timing: gate.cycle().statistics().summary(),
+        timing: guard.cycle().statistics().summary(),
         granted,
     })
 }
@@ -88,18 +88,18 @@ pub fn on_bus(
     config.check()?;
     let emulator = emulator(config)?;
     let roles = Roles::build(&config.bus, config.period_s)?;
-    let clerk = Clerk::start(LOG_LINES)?;
-    let mut door = BusDoor::new(roles, Port::open(&config.bus.interface, config.bus.fd)?);
+    let log_writer = LogWriter::start(LOG_LINES)?;
+    let mut emulated = EmulatedBus::new(roles, Port::open(&config.bus.interface, config.bus.fd)?);
     let granted = config.real_time.apply()?;
     tracing::info!(interface = config.bus.interface, "emulate: {granted}");
-    let summary = door.run(&emulator, options(config, seconds), shutdown, &clerk.queue());
+    let summary = emulated.run(&emulator, options(config, seconds), shutdown, &log_writer.queue());
     shutdown.request();
     tracing::info!("emulate ends: {}", shutdown.reason());
     Ok(summary)
 }
 
-fn options(config: &BenchConfig, seconds: Option<f64>) -> DoorOptions {
-    DoorOptions {
+fn options(config: &BenchConfig, seconds: Option<f64>) -> EmulationOptions {
+    EmulationOptions {
         duration_s: seconds.unwrap_or(f64::INFINITY),
         wakes_control: config.trigger == Trigger::Imu,
     }

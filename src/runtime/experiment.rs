@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::ProcessError;
-use super::command_source::Pilot;
+use super::command_source::CommandSource;
 use super::control;
-use super::controller_plant::{self, FlightPlan};
+use super::controller_plant::{self, ExperimentPlan};
 use super::lockstep::{Interference, Lockstep};
 use super::record::Background;
 use super::thresholds::THRESHOLDS;
@@ -31,51 +31,54 @@ pub struct Ending {
 ///
 /// # Errors
 /// What cannot be, or the limit that would clip it.
-pub fn prepare(config: &BenchConfig, plan: &FlightPlan) -> Result<(Experiment, Pilot), ProcessError> {
+pub fn prepare(
+    config: &BenchConfig,
+    plan: &ExperimentPlan,
+) -> Result<(Experiment, CommandSource), ProcessError> {
     config.check()?;
     let experiment = plan.experiment.build(config.period_s)?;
     let guard = config.guard.build(config.period_s)?;
     experiment.check(&guard.limits()).map_err(ExperimentError::from)?;
-    let pilot = if plan.closed_loop {
-        controller_plant::pilot(config)?.excited_by(experiment.clone())
+    let source = if plan.closed_loop {
+        controller_plant::command_source(config)?.excited_by(experiment.clone())
     } else {
-        Pilot::experiment(experiment.clone())
+        CommandSource::experiment(experiment.clone())
     };
-    Ok((experiment, pilot))
+    Ok((experiment, source))
 }
 
 /// Flies `plan` on the emulated bench in virtual time. The log begins with the first excited slot; `progress` is
-/// told the share that is done, and stops the run by answering `false`.
+/// called with the share that is done, and stops the run by answering `false`.
 ///
 /// # Errors
 /// See [`prepare`]; settings of the emulator that cannot be.
 pub fn in_lockstep(
     config: &BenchConfig,
-    plan: &FlightPlan,
+    plan: &ExperimentPlan,
     interference: &mut impl Interference,
     mut progress: impl FnMut(f64) -> bool,
 ) -> Result<(Trace, Ending), ProcessError> {
     /// Slots between two words on progress.
-    const TELL: u64 = 5000;
-    let (experiment, pilot) = prepare(config, plan)?;
+    const REPORT_SLOTS: u64 = 5000;
+    let (experiment, source) = prepare(config, plan)?;
     let guard = config.guard.build(config.period_s)?;
-    let bench = Lockstep::new(super::emulate::emulator(config)?, pilot, config.period_s).guarded(guard);
+    let bench = Lockstep::new(super::emulate::emulator(config)?, source, config.period_s).guarded(guard);
     let mut state = bench.start();
     let mut trace = Trace::default();
     let period_ns = clock::span_ns(config.period_s);
-    let mut flown = 0;
+    let mut passed = 0;
     while !bench.is_finished(&state) {
         let slot = bench.step(&mut state, interference);
         if let Some(at) = bench.experiment_slot(&state) {
-            flown = at + 1;
+            passed = at + 1;
             if let Some(row) = at.checked_sub(experiment.lead_in()) {
                 trace.push(row.saturating_mul(period_ns), &slot.sensors, &slot.applied);
             }
         }
-        if let Some(reason) = refusal(&slot.applied, flown, slot.slot, config) {
+        if let Some(reason) = refusal(&slot.applied, passed, slot.slot, config) {
             return Ok((trace, Ending { complete: false, reason }));
         }
-        if slot.slot.is_multiple_of(TELL) && !progress(flown as f64 / experiment.slots() as f64) {
+        if slot.slot.is_multiple_of(REPORT_SLOTS) && !progress(passed as f64 / experiment.slots() as f64) {
             let reason = "stopped by the operator".to_owned();
             return Ok((trace, Ending { complete: false, reason }));
         }
@@ -84,10 +87,10 @@ pub fn in_lockstep(
 }
 
 /// Why an experiment cannot go on: the guard closed again, or never opened.
-fn refusal(applied: &Applied, flown: u64, slot: u64, config: &BenchConfig) -> Option<String> {
+fn refusal(applied: &Applied, passed: u64, slot: u64, config: &BenchConfig) -> Option<String> {
     let state = State::from_code(applied.state).unwrap_or_default();
-    let never = flown == 0 && slot as f64 * config.period_s > config.guard.arm_timeout_s + 1.0;
-    if !never && (flown == 0 || state.is_active()) {
+    let never = passed == 0 && slot as f64 * config.period_s > config.guard.arm_timeout_s + 1.0;
+    if !never && (passed == 0 || state.is_active()) {
         return None;
     }
     let cause = Cause::from_code(applied.cause).unwrap_or_default();
@@ -95,19 +98,19 @@ fn refusal(applied: &Applied, flown: u64, slot: u64, config: &BenchConfig) -> Op
 }
 
 /// Flies `plan` on a running bench and records it; waits until the operator has armed, and calls `waiting` as that
-/// begins. `progress` is told the share that is done.
+/// begins. `progress` is called with the share that is done.
 ///
 /// # Errors
 /// See [`prepare`]; a bench that nobody guards, or that has a controller; a recording that is there already.
 pub fn on_bench(
     config: &BenchConfig,
-    plan: &FlightPlan,
+    plan: &ExperimentPlan,
     recording: &Path,
     shutdown: &Shutdown,
     waiting: impl FnOnce(),
     progress: impl FnMut(f64) + Send,
 ) -> Result<Ending, ProcessError> {
-    let (experiment, pilot) = prepare(config, plan)?;
+    let (experiment, source) = prepare(config, plan)?;
     super::operator::require_guard(config)?;
     let background = Background::start(config, recording, "experiment", Some(plan))?;
     let bench = Bench::join(&config.name, &config.shared_memory, Role::Monitor)?;
@@ -117,10 +120,10 @@ pub fn on_bench(
     let reason = std::thread::scope(|scope| {
         let watch = Watch { slots: experiment.slots(), period_s: config.period_s, shutdown, ended: &ended };
         let watcher = scope.spawn(move || watch.run(applied, progress));
-        let flown = control::control(config, pilot, None, shutdown);
+        let ended_by = control::control(config, source, None, shutdown);
         ended.request();
         let reason = watcher.join().unwrap_or(None);
-        flown.map(|_| reason)
+        ended_by.map(|_| reason)
     });
     let reason = match reason {
         Ok(reason) => reason,
@@ -136,7 +139,7 @@ pub fn on_bench(
     })
 }
 
-/// Looks on at the guard while an experiment is flown.
+/// Looks on at the guard while an experiment runs.
 struct Watch<'a> {
     slots: u64,
     period_s: f64,
@@ -155,7 +158,7 @@ impl Watch<'_> {
         let mut share = 0.0;
         let span_s = self.slots as f64 * self.period_s;
         let mut heard_ns = clock::monotonic_ns();
-        let mut is_told = false;
+        let mut is_logged = false;
         while !self.ended.is_requested() {
             std::thread::sleep(std::time::Duration::from_millis(20));
             let Some(applied) = applied.newest() else {
@@ -170,10 +173,10 @@ impl Watch<'_> {
             };
             heard_ns = clock::monotonic_ns();
             let state = State::from_code(applied.state).unwrap_or_default();
-            if state == State::FailsafeLatched && begun_ns.is_none() && !is_told {
+            if state == State::FailsafeLatched && begun_ns.is_none() && !is_logged {
                 let cause = Cause::from_code(applied.cause).unwrap_or_default();
                 tracing::warn!("the guard is latched ({cause}): `rotorbench disarm`, then `rotorbench arm`");
-                is_told = true;
+                is_logged = true;
             }
             if state.is_active() {
                 let begun_ns = *begun_ns.get_or_insert(applied.stamp_ns);

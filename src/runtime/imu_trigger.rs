@@ -13,7 +13,7 @@ const FOLLOW: u64 = 8;
 /// Whatever the frames do: no two steps are closer than half a period, and of n steps in a row the last is
 /// `n (1 - 1/16) - 2` periods or more after the first.
 #[derive(Debug)]
-pub(crate) struct Pace {
+pub(crate) struct ImuTrigger {
     period_ns: u64,
     /// [ns] stamp of the frame that started the last step; 0 = none did.
     stepped_ns: u64,
@@ -25,7 +25,7 @@ pub(crate) struct Pace {
     interval_ns: u64,
 }
 
-impl Pace {
+impl ImuTrigger {
     pub(crate) fn new(period_ns: u64) -> Self {
         Self { period_ns, stepped_ns: 0, scheduled_ns: 0, seen: (0, 0), interval_ns: period_ns }
     }
@@ -85,9 +85,9 @@ mod tests {
 
     /// [ns] stamps that start a step, of frames with these stamps.
     fn steps(stamps: impl Iterator<Item = u64>) -> Vec<u64> {
-        let mut pace = Pace::new(PERIOD_NS);
+        let mut imu_trigger = ImuTrigger::new(PERIOD_NS);
         let sample = |(count, stamp_ns)| Sample::good(0.0, stamp_ns, count);
-        (1..).zip(stamps).map(sample).filter(|it| pace.is_due(it)).map(|it| it.stamp_ns).collect()
+        (1..).zip(stamps).map(sample).filter(|it| imu_trigger.is_due(it)).map(|it| it.stamp_ns).collect()
     }
 
     /// Frames at `factor` times the control rate for 4 s, each late by up to a tenth of their interval.
@@ -132,7 +132,7 @@ mod tests {
         }
 
         /// At a multiple of the control rate one step a period, with jitter up to nearly half of the time between two frames:
-        /// half of it could not be told from the frame beside.
+        /// half of it could not be distinguished from the frame beside.
         #[test]
         fn a_faster_imu_that_jitters_steps_once_a_period(
             factor in 2_u64..9,
@@ -181,11 +181,11 @@ mod tests {
 
     #[test]
     fn a_value_that_is_not_new_or_never_came_starts_nothing() {
-        let mut pace = Pace::new(PERIOD_NS);
-        assert!(!pace.is_due(&Sample::never()));
-        assert!(pace.is_due(&Sample::good(0.1, 5_000_000_000, 1)));
+        let mut imu_trigger = ImuTrigger::new(PERIOD_NS);
+        assert!(!imu_trigger.is_due(&Sample::never()));
+        assert!(imu_trigger.is_due(&Sample::good(0.1, 5_000_000_000, 1)));
         // A bad value counts, and leaves value and stamp as they were.
-        assert!(!pace.is_due(&Sample::good(0.1, 5_000_000_000, 2)));
-        assert!(pace.is_due(&Sample::good(0.1, 9_000_000_000, 3)), "after a long silence");
+        assert!(!imu_trigger.is_due(&Sample::good(0.1, 5_000_000_000, 2)));
+        assert!(imu_trigger.is_due(&Sample::good(0.1, 9_000_000_000, 3)), "after a long silence");
     }
 }

@@ -34,7 +34,7 @@ pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessErro
     let bench = Bench::join(&config.name, &config.shared_memory, Role::Operator)?;
     let mut applied = bench.subscribe(&APPLIED)?;
     let mut events = bench.subscribe(&GUARD_EVENTS)?;
-    let bell = bench.bell(Waiter::Gate)?;
+    let bell = bench.bell(Waiter::Guard)?;
     let mut requests =
         if act == OperatorAct::Stop { stop_place(&bench)? } else { bench.publish(&REQUEST)? };
     // First of all: a stop must not wait for a sign of life. A guard that is born later refuses it as too old.
@@ -47,7 +47,7 @@ pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessErro
     let deadline_ns = sent_ns.saturating_add(clock::span_ns(patience_s));
     let mut answer = Answer { state: state(&before), obeyed: false, said: Vec::new() };
     while clock::monotonic_ns() < deadline_ns {
-        // Ringing again costs nothing, and reaches a gate that had not opened the request yet.
+        // Ringing again costs nothing, and reaches a guard that had not opened the request yet.
         bell.ring();
         std::thread::sleep(LOOK_PERIOD);
         if let Some(applied) = applied.newest() {

@@ -11,14 +11,15 @@ use std::time::Duration;
 
 use super::ProcessError;
 use super::control::{end_after, is_before};
-use super::controller_plant::FlightPlan;
+use super::controller_plant::ExperimentPlan;
 use super::lockstep::Interference;
 use crate::bench::BenchConfig;
 use crate::can::Port;
 use crate::clock;
 use crate::model::Model;
 use crate::recording::{
-    Provenance, RawFrame, Record, RecordError, Recorder, RecorderHandle, RecorderOptions, RecorderSummary,
+    RawFrame, Record, RecordError, RecordSender, Recorder, RecorderOptions, RecorderSummary,
+    RecordingMetadata,
 };
 use crate::rt::Shutdown;
 use crate::shm::{
@@ -40,11 +41,11 @@ const ROLES: [Role; 4] = [Role::Bridge, Role::Control, Role::Emulate, Role::Run]
 ///
 /// # Errors
 /// A model or DBC file that cannot be read.
-pub fn provenance(
+pub fn metadata(
     config: &BenchConfig,
     process: &str,
-    plan: Option<&FlightPlan>,
-) -> Result<Provenance, ProcessError> {
+    plan: Option<&ExperimentPlan>,
+) -> Result<RecordingMetadata, ProcessError> {
     let text = |text: Result<String, toml::ser::Error>| {
         text.map_err(|error| {
             std::io::Error::other(format!("the bench file has no spelling in TOML: {error}"))
@@ -55,7 +56,7 @@ pub fn provenance(
         let bytes = database.bytes()?;
         dbc_files.insert(database.file.clone(), String::from_utf8_lossy(&bytes).into_owned());
     }
-    Ok(Provenance {
+    Ok(RecordingMetadata {
         process: process.to_owned(),
         bench: text(toml::to_string(config))?,
         model: Model::load(Path::new(&config.model))?.emit()?,
@@ -63,7 +64,7 @@ pub fn provenance(
         seeds: [("emulator".to_owned(), config.emulator.seed)].into(),
         dbc_files,
         interface: config.bus.interface.clone(),
-        ..Provenance::default()
+        ..RecordingMetadata::default()
     })
 }
 
@@ -78,7 +79,7 @@ impl<T: Payload + Into<Record>> Tap<T> {
         Ok(Self { subscriber: bench.subscribe(topic)?, lost: 0 })
     }
 
-    fn copy(&mut self, to: &mut RecorderHandle) {
+    fn copy(&mut self, to: &mut RecordSender) {
         while let Some(value) = self.subscriber.next_in_order() {
             to.send(value);
         }
@@ -134,7 +135,7 @@ impl Listener {
         })
     }
 
-    fn copy(&mut self, to: &mut RecorderHandle) {
+    fn copy(&mut self, to: &mut RecordSender) {
         if let Some(port) = &mut self.port {
             // A bus that is down or gone has no frames; the bridge says so, and it may come back.
             let _ = port.receive(|arrival| {
@@ -167,14 +168,14 @@ pub fn record(
     shutdown: &Shutdown,
     mut progress: impl FnMut(RecorderSummary),
 ) -> Result<RecorderSummary, ProcessError> {
-    let provenance = provenance(config, "record", None)?;
+    let metadata = metadata(config, "record", None)?;
     let mut listener = Listener::open(config)?;
     let mut pulse = Pulse::open(&listener.bench)?;
-    let recorder = Recorder::start(path, &provenance, RecorderOptions::default())?;
-    let mut handle = recorder.handle();
+    let recorder = Recorder::start(path, &metadata, RecorderOptions::default())?;
+    let mut sender = recorder.sender();
     let end_ns = end_after(seconds);
     while !shutdown.is_requested() && is_before(end_ns) {
-        listener.copy(&mut handle);
+        listener.copy(&mut sender);
         if pulse.beat() {
             progress(recorder.summary());
             if recorder.has_failed() {
@@ -183,7 +184,7 @@ pub fn record(
         }
         std::thread::sleep(POLL);
     }
-    listener.copy(&mut handle);
+    listener.copy(&mut sender);
     Ok(recorder.finish()?)
 }
 
@@ -236,15 +237,15 @@ impl Background {
         config: &BenchConfig,
         path: &Path,
         process: &str,
-        plan: Option<&FlightPlan>,
+        plan: Option<&ExperimentPlan>,
     ) -> Result<Self, ProcessError> {
-        let provenance = provenance(config, process, plan)?;
-        let recorder = Recorder::start(path, &provenance, RecorderOptions::default())?;
+        let metadata = metadata(config, process, plan)?;
+        let recorder = Recorder::start(path, &metadata, RecorderOptions::default())?;
         let shutdown = Shutdown::default();
         let (ready, is_ready) = mpsc::channel();
         let (config, ended) = (config.clone(), shutdown.clone());
         let thread = std::thread::Builder::new().name("listener".to_owned()).spawn(move || {
-            let mut handle = recorder.handle();
+            let mut sender = recorder.sender();
             let mut listener = match Listener::open(&config) {
                 Ok(listener) => listener,
                 Err(error) => {
@@ -254,10 +255,10 @@ impl Background {
             };
             let _ = ready.send(Ok(()));
             while !ended.is_requested() {
-                listener.copy(&mut handle);
+                listener.copy(&mut sender);
                 std::thread::sleep(POLL);
             }
-            listener.copy(&mut handle);
+            listener.copy(&mut sender);
             recorder.finish()
         })?;
         let background = Self { path: path.to_owned(), shutdown, thread: Some(thread) };
@@ -304,7 +305,7 @@ impl Drop for Background {
 }
 
 /// A bench on virtual time records every step; it waits for the disk, as a real one never may.
-impl Interference for RecorderHandle {
+impl Interference for RecordSender {
     fn control_step(&mut self, step: &ControlStep) {
         self.send_patiently(*step);
     }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use serde::Serialize;
 
-use super::command_source::{Pilot, PilotState};
+use super::command_source::{CommandSource, CommandSourceState};
 use crate::clock;
 use crate::guard::{Cause, Guard, GuardState};
 use crate::recording::{Difference, Record, RecordError, first_difference};
@@ -29,8 +29,9 @@ pub struct Verdict {
     pub equal: u64,
     /// Steps that could not be replayed, because what came before them is not in the recording.
     pub unknown: u64,
-    /// Lives met: times the process started anew.
-    pub lives: u64,
+    /// Starts met: times the process started anew.
+    #[serde(rename = "lives")]
+    pub starts: u64,
     /// The first difference; nothing is compared behind it.
     pub first_difference: Option<FirstDifference>,
 }
@@ -46,13 +47,13 @@ impl Verdict {
 /// A replay under way.
 #[derive(Debug)]
 pub struct Replay<'a> {
-    pilot: &'a Pilot,
+    source: &'a CommandSource,
     guard: &'a Guard,
     /// State and number of the last step; `None` while it is not known.
-    flying: Option<(PilotState, u64)>,
+    controlling: Option<(CommandSourceState, u64)>,
     guarding: Option<(GuardState, u64)>,
-    /// Events that the replayed guard told of, and those of the recording, until they are compared.
-    told: VecDeque<GuardEvent>,
+    /// Events of the replayed guard, and those of the recording, until they are compared.
+    replayed: VecDeque<GuardEvent>,
     recorded: VecDeque<GuardEvent>,
     first_ns: Option<u64>,
     /// The controller's outcome.
@@ -66,13 +67,13 @@ pub struct Replay<'a> {
 impl<'a> Replay<'a> {
     /// Begins, with the controller and guard that the recording names (or others, to see where they part).
     #[must_use]
-    pub fn new(pilot: &'a Pilot, guard: &'a Guard) -> Self {
+    pub fn new(source: &'a CommandSource, guard: &'a Guard) -> Self {
         Self {
-            pilot,
+            source,
             guard,
-            flying: None,
+            controlling: None,
             guarding: None,
-            told: VecDeque::new(),
+            replayed: VecDeque::new(),
             recorded: VecDeque::new(),
             first_ns: None,
             controller: Verdict::default(),
@@ -112,16 +113,16 @@ impl<'a> Replay<'a> {
         }
         let sequence = step.command.sequence;
         if sequence == 1 {
-            self.flying = Some((self.pilot.start(), 0));
-            self.controller.lives += 1;
+            self.controlling = Some((self.source.start(), 0));
+            self.controller.starts += 1;
         }
-        let Some((state, last)) = self.flying.as_mut().filter(|(_, last)| last + 1 == sequence) else {
-            self.flying = None;
+        let Some((state, last)) = self.controlling.as_mut().filter(|(_, last)| last + 1 == sequence) else {
+            self.controlling = None;
             self.controller.unknown += 1;
             return;
         };
         *last = sequence;
-        let command = self.pilot.step(state, &step.sensors, &step.applied);
+        let command = self.source.step(state, &step.sensors, &step.applied);
         // The process stamps the command after the step.
         let command = Command { stamp_ns: step.command.stamp_ns, ..command };
         match first_difference(&step.command, &command) {
@@ -140,7 +141,7 @@ impl<'a> Replay<'a> {
         let sequence = step.applied.sequence;
         if sequence == 1 {
             self.guarding = Some((GuardState::new(), 0));
-            self.guard_verdict.lives += 1;
+            self.guard_verdict.starts += 1;
         }
         let Some((state, last)) = self.guarding.as_mut().filter(|(_, last)| last + 1 == sequence) else {
             self.guarding = None;
@@ -153,7 +154,7 @@ impl<'a> Replay<'a> {
         }
         let applied: Applied =
             self.guard.step(state, step.now_ns, &step.sensors, step.newest(), step.request());
-        self.told.extend(state.take_events());
+        self.replayed.extend(state.take_events());
         match first_difference(&step.applied, &applied) {
             None => self.guard_verdict.equal += 1,
             Some(difference) => {
@@ -169,14 +170,14 @@ impl<'a> Replay<'a> {
         self.compare_events();
     }
 
-    /// Compares what both have told so far, in order.
+    /// Compares the events of both so far, in order.
     fn compare_events(&mut self) {
-        while let (Some(recorded), Some(told)) = (self.recorded.front(), self.told.front()) {
+        while let (Some(recorded), Some(replayed)) = (self.recorded.front(), self.replayed.front()) {
             if self.guard_verdict.first_difference.is_some() {
                 return;
             }
             let (sequence, stamp_ns) = (recorded.sequence, recorded.stamp_ns);
-            match first_difference(recorded, told) {
+            match first_difference(recorded, replayed) {
                 None => self.equal_events += 1,
                 Some(difference) => {
                     let time_s = self.time_s(stamp_ns);
@@ -185,7 +186,7 @@ impl<'a> Replay<'a> {
                 }
             }
             self.recorded.pop_front();
-            self.told.pop_front();
+            self.replayed.pop_front();
         }
     }
 }

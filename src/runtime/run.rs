@@ -2,17 +2,17 @@
 //! without a wake-up in between; shared memory is written beside it, after the frames are out.
 
 use super::ProcessError;
-use super::bus_io::{Look, Wire, WireSummary, is_virtual};
-use super::command_source::Pilot;
+use super::bus_io::{BusIo, BusIoSummary, Look, is_virtual};
+use super::command_source::CommandSource;
 use super::control::end_after;
-use super::control_output::{AngleError, Flight};
-use super::imu_trigger::Pace;
+use super::control_output::{AngleError, ControlOutput};
+use super::imu_trigger::ImuTrigger;
 use super::thresholds::THRESHOLDS;
 use crate::bench::{BenchConfig, Trigger};
-use crate::bus_guard::Gate;
+use crate::bus_guard::BusGuard;
 use crate::clock;
 use crate::guard::{Cause, State};
-use crate::rt::{self, Clerk, Granted, LogQueue, Shutdown, Summary, Wake};
+use crate::rt::{self, Granted, LogQueue, LogWriter, Shutdown, Summary, Wake};
 use crate::shm::{Bench, GUARD_EVENTS, Role, Subscriber};
 use crate::signal::GuardEvent;
 
@@ -22,10 +22,10 @@ const LOG_LINES: usize = 256;
 #[derive(Debug)]
 pub struct RunLoop {
     trigger: Trigger,
-    gate: Gate,
-    flight: Flight,
-    pace: Pace,
-    wire: Wire,
+    guard: BusGuard,
+    output: ControlOutput,
+    imu_trigger: ImuTrigger,
+    bus_io: BusIo,
     hold_periods: u32,
     /// [ns] when a command was out, this turn; the wait that follows spares the clock where nobody minds when it ends.
     out_ns: Option<u64>,
@@ -73,7 +73,7 @@ pub struct RunSummary {
     /// How many more it decided before these, which the ring of the last 1,024 no longer holds.
     pub guard_events_lost: u64,
     /// The bus.
-    pub bus: WireSummary,
+    pub bus: BusIoSummary,
     /// Timing of the cycle, frame to frame.
     pub timing: Summary,
     /// What the system granted.
@@ -85,22 +85,22 @@ impl RunLoop {
     ///
     /// # Errors
     /// A second bridge or controller on the same bench; a bus, DBC file or role that cannot be.
-    pub fn open(config: &BenchConfig, pilot: Pilot, log: LogQueue) -> Result<Self, ProcessError> {
+    pub fn open(config: &BenchConfig, source: CommandSource, log: LogQueue) -> Result<Self, ProcessError> {
         config.check()?;
         let guard = config.guard.build(config.period_s)?;
         let period_ns = clock::span_ns(config.period_s);
         let hold_periods = guard.hold_periods();
         let bench = Bench::join(&config.name, &config.shared_memory, Role::Run)?;
-        let flight = Flight::open(&bench, pilot)?;
-        let gate = Gate::open(&bench, guard, period_ns)?;
+        let output = ControlOutput::open(&bench, source)?;
+        let guard = BusGuard::open(&bench, guard, period_ns)?;
         // After guard and controls: who is refused them must not say a word on the bus, not even a safe one.
-        let wire = Wire::open(config, &bench, log)?;
+        let bus_io = BusIo::open(config, &bench, log)?;
         Ok(Self {
             trigger: config.trigger,
-            flight,
-            pace: Pace::new(period_ns),
-            gate,
-            wire,
+            output,
+            imu_trigger: ImuTrigger::new(period_ns),
+            guard,
+            bus_io,
             hold_periods,
             out_ns: None,
             events: bench.subscribe(&GUARD_EVENTS)?,
@@ -110,12 +110,12 @@ impl RunLoop {
 
     /// Begins a period from now: for after the real-time set-up.
     pub fn start(&mut self) {
-        self.gate.start_at(clock::monotonic_ns());
+        self.guard.start_at(clock::monotonic_ns());
     }
 
-    /// See [`Gate::arm_by_itself`]; for a virtual interface only.
+    /// See [`BusGuard::arm_by_itself`]; for a virtual interface only.
     pub(crate) fn arm_by_itself(&mut self) {
-        self.gate.arm_by_itself();
+        self.guard.arm_by_itself();
     }
 
     /// Waits for the socket, a request or the timer, and does what is to be done.
@@ -126,15 +126,15 @@ impl RunLoop {
 
     /// What is on the bus, and whether an operator has rung.
     fn wait(&mut self) -> (Look, bool) {
-        let deadline_ns = if self.gate.is_stop() { 0 } else { self.gate.cycle().due_ns() };
-        let doors = [self.wire.descriptor(), self.gate.bell().descriptor()];
+        let deadline_ns = if self.guard.is_stop() { 0 } else { self.guard.cycle().due_ns() };
+        let descriptors = [self.bus_io.descriptor(), self.guard.bell().descriptor()];
         let now_ns = self.out_ns.take().unwrap_or_else(clock::monotonic_ns);
-        let (woken, woken_ns) = rt::wait_from(doors, deadline_ns, now_ns);
+        let (woken, woken_ns) = rt::wait_from(descriptors, deadline_ns, now_ns);
         let ready = if let Wake::Ready(bits) = woken { bits } else { 0 };
-        let look = self.wire.receive(ready & 1 != 0, woken_ns);
+        let look = self.bus_io.receive(ready & 1 != 0, woken_ns);
         let has_rung = ready & 2 != 0;
         if has_rung {
-            self.gate.bell().quiet();
+            self.guard.bell().quiet();
         }
         (look, has_rung)
     }
@@ -142,60 +142,60 @@ impl RunLoop {
     fn answer(&mut self, look: &Look, has_rung: bool) {
         let is_imu = self.trigger == Trigger::Imu;
         let now_ns = look.at_ns;
-        let period_ns = self.gate.cycle().period_ns();
-        if let Some(cause) = self.wire.trouble(look, now_ns, self.hold_periods, period_ns) {
-            self.gate.trip(now_ns, cause);
+        let period_ns = self.guard.cycle().period_ns();
+        if let Some(cause) = self.bus_io.trouble(look, now_ns, self.hold_periods, period_ns) {
+            self.guard.trip(now_ns, cause);
         }
         // Who asks for something rings. The places where he may have asked are memory gone cold: looked at on the way of a
         // frame for one who rang only.
-        let stop = if has_rung { self.gate.hear(now_ns) } else { self.gate.is_stop() };
-        let is_due = is_imu && look.gyro && self.pace.is_due(&self.wire.sensors().body_rate);
+        let stop = if has_rung { self.guard.hear(now_ns) } else { self.guard.is_stop() };
+        let is_due = is_imu && look.gyro && self.imu_trigger.is_due(&self.bus_io.sensors().body_rate);
         let release = if is_due {
-            Some(self.gate.cycle_mut().begin_at_arrival(now_ns, period_ns / 2))
+            Some(self.guard.cycle_mut().begin_at_arrival(now_ns, period_ns / 2))
         } else {
-            self.gate.cycle_mut().begin(now_ns)
+            self.guard.cycle_mut().begin(now_ns)
         };
         // With the IMU as trigger a slot without its frame steps the guard, which counts a miss, and nothing else.
-        let flies = release.is_some() && (!is_imu || is_due) && self.wire.sensors().sequence > 0;
-        let (sensors, is_news) = self.wire.present(look, &self.gate);
-        let before = *self.gate.applied();
-        let command = flies.then(|| self.flight.step(now_ns, &sensors, &before));
+        let steps = release.is_some() && (!is_imu || is_due) && self.bus_io.sensors().sequence > 0;
+        let (sensors, is_news) = self.bus_io.present(look, &self.guard);
+        let before = *self.guard.applied();
+        let command = steps.then(|| self.output.step(now_ns, &sensors, &before));
         let out_ns = (release.is_some() || stop).then(|| {
-            let applied = self.gate.step_with(now_ns, self.wire.sensors(), command.as_ref());
-            let out_ns = self.wire.send(&applied);
-            self.gate.publish_step();
+            let applied = self.guard.step_with(now_ns, self.bus_io.sensors(), command.as_ref());
+            let out_ns = self.bus_io.send(&applied);
+            self.guard.publish_step();
             out_ns
         });
         if let Some((release, out_ns)) = release.zip(out_ns) {
-            self.gate.finish(release, out_ns, &sensors);
-            self.wire.publish(out_ns);
+            self.guard.finish(release, out_ns, &sensors);
+            self.bus_io.publish(out_ns);
             self.out_ns = is_imu.then_some(out_ns);
         }
         if let Some(command) = command {
-            self.flight.publish(&sensors, &before, &command);
+            self.output.publish(&sensors, &before, &command);
         }
         if is_news {
-            self.gate.publish_sensors(&sensors, false);
+            self.guard.publish_sensors(&sensors, false);
         }
         if !has_rung {
             // One who died before he could ring. A stop ends the next wait at once.
-            self.gate.hear(now_ns);
+            self.guard.hear(now_ns);
         }
     }
 
     /// The slots and their timing.
     #[must_use]
-    pub fn gate(&self) -> &Gate {
-        &self.gate
+    pub fn guard(&self) -> &BusGuard {
+        &self.guard
     }
 
     /// The ramp to zero, which the next steps carry out.
     pub(crate) fn end(&mut self) {
         let now_ns = clock::monotonic_ns();
-        self.gate.trip(now_ns, Cause::Shutdown);
+        self.guard.trip(now_ns, Cause::Shutdown);
         let latest_ns = now_ns.saturating_add(clock::span_ns(THRESHOLDS.longest_end_s));
         self.turn();
-        while !self.gate.is_safe() && clock::monotonic_ns() < latest_ns {
+        while !self.guard.is_safe() && clock::monotonic_ns() < latest_ns {
             self.turn();
         }
     }
@@ -212,7 +212,7 @@ impl RunLoop {
 /// [`ProcessError`] before the first cycle.
 pub fn run(
     config: &BenchConfig,
-    pilot: Pilot,
+    source: CommandSource,
     arm: bool,
     seconds: Option<f64>,
     shutdown: &Shutdown,
@@ -220,8 +220,8 @@ pub fn run(
     if arm && !is_virtual(&config.bus.interface) {
         return Err(ProcessError::ArmOnHardware { interface: config.bus.interface.clone() });
     }
-    let clerk = Clerk::start(LOG_LINES)?;
-    let mut run = RunLoop::open(config, pilot, clerk.queue())?;
+    let log_writer = LogWriter::start(LOG_LINES)?;
+    let mut run = RunLoop::open(config, source, log_writer.queue())?;
     if arm {
         run.arm_by_itself();
     }
@@ -229,20 +229,20 @@ pub fn run(
     run.start();
     tracing::info!(bench = config.name, interface = config.bus.interface, "run: {granted}");
     let (start_ns, end_ns) = (clock::monotonic_ns(), end_after(seconds));
-    while !shutdown.is_requested() && run.wire.looked_ns() < end_ns && !run.flight.is_finished() {
+    while !shutdown.is_requested() && run.bus_io.looked_ns() < end_ns && !run.output.is_finished() {
         run.turn();
     }
     shutdown.request();
     tracing::info!("run ends: {}", shutdown.reason());
-    let state = State::from_code(run.gate.applied().state).unwrap_or_default().to_string();
+    let state = State::from_code(run.guard.applied().state).unwrap_or_default().to_string();
     run.end();
     Ok(RunSummary {
-        angle: run.flight.angle(),
+        angle: run.output.angle(),
         state,
         guard_events: run.event_lines(start_ns),
         guard_events_lost: run.events.lost(),
-        bus: run.wire.summary(),
-        timing: run.gate.cycle().statistics().summary(),
+        bus: run.bus_io.summary(),
+        timing: run.guard.cycle().statistics().summary(),
         granted,
     })
 }

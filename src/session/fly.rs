@@ -1,17 +1,22 @@
-//! A flight on the emulated bench, as a log.
+//! An experiment on the emulated bench, as a log.
 
 use super::{Job, SessionError};
 use crate::bench::BenchConfig;
 use crate::log::Dataset;
 use crate::runtime::ProcessError;
-use crate::runtime::controller_plant::FlightPlan;
+use crate::runtime::controller_plant::ExperimentPlan;
 use crate::runtime::experiment;
 
-/// Flies `plan` on the emulated bench of `bench` in virtual time. The log, called `name`, begins with the first excited period.
+/// Runs `plan` on the emulated bench of `bench` in virtual time. The log, called `name`, begins with the first excited period.
 ///
 /// # Errors
 /// [`SessionError::Process`] for settings that cannot be, or a limit of the guard that would clip the experiment.
-pub fn fly(bench: &BenchConfig, plan: &FlightPlan, name: &str, job: &Job) -> Result<Dataset, SessionError> {
+pub fn fly(
+    bench: &BenchConfig,
+    plan: &ExperimentPlan,
+    name: &str,
+    job: &Job,
+) -> Result<Dataset, SessionError> {
     let (trace, _) = job.run(|| experiment::in_lockstep(bench, plan, &mut (), |_| true))?;
     Ok(trace.into_dataset(name).map_err(ProcessError::from)?)
 }

@@ -19,7 +19,7 @@ pub enum Waiter {
     /// The controller: rung with each publication of sensors.
     Control,
     /// Who owns the guard, bridge or emulator: rung with each command and each request.
-    Gate,
+    Guard,
 }
 
 /// A wake-up line to one waiter.
@@ -33,7 +33,7 @@ impl Bell {
     pub(super) fn open(place: &Place, waiter: Waiter) -> Result<Self, ShmError> {
         let path = place.directory().join(match waiter {
             Waiter::Control => "wake-control",
-            Waiter::Gate => "wake-gate",
+            Waiter::Guard => "wake-guard",
         });
         let at = |error| ShmError::Place { path: path.clone(), error };
         let name = CString::new(path.as_os_str().as_bytes()).map_err(|error| at(error.into()))?;
@@ -44,7 +44,7 @@ impl Bell {
                 return Err(at(error));
             }
         }
-        place.settle()?;
+        place.set_access()?;
         // Both ends at once: opening never waits for the other side, and its leaving is not an end of file.
         let fifo = OpenOptions::new()
             .read(true)

@@ -63,7 +63,7 @@ impl<T: Payload> Publisher<T> {
     ) -> Result<Self, ShmError> {
         let mut claim = Claim::take(place, topic.name(), role)?;
         let failed = |what: String| ShmError::Service { topic: topic.name().to_owned(), what };
-        let name = service_name(topic.name(), claim.life())?;
+        let name = service_name(topic.name(), claim.incarnation())?;
         let depth = topic.depth();
         let mut creator = node
             .service_builder(&name)
@@ -80,7 +80,7 @@ impl<T: Payload> Publisher<T> {
         let slots = (0..depth)
             .map(|key| writer.entry(&key).map_err(|error| failed(error.to_string())))
             .collect::<Result<Vec<_>, _>>()?;
-        place.settle()?;
+        place.set_access()?;
         claim.announce()?;
         Ok(Self { newest: 0, head, slots, _writer: writer, _claim: claim })
     }
@@ -96,17 +96,17 @@ impl<T: Payload> Publisher<T> {
     }
 }
 
-/// One life of a topic, as a reader holds it.
-pub(super) struct Life<T: Payload> {
+/// One incarnation of a topic, as a reader holds it.
+pub(super) struct Incarnation<T: Payload> {
     head: EntryHandle<Service, u32, u64>,
     slots: Vec<EntryHandle<Service, u32, Slot<T>>>,
     _reader: Reader<Service, u32>,
 }
 
-impl<T: Payload> Life<T> {
-    pub(super) fn open(node: &Node<Service>, topic: &Topic<T>, life: &str) -> Result<Self, ShmError> {
+impl<T: Payload> Incarnation<T> {
+    pub(super) fn open(node: &Node<Service>, topic: &Topic<T>, incarnation: &str) -> Result<Self, ShmError> {
         let failed = |what: String| ShmError::Service { topic: topic.name().to_owned(), what };
-        let name = service_name(topic.name(), life)?;
+        let name = service_name(topic.name(), incarnation)?;
         let service = node
             .service_builder(&name)
             .blackboard_opener::<u32>()
@@ -131,60 +131,60 @@ impl<T: Payload> Life<T> {
     }
 }
 
-fn service_name(topic: &str, life: &str) -> Result<ServiceName, ShmError> {
-    ServiceName::new(&format!("{topic}/{life}"))
+fn service_name(topic: &str, incarnation: &str) -> Result<ServiceName, ShmError> {
+    ServiceName::new(&format!("{topic}/{incarnation}"))
         .map_err(|error| ShmError::Service { topic: topic.to_owned(), what: error.to_string() })
 }
 
-/// A reader of a topic, through all lives of its publisher. Neither of its two reads allocates, waits or locks.
+/// A reader of a topic, through all incarnations of its publisher. Neither of its two reads allocates, waits or locks.
 pub struct Subscriber<T: Payload> {
-    life: Option<Life<T>>,
+    incarnation: Option<Incarnation<T>>,
     /// Number of the value to be read next.
     next: u64,
     lost: u64,
-    lives: u64,
-    arriving: Arc<ArrayQueue<Life<T>>>,
-    leaving: Arc<ArrayQueue<Life<T>>>,
+    incarnations: u64,
+    arriving: Arc<ArrayQueue<Incarnation<T>>>,
+    leaving: Arc<ArrayQueue<Incarnation<T>>>,
 }
 
 impl<T: Payload> std::fmt::Debug for Subscriber<T> {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { next, lost, lives, .. } = self;
+        let Self { next, lost, incarnations, .. } = self;
         formatter
             .debug_struct("Subscriber")
             .field("next", next)
             .field("lost", lost)
-            .field("lives", lives)
+            .field("incarnations", incarnations)
             .finish_non_exhaustive()
     }
 }
 
 impl<T: Payload> Subscriber<T> {
     pub(super) fn new(
-        life: Option<Life<T>>,
-        arriving: Arc<ArrayQueue<Life<T>>>,
-        leaving: Arc<ArrayQueue<Life<T>>>,
+        incarnation: Option<Incarnation<T>>,
+        arriving: Arc<ArrayQueue<Incarnation<T>>>,
+        leaving: Arc<ArrayQueue<Incarnation<T>>>,
     ) -> Self {
         // Who comes late starts with the newest value, not with the history.
-        let next = life.as_ref().map_or(1, |life| life.newest().max(1));
-        let lives = u64::from(life.is_some());
-        Self { life, next, lost: 0, lives, arriving, leaving }
+        let next = incarnation.as_ref().map_or(1, |incarnation| incarnation.newest().max(1));
+        let incarnations = u64::from(incarnation.is_some());
+        Self { incarnation, next, lost: 0, incarnations, arriving, leaving }
     }
 
     /// The newest value, if it was not read before; older ones are passed over.
     pub fn newest(&mut self) -> Option<T> {
         self.adopt();
-        let life = self.life.as_ref()?;
-        let newest = life.newest();
+        let incarnation = self.incarnation.as_ref()?;
+        let newest = incarnation.newest();
         if newest < self.next {
             return None;
         }
-        let slot = life.slot(newest);
+        let slot = incarnation.slot(newest);
         self.next = slot.number + 1;
         Some(slot.value)
     }
 
-    /// The next value in order; `None` when there is no newer one yet. A life that ended is read to its end
+    /// The next value in order; `None` when there is no newer one yet. A incarnation that ended is read to its end
     /// before its successor.
     pub fn next_in_order(&mut self) -> Option<T> {
         if let Some(value) = self.next_of_this_life() {
@@ -194,9 +194,9 @@ impl<T: Payload> Subscriber<T> {
     }
 
     fn next_of_this_life(&mut self) -> Option<T> {
-        let life = self.life.as_ref()?;
+        let incarnation = self.incarnation.as_ref()?;
         loop {
-            let slot = life.slot(self.next);
+            let slot = incarnation.slot(self.next);
             if slot.number < self.next {
                 return None;
             }
@@ -205,7 +205,8 @@ impl<T: Payload> Subscriber<T> {
                 return Some(slot.value);
             }
             // Overtaken: go on in the younger half of the ring, which the writer reaches last.
-            let onward = (slot.number + 1).saturating_sub(life.slots.len() as u64 / 2).max(self.next + 1);
+            let onward =
+                (slot.number + 1).saturating_sub(incarnation.slots.len() as u64 / 2).max(self.next + 1);
             self.lost += onward - self.next;
             self.next = onward;
         }
@@ -219,19 +220,19 @@ impl<T: Payload> Subscriber<T> {
 
     /// Number of publishers met so far, one after the other: a restart shows as one more.
     #[must_use]
-    pub fn lives(&self) -> u64 {
-        self.lives
+    pub fn incarnations(&self) -> u64 {
+        self.incarnations
     }
 
-    /// Takes over the newest life the liaison has opened, if there is one.
+    /// Takes over the newest incarnation the watch thread has opened, if there is one.
     fn adopt(&mut self) -> bool {
         let mut adopted = false;
-        while let Some(life) = self.arriving.pop() {
+        while let Some(incarnation) = self.arriving.pop() {
             adopted = true;
             self.next = 1;
-            self.lives += 1;
-            if let Some(old) = self.life.replace(life) {
-                // The liaison closes it; should its queue be full, it is closed here.
+            self.incarnations += 1;
+            if let Some(old) = self.incarnation.replace(incarnation) {
+                // The watch thread closes it; should its queue be full, it is closed here.
                 drop(self.leaving.push(old));
             }
         }

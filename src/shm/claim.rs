@@ -1,7 +1,7 @@
-//! Who publishes a topic: one process at a time, and which of its lives.
+//! Who publishes a topic: one process at a time, and which of its incarnations.
 //!
 //! iceoryx2 0.10 cannot give the blackboard of a killed writer to its successor while a reader still holds it.
-//! So each life of a publisher makes its own blackboard, and a small file says which one is current. The file is
+//! So each incarnation of a publisher makes its own blackboard, and a small file says which one is current. The file is
 //! locked by its publisher, which the kernel undoes however the process ends; a second publisher is refused.
 
 use std::fs::{File, OpenOptions, TryLockError};
@@ -13,12 +13,12 @@ use super::place::Place;
 use super::{Role, ShmError};
 use crate::clock;
 
-/// What a claim says: which role publishes, in which process, and the name of this life.
+/// What a claim says: which role publishes, in which process, and the name of this incarnation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Claimant {
     pub role: String,
     pub process_id: u32,
-    pub life: String,
+    pub incarnation: String,
 }
 
 /// The right to publish a topic, for as long as it is held.
@@ -71,20 +71,20 @@ impl Claim {
             Err(TryLockError::Error(error)) => return Err(at(error)),
         }
         let process_id = std::process::id();
-        let life = format!("{:x}-{process_id}", clock::monotonic_ns());
-        let claimant = Claimant { role: role.name().to_owned(), process_id, life };
+        let incarnation = format!("{:x}-{process_id}", clock::monotonic_ns());
+        let claimant = Claimant { role: role.name().to_owned(), process_id, incarnation };
         Ok(Self { file, path, claimant })
     }
 
-    /// Name of this life.
-    pub fn life(&self) -> &str {
-        &self.claimant.life
+    /// Name of this incarnation.
+    pub fn incarnation(&self) -> &str {
+        &self.claimant.incarnation
     }
 
-    /// Tells everybody which life is current. One write: a reader sees all of it or nothing.
+    /// Tells everybody which incarnation is current. One write: a reader sees all of it or nothing.
     pub fn announce(&mut self) -> Result<(), ShmError> {
-        let Claimant { role, process_id, life } = &self.claimant;
-        let line = format!("{role} {process_id} {life}\n");
+        let Claimant { role, process_id, incarnation } = &self.claimant;
+        let line = format!("{role} {process_id} {incarnation}\n");
         self.write(line.as_bytes())
     }
 
@@ -100,7 +100,7 @@ impl Claim {
 
 impl Drop for Claim {
     fn drop(&mut self) {
-        // Best effort: a claim that still names a life that ended leads readers to nothing new.
+        // Best effort: a claim that still names a incarnation that ended leads readers to nothing new.
         let _ = self.write(b"");
     }
 }
@@ -113,5 +113,5 @@ pub(super) fn read(place: &Place, topic: &str) -> Option<Claimant> {
     let mut words = line.split(' ');
     let role = words.next()?.to_owned();
     let process_id = words.next()?.parse().ok()?;
-    Some(Claimant { role, process_id, life: words.next()?.to_owned() })
+    Some(Claimant { role, process_id, incarnation: words.next()?.to_owned() })
 }

@@ -11,7 +11,7 @@ use super::claim;
 use super::place::{Place, SHARED_MEMORY, STEM, SharedMemoryConfig};
 
 /// A bench touched less long ago may be one that is just starting.
-const SETTLED: Duration = Duration::from_secs(2);
+const YOUNGEST: Duration = Duration::from_secs(2);
 
 /// A bench of this user, or of a group this user is in, without a process on it.
 #[derive(Debug, Clone)]
@@ -68,7 +68,7 @@ pub fn leftovers() -> Vec<Leftover> {
         let Ok(metadata) = entry.metadata() else { continue };
         let age = metadata.modified().ok().and_then(|time| time.elapsed().ok()).unwrap_or_default();
         let is_left =
-            metadata.is_dir() && place.is_ours(&metadata) && age >= SETTLED && !open.contains(&name);
+            metadata.is_dir() && place.is_ours(&metadata) && age >= YOUNGEST && !open.contains(&name);
         if !is_left || claim::any_is_held(&place) {
             continue;
         }

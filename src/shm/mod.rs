@@ -101,7 +101,7 @@ pub struct Bench {
     place: Place,
     role: Role,
     // Before the node, so that its thread has ended when the node goes.
-    liaison: watch_thread::Liaison,
+    watch_thread: watch_thread::WatchThread,
     node: Arc<Node<ipc_threadsafe::Service>>,
 }
 
@@ -129,10 +129,10 @@ impl Bench {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<ipc_threadsafe::Service>()
             .map_err(|error| ShmError::Service { topic: "node".to_owned(), what: error.to_string() })?;
-        place.settle()?;
+        place.set_access()?;
         let node = Arc::new(node);
-        let liaison = watch_thread::Liaison::start(Arc::clone(&node), place.clone())?;
-        Ok(Self { place, role, liaison, node })
+        let watch_thread = watch_thread::WatchThread::start(Arc::clone(&node), place.clone())?;
+        Ok(Self { place, role, watch_thread, node })
     }
 
     /// Where the bench lives.
@@ -161,17 +161,20 @@ impl Bench {
     /// None today; a topic without a publisher is not an error.
     pub fn subscribe<T: Payload>(&self, topic: &Topic<T>) -> Result<Subscriber<T>, ShmError> {
         let claimant = claim::read(&self.place, topic.name());
-        let opened = claimant
-            .and_then(|it| channel::Life::open(&self.node, topic, &it.life).ok().map(|life| (life, it.life)));
-        let (life, name) = opened.unzip();
+        let opened = claimant.and_then(|it| {
+            channel::Incarnation::open(&self.node, topic, &it.incarnation)
+                .ok()
+                .map(|incarnation| (incarnation, it.incarnation))
+        });
+        let (incarnation, name) = opened.unzip();
         let (arriving, leaving) = (Arc::new(ArrayQueue::new(2)), Arc::new(ArrayQueue::new(8)));
-        self.liaison.add(Box::new(watch_thread::TopicWatch {
+        self.watch_thread.add(Box::new(watch_thread::TopicWatch {
             topic: topic.clone(),
-            life: name,
+            incarnation: name,
             arriving: Arc::clone(&arriving),
             leaving: Arc::clone(&leaving),
         }));
-        Ok(Subscriber::new(life, arriving, leaving))
+        Ok(Subscriber::new(incarnation, arriving, leaving))
     }
 
     /// The bell of `waiter`.

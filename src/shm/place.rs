@@ -2,7 +2,7 @@
 //!
 //! A bench has one directory in `/dev/shm` and a prefix for its shared-memory segments. The directory is closed
 //! to everyone but the owner (mode 0700), or by a setting the group (2770); iceoryx2 makes its segments 0600, and
-//! [`Place::settle`] closes what it leaves open (its node counter is 0666) and, for a group, opens the rest to it.
+//! [`Place::set_access`] closes what it leaves open (its node counter is 0666) and, for a group, opens the rest to it.
 //! A directory or segment that somebody else put in our way is refused, not used.
 
 use std::fs;
@@ -159,7 +159,7 @@ impl Place {
         }
     }
 
-    /// Whether a segment's owner is in the bench's group: its segment is of that group only once the member has settled it.
+    /// Whether a segment's owner is in the bench's group: its segment is of that group only once the member has set its access.
     fn is_of_a_member(&self, found: &fs::Metadata) -> bool {
         self.group.is_some_and(|group| groups_of(found.uid()).contains(&group))
     }
@@ -192,11 +192,11 @@ impl Place {
     }
 
     /// Brings the access of everything this process made to what the place says. To be called after each creation
-    /// and before anybody is told of it.
+    /// and before anybody can know of it.
     ///
     /// # Errors
     /// A segment with the bench's prefix that belongs to somebody else.
-    pub(super) fn settle(&self) -> Result<(), ShmError> {
+    pub(super) fn set_access(&self) -> Result<(), ShmError> {
         let shared = Path::new(SHARED_MEMORY);
         for entry in
             fs::read_dir(shared).map_err(|error| ShmError::Place { path: shared.to_owned(), error })?
@@ -208,7 +208,7 @@ impl Place {
             // A segment may vanish between the listing and the look at it: its owner left.
             let Ok(found) = entry.metadata() else { continue };
             if found.uid() == effective_user() {
-                self.settle_file(&entry.path(), &found);
+                self.set_file_access(&entry.path(), &found);
             } else if !self.is_ours(&found) && !self.is_of_a_member(&found) {
                 return Err(ShmError::NotOurs {
                     path: entry.path(),
@@ -218,14 +218,14 @@ impl Place {
             }
         }
         if self.group.is_some() {
-            self.settle_below(&self.directory);
+            self.set_access_below(&self.directory);
         }
         Ok(())
     }
 
-    fn settle_file(&self, path: &Path, found: &fs::Metadata) {
+    fn set_file_access(&self, path: &Path, found: &fs::Metadata) {
         // Bits of the owner say how far iceoryx2 is with a segment. One that is being made (write only) is some process's
-        // that will settle it: between our look and our change it may be finished, and we would undo that for ever.
+        // that will set its access: between our look and our change it may be finished, and we would undo that for ever.
         let owner = found.mode() & 0o600;
         let mode = if self.group.is_some() { owner | owner >> 3 } else { owner };
         let is_settled = found.mode() & 0o777 == mode && self.group.is_none_or(|group| found.gid() == group);
@@ -236,16 +236,16 @@ impl Place {
         let _ = self.give(path, mode);
     }
 
-    fn settle_below(&self, directory: &Path) {
+    fn set_access_below(&self, directory: &Path) {
         for entry in fs::read_dir(directory).into_iter().flatten().flatten() {
             let Ok(found) = entry.metadata() else { continue };
             if found.is_dir() {
                 if found.uid() == effective_user() {
                     let _ = self.give(&entry.path(), self.directory_mode());
                 }
-                self.settle_below(&entry.path());
+                self.set_access_below(&entry.path());
             } else if found.uid() == effective_user() {
-                self.settle_file(&entry.path(), &found);
+                self.set_file_access(&entry.path(), &found);
             }
         }
     }

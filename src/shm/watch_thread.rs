@@ -1,4 +1,4 @@
-//! The thread that lets a process rejoin: it waits for changes of the claims, opens the new life of a topic and
+//! The thread that lets a process rejoin: it waits for changes of the claims, opens the new incarnation of a topic and
 //! hands it to its subscriber. The cycles themselves never open, close or allocate anything.
 
 use std::ffi::CString;
@@ -12,50 +12,50 @@ use crossbeam::queue::ArrayQueue;
 use iceoryx2::node::Node;
 use iceoryx2::prelude::ipc_threadsafe;
 
-use super::channel::Life;
+use super::channel::Incarnation;
 use super::claim;
 use super::{Payload, Place, ShmError, Topic};
 
 /// [ms] how often to look when nothing is announced: bounds what a missed change can cost.
 const LOOK_PERIOD_MS: i32 = 250;
 
-/// One subscription, seen from the liaison.
+/// One subscription, seen from the watch thread.
 pub(super) trait Watch: Send {
     fn look(&mut self, node: &Node<ipc_threadsafe::Service>, place: &Place);
 }
 
 pub(super) struct TopicWatch<T: Payload> {
     pub topic: Topic<T>,
-    /// Life the subscriber has, or the last one that could not be opened for good.
-    pub life: Option<String>,
-    pub arriving: Arc<ArrayQueue<Life<T>>>,
-    pub leaving: Arc<ArrayQueue<Life<T>>>,
+    /// Incarnation the subscriber has, or the last one that could not be opened for good.
+    pub incarnation: Option<String>,
+    pub arriving: Arc<ArrayQueue<Incarnation<T>>>,
+    pub leaving: Arc<ArrayQueue<Incarnation<T>>>,
 }
 
 impl<T: Payload> Watch for TopicWatch<T> {
     fn look(&mut self, node: &Node<ipc_threadsafe::Service>, place: &Place) {
         while self.leaving.pop().is_some() {}
         let Some(claimant) = claim::read(place, self.topic.name()) else { return };
-        if self.life.as_ref() == Some(&claimant.life) {
+        if self.incarnation.as_ref() == Some(&claimant.incarnation) {
             return;
         }
-        // Failing to open is usual: a life that ended, or one just being made. The next look tries again.
-        if let Ok(life) = Life::open(node, &self.topic, &claimant.life) {
-            self.life = Some(claimant.life);
-            self.arriving.force_push(life);
+        // Failing to open is usual: a incarnation that ended, or one just being made. The next look tries again.
+        if let Ok(incarnation) = Incarnation::open(node, &self.topic, &claimant.incarnation) {
+            self.incarnation = Some(claimant.incarnation);
+            self.arriving.force_push(incarnation);
         }
     }
 }
 
 /// The thread, for as long as the bench is joined.
-pub(super) struct Liaison {
+pub(super) struct WatchThread {
     stop: Arc<AtomicBool>,
     watches: Arc<Mutex<Vec<Box<dyn Watch>>>>,
     wake: OwnedFd,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Liaison {
+impl WatchThread {
     pub fn start(node: Arc<Node<ipc_threadsafe::Service>>, place: Place) -> Result<Self, ShmError> {
         let directory = claim::claims_directory(&place);
         let at = |error| ShmError::Place { path: directory.clone(), error };
@@ -66,7 +66,7 @@ impl Liaison {
         let stop = Arc::new(AtomicBool::new(false));
         let watches: Arc<Mutex<Vec<Box<dyn Watch>>>> = Arc::default();
         let thread = std::thread::Builder::new()
-            .name("liaison".to_owned())
+            .name("watch".to_owned())
             .spawn({
                 let (stop, watches) = (Arc::clone(&stop), Arc::clone(&watches));
                 move || {
@@ -89,7 +89,7 @@ impl Liaison {
     }
 }
 
-impl Drop for Liaison {
+impl Drop for WatchThread {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         let one = 1_u64.to_ne_bytes();

@@ -165,7 +165,7 @@ macro_rules! sensor_table {
                     emulated: emulated(100.0, 0.01, 0.01),
                     monitor: shown("battery", 2),
                 };
-            /// [rad/s] rotor speeds (mechanical), as the ESCs tell them.
+            /// [rad/s] rotor speeds (mechanical), as the ESCs report them.
             propeller_rate: [Sample; ROTORS] as PropellerRate, "rad/s" "_rad_s",
                 [
                     PropellerRate1 "propeller_rate_1" "speed of rotor 1" [0],
@@ -185,7 +185,7 @@ macro_rules! sensor_table {
                     emulated: emulated(200.0, 1.5, 0.1),
                     monitor: shown("rotor", 1),
                 };
-            /// [A] motor or ESC input currents, as the ESCs tell them.
+            /// [A] motor or ESC input currents, as the ESCs report them.
             current: [Sample; ROTORS] as Current, "A" "_a",
                 [
                     Current1 "current_1" "current of rotor 1" [0],
@@ -225,7 +225,7 @@ macro_rules! sensor_table {
                     emulated: emulated(0.0, 0.02, 0.005),
                     monitor: None,
                 };
-            /// [K] temperatures of the ESCs, where they tell them.
+            /// [K] temperatures of the ESCs, where they report them.
             esc_temperature: [Sample; ROTORS] as EscTemperature, "K" "_k",
                 [
                     EscTemperature1 "esc_temperature_1" "temperature of the ESC of rotor 1" [0],

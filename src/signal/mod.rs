@@ -1,4 +1,4 @@
-//! The house's nouns: what a sensor said, what a controller wants, what the guard let through.
+//! What the rooms hand each other: what a sensor said, what a controller wants, what the guard let through.
 //!
 //! All are plain `repr(C)` values without pointers, so that the same bytes cross shared memory, the
 //! recording and a function call.

@@ -11,7 +11,7 @@ pub struct Sample {
     pub value: f64,
     /// [ns] CLOCK_MONOTONIC when the value reached this machine; 0 = never.
     pub stamp_ns: u64,
-    /// Number of values received so far, wrapping: tells a stream that stopped from one that goes on.
+    /// Number of values received so far, wrapping: distinguishes a stream that stopped from one that goes on.
     pub count: u32,
     /// Bits of [`Health`]; 0 = good.
     pub health: u32,

@@ -105,7 +105,7 @@ impl GuardStep {
 #[derive(Debug, Clone, Copy, PartialEq, Default, ZeroCopySend)]
 #[type_name("rotorbench::LockstepStep")]
 pub struct LockstepStep {
-    /// [ns] CLOCK_MONOTONIC when this run began: tells one run of the emulator from the next.
+    /// [ns] CLOCK_MONOTONIC when this run began: distinguishes one run of the emulator from the next.
     pub run: u64,
     /// Number of the step in its run, from 1; 0 = the run has ended.
     pub number: u64,

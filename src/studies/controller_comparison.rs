@@ -1,10 +1,10 @@
-//! Flights out of recordings, judged side by side: the same disturbance through several controllers.
+//! Recorded runs side by side: the same disturbance through several controllers.
 
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::impulse_response::{Answer, Moment, judge};
+use super::impulse_response::{ImpulseResponse, Moment, measure};
 use super::thresholds::THRESHOLDS;
 use crate::bench::BenchConfig;
 use crate::clock;
@@ -14,21 +14,21 @@ use crate::runtime::lockstep::ORIGIN_NS;
 use crate::screening::Finding;
 use crate::signal::ControlStep;
 
-/// Why flights cannot be compared.
+/// Why runs cannot be compared.
 #[derive(Debug, thiserror::Error)]
-pub enum FlightError {
+pub enum RunComparisonError {
     /// The recording.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// It holds no flight.
-    #[error("{}: no step of a controller with the guard open; a flight is what `run` or `control` recorded", path.display())]
-    NoFlight {
+    /// It holds no run.
+    #[error("{}: no step of a controller with the guard open; record one with `run` or `control`", path.display())]
+    NoRun {
         /// The file.
         path: PathBuf,
     },
     /// Nothing struck the body.
     #[error(
-        "{}: nothing struck the body in this flight, as its recording says, so there is no answer to judge; fly again with \
+        "{}: nothing struck the body in this run, as its recording says, so there is no response to measure; run again with \
          --impulse AT:DURATION:TORQUE",
         path.display()
     )]
@@ -37,7 +37,7 @@ pub enum FlightError {
         path: PathBuf,
     },
     /// It ends too early.
-    #[error("{}: struck at {struck_s:.2} s, but the flight lasts from {from_s:.2} to {to_s:.2} s only", path.display())]
+    #[error("{}: struck at {struck_s:.2} s, but the run lasts from {from_s:.2} to {to_s:.2} s only", path.display())]
     NothingBehind {
         /// The file.
         path: PathBuf,
@@ -64,31 +64,31 @@ pub enum StruckFrom {
     Angle,
 }
 
-/// An impulse behind the first one, judged.
+/// The response to an impulse behind the first one.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
 pub struct LaterStrike {
-    /// [s] when the body was struck, since the flight's clock began.
+    /// [s] when the body was struck, since the run's clock began.
     pub struck_s: f64,
     /// What struck it.
     pub impulse: Impulse,
     /// [s] how long it was judged.
     pub judged_s: f64,
     /// How the controller answered.
-    pub answer: Answer,
+    pub answer: ImpulseResponse,
 }
 
-/// One recorded flight, judged.
+/// One recorded run.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
-pub struct RecordedFlight {
+pub struct RecordedRun {
     /// File name.
     pub recording: String,
     /// `EMC` or `PID`.
     pub controller: &'static str,
     /// [s] transport delay of the emulated bench; absent where the recording does not say it.
     pub delay: Option<f64>,
-    /// [s] when the body was struck, since the flight's clock began.
+    /// [s] when the body was struck, since the run's clock began.
     pub struck_s: f64,
     /// How that is known.
     pub struck_from: StruckFrom,
@@ -99,7 +99,7 @@ pub struct RecordedFlight {
     /// Whether the angle was measured at the pivot; else it is the controller's own estimate.
     pub is_angle_measured: bool,
     /// How the controller answered.
-    pub answer: Answer,
+    pub answer: ImpulseResponse,
     /// The impulses behind the first one.
     pub later: Vec<LaterStrike>,
     /// What the recording says of it, where that is something else than was given.
@@ -110,40 +110,41 @@ pub struct RecordedFlight {
     pub moments: Vec<Moment>,
 }
 
-/// Several flights, and what the reader must know of them.
+/// Several runs, and what the reader must know of them.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
-pub struct FlightComparison {
+pub struct RunComparison {
     /// In the order given.
-    pub flights: Vec<RecordedFlight>,
+    #[serde(rename = "flights")]
+    pub runs: Vec<RecordedRun>,
     /// What makes them unlike each other, or is not known of them.
     pub findings: Vec<Finding>,
 }
 
-/// Reads and judges the flights in `recordings` over `judged_s` behind each impulse as `paper` does, or over the time
+/// Reads the runs in `recordings` and measures each response over `judged_s` behind its impulse as `paper` does, or over the time
 /// that all of them have before the next impulse or their end: what drifts back over the band long after is no answer
 /// to it. `given` is the impulse, `at_s` counted from the first record of a controller's step, where the recordings do
 /// not say it.
 ///
 /// # Errors
-/// [`FlightError`] naming the file.
-pub fn compare_flights(
+/// [`RunComparisonError`] naming the file.
+pub fn compare_runs(
     recordings: &[PathBuf],
     given: Option<Impulse>,
-) -> Result<FlightComparison, FlightError> {
+) -> Result<RunComparison, RunComparisonError> {
     let mut raw =
-        recordings.iter().map(|path| RawFlight::read(path, given)).collect::<Result<Vec<_>, _>>()?;
-    let most = raw.iter().map(|flight| flight.strikes.len()).max().unwrap_or(0);
+        recordings.iter().map(|path| RawRun::read(path, given)).collect::<Result<Vec<_>, _>>()?;
+    let most = raw.iter().map(|run| run.strikes.len()).max().unwrap_or(0);
     let window =
         |index: usize| raw.iter().filter_map(|it| it.behind_s(index)).fold(THRESHOLDS.judged_s, f64::min);
     let windows: Vec<f64> = (0..most).map(window).collect();
-    let flights: Vec<RecordedFlight> = raw.drain(..).map(|flight| flight.judged(&windows)).collect();
-    let findings = findings(&flights);
-    Ok(FlightComparison { flights, findings })
+    let runs: Vec<RecordedRun> = raw.drain(..).map(|run| run.judged(&windows)).collect();
+    let findings = findings(&runs);
+    Ok(RunComparison { runs, findings })
 }
 
-/// A flight before it is judged.
-struct RawFlight {
+/// A run before its responses are measured.
+struct RawRun {
     path: PathBuf,
     config: Option<BenchConfig>,
     is_virtual: bool,
@@ -158,8 +159,8 @@ struct RawFlight {
     strikes: Vec<f64>,
 }
 
-impl RawFlight {
-    fn read(path: &Path, given: Option<Impulse>) -> Result<Self, FlightError> {
+impl RawRun {
+    fn read(path: &Path, given: Option<Impulse>) -> Result<Self, RunComparisonError> {
         let mut recording = Recording::open(path)?;
         let mut steps = Vec::new();
         for record in recording.by_ref() {
@@ -167,17 +168,17 @@ impl RawFlight {
                 steps.push(step);
             }
         }
-        // A recording of another version is still a flight.
-        let config: Option<BenchConfig> = toml::from_str(&recording.provenance().bench).ok();
+        // A recording of another version still holds a run.
+        let config: Option<BenchConfig> = toml::from_str(&recording.metadata().bench).ok();
         // Nobody's monotonic clock is that young when a bench starts.
         let is_virtual = steps.first().is_some_and(|step| step.command.stamp_ns < 2 * ORIGIN_NS);
         let begun_ns = if is_virtual { ORIGIN_NS } else { steps.first().map_or(0, |it| it.command.stamp_ns) };
         steps.retain(|step| step.applied.command_sequence > 0 && matches!(step.command.controller, 1 | 2));
-        let Some(last) = steps.last() else { return Err(FlightError::NoFlight { path: path.to_owned() }) };
+        let Some(last) = steps.last() else { return Err(RunComparisonError::NoRun { path: path.to_owned() }) };
         let controller = if last.command.controller == 1 { "EMC" } else { "PID" };
         let is_angle_measured = steps.iter().all(|step| step.sensors.body_angle.is_good());
         let moments = steps.iter().map(|step| moment(step, begun_ns, is_angle_measured)).collect();
-        let mut flight = Self {
+        let mut run = Self {
             path: path.to_owned(),
             config,
             is_virtual,
@@ -189,18 +190,18 @@ impl RawFlight {
             impulses: Vec::new(),
             strikes: Vec::new(),
         };
-        flight.find_the_impulses(given);
-        if flight.struck_from == StruckFrom::Angle && flight.was_left_alone() {
-            return Err(FlightError::NotStruck { path: flight.path });
+        run.find_the_impulses(given);
+        if run.struck_from == StruckFrom::Angle && run.was_left_alone() {
+            return Err(RunComparisonError::NotStruck { path: run.path });
         }
-        let (from_s, to_s) = flight.span();
-        let struck_s = flight.strikes.first().copied().unwrap_or(f64::NAN);
-        if struck_s < from_s || flight.behind_s(0).is_none_or(|behind| behind < THRESHOLDS.shortest_answer_s)
+        let (from_s, to_s) = run.span();
+        let struck_s = run.strikes.first().copied().unwrap_or(f64::NAN);
+        if struck_s < from_s || run.behind_s(0).is_none_or(|behind| behind < THRESHOLDS.shortest_answer_s)
         {
-            return Err(FlightError::NothingBehind { path: flight.path, struck_s, from_s, to_s });
+            return Err(RunComparisonError::NothingBehind { path: run.path, struck_s, from_s, to_s });
         }
-        flight.know_the_disturbance();
-        Ok(flight)
+        run.know_the_disturbance();
+        Ok(run)
     }
 
     fn span(&self) -> (f64, f64) {
@@ -270,11 +271,11 @@ impl RawFlight {
         self.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
     }
 
-    /// The emulator's impulses up to the end of the flight, in order, where they were recorded on the flight's clock.
+    /// The emulator's impulses up to the end of the run, in order, where they were recorded on the run's clock.
     fn recorded_impulses(&self) -> Vec<(f64, Impulse)> {
         let Some(config) = self.config.as_ref().filter(|_| self.is_virtual) else { return Vec::new() };
         let (emulator, to_s) = (&config.emulator, self.span().1);
-        // A flight has no more impulses than moments.
+        // A run has no more impulses than moments.
         let rounds = if emulator.impulse_period_s > 0.0 { self.moments.len() } else { 1 };
         let each = emulator.impulse.iter().flat_map(|impulse| {
             let at = |round: usize| impulse.at_s + round as f64 * emulator.impulse_period_s;
@@ -317,7 +318,7 @@ impl RawFlight {
     }
 
     /// `windows` [s]: how long each strike is judged.
-    fn judged(self, windows: &[f64]) -> RecordedFlight {
+    fn judged(self, windows: &[f64]) -> RecordedRun {
         let emulator = self.config.as_ref().filter(|_| self.is_virtual).map(|config| &config.emulator);
         let name = self.name();
         let struck_s = self.strikes.first().copied().unwrap_or(f64::NAN);
@@ -330,10 +331,10 @@ impl RawFlight {
             .skip(1)
             .filter(|(_, judged_s)| **judged_s >= THRESHOLDS.shortest_answer_s);
         let later = later.filter_map(|(&struck_s, &judged_s)| {
-            let answer = judge(&self.moments, struck_s, judged_s);
+            let answer = measure(&self.moments, struck_s, judged_s);
             Some(LaterStrike { struck_s, impulse: by(struck_s)?, judged_s, answer })
         });
-        RecordedFlight {
+        RecordedRun {
             recording: name,
             controller: self.controller,
             delay: emulator.map(|emulator| emulator.command_delay_s),
@@ -342,7 +343,7 @@ impl RawFlight {
             impulse: by(struck_s),
             judged_s,
             is_angle_measured: self.is_angle_measured,
-            answer: judge(&self.moments, struck_s, judged_s),
+            answer: measure(&self.moments, struck_s, judged_s),
             later: later.collect(),
             recorded_otherwise: self.recorded_otherwise,
             moments: self.moments,
@@ -362,32 +363,32 @@ fn moment(step: &ControlStep, begun_ns: u64, is_angle_measured: bool) -> Moment 
     }
 }
 
-/// What makes flights unlike each other, or is not known of them.
-fn findings(flights: &[RecordedFlight]) -> Vec<Finding> {
+/// Where runs differ in more than the controller, or is not known of them.
+fn findings(runs: &[RecordedRun]) -> Vec<Finding> {
     let mut findings = Vec::new();
-    for flight in flights {
-        let name = &flight.recording;
-        if !flight.is_angle_measured {
+    for run in runs {
+        let name = &run.recording;
+        if !run.is_angle_measured {
             findings.push(Finding::new("angle_not_measured", "body_angle_rad").of(name));
         }
-        findings.extend(flight.recorded_otherwise.clone());
-        if flight.struck_from == StruckFrom::Angle {
+        findings.extend(run.recorded_otherwise.clone());
+        if run.struck_from == StruckFrom::Angle {
             findings
-                .push(Finding::new("impulse_unknown", "impulse").of(name).with("struck_s", flight.struck_s));
+                .push(Finding::new("impulse_unknown", "impulse").of(name).with("struck_s", run.struck_s));
         }
     }
     let push = |impulse: &Impulse| impulse.duration_s * impulse.torque;
-    if let Some(first) = flights.first().and_then(|flight| flight.impulse.as_ref()) {
-        for flight in flights.iter().skip(1) {
-            let Some(other) = &flight.impulse else { continue };
+    if let Some(first) = runs.first().and_then(|run| run.impulse.as_ref()) {
+        for run in runs.iter().skip(1) {
+            let Some(other) = &run.impulse else { continue };
             // As floating-point numbers from the same text they are equal to the last bit.
             if push(other) != push(first) || other.torque != first.torque {
                 findings.push(
                     Finding::new("impulses_differ", "impulse")
-                        .with("recording", flights[0].recording.as_str())
+                        .with("recording", runs[0].recording.as_str())
                         .with("torque_nm", first.torque)
                         .with("duration_s", first.duration_s)
-                        .with("other_recording", flight.recording.as_str())
+                        .with("other_recording", run.recording.as_str())
                         .with("other_torque_nm", other.torque)
                         .with("other_duration_s", other.duration_s),
                 );

@@ -1,7 +1,7 @@
-//! Numbers that decide how flights and machines are compared.
+//! Numbers that decide how runs and machines are compared.
 
 crate::thresholds! {
-    /// [-] share of the largest angle below which a flight has not been struck yet
+    /// [-] share of the largest angle below which a run has not been struck yet
     unmoved_share: f64 = 0.05, "-", "judgement";
     /// [s] shortest stretch behind an impulse that says anything; impulses closer than that are one
     shortest_answer_s: f64 = 0.5, "s", "judgement";

@@ -1,4 +1,4 @@
-//! `cargo bench --bench control`: EMC, PID and guard step, against a bare copy of the nouns they read and write.
+//! `cargo bench --bench control`: EMC, PID and guard step, against a bare copy of what they read and write.
 
 use std::hint::black_box;
 
@@ -23,7 +23,7 @@ fn sensors(k: u64) -> Sensors {
     }
 }
 
-/// The yardstick: the nouns of a step go in and out, and nothing is computed.
+/// The yardstick: what a step reads and writes goes in and out, and nothing is computed.
 fn copy(criterion: &mut Criterion) {
     let mut k = 0;
     criterion.bench_function("baseline: copy sensors in, command out", |bencher| {

@@ -47,11 +47,12 @@ fn shared_memory(criterion: &mut Criterion) {
             black_box(subscriber.newest())
         });
     });
-    let (there, back) = (bench.bell(Waiter::Control).expect("bell"), bench.bell(Waiter::Gate).expect("bell"));
+    let (there, back) =
+        (bench.bell(Waiter::Control).expect("bell"), bench.bell(Waiter::Guard).expect("bell"));
     let stop = Arc::new(AtomicBool::new(false));
     let echo = std::thread::spawn({
         let (stop, bell) = (Arc::clone(&stop), bench.bell(Waiter::Control).expect("bell"));
-        let answer = bench.bell(Waiter::Gate).expect("bell");
+        let answer = bench.bell(Waiter::Guard).expect("bell");
         move || {
             while !stop.load(Ordering::Relaxed) {
                 let _ = rt::wait([bell.descriptor()], clock::monotonic_ns() + 100_000_000);
@@ -100,9 +101,9 @@ impl Drop for OwnBus {
 }
 
 /// The stopwatch, and the bare loop beside which it is read: a raw socket and nothing around it.
-struct Wire(CanSocket);
+struct BusIo(CanSocket);
 
-impl Wire {
+impl BusIo {
     fn open(bus: &OwnBus) -> Self {
         Self(CanSocket::open(&bus.0).expect("the bus is up"))
     }
@@ -153,8 +154,8 @@ fn frame(id: u32, data: &[u8]) -> libc::can_frame {
 
 /// `run` as it is, until `stop`.
 fn fly(config: &BenchConfig, stop: &AtomicBool) {
-    let pilot = controller_plant::pilot(config).expect("the built-in bench");
-    let mut run = RunLoop::open(config, pilot, LogQueue::new(16)).expect("the only one");
+    let source = controller_plant::command_source(config).expect("the built-in bench");
+    let mut run = RunLoop::open(config, source, LogQueue::new(16)).expect("the only one");
     while !stop.load(Ordering::Relaxed) {
         run.turn();
     }
@@ -179,7 +180,7 @@ const TURNS: usize = 400;
 
 /// [ns] each turn of the bare loop and, half a period later, of `run`, each on a bus of its own: a machine that is busy with
 /// other things is so for both. Ends where one is not answered.
-fn turns(config: &BenchConfig, bare: &Wire, ours: &Wire) -> Vec<(f64, f64)> {
+fn turns(config: &BenchConfig, bare: &BusIo, ours: &BusIo) -> Vec<(f64, f64)> {
     let half_ns = clock::span_ns(config.period_s) / 2;
     let (ping, mut gyro) = (frame(0x7FF, &[0; 8]), gyro(config));
     let start_ns = clock::monotonic_ns() + half_ns;
@@ -210,10 +211,10 @@ fn frame_to_frame(_: &mut Criterion) {
     let mut config = config("bus");
     config.trigger = Trigger::Imu;
     config.bus.interface.clone_from(&our_bus.0);
-    let [bare, echo] = [&bare_bus; 2].map(Wire::open);
-    let ours = Wire::open(&our_bus);
-    for wire in [&bare, &ours] {
-        wire.0.set_nonblocking(true).expect("set");
+    let [bare, echo] = [&bare_bus; 2].map(BusIo::open);
+    let ours = BusIo::open(&our_bus);
+    for bus_io in [&bare, &ours] {
+        bus_io.0.set_nonblocking(true).expect("set");
     }
     let stop = AtomicBool::new(false);
     let measured = std::thread::scope(|scope| {

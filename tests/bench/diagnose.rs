@@ -113,7 +113,7 @@ fn free_run(log: &Dataset) -> [f64; 2] {
     [ours, median(bare.collect())]
 }
 
-fn told(name: &str, train: &Dataset, validate: Option<&Dataset>) {
+fn show(name: &str, train: &Dataset, validate: Option<&Dataset>) {
     let [once, _] = free_run(train);
     let validate: Vec<Dataset> = validate.into_iter().cloned().collect();
     let mut answer = None;
@@ -150,12 +150,12 @@ fn main() {
     ];
     for (name, shape, hidden) in cases {
         let of = |seed| logs.make(&name.replace([' ', ','], "_"), &[shape, hidden].concat(), 120, seed);
-        told(name, &of(1), Some(&of(2)));
+        show(name, &of(1), Some(&of(2)));
     }
     if !std::env::args().any(|word| word == "--quick") {
         let long =
             logs.make("long", &[&actuator[..], &["--hide", "asymmetric_pole:ratio=1.4"]].concat(), 2400, 1);
-        told("actuator, asymmetric_pole, thirds held out", &long, None);
+        show("actuator, asymmetric_pole, thirds held out", &long, None);
         let [ours, bare] = free_run(&long);
         println!(
             "free run of {} samples: {:.2} ms, {:.2} times the bare loop's {:.2} ms",

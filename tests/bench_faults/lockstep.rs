@@ -51,7 +51,7 @@ fn ten_runs_of_the_attitude_bench_are_the_same_to_the_last_bit() {
 
 #[test]
 fn two_processes_give_the_bits_of_one() {
-    // The last one measures so rarely that most steps bring nothing new: an answer is told by its number alone.
+    // The last one measures so rarely that most steps bring nothing new: an answer is known by its number alone.
     for (period_s, rate_hz) in [(0.02, None), (0.001, None), (0.001, Some(50.0))] {
         let bench = TestBench::new("two", |config| {
             attitude(config);
@@ -82,12 +82,12 @@ impl Interference for Silence {
     }
 }
 
-/// The same flight in this thread, with a controller that is silent from slot `answered` on.
+/// The same run in this thread, with a controller that is silent from slot `answered` on.
 fn silent_from(config: &BenchConfig, answered: u64, slots: u64) -> String {
     let guard = config.guard.build(config.period_s).expect("valid");
     let emulator = emulate::emulator(config).expect("valid");
-    let pilot = controller_plant::pilot(config).expect("valid");
-    let bench = Lockstep::new(emulator, pilot, config.period_s).guarded(guard);
+    let source = controller_plant::command_source(config).expect("valid");
+    let bench = Lockstep::new(emulator, source, config.period_s).guarded(guard);
     let (mut state, mut digest) = (bench.start(), Digest::default());
     let mut silence = Silence(answered);
     (0..slots).for_each(|_| digest.add(&bench.step(&mut state, &mut silence)));
@@ -96,7 +96,7 @@ fn silent_from(config: &BenchConfig, answered: u64, slots: u64) -> String {
 
 #[test]
 fn a_controller_that_vanishes_drives_the_failsafe_and_the_rest_is_decided_by_its_last_answer() {
-    // [periods] after which it is hurt; anywhere in flight.
+    // [periods] after which it is hurt; anywhere in the run.
     for (signal, at) in [(libc::SIGKILL, 137), (libc::SIGKILL, 4_711), (libc::SIGSTOP, 1_009)] {
         let bench = TestBench::new("gone", attitude);
         let control = bench.start(&["control", "--lockstep"]);
@@ -111,7 +111,7 @@ fn a_controller_that_vanishes_drives_the_failsafe_and_the_rest_is_decided_by_its
             "--json",
         ]);
         let mut watcher = bench.watch();
-        watcher.until("a flight", |applied| applied.sequence > at);
+        watcher.until("a run", |applied| applied.sequence > at);
         control.signal(signal);
         // Exit 1: found wanting. Without an end of its own this would last for hours.
         assert_eq!(emulator.wait().code(), Some(1), "{}", emulator.log());
@@ -138,7 +138,7 @@ fn an_emulator_that_vanishes_does_not_hold_its_controller() {
     let bench = TestBench::new("left", attitude);
     let mut control = bench.start(&["control", "--lockstep", "--patience", "0.5", "--json"]);
     let emulator = bench.start(&["emulate", "--shm", "--lockstep", "--seconds", "1e6"]);
-    bench.watch().until("a flight", |applied| applied.sequence > 100);
+    bench.watch().until("a run", |applied| applied.sequence > 100);
     emulator.signal(libc::SIGKILL);
     assert_eq!(control.wait().code(), Some(1), "{}", control.log());
     assert_eq!(json(&control.output())["complete"], Value::Bool(false));

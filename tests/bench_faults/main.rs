@@ -95,7 +95,7 @@ fn an_emulator_that_was_killed_comes_back_disarmed() {
         let back =
             watcher.until("the new life of the emulator", |it| it.stamp_ns > at_ns && it.sequence < 100);
         assert_eq!((back.state, back.rotor), (State::Disarmed as u32, [0.0, 0.0]));
-        assert!(control.is_running(), "the controller lives on");
+        assert!(control.is_running(), "the controller runs on");
         bench.fly(&mut watcher);
     });
 }
@@ -183,7 +183,7 @@ fn hold(period_s: f64) {
     bench.fly(&mut watcher);
     // From the first impulse on to the third.
     let until = watcher.newest.stamp_ns + 5_000_000_000;
-    watcher.until("five seconds of flight", |applied| applied.stamp_ns > until);
+    watcher.until("five seconds of a run", |applied| applied.stamp_ns > until);
     let state = State::from_code(watcher.newest.state).unwrap_or_default();
     if !state.is_active() {
         late(format!("it flew to the end, and is {state}: {:?}", watcher.said));

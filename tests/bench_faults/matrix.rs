@@ -15,11 +15,11 @@ use rotorbench::signal::{AppliedFlags, GuardEvent};
 
 use crate::processes::{Process, TestBench, Watcher, late, say, up_to_six_times};
 
-/// [s] that a flight is looked at after the fault.
+/// [s] that a run is looked at after the fault.
 const AFTERWARDS: Duration = Duration::from_millis(1_500);
 
 /// The bench of one draw.
-struct Flight {
+struct Running {
     bench: TestBench,
     emulator: Process,
     control: Process,
@@ -27,7 +27,7 @@ struct Flight {
     dice: ChaCha8Rng,
 }
 
-impl Flight {
+impl Running {
     fn new(row: &str, draw: u64) -> Self {
         let bench = TestBench::new("matrix", |config| {
             // The hog and the loop share one processor.
@@ -61,15 +61,15 @@ struct Seen {
 }
 
 /// Looks on after a fault at `at_ns`, and holds what must hold in every row.
-fn look(flight: &mut Flight, at_ns: u64) -> Seen {
-    let period_ns = flight.bench.period_ns() as f64;
+fn look(running: &mut Running, at_ns: u64) -> Seen {
+    let period_ns = running.bench.period_ns() as f64;
     let periods = |stamp_ns: u64| stamp_ns.saturating_sub(at_ns) as f64 / period_ns;
-    let maximum = flight.bench.config.guard.rotor_maximum;
+    let maximum = running.bench.config.guard.rotor_maximum;
     let (mut highest, mut turning_ns, mut beyond, mut revived) = (0.0_f64, 0, None, None);
     let mut latched = false;
     let end = Instant::now() + AFTERWARDS;
     while Instant::now() < end {
-        flight.watcher.each(|applied| {
+        running.watcher.each(|applied| {
             let most = applied.rotor.into_iter().fold(0.0, f64::max);
             let is_ramp = applied.flags & AppliedFlags::RAMPING != 0;
             if applied.rotor.iter().any(|u| !(0.0..=maximum).contains(u)) {
@@ -88,9 +88,9 @@ fn look(flight: &mut Flight, at_ns: u64) -> Seen {
     }
     assert!(beyond.is_none(), "a command beyond the limits left: {beyond:?}");
     assert!(revived.is_none(), "a rotor got a command after the latch: {revived:?}");
-    let newest = flight.watcher.newest;
+    let newest = running.watcher.newest;
     let is_fault = |event: &&GuardEvent| event.stamp_ns >= at_ns && event.from != event.to;
-    let first = flight.watcher.said.iter().find(is_fault);
+    let first = running.watcher.said.iter().find(is_fault);
     let cause = |code| Cause::from_code(code).unwrap_or_default();
     let flies = newest.rotor.iter().any(|u| *u > 0.0);
     Seen {
@@ -105,7 +105,7 @@ fn look(flight: &mut Flight, at_ns: u64) -> Seen {
 /// A row: what is done, and after how many periods beyond the hold the rotors must be at rest; `None` = it depends.
 struct Row {
     name: &'static str,
-    hurt: fn(&mut Flight) -> u64,
+    hurt: fn(&mut Running) -> u64,
     limit: Option<f64>,
 }
 
@@ -114,26 +114,38 @@ const HOG: &str = "three threads that spin on the loop's processor";
 const ROWS: [Row; 6] = [
     Row {
         name: "SIGKILL of control",
-        hurt: |flight| {
-            flight.control.signal(libc::SIGKILL);
+        hurt: |running| {
+            running.control.signal(libc::SIGKILL);
             clock::monotonic_ns()
         },
         limit: Some(2.0),
     },
-    Row { name: "SIGSTOP of control, SIGCONT within 0.6 s", hurt: |flight| pause(flight, true), limit: None },
+    Row {
+        name: "SIGSTOP of control, SIGCONT within 0.6 s",
+        hurt: |running| pause(running, true),
+        limit: None,
+    },
     Row {
         name: "SIGSTOP of the guard's process, SIGCONT within 0.6 s",
-        hurt: |flight| pause(flight, false),
+        hurt: |running| pause(running, false),
         limit: None,
     },
     Row { name: HOG, hurt: hog, limit: None },
-    Row { name: "SIGKILL of the recorder", hurt: |flight| hurt_recorder(flight, libc::SIGKILL), limit: None },
-    Row { name: "SIGSTOP of the recorder", hurt: |flight| hurt_recorder(flight, libc::SIGSTOP), limit: None },
+    Row {
+        name: "SIGKILL of the recorder",
+        hurt: |running| hurt_recorder(running, libc::SIGKILL),
+        limit: None,
+    },
+    Row {
+        name: "SIGSTOP of the recorder",
+        hurt: |running| hurt_recorder(running, libc::SIGSTOP),
+        limit: None,
+    },
 ];
 
-fn pause(flight: &mut Flight, control: bool) -> u64 {
-    let span = flight.span();
-    let victim = if control { &flight.control } else { &flight.emulator };
+fn pause(running: &mut Running, control: bool) -> u64 {
+    let span = running.span();
+    let victim = if control { &running.control } else { &running.emulator };
     let at_ns = clock::monotonic_ns();
     victim.signal(libc::SIGSTOP);
     std::thread::sleep(span);
@@ -142,7 +154,7 @@ fn pause(flight: &mut Flight, control: bool) -> u64 {
 }
 
 /// Three threads that do nothing as hard as they can, on the processor to which the loop is bound.
-fn hog(_: &mut Flight) -> u64 {
+fn hog(_: &mut Running) -> u64 {
     let at_ns = clock::monotonic_ns();
     let end = Instant::now() + Duration::from_millis(800);
     let spin = move || {
@@ -161,10 +173,10 @@ fn hog(_: &mut Flight) -> u64 {
     at_ns
 }
 
-fn hurt_recorder(flight: &mut Flight, signal: i32) -> u64 {
-    let path = flight.bench.file.with_file_name("matrix.mcap");
-    let recorder = flight.bench.start(&["record", "-o", &path.display().to_string()]);
-    std::thread::sleep(Duration::from_millis(300) + flight.span());
+fn hurt_recorder(running: &mut Running, signal: i32) -> u64 {
+    let path = running.bench.file.with_file_name("matrix.mcap");
+    let recorder = running.bench.start(&["record", "-o", &path.display().to_string()]);
+    std::thread::sleep(Duration::from_millis(300) + running.span());
     recorder.signal(signal);
     let at_ns = clock::monotonic_ns();
     // It stays as it is while the loop is looked at.
@@ -173,11 +185,11 @@ fn hurt_recorder(flight: &mut Flight, signal: i32) -> u64 {
 }
 
 fn fly(row: &Row, draw: u64) -> Seen {
-    let mut flight = Flight::new(row.name, draw);
-    let at_ns = (row.hurt)(&mut flight);
-    let seen = look(&mut flight, at_ns);
+    let mut running = Running::new(row.name, draw);
+    let at_ns = (row.hurt)(&mut running);
+    let seen = look(&mut running, at_ns);
     if let Some(more) = row.limit {
-        let limit = flight.bench.hold_periods() + more;
+        let limit = running.bench.hold_periods() + more;
         if seen.turning.is_none_or(|periods| periods > limit) {
             late(format!("{}: {seen:?}, at most {limit} periods", row.name));
         }

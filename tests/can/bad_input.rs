@@ -197,7 +197,7 @@ fn who_lists_other_roles_need_not_repeat_the_messages() {
     assert_eq!(messages, ["ENCODER"]);
 }
 
-/// An ESC that reads 1000..2000 µs gets its zero at 1000; one whose signal starts above its zero would never be told to
+/// An ESC that reads 1000..2000 µs gets its zero at 1000; one whose signal starts above its zero would never be commanded to
 /// stand still.
 #[test]
 fn commands_that_cannot_say_zero_are_refused() {

@@ -86,8 +86,8 @@ fn a_multiplexed_sensor_is_sent_on_its_page_and_taken_from_no_other() {
     config.messages.clear();
     let roles = Roles::build(&config, 0.02).expect("sound");
     let (mut sender, mut receiver) = (roles.sensor_sender(), roles.sensor_receiver());
-    let told = Sensors { body_rate: Sample::good(-1.25, 1, 1), ..Sensors::default() };
-    let frame = roles.encode_sensors(&mut sender, 0, &told).expect("the only message");
+    let sent = Sensors { body_rate: Sample::good(-1.25, 1, 1), ..Sensors::default() };
+    let frame = roles.encode_sensors(&mut sender, 0, &sent).expect("the only message");
     assert_eq!(frame.data()[..3], [3, 0x83, 0xFF], "page 3, -125 steps of 0.01");
     let mut received = Sensors::default();
     let decoded = roles.decode_sensors(&mut receiver, &frame, 77, &mut received);

@@ -129,8 +129,8 @@ fn the_cycle_of_run_on_a_socket_does_not_allocate() {
         bench.config.trigger = trigger;
         let config = bench.config.clone();
         let open = move || {
-            let pilot = controller_plant::pilot(&config).expect("the built-in bench");
-            let mut run = RunLoop::open(&config, pilot, LogQueue::new(64)).expect("the only one");
+            let source = controller_plant::command_source(&config).expect("the built-in bench");
+            let mut run = RunLoop::open(&config, source, LogQueue::new(64)).expect("the only one");
             Box::new(move || run.turn()) as Box<dyn FnMut()>
         };
         cycle_does_not_allocate(&bench, &bus, open, &format!("run, trigger {trigger:?}"));

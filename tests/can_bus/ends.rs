@@ -5,7 +5,7 @@ use rotorbench::clock;
 use rotorbench::guard::{Cause, State};
 use rotorbench::rt::{LogQueue, Shutdown};
 use rotorbench::runtime::bridge;
-use rotorbench::runtime::bus_io::Wire;
+use rotorbench::runtime::bus_io::BusIo;
 use rotorbench::shm::{Bench, Role};
 use rotorbench::signal::Applied;
 
@@ -35,9 +35,9 @@ fn a_panic_in_the_cycle_leaves_zeros_on_the_bus() {
     let ended = std::thread::scope(|scope| {
         let cycle = scope.spawn(|| {
             let member = Bench::join(&bench.config.name, &bench.config.shared_memory, Role::Bridge);
-            let mut wire = Wire::open(&bench.config, &member.expect("joined"), LogQueue::new(16))
+            let mut bus_io = BusIo::open(&bench.config, &member.expect("joined"), LogQueue::new(16))
                 .expect("the bus is up");
-            wire.send(&Applied { rotor: [0.5, 0.6], ..Applied::default() });
+            bus_io.send(&Applied { rotor: [0.5, 0.6], ..Applied::default() });
             panic!("a defect, made for this test");
         });
         cycle.join()
@@ -49,7 +49,7 @@ fn a_panic_in_the_cycle_leaves_zeros_on_the_bus() {
     assert_eq!(commands.last(), Some(&[0.0, 0.0]), "{commands:?}");
 }
 
-/// A panic on another thread of the process, such as a helper's: the cycle ends as it does when it is told to.
+/// A panic on another thread of the process, such as a helper's: the cycle ends as it does when it is asked to.
 #[test]
 fn a_panic_of_another_thread_ends_the_bridge_in_the_safe_command() {
     let bus = Bus::new();
@@ -99,7 +99,7 @@ fn an_interface_that_is_deleted_and_made_again_is_joined_again() {
         ip(&["link", "set", &bus.name, "mtu", "72", "up"]);
         let mut port = bus.port();
         safe_on_the_bus(&bench, &mut port, clock::monotonic_ns());
-        assert!(bridge.is_running(), "the bridge lives through it");
+        assert!(bridge.is_running(), "the bridge survives it");
         watcher.assert_latched(&[Cause::BusDead, Cause::SignalStale, Cause::CommandAnswersOldSensors]);
         // Sensors come again, too: the operator may go on.
         bench.fly(&mut watcher);

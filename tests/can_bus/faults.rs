@@ -100,24 +100,24 @@ fn play(
         let one = [Lie::OneNotANumber as u64, Lie::OneTooFast as u64];
         let told_once = |lie| one.contains(&lie).then_some(0);
         let lie = lie.fetch_update(Ordering::Relaxed, Ordering::Relaxed, told_once).unwrap_or_else(|lie| lie);
-        let mut told = *state.sensors();
+        let mut sent = *state.sensors();
         if lie == Lie::NotANumber as u64 || lie == Lie::OneNotANumber as u64 {
-            told.body_rate.value = f64::NAN;
+            sent.body_rate.value = f64::NAN;
         }
         if lie == Lie::OneTooFast as u64 {
-            told.body_rate.value = 1e6;
+            sent.body_rate.value = 1e6;
         }
         if lie == Lie::ImuFrozen as u64 {
-            told.body_rate.value = frozen;
+            sent.body_rate.value = frozen;
         }
-        frozen = told.body_rate.value;
+        frozen = sent.body_rate.value;
         for (index, message) in roles.sensor_messages().iter().enumerate() {
             let silent = match message.name.as_str() {
                 "GYRO" => lie == Lie::ImuSilent as u64,
                 "ESC_2_STATUS" => lie == Lie::EscSilent as u64,
                 _ => false,
             };
-            if let Some(frame) = roles.encode_sensors(&mut sender, index, &told).filter(|_| !silent) {
+            if let Some(frame) = roles.encode_sensors(&mut sender, index, &sent).filter(|_| !silent) {
                 let _ = port.send(&frame);
             }
         }
@@ -225,7 +225,7 @@ fn processes_that_die_or_stand_still_end_in_the_safe_command() {
     }
 }
 
-/// [rad/s] the speeds that the ESCs tell, the newest of each, and when the newer came.
+/// [rad/s] the speeds that the ESCs report, the newest of each, and when the newer came.
 fn speeds(bench: &TestBench, port: &mut Port, mut enough: impl FnMut([f64; 2], u64) -> bool) -> u64 {
     let roles = Roles::build(&bench.config.bus, bench.config.period_s).expect("valid");
     let (mut receiver, mut sensors) = (roles.sensor_receiver(), rotorbench::signal::Sensors::default());
@@ -262,7 +262,7 @@ fn rotors_stop_by_their_own_timeout_when_the_bridge_is_gone() {
             assert!(cruise.iter().all(|it| *it > 300.0), "the rotors turn: {cruise:?}");
             let at_ns = clock::monotonic_ns();
             bridge.signal(signal);
-            // With its time constant of 62 ms a rotor that was told to stop has lost a fifth of its speed after 14 ms.
+            // With its time constant of 62 ms a rotor that was commanded to stop has lost a fifth of its speed after 14 ms.
             // A speed of zero is one that has not come yet.
             let slowing_ns = speeds(&bench, &mut port, |speed, stamp_ns| {
                 let slower = |(now, before): (&f64, &f64)| *now > 0.0 && *now < 0.8 * before;
@@ -298,7 +298,7 @@ fn an_interface_that_goes_down_latches_and_carries_zeros_when_it_is_back() {
         let safe = watcher.until_safe(at_ns);
         bench.judge("interface down", at_ns, safe.stamp_ns);
         bus.up();
-        assert!(bridge.is_running(), "the bridge lives through it");
+        assert!(bridge.is_running(), "the bridge survives it");
         let mut port = bus.port();
         safe_on_the_bus(&bench, &mut port, clock::monotonic_ns());
         watcher.assert_latched(&[Cause::BusDead, Cause::SignalStale, Cause::CommandAnswersOldSensors]);

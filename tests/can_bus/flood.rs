@@ -55,7 +55,7 @@ fn sensors_that_drown_in_a_flood_end_in_the_safe_command() {
             std::thread::sleep(Duration::from_millis(100));
             watcher.each(|_| {});
             if !State::from_code(watcher.newest.state).unwrap_or_default().is_active() {
-                late(format!("the flood alone ended the flight: {:?}", watcher.said));
+                late(format!("the flood alone ended the run: {:?}", watcher.said));
             }
             let at_ns = hardware.lie(Lie::ImuSilent);
             let safe_ns = safe_on_the_bus(&bench, &mut port, at_ns);

@@ -53,8 +53,8 @@ fn cansend_moves_no_rotor_and_is_counted_by_cause() {
         let mut turned = false;
         watcher.each(|applied| turned |= applied.rotor != [0.0, 0.0]);
         own_frames_came_back(&watcher);
-        let told = &watcher.said;
-        assert_eq!(watcher.newest.state, State::Disarmed as u32, "none of it is a reason to latch: {told:?}");
+        let seen = &watcher.said;
+        assert_eq!(watcher.newest.state, State::Disarmed as u32, "none of it is a reason to latch: {seen:?}");
         // And with the command's identifier: full throttle, and no command at all.
         let foreign = ["010#0050C350C3000000", "010#"];
         for frame in foreign {
@@ -84,7 +84,7 @@ fn cansend_moves_no_rotor_and_is_counted_by_cause() {
 }
 
 /// A gyro that says one impossible thing in an otherwise perfect frame, while the bench flies: counted by cause, used by
-/// nobody, and no reason to end the flight.
+/// nobody, and no reason to end the run.
 #[test]
 fn one_impossible_value_in_flight_is_counted_and_used_by_nobody() {
     up_to_six_times(|| {
@@ -102,10 +102,10 @@ fn one_impossible_value_in_flight_is_counted_and_used_by_nobody() {
             // Longer than the clean periods after which the guard has forgotten it.
             std::thread::sleep(Duration::from_millis(200));
         }
-        let mut told = 0;
+        let mut seen = 0;
         while let Some(sensors) = sensors.next_in_order() {
             assert!(sensors.body_rate.value.abs() < 40.0, "published: {:?}", sensors.body_rate);
-            told += u32::from(sensors.body_rate.health != 0);
+            seen += u32::from(sensors.body_rate.health != 0);
         }
         let maximum = bench.config.guard.rotor_maximum;
         watcher.each(|applied| assert!(applied.rotor.iter().all(|rotor| (0.0..=maximum).contains(rotor))));
@@ -113,9 +113,9 @@ fn one_impossible_value_in_flight_is_counted_and_used_by_nobody() {
         if !state.is_active() {
             late(format!("it flew on, and is {state}: {:?}", watcher.said));
         }
-        assert!(told >= 4, "the bad values are flagged where they are published: {told}");
+        assert!(seen >= 4, "the bad values are flagged where they are published: {seen}");
         let decoded = bus_of(bridge)["decoded"].clone();
-        say(&format!("impossible values in flight, guard {state}: {decoded}"));
+        say(&format!("impossible values while armed, guard {state}: {decoded}"));
         let count = |cause: &str| decoded[cause].as_u64();
         assert_eq!((count("not_a_number"), count("out_of_range")), (Some(2), Some(2)), "{decoded}");
         assert_eq!((count("counter"), count("foreign_command")), (Some(0), Some(0)), "{decoded}");

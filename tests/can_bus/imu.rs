@@ -26,8 +26,8 @@ fn triggered(test: &str, bus: &Bus, period_s: f64) -> TestBench {
 }
 
 fn run_of(config: &BenchConfig) -> RunLoop {
-    let pilot = controller_plant::pilot(config).expect("the built-in bench");
-    RunLoop::open(config, pilot, LogQueue::new(16)).expect("the only one")
+    let source = controller_plant::command_source(config).expect("the built-in bench");
+    RunLoop::open(config, source, LogQueue::new(16)).expect("the only one")
 }
 
 #[test]
@@ -95,17 +95,17 @@ fn a_stop_that_nobody_rang_for_is_made_in_the_next_turn() {
         let frame = roles.encode_sensors(&mut sender, gyro, &sensors).expect("a frame");
         port.send(&frame).expect("there is room");
         run.turn();
-        assert_ne!(run.gate().applied().state, State::EmergencyStop as u32, "not on the way of a frame");
-        if run.gate().is_stop() {
+        assert_ne!(run.guard().applied().state, State::EmergencyStop as u32, "not on the way of a frame");
+        if run.guard().is_stop() {
             break;
         }
         assert!(sequence < 1_000, "it is never found");
         std::thread::sleep(Duration::from_millis(5));
     }
-    let slots = run.gate().cycle().slots();
+    let slots = run.guard().cycle().slots();
     run.turn();
-    assert_eq!(run.gate().applied().state, State::EmergencyStop as u32);
-    assert_eq!(run.gate().cycle().slots(), slots, "at once, and not when a slot was due");
+    assert_eq!(run.guard().applied().state, State::EmergencyStop as u32);
+    assert_eq!(run.guard().cycle().slots(), slots, "at once, and not when a slot was due");
 }
 
 /// Who rings wakes `run` from its wait for a frame, before a frame or a slot does, and is heard.
@@ -119,10 +119,10 @@ fn a_stop_that_is_rung_for_ends_the_wait_for_a_frame() {
         run.start();
         let operator = Bench::join(&config.name, &config.shared_memory, Role::Operator).expect("joined");
         let mut stops = operator.publish(&STOPS[0]).expect("free");
-        let bell = operator.bell(Waiter::Gate).expect("a bell");
+        let bell = operator.bell(Waiter::Guard).expect("a bell");
         // More than once: the first may be too early for `run` to have opened the place of the request.
         for sequence in 1..=20 {
-            let slots = run.gate().cycle().slots();
+            let slots = run.guard().cycle().slots();
             std::thread::scope(|scope| {
                 scope.spawn(|| {
                     std::thread::sleep(Duration::from_millis(30));
@@ -132,14 +132,14 @@ fn a_stop_that_is_rung_for_ends_the_wait_for_a_frame() {
                 });
                 run.turn();
             });
-            let gate = run.gate();
-            if gate.cycle().slots() != slots {
+            let guard = run.guard();
+            if guard.cycle().slots() != slots {
                 late("a slot came before the ring".to_owned());
             }
-            if gate.applied().state == State::EmergencyStop as u32 {
+            if guard.applied().state == State::EmergencyStop as u32 {
                 return;
             }
-            assert!(!gate.is_stop(), "woken by the ring, which was not heard");
+            assert!(!guard.is_stop(), "woken by the ring, which was not heard");
         }
         panic!("it is never heard");
     });
@@ -157,7 +157,7 @@ fn without_frames_each_slot_ends_the_wait() {
         for _ in 0..40 {
             run.turn();
         }
-        let timing = run.gate().cycle().statistics().summary();
+        let timing = run.guard().cycle().statistics().summary();
         say(&format!("{} slots in 40 turns without frames, {} of them run", timing.slots, timing.run));
         if timing.skipped > 4 {
             late(format!("{} slots skipped", timing.skipped));

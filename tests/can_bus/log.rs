@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use rotorbench::can::{Arrival, Frame, Id, Kind};
-use rotorbench::recording::{Provenance, RawFrame, Recorder, RecorderOptions, Recording};
+use rotorbench::recording::{RawFrame, Recorder, RecorderOptions, Recording, RecordingMetadata};
 
 use crate::bus::{Bus, receive, run};
 use crate::processes::say;
@@ -58,11 +58,11 @@ fn as_read(frame: &Frame, microseconds: u64, interface: &str) -> String {
 /// The frames, a millisecond apart, recorded and exported by the program; [µs] since 1970 of the recording's beginning.
 fn export(frames: &[Frame], log: &Path, folder: &Path) -> u64 {
     let recording = folder.join("run.mcap");
-    let provenance = Provenance { interface: "can0".to_owned(), ..Provenance::default() };
-    let recorder = Recorder::start(&recording, &provenance, RecorderOptions::default()).expect("a new file");
-    let mut handle = recorder.handle();
+    let metadata = RecordingMetadata { interface: "can0".to_owned(), ..RecordingMetadata::default() };
+    let recorder = Recorder::start(&recording, &metadata, RecorderOptions::default()).expect("a new file");
+    let mut sender = recorder.sender();
     for (frame, stamp_ns) in frames.iter().zip((1..).map(|it| it * 1_000_000)) {
-        assert!(handle.send(RawFrame::new(frame, stamp_ns, None, false)));
+        assert!(sender.send(RawFrame::new(frame, stamp_ns, None, false)));
     }
     recorder.finish().expect("the disk works");
     let program = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
@@ -70,7 +70,7 @@ fn export(frames: &[Frame], log: &Path, folder: &Path) -> u64 {
         .output()
         .expect("the program starts");
     assert!(program.status.success(), "{}", String::from_utf8_lossy(&program.stderr));
-    Recording::open(&recording).expect("a recording").provenance().wall_ns(0) / 1000
+    Recording::open(&recording).expect("a recording").metadata().wall_ns(0) / 1000
 }
 
 #[test]

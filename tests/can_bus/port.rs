@@ -99,7 +99,7 @@ fn clocks_are_compared_when_the_command_is_out() {
     assert!(is_better);
 }
 
-/// Whoever tells the port what time it was spares it the clock, and not the truth: what came since has its own time.
+/// Whoever gives the port the time spares it the clock, and not the truth: what came since has its own time.
 #[test]
 fn a_frame_that_came_after_the_time_that_was_told_has_its_own() {
     use rotorbench::can::Bus as _;
@@ -281,7 +281,7 @@ fn vcan_echoes() -> bool {
     std::fs::read_to_string("/sys/module/vcan/parameters/echo").is_ok_and(|it| it.trim() == "Y")
 }
 
-/// A bus that carries nothing until it is told to: a plugged queue, as a dead bus with its transmit queue.
+/// A bus that carries nothing until it is released: a plugged queue, as a dead bus with its transmit queue.
 #[test]
 fn a_dead_bus_holds_a_handful_of_old_frames_at_most_and_shows_by_its_echo() {
     const SENT: u64 = 100;

@@ -68,10 +68,10 @@ fn hold(rate_hz: f64, seconds: f64) {
     });
     let folder = tempfile::tempdir().expect("a folder");
     let log = folder.path().join("bus.log");
-    // Once before the flight, so that it is in memory.
+    // Once before the run, so that it is in memory.
     run("cansend", &[&bus.name, "7DF#R"]);
     let mut candump = Command::new("candump")
-        // Room for the whole flight: it has no priority over what it listens to. It says what it lost all the same.
+        // Room for the whole run: it has no priority over what it listens to. It says what it lost all the same.
         .args(["-L", "-d", "-r", "16000000", &bus.name])
         .stdout(std::fs::File::create(&log).expect("created"))
         .stderr(Stdio::null())
@@ -104,7 +104,7 @@ fn hold(rate_hz: f64, seconds: f64) {
         watcher.each(|applied| highest = applied.rotor.into_iter().fold(highest, f64::max));
         while let Some(sensors) = sensors.next_in_order() {
             let rate = sensors.body_rate.value;
-            assert!(rate.abs() < 40.0, "a controller was told {rate} rad/s");
+            assert!(rate.abs() < 40.0, "a controller got {rate} rad/s");
         }
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
@@ -122,12 +122,12 @@ fn hold(rate_hz: f64, seconds: f64) {
         late(format!("it flew to the end, and is {state}: {cause}"));
     }
     assert!(highest <= bench.config.guard.rotor_maximum);
-    assert!(bench.run(&["disarm"]).status.success(), "the operator ends the flight");
+    assert!(bench.run(&["disarm"]).status.success(), "the operator ends the run");
     for process in [&mut control, &mut emulator, &mut bridge] {
         process.signal(libc::SIGTERM);
         assert!(process.wait().success());
     }
-    // Told to end rather than killed, so that it writes what it still holds.
+    // Asked to end rather than killed, so that it writes what it still holds.
     run("kill", &["-TERM", &candump.id().to_string()]);
     let _ = candump.wait();
 
@@ -169,7 +169,7 @@ fn hold(rate_hz: f64, seconds: f64) {
     assert!((commands - sent).abs() <= 2.0, "cantools saw {commands} of the {sent} commands");
     // The garbage with the command's id has the wrong length; no other frame of that id is there to break the count.
     assert_eq!(seen["jumps"].as_u64(), Some(0), "{seen}");
-    // On the bus from the spin-up on, in shared memory from the flight on; one step of the frame is 0.00002.
+    // On the bus from the spin-up on, in shared memory from the armed run on; one step of the frame is 0.00002.
     let high = seen["high"].as_f64().expect("a number");
     assert!(high + 0.001 > highest && high <= bench.config.guard.rotor_maximum + 0.001, "{seen}, {highest}");
     say(&format!(

@@ -12,7 +12,7 @@ use rotorbench::signal::{Applied, Reference};
 use super::truth::{Truth, applied, build, closed, free};
 
 /// Complementary sensitivity, measured: a sine added to the rotor commands, the controller's answer correlated
-/// with it over whole periods of the sine. The controller is not told of the sine.
+/// with it over whole periods of the sine. The controller does not know of the sine.
 fn measured_complementary(
     kind: ControllerKind,
     delay_s: f64,

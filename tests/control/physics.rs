@@ -109,7 +109,7 @@ fn settings_that_no_controller_can_be_built_on_are_named() {
     named(ControllerConfig::default().build_compensated(&plant, &known, 0.02).unwrap_err(), "dead_zone");
 }
 
-/// [N m] the estimates of the last 2 s, after 18 s under `torque`, with the pilot's own start at hover.
+/// [N m] the estimates of the last 2 s, after 18 s under `torque`, with the command source's own start at hover.
 fn estimates_under(kind: ControllerKind, torque: f64) -> Vec<f64> {
     let (controller, _) = build(kind, 0.02);
     let (mut state, mut last) = (controller.start(), Applied::default());

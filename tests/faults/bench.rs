@@ -1,14 +1,14 @@
-//! One flight in lockstep over a bus in memory: emulated ESCs and IMU, bridge with guard, controller, and one fault.
+//! One run in lockstep over a bus in memory: emulated ESCs and IMU, bridge with guard, controller, and one fault.
 //! Frames, codec, counters, the bridge's wire and guard and the controller are the program's own.
 
 use rotorbench::bench::BenchConfig;
 use rotorbench::can::{Frame, ReceiverState, Roles, RotorCommands, SenderState};
 use rotorbench::emulate::{Emulator, EmulatorState, Impulse};
 use rotorbench::guard::{Cause, Guard, GuardState, OperatorAct, State};
-use rotorbench::recording::{Recorder, RecorderHandle};
+use rotorbench::recording::{RecordSender, Recorder};
 use rotorbench::rt::LogQueue;
-use rotorbench::runtime::bus_io::Wire;
-use rotorbench::runtime::command_source::{Pilot, PilotState};
+use rotorbench::runtime::bus_io::BusIo;
+use rotorbench::runtime::command_source::{CommandSource, CommandSourceState};
 use rotorbench::runtime::controller_plant;
 use rotorbench::runtime::lockstep::ORIGIN_NS;
 use rotorbench::signal::{Applied, Command, ControlStep, GuardEvent, GuardStep, Request, Sensors};
@@ -18,17 +18,17 @@ use crate::fault::{Kind, Row, Who};
 use crate::injector::Injector;
 use crate::outcome::{Outcome, Track};
 
-/// [s] of a flight; the fault comes in its second second.
+/// [s] of a run; the fault comes in its second second.
 pub const FLIGHT_S: f64 = 3.5;
 /// Periods without news of the guard after which a controller takes it as closed, as the control process does.
 const SILENT_PERIODS: u64 = 10;
 
-/// What a flight is made of.
+/// What a run is made of.
 pub struct Parts {
     pub emulator: Emulator,
     pub roles: Roles,
     pub guard: Guard,
-    pub pilot: Pilot,
+    pub source: CommandSource,
     pub period_ns: u64,
     pub hold: u64,
     pub maximum: f64,
@@ -45,7 +45,7 @@ impl Parts {
         Self {
             emulator: config.emulator.build().expect("the built-in plant"),
             roles: Roles::build(&config.bus, config.period_s).expect("the built-in bus"),
-            pilot: controller_plant::pilot(&config).expect("the built-in controller"),
+            source: controller_plant::command_source(&config).expect("the built-in controller"),
             period_ns: 1_000_000_000 / u64::from(rate_hz),
             hold: u64::from(guard.hold_periods()),
             maximum: guard.limits().maximum,
@@ -60,7 +60,7 @@ impl Parts {
 
 /// The bridge's process.
 struct Bridge {
-    wire: Wire<MemoryBus>,
+    bus_io: BusIo<MemoryBus>,
     guard: GuardState,
     applied: Applied,
     tripped: Option<(u64, u32)>,
@@ -69,7 +69,7 @@ struct Bridge {
 impl Bridge {
     fn new(parts: &Parts, bus: &MemoryBus) -> Self {
         Self {
-            wire: Wire::on(bus.clone(), parts.roles.clone(), LogQueue::new(16)),
+            bus_io: BusIo::on(bus.clone(), parts.roles.clone(), LogQueue::new(16)),
             guard: GuardState::new(),
             applied: Applied::default(),
             tripped: None,
@@ -92,8 +92,8 @@ struct World<'a> {
     sensors: Sensors,
     passed: Applied,
     newest: Option<Command>,
-    pilot: PilotState,
-    recorder: RecorderHandle,
+    source: CommandSourceState,
+    recorder: RecordSender,
 }
 
 /// Flies `row`, drawn from `seed`, at `rate_hz`.
@@ -117,8 +117,8 @@ fn fly_recorded(row: &Row, rate_hz: u32, seed: u64, recorder: Option<Recorder>) 
         sensors: Sensors::default(),
         passed: Applied::default(),
         newest: None,
-        pilot: parts.pilot.start(),
-        recorder: recorder.as_ref().map_or_else(RecorderHandle::off, Recorder::handle),
+        source: parts.source.start(),
+        recorder: recorder.as_ref().map_or_else(RecordSender::off, Recorder::sender),
         parts: &parts,
         bus,
     };
@@ -130,7 +130,7 @@ fn fly_recorded(row: &Row, rate_hz: u32, seed: u64, recorder: Option<Recorder>) 
         // It says that the disk is full: that is the row.
         let _ = recorder.finish();
     }
-    track.outcome(&world.bridge.wire.summary().decoded)
+    track.outcome(&world.bridge.bus_io.summary().decoded)
 }
 
 impl World<'_> {
@@ -144,7 +144,7 @@ impl World<'_> {
             self.bus.forget();
         }
         if injector.restarts(Who::Control, slot) {
-            self.pilot = self.parts.pilot.start();
+            self.source = self.parts.source.start();
         }
         let is_powered = injector.is_awake(Who::Bench, slot);
         if is_powered {
@@ -169,17 +169,17 @@ impl World<'_> {
 
     /// ESCs and IMU send what they measured.
     fn measure(&mut self, slot: u64, now_ns: u64, injector: &mut Injector) {
-        let told = injector.told(slot, *self.bench.sensors());
+        let seen = injector.seen(slot, *self.bench.sensors());
         let messages = self.parts.roles.sensor_messages();
         for (index, message) in messages.iter().enumerate() {
-            let Some(frame) = self.parts.roles.encode_sensors(&mut self.sender, index, &told) else {
+            let Some(frame) = self.parts.roles.encode_sensors(&mut self.sender, index, &seen) else {
                 continue;
             };
             for (late, frame) in injector.sensor_frame(slot, index, &message.name, frame) {
                 self.bus.carry(now_ns + late * self.parts.period_ns, frame);
             }
         }
-        for frame in injector.foreign_sensors(slot, &self.parts.roles, &told) {
+        for frame in injector.foreign_sensors(slot, &self.parts.roles, &seen) {
             self.bus.carry(now_ns, frame);
         }
     }
@@ -187,13 +187,13 @@ impl World<'_> {
     /// The first half of the bridge's turn.
     fn receive(&mut self, now_ns: u64) {
         let Parts { guard, hold, period_ns, .. } = self.parts;
-        let Bridge { wire, guard: state, tripped, .. } = &mut self.bridge;
-        let look = wire.receive(true, now_ns);
+        let Bridge { bus_io, guard: state, tripped, .. } = &mut self.bridge;
+        let look = bus_io.receive(true, now_ns);
         if look.updated {
-            self.sensors = *wire.sensors();
+            self.sensors = *bus_io.sensors();
         }
         if let Some(cause) =
-            wire.trouble(&look, now_ns, *hold as u32, *period_ns).filter(|_| tripped.is_none())
+            bus_io.trouble(&look, now_ns, *hold as u32, *period_ns).filter(|_| tripped.is_none())
         {
             guard.trip(state, now_ns, cause);
             *tripped = Some((now_ns, cause as u32));
@@ -206,7 +206,7 @@ impl World<'_> {
             self.passed = Applied::default();
         }
         let (sensors, applied) = (self.sensors, self.passed);
-        let mut command = self.parts.pilot.step(&mut self.pilot, &sensors, &applied);
+        let mut command = self.parts.source.step(&mut self.source, &sensors, &applied);
         command.stamp_ns = now_ns;
         self.recorder.send(ControlStep { sensors, applied, command });
         self.newest = Some(injector.command(slot, command));
@@ -220,8 +220,8 @@ impl World<'_> {
             act: OperatorAct::Arm as u32,
             reserved: 0,
         });
-        let Bridge { wire, guard: state, applied, tripped } = &mut self.bridge;
-        let sensors = *wire.sensors();
+        let Bridge { bus_io, guard: state, applied, tripped } = &mut self.bridge;
+        let sensors = *bus_io.sensors();
         let newest = self.newest.as_ref();
         *applied = self.parts.guard.step(state, now_ns, &sensors, newest, request.as_ref());
         let step = GuardStep::new(now_ns, &sensors, newest, request.as_ref(), applied);
@@ -230,11 +230,11 @@ impl World<'_> {
             self.recorder.send(event);
             track.event(slot, &event);
         }
-        wire.send(applied);
+        bus_io.send(applied);
         self.passed = *applied;
     }
 
-    /// The ESCs do what they are told, by whomever.
+    /// The ESCs do what they are commanded, by whomever.
     fn obey(&mut self, slot: u64, is_powered: bool, injector: &mut Injector) {
         let foreign = injector.foreign_commands(slot, &self.parts.roles);
         let (before, after) = foreign.split_at(foreign.len() / 2);

@@ -27,7 +27,7 @@ struct Inner {
     has_said_down: bool,
     arrivals: Vec<(u64, Arrival)>,
     sent: Vec<Frame>,
-    stuck: u32,
+    queued: u32,
     waiting_since_ns: Option<u64>,
     counts: PortCounts,
 }
@@ -44,7 +44,7 @@ impl MemoryBus {
             has_said_down: false,
             arrivals: Vec::new(),
             sent: Vec::new(),
-            stuck: 0,
+            queued: 0,
             waiting_since_ns: None,
             counts: PortCounts::default(),
         })))
@@ -62,7 +62,7 @@ impl MemoryBus {
         inner.interface = interface;
         if interface == Interface::Up {
             inner.has_said_down = false;
-            inner.stuck = 0;
+            inner.queued = 0;
         }
     }
 
@@ -91,7 +91,7 @@ impl MemoryBus {
         inner.sent.clear();
         inner.arrivals.clear();
         inner.waiting_since_ns = None;
-        inner.stuck = 0;
+        inner.queued = 0;
     }
 }
 
@@ -135,8 +135,8 @@ impl Bus for MemoryBus {
                 inner.arrivals.push((now_ns, Arrival::Echo { frame: *frame, stamp_ns: now_ns }));
                 None
             }
-            Interface::Off if inner.stuck < ROOM => {
-                inner.stuck += 1;
+            Interface::Off if inner.queued < ROOM => {
+                inner.queued += 1;
                 None
             }
             Interface::Off | Interface::Full => Some(Fault::Full),

@@ -2,9 +2,9 @@
 
 use std::io::{self, ErrorKind, Write};
 
-use rotorbench::recording::{Disk, Provenance, Recorder, RecorderOptions};
+use rotorbench::recording::{Disk, Recorder, RecorderOptions, RecordingMetadata};
 
-/// [byte] what it takes: the head of a recording and a little of a flight.
+/// [byte] what it takes: the head of a recording and a little of a run.
 const ROOM: usize = 100_000;
 
 struct FullDisk {
@@ -38,6 +38,6 @@ impl Disk for FullDisk {
 /// A recorder on it, with a queue that is soon full, too.
 pub fn full() -> Recorder {
     let options = RecorderOptions { queue_records: 64, chunk_ms: 1 };
-    Recorder::start_on(Box::new(FullDisk { taken: 0 }), &Provenance::default(), options)
+    Recorder::start_on(Box::new(FullDisk { taken: 0 }), &RecordingMetadata::default(), options)
         .expect("room for the head")
 }

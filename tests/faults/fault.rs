@@ -29,9 +29,9 @@ pub enum Spoilt {
     /// One to eight bits flipped, with this probability; the bus's own check sum would catch nearly all of these.
     Flipped(f64),
     /// The value stands still, the counter goes on.
-    StuckValue,
+    FrozenValue,
     /// The very same frame again and again.
-    StuckFrame,
+    RepeatedFrame,
     /// A random counter in each.
     Counter,
     /// The counter jumps by fifty, once.
@@ -145,9 +145,9 @@ pub const ROWS: &[Row] = &[
     row("command frames out of order", Kind::Frames(Whose::Commands, Spoilt::Swapped), Expect::Either),
     row("bits of sensor frames flipped, 1 in 10", Kind::Frames(Whose::Sensors, Spoilt::Flipped(0.1)), Expect::Either),
     row("bits of sensor frames flipped, all", Kind::Frames(Whose::Sensors, Spoilt::Flipped(1.0)), Expect::Either),
-    row("gyro value stuck, frames live", Kind::Frames(Whose::Gyro, Spoilt::StuckValue), Expect::Stops(2)),
-    row("speed of one ESC stuck, frames live", Kind::Frames(Whose::Esc2, Spoilt::StuckValue), Expect::StopsBy(0.5)),
-    row("gyro frame stuck", Kind::Frames(Whose::Gyro, Spoilt::StuckFrame), Expect::Stops(2)),
+    row("gyro value frozen, frames live", Kind::Frames(Whose::Gyro, Spoilt::FrozenValue), Expect::Stops(2)),
+    row("speed of one ESC frozen, frames live", Kind::Frames(Whose::Esc2, Spoilt::FrozenValue), Expect::StopsBy(0.5)),
+    row("gyro frame repeated", Kind::Frames(Whose::Gyro, Spoilt::RepeatedFrame), Expect::Stops(2)),
     row("gyro counter random", Kind::Frames(Whose::Gyro, Spoilt::Counter), Expect::Either),
     row("gyro counter jumps once", Kind::Frames(Whose::Gyro, Spoilt::CounterJump), Expect::FliesOn),
     row("gyro not a number", Kind::Frames(Whose::Gyro, Spoilt::NotANumber), Expect::Stops(2)),

@@ -1,7 +1,7 @@
 //! The fault campaign in lockstep: each fault of the matrix, drawn from a seed, on the bench over a bus in memory.
 //!
 //! `faults table [--seed N]` prints the matrix, `faults write docs/evidence/faults.md` writes it there, `faults row NAME --seed N` shows
-//! one flight, `faults check` flies thousands. Its tests hold every promise over every flight, and the page's table against what its seed gives.
+//! one run, `faults check` flies thousands. Its tests hold every promise over every run, and the page's table against what its seed gives.
 
 mod bench;
 mod bus;
@@ -50,7 +50,7 @@ enum CommandLine {
     Row {
         /// Beginning of its name
         name: String,
-        /// Seed of the flight
+        /// Seed of the run
         #[arg(long, default_value_t = SEED)]
         seed: u64,
     },
@@ -62,9 +62,9 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         CommandLine::Table { seed } => {
             let matrix = table::matrix(seed);
             println!("{}", table::markdown(&matrix));
-            for flights in &matrix {
-                for what in flights.outcomes.iter().flatten().flat_map(|outcome| &outcome.broken) {
-                    eprintln!("{}: {what}", flights.row.name);
+            for runs in &matrix {
+                for what in runs.outcomes.iter().flatten().flat_map(|outcome| &outcome.broken) {
+                    eprintln!("{}: {what}", runs.row.name);
                     broken += 1;
                 }
             }
@@ -79,13 +79,9 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
             std::fs::write(&page, text)?;
         }
         CommandLine::Check { seed, draws } => {
-            let (flights, found) = table::check(seed, draws);
+            let (runs, found) = table::check(seed, draws);
             found.iter().for_each(|what| eprintln!("{what}"));
-            println!(
-                "{flights} flights of {} rows from seed {seed}: {} broken",
-                fault::ROWS.len(),
-                found.len()
-            );
+            println!("{runs} runs of {} rows from seed {seed}: {} broken", fault::ROWS.len(), found.len());
             broken = found.len();
         }
         CommandLine::Row { name, seed } => {

@@ -26,8 +26,8 @@ pub struct Injector {
     period_ns: u64,
     /// Slot in which each process, when starved, runs again.
     asleep: [u64; 2],
-    stuck: Option<Sensors>,
-    stuck_frames: [Option<Frame>; 16],
+    frozen_sensors: Option<Sensors>,
+    repeated_frames: [Option<Frame>; 16],
     withheld: [Option<Frame>; 16],
     frozen: Option<Command>,
     foreign: Option<SenderState>,
@@ -61,8 +61,8 @@ impl Injector {
             tenth: slots(0.1),
             period_ns: parts.period_ns,
             asleep: [0; 2],
-            stuck: None,
-            stuck_frames: [None; 16],
+            frozen_sensors: None,
+            repeated_frames: [None; 16],
             withheld: [None; 16],
             frozen: None,
             foreign: None,
@@ -122,19 +122,19 @@ impl Injector {
     }
 
     /// What the sensors themselves say.
-    pub fn told(&mut self, slot: u64, sensors: Sensors) -> Sensors {
-        let Kind::Frames(whose, Spoilt::StuckValue) = self.kind else { return sensors };
+    pub fn seen(&mut self, slot: u64, sensors: Sensors) -> Sensors {
+        let Kind::Frames(whose, Spoilt::FrozenValue) = self.kind else { return sensors };
         if slot < self.from {
-            self.stuck = Some(sensors);
+            self.frozen_sensors = Some(sensors);
             return sensors;
         }
-        let stuck = self.stuck.unwrap_or(sensors);
-        let mut told = sensors;
+        let frozen = self.frozen_sensors.unwrap_or(sensors);
+        let mut seen = sensors;
         match whose {
-            Whose::Gyro => told.body_rate = stuck.body_rate,
-            _ => told.propeller_rate[1] = stuck.propeller_rate[1],
+            Whose::Gyro => seen.body_rate = frozen.body_rate,
+            _ => seen.propeller_rate[1] = frozen.propeller_rate[1],
         }
-        told
+        seen
     }
 
     pub fn sensor_frame(&mut self, slot: u64, index: usize, name: &str, frame: Frame) -> Vec<(u64, Frame)> {
@@ -157,7 +157,7 @@ impl Injector {
 
     fn spoil(&mut self, slot: u64, spoilt: Spoilt, index: usize, frame: Frame) -> Vec<(u64, Frame)> {
         if !self.acts(slot) {
-            self.stuck_frames[index] = Some(frame);
+            self.repeated_frames[index] = Some(frame);
             return vec![(0, frame)];
         }
         let once = |frame| vec![(0, frame)];
@@ -182,7 +182,7 @@ impl Injector {
                     bits.iter().for_each(|bit| data[*bit as usize / 8] ^= 1 << (bit % 8));
                 }))
             }
-            Spoilt::StuckFrame => once(self.stuck_frames[index].unwrap_or(frame)),
+            Spoilt::RepeatedFrame => once(self.repeated_frames[index].unwrap_or(frame)),
             Spoilt::Counter => {
                 let counter = self.dice.random();
                 once(changed(&frame, |data| data[0] = counter))
@@ -194,18 +194,18 @@ impl Injector {
             Spoilt::OutOfRange => {
                 once(changed(&frame, |data| data[4..8].copy_from_slice(&1e6_f32.to_le_bytes())))
             }
-            Spoilt::Dropped(_) | Spoilt::Flipped(_) | Spoilt::StuckValue => once(frame),
+            Spoilt::Dropped(_) | Spoilt::Flipped(_) | Spoilt::FrozenValue => once(frame),
         }
     }
 
     /// Gyro frames of another node, which has a counter of its own and says that the body turns.
-    pub fn foreign_sensors(&mut self, slot: u64, roles: &Roles, told: &Sensors) -> Vec<Frame> {
+    pub fn foreign_sensors(&mut self, slot: u64, roles: &Roles, seen: &Sensors) -> Vec<Frame> {
         let Kind::Foreign(Whose::Gyro, each) = self.kind else { return vec![] };
         if !self.acts(slot) {
             return vec![];
         }
         let sender = self.foreign.get_or_insert_with(|| roles.sensor_sender());
-        let mut lie = *told;
+        let mut lie = *seen;
         lie.body_rate.value = 1.5;
         let index = roles.sensor_messages().iter().position(|message| message.name == "GYRO");
         (0..each).filter_map(|_| roles.encode_sensors(sender, index?, &lie)).collect()

@@ -1,4 +1,4 @@
-//! What came of one flight: what found the fault and when, how it ended, what the rotors got, and what must never be.
+//! What came of one run: what found the fault and when, how it ended, what the rotors got, and what must never be.
 
 use rotorbench::can::Counts;
 use rotorbench::emulate::Truth;
@@ -11,7 +11,7 @@ use crate::fault::{Expect, Row};
 /// [-] what the bus rounds a command by: half a step of `dbc/bench.dbc`.
 const ROUNDING: f64 = 1e-5;
 
-/// What came of one flight.
+/// What came of one run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
     /// First state that the guard left because of the fault: periods after it, and why.
@@ -20,7 +20,7 @@ pub struct Outcome {
     pub end: Option<(State, Cause)>,
     /// [-] highest command that an ESC obeyed from the fault on.
     pub highest: f64,
-    /// Periods from the fault until both rotors were commanded to zero for good; `None` = not in this flight.
+    /// Periods from the fault until both rotors were commanded to zero for good; `None` = not in this run.
     pub turning: Option<u64>,
     /// Whether the guard cut a command to its limits.
     pub limited: bool,
@@ -34,7 +34,7 @@ pub struct Outcome {
     pub broken: Vec<String>,
 }
 
-/// Looks on at a flight.
+/// Looks on at a run.
 pub struct Track {
     expect: Expect,
     from: u64,
@@ -163,7 +163,7 @@ impl Track {
             self.broke(end, format!("the rotors turn for {turning:?} periods, more than {limit}"));
         }
         if self.expect == Expect::FliesOn && turning.is_some() {
-            self.broke(end, format!("the flight ended: {:?}, {:?}", self.first, self.end));
+            self.broke(end, format!("the run ended: {:?}, {:?}", self.first, self.end));
         }
         Outcome {
             first: self.first,

@@ -7,7 +7,7 @@ use crate::bench::fly;
 use crate::fault::{Expect, ROWS, Row};
 use crate::outcome::Outcome;
 
-/// Control rates, and how many draws of each row are flown at each.
+/// Control rates, and how many draws of each row are now at each.
 pub const RATES: [(u32, u64); 2] = [(50, 20), (1000, 5)];
 /// Seed of the table on the page; draw n of a row flies with this plus n.
 pub const SEED: u64 = 1;
@@ -25,52 +25,52 @@ pub const HEAD: &str = "\
 |---|---|---|---|---|---|
 ";
 
-/// All flights of a row: per rate, each draw.
-pub struct Flights {
+/// All runs of a row: per rate, each draw.
+pub struct RowRuns {
     pub row: &'static Row,
     pub outcomes: Vec<Vec<Outcome>>,
 }
 
 /// Flies every draw of `row`.
-pub fn flights(row: &'static Row, seed: u64) -> Flights {
+pub fn runs(row: &'static Row, seed: u64) -> RowRuns {
     // One draw is enough where each takes two seconds, which the recorder waits for its disk.
     let draws = |draws: u64| if row.kind == crate::fault::Kind::RecorderStuck { 1 } else { draws };
     let outcomes = RATES
         .iter()
         .map(|(rate_hz, most)| (0..draws(*most)).map(|draw| fly(row, *rate_hz, seed + draw)).collect())
         .collect();
-    Flights { row, outcomes }
+    RowRuns { row, outcomes }
 }
 
 /// All rows, on both processors.
-pub fn matrix(seed: u64) -> Vec<Flights> {
+pub fn matrix(seed: u64) -> Vec<RowRuns> {
     let (front, back) = ROWS.split_at(ROWS.len() / 2);
     std::thread::scope(|scope| {
-        let other = scope.spawn(|| back.iter().map(|row| flights(row, seed)).collect::<Vec<_>>());
-        let mut all: Vec<Flights> = front.iter().map(|row| flights(row, seed)).collect();
+        let other = scope.spawn(|| back.iter().map(|row| runs(row, seed)).collect::<Vec<_>>());
+        let mut all: Vec<RowRuns> = front.iter().map(|row| runs(row, seed)).collect();
         all.extend(other.join().expect("the other half flies"));
         all
     })
 }
 
-pub fn markdown(matrix: &[Flights]) -> String {
+pub fn markdown(matrix: &[RowRuns]) -> String {
     let draws: Vec<String> =
         RATES.iter().map(|(rate_hz, draws)| format!("{draws} draws at {rate_hz} Hz")).collect();
     let mut text = format!(
         "Each row: {}, seed {SEED}. Numbers are the worst of all draws, `50 Hz · 1 kHz`.\n\n{HEAD}",
         draws.join(", ")
     );
-    for flights in matrix {
-        let all = || flights.outcomes.iter().flatten();
+    for runs in matrix {
+        let all = || runs.outcomes.iter().flatten();
         let highest = all().fold(0.0, |most: f64, it| most.max(it.highest));
         let _ = writeln!(
             text,
             "| {} | {} | {} | {} | {highest:.3} | {} |",
-            flights.row.name,
+            runs.row.name,
             shares(all().map(found_by)),
-            each_rate(flights, |it| it.first.map(|(periods, _)| periods)),
+            each_rate(runs, |it| it.first.map(|(periods, _)| periods)),
             shares(all().map(ends)),
-            each_rate_of_turning(flights),
+            each_rate_of_turning(runs),
         );
     }
     text
@@ -126,14 +126,14 @@ fn shares(words: impl Iterator<Item = String>) -> String {
     }
 }
 
-fn each_rate(flights: &Flights, of: impl Fn(&Outcome) -> Option<u64>) -> String {
+fn each_rate(runs: &RowRuns, of: impl Fn(&Outcome) -> Option<u64>) -> String {
     let worst = |outcomes: &Vec<Outcome>| {
         outcomes.iter().filter_map(&of).max().map_or_else(|| "-".to_owned(), |periods| periods.to_string())
     };
-    flights.outcomes.iter().map(worst).collect::<Vec<_>>().join(" · ")
+    runs.outcomes.iter().map(worst).collect::<Vec<_>>().join(" · ")
 }
 
-fn each_rate_of_turning(flights: &Flights) -> String {
+fn each_rate_of_turning(runs: &RowRuns) -> String {
     let worst = |outcomes: &Vec<Outcome>| {
         let stopped = outcomes.iter().filter_map(|it| it.turning).max();
         let flying = outcomes.iter().filter(|it| it.turning.is_none()).count();
@@ -143,17 +143,17 @@ fn each_rate_of_turning(flights: &Flights) -> String {
             (Some(periods), _) => format!("{periods} or flies on"),
         }
     };
-    let worst: Vec<String> = flights.outcomes.iter().map(worst).collect();
-    match flights.row.expect {
+    let worst: Vec<String> = runs.outcomes.iter().map(worst).collect();
+    match runs.row.expect {
         Expect::Beyond => "by the other node".to_owned(),
         _ if worst.iter().all(|it| it == "flies on") => "flies on".to_owned(),
         _ => worst.join(" · "),
     }
 }
 
-/// Flies every row `draws` times at each rate; how many flights, and what was broken in them.
+/// Flies every row `draws` times at each rate; how many runs, and what was broken in them.
 pub fn check(seed: u64, draws: u64) -> (u64, Vec<String>) {
-    // The recorder's row waits for its disk in every flight, and draws nothing of its own.
+    // The recorder's row waits for its disk in every run, and draws nothing of its own.
     let rows: Vec<&Row> = ROWS.iter().filter(|row| row.kind != crate::fault::Kind::RecorderStuck).collect();
     let fly_all = |seeds: std::ops::Range<u64>| -> Vec<String> {
         let mut found = Vec::new();

@@ -1,11 +1,11 @@
-//! Every promise over every flight of the matrix.
+//! Every promise over every run of the matrix.
 
 use rotorbench::guard::{Cause, State};
 
 use crate::bench::fly;
 use crate::fault::{Expect, Kind, ROWS, Row};
 use crate::outcome::Outcome;
-use crate::table::{self, Flights, RATES, SEED};
+use crate::table::{self, RATES, RowRuns, SEED};
 
 fn named(name: &str) -> &'static Row {
     ROWS.iter().find(|row| row.name == name).expect("a row of that name")
@@ -18,7 +18,7 @@ fn the_matrix_breaks_no_promise_and_is_the_documented_table() {
     let matrix = table::matrix(SEED);
     let broken: Vec<String> = matrix
         .iter()
-        .flat_map(|Flights { row, outcomes }| {
+        .flat_map(|RowRuns { row, outcomes }| {
             let broken = outcomes.iter().flatten().flat_map(|outcome| &outcome.broken);
             broken.map(move |what| format!("{}: {what}", row.name))
         })
@@ -27,11 +27,11 @@ fn the_matrix_breaks_no_promise_and_is_the_documented_table() {
     let page = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/evidence/faults.md");
     let page = std::fs::read_to_string(page).expect("the page is there");
     let written = table::in_page(&page, table::LOCKSTEP).expect("the page has the table's place");
-    let flown = table::markdown(&matrix);
-    for (written, flown) in written.lines().zip(flown.trim().lines()) {
-        assert_eq!(written, flown, "the page is not what the seed gives; `tools/faults` writes it anew");
+    let now = table::markdown(&matrix);
+    for (written, now) in written.lines().zip(now.trim().lines()) {
+        assert_eq!(written, now, "the page is not what the seed gives; `tools/faults` writes it anew");
     }
-    assert_eq!(written.lines().count(), flown.trim().lines().count());
+    assert_eq!(written.lines().count(), now.trim().lines().count());
 }
 
 #[test]
@@ -43,7 +43,7 @@ fn a_row_repeats_from_its_seed_and_another_seed_is_another_flight() {
     }
 }
 
-/// The disk is never felt: the same flight to the last bit, with a recorder whose disk is full and without any.
+/// The disk is never felt: the same run to the last bit, with a recorder whose disk is full and without any.
 #[test]
 fn a_recorder_whose_disk_is_full_changes_no_bit_of_the_flight() {
     let fault = named("recorder's disk full");
@@ -54,16 +54,16 @@ fn a_recorder_whose_disk_is_full_changes_no_bit_of_the_flight() {
     assert_eq!(with.digest, without.digest);
 }
 
-/// The causes are those that the faults deserve: a matrix in which everything is "no fresh command" would tell nobody
+/// The causes are those that the faults deserve: a matrix in which everything is "no fresh command" would show nobody
 /// anything.
 #[test]
 fn faults_are_found_by_their_own_cause() {
     for (name, cause) in [
         ("gyro frames lost, all", Cause::SignalStale),
-        ("gyro value stuck, frames live", Cause::SignalFrozen),
+        ("gyro value frozen, frames live", Cause::SignalFrozen),
         ("gyro not a number", Cause::SignalNotANumber),
         ("gyro out of range", Cause::SignalOutOfRange),
-        ("gyro frame stuck", Cause::SignalCounter),
+        ("gyro frame repeated", Cause::SignalCounter),
         ("sensor frames doubled", Cause::SignalCounter),
         ("error frame: bus off", Cause::BusDead),
         ("second node commands full throttle, once a period", Cause::ForeignCommand),

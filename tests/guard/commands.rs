@@ -35,12 +35,12 @@ fn every_wrong_command_is_refused_by_cause_and_ends_in_zero() {
         println!("command {name}: zero after {periods} periods, hold limit {N}");
         assert!(periods <= N + 2 && periods > 2, "{name}: {periods} periods");
         assert_eq!((rig.state.state(), rig.state.cause()), (State::FailsafeLatched, cause), "{name}");
-        // Each new refusal is counted, the first of a kind told.
+        // Each new refusal is counted, the first of a kind is an event.
         assert!(rig.state.refusals(cause) >= 1);
         let events = rig.events();
         assert_eq!(events[0], (State::Armed, State::Armed, cause, u32::MAX), "{name}");
-        let told = events.iter().filter(|event| event.0 == event.1 && event.2 == cause).count();
-        assert_eq!(told, 1, "{name}");
+        let events = events.iter().filter(|event| event.0 == event.1 && event.2 == cause).count();
+        assert_eq!(events, 1, "{name}");
     }
 }
 

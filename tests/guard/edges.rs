@@ -46,7 +46,7 @@ fn deaf_for(hold_s: f64, span_ns: u64) -> (State, Cause) {
 }
 
 /// As misses are counted: from the command before the first sensors that got no answer, a quarter period late is not late.
-/// Half of the hold is worth a warning, but never less than a period and a quarter.
+/// Half of the hold degrades, but never less than a period and a quarter.
 #[test]
 fn a_deaf_controller_is_warned_of_at_half_of_the_hold_and_stopped_at_the_whole() {
     let deaf = Cause::CommandAnswersOldSensors;

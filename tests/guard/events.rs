@@ -1,4 +1,4 @@
-//! What is told of it.
+//! The events.
 
 use rotorbench::guard::{Cause, GuardState};
 use rotorbench::signal::GuardEvent;

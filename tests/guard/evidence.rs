@@ -6,7 +6,7 @@ use rotorbench::signal::Channel;
 use crate::rig::{N, Rig, T, defaults};
 
 /// Value of the first event of this cause.
-fn told(rig: &mut Rig, cause: Cause) -> f64 {
+fn evidence(rig: &mut Rig, cause: Cause) -> f64 {
     let event = rig.state.take_events().find(|event| event.cause == cause as u32);
     event.unwrap_or_else(|| panic!("no event: {cause}")).value
 }
@@ -26,25 +26,25 @@ fn what_is_too_old_or_too_early_is_told_in_seconds() {
         |value: f64, seconds: f64| assert!((value - seconds).abs() < 1e-9, "{value} s, not {seconds} s");
     let mut rig = Rig::armed(&defaults());
     step(&mut rig, T, |rig| rig.ask_code(OperatorAct::Arm as u32, rig.now - 1_500_000_000));
-    near(told(&mut rig, Cause::RequestStale), 1.5);
+    near(evidence(&mut rig, Cause::RequestStale), 1.5);
     step(&mut rig, T, |rig| rig.command.stamp_ns = rig.now + 3 * T);
-    near(told(&mut rig, Cause::CommandFromFuture), 0.06);
+    near(evidence(&mut rig, Cause::CommandFromFuture), 0.06);
     step(&mut rig, T, |rig| rig.command.stamp_ns = rig.now - 500_000_000);
-    near(told(&mut rig, Cause::CommandExpired), 0.5);
+    near(evidence(&mut rig, Cause::CommandExpired), 0.5);
     let mut rig = Rig::armed(&defaults());
     step(&mut rig, 700_000_000, |_| ());
-    near(told(&mut rig, Cause::GuardPaused), 0.7);
+    near(evidence(&mut rig, Cause::GuardPaused), 0.7);
 }
 
 #[test]
 fn what_is_counted_is_told_as_a_number() {
     let mut rig = Rig::armed(&defaults());
     step(&mut rig, T, |rig| rig.ask_code(9, rig.now));
-    assert_eq!(told(&mut rig, Cause::RequestUnknown), 9.0);
+    assert_eq!(evidence(&mut rig, Cause::RequestUnknown), 9.0);
     step(&mut rig, T, |rig| rig.ask(OperatorAct::Arm));
-    assert_eq!(told(&mut rig, Cause::RequestRefused), f64::from(OperatorAct::Arm as u32));
+    assert_eq!(evidence(&mut rig, Cause::RequestRefused), f64::from(OperatorAct::Arm as u32));
     step(&mut rig, T, |rig| rig.sensors.body_rate.value = 21.5);
-    assert_eq!(told(&mut rig, Cause::SignalOutOfRange), 21.5);
+    assert_eq!(evidence(&mut rig, Cause::SignalOutOfRange), 21.5);
 
     // One clean period after a miss, which only the bucket remembers.
     let config = GuardConfig { bucket_limit: Some(3.0), bucket_leak: 0.0, ..defaults() };
@@ -55,7 +55,11 @@ fn what_is_counted_is_told_as_a_number() {
         step(&mut rig, T, |_| ());
         assert!(is_full || rig.state.state() != State::FailsafeLatched, "only a miss fills it");
     }
-    assert_eq!(told(&mut rig, Cause::TooManyMisses), 3.0, "the third one, at the limit and not beyond it");
+    assert_eq!(
+        evidence(&mut rig, Cause::TooManyMisses),
+        3.0,
+        "the third one, at the limit and not beyond it"
+    );
 
     let mut rig = Rig::armed(&defaults());
     for _ in 0..6 {
@@ -71,7 +75,7 @@ fn what_is_counted_is_told_as_a_number() {
 /// What makes an end comes before what is only a warning; of two of a kind the first one stands.
 #[test]
 fn the_worst_is_named_and_of_equals_the_first() {
-    // A late command degrades; a signal lost in the same step ends the flight.
+    // A late command degrades; a signal lost in the same step ends the run.
     let mut rig = Rig::armed(&defaults());
     let before = rig.sensors.body_rate;
     for period in 1..=N + 1 {

@@ -81,7 +81,7 @@ fn a_million_random_steps_break_no_promise() {
             ..defaults()
         };
         let mut rig = Rig::new(&config);
-        // Calm seeds reach deep into flight, wild ones never stop failing.
+        // Calm seeds stay armed for long, rough ones never stop failing.
         let calm = 1 + seed % 5 * 40;
         // Stamps of the commands by sequence; a restarted controller begins again.
         let mut stamps = std::collections::BTreeMap::new();

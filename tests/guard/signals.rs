@@ -203,7 +203,7 @@ fn limits_of_a_signal_are_inclusive_and_its_times_its_own() {
             assert_eq!(rig.state.state(), State::Armed, "{limit} is within, and never frozen");
         }
     }
-    // Half of 0.3 s is worth a warning, the whole is too much; the ramp's two periods follow.
+    // Half of 0.3 s degrades, the whole is too much; the ramp's two periods follow.
     let before = rig.sensors.body_rate;
     let mut degraded_after = 0;
     let periods = rig.periods_to_zero(|rig| {

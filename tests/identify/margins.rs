@@ -10,7 +10,7 @@ use rotorbench::emulate::SensorConfig;
 use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
 use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::model::Model;
-use rotorbench::runtime::controller_plant::{self, FlightPlan};
+use rotorbench::runtime::controller_plant::{self, ExperimentPlan};
 use rotorbench::runtime::experiment::in_lockstep;
 use rotorbench::signal::{Applied, Reference};
 use serde_json::Value;
@@ -27,7 +27,7 @@ fn identified(seed: u64, delay: f64) -> Model {
     let bench = BenchConfig { emulator: other_bench(seed + 1, delay), ..BenchConfig::default() };
     let shape = Shape::Prbs { amplitude: 0.03, bandwidth_hz: 0.0, duration_s: 60.0, seed: 4 };
     let experiment = ExperimentConfig { shape, rotors: Rotors::Differential, around: 0.4633, lead_in_s: 4.0 };
-    let plan = FlightPlan { closed_loop: true, experiment };
+    let plan = ExperimentPlan { closed_loop: true, experiment };
     let (body, ending) = in_lockstep(&bench, &plan, &mut (), |_| true).expect("an experiment that can be");
     assert!(ending.complete, "{ending:?}");
     let logs = [rotors, body.into_dataset("body").expect("rising time")];

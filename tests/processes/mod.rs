@@ -106,10 +106,10 @@ impl TestBench {
             if act(OperatorAct::Arm).obeyed {
                 let at_ns = clock::monotonic_ns();
                 // Where commands are missed again and again, but never long enough to latch, the guard need not ever call
-                // the flight clean again before it ends (seen at 1 kHz, with 0.5 s to hold and as long to recover).
+                // the run clean again before it ends (seen at 1 kHz, with 0.5 s to hold and as long to recover).
                 let degraded_ns = at_ns + 2 * NANOSECONDS_PER_SECOND;
                 let flies = |it: &Applied| is_flying(it, it.stamp_ns > degraded_ns);
-                let settled = watcher.until("flight or latch", |it| {
+                let settled = watcher.until("armed or latched", |it| {
                     it.stamp_ns > at_ns && (flies(it) || it.state == State::FailsafeLatched as u32)
                 });
                 if flies(&settled) {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rotorbench::can::{BusConfig, Roles};
 use rotorbench::log::{can_capture, candump, export};
-use rotorbench::recording::{Provenance, RawFrame, Recorder, RecorderOptions, Recording};
+use rotorbench::recording::{RawFrame, Recorder, RecorderOptions, Recording, RecordingMetadata};
 use rotorbench::signal::{Applied, Sample, Sensors};
 
 /// What a recording of these frames must export, to the letter: read by canplayer (can-utils) and python-can.
@@ -32,9 +32,9 @@ fn golden_frames() -> Vec<RawFrame> {
 fn raw_frames_leave_as_candump_writes_them_by_their_stamps() {
     let folder = tempfile::tempdir().expect("a folder");
     let (path, log) = (folder.path().join("run.mcap"), folder.path().join("run.log"));
-    let provenance = Provenance { interface: "vcan0".to_owned(), ..Provenance::default() };
-    let recorder = Recorder::start(&path, &provenance, RecorderOptions::default()).expect("a new file");
-    let (mut first, mut second) = (recorder.handle(), recorder.handle());
+    let metadata = RecordingMetadata { interface: "vcan0".to_owned(), ..RecordingMetadata::default() };
+    let recorder = Recorder::start(&path, &metadata, RecorderOptions::default()).expect("a new file");
+    let (mut first, mut second) = (recorder.sender(), recorder.sender());
     // Two threads: their frames come in another order than they were on the bus.
     for (index, frame) in golden_frames().into_iter().enumerate().rev() {
         assert!(if index % 2 == 0 { first.send(frame) } else { second.send(frame) });
@@ -42,7 +42,7 @@ fn raw_frames_leave_as_candump_writes_them_by_their_stamps() {
     recorder.finish().expect("the disk works");
     let summary = export::write_candump(&path, &log).expect("exported");
     assert_eq!(summary.written, 5);
-    let wall = Recording::open(&path).expect("a recording").provenance().wall_ns(0);
+    let wall = Recording::open(&path).expect("a recording").metadata().wall_ns(0);
     let expected: Vec<String> = GOLDEN
         .iter()
         .enumerate()

@@ -58,23 +58,23 @@ fn no_result_is_written_over_what_the_command_reads() {
 fn no_experiment_is_written_over_another() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
-    let log = at("flight.csv");
+    let log = at("first.csv");
     let fly = ["experiment", "constant", "--levels", "0.4", "--hold", "1", "--lockstep", "-o", &log];
-    let flown = rotorbench(&fly);
-    assert!(flown.status.success(), "{}", String::from_utf8_lossy(&flown.stderr));
-    let (text, plan) = (fs::read(&log).expect("a log"), fs::read(at("flight.toml")).expect("a plan"));
+    let first = rotorbench(&fly);
+    assert!(first.status.success(), "{}", String::from_utf8_lossy(&first.stderr));
+    let (text, plan) = (fs::read(&log).expect("a log"), fs::read(at("first.toml")).expect("a plan"));
     let again = [&fly[..], &["--seed", "2"]].concat();
     refused(&again, &format!("{log}: no experiment is overwritten"));
     // Nor is what goes beside it: here the plan, and on a running bench the recording.
     fs::rename(&log, at("moved.csv")).expect("moved");
-    refused(&again, &format!("{}: no experiment is overwritten", at("flight.toml")));
+    refused(&again, &format!("{}: no experiment is overwritten", at("first.toml")));
     fs::write(at("run.mcap"), "somebody's").expect("written");
     let on_bench = ["experiment", "constant", "--levels", "0.4", "-o", &at("run.csv")];
     refused(&on_bench, &format!("{}: no experiment is overwritten", at("run.mcap")));
     refused(&["experiment", "ramp", "--lockstep", "-o", &at("ramp.toml")], "two results");
     assert!(!fs::exists(at("ramp.toml")).expect("a folder") && !fs::exists(&log).expect("a folder"));
     assert_eq!(fs::read(at("moved.csv")).expect("a log"), text);
-    assert_eq!(fs::read(at("flight.toml")).expect("a plan"), plan);
+    assert_eq!(fs::read(at("first.toml")).expect("a plan"), plan);
 }
 
 /// `-o /dev/stdout >> log` adds to the log.

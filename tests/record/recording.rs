@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use rotorbench::recording::{
-    Disk, End, FrameFlags, Provenance, RawFrame, Record, Recorder, RecorderOptions, Recording,
+    Disk, End, FrameFlags, RawFrame, Record, Recorder, RecorderOptions, Recording, RecordingMetadata,
 };
 use rotorbench::signal::{
     Applied, Command, ControlStep, CycleSample, GuardEvent, GuardStep, Heartbeat, Request, Sample, Sensors,
@@ -55,23 +55,23 @@ fn period(sequence: u64) -> Vec<Record> {
     ]
 }
 
-fn provenance() -> Provenance {
-    Provenance {
+fn metadata() -> RecordingMetadata {
+    RecordingMetadata {
         process: "test".to_owned(),
         bench: "name = \"bench\"\n".to_owned(),
         seeds: [("emulator".to_owned(), u64::MAX)].into(),
         dbc_files: [("bench.dbc".to_owned(), "VERSION \"\"\n".to_owned())].into(),
         interface: "vcan0".to_owned(),
-        ..Provenance::default()
+        ..RecordingMetadata::default()
     }
 }
 
 fn record_periods(path: &Path, periods: u64) {
-    let recorder = Recorder::start(path, &provenance(), RecorderOptions::default()).expect("a new file");
-    let mut handle = recorder.handle();
+    let recorder = Recorder::start(path, &metadata(), RecorderOptions::default()).expect("a new file");
+    let mut sender = recorder.sender();
     for sequence in 1..=periods {
         for record in period(sequence) {
-            while !handle.send(record) {
+            while !sender.send(record) {
                 std::thread::sleep(Duration::from_millis(1));
             }
         }
@@ -103,18 +103,18 @@ fn every_noun_comes_back_bit_for_bit() {
         command(99).into(),
         applied(99).into(),
     ];
-    let recorder = Recorder::start(&path, &provenance(), RecorderOptions::default()).expect("a new file");
-    let mut handle = recorder.handle();
+    let recorder = Recorder::start(&path, &metadata(), RecorderOptions::default()).expect("a new file");
+    let mut sender = recorder.sender();
     for record in plain.iter().chain(&period(3)) {
-        assert!(handle.send(*record));
+        assert!(sender.send(*record));
     }
     let summary = recorder.finish().expect("the disk works");
     assert_eq!((summary.written, summary.dropped), (9, 0));
 
     let mut recording = Recording::open(&path).expect("a recording");
-    assert_eq!(recording.provenance().bench, provenance().bench);
-    assert_eq!(recording.provenance().seeds, provenance().seeds);
-    assert_eq!(recording.provenance().dbc_files, provenance().dbc_files);
+    assert_eq!(recording.metadata().bench, metadata().bench);
+    assert_eq!(recording.metadata().seeds, metadata().seeds);
+    assert_eq!(recording.metadata().dbc_files, metadata().dbc_files);
     let back = without_status(&mut recording);
     assert_eq!(recording.end(), Some(&End::Whole));
     let steps: Vec<&Record> = back
@@ -140,7 +140,7 @@ fn a_recording_that_is_there_is_never_overwritten() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.mcap");
     std::fs::write(&path, "precious").expect("a file");
-    let error = Recorder::start(&path, &provenance(), RecorderOptions::default()).expect_err("it exists");
+    let error = Recorder::start(&path, &metadata(), RecorderOptions::default()).expect_err("it exists");
     assert!(error.to_string().ends_with("run.mcap"), "{error}");
     assert_eq!(std::fs::read_to_string(&path).expect("still there"), "precious");
 }
@@ -150,11 +150,11 @@ fn cut_anywhere_it_gives_back_a_beginning_and_says_so() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.mcap");
     let recorder =
-        Recorder::start(&path, &provenance(), RecorderOptions { chunk_ms: 1, ..RecorderOptions::default() })
+        Recorder::start(&path, &metadata(), RecorderOptions { chunk_ms: 1, ..RecorderOptions::default() })
             .expect("a new file");
-    let mut handle = recorder.handle();
+    let mut sender = recorder.sender();
     for sequence in 1..=60 {
-        period(sequence).into_iter().for_each(|record| assert!(handle.send(record)));
+        period(sequence).into_iter().for_each(|record| assert!(sender.send(record)));
         std::thread::sleep(Duration::from_millis(1));
     }
     recorder.finish().expect("the disk works");
@@ -166,7 +166,7 @@ fn cut_anywhere_it_gives_back_a_beginning_and_says_so() {
     for length in (0..whole.len()).step_by(97) {
         std::fs::write(&cut, &whole[..length]).expect("written");
         let Ok(mut recording) = Recording::open(&cut) else {
-            assert!(opened == 0, "once the provenance is there, every longer beginning opens");
+            assert!(opened == 0, "once the metadata is there, every longer beginning opens");
             continue;
         };
         opened += 1;
@@ -258,12 +258,12 @@ fn a_full_disk_leaves_a_readable_file_and_counts_what_is_lost() {
     let disk = BadDisk::new(300_000, Duration::ZERO);
     let options = RecorderOptions { queue_records: 256, chunk_ms: 1 };
     let recorder =
-        Recorder::start_on(Box::new(disk.clone()), &provenance(), options).expect("room for the start");
-    let mut handle = recorder.handle();
+        Recorder::start_on(Box::new(disk.clone()), &metadata(), options).expect("room for the start");
+    let mut sender = recorder.sender();
     let mut sent = 0;
     for sequence in 1..=4000 {
         for record in period(sequence) {
-            handle.send(record);
+            sender.send(record);
             sent += 1;
         }
         if sequence % 16 == 0 {
@@ -286,19 +286,19 @@ fn a_disk_that_gets_room_again_goes_on() {
     let disk = BadDisk::new(200_000, Duration::ZERO);
     let options = RecorderOptions { queue_records: 64, chunk_ms: 1 };
     let recorder =
-        Recorder::start_on(Box::new(disk.clone()), &provenance(), options).expect("room for the start");
-    let mut handle = recorder.handle();
+        Recorder::start_on(Box::new(disk.clone()), &metadata(), options).expect("room for the start");
+    let mut sender = recorder.sender();
     let mut sequence = 0;
-    while handle.dropped() == 0 || recorder.summary().disk_full_ns == 0 {
+    while sender.dropped() == 0 || recorder.summary().disk_full_ns == 0 {
         sequence += 1;
         period(sequence).into_iter().for_each(|record| {
-            handle.send(record);
+            sender.send(record);
         });
         std::thread::sleep(Duration::from_micros(200));
     }
     *disk.room.lock().expect("not poisoned") = usize::MAX;
     let last = sensors(1_000_000);
-    while !handle.send(last) {
+    while !sender.send(last) {
         std::thread::sleep(Duration::from_millis(1));
     }
     let summary = recorder.finish().expect("there is room again");
@@ -316,17 +316,17 @@ fn a_disk_that_gets_room_again_goes_on() {
 fn a_slow_disk_is_never_felt_by_the_sender() {
     let disk = BadDisk::new(usize::MAX, Duration::from_millis(100));
     let options = RecorderOptions { queue_records: 128, chunk_ms: 1 };
-    let recorder = Recorder::start_on(Box::new(disk), &provenance(), options).expect("slow, but there");
-    let mut handle = recorder.handle();
+    let recorder = Recorder::start_on(Box::new(disk), &metadata(), options).expect("slow, but there");
+    let mut sender = recorder.sender();
     let mut calls = 0_u64;
     // The sender never waits for the disk: whatever the disk does, each call comes back, taken or counted.
     let taken = (1..=2000).flat_map(period).filter(|record| {
         calls += 1;
-        handle.send(*record)
+        sender.send(*record)
     });
     let taken = taken.count() as u64;
-    assert_eq!(taken + handle.dropped(), calls);
-    assert!(handle.dropped() > 0, "two thousand periods at once are more than the queue holds");
+    assert_eq!(taken + sender.dropped(), calls);
+    assert!(sender.dropped() > 0, "two thousand periods at once are more than the queue holds");
     let summary = recorder.finish().expect("slow, but it works");
     assert_eq!(summary.written, taken);
 }

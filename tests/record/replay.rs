@@ -22,16 +22,16 @@ fn bench() -> BenchConfig {
 
 /// Flies `bench` in lockstep for `seconds` and records it.
 fn fly(bench: &BenchConfig, seconds: f64, path: &Path) {
-    let provenance = record::provenance(bench, "test", None).expect("the built-in model");
-    let recorder = Recorder::start(path, &provenance, RecorderOptions::default()).expect("a new file");
+    let metadata = record::metadata(bench, "test", None).expect("the built-in model");
+    let recorder = Recorder::start(path, &metadata, RecorderOptions::default()).expect("a new file");
     let emulator = bench.emulator.build().expect("the built-in plant");
     let guard = bench.guard.build(bench.period_s).expect("the built-in guard");
-    let pilot = controller_plant::pilot(bench).expect("the built-in controller");
-    let lockstep = Lockstep::new(emulator, pilot, bench.period_s).guarded(guard);
-    let mut handle = recorder.handle();
+    let source = controller_plant::command_source(bench).expect("the built-in controller");
+    let lockstep = Lockstep::new(emulator, source, bench.period_s).guarded(guard);
+    let mut sender = recorder.sender();
     let mut state = lockstep.start();
     for _ in 0..(seconds / bench.period_s).round() as u64 {
-        lockstep.step(&mut state, &mut handle);
+        lockstep.step(&mut state, &mut sender);
     }
     let summary = recorder.finish().expect("the disk works");
     assert_eq!(summary.dropped, 0);
@@ -41,9 +41,9 @@ fn replay(
     path: &Path,
     bench: &BenchConfig,
 ) -> (rotorbench::runtime::replay::Verdict, rotorbench::runtime::replay::Verdict, u64) {
-    let pilot = controller_plant::pilot(bench).expect("a controller");
+    let source = controller_plant::command_source(bench).expect("a controller");
     let guard = bench.guard.build(bench.period_s).expect("a guard");
-    let mut replay = Replay::new(&pilot, &guard);
+    let mut replay = Replay::new(&source, &guard);
     replay.run(Recording::open(path).expect("a recording")).expect("readable");
     (replay.controller.clone(), replay.guard_verdict.clone(), replay.equal_events)
 }
@@ -55,11 +55,11 @@ fn a_recording_replays_bit_for_bit() {
     fly(&bench(), 10.0, &path);
     let (controller, guard, events) = replay(&path, &bench());
     assert_eq!(
-        (controller.equal, controller.lives, controller.is_equal()),
+        (controller.equal, controller.starts, controller.is_equal()),
         (10_000, 1, true),
         "{controller:?}"
     );
-    assert_eq!((guard.equal, guard.lives, guard.is_equal()), (10_000, 1, true), "{guard:?}");
+    assert_eq!((guard.equal, guard.starts, guard.is_equal()), (10_000, 1, true), "{guard:?}");
     assert!(events >= 2, "arming at least");
 }
 
@@ -71,12 +71,12 @@ fn a_changed_constant_is_named_at_the_first_sample_that_differs() {
     // By hand: where the command of the changed controller, fed the recorded inputs, first differs.
     let mut changed = bench();
     changed.controller.reference.angle_rad += 1e-9;
-    let pilot = controller_plant::pilot(&changed).expect("a controller");
-    let mut state = pilot.start();
+    let source = controller_plant::command_source(&changed).expect("a controller");
+    let mut state = source.start();
     let mut expected = None;
     for record in Recording::open(&path).expect("a recording") {
         if let Record::ControlStep(step) = record.expect("readable") {
-            let command = pilot.step(&mut state, &step.sensors, &step.applied);
+            let command = source.step(&mut state, &step.sensors, &step.applied);
             let command = rotorbench::signal::Command { stamp_ns: step.command.stamp_ns, ..command };
             if expected.is_none() && command != step.command {
                 expected = Some(step.command.sequence);
@@ -109,15 +109,15 @@ fn what_came_late_or_was_lost_is_not_claimed() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.mcap");
     fly(&bench(), 1.0, &path);
-    let pilot = controller_plant::pilot(&bench()).expect("a controller");
+    let source = controller_plant::command_source(&bench()).expect("a controller");
     let guard = bench().guard.build(bench().period_s).expect("a guard");
     // A recording that begins late.
-    let mut late = Replay::new(&pilot, &guard);
+    let mut late = Replay::new(&source, &guard);
     late.run(Recording::open(&path).expect("a recording").skip(500)).expect("readable");
     assert_eq!(late.controller.equal, 0);
     assert!(late.controller.unknown > 0 && !late.controller.is_equal());
     // A recording with a hole.
-    let mut gap = Replay::new(&pilot, &guard);
+    let mut gap = Replay::new(&source, &guard);
     let records = Recording::open(&path)
         .expect("a recording")
         .filter(|record| !matches!(record, Ok(Record::ControlStep(step)) if step.command.sequence == 100));
@@ -200,7 +200,7 @@ fn the_command_says_where_they_part_and_refuses_what_is_no_recording() {
         assert_eq!(said.trim().lines().count(), 1, "one sentence: {said}");
     }
     assert_eq!(std::fs::read_to_string(at("out.csv")).expect("there"), "precious");
-    // Flown over a bus in memory.
+    // Recorded over a bus in memory.
     let none = rotorbench(&["export", &at("run.mcap"), "--candump", &at("none.log")]);
     let said = String::from_utf8_lossy(&none.stdout).into_owned();
     assert!(none.status.code() == Some(1) && said.contains("holds no raw frames"), "{said}");

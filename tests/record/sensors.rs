@@ -29,12 +29,12 @@ fn everything() -> BenchConfig {
 fn fly(bench: &BenchConfig, seconds: f64, file: Option<&Path>) -> Vec<Slot> {
     let emulator = bench.emulator.build().expect("a bench");
     let guard = bench.guard.build(bench.period_s).expect("a guard");
-    let pilot = controller_plant::pilot(bench).expect("a controller");
-    let lockstep = Lockstep::new(emulator, pilot, bench.period_s).guarded(guard);
+    let source = controller_plant::command_source(bench).expect("a controller");
+    let lockstep = Lockstep::new(emulator, source, bench.period_s).guarded(guard);
     let Some(file) = file else { return lockstep.run(seconds, &mut ()) };
-    let provenance = record::provenance(bench, "test", None).expect("the built-in model");
-    let recorder = Recorder::start(file, &provenance, RecorderOptions::default()).expect("a new file");
-    let slots = lockstep.run(seconds, &mut recorder.handle());
+    let metadata = record::metadata(bench, "test", None).expect("the built-in model");
+    let recorder = Recorder::start(file, &metadata, RecorderOptions::default()).expect("a new file");
+    let slots = lockstep.run(seconds, &mut recorder.sender());
     assert_eq!(recorder.finish().expect("the disk works").dropped, 0);
     slots
 }
@@ -213,10 +213,10 @@ fn a_recording_of_the_first_twelve_channels_is_read_and_replayed() {
     let expected = std::fs::read_to_string(kept.join("twelve-channels.csv")).expect("there");
     assert_eq!(std::fs::read_to_string(&log).expect("written"), expected);
     let recording = Recording::open(&path).expect("a recording");
-    let bench = BenchConfig::parse(&recording.provenance().bench, &path).expect("its bench file");
-    let pilot = controller_plant::pilot(&bench).expect("a controller");
+    let bench = BenchConfig::parse(&recording.metadata().bench, &path).expect("its bench file");
+    let source = controller_plant::command_source(&bench).expect("a controller");
     let guard = bench.guard.build(bench.period_s).expect("a guard");
-    let mut replay = Replay::new(&pilot, &guard);
+    let mut replay = Replay::new(&source, &guard);
     replay.run(recording).expect("readable");
     assert!(replay.controller.is_equal() && replay.controller.equal == 20, "{:?}", replay.controller);
     assert!(

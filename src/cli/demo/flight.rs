@@ -93,7 +93,7 @@ fn fly(
     name: &str,
     shutdown: &Shutdown,
 ) -> Result<Flown, CliError> {
-    let pilot = controller_plant::pilot(bench)?;
+    let source = controller_plant::command_source(bench)?;
     let recording = out.join(name).with_extension("mcap");
     if recording.exists() {
         fs::remove_file(&recording).map_err(|error| at(&recording, &error))?;
@@ -103,7 +103,7 @@ fn fly(
     let ended = Shutdown::default();
     let summary = std::thread::scope(|scope| {
         scope.spawn(|| watch(bench, &ended));
-        let summary = control::control(bench, pilot, Some(FLIGHT_S), shutdown);
+        let summary = control::control(bench, source, Some(FLIGHT_S), shutdown);
         ended.request();
         summary
     })?;

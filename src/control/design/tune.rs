@@ -91,7 +91,7 @@ pub fn advise(
             let mut changed = *config;
             set(&mut changed, to);
             let Some(then) = look(&changed) else { continue };
-            let Some((gain, why)) = worth(margins, &then) else { continue };
+            let Some((gain, why)) = improvement(margins, &then) else { continue };
             if best.as_ref().is_none_or(|(most, _)| gain > *most) {
                 let verb = if to > from { "raise" } else { "lower" };
                 let sentence = format!("{verb} {name} from {from:.3} to {to:.3}: {why}");
@@ -103,7 +103,7 @@ pub fn advise(
 }
 
 /// How much better a changed loop is, and why; `None` = not at all.
-fn worth(now: &Margins, then: &Margins) -> Option<(f64, String)> {
+fn improvement(now: &Margins, then: &Margins) -> Option<(f64, String)> {
     let peaks = (now.sensitivity_peak, then.sensitivity_peak);
     let bands = (now.bandwidth_rad_s, then.bandwidth_rad_s);
     if peaks.0 > THRESHOLDS.nervous_peak && peaks.1 < peaks.0 {

@@ -81,11 +81,11 @@ impl Rig {
         let config = BenchConfig { name, ..BenchConfig::default() };
         let bench = Bench::join(&config.name, &config.shared_memory, Role::Bridge).expect("joined");
         let guard = config.guard.build(config.period_s).expect("valid");
-        let gate = Gate::open(&bench, guard, PERIOD_NS).expect("the only guard");
+        let guard = BusGuard::open(&bench, guard, PERIOD_NS).expect("the only guard");
         let roles = Roles::build(&config.bus, config.period_s).expect("valid");
         let bus = HandBus { now_ns: clock::monotonic_ns() + PERIOD_NS, ..HandBus::default() };
-        let wire = Wire::on(bus, roles.clone(), LogQueue::new(16));
-        let bridge = BridgeLoop { gate, wire, hold_periods: 5, wakes_control: false, _bench: bench };
+        let bus_io = BusIo::on(bus, roles.clone(), LogQueue::new(16));
+        let bridge = BridgeLoop { guard, bus_io, hold_periods: 5, wakes_control: false, _bench: bench };
         Self { bridge: Some(bridge), roles, config }
     }
 
@@ -96,11 +96,11 @@ impl Rig {
     /// The commands of a controller that the bridge has met: the first of them is judged.
     fn controller(&mut self) -> Publisher<Command> {
         let mut commands = self.member(Role::Control).publish(&COMMAND).expect("the only controller");
-        let stamp_ns = self.bridge().wire.now_ns();
+        let stamp_ns = self.bridge().bus_io.now_ns();
         // Another thread of the bridge has to meet it.
-        while self.bridge().gate.judged().0 != stamp_ns {
+        while self.bridge().guard.judged().0 != stamp_ns {
             commands.send(&Command { sequence: 1, stamp_ns, ..Command::default() });
-            self.bridge().wire.port_mut().now_ns += PERIOD_NS;
+            self.bridge().bus_io.port_mut().now_ns += PERIOD_NS;
             self.bridge().act(0, stamp_ns);
             std::thread::sleep(std::time::Duration::from_millis(1));
         }
@@ -127,13 +127,13 @@ impl Drop for Rig {
 fn a_command_made_while_the_bridge_decoded_is_judged_by_a_later_clock() {
     let mut rig = Rig::new("slow");
     let mut commands = rig.controller();
-    let bus = rig.bridge().wire.port_mut();
+    let bus = rig.bridge().bus_io.port_mut();
     bus.takes_ns = 3 * PERIOD_NS;
     // Two periods after the look: more than the one of grace.
     let stamp_ns = bus.now_ns + 2 * PERIOD_NS;
     commands.send(&Command { sequence: 2, stamp_ns, ..Command::default() });
     rig.bridge().act(0, 0);
-    assert_eq!(rig.bridge().gate.judged(), (stamp_ns, 0));
+    assert_eq!(rig.bridge().guard.judged(), (stamp_ns, 0));
 }
 
 /// The same where the bridge was woken by the bell alone, and kept from its processor before it could look who rang.
@@ -141,21 +141,21 @@ fn a_command_made_while_the_bridge_decoded_is_judged_by_a_later_clock() {
 fn a_command_made_while_the_bridge_was_held_up_after_its_wait_is_judged_by_a_later_clock() {
     let mut rig = Rig::new("held");
     let mut commands = rig.controller();
-    let bus = rig.bridge().wire.port_mut();
+    let bus = rig.bridge().bus_io.port_mut();
     let woken_ns = bus.now_ns;
     bus.now_ns += 3 * PERIOD_NS;
     let stamp_ns = woken_ns + 2 * PERIOD_NS;
     commands.send(&Command { sequence: 2, stamp_ns, ..Command::default() });
     rig.bridge().act(BELL, woken_ns);
-    assert_eq!(rig.bridge().gate.judged(), (stamp_ns, 0));
+    assert_eq!(rig.bridge().guard.judged(), (stamp_ns, 0));
     // Who stamps his commands with a time to come is found out all the same.
-    let bus = rig.bridge().wire.port_mut();
+    let bus = rig.bridge().bus_io.port_mut();
     let woken_ns = bus.now_ns;
     bus.now_ns += PERIOD_NS / 2;
     let stamp_ns = woken_ns + 2 * PERIOD_NS;
     commands.send(&Command { sequence: 3, stamp_ns, ..Command::default() });
     rig.bridge().act(BELL, woken_ns);
-    assert_eq!(rig.bridge().gate.judged(), (stamp_ns, 1));
+    assert_eq!(rig.bridge().guard.judged(), (stamp_ns, 1));
 }
 
 /// Nobody listens for the echoes while the process stands still. That is no fault of the bus.
@@ -163,13 +163,13 @@ fn a_command_made_while_the_bridge_was_held_up_after_its_wait_is_judged_by_a_lat
 fn a_bus_is_listened_to_before_it_is_called_dead() {
     for is_dead in [false, true] {
         let mut rig = Rig::new("echo");
-        let now_ns = rig.bridge().wire.now_ns();
+        let now_ns = rig.bridge().bus_io.now_ns();
         rig.bridge().act(0, now_ns);
-        let bus = rig.bridge().wire.port_mut();
+        let bus = rig.bridge().bus_io.port_mut();
         bus.now_ns += PERIOD_NS;
         (bus.echo_age_ns, bus.is_dead) = (50 * PERIOD_NS, is_dead);
         rig.bridge().act(0, now_ns + PERIOD_NS);
-        let (state, cause) = (rig.bridge().gate.applied().state, rig.bridge().gate.applied().cause);
+        let (state, cause) = (rig.bridge().guard.applied().state, rig.bridge().guard.applied().cause);
         let latched = (State::FailsafeLatched as u32, Cause::BusDead as u32);
         assert_eq!((state, cause) == latched, is_dead, "state {state}, cause {cause}");
     }
@@ -183,31 +183,31 @@ fn a_stop_that_comes_while_a_command_goes_out_is_obeyed_at_once() {
     let mut operator = rig.member(Role::Operator).publish(&REQUEST).expect("the only operator");
     let ask = |sequence, act, stamp_ns| Request { sequence, stamp_ns, act: act as u32, reserved: 0 };
     // Until the bridge hears the operator, whom another thread of it has to meet.
-    let mut now_ns = rig.bridge().wire.now_ns();
-    while rig.bridge().gate.refusals(Cause::RequestRefused) == 0 {
+    let mut now_ns = rig.bridge().bus_io.now_ns();
+    while rig.bridge().guard.refusals(Cause::RequestRefused) == 0 {
         now_ns += PERIOD_NS;
-        rig.bridge().wire.port_mut().now_ns = now_ns;
+        rig.bridge().bus_io.port_mut().now_ns = now_ns;
         operator.send(&ask(1, OperatorAct::Disarm, now_ns));
         rig.bridge().act(0, now_ns);
         std::thread::sleep(std::time::Duration::from_millis(1));
     }
     // What was asked while the two met is answered one by one.
     let mut answered = 0;
-    while rig.bridge().gate.refusals(Cause::RequestRefused) != answered {
-        answered = rig.bridge().gate.refusals(Cause::RequestRefused);
+    while rig.bridge().guard.refusals(Cause::RequestRefused) != answered {
+        answered = rig.bridge().guard.refusals(Cause::RequestRefused);
         now_ns += PERIOD_NS;
-        rig.bridge().wire.port_mut().now_ns = now_ns;
+        rig.bridge().bus_io.port_mut().now_ns = now_ns;
         rig.bridge().act(0, now_ns);
     }
-    rig.bridge().wire.port_mut().aside = Some((operator, ask(2, OperatorAct::Stop, now_ns)));
-    let looks = rig.bridge().wire.port_mut().looks;
+    rig.bridge().bus_io.port_mut().aside = Some((operator, ask(2, OperatorAct::Stop, now_ns)));
+    let looks = rig.bridge().bus_io.port_mut().looks;
     rig.bridge().act(BELL, now_ns + PERIOD_NS);
-    let looks_before = rig.bridge().wire.port_mut().looks_before;
+    let looks_before = rig.bridge().bus_io.port_mut().looks_before;
     assert_eq!(looks_before, looks, "the bell alone is nothing on the bus");
-    assert_eq!(rig.bridge().gate.applied().state, State::Disarmed as u32, "it came after the step");
-    assert_eq!(rig.bridge().gate.deadline_ns(), 0, "and is not waited with");
+    assert_eq!(rig.bridge().guard.applied().state, State::Disarmed as u32, "it came after the step");
+    assert_eq!(rig.bridge().guard.deadline_ns(), 0, "and is not waited with");
     rig.bridge().act(0, now_ns + PERIOD_NS);
-    assert_eq!(rig.bridge().gate.applied().state, State::EmergencyStop as u32);
+    assert_eq!(rig.bridge().guard.applied().state, State::EmergencyStop as u32);
 }
 
 /// When everything falls silent no frame is there to publish anything. What time does to the values is news all the same,
@@ -217,7 +217,7 @@ fn sensors_that_all_fall_silent_are_published_as_stale() {
     let mut rig = Rig::new("silent");
     let mut sensors = rig.member(Role::Monitor).subscribe(&SENSORS).expect("subscribed");
     let good = |value| Sample::good(value, 1, 1);
-    let told = Sensors {
+    let measured = Sensors {
         body_rate: good(0.1),
         battery_voltage: good(12.0),
         propeller_rate: [good(600.0); 2],
@@ -225,14 +225,14 @@ fn sensors_that_all_fall_silent_are_published_as_stale() {
     };
     let (roles, mut sender) = (rig.roles.clone(), rig.roles.sensor_sender());
     let count = roles.sensor_messages().len();
-    let frames = (0..count).filter_map(|index| roles.encode_sensors(&mut sender, index, &told)).collect();
-    rig.bridge().wire.port_mut().frames = frames;
+    let frames = (0..count).filter_map(|index| roles.encode_sensors(&mut sender, index, &measured)).collect();
+    rig.bridge().bus_io.port_mut().frames = frames;
     let mut published = Vec::new();
     // Two seconds, a millisecond a turn, with frames in the first alone.
     for _ in 0..2_000 {
         rig.bridge().act(0, 0);
         published.extend(std::iter::from_fn(|| sensors.next_in_order()));
-        rig.bridge().wire.port_mut().now_ns += 1_000_000;
+        rig.bridge().bus_io.port_mut().now_ns += 1_000_000;
     }
     let stale = |sensors: &Sensors| {
         let samples = [sensors.body_rate, sensors.propeller_rate[0], sensors.battery_voltage];
@@ -251,14 +251,14 @@ fn sensors_that_all_fall_silent_are_published_as_stale() {
 #[test]
 fn a_bus_that_lives_tells_no_age() {
     let mut rig = Rig::new("echo-age");
-    let wire = &mut rig.bridge().wire;
+    let bus_io = &mut rig.bridge().bus_io;
     let mut told_ns = |is_dead: bool| {
-        let bus = wire.port_mut();
+        let bus = bus_io.port_mut();
         bus.is_dead = is_dead;
         bus.now_ns += PERIOD_NS;
         bus.echo_age_ns += PERIOD_NS;
         let now_ns = bus.now_ns;
-        wire.count(now_ns).echo_age_ns
+        bus_io.count(now_ns).echo_age_ns
     };
     for period in 0..8 {
         assert_eq!(told_ns(false), 0, "period {period}");

@@ -1,4 +1,4 @@
-//! The bench on virtual time: emulator, guard and pilot step by step in one thread, bit-identical from run to
+//! The bench on virtual time: emulator, guard and command source step by step in one thread, bit-identical from run to
 //! run and as fast as the machine can. Timeouts are counted in virtual time, so that failsafe paths repeat too.
 
 pub mod digest;
@@ -11,7 +11,7 @@ use crate::experiment::Experiment;
 use crate::guard::{Guard, GuardState, OperatorAct};
 use crate::signal::{Applied, Command, ControlStep, GuardEvent, GuardStep, ROTORS, Request, Sensors};
 
-use super::command_source::{Pilot, PilotState};
+use super::command_source::{CommandSource, CommandSourceState};
 use super::trace::Trace;
 
 pub use own_controller::fly;
@@ -19,17 +19,17 @@ pub use own_controller::fly;
 /// [ns] at which virtual time begins; zero would mean "never".
 pub const ORIGIN_NS: u64 = clock::NANOSECONDS_PER_SECOND;
 
-/// Emulator and guard: the bench without whoever flies it.
+/// Emulator and guard: the bench without its command source.
 #[derive(Debug, Clone)]
-pub struct Stage {
+pub struct EmulatedBench {
     emulator: Emulator,
     guard: Option<Guard>,
     period_ns: u64,
 }
 
-/// The stage between two slots.
+/// The bench between two slots.
 #[derive(Debug, Clone)]
-pub struct StageState {
+pub struct EmulatedBenchState {
     emulator: EmulatorState,
     guard: GuardState,
     applied: Applied,
@@ -37,9 +37,9 @@ pub struct StageState {
     slot: u64,
 }
 
-/// What whoever flies is asked in a slot.
+/// What a command source is given in a slot.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Question {
+pub struct SlotInputs {
     /// Number of the slot, from 0.
     pub slot: u64,
     /// [ns] virtual time.
@@ -53,15 +53,15 @@ pub struct Question {
 /// The bench as built.
 #[derive(Debug, Clone)]
 pub struct Lockstep {
-    stage: Stage,
-    pilot: Pilot,
+    bench: EmulatedBench,
+    source: CommandSource,
 }
 
 /// The bench between two slots.
 #[derive(Debug, Clone)]
 pub struct LockstepState {
-    stage: StageState,
-    pilot: PilotState,
+    bench: EmulatedBenchState,
+    source: CommandSourceState,
 }
 
 /// What happened in one slot.
@@ -108,7 +108,7 @@ pub trait Interference {
 
 impl Interference for () {}
 
-impl Stage {
+impl EmulatedBench {
     /// A bench of `emulator` behind `guard`, stepped every `period_s`. Without a guard: for the study of a controller
     /// alone.
     #[must_use]
@@ -118,8 +118,8 @@ impl Stage {
 
     /// At rest.
     #[must_use]
-    pub fn start(&self) -> StageState {
-        StageState {
+    pub fn start(&self) -> EmulatedBenchState {
+        EmulatedBenchState {
             emulator: self.emulator.start(ORIGIN_NS),
             guard: GuardState::new(),
             applied: Applied::default(),
@@ -135,42 +135,42 @@ impl Stage {
     }
 
     /// The first half of a slot: measures.
-    pub fn ask(&self, state: &StageState, interference: &mut impl Interference) -> Question {
+    pub fn ask(&self, state: &EmulatedBenchState, interference: &mut impl Interference) -> SlotInputs {
         let mut sensors = *state.emulator.sensors();
         interference.sensors(state.slot, &mut sensors);
         let now_ns = ORIGIN_NS + state.emulator.now_ns();
-        Question { slot: state.slot, now_ns, sensors, applied: state.applied }
+        SlotInputs { slot: state.slot, now_ns, sensors, applied: state.applied }
     }
 
     /// The second half: lets `command` through, as far as the guard does, and turns the rotors. `None`: nobody answered.
     pub fn take(
         &self,
-        state: &mut StageState,
-        question: &Question,
+        state: &mut EmulatedBenchState,
+        inputs: &SlotInputs,
         command: Option<Command>,
         interference: &mut impl Interference,
     ) -> Slot {
         state.newest = command.or(state.newest);
         let truth = self.emulator.truth(&state.emulator);
-        state.applied = self.let_through(state, question, interference);
+        state.applied = self.let_through(state, inputs, interference);
         self.emulator.command(&mut state.emulator, state.applied.rotor);
         state.slot += 1;
         self.emulator.advance(&mut state.emulator, state.slot.saturating_mul(self.period_ns));
-        let time = clock::span_s(question.slot.saturating_mul(self.period_ns));
-        let Question { slot, sensors, .. } = *question;
+        let time = clock::span_s(inputs.slot.saturating_mul(self.period_ns));
+        let SlotInputs { slot, sensors, .. } = *inputs;
         Slot { slot, time, sensors, command, applied: state.applied, truth }
     }
 
     fn let_through(
         &self,
-        state: &mut StageState,
-        question: &Question,
+        state: &mut EmulatedBenchState,
+        inputs: &SlotInputs,
         interference: &mut impl Interference,
     ) -> Applied {
-        let Question { slot, now_ns, sensors, .. } = question;
+        let SlotInputs { slot, now_ns, sensors, .. } = inputs;
         let newest = state.newest.as_ref();
         let Some(guard) = &self.guard else {
-            return open_gate(state.applied.sequence + 1, *now_ns, newest);
+            return pass_through(state.applied.sequence + 1, *now_ns, newest);
         };
         let request = interference.act(*slot).map(|act| Request {
             sequence: slot + 1,
@@ -186,51 +186,51 @@ impl Stage {
 }
 
 impl Lockstep {
-    /// A bench of `emulator` and `pilot`, stepped every `period_s`. No guard: for the study of a controller alone.
+    /// A bench of `emulator` and `command source`, stepped every `period_s`. No guard: for the study of a controller alone.
     #[must_use]
-    pub fn new(emulator: Emulator, pilot: Pilot, period_s: f64) -> Self {
-        Self { stage: Stage::new(emulator, None, period_s), pilot }
+    pub fn new(emulator: Emulator, source: CommandSource, period_s: f64) -> Self {
+        Self { bench: EmulatedBench::new(emulator, None, period_s), source }
     }
 
     /// The same bench with `guard` in front of its rotors, as every running bench has it.
     #[must_use]
     pub fn guarded(self, guard: Guard) -> Self {
-        Self { stage: Stage { guard: Some(guard), ..self.stage }, ..self }
+        Self { bench: EmulatedBench { guard: Some(guard), ..self.bench }, ..self }
     }
 
     /// The bench at rest.
     #[must_use]
     pub fn start(&self) -> LockstepState {
-        LockstepState { stage: self.stage.start(), pilot: self.pilot.start() }
+        LockstepState { bench: self.bench.start(), source: self.source.start() }
     }
 
     /// One slot: measure, decide, let through, turn.
     pub fn step(&self, state: &mut LockstepState, interference: &mut impl Interference) -> Slot {
-        let question = self.stage.ask(&state.stage, interference);
-        let Question { slot, now_ns, sensors, applied } = question;
-        let mut command = self.pilot.step(&mut state.pilot, &sensors, &applied);
+        let inputs = self.bench.ask(&state.bench, interference);
+        let SlotInputs { slot, now_ns, sensors, applied } = inputs;
+        let mut command = self.source.step(&mut state.source, &sensors, &applied);
         command.stamp_ns = now_ns;
         interference.control_step(&ControlStep { sensors, applied, command });
         let command = interference.command(slot, command);
-        self.stage.take(&mut state.stage, &question, command, interference)
+        self.bench.take(&mut state.bench, &inputs, command, interference)
     }
 
     /// Number of slots that `seconds` have.
     #[must_use]
     pub fn slots(&self, seconds: f64) -> u64 {
-        self.stage.slots(seconds)
+        self.bench.slots(seconds)
     }
 
     /// Slot of the experiment that the last step commanded, lead-in included; `None` when it commanded none.
     #[must_use]
     pub fn experiment_slot(&self, state: &LockstepState) -> Option<u64> {
-        self.pilot.experiment_slot(&state.pilot)
+        self.source.experiment_slot(&state.source)
     }
 
     /// Whether the experiment has run to its end.
     #[must_use]
     pub fn is_finished(&self, state: &LockstepState) -> bool {
-        self.pilot.finished(&state.pilot)
+        self.source.finished(&state.source)
     }
 
     /// Runs from rest for `seconds` and keeps every slot.
@@ -242,7 +242,7 @@ impl Lockstep {
 }
 
 /// Lets everything within 0..1 through: for the study of a controller alone.
-fn open_gate(sequence: u64, now_ns: u64, newest: Option<&Command>) -> Applied {
+fn pass_through(sequence: u64, now_ns: u64, newest: Option<&Command>) -> Applied {
     let pass = |u: f64| if u.is_finite() { u.clamp(0.0, 1.0) } else { 0.0 };
     Applied {
         sequence,

@@ -1,12 +1,12 @@
-//! The emulated bench flown by a controller of the caller's own.
+//! The emulated bench under a controller of the caller's own.
 
-use super::{Slot, Stage};
+use super::{EmulatedBench, Slot};
 use crate::bench::BenchConfig;
 use crate::control::Controller;
 use crate::runtime::ProcessError;
 use crate::runtime::emulate::emulator;
 
-/// Flies the emulated bench of `config` behind its guard for `seconds` of virtual time, armed in the first slot, with
+/// Runs the emulated bench of `config` behind its guard for `seconds` of virtual time, armed in the first slot, with
 /// `controller` in the place of the bench file's. Reference and period are the bench file's; `sequence`, `stamp_ns` and
 /// `sensors_sequence` of the controller's commands are filled in.
 ///
@@ -22,17 +22,17 @@ pub fn fly<C: Controller>(
     config.check()?;
     let guard = config.guard.build(config.period_s)?;
     let reference = config.controller.reference.build(config.period_s)?;
-    let stage = Stage::new(emulator(config)?, Some(guard), config.period_s);
-    let (mut state, mut of_controller) = (stage.start(), controller.start());
+    let bench = EmulatedBench::new(emulator(config)?, Some(guard), config.period_s);
+    let (mut state, mut of_controller) = (bench.start(), controller.start());
     let mut of_reference = reference.start();
-    let slots = (0..stage.slots(seconds)).map(|_| {
-        let question = stage.ask(&state, &mut ());
-        let wanted = reference.next(&mut of_reference, &question.applied);
-        let mut command = controller.step(&mut of_controller, &question.sensors, &wanted, &question.applied);
-        command.sequence = question.slot + 1;
-        command.stamp_ns = question.now_ns;
-        command.sensors_sequence = question.sensors.sequence;
-        stage.take(&mut state, &question, Some(command), &mut ())
+    let slots = (0..bench.slots(seconds)).map(|_| {
+        let inputs = bench.ask(&state, &mut ());
+        let wanted = reference.next(&mut of_reference, &inputs.applied);
+        let mut command = controller.step(&mut of_controller, &inputs.sensors, &wanted, &inputs.applied);
+        command.sequence = inputs.slot + 1;
+        command.stamp_ns = inputs.now_ns;
+        command.sensors_sequence = inputs.sensors.sequence;
+        bench.take(&mut state, &inputs, Some(command), &mut ())
     });
     Ok(slots.collect())
 }

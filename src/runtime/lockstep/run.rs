@@ -8,12 +8,12 @@ use super::{Interference, Lockstep, ORIGIN_NS, Slot};
 use crate::bench::BenchConfig;
 use crate::clock;
 use crate::guard::{Cause, State};
-use crate::recording::{Recorder, RecorderHandle, RecorderOptions, RecorderSummary};
+use crate::recording::{RecordSender, Recorder, RecorderOptions, RecorderSummary};
 use crate::rt::Shutdown;
 use crate::runtime::ProcessError;
 use crate::runtime::control_output::AngleError;
 use crate::runtime::controller_plant;
-use crate::runtime::record::provenance;
+use crate::runtime::record::metadata;
 use crate::runtime::run::EventLine;
 use crate::signal::{ControlStep, GuardEvent, GuardStep, ROTORS};
 
@@ -58,11 +58,11 @@ pub(crate) struct Log {
     last: Option<Slot>,
     angle: AngleError,
     events: Vec<EventLine>,
-    recorder: RecorderHandle,
+    recorder: RecordSender,
 }
 
 impl Log {
-    pub(crate) fn new(recorder: RecorderHandle) -> Self {
+    pub(crate) fn new(recorder: RecordSender) -> Self {
         Self {
             began_ns: clock::monotonic_ns(),
             slots: 0,
@@ -129,16 +129,16 @@ pub fn run(
 ) -> Result<LockstepSummary, ProcessError> {
     config.check()?;
     let guard = config.guard.build(config.period_s)?;
-    let pilot = controller_plant::pilot(config)?;
+    let source = controller_plant::command_source(config)?;
     let bench =
-        Lockstep::new(crate::runtime::emulate::emulator(config)?, pilot, config.period_s).guarded(guard);
+        Lockstep::new(crate::runtime::emulate::emulator(config)?, source, config.period_s).guarded(guard);
     let recorder = match recording {
         Some(path) => {
-            Some(Recorder::start(path, &provenance(config, "run", None)?, RecorderOptions::default())?)
+            Some(Recorder::start(path, &metadata(config, "run", None)?, RecorderOptions::default())?)
         }
         None => None,
     };
-    let mut log = Log::new(recorder.as_ref().map_or_else(RecorderHandle::off, Recorder::handle));
+    let mut log = Log::new(recorder.as_ref().map_or_else(RecordSender::off, Recorder::sender));
     let mut state = bench.start();
     for _ in 0..bench.slots(seconds) {
         let slot = bench.step(&mut state, &mut log);

@@ -6,15 +6,15 @@
 //! without commands, and the guard's own timeouts, in virtual time, drive the failsafe. Nothing hangs.
 
 use super::run::{LockstepSummary, Log};
-use super::{Interference, Question, Slot, Stage};
+use super::{EmulatedBench, Interference, Slot, SlotInputs};
 use crate::bench::BenchConfig;
 use crate::clock;
 use crate::guard::State;
-use crate::recording::RecorderHandle;
+use crate::recording::RecordSender;
 use crate::rt::{self, Shutdown};
 use crate::runtime::ProcessError;
-use crate::runtime::command_source::Pilot;
-use crate::runtime::control_output::{AngleError, Flight};
+use crate::runtime::command_source::CommandSource;
+use crate::runtime::control_output::{AngleError, ControlOutput};
 use crate::shm::{
     APPLIED, Bell, Bench, GUARD_EVENTS, GUARD_STEPS, LOCKSTEP_ANSWERS, LOCKSTEP_STEPS, Publisher, Role,
     SENSORS, Subscriber, Waiter,
@@ -45,7 +45,7 @@ impl Line {
             steps: bench.publish(&LOCKSTEP_STEPS)?,
             answers: bench.subscribe(&LOCKSTEP_ANSWERS)?,
             control_bell: bench.bell(Waiter::Control)?,
-            bell: bench.bell(Waiter::Gate)?,
+            bell: bench.bell(Waiter::Guard)?,
             patience_ns: clock::span_ns(patience_s),
             has_come: false,
             is_gone: false,
@@ -54,11 +54,11 @@ impl Line {
 
     /// Sends a step and waits for its answer. Before the first answer of all it waits as long as it takes: a bench
     /// without a controller has not begun. Who was silent for the patience once is not waited for again.
-    fn ask(&mut self, question: &Question, shutdown: &Shutdown) -> Option<Command> {
+    fn ask(&mut self, inputs: &SlotInputs, shutdown: &Shutdown) -> Option<Command> {
         if self.is_gone {
             return None;
         }
-        let Question { slot, now_ns, sensors, applied } = *question;
+        let SlotInputs { slot, now_ns, sensors, applied } = *inputs;
         let step = LockstepStep { run: self.run, number: slot + 1, now_ns, sensors, applied };
         let asked_ns = clock::monotonic_ns();
         while !shutdown.is_requested() {
@@ -116,7 +116,7 @@ impl Window {
             applied: bench.publish(&APPLIED)?,
             steps: bench.publish(&GUARD_STEPS)?,
             events: bench.publish(&GUARD_EVENTS)?,
-            log: Log::new(RecorderHandle::off()),
+            log: Log::new(RecordSender::off()),
         })
     }
 }
@@ -147,23 +147,24 @@ pub fn conduct(
 ) -> Result<LockstepSummary, ProcessError> {
     config.check()?;
     let guard = config.guard.build(config.period_s)?;
-    let stage = Stage::new(crate::runtime::emulate::emulator(config)?, Some(guard), config.period_s);
+    let emulated =
+        EmulatedBench::new(crate::runtime::emulate::emulator(config)?, Some(guard), config.period_s);
     let bench = Bench::join(&config.name, &config.shared_memory, Role::Emulate)?;
     let mut line = Line::open(&bench, patience_s)?;
     let mut window = Window::open(&bench)?;
-    let mut state = stage.start();
+    let mut state = emulated.start();
     tracing::info!(bench = config.name, "emulate in lockstep: waits for `control --lockstep`");
-    for _ in 0..stage.slots(seconds) {
-        let question = stage.ask(&state, &mut window);
-        let command = line.ask(&question, shutdown);
+    for _ in 0..emulated.slots(seconds) {
+        let inputs = emulated.ask(&state, &mut window);
+        let command = line.ask(&inputs, shutdown);
         if shutdown.is_requested() {
             break;
         }
         if let Some(command) = command {
-            let (sensors, applied) = (question.sensors, question.applied);
+            let (sensors, applied) = (inputs.sensors, inputs.applied);
             window.log.control_step(&ControlStep { sensors, applied, command });
         }
-        let slot = stage.take(&mut state, &question, command, &mut window);
+        let slot = emulated.take(&mut state, &inputs, command, &mut window);
         window.log.add(&slot);
         if line.is_gone && has_stopped(&slot) {
             break;
@@ -184,7 +185,7 @@ fn has_stopped(slot: &Slot) -> bool {
 pub struct AnswerSummary {
     /// Steps answered, each counted once.
     pub answered: u64,
-    /// Whether the emulator ended its run; else it vanished, or this process was told to end.
+    /// Whether the emulator ended its run; else it vanished, or this process was asked to end.
     pub complete: bool,
     /// How well the angle was held, in the last run that was answered.
     pub angle: AngleError,
@@ -197,16 +198,16 @@ pub struct AnswerSummary {
 /// A second controller on the same bench.
 pub fn answer(
     config: &BenchConfig,
-    pilot: Pilot,
+    source: CommandSource,
     patience_s: f64,
     shutdown: &Shutdown,
 ) -> Result<AnswerSummary, ProcessError> {
     config.check()?;
     let bench = Bench::join(&config.name, &config.shared_memory, Role::Control)?;
-    let mut flight = Flight::open(&bench, pilot)?;
+    let mut output = ControlOutput::open(&bench, source)?;
     let mut steps = bench.subscribe(&LOCKSTEP_STEPS)?;
     let mut answers = bench.publish(&LOCKSTEP_ANSWERS)?;
-    let (gate_bell, bell) = (bench.bell(Waiter::Gate)?, bench.bell(Waiter::Control)?);
+    let (guard_bell, bell) = (bench.bell(Waiter::Guard)?, bench.bell(Waiter::Control)?);
     let patience_ns = clock::span_ns(patience_s);
     let (mut last, mut answered) = (LockstepAnswer::default(), 0);
     let mut heard_ns = clock::monotonic_ns();
@@ -225,19 +226,19 @@ pub fn answer(
                 complete |= step.run == last.run;
                 continue;
             }
-            // A step that is asked again is answered again, not flown again.
+            // A step that is asked again is answered again, not computed again.
             if (step.run, step.number) != (last.run, last.number) {
                 if step.run != last.run {
-                    flight.restart();
+                    output.restart();
                 }
-                let command = flight.step(step.now_ns, &step.sensors, &step.applied);
-                flight.publish(&step.sensors, &step.applied, &command);
+                let command = output.step(step.now_ns, &step.sensors, &step.applied);
+                output.publish(&step.sensors, &step.applied, &command);
                 last = LockstepAnswer { run: step.run, number: step.number, command };
                 answered += 1;
             }
             answers.send(&last);
-            gate_bell.ring();
+            guard_bell.ring();
         }
     }
-    Ok(AnswerSummary { answered, complete, angle: flight.angle() })
+    Ok(AnswerSummary { answered, complete, angle: output.angle() })
 }

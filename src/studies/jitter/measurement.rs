@@ -11,7 +11,7 @@ use super::JitterConfig;
 use crate::bench::BenchConfig;
 use crate::can::Port;
 use crate::clock;
-use crate::rt::{self, Clerk, Cycle, Granted, RealTimeConfig, Shutdown, Statistics, Usage};
+use crate::rt::{self, Cycle, Granted, LogWriter, RealTimeConfig, Shutdown, Statistics, Usage};
 use crate::runtime::bus_io::is_virtual;
 use crate::runtime::control::ControlLoop;
 use crate::runtime::run::RunLoop;
@@ -90,7 +90,7 @@ pub(crate) fn measure(
             // A bench of its own: this must not touch one that runs.
             let bench = BenchConfig { name: format!("jitter-{}", std::process::id()), ..bench.clone() };
             let result = beside(
-                |peer| emulate::behind_gate(&peer_of(&bench), true, None, peer).map(|_| ()),
+                |peer| emulate::behind_guard(&peer_of(&bench), true, None, peer).map(|_| ()),
                 |peer| on_own_thread(|| shared_memory(&bench, slots, shutdown, peer)),
             );
             if let Ok(place) = Place::open(&bench.name, &bench.shared_memory) {
@@ -128,7 +128,7 @@ fn peer_of(bench: &BenchConfig) -> BenchConfig {
     BenchConfig { real_time, ..bench.clone() }
 }
 
-/// Runs `measured` while `peer` runs; the peer is told to end afterwards. What is wrong with the peer is told first:
+/// Runs `measured` while `peer` runs; the peer is ended afterwards. What is wrong with the peer comes first:
 /// it is why the rest could not be.
 fn beside<T: Send>(
     peer: impl FnOnce(&Shutdown) -> Result<(), ProcessError> + Send,
@@ -226,7 +226,7 @@ impl Work for RunLoop {
     }
 
     fn cycle(&self) -> &Cycle {
-        self.gate().cycle()
+        self.guard().cycle()
     }
 }
 
@@ -236,11 +236,11 @@ fn bare(config: &BenchConfig, slots: u64, shutdown: &Shutdown) -> Result<Measure
 }
 
 fn controller(config: &BenchConfig, slots: u64, shutdown: &Shutdown) -> Result<Measured, ProcessError> {
-    let pilot = controller_plant::pilot(config)?;
-    let (mut state, mut sensors, mut applied) = (pilot.start(), Sensors::default(), Applied::default());
+    let source = controller_plant::command_source(config)?;
+    let (mut state, mut sensors, mut applied) = (source.start(), Sensors::default(), Applied::default());
     let step = |now_ns| {
         made_up(&mut sensors, now_ns);
-        let command = pilot.step(&mut state, &sensors, &applied);
+        let command = source.step(&mut state, &sensors, &applied);
         // As if the guard had let it through.
         applied.command_sequence = command.sequence;
         applied.rotor = std::hint::black_box(command.rotor);
@@ -265,9 +265,9 @@ fn shared_memory(
     shutdown: &Shutdown,
     peer: &Shutdown,
 ) -> Result<Measured, ProcessError> {
-    let pilot = controller_plant::pilot(config)?;
+    let source = controller_plant::command_source(config)?;
     await_sensors(config, peer)?;
-    let mut control = ControlLoop::open(config, pilot)?;
+    let mut control = ControlLoop::open(config, source)?;
     let granted = config.real_time.apply()?;
     control.start();
     Ok(go_through(&mut control, slots, shutdown, granted))
@@ -290,9 +290,9 @@ fn await_sensors(config: &BenchConfig, peer: &Shutdown) -> Result<(), ProcessErr
 /// `arms` where the other side is the emulator; on a bus that may be real the guard stays closed and every command is
 /// the safe one.
 fn bus(config: &BenchConfig, slots: u64, shutdown: &Shutdown, arms: bool) -> Result<Measured, ProcessError> {
-    let pilot = controller_plant::pilot(config)?;
-    let clerk = Clerk::start(16)?;
-    let mut run = RunLoop::open(config, pilot, clerk.queue())?;
+    let source = controller_plant::command_source(config)?;
+    let log_writer = LogWriter::start(16)?;
+    let mut run = RunLoop::open(config, source, log_writer.queue())?;
     if arms {
         run.arm_by_itself();
     }

@@ -140,7 +140,7 @@ impl JitterConfig {
     }
 }
 
-/// Measures until all is done or `shutdown`; `progress` is told how much of the whole is done, 0..1.
+/// Measures until all is done or `shutdown`; `progress` is called with the share of the whole that is done, 0..1.
 ///
 /// # Errors
 /// Settings that cannot be; a stage other than the bus that cannot run.

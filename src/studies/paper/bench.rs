@@ -1,6 +1,6 @@
-//! The emulated benches of the paper, flown on virtual time.
+//! The emulated benches of the paper, run on virtual time.
 
-use super::{Flight, IMPULSE, IMPULSE_AT_S, PERIOD_S, PaperError, PaperSettings};
+use super::{ControlledRun, IMPULSE, IMPULSE_AT_S, PERIOD_S, PaperError, PaperSettings};
 use crate::bench::BenchConfig;
 use crate::clock;
 use crate::control::design::{Compensator, DiscreteLoop};
@@ -12,30 +12,30 @@ use crate::log::Dataset;
 use crate::model::Model;
 use crate::rt::Shutdown;
 use crate::runtime::ProcessError;
-use crate::runtime::command_source::Pilot;
-use crate::runtime::controller_plant::{self, FlightPlan};
+use crate::runtime::command_source::CommandSource;
+use crate::runtime::controller_plant::{self, ExperimentPlan};
 use crate::runtime::emulate::emulator;
 use crate::runtime::experiment::prepare;
 use crate::runtime::lockstep::{Interference, Lockstep, ORIGIN_NS};
 use crate::runtime::trace::Trace;
 use crate::signal::{ControlStep, Sensors};
-use crate::studies::impulse_response::{Moment, judge};
+use crate::studies::impulse_response::{Moment, measure};
 use crate::studies::thresholds::THRESHOLDS;
 
 /// [s] from standstill to the first excited period.
 const LEAD_IN_S: f64 = 4.0;
 /// [s] that a bench runs beyond its experiment: the guard's checks at the start, the run-out at the end.
 const SPARE_S: f64 = 3.0;
-/// Added to the seed for the flights; the experiments' are those before.
-const FLIGHT_SEED: u64 = 100;
+/// Added to the seed for the runs under control; the experiments' are those before.
+const RUN_SEED: u64 = 100;
 /// Steps between two words on progress.
-const TELL: u64 = 500;
+const REPORT_SLOTS: u64 = 500;
 
 /// One bench after another, and how far they are.
 pub(crate) struct Benches<'a> {
     shutdown: &'a Shutdown,
     seed: u64,
-    flown: u64,
+    done: u64,
     steps: u64,
     all_steps: u64,
 }
@@ -44,15 +44,15 @@ impl<'a> Benches<'a> {
     pub fn new(
         settings: &PaperSettings,
         experiments: &[(Shape, &str)],
-        flights: usize,
+        runs: usize,
         shutdown: &'a Shutdown,
     ) -> Self {
         let slots =
             |shape: &Shape| experiment_of(shape.clone()).build(PERIOD_S).map_or(0, |it| slots_of(&it));
         let experiments: u64 = experiments.iter().map(|(shape, _)| slots(shape)).sum();
-        let flights = flights as u64
+        let runs = runs as u64
             * clock::span_ns(IMPULSE_AT_S + THRESHOLDS.judged_s).div_ceil(clock::span_ns(PERIOD_S));
-        Self { shutdown, seed: settings.seed, flown: 0, steps: 0, all_steps: experiments + flights }
+        Self { shutdown, seed: settings.seed, done: 0, steps: 0, all_steps: experiments + runs }
     }
 
     /// Share of all steps that is done.
@@ -65,39 +65,41 @@ impl<'a> Benches<'a> {
         &mut self,
         shape: Shape,
         name: &str,
-        tell: &mut dyn FnMut(&str, f64),
+        report: &mut dyn FnMut(&str, f64),
     ) -> Result<Dataset, PaperError> {
         let config = self.held_bench();
-        let plan = FlightPlan { closed_loop: false, experiment: experiment_of(shape) };
-        let (experiment, pilot) = prepare(&config, &plan)?;
+        let plan = ExperimentPlan { closed_loop: false, experiment: experiment_of(shape) };
+        let (experiment, source) = prepare(&config, &plan)?;
         let mut rows = Rows::new(&experiment);
-        self.fly(&config, pilot, slots_of(&experiment), name, &mut |step| rows.take(step), tell)?;
+        self.fly(&config, source, slots_of(&experiment), name, &mut |step| rows.take(step), report)?;
         Ok(rows.trace.into_dataset(name)?)
     }
 
     /// The body struck once, held by `kind` as made for `model`.
-    pub fn flight(
+    pub fn controlled_run(
         &mut self,
         controller: &'static str,
         kind: ControllerKind,
         delay: f64,
         model: &Model,
-        tell: &mut dyn FnMut(&str, f64),
-    ) -> Result<Flight, PaperError> {
+        report: &mut dyn FnMut(&str, f64),
+    ) -> Result<ControlledRun, PaperError> {
         let (duration_s, torque) = IMPULSE;
         let mut config = self.bench();
         // The same noise for every controller.
-        config.emulator.seed = self.seed.wrapping_add(FLIGHT_SEED);
+        config.emulator.seed = self.seed.wrapping_add(RUN_SEED);
         config.emulator.command_delay_s = delay;
         config.emulator.impulse = vec![Impulse { at_s: IMPULSE_AT_S, duration_s, torque }];
-        // An encoder without noise: the judge sees what really was. The controllers do not use it.
+        // An encoder without noise: what is measured is what really was. The controllers do not use it.
         let encoder = &mut config.emulator.sensors.body_angle;
         (encoder.rate_hz, encoder.noise, encoder.quantization) = (1.0 / PERIOD_S, 0.0, 0.0);
         let settings = ControllerConfig { kind, ..ControllerConfig::paper() };
         let (parameters, _) = controller_plant::of_model(model)?;
         let delay_limit = delay_limit(model, &settings)?;
-        let pilot =
-            Pilot::controller(settings.build(&parameters, PERIOD_S)?, settings.reference.build(PERIOD_S)?);
+        let source = CommandSource::controller(
+            settings.build(&parameters, PERIOD_S)?,
+            settings.reference.build(PERIOD_S)?,
+        );
         let mut moments = Vec::new();
         let mut see = |ControlStep { sensors, command, .. }: &ControlStep| {
             let time = clock::span_s(command.stamp_ns.saturating_sub(ORIGIN_NS));
@@ -112,12 +114,12 @@ impl<'a> Benches<'a> {
         };
         let slots = clock::span_ns(IMPULSE_AT_S + THRESHOLDS.judged_s).div_ceil(clock::span_ns(PERIOD_S));
         let name = format!("{controller} with {} ms of delay", 1e3 * delay);
-        self.fly(&config, pilot, slots, &name, &mut see, tell)?;
-        Ok(Flight {
+        self.fly(&config, source, slots, &name, &mut see, report)?;
+        Ok(ControlledRun {
             controller,
             delay,
             delay_limit,
-            answer: judge(&moments, IMPULSE_AT_S, THRESHOLDS.judged_s),
+            answer: measure(&moments, IMPULSE_AT_S, THRESHOLDS.judged_s),
             moments,
         })
     }
@@ -134,8 +136,8 @@ impl<'a> Benches<'a> {
     /// The next bench, of a seed of its own.
     fn bench(&mut self) -> BenchConfig {
         let mut config = BenchConfig { period_s: PERIOD_S, ..BenchConfig::default() };
-        config.emulator.seed = self.seed.wrapping_add(self.flown);
-        self.flown += 1;
+        config.emulator.seed = self.seed.wrapping_add(self.done);
+        self.done += 1;
         config
     }
 
@@ -143,15 +145,15 @@ impl<'a> Benches<'a> {
     fn fly(
         &mut self,
         config: &BenchConfig,
-        pilot: Pilot,
+        source: CommandSource,
         slots: u64,
         what: &str,
         see: &mut dyn FnMut(&ControlStep),
-        tell: &mut dyn FnMut(&str, f64),
+        report: &mut dyn FnMut(&str, f64),
     ) -> Result<(), PaperError> {
         config.check().map_err(ProcessError::from)?;
         let guard = config.guard.build(config.period_s).map_err(ProcessError::from)?;
-        let bench = Lockstep::new(emulator(config)?, pilot, config.period_s).guarded(guard);
+        let bench = Lockstep::new(emulator(config)?, source, config.period_s).guarded(guard);
         let mut state = bench.start();
         for slot in 0..slots {
             if self.shutdown.is_requested() {
@@ -162,14 +164,14 @@ impl<'a> Benches<'a> {
             }
             let mut seen = Seen::default();
             bench.step(&mut state, &mut seen);
-            // What comes behind a latch is neither an experiment nor a flight.
+            // What comes behind a latch is neither an experiment nor a run.
             if let Some((time_s, cause)) = stopped_by_guard(&seen.0) {
                 return Err(PaperError::Stopped { what: what.to_owned(), time_s, cause });
             }
             see(&seen.0);
             self.steps += 1;
-            if slot % TELL == 0 {
-                tell(what, self.share());
+            if slot % REPORT_SLOTS == 0 {
+                report(what, self.share());
             }
         }
         Ok(())
@@ -194,7 +196,7 @@ fn delay_limit(model: &Model, settings: &ControllerConfig) -> Result<f64, PaperE
         ControllerKind::Pid => Compensator::Pid(settings.pid),
     };
     let loop_plant = controller_plant::loop_of_model(model, &parameters, &known, 0.0);
-    // As flown: the controllers cancel nothing here.
+    // As run: the controllers cancel nothing here.
     let nothing = Compensation::default();
     let closed = DiscreteLoop::build(&parameters, &loop_plant, &compensator, &nothing, 0.0, PERIOD_S)?;
     Ok(closed.margins().delay_s)
@@ -221,7 +223,7 @@ struct Rows {
     trace: Trace,
     lead_in: u64,
     slots: u64,
-    flown: u64,
+    done: u64,
     /// What was measured in the slot before; its commands come with this one's step.
     before: Option<(u64, Sensors)>,
 }
@@ -229,7 +231,7 @@ struct Rows {
 impl Rows {
     fn new(experiment: &Experiment) -> Self {
         let (lead_in, slots) = (experiment.lead_in(), experiment.slots());
-        Self { trace: Trace::default(), lead_in, slots, flown: 0, before: None }
+        Self { trace: Trace::default(), lead_in, slots, done: 0, before: None }
     }
 
     fn take(&mut self, step: &ControlStep) {
@@ -237,9 +239,9 @@ impl Rows {
             let time_ns = (slot - self.lead_in).saturating_mul(clock::span_ns(PERIOD_S));
             self.trace.push(time_ns, &sensors, &step.applied);
         }
-        // As the pilot counts: the experiment begins when the guard lets its first command through.
-        self.flown += u64::from(step.applied.command_sequence > 0);
-        let slot = self.flown.checked_sub(1).filter(|slot| (self.lead_in..self.slots).contains(slot));
+        // As the command source counts: the experiment begins when the guard lets its first command through.
+        self.done += u64::from(step.applied.command_sequence > 0);
+        let slot = self.done.checked_sub(1).filter(|slot| (self.lead_in..self.slots).contains(slot));
         self.before = slot.map(|slot| (slot, step.sensors));
     }
 }
@@ -262,11 +264,11 @@ mod tests {
             let mut benches = Benches::new(&settings, &[(shape.clone(), "constant commands")], 0, &shutdown);
             let mut config = benches.held_bench();
             config.guard.body_rate.frozen_after_s = frozen_after_s.or(config.guard.body_rate.frozen_after_s);
-            let plan = FlightPlan { closed_loop: false, experiment: experiment_of(shape.clone()) };
-            let (experiment, pilot) = prepare(&config, &plan).expect("an experiment");
+            let plan = ExperimentPlan { closed_loop: false, experiment: experiment_of(shape.clone()) };
+            let (experiment, source) = prepare(&config, &plan).expect("an experiment");
             benches.fly(
                 &config,
-                pilot,
+                source,
                 slots_of(&experiment),
                 "constant commands",
                 &mut |_| (),

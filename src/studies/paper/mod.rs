@@ -1,12 +1,12 @@
-//! The paper run on the emulator: section III from its own experiments, section V from its own flights.
+//! The paper run on the emulator: section III from its own experiments, section V from its own runs under control.
 //!
-//! Each experiment and each flight is an emulated bench of its own behind its guard, as `run --lockstep` has it.
+//! Each experiment and each run is an emulated bench of its own behind its guard, as `run --lockstep` has it.
 
 mod bench;
 
 use serde::Serialize;
 
-use super::impulse_response::{Answer, Moment};
+use super::impulse_response::{ImpulseResponse, Moment};
 use crate::control::gains::complementary_eigenvalues;
 use crate::control::{ControllerConfig, ControllerKind, EmcGains};
 use crate::experiment::Shape;
@@ -24,7 +24,7 @@ pub const PERIOD_S: f64 = 0.02;
 pub const IMPULSE_AT_S: f64 = 5.0;
 /// [s] [N m] the impulse.
 pub const IMPULSE: (f64, f64) = (0.05, 0.6);
-/// [s] transport delays of the flights: none, and one that a real bench has and the PID of Table III barely stands.
+/// [s] transport delays of the runs under control: none, and one that a real bench has and the PID of Table III barely stands.
 const DELAYS_S: [f64; 2] = [0.0, 0.03];
 
 /// Why the run failed.
@@ -36,7 +36,7 @@ pub enum PaperError {
     /// The guard stopped the rotors.
     #[error("{what}: the guard stopped the rotors after {time_s:.2} s: {cause}")]
     Stopped {
-        /// Which experiment or flight.
+        /// Which experiment or run.
         what: String,
         /// [s] of virtual time since the bench began.
         time_s: f64,
@@ -46,9 +46,9 @@ pub enum PaperError {
     /// The operator wanted to stop.
     #[error("stopped in the middle of {what}: {reason}")]
     Interrupted {
-        /// Which experiment or flight.
+        /// Which experiment or run.
         what: String,
-        /// What told it to end.
+        /// What ended it.
         reason: &'static str,
     },
     /// A controller refuses.
@@ -62,9 +62,9 @@ pub enum PaperError {
     Identify(#[from] IdentifyError),
 }
 
-/// One flight.
+/// One run under control.
 #[derive(Debug, Clone, Serialize)]
-pub struct Flight {
+pub struct ControlledRun {
     /// `EMC` or `PID`.
     pub controller: &'static str,
     /// [s] transport delay in the loop.
@@ -72,7 +72,7 @@ pub struct Flight {
     /// [s] transport delay from which `design` has the loop unstable.
     pub delay_limit: f64,
     /// How it answered.
-    pub answer: Answer,
+    pub answer: ImpulseResponse,
     /// Period by period. The angle is the true one.
     #[serde(skip)]
     pub moments: Vec<Moment>,
@@ -105,7 +105,8 @@ pub struct PaperRun {
     /// Gains of EMC from the identified pole, β = γ_0 = 0.276 as printed.
     pub gains: EmcGains,
     /// Section V.
-    pub flights: Vec<Flight>,
+    #[serde(rename = "runs")]
+    pub runs: Vec<ControlledRun>,
 }
 
 /// What to run.
@@ -119,7 +120,7 @@ pub struct PaperSettings {
     pub hold_s: f64,
 }
 
-/// Runs the paper on an emulated bench with the paper's parameters. `tell` hears what is being done, and the share
+/// Runs the paper on an emulated bench with the paper's parameters. `report` is called with what is being done, and the share
 /// that is done; `shutdown` stops it.
 ///
 /// # Errors
@@ -127,7 +128,7 @@ pub struct PaperSettings {
 pub fn run(
     settings: &PaperSettings,
     shutdown: &Shutdown,
-    tell: &mut dyn FnMut(&str, f64),
+    report: &mut dyn FnMut(&str, f64),
 ) -> Result<PaperRun, PaperError> {
     let PaperSettings { seed, prbs_s, hold_s } = *settings;
     let levels = vec![0.35, 0.4, 0.45, 0.5, 0.55, 0.6];
@@ -140,26 +141,26 @@ pub fn run(
         (ramp(0.02), "ramps of another slope"),
         (prbs(seed.wrapping_add(1), 60.0), "another PRBS"),
     ];
-    let flights: Vec<(f64, &'static str, ControllerKind)> = DELAYS_S
+    let runs: Vec<(f64, &'static str, ControllerKind)> = DELAYS_S
         .iter()
         .flat_map(|delay| [(*delay, "EMC", ControllerKind::Emc), (*delay, "PID", ControllerKind::Pid)])
         .collect();
-    let mut benches = Benches::new(settings, &experiments, flights.len(), shutdown);
+    let mut benches = Benches::new(settings, &experiments, runs.len(), shutdown);
     let mut logs = Vec::new();
     for (shape, name) in experiments {
-        logs.push(benches.experiment(shape, name, tell)?);
+        logs.push(benches.experiment(shape, name, report)?);
     }
     let validation = logs.split_off(3);
     let identification =
         identify_with_progress(&logs, &validation, &IdentifySettings::default(), &mut |step| {
-            tell(step, benches.share());
+            report(step, benches.share());
         })?;
     let gains = ControllerConfig::paper().emc.gains(identification.model.actuator.pole, PERIOD_S)?;
-    let mut flown = Vec::new();
-    for (delay, controller, kind) in flights {
-        flown.push(benches.flight(controller, kind, delay, &identification.model, tell)?);
+    let mut done = Vec::new();
+    for (delay, controller, kind) in runs {
+        done.push(benches.controlled_run(controller, kind, delay, &identification.model, report)?);
     }
-    Ok(PaperRun { beside: beside(&identification, &gains), identification, gains, flights: flown })
+    Ok(PaperRun { beside: beside(&identification, &gains), identification, gains, runs: done })
 }
 
 /// Tables I and IV from what was identified, Tables II and III from the gains.
