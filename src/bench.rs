@@ -124,7 +124,7 @@ impl BenchConfig {
         Ok(())
     }
 
-    /// Holds the emulated body still, as experiments on the rotors do. Nothing flies by its gyro then, and that it reads
+    /// Holds the emulated body still, as experiments on the rotors do. Nothing is controlled by its gyro then, and that it reads
     /// the same is no fault: unless the file says otherwise, the guard does not take it for frozen. The built-in
     /// bench's gyro reads the same seven times on end, which is frozen at 50 Hz, by chance alone every 17 h.
     pub fn hold_body(&mut self) {

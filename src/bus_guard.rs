@@ -262,7 +262,7 @@ impl BusGuard {
 
     /// [ns] stamp of the newest command that came, and how many were refused as from the future.
     #[cfg(test)]
-    pub(crate) fn judged(&self) -> (u64, u64) {
+    pub(crate) fn examined(&self) -> (u64, u64) {
         let stamp_ns = self.newest.filter(|_| !self.is_pending).map_or(0, |command| command.stamp_ns);
         (stamp_ns, self.refusals(Cause::CommandFromFuture))
     }

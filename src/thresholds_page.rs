@@ -2,13 +2,19 @@
 
 use crate::threshold::{Threshold, page};
 use crate::{
-    cli, compare, control, diagnose, estimation, identify, log, runtime, screening, session, studies,
+    can, cli, compare, control, diagnose, estimation, experiment, guard, identify, log, recording, runtime,
+    screening, session, shm, studies,
 };
 
 /// Room and table, in the order of the rooms. `tests/architecture.rs` fails when a room with a `thresholds.rs` is missing.
 pub const ROOMS: &[(&str, &[Threshold])] = &[
     ("estimation", estimation::thresholds::TABLE),
+    ("can", can::thresholds::TABLE),
+    ("shm", shm::thresholds::TABLE),
     ("control", control::thresholds::TABLE),
+    ("guard", guard::thresholds::TABLE),
+    ("experiment", experiment::thresholds::TABLE),
+    ("recording", recording::thresholds::TABLE),
     ("log", log::thresholds::TABLE),
     ("screening", screening::thresholds::TABLE),
     ("compare", compare::thresholds::TABLE),

@@ -1,7 +1,6 @@
 //! The counter a sender steps with each frame: distinguishes a new frame from a repeated, replayed or foreign one.
 
-/// Frames in a row that may be missing between two good ones. More is a jump.
-const MAXIMUM_LOST: u64 = 3;
+use super::thresholds::THRESHOLDS;
 
 /// The receiver's view of one sender's counter.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -18,7 +17,7 @@ impl Counter {
     pub(super) fn accept(&mut self, value: u64, mask: u64) -> Option<u64> {
         let lost = |from: u64| {
             let lost = value.wrapping_sub(from).wrapping_sub(1) & mask;
-            (lost <= MAXIMUM_LOST.min(mask >> 1)).then_some(lost)
+            (lost <= THRESHOLDS.maximum_lost.min(mask >> 1)).then_some(lost)
         };
         let verdict = match (self.last, self.candidate) {
             (None, _) => Some(0),

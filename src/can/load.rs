@@ -4,11 +4,6 @@ use super::config::BusConfig;
 use super::frame::Id;
 use super::roles::Roles;
 
-/// [%] over which a bus is warned about: what is left carries retransmissions and other nodes.
-pub const WARNING_PERCENT: f64 = 70.0;
-/// [%] over which a bus is refused.
-pub const MAXIMUM_PERCENT: f64 = 100.0;
-
 /// Load of one message.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct MessageLoad {

@@ -27,6 +27,7 @@ mod route;
 mod socket;
 mod source;
 mod stamp;
+pub mod thresholds;
 mod timestamps;
 pub mod walk;
 
@@ -40,7 +41,7 @@ pub use field::CommandField;
 pub use frame::{Frame, Id, Kind, MAXIMUM_LENGTH, Payload, is_fd_length};
 pub use interface::{InterfaceAnswer, InterfaceStatus};
 pub use layout::{ByteOrder, Layout, LayoutError, Number};
-pub use load::{BusLoad, MAXIMUM_PERCENT, MessageLoad, WARNING_PERCENT, classic_bits, fd_bits, worst_case};
+pub use load::{BusLoad, MessageLoad, classic_bits, fd_bits, worst_case};
 pub use port::{Port, kernel_has_can};
 pub use roles::{CommandFrames, Counts, Decoded, ReceiverState, Roles, RotorCommands, SenderState};
 pub use route::{Binding, Refusal, Route};

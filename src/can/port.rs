@@ -20,16 +20,13 @@ use super::frame::{Frame, Id};
 use super::interface::{InterfaceAnswer, InterfaceStatus, InterfaceWatch};
 use super::socket::{self, BATCH, Batch, EVERYTHING, RawArrival};
 use super::stamp::StampClock;
+use super::thresholds::THRESHOLDS;
 
 /// Most frames that one [`Port::receive`] takes, so that a flood cannot hold the cycle.
 const MOST: usize = 16 * BATCH;
 
 /// Frames that it has room for at first. There is one, as a rule; preparing room for many more takes as long as decoding it.
 const FEW: usize = 4;
-
-/// [ns] that a given time may be too early without the clock being asked: what publishing takes on a slow machine.
-/// By more, CLOCK_REALTIME may have been set.
-const A_MOMENT_NS: u64 = 200_000;
 
 impl Bus for Port {
     fn receive(&mut self, take: impl FnMut(Arrival)) -> Result<usize, Fault> {
@@ -181,7 +178,7 @@ impl Port {
                 if raw.software_ns > realtime_ns && std::mem::take(&mut is_told) {
                     // It came after the given time: by its own stamp, if that is a moment, else by the clock.
                     let later_ns = raw.software_ns - realtime_ns;
-                    let now_ns = if later_ns <= A_MOMENT_NS {
+                    let now_ns = if later_ns <= THRESHOLDS.early_ns {
                         *looked_ns + later_ns
                     } else {
                         clock::monotonic_ns().max(*looked_ns)

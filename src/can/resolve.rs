@@ -15,9 +15,10 @@ use super::error::CanError;
 use super::field::CommandField;
 use super::frame::Id;
 use super::layout::Number;
-use super::load::{self, MAXIMUM_PERCENT};
+use super::load;
 use super::roles::Roles;
 use super::route::{Binding, Route, Routes};
+use super::thresholds::THRESHOLDS;
 
 #[cfg(test)]
 mod tests;
@@ -107,8 +108,8 @@ impl Roles {
         resolver.check_messages()?;
         let roles = Roles { sensors: Routes::new(sensors), commands: Routes::new(commands) };
         let percent = load::worst_case(&roles, config).percent;
-        if percent > MAXIMUM_PERCENT {
-            return Err(CanError::Overload { percent, limit: MAXIMUM_PERCENT });
+        if percent > THRESHOLDS.maximum_percent {
+            return Err(CanError::Overload { percent, limit: THRESHOLDS.maximum_percent });
         }
         Ok(roles)
     }

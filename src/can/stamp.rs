@@ -1,9 +1,6 @@
-//! When a frame arrived, on the house's one clock.
+//! When a frame arrived, on the one clock of all processes.
 
-/// [ns/ns] most that an adapter's clock and the machine's run apart.
-const DRIFT: f64 = 200e-6;
-/// [ns] beyond which an adapter's clock has been set anew rather than drifted.
-const JUMP_NS: u64 = 1_000_000_000;
+use super::thresholds::THRESHOLDS;
 
 /// Puts the kernel's (CLOCK_REALTIME) and the adapter's stamps on CLOCK_MONOTONIC.
 ///
@@ -18,14 +15,8 @@ pub(super) struct StampClock {
     distance: Option<Distance>,
 }
 
-/// [ns] age at which the distance of the two clocks must be measured again; from half of it on it may be.
-const DISTANCE_OLDEST_NS: u64 = 100_000_000;
-/// [ns] of drift in each [`DISTANCE_OLDEST_NS`]: 500 ppm, the most that Linux disciplines CLOCK_REALTIME with.
-const DISTANCE_DRIFT_NS: u64 = 50_000;
-/// Most readings, of which the narrowest counts: the others were interrupted.
-const READINGS: usize = 3;
 /// [ns] uncertainty of a reading that needs no other one: half of what the drift adds until the next measurement.
-const NARROW_NS: u64 = DISTANCE_DRIFT_NS / 2;
+const NARROW_NS: u64 = THRESHOLDS.distance_drift_ns / 2;
 
 /// One clock measured against the other.
 #[derive(Debug, Clone, Copy)]
@@ -61,7 +52,7 @@ impl StampClock {
     ) {
         let mut narrowest: Option<Distance> = None;
         let mut before_ns = monotonic_ns();
-        for _ in 0..READINGS {
+        for _ in 0..THRESHOLDS.clock_readings {
             let realtime = realtime_ns();
             let after_ns = monotonic_ns();
             let width_ns = after_ns.saturating_sub(before_ns);
@@ -84,13 +75,14 @@ impl StampClock {
 
     /// Whether it is time to measure, where that makes nobody wait.
     pub(super) fn is_distance_old(&self, now_ns: u64) -> bool {
-        self.distance.is_none_or(|known| now_ns.saturating_sub(known.measured_ns) > DISTANCE_OLDEST_NS / 2)
+        self.distance
+            .is_none_or(|known| now_ns.saturating_sub(known.measured_ns) > THRESHOLDS.distance_oldest_ns / 2)
     }
 
     /// [ns] CLOCK_REALTIME at `monotonic_ns`, unless it was measured too long ago.
     pub(super) fn realtime(&self, monotonic_ns: u64) -> Option<u64> {
         let known = self.distance?;
-        let is_fresh = monotonic_ns.saturating_sub(known.measured_ns) <= DISTANCE_OLDEST_NS;
+        let is_fresh = monotonic_ns.saturating_sub(known.measured_ns) <= THRESHOLDS.distance_oldest_ns;
         is_fresh.then(|| monotonic_ns.wrapping_add(known.distance_ns))
     }
 
@@ -99,7 +91,7 @@ impl StampClock {
     pub(super) fn uncertainty_ns(&self, monotonic_ns: u64) -> Option<u64> {
         let known = self.distance?;
         let apart_ns = monotonic_ns.abs_diff(known.measured_ns);
-        let drift_ns = apart_ns.div_ceil(DISTANCE_OLDEST_NS / DISTANCE_DRIFT_NS);
+        let drift_ns = apart_ns.div_ceil(THRESHOLDS.distance_oldest_ns / THRESHOLDS.distance_drift_ns);
         Some(known.uncertainty_ns.saturating_add(drift_ns))
     }
 
@@ -114,9 +106,9 @@ impl StampClock {
     pub(super) fn hardware(&mut self, stamp_ns: u64, software_ns: u64) -> u64 {
         let seen = software_ns.wrapping_sub(stamp_ns) as i64;
         let offset_ns = match self.hardware {
-            Some(known) if seen.abs_diff(known.offset_ns) < JUMP_NS => {
+            Some(known) if seen.abs_diff(known.offset_ns) < THRESHOLDS.adapter_jump_ns => {
                 let elapsed = software_ns.saturating_sub(known.stamp_ns);
-                seen.min(known.offset_ns.saturating_add((elapsed as f64 * DRIFT) as i64))
+                seen.min(known.offset_ns.saturating_add((elapsed as f64 * THRESHOLDS.adapter_drift) as i64))
             }
             _ => seen,
         };
@@ -205,7 +197,10 @@ mod tests {
         };
         clock.measure(|| reading(&mut ours, 2_000), || reading(&mut theirs, APART));
         assert_eq!((ours, theirs), (2, 1));
-        assert_eq!(clock.uncertainty_ns(1_000 + DISTANCE_OLDEST_NS), Some(DISTANCE_DRIFT_NS));
+        assert_eq!(
+            clock.uncertainty_ns(1_000 + THRESHOLDS.distance_oldest_ns),
+            Some(THRESHOLDS.distance_drift_ns)
+        );
     }
 
     /// A reading that is as sure as the drift until the next one needs no second.
@@ -232,10 +227,13 @@ mod tests {
         assert_eq!((clock.realtime(1_000), clock.uncertainty_ns(1_000)), (None, None));
         assert!(clock.is_distance_old(0));
         measure(&mut clock, [1_000; 4], [500; 3]);
-        assert!(!clock.is_distance_old(1_000 + DISTANCE_OLDEST_NS / 2));
-        assert!(clock.is_distance_old(1_001 + DISTANCE_OLDEST_NS / 2));
-        assert_eq!(clock.realtime(1_000 + DISTANCE_OLDEST_NS), Some(500 + DISTANCE_OLDEST_NS));
-        assert_eq!(clock.realtime(1_001 + DISTANCE_OLDEST_NS), None);
+        assert!(!clock.is_distance_old(1_000 + THRESHOLDS.distance_oldest_ns / 2));
+        assert!(clock.is_distance_old(1_001 + THRESHOLDS.distance_oldest_ns / 2));
+        assert_eq!(
+            clock.realtime(1_000 + THRESHOLDS.distance_oldest_ns),
+            Some(500 + THRESHOLDS.distance_oldest_ns)
+        );
+        assert_eq!(clock.realtime(1_001 + THRESHOLDS.distance_oldest_ns), None);
         // Stamps between two measurements: an ordinary age; and, the clock set meanwhile, still within the span.
         let now = 2_000_000;
         let realtime = clock.realtime(now).expect("fresh");

@@ -25,7 +25,7 @@ pub struct Arguments {
     log: Vec<PathBuf>,
     #[command(flatten)]
     logs: LogArguments,
-    /// Instead of models: recordings of flights in which the body was struck, controllers side by side
+    /// Instead of models: recordings of runs in which the body was struck, controllers side by side
     #[arg(long, value_name = "FILE.mcap", num_args = 1.., conflicts_with_all = ["model", "log", "horizon_s", "signals"])]
     runs: Vec<PathBuf>,
     /// What struck the body, where a recording does not say it: `at_s:duration_s:torque_nm`, from the controller's first

@@ -302,7 +302,7 @@ impl Task {
         design.margins = Some(margins);
         design.warning = self.sluggish(&closed, &margins);
         if self.config.kind == ControllerKind::Emc {
-            design.advice = self.advice(&margins).map(|advice| advice.sentence);
+            design.advice = self.advice(&margins).as_ref().map(crate::report::design::advice);
         }
         Ok(closed)
     }

@@ -13,6 +13,7 @@ use crate::clock;
 use crate::experiment::{ExperimentConfig, Rotors, Shape};
 use crate::file::write_atomically;
 use crate::log::{csv, export};
+use crate::report;
 use crate::rt::Shutdown;
 use crate::runtime::controller_plant::ExperimentPlan;
 use crate::runtime::experiment::{self, Ending};
@@ -208,8 +209,9 @@ struct Protocol<'a> {
     lockstep: bool,
     /// [s] since 1970 when it began.
     began_unix_s: u64,
-    #[serde(flatten)]
-    ending: &'a Ending,
+    complete: bool,
+    /// Why it ended.
+    reason: String,
     samples: usize,
     log: String,
     log_sha256: String,
@@ -253,7 +255,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
         model: &config.model,
         lockstep: arguments.lockstep,
         began_unix_s,
-        ending: &ending,
+        complete: ending == Ending::Complete,
+        reason: report::guard::ending(&ending),
         samples: dataset.len(),
         log: output.display().to_string(),
         log_sha256: csv::content_hash(csv::emit(&dataset).as_bytes()),
@@ -262,11 +265,11 @@ pub fn run(arguments: &Arguments) -> CliResult {
     };
     write_protocol(&protocol, &output.with_extension("toml"))?;
     if arguments.json {
-        println!("{}", crate::report::json::answer(&protocol)?);
+        println!("{}", report::json::answer(&protocol)?);
     } else {
-        println!("{}: {} samples, {}", output.display(), dataset.len(), ending.reason);
+        println!("{}: {} samples, {}", output.display(), dataset.len(), protocol.reason);
     }
-    Ok(if ending.complete { Outcome::Done } else { Outcome::FoundWanting })
+    Ok(if protocol.complete { Outcome::Done } else { Outcome::FoundWanting })
 }
 
 fn write_protocol(protocol: &Protocol, path: &Path) -> Result<(), CliError> {
@@ -287,7 +290,7 @@ fn in_lockstep(
     })?;
     drop(progress);
     if trace.is_empty() {
-        return Err(CliError::new(format!("nothing was recorded: {}", ending.reason)));
+        return Err(CliError::new(format!("nothing was recorded: {}", report::guard::ending(&ending))));
     }
     Ok((trace.into_dataset("experiment")?, ending))
 }

@@ -13,8 +13,8 @@ use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
 use crate::clock;
 use crate::guard::State;
+use crate::report;
 use crate::rt::Shutdown;
-use crate::runtime::operator;
 use crate::shm::{APPLIED, BUS, Bench, COMMAND, GUARD_EVENTS, Role, SENSORS, ShmError, Subscriber};
 use crate::signal::{Applied, BusStatus, Channel, Command, CycleSample, GuardEvent, Heartbeat, Sensors};
 
@@ -205,7 +205,7 @@ impl View {
             "body_rate_rad_s": sensors.body_rate.value, "body_angle_rad": command.estimate.body_angle,
             "disturbance_torque_nm": command.estimate.disturbance_torque,
             "battery_voltage_v": sensors.battery_voltage.value, "processes": processes,
-            "measured": measured, "last_event": self.said.front().map(operator::sentence), "bus": bus,
+            "measured": measured, "last_event": self.said.front().map(report::guard::event), "bus": bus,
         })
     }
 }

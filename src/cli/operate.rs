@@ -37,9 +37,7 @@ pub fn seconds(text: &str) -> Result<f64, String> {
 /// Asks, and says what came of it.
 pub fn run(bench: &BenchArguments, act: OperatorAct) -> CliResult {
     let answer = operator::act(&bench.load()?, act)?;
-    for line in &answer.said {
-        eprintln!("{line}");
-    }
+    answer.events.iter().for_each(|event| eprintln!("{}", crate::report::guard::event(event)));
     println!("{}", answer.state);
     let is_latched = matches!(answer.state, State::FailsafeLatched | State::EmergencyStop);
     if is_latched && !answer.obeyed && act == OperatorAct::Arm {

@@ -1,6 +1,6 @@
 //! Allocation of a torque to two rotor commands, and back. [LPC16] Eqs. (7), (16)-(19).
 
-use super::{Compensation, ControlError, PlantParameters};
+use super::{Compensation, ControlError, PlantParameters, require};
 
 /// Two rotor commands.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,13 +29,8 @@ impl Allocator {
         plant.validate()?;
         known.validate()?;
         let falls = |percent: i32| known.curve(plant, f64::from(percent) / 100.0).1 <= 0.0;
-        if (0..=100).any(falls) {
-            return Err(ControlError::Parameter {
-                name: "steady_rate_cubic",
-                value: known.steady_rate_cubic,
-                rule: "must keep the steady rate rising from 0 to 1, or it has no inverse",
-            });
-        }
+        let rule = "must keep the steady rate rising from 0 to 1, or it has no inverse";
+        require(!(0..=100).any(falls), "steady_rate_cubic", known.steady_rate_cubic, rule)?;
         Ok(Self {
             plant: *plant,
             known: *known,

@@ -3,7 +3,7 @@
 //! The process layer fills this from the effects of an extended model; the controllers know nothing of
 //! effects or models. Everything defaults to "not there".
 
-use super::{ControlError, PlantParameters};
+use super::{ControlError, PlantParameters, require, require_finite, require_positive};
 
 /// Known torques on the body, and known faults of the actuator's command. All zero = the paper's plant.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -78,23 +78,13 @@ impl Compensation {
             ("cubic_center", self.cubic_center),
         ];
         for (name, value) in numbers {
-            if !value.is_finite() {
-                return Err(ControlError::Parameter { name, value, rule: "must be a number" });
-            }
+            require_finite(name, value)?;
         }
-        if !(self.coulomb_rate.is_finite() && self.coulomb_rate > 0.0) {
-            let rule = "must be a positive number";
-            return Err(ControlError::Parameter { name: "coulomb_rate", value: self.coulomb_rate, rule });
-        }
-        if !(0.0..1.0).contains(&self.dead_zone) {
-            let rule = "must be at least 0 and below 1";
-            return Err(ControlError::Parameter { name: "dead_zone", value: self.dead_zone, rule });
-        }
-        if !(self.command_limit > self.dead_zone && self.command_limit <= 1.0) {
-            let rule = "must be above the dead zone and at most 1";
-            return Err(ControlError::Parameter { name: "command_limit", value: self.command_limit, rule });
-        }
-        Ok(())
+        require_positive("coulomb_rate", self.coulomb_rate)?;
+        let (zone, limit) = (self.dead_zone, self.command_limit);
+        require((0.0..1.0).contains(&zone), "dead_zone", zone, "must be at least 0 and below 1")?;
+        let rule = "must be above the dead zone and at most 1";
+        require(limit > zone && limit <= 1.0, "command_limit", limit, rule)
     }
 
     /// Whether any torque is known.

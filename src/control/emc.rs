@@ -9,6 +9,7 @@ use super::gains::{
 use super::intake::{AngleCorrection, Intake};
 use super::{
     Allocator, Compensation, ControlError, Controller, ControllerConfig, PlantParameters, check_period, code,
+    require, require_finite, require_not_negative,
 };
 use crate::signal::{Applied, Command, CommandFlags, Estimate, Reference, Sensors};
 
@@ -57,31 +58,16 @@ impl EmcConfig {
         let beta = self.beta.value(pole, period_s);
         let gamma_0 = self.gamma_0.unwrap_or(beta);
         for (name, value) in [("beta", beta), ("gamma_0", gamma_0)] {
-            if !(value > 0.0 && value < 2.0) {
-                return Err(ControlError::Parameter { name, value, rule: "must be above 0 and below 2" });
-            }
+            require(value > 0.0 && value < 2.0, name, value, "must be above 0 and below 2")?;
         }
-        for (name, value) in [("alpha", self.alpha), ("alpha_c", self.alpha_c)] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(ControlError::Parameter {
-                    name,
-                    value,
-                    rule: "must be zero or a positive number",
-                });
-            }
-        }
+        require_not_negative("alpha", self.alpha)?;
+        require_not_negative("alpha_c", self.alpha_c)?;
         let l = observer_gains(beta, complementary_eigenvalues(gamma_0, self.alpha));
         let k = match self.feedback_gain {
             Some(given) => given,
             None => feedback_gains(beta, complementary_eigenvalues(gamma_0, self.alpha_c)),
         };
-        if let Some(value) = k.iter().find(|value| !value.is_finite()) {
-            return Err(ControlError::Parameter {
-                name: "feedback_gain",
-                value: *value,
-                rule: "must be a number",
-            });
-        }
+        k.iter().try_for_each(|value| require_finite("feedback_gain", *value))?;
         let predictor = predictor_matrix(beta, l).complex_eigenvalues();
         require_stable("state predictor", predictor.iter().copied())?;
         let feedback = feedback_matrix(beta, k).complex_eigenvalues();

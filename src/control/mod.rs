@@ -245,12 +245,23 @@ impl Controller for AnyController {
 
 /// Refuses a period that is not a positive number of seconds.
 pub(crate) fn check_period(period_s: f64) -> Result<(), ControlError> {
-    if period_s.is_finite() && period_s > 0.0 {
-        return Ok(());
-    }
-    Err(ControlError::Parameter {
-        name: "period_s",
-        value: period_s,
-        rule: "must be a positive number of seconds",
-    })
+    let holds = period_s.is_finite() && period_s > 0.0;
+    require(holds, "period_s", period_s, "must be a positive number of seconds")
+}
+
+/// Refuses the parameter `name` unless what its rule says holds.
+fn require(holds: bool, name: &'static str, value: f64, rule: &'static str) -> Result<(), ControlError> {
+    if holds { Ok(()) } else { Err(ControlError::Parameter { name, value, rule }) }
+}
+
+fn require_finite(name: &'static str, value: f64) -> Result<(), ControlError> {
+    require(value.is_finite(), name, value, "must be a number")
+}
+
+fn require_positive(name: &'static str, value: f64) -> Result<(), ControlError> {
+    require(value.is_finite() && value > 0.0, name, value, "must be a positive number")
+}
+
+fn require_not_negative(name: &'static str, value: f64) -> Result<(), ControlError> {
+    require(value.is_finite() && value >= 0.0, name, value, "must be zero or a positive number")
 }

@@ -1,6 +1,6 @@
 //! What a controller must know of the plant.
 
-use super::ControlError;
+use super::{ControlError, require, require_not_negative, require_positive};
 
 /// Plant parameters that gains and allocation are made of: [LPC16] Tables I and IV, or an identified model.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,32 +95,14 @@ impl PlantParameters {
             ("full_voltage", self.full_voltage),
         ];
         for (name, value) in positive {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(ControlError::Parameter { name, value, rule: "must be a positive number" });
-            }
+            require_positive(name, value)?;
         }
-        if !(self.voltage_gain.is_finite() && self.voltage_gain >= 0.0) {
-            return Err(ControlError::Parameter {
-                name: "voltage_gain",
-                value: self.voltage_gain,
-                rule: "must be zero or a positive number",
-            });
-        }
+        require_not_negative("voltage_gain", self.voltage_gain)?;
         let slope_at_full = 2.0 * self.steady_rate_quadratic + self.steady_rate_linear;
-        if !(slope_at_full.is_finite() && slope_at_full > 0.0) {
-            return Err(ControlError::Parameter {
-                name: "steady_rate_quadratic",
-                value: self.steady_rate_quadratic,
-                rule: "must keep g(u) rising from 0 to 1, or g has no inverse",
-            });
-        }
-        if self.steady_rate(1.0) <= self.hover_rate {
-            return Err(ControlError::Parameter {
-                name: "hover_rate",
-                value: self.hover_rate,
-                rule: "must be below g(1), or full command does not reach it",
-            });
-        }
-        Ok(())
+        let rule = "must keep g(u) rising from 0 to 1, or g has no inverse";
+        let rises = slope_at_full.is_finite() && slope_at_full > 0.0;
+        require(rises, "steady_rate_quadratic", self.steady_rate_quadratic, rule)?;
+        let rule = "must be below g(1), or full command does not reach it";
+        require(self.steady_rate(1.0) > self.hover_rate, "hover_rate", self.hover_rate, rule)
     }
 }

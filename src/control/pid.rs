@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::intake::{AngleCorrection, Intake};
 use super::{
     Allocator, Compensation, ControlError, Controller, ControllerConfig, PlantParameters, check_period, code,
+    require_not_negative,
 };
 use crate::signal::{Applied, Command, CommandFlags, Estimate, Reference, Sensors};
 
@@ -33,16 +34,9 @@ impl PidConfig {
     /// # Errors
     /// [`ControlError::Parameter`] names the gain.
     pub fn validate(&self) -> Result<(), ControlError> {
-        for (name, value) in [("k_p", self.k_p), ("k_i", self.k_i), ("k_d", self.k_d)] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(ControlError::Parameter {
-                    name,
-                    value,
-                    rule: "must be zero or a positive number",
-                });
-            }
-        }
-        Ok(())
+        require_not_negative("k_p", self.k_p)?;
+        require_not_negative("k_i", self.k_i)?;
+        require_not_negative("k_d", self.k_d)
     }
 }
 

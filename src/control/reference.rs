@@ -51,13 +51,7 @@ impl ReferenceConfig {
     /// before it has ended.
     pub fn build(&self, period_s: f64) -> Result<ReferenceGenerator, ControlError> {
         super::check_period(period_s)?;
-        if !self.angle_rad.is_finite() {
-            return Err(ControlError::Parameter {
-                name: "reference.angle_rad",
-                value: self.angle_rad,
-                rule: "must be a number",
-            });
-        }
+        super::require_finite("reference.angle_rad", self.angle_rad)?;
         let mut free_from = 0.0;
         for (index, step) in self.moves.iter().enumerate() {
             let numbers = [step.at_s, step.angle_rad, step.duration_s].iter().all(|value| value.is_finite());

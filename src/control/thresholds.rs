@@ -10,4 +10,6 @@ crate::thresholds! {
     nervous_peak: f64 = 2.0, "-", "the usual limit (Åström and Murray)";
     /// [-] sensitivity peak up to which a loop may be made faster
     calm_peak: f64 = 1.7, "-", "judgement";
+    /// [-] factor by which the bandwidth must grow before a change of a knob is proposed for it
+    bandwidth_gain: f64 = 1.02, "-", "judgement";
 }

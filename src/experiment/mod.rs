@@ -8,11 +8,13 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
+use self::thresholds::THRESHOLDS;
 use crate::signal::ROTORS;
 use crate::unit::short;
 
 mod limit;
 mod prbs;
+pub mod thresholds;
 
 pub use limit::Refusal;
 
@@ -161,10 +163,6 @@ pub struct Experiment {
     chip_slots: u64,
 }
 
-/// [-] a smaller amplitude moves nothing that can be measured, and of none at all nothing is learned.
-const LEAST_AMPLITUDE: f64 = 1e-4;
-/// Periods that a ramp takes from one end to the other at least.
-const FEWEST_SLOTS: f64 = 4.0;
 /// A chip held for T has its power within 3 dB up to 0.443 / T: sinc²(0.443) = 1/2.
 const FLAT_SHARE: f64 = 0.443;
 
@@ -176,7 +174,7 @@ impl ExperimentConfig {
     pub fn build(&self, period_s: f64) -> Result<Experiment, ExperimentError> {
         range("period_s", period_s, 1e-4, 1.0)?;
         range("around", self.around, 0.0, 1.0)?;
-        range("lead_in_s", self.lead_in_s, 0.0, 600.0)?;
+        range("lead_in_s", self.lead_in_s, 0.0, THRESHOLDS.longest_lead_in_s)?;
         let duration = self.shape.check(period_s)?;
         let mut experiment = Experiment {
             config: self.clone(),
@@ -211,12 +209,11 @@ fn range(name: &'static str, value: f64, low: f64, high: f64) -> Result<(), Expe
 impl Shape {
     /// [s] Duration; every setting checked on the way.
     fn check(&self, period_s: f64) -> Result<f64, ExperimentError> {
-        const LONGEST_S: f64 = 24.0 * 3600.0;
         let nyquist = 0.5 / period_s;
         match self {
             Self::Constant { levels, hold_s } => {
                 range("levels (how many)", levels.len() as f64, 1.0, 1000.0)?;
-                range("hold_s", *hold_s, period_s, LONGEST_S)?;
+                range("hold_s", *hold_s, period_s, THRESHOLDS.longest_s)?;
                 Ok(levels.len() as f64 * hold_s)
             }
             Self::Ramp { low, high, slope, cycles } => {
@@ -225,29 +222,29 @@ impl Shape {
                 if low > high {
                     return Err(ExperimentError::Upside { low: *low, high: *high });
                 }
-                // Faster, and nothing of the ramp is left on the grid of the periods; of none at all nothing ever was.
-                range("slope", *slope, 1e-4, (high - low) / (FEWEST_SLOTS * period_s))?;
+                let fastest = (high - low) / (THRESHOLDS.fewest_ramp_periods * period_s);
+                range("slope", *slope, THRESHOLDS.slowest_ramp, fastest)?;
                 range("cycles", f64::from(*cycles), 1.0, 1000.0)?;
                 Ok(2.0 * (high - low) / slope * f64::from(*cycles))
             }
             Self::Steps { amplitude, hold_s, count } => {
-                range("amplitude", *amplitude, LEAST_AMPLITUDE, 1.0)?;
-                range("hold_s", *hold_s, period_s, LONGEST_S)?;
+                range("amplitude", *amplitude, THRESHOLDS.least_amplitude, 1.0)?;
+                range("hold_s", *hold_s, period_s, THRESHOLDS.longest_s)?;
                 // The first level is the operating point itself.
                 range("count", f64::from(*count), 2.0, 10_000.0)?;
                 Ok(f64::from(*count) * hold_s)
             }
             Self::Prbs { amplitude, bandwidth_hz, duration_s, .. } => {
-                range("amplitude", *amplitude, LEAST_AMPLITUDE, 1.0)?;
+                range("amplitude", *amplitude, THRESHOLDS.least_amplitude, 1.0)?;
                 range("bandwidth_hz", *bandwidth_hz, 0.0, nyquist)?;
-                range("duration_s", *duration_s, period_s, LONGEST_S)?;
+                range("duration_s", *duration_s, period_s, THRESHOLDS.longest_s)?;
                 Ok(*duration_s)
             }
             Self::Chirp { amplitude, from_hz, to_hz, duration_s } => {
-                range("amplitude", *amplitude, LEAST_AMPLITUDE, 1.0)?;
+                range("amplitude", *amplitude, THRESHOLDS.least_amplitude, 1.0)?;
                 range("from_hz", *from_hz, 1e-4, nyquist)?;
                 range("to_hz", *to_hz, *from_hz, nyquist)?;
-                range("duration_s", *duration_s, period_s, LONGEST_S)?;
+                range("duration_s", *duration_s, period_s, THRESHOLDS.longest_s)?;
                 Ok(*duration_s)
             }
         }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::signals::SignalLimit;
+use super::thresholds::THRESHOLDS;
 use super::{Guard, Limits};
 use crate::clock::span_ns;
 use crate::signal::channels::sensor_table;
@@ -156,7 +157,7 @@ impl GuardConfig {
         let hold_periods = (self.hold_s / period_s - 1e-9).ceil().max(1.0);
         let time_to_live = self.command_time_to_live_s.unwrap_or((hold_periods + 1.0) * period_s);
         within("command_time_to_live_s", time_to_live, period_s, 60.0, "from one period to 60")?;
-        let bucket_limit = self.bucket_limit.unwrap_or(3.0 * hold_periods);
+        let bucket_limit = self.bucket_limit.unwrap_or(THRESHOLDS.bucket_holds * hold_periods);
         within("bucket_limit", bucket_limit, f64::MIN_POSITIVE, f64::MAX, POSITIVE)?;
         let period_ns = span_ns(period_s);
         let hold_ns = period_ns.saturating_mul(hold_periods as u64);

@@ -2,6 +2,7 @@
 
 use super::signals::Verdict;
 use super::table::Cause;
+use super::thresholds::{THRESHOLDS, share_of};
 use super::{Guard, GuardState, NO_SUBJECT};
 use crate::signal::{Channel, Sensors};
 
@@ -16,9 +17,9 @@ pub(super) struct Finding {
 }
 
 impl Guard {
-    /// Periods by which a fresh command is overdue; a quarter period late is not late.
+    /// Periods by which a fresh command is overdue.
     pub(super) fn misses(&self, state: &GuardState, now_ns: u64) -> u32 {
-        let late_ns = now_ns.saturating_sub(state.gate.passed_ns).saturating_sub(self.period_ns / 4);
+        let late_ns = now_ns.saturating_sub(state.gate.passed_ns).saturating_sub(self.lateness_ns());
         u32::try_from(late_ns / self.period_ns).unwrap_or(u32::MAX)
     }
 
@@ -59,6 +60,16 @@ impl Guard {
         worst
     }
 
+    /// [ns] by which what is due in a period may be late.
+    pub(super) fn lateness_ns(&self) -> u64 {
+        share_of(THRESHOLDS.lateness_share, self.period_ns)
+    }
+
+    fn unanswered_limit_ns(&self) -> u64 {
+        let shortest_ns = share_of(THRESHOLDS.unanswered_periods, self.period_ns);
+        share_of(THRESHOLDS.warning_share, self.hold_ns).max(shortest_ns)
+    }
+
     fn command_finding(&self, state: &GuardState, now_ns: u64, misses: u32) -> Option<Finding> {
         let gate = &state.gate;
         // From the command before the one that first left newer sensors unanswered, as misses are counted. A controller
@@ -70,11 +81,11 @@ impl Guard {
             (gate.complaint.unwrap_or(Cause::CommandMissing), true)
         } else if age_ns > self.time_to_live_ns {
             (Cause::CommandExpired, true)
-        } else if unanswered_ns > self.hold_ns.saturating_add(self.period_ns / 4) {
+        } else if unanswered_ns > self.hold_ns.saturating_add(self.lateness_ns()) {
             (Cause::CommandAnswersOldSensors, true)
         } else if misses >= 1 {
             (gate.complaint.unwrap_or(Cause::CommandMissing), false)
-        } else if unanswered_ns > (self.hold_ns / 2).max(self.period_ns * 5 / 4) {
+        } else if unanswered_ns > self.unanswered_limit_ns() {
             // As with a signal, half of it degrades; a controller that just missed a frame is not deaf.
             (Cause::CommandAnswersOldSensors, false)
         } else {

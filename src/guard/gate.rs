@@ -19,7 +19,7 @@ pub(super) enum Passage {
 pub(super) struct GateRules {
     pub(super) period_ns: u64,
     pub(super) time_to_live_ns: u64,
-    /// Whether a controller may begin a new life with a lower sequence: not while the rotors follow it.
+    /// Whether a controller may restart with a lower sequence: not while the rotors follow it.
     pub(super) may_restart: bool,
 }
 

@@ -14,6 +14,7 @@ mod gate;
 mod output;
 mod signals;
 mod table;
+pub mod thresholds;
 
 pub use config::{GuardConfig, GuardError, SignalConfig};
 pub use table::{Cause, OperatorAct, State, TRANSITIONS, Trigger};
@@ -66,7 +67,7 @@ pub struct GuardState {
     entered_ns: u64,
     /// [ns] when a latch was entered last; 0 = never.
     latched_ns: u64,
-    /// [ns] first step of this life; 0 = none yet.
+    /// [ns] first step since the start; 0 = none yet.
     born_ns: u64,
     /// [ns] last step.
     stepped_ns: u64,
@@ -245,18 +246,9 @@ impl Guard {
             *count += 1;
         }
         if is_event {
-            let code = state.state as u32;
+            let (from, to, cause) = (state.state as u32, state.state as u32, cause as u32);
             let subject = NO_SUBJECT;
-            let cause = cause as u32;
-            state.events.push(GuardEvent {
-                sequence: 0,
-                stamp_ns: now_ns,
-                from: code,
-                to: code,
-                cause,
-                subject,
-                value,
-            });
+            state.events.push(GuardEvent { sequence: 0, stamp_ns: now_ns, from, to, cause, subject, value });
         }
     }
 
@@ -269,7 +261,7 @@ impl Guard {
         let Some(act) = OperatorAct::from_code(request.act) else {
             return self.refuse(state, now_ns, Cause::RequestUnknown, f64::from(request.act), true);
         };
-        // A request left over from another life of the guard must not arm this one. A stop is obeyed however old.
+        // A request left over from another run of the guard must not arm this one. A stop is obeyed however old.
         let age_ns = now_ns.abs_diff(request.stamp_ns);
         // Nor may a word from before a latch undo the latch when it arrives after it, or arm what was disarmed since.
         let overtaken = request.stamp_ns < state.latched_ns;

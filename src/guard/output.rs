@@ -1,6 +1,7 @@
-//! What leaves: absolute limit, spin-up, slew, ramp to zero. Nothing else in the house writes to a rotor.
+//! What leaves: absolute limit, spin-up, slew, ramp to zero. Nothing else writes to a rotor.
 
 use super::gate::CommandGate;
+use super::thresholds::{THRESHOLDS, share_of};
 use super::{Guard, State};
 use crate::signal::{Applied, AppliedFlags, ROTORS};
 
@@ -92,8 +93,8 @@ impl Output {
             if spun_up_ns < guard.spin_up_ns { spun_up_ns as f64 / guard.spin_up_ns as f64 } else { 1.0 };
         // After a pause of the guard itself, one period's slew and no more.
         let change = guard.limits.slew_per_s * step_ns.min(guard.period_ns) as f64 * 1e-9;
-        let leak = guard.swing_limit / 3.0 * step_ns as f64 * 1e-9;
-        let held = now_ns.saturating_sub(gate.passed_ns) >= guard.period_ns * 3 / 4;
+        let leak = guard.swing_limit / THRESHOLDS.swing_leak_s * step_ns as f64 * 1e-9;
+        let held = now_ns.saturating_sub(gate.passed_ns) >= share_of(THRESHOLDS.held_share, guard.period_ns);
         let mut flags = if held { AppliedFlags::HELD } else { 0 };
         let memory = self.sides.iter_mut().zip(&mut self.swings);
         for ((rotor, wanted), (side, swings)) in self.rotor.iter_mut().zip(gate.rotor).zip(memory) {
@@ -119,8 +120,8 @@ impl Output {
     /// Down in equal steps; at once when the command it came from is too old even for that.
     fn ramp(&mut self, guard: &Guard, now_ns: u64) -> u32 {
         let ramp_ns = guard.period_ns.saturating_mul(u64::from(guard.ramp_periods));
-        // A quarter period early is not early: the ramp's last step must not slip by a period.
-        let since_ns = now_ns.saturating_sub(self.ramp_ns).saturating_add(guard.period_ns / 4);
+        // A little early is not early: the ramp's last step must not slip by a period.
+        let since_ns = now_ns.saturating_sub(self.ramp_ns).saturating_add(guard.lateness_ns());
         let steps = since_ns / guard.period_ns + 1;
         let age_ns = now_ns.saturating_sub(self.source.1);
         let expired = age_ns > guard.time_to_live_ns.saturating_add(ramp_ns);

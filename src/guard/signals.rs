@@ -1,6 +1,7 @@
 //! Assessment of each measured signal: missing, stale, out of range, no number, frozen.
 
 use super::Cause;
+use super::thresholds::{THRESHOLDS, share_of};
 use crate::signal::{Health, Sample};
 
 /// Limits of one signal, resolved.
@@ -85,6 +86,12 @@ impl SignalTrack {
     }
 }
 
+/// Whether a sample is old enough to degrade. A stamp from the future is no fresher than one as far in the past.
+fn is_old(limit: &SignalLimit, sample: &Sample, now_ns: u64) -> bool {
+    let warning_ns = share_of(THRESHOLDS.warning_share, limit.stale_after_ns);
+    now_ns.abs_diff(sample.stamp_ns) > warning_ns
+}
+
 /// What is wrong with a sample by itself.
 fn complaint(limit: &SignalLimit, sample: &Sample, now_ns: u64) -> Option<Cause> {
     let flagged = |bit: u32| sample.health & bit != 0;
@@ -98,9 +105,7 @@ fn complaint(limit: &SignalLimit, sample: &Sample, now_ns: u64) -> Option<Cause>
         Some(Cause::SignalFrozen)
     } else if flagged(Health::COUNTER) {
         Some(Cause::SignalCounter)
-    } else if sample.health != 0 || now_ns.abs_diff(sample.stamp_ns) > limit.stale_after_ns / 2 {
-        // Half of what it may be silent for already degrades. A stamp from the future is no fresher
-        // than one as far in the past.
+    } else if sample.health != 0 || is_old(limit, sample, now_ns) {
         Some(Cause::SignalStale)
     } else {
         None

@@ -177,7 +177,7 @@ pub enum Cause {
     BusDead = 22,
     /// The process is ending: a signal, a panic, a closed terminal.
     Shutdown = 23,
-    /// The request is too old, or older than this life of the guard.
+    /// The request is too old, or older than this run of the guard.
     RequestStale = 24,
     /// The request's code is unknown.
     RequestUnknown = 25,
@@ -191,50 +191,58 @@ impl Cause {
     /// Number of causes.
     pub const COUNT: usize = 28;
 
-    /// Cause and its plain words, in the order of the codes.
+    /// Cause, its name for scripts and its label, in the order of the codes.
     #[rustfmt::skip]
-    pub const ALL: [(Self, &'static str); Self::COUNT] = [
-        (Self::None, "nothing happened yet"),
-        (Self::OperatorArm, "operator armed"),
-        (Self::OperatorDisarm, "operator disarmed"),
-        (Self::OperatorStop, "operator stopped"),
-        (Self::ChecksPassed, "pre-arm checks passed"),
-        (Self::Recovered, "clean again"),
-        (Self::CommandMissing, "no fresh command"),
-        (Self::CommandExpired, "command older than its time-to-live"),
-        (Self::CommandRepeated, "command repeated or out of order"),
-        (Self::CommandNotANumber, "command is not a number"),
-        (Self::CommandFromFuture, "command stamped in the future"),
-        (Self::CommandAnswersOldSensors, "command answers old sensor values"),
-        (Self::CommandAheadOfSensors, "command answers sensor values that do not exist"),
-        (Self::SignalNever, "required signal never received"),
-        (Self::SignalStale, "required signal is stale"),
-        (Self::SignalOutOfRange, "required signal is out of range"),
-        (Self::SignalNotANumber, "required signal is not a number"),
-        (Self::SignalFrozen, "required signal is frozen"),
-        (Self::SignalCounter, "required signal's frame counter is wrong"),
-        (Self::TooManyMisses, "too many misses"),
-        (Self::Oscillation, "controller swings from limit to limit"),
-        (Self::GuardPaused, "the guard's process stood still"),
-        (Self::BusDead, "the bus is dead"),
-        (Self::Shutdown, "the process is ending"),
-        (Self::RequestStale, "request is too old"),
-        (Self::RequestUnknown, "request is unknown"),
-        (Self::RequestRefused, "request is not possible in this state"),
-        (Self::ForeignCommand, "another sender commands the rotors"),
+    pub const ALL: [(Self, &'static str, &'static str); Self::COUNT] = [
+        (Self::None, "none", "nothing happened yet"),
+        (Self::OperatorArm, "operator_arm", "operator armed"),
+        (Self::OperatorDisarm, "operator_disarm", "operator disarmed"),
+        (Self::OperatorStop, "operator_stop", "operator stopped"),
+        (Self::ChecksPassed, "checks_passed", "pre-arm checks passed"),
+        (Self::Recovered, "recovered", "clean again"),
+        (Self::CommandMissing, "command_missing", "no fresh command"),
+        (Self::CommandExpired, "command_expired", "command older than its time-to-live"),
+        (Self::CommandRepeated, "command_repeated", "command repeated or out of order"),
+        (Self::CommandNotANumber, "command_not_a_number", "command is not a number"),
+        (Self::CommandFromFuture, "command_from_future", "command stamped in the future"),
+        (Self::CommandAnswersOldSensors, "command_answers_old_sensors", "command answers old sensor values"),
+        (Self::CommandAheadOfSensors, "command_ahead_of_sensors", "command answers sensor values that do not exist"),
+        (Self::SignalNever, "signal_never", "required signal never received"),
+        (Self::SignalStale, "signal_stale", "required signal is stale"),
+        (Self::SignalOutOfRange, "signal_out_of_range", "required signal is out of range"),
+        (Self::SignalNotANumber, "signal_not_a_number", "required signal is not a number"),
+        (Self::SignalFrozen, "signal_frozen", "required signal is frozen"),
+        (Self::SignalCounter, "signal_counter", "required signal's frame counter is wrong"),
+        (Self::TooManyMisses, "too_many_misses", "too many misses"),
+        (Self::Oscillation, "oscillation", "controller swings from limit to limit"),
+        (Self::GuardPaused, "guard_paused", "the guard's process stood still"),
+        (Self::BusDead, "bus_dead", "the bus is dead"),
+        (Self::Shutdown, "shutdown", "the process is ending"),
+        (Self::RequestStale, "request_stale", "request is too old"),
+        (Self::RequestUnknown, "request_unknown", "request is unknown"),
+        (Self::RequestRefused, "request_refused", "request is not possible in this state"),
+        (Self::ForeignCommand, "foreign_command", "another sender commands the rotors"),
     ];
 
     /// The cause with this code.
     #[must_use]
     pub fn from_code(code: u32) -> Option<Self> {
-        Self::ALL.into_iter().map(|(cause, _)| cause).find(|cause| *cause as u32 == code)
+        Self::ALL.into_iter().map(|(cause, ..)| cause).find(|cause| *cause as u32 == code)
+    }
+
+    /// Its name in snake case: stable, for scripts.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        Self::ALL.into_iter().find(|(cause, ..)| *cause == self).map_or("", |(_, name, _)| name)
     }
 }
 
 impl fmt::Display for Cause {
+    /// Its label.
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let words = Self::ALL.into_iter().find(|(cause, _)| cause == self).map_or("", |(_, words)| words);
-        formatter.write_str(words)
+        formatter.write_str(
+            Self::ALL.into_iter().find(|(cause, ..)| cause == self).map_or("", |(.., label)| label),
+        )
     }
 }
 

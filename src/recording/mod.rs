@@ -19,6 +19,7 @@ pub(crate) mod reader;
 pub(crate) mod sender;
 mod sensors;
 mod sink;
+pub mod thresholds;
 mod topic;
 mod writer;
 

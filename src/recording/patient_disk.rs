@@ -6,10 +6,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use super::thresholds::THRESHOLDS;
+
 /// How long to wait before asking a full disk again.
 const RETRY: Duration = Duration::from_millis(50);
-/// How long a recording that is being closed waits for a full disk.
-const CLOSING_PATIENCE: Duration = Duration::from_secs(2);
 
 /// Where a recording goes: a file, or in a test something worse.
 pub trait Disk: Write + Send {
@@ -109,7 +109,7 @@ impl Write for PatientDisk {
             };
             let closing = self.progress.closing.load(Ordering::Relaxed);
             let patience_ends =
-                closing && closing_since.get_or_insert_with(Instant::now).elapsed() >= CLOSING_PATIENCE;
+                closing && elapsed_s(*closing_since.get_or_insert_with(Instant::now)) >= THRESHOLDS.closing_s;
             if !is_full(&error) || patience_ends {
                 return Err(self.give_up(error));
             }

@@ -15,10 +15,8 @@ use super::cdr::{CdrMessage, decode};
 use super::messages::{ControlStepLine, GuardStepLine};
 use super::metadata::{METADATA_NAME, RecordingMetadata};
 use super::sender::Record;
+use super::thresholds::THRESHOLDS;
 use super::topic::{TOPICS, Topic, WINDOW};
-
-/// A chunk of ours is a few MB; a longer length in a file is damage, not data.
-const LONGEST_RECORD: usize = 256 << 20;
 
 /// How a recording ends.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -98,7 +96,7 @@ impl Recording {
         let options = LinearReaderOptions::default()
             .with_skip_end_magic(true)
             .with_prevalidate_chunk_crcs(true)
-            .with_record_length_limit(LONGEST_RECORD);
+            .with_record_length_limit(THRESHOLDS.longest_record);
         let mut recording = Self {
             path: path.to_owned(),
             file: BufReader::with_capacity(1 << 16, file),

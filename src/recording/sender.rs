@@ -109,12 +109,6 @@ impl RecordSender {
         Self { lane: None }
     }
 
-    /// Whether anything is recorded.
-    #[must_use]
-    pub fn is_on(&self) -> bool {
-        self.lane.is_some()
-    }
-
     /// Hands `record` to the recorder. Returns whether it was taken.
     pub fn send(&mut self, record: impl Into<Record>) -> bool {
         let Some(lane) = &self.lane else { return true };

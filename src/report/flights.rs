@@ -1,4 +1,4 @@
-//! Flights side by side: the table of answers to an impulse, and the curves, for `paper` and for `compare --runs`.
+//! Runs side by side: the table of answers to an impulse, and the curves, for `paper` and for `compare --runs`.
 
 use super::findings::sentence;
 use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};

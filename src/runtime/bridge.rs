@@ -1,9 +1,8 @@
 //! `bridge`: owns the bus and the guard. Frames to sensors, commands through the guard to frames.
 
 use super::ProcessError;
-use super::bus_io::{BusIo, BusIoSummary, Look, is_virtual};
+use super::bus_io::{BusIo, BusIoSummary, Look, check_arming, ramp_down};
 use super::control::end_after;
-use super::thresholds::THRESHOLDS;
 use crate::bench::{BenchConfig, Trigger};
 use crate::bus_guard::BusGuard;
 use crate::can::{Bus, Port};
@@ -75,19 +74,8 @@ impl BridgeLoop {
         self.act(ready, woken_ns);
     }
 
-    /// The guard on its bench.
-    pub fn guard_mut(&mut self) -> &mut BusGuard {
-        &mut self.guard
-    }
-
     fn end(&mut self) {
-        let now_ns = clock::monotonic_ns();
-        self.guard.trip(now_ns, Cause::Shutdown);
-        let latest_ns = now_ns.saturating_add(clock::span_ns(THRESHOLDS.longest_end_s));
-        self.turn();
-        while !self.guard.is_safe() && clock::monotonic_ns() < latest_ns {
-            self.turn();
-        }
+        ramp_down(self, |it| &mut it.guard, Self::turn);
     }
 }
 
@@ -141,9 +129,7 @@ pub fn bridge(
     seconds: Option<f64>,
     shutdown: &Shutdown,
 ) -> Result<BridgeSummary, ProcessError> {
-    if arm && !is_virtual(&config.bus.interface) {
-        return Err(ProcessError::ArmOnHardware { interface: config.bus.interface.clone() });
-    }
+    check_arming(config, arm)?;
     let log_writer = LogWriter::start(LOG_LINES)?;
     let mut bridge = BridgeLoop::open(config, log_writer.queue())?;
     if arm {

@@ -3,11 +3,12 @@
 use serde::Serialize;
 
 use super::ProcessError;
+use super::thresholds::THRESHOLDS;
 use crate::bench::BenchConfig;
 use crate::bus_guard::BusGuard;
 use crate::can::{Arrival, Bus, Counts, Fault, Id, InterfaceAnswer, InterfaceStatus, Port, PortCounts};
 use crate::can::{ReceiverState, Refusal, Roles, SenderState};
-use crate::clock::NANOSECONDS_PER_SECOND;
+use crate::clock::{self, NANOSECONDS_PER_SECOND};
 use crate::guard::Cause;
 use crate::rt::{LogQueue, Severity};
 use crate::shm::{BUS, Bench, Publisher};
@@ -43,7 +44,7 @@ pub struct BusIo<B: Bus = Port> {
 /// [ns] between two log lines on another sender's commands: a flood of them must not fill the log.
 const FOREIGN_TOLD_EVERY_NS: u64 = NANOSECONDS_PER_SECOND;
 
-/// Periods after which the bus is listened to for the echoes of the commands: whether it lives. Nobody waits for the answer, and
+/// Periods after which the bus is listened to for the echoes of the commands: whether it is alive. Nobody waits for the answer, and
 /// where it could be the one that says no, it is asked for at once; see [`BusIo::is_dead`].
 const LISTEN_EVERY: u64 = 4;
 
@@ -350,6 +351,26 @@ fn describe(fault: Fault) -> &'static str {
         Fault::Down => "the interface is down",
         Fault::Gone => "the interface is gone",
         Fault::Other(_) => "the bus takes no command: refused by the system",
+    }
+}
+
+/// Refuses to arm by itself what may be real hardware.
+pub(crate) fn check_arming(config: &BenchConfig, arm: bool) -> Result<(), ProcessError> {
+    let interface = &config.bus.interface;
+    if arm && !is_virtual(interface) {
+        return Err(ProcessError::ArmOnHardware { interface: interface.clone() });
+    }
+    Ok(())
+}
+
+/// Ends a loop that owns a guard: `turn` until the ramp has brought the rotors to zero, or the time for it is up.
+pub(crate) fn ramp_down<L>(owner: &mut L, guard: fn(&mut L) -> &mut BusGuard, turn: fn(&mut L)) {
+    let now_ns = clock::monotonic_ns();
+    guard(owner).trip(now_ns, Cause::Shutdown);
+    let latest_ns = now_ns.saturating_add(clock::span_ns(THRESHOLDS.longest_end_s));
+    turn(owner);
+    while !guard(owner).is_safe() && clock::monotonic_ns() < latest_ns {
+        turn(owner);
     }
 }
 

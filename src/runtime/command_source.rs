@@ -1,6 +1,7 @@
 //! Where the commands come from: a controller with its reference, an open-loop experiment, or a controller with the
 //! differential part of an experiment on top of it.
 
+use super::thresholds::THRESHOLDS;
 use crate::control::{AnyController, AnyState, Controller, ReferenceGenerator, ReferenceState, code};
 use crate::experiment::Experiment;
 use crate::signal::{Applied, Command, Estimate, Sensors};
@@ -21,9 +22,6 @@ pub struct CommandSourceState {
     /// Steps of the experiment that the guard let through.
     passed: u64,
 }
-
-/// [s] over which the commands of a finished experiment run out.
-const RUN_OUT_S: f64 = 1.0;
 
 impl CommandSource {
     /// A controller and its reference.
@@ -82,7 +80,7 @@ impl CommandSource {
         // Nothing turns before the guard is open, and the experiment waits for it.
         let Some(slot) = passed.checked_sub(1) else { return };
         let beyond = slot.saturating_sub(experiment.slots() - 1);
-        let left = 1.0 - (beyond as f64 * experiment.period_s() / RUN_OUT_S).min(1.0);
+        let left = 1.0 - (beyond as f64 * experiment.period_s() / THRESHOLDS.run_out_s).min(1.0);
         if self.controller.is_none() {
             command.rotor = experiment.command(slot).map(|level| level * left);
             return;
@@ -102,8 +100,9 @@ impl CommandSource {
     /// Whether the experiment has run and its commands have run out.
     #[must_use]
     pub fn finished(&self, state: &CommandSourceState) -> bool {
-        let end =
-            |experiment: &Experiment| experiment.slots() + (RUN_OUT_S / experiment.period_s()).ceil() as u64;
+        let end = |experiment: &Experiment| {
+            experiment.slots() + (THRESHOLDS.run_out_s / experiment.period_s()).ceil() as u64
+        };
         self.experiment.as_ref().is_some_and(|experiment| state.passed > end(experiment))
     }
 }

@@ -129,7 +129,7 @@ impl ControlLoop {
         };
         let has_sensors = self.newest.sequence > 0;
         if has_sensors {
-            self.fly(now_ns);
+            self.publish_command(now_ns);
         }
         let finished_ns = clock::monotonic_ns();
         let sample = self.cycle.finish(release, finished_ns, self.newest.body_rate.stamp_ns);
@@ -140,7 +140,7 @@ impl ControlLoop {
         has_sensors
     }
 
-    fn fly(&mut self, now_ns: u64) {
+    fn publish_command(&mut self, now_ns: u64) {
         if let Some(applied) = self.applied.newest() {
             self.passed = applied;
         }

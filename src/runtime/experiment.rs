@@ -19,12 +19,33 @@ use crate::shm::{APPLIED, Bench, Role};
 use crate::signal::Applied;
 
 /// How an experiment ended.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
-pub struct Ending {
-    /// Whether it ran to its end.
-    pub complete: bool,
-    /// Why it ended, in plain words.
-    pub reason: String,
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Ending {
+    /// It ran to its end.
+    Complete,
+    /// The operator stopped it.
+    Stopped,
+    /// The guard closed again, or never opened.
+    GuardClosed {
+        /// State of the guard.
+        state: State,
+        /// Cause of its last transition.
+        cause: Cause,
+    },
+    /// Nothing was heard of the guard.
+    GuardSilent {
+        /// [s] for so long.
+        after_s: f64,
+    },
+}
+
+impl Ending {
+    fn closed(applied: &Applied) -> Self {
+        Self::GuardClosed {
+            state: State::from_code(applied.state).unwrap_or_default(),
+            cause: Cause::from_code(applied.cause).unwrap_or_default(),
+        }
+    }
 }
 
 /// Builds the experiment and holds it against the guard's limits.
@@ -47,7 +68,7 @@ pub fn prepare(
     Ok((experiment, source))
 }
 
-/// Flies `plan` on the emulated bench in virtual time. The log begins with the first excited slot; `progress` is
+/// Runs `plan` on the emulated bench in virtual time. The log begins with the first excited slot; `progress` is
 /// called with the share that is done, and stops the run by answering `false`.
 ///
 /// # Errors
@@ -75,29 +96,24 @@ pub fn in_lockstep(
                 trace.push(row.saturating_mul(period_ns), &slot.sensors, &slot.applied);
             }
         }
-        if let Some(reason) = refusal(&slot.applied, passed, slot.slot, config) {
-            return Ok((trace, Ending { complete: false, reason }));
+        if has_closed(&slot.applied, passed, slot.slot, config) {
+            return Ok((trace, Ending::closed(&slot.applied)));
         }
         if slot.slot.is_multiple_of(REPORT_SLOTS) && !progress(passed as f64 / experiment.slots() as f64) {
-            let reason = "stopped by the operator".to_owned();
-            return Ok((trace, Ending { complete: false, reason }));
+            return Ok((trace, Ending::Stopped));
         }
     }
-    Ok((trace, Ending { complete: true, reason: "complete".to_owned() }))
+    Ok((trace, Ending::Complete))
 }
 
-/// Why an experiment cannot go on: the guard closed again, or never opened.
-fn refusal(applied: &Applied, passed: u64, slot: u64, config: &BenchConfig) -> Option<String> {
-    let state = State::from_code(applied.state).unwrap_or_default();
-    let never = passed == 0 && slot as f64 * config.period_s > config.guard.arm_timeout_s + 1.0;
-    if !never && (passed == 0 || state.is_active()) {
-        return None;
-    }
-    let cause = Cause::from_code(applied.cause).unwrap_or_default();
-    Some(format!("guard {state}: {cause}"))
+/// Whether an experiment cannot go on: the guard closed again, or never opened.
+fn has_closed(applied: &Applied, passed: u64, slot: u64, config: &BenchConfig) -> bool {
+    let is_active = State::from_code(applied.state).unwrap_or_default().is_active();
+    let latest_s = config.guard.arm_timeout_s + THRESHOLDS.arming_grace_s;
+    if passed == 0 { slot as f64 * config.period_s > latest_s } else { !is_active }
 }
 
-/// Flies `plan` on a running bench and records it; waits until the operator has armed, and calls `waiting` as that
+/// Runs `plan` on a running bench and records it; waits until the operator has armed, and calls `waiting` as that
 /// begins. `progress` is called with the share that is done.
 ///
 /// # Errors
@@ -117,26 +133,23 @@ pub fn on_bench(
     let applied = bench.subscribe(&APPLIED)?;
     waiting();
     let ended = Shutdown::default();
-    let reason = std::thread::scope(|scope| {
+    let ending = std::thread::scope(|scope| {
         let watch = Watch { slots: experiment.slots(), period_s: config.period_s, shutdown, ended: &ended };
         let watcher = scope.spawn(move || watch.run(applied, progress));
         let ended_by = control::control(config, source, None, shutdown);
         ended.request();
-        let reason = watcher.join().unwrap_or(None);
-        ended_by.map(|_| reason)
+        let ending = watcher.join().unwrap_or(Ending::Complete);
+        ended_by.map(|_| ending)
     });
-    let reason = match reason {
-        Ok(reason) => reason,
+    let ending = match ending {
+        Ok(ending) => ending,
         Err(refused) => {
             background.discard();
             return Err(refused);
         }
     };
     background.finish()?;
-    Ok(match reason {
-        None => Ending { complete: true, reason: "complete".to_owned() },
-        Some(reason) => Ending { complete: false, reason },
-    })
+    Ok(ending)
 }
 
 /// Looks on at the guard while an experiment runs.
@@ -148,12 +161,8 @@ struct Watch<'a> {
 }
 
 impl Watch<'_> {
-    /// Why the experiment did not run to its end; `None` when it did.
-    fn run(
-        &self,
-        mut applied: crate::shm::Subscriber<Applied>,
-        mut progress: impl FnMut(f64),
-    ) -> Option<String> {
+    /// How the experiment ended.
+    fn run(&self, mut applied: crate::shm::Subscriber<Applied>, mut progress: impl FnMut(f64)) -> Ending {
         let mut begun_ns = None;
         let mut share = 0.0;
         let span_s = self.slots as f64 * self.period_s;
@@ -164,10 +173,7 @@ impl Watch<'_> {
             let Some(applied) = applied.newest() else {
                 if clock::span_s(clock::monotonic_ns().saturating_sub(heard_ns)) > THRESHOLDS.gone_s {
                     self.shutdown.request();
-                    return Some(format!(
-                        "nothing was heard of the bench's guard for {} s",
-                        THRESHOLDS.gone_s
-                    ));
+                    return Ending::GuardSilent { after_s: THRESHOLDS.gone_s };
                 }
                 continue;
             };
@@ -184,10 +190,9 @@ impl Watch<'_> {
                 progress(share);
             } else if begun_ns.is_some() && share < 1.0 {
                 self.shutdown.request();
-                let cause = Cause::from_code(applied.cause).unwrap_or_default();
-                return Some(format!("guard {state}: {cause}"));
+                return Ending::closed(&applied);
             }
         }
-        (share < 1.0).then(|| "stopped by the operator".to_owned())
+        if share < 1.0 { Ending::Stopped } else { Ending::Complete }
     }
 }

@@ -10,17 +10,17 @@ use crate::guard::{Cause, OperatorAct, State};
 use crate::shm::{
     APPLIED, Bench, GUARD_EVENTS, Publisher, REQUEST, Role, STOPS, ShmError, Subscriber, Waiter,
 };
-use crate::signal::{Applied, Channel, GuardEvent, Request};
+use crate::signal::{Applied, GuardEvent, Request};
 
 /// What became of an act.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
     /// State of the guard afterwards.
     pub state: State,
     /// Whether it is what was asked for.
     pub obeyed: bool,
-    /// What the guard said meanwhile.
-    pub said: Vec<String>,
+    /// What the guard decided and refused meanwhile.
+    pub events: Vec<GuardEvent>,
 }
 
 /// How often to look for the answer.
@@ -43,9 +43,10 @@ pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessErro
     bell.ring();
     let not_running = || ProcessError::NotRunning { bench: config.name.clone() };
     let before = running(&mut applied).ok_or_else(not_running)?;
-    let patience_s = 3.0 + if act == OperatorAct::Arm { config.guard.arm_timeout_s } else { 0.0 };
+    let patience_s =
+        THRESHOLDS.answer_s + if act == OperatorAct::Arm { config.guard.arm_timeout_s } else { 0.0 };
     let deadline_ns = sent_ns.saturating_add(clock::span_ns(patience_s));
-    let mut answer = Answer { state: state(&before), obeyed: false, said: Vec::new() };
+    let mut answer = Answer { state: state(&before), obeyed: false, events: Vec::new() };
     while clock::monotonic_ns() < deadline_ns {
         // Ringing again costs nothing, and reaches a guard that had not opened the request yet.
         bell.ring();
@@ -56,9 +57,9 @@ pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessErro
         let mut refused = false;
         for event in std::iter::from_fn(|| events.next_in_order()).filter(|it| it.stamp_ns >= sent_ns) {
             refused |= is_refusal(&event);
-            answer.said.push(sentence(&event));
+            answer.events.push(event);
         }
-        answer.obeyed = !refused && !answer.said.is_empty() && answer.state == wanted(act);
+        answer.obeyed = !refused && !answer.events.is_empty() && answer.state == wanted(act);
         if answer.obeyed || refused || answer.state == wanted(act) && state(&before) == wanted(act) {
             answer.obeyed = answer.state == wanted(act);
             break;
@@ -119,18 +120,4 @@ fn is_refusal(event: &GuardEvent) -> bool {
     let refusals = [Cause::RequestRefused, Cause::RequestStale, Cause::RequestUnknown];
     let checks_failed = event.from == State::PreArm as u32 && event.to == State::Disarmed as u32;
     checks_failed || refusals.iter().any(|cause| *cause as u32 == event.cause)
-}
-
-/// A guard event in plain words.
-#[must_use]
-pub fn sentence(event: &GuardEvent) -> String {
-    let name = |code| State::from_code(code).unwrap_or_default();
-    let cause = Cause::from_code(event.cause).unwrap_or_default();
-    let subject =
-        Channel::of_subject(event.subject).map_or_else(String::new, |it| format!(" ({})", it.label()));
-    if event.from == event.to {
-        format!("{}: {cause}{subject}", name(event.to))
-    } else {
-        format!("{} -> {}: {cause}{subject}", name(event.from), name(event.to))
-    }
 }

@@ -88,7 +88,7 @@ impl<T: Payload + Into<Record>> Tap<T> {
     }
 }
 
-/// Ears for everything on a bench.
+/// Subscriptions to everything on a bench.
 struct Listener {
     control_steps: Tap<ControlStep>,
     guard_steps: Tap<GuardStep>,

@@ -2,12 +2,11 @@
 //! without a wake-up in between; shared memory is written beside it, after the frames are out.
 
 use super::ProcessError;
-use super::bus_io::{BusIo, BusIoSummary, Look, is_virtual};
+use super::bus_io::{BusIo, BusIoSummary, Look, check_arming, ramp_down};
 use super::command_source::CommandSource;
 use super::control::end_after;
 use super::control_output::{AngleError, ControlOutput};
 use super::imu_trigger::ImuTrigger;
-use super::thresholds::THRESHOLDS;
 use crate::bench::{BenchConfig, Trigger};
 use crate::bus_guard::BusGuard;
 use crate::clock;
@@ -45,6 +44,8 @@ pub struct EventLine {
     pub to: String,
     /// Why.
     pub cause: String,
+    /// The same as a name for scripts.
+    pub code: &'static str,
 }
 
 impl EventLine {
@@ -52,11 +53,13 @@ impl EventLine {
     #[must_use]
     pub fn new(event: &GuardEvent, start_ns: u64) -> Self {
         let state = |code| State::from_code(code).unwrap_or_default().to_string();
+        let cause = Cause::from_code(event.cause).unwrap_or_default();
         Self {
             time_s: clock::span_s(event.stamp_ns.saturating_sub(start_ns)),
             from: state(event.from),
             to: state(event.to),
-            cause: Cause::from_code(event.cause).unwrap_or_default().to_string(),
+            cause: cause.to_string(),
+            code: cause.name(),
         }
     }
 }
@@ -191,13 +194,7 @@ impl RunLoop {
 
     /// The ramp to zero, which the next steps carry out.
     pub(crate) fn end(&mut self) {
-        let now_ns = clock::monotonic_ns();
-        self.guard.trip(now_ns, Cause::Shutdown);
-        let latest_ns = now_ns.saturating_add(clock::span_ns(THRESHOLDS.longest_end_s));
-        self.turn();
-        while !self.guard.is_safe() && clock::monotonic_ns() < latest_ns {
-            self.turn();
-        }
+        ramp_down(self, |it| &mut it.guard, Self::turn);
     }
 
     fn event_lines(&mut self, start_ns: u64) -> Vec<EventLine> {
@@ -217,9 +214,7 @@ pub fn run(
     seconds: Option<f64>,
     shutdown: &Shutdown,
 ) -> Result<RunSummary, ProcessError> {
-    if arm && !is_virtual(&config.bus.interface) {
-        return Err(ProcessError::ArmOnHardware { interface: config.bus.interface.clone() });
-    }
+    check_arming(config, arm)?;
     let log_writer = LogWriter::start(LOG_LINES)?;
     let mut run = RunLoop::open(config, source, log_writer.queue())?;
     if arm {

@@ -11,4 +11,10 @@ crate::thresholds! {
     silence_s: f64 = 2.0, "s", "twice the longest period of a bench, 1 s";
     /// [s] of the machine's clock after which a silent peer in lockstep is taken as gone
     patience_s: f64 = 2.0, "s", "judgement";
+    /// [s] for which `arm`, `disarm` and `stop` wait for the guard's answer; `arm` the time of its checks longer
+    answer_s: f64 = 3.0, "s", "judgement";
+    /// [s] behind the guard's time for arming after which an experiment in lockstep gives it up
+    arming_grace_s: f64 = 1.0, "s", "judgement";
+    /// [s] over which the commands of a finished experiment run out
+    run_out_s: f64 = 1.0, "s", "judgement";
 }

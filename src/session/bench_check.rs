@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use crate::bench::{BenchConfig, Trigger};
+use crate::can::thresholds::THRESHOLDS as BUS;
 use crate::can::{
-    Binding, BusLoad, ByteOrder, CanError, InterfaceStatus, Number, Roles, Route, WARNING_PERCENT,
-    kernel_has_can, worst_case,
+    Binding, BusLoad, ByteOrder, CanError, InterfaceStatus, Number, Roles, Route, kernel_has_can, worst_case,
 };
 use crate::clock::span_s;
 use crate::guard::Guard;
@@ -111,11 +111,11 @@ impl BenchCheck {
         }
         let bus = &config.bus;
         let status = kernel_has_can().then(|| InterfaceStatus::read(&bus.interface)).transpose()?;
-        let is_full = load.percent > WARNING_PERCENT;
+        let is_full = load.percent > BUS.warning_percent;
         let full = is_full.then(|| {
             Finding::new("bus_loaded", bus.interface.as_str())
                 .with("load_percent", load.percent)
-                .with("limit_percent", WARNING_PERCENT)
+                .with("limit_percent", BUS.warning_percent)
         });
         let of_interface = status.iter().flat_map(|status| interface_findings(config, status));
         Ok(Self {

@@ -9,9 +9,7 @@ use std::time::Duration;
 use super::ShmError;
 use super::claim;
 use super::place::{Place, SHARED_MEMORY, STEM, SharedMemoryConfig};
-
-/// A bench touched less long ago may be one that is just starting.
-const YOUNGEST: Duration = Duration::from_secs(2);
+use super::thresholds::THRESHOLDS;
 
 /// A bench of this user, or of a group this user is in, without a process on it.
 #[derive(Debug, Clone)]
@@ -61,6 +59,7 @@ impl Drop for PassingBench {
 #[must_use]
 pub fn leftovers() -> Vec<Leftover> {
     let open = mapped();
+    let youngest = Duration::from_secs(THRESHOLDS.youngest_leftover_s);
     let mut found = Vec::new();
     for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
@@ -68,7 +67,7 @@ pub fn leftovers() -> Vec<Leftover> {
         let Ok(metadata) = entry.metadata() else { continue };
         let age = metadata.modified().ok().and_then(|time| time.elapsed().ok()).unwrap_or_default();
         let is_left =
-            metadata.is_dir() && place.is_ours(&metadata) && age >= YOUNGEST && !open.contains(&name);
+            metadata.is_dir() && place.is_ours(&metadata) && age >= youngest && !open.contains(&name);
         if !is_left || claim::any_is_held(&place) {
             continue;
         }

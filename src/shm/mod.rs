@@ -21,6 +21,7 @@ mod channel;
 mod claim;
 mod leftover;
 mod place;
+pub mod thresholds;
 mod topic;
 mod watch_thread;
 

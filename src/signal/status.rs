@@ -32,7 +32,7 @@ pub struct Heartbeat {
     pub count: u64,
     /// [ns] CLOCK_MONOTONIC of the last cycle.
     pub stamp_ns: u64,
-    /// [ns] CLOCK_MONOTONIC when this life of the process began: a restart shows as a new one.
+    /// [ns] CLOCK_MONOTONIC when this process began: a restart shows as a new one.
     pub born_ns: u64,
     /// 1 bridge, 2 control, 3 emulate, 4 run, 5 record, 6 monitor.
     pub role: u32,
@@ -65,7 +65,7 @@ pub struct CycleSample {
     pub reserved: u32,
 }
 
-/// What the bus does, for whoever watches. All but the first three are totals of this life of the process.
+/// What the bus does, for whoever watches. All but the first three are totals since the process began.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ZeroCopySend)]
 #[type_name("rotorbench::BusStatus")]
@@ -75,7 +75,7 @@ pub struct BusStatus {
     /// [ns] CLOCK_MONOTONIC.
     pub stamp_ns: u64,
     /// [ns] that the first own frame without an echo had waited when the echoes were listened for last, which is each fourth
-    /// period: 0, or what a frame takes to reach the wire, on a bus that lives; on a dead one it grows from one time to the next.
+    /// period: 0, or what a frame takes to reach the wire, on a live bus; on a dead one it grows from one time to the next.
     pub echo_age_ns: u64,
     /// Frames of other senders received.
     pub received: u64,

@@ -132,8 +132,7 @@ pub fn compare_runs(
     recordings: &[PathBuf],
     given: Option<Impulse>,
 ) -> Result<RunComparison, RunComparisonError> {
-    let mut raw =
-        recordings.iter().map(|path| RawRun::read(path, given)).collect::<Result<Vec<_>, _>>()?;
+    let mut raw = recordings.iter().map(|path| RawRun::read(path, given)).collect::<Result<Vec<_>, _>>()?;
     let most = raw.iter().map(|run| run.strikes.len()).max().unwrap_or(0);
     let window =
         |index: usize| raw.iter().filter_map(|it| it.behind_s(index)).fold(THRESHOLDS.judged_s, f64::min);
@@ -174,7 +173,9 @@ impl RawRun {
         let is_virtual = steps.first().is_some_and(|step| step.command.stamp_ns < 2 * ORIGIN_NS);
         let begun_ns = if is_virtual { ORIGIN_NS } else { steps.first().map_or(0, |it| it.command.stamp_ns) };
         steps.retain(|step| step.applied.command_sequence > 0 && matches!(step.command.controller, 1 | 2));
-        let Some(last) = steps.last() else { return Err(RunComparisonError::NoRun { path: path.to_owned() }) };
+        let Some(last) = steps.last() else {
+            return Err(RunComparisonError::NoRun { path: path.to_owned() });
+        };
         let controller = if last.command.controller == 1 { "EMC" } else { "PID" };
         let is_angle_measured = steps.iter().all(|step| step.sensors.body_angle.is_good());
         let moments = steps.iter().map(|step| moment(step, begun_ns, is_angle_measured)).collect();
@@ -196,8 +197,7 @@ impl RawRun {
         }
         let (from_s, to_s) = run.span();
         let struck_s = run.strikes.first().copied().unwrap_or(f64::NAN);
-        if struck_s < from_s || run.behind_s(0).is_none_or(|behind| behind < THRESHOLDS.shortest_answer_s)
-        {
+        if struck_s < from_s || run.behind_s(0).is_none_or(|behind| behind < THRESHOLDS.shortest_answer_s) {
             return Err(RunComparisonError::NothingBehind { path: run.path, struck_s, from_s, to_s });
         }
         run.know_the_disturbance();
@@ -373,8 +373,7 @@ fn findings(runs: &[RecordedRun]) -> Vec<Finding> {
         }
         findings.extend(run.recorded_otherwise.clone());
         if run.struck_from == StruckFrom::Angle {
-            findings
-                .push(Finding::new("impulse_unknown", "impulse").of(name).with("struck_s", run.struck_s));
+            findings.push(Finding::new("impulse_unknown", "impulse").of(name).with("struck_s", run.struck_s));
         }
     }
     let push = |impulse: &Impulse| impulse.duration_s * impulse.torque;

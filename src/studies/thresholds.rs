@@ -14,4 +14,8 @@ crate::thresholds! {
     judged_s: f64 = 8.0, "s", "several times what a loop of a bench needs";
     /// [s] shortest time for a stage of a round of `jitter`: less is no measurement
     shortest_stage_s: f64 = 0.05, "s", "judgement";
+    /// [s] how long a peer of `jitter` may take to be there
+    peer_s: f64 = 10.0, "s", "judgement";
+    /// count: most rounds of `jitter`
+    most_rounds: u32 = 1000, "count", "judgement";
 }

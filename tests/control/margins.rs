@@ -155,9 +155,9 @@ fn advice_does_what_it_says() {
     while let Some(advice) = look(&config).and_then(|now| advise(&config, &now, plant.pole, 0.02, look)) {
         let (before, after) = (look(&config).expect("stable"), look(&advice.config).expect("stable"));
         if before.sensitivity_peak > 2.0 {
-            assert!(after.sensitivity_peak < before.sensitivity_peak, "{}", advice.sentence);
+            assert!(after.sensitivity_peak < before.sensitivity_peak, "{advice:?}");
         } else {
-            assert!(after.bandwidth_rad_s > before.bandwidth_rad_s, "{}", advice.sentence);
+            assert!(after.bandwidth_rad_s > before.bandwidth_rad_s, "{advice:?}");
         }
         config = advice.config;
         steps += 1;

@@ -41,9 +41,9 @@ fn codes_and_words_are_one_to_one() {
     for (code, state) in (0..).zip(State::ALL) {
         assert_eq!((state as u32, State::from_code(code)), (code, Some(state)));
     }
-    for (code, (cause, words)) in (0..).zip(Cause::ALL) {
+    for (code, (cause, name, label)) in (0..).zip(Cause::ALL) {
         assert_eq!((cause as u32, Cause::from_code(code)), (code, Some(cause)));
-        assert_eq!(cause.to_string(), words);
+        assert_eq!((cause.name(), cause.to_string().as_str()), (name, label));
     }
     for (code, signal) in (0..).zip(Channel::WATCHED) {
         assert_eq!((signal.subject(), Channel::of_subject(code)), (code, Some(signal)));
@@ -59,5 +59,6 @@ fn codes_and_words_are_one_to_one() {
         |texts: Vec<String>| texts.iter().filter(|text| !text.is_empty()).collect::<BTreeSet<_>>().len();
     assert_eq!(words(State::ALL.map(|state| state.to_string()).to_vec()), 6);
     assert_eq!(words(Channel::WATCHED.map(Channel::label).to_vec()), Channel::WATCHED.len());
-    assert_eq!(words(Cause::ALL.map(|(cause, _)| cause.to_string()).to_vec()), Cause::COUNT);
+    assert_eq!(words(Cause::ALL.map(|(cause, ..)| cause.to_string()).to_vec()), Cause::COUNT);
+    assert_eq!(words(Cause::ALL.map(|(_, name, _)| name.to_owned()).to_vec()), Cause::COUNT);
 }

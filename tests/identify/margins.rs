@@ -11,7 +11,7 @@ use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
 use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::model::Model;
 use rotorbench::runtime::controller_plant::{self, ExperimentPlan};
-use rotorbench::runtime::experiment::in_lockstep;
+use rotorbench::runtime::experiment::{Ending, in_lockstep};
 use rotorbench::signal::{Applied, Reference};
 use serde_json::Value;
 
@@ -29,7 +29,7 @@ fn identified(seed: u64, delay: f64) -> Model {
     let experiment = ExperimentConfig { shape, rotors: Rotors::Differential, around: 0.4633, lead_in_s: 4.0 };
     let plan = ExperimentPlan { closed_loop: true, experiment };
     let (body, ending) = in_lockstep(&bench, &plan, &mut (), |_| true).expect("an experiment that can be");
-    assert!(ending.complete, "{ending:?}");
+    assert_eq!(ending, Ending::Complete);
     let logs = [rotors, body.into_dataset("body").expect("rising time")];
     let found = identify(&logs, &[], &IdentifySettings { degree: Some(2), ..IdentifySettings::default() })
         .expect("identified");

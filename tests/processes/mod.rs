@@ -311,7 +311,7 @@ impl Watcher {
             if let Some(found) = found {
                 return found;
             }
-            let causes: Vec<String> = self.said.iter().map(operator::sentence).collect();
+            let causes: Vec<String> = self.said.iter().map(rotorbench::report::guard::event).collect();
             assert!(patience.lasts(), "{what} never came; {:?}; {causes:#?}", self.newest);
             std::thread::sleep(Duration::from_millis(1));
         }

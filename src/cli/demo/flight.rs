@@ -16,10 +16,10 @@ use crate::file::write_atomically;
 use crate::guard::{Cause, State};
 use crate::log::{Dataset, csv};
 use crate::recording::{Record, Recording};
+use crate::report;
 use crate::rt::Shutdown;
 use crate::runtime::control::{self, ControlSummary};
 use crate::runtime::controller_plant;
-use crate::runtime::operator;
 use crate::runtime::record::Background;
 use crate::session::{self, Job, OpenConfig};
 use crate::shm::{APPLIED, Bench, CONTROL_STEPS, Role};
@@ -256,7 +256,7 @@ pub fn guard_lines(flown: &Flown, bench: &BenchConfig) -> Vec<String> {
     let line = |event: &GuardEvent| {
         let after_s = after_s(event, flown);
         let ended = if after_s > FLIGHT_S - bench.period_s { " (the controller has ended)" } else { "" };
-        format!("{after_s:6.2} s  guard: {}{ended}", operator::sentence(event))
+        format!("{after_s:6.2} s  guard: {}{ended}", report::guard::event(event))
     };
     flown.events.iter().map(line).collect()
 }

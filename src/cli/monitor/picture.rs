@@ -12,7 +12,7 @@ use ratatui::widgets::{Block, Paragraph, Sparkline};
 use super::{Process, View, guard_state};
 use crate::clock::{self, NANOSECONDS_PER_SECOND};
 use crate::guard::{Cause, State};
-use crate::runtime::operator;
+use crate::report;
 use crate::signal::{BusStatus, Health, Sample, Sensor, Sensors, Shape, Shown};
 
 /// Rows of the frame around a table.
@@ -227,7 +227,7 @@ fn process_lines(view: &View, now_ns: u64) -> Vec<Line<'static>> {
 
 fn event_lines(view: &View, now_ns: u64) -> Vec<Line<'static>> {
     let line = |event: &crate::signal::GuardEvent| {
-        let (age, sentence) = (age_s(now_ns, event.stamp_ns), operator::sentence(event));
+        let (age, sentence) = (age_s(now_ns, event.stamp_ns), report::guard::event(event));
         Line::raw(format!("{age:8.1} s ago  {sentence}"))
     };
     view.said.iter().map(line).collect()

@@ -11,7 +11,7 @@ mod tune;
 pub use compensator::Compensator;
 pub use frequency::{LoopResponse, Margins};
 pub use plant::LoopPlant;
-pub use tune::{Advice, advise, pid_by_margins};
+pub use tune::{Advice, Improvement, advise, pid_by_margins};
 
 use nalgebra::{Complex, DMatrix, DVector};
 

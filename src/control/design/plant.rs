@@ -3,7 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Linear;
-use crate::control::{Compensation, ControlError, PlantParameters};
+use crate::control::{
+    Compensation, ControlError, PlantParameters, require, require_finite, require_positive,
+};
 
 /// [rad], [rad/s] how far the known torques are moved to see their slope: small against every bench's motion.
 const SLOPE_STEP: f64 = 1e-4;
@@ -121,20 +123,12 @@ impl LoopPlant {
     fn validate(&self) -> Result<(), ControlError> {
         let lags = self.lags.iter().chain(&self.gyro_pole).map(|pole| ("lag", *pole));
         for (name, value) in [("inertia", self.inertia), ("pole", self.pole)].into_iter().chain(lags) {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(ControlError::Parameter { name, value, rule: "must be a positive number" });
-            }
+            require_positive(name, value)?;
         }
         for (name, value) in [("stiffness", self.stiffness), ("damping", self.damping)] {
-            if !value.is_finite() {
-                return Err(ControlError::Parameter { name, value, rule: "must be a number" });
-            }
+            require_finite(name, value)?;
         }
-        if !(0.0..=1.0).contains(&self.delay_s) {
-            let rule = "must be from 0 to 1 s";
-            return Err(ControlError::Parameter { name: "delay", value: self.delay_s, rule });
-        }
-        Ok(())
+        require((0.0..=1.0).contains(&self.delay_s), "delay", self.delay_s, "must be from 0 to 1 s")
     }
 }
 

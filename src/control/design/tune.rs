@@ -62,10 +62,37 @@ type Turn = fn(&mut EmcConfig, f64);
 /// One change of one knob, and what it would do.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Advice {
-    /// In plain words.
-    pub sentence: String,
+    /// Symbol of the knob.
+    pub knob: &'static str,
+    /// [-] its value now.
+    pub from: f64,
+    /// [-] its value then.
+    pub to: f64,
+    /// What becomes better.
+    pub improvement: Improvement,
     /// The settings it would lead to.
     pub config: EmcConfig,
+}
+
+/// What a changed loop does better.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Improvement {
+    /// [-] the sensitivity peak falls.
+    SensitivityPeak {
+        /// Now.
+        from: f64,
+        /// Then.
+        to: f64,
+    },
+    /// The bandwidth grows.
+    Bandwidth {
+        /// [rad/s] now.
+        from_rad_s: f64,
+        /// [rad/s] then.
+        to_rad_s: f64,
+        /// [-] the sensitivity peak then.
+        sensitivity_peak: f64,
+    },
 }
 
 /// The one change of γ_0, α or α_c that helps most; `None` where the loop is well as it is.
@@ -78,7 +105,7 @@ pub fn advise(
     look: impl Fn(&EmcConfig) -> Option<Margins>,
 ) -> Option<Advice> {
     let gamma_0 = config.gamma_0.unwrap_or_else(|| config.beta.value(pole, period_s));
-    let knobs: [(&str, f64, [f64; 2], Turn); 3] = [
+    let knobs: [(&'static str, f64, [f64; 2], Turn); 3] = [
         ("γ_0", gamma_0, [0.8 * gamma_0, 1.25 * gamma_0], |config, value| config.gamma_0 = Some(value)),
         ("α", config.alpha, [config.alpha - 0.2, config.alpha + 0.2], |config, value| config.alpha = value),
         ("α_c", config.alpha_c, [config.alpha_c - 0.2, config.alpha_c + 0.2], |config, value| {
@@ -86,39 +113,32 @@ pub fn advise(
         }),
     ];
     let mut best: Option<(f64, Advice)> = None;
-    for (name, from, values, set) in knobs {
+    for (knob, from, values, set) in knobs {
         for to in values {
             let mut changed = *config;
             set(&mut changed, to);
             let Some(then) = look(&changed) else { continue };
-            let Some((gain, why)) = improvement(margins, &then) else { continue };
+            let Some((gain, improvement)) = improvement(margins, &then) else { continue };
             if best.as_ref().is_none_or(|(most, _)| gain > *most) {
-                let verb = if to > from { "raise" } else { "lower" };
-                let sentence = format!("{verb} {name} from {from:.3} to {to:.3}: {why}");
-                best = Some((gain, Advice { sentence, config: changed }));
+                best = Some((gain, Advice { knob, from, to, improvement, config: changed }));
             }
         }
     }
     best.map(|(_, advice)| advice)
 }
 
-/// How much better a changed loop is, and why; `None` = not at all.
-fn improvement(now: &Margins, then: &Margins) -> Option<(f64, String)> {
+/// How much better a changed loop is, and in what; `None` = not at all.
+fn improvement(now: &Margins, then: &Margins) -> Option<(f64, Improvement)> {
     let peaks = (now.sensitivity_peak, then.sensitivity_peak);
     let bands = (now.bandwidth_rad_s, then.bandwidth_rad_s);
     if peaks.0 > THRESHOLDS.nervous_peak && peaks.1 < peaks.0 {
-        let why = format!(
-            "the sensitivity peak falls from {:.2} to {:.2}, below {} is calm",
-            peaks.0, peaks.1, THRESHOLDS.nervous_peak
-        );
-        return Some((peaks.0 - peaks.1, why));
+        return Some((peaks.0 - peaks.1, Improvement::SensitivityPeak { from: peaks.0, to: peaks.1 }));
     }
-    if peaks.0 <= THRESHOLDS.calm_peak && peaks.1 <= THRESHOLDS.calm_peak && bands.1 > 1.02 * bands.0 {
-        let why = format!(
-            "the bandwidth grows from {:.1} to {:.1} rad/s, and the sensitivity peak stays at {:.2}",
-            bands.0, bands.1, peaks.1
-        );
-        return Some((bands.1 / bands.0 - 1.0, why));
+    let is_calm = peaks.0 <= THRESHOLDS.calm_peak && peaks.1 <= THRESHOLDS.calm_peak;
+    if is_calm && bands.1 > THRESHOLDS.bandwidth_gain * bands.0 {
+        let (from_rad_s, to_rad_s) = bands;
+        let grows = Improvement::Bandwidth { from_rad_s, to_rad_s, sensitivity_peak: peaks.1 };
+        return Some((bands.1 / bands.0 - 1.0, grows));
     }
     None
 }

@@ -93,12 +93,12 @@ impl Rig {
         self.bridge.as_mut().expect("until the end")
     }
 
-    /// The commands of a controller that the bridge has met: the first of them is judged.
+    /// The commands of a controller that the bridge has met: the first of them is examined.
     fn controller(&mut self) -> Publisher<Command> {
         let mut commands = self.member(Role::Control).publish(&COMMAND).expect("the only controller");
         let stamp_ns = self.bridge().bus_io.now_ns();
         // Another thread of the bridge has to meet it.
-        while self.bridge().guard.judged().0 != stamp_ns {
+        while self.bridge().guard.examined().0 != stamp_ns {
             commands.send(&Command { sequence: 1, stamp_ns, ..Command::default() });
             self.bridge().bus_io.port_mut().now_ns += PERIOD_NS;
             self.bridge().act(0, stamp_ns);
@@ -124,7 +124,7 @@ impl Drop for Rig {
 /// A command that was made while the bridge was busy with the bus is younger than the bridge's look at it. It is not
 /// from the future.
 #[test]
-fn a_command_made_while_the_bridge_decoded_is_judged_by_a_later_clock() {
+fn a_command_made_while_the_bridge_decoded_is_examined_by_a_later_clock() {
     let mut rig = Rig::new("slow");
     let mut commands = rig.controller();
     let bus = rig.bridge().bus_io.port_mut();
@@ -133,12 +133,12 @@ fn a_command_made_while_the_bridge_decoded_is_judged_by_a_later_clock() {
     let stamp_ns = bus.now_ns + 2 * PERIOD_NS;
     commands.send(&Command { sequence: 2, stamp_ns, ..Command::default() });
     rig.bridge().act(0, 0);
-    assert_eq!(rig.bridge().guard.judged(), (stamp_ns, 0));
+    assert_eq!(rig.bridge().guard.examined(), (stamp_ns, 0));
 }
 
 /// The same where the bridge was woken by the bell alone, and kept from its processor before it could look who rang.
 #[test]
-fn a_command_made_while_the_bridge_was_held_up_after_its_wait_is_judged_by_a_later_clock() {
+fn a_command_made_while_the_bridge_was_held_up_after_its_wait_is_examined_by_a_later_clock() {
     let mut rig = Rig::new("held");
     let mut commands = rig.controller();
     let bus = rig.bridge().bus_io.port_mut();
@@ -147,7 +147,7 @@ fn a_command_made_while_the_bridge_was_held_up_after_its_wait_is_judged_by_a_lat
     let stamp_ns = woken_ns + 2 * PERIOD_NS;
     commands.send(&Command { sequence: 2, stamp_ns, ..Command::default() });
     rig.bridge().act(BELL, woken_ns);
-    assert_eq!(rig.bridge().guard.judged(), (stamp_ns, 0));
+    assert_eq!(rig.bridge().guard.examined(), (stamp_ns, 0));
     // Who stamps his commands with a time to come is found out all the same.
     let bus = rig.bridge().bus_io.port_mut();
     let woken_ns = bus.now_ns;
@@ -155,7 +155,7 @@ fn a_command_made_while_the_bridge_was_held_up_after_its_wait_is_judged_by_a_lat
     let stamp_ns = woken_ns + 2 * PERIOD_NS;
     commands.send(&Command { sequence: 3, stamp_ns, ..Command::default() });
     rig.bridge().act(BELL, woken_ns);
-    assert_eq!(rig.bridge().guard.judged(), (stamp_ns, 1));
+    assert_eq!(rig.bridge().guard.examined(), (stamp_ns, 1));
 }
 
 /// Nobody listens for the echoes while the process stands still. That is no fault of the bus.

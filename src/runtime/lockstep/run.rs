@@ -116,7 +116,7 @@ impl Interference for Log {
     }
 }
 
-/// Flies the emulated bench for `seconds` of virtual time, until `shutdown`; into a new `recording`, if one is named.
+/// Runs the emulated bench for `seconds` of virtual time, until `shutdown`; into a new `recording`, if one is named.
 /// The bench is armed in its first slot.
 ///
 /// # Errors

@@ -101,7 +101,7 @@ impl Line {
 }
 
 /// What recorder and monitor see of the emulator's side.
-struct Window {
+struct Topics {
     sensors: Publisher<Sensors>,
     applied: Publisher<Applied>,
     steps: Publisher<GuardStep>,
@@ -109,7 +109,7 @@ struct Window {
     log: Log,
 }
 
-impl Window {
+impl Topics {
     fn open(bench: &Bench) -> Result<Self, ProcessError> {
         Ok(Self {
             sensors: bench.publish(&SENSORS)?,
@@ -121,7 +121,7 @@ impl Window {
     }
 }
 
-impl Interference for Window {
+impl Interference for Topics {
     fn event(&mut self, event: &GuardEvent) {
         self.events.send(event);
         self.log.event(event);
@@ -151,27 +151,27 @@ pub fn conduct(
         EmulatedBench::new(crate::runtime::emulate::emulator(config)?, Some(guard), config.period_s);
     let bench = Bench::join(&config.name, &config.shared_memory, Role::Emulate)?;
     let mut line = Line::open(&bench, patience_s)?;
-    let mut window = Window::open(&bench)?;
+    let mut topics = Topics::open(&bench)?;
     let mut state = emulated.start();
     tracing::info!(bench = config.name, "emulate in lockstep: waits for `control --lockstep`");
     for _ in 0..emulated.slots(seconds) {
-        let inputs = emulated.ask(&state, &mut window);
+        let inputs = emulated.ask(&state, &mut topics);
         let command = line.ask(&inputs, shutdown);
         if shutdown.is_requested() {
             break;
         }
         if let Some(command) = command {
             let (sensors, applied) = (inputs.sensors, inputs.applied);
-            window.log.control_step(&ControlStep { sensors, applied, command });
+            topics.log.control_step(&ControlStep { sensors, applied, command });
         }
-        let slot = emulated.take(&mut state, &inputs, command, &mut window);
-        window.log.add(&slot);
+        let slot = emulated.take(&mut state, &inputs, command, &mut topics);
+        topics.log.add(&slot);
         if line.is_gone && has_stopped(&slot) {
             break;
         }
     }
     line.end();
-    Ok(window.log.summary(config.period_s))
+    Ok(topics.log.summary(config.period_s))
 }
 
 /// Whether the failsafe has brought the rotors to rest: nothing more can happen without a controller.

@@ -18,6 +18,7 @@ use crate::runtime::run::RunLoop;
 use crate::runtime::{ProcessError, controller_plant, emulate};
 use crate::shm::{Bench, Place, Role, SENSORS};
 use crate::signal::{Applied, Sample, Sensors};
+use crate::studies::thresholds::THRESHOLDS;
 
 /// What runs in the cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -66,9 +67,6 @@ pub(crate) struct Measured {
     pub usage: Usage,
     pub granted: Granted,
 }
-
-/// How long a peer may take to be there.
-const PATIENCE: Duration = Duration::from_secs(10);
 
 /// What the system grants a cycle's thread.
 pub(crate) fn granted(settings: &RealTimeConfig) -> Result<Granted, ProcessError> {
@@ -279,7 +277,7 @@ fn await_sensors(config: &BenchConfig, peer: &Shutdown) -> Result<(), ProcessErr
     let mut sensors = bench.subscribe(&SENSORS)?;
     let start = Instant::now();
     while sensors.newest().is_none() {
-        if peer.is_requested() || start.elapsed() > PATIENCE {
+        if peer.is_requested() || start.elapsed().as_secs_f64() > THRESHOLDS.peer_s {
             return Err(ProcessError::NotRunning { bench: config.name.clone() });
         }
         thread::sleep(Duration::from_millis(2));

@@ -20,8 +20,6 @@ use crate::studies::thresholds::THRESHOLDS;
 pub use cyclictest::Cyclictest;
 pub use measurement::Stage;
 
-const MOST_ROUNDS: u32 = 1000;
-
 /// What to measure.
 #[derive(Debug, Clone)]
 pub struct JitterConfig {
@@ -123,7 +121,7 @@ impl JitterConfig {
         self.bench.real_time.check()?;
         let each_s = self.seconds / f64::from(self.rounds.max(1));
         // Not-a-number is refused, too.
-        if !(1..=MOST_ROUNDS).contains(&self.rounds)
+        if !(1..=THRESHOLDS.most_rounds).contains(&self.rounds)
             || !(THRESHOLDS.shortest_stage_s..=86_400.0).contains(&each_s)
         {
             return Err(ProcessError::Jitter { seconds: self.seconds, rounds: self.rounds });

@@ -71,7 +71,7 @@ impl<'a> Benches<'a> {
         let plan = ExperimentPlan { closed_loop: false, experiment: experiment_of(shape) };
         let (experiment, source) = prepare(&config, &plan)?;
         let mut rows = Rows::new(&experiment);
-        self.fly(&config, source, slots_of(&experiment), name, &mut |step| rows.take(step), report)?;
+        self.go_through(&config, source, slots_of(&experiment), name, &mut |step| rows.take(step), report)?;
         Ok(rows.trace.into_dataset(name)?)
     }
 
@@ -114,7 +114,7 @@ impl<'a> Benches<'a> {
         };
         let slots = clock::span_ns(IMPULSE_AT_S + THRESHOLDS.judged_s).div_ceil(clock::span_ns(PERIOD_S));
         let name = format!("{controller} with {} ms of delay", 1e3 * delay);
-        self.fly(&config, source, slots, &name, &mut see, report)?;
+        self.go_through(&config, source, slots, &name, &mut see, report)?;
         Ok(ControlledRun {
             controller,
             delay,
@@ -141,8 +141,8 @@ impl<'a> Benches<'a> {
         config
     }
 
-    /// Flies `slots` periods behind the guard; `see` sees each.
-    fn fly(
+    /// Runs `slots` periods behind the guard; `see` sees each.
+    fn go_through(
         &mut self,
         config: &BenchConfig,
         source: CommandSource,
@@ -213,7 +213,7 @@ fn experiment_of(shape: Shape) -> ExperimentConfig {
     ExperimentConfig { shape, rotors: Rotors::One, around: 0.4633, lead_in_s: LEAD_IN_S }
 }
 
-/// Steps of a bench that flies `experiment`.
+/// Steps of a bench that runs `experiment`.
 fn slots_of(experiment: &Experiment) -> u64 {
     experiment.slots() + (SPARE_S / PERIOD_S).ceil() as u64
 }
@@ -251,7 +251,7 @@ mod tests {
     use super::*;
 
     /// A seed with which the gyro of the first bench reads the same in seven periods on end, by chance, 42 s into the
-    /// constant commands: what the guard of a bench that flies calls frozen.
+    /// constant commands: what the guard of a free bench calls frozen.
     const FROZEN: u64 = 374;
 
     #[test]
@@ -260,13 +260,13 @@ mod tests {
         let levels = vec![0.35, 0.4, 0.45, 0.5, 0.55, 0.6];
         let shape = Shape::Constant { levels, hold_s: 20.0 };
         let shutdown = Shutdown::default();
-        let fly = |frozen_after_s: Option<f64>| {
+        let go_through = |frozen_after_s: Option<f64>| {
             let mut benches = Benches::new(&settings, &[(shape.clone(), "constant commands")], 0, &shutdown);
             let mut config = benches.held_bench();
             config.guard.body_rate.frozen_after_s = frozen_after_s.or(config.guard.body_rate.frozen_after_s);
             let plan = ExperimentPlan { closed_loop: false, experiment: experiment_of(shape.clone()) };
             let (experiment, source) = prepare(&config, &plan).expect("an experiment");
-            benches.fly(
+            benches.go_through(
                 &config,
                 source,
                 slots_of(&experiment),
@@ -276,8 +276,8 @@ mod tests {
             )
         };
         // On a body that is held a gyro that stands still stops nothing.
-        assert!(fly(None).is_ok());
-        let error = fly(Some(0.1)).expect_err("the seed is such a one").to_string();
+        assert!(go_through(None).is_ok());
+        let error = go_through(Some(0.1)).expect_err("the seed is such a one").to_string();
         assert!(error.starts_with("constant commands: the guard stopped the rotors after 4"), "{error}");
         assert!(error.ends_with(" s: required signal is frozen"), "{error}");
     }

@@ -1,0 +1,23 @@
+//! Numbers that decide what of a bus is believed or refused.
+
+crate::thresholds! {
+    /// [%] load over which a bus is warned about: what is left carries retransmissions and other nodes
+    warning_percent: f64 = 70.0, "%", "common practice for CAN";
+    /// [%] load over which a bus is refused
+    maximum_percent: f64 = 100.0, "%", "capacity of the bus";
+    /// count: frames in a row that may be missing between two good values of a counter; more is a jump
+    maximum_lost: u64 = 3, "count", "judgement";
+    /// [ns/ns] most that an adapter's clock and the machine's run apart
+    adapter_drift: f64 = 200e-6, "-", "crystals of 100 ppm on both sides";
+    /// [ns] beyond which an adapter's clock has been set anew rather than drifted
+    adapter_jump_ns: u64 = 1_000_000_000, "ns", "judgement";
+    /// [ns] age at which the distance of the two clocks must be measured again; from half of it on it may be
+    distance_oldest_ns: u64 = 100_000_000, "ns", "judgement";
+    /// [ns] of drift in each `distance_oldest_ns`: 500 ppm, the most that Linux disciplines CLOCK_REALTIME with
+    distance_drift_ns: u64 = 50_000, "ns", "adjtimex(2)";
+    /// count: most readings of the two clocks, of which the narrowest counts: the others were interrupted
+    clock_readings: usize = 3, "count", "judgement";
+    /// [ns] that a given time may be too early without the clock being asked: what publishing takes on a slow machine. By
+    /// more, CLOCK_REALTIME may have been set
+    early_ns: u64 = 200_000, "ns", "judgement";
+}
