@@ -5,6 +5,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::betaflight::Betaflight;
 use super::tables::Tables;
 
 /// How a file begins.
@@ -130,4 +131,4 @@ fn spans(lengths: &[f64]) -> String {
 }
 
 /// The formats, in the order in which they are asked.
-pub const FORMATS: &[&dyn LogFormat] = &[];
+pub const FORMATS: &[&dyn LogFormat] = &[&Betaflight];

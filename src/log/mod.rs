@@ -1,5 +1,6 @@
 //! Logs: the table of samples that fitting reads ([`Dataset`]), one file for each format it comes from, and export.
 
+pub mod betaflight;
 pub mod can_capture;
 pub mod candump;
 pub mod csv;
