@@ -6,6 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use super::betaflight::Betaflight;
+use super::dataflash::DataFlash;
 use super::tables::Tables;
 
 /// How a file begins.
@@ -131,4 +132,4 @@ fn spans(lengths: &[f64]) -> String {
 }
 
 /// The formats, in the order in which they are asked.
-pub const FORMATS: &[&dyn LogFormat] = &[&Betaflight];
+pub const FORMATS: &[&dyn LogFormat] = &[&Betaflight, &DataFlash];

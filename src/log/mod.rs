@@ -5,6 +5,7 @@ pub mod can_capture;
 pub mod candump;
 pub mod csv;
 mod csv_table;
+pub mod dataflash;
 pub mod dataset;
 pub mod export;
 pub mod foreign_error;
