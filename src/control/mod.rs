@@ -38,6 +38,17 @@ pub mod code {
     pub const PID: u32 = 2;
     /// Open-loop experiment.
     pub const EXPERIMENT: u32 = 3;
+
+    /// What tables call it: a controller of a code that is not known here, as a recording of another version may hold, by the code.
+    #[must_use]
+    pub fn name(code: u32) -> String {
+        match code {
+            EMC => "EMC".to_owned(),
+            PID => "PID".to_owned(),
+            EXPERIMENT => "experiment".to_owned(),
+            other => format!("controller {other}"),
+        }
+    }
 }
 
 /// Which controller runs.
@@ -264,4 +275,15 @@ fn require_positive(name: &'static str, value: f64) -> Result<(), ControlError> 
 
 fn require_not_negative(name: &'static str, value: f64) -> Result<(), ControlError> {
     require(value.is_finite() && value >= 0.0, name, value, "must be zero or a positive number")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::code;
+
+    #[test]
+    fn a_controller_is_never_called_by_the_name_of_another() {
+        let codes = [code::EMC, code::PID, code::EXPERIMENT, 0, 4];
+        assert_eq!(codes.map(code::name), ["EMC", "PID", "experiment", "controller 0", "controller 4"]);
+    }
 }

@@ -100,7 +100,7 @@ impl RunComparison {
         };
         let each = self.runs.iter().map(|run| Shown {
             name: if alone(run) {
-                run.controller.to_owned()
+                run.controller.clone()
             } else {
                 format!("{} ({})", run.controller, run.recording)
             },
@@ -173,7 +173,7 @@ impl RunComparison {
             let angle = if run.is_angle_measured { "measured" } else { "estimated by the controller" };
             sources = sources.row([
                 run.recording.clone(),
-                run.controller.to_owned(),
+                run.controller.clone(),
                 number(run.struck_s, 4),
                 impulse,
                 angle.to_owned(),

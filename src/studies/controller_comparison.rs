@@ -8,6 +8,7 @@ use super::impulse_response::{ImpulseResponse, Moment, measure};
 use super::thresholds::THRESHOLDS;
 use crate::bench::BenchConfig;
 use crate::clock;
+use crate::control::code;
 use crate::emulate::Impulse;
 use crate::recording::{Record, RecordError, Recording};
 use crate::runtime::lockstep::ORIGIN_NS;
@@ -84,8 +85,8 @@ pub struct LaterStrike {
 pub struct RecordedRun {
     /// File name.
     pub recording: String,
-    /// `EMC` or `PID`.
-    pub controller: &'static str,
+    /// `EMC` or `PID`; `controller N` of a code N that this version does not know.
+    pub controller: String,
     /// [s] transport delay of the emulated bench; absent where the recording does not say it.
     pub delay: Option<f64>,
     /// [s] when the body was struck, since the run's clock began.
@@ -148,7 +149,7 @@ struct RawRun {
     config: Option<BenchConfig>,
     is_virtual: bool,
     is_angle_measured: bool,
-    controller: &'static str,
+    controller: String,
     moments: Vec<Moment>,
     struck_from: StruckFrom,
     recorded_otherwise: Option<Finding>,
@@ -172,11 +173,13 @@ impl RawRun {
         // Nobody's monotonic clock is that young when a bench starts.
         let is_virtual = steps.first().is_some_and(|step| step.command.stamp_ns < 2 * ORIGIN_NS);
         let begun_ns = if is_virtual { ORIGIN_NS } else { steps.first().map_or(0, |it| it.command.stamp_ns) };
-        steps.retain(|step| step.applied.command_sequence > 0 && matches!(step.command.controller, 1 | 2));
+        steps.retain(|step| {
+            step.applied.command_sequence > 0 && step.command.controller != code::EXPERIMENT
+        });
         let Some(last) = steps.last() else {
             return Err(RunComparisonError::NoRun { path: path.to_owned() });
         };
-        let controller = if last.command.controller == 1 { "EMC" } else { "PID" };
+        let controller = code::name(last.command.controller);
         let is_angle_measured = steps.iter().all(|step| step.sensors.body_angle.is_good());
         let moments = steps.iter().map(|step| moment(step, begun_ns, is_angle_measured)).collect();
         let mut run = Self {
@@ -336,7 +339,7 @@ impl RawRun {
         });
         RecordedRun {
             recording: name,
-            controller: self.controller,
+            controller: self.controller.clone(),
             delay: emulator.map(|emulator| emulator.command_delay_s),
             struck_s,
             struck_from: self.struck_from,
