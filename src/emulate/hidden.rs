@@ -1,7 +1,8 @@
 //! What the emulator hides from the diagnosis: every law of the catalogue a second time, in a few lines each.
 //!
-//! Independent on purpose: no code of `effect` or `model` is used, so that a law coded wrongly there
-//! cannot hide behind the same mistake here. Ids and parameter names are the catalogue's.
+//! Independent on purpose: no law of `effect` or `model` is used, so that one coded wrongly there cannot hide behind the same
+//! mistake here. What is shared says nothing of the catalogue's physics: how a user's own expression is read, and which effects
+//! with which numbers a model file names. Ids and parameter names are the catalogue's.
 
 use std::collections::BTreeMap;
 
@@ -185,12 +186,24 @@ const LAWS: &[Entry] = &[
     Entry { id: "gyro_lag", kind: Kind::GyroLag, parameters: &[size("pole", 20.0, 80.0)] },
 ];
 
+/// Parameters that a law may have.
+const MOST_PARAMETERS: usize = 2;
+
+// One more would be dropped without a word.
+const _: () = {
+    let mut index = 0;
+    while index < LAWS.len() {
+        assert!(LAWS[index].parameters.len() <= MOST_PARAMETERS);
+        index += 1;
+    }
+};
+
 /// A law with its numbers, as the plant's equations use it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Law {
     pub kind: Kind,
     /// Parameters in the order of the table; unused ones are zero.
-    pub p: [f64; 2],
+    pub p: [f64; MOST_PARAMETERS],
 }
 
 impl Law {
@@ -206,7 +219,7 @@ impl Law {
             let names: Vec<&str> = entry.parameters.iter().map(|range| range.name).collect();
             return Err(fault(format!("it has no parameter `{name}`, only [{}]", names.join(", "))));
         }
-        let mut p = [0.0; 2];
+        let mut p = [0.0; MOST_PARAMETERS];
         for (slot, range) in p.iter_mut().zip(entry.parameters) {
             *slot =
                 config.parameters.get(range.name).copied().unwrap_or(f64::midpoint(range.low, range.high));
