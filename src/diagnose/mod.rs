@@ -1,4 +1,4 @@
-//! Residuals, comparison, search for the missing effect, extension.
+//! Which physical effect a model is missing: the search, the verdict, and the model extended by it.
 
 mod assemble;
 mod backward;

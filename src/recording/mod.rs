@@ -1,4 +1,4 @@
-//! Recordings and logs: write, read, import, `Dataset`.
+//! Recordings of a bench: written while it runs, read as they were. (As logs, with others, `log` reads them.)
 //!
 //! A recording is an MCAP file. Its topics are `/sensors`, `/command`, `/applied`, `/request`, `/guard_event`,
 //! `/heartbeat`, `/cycle`, `/frame`, and `/control_step` and `/guard_step`, which say what each step consumed and

@@ -1,4 +1,5 @@
-//! The bodies of the processes: bridge, control, run, record.
+//! The loops of the processes: bridge, control, run, emulate, experiment, record, replay, an operator's acts, and all of it in
+//! lockstep.
 
 pub mod bridge;
 pub mod bus_io;
