@@ -77,6 +77,25 @@ const STILL_UPWARD: &[(&str, &str)] = &[];
 /// Files of one room that still import each other in a circle; likewise.
 const STILL_IN_CIRCLES: &[&[&str]] = &[];
 
+/// Whoever reads the map of the code must find every room, in the order in which they may import.
+#[test]
+fn the_page_has_the_rooms_of_the_table() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/architecture.md");
+    let page = fs::read_to_string(path).expect("UTF-8");
+    let (_, table) = page.split_once("| room | what lives there |").expect("the table");
+    let rows = table.lines().skip(2).take_while(|line| line.starts_with('|'));
+    let first_cells = rows.filter_map(|row| row.split('|').nth(1));
+    let on_the_page: Vec<&str> = first_cells
+        .flat_map(str::split_whitespace)
+        .map(|room| room.trim_matches('`').trim_end_matches('/'))
+        .collect();
+    let in_the_test: Vec<&str> = TABLE.iter().map(|(room, _)| *room).collect();
+    assert_eq!(
+        on_the_page, in_the_test,
+        "the rooms of docs/architecture.md (left), and those of this test (right)"
+    );
+}
+
 fn allowed(room: &str) -> BTreeSet<&'static str> {
     let position = TABLE.iter().position(|(name, _)| *name == room).unwrap_or_else(|| {
         panic!("src/ holds the room `{room}`, which tests/architecture.rs does not list");
