@@ -56,25 +56,30 @@ macro_rules! thresholds {
     };
 }
 
-/// The page of all thresholds, room by room, in Markdown.
+/// The page of all thresholds, room by room, in Markdown; `used_in` says where the threshold of a room is used.
 #[must_use]
-pub fn page(rooms: &[(&str, &[Threshold])]) -> String {
+pub fn page(rooms: &[(&str, &[Threshold])], used_in: impl Fn(&str, &str) -> String) -> String {
     let mut page = String::from(
-        "# Thresholds\n\nEvery number in the code that decides something: its value, its unit, what it decides, and what it was \
-         calibrated on. This page is generated from the code (`tests/architecture.rs` holds it current).\n",
+        "# Thresholds\n\nEvery number in the code that decides something: its value, its unit, what it decides, what it was \
+         calibrated on, and the file of its room (or, with its path, of another) that uses it. This page is generated from the code (`tests/architecture.rs` holds it current).\n",
     );
     for (room, table) in rooms {
         // Writing to a string cannot fail.
         let _ = write!(
             page,
-            "\n## {room}\n\n| threshold | value | unit | what it decides | calibrated on |\n|---|---|---|---|---|\n"
+            "\n## {room}\n\n| threshold | value | unit | what it decides | calibrated on | used in |\n|---|---|---|---|---|---|\n"
         );
         for it in *table {
             let decides = it.decides.trim().replace('|', "\\|");
             let _ = writeln!(
                 page,
-                "| `{}` | {} | {} | {} | {} |",
-                it.name, it.value, it.unit, decides, it.calibrated
+                "| `{}` | {} | {} | {} | {} | {} |",
+                it.name,
+                it.value,
+                it.unit,
+                decides,
+                it.calibrated,
+                used_in(room, it.name)
             );
         }
     }

@@ -26,8 +26,8 @@ pub const ROOMS: &[(&str, &[Threshold])] = &[
     ("cli", cli::thresholds::TABLE),
 ];
 
-/// The page, in Markdown.
+/// The page, in Markdown; `used_in` says in which file of `src/` the threshold of a room is used.
 #[must_use]
-pub fn markdown() -> String {
-    page(ROOMS)
+pub fn markdown(used_in: impl Fn(&str, &str) -> String) -> String {
+    page(ROOMS, used_in)
 }

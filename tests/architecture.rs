@@ -326,6 +326,57 @@ fn a_circle_is_seen_through_the_parent_too() {
     assert_eq!(circles(&arrows(&[parent, a, b, alone])), BTreeSet::from([group]));
 }
 
+/// Room and name of a threshold, and the files that use it, each from the top of `src/`.
+type Uses = BTreeMap<(String, String), BTreeSet<String>>;
+
+/// Every `THRESHOLDS.name` in `source`, tests apart, with the room whose table it is: named before it, or where it is imported.
+fn find_uses(source: &Source, uses: &mut Uses) {
+    let code = source.text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let part_of_a_word = |letter: char| letter.is_alphanumeric() || letter == '_';
+    let room_before = |at: usize| {
+        let path = code[..at].strip_suffix("::thresholds::")?;
+        let room = path.rsplit(|letter| !part_of_a_word(letter)).next()?;
+        Some(if ["super", "self"].contains(&room) { source.module[0].clone() } else { room.to_owned() })
+    };
+    let import = "::thresholds::THRESHOLDS;";
+    let imported = code.find(import).and_then(|at| room_before(at + "::thresholds::".len()));
+    for (at, word) in code.match_indices("THRESHOLDS") {
+        let Some(behind) = code[at + word.len()..].trim_start().strip_prefix('.') else { continue };
+        let room = room_before(at).or_else(|| imported.clone()).unwrap_or_else(|| source.module[0].clone());
+        let name = behind.split(|letter| !part_of_a_word(letter)).next().unwrap_or_default().to_owned();
+        uses.entry((room, name)).or_default().insert(source.name.clone());
+    }
+}
+
+/// The files that use a threshold, without the path where they are its room's.
+fn used_in(uses: &Uses, room: &str, name: &str) -> String {
+    let files = uses
+        .get(&(room.to_owned(), name.to_owned()))
+        .unwrap_or_else(|| panic!("nobody uses {room}'s `{name}`"));
+    let own = format!("{room}/");
+    let short = |file: &String| format!("`{}`", file.strip_prefix(&own).unwrap_or(file));
+    files.iter().map(short).collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn uses_of_thresholds_are_found_by_the_room_whose_they_are() {
+    let text = "use super::super::thresholds::THRESHOLDS;\nfn f() { a > THRESHOLDS\n    .least || b > crate::log::thresholds::THRESHOLDS.hole }
+#[cfg(test)]\nmod tests { THRESHOLDS.most }";
+    let module = vec!["control".to_owned(), "design".to_owned(), "tune".to_owned()];
+    let source =
+        Source { name: "control/design/tune.rs".to_owned(), module: module.clone(), text: text.to_owned() };
+    let other = Source {
+        name: "cli/show.rs".to_owned(),
+        module: vec!["cli".to_owned(), "show".to_owned()],
+        text: "use crate::control::thresholds::THRESHOLDS;\nfn f() { a > THRESHOLDS.least }".to_owned(),
+    };
+    let mut uses = Uses::new();
+    [source, other].iter().for_each(|source| find_uses(source, &mut uses));
+    let found: Vec<_> = uses.keys().map(|(room, name)| format!("{room} {name}")).collect();
+    assert_eq!(found, ["control least", "log hole"]);
+    assert_eq!(used_in(&uses, "control", "least"), "`cli/show.rs` `design/tune.rs`");
+}
+
 /// What a room decides by is on the page of thresholds, and the page says what is in the code.
 #[test]
 fn the_page_of_thresholds_is_current() {
@@ -342,7 +393,12 @@ fn the_page_of_thresholds_is_current() {
         rooms, listed,
         "rooms with a thresholds.rs (left), and those in src/thresholds_page.rs (right)"
     );
-    let (path, page) = (root.join("docs/thresholds.md"), rotorbench::thresholds_page::markdown());
+    let mut uses = Uses::new();
+    read_sources().iter().for_each(|source| find_uses(source, &mut uses));
+    let (path, page) = (
+        root.join("docs/thresholds.md"),
+        rotorbench::thresholds_page::markdown(|room, name| used_in(&uses, room, name)),
+    );
     if std::env::var_os("ROTORBENCH_BLESS").is_some_and(|value| value == "1") {
         fs::create_dir_all(root.join("docs")).expect("a folder");
         fs::write(&path, &page).expect("written");

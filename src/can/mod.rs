@@ -1,4 +1,4 @@
-//! Frames, DBC files, the compiled codec, signal roles, the SocketCAN port, candump logs.
+//! The bus: frames, DBC files, the compiled codec, signal roles, the SocketCAN port and its echoes, the bus's load.
 //!
 //! ```text
 //! DBC file → Database ┐

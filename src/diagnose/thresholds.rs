@@ -63,7 +63,7 @@ crate::thresholds! {
     identifiable: f64 = 2.0, "-", "normal distribution: 5 %";
     /// time constants of a slow state that the longest run must last: less is a level of its own for each run
     least_slow_course: f64 = 0.2, "-", "development cases of tools/campaign";
-    /// the same standard errors for an effect whose state at the start of each run is free, too
+    /// standard errors by which the one parameter of an effect must differ from none, for an effect whose state at the start of each run is free, too
     identifiable_slow: f64 = 3.0, "-", "development cases of tools/campaign";
     /// of two effects that cancel, less than this share of the power of either is left
     cancelled_share: f64 = 0.2, "-", "development cases of tools/campaign";
@@ -163,11 +163,11 @@ crate::thresholds! {
     base_differs: f64 = 3.0, "-", "normal distribution: 0.3 %";
     /// an error within this factor of the noise floor leaves nothing to explain
     at_floor: f64 = 1.1, "-", "scatter of the noise floor on the development cases";
-    /// the same for a body driven by measured rotors: the floor does not know how far the rotor model is off, which the body integrates
+    /// a body driven by measured rotors: an error within this factor of the noise floor leaves nothing to explain; the floor does not know how far the rotor model is off, which the body integrates
     at_floor_driven: f64 = 1.25, "-", "development cases of tools/campaign";
     /// share above the noise that effects must explain to be the answer short of the floor: a wrong law can come near
     explained: f64 = 0.95, "-", "development cases of tools/campaign";
-    /// times the noise floor beyond which they are not, whatever they explain: a gyro clock with a delay is explained to 95 % by others
+    /// times the noise floor beyond which effects are not the answer, whatever they explain: a gyro clock with a delay is explained to 95 % by others
     near_floor: f64 = 1.5, "-", "development cases of tools/campaign";
     /// [-] share of what the answer leaves over that is a straight line in time, from which it is called a slow drift.
     drift_share: f64 = 0.25, "-", "emulated benches with a drift of no catalogue";
@@ -199,7 +199,7 @@ crate::thresholds! {
     absurd_change: f64 = 100.0, "-", "judgement";
     /// share by which the squared error of the fitted data must fall for one more effect: half of `least_gain`
     least_training_gain: f64 = 0.015, "-", "development cases of tools/campaign";
-    /// the same beside `little_gain`: twice `least_gain`
+    /// share by which the fitted data must gain where the held-out error falls by `little_gain` only: twice `least_gain`
     much_training_gain: f64 = 0.06, "-", "development cases of tools/campaign";
     /// difference in log-likelihood within which two sets are indistinguishable
     same_likelihood: f64 = 10.0, "-", "judgement: far beyond the 2 of a single parameter";

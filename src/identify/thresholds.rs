@@ -39,9 +39,9 @@ crate::thresholds! {
     mismatch_rate_share: f64 = 0.005, "-", "judgement";
     /// [-] share of a pole from which two rotors of one log differ.
     mismatch_pole_share: f64 = 0.02, "-", "judgement";
-    /// [-] the same share of a rate for rotors of two logs.
+    /// [-] share of a rate from which rotors of two logs differ.
     log_mismatch_rate_share: f64 = 0.01, "-", "judgement";
-    /// [-] the same share of a pole for rotors of two logs: a battery that gives way under load makes a pole a few percent faster.
+    /// [-] share of a pole from which rotors of two logs differ: a battery that gives way under load makes a pole a few percent faster.
     log_mismatch_pole_share: f64 = 0.05, "-", "emulated benches with internal resistance";
     /// [-] share of the narrower range of commands that two logs must have in common to compare their rates.
     common_range_share: f64 = 0.5, "-", "judgement";

@@ -6,8 +6,8 @@ use std::ops::Range;
 use super::missing_commands::{self, Missing};
 use super::thresholds::THRESHOLDS;
 use super::{Finding, ScreeningError};
-use crate::log::Dataset;
 use crate::log::segments::held_or;
+use crate::log::{self, Dataset};
 
 /// [-] below this command a rotor may stand still; the model does not speak of starting from standstill.
 pub(crate) const LEAST_COMMAND: f64 = THRESHOLDS.least_command;
@@ -165,9 +165,10 @@ impl RotorLog {
     pub fn whole(&self) -> Vec<Range<usize>> {
         let mut whole: Vec<Range<usize>> = Vec::new();
         for segment in &self.segments {
+            let limit = log::thresholds::THRESHOLDS.hole * self.interval;
             let joins = |last: &Range<usize>| {
                 let mut between = last.end - 1..segment.start;
-                between.all(|row| self.time[row + 1] - self.time[row] <= THRESHOLDS.hole * self.interval)
+                between.all(|row| self.time[row + 1] - self.time[row] <= limit)
             };
             match whole.last_mut().filter(|last| joins(last)) {
                 Some(last) => last.end = segment.end,

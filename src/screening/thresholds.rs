@@ -6,11 +6,11 @@ crate::thresholds! {
     greatest_body_rate: f64 = 60.0, "rad/s", "range of common gyroscopes";
     /// Ratio of a rate to the slope of its angle from which it is 180/π, as far as noise and lag of a sensor can move it.
     degrees_least: f64 = 40.0, "-", "judgement";
-    /// The same, up to which it is.
+    /// Ratio of a rate to the slope of its angle up to which it is 180/π.
     degrees_greatest: f64 = 80.0, "-", "judgement";
-    /// The same ratio from which the time is in milliseconds.
+    /// Ratio of a rate to the slope of its angle from which the time is in milliseconds (1000, as far as noise and lag move it).
     milliseconds_least: f64 = 700.0, "-", "judgement";
-    /// The same, up to which it is.
+    /// Ratio of a rate to the slope of its angle up to which the time is in milliseconds.
     milliseconds_greatest: f64 = 1400.0, "-", "judgement";
     /// [s] over which the slope of the angle is taken, so that its noise does not count.
     slope_span: f64 = 0.1, "s", "judgement";
@@ -74,7 +74,7 @@ crate::thresholds! {
     outlier_steps: f64 = 6.0, "-", "made logs of the room's tests";
     /// Multiple of the range of its neighbours by which an outlier of a body lies beside their middle.
     outlier_beside_range: f64 = 5.0, "-", "made logs of the room's tests";
-    /// Multiple of the noise, likewise.
+    /// Multiple of the noise by which an outlier of a body lies, beyond that, beside the middle of its neighbours.
     outlier_beside_noise: f64 = 10.0, "-", "made logs of the room's tests";
     /// [s] between readings, above which a body or a rotor under unknown commands may move and come back.
     outlier_too_slow: f64 = 0.05, "s", "made logs of the room's tests";
@@ -118,7 +118,7 @@ crate::thresholds! {
     command_at_limit: f64 = 0.02, "-", "judgement";
     /// Share of samples at the highest command below the limit from which that one is a limit, too.
     command_at_highest: f64 = 0.1, "-", "judgement";
-    /// The same from which most of a log says one thing.
+    /// Share of samples at the limit of the command from which most of a log says one thing.
     command_mostly_at_limit: f64 = 0.3, "-", "judgement";
     /// Distinct commands below the highest that a signal with more than a few levels has.
     command_levels: usize = 50, "count", "judgement";
@@ -168,8 +168,6 @@ crate::thresholds! {
     least_command: f64 = 0.05, "-", "judgement";
     /// [s] after leaving standstill before samples count.
     starting: f64 = 0.5, "s", "judgement";
-    /// Sampling intervals without a row that make a hole, as the log has it.
-    hole: f64 = 2.5, "-", "judgement";
     /// [s] rows so far apart say nothing: between them a rotor may settle to the last digit.
     hold_too_slow: f64 = 0.15, "s", "judgement";
     /// Share of cells equal to the one before, below which nobody holds anything.
@@ -218,7 +216,7 @@ crate::thresholds! {
     before_hole: f64 = 0.1, "s", "judgement";
     /// Scatter about its smooth course, as a share of the rate, where neighbours are correlated, that no rotor has under one command.
     scatter_correlated: f64 = 0.02, "-", "made logs of the room's tests";
-    /// The same in any case.
+    /// Scatter about its smooth course, as a share of the rate, that no rotor has under one command, neighbours correlated or not.
     scatter: f64 = 0.04, "-", "made logs of the room's tests";
     /// Lag-one correlation from which neighbours are correlated.
     scatter_lag_one: f64 = 0.3, "-", "judgement";

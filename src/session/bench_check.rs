@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::bench::{BenchConfig, Trigger};
-use crate::can::thresholds::THRESHOLDS as BUS;
+use crate::can::thresholds::THRESHOLDS;
 use crate::can::{
     Binding, BusLoad, ByteOrder, CanError, InterfaceStatus, Number, Roles, Route, kernel_has_can, worst_case,
 };
@@ -111,11 +111,11 @@ impl BenchCheck {
         }
         let bus = &config.bus;
         let status = kernel_has_can().then(|| InterfaceStatus::read(&bus.interface)).transpose()?;
-        let is_full = load.percent > BUS.warning_percent;
+        let is_full = load.percent > THRESHOLDS.warning_percent;
         let full = is_full.then(|| {
             Finding::new("bus_loaded", bus.interface.as_str())
                 .with("load_percent", load.percent)
-                .with("limit_percent", BUS.warning_percent)
+                .with("limit_percent", THRESHOLDS.warning_percent)
         });
         let of_interface = status.iter().flat_map(|status| interface_findings(config, status));
         Ok(Self {

@@ -173,9 +173,7 @@ impl RawRun {
         // Nobody's monotonic clock is that young when a bench starts.
         let is_virtual = steps.first().is_some_and(|step| step.command.stamp_ns < 2 * ORIGIN_NS);
         let begun_ns = if is_virtual { ORIGIN_NS } else { steps.first().map_or(0, |it| it.command.stamp_ns) };
-        steps.retain(|step| {
-            step.applied.command_sequence > 0 && step.command.controller != code::EXPERIMENT
-        });
+        steps.retain(|step| step.applied.command_sequence > 0 && step.command.controller != code::EXPERIMENT);
         let Some(last) = steps.last() else {
             return Err(RunComparisonError::NoRun { path: path.to_owned() });
         };

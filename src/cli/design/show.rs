@@ -4,6 +4,7 @@ use nalgebra::Complex;
 
 use super::Design;
 use crate::control::design::{DiscreteLoop, LoopResponse, Margins};
+use crate::control::thresholds::THRESHOLDS;
 use crate::report::{Axis, Mark, Page, Plot, Series, Table, number};
 
 /// The design as tables, for terminal and report alike.
@@ -76,9 +77,13 @@ pub(super) fn page(design: &Design, closed: Option<&DiscreteLoop>) -> Page {
         (None, Some(_)) if design.warning.is_some() => {
             page.verdict(Mark::Warning, "The closed loop is stable, and slow beyond use.")
         }
-        (None, Some(margins)) if margins.sensitivity_peak > 2.0 => {
-            page.verdict(Mark::Warning, "The closed loop is stable, and its sensitivity peak is above 2.")
-        }
+        (None, Some(margins)) if margins.sensitivity_peak > THRESHOLDS.nervous_peak => page.verdict(
+            Mark::Warning,
+            format!(
+                "The closed loop is stable, and its sensitivity peak is above {}.",
+                THRESHOLDS.nervous_peak
+            ),
+        ),
         _ => page.verdict(Mark::Good, "The closed loop is stable."),
     };
     design.note.iter().for_each(|note| {
