@@ -53,8 +53,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
         let next = report::verdict::next_steps(
             &diagnosis,
             &model_name,
-            &named(&arguments.log),
-            &named(&arguments.validate),
+            (&named(&arguments.log), &named(&arguments.validate)),
+            &arguments.logs.as_typed(),
         );
         let shown = if validate.is_empty() { &train } else { &validate };
         let windows = CompareConfig { horizon_s: arguments.horizon_s };

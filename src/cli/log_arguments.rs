@@ -56,6 +56,22 @@ impl LogArguments {
         self.mapping.is_some()
     }
 
+    /// The options as they were typed, each with a blank before it.
+    pub fn as_typed(&self) -> String {
+        let rotors: Vec<String> = self.rotors.iter().map(usize::to_string).collect();
+        let options = [
+            ("mapping", self.mapping.clone()),
+            ("part", self.part.map(|part| part.to_string())),
+            ("from-s", self.from_s.map(|seconds| seconds.to_string())),
+            ("to-s", self.to_s.map(|seconds| seconds.to_string())),
+            ("rotors", (!rotors.is_empty()).then(|| rotors.join(","))),
+            ("config", self.config.as_ref().map(|path| path.display().to_string())),
+            ("interface", self.interface.clone()),
+        ];
+        let given = options.into_iter().filter_map(|(name, value)| Some(format!(" --{name} {}", value?)));
+        given.collect()
+    }
+
     /// Files that are read beside the logs.
     pub fn inputs(&self) -> impl Iterator<Item = PathBuf> {
         self.mapping.iter().map(PathBuf::from).chain(self.config.clone())

@@ -5,6 +5,7 @@ use super::refusal::Refusal;
 use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
 use super::verdict::{fails_in_training_only, turns_against_torque};
+use crate::effect::find;
 use crate::log::Dataset;
 use crate::screening::Finding;
 use crate::screening::summary::LogSummary;
@@ -31,6 +32,7 @@ pub(crate) fn warnings(logs: &[&Dataset], blocks: &[SearchResult]) -> Vec<Findin
         if turns_against_torque(found) {
             warnings.push(Finding::new("turns_against_torque", "body"));
         }
+        warnings.extend(at_bounds(found));
         warnings.extend(only_in_training(found));
         warnings.extend(rotors_differ(logs, found));
     }
@@ -41,11 +43,30 @@ pub(crate) fn warnings(logs: &[&Dataset], blocks: &[SearchResult]) -> Vec<Findin
 fn insufficient(why: Refusal) -> Finding {
     match why {
         Refusal::TooFewSamples { samples, needed } => {
-            Finding::new("too_few_samples", "").with("samples", samples).with("needed", needed)
+            Finding::new("too_few_samples", "").with("samples", samples).with("samples_needed", needed)
         }
         Refusal::TorqueNotExciting => Finding::new("not_exciting", "torque"),
         _ => Finding::new("not_exciting", "commands"),
     }
+}
+
+/// Parameters of the answer's effects that a fit would have taken further than their cards let them: such a number is no measurement.
+fn at_bounds(found: &SearchResult) -> Vec<Finding> {
+    let of_effect = |id: &String| {
+        let parameters = find(id).map_or(&[][..], |card| card.parameters);
+        let at_bound = parameters.iter().filter_map(|parameter| {
+            let name = format!("{id}.{}", parameter.name);
+            let value = found.answer.model.parameter(&name)?;
+            let is = |bound: f64| {
+                (value - bound).abs() <= 1e-6 * bound.abs() && bound != parameter.neutral && bound != 0.0
+            };
+            let is_free = found.answer.names.contains(&name);
+            (is_free && (is(parameter.lower) || is(parameter.upper))).then_some((name, value))
+        });
+        at_bound.collect::<Vec<_>>()
+    };
+    let all = found.answer.effects.iter().flat_map(of_effect);
+    all.map(|(name, value)| Finding::new("parameter_at_bound", name).with("value", value)).collect()
 }
 
 /// A rotor's rate that drifts with time, whatever the command: heat that makes it faster, or a battery that gives way upwards,

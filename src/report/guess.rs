@@ -26,6 +26,9 @@ fn conversion(column: &GuessedColumn) -> String {
     match (column.certainty, column.unit.as_str()) {
         (Certainty::Unknown, _) => "as it is".to_owned(),
         (Certainty::Empty, _) => "-".to_owned(),
+        (_, "-") if column.scale == 1.0 && column.offset == 0.0 => "0 to 1".to_owned(),
+        (_, "-") if column.scale == 1e-3 => "pulses of 1000 to 2000 µs".to_owned(),
+        (_, "-") if column.scale < 1e-3 => "DShot, 48 to 2047".to_owned(),
         (_, "-") => format!("0 to 1{factor}{offset}"),
         (_, unit) => format!("{unit}{factor}{offset}"),
     }

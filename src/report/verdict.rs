@@ -26,10 +26,17 @@ pub fn sentence(diagnosis: &Diagnosis, mark: &str) -> String {
 }
 
 /// What to do next, sentence by sentence; commands between backticks. `model`, `train`, `validate` are the files as
-/// they were given.
+/// they were given; `options` are those of the logs, each with a blank before it.
 #[must_use]
-pub fn next_steps(diagnosis: &Diagnosis, model: &str, train: &[String], validate: &[String]) -> Vec<String> {
-    let logs = format!("--log {}", train.join(" "));
+pub fn next_steps(
+    diagnosis: &Diagnosis,
+    model: &str,
+    (train, validate): (&[String], &[String]),
+    options: &str,
+) -> Vec<String> {
+    let logs = format!("--log {}{options}", train.join(" "));
+    let shown = if validate.is_empty() { train } else { validate };
+    let shown = format!("--log {}{options}", shown.join(" "));
     let held_out =
         if validate.is_empty() { String::new() } else { format!(" --validate {}", validate.join(" ")) };
     let extend = |effects: &[String]| {
@@ -50,7 +57,7 @@ pub fn next_steps(diagnosis: &Diagnosis, model: &str, train: &[String], validate
         }
         Verdict::Unknown => vec![
             format!("Add what explains a part: {}", extend(&diagnosis.effects)),
-            "Then look at what is left with `rotorbench compare --model extended.toml`.".to_owned(),
+            format!("Then look at what is left: `rotorbench compare --model extended.toml {shown}`"),
         ],
         Verdict::ParametersChanged => vec![format!(
             "Take the new numbers over: `rotorbench extend --model {model} --recalibrate {logs}{held_out} -o recalibrated.toml`"

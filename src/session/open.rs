@@ -128,6 +128,11 @@ fn addressed(path: &Path) -> (PathBuf, Option<usize>) {
 fn read(path: &Path, config: &OpenConfig) -> Result<Opened, SessionError> {
     let bytes = beginning(path);
     let start = Start { bytes: &bytes, path };
+    if bytes.is_empty() && fs::metadata(path).is_ok_and(|found| found.is_file()) {
+        return Err(
+            FormatError::Unusable { path: path.to_owned(), reason: "the file is empty".to_owned() }.into()
+        );
+    }
     if start.bytes.starts_with(b"\x89MCAP") {
         return Ok(plain(export::dataset(path)?, "recording"));
     }

@@ -1,6 +1,7 @@
 //! Sentences for what `diagnose` finds.
 
 use crate::screening::Finding;
+use crate::unit::short;
 
 /// The sentence of a finding of this room.
 pub(crate) fn sentence(finding: &Finding) -> Option<String> {
@@ -12,11 +13,6 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
         "body_not_compared" => {
             "the body is not judged: not every set of logs holds its rate, what drives it, and enough of both".to_owned()
         }
-        "too_few_samples" => format!(
-            "{} samples are too few to tell anything, {} are the least",
-            finding.count("samples"),
-            finding.count("needed")
-        ),
         "not_exciting" => {
             let what = if subject == "torque" { "the torque on the body" } else { "the rotors' commands" };
             format!("{what} hardly changed: these data excite nothing")
@@ -24,6 +20,11 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
         "error_above_floor" => {
             format!("{subject}: the error stays at {:.2} times the noise floor", finding.number("times_floor"))
         }
+        "parameter_at_bound" => format!(
+            "{subject} stands at {}, the end of what it may be: the data would have it go further, so that this number is no \
+             measurement, and the effect may stand in for another",
+            short(finding.number("value"))
+        ),
         "slow_drift" => format!(
             "{:.0} % of what is left is a slow drift of the rates, {:+.2} rad/s each second, cause unknown: nothing in the \
              catalogue may drift that way; a tachometer or a supply that drifts, wear, or weather may",
