@@ -105,7 +105,7 @@ pub struct PaperRun {
     /// Gains of EMC from the identified pole, β = γ_0 = 0.276 as printed.
     pub gains: EmcGains,
     /// Section V.
-    #[serde(rename = "runs")]
+    #[serde(rename = "flights")]
     pub runs: Vec<ControlledRun>,
 }
 
