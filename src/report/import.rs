@@ -2,7 +2,9 @@
 
 use super::findings::text as sentence;
 use crate::log::can_capture::CaptureNotes;
+use crate::log::dataset::rotor_of;
 use crate::log::import_notes::Places;
+use crate::log::tables::Skipped;
 use crate::log::{Dataset, Notes};
 use crate::screening::summary::LogSummary;
 
@@ -94,11 +96,56 @@ fn note_lines(notes: &Notes) -> Vec<String> {
     if notes.remarks > 0 {
         lines.push(format!("note: {} remarks between the rows, not read", notes.remarks));
     }
-    if !notes.absent.is_empty() {
-        lines.push(format!("note: columns absent for {}", notes.absent.join(", ")));
+    lines.extend(notes.skipped.iter().map(skipped));
+    if notes.not_chosen > 0 {
+        lines.push(format!(
+            "note: {} rows left out for which the mapping's `where` does not hold",
+            notes.not_chosen
+        ));
+    }
+    if notes.greatest_shift_s > 0.0 {
+        let shift = 1e3 * notes.greatest_shift_s;
+        lines.push(format!(
+            "note: channels have clocks of their own: values were moved by {shift:.3} ms at most, to the nearest row"
+        ));
+    }
+    // A mapping for sixteen rotors lacks most of them on every machine.
+    let absent: Vec<&str> = notes
+        .absent
+        .iter()
+        .filter(|name| rotor_of(name).is_none_or(|rotor| rotor <= 2))
+        .map(String::as_str)
+        .collect();
+    if !absent.is_empty() {
+        lines.push(format!("note: columns absent for {}", absent.join(", ")));
     }
     if !notes.unused_columns.is_empty() {
         lines.push(format!("note: columns not used: {}", notes.unused_columns.join(", ")));
     }
     lines
+}
+
+/// What a reader of a format left out.
+fn skipped(of: &Skipped) -> String {
+    let Skipped { code, subject, count, first_byte } = of;
+    let what = match *code {
+        "damaged_bytes" => "stretches of damaged bytes, passed over",
+        "damaged_header_line" => "lines of the header that cannot be read",
+        "damaged_format" => "descriptions of messages that cannot be read",
+        "damaged_message" | "damaged_frame" | "damaged_container" => "damaged messages, left out",
+        "damaged_rows" | "damaged_column" => "damaged parts of a column, left out",
+        "frame_without_reference" => "frames that build on one that is lost, left out",
+        "jump_in_time" => "frames whose time jumps, left out",
+        "no_scale_in_header" => "columns whose scale the header does not say, left out",
+        "no_time" | "no_clock" => "messages without a time, left out",
+        "cut_off" => "places where the file breaks off",
+        "logger_dropout" => "times at which the logger lost data",
+        "not_a_number" => "values that are no number",
+        "several_values_in_a_row" => "columns with several values in a row, left out",
+        "unusable_definition" => "definitions of messages that cannot be used",
+        "never_updated" => "topics that never gave a value",
+        other => other,
+    };
+    let subject = if subject.is_empty() { String::new() } else { format!(" ({subject})") };
+    format!("note: {count} {what}{subject}, the first at byte {first_byte}")
 }
