@@ -20,7 +20,7 @@ pub struct Arguments {
     /// Logs to fit on
     #[arg(long, required = true, num_args = 1..)]
     log: Vec<PathBuf>,
-    /// Logs to judge on; without them every third stretch of the training logs is held out
+    /// Validation logs; without them every third stretch of the training logs is held out
     #[arg(long, num_args = 1..)]
     validate: Vec<PathBuf>,
     #[command(flatten)]

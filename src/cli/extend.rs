@@ -32,7 +32,7 @@ pub struct Arguments {
     /// Logs to fit on
     #[arg(long, num_args = 1.., required_unless_present = "step_back")]
     log: Vec<PathBuf>,
-    /// Logs to judge on
+    /// Validation logs
     #[arg(long, num_args = 1..)]
     validate: Vec<PathBuf>,
     #[command(flatten)]

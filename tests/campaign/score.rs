@@ -313,7 +313,7 @@ pub fn goals(cases: &[Judged]) -> (String, bool) {
     line("two effects: named or twin ≥ 85 %", &of(&pair), 0.85);
     line("nothing hidden: quiet ≥ 98 %", &of(&|t| t == "none"), 0.98);
     line("law outside the catalogue: unknown ≥ 90 %", &of(&|t| t == "unknown"), 0.90);
-    line("parameter of the base changed: told ≥ 95 %", &of(&|t| t.ends_with("_change")), 0.95);
+    line("parameter of the base changed: reported ≥ 95 %", &of(&|t| t.ends_with("_change")), 0.95);
     let named: Vec<&Judged> =
         strong.iter().filter(|c| c.mark.is_right() && !special(&c.truth)).copied().collect();
     let at_floor = named.iter().filter(|c| c.over_floor.is_some_and(|r| r <= 1.1)).count();

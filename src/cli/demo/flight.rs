@@ -112,7 +112,7 @@ fn fly(
     let opened = session::open(&recording, &OpenConfig::default(), &Job::unwatched(&Cancel::default()))?;
     let log = opened.log;
     csv::write(&log, &out.join(name).with_extension("csv"))?;
-    let (steps, events) = told(&recording)?;
+    let (steps, events) = steps_and_events(&recording)?;
     Ok(Flown { summary, steps, events, log, hold_s: bench.guard.hold_s })
 }
 
@@ -146,7 +146,7 @@ fn watch(bench: &BenchConfig, ended: &Shutdown) {
 }
 
 /// The controller's steps and the guard's events, from the recording.
-fn told(recording: &Path) -> Result<(Vec<ControlStep>, Vec<GuardEvent>), CliError> {
+fn steps_and_events(recording: &Path) -> Result<(Vec<ControlStep>, Vec<GuardEvent>), CliError> {
     let (mut steps, mut events) = (Vec::new(), Vec::new());
     for record in Recording::open(recording)? {
         match record? {
@@ -185,7 +185,7 @@ const ORDINARY_CAUSES: [Cause; 6] = [
 ];
 
 /// Whether the guard opened too late, or closed before the controller ended at `end_s`, and lateness was all it ever
-/// found: a value that is wrong, or a controller that swings, is told as what it is. `events` with their times [s].
+/// found: a value that is wrong, or a controller that swings, is reported as what it is. `events` with their times [s].
 fn was_held_up(events: &[(f64, GuardEvent)], end_s: f64) -> bool {
     let is_open = |code| State::from_code(code).is_some_and(State::is_active);
     let flown = || events.iter().filter(|(at_s, _)| *at_s < end_s);

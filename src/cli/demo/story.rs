@@ -76,7 +76,7 @@ pub(super) fn text(lesson: &Lesson, hidden: &str) -> String {
     let mut lines = vec![format!("hidden in the emulator: {hidden}")];
     lines.push(match diagnosis.verdict {
         Verdict::MissingEffect => {
-            format!("found missing: {}{}", diagnosis.effects.join(", "), twins(diagnosis))
+            format!("found missing: {}{}", diagnosis.effects.join(", "), alternatives(diagnosis))
         }
         _ => crate::report::verdict::sentence(diagnosis, ""),
     });
@@ -90,7 +90,7 @@ pub(super) fn text(lesson: &Lesson, hidden: &str) -> String {
     lines.join("\n")
 }
 
-fn twins(diagnosis: &Diagnosis) -> String {
+fn alternatives(diagnosis: &Diagnosis) -> String {
     if diagnosis.alternatives.is_empty() {
         return String::new();
     }

@@ -11,7 +11,7 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
             "the body does not move, whatever the torque on it: it was held still, and these logs say nothing of it".to_owned()
         }
         "body_not_compared" => {
-            "the body is not judged: not every set of logs holds its rate, what drives it, and enough of both".to_owned()
+            "the body is not compared: not every set of logs holds its rate, what drives it, and enough of both".to_owned()
         }
         "not_exciting" => {
             let what = if subject == "torque" { "the torque on the body" } else { "the rotors' commands" };
