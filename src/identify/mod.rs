@@ -93,7 +93,7 @@ impl IdentifyError {
     pub fn into_finding(self) -> Finding {
         match self {
             Self::Screening(ScreeningError::Column(finding)) => *finding,
-            other => other.to_string().into(),
+            other => Finding::new("columns_not_checked", "").with("error", other.to_string()),
         }
     }
 }

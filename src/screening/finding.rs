@@ -166,9 +166,6 @@ impl fmt::Display for Finding {
         if !self.log.is_empty() {
             write!(out, "{}: ", self.log)?;
         }
-        if self.code == SENTENCE {
-            return out.write_str(self.text("text"));
-        }
         write!(out, "{} {}", self.code, self.subject)?;
         for (name, value) in &self.evidence {
             write!(out, ", {name} = {value}")?;
@@ -223,20 +220,5 @@ impl From<Vec<f64>> for Evidence {
 impl From<Vec<String>> for Evidence {
     fn from(texts: Vec<String>) -> Self {
         Self::Texts(texts)
-    }
-}
-
-/// The code of a finding that is still a sentence: each becomes a code with evidence, and this goes.
-pub const SENTENCE: &str = "sentence";
-
-impl From<String> for Finding {
-    fn from(text: String) -> Self {
-        Self::new(SENTENCE, "").with("text", text)
-    }
-}
-
-impl From<&str> for Finding {
-    fn from(text: &str) -> Self {
-        text.to_owned().into()
     }
 }

@@ -14,7 +14,6 @@ use std::error::Error;
 
 use crate::diagnose::DiagnoseError;
 use crate::identify::IdentifyError;
-use crate::screening::finding::SENTENCE;
 use crate::screening::{Finding, ScreeningError};
 use crate::session::SessionError;
 use crate::studies::paper::PaperError;
@@ -29,9 +28,6 @@ pub fn sentence(finding: &Finding) -> String {
 /// The sentence of a finding where its log is known.
 #[must_use]
 pub fn text(finding: &Finding) -> String {
-    if finding.code == SENTENCE {
-        return finding.text("text").to_owned();
-    }
     screening::sentence(finding)
         .or_else(|| identify::sentence(finding))
         .or_else(|| compare::sentence(finding))
