@@ -43,18 +43,27 @@ impl InterfaceStatus {
     /// # Errors
     /// [`CanError::Interface`] when there is no such interface, with the command that makes one.
     pub fn read(interface: &str) -> Result<Self, CanError> {
-        let fail = |reason: String| CanError::Interface { interface: interface.to_owned(), reason };
+        let missing = || CanError::Interface { interface: interface.to_owned(), reason: missing(interface) };
+        Self::find(interface)?.ok_or_else(missing)
+    }
+
+    /// Asks the kernel; `None` when there is no such interface.
+    ///
+    /// # Errors
+    /// [`CanError::Interface`] when it is there and does not say what it is.
+    pub fn find(interface: &str) -> Result<Option<Self>, CanError> {
         let listed = Path::new(INTERFACES);
         // Asked by a name that it does not know, the kernel would start a program to look for a driver.
         if listed.exists() && !listed.join(interface).exists() {
-            return Err(fail(missing(interface)));
+            return Ok(None);
         }
-        let details = CanInterface::open(interface)
-            .map_err(|_| fail(missing(interface)))?
-            .details()
-            .map_err(|error| fail(format!("its state cannot be read: {error}")))?;
+        let Ok(found) = CanInterface::open(interface) else { return Ok(None) };
+        let details = found.details().map_err(|error| CanError::Interface {
+            interface: interface.to_owned(),
+            reason: format!("its state cannot be read: {error}"),
+        })?;
         let can = details.can;
-        Ok(Self {
+        Ok(Some(Self {
             index: details.index,
             is_up: details.is_up,
             fd: details.mtu == Some(Mtu::Fd),
@@ -63,7 +72,7 @@ impl InterfaceStatus {
             bit_rate: can.bit_timing.map(|timing| timing.bitrate),
             data_bit_rate: can.data_bit_timing.map(|timing| timing.bitrate),
             error_counters: can.berr_counter.map(|counter| (counter.txerr, counter.rxerr)),
-        })
+        }))
     }
 
     /// Whether it carries what it carried when it was `opened`, at the same speed. On a bus one node with another bit rate

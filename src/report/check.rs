@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::Table;
 use crate::screening::Finding;
-use crate::session::BenchCheck;
+use crate::session::{BenchCheck, InterfaceLook};
 
 /// The answer of `check --json`.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -36,7 +36,11 @@ pub fn answer(check: &BenchCheck) -> Answer<'_> {
 
 /// What the kernel says of the interface.
 fn interface_state(check: &BenchCheck) -> String {
-    let Some(status) = &check.status else { return "not looked for: this kernel has no CAN".to_owned() };
+    let status = match &check.interface_look {
+        InterfaceLook::NoCan => return "not looked for: this kernel has no CAN".to_owned(),
+        InterfaceLook::Missing => return "not there".to_owned(),
+        InterfaceLook::There(status) => status,
+    };
     let state = status.state.as_ref().map_or_else(|| "virtual".to_owned(), |state| format!("{state:?}"));
     format!("{}, {state}", if status.is_up { "up" } else { "down" })
 }
@@ -51,6 +55,9 @@ pub fn sentence(finding: &Finding) -> String {
             number("load_percent"),
             number("limit_percent")
         ),
+        "interface_missing" => {
+            format!("{subject} is not on this machine: its state and its bit rate are not checked")
+        }
         "interface_down" => format!("{subject} is down (sudo ip link set {subject} up)"),
         "no_fd_frames" => format!("{subject} carries no FD frames (sudo ip link set {subject} mtu 72)"),
         "bit_rate_differs" => format!(

@@ -22,9 +22,9 @@ pub struct BenchCheck {
     pub period_s: f64,
     /// Interface of its bus.
     pub interface: String,
-    /// What the kernel says of the interface; `None` where the kernel has no CAN.
+    /// What the kernel says of the interface.
     #[serde(skip)]
-    pub status: Option<InterfaceStatus>,
+    pub interface_look: InterfaceLook,
     /// [bit/s] that the bench file says.
     pub bit_rate: u32,
     /// Messages, sent ones first.
@@ -39,6 +39,17 @@ pub struct BenchCheck {
     /// What works, less well than it could.
     #[serde(skip)]
     pub caveats: Vec<Finding>,
+}
+
+/// What the kernel says of an interface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InterfaceLook {
+    /// Nothing: it has no CAN.
+    NoCan,
+    /// There is none of that name.
+    Missing,
+    /// Its state.
+    There(InterfaceStatus),
 }
 
 /// A message of the bench.
@@ -88,11 +99,11 @@ pub struct SignalRow {
 }
 
 impl BenchCheck {
-    /// Resolves a bench file whose parts were built. A machine whose kernel has no CAN at all is not the bench: there the file
+    /// Resolves a bench file whose parts were built. A machine that has not got the interface is not the bench: there the file
     /// is checked alone.
     ///
     /// # Errors
-    /// [`CanError`] when the kernel has CAN and not this interface.
+    /// [`CanError`] when the interface is there and does not say what it is.
     pub fn of(config: &BenchConfig, roles: &Roles, guard: &Guard) -> Result<Self, CanError> {
         let load = worst_case(roles, &config.bus);
         let mut messages = Vec::new();
@@ -110,14 +121,14 @@ impl BenchCheck {
             }));
         }
         let bus = &config.bus;
-        let status = kernel_has_can().then(|| InterfaceStatus::read(&bus.interface)).transpose()?;
+        let interface_look = InterfaceLook::at(&bus.interface)?;
         let is_full = load.percent > THRESHOLDS.warning_percent;
         let full = is_full.then(|| {
             Finding::new("bus_loaded", bus.interface.as_str())
                 .with("load_percent", load.percent)
                 .with("limit_percent", THRESHOLDS.warning_percent)
         });
-        let of_interface = status.iter().flat_map(|status| interface_findings(config, status));
+        let of_interface = interface_findings(config, &interface_look);
         Ok(Self {
             bench: config.name.clone(),
             period_s: config.period_s,
@@ -128,8 +139,17 @@ impl BenchCheck {
             bus_load_percent: load.percent,
             obstacles: obstacles(config, roles, guard),
             caveats: full.into_iter().chain(of_interface).collect(),
-            status,
+            interface_look,
         })
+    }
+}
+
+impl InterfaceLook {
+    fn at(interface: &str) -> Result<Self, CanError> {
+        if !kernel_has_can() {
+            return Ok(Self::NoCan);
+        }
+        Ok(InterfaceStatus::find(interface)?.map_or(Self::Missing, Self::There))
     }
 }
 
@@ -221,9 +241,14 @@ fn is_whole(ratio: f64) -> bool {
 }
 
 /// What of the interface is not as the bench file has it.
-fn interface_findings(config: &BenchConfig, status: &InterfaceStatus) -> Vec<Finding> {
+fn interface_findings(config: &BenchConfig, look: &InterfaceLook) -> Vec<Finding> {
     let bus = &config.bus;
     let found = |code| Finding::new(code, bus.interface.as_str());
+    let status = match look {
+        InterfaceLook::NoCan => return Vec::new(),
+        InterfaceLook::Missing => return vec![found("interface_missing")],
+        InterfaceLook::There(status) => status,
+    };
     let mut findings = Vec::new();
     if !status.is_up {
         findings.push(found("interface_down"));
@@ -242,4 +267,30 @@ fn interface_findings(config: &BenchConfig, status: &InterfaceStatus) -> Vec<Fin
         findings.push(found("restart_off"));
     }
     findings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_interface_that_is_not_there_is_found_and_keeps_no_bench_from_being_checked() {
+        let codes = |look| {
+            let found = interface_findings(&BenchConfig::default(), &look);
+            found.iter().map(|it| it.code).collect::<Vec<_>>()
+        };
+        assert_eq!(codes(InterfaceLook::Missing), ["interface_missing"]);
+        assert_eq!(codes(InterfaceLook::NoCan), [""; 0]);
+        let down = InterfaceStatus {
+            index: 3,
+            is_up: false,
+            fd: true,
+            state: None,
+            restart_ms: None,
+            bit_rate: None,
+            data_bit_rate: None,
+            error_counters: None,
+        };
+        assert_eq!(codes(InterfaceLook::There(down)), ["interface_down"]);
+    }
 }

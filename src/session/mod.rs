@@ -31,7 +31,7 @@ use crate::model::ModelError;
 use crate::recording::RecordError;
 use crate::runtime::ProcessError;
 
-pub use bench_check::BenchCheck;
+pub use bench_check::{BenchCheck, InterfaceLook};
 pub use compare::compare;
 pub use diagnose::diagnose;
 pub use extend::{Extended, extend, refit};

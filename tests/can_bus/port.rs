@@ -170,6 +170,7 @@ fn an_interface_that_is_not_there_or_goes_away_is_said_by_name() {
     drop(bus);
     assert_eq!(port.send(&frame(1, &[])), Err(Fault::Gone), "{name}");
     assert!(InterfaceStatus::read(&name).is_err());
+    assert_eq!(InterfaceStatus::find(&name).expect("a kernel with CAN"), None);
 }
 
 /// The program's own words for it.

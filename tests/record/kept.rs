@@ -76,7 +76,12 @@ fn assert_contains(now: &Value, then: &Value, place: &str) {
 fn a_bench_file_of_version_0_1_0_means_what_it_meant() {
     let today: Value =
         serde_json::from_slice(&made(&["check", "--config", &kept("bench.toml"), "--json"])).expect("JSON");
-    assert_contains(&today, &json("check.json"), "check");
+    let mut then = json("check.json");
+    // What the machine of that day said of its interface is nothing that the file means.
+    for of_machine in ["interface_state", "warnings"] {
+        then.as_object_mut().expect("an object").remove(of_machine).expect("it is there");
+    }
+    assert_contains(&today, &then, "check");
 }
 
 #[test]
