@@ -1,13 +1,19 @@
-//! A capture of the bus as a log: candump lines, understood by DBC files and roles.
+//! A capture of the bus as a log: frames of candump, BLF or ASC, understood by DBC files and roles.
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use crate::can::{Counts, Roles, RotorCommands};
 use crate::signal::{Applied, Channel, GuardStep, Sensors};
 
+use super::asc;
+use super::blf;
 use super::candump::{self, CandumpError, CandumpFrame};
 use super::dataset::{Dataset, DatasetError};
 use super::export::Collected;
+use super::format::{FormatError, START, Start};
+use super::tables::Skipped;
 
 /// Why a capture cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -15,6 +21,9 @@ pub enum CaptureError {
     /// The file.
     #[error(transparent)]
     Candump(#[from] CandumpError),
+    /// The file, of another format.
+    #[error(transparent)]
+    Format(#[from] FormatError),
     /// The frames cannot make a log.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
@@ -44,6 +53,33 @@ pub struct CaptureNotes {
     pub rows_by: String,
     /// Rows left out because their stamp is not behind the one before.
     pub out_of_order: u64,
+    /// Damaged parts of the file.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub skipped: Vec<Skipped>,
+}
+
+/// The format of a capture that begins so, as its users call it.
+#[must_use]
+pub fn format(start: &Start) -> Option<&'static str> {
+    let is_candump = start.bytes.starts_with(b"(");
+    let formats =
+        [(is_candump, "candump"), (blf::recognises(start), blf::NAME), (asc::recognises(start), asc::NAME)];
+    formats.into_iter().find(|(is, _)| *is).map(|(_, name)| name)
+}
+
+/// The frames of a capture, and what was left out.
+fn frames(path: &Path) -> Result<(Vec<CandumpFrame>, Vec<Skipped>), CaptureError> {
+    let file = |source| CandumpError::File { path: path.to_owned(), source };
+    let mut begin = Vec::new();
+    File::open(path).and_then(|file| file.take(START as u64).read_to_end(&mut begin)).map_err(file)?;
+    let start = Start { bytes: &begin, path };
+    if blf::recognises(&start) {
+        return Ok(blf::read(path, &std::fs::read(path).map_err(file)?)?);
+    }
+    if asc::recognises(&start) {
+        return Ok(asc::read(path, &std::fs::read(path).map_err(file)?)?);
+    }
+    Ok((candump::read(path)?, Vec::new()))
 }
 
 /// A frame with a meaning.
@@ -55,7 +91,7 @@ struct Event {
     rotor: [f64; 2],
 }
 
-/// Reads a candump log through `roles`: one row for each command frame, with what was measured since the one before;
+/// Reads a log of candump, BLF or ASC through `roles`: one row for each command frame, with what was measured since the one before;
 /// without command frames, one for each frame of the sensor that came most often. Only frames of `interface` count, if
 /// one is given.
 ///
@@ -66,10 +102,11 @@ pub fn read(
     roles: &Roles,
     interface: Option<&str>,
 ) -> Result<(Dataset, CaptureNotes), CaptureError> {
-    let frames = candump::read(path)?;
+    let (frames, skipped) = frames(path)?;
     let chosen = |it: &&CandumpFrame| interface.is_none_or(|wanted| it.interface == wanted);
     let (events, mut notes) = decode(frames.iter().filter(chosen), roles);
     notes.frames = frames.len();
+    notes.skipped = skipped;
     notes.other_interfaces = frames.iter().filter(|it| !chosen(it)).count();
     let most = Channel::ALL.into_iter().max_by_key(|field| {
         // The first of equals: `max_by_key` would take the last.
@@ -125,6 +162,7 @@ fn decode<'a>(frames: impl Iterator<Item = &'a CandumpFrame>, roles: &Roles) -> 
         commands: command_state.counts,
         rows_by: String::new(),
         out_of_order: 0,
+        skipped: Vec::new(),
     };
     (events, notes)
 }

@@ -9,10 +9,13 @@ use super::betaflight::Betaflight;
 use super::dataflash::DataFlash;
 use super::tables::Tables;
 
+/// [byte] So much of a file says of which format it is.
+pub const START: usize = 4096;
+
 /// How a file begins.
 #[derive(Debug, Clone, Copy)]
 pub struct Start<'a> {
-    /// The first bytes, 4,096 at most.
+    /// The first bytes, [`START`] at most.
     pub bytes: &'a [u8],
     /// Its name.
     pub path: &'a Path,
@@ -119,7 +122,7 @@ pub enum FormatError {
 
 /// Names of everything that is read.
 fn readable() -> String {
-    let own = ["CSV", "recordings of ours (MCAP)", "candump"].into_iter();
+    let own = ["CSV", "recordings of ours (MCAP)", "candump", "Vector BLF", "Vector ASC"].into_iter();
     own.chain(FORMATS.iter().map(|format| format.name())).collect::<Vec<_>>().join(", ")
 }
 

@@ -1,6 +1,9 @@
 //! Logs: the table of samples that fitting reads ([`Dataset`]), one file for each format it comes from, and export.
 
+pub mod asc;
 pub mod betaflight;
+pub mod blf;
+pub(crate) mod bytes;
 pub mod can_capture;
 pub mod candump;
 pub mod csv;

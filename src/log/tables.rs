@@ -62,6 +62,16 @@ pub struct Skipped {
     pub first_byte: u64,
 }
 
+impl Skipped {
+    /// Counts something that was left out at `byte` of the file.
+    pub(crate) fn count(all: &mut Vec<Self>, code: &'static str, subject: &str, byte: u64) {
+        match all.iter_mut().find(|it| it.code == code && it.subject == subject) {
+            Some(known) => known.count += 1,
+            None => all.push(Self { code, subject: subject.to_owned(), count: 1, first_byte: byte }),
+        }
+    }
+}
+
 /// What a reader made of a file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Tables {
@@ -78,11 +88,6 @@ pub struct Tables {
 impl Tables {
     /// Counts something that was left out at `byte` of the file.
     pub fn skip(&mut self, code: &'static str, subject: &str, byte: u64) {
-        match self.skipped.iter_mut().find(|it| it.code == code && it.subject == subject) {
-            Some(known) => known.count += 1,
-            None => {
-                self.skipped.push(Skipped { code, subject: subject.to_owned(), count: 1, first_byte: byte });
-            }
-        }
+        Skipped::count(&mut self.skipped, code, subject, byte);
     }
 }

@@ -45,7 +45,8 @@ pub fn text(log: &Dataset, notes: &Notes, findings: &LogSummary) -> String {
 /// What became of the frames of a capture.
 #[must_use]
 pub fn frames(notes: &CaptureNotes) -> String {
-    let CaptureNotes { frames, other_interfaces, sensors, commands, rows_by, out_of_order } = notes;
+    let CaptureNotes { frames, other_interfaces, sensors, commands, rows_by, out_of_order, skipped: left_out } =
+        notes;
     let mut text = format!(
         "note: {frames} frames; {} carry sensors, {} commands; a row for each `{rows_by}`\n",
         sensors.accepted, commands.accepted
@@ -62,6 +63,7 @@ pub fn frames(notes: &CaptureNotes) -> String {
     for (count, what) in counts.into_iter().filter(|(count, _)| *count > 0) {
         text += &format!("note: {count} {what}\n");
     }
+    text.extend(left_out.iter().map(|it| skipped(it) + "\n"));
     text
 }
 
@@ -138,6 +140,8 @@ fn skipped(of: &Skipped) -> String {
         "jump_in_time" => "frames whose time jumps, left out",
         "no_scale_in_header" => "columns whose scale the header does not say, left out",
         "no_time" | "no_clock" => "messages without a time, left out",
+        "damaged_line" => "lines of frames that cannot be read, left out",
+        "unknown_message" => "messages of an unknown kind, passed over",
         "cut_off" => "places where the file breaks off",
         "logger_dropout" => "times at which the logger lost data",
         "not_a_number" => "values that are no number",

@@ -10,7 +10,7 @@ use crate::log::format::{FORMATS, FormatError, Request, Start};
 use crate::log::guess::{GuessedColumn, guess, signals};
 use crate::log::mapping::{MappingConfig, TimeConfig};
 use crate::log::sniff::{SampledColumn, layout};
-use crate::log::{limits, unreadable};
+use crate::log::{can_capture, limits, unreadable};
 
 /// Rows of a table that are looked at.
 const ROWS: usize = 2_000;
@@ -33,7 +33,7 @@ pub fn guess_columns(path: &Path, job: &Job) -> Result<Option<GuessedLog>, Sessi
     job.run(|| {
         let bytes = beginning(path);
         let start = Start { bytes: &bytes, path };
-        if bytes.is_empty() || is_recording_or_capture(&bytes) || is_ours(&start) {
+        if bytes.is_empty() || is_recording_or_capture(&start) || is_ours(&start) {
             return Ok::<_, SessionError>(None);
         }
         let format = FORMATS.iter().find(|format| format.recognises(&start));
@@ -59,8 +59,8 @@ pub fn guess_columns(path: &Path, job: &Job) -> Result<Option<GuessedLog>, Sessi
 }
 
 /// Whether a file says by its first bytes that it is a recording of ours or a capture of a bus.
-fn is_recording_or_capture(start: &[u8]) -> bool {
-    start.starts_with(b"\x89MCAP") || start.starts_with(b"(")
+fn is_recording_or_capture(start: &Start) -> bool {
+    start.bytes.starts_with(b"\x89MCAP") || can_capture::format(start).is_some()
 }
 
 fn of_text(bytes: &[u8]) -> Option<GuessedLog> {

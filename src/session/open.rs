@@ -9,11 +9,8 @@ use crate::bench::BenchConfig;
 use crate::can::Roles;
 use crate::log::can_capture::CaptureNotes;
 use crate::log::dataset::{of_rotor, rotor_of};
-use crate::log::format::{FORMATS, FormatError, LogFormat, Request, Start};
+use crate::log::format::{FORMATS, FormatError, LogFormat, Request, START, Start};
 use crate::log::{Dataset, Mapping, Notes, can_capture, csv, export, limits, mapped, unreadable};
-
-/// Bytes by which a file is recognised.
-const START: usize = 4_096;
 
 /// What may be said of logs beside their names: what their format needs, and which part of them counts. It holds for those
 /// of several logs that can use it.
@@ -136,11 +133,11 @@ fn read(path: &Path, config: &OpenConfig) -> Result<Opened, SessionError> {
     if start.bytes.starts_with(b"\x89MCAP") {
         return Ok(plain(export::dataset(path)?, "recording"));
     }
-    if start.bytes.starts_with(b"(") {
+    if let Some(format) = can_capture::format(&start) {
         let bench = BenchConfig::load(config.bench.as_deref())?;
         let roles = Roles::build(&bench.bus, bench.period_s)?;
         let (log, frames) = can_capture::read(path, &roles, config.interface.as_deref())?;
-        return Ok(Opened { frames: Some(frames), ..plain(log, "candump") });
+        return Ok(Opened { frames: Some(frames), ..plain(log, format) });
     }
     if let Some(format) = FORMATS.iter().find(|format| format.recognises(&start)) {
         return tabular(path, *format, config);

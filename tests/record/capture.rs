@@ -117,6 +117,69 @@ fn a_candump_log_becomes_a_log_through_dbc_and_roles() {
     assert!(wrong.contains("bus.log, line 2: "), "{wrong}");
 }
 
+/// The frames of a candump log as Vector's text has them.
+fn as_asc(frames: &[candump::CandumpFrame], start_ns: u64) -> String {
+    let mut text = "date Tue Nov 14 22:13:20.000 2023\nbase hex  timestamps absolute\n".to_owned();
+    for frame in frames.iter().map(|it| it.frame) {
+        let data: String = frame.payload().iter().map(|byte| format!(" {byte:02X}")).collect();
+        let microseconds = (frame.stamp_ns - start_ns) / 1000;
+        let (seconds, rest) = (microseconds / 1_000_000, microseconds % 1_000_000);
+        text += &format!("{seconds:4}.{rest:06} 1  {:X}  Rx   d {}{data}\n", frame.id, frame.length);
+    }
+    text
+}
+
+/// The frames of a candump log as Vector's binary log has them, in containers of 1,000 bytes.
+fn as_blf(frames: &[candump::CandumpFrame], start_ns: u64) -> Vec<u8> {
+    let object = |kind: u32, body: &[u8]| {
+        let size = 16 + body.len() as u32;
+        [&b"LOBJ\x10\0\x01\0"[..], &size.to_le_bytes(), &kind.to_le_bytes(), body].concat()
+    };
+    let mut whole = Vec::new();
+    for frame in frames.iter().map(|it| it.frame) {
+        let stamp = (frame.stamp_ns - start_ns).to_le_bytes();
+        let head = [1, 0, 0, frame.length];
+        let data = &frame.data[..8];
+        let body = [&[2, 0, 0, 0, 0, 0, 0, 0][..], &stamp, &head, &frame.id.to_le_bytes(), data].concat();
+        whole.extend(object(1, &body));
+    }
+    let mut bytes = b"LOGG\x90\0\0\0".to_vec();
+    bytes.resize(144, 0);
+    for part in whole.chunks(1000) {
+        let size = part.len() as u32;
+        bytes.extend(object(10, &[&[0; 8][..], &size.to_le_bytes(), &[0; 4], part].concat()));
+        bytes.extend(vec![0; part.len() % 4]);
+    }
+    bytes
+}
+
+#[test]
+fn captures_of_all_formats_become_the_same_log() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    let roles = Roles::build(&BusConfig::default(), 0.02).expect("the built-in bench");
+    std::fs::write(path("bus.log"), bus_log(&roles, 50)).expect("written");
+    let frames = candump::read(&path("bus.log")).expect("our own log");
+    let start_ns = frames[0].frame.stamp_ns;
+    std::fs::write(path("bus.asc"), as_asc(&frames, start_ns)).expect("written");
+    std::fs::write(path("bus.blf"), as_blf(&frames, start_ns)).expect("written");
+    let (candump, _) = can_capture::read(&path("bus.log"), &roles, None).expect("understood");
+    for name in ["bus.asc", "bus.blf"] {
+        let (log, notes) = can_capture::read(&path(name), &roles, Some("1")).expect("understood");
+        assert_eq!((log.len(), notes.skipped.len(), notes.rows_by.as_str()), (50, 0, "command"), "{name}");
+        assert_eq!(log.time(), candump.time(), "{name}");
+        for column in
+            ["command_1", "command_2", "body_rate_rad_s", "propeller_rate_1_rad_s", "battery_voltage_v"]
+        {
+            let (ours, theirs) = (log.column(column).expect(column), candump.column(column).expect(column));
+            let same = ours.iter().zip(theirs).all(|(ours, theirs)| ours.to_bits() == theirs.to_bits());
+            assert!(same, "{name}, {column}");
+        }
+        let none = can_capture::read(&path(name), &roles, Some("2")).expect_err("nothing on that channel");
+        assert!(none.to_string().contains("carries a signal"), "{none}");
+    }
+}
+
 #[test]
 fn import_tells_the_kinds_of_log_apart() {
     let folder = tempfile::tempdir().expect("a folder");
