@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 
 use super::betaflight::Betaflight;
 use super::dataflash::DataFlash;
+use super::parquet::Parquet;
 use super::tables::Tables;
+use super::ulog::Ulog;
 
 /// [byte] So much of a file says of which format it is.
 pub const START: usize = 4096;
@@ -135,4 +137,4 @@ fn spans(lengths: &[f64]) -> String {
 }
 
 /// The formats, in the order in which they are asked.
-pub const FORMATS: &[&dyn LogFormat] = &[&Betaflight, &DataFlash];
+pub const FORMATS: &[&dyn LogFormat] = &[&Betaflight, &DataFlash, &Parquet, &Ulog];

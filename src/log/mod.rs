@@ -19,6 +19,7 @@ pub mod limits;
 pub mod lines;
 pub mod mapped;
 pub mod mapping;
+pub mod parquet;
 mod row_clock;
 mod row_filter;
 pub mod segments;
@@ -26,6 +27,7 @@ pub mod sniff;
 mod table_clock;
 pub mod tables;
 pub mod thresholds;
+pub mod ulog;
 pub mod unreadable;
 
 pub use dataset::Dataset;

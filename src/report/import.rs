@@ -45,8 +45,15 @@ pub fn text(log: &Dataset, notes: &Notes, findings: &LogSummary) -> String {
 /// What became of the frames of a capture.
 #[must_use]
 pub fn frames(notes: &CaptureNotes) -> String {
-    let CaptureNotes { frames, other_interfaces, sensors, commands, rows_by, out_of_order, skipped: left_out } =
-        notes;
+    let CaptureNotes {
+        frames,
+        other_interfaces,
+        sensors,
+        commands,
+        rows_by,
+        out_of_order,
+        skipped: left_out,
+    } = notes;
     let mut text = format!(
         "note: {frames} frames; {} carry sensors, {} commands; a row for each `{rows_by}`\n",
         sensors.accepted, commands.accepted

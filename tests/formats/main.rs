@@ -10,8 +10,10 @@ mod reference;
 use std::fs;
 use std::path::PathBuf;
 
+use rotorbench::log::candump::CandumpFrame;
 use rotorbench::log::format::{FORMATS, FormatError, LogFormat, Request, Start};
 use rotorbench::log::tables::Tables;
+use rotorbench::log::{asc, blf};
 
 /// The logs, each beside the file with its reference.
 fn logs() -> Vec<(PathBuf, PathBuf)> {
@@ -34,6 +36,17 @@ fn logs() -> Vec<(PathBuf, PathBuf)> {
 fn format_of(path: &std::path::Path, bytes: &[u8]) -> Option<&'static dyn LogFormat> {
     let start = Start { bytes: &bytes[..bytes.len().min(4096)], path };
     FORMATS.iter().copied().find(|format| format.recognises(&start))
+}
+
+/// The frames of a capture of a bus, where it is one.
+fn capture(path: &std::path::Path, bytes: &[u8]) -> Option<Result<Vec<CandumpFrame>, FormatError>> {
+    let start = Start { bytes: &bytes[..bytes.len().min(4096)], path };
+    let read = if blf::recognises(&start) {
+        blf::read(path, bytes)
+    } else {
+        asc::recognises(&start).then(|| asc::read(path, bytes))?
+    };
+    Some(read.map(|(frames, _)| frames))
 }
 
 fn read(
