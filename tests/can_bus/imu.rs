@@ -84,6 +84,11 @@ fn a_stop_that_nobody_rang_for_is_made_in_the_next_turn() {
     let roles = Roles::build(&config.bus, config.period_s).expect("valid");
     let gyro = roles.sensor_messages().iter().position(|message| message.name == "GYRO").expect("it has one");
     let mut run = run_of(config);
+    // A guard refuses what was asked before its first step.
+    run.start();
+    while run.guard().cycle().slots() == 0 {
+        run.turn();
+    }
     let operator = Bench::join(&config.name, &config.shared_memory, Role::Operator).expect("joined");
     let (mut port, mut sender, mut sensors) = (bus.port(), roles.sensor_sender(), Sensors::default());
     // Not too old by the time that `run` has opened the place of the request.
