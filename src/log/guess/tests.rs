@@ -1,0 +1,96 @@
+use super::*;
+
+fn guess_of(columns: &[(&str, &[f64])]) -> Vec<(String, String, Certainty)> {
+    let columns: Vec<SampledColumn> = columns
+        .iter()
+        .map(|(name, values)| SampledColumn { name: (*name).to_owned(), values: values.to_vec() })
+        .collect();
+    guess(&columns).into_iter().map(|it| (it.signal, it.unit, it.certainty)).collect()
+}
+
+fn is(found: &(String, String, Certainty), signal: &str, unit: &str, certainty: Certainty) {
+    assert_eq!((found.0.as_str(), found.1.as_str(), found.2), (signal, unit, certainty));
+}
+
+#[test]
+fn a_thrust_stand_is_understood() {
+    let found = guess_of(&[
+        ("Time (s)", &[0.0, 0.01]),
+        ("ESC signal (µs)", &[1000.0, 1500.0]),
+        ("Torque (N·m)", &[0.1, 0.2]),
+        ("App message", &[f64::NAN, f64::NAN]),
+        ("Thrust (gf)", &[100.0, 700.0]),
+        ("Voltage (V)", &[25.1, 25.0]),
+        ("Current (A)", &[1.0, 20.0]),
+        ("Motor Electrical Speed (rad/s)", &[0.0, 0.0]),
+        ("Motor Optical Speed (rad/s)", &[700.0, 710.0]),
+        ("Mechanical Power (W)", &[1.0, 2.0]),
+    ]);
+    is(&found[0], "time_s", "s", Certainty::Named);
+    is(&found[1], "command_1", "-", Certainty::Named);
+    is(&found[2], "torque_n_m", "", Certainty::Unknown);
+    is(&found[3], "app_message", "", Certainty::Empty);
+    is(&found[4], "thrust_1_n", "gf", Certainty::Named);
+    is(&found[5], "battery_voltage_v", "V", Certainty::Named);
+    is(&found[6], "current_1_a", "A", Certainty::Named);
+    is(&found[7], "motor_electrical_speed_rad_s", "", Certainty::Unknown);
+    is(&found[8], "propeller_rate_1_rad_s", "rad/s", Certainty::Named);
+    is(&found[9], "mechanical_power_w", "", Certainty::Unknown);
+}
+
+#[test]
+fn motors_a_and_b_of_a_stand_are_rotors_1_and_2() {
+    let found = guess_of(&[
+        ("ESC A (µs)", &[1000.0, 1500.0]),
+        ("ESC B (µs)", &[1000.0, 1500.0]),
+        ("Thrust B (kgf)", &[0.1]),
+        ("Motor Optical Speed B (RPM)", &[5000.0]),
+    ]);
+    is(&found[0], "command_1", "-", Certainty::Named);
+    is(&found[1], "command_2", "-", Certainty::Named);
+    is(&found[2], "thrust_2_n", "kgf", Certainty::Named);
+    is(&found[3], "propeller_rate_2_rad_s", "RPM", Certainty::Named);
+}
+
+#[test]
+fn units_come_from_values_where_names_have_none() {
+    let found = guess_of(&[
+        ("t", &[0.0, 10.0, 20.0]),
+        ("motor[0]", &[1100.0, 1900.0]),
+        ("motor[1]", &[1100.0, 1900.0]),
+        ("rpm[0]", &[9000.0, 12000.0]),
+        ("vbat", &[11_800.0, 12_600.0]),
+        ("pitch", &[-20.0, 30.0]),
+    ]);
+    is(&found[0], "time_s", "ms", Certainty::UnitGuessed);
+    is(&found[1], "command_1", "-", Certainty::UnitGuessed);
+    is(&found[2], "command_2", "-", Certainty::UnitGuessed);
+    is(&found[3], "propeller_rate_1_rad_s", "rpm", Certainty::Named);
+    is(&found[4], "battery_voltage_v", "mV", Certainty::UnitGuessed);
+    is(&found[5], "body_angle_rad", "deg", Certainty::UnitGuessed);
+}
+
+#[test]
+fn our_own_names_are_what_they_say_and_a_signal_is_given_once() {
+    let found = guess_of(&[
+        ("command_2", &[0.1]),
+        ("throttle 2", &[0.2]),
+        ("collective", &[0.4]),
+        ("throttle 2", &[0.2]),
+    ]);
+    is(&found[0], "command_2", "-", Certainty::Named);
+    is(&found[1], "throttle_2", "", Certainty::Unknown);
+    is(&found[2], "collective", "", Certainty::Unknown);
+    is(&found[3], "throttle_2_2", "", Certainty::Unknown);
+}
+
+#[test]
+fn every_guess_is_a_mapping() {
+    let column = |name: &str| SampledColumn { name: name.to_owned(), values: vec![0.1, 0.2] };
+    let guessed = guess(&[column("t (s)"), column("u"), column("RPM 1"), column("<img src=x>"), column("é")]);
+    let signals = signals(&guessed);
+    assert_eq!(signals.len(), 4);
+    for (index, signal) in signals.iter().enumerate() {
+        assert_eq!(signal.check(&signals[..index]).map(|_| ()), Ok(()), "{}", signal.name);
+    }
+}
