@@ -1,7 +1,8 @@
 //! `rotorbench bridge`: own the CAN bus: frames to sensors, commands through the guard to frames.
 
 use super::operate::BenchArguments;
-use super::{CliResult, Outcome, timing};
+use super::{CliResult, Outcome};
+use crate::report::run_summary;
 use crate::rt::Shutdown;
 use crate::runtime::bridge;
 
@@ -31,7 +32,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return Ok(Outcome::Done);
     }
     println!("guard at the end: {} ({})", summary.state, summary.cause);
-    print!("{}", timing::bus(&summary.bus));
-    print!("{}", timing::table(&summary.timing));
+    print!("{}", run_summary::bus(&summary.bus));
+    print!("{}", run_summary::timing(&summary.timing));
     Ok(Outcome::Done)
 }

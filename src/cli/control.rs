@@ -1,7 +1,8 @@
 //! `rotorbench control`: run one controller on a fixed period.
 
 use super::operate::BenchArguments;
-use super::{CliResult, Outcome, timing};
+use super::{CliResult, Outcome};
+use crate::report::run_summary;
 use crate::rt::Shutdown;
 use crate::runtime::lockstep::two_process;
 use crate::runtime::thresholds::THRESHOLDS;
@@ -37,7 +38,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         if arguments.json {
             println!("{}", crate::report::json::answer(&summary)?);
         } else {
-            println!("steps answered: {}\n{}", summary.answered, timing::angle(&summary.angle));
+            println!("steps answered: {}\n{}", summary.answered, run_summary::angle(&summary.angle));
         }
         return Ok(if summary.complete { Outcome::Done } else { Outcome::FoundWanting });
     }
@@ -46,7 +47,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         println!("{}", crate::report::json::answer(&summary)?);
         return Ok(Outcome::Done);
     }
-    println!("{}", timing::angle(&summary.angle));
-    print!("{}", timing::table(&summary.timing));
+    println!("{}", run_summary::angle(&summary.angle));
+    print!("{}", run_summary::timing(&summary.timing));
     Ok(Outcome::Done)
 }

@@ -4,22 +4,20 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::thresholds::THRESHOLDS;
-use super::{CliError, CliResult, Outcome, timing};
+use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
-use crate::clock;
 use crate::control::MoveConfig;
 use crate::effect::{Law, Site, Term, find};
 use crate::emulate::{HiddenConfig, Impulse};
-use crate::report::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone};
+use crate::report::{self, Page, Plot, run_summary};
 use crate::rt::{Shutdown, cancel_on_signals};
 use crate::session::Job;
 use crate::shm::PassingBench;
-use crate::signal::ControlStep;
 
-mod flight;
-mod story;
+mod bench_run;
+mod lesson;
 
-use flight::{Flight, Flown, degraded, fly_whole, guard_lines};
+use bench_run::{Attempts, DemoRun, degraded, guard_lines, run_whole};
 
 /// Arguments of `demo`.
 #[derive(Debug, clap::Args)]
@@ -39,10 +37,6 @@ pub struct Arguments {
 const LATE: [&str; 5] =
     ["index.html", "extended.toml", "loop-extended.mcap", "loop-extended.csv", "loop-extended.toml"];
 
-/// What the report says where the second flight should be.
-const HELD_UP: &str = "Each flight with the extended model in the controller was ended by the guard before its time, because \
-                       this machine stood still for longer than the guard waits: there is nothing to compare.";
-
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let out = &arguments.out;
@@ -55,55 +49,52 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let user = Shutdown::listen()?;
     // First, so that it goes last: nothing of the demo stays in shared memory.
     let _passing = PassingBench::open(&bench.name, &bench.shared_memory)?;
-    let flown = match fly_whole(&bench, &emulator, out, ("loop", 0.0), &user)? {
-        Flight::Whole(flown) => flown,
-        Flight::HeldUp => return Ok(held_up("There is no report")),
-        Flight::Interrupted => return Ok(interrupted()),
+    let first = match run_whole(&bench, &emulator, out, ("loop", 0.0), &user)? {
+        Attempts::Whole(run) => run,
+        Attempts::HeldUp => return Ok(held_up(None)),
+        Attempts::Interrupted => return Ok(interrupted()),
     };
-    println!("{}", timing::angle(&flown.summary.angle));
-    print!("{}", timing::table(&flown.summary.timing));
-    let mut page = first_page(&flown, (&bench, &emulator), out)?;
+    println!("{}", run_summary::angle(&first.summary.angle));
+    print!("{}", run_summary::timing(&first.summary.timing));
+    let mut page = first_page(&first, (&bench, &emulator), out)?;
     let cancel = cancel_on_signals()?;
-    let learned = story::learn(&flown.log, &Job::unwatched(&cancel));
+    let learned = lesson::learn(&first.log, &Job::unwatched(&cancel));
     if cancel.is_requested() {
         return Ok(interrupted());
     }
     let lesson = learned?;
-    println!("{}", story::text(&lesson, &hidden.join(", ")));
-    story::tell(&mut page, &lesson, &hidden.join(", "));
-    let report = out.join("index.html");
+    println!("{}", report::demo::lesson_text(&lesson.diagnosis, &hidden.join(", ")));
+    report::demo::lesson(&mut page, &lesson.diagnosis, &hidden.join(", "));
+    let index = out.join("index.html");
     if let Some(extension) = &lesson.extension {
         let model = out.join("extended.toml");
         extension.model.save(&model)?;
         bench.model = model.display().to_string();
-        println!("the same flight, with it in the controller:");
-        match fly_whole(&bench, &emulator, out, ("loop-extended", flown.hold_s), &user)? {
-            Flight::Whole(again) => better_page(&mut page, &flown, &again, &emulator),
-            Flight::HeldUp => {
-                page.heading("The controller with it").paragraph(HELD_UP);
-                page.save(&report)?;
-                return Ok(held_up(&format!("{} ends before it", report.display())));
+        println!("{}", report::demo::AGAIN);
+        match run_whole(&bench, &emulator, out, ("loop-extended", first.hold_s), &user)? {
+            Attempts::Whole(again) => better_page(&mut page, &first, &again, &emulator),
+            Attempts::HeldUp => {
+                report::demo::nothing_to_compare(&mut page);
+                page.save(&index)?;
+                return Ok(held_up(Some(&index)));
             }
-            Flight::Interrupted => return Ok(interrupted()),
+            Attempts::Interrupted => return Ok(interrupted()),
         }
     }
-    page.save(&report)?;
-    println!("recording: {}   report: {}", out.join("loop.mcap").display(), report.display());
+    page.save(&index)?;
+    println!("recording: {}   report: {}", out.join("loop.mcap").display(), index.display());
     Ok(Outcome::Done)
 }
 
 /// Half a story is none.
 fn interrupted() -> Outcome {
-    println!("interrupted before the story's end: there is no report");
+    println!("{}", report::demo::INTERRUPTED);
     Outcome::FoundWanting
 }
 
-/// No flight came to its end, so nothing can be compared.
-fn held_up(report: &str) -> Outcome {
-    println!(
-        "no flight came to its end: something holds this machine up for longer than the guard waits (`rotorbench jitter` \
-         measures it). {report}; try again when the machine has less to do."
-    );
+/// No run came to its end, so nothing can be compared; the report, if there is one, ends before it.
+fn held_up(page: Option<&Path>) -> Outcome {
+    println!("{}", report::demo::held_up(page));
     Outcome::FoundWanting
 }
 
@@ -111,7 +102,7 @@ fn at(path: &Path, error: &std::io::Error) -> CliError {
     CliError::new(format!("{}: {error}", path.display()))
 }
 
-/// The bench as its controller knows it, and as it really is. Only the emulator's process is told the second.
+/// The bench as its controller knows it, and as it really is. Only the emulator's process knows the second.
 fn benches(arguments: &Arguments) -> Result<(BenchConfig, BenchConfig), CliError> {
     let seed = arguments.seed;
     let mut bench = BenchConfig { name: format!("demo-{}", std::process::id()), ..BenchConfig::default() };
@@ -134,107 +125,45 @@ fn benches(arguments: &Arguments) -> Result<(BenchConfig, BenchConfig), CliError
         Impulse { at_s: 2.5, duration_s: 0.05, torque: 0.6 },
         Impulse { at_s: 4.5, duration_s: 0.05, torque: -0.6 },
     ];
-    // Torques that follow the body's motion without a jump: a short flight shows no other plainly.
-    let shows_in_flight = |id: &str| {
+    // Torques that follow the body's motion without a jump: a short run shows no other plainly.
+    let shows_in_a_run = |id: &str| {
         find(id).is_some_and(|card| {
             let follows = matches!(card.law, Law::Static(_)) && card.acts_as != Some(Term::Constant);
             card.site == Site::Torque && follows
         })
     };
     if arguments.hide.is_empty() {
-        emulator.emulator.hidden.extend(HiddenConfig::draw(seed, shows_in_flight));
+        emulator.emulator.hidden.extend(HiddenConfig::draw(seed, shows_in_a_run));
     }
     for text in &arguments.hide {
         emulator.emulator.hidden.push(HiddenConfig::parse(text)?);
     }
-    // Before anything is flown or taken away.
+    // Before anything runs or is taken away.
     emulator.emulator.build()?;
     Ok((bench, emulator))
 }
 
-/// The angle, and the disturbance with its estimate.
-fn pictures(steps: &[ControlStep], emulator: &BenchConfig) -> (Plot, Plot) {
-    let begun_ns = steps.first().map_or(0, |step| step.command.stamp_ns);
-    let seconds = |step: &ControlStep| clock::span_s(step.command.stamp_ns.saturating_sub(begun_ns));
-    let column = |of: fn(&ControlStep) -> f64| -> Vec<f64> { steps.iter().map(of).collect() };
-    let time: Vec<f64> = steps.iter().map(seconds).collect();
-    let axis = || Axis::new("time", "s");
-    let angle = Plot::new("Angle", axis(), Axis::new("body angle", "rad"))
-        .group("time")
-        .series(
-            Series::line("measured", &time, &column(|step| step.sensors.body_angle.value))
-                .tone(Tone::Measured),
-        )
-        .series(
-            Series::line("estimated", &time, &column(|step| step.command.estimate.body_angle))
-                .tone(Tone::Model),
-        )
-        .series(
-            Series::line("reference", &time, &column(|step| step.command.estimate.reference_angle))
-                .tone(Tone::Quiet)
-                .dashed(),
-        );
-    let torque = Plot::new("Disturbance estimate", axis(), Axis::new("torque", "N m")).group("time").series(
-        Series::line("estimated by EMC", &time, &column(|step| step.command.estimate.disturbance_torque))
-            .tone(Tone::Model),
-    );
-    let strike =
-        |plot: Plot, impulse: &Impulse| plot.span("impulse", impulse.at_s, impulse.at_s + impulse.duration_s);
-    let impulses = &emulator.emulator.impulse;
-    (impulses.iter().fold(angle, strike), impulses.iter().fold(torque, strike))
+/// The pictures of a run, beside each other on the page and as files.
+fn pictures(run: &DemoRun, emulator: &BenchConfig) -> (Plot, Plot) {
+    report::demo::pictures(&run.steps, &emulator.emulator.impulse)
 }
 
 fn first_page(
-    flown: &Flown,
+    run: &DemoRun,
     (bench, emulator): (&BenchConfig, &BenchConfig),
     out: &Path,
 ) -> Result<Page, CliError> {
-    let (angle, torque) = pictures(&flown.steps, emulator);
+    let (angle, torque) = pictures(run, emulator);
     angle.save_svg(&out.join("angle.svg"))?;
     torque.save_svg(&out.join("disturbance.svg"))?;
-    let (angle_error, timing) = (&flown.summary.angle, &flown.summary.timing);
-    let table = Table::new(["", "value", "unit"])
-        .row(["angle error, rms", &format!("{:.4}", angle_error.rms), "rad"])
-        .row(["angle error, greatest", &format!("{:.4}", angle_error.greatest), "rad"])
-        .row(["periods flown", &angle_error.count.to_string(), ""])
-        .row(["command out after due, p99", &format!("{:.0}", timing.response.p99_us), "µs"])
-        .row(["slots skipped", &timing.skipped.to_string(), ""]);
-    let mut page = Page::new("rotorbench demo");
-    page.heading("The loop holds the angle")
-        .paragraph(
-            "An emulated bench in a process of its own, the controller in this one, shared memory between \
-             them, the guard in front of the rotors. Somebody strikes the body twice; then the angle is moved.",
-        )
-        .table(table)
-        .plot(angle)
-        .plot(torque)
-        .paragraph("What the guard said, seconds after the controller's first step:")
-        .list(guard_lines(flown, bench));
-    Ok(page)
+    Ok(report::demo::first_page(&run.summary, (angle, torque), guard_lines(run, bench)))
 }
 
-/// The same flight, with what was learned in the controller.
-fn better_page(page: &mut Page, before: &Flown, after: &Flown, emulator: &BenchConfig) {
-    let (from, to) = (story::tracking_error(before), story::tracking_error(after));
-    println!("tracking error with it in the controller: {from:.4} -> {to:.4} rad rms");
-    let late = degraded(before).max(degraded(after));
-    if late > THRESHOLDS.degraded_share {
-        let late = format!(
-            "This machine was late: for {:.0} % of a flight the guard was degraded and held commands, which is in these \
-             errors, too.",
-            100.0 * late
-        );
-        println!("{late}");
-        page.paragraph(late);
-    }
-    let (angle, torque) = pictures(&after.steps, emulator);
-    page.heading("The controller with it")
-        .paragraph("The same flight again, with the extended model in the controller, which now cancels what it knows.")
-        .bars(
-            Bars::new("Tracking error, rms, while the angle is moved", "rad")
-                .bar("the paper's model", from, Mark::Bad)
-                .bar("the extended model", to, Mark::Good),
-        )
-        .plot(angle)
-        .plot(torque);
+/// The same run, with what was learned in the controller.
+fn better_page(page: &mut Page, before: &DemoRun, after: &DemoRun, emulator: &BenchConfig) {
+    let errors = [before, after].map(lesson::tracking_error);
+    let degraded = degraded(before).max(degraded(after));
+    let degraded = (degraded > THRESHOLDS.degraded_share).then_some(degraded);
+    report::demo::better_text(errors, degraded).iter().for_each(|line| println!("{line}"));
+    report::demo::better(page, errors, degraded, pictures(after, emulator));
 }

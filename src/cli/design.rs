@@ -1,11 +1,8 @@
 //! `rotorbench design`: eigenvalues, gains and margins from a model.
 
-mod show;
-
 use std::path::{Path, PathBuf};
 
 use nalgebra::Complex;
-use serde::Serialize;
 
 use super::operate::BenchArguments;
 use super::thresholds::THRESHOLDS;
@@ -14,14 +11,13 @@ use crate::control::design::{Advice, Compensator, DiscreteLoop, LoopPlant, Margi
 use crate::control::gains::{complementary_eigenvalues, feedback_matrix, predictor_matrix};
 use crate::control::{
     Beta, BetaRule, Compensation, ControlError, ControllerConfig, ControllerKind, EmcConfig, EmcGains,
-    PidConfig, PlantParameters,
+    PlantParameters,
 };
 use crate::effect::{Site, Term, acting_as};
 use crate::model::Model;
-use crate::report::number;
+use crate::report::design::{self, Design, Eigenvalue, EmcDesign};
 use crate::runtime::controller_plant;
 use crate::unit::short;
-use show::{page, tables};
 
 /// Arguments of `design`. What is not given here comes from the bench file.
 #[derive(Debug, clap::Args)]
@@ -109,51 +105,6 @@ struct Task {
     note: Option<String>,
 }
 
-/// The answer, as `--json` writes it.
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[derive(Debug, Serialize)]
-pub(super) struct Design {
-    model: String,
-    controller: ControllerKind,
-    period_s: f64,
-    delay_s: f64,
-    stable: bool,
-    refusal: Option<String>,
-    emc: Option<EmcDesign>,
-    pid: Option<PidConfig>,
-    closed_loop: Vec<Eigenvalue>,
-    margins: Option<Margins>,
-    note: Option<String>,
-    warning: Option<String>,
-    advice: Option<String>,
-}
-
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[derive(Debug, Serialize)]
-struct EmcDesign {
-    beta: f64,
-    gamma: [f64; 4],
-    gamma_c: [f64; 3],
-    observer_gain: [f64; 4],
-    feedback_gain: [f64; 3],
-    predictor: Vec<Eigenvalue>,
-    feedback: Vec<Eigenvalue>,
-}
-
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[derive(Debug, Clone, Copy, Serialize)]
-struct Eigenvalue {
-    real: f64,
-    imaginary: f64,
-    modulus: f64,
-}
-
-impl From<&Complex<f64>> for Eigenvalue {
-    fn from(value: &Complex<f64>) -> Self {
-        Self { real: value.re, imaginary: value.im, modulus: value.norm() }
-    }
-}
-
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let task = arguments.task()?;
@@ -181,16 +132,12 @@ pub fn run(arguments: &Arguments) -> CliResult {
         Err(error) => return Err(error.into()),
     };
     if let Some(path) = &arguments.report {
-        page(&design, closed.as_ref()).save(path)?;
+        design::page(&design, closed.as_ref()).save(path)?;
     }
     if arguments.json {
         println!("{}", crate::report::json::answer(&design)?);
     } else {
-        tables(&design).iter().for_each(|table| println!("{}", table.text()));
-        design.refusal.iter().for_each(|refusal| println!("refused: {refusal}"));
-        design.note.iter().for_each(|note| println!("note: {note}"));
-        design.warning.iter().for_each(|warning| println!("warning: {warning}"));
-        design.advice.iter().for_each(|advice| println!("advice: {advice}"));
+        print!("{}", design::text(&design));
     }
     Ok(if design.stable { Outcome::Done } else { Outcome::FoundWanting })
 }
@@ -247,9 +194,7 @@ impl Arguments {
         }
         let known = if config.compensate { known } else { Compensation::default() };
         let is_other = self.controller.is_none() && config.kind != of_bench;
-        let note = is_other.then(|| {
-            "--pid-margins makes a PID, and the bench's own controller is EMC; --controller pid says that it is meant".to_owned()
-        });
+        let note = is_other.then(design::pid_on_an_emc_bench);
         Ok(Task { model: model.name, plant, known, loop_plant, config, angle, period_s, note })
     }
 
@@ -302,7 +247,7 @@ impl Task {
         design.margins = Some(margins);
         design.warning = self.sluggish(&closed, &margins);
         if self.config.kind == ControllerKind::Emc {
-            design.advice = self.advice(&margins).as_ref().map(crate::report::design::advice);
+            design.advice = self.advice(&margins).as_ref().map(design::advice);
         }
         Ok(closed)
     }
@@ -312,23 +257,12 @@ impl Task {
         DiscreteLoop::build(plant, loop_plant, compensator, known, *angle, *period_s)
     }
 
-    /// Says so where a loop is stable and of no use.
+    /// Where a loop is stable and of no use.
     fn sluggish(&self, closed: &DiscreteLoop, margins: &Margins) -> Option<String> {
         let slowest = closed.eigenvalues().first()?.norm();
-        let fades = -self.period_s / slowest.ln();
-        let instead = match self.config.kind {
-            ControllerKind::Emc => "take a larger γ_0, or smaller α and α_c",
-            ControllerKind::Pid => "ask for smaller margins, or give larger gains",
-        };
-        (fades > THRESHOLDS.sluggish_s).then(|| {
-            format!(
-                "the loop is stable and of little use: what a push leaves behind fades with a time constant of {} s (eigenvalue \
-                 1 - {:.1e}), at a bandwidth of {:.2} rad/s; {instead}",
-                number(fades, 3),
-                1.0 - slowest,
-                margins.bandwidth_rad_s
-            )
-        })
+        let fades_s = -self.period_s / slowest.ln();
+        let is_sluggish = fades_s > THRESHOLDS.sluggish_s;
+        is_sluggish.then(|| design::sluggish(self.config.kind, (fades_s, slowest), margins))
     }
 
     fn advice(&self, margins: &Margins) -> Option<Advice> {

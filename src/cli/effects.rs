@@ -7,6 +7,7 @@ use serde::Serialize;
 use super::{CliError, CliResult, Outcome};
 use crate::effect::{CATALOGUE, Card, Site, find};
 use crate::model::Model;
+use crate::report;
 use crate::session;
 
 /// Arguments of `effects`.
@@ -48,9 +49,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let Some(id) = &arguments.id else {
         if arguments.json {
             let cards: Vec<Answer> = CATALOGUE.iter().map(|card| Answer::of(card)).collect();
-            println!("{}", crate::report::json::answer(&cards)?);
+            println!("{}", report::json::answer(&cards)?);
         } else {
-            list(&model);
+            print!("{}", report::effects::list(&model));
         }
         return Ok(Outcome::Done);
     };
@@ -63,9 +64,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return Ok(Outcome::Done);
     };
     if arguments.json {
-        println!("{}", crate::report::json::answer(&Answer::of(card))?)
+        println!("{}", report::json::answer(&Answer::of(card))?)
     } else {
-        show(card)
+        print!("{}", report::effects::card(card));
     }
     Ok(Outcome::Done)
 }
@@ -143,35 +144,4 @@ impl Answer {
             experiment: card.experiment,
         }
     }
-}
-
-fn list(model: &Model) {
-    for card in CATALOGUE {
-        println!("{:<24} {:<18} {}", card.id, card.site.name(), card.meaning);
-    }
-    for user in &model.user_effects {
-        println!("{:<24} {:<18} {} (your own)", user.id, user.site.name(), user.expression);
-    }
-}
-
-fn show(card: &Card) {
-    println!("{}: {}\n", card.id, card.meaning);
-    println!("  {} {}\n", card.report[0], card.report[1]);
-    println!("  equation       {}", card.equation);
-    println!("  acts on        {}", card.site.name());
-    println!("  source         {}", card.source);
-    for parameter in card.parameters {
-        let range = format!("{} to {}, from {}", parameter.lower, parameter.upper, parameter.start);
-        println!(
-            "  parameter      {} ({}) [{}]: {}; {range}",
-            parameter.name, parameter.symbol, parameter.unit, parameter.meaning
-        );
-    }
-    println!("  needs          {}", card.needs.join(", "));
-    println!("  in the error   {}", card.residual);
-    println!(
-        "  confused with  {}",
-        if card.confused_with.is_empty() { "-".to_owned() } else { card.confused_with.join(", ") }
-    );
-    println!("  experiment     {}", card.experiment);
 }

@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use super::operate::BenchArguments;
-use super::{CliError, CliResult, Outcome, timing};
+use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
 use crate::effect::{Law, Site, find};
 use crate::emulate::{HiddenConfig, Impulse, PlantConfig};
 use crate::model::Model;
+use crate::report::run_summary;
 use crate::rt::Shutdown;
 use crate::runtime::emulate;
 use crate::runtime::lockstep::{run, two_process};
@@ -151,33 +152,21 @@ pub fn run(arguments: &Arguments) -> CliResult {
             println!("{}", crate::report::json::answer(&summary)?);
             return Ok(Outcome::Done);
         }
-        body(&summary.body);
-        println!("frames sent {}, not sent {}", summary.sent, summary.not_sent);
-        println!(
-            "command frames received {}, accepted {}",
-            summary.commands.frames, summary.commands.accepted
-        );
+        println!("{}", run_summary::emulated_on_bus(&summary));
         return Ok(Outcome::Done);
     }
     if arguments.lockstep {
         let seconds = arguments.seconds.unwrap_or(run::DEFAULT_S);
         let summary = two_process::conduct(&config, seconds, arguments.patience, &shutdown)?;
-        return timing::say_lockstep(&summary, arguments.json);
+        return super::lockstep::say(&summary, arguments.json);
     }
     let summary = emulate::behind_guard(&config, arguments.arm, arguments.seconds, &shutdown)?;
     if arguments.json {
         println!("{}", crate::report::json::answer(&summary)?);
         return Ok(Outcome::Done);
     }
-    body(&summary.body);
+    println!("{}", run_summary::body(&summary.body));
     println!("guard at the end: {} ({})", summary.state, summary.cause);
-    print!("{}", timing::table(&summary.timing));
+    print!("{}", run_summary::timing(&summary.timing));
     Ok(Outcome::Done)
-}
-
-fn body(body: &crate::emulate::BodySummary) {
-    println!(
-        "ran {:.1} s; true angle while the rotors turned: rms {:.4} rad, greatest {:.4} rad; battery {:.2} V",
-        body.duration_s, body.angle_rms_rad, body.angle_peak_rad, body.battery_voltage_v
-    );
 }

@@ -61,22 +61,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             written.insert(what.to_owned(), summary);
             continue;
         }
-        println!("{} {what} → {}", summary.written, output.display());
-        if summary.written == 0 && what == "frames" {
-            println!("warning: the recording holds no raw frames: it was not made on a bus");
-        }
-        if summary.lost > 0 {
-            println!(
-                "warning: the recorder lost {} records: it or its disk was too slow, or the disk full",
-                summary.lost
-            );
-        }
-        if summary.out_of_order > 0 {
-            println!("warning: {} periods out of order, left out", summary.out_of_order);
-        }
-        if let Some(cut_off) = cut_off {
-            println!("warning: the recording is {cut_off}; everything before it is here");
-        }
+        print!("{}", crate::report::export::text(&summary, what, output));
     }
     if arguments.json {
         println!("{}", crate::report::json::answer(&written)?);

@@ -38,6 +38,7 @@ mod extend;
 mod identify;
 mod import;
 mod jitter;
+mod lockstep;
 mod log_arguments;
 mod man;
 mod monitor;
@@ -53,7 +54,6 @@ mod run;
 mod schema;
 mod stop;
 pub(crate) mod thresholds;
-mod timing;
 mod watched;
 
 /// How a command ended when nothing was wrong with its input.

@@ -8,6 +8,7 @@ use super::operate::BenchArguments;
 use super::progress::Progress;
 use super::{CliError, CliResult, Outcome};
 use crate::recording::RecorderSummary;
+use crate::report::run_summary;
 use crate::rt::Shutdown;
 use crate::runtime::record;
 
@@ -32,7 +33,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let config = arguments.bench.load()?;
     let shutdown = Shutdown::listen()?;
     let progress = Progress::start();
-    let show = |summary: RecorderSummary| progress.words(|| words(summary));
+    let show = |summary: RecorderSummary| progress.words(|| run_summary::recorder(summary));
     let summary = record::record(&config, &arguments.output, arguments.seconds, &shutdown, show)?;
     drop(progress);
     if arguments.json {
@@ -40,7 +41,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         let disk_full_s = crate::clock::span_s(disk_full_ns);
         println!("{}", json!({ "written": written, "dropped": dropped, "disk_full_s": disk_full_s }));
     } else {
-        println!("{}: {}", arguments.output.display(), words(summary));
+        println!("{}: {}", arguments.output.display(), run_summary::recorder(summary));
     }
     Ok(if summary.dropped == 0 { Outcome::Done } else { Outcome::FoundWanting })
 }
@@ -48,19 +49,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
 /// Ends a recording made beside a run, and says on standard error what it amounted to.
 pub(super) fn end(recording: Option<record::Background>) -> Result<(), CliError> {
     if let Some(recording) = recording {
-        eprintln!("recorded: {}", words(recording.finish()?));
+        eprintln!("recorded: {}", run_summary::recorder(recording.finish()?));
     }
     Ok(())
-}
-
-/// What a recording amounted to, in words.
-pub(super) fn words(summary: RecorderSummary) -> String {
-    let mut words = format!("{} records", summary.written);
-    if summary.dropped > 0 {
-        words += &format!(", {} LOST", summary.dropped);
-    }
-    if summary.disk_full_ns > 0 {
-        words += &format!(", disk full for {:.1} s", crate::clock::span_s(summary.disk_full_ns));
-    }
-    words
 }

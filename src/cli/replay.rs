@@ -8,6 +8,7 @@ use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
 use crate::model::Model;
 use crate::recording::{End, Record, Recording, RecordingMetadata};
+use crate::report;
 use crate::runtime::controller_plant::{self, ExperimentPlan};
 use crate::runtime::replay::{Replay, Verdict};
 
@@ -75,39 +76,14 @@ pub fn run(arguments: &Arguments) -> CliResult {
             lost_by_recorder: lost,
             cut_off,
         };
-        println!("{}", crate::report::json::answer(&report)?);
+        println!("{}", report::json::answer(&report)?);
     } else {
-        print(controller, "controller", "step");
-        print(guard, "guard", "period");
-        println!("guard: {} events equal", replay.equal_events);
-        if lost > 0 {
-            println!("the recorder lost {lost} records");
-        }
-        if let Some(cut_off) = cut_off {
-            println!("the recording is cut off {cut_off}");
-        }
+        print!(
+            "{}",
+            report::replay::text([controller, guard], (replay.equal_events, lost), cut_off.as_deref())
+        );
     }
     Ok(if controller.is_equal() && guard.is_equal() { Outcome::Done } else { Outcome::FoundWanting })
-}
-
-fn print(verdict: &Verdict, who: &str, step: &str) {
-    println!("{who}: {} {step}s equal, bit for bit", verdict.equal);
-    if verdict.unknown > 0 {
-        println!(
-            "{who}: {} {step}s cannot be replayed: their beginning is not in the recording, or records were lost",
-            verdict.unknown
-        );
-    }
-    if let Some(first) = &verdict.first_difference {
-        println!(
-            "{who}: first difference at {step} {} ({:.6} s): `{}` was {}, is {} now",
-            first.sequence,
-            first.time_s,
-            first.difference.field,
-            first.difference.recorded,
-            first.difference.replayed
-        );
-    }
 }
 
 /// Bench and model of the recording, with what the arguments change.

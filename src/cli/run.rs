@@ -2,7 +2,8 @@
 
 use super::emulate::PlantArguments;
 use super::operate::BenchArguments;
-use super::{CliError, CliResult, Outcome, timing};
+use super::{CliError, CliResult, Outcome};
+use crate::report::run_summary;
 use crate::rt::Shutdown;
 
 use crate::runtime::lockstep::run as lockstep_run;
@@ -62,16 +63,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         println!("{}", crate::report::json::answer(&summary)?);
         return Ok(Outcome::Done);
     }
-    println!("{}", timing::angle(&summary.angle));
-    println!("guard: {}", summary.state);
-    if summary.guard_events_lost > 0 {
-        println!("  ({} earlier events are not shown: a recording holds them)", summary.guard_events_lost);
-    }
-    for event in &summary.guard_events {
-        println!("  {:9.3} s  {} -> {}: {}", event.time_s, event.from, event.to, event.cause);
-    }
-    print!("{}", timing::bus(&summary.bus));
-    print!("{}", timing::table(&summary.timing));
+    print!("{}", run_summary::run(&summary));
     Ok(Outcome::Done)
 }
 
@@ -82,7 +74,7 @@ fn in_lockstep(arguments: &Arguments) -> CliResult {
     let seconds = arguments.seconds.unwrap_or(lockstep_run::DEFAULT_S);
     let summary = lockstep_run::run(&config, seconds, arguments.record.as_deref(), &shutdown)?;
     if let Some(recorded) = summary.recorded {
-        eprintln!("recorded: {}", super::record::words(recorded));
+        eprintln!("recorded: {}", run_summary::recorder(recorded));
     }
-    timing::say_lockstep(&summary, arguments.json)
+    super::lockstep::say(&summary, arguments.json)
 }

@@ -55,12 +55,13 @@ mod tests {
     use serde::Serialize;
     use serde_json::{Value, json};
 
-    use super::super::{design, effects, extend, import};
+    use super::super::{effects, extend, import};
     use super::SCHEMAS;
     use crate::compare::Comparison;
     use crate::diagnose::Diagnosis;
     use crate::identify::Identification;
     use crate::report::check;
+    use crate::report::design;
     use crate::session::GuessedLog;
     use crate::studies::controller_comparison::RunComparison;
 

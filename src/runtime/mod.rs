@@ -11,6 +11,7 @@ pub mod emulate;
 pub mod experiment;
 mod imu_trigger;
 pub mod lockstep;
+pub mod monitor;
 pub mod operator;
 pub mod record;
 pub mod replay;

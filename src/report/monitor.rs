@@ -9,10 +9,9 @@ use ratatui::style::{Color, Modifier, Style, Stylize};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Sparkline};
 
-use super::{Process, View, guard_state};
 use crate::clock::{self, NANOSECONDS_PER_SECOND};
 use crate::guard::{Cause, State};
-use crate::report;
+use crate::runtime::monitor::{EVENTS, LOOK_PERIOD_MS, Process, View};
 use crate::signal::{BusStatus, Health, Sample, Sensor, Sensors, Shape, Shown};
 
 /// Rows of the frame around a table.
@@ -20,12 +19,13 @@ const FRAME: u16 = 2;
 /// Rows of a strip with its frame, at least.
 const STRIP_ROWS: u16 = 3;
 
-pub(super) fn draw(view: &View, now_ns: u64, frame: &mut Frame) {
+/// Draws what `view` knows at `now_ns`.
+pub fn draw(view: &View, now_ns: u64, frame: &mut Frame) {
     let (signals, processes) = (signal_lines(view, now_ns), process_lines(view, now_ns));
     let rows = |lines: &[Line]| lines.len() as u16 + FRAME;
     let left = frame.area().height.saturating_sub(1 + rows(&signals) + rows(&processes));
     // Two events at least, should there be room; then the strips; then more events.
-    let events = (left / 3).clamp(2.min(left.saturating_sub(FRAME)), super::EVENTS as u16) + FRAME;
+    let events = (left / 3).clamp(2.min(left.saturating_sub(FRAME)), EVENTS as u16) + FRAME;
     let [head, signal_area, process_area, event_area, strips] = Layout::vertical([
         Constraint::Length(1),
         Constraint::Length(rows(&signals)),
@@ -55,7 +55,7 @@ fn is_running(view: &View, now_ns: u64) -> bool {
 
 fn head_line(view: &View, now_ns: u64) -> Line<'static> {
     let applied = &view.newest.2;
-    let state = guard_state(applied);
+    let state = view.state();
     let (text, color) = match state {
         _ if applied.stamp_ns == 0 => ("NOT RUNNING".to_owned(), Color::DarkGray),
         _ if !is_running(view, now_ns) => {
@@ -150,13 +150,14 @@ fn rotor_lines(sensors: &Sensors, rotor: usize, beside: String) -> Vec<Line<'sta
 fn signal_lines(view: &View, now_ns: u64) -> Vec<Line<'static>> {
     let (sensors, command, applied) = &view.newest;
     let estimate = &command.estimate;
-    let is_flown = command.sequence > 0;
-    let flown = |text: String| if is_flown { Span::raw(text) } else { Span::raw("no controller yet").dim() };
+    let is_controlled = command.sequence > 0;
+    let controlled =
+        |text: String| if is_controlled { Span::raw(text) } else { Span::raw("no controller yet").dim() };
     let angle = format!("angle {:+.4} rad (wanted {:+.4})", estimate.body_angle, estimate.reference_angle);
     let disturbance = format!("disturbance {:+.4} N m", estimate.disturbance_torque);
-    let mut lines = single_lines(sensors, [flown(angle), flown(disturbance)]);
+    let mut lines = single_lines(sensors, [controlled(angle), controlled(disturbance)]);
     for (rotor, (wanted, applied)) in command.rotor.iter().zip(applied.rotor).enumerate() {
-        let wanted = if is_flown { format!("wanted {wanted:.4}  ") } else { String::new() };
+        let wanted = if is_controlled { format!("wanted {wanted:.4}  ") } else { String::new() };
         lines.extend(rotor_lines(sensors, rotor, format!("{wanted}applied {applied:.4}")));
     }
     if view.bus.sequence > 0 {
@@ -227,7 +228,7 @@ fn process_lines(view: &View, now_ns: u64) -> Vec<Line<'static>> {
 
 fn event_lines(view: &View, now_ns: u64) -> Vec<Line<'static>> {
     let line = |event: &crate::signal::GuardEvent| {
-        let (age, sentence) = (age_s(now_ns, event.stamp_ns), report::guard::event(event));
+        let (age, sentence) = (age_s(now_ns, event.stamp_ns), super::guard::event(event));
         Line::raw(format!("{age:8.1} s ago  {sentence}"))
     };
     view.said.iter().map(line).collect()
@@ -247,7 +248,7 @@ fn draw_strips(strips: &[VecDeque<f64>; 3], frame: &mut Frame, area: Rect) {
         let high = shown.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let span = (high - low).max(1e-6);
         let data: Vec<u64> = shown.iter().map(|value| ((value - low) / span * 1000.0) as u64 + 1).collect();
-        let seconds = shown.len() as f64 * super::PICTURE_PERIOD_MS as f64 * 1e-3;
+        let seconds = shown.len() as f64 * LOOK_PERIOD_MS as f64 * 1e-3;
         let title = match shown.last() {
             None => title.to_owned(),
             Some(now) => format!("{title} {now:+.3}, {low:+.3} to {high:+.3} in {seconds:.0} s"),

@@ -8,7 +8,8 @@ use crate::control::thresholds::THRESHOLDS;
 use crate::report::{Axis, Mark, Page, Plot, Series, Table, number};
 
 /// The design as tables, for terminal and report alike.
-pub(super) fn tables(design: &Design) -> Vec<Table> {
+#[must_use]
+pub fn tables(design: &Design) -> Vec<Table> {
     let mut tables = Vec::new();
     if let Some(emc) = &design.emc {
         let caption = format!(
@@ -70,7 +71,9 @@ fn margin_table(design: &Design, margins: &Margins) -> Table {
     })
 }
 
-pub(super) fn page(design: &Design, closed: Option<&DiscreteLoop>) -> Page {
+/// The report.
+#[must_use]
+pub fn page(design: &Design, closed: Option<&DiscreteLoop>) -> Page {
     let mut page = Page::new(format!("Controller design for `{}`", design.model));
     match (&design.refusal, &design.margins) {
         (Some(refusal), _) => page.verdict(Mark::Bad, format!("Refused: {refusal}.")),

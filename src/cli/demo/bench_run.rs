@@ -1,4 +1,4 @@
-//! One flight of the demo: the emulator in a process of its own, the controller here, shared memory between them.
+//! One run of the demo: the emulator in a process of its own, the controller here, shared memory between them.
 
 use std::fs;
 use std::path::Path;
@@ -25,17 +25,17 @@ use crate::session::{self, Job, OpenConfig};
 use crate::shm::{APPLIED, Bench, CONTROL_STEPS, Role};
 use crate::signal::{ControlStep, GuardEvent};
 
-/// [s] that the guard holds a command in the flights that are tried until one comes to its end: as everywhere in the
+/// [s] that the guard holds a command in the runs that are tried until one comes to its end: as everywhere in the
 /// first. Where the machine stands still for longer, it waits longer in the next: only emulated rotors turn, and a demo
 /// that asks for a quiet machine shows nothing on a shared one.
 const HOLDS_S: [f64; 3] = [0.1, 0.3, 0.5];
-/// [s] that the bench flies, each time.
-const FLIGHT_S: f64 = 19.0;
-/// [s] that the emulator outlives the flight: the guard must be seen to stop the rotors.
+/// [s] that the bench runs, each time.
+const RUN_S: f64 = 19.0;
+/// [s] that the emulator outlives the run: the guard must be seen to stop the rotors.
 const AFTER_S: f64 = 1.0;
 
-/// One flight.
-pub struct Flown {
+/// One run.
+pub struct DemoRun {
     /// What the controller's process says at its end.
     pub summary: ControlSummary,
     /// Every step of the controller.
@@ -55,7 +55,7 @@ impl EmulatorProcess {
     fn start(config: &BenchConfig, out: &Path) -> Result<Self, CliError> {
         let file = out.join("emulator.toml");
         write_atomically(&file, toml::to_string(config)?.as_bytes()).map_err(|error| at(&file, &error))?;
-        let seconds = FLIGHT_S + AFTER_S;
+        let seconds = RUN_S + AFTER_S;
         let program = std::env::current_exe()?;
         let child = Program::new(program)
             .args(["emulate", "--shm", "--arm", "--json", "--seconds", &seconds.to_string(), "--config"])
@@ -86,13 +86,13 @@ impl Drop for EmulatorProcess {
 }
 
 /// The loop in real time: emulator in a process of its own, EMC here, shared memory between them.
-fn fly(
+fn run_once(
     bench: &BenchConfig,
     emulator: &BenchConfig,
     out: &Path,
     name: &str,
     shutdown: &Shutdown,
-) -> Result<Flown, CliError> {
+) -> Result<DemoRun, CliError> {
     let source = controller_plant::command_source(bench)?;
     let recording = out.join(name).with_extension("mcap");
     if recording.exists() {
@@ -103,7 +103,7 @@ fn fly(
     let ended = Shutdown::default();
     let summary = std::thread::scope(|scope| {
         scope.spawn(|| watch(bench, &ended));
-        let summary = control::control(bench, source, Some(FLIGHT_S), shutdown);
+        let summary = control::control(bench, source, Some(RUN_S), shutdown);
         ended.request();
         summary
     })?;
@@ -113,7 +113,7 @@ fn fly(
     let log = opened.log;
     csv::write(&log, &out.join(name).with_extension("csv"))?;
     let (steps, events) = steps_and_events(&recording)?;
-    Ok(Flown { summary, steps, events, log, hold_s: bench.guard.hold_s })
+    Ok(DemoRun { summary, steps, events, log, hold_s: bench.guard.hold_s })
 }
 
 /// The live line.
@@ -127,13 +127,13 @@ fn watch(bench: &BenchConfig, ended: &Shutdown) {
     let start_ns = clock::monotonic_ns();
     while !ended.is_requested() {
         std::thread::sleep(Duration::from_millis(50));
-        let flown_s = clock::span_s(clock::monotonic_ns().saturating_sub(start_ns));
+        let now_s = clock::span_s(clock::monotonic_ns().saturating_sub(start_ns));
         if let (Some(ControlStep { command, .. }), Some(applied)) = (steps.newest(), applied.newest()) {
             let estimate = &command.estimate;
             progress.line(|| {
                 format!(
-                    "{} {flown_s:4.1} s  angle {:+.3} rad (wanted {:+.3})  disturbance {:+.3} N m  u {:.3} {:.3}",
-                    progress::bar(flown_s / FLIGHT_S, 24),
+                    "{} {now_s:4.1} s  angle {:+.3} rad (wanted {:+.3})  disturbance {:+.3} N m  u {:.3} {:.3}",
+                    progress::bar(now_s / RUN_S, 24),
                     estimate.body_angle,
                     estimate.reference_angle,
                     estimate.disturbance_torque,
@@ -159,8 +159,8 @@ fn steps_and_events(recording: &Path) -> Result<(Vec<ControlStep>, Vec<GuardEven
 }
 
 /// [s] from the controller's first step.
-fn after_s(event: &GuardEvent, flown: &Flown) -> f64 {
-    let begun_ns = flown.steps.first().map_or(0, |step| step.command.stamp_ns);
+fn after_s(event: &GuardEvent, run: &DemoRun) -> f64 {
+    let begun_ns = run.steps.first().map_or(0, |step| step.command.stamp_ns);
     (i128::from(event.stamp_ns) - i128::from(begun_ns)) as f64 * 1e-9
 }
 
@@ -174,7 +174,7 @@ const LATE_CAUSES: [Cause; 7] = [
     Cause::SignalStale,
     Cause::GuardPaused,
 ];
-/// What an undisturbed flight gives.
+/// What an undisturbed run gives.
 const ORDINARY_CAUSES: [Cause; 6] = [
     Cause::None,
     Cause::OperatorArm,
@@ -188,77 +188,75 @@ const ORDINARY_CAUSES: [Cause; 6] = [
 /// found: a value that is wrong, or a controller that swings, is reported as what it is. `events` with their times [s].
 fn was_held_up(events: &[(f64, GuardEvent)], end_s: f64) -> bool {
     let is_open = |code| State::from_code(code).is_some_and(State::is_active);
-    let flown = || events.iter().filter(|(at_s, _)| *at_s < end_s);
+    let during = || events.iter().filter(|(at_s, _)| *at_s < end_s);
     let opens_s = events.iter().find(|(_, it)| !is_open(it.from) && is_open(it.to)).map(|(at_s, _)| *at_s);
-    let closes = flown().any(|(_, it)| is_open(it.from) && !is_open(it.to));
+    let closes = during().any(|(_, it)| is_open(it.from) && !is_open(it.to));
     let is_known = |cause| LATE_CAUSES.contains(&cause) || ORDINARY_CAUSES.contains(&cause);
-    let only_late = flown().all(|(_, it)| Cause::from_code(it.cause).is_some_and(is_known));
+    let only_late = during().all(|(_, it)| Cause::from_code(it.cause).is_some_and(is_known));
     only_late && (closes || opens_s.is_none_or(|opens_s| opens_s > THRESHOLDS.open_at_latest_s))
 }
 
-/// [of the flight] in which the guard was degraded: some of the commands were held.
-pub fn degraded(flown: &Flown) -> f64 {
+/// [of the run] in which the guard was degraded: some of the commands were held.
+pub fn degraded(run: &DemoRun) -> f64 {
     let is_degraded = |code| State::from_code(code) == Some(State::Degraded);
     let mut since_s = None;
     let mut sum_s = 0.0;
-    for event in &flown.events {
-        let now_s = after_s(event, flown);
+    for event in &run.events {
+        let now_s = after_s(event, run);
         if let Some(since_s) = since_s.take() {
             sum_s += now_s - since_s;
         }
         since_s = is_degraded(event.to).then_some(now_s);
     }
-    sum_s / FLIGHT_S
+    sum_s / RUN_S
 }
 
-/// How the attempts at a flight ended.
-pub enum Flight {
+/// How the attempts at a run ended.
+pub enum Attempts {
     /// The guard let one come to its end.
-    Whole(Box<Flown>),
+    Whole(Box<DemoRun>),
     /// It ended each before its time, because the machine stood still.
     HeldUp,
     /// The user did not want to wait.
     Interrupted,
 }
 
-/// Flies until the guard lets a flight come to its end, a few times at most, and without less patience than `least_hold_s`. What the guard said is printed.
-pub fn fly_whole(
+/// Runs until the guard lets a run come to its end, a few times at most, and without less patience than `least_hold_s`. What the
+/// guard said is printed.
+pub fn run_whole(
     bench: &BenchConfig,
     emulator: &BenchConfig,
     out: &Path,
     (name, least_hold_s): (&str, f64),
     user: &Shutdown,
-) -> Result<Flight, CliError> {
+) -> Result<Attempts, CliError> {
     let (mut bench, mut emulator) = (bench.clone(), emulator.clone());
     for hold_s in HOLDS_S.into_iter().filter(|hold_s| *hold_s >= least_hold_s) {
         bench.guard.hold_s = hold_s;
         emulator.guard.hold_s = hold_s;
-        // A controller that has ended asks for everybody's end: each flight has its own.
-        let flown = fly(&bench, &emulator, out, name, &Shutdown::listen()?);
+        // A controller that has ended asks for everybody's end: each run has its own.
+        let ended = run_once(&bench, &emulator, out, name, &Shutdown::listen()?);
         if user.is_interrupted() {
-            return Ok(Flight::Interrupted);
+            return Ok(Attempts::Interrupted);
         }
-        let flown = flown?;
-        guard_lines(&flown, &bench).iter().for_each(|line| println!("{line}"));
-        let timed: Vec<_> = flown.events.iter().map(|event| (after_s(event, &flown), *event)).collect();
-        if !was_held_up(&timed, FLIGHT_S - bench.period_s) {
-            return Ok(Flight::Whole(Box::new(flown)));
+        let run = ended?;
+        guard_lines(&run, &bench).iter().for_each(|line| println!("{line}"));
+        let timed: Vec<_> = run.events.iter().map(|event| (after_s(event, &run), *event)).collect();
+        if !was_held_up(&timed, RUN_S - bench.period_s) {
+            return Ok(Attempts::Whole(Box::new(run)));
         }
-        println!(
-            "the machine stood still for longer than the guard holds a command, {hold_s} s: it ended the flight"
-        );
+        println!("{}", report::demo::stood_still(hold_s));
     }
-    Ok(Flight::HeldUp)
+    Ok(Attempts::HeldUp)
 }
 
 /// What the guard said, and when after the first step of the controller [s].
-pub fn guard_lines(flown: &Flown, bench: &BenchConfig) -> Vec<String> {
+pub fn guard_lines(run: &DemoRun, bench: &BenchConfig) -> Vec<String> {
     let line = |event: &GuardEvent| {
-        let after_s = after_s(event, flown);
-        let ended = if after_s > FLIGHT_S - bench.period_s { " (the controller has ended)" } else { "" };
-        format!("{after_s:6.2} s  guard: {}{ended}", report::guard::event(event))
+        let after_s = after_s(event, run);
+        report::demo::guard_line(after_s, event, after_s > RUN_S - bench.period_s)
     };
-    flown.events.iter().map(line).collect()
+    run.events.iter().map(line).collect()
 }
 
 #[cfg(test)]
@@ -271,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn only_a_flight_that_lateness_ended_is_flown_again() {
+    fn only_a_run_that_lateness_ended_is_run_again() {
         let armed = (0.2, State::Disarmed, State::Armed, Cause::ChecksPassed);
         let late = (5.0, State::Armed, State::Degraded, Cause::CommandMissing);
         let held_up =

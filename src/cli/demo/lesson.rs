@@ -1,0 +1,68 @@
+//! What the demo learns from its own recording: where the model fails, which effect is missing, how far the error
+//! falls with it.
+
+use super::DemoRun;
+use crate::cli::CliError;
+use crate::diagnose::{DiagnoseConfig, Diagnosis, Extension, Verdict};
+use crate::log::Dataset;
+use crate::model::Model;
+use crate::session::{self, Job};
+
+/// [s] after arming: from here on nobody strikes the body, and the angle is moved.
+const QUIET_FROM_S: f64 = 6.0;
+/// [s] after arming: what is learned from ends, what it is tested on begins.
+const LEARN_TO_S: f64 = 12.0;
+/// [s] after arming: the end of the moves.
+const TEST_TO_S: f64 = 18.0;
+
+/// What was learned.
+pub(super) struct Lesson {
+    pub diagnosis: Diagnosis,
+    pub extension: Option<Extension>,
+}
+
+/// Asks what the paper's model is missing. Only the log is looked at.
+pub(super) fn learn(log: &Dataset, job: &Job) -> Result<Lesson, CliError> {
+    let model = Model::paper();
+    let armed = armed_at(log).ok_or_else(|| CliError::new("the demo's guard was never open"))?;
+    let train = [part(log, armed + QUIET_FROM_S, armed + LEARN_TO_S)];
+    let validate = [part(log, armed + LEARN_TO_S, armed + TEST_TO_S)];
+    let config = DiagnoseConfig::default();
+    let diagnosis = session::diagnose(&model, &train, &validate, &config, job)?;
+    let extension = match diagnosis.verdict {
+        Verdict::MissingEffect => {
+            let logs = (&train[..], &validate[..]);
+            Some(session::extend(&model, &diagnosis.effects, logs, &config, job)?.extension)
+        }
+        _ => None,
+    };
+    Ok(Lesson { diagnosis, extension })
+}
+
+/// [s] when a rotor was first commanded.
+fn armed_at(log: &Dataset) -> Option<f64> {
+    let commands = log.column("command_1")?;
+    let row = commands.iter().position(|command| *command > 0.0)?;
+    log.time().get(row).copied()
+}
+
+fn part(log: &Dataset, from: f64, to: f64) -> Dataset {
+    let row = |at: f64| log.time().partition_point(|time| *time < at);
+    log.slice(row(from)..row(to))
+}
+
+/// [rad] rms of measured angle minus reference while the angle is moved.
+pub(super) fn tracking_error(run: &DemoRun) -> f64 {
+    let armed = run.steps.iter().position(|step| step.applied.command_sequence > 0).unwrap_or(0);
+    let begun_ns = run.steps.get(armed).map_or(0, |step| step.command.stamp_ns);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for step in &run.steps {
+        let time = crate::clock::span_s(step.command.stamp_ns.saturating_sub(begun_ns));
+        if (QUIET_FROM_S..TEST_TO_S).contains(&time) {
+            let error = step.sensors.body_angle.value - step.command.estimate.reference_angle;
+            sum += error * error;
+            count += 1.0;
+        }
+    }
+    f64::sqrt(sum / f64::max(count, 1.0))
+}

@@ -1,0 +1,30 @@
+//! What `export` says.
+
+use std::path::Path;
+
+use crate::log::export::ExportSummary;
+use crate::recording::End;
+
+/// How much was written of `what`, "rows" or "frames", and what is missing of it.
+#[must_use]
+pub fn text(summary: &ExportSummary, what: &str, output: &Path) -> String {
+    let mut lines = vec![format!("{} {what} → {}", summary.written, output.display())];
+    if summary.written == 0 && what == "frames" {
+        lines.push("warning: the recording holds no raw frames: it was not made on a bus".to_owned());
+    }
+    if summary.lost > 0 {
+        let lost = summary.lost;
+        lines.push(format!(
+            "warning: the recorder lost {lost} records: it or its disk was too slow, or the disk full"
+        ));
+    }
+    if summary.out_of_order > 0 {
+        lines.push(format!("warning: {} periods out of order, left out", summary.out_of_order));
+    }
+    if let End::CutOff { byte, reason } = &summary.end {
+        lines.push(format!(
+            "warning: the recording is cut off at byte {byte}: {reason}; everything before it is here"
+        ));
+    }
+    lines.join("\n") + "\n"
+}

@@ -1,0 +1,148 @@
+//! What the processes of a bench say at their end.
+
+use std::fmt::Write;
+
+use crate::clock::span_s;
+use crate::emulate::{BodySummary, BusSummary};
+use crate::recording::RecorderSummary;
+use crate::rt::{Percentiles, Summary};
+use crate::runtime::bus_io::BusIoSummary;
+use crate::runtime::control_output::AngleError;
+use crate::runtime::lockstep::run::LockstepSummary;
+use crate::runtime::run::{EventLine, RunSummary};
+
+/// How well the angle was held, on one line.
+#[must_use]
+pub fn angle(angle: &AngleError) -> String {
+    if angle.count == 0 {
+        return "angle error: the guard was never open".to_owned();
+    }
+    format!(
+        "angle error: rms {:.4} rad, greatest {:.4} rad, last {:+.4} rad ({}, {} periods)",
+        angle.rms,
+        angle.greatest,
+        angle.last,
+        if angle.measured { "measured" } else { "estimated from the gyro" },
+        angle.count,
+    )
+}
+
+/// Timing of a cycle, one line each.
+#[must_use]
+pub fn timing(timing: &Summary) -> String {
+    let Summary { slots, run, skipped, overruns, longest_overrun, .. } = timing;
+    let mut text = format!(
+        "slots {slots} = run {run} + skipped {skipped}; overruns {overruns}, at most {longest_overrun} in a row\n"
+    );
+    let _ =
+        writeln!(text, "{:24}{:>10}{:>10}{:>10}{:>10}{:>10}", "[µs]", "p50", "p99", "p99.9", "p99.99", "max");
+    let lines = [
+        ("release lateness", &timing.lateness),
+        ("execution", &timing.execution),
+        ("command out, after due", &timing.response),
+        ("sensor age", &timing.sensor_age),
+        ("sensor to command", &timing.sensor_to_command),
+    ];
+    for (name, Percentiles { p50_us, p99_us, p99_9_us, p99_99_us, max_us, .. }) in lines {
+        let _ =
+            writeln!(text, "{name:24}{p50_us:10.1}{p99_us:10.1}{p99_9_us:10.1}{p99_99_us:10.1}{max_us:10.1}");
+    }
+    text
+}
+
+/// What the bus did, and what was refused of it by cause.
+#[must_use]
+pub fn bus(bus: &BusIoSummary) -> String {
+    let (port, decoded) = (&bus.port, &bus.decoded);
+    let mut text = format!(
+        "frames received {}, lost {}, sent {}, seen on the bus {}, refused by the interface {}, error frames {}\n",
+        port.received,
+        port.dropped,
+        port.sent,
+        port.echoed,
+        port.full + port.down + port.failed,
+        port.errors,
+    );
+    let refused: Vec<String> = decoded
+        .refused()
+        .iter()
+        .filter(|(_, count)| *count > 0)
+        .map(|(refusal, count)| format!("{count} {refusal}"))
+        .collect();
+    if !refused.is_empty() {
+        let _ = writeln!(text, "not taken: {}", refused.join(", "));
+    }
+    text
+}
+
+/// What a run on virtual time ended with.
+#[must_use]
+pub fn lockstep(summary: &LockstepSummary) -> String {
+    let LockstepSummary { slots, answered, duration_s, wall_s, state, cause, digest, .. } = summary;
+    format!(
+        "{duration_s:.1} s of virtual time in {wall_s:.3} s; {slots} slots, {answered} answered\n{}\nguard: {state} ({cause})\n\
+         {}digest of all outputs: {digest}",
+        angle(&summary.angle),
+        guard_events(&summary.guard_events)
+    )
+}
+
+/// What bridge and control in one process ended with.
+#[must_use]
+pub fn run(summary: &RunSummary) -> String {
+    let earlier = match summary.guard_events_lost {
+        0 => String::new(),
+        lost => format!("  ({lost} earlier events are not shown: a recording holds them)\n"),
+    };
+    format!(
+        "{}\nguard: {}\n{earlier}{}{}{}",
+        angle(&summary.angle),
+        summary.state,
+        guard_events(&summary.guard_events),
+        bus(&summary.bus),
+        timing(&summary.timing)
+    )
+}
+
+/// What the guard did, one line each.
+fn guard_events(events: &[EventLine]) -> String {
+    let line = |event: &EventLine| {
+        format!("  {:9.3} s  {} -> {}: {}\n", event.time_s, event.from, event.to, event.cause)
+    };
+    events.iter().map(line).collect()
+}
+
+/// How an emulated body moved.
+#[must_use]
+pub fn body(body: &BodySummary) -> String {
+    format!(
+        "ran {:.1} s; true angle while the rotors turned: rms {:.4} rad, greatest {:.4} rad; battery {:.2} V",
+        body.duration_s, body.angle_rms_rad, body.angle_peak_rad, body.battery_voltage_v
+    )
+}
+
+/// What an emulated bench on a bus ended with.
+#[must_use]
+pub fn emulated_on_bus(summary: &BusSummary) -> String {
+    format!(
+        "{}\nframes sent {}, not sent {}\ncommand frames received {}, accepted {}",
+        body(&summary.body),
+        summary.sent,
+        summary.not_sent,
+        summary.commands.frames,
+        summary.commands.accepted
+    )
+}
+
+/// What a recording amounted to.
+#[must_use]
+pub fn recorder(summary: RecorderSummary) -> String {
+    let mut words = format!("{} records", summary.written);
+    if summary.dropped > 0 {
+        words += &format!(", {} LOST", summary.dropped);
+    }
+    if summary.disk_full_ns > 0 {
+        words += &format!(", disk full for {:.1} s", span_s(summary.disk_full_ns));
+    }
+    words
+}
