@@ -25,8 +25,9 @@ const TABLE: &[(&str, &[&str])] = &[
     // Mathematics without rotors and without logs.
     ("estimation", &["cancel", "unit"]),
     ("can", &["unit", "clock", "signal"]),
-    ("shm", &["clock", "signal"]),
     ("rt", &["cancel", "clock", "signal"]),
+    // Whose memory may be taken away, which `rt` survives.
+    ("shm", &["clock", "signal", "rt"]),
     ("control", &["unit", "clock", "signal"]),
     ("guard", &["unit", "clock", "signal"]),
     ("experiment", &["unit", "clock", "signal", "control", "guard"]),

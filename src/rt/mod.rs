@@ -1,6 +1,7 @@
 //! Real-time thread set-up, the periodic cycle, its statistics.
 
 mod cycle;
+mod fault;
 mod log;
 mod machine;
 mod shutdown;
@@ -10,9 +11,10 @@ mod usage;
 mod wait;
 
 pub use cycle::{Cycle, Release};
+pub use fault::{memory_is_lost, survive_lost_memory};
 pub use log::{LogLine, LogQueue, LogWriter, Severity};
 pub use machine::Machine;
-pub use shutdown::{Shutdown, cancel_on_signals};
+pub use shutdown::{Shutdown, cancel_on_signals, tell_limits_of_files_as_errors};
 pub use statistics::{Percentiles, Statistics, Summary, histogram, record};
 pub use thread::{Granted, RealTimeConfig, RealTimeError};
 pub use usage::Usage;

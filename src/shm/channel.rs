@@ -13,8 +13,10 @@ use iceoryx2::port::writer::{EntryHandleMut, Writer};
 use iceoryx2::prelude::{ServiceName, ZeroCopySend, ipc_threadsafe};
 
 use super::claim::Claim;
+use super::kept::Kept;
 use super::topic::{Payload, Role, Topic};
 use super::{Place, ShmError};
+use crate::rt;
 
 type Service = ipc_threadsafe::Service;
 
@@ -42,9 +44,9 @@ unsafe impl<T: ZeroCopySend> ZeroCopySend for Slot<T> {
 /// The one writer of a topic. [`Publisher::send`] neither allocates nor waits.
 pub struct Publisher<T: Payload> {
     newest: u64,
-    head: EntryHandleMut<Service, u32, u64>,
-    slots: Vec<EntryHandleMut<Service, u32, Slot<T>>>,
-    _writer: Writer<Service, u32>,
+    head: Kept<EntryHandleMut<Service, u32, u64>>,
+    slots: Kept<Vec<EntryHandleMut<Service, u32, Slot<T>>>>,
+    _writer: Kept<Writer<Service, u32>>,
     _claim: Claim,
 }
 
@@ -82,11 +84,15 @@ impl<T: Payload> Publisher<T> {
             .collect::<Result<Vec<_>, _>>()?;
         place.set_access()?;
         claim.announce()?;
+        let (head, slots, writer) = (Kept::new(head), Kept::new(slots), Kept::new(writer));
         Ok(Self { newest: 0, head, slots, _writer: writer, _claim: claim })
     }
 
     /// Publishes `value`.
     pub fn send(&mut self, value: &T) {
+        if rt::memory_is_lost() {
+            return;
+        }
         let at = (self.newest % self.slots.len() as u64) as usize;
         self.newest += 1;
         if let Some(slot) = self.slots.get(at) {
@@ -98,9 +104,9 @@ impl<T: Payload> Publisher<T> {
 
 /// One incarnation of a topic, as a reader holds it.
 pub(super) struct Incarnation<T: Payload> {
-    head: EntryHandle<Service, u32, u64>,
-    slots: Vec<EntryHandle<Service, u32, Slot<T>>>,
-    _reader: Reader<Service, u32>,
+    head: Kept<EntryHandle<Service, u32, u64>>,
+    slots: Kept<Vec<EntryHandle<Service, u32, Slot<T>>>>,
+    _reader: Kept<Reader<Service, u32>>,
 }
 
 impl<T: Payload> Incarnation<T> {
@@ -117,17 +123,22 @@ impl<T: Payload> Incarnation<T> {
         let slots = (0..topic.depth())
             .map(|key| reader.entry(&key).map_err(|error| failed(error.to_string())))
             .collect::<Result<Vec<_>, _>>()?;
-        Ok(Self { head, slots, _reader: reader })
+        Ok(Self { head: Kept::new(head), slots: Kept::new(slots), _reader: Kept::new(reader) })
     }
 
     fn newest(&self) -> u64 {
-        *self.head.get()
+        if rt::memory_is_lost() { 0 } else { *self.head.get() }
     }
 
-    /// The slot where value `number` belongs; it may hold an older or a newer one.
+    /// The slot where value `number` belongs; it may hold an older or a newer one. An empty one where the memory was taken
+    /// away, be it by this very look.
     fn slot(&self, number: u64) -> Slot<T> {
+        if rt::memory_is_lost() {
+            return Slot::default();
+        }
         let at = (number.wrapping_sub(1) % self.slots.len() as u64) as usize;
-        self.slots.get(at).map_or_else(Slot::default, |entry| *entry.get())
+        let slot = self.slots.get(at).map_or_else(Slot::default, |entry| *entry.get());
+        if rt::memory_is_lost() { Slot::default() } else { slot }
     }
 }
 
@@ -180,6 +191,9 @@ impl<T: Payload> Subscriber<T> {
             return None;
         }
         let slot = incarnation.slot(newest);
+        if slot.number < self.next {
+            return None;
+        }
         self.next = slot.number + 1;
         Some(slot.value)
     }

@@ -19,6 +19,7 @@
 mod bell;
 mod channel;
 mod claim;
+mod kept;
 mod leftover;
 mod place;
 pub mod thresholds;
@@ -103,7 +104,7 @@ pub struct Bench {
     role: Role,
     // Before the node, so that its thread has ended when the node goes.
     watch_thread: watch_thread::WatchThread,
-    node: Arc<Node<ipc_threadsafe::Service>>,
+    node: kept::Kept<Arc<Node<ipc_threadsafe::Service>>>,
 }
 
 impl std::fmt::Debug for Bench {
@@ -125,6 +126,8 @@ impl Bench {
         // Its messages are formatted where they happen; in a cycle that would allocate. Errors come back as values.
         set_log_level(LogLevel::Fatal);
         let place = Place::open(bench, config)?;
+        crate::rt::survive_lost_memory()
+            .map_err(|error| ShmError::Place { path: place.directory().to_owned(), error })?;
         let node = NodeBuilder::new()
             .config(&place.iceoryx()?)
             .signal_handling_mode(SignalHandlingMode::Disabled)
@@ -133,7 +136,7 @@ impl Bench {
         place.set_access()?;
         let node = Arc::new(node);
         let watch_thread = watch_thread::WatchThread::start(Arc::clone(&node), place.clone())?;
-        Ok(Self { place, role, watch_thread, node })
+        Ok(Self { place, role, watch_thread, node: kept::Kept::new(node) })
     }
 
     /// Where the bench lives.

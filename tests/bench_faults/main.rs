@@ -107,6 +107,8 @@ fn every_way_to_end_the_emulator_ends_in_the_safe_command() {
         (libc::SIGTERM, "SIGTERM"),
         (libc::SIGHUP, "closed terminal"),
         (libc::SIGTSTP, "Ctrl-Z"),
+        (libc::SIGUSR1, "SIGUSR1"),
+        (libc::SIGBUS, "SIGBUS of another process"),
     ] {
         up_to_six_times(|| {
             let (bench, mut emulator, _control, mut watcher) = flying("end");
@@ -118,6 +120,61 @@ fn every_way_to_end_the_emulator_ends_in_the_safe_command() {
             assert_eq!(Cause::from_code(safe.cause), Some(Cause::Shutdown));
         });
     }
+}
+
+/// Every signal that would end or suspend a process, at its default, ends this one as Ctrl-C does. (That this is the ramp, the
+/// test before holds; here nothing flies, so that all of them are asked.)
+#[test]
+fn every_signal_that_can_be_caught_ends_the_emulator_by_itself() {
+    let harmless = [libc::SIGCHLD, libc::SIGCONT, libc::SIGURG, libc::SIGWINCH, libc::SIGTTIN, libc::SIGTTOU];
+    let real_time = [libc::SIGRTMIN(), libc::SIGRTMIN() + 7, libc::SIGRTMAX()];
+    let ends = (1..32)
+        .filter(|signal| ![libc::SIGKILL, libc::SIGSTOP].contains(signal) && !harmless.contains(signal))
+        .chain(real_time);
+    let ended = |signal: libc::c_int| {
+        let bench = TestBench::new("signal", |_| {});
+        let mut emulator = bench.start(&["emulate", "--shm", "--json"]);
+        bench.watch().until("a guard", |it| it.sequence > 2);
+        for harmless in harmless {
+            emulator.signal(harmless);
+        }
+        std::thread::sleep(Duration::from_millis(50));
+        assert!(emulator.is_running(), "not by a signal that means something else:\n{}", emulator.log());
+        emulator.signal(signal);
+        let status = emulator.wait();
+        assert_eq!(status.code(), Some(0), "signal {signal}: {status:?}\n{}", emulator.log());
+        let log = emulator.log();
+        assert!(log.contains("emulate ends: ") && !log.contains("emulate ends: done"), "{signal}:\n{log}");
+    };
+    let ends: Vec<_> = ends.collect();
+    assert!(ends.len() >= 25, "{ends:?}");
+    ends.into_iter().for_each(ended);
+}
+
+/// Somebody makes the files of the shared memory shorter while it flies: the guard's process and the controller's end by
+/// themselves, in the ramp.
+#[test]
+fn memory_that_is_taken_away_in_flight_ends_in_the_ramp() {
+    up_to_six_times(|| {
+        let bench = TestBench::new("taken", |_| {});
+        let mut emulator = bench.start(&["emulate", "--shm", "--json"]);
+        let mut control = bench.start(&["control"]);
+        let mut watcher = bench.watch();
+        bench.fly(&mut watcher);
+        // This process must not look at that memory any more.
+        drop(watcher);
+        bench.truncate_memory();
+        for process in [&mut emulator, &mut control] {
+            let status = process.wait();
+            assert_eq!(status.code(), Some(0), "{status:?}\n{}", process.log());
+            assert!(process.log().contains("shared memory was made shorter"), "{}", process.log());
+        }
+        let summary: serde_json::Value = serde_json::from_str(&emulator.output()).expect("JSON");
+        assert_eq!(summary["state"], "failsafe latched", "{summary:#}");
+        if summary["cause"] != "the process is ending" {
+            late(format!("another cause was first: {}", summary["cause"]));
+        }
+    });
 }
 
 /// Somebody's `arm` waits for its checks, somebody's `stop` was suspended: the next `stop` must get through.

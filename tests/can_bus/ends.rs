@@ -11,7 +11,7 @@ use rotorbench::signal::Applied;
 
 use crate::bus::{Bus, ip, receive};
 use crate::faults::{Hardware, bench, flying, safe_on_the_bus};
-use crate::processes::{TestBench, late, up_to_six_times};
+use crate::processes::{Patience, TestBench, late, up_to_six_times};
 
 /// Commands of all frames that arrived, in order.
 fn commands(bench: &TestBench, arrivals: &[Arrival]) -> Vec<[f64; 2]> {
@@ -110,3 +110,61 @@ fn an_interface_that_is_deleted_and_made_again_is_joined_again() {
         drop(hardware);
     });
 }
+
+/// Somebody of the bench's group makes the files of its shared memory shorter: the bridge is told by a SIGBUS, and ends in
+/// frames that say zero.
+#[test]
+fn memory_that_is_taken_away_ends_the_bridge_in_frames_that_say_zero() {
+    up_to_six_times(|| {
+        let bus = Bus::new();
+        let bench = bench("taken", &bus);
+        let _hardware = Hardware::start(&bench);
+        let (mut bridge, _control, watcher) = flying(&bench);
+        // This process must not look at that memory any more.
+        drop(watcher);
+        let mut port = bus.port();
+        let at_ns = clock::monotonic_ns();
+        bench.truncate_memory();
+        let safe_ns = safe_on_the_bus(&bench, &mut port, at_ns);
+        bench.judge("shared memory made shorter", at_ns, safe_ns);
+        assert!(bridge.wait().success(), "{}", bridge.log());
+        assert!(bridge.log().contains("shared memory was made shorter"), "{}", bridge.log());
+    });
+}
+
+/// `ulimit -f`: the recording has reached its limit, which is told, and nothing else ends. `run` records on a thread of its
+/// own, and a signal is a process's.
+#[test]
+fn a_limit_on_the_recording_is_not_felt_in_flight() {
+    up_to_six_times(|| {
+        let bus = Bus::new();
+        let bench = bench("limit", &bus);
+        let _hardware = Hardware::start(&bench);
+        let mut watcher = bench.watch();
+        let path = bench.file.with_file_name("limited.mcap");
+        let mut run = bench.start_limited(LIMIT, &["run", "--record", path.to_str().expect("UTF-8")]);
+        bench.fly(&mut watcher);
+        let mut patience = Patience::seconds(60);
+        while !run.log().contains("the recording has ended") {
+            assert!(patience.lasts() && run.is_running(), "{}", run.log());
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        }
+        // It flies on.
+        let end_ns = clock::monotonic_ns() + 1_000_000_000;
+        watcher.until("a second more", |it| it.stamp_ns > end_ns);
+        let state = State::from_code(watcher.newest.state).unwrap_or_default();
+        if !state.is_active() {
+            late(format!("it does not fly on, and is {state}: {:?}", watcher.said));
+        }
+        let mut port = bus.port();
+        let at_ns = clock::monotonic_ns();
+        run.signal(libc::SIGTERM);
+        let safe_ns = safe_on_the_bus(&bench, &mut port, at_ns);
+        bench.judge("the end of a run whose recording had ended", at_ns, safe_ns);
+        assert_eq!(run.wait().code(), Some(2), "what was asked for is not there: {}", run.log());
+        assert!(run.log().contains("error: the recording cannot be written"), "{}", run.log());
+    });
+}
+
+/// [byte] more than any file of the shared memory, and less than some seconds of a recording.
+const LIMIT: u64 = 1_433_600;

@@ -307,9 +307,13 @@ fn an_interface_that_goes_down_latches_and_carries_zeros_when_it_is_back() {
 
 #[test]
 fn every_way_to_end_the_bridge_ends_in_frames_that_say_zero() {
-    for (signal, name) in
-        [(libc::SIGINT, "Ctrl-C"), (libc::SIGTERM, "SIGTERM"), (libc::SIGHUP, "closed terminal")]
-    {
+    // All the others end a process in the same way: tests/bench_faults/.
+    for (signal, name) in [
+        (libc::SIGINT, "Ctrl-C"),
+        (libc::SIGTERM, "SIGTERM"),
+        (libc::SIGHUP, "closed terminal"),
+        (libc::SIGUSR1, "SIGUSR1"),
+    ] {
         up_to_six_times(|| {
             let bus = Bus::new();
             let bench = bench("end", &bus);

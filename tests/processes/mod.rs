@@ -55,8 +55,7 @@ impl TestBench {
             program.pre_exec(move || {
                 libc::signal(libc::SIGHUP, libc::SIG_DFL);
                 if largest != libc::RLIM_INFINITY {
-                    // Refused by an error number, as by a full disk, and not by a signal.
-                    libc::signal(libc::SIGXFSZ, libc::SIG_IGN);
+                    libc::signal(libc::SIGXFSZ, libc::SIG_DFL);
                     let limit = libc::rlimit { rlim_cur: largest, rlim_max: largest };
                     libc::setrlimit(libc::RLIMIT_FSIZE, &raw const limit);
                 }
@@ -70,6 +69,20 @@ impl TestBench {
             .spawn()
             .expect("the program starts");
         Process { child, log, name: command.join(" ") }
+    }
+
+    /// Makes every file of the bench's shared memory that is mapped into processes shorter, as somebody of the bench's group
+    /// could: to nothing. Whoever looks at it from then on gets a SIGBUS.
+    pub fn truncate_memory(&self) {
+        let place = Place::open(&self.config.name, &SharedMemoryConfig::default()).expect("a place");
+        let mut count = 0;
+        for entry in std::fs::read_dir("/dev/shm").expect("there").flatten() {
+            if entry.file_name().to_string_lossy().starts_with(place.prefix()) {
+                std::fs::OpenOptions::new().write(true).truncate(true).open(entry.path()).expect("ours");
+                count += 1;
+            }
+        }
+        assert!(count > 10, "only {count} segments");
     }
 
     /// Runs a command of the bench to its end.
