@@ -1,7 +1,7 @@
 //! The fault campaign in lockstep: each fault of the matrix, drawn from a seed, on the bench over a bus in memory.
 //!
-//! `faults table [--seed N]` prints the matrix, `faults write docs/evidence/faults.md` writes it there, `faults row NAME --seed N` shows
-//! one run, `faults check` flies thousands. Its tests hold every promise over every run, and the page's table against what its seed gives.
+//! `faults table [--seed N]` prints the matrix, which `tools/faults` writes into docs/evidence/faults.md, `faults row NAME --seed N`
+//! shows one run, `faults check` flies thousands. Its tests hold every promise over every run, and the page's table against what its seed gives.
 
 mod bench;
 mod bus;
@@ -14,7 +14,6 @@ mod table;
 mod tests;
 
 use std::error::Error;
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -28,14 +27,6 @@ enum CommandLine {
         /// First seed
         #[arg(long, default_value_t = SEED)]
         seed: u64,
-    },
-    /// Write the matrix between its two lines of a Markdown file
-    Write {
-        /// The file
-        page: PathBuf,
-        /// Instead, rows that were seen in real time, from this file, between theirs
-        #[arg(long, value_name = "FILE")]
-        real_time: Option<PathBuf>,
     },
     /// Fly every row with many more seeds, and say only what was broken
     Check {
@@ -68,15 +59,6 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
                     broken += 1;
                 }
             }
-        }
-        CommandLine::Write { page, real_time } => {
-            let text = std::fs::read_to_string(&page)?;
-            let (place, table) = match real_time {
-                Some(rows) => (table::REAL_TIME, table::HEAD.to_owned() + &std::fs::read_to_string(rows)?),
-                None => (table::LOCKSTEP, table::markdown(&table::matrix(SEED))),
-            };
-            let text = table::into_page(&text, place, &table).ok_or("the file has no place for the table")?;
-            std::fs::write(&page, text)?;
         }
         CommandLine::Check { seed, draws } => {
             let (runs, found) = table::check(seed, draws);
