@@ -106,37 +106,120 @@ fn check_shown(page: &str, text: &str, said: &str) -> usize {
     shown.len()
 }
 
+/// A thrust stand's log in another program's words, whose columns are to be guessed.
+const FOREIGN: &str = "Time (s),ESC signal (µs),Motor Electrical Speed (RPM),Voltage (V)\n0,1200,3000,12\n0.1,1300,3600,12\n0.2,1250,3300,12\n";
+
+/// The answers that need no other process, by their schemas.
+const ANSWERS: [(&str, &str); 22] = [
+    ("check", "check --json"),
+    ("compare", "compare --model paper --log held_out.csv --json"),
+    ("compare-runs", "compare --runs run.mcap --json"),
+    ("design", "design --json"),
+    ("design", "design --controller pid --delay-ms 200 --json"),
+    ("diagnose", "diagnose --model paper --log train.csv --validate held_out.csv --json"),
+    ("doctor", "doctor --json"),
+    ("effects", "effects --json"),
+    ("effects-card", "effects gravity_pendulum --json"),
+    ("emulate-shm", "emulate --shm --seconds 0.5 --config bench.toml --json"),
+    ("experiment", "experiment steps --count 3 --lockstep --hide transport_delay -o steps.csv --json"),
+    ("export", "export run.mcap -o run.csv --candump run.log --json"),
+    ("extend", "extend --effect gravity_pendulum --log train.csv -o better.toml --json"),
+    ("diagnose", "diagnose --model better.toml --log train.csv --json"),
+    ("extend-step-back", "extend --model better.toml --step-back -o back.toml --json"),
+    ("identify", "identify --log train.csv --json"),
+    ("import", "import train.csv --json"),
+    ("import-guess", "import foreign.csv --json"),
+    ("jitter", "jitter --duration-s 0.2 --rounds 1 --without-cyclictest --json"),
+    ("replay", "replay run.mcap --json"),
+    ("replay", "replay run.mcap --set controller.reference.angle_rad=0.1 --json"),
+    ("run-lockstep", "run --lockstep --seconds 10 --impulse 5:0.05:0.6 --json"),
+];
+
+/// The words of every test, to see what is held against a schema where several processes run.
+fn words_of_tests(folder: &Path) -> String {
+    let entries = fs::read_dir(folder).expect("readable").map(|entry| entry.expect("an entry").path());
+    let text = |path: PathBuf| match path.extension() {
+        _ if path.is_dir() => words_of_tests(&path),
+        Some(extension) if extension == "rs" => fs::read_to_string(&path).expect("UTF-8"),
+        _ => String::new(),
+    };
+    entries.map(text).collect()
+}
+
 /// An answer of each command that has a schema, beside that schema.
 #[test]
 fn answers_fit_their_schemas() {
     let folder = tempfile::tempdir().expect("a folder");
     logs(folder.path());
+    fs::write(folder.path().join("foreign.csv"), FOREIGN).expect("written");
+    let bench = format!("name = \"answers-{}\"\n", std::process::id());
+    fs::write(folder.path().join("bench.toml"), bench).expect("written");
     let run = |line: &str| rotorbench(folder.path(), &line.split(' ').collect::<Vec<_>>());
     assert!(run("run --lockstep --seconds 10 --impulse 5:0.05:0.6 --record run.mcap").status.success());
-    let names = String::from_utf8(run("schema").stdout).expect("UTF-8");
-    for (name, line) in [
-        ("check", "check --json"),
-        ("compare", "compare --model paper --log held_out.csv --json"),
-        ("compare-runs", "compare --runs run.mcap --json"),
-        ("design", "design --json"),
-        ("design", "design --controller pid --delay-ms 200 --json"),
-        ("diagnose", "diagnose --model paper --log train.csv --validate held_out.csv --json"),
-        ("effects", "effects --json"),
-        ("effects-card", "effects gravity_pendulum --json"),
-        ("extend", "extend --effect gravity_pendulum --log train.csv -o better.toml --json"),
-        ("diagnose", "diagnose --model better.toml --log train.csv --json"),
-        ("extend-step-back", "extend --model better.toml --step-back -o back.toml --json"),
-        ("identify", "identify --log train.csv --json"),
-        ("import", "import train.csv --json"),
-    ] {
-        assert!(names.lines().any(|it| it == name), "{name} has no schema");
-        let schema = serde_json::from_slice(&run(&format!("schema {name}")).stdout).expect("JSON");
+    for (name, line) in ANSWERS {
         let answer = run(line);
-        let said = String::from_utf8_lossy(&answer.stderr);
-        let value = serde_json::from_slice(&answer.stdout).unwrap_or_else(|_| panic!("{line}: {said}"));
-        let misfits = json_schema::misfits(&schema, &value);
-        assert!(misfits.is_empty(), "{line}: {misfits:#?}");
+        assert!(!answer.stdout.is_empty(), "{line}: {}", String::from_utf8_lossy(&answer.stderr));
+        json_schema::answer(name, &answer.stdout);
     }
+    let (names, tests) = (run("schema").stdout, words_of_tests(&root().join("tests")));
+    for name in String::from_utf8(names).expect("UTF-8").lines() {
+        let held = ANSWERS.iter().any(|(it, _)| *it == name) || tests.contains(&format!("answer(\"{name}\""));
+        assert!(held, "no test holds an answer against the schema {name}");
+        let guide = fs::read_to_string(root().join("docs/guide/json.md")).expect("UTF-8");
+        assert!(guide.contains(&format!("(../schema/{name}.json)")), "json.md does not lead to {name}");
+    }
+}
+
+/// Words that stand in the match arms of the sentences and are no codes: reasons within a finding.
+const NO_CODES: [&str; 8] = [
+    "duplicate",
+    "holds",
+    "no_commands",
+    "no_rate_under_command",
+    "no_rotor_columns",
+    "no_rows",
+    "not_identified",
+    "too_small",
+];
+
+/// The codes that have a sentence: the literals of match arms in `src/report/findings` and `src/report/check.rs`.
+fn codes() -> BTreeSet<String> {
+    fn gather(place: &Path, codes: &mut BTreeSet<String>) {
+        if place.is_dir() {
+            let entries = fs::read_dir(place).expect("readable").map(|entry| entry.expect("an entry").path());
+            entries.for_each(|entry| gather(&entry, codes));
+            return;
+        }
+        let text = fs::read_to_string(place).expect("UTF-8");
+        for arm in text.lines().filter(|line| line.trim_start().starts_with('"') && line.contains(" =>")) {
+            let arm = arm.split(" =>").next().unwrap_or_default();
+            let is_code = |word: &&str| {
+                !word.is_empty() && word.chars().all(|letter| letter.is_ascii_lowercase() || letter == '_')
+            };
+            codes.extend(arm.split('"').skip(1).step_by(2).filter(is_code).map(str::to_owned));
+        }
+    }
+    let mut codes = BTreeSet::new();
+    ["src/report/findings", "src/report/check.rs"].iter().for_each(|it| gather(&root().join(it), &mut codes));
+    NO_CODES.iter().for_each(|word| assert!(codes.remove(*word), "{word} is no longer there"));
+    codes
+}
+
+/// Who meets a code finds its row, and no row speaks of a code that is gone.
+#[test]
+fn every_code_of_a_finding_has_its_row_in_the_guide() {
+    let page = fs::read_to_string(root().join("docs/guide/findings.md")).expect("UTF-8");
+    let first_cells = page.lines().filter_map(|line| line.strip_prefix("| `")?.split(" | ").next());
+    let rows: BTreeSet<String> = first_cells
+        .flat_map(|cell| {
+            cell.split("`, `").map(|code| code.trim_end_matches('`').to_owned()).collect::<Vec<_>>()
+        })
+        .collect();
+    let codes = codes();
+    assert!(codes.len() > 100, "{codes:?}");
+    let missing: Vec<&String> = codes.difference(&rows).collect();
+    let gone: Vec<&String> = rows.difference(&codes).collect();
+    assert!(missing.is_empty() && gone.is_empty(), "no row of {missing:?}; rows of {gone:?}");
 }
 
 /// Pages whose commands make their logs.
@@ -324,8 +407,8 @@ const HEADINGS: [&str; 6] = [
 fn pages_of_the_guide_have_the_same_headings() {
     let mut count = 0;
     for (page, text) in pages().iter().filter(|(page, _)| page.starts_with("docs/guide/")) {
-        // A table of answers, and a table of fields.
-        if page.ends_with("troubleshooting.md") || page.ends_with("json.md") {
+        // Tables of answers, of codes, and of fields.
+        if ["troubleshooting.md", "findings.md", "json.md"].iter().any(|name| page.ends_with(name)) {
             continue;
         }
         let found: Vec<&str> = text.lines().filter(|line| HEADINGS.contains(line)).collect();
@@ -336,12 +419,54 @@ fn pages_of_the_guide_have_the_same_headings() {
 }
 
 /// Where tools write what they measured: page, place, and the script that knows both.
-const PLACES: [(&str, &[&str], &str); 4] = [
+const PLACES: [(&str, &[&str], &str); 7] = [
+    ("faults", &["lockstep", "real-time", "machine"], "faults"),
     ("scores", &["scores"], "campaign"),
     ("speed", &["peers"], "peers"),
+    ("speed", &["bench"], "bench"),
     ("long-runs", &["lockstep", "replay", "hour", "campaign", "real-time", "bus", "shifts"], "soak"),
+    ("long-runs", &["mutants-guard", "mutants-can"], "mutants"),
     ("real-logs", &["logs"], "soak"),
 ];
+
+/// What was measured stands in a place that a tool writes, below the command, the machine and the day; by hand is how to read it.
+#[test]
+fn evidence_is_written_by_tools() {
+    let mut count = 0;
+    for (page, text) in pages().iter().filter(|(page, _)| page.starts_with("docs/evidence/")) {
+        let name = page.trim_start_matches("docs/evidence/").trim_end_matches(".md");
+        let places: BTreeSet<&str> = PLACES
+            .iter()
+            .filter(|(it, ..)| *it == name)
+            .flat_map(|(_, places, _)| *places)
+            .copied()
+            .collect();
+        let mut found = BTreeSet::new();
+        let mut place = None;
+        let mut lines = text.lines();
+        while let Some(line) = lines.next() {
+            if let Some((begun, _)) =
+                line.strip_prefix("<!-- ").and_then(|it| it.split_once(": written by tools/"))
+            {
+                let head = lines.next().unwrap_or_default();
+                assert!(
+                    head.starts_with('`') && head.contains(" 202"),
+                    "{page}, {begun}: command and day: {head}"
+                );
+                place = Some(begun);
+                found.insert(begun);
+            } else if line.starts_with("<!-- end of ") {
+                place = None;
+            } else {
+                let is_measured = line.starts_with('|') || line.starts_with("- ");
+                assert!(place.is_some() || !is_measured, "{page}: by hand: {line}");
+            }
+        }
+        assert_eq!(found, places, "{page}");
+        count += found.len();
+    }
+    assert!(count >= 15, "{count} places were found");
+}
 
 #[test]
 fn tools_write_their_evidence_into_its_place() {

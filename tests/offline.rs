@@ -11,6 +11,7 @@ mod examples;
 mod formats;
 #[path = "identify/main.rs"]
 mod identify;
+mod json_schema;
 #[path = "paper.rs"]
 mod paper;
 #[path = "paper_lpc16.rs"]

@@ -9,6 +9,8 @@ use rotorbench::rt::Shutdown;
 use rotorbench::studies::paper::{self, PaperSettings};
 use serde_json::Value;
 
+use crate::json_schema;
+
 /// Starts `paper` with these options and that report; what it says is kept.
 fn start_paper(options: &[&str], report: &Path) -> Child {
     let mut program = Command::new(env!("CARGO_BIN_EXE_rotorbench"));
@@ -24,7 +26,7 @@ fn the_paper_comes_out_of_one_process() {
     let program = start_paper(&["--json", "--prbs-s", "60", "--hold-s", "40"], &report);
     let output = program.wait_with_output().expect("it ends");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let paper: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let paper: Value = json_schema::answer("paper", &output.stdout);
     let rows = paper["beside"].as_array().expect("rows");
     let number = |row: &Value, key: &str| row[key].as_f64().unwrap_or(f64::NAN);
     let identified: Vec<&Value> = rows.iter().filter(|row| row["standard_error"].is_number()).collect();
@@ -139,7 +141,7 @@ fn fly(folder: &Path, name: &str, bench: &str, impulse: &[&str]) {
 fn compared(folder: &Path, arguments: &[&str]) -> Value {
     let output = rotorbench(folder, &[&["compare", "--json", "--runs"], arguments].concat());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("JSON")
+    json_schema::answer("compare-runs", &output.stdout)
 }
 
 const IMPULSE: [&str; 2] = ["--impulse", "5:0.05:0.6"];
@@ -284,7 +286,7 @@ fn a_loop_that_is_stable_and_of_no_use_is_told() {
     let warning = |line: &str| {
         let output = rotorbench(folder.path(), &line.split(' ').collect::<Vec<_>>());
         assert!(output.status.success(), "{line}: {}", String::from_utf8_lossy(&output.stderr));
-        let design: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let design: Value = json_schema::answer("design", &output.stdout);
         design["warning"].as_str().map(str::to_owned)
     };
     for useful in ["design --json", "design --json --pid-margins 55,2.5", "design --json --alpha-c 2"] {

@@ -50,6 +50,7 @@ pub enum Fault {
 }
 
 /// Totals of a port since it was opened.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub struct PortCounts {
     /// Frames of other senders received.

@@ -136,7 +136,7 @@ impl<'a> Resolver<'a> {
         let mut routes: BTreeMap<Id, Route<F>> = BTreeMap::new();
         for (field, role) in roles {
             let place = format!("{table}.{field}");
-            let (message, signal, id) = self.find(&place, role)?;
+            let (message, signal, id, lacks_node) = self.find(&place, role)?;
             let binding = bind(field, message, signal, role, si(field))
                 .map_err(|reason| fail(place.clone(), format!("`{}`: {reason}", role.signal)))?;
             let route = match routes.entry(id) {
@@ -145,6 +145,7 @@ impl<'a> Resolver<'a> {
                     entry.insert(self.route(&place, message, role.node, id)?)
                 }
             };
+            route.lacks_node = lacks_node;
             if route.counter.as_ref().is_some_and(|(name, _)| *name == binding.signal) {
                 return Err(fail(place, format!("`{}` is the counter of its message", role.signal)));
             }
@@ -156,8 +157,13 @@ impl<'a> Resolver<'a> {
         Ok(routes.into_values().collect())
     }
 
-    /// The message and signal a role names, and the identifier with the role's node in it.
-    fn find(&self, place: &str, role: &SignalConfig) -> Result<(&'a Message, &'a Signal, Id), CanError> {
+    /// The message and signal a role names, the identifier with the role's node in it, and whether the file has nodes and the
+    /// role names none.
+    fn find(
+        &self,
+        place: &str,
+        role: &SignalConfig,
+    ) -> Result<(&'a Message, &'a Signal, Id, bool), CanError> {
         let fail = |reason: String| fail(place, reason);
         let (message_name, signal_name) = role
             .signal
@@ -184,7 +190,7 @@ impl<'a> Resolver<'a> {
             fail(format!("message `{message_name}` has no signal `{signal_name}`; it has {}", list(names)))
         })?;
         let id = substitute(message.id, role.node, node_mask).map_err(fail)?;
-        Ok((message, signal, id))
+        Ok((message, signal, id, node_mask.is_some() && role.node.is_none()))
     }
 
     /// A message with nothing bound yet.
@@ -213,18 +219,18 @@ impl<'a> Resolver<'a> {
         let name =
             node.map_or_else(|| message.name.clone(), |node| format!("{} (node {node})", message.name));
         let (length, bindings) = (message.length, Vec::new());
-        Ok(Route { name, id, length, period_s, counter, bindings, is_one_word: false })
+        Ok(Route { name, id, length, period_s, counter, bindings, is_one_word: false, lacks_node: false })
     }
 
     /// Every message that `bus.messages` speaks of must be there and in a role: a mistyped name would silently
-    /// leave a counter unchecked. What stands there by default nobody mistyped: who lists other roles needs no other table.
+    /// leave a counter unchecked. The table that a bench file leaves out nobody mistyped: who lists other roles needs no other.
     fn check_messages(&self) -> Result<(), CanError> {
         let roles = self.config.sensors.values().chain(self.config.commands.values());
         let used: Vec<&str> = roles.filter_map(|role| role.signal.split('.').next()).collect();
-        let default = BusConfig::default().messages;
-        let mut said = self.config.messages.iter().filter(|(name, said)| default.get(*name) != Some(*said));
-        let stray = said.find(|(name, _)| !used.contains(&name.as_str()));
-        stray.map_or(Ok(()), |(name, _)| {
+        let messages = &self.config.messages;
+        let is_default = *messages == BusConfig::default().messages;
+        let stray = messages.keys().find(|name| !is_default && !used.contains(&name.as_str()));
+        stray.map_or(Ok(()), |name| {
             Err(fail(format!("messages.{name}"), "no role uses this message".to_owned()))
         })
     }

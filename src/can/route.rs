@@ -99,6 +99,8 @@ pub struct Route<F> {
     pub period_s: f64,
     /// Name and place of its counter.
     pub counter: Option<(String, SignalCodec)>,
+    /// Whether its DBC file keeps a node in the identifier and no role says which: then it is the file's own.
+    pub lacks_node: bool,
     pub(super) bindings: Vec<Binding<F>>,
     /// Whether everything it carries can be put together in one word and written at once; see [`Routes::new`].
     pub(super) is_one_word: bool,

@@ -59,7 +59,8 @@ pub struct PlantArguments {
     /// Take parameters and effects of the plant from a model file (`paper` is built in)
     #[arg(long, value_name = "MODEL")]
     model: Option<PathBuf>,
-    /// Hide an effect: `id` or `id:parameter=value,...`; may be given several times
+    /// Hide an effect: `id` or `id:parameter=value,...`; may be given several times. A parameter left out takes the middle of
+    /// its usual range
     #[arg(long, value_name = "EFFECT")]
     hide: Vec<String>,
     /// Hide an effect, and how strong it is, drawn from this seed

@@ -201,21 +201,32 @@ fn rotors(text: &str) -> Result<Rotors, String> {
 }
 
 /// The file that says what was run.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
-struct Protocol<'a> {
+pub(super) struct Protocol<'a> {
+    /// Name of the bench.
     bench: &'a str,
+    /// [s] period of the loop.
     period_s: f64,
+    /// Model file of the bench; `paper` is built in.
     model: &'a str,
+    /// Whether it was the emulator in virtual time.
     lockstep: bool,
     /// [s] since 1970 when it began.
     began_unix_s: u64,
+    /// Whether it ran to its end.
     complete: bool,
     /// Why it ended.
     reason: String,
+    /// Rows of the log.
     samples: usize,
+    /// The log.
     log: String,
+    /// SHA-256 of the log's text.
     log_sha256: String,
+    /// What was run.
     plan: &'a ExperimentPlan,
+    /// The emulated bench; absent on a running one.
     #[serde(skip_serializing_if = "Option::is_none")]
     emulator: Option<&'a crate::emulate::EmulatorConfig>,
 }

@@ -1,8 +1,8 @@
 //! `rotorbench export`: write a recording as CSV or candump log.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use serde_json::json;
+use serde::Serialize;
 
 use super::{CliError, CliResult, Outcome};
 use crate::log::export;
@@ -24,6 +24,34 @@ pub struct Arguments {
     json: bool,
 }
 
+/// What was written, as `--json` says it.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Default, Serialize)]
+pub(super) struct Answer<'a> {
+    /// The CSV log, where one was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rows: Option<Written<'a>>,
+    /// The raw frames, where they were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frames: Option<Written<'a>>,
+}
+
+/// One file that was written.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Serialize)]
+struct Written<'a> {
+    /// The file.
+    file: &'a Path,
+    /// Rows or frames in it.
+    written: u64,
+    /// Periods out of order, left out.
+    out_of_order: u64,
+    /// Records that the recorder lost.
+    lost_by_recorder: u64,
+    /// Where and why the recording is cut off; `null` where it is whole.
+    cut_off: Option<String>,
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let outputs = [
@@ -41,7 +69,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         )));
     }
     super::output::writable(arguments.output.iter().chain(&arguments.candump), [&arguments.recording])?;
-    let mut written = serde_json::Map::new();
+    let mut answer = Answer::default();
     let mut outcome = Outcome::Done;
     for (what, output, write) in outputs {
         let Some(output) = output else { continue };
@@ -54,17 +82,20 @@ pub fn run(arguments: &Arguments) -> CliResult {
             outcome = Outcome::FoundWanting;
         }
         if arguments.json {
-            let summary = json!({
-                "file": output, "written": summary.written, "out_of_order": summary.out_of_order,
-                "lost_by_recorder": summary.lost, "cut_off": cut_off,
+            let place = if what == "rows" { &mut answer.rows } else { &mut answer.frames };
+            *place = Some(Written {
+                file: output,
+                written: summary.written,
+                out_of_order: summary.out_of_order,
+                lost_by_recorder: summary.lost,
+                cut_off,
             });
-            written.insert(what.to_owned(), summary);
             continue;
         }
         print!("{}", crate::report::export::text(&summary, what, output));
     }
     if arguments.json {
-        println!("{}", crate::report::json::answer(&written)?);
+        println!("{}", crate::report::json::answer(&answer)?);
     }
     Ok(outcome)
 }

@@ -10,6 +10,7 @@ use super::{CliError, CliResult, Outcome};
 use crate::file::write_atomically;
 use crate::log::can_capture::CaptureNotes;
 use crate::log::{Notes, csv};
+use crate::report::findings::sentences;
 use crate::report::{guess, import};
 use crate::screening::summary::LogSummary;
 use crate::session::{self, GuessedLog, Job, Opened};
@@ -37,13 +38,22 @@ pub struct Arguments {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Serialize)]
 pub(super) struct Report<'a> {
+    /// Name of the log.
     source: &'a str,
+    /// What it was recognised as.
     format: &'static str,
+    /// SHA-256 of its content.
     sha256: &'a str,
+    /// What reading it left out, cut or merged.
     notes: &'a Notes,
+    /// What became of its frames, where it is a capture of a bus.
     #[serde(skip_serializing_if = "Option::is_none")]
     frames: Option<&'a CaptureNotes>,
+    /// What it is like; its own `findings` are the codes of `warnings`.
     findings: &'a LogSummary,
+    /// The findings as sentences, in their order.
+    warnings: Vec<String>,
+    /// The log that was written.
     output: Option<&'a Path>,
 }
 
@@ -80,6 +90,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             notes: &notes,
             frames: frames.as_ref(),
             findings: &findings,
+            warnings: sentences(&findings.findings),
             output: arguments.output.as_deref(),
         };
         println!("{}", crate::report::json::answer(&report)?);

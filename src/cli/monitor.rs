@@ -1,5 +1,9 @@
 //! `rotorbench monitor`: a live view of a running bench. It only listens.
 
+mod line;
+
+pub(super) use line::Line;
+
 use std::io::{IsTerminal, Write, stdout};
 use std::time::Duration;
 
@@ -11,7 +15,6 @@ use crate::clock;
 use crate::report;
 use crate::rt::Shutdown;
 use crate::runtime::monitor::{LOOK_PERIOD_MS, View};
-use crate::signal::Channel;
 
 /// Arguments of `monitor`.
 #[derive(Debug, clap::Args)]
@@ -63,48 +66,9 @@ fn print_lines(view: &mut View, shutdown: &Shutdown) -> CliResult {
             view.listen();
         }
         // Who reads may leave first.
-        if writeln!(stdout(), "{}", json(view)).is_err() {
+        if writeln!(stdout(), "{}", report::json::line(&Line::of(view))?).is_err() {
             break;
         }
     }
     Ok(Outcome::Done)
-}
-
-/// All of it, as a line of JSON.
-fn json(view: &View) -> serde_json::Value {
-    let (sensors, command, applied) = &view.newest;
-    let now_ns = clock::monotonic_ns();
-    let processes: Vec<serde_json::Value> = view
-        .processes
-        .iter()
-        .filter(|process| process.is_alive(now_ns))
-        .map(|process| {
-            serde_json::json!({
-                "role": process.role.name(), "process_id": process.heartbeat.process_id, "rate_hz": process.rate,
-                "lateness_us": process.shown_us.0, "response_us": process.shown_us.1,
-                "skipped": process.cycle.skipped, "overruns": process.cycle.overruns,
-            })
-        })
-        .collect();
-    let bus = (view.bus.sequence > 0).then(|| {
-        serde_json::json!({
-            "received": view.bus.received, "lost": view.bus.lost, "sent": view.bus.sent,
-            "echoed": view.bus.echoed, "echo_age_ms": clock::span_s(view.bus.echo_age_ns) * 1e3,
-            "not_sent": view.bus.not_sent, "error_frames": view.bus.error_frames,
-            "unknown_id": view.bus.unknown_id, "foreign_command": view.bus.foreign_command,
-            "wrong_length": view.bus.wrong_length, "counter": view.bus.counter,
-            "not_a_number": view.bus.not_a_number, "out_of_range": view.bus.out_of_range,
-        })
-    });
-    // What a sensor has given, under the name of its column in a log.
-    let given = Channel::ALL.into_iter().filter(|channel| channel.of(sensors).stamp_ns != 0);
-    let measured: serde_json::Map<String, serde_json::Value> =
-        given.map(|channel| (channel.column().to_owned(), channel.of(sensors).value.into())).collect();
-    serde_json::json!({
-        "bench": view.bench, "state": view.state().to_string(), "rotor": applied.rotor,
-        "body_rate_rad_s": sensors.body_rate.value, "body_angle_rad": command.estimate.body_angle,
-        "disturbance_torque_nm": command.estimate.disturbance_torque,
-        "battery_voltage_v": sensors.battery_voltage.value, "processes": processes,
-        "measured": measured, "last_event": view.said.front().map(report::guard::event), "bus": bus,
-    })
 }

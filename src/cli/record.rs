@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use serde_json::json;
+use serde::Serialize;
 
 use super::operate::BenchArguments;
 use super::progress::Progress;
@@ -28,6 +28,18 @@ pub struct Arguments {
     json: bool,
 }
 
+/// The summary, as `--json` writes it.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Serialize)]
+pub(super) struct Answer {
+    /// Records written.
+    written: u64,
+    /// Records lost, because the recorder or its disk was too slow, or the disk full.
+    dropped: u64,
+    /// [s] for which the disk was full.
+    disk_full_s: f64,
+}
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let config = arguments.bench.load()?;
@@ -39,7 +51,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if arguments.json {
         let RecorderSummary { written, dropped, disk_full_ns } = summary;
         let disk_full_s = crate::clock::span_s(disk_full_ns);
-        println!("{}", json!({ "written": written, "dropped": dropped, "disk_full_s": disk_full_s }));
+        println!("{}", crate::report::json::answer(&Answer { written, dropped, disk_full_s })?);
     } else {
         println!("{}: {}", arguments.output.display(), run_summary::recorder(summary));
     }

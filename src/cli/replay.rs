@@ -31,13 +31,21 @@ pub struct Arguments {
     json: bool,
 }
 
+/// What the replay came to, as `--json` writes it.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Serialize)]
-struct Report<'a> {
+pub(super) struct Report<'a> {
+    /// The recording.
     recording: &'a Path,
+    /// What replaying the controller came to.
     controller: &'a Verdict,
+    /// What replaying the guard came to.
     guard: &'a Verdict,
+    /// Events of the guard that were equal.
     equal_guard_events: u64,
+    /// Records that the recorder lost.
     lost_by_recorder: u64,
+    /// Where and why the recording is cut off; `null` where it is whole.
     cut_off: Option<String>,
 }
 

@@ -21,7 +21,8 @@ pub struct Dependence {
     pub on: String,
     /// [-] share of the error's variance that the mean over the channel's bins carries.
     pub explained: f64,
-    /// [-] the largest share that the same channel reached, shifted in time so that it means nothing; `luck` in the JSON.
+    /// [-] share of the error's variance expected by chance: the largest that the same channel reached when it was shifted in
+    /// time, so that it means nothing. `luck` in the JSON.
     #[serde(rename = "luck")]
     pub surrogate: f64,
     /// Middle of each bin, in the channel's unit, and mean error there, in the error's unit.

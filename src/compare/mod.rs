@@ -117,10 +117,8 @@ pub struct Comparison {
     /// What torque the model lacks, over time; where a body rate was measured.
     pub unknown_torque: Option<UnknownTorque>,
     /// Cells of the log that are no measurements, and were taken as missing.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<Finding>,
     /// Columns of the log that can hardly be what their names say, or are of another rotor than the first model's.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub mistaken_columns: Vec<Finding>,
 }
 

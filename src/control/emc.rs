@@ -37,6 +37,7 @@ impl Default for EmcConfig {
 }
 
 /// The gains of a built EMC, all dimensionless.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct EmcGains {
     /// β, discrete pole of the embedded actuator.

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::refusal::Refusal;
+use super::thresholds::THRESHOLDS;
 use crate::model::Model;
 use crate::screening::Finding;
 use crate::screening::attitude_units::DEGREES;
@@ -194,6 +195,12 @@ impl ErrorSummary {
     #[must_use]
     pub fn is_of(&self, channel: &str) -> bool {
         self.channel == channel
+    }
+
+    /// Whether the base refitted does worse on what was held out than as it is.
+    #[must_use]
+    pub fn is_refitted_worse(&self) -> bool {
+        self.refitted.validate > THRESHOLDS.refitted_worse * self.base.validate
     }
 
     /// The share of the refitted baseline's held-out squared error above the noise that the extension takes off.

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::error::EmulateError;
 
 /// The `[emulator.battery]` table.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BatteryConfig {

@@ -17,6 +17,7 @@ pub struct EmulationOptions {
 }
 
 /// What an emulation saw of the body.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct BodySummary {
     /// [s] it ran.

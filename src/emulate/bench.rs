@@ -7,6 +7,7 @@ use crate::model::Model;
 use super::error::EmulateError;
 
 /// The `[emulator.plant]` table: what the emulated bench is made of. Defaults are [LPC16] Tables I and IV.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlantConfig {

@@ -27,6 +27,7 @@ pub struct EmulatedBus {
 }
 
 /// What the bus saw.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct BusSummary {
     /// Body and battery.

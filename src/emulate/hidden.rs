@@ -17,6 +17,7 @@ use super::bench::PlantConfig;
 use super::error::EmulateError;
 
 /// One `[[emulator.hidden]]` table: an effect's id and its parameters.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HiddenConfig {

@@ -12,6 +12,7 @@ use crate::signal::{Channel, Sample, Sensor, Shape};
 use super::error::EmulateError;
 
 /// One kind of sensor.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SensorConfig {
@@ -34,6 +35,7 @@ macro_rules! sensors_config {
         $row:expr;
     )+) => {
         /// The `[emulator.sensors]` table.
+        #[cfg_attr(test, derive(schemars::JsonSchema))]
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
         #[serde(default, deny_unknown_fields)]
         pub struct SensorsConfig {

@@ -27,6 +27,7 @@ pub struct Impulse {
 }
 
 /// The `[emulator]` table of the bench file.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct EmulatorConfig {

@@ -43,6 +43,8 @@ crate::thresholds! {
     log_mismatch_rate_share: f64 = 0.01, "-", "judgement";
     /// [-] share of a pole from which rotors of two logs differ: a battery that gives way under load makes a pole a few percent faster.
     log_mismatch_pole_share: f64 = 0.05, "-", "emulated benches with internal resistance";
+    /// [-] k_V beyond this many times the share of a volt in the greatest rate is no motor's.
+    voltage_gain_of_motor: f64 = 1.5, "-", "judgement: 1 without drag, less with any; the rest for a curve that is extrapolated";
     /// [-] share of the narrower range of commands that two logs must have in common to compare their rates.
     common_range_share: f64 = 0.5, "-", "judgement";
     /// [-] factor between full voltages from which a battery is another one than the template's.

@@ -238,6 +238,24 @@ impl Mapping {
         }
     }
 
+    /// Name of a shipped mapping whose columns are all among `names`, and that takes none otherwise than `guessed`, what was
+    /// guessed of them: a command in DShot is none in microseconds.
+    #[must_use]
+    pub fn shipped_for(names: &[&str], guessed: &[SignalMapping]) -> Option<&'static str> {
+        let agrees = |signal: &SignalMapping| {
+            let mut same = guessed.iter().filter(|it| it.name == signal.name && it.unit == signal.unit);
+            // A guess of a scale is a round number; two scales that are meant to differ do so by far more.
+            same.all(|it| (it.scale / signal.scale - 1.0).abs() < 0.05)
+        };
+        let fits = |text: &str| {
+            let Ok(config) = toml::from_str::<MappingConfig>(text) else { return false };
+            let time = config.time.iter().filter_map(|time| time.column.as_deref());
+            let needed = config.signal.iter().filter(|it| !it.optional).flat_map(SignalMapping::columns);
+            time.chain(needed).all(|column| names.contains(&column)) && config.signal.iter().all(agrees)
+        };
+        SHIPPED.iter().find(|(_, text)| fits(text)).map(|(name, _)| *name)
+    }
+
     /// The mapping of a table whose columns have our names and units: each is taken as it is, `time_s` as the time.
     #[must_use]
     pub fn ours<'a>(columns: impl Iterator<Item = &'a str>) -> Self {

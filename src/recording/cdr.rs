@@ -124,6 +124,7 @@ pub fn decode<N: CdrMessage>(message: &[u8]) -> Result<N, CdrError> {
 }
 
 /// Two values of one field that differ in a bit.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Difference {
     /// Name of the field, with its path.

@@ -55,6 +55,16 @@ pub fn sentence(finding: &Finding) -> String {
             number("load_percent"),
             number("limit_percent")
         ),
+        "node_not_named" => format!(
+            "`{subject}` has the identifier of its DBC file, {}: that file has a node_mask, and the role names no node (`node = 0` \
+             says that node 0 is meant)",
+            finding.text("id")
+        ),
+        "counters_of_other_messages" => format!(
+            "no counter is looked at in {subject}: bus.messages names those of the built-in bench, and no role uses {}; name your \
+             messages' counters there, or an empty table `[bus.messages]`",
+            finding.text("unused")
+        ),
         "interface_missing" => {
             format!("{subject} is not on this machine: its state and its bit rate are not checked")
         }

@@ -129,11 +129,8 @@ fn key_numbers(page: &mut Page, error: &ErrorSummary) {
         ("noise floor: what the sensors alone would leave", with_unit(error.noise_floor)),
     ])
     .paragraph(format!("Error: {}.", error.measure));
-    if error.refitted.validate > 1.05 * error.base.validate {
-        page.paragraph(
-            "Refitted on one part of the data and validated on another the model does worse than as it is: the parts ask for \
-             different numbers, or its own came from these very data.",
-        );
+    if error.is_refitted_worse() {
+        page.paragraph(super::story::REFITTED_WORSE);
     }
 }
 

@@ -11,9 +11,12 @@ use crate::session::{Grade, MachineCheck};
 const CAPABILITIES: &str = "sudo setcap cap_sys_nice,cap_ipc_lock+ep \"$(command -v rotorbench)\"";
 
 /// One thing looked at, for a script.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
 pub struct Row<'a> {
+    /// What was looked at.
     check: &'a str,
+    /// How bad it is.
     grade: Grade,
     /// What was found, and what it means.
     found: String,

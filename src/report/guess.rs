@@ -50,6 +50,11 @@ pub fn text(guessed: &GuessedLog) -> String {
         ]);
     }
     let mut text = table.text();
+    if let Some(name) = guessed.shipped {
+        text += &format!(
+            "The shipped mapping `{name}` knows these columns and takes them as the guess does: `--mapping {name}` reads this log.\n"
+        );
+    }
     if guessed.mapping.time.is_none() {
         text += "No column looks like the time: write it, or the period, into [time] of the mapping.\n";
     }

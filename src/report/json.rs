@@ -44,9 +44,22 @@ pub fn diagnosis(diagnosis: &Diagnosis) -> Result<Value, serde_json::Error> {
 ///
 /// What cannot be written as JSON.
 pub fn answer(answer: &impl Serialize) -> Result<String, serde_json::Error> {
+    serde_json::to_string_pretty(&with_version(answer)?)
+}
+
+/// The same on one line, for a command that answers again and again.
+///
+/// # Errors
+///
+/// What cannot be written as JSON.
+pub fn line(answer: &impl Serialize) -> Result<String, serde_json::Error> {
+    serde_json::to_string(&with_version(answer)?)
+}
+
+fn with_version(answer: &impl Serialize) -> Result<Value, serde_json::Error> {
     let mut value = serde_json::to_value(answer)?;
     if let Value::Object(fields) = &mut value {
         fields.insert("schema".to_owned(), json!(SCHEMA));
     }
-    serde_json::to_string_pretty(&value)
+    Ok(value)
 }

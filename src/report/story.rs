@@ -80,8 +80,16 @@ fn card<'a>(
 fn errors(error: &ErrorSummary) -> String {
     let unit = error.unit;
     let headers = ["model".to_owned(), format!("fitted on [{unit}]"), format!("held out [{unit}]")];
-    wrapped("", &format!("Error: {}", error.measure)) + &error_table(error, headers).text()
+    let mut out = wrapped("", &format!("Error: {}", error.measure)) + &error_table(error, headers).text();
+    if error.is_refitted_worse() {
+        out += &wrapped("", REFITTED_WORSE);
+    }
+    out
 }
+
+/// Why the refitted baseline may do worse than the nominal one on what was held out.
+pub(super) const REFITTED_WORSE: &str = "Refitted on one part of the data and validated on another the model does worse than as \
+it is: the parts ask for different numbers, or its own came from these very data.";
 
 /// The errors of the model as it is, refitted and extended, beside the noise floor.
 pub(super) fn error_table<H: Into<String>>(error: &ErrorSummary, headers: [H; 3]) -> Table {
@@ -128,10 +136,12 @@ fn candidates(diagnosis: &Diagnosis) -> String {
             cell(candidate.p_value, 2),
         ]);
     }
-    format!(
-        "\nHeld-out error with one effect, and how often a meaningless one does as well\n{}{refused}",
-        table.text()
-    )
+    let head = format!(
+        "Held-out error with one effect alone (refitted without any: {} {unit}), and how often a meaningless one does as well alone \
+         (the p-value; of a set that is named, the set decides)",
+        number(diagnosis.error.refitted.validate, 4)
+    );
+    format!("\n{}{}{refused}", wrapped("", &head), table.text())
 }
 
 /// Effects that nobody knows anything of, by why.

@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::clock;
 
 /// The machine under a cycle.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Machine {
     /// Release of the kernel.

@@ -99,6 +99,7 @@ pub fn record(histogram: &mut Histogram<u64>, span_ns: u64) {
 }
 
 /// Timing of a cycle, in numbers.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
     /// Slots that have gone by; = run + skipped.
@@ -124,6 +125,7 @@ pub struct Summary {
 }
 
 /// What a histogram says.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Percentiles {
     /// Number of values.

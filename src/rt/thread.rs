@@ -7,6 +7,7 @@ use std::io;
 use serde::{Deserialize, Serialize};
 
 /// The `[real_time]` table of the bench file. What is not permitted is reported, and refused only if `required`.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RealTimeConfig {
@@ -46,6 +47,7 @@ pub enum RealTimeError {
 }
 
 /// What was granted, read back from the system after asking.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Granted {
     /// SCHED_FIFO priority; 0 = the normal scheduler.

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 /// Counters of a thread since it began, or between two looks at it.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Usage {
     /// Page faults served from memory.

@@ -34,6 +34,7 @@ pub struct BridgeLoop<B: Bus = Port> {
 }
 
 /// What the bridge ends with.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct BridgeSummary {
     /// The bus.

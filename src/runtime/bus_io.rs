@@ -64,6 +64,7 @@ pub struct Look {
 }
 
 /// What the bus did, and what was refused of it.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct BusIoSummary {
     /// Frames of the port.

@@ -35,6 +35,7 @@ pub struct ControlLoop {
 }
 
 /// What the control process ends with.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ControlSummary {
     /// How well the angle was held.

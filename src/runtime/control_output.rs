@@ -77,6 +77,7 @@ impl ControlOutput {
 }
 
 /// How far the angle was from its reference while the guard was open.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct AngleError {
     /// Periods counted.

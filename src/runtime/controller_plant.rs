@@ -62,6 +62,7 @@ pub fn of_model(model: &Model) -> Result<(PlantParameters, Compensation), Proces
 }
 
 /// An experiment and how it is run: written into a recording, so that it can be repeated.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExperimentPlan {

@@ -14,6 +14,7 @@ use crate::shm::{Bench, Role};
 const LOG_LINES: usize = 64;
 
 /// What an emulator behind shared memory ends with.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct GuardedSummary {
     /// Body and battery.

@@ -11,6 +11,7 @@ use crate::recording::{Difference, Record, RecordError, first_difference};
 use crate::signal::{Applied, Command, ControlStep, GuardEvent, GuardStep};
 
 /// The first place where a recording and its replay part.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FirstDifference {
     /// Sequence number of the command, the guard's period or the guard's event.
@@ -23,6 +24,7 @@ pub struct FirstDifference {
 }
 
 /// What replaying one of the two came to.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Verdict {
     /// Steps replayed and found equal, bit for bit.

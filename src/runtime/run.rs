@@ -34,6 +34,7 @@ pub struct RunLoop {
 }
 
 /// One line of the summary: what the guard decided.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct EventLine {
     /// [s] since the run began.
@@ -65,6 +66,7 @@ impl EventLine {
 }
 
 /// What a run ends with.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct RunSummary {
     /// How well the angle was held.

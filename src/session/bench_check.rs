@@ -5,7 +5,8 @@ use serde::Serialize;
 use crate::bench::{BenchConfig, Trigger};
 use crate::can::thresholds::THRESHOLDS;
 use crate::can::{
-    Binding, BusLoad, ByteOrder, CanError, InterfaceStatus, Number, Roles, Route, kernel_has_can, worst_case,
+    Binding, BusConfig, BusLoad, ByteOrder, CanError, Id, InterfaceStatus, Number, Roles, Route,
+    kernel_has_can, worst_case,
 };
 use crate::clock::span_s;
 use crate::guard::Guard;
@@ -138,7 +139,7 @@ impl BenchCheck {
             signals,
             bus_load_percent: load.percent,
             obstacles: obstacles(config, roles, guard),
-            caveats: full.into_iter().chain(of_interface).collect(),
+            caveats: full.into_iter().chain(unsaid(config, roles)).chain(of_interface).collect(),
             interface_look,
         })
     }
@@ -235,6 +236,34 @@ fn obstacles(config: &BenchConfig, roles: &Roles, guard: &Guard) -> Vec<Finding>
     obstacles
 }
 
+/// What the bench file leaves unsaid, and somebody who changed it from another may not have meant so: a node, and the counters of
+/// messages that are not those of the built-in bench.
+fn unsaid(config: &BenchConfig, roles: &Roles) -> Vec<Finding> {
+    let sent = roles.command_messages().iter().map(|it| (it.name.as_str(), it.id, it.lacks_node));
+    let received = roles.sensor_messages().iter().map(|it| (it.name.as_str(), it.id, it.lacks_node));
+    let messages: Vec<(&str, Id, bool)> = sent.chain(received).collect();
+    let nodeless = messages.iter().filter(|(_, _, lacks_node)| *lacks_node);
+    let mut found: Vec<Finding> = nodeless
+        .map(|(name, id, _)| Finding::new("node_not_named", *name).with("id", id.to_string()))
+        .collect();
+    let counted = BusConfig::default().messages;
+    let is_used = |name: &str| messages.iter().any(|(used, ..)| *used == name);
+    let unused: Vec<String> = counted.keys().filter(|name| !is_used(name)).cloned().collect();
+    let uncounted: Vec<String> = messages
+        .iter()
+        .filter(|(name, ..)| !counted.contains_key(*name))
+        .map(|(name, ..)| (*name).to_owned())
+        .collect();
+    // Only where the table was left out, or left as it was.
+    if config.bus.messages == counted && !unused.is_empty() && !uncounted.is_empty() {
+        found.push(
+            Finding::new("counters_of_other_messages", uncounted.join(", "))
+                .with("unused", unused.join(", ")),
+        );
+    }
+    found
+}
+
 /// Whether a ratio of rates is 1, 2, 3, ..., to a hundredth.
 fn is_whole(ratio: f64) -> bool {
     ratio.round() >= 1.0 && (ratio - ratio.round()).abs() <= 0.01 * ratio
@@ -271,7 +300,33 @@ fn interface_findings(config: &BenchConfig, look: &InterfaceLook) -> Vec<Finding
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
+
+    #[test]
+    fn what_a_changed_bench_file_leaves_unsaid_is_said() {
+        let found = |text: &str| {
+            let config = BenchConfig::parse(text, Path::new("bench.toml")).expect("a bench file");
+            let roles = Roles::build(&config.bus, config.period_s).expect("a bus");
+            let found = unsaid(&config, &roles).into_iter();
+            found.map(|it| (it.code, it.subject)).collect::<Vec<_>>()
+        };
+        assert_eq!(found(""), []);
+        let odrives = |node: &str, messages: &str| {
+            format!(
+                "[[bus.database]]\nfile = \"odrive\"\nnode_mask = 0x7E0\n[bus.commands]\n\
+                 rotor_1 = {{ signal = \"SET_INPUT_TORQUE.torque\", unit = \"-\"{node} }}\n\
+                 rotor_2 = {{ signal = \"SET_INPUT_TORQUE.torque\", unit = \"-\", node = 3 }}\n[bus.sensors]\n{messages}"
+            )
+        };
+        let one = "SET_INPUT_TORQUE (node 3)";
+        assert_eq!(found(&odrives(", node = 0", "[bus.messages]\n")), []);
+        let nodeless = || ("node_not_named", "SET_INPUT_TORQUE".to_owned());
+        assert_eq!(found(&odrives("", "[bus.messages]\n")), [nodeless()]);
+        let counters = ("counters_of_other_messages", format!("SET_INPUT_TORQUE, {one}"));
+        assert_eq!(found(&odrives("", "")), [nodeless(), counters]);
+    }
 
     #[test]
     fn an_interface_that_is_not_there_is_found_and_keeps_no_bench_from_being_checked() {

@@ -8,7 +8,7 @@ use super::open::{beginning, is_ours};
 use super::{Job, SessionError};
 use crate::log::format::{FORMATS, FormatError, Request, Start};
 use crate::log::guess::{GuessedColumn, guess, signals};
-use crate::log::mapping::{MappingConfig, TimeConfig};
+use crate::log::mapping::{Mapping, MappingConfig, TimeConfig};
 use crate::log::sniff::{SampledColumn, layout};
 use crate::log::{can_capture, limits, unreadable};
 
@@ -23,6 +23,8 @@ pub struct GuessedLog {
     pub columns: Vec<GuessedColumn>,
     /// The mapping that they make; without a time where none was recognised.
     pub mapping: MappingConfig,
+    /// Name of a shipped mapping whose columns are all here; `null` without one.
+    pub shipped: Option<&'static str>,
 }
 
 /// Guesses what the columns of a log mean; `None` where the log says itself what it is, or is no table.
@@ -82,5 +84,6 @@ fn of_columns(columns: &[SampledColumn], mut mapping: MappingConfig) -> GuessedL
         period_s: None,
     });
     mapping.signal = signals(&columns);
-    GuessedLog { columns, mapping }
+    let names: Vec<&str> = columns.iter().map(|it| it.column.as_str()).collect();
+    GuessedLog { shipped: Mapping::shipped_for(&names, &mapping.signal), columns, mapping }
 }

@@ -90,6 +90,11 @@ pub fn open(path: &Path, config: &OpenConfig, job: &Job) -> Result<Opened, Sessi
     job.run(|| {
         let (path, part) = addressed(path);
         let mut opened = read(&path, &OpenConfig { part: part.or(config.part), ..config.clone() })?;
+        if opened.log.is_empty() {
+            return Err(
+                FormatError::Unusable { path, reason: "it has a header and no rows".to_owned() }.into()
+            );
+        }
         opened.log = chosen(opened.log, config)?;
         Ok::<_, SessionError>(opened)
     })

@@ -9,6 +9,7 @@ use rotorbench::runtime::{controller_plant, emulate};
 use rotorbench::signal::Command;
 use serde_json::Value;
 
+use crate::json_schema;
 use crate::processes::TestBench;
 
 /// The attitude bench, struck each five seconds.
@@ -17,14 +18,10 @@ fn attitude(config: &mut BenchConfig) {
     config.emulator.impulse_period_s = 5.0;
 }
 
-fn json(text: &str) -> Value {
-    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
-}
-
 fn run(bench: &TestBench, arguments: &[&str]) -> Value {
     let output = bench.run(arguments);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    json(&String::from_utf8_lossy(&output.stdout))
+    json_schema::answer("run-lockstep", &output.stdout)
 }
 
 const ONE: [&str; 5] = ["run", "--lockstep", "--seconds", "60", "--json"];
@@ -65,7 +62,8 @@ fn two_processes_give_the_bits_of_one() {
         let mut emulator = bench.start(&["emulate", "--shm", "--lockstep", "--seconds", seconds, "--json"]);
         assert!(emulator.wait().success(), "{}", emulator.log());
         assert!(control.wait().success(), "{}", control.log());
-        let (two, answered) = (json(&emulator.output()), json(&control.output()));
+        let two = json_schema::answer("emulate-lockstep", emulator.output());
+        let answered = json_schema::answer("control-lockstep", control.output());
         let one = run(&bench, &["run", "--lockstep", "--seconds", seconds, "--json"]);
         assert_eq!(two["digest"], one["digest"], "{period_s} s: {two:#}\n{one:#}");
         assert_eq!((&two["answered"], &two["angle"]), (&one["slots"], &one["angle"]));
@@ -115,7 +113,7 @@ fn a_controller_that_vanishes_drives_the_failsafe_and_the_rest_is_decided_by_its
         control.signal(signal);
         // Exit 1: found wanting. Without an end of its own this would last for hours.
         assert_eq!(emulator.wait().code(), Some(1), "{}", emulator.log());
-        let summary = json(&emulator.output());
+        let summary = json_schema::answer("emulate-lockstep", emulator.output());
         let (slots, answered) = (summary["slots"].as_u64(), summary["answered"].as_u64());
         let (slots, answered) = (slots.expect("a number"), answered.expect("a number"));
         assert!(answered > at, "{summary:#}");
@@ -141,5 +139,6 @@ fn an_emulator_that_vanishes_does_not_hold_its_controller() {
     bench.watch().until("a run", |applied| applied.sequence > 100);
     emulator.signal(libc::SIGKILL);
     assert_eq!(control.wait().code(), Some(1), "{}", control.log());
-    assert_eq!(json(&control.output())["complete"], Value::Bool(false));
+    let answered = json_schema::answer("control-lockstep", control.output());
+    assert_eq!(answered["complete"], Value::Bool(false));
 }

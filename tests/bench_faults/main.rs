@@ -1,6 +1,8 @@
 //! Faults on the running bench over shared memory: real processes, killed and stopped. Each ends in the safe command,
 //! after a number of periods that the test prints. The same on a CAN bus: tests/can_bus/faults.rs.
 
+#[path = "../json_schema/mod.rs"]
+mod json_schema;
 mod lockstep;
 mod matrix;
 #[path = "../processes/mod.rs"]
@@ -236,6 +238,7 @@ fn hold(period_s: f64) {
     });
     let emulator = bench.start(&["emulate", "--shm"]);
     let mut control = bench.start(&["control", "--json"]);
+    let mut monitor = bench.start(&["monitor", "--json"]);
     let mut watcher = bench.watch();
     bench.fly(&mut watcher);
     // From the first impulse on to the third.
@@ -245,9 +248,18 @@ fn hold(period_s: f64) {
     if !state.is_active() {
         late(format!("it flew to the end, and is {state}: {:?}", watcher.said));
     }
+    monitor.signal(libc::SIGTERM);
+    assert!(monitor.wait().success(), "{}", monitor.log());
+    let lines = monitor.output();
+    if lines.is_empty() {
+        late("not one line of a monitor in five seconds".to_owned());
+    }
+    for line in lines.lines() {
+        json_schema::answer("monitor", line);
+    }
     control.signal(libc::SIGTERM);
     assert!(control.wait().success(), "{}", control.log());
-    let summary: serde_json::Value = serde_json::from_str(&control.output()).expect("JSON");
+    let summary = json_schema::answer("control", control.output());
     let (angle, timing) = (&summary["angle"], &summary["timing"]);
     say(&format!(
         "{} Hz over shared memory: greatest angle error {:.4} rad, late p99 {} µs, skipped {} of {}",

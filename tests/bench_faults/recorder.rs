@@ -10,6 +10,7 @@ use rotorbench::clock;
 use rotorbench::guard::State;
 use rotorbench::recording::{End, Record, Recording};
 
+use crate::json_schema;
 use crate::processes::{Process, TestBench, Watcher, late, say, up_to_six_times};
 
 fn flying(test: &str, period_s: f64) -> (TestBench, Process, Process, Watcher) {
@@ -97,7 +98,7 @@ fn back_pressure_is_counted_and_never_felt() {
         assert_flies(&mut watcher);
         recorder.signal(libc::SIGINT);
         assert_eq!(recorder.wait().code(), Some(1), "found wanting: {}", recorder.log());
-        let summary: serde_json::Value = serde_json::from_str(&recorder.output()).expect("JSON");
+        let summary = json_schema::answer("record", recorder.output());
         let dropped = summary["dropped"].as_u64().expect("a number");
         say(&format!("recorder stopped for 2.5 s at 1 kHz: {summary}"));
         assert!(dropped > 0, "{summary}");

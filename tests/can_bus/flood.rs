@@ -9,6 +9,7 @@ use rotorbench::guard::{Cause, State};
 
 use crate::bus::Bus;
 use crate::faults::{Hardware, Lie, bench, flying, safe_on_the_bus};
+use crate::json_schema;
 use crate::processes::{late, say, up_to_six_times};
 
 fn frame(id: u32, data: &[u8]) -> Frame {
@@ -115,7 +116,7 @@ fn a_flood_and_garbage_move_no_rotor_and_are_counted_by_cause() {
         let safe_ns = safe_on_the_bus(&bench, &mut port, at_ns);
         bench.judge("SIGTERM of bridge after the flood", at_ns, safe_ns);
         assert!(bridge.wait().success());
-        let summary: serde_json::Value = serde_json::from_str(&bridge.output()).expect("JSON");
+        let summary = json_schema::answer("bridge", bridge.output());
         let decoded = &summary["bus"]["decoded"];
         say(&format!("counted by cause: {decoded}"));
         let count = |cause: &str| decoded[cause].as_u64().expect("a number");

@@ -9,13 +9,14 @@ use rotorbench::shm::{BUS, Bench, Role, SENSORS};
 
 use crate::bus::{Bus, run};
 use crate::faults::{Hardware, Lie, bench, flying, safe_on_the_bus};
+use crate::json_schema;
 use crate::processes::{Process, TestBench, Watcher, late, say, up_to_six_times};
 
 /// Ends a bridge that was started with `--json`; what it says of the bus.
 fn bus_of(mut bridge: Process) -> serde_json::Value {
     bridge.signal(libc::SIGTERM);
     assert!(bridge.wait().success());
-    serde_json::from_str::<serde_json::Value>(&bridge.output()).expect("JSON")["bus"].clone()
+    json_schema::answer("bridge", bridge.output())["bus"].clone()
 }
 
 fn member(bench: &TestBench) -> Bench {

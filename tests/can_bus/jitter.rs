@@ -9,6 +9,7 @@ use rotorbench::{clock, rt};
 use serde_json::Value;
 
 use super::bus::Bus;
+use super::json_schema;
 use super::processes::{late, up_to_six_times};
 
 fn jitter(options: &[&str]) -> Output {
@@ -18,8 +19,7 @@ fn jitter(options: &[&str]) -> Output {
 }
 
 fn bus_of(done: &Output) -> Value {
-    let words = String::from_utf8_lossy(&done.stderr);
-    let measured: Value = serde_json::from_slice(&done.stdout).unwrap_or_else(|_| panic!("JSON: {words}"));
+    let measured = json_schema::answer("jitter", &done.stdout);
     let stages = measured["stages"].as_array().expect("stages");
     stages.iter().find(|it| it["stage"] == "bus").expect("its row").clone()
 }

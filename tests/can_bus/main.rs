@@ -2,6 +2,7 @@
 //! `tools/test` runs them under `tools/vcan`, and a bare `cargo test` leaves them out (`test = false`).
 
 mod allocation;
+mod answers;
 mod bus;
 #[path = "../processes/counting.rs"]
 mod counting;
@@ -11,6 +12,8 @@ mod flood;
 mod foreign;
 mod imu;
 mod jitter;
+#[path = "../json_schema/mod.rs"]
+mod json_schema;
 mod log;
 mod port;
 #[path = "../processes/mod.rs"]

@@ -10,6 +10,7 @@ use rotorbench::guard::{Cause, State};
 use rotorbench::shm::{Bench, Role, SENSORS, SharedMemoryConfig};
 
 use crate::bus::{Bus, run};
+use crate::json_schema;
 use crate::processes::{TestBench, late, say, up_to_six_times};
 
 /// What cantools makes of the log: per message the number of frames, of `COMMAND` the range of the commands, of
@@ -131,9 +132,9 @@ fn hold(rate_hz: f64, seconds: f64) {
     run("kill", &["-TERM", &candump.id().to_string()]);
     let _ = candump.wait();
 
-    let json = |text: String| serde_json::from_str::<serde_json::Value>(&text).expect("JSON");
-    let (control, emulator, bridge) =
-        (json(control.output()), json(emulator.output()), json(bridge.output()));
+    let control = json_schema::answer("control", control.output());
+    let emulator = json_schema::answer("emulate-can", emulator.output());
+    let bridge = json_schema::answer("bridge", bridge.output());
     let greatest = control["angle"]["greatest"].as_f64().expect("a number");
     let held = control["angle"]["count"].as_f64().expect("a number");
     // Unheld, an impulse of 0.6 N m for 50 ms would turn the body past 0.5 rad in half a second; and a controller that

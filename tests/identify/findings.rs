@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::report::findings::sentence;
 use rotorbench::screening::Finding;
 
+use super::bench::{bench, prbs, run};
 use crate::sources::sources;
 
 /// What a code stands behind in the source.
@@ -38,5 +40,22 @@ fn every_code_has_a_sentence() {
         let finding = Finding::new(String::leak(code.to_owned()), "");
         let text = sentence(&finding);
         assert!(text.contains(' ') && text.trim() != code, "`{code}` has no sentence: {text}");
+    }
+}
+
+/// A rotor that slows down with time while its battery hardly falls: the fit calls all of it the battery's, and k_V comes out as
+/// many hundreds.
+#[test]
+fn a_voltage_gain_that_no_motor_has_is_said() {
+    const RATE: &str = "propeller_rate_1_rad_s";
+    let honest = run(&bench(5), prbs(120.0, 3), "honest.csv");
+    let rates = honest.column(RATE).expect("measured").iter().zip(honest.time());
+    let drifted = rates.map(|(rate, time)| rate - 0.5 * time).collect();
+    let mut drifting = honest.clone();
+    drifting.replace(RATE, drifted).expect("as long");
+    for (log, is_said) in [(honest, false), (drifting, true)] {
+        let found = identify(&[log], &[], &IdentifySettings::default()).expect("identified");
+        let said = found.findings.iter().any(|it| it.code == "voltage_gain_impossible");
+        assert_eq!(said, is_said, "k_V = {}: {:?}", found.actuator.voltage_gain, found.findings);
     }
 }

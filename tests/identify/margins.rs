@@ -15,6 +15,8 @@ use rotorbench::runtime::experiment::{Ending, in_lockstep};
 use rotorbench::signal::{Applied, Reference};
 use serde_json::Value;
 
+use crate::json_schema;
+
 use super::bench::{PERIOD, build, other_bench, prbs, run};
 
 /// The model of a bench, from a PRBS on one rotor with the body clamped, and a differential PRBS on the paper's
@@ -71,7 +73,7 @@ fn promised(model: &Model, controller: &str) -> Value {
         .output()
         .expect("the program starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("JSON")
+    json_schema::answer("design", &output.stdout)
 }
 
 /// Slots of one window of the sweep: 8 s.

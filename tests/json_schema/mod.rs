@@ -5,8 +5,20 @@ use serde_json::{Map, Value};
 /// Words that say nothing about which values fit.
 const SILENT: [&str; 5] = ["$schema", "title", "description", "default", "$defs"];
 
+/// The answer of a command, held against the schema `docs/schema/NAME.json`.
+pub fn answer(name: &str, said: impl AsRef<[u8]>) -> Value {
+    let said = said.as_ref();
+    let value = serde_json::from_slice(said)
+        .unwrap_or_else(|_| panic!("{name}: JSON and nothing else: {}", String::from_utf8_lossy(said)));
+    let file = format!("{}/docs/schema/{name}.json", env!("CARGO_MANIFEST_DIR"));
+    let schema = std::fs::read_to_string(&file).unwrap_or_else(|_| panic!("{file} is there"));
+    let misfits = misfits(&serde_json::from_str(&schema).expect("JSON"), &value);
+    assert!(misfits.is_empty(), "the answer of {name} beside its schema: {misfits:#?}");
+    value
+}
+
 /// Where `value` does not fit `schema`; empty where it does.
-pub fn misfits(schema: &Value, value: &Value) -> Vec<String> {
+fn misfits(schema: &Value, value: &Value) -> Vec<String> {
     let mut found = Vec::new();
     check(schema, schema, value, "$", &mut found);
     found
@@ -31,6 +43,12 @@ fn check(root: &Value, schema: &Value, value: &Value, at: &str, found: &mut Vec<
             "enum" => rule.as_array().is_some_and(|allowed| allowed.contains(value)),
             "minimum" => value.as_f64().zip(rule.as_f64()).is_none_or(|(value, least)| value >= least),
             "maximum" => value.as_f64().zip(rule.as_f64()).is_none_or(|(value, most)| value <= most),
+            "minLength" => {
+                value.as_str().is_none_or(|text| text.chars().count() as u64 >= rule.as_u64().unwrap_or(0))
+            }
+            "maxLength" => {
+                value.as_str().is_none_or(|text| text.chars().count() as u64 <= rule.as_u64().unwrap_or(0))
+            }
             "minItems" => {
                 value.as_array().is_none_or(|items| items.len() as u64 >= rule.as_u64().unwrap_or(0))
             }

@@ -188,11 +188,11 @@ fn import_tells_the_kinds_of_log_apart() {
     std::fs::write(&path, bus_log(&roles, 50)).expect("written");
     let text = |path: &Path| path.display().to_string();
     let done = super::rotorbench(&["import", &text(&path), "-o", &text(&csv), "--json"]);
-    let report: serde_json::Value = serde_json::from_slice(&done.stdout).expect("JSON and nothing else");
+    let report: serde_json::Value = super::json_schema::answer("import", &done.stdout);
     assert_eq!(report["frames"]["rows_by"], "command");
     assert_eq!(report["findings"]["samples"], 50);
     let again = super::rotorbench(&["import", &text(&csv), "--json"]);
-    let report: serde_json::Value = serde_json::from_slice(&again.stdout).expect("JSON and nothing else");
+    let report: serde_json::Value = super::json_schema::answer("import", &again.stdout);
     assert_eq!(report["findings"]["samples"], 50);
     assert!(report["frames"].is_null());
 }

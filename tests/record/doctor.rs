@@ -4,12 +4,12 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use super::rotorbench;
+use super::{json_schema, rotorbench};
 
 fn findings(arguments: &[&str]) -> (Option<i32>, Vec<serde_json::Value>) {
     let done = rotorbench(&[&["doctor", "--json"], arguments].concat());
-    let findings = serde_json::from_slice(&done.stdout).expect("JSON and nothing else");
-    (done.status.code(), findings)
+    let findings = json_schema::answer("doctor", &done.stdout);
+    (done.status.code(), findings.as_array().cloned().expect("a list"))
 }
 
 fn of<'a>(findings: &'a [serde_json::Value], check: &str) -> &'a serde_json::Value {

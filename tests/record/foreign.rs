@@ -6,7 +6,7 @@ use std::process::Output;
 
 use rotorbench::log::csv;
 
-use super::rotorbench;
+use super::{json_schema, rotorbench};
 
 struct Folder(tempfile::TempDir);
 
@@ -65,7 +65,7 @@ fn a_guess_is_shown_and_becomes_a_mapping_that_reads_the_log() {
     assert_eq!(shown.status.code(), Some(0), "{}", said(&shown));
     assert!(said(&shown).contains("propeller_rate_2_rad_s") && said(&shown).contains("--write-mapping"));
     let guess: serde_json::Value =
-        serde_json::from_slice(&rotorbench(&["import", &log, "--json"]).stdout).expect("JSON");
+        json_schema::answer("import-guess", &rotorbench(&["import", &log, "--json"]).stdout);
     let certainty = |column: usize| guess["columns"][column]["certainty"].as_str().map(str::to_owned);
     assert_eq!(guess["columns"][1]["signal"], "command_1");
     assert_eq!(
@@ -131,7 +131,7 @@ fn channels_with_clocks_of_their_own_are_put_together() {
     );
     let done = rotorbench(&["import", &log, "--mapping", &mapping, "-o", &folder.at("out.csv"), "--json"]);
     assert_eq!(done.status.code(), Some(0), "{}", said(&done));
-    let notes: serde_json::Value = serde_json::from_slice(&done.stdout).expect("JSON");
+    let notes: serde_json::Value = json_schema::answer("import", &done.stdout);
     assert_eq!(notes["notes"]["without_time"]["count"], 0, "a clock that ends lacks nothing");
     let read = csv::read(Path::new(&folder.at("out.csv"))).expect("our own log");
     let volts = read.column("battery_voltage_v").expect("there");

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::rotorbench;
+use super::{json_schema, rotorbench};
 use rotorbench::log::{Dataset, ForeignError, Mapping, Notes, csv, mapped};
 
 const MAPPING: &str = r##"
@@ -237,7 +237,7 @@ fn the_command_keeps_what_was_there_when_it_refuses() {
     let done =
         rotorbench(&["import", &at("good.csv"), "--mapping", &at("m.toml"), "-o", &at("out.csv"), "--json"]);
     assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
-    let report: serde_json::Value = serde_json::from_slice(&done.stdout).expect("JSON and nothing else");
+    let report: serde_json::Value = json_schema::answer("import", &done.stdout);
     assert_eq!(report["findings"]["samples"], 3);
     assert_eq!(csv::read(Path::new(&at("out.csv"))).expect("our own log").len(), 3);
     for (arguments, words) in [

@@ -6,7 +6,7 @@ use std::time::Duration;
 use hdrhistogram::serialization::interval_log::{IntervalLogIterator, LogEntry};
 use serde_json::Value;
 
-use super::rotorbench;
+use super::{json_schema, rotorbench};
 
 const STAGES: [&str; 4] = ["bare", "controller", "shared_memory", "bus"];
 
@@ -53,8 +53,7 @@ fn stages_add_up_and_the_files_hold_them() {
     let options = ["jitter", "--json", "--duration-s", "0.6", "--rounds", "3", "--period-us", "2000"];
     let files = ["--histogram", &log, "--report", &page];
     let done = rotorbench(&[&options[..], &files[..]].concat());
-    let measured: Value = serde_json::from_slice(&done.stdout)
-        .unwrap_or_else(|_| panic!("JSON and nothing else: {}", String::from_utf8_lossy(&done.stderr)));
+    let measured: Value = json_schema::answer("jitter", &done.stdout);
     let mut missed = 0;
     for name in STAGES.iter().filter(|name| **name != "bus") {
         let result = stage(&measured, name);
@@ -140,7 +139,7 @@ fn an_interrupted_measurement_shows_what_it_has() {
     // SAFETY: a child of this process that was not waited for: its number is its own.
     unsafe { libc::kill(process.id() as libc::pid_t, libc::SIGINT) };
     let done = process.wait_with_output().expect("it ends");
-    let measured: Value = serde_json::from_slice(&done.stdout).expect("JSON and nothing else");
+    let measured: Value = json_schema::answer("jitter", &done.stdout);
     assert_eq!(measured["is_cut_short"], true);
     assert!(stage(&measured, "bus")["timing"].is_null(), "it never came so far");
     assert_eq!(measured["cyclictest"]["rounds"].as_array().map(Vec::len), Some(0));

@@ -8,6 +8,8 @@ mod doctor;
 mod foreign;
 mod import;
 mod jitter;
+#[path = "../json_schema/mod.rs"]
+mod json_schema;
 mod kept;
 mod overwritten;
 mod recording;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::rotorbench;
+use super::{json_schema, rotorbench};
 use rotorbench::bench::BenchConfig;
 use rotorbench::emulate::Impulse;
 use rotorbench::log::{csv, export};
@@ -170,7 +170,7 @@ fn the_command_says_where_they_part_and_refuses_what_is_no_recording() {
     let parted =
         rotorbench(&["replay", &at("run.mcap"), "--set", "controller.reference.angle_rad=0.1", "--json"]);
     assert_eq!(parted.status.code(), Some(1));
-    let verdict: serde_json::Value = serde_json::from_slice(&parted.stdout).expect("JSON and nothing else");
+    let verdict: serde_json::Value = json_schema::answer("replay", &parted.stdout);
     assert!(verdict["controller"]["first_difference"]["sequence"].as_u64().is_some(), "{verdict}");
     assert!(verdict["guard"]["first_difference"].is_null());
 

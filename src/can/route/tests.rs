@@ -28,7 +28,7 @@ fn counter(start: u16, size: u16, length: usize) -> Option<(String, SignalCodec)
 
 fn route(id: Id, length: usize, bindings: Vec<Binding<u32>>) -> Route<u32> {
     let name = format!("M{id}");
-    Route { name, id, length, period_s: 0.01, counter: None, bindings, is_one_word: false }
+    Route { name, id, length, period_s: 0.01, counter: None, bindings, is_one_word: false, lacks_node: false }
 }
 
 fn payload(bytes: &[u8]) -> Payload {

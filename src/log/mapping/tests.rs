@@ -21,6 +21,28 @@ fn dshot_throttle_becomes_zero_to_one() {
 }
 
 #[test]
+fn a_shipped_mapping_fits_where_its_columns_are_and_mean_the_same() {
+    let signals = Mapping::load("rcbenchmark").expect("good").config.signal;
+    let names = [
+        "Time (s)",
+        "ESC signal",
+        "Voltage (V)",
+        "Current (A)",
+        "Thrust (gf)",
+        "Motor Optical Speed (rad/s)",
+    ];
+    assert_eq!(
+        Mapping::shipped_for(&names, &signals),
+        Some("rcbenchmark"),
+        "the torque's column may be absent"
+    );
+    assert_eq!(Mapping::shipped_for(&names[..5], &signals), None, "a column is missing");
+    let mut pulses = signals;
+    pulses[0].scale = 0.001;
+    assert_eq!(Mapping::shipped_for(&names, &pulses), None, "pulses of 1000 to 2000 µs");
+}
+
+#[test]
 fn errors_name_the_place_and_the_signal() {
     let signal = |rest: &str| format!("[time]\ncolumn = \"t\"\n[[signal]]\nname = \"command_1\"\n{rest}");
     assert_eq!(error("[time"), "m.toml: line 1, column 6: unclosed table, expected `]`");

@@ -21,6 +21,7 @@ use crate::signal::{ControlStep, GuardEvent, GuardStep, ROTORS};
 pub const DEFAULT_S: f64 = 60.0;
 
 /// What a run on virtual time ends with.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct LockstepSummary {
     /// Slots run.

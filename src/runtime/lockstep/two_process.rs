@@ -181,6 +181,7 @@ fn has_stopped(slot: &Slot) -> bool {
 }
 
 /// What the controller's side ends with.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct AnswerSummary {
     /// Steps answered, each counted once.

@@ -8,6 +8,7 @@ use crate::screening::Finding;
 use crate::shm::{self, Leftover};
 
 /// How bad a finding is.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Grade {

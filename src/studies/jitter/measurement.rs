@@ -21,6 +21,7 @@ use crate::signal::{Applied, Sample, Sensors};
 use crate::studies::thresholds::THRESHOLDS;
 
 /// What runs in the cycle.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Stage {

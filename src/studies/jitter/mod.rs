@@ -36,6 +36,7 @@ pub struct JitterConfig {
 }
 
 /// What one stage showed.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct StageResult {
     /// What ran in the cycle.
@@ -58,6 +59,7 @@ pub struct StageResult {
 }
 
 /// What cyclictest showed.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct CyclictestResult {
     /// Why it was not measured; the rest is then absent.
@@ -74,6 +76,7 @@ pub struct CyclictestResult {
 }
 
 /// Figures over a yardstick's.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Ratios {
     /// Of the medians.
@@ -85,6 +88,7 @@ pub struct Ratios {
 }
 
 /// The whole measurement.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct Jitter {
     /// [s] period of the cycles.

@@ -63,6 +63,7 @@ pub enum PaperError {
 }
 
 /// One run under control.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct ControlledRun {
     /// `EMC` or `PID`.
@@ -79,6 +80,7 @@ pub struct ControlledRun {
 }
 
 /// A printed number and ours.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Beside {
     /// Table of the print.
@@ -96,6 +98,7 @@ pub struct Beside {
 }
 
 /// Everything the report shows.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Serialize)]
 pub struct PaperRun {
     /// Tables I to IV, number by number.

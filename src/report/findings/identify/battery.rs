@@ -37,6 +37,20 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
                 )
             }
         }
+        "voltage_gain_impossible" => format!(
+            "k_V = {} rad/(s V) is none that a motor has: {}; the rates drifted with something else while the voltage fell (a motor \
+             that warms up, a supply that wanders). Give logs of several charges, or leave the battery out (--no-battery); do not \
+             fly with this k_V",
+            short((1e2 * n("value")).round() / 1e2),
+            if n("value") < 0.0 {
+                "it would turn faster on an emptier battery".to_owned()
+            } else {
+                format!(
+                    "all of its rate over all of its volts is {} rad/(s V)",
+                    short(n("most_rad_s_v").round())
+                )
+            }
+        ),
         "battery_not_logged" => format!(
             "no column `battery_voltage_v` with a battery's voltage in {}: k_V cannot be identified, and g(u) and p are fitted \
              without the battery's part, so they hold for the charge at which the log was made, and p includes how the battery \
