@@ -10,6 +10,7 @@ use rotorbench::diagnose::{DiagnoseConfig, Diagnosis};
 use rotorbench::emulate::HiddenConfig;
 use rotorbench::model::Model;
 use rotorbench::runtime::controller_plant::ExperimentPlan;
+use rotorbench::screening::ScreenedLog;
 use rotorbench::session::{self, Extended, Job};
 
 /// Prints the result.
@@ -40,7 +41,7 @@ pub fn diagnosed() -> Result<(Diagnosis, Extended), Box<dyn Error>> {
 }
 
 /// Your own logs: `session::open_all(&paths, &OpenConfig::default(), &job)`.
-fn flight(seed: u64, job: &Job) -> Result<[rotorbench::log::Dataset; 1], Box<dyn Error>> {
+fn flight(seed: u64, job: &Job) -> Result<[ScreenedLog; 1], Box<dyn Error>> {
     let mut bench = BenchConfig::default();
     bench.emulator.seed = seed;
     bench.emulator.hidden.push(HiddenConfig::parse("gravity_pendulum:moment=0.4")?);

@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 
 use rotorbench::cancel::Cancel;
 use rotorbench::report::findings::sentence;
-use rotorbench::screening::ScreenedLog;
 use rotorbench::session::{self, Job, OpenConfig};
 
 /// Prints the result.
@@ -23,11 +22,11 @@ pub fn main() -> Result<(), Box<dyn Error>> {
 pub fn summary(path: &Path) -> Result<String, Box<dyn Error>> {
     let cancel = Cancel::default();
     // A recording, a candump log and a CSV in our format say what they are; a foreign CSV needs a mapping.
-    let log = session::open(path, &OpenConfig::default(), &Job::unwatched(&cancel))?.log;
+    let screened = session::open(path, &OpenConfig::default(), &Job::unwatched(&cancel))?.log;
+    let log = screened.raw();
     let span = log.time().last().zip(log.time().first()).map_or(0.0, |(last, first)| last - first);
     let mut text = format!("{}: {} rows in {span:.2} s\n", log.source_name(), log.len());
 
-    let screened = ScreenedLog::of(&log);
     for name in log.names() {
         let readings = log.column(name).unwrap_or_default();
         let there = readings.iter().filter(|value| value.is_finite()).count();

@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         let page = arguments.report.as_ref().map(|path| (path, comparison::page(&found, &logs)));
         let last = logs.first().zip(found.first().and_then(|models| models.last()));
         let signals = match (&arguments.signals, last) {
-            (Some(path), Some((log, comparison))) => Some((path, comparison.signals(log)?)),
+            (Some(path), Some((log, comparison))) => Some((path, comparison.signals(log.raw())?)),
             _ => None,
         };
         Ok((logs, found, page, signals))

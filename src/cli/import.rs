@@ -80,13 +80,13 @@ pub fn run(arguments: &Arguments) -> CliResult {
     })?;
     let Opened { log, format, notes, frames } = opened;
     if let Some(output) = &arguments.output {
-        csv::write(&log, output)?;
+        csv::write(log.raw(), output)?;
     }
     if arguments.json {
         let report = Report {
             source: log.source_name(),
             format,
-            sha256: log.sha256(),
+            sha256: log.raw().sha256(),
             notes: &notes,
             frames: frames.as_ref(),
             findings: &findings,
@@ -95,7 +95,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         };
         println!("{}", crate::report::json::answer(&report)?);
     } else {
-        print!("{}", import::text(&log, &notes, &findings));
+        print!("{}", import::text(log.raw(), &notes, &findings));
         if let Some(frames) = &frames {
             print!("{}", import::frames(frames));
         }

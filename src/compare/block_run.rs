@@ -13,7 +13,10 @@ pub(crate) struct BlockRun {
     /// noisy start of a window moves all of it smoothly.
     pub shows_noise: bool,
     pub rows: Vec<usize>,
+    /// What is scored; not-a-number elsewhere.
     pub measured: Vec<f64>,
+    /// What was measured, scored or not.
+    pub shown: Vec<f64>,
     pub modelled: Vec<f64>,
     /// Parts without a hole.
     pub pieces: Vec<Range<usize>>,
@@ -57,6 +60,7 @@ impl BlockRun {
             shows_noise: matches!(floor, NoisePath::Sensor | NoisePath::Window { .. }),
             rows: Vec::new(),
             measured: Vec::new(),
+            shown: Vec::new(),
             modelled: Vec::new(),
             pieces: Vec::new(),
             one_step: None,
@@ -66,9 +70,21 @@ impl BlockRun {
 
     /// Adds a part without a hole: rows of the log, and both signals there.
     pub(crate) fn add(&mut self, rows: Range<usize>, measured: &[f64], modelled: &[f64]) {
+        self.add_scored(rows, measured, measured, modelled);
+    }
+
+    /// The same where only a part of what was `measured` is `scored`, and not-a-number elsewhere.
+    pub(crate) fn add_scored(
+        &mut self,
+        rows: Range<usize>,
+        measured: &[f64],
+        scored: &[f64],
+        modelled: &[f64],
+    ) {
         let from = self.rows.len();
         self.rows.extend(rows);
-        self.measured.extend_from_slice(measured);
+        self.shown.extend_from_slice(measured);
+        self.measured.extend_from_slice(scored);
         self.modelled.extend_from_slice(modelled);
         self.pieces.push(from..self.rows.len());
     }
@@ -78,7 +94,7 @@ impl BlockRun {
         matches!(self.floor, NoisePath::Window { .. })
     }
 
-    /// Measured minus modelled.
+    /// Measured minus modelled, where it is scored.
     pub(crate) fn residual(&self) -> Vec<f64> {
         self.measured.iter().zip(&self.modelled).map(|(y, m)| y - m).collect()
     }

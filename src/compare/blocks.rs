@@ -1,5 +1,6 @@
 //! Runs each block on measured inputs, through the model's own free runs.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use super::block_run::{BlockRun, NoisePath};
@@ -9,25 +10,30 @@ use super::{CompareConfig, CompareError, gyro_block};
 use crate::effect::Law;
 use crate::estimation::slope::forward_slopes;
 use crate::log::Dataset;
-use crate::log::segments::{Stretch, stretches};
+use crate::log::segments::{Stretch, common, stretches};
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, RotorInput, RotorStart, RotorTrace};
-use crate::screening::readings;
+use crate::screening::{ScreenedLog, readings};
 
 /// Runs every block that finds its inputs and its output.
 pub(crate) fn blocks(
     model: &Model,
-    log: &Dataset,
+    screened: &ScreenedLog,
     config: &CompareConfig,
 ) -> Result<Vec<BlockRun>, CompareError> {
     let equations = model.equations()?;
+    let log = screened.dataset();
     let mut blocks = Vec::new();
     for rotor in 0..2 {
-        blocks.extend(actuator(model, &equations, log, rotor)?);
+        blocks.extend(actuator(model, &equations, screened, rotor)?);
         blocks.extend(thrust(&equations, log, rotor));
     }
-    blocks.extend(body(&equations, log, config, Drive::Measured));
+    if let Some(driven) = body_inputs(&equations, log) {
+        blocks.extend(body("body", &equations, log, config, &driven));
+    }
     blocks.extend(gyro_block::run(&equations, log));
-    blocks.extend(body(&equations, log, config, Drive::Commands));
+    if let Some(driven) = commanded(&equations, screened) {
+        blocks.extend(body("chain", &equations, log, config, &driven));
+    }
     Ok(blocks)
 }
 
@@ -37,26 +43,31 @@ const SIDES: [f64; 2] = [1.0, -1.0];
 fn actuator(
     model: &Model,
     equations: &Equations,
-    log: &Dataset,
+    screened: &ScreenedLog,
     rotor: usize,
 ) -> Result<Option<BlockRun>, CompareError> {
-    let (Some(command), Some(rate)) = (log.column(COMMANDS[rotor]), log.column(RATES[rotor])) else {
+    let log = screened.dataset();
+    let (Some(judged), Some(rate)) = (screened.rotor(rotor + 1), log.column(RATES[rotor])) else {
         return Ok(None);
     };
-    let battery = log.column(BATTERY);
+    let (command, battery) = (&judged.data().command, judged.data().voltage.as_ref());
     let mut driven_by = vec![COMMANDS[rotor]];
     driven_by.extend(battery.map(|_| BATTERY));
     let name = ["actuator_1", "actuator_2"][rotor];
     let mut block = BlockRun::new(name, RATES[rotor], "rad/s", &driven_by, NoisePath::Sensor);
-    let inputs: Vec<&[f64]> = std::iter::once(command).chain(battery).collect();
     let mut is_slow = false;
     for added in &model.effects {
         is_slow |= matches!(model.effect(&added.id)?.law, Law::Memory(memory) if memory.slow);
     }
     let (mut squares, mut count) = (0.0, 0.0);
-    for stretch in stretches(log, &inputs) {
-        let measured = &rate[stretch.rows.clone()];
-        let modelled = rotor_run(equations, log, &stretch, rotor, measured, is_slow);
+    for rows in judged.stretches().iter().cloned() {
+        let inputs = std::iter::once(command).chain(battery).map(|input| input[rows.clone()].to_vec());
+        let stretch = Stretch { inputs: inputs.collect(), rows };
+        let shown = &rate[stretch.rows.clone()];
+        let scored = stretch.rows.clone().zip(shown);
+        let measured: Vec<f64> =
+            scored.map(|(row, rate)| if judged.is_scored(row) { *rate } else { f64::NAN }).collect();
+        let modelled = rotor_run(equations, log, &stretch, rotor, (shown, &measured), is_slow);
         // What a first-order rotor does one sample ahead: the residual less what it had coming.
         let time = &log.time()[stretch.rows.clone()];
         let known: Vec<usize> = (0..measured.len()).filter(|k| measured[*k].is_finite()).collect();
@@ -69,19 +80,19 @@ fn actuator(
                 count += 1.0;
             }
         }
-        block.add(stretch.rows, measured, &modelled);
+        block.add_scored(stretch.rows, shown, &measured, &modelled);
     }
     block.one_step = (count > 0.0).then(|| f64::sqrt(squares / count));
     Ok((count > 0.0).then_some(block))
 }
 
-/// Rate that the telemetry would show over a stretch, started at the first measured value.
+/// Rate that the telemetry would show over a stretch, started at the first measured value; of `scored` a slow state is learned.
 fn rotor_run(
     equations: &Equations,
     log: &Dataset,
     stretch: &Stretch,
     rotor: usize,
-    measured: &[f64],
+    (measured, scored): (&[f64], &[f64]),
     is_slow: bool,
 ) -> Vec<f64> {
     let input = RotorInput {
@@ -105,7 +116,7 @@ fn rotor_run(
         equations.simulate_rotor(&input, &start, &mut trace);
         let (mut along, mut size) = (0.0, 0.0);
         for ((y, a), b) in
-            measured.iter().zip(&from_steady).zip(&trace.measured).filter(|((y, _), _)| y.is_finite())
+            scored.iter().zip(&from_steady).zip(&trace.measured).filter(|((y, _), _)| y.is_finite())
         {
             along += (y - a) * (b - a);
             size += (b - a).powi(2);
@@ -139,20 +150,24 @@ fn thrust(equations: &Equations, log: &Dataset, rotor: usize) -> Option<BlockRun
 }
 
 /// What drives the body.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Drive {
-    /// Measured rotor rates, or the torque command.
-    Measured,
-    /// Commands, through the modelled rotors.
-    Commands,
-}
-
-/// What drives the body.
 pub(crate) struct BodyDrive {
     /// Rows of the log, and the input over them.
     pub stretches: Vec<(Range<usize>, BodyInput)>,
     /// Columns.
     pub by: Vec<&'static str>,
+    /// Of each row of the log whether what drives the body has no law there: it is not scored. Empty = of none.
+    pub rests: Vec<bool>,
+}
+
+impl BodyDrive {
+    /// A channel of the log, not-a-number where it is not scored.
+    fn scored<'a>(&self, values: &'a [f64]) -> Cow<'a, [f64]> {
+        if self.rests.is_empty() {
+            return Cow::Borrowed(values);
+        }
+        let rows = values.iter().zip(&self.rests);
+        rows.map(|(value, rests)| if *rests { f64::NAN } else { *value }).collect()
+    }
 }
 
 /// Measured inputs of the body. `None` where the log has not got it.
@@ -163,7 +178,7 @@ pub(crate) fn body_inputs(equations: &Equations, log: &Dataset) -> Option<BodyDr
             let input = rotor_driven(equations, &log.time()[stretch.rows.clone()], &stretch.inputs);
             (stretch.rows, input)
         });
-        return Some(BodyDrive { stretches: inputs.collect(), by: RATES.to_vec() });
+        return Some(BodyDrive { stretches: inputs.collect(), by: RATES.to_vec(), rests: Vec::new() });
     }
     let torque = log.column(TORQUE_COMMAND)?;
     let inputs = stretches(log, &[torque]).into_iter().map(|stretch| {
@@ -171,7 +186,7 @@ pub(crate) fn body_inputs(equations: &Equations, log: &Dataset) -> Option<BodyDr
         let torque = equations.torque_means(&time, &stretch.inputs[0], &vec![0.0; time.len()]);
         (stretch.rows, BodyInput { time, torque, propeller_rate: [Vec::new(), Vec::new()] })
     });
-    Some(BodyDrive { stretches: inputs.collect(), by: vec![TORQUE_COMMAND] })
+    Some(BodyDrive { stretches: inputs.collect(), by: vec![TORQUE_COMMAND], rests: Vec::new() })
 }
 
 /// Input of the body from the rates of both rotors at the samples, straight lines between them.
@@ -189,44 +204,52 @@ fn rotor_driven(equations: &Equations, time: &[f64], rates: &[Vec<f64>]) -> Body
     }
 }
 
-/// Inputs of the body through the modelled rotors.
-fn commanded(equations: &Equations, log: &Dataset) -> Option<BodyDrive> {
-    let (command_1, command_2) = (log.column(COMMANDS[0])?, log.column(COMMANDS[1])?);
-    let battery = log.column(BATTERY);
-    let inputs: Vec<&[f64]> = [command_1, command_2].into_iter().chain(battery).collect();
-    let body = stretches(log, &inputs).into_iter().map(|stretch| {
-        let time = &log.time()[stretch.rows.clone()];
+/// Inputs of the body through the modelled rotors, where the commands of both are known. While one of them stands or starts
+/// its model says nothing, and neither does the chain.
+fn commanded(equations: &Equations, screened: &ScreenedLog) -> Option<BodyDrive> {
+    let log = screened.dataset();
+    let rotors = [screened.commanded(1)?, screened.commanded(2)?];
+    let known = common(rotors[0].stretches(), rotors[1].stretches());
+    let body = known.into_iter().map(|rows| {
+        let time = &log.time()[rows.clone()];
         let rates = [0, 1].map(|rotor| {
+            let data = rotors[rotor].data();
             let input = RotorInput {
                 time,
-                command: &stretch.inputs[rotor],
-                voltage: stretch.inputs.get(2).map(Vec::as_slice),
+                command: &data.command[rows.clone()],
+                voltage: data.voltage.as_ref().map(|voltage| &voltage[rows.clone()]),
                 side: SIDES[rotor],
             };
-            let first = log.column(RATES[rotor]).and_then(|rates| rates.get(stretch.rows.start).copied());
+            let first = log.column(RATES[rotor]).and_then(|rates| rates.get(rows.start).copied());
             let rate = first.filter(|rate| rate.is_finite());
-            let start = RotorStart { rate, is_first: stretch.rows.start == 0, ..RotorStart::default() };
+            let start = RotorStart { rate, is_first: rows.start == 0, ..RotorStart::default() };
             let mut trace = RotorTrace::default();
             equations.simulate_rotor(&input, &start, &mut trace);
             trace.rate
         });
-        (stretch.rows, rotor_driven(equations, time, &rates))
+        let input = rotor_driven(equations, time, &rates);
+        (rows, input)
     });
+    let battery = log.column(BATTERY);
     let by = COMMANDS.into_iter().chain(battery.map(|_| BATTERY)).collect();
-    Some(BodyDrive { stretches: body.collect(), by })
+    let rests = (0..log.len()).map(|row| rotors.iter().any(|rotor| rotor.rests(row))).collect();
+    Some(BodyDrive { stretches: body.collect(), by, rests })
 }
 
 /// Windows over the body: rate, and angle where it is measured.
-fn body(equations: &Equations, log: &Dataset, config: &CompareConfig, drive: Drive) -> Vec<BlockRun> {
-    let Some(rate) = log.column(BODY_RATE) else { return Vec::new() };
-    let angle = log.column(BODY_ANGLE);
+fn body(
+    name: &'static str,
+    equations: &Equations,
+    log: &Dataset,
+    config: &CompareConfig,
+    driven: &BodyDrive,
+) -> Vec<BlockRun> {
+    let Some(shown) = log.column(BODY_RATE) else { return Vec::new() };
+    let shown_angle = log.column(BODY_ANGLE);
+    let rate = driven.scored(shown);
+    let angle = shown_angle.map(|angle| driven.scored(angle));
     // Where a window starts; it is scored by what was measured.
-    let start_angle = angle.map(|angle| readings::bridged(log.time(), angle));
-    let (name, found) = match drive {
-        Drive::Measured => ("body", body_inputs(equations, log)),
-        Drive::Commands => ("chain", commanded(equations, log)),
-    };
-    let Some(driven) = found else { return Vec::new() };
+    let start_angle = shown_angle.map(|angle| readings::bridged(log.time(), angle));
     let rotors = driven.by.first() == Some(&RATES[0]);
     let floor = |angle| NoisePath::Window { rotors, angle };
     let mut rates = BlockRun::new(name, BODY_RATE, "rad/s", &driven.by, floor(false));
@@ -238,24 +261,31 @@ fn body(equations: &Equations, log: &Dataset, config: &CompareConfig, drive: Dri
             let trace = window_run(equations, input, &window, measured);
             // The start is the measurement itself: it is not scored.
             let scored = rows.start + window.start + 1..rows.start + window.end;
-            rates.add(scored.clone(), &rate[scored.clone()], &trace.rate[1..]);
-            if let Some(angle) = angle {
-                angles.add(scored.clone(), &angle[scored], &trace.angle[1..]);
+            let part = scored.clone();
+            rates.add_scored(part.clone(), &shown[part.clone()], &rate[part], &trace.rate[1..]);
+            if let (Some(angle), Some(shown)) = (&angle, shown_angle) {
+                angles.add_scored(scored.clone(), &shown[scored.clone()], &angle[scored], &trace.angle[1..]);
             }
         }
-        for window in windows(&input.time, measured, f64::MIN_POSITIVE) {
-            let trace = window_run(equations, input, &window, measured);
-            let step = rate[rows.start + window.end - 1] - trace.rate[1];
-            if step.is_finite() {
-                squares += step * step;
-                count += 1.0;
-            }
+        for step in one_step_errors(equations, input, measured) {
+            squares += step * step;
+            count += 1.0;
         }
     }
     rates.run = format!("windows of {} s", config.horizon_s);
     angles.run = rates.run.clone();
     rates.one_step = (count > 0.0).then(|| f64::sqrt(squares / count));
     [rates, angles].into_iter().filter(|block| block.measured.iter().any(|value| value.is_finite())).collect()
+}
+
+/// [rad/s] errors of the rate one sample ahead of each measured state.
+fn one_step_errors(equations: &Equations, input: &BodyInput, measured: (&[f64], Option<&[f64]>)) -> Vec<f64> {
+    let windows = windows(&input.time, measured, f64::MIN_POSITIVE).into_iter();
+    let errors = windows.map(|window| {
+        let trace = window_run(equations, input, &window, measured);
+        measured.0[window.end - 1] - trace.rate[1]
+    });
+    errors.filter(|error| error.is_finite()).collect()
 }
 
 /// Windows of `horizon` [s]: first row to one past the last, which is the next one's first.

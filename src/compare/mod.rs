@@ -116,7 +116,7 @@ pub struct Comparison {
     pub blocks: Vec<Block>,
     /// What torque the model lacks, over time; where a body rate was measured.
     pub unknown_torque: Option<UnknownTorque>,
-    /// Cells of the log that are no measurements, and were taken as missing.
+    /// Cells of the log that are no measurements, and were taken as missing; rows of its rotors that are not scored.
     pub findings: Vec<Finding>,
     /// Columns of the log that can hardly be what their names say, or are of another rotor than the first model's.
     pub mistaken_columns: Vec<Finding>,
@@ -170,30 +170,28 @@ impl Comparison {
 /// [`CompareError`] when the log is too short, or nothing in it can be compared.
 pub fn compare(
     models: &[Model],
-    log: &Dataset,
+    log: &ScreenedLog,
     config: &CompareConfig,
 ) -> Result<Vec<Comparison>, CompareError> {
     if !CompareConfig::HORIZONS_S.contains(&config.horizon_s) {
         return Err(CompareError::Horizon(config.horizon_s));
     }
-    if log.len() < THRESHOLDS.fewest_samples {
+    let samples = log.raw().len();
+    if samples < THRESHOLDS.fewest_samples {
         return Err(CompareError::TooShort {
             log: log.source_name().to_owned(),
-            samples: log.len(),
+            samples,
             needed: THRESHOLDS.fewest_samples,
         });
     }
-    check_magnitudes(log)?;
-    let screened = ScreenedLog::of(log);
-    let warnings: Vec<Finding> = screened.findings().cloned().collect();
-    let log = screened.dataset();
+    check_magnitudes(log.raw())?;
     let runs = models.iter().map(|model| run(model, log, config)).collect::<Result<Vec<_>, _>>()?;
     if runs.iter().all(Vec::is_empty) {
-        return Err(ScreeningError::nothing_in_common(&[log]).into());
+        return Err(log.nothing_scored().into());
     }
-    // A finding, not refused: a comparison may be what somebody looks at to find that out.
-    let mistaken = models.first().map(|model| identify::check_columns(std::slice::from_ref(log), model));
-    let mistaken = mistaken.unwrap_or(Ok(Vec::new())).unwrap_or_else(|error| vec![error.into_finding()]);
+    let mistaken = mistaken_columns(models, log);
+    let warnings: Vec<Finding> = log.findings().filter(|it| !mistaken.contains(it)).cloned().collect();
+    let log = log.dataset();
     let noise = noise::Noise::estimate(log, &runs);
     let mut comparisons = Vec::new();
     for (model, run) in models.iter().zip(runs) {
@@ -216,12 +214,22 @@ pub fn compare(
     Ok(comparisons)
 }
 
+/// Findings, nothing is refused: a comparison may be what somebody looks at to find that out.
+fn mistaken_columns(models: &[Model], log: &ScreenedLog) -> Vec<Finding> {
+    let Some(model) = models.first() else { return Vec::new() };
+    match identify::check_columns(std::slice::from_ref(log), model) {
+        Ok(found) => log.mistaken().cloned().chain(found).collect(),
+        Err(error) => vec![error.into_finding()],
+    }
+}
+
 /// Runs the blocks of a model, after its expressions were found to be defined on every row.
-fn run(model: &Model, log: &Dataset, config: &CompareConfig) -> Result<Vec<BlockRun>, CompareError> {
+fn run(model: &Model, log: &ScreenedLog, config: &CompareConfig) -> Result<Vec<BlockRun>, CompareError> {
     cancel::check();
     let added: Vec<_> =
         model.effects.iter().map(|added| model.effect(&added.id)).collect::<Result<_, _>>()?;
-    let undefined = model.first_undefined_row(&added, log.time(), &|name| log.column(name))?;
+    let data = log.dataset();
+    let undefined = model.first_undefined_row(&added, data.time(), &|name| data.column(name))?;
     if let Some(UndefinedRow { effect, time, signals }) = undefined {
         let (model, log) = (model.name.clone(), log.source_name().to_owned());
         return Err(CompareError::NotANumber { model, effect, log, time, signals });

@@ -67,6 +67,19 @@ pub struct Trace {
     pub measured: Vec<f64>,
     /// In the signal's unit.
     pub modelled: Vec<f64>,
+    /// Whether the sample is scored: it is measured, and the block is asked for it.
+    pub is_scored: Vec<bool>,
+}
+
+impl Trace {
+    /// Measured minus modelled, in the signal's unit; not-a-number where it is not scored.
+    #[must_use]
+    pub fn residual(&self) -> Vec<f64> {
+        let scored = |at: usize| {
+            if self.is_scored[at] { self.measured[at] - self.modelled[at] } else { f64::NAN }
+        };
+        (0..self.rows.len()).map(scored).collect()
+    }
 }
 
 /// A block that was run and scored.
@@ -131,7 +144,13 @@ impl BlockRun {
             samples: residual.iter().filter(|value| value.is_finite()).count(),
             error,
             failure,
-            trace: Trace { rows: self.rows, time, measured: self.measured, modelled: self.modelled },
+            trace: Trace {
+                is_scored: self.measured.iter().map(|value| value.is_finite()).collect(),
+                rows: self.rows,
+                time,
+                measured: self.shown,
+                modelled: self.modelled,
+            },
         }
     }
 

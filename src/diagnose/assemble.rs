@@ -15,15 +15,15 @@ use super::thresholds::THRESHOLDS;
 use super::verdict::{joint, turns_against_torque};
 use crate::effect;
 use crate::estimation::moments::mean_square;
-use crate::log::Dataset;
 use crate::model::{Effect, Model};
+use crate::screening::ScreenedLog;
 
 /// The answer from what was found in each block, and the verdict on it.
 pub(crate) fn conclude(
     model: &Model,
     known: &[Effect],
     (blocks, verdicts): (&[SearchResult], &[Verdict]),
-    logs: &[&Dataset],
+    logs: &[ScreenedLog],
     config: &DiagnoseConfig,
 ) -> Diagnosis {
     let verdict = joint(verdicts);

@@ -110,12 +110,12 @@ mod tests {
         let same = |value: f64| vec![value; 100];
         log.insert("command_1", same(0.5)).expect("fits");
         log.insert("propeller_rate_1_rad_s", same(600.0)).expect("fits");
-        log.insert("battery_voltage_v", (0..100).map(f64::from).collect()).expect("fits");
-        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log])));
+        log.insert("battery_voltage_v", (100..200).map(f64::from).collect()).expect("fits");
+        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
         let Runs::Rotor(runs) = shifted(&data, 0.3).runs else { panic!("of rotors") };
         assert_eq!(runs.len(), 2, "a hole");
         let volts: Vec<f64> = runs.iter().filter_map(|run| run.voltage.clone()).flatten().collect();
-        let expected: Vec<f64> = (30..100).chain(0..30).map(f64::from).collect();
+        let expected: Vec<f64> = (130..200).chain(100..130).map(f64::from).collect();
         assert_eq!(volts, expected);
     }
 
@@ -132,7 +132,7 @@ mod tests {
             }
             log
         };
-        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log(12.6), log(11.0)])));
+        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log(12.6).into(), log(11.0).into()])));
         let Runs::Rotor(runs) = shifted(&data, 0.5).runs else { panic!("of rotors") };
         let volts: Vec<Option<Vec<f64>>> = runs.into_iter().map(|run| run.voltage).collect();
         assert_eq!(volts, [Some(vec![11.0; 100]), Some(vec![12.6; 100])]);

@@ -14,15 +14,14 @@ use crate::estimation::noise_floor::white_noise;
 use crate::estimation::quantile::distinct;
 use crate::estimation::slope::forward_slopes;
 use crate::estimation::smoother::{copy_missing, smooth, white};
-use crate::log::Dataset;
-use crate::log::segments::held_throughout;
+use crate::log::segments::{common, held_throughout};
 use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
-use crate::screening::readings;
+use crate::screening::{ScreenedLog, readings};
 use crate::signal::ROTORS;
 
 /// The rotor block of the logs; `None` when no log has a command beside a rotor rate.
 #[must_use]
-pub fn rotor_split(train: &[Dataset], validate: &[Dataset]) -> Option<DataSplit> {
+pub fn rotor_split(train: &[ScreenedLog], validate: &[ScreenedLog]) -> Option<DataSplit> {
     parted(
         BlockData::new(Runs::Rotor(rotor_runs(train))),
         BlockData::new(Runs::Rotor(rotor_runs(validate))),
@@ -35,12 +34,12 @@ pub fn rotor_split(train: &[Dataset], validate: &[Dataset]) -> Option<DataSplit>
 /// # Errors
 /// [`ModelError`] when the model holds an unknown effect.
 pub fn body_split(
-    train: &[Dataset],
-    validate: &[Dataset],
+    train: &[ScreenedLog],
+    validate: &[ScreenedLog],
     driver: &Driver,
     horizon: f64,
 ) -> Result<Option<DataSplit>, ModelError> {
-    let block = |logs: &[Dataset], locals: Option<&CandidateFit>, held_out: bool| {
+    let block = |logs: &[ScreenedLog], locals: Option<&CandidateFit>, held_out: bool| {
         let runs =
             logs.iter().enumerate().flat_map(|(log, data)| driver.runs(log, data, locals, held_out, horizon));
         BlockData::new(Runs::Body(runs.collect()))
@@ -50,7 +49,7 @@ pub fn body_split(
     Ok(parted(train_block, validate_block, validate))
 }
 
-fn parted(train: BlockData, validate: BlockData, logs: &[Dataset]) -> Option<DataSplit> {
+fn parted(train: BlockData, validate: BlockData, logs: &[ScreenedLog]) -> Option<DataSplit> {
     if train.is_empty() || (!logs.is_empty() && validate.is_empty()) {
         return None;
     }
@@ -72,15 +71,16 @@ impl Driver<'_> {
     fn runs(
         &self,
         log: usize,
-        data: &Dataset,
+        screened: &ScreenedLog,
         fitted: Option<&CandidateFit>,
         held_out: bool,
         horizon: f64,
     ) -> Vec<BodyRun> {
+        let data = screened.dataset();
         let Some(rate) = data.column("body_rate_rad_s") else { return Vec::new() };
         let angle = data.column("body_angle_rad");
         let rates: Vec<Option<Rates>> =
-            (0..ROTORS).map(|rotor| self.rotor_rate(log, rotor, data, fitted, held_out)).collect();
+            (0..ROTORS).map(|rotor| self.rotor_rate(log, rotor, screened, fitted, held_out)).collect();
         let command = data.column("torque_command_nm").map(held_throughout);
         // A rotor that nobody measured is taken as steady where a stretch begins, which it may not be.
         let measured = |rotor: usize| data.column(PROPELLER_RATES[rotor]).is_some();
@@ -90,7 +90,8 @@ impl Driver<'_> {
         // One with a dead time may have been on its way to anything where the log begins.
         let is_modelled = self.fitted.is_some() && rates.iter().all(Option::is_some);
         let mut runs = Vec::new();
-        for rows in data.segments() {
+        let stretches = if by_commands { stretches_of_unmeasured(screened) } else { data.segments() };
+        for rows in stretches {
             let cut = |values: &[f64]| values[rows.clone()].to_vec();
             let zeros = vec![0.0; rows.len()];
             let (torque, torque_slope, carried, propeller_rate) = match (&rates[..], &command) {
@@ -131,10 +132,11 @@ impl Driver<'_> {
         &self,
         log: usize,
         rotor: usize,
-        data: &Dataset,
+        screened: &ScreenedLog,
         fitted: Option<&CandidateFit>,
         held_out: bool,
     ) -> Option<Rates> {
+        let data = screened.dataset();
         let measured = data.column(PROPELLER_RATES[rotor]);
         let has_command = data.column(COMMANDS[rotor]).is_some();
         match (measured, fitted, self.split) {
@@ -148,7 +150,7 @@ impl Driver<'_> {
                 Some(rates)
             }
             (Some(measured), ..) => Some(Rates::between(data.time(), measured)),
-            (None, ..) if has_command => self.simulated(rotor, data),
+            (None, ..) if has_command => self.simulated(rotor, screened),
             _ => None,
         }
     }
@@ -172,17 +174,17 @@ impl Driver<'_> {
     }
 
     /// Without a measurement the rotor model has to do.
-    fn simulated(&self, rotor: usize, data: &Dataset) -> Option<Rates> {
-        let command = held_throughout(data.column(COMMANDS[rotor])?);
-        let voltage = data.column("battery_voltage_v").map(held_throughout);
-        let still = vec![0.0; data.len()];
+    fn simulated(&self, rotor: usize, screened: &ScreenedLog) -> Option<Rates> {
+        let judged = screened.commanded(rotor + 1)?;
+        let data = judged.data();
+        let still = vec![0.0; data.time.len()];
         let mut rates = Rates { at: still.clone(), mean: still.clone(), carried: still };
         let mut trace = RotorTrace::default();
-        for rows in data.segments() {
+        for rows in judged.stretches().iter().cloned() {
             let input = RotorInput {
-                time: &data.time()[rows.clone()],
-                command: &command[rows.clone()],
-                voltage: voltage.as_ref().map(|voltage| &voltage[rows.clone()]),
+                time: &data.time[rows.clone()],
+                command: &data.command[rows.clone()],
+                voltage: data.voltage.as_ref().map(|voltage| &voltage[rows.clone()]),
                 side: if rotor == 0 { 1.0 } else { -1.0 },
             };
             self.equations.simulate_rotor(&input, &RotorStart::default(), &mut trace);
@@ -191,6 +193,12 @@ impl Driver<'_> {
         }
         Some(rates)
     }
+}
+
+/// Stretches without a hole over which the commands are known of each rotor that nobody measured: what it did is simulated.
+fn stretches_of_unmeasured(log: &ScreenedLog) -> Vec<Range<usize>> {
+    let rotors = (1..=ROTORS).filter_map(|number| log.commanded(number)).filter(|it| !it.is_measured());
+    rotors.fold(log.dataset().segments(), |known, rotor| common(&known, rotor.stretches()))
 }
 
 /// [rad/s] rates of a rotor: at the samples, their means over the interval after each, and an example of the noise in
@@ -242,14 +250,14 @@ fn runs_of<'a>(
         .map(move |(index, run)| (run, fit.locals.get(index * locals..(index + 1) * locals).unwrap_or(&[])))
 }
 
-fn different_commands(log: &Dataset) -> usize {
-    let count = |name: &&str| distinct(log.column(name).unwrap_or(&[])).len();
+fn different_commands(log: &ScreenedLog) -> usize {
+    let count = |name: &&str| distinct(log.dataset().column(name).unwrap_or(&[])).len();
     COMMANDS.iter().map(count).max().unwrap_or(0)
 }
 
 /// Why an effect is not tried, or `None` when it can.
 #[must_use]
-pub fn refusal(effect: &Effect, model: &Model, logs: &[Dataset]) -> Option<Refusal> {
+pub fn refusal(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<Refusal> {
     if model.has(&effect.id) {
         return Some(Refusal::InModel);
     }
@@ -270,8 +278,8 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[Dataset]) -> Option<Refus
         }
     }
     effect.needs.iter().find_map(|need| {
-        let there = |data: &Dataset| {
-            let any = |name: String| data.column(&name).is_some();
+        let there = |log: &ScreenedLog| {
+            let any = |name: String| log.dataset().column(&name).is_some();
             if need.contains('*') {
                 any(need.replace('*', "1")) || any(need.replace('*', "2"))
             } else {
@@ -286,6 +294,7 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[Dataset]) -> Option<Refus
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::log::Dataset;
 
     #[test]
     fn a_grid_is_not_looked_for_in_few_levels() {
@@ -293,10 +302,11 @@ mod tests {
         for (levels, refused) in [(59, true), (60, false)] {
             let time: Vec<f64> = (0..600).map(|row| 0.01 * f64::from(row)).collect();
             let mut log = Dataset::new("here", "", time).expect("time rises");
-            log.insert("command_1", (0..600).map(|row| 0.3 + 1e-3 * f64::from(row % levels)).collect())
-                .expect("fits");
-            log.insert("propeller_rate_1_rad_s", vec![600.0; 600]).expect("fits");
-            assert_eq!(refusal(&grid, &Model::paper(), &[log]).is_some(), refused, "{levels} levels");
+            let command = (0..600).map(|row| 0.3 + 1e-3 * f64::from(row % levels));
+            let rates = command.clone().map(|command| 1300.0 * command).collect();
+            log.insert("command_1", command.collect()).expect("fits");
+            log.insert("propeller_rate_1_rad_s", rates).expect("fits");
+            assert_eq!(refusal(&grid, &Model::paper(), &[log.into()]).is_some(), refused, "{levels} levels");
         }
     }
 }

@@ -5,14 +5,14 @@ use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
 use super::error::DiagnoseError;
 use super::search_result::SearchResult;
-use crate::log::Dataset;
 use crate::model::Model;
+use crate::screening::ScreenedLog;
 
 /// Logs and settings of a diagnosis.
 pub(crate) struct BlockContext<'a> {
     pub(crate) model: &'a Model,
-    pub(crate) train: &'a [Dataset],
-    pub(crate) validate: &'a [Dataset],
+    pub(crate) train: &'a [ScreenedLog],
+    pub(crate) validate: &'a [ScreenedLog],
     pub(crate) horizon: f64,
     pub(crate) find: &'a dyn Fn(DataSplit) -> SearchResult,
     pub(crate) refit: Refit<'a>,

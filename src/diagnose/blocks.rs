@@ -11,7 +11,7 @@ use super::search_result::SearchResult;
 use super::verdict;
 use crate::log::Dataset;
 use crate::model::Model;
-use crate::screening::ScreeningError;
+use crate::screening::{ScreenedLog, ScreeningError};
 
 /// The blocks of a model beside their data, each with what was found.
 pub(crate) struct Blocks {
@@ -26,8 +26,8 @@ impl Blocks {
     /// block's own numbers and the effects it is given.
     pub(crate) fn build(
         model: &Model,
-        train: &[Dataset],
-        validate: &[Dataset],
+        train: &[ScreenedLog],
+        validate: &[ScreenedLog],
         config: &DiagnoseConfig,
         (find, refit): (&dyn Fn(DataSplit) -> SearchResult, Refit),
         select_parameters: SelectParameters,
@@ -49,7 +49,7 @@ impl Blocks {
         let body = body.filter(|_| !is_body_held);
         let found: Vec<SearchResult> = rotor.into_iter().chain(body).collect();
         if found.is_empty() {
-            let logs: Vec<&Dataset> = train.iter().chain(validate).collect();
+            let logs: Vec<&Dataset> = train.iter().chain(validate).map(ScreenedLog::dataset).collect();
             return Err(ScreeningError::nothing_in_common(&logs).into());
         }
         let verdicts = found.iter().map(verdict::verdict).collect();

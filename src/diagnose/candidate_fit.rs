@@ -301,10 +301,11 @@ mod tests {
     fn heat_that_hardly_moves_within_a_log_is_a_level() {
         let time: Vec<f64> = (0..6000).map(|row| 0.01 * f64::from(row)).collect();
         let mut log = Dataset::new("here", "", time).expect("time rises");
-        log.insert("command_1", (0..6000).map(|row| 0.5 + 0.1 * f64::from(row / 40 % 2)).collect())
-            .expect("fits");
-        log.insert("propeller_rate_1_rad_s", vec![600.0; 6000]).expect("fits");
-        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log])));
+        let command = (0..6000).map(|row| 0.5 + 0.1 * f64::from(row / 40 % 2));
+        let rates = command.clone().map(|command| 1200.0 * command).collect();
+        log.insert("command_1", command.collect()).expect("fits");
+        log.insert("propeller_rate_1_rad_s", rates).expect("fits");
+        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
         let rotor = DataSplit::new(data.clone(), Some(data));
         for (time_constant, determined) in [(30.0, true), (290.0, true), (310.0, false), (2000.0, false)] {
             let numbers = [("gain", 0.02, 1e-3), ("time_constant", time_constant, 1.0)];

@@ -6,18 +6,17 @@ use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
 use super::verdict::{fails_in_training_only, turns_against_torque};
 use crate::effect::find;
-use crate::log::Dataset;
-use crate::screening::Finding;
 use crate::screening::summary::LogSummary;
+use crate::screening::{Finding, ScreenedLog};
 
 /// What the logs are found to hold, what is not compared, what stays unexplained.
-pub(crate) fn warnings(logs: &[&Dataset], blocks: &[SearchResult]) -> Vec<Finding> {
+pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Finding> {
     let mut warnings: Vec<Finding> = Vec::new();
     for log in logs {
         warnings.extend(LogSummary::of(log).findings);
     }
     if blocks.iter().all(|found| found.split.train.is_rotor())
-        && logs.iter().any(|log| log.column("body_rate_rad_s").is_some())
+        && logs.iter().any(|log| log.raw().column("body_rate_rad_s").is_some())
     {
         warnings.push(Finding::new("body_not_compared", "body"));
     }
@@ -71,7 +70,7 @@ fn at_bounds(found: &SearchResult) -> Vec<Finding> {
 
 /// A rotor's rate that drifts with time, whatever the command: heat that makes it faster, or a battery that gives way upwards,
 /// no physics explains, and a catalogue with such laws would only name it wrongly.
-fn slow_drift(logs: &[&Dataset], found: &SearchResult) -> Option<Finding> {
+fn slow_drift(logs: &[ScreenedLog], found: &SearchResult) -> Option<Finding> {
     let Runs::Rotor(runs) = &found.split.train.runs else { return None };
     let sigma = found.split.train.sigma[0];
     let residuals = &found.answer.fit.residuals;
@@ -123,7 +122,7 @@ fn only_in_training(found: &SearchResult) -> Option<Finding> {
 
 /// Rotors, or logs, that turn faster than others at the same commands: the model has one law for all, and no effect of its
 /// catalogue is a rotor of another make.
-fn rotors_differ(logs: &[&Dataset], found: &SearchResult) -> Option<Finding> {
+fn rotors_differ(logs: &[ScreenedLog], found: &SearchResult) -> Option<Finding> {
     let Runs::Rotor(_) = &found.split.train.runs else { return None };
     let over = found.answer.channel_error(&found.split, 0, false) / found.floors[0];
     if over <= THRESHOLDS.plain_error {

@@ -145,10 +145,11 @@ mod tests {
     fn every_sample_is_held_out_once_from_a_fit_on_others() {
         let time: Vec<f64> = (0..600).map(|row| 0.01 * f64::from(row)).collect();
         let mut log = Dataset::new("here", "", time).expect("time rises");
-        let command = (0..600).map(|row| 0.4 + 0.1 * f64::from(row / 3 % 2)).collect();
-        log.insert("command_1", command).expect("fits");
-        log.insert("propeller_rate_1_rad_s", vec![600.0; 600]).expect("fits");
-        let split = DataSplit::new(BlockData::new(Runs::Rotor(rotor_runs(&[log]))), None);
+        let command = (0..600).map(|row| 0.4 + 0.1 * f64::from(row / 3 % 2));
+        let rates = command.clone().map(|command| 1200.0 * command).collect();
+        log.insert("command_1", command.collect()).expect("fits");
+        log.insert("propeller_rate_1_rad_s", rates).expect("fits");
+        let split = DataSplit::new(BlockData::new(Runs::Rotor(rotor_runs(&[log.into()]))), None);
         let counts = |data: &BlockData| match &data.runs {
             Runs::Rotor(runs) => runs[0].counts.clone(),
             Runs::Body(_) => Vec::new(),

@@ -12,10 +12,8 @@ use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
 use super::{DiagnoseError, check_logs};
 use crate::identify;
-use crate::log::Dataset;
 use crate::model::{Effect, ErrorFall, LogReference, Model, Step};
-use crate::screening::Finding;
-use crate::screening::requirements::check_magnitudes;
+use crate::screening::{Finding, ScreenedLog};
 
 /// A model with more effects.
 #[derive(Debug, Clone)]
@@ -39,16 +37,13 @@ pub struct Extension {
 pub fn extend(
     model: &Model,
     ids: &[String],
-    train: &[Dataset],
-    validate: &[Dataset],
+    train: &[ScreenedLog],
+    validate: &[ScreenedLog],
     config: &DiagnoseConfig,
 ) -> Result<Extension, DiagnoseError> {
     let known = model.known_effects()?;
-    train.iter().chain(validate).try_for_each(check_magnitudes)?;
-    let mut warnings = Vec::new();
-    let fresh = [train, validate].map(|logs| crate::screening::screened(logs, &mut warnings));
-    let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
-    let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
+    let logs = [train, validate].concat();
+    let mut warnings: Vec<Finding> = logs.iter().flat_map(ScreenedLog::findings).cloned().collect();
     check_effects(model, ids, &logs)?;
     let requested: Vec<Effect> = known.iter().filter(|effect| ids.contains(&effect.id)).cloned().collect();
     check_logs(model, &requested, &logs)?;
@@ -85,7 +80,7 @@ pub fn extend(
 }
 
 /// The step that a ladder takes from `model` by adding `ids`.
-fn step(model: &Model, ids: &[String], [train, validate]: [&[Dataset]; 2], error: &ErrorSummary) -> Step {
+fn step(model: &Model, ids: &[String], [train, validate]: [&[ScreenedLog]; 2], error: &ErrorSummary) -> Step {
     Step {
         added: ids.to_vec(),
         logs: train.iter().map(reference).collect(),
@@ -104,7 +99,7 @@ fn step(model: &Model, ids: &[String], [train, validate]: [&[Dataset]; 2], error
 }
 
 /// Refuses effects that cannot be added from these logs.
-fn check_effects(model: &Model, ids: &[String], logs: &[Dataset]) -> Result<(), DiagnoseError> {
+fn check_effects(model: &Model, ids: &[String], logs: &[ScreenedLog]) -> Result<(), DiagnoseError> {
     for (index, id) in ids.iter().enumerate() {
         let effect = model.effect(id)?;
         let twice = ids[..index].contains(id).then_some(Refusal::AskedTwice);
@@ -151,6 +146,6 @@ fn check_numbers(model: &Model, extended: &Model, blocks: &Blocks) -> Result<(),
     }
 }
 
-fn reference(log: &Dataset) -> LogReference {
-    LogReference { file: log.source_name().to_owned(), sha256: log.sha256().to_owned() }
+fn reference(log: &ScreenedLog) -> LogReference {
+    LogReference { file: log.source_name().to_owned(), sha256: log.raw().sha256().to_owned() }
 }

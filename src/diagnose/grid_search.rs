@@ -230,7 +230,7 @@ mod tests {
         let mut log = Dataset::new("here", "", time).expect("time rises");
         log.insert("command_1", command).expect("fits");
         log.insert("propeller_rate_1_rad_s", rates).expect("fits");
-        let mut data = BlockData::new(Runs::Rotor(rotor_runs(&[log])));
+        let mut data = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
         data.sigma[0] = 1.5;
         data
     }

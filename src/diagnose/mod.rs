@@ -44,11 +44,9 @@ use search::Search;
 use search_result::SearchResult;
 
 use crate::identify;
-use crate::log::Dataset;
 use crate::model::{Effect, Model, UndefinedRow};
-use crate::screening::Finding;
 use crate::screening::requirements::{check_magnitudes, repeated, without_battery};
-use crate::screening::screened;
+use crate::screening::{Finding, ScreenedLog};
 
 pub use config::DiagnoseConfig;
 pub use diagnosis::{Diagnosis, Verdict};
@@ -62,20 +60,15 @@ pub use progress::Event;
 /// [`DiagnoseError`] when model and logs do not meet.
 pub fn diagnose(
     model: &Model,
-    train: &[Dataset],
-    validate: &[Dataset],
+    train: &[ScreenedLog],
+    validate: &[ScreenedLog],
     config: &DiagnoseConfig,
     progress: &(dyn Fn(Event) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
     let known = model.known_effects()?;
-    let read: Vec<&Dataset> = train.iter().chain(validate).collect();
-    read.iter().try_for_each(|log| check_magnitudes(log))?;
-    let mut findings = Vec::new();
-    let fresh = [train, validate].map(|logs| screened(logs, &mut findings));
-    let [train, validate] = [fresh[0].as_ref(), fresh[1].as_ref()];
-    let logs: Vec<Dataset> = train.iter().chain(validate).cloned().collect();
+    let logs = [train, validate].concat();
     check_logs(model, &known, &logs)?;
-    findings.extend(identify::check_columns(&logs, model)?);
+    let findings = identify::check_columns(&logs, model)?;
     pooled_logs::check(model, &known, &logs, config.horizon)?;
     let search = |split: DataSplit| {
         let acts_here = |effect: &&Effect| split.holds(effect);
@@ -94,9 +87,7 @@ pub fn diagnose(
         Search { base: model, known: &known, eligible: Vec::new(), progress }.refit(split, effects)
     };
     let blocks = Blocks::build(model, train, validate, config, (&search, &refit), &select_parameters)?;
-    let mut diagnosis = assemble::conclude(model, &known, (&blocks.found, &blocks.verdicts), &read, config);
-    // The findings tell of some of these cells, too.
-    findings.retain(|finding| !diagnosis.findings.contains(finding));
+    let mut diagnosis = assemble::conclude(model, &known, (&blocks.found, &blocks.verdicts), &logs, config);
     let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs)).chain(findings);
     diagnosis.findings.splice(0..0, said);
     if blocks.is_body_held {
@@ -106,9 +97,14 @@ pub fn diagnose(
 }
 
 /// Refuses logs and expressions that no fit can start from.
-pub(crate) fn check_logs(model: &Model, effects: &[Effect], logs: &[Dataset]) -> Result<(), DiagnoseError> {
+pub(crate) fn check_logs(
+    model: &Model,
+    effects: &[Effect],
+    logs: &[ScreenedLog],
+) -> Result<(), DiagnoseError> {
     for log in logs {
-        check_magnitudes(log)?;
+        check_magnitudes(log.raw())?;
+        let log = log.dataset();
         let undefined = model.first_undefined_row(effects, log.time(), &|name| log.column(name))?;
         if let Some(UndefinedRow { effect, time, signals }) = undefined {
             return Err(DiagnoseError::NotANumber {

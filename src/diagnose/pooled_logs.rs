@@ -10,6 +10,7 @@ use super::error::DiagnoseError;
 use super::thresholds::THRESHOLDS;
 use crate::log::Dataset;
 use crate::model::{Effect, Model, ModelError};
+use crate::screening::ScreenedLog;
 
 /// Refuses logs that one set of the base's numbers cannot describe, where a set for each log can, and the supply's voltage
 /// is no reason for it.
@@ -19,14 +20,14 @@ use crate::model::{Effect, Model, ModelError};
 pub(crate) fn check(
     model: &Model,
     known: &[Effect],
-    logs: &[Dataset],
+    logs: &[ScreenedLog],
     horizon: f64,
 ) -> Result<(), DiagnoseError> {
     if logs.len() < 2 {
         return Ok(());
     }
     for body in [false, true] {
-        let split = |logs: &[Dataset]| split(model, logs, body, horizon);
+        let split = |logs: &[ScreenedLog]| split(model, logs, body, horizon);
         let Some(joint) = split(logs)? else { continue };
         let joint = fitted(model, known, &joint);
         let mut alone = Vec::new();
@@ -50,7 +51,12 @@ pub(crate) fn check(
 }
 
 /// The block of some logs, validated on what it is fitted to.
-fn split(model: &Model, logs: &[Dataset], body: bool, horizon: f64) -> Result<Option<DataSplit>, ModelError> {
+fn split(
+    model: &Model,
+    logs: &[ScreenedLog],
+    body: bool,
+    horizon: f64,
+) -> Result<Option<DataSplit>, ModelError> {
     let split = if body {
         let equations = model.equations()?;
         body_split(logs, logs, &Driver { equations: &equations, fitted: None, split: None }, horizon)?
@@ -62,14 +68,14 @@ fn split(model: &Model, logs: &[Dataset], body: bool, horizon: f64) -> Result<Op
 
 /// Whether the logs may be of one bench whose supply was set to other voltages, of which the base knows nothing: the rotor is
 /// faster at the higher one, by no more than a power of it that there are rotors of.
-fn supply_explains(model: &Model, known: &[Effect], alone: &[(&Dataset, CandidateFit)]) -> bool {
+fn supply_explains(model: &Model, known: &[Effect], alone: &[(&ScreenedLog, CandidateFit)]) -> bool {
     if model.actuator.voltage_gain != 0.0 || known.iter().any(|law| reads(law) && model.has(&law.id)) {
         return false;
     }
-    let commands = alone.iter().flat_map(|(log, _)| columns(log, &["command_1", "command_2"]));
+    let commands = alone.iter().flat_map(|(log, _)| columns(log.dataset(), &["command_1", "command_2"]));
     let Some(command) = mean(commands) else { return false };
     let each = alone.iter().map(|(log, fitted)| {
-        let volts = mean(columns(log, &["battery_voltage_v"]))?;
+        let volts = mean(columns(log.dataset(), &["battery_voltage_v"]))?;
         Some((volts.ln(), fitted.model.steady_rate(command).ln()))
     });
     let Some(each) = each.collect::<Option<Vec<_>>>() else { return false };
@@ -111,7 +117,7 @@ fn fitted(model: &Model, known: &[Effect], split: &DataSplit) -> CandidateFit {
 /// The first number of those wanted in which two of the logs plainly differ.
 fn differing(
     joint: &CandidateFit,
-    alone: &[(&Dataset, CandidateFit)],
+    alone: &[(&ScreenedLog, CandidateFit)],
     is_wanted: impl Fn(&str) -> bool,
 ) -> Option<DiagnoseError> {
     let value = |fitted: &CandidateFit, name: &str| {

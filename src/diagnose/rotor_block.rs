@@ -2,11 +2,8 @@
 
 use std::ops::Range;
 
-use crate::estimation::quantile::median;
-use crate::log::Dataset;
-use crate::log::segments::held_throughout;
 use crate::model::{Equations, Remembered, RotorInput, RotorStart, RotorTrace};
-use crate::screening::rotor_data::at_standstill;
+use crate::screening::ScreenedLog;
 use crate::signal::ROTORS;
 
 /// Column names of the rotors.
@@ -75,59 +72,29 @@ impl RotorRun {
 /// A stretch shorter than this many samples has no say.
 const FEWEST_SAMPLES: usize = 5;
 
-/// A hole is bridged when it is shorter than this share of the time for which the log holds a command.
-const SHORT_HOLE: f64 = 0.1;
-
-/// Rows over which a rotor can run freely. A hole ends them unless the command is known across it: the same on both
-/// sides, and the hole short beside the time for which commands are held.
-fn stretches(data: &Dataset, command: &[f64]) -> Vec<Range<usize>> {
-    let time = data.time();
-    let changes: Vec<f64> =
-        (1..time.len()).filter(|row| command[*row] != command[row - 1]).map(|row| time[row]).collect();
-    let short = SHORT_HOLE * median(changes.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
-    let mut stretches: Vec<Range<usize>> = Vec::new();
-    for rows in data.segments() {
-        match stretches.last_mut() {
-            Some(before)
-                if before.end == rows.start
-                    && command[before.end - 1] == command[rows.start]
-                    && time[rows.start] - time[before.end - 1] < short =>
-            {
-                before.end = rows.end;
-            }
-            _ => stretches.push(rows),
-        }
-    }
-    stretches
-}
-
-/// The runs of every rotor whose command and rate the logs hold.
+/// The runs of every rotor whose command and rate the logs hold: free runs go on across a hole where the command is known.
 #[must_use]
-pub fn rotor_runs(logs: &[Dataset]) -> Vec<RotorRun> {
+pub fn rotor_runs(logs: &[ScreenedLog]) -> Vec<RotorRun> {
     let mut runs = Vec::new();
-    for (log, data) in logs.iter().enumerate() {
-        for rotor in 0..ROTORS {
-            let (Some(command), Some(measured)) =
-                (data.column(COMMANDS[rotor]), data.column(PROPELLER_RATES[rotor]))
+    for (log, screened) in logs.iter().enumerate() {
+        for (rotor, column) in PROPELLER_RATES.into_iter().enumerate() {
+            let (Some(judged), Some(rates)) = (screened.rotor(rotor + 1), screened.dataset().column(column))
             else {
                 continue;
             };
-            let voltage = data.column("battery_voltage_v").map(held_throughout);
-            let command = held_throughout(command);
-            for rows in stretches(data, &command).into_iter().filter(|rows| rows.len() >= FEWEST_SAMPLES) {
-                let measured = measured[rows.clone()].to_vec();
+            let data = judged.data();
+            for rows in data.run_stretches().into_iter().filter(|rows| rows.len() >= FEWEST_SAMPLES) {
+                let measured = rates[rows.clone()].to_vec();
                 if measured.iter().filter(|rate| rate.is_finite()).count() < FEWEST_SAMPLES {
                     continue;
                 }
-                let (time, command) = (data.time()[rows.clone()].to_vec(), command[rows.clone()].to_vec());
-                let counts = at_standstill(&time, &command).into_iter().map(|stands| !stands).collect();
                 runs.push(RotorRun {
                     log,
                     rotor,
-                    voltage: voltage.as_ref().map(|voltage| voltage[rows.clone()].to_vec()),
-                    time,
-                    command,
-                    counts,
+                    voltage: data.voltage.as_ref().map(|voltage| voltage[rows.clone()].to_vec()),
+                    time: data.time[rows.clone()].to_vec(),
+                    command: data.command[rows.clone()].to_vec(),
+                    counts: rows.clone().map(|row| judged.is_scored(row)).collect(),
                     measured,
                     rows,
                 });
@@ -200,6 +167,7 @@ pub fn residuals(run: &RotorRun, trace: &RotorTrace, sigma: f64, out: &mut [f64]
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::log::Dataset;
 
     /// 100 Hz, a command that changes at the given rows, a hole of 90 ms after the given row.
     fn log(rows: usize, changes: &[usize], hole_after: usize) -> Dataset {
@@ -214,25 +182,14 @@ mod tests {
     }
 
     #[test]
-    fn a_run_goes_on_across_a_hole_only_where_the_command_is_known() {
-        let steps = [100, 300, 500, 700];
-        let rows = |log: Dataset| rotor_runs(&[log]).iter().map(|run| run.rows.clone()).collect::<Vec<_>>();
-        // Levels of 2 s: a hole of 90 ms inside one is bridged.
-        assert_eq!(rows(log(900, &steps, 350)), std::slice::from_ref(&(0..900)));
-        // The command changed in the hole, nobody knows when.
-        assert_eq!(rows(log(900, &steps, 299)), [0..300, 300..900]);
-        // Levels of 50 ms: in a hole of 90 ms the command may have gone and come back.
-        let often: Vec<usize> = (0..180).map(|index| 5 * index).collect();
-        assert_eq!(rows(log(900, &often, 352)), [0..353, 353..900]);
-    }
-
-    #[test]
     fn a_rotor_that_stands_or_starts_does_not_count() {
         let mut log = log(300, &[], 900);
         let mut command = vec![0.4; 300];
         command[..100].fill(0.0);
+        let rates = command.iter().map(|command| 1300.0 * command).collect();
         log.replace("command_1", command).expect("fits");
-        let counts = &rotor_runs(&[log])[0].counts;
+        log.replace("propeller_rate_1_rad_s", rates).expect("fits");
+        let counts = &rotor_runs(&[log.into()])[0].counts;
         // At rest until 0.99 s, and half a second more.
         assert_eq!(counts.iter().position(|counts| *counts), Some(150));
         assert!(counts[150..].iter().all(|counts| *counts));
@@ -241,10 +198,10 @@ mod tests {
     #[test]
     fn a_stretch_is_a_level_where_levels_are_held() {
         let steps: Vec<usize> = (1..10).map(|level| 100 * level).collect();
-        let found = fold_stretches(&rotor_runs(&[log(1000, &steps, 2000)]), 30);
+        let found = fold_stretches(&rotor_runs(&[log(1000, &steps, 2000).into()]), 30);
         assert!((0..1000).all(|row| found[row] == row / 100 + 1), "{found:?}");
         let often: Vec<usize> = (0..200).map(|index| 5 * index).collect();
-        let cut = fold_stretches(&rotor_runs(&[log(1000, &often, 2000)]), 30);
+        let cut = fold_stretches(&rotor_runs(&[log(1000, &often, 2000).into()]), 30);
         assert!((0..1000).all(|row| cut[row] == row * 30 / 1000));
     }
 }

@@ -87,10 +87,11 @@ mod tests {
 
     fn rotor() -> DataSplit {
         let mut log = Dataset::new("here", "", time()).expect("time rises");
-        log.insert("command_1", (0..ROWS).map(|row| 0.4 + 0.2 * (row / 40 % 2) as f64).collect())
-            .expect("fits");
-        log.insert("propeller_rate_1_rad_s", vec![600.0; ROWS]).expect("fits");
-        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log])));
+        let command = (0..ROWS).map(|row| 0.4 + 0.2 * (row / 40 % 2) as f64);
+        let rates = command.clone().map(|command| 1200.0 * command).collect();
+        log.insert("command_1", command.collect()).expect("fits");
+        log.insert("propeller_rate_1_rad_s", rates).expect("fits");
+        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
         DataSplit::new(data.clone(), Some(data))
     }
 

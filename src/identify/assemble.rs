@@ -10,13 +10,11 @@ use super::steady_rows::HIGHEST_DEGREE;
 use super::validate::{self, Validation};
 use super::{Estimate, IdentifiedActuator, IdentifyError};
 use crate::estimation::frequency_response::{self, Signals};
-use crate::log::Dataset;
 use crate::model::{AddedEffect, ErrorFall, LogReference, Model, Step};
-use crate::screening::Finding;
 use crate::screening::duplicate_logs;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::RotorLog;
-use crate::screening::screened;
+use crate::screening::{Finding, ScreenedLog};
 
 impl Work<'_> {
     /// The rotor as known so far.
@@ -83,16 +81,16 @@ impl Work<'_> {
         &self,
         mut model: Model,
         actuator: &IdentifiedActuator,
-        logs: [&[Dataset]; 2],
+        logs: [&[ScreenedLog]; 2],
         errors: [[f64; 2]; 2],
     ) -> Model {
         let Some((taken, alone)) = self.delay().zip(self.without_delay(actuator)) else { return model };
         let Some((card, [delay])) = dead_time_effect().map(|card| (card, card.parameters)) else {
             return model;
         };
-        let reference = |log: &Dataset| LogReference {
+        let reference = |log: &ScreenedLog| LogReference {
             file: log.source_name().to_owned(),
-            sha256: log.sha256().to_owned(),
+            sha256: log.raw().sha256().to_owned(),
         };
         let mut before = model.clone();
         before.actuator.steady_rate = powers(&alone.coefficients);
@@ -168,8 +166,8 @@ impl Work<'_> {
 
     pub(crate) fn finish(
         mut self,
-        logs: &[Dataset],
-        validation: &[Dataset],
+        logs: &[ScreenedLog],
+        validation: &[ScreenedLog],
         actuator: IdentifiedActuator,
     ) -> Result<Identification, IdentifyError> {
         let idle = duplicate_logs::idle(logs, &self.rotors, &self.body_logs, &self.no_body);
@@ -183,8 +181,8 @@ impl Work<'_> {
         let run = |rotors: &[RotorLog], actuator: &IdentifiedActuator| -> Vec<Validation> {
             rotors.iter().filter_map(|rotor| validate::validate(rotor, actuator)).collect()
         };
-        let validation_measured = screened(validation, &mut self.findings);
-        let mut other = rotor_logs(&validation_measured, self.settings, &mut self.findings)?;
+        self.findings.extend(validation.iter().flat_map(ScreenedLog::channel_findings).cloned());
+        let mut other = rotor_logs(validation, self.settings, &mut self.findings)?;
         if !self.use_battery {
             other.iter_mut().for_each(|rotor| rotor.voltage = None);
         }

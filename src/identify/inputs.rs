@@ -3,14 +3,13 @@
 use super::thresholds::THRESHOLDS;
 use super::{IdentifyError, IdentifySettings, quantized_voltage};
 use crate::estimation::quantile::quantile;
-use crate::log::Dataset;
-use crate::screening::Finding;
 use crate::screening::duplicate_logs;
-use crate::screening::rotor_data::{LEAST_COMMAND, RotorLog, bounds};
+use crate::screening::rotor_data::{RotorLog, bounds};
+use crate::screening::{Finding, ScreenedLog};
 
 /// [V] what the battery had at its best, where that is more than the template's has when full.
-pub(crate) fn fuller_battery(logs: &[Dataset], settings: &IdentifySettings) -> Option<f64> {
-    let columns = logs.iter().filter_map(|log| log.column("battery_voltage_v"));
+pub(crate) fn fuller_battery(logs: &[ScreenedLog], settings: &IdentifySettings) -> Option<f64> {
+    let columns = logs.iter().filter_map(|log| log.dataset().column("battery_voltage_v"));
     // A glitch of the reading is not the battery.
     let best = quantile(columns.flatten().copied(), THRESHOLDS.best_voltage)?;
     (best > THRESHOLDS.fuller_battery * settings.template.actuator.full_voltage)
@@ -28,28 +27,24 @@ pub(crate) fn above_full(volts: f64, settings: &IdentifySettings) -> Finding {
 
 /// Every log's part of every rotor asked for.
 pub(crate) fn rotor_logs(
-    logs: &[Dataset],
+    logs: &[ScreenedLog],
     settings: &IdentifySettings,
     warnings: &mut Vec<Finding>,
 ) -> Result<Vec<RotorLog>, IdentifyError> {
     let mut rotors = Vec::new();
     let mut of_standing = Vec::new();
     for log in logs {
-        duplicate_logs::columns_in_other_units(log, warnings);
-        for &rotor in &settings.rotors {
-            let mut found_in_it = Vec::new();
-            let found = RotorLog::of(log, rotor, &mut found_in_it)?;
+        duplicate_logs::columns_in_other_units(log.dataset(), warnings);
+        for rotor in settings.rotors.iter().filter_map(|number| log.rotor(*number)) {
+            rotor.refuse()?;
             // A rotor that stood all the time has nothing to say, and nothing is to be said of it beside others.
-            let stood = found.as_ref().is_some_and(|found| bounds(&found.command).1 < LEAST_COMMAND);
-            if let Some(found) = found.as_ref().filter(|_| !stood) {
-                found.hold_against(&settings.template, &mut found_in_it);
-            }
-            if stood {
-                of_standing.append(&mut found_in_it)
+            if rotor.turns() {
+                warnings.extend(rotor.findings().cloned());
+                rotor.data().hold_against(&settings.template, warnings);
             } else {
-                warnings.append(&mut found_in_it)
+                of_standing.extend(rotor.findings().cloned());
             }
-            rotors.extend(found.filter(|rotor| rotor.scored().next().is_some()));
+            rotors.extend(rotor.scored().next().map(|_| rotor.data().clone()));
         }
     }
     // Of a rotor that stood only where nothing else is known to be wrong.
@@ -84,13 +79,11 @@ pub(crate) fn uses_battery(
     for rotor in rotors {
         let Some(voltage) = rotor.voltage.as_deref() else { continue };
         let Some((from, to, volts)) = standing(&rotor.time, voltage) else { continue };
-        let is_empty =
-            |gap: &(f64, f64)| gap.1 - gap.0 > THRESHOLDS.frozen_voltage && from >= gap.0 && to <= gap.1;
-        if let Some((from, to)) = rotor.voltage_gap.filter(is_empty) {
-            let gap = rotor.finding("battery_reading_gap");
-            warnings.push(gap.with("from_s", from).with("to_s", to));
-        } else if to - from
-            > THRESHOLDS.frozen_voltage.max(quantized_voltage::longest_tread(&rotor.time, voltage))
+        // Where it was not read it is held, of which the screening tells.
+        let is_held = rotor.voltage_gap.is_some_and(|gap| from >= gap.0 && to <= gap.1);
+        if !is_held
+            && to - from
+                > THRESHOLDS.frozen_voltage.max(quantized_voltage::longest_tread(&rotor.time, voltage))
         {
             let frozen = rotor.finding("battery_reading_frozen").with("voltage_v", volts);
             warnings.push(frozen.with("from_s", from).with("to_s", to));

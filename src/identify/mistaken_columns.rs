@@ -8,39 +8,32 @@ use crate::estimation::quantile::{median, quantile};
 use crate::log::Dataset;
 use crate::model::Model;
 use crate::screening::attitude_units::{self, Mistaken};
-use crate::screening::battery_range::EMPTY;
 use crate::screening::plausibility::{ANOTHER, LEAST_HELD, UNITS, is_another, too_far_apart};
-use crate::screening::rotor_data::{LEAST_COMMAND, RotorLog, bounds};
-use crate::screening::{Finding, ScreeningError};
+use crate::screening::rotor_data::{RotorLog, bounds};
+use crate::screening::{Finding, ScreenedLog, ScreeningError};
 
 /// Parts of a volt that a voltage may have been written in.
 const VOLTS: [(f64, &str); 3] = [(1e3, "mV"), (1e2, "0.01 V"), (1e1, "0.1 V")];
 
-/// Columns that can hardly be what their names say; `model` is the bench's.
+/// Columns that can hardly be what their names say, by a model of the bench; what needs no model is in the screened logs.
 ///
 /// # Errors
 /// [`IdentifyError`] of a column that cannot be: whatever is fitted to it would pass for physics.
-pub fn check_columns(logs: &[Dataset], model: &Model) -> Result<Vec<Finding>, IdentifyError> {
+pub fn check_columns(logs: &[ScreenedLog], model: &Model) -> Result<Vec<Finding>, IdentifyError> {
     let mut rotors = Vec::new();
     let mut found: Vec<Finding> = Vec::new();
     for log in logs {
-        for rotor in [1, 2] {
-            let Some((mut rotor, _)) = RotorLog::read(log, rotor) else { continue };
-            // A rotor that stood has nothing to say.
-            if bounds(&rotor.command).1 < LEAST_COMMAND {
-                continue;
-            }
-            refuse(rotor.battery_in_another_unit(model))?;
-            found.extend(rotor.mistaken()?);
-            refuse(rotor.rate_in_another_unit(model))?;
-            found.extend(rotor.other_battery(model));
-            rotor.leave_out_starts(&mut Vec::new());
-            rotor.leave_out_unmoved(&mut Vec::new());
-            rotors.push(rotor);
+        // A rotor that stood has nothing to say.
+        for rotor in [1, 2].into_iter().filter_map(|number| log.rotor(number)).filter(|it| it.turns()) {
+            let data = rotor.data();
+            refuse(data.battery_in_another_unit(model))?;
+            rotor.refuse()?;
+            refuse(data.rate_in_another_unit(model))?;
+            found.extend(data.other_battery(model));
+            rotors.extend(rotor.scored().next().map(|_| data.clone()));
         }
-        found.extend(check_attitude(log)?);
+        found.extend(check_attitude(log.dataset())?);
     }
-    rotors.retain(|rotor| rotor.scored().next().is_some());
     CommandResponses::fit(&rotors, model.actuator.full_voltage).refuse(Some(model.actuator.pole))?;
     Ok(found)
 }
@@ -84,15 +77,11 @@ impl RotorLog {
         Some(found.with("lowest_rad_s", lowest).with("highest_rad_s", highest))
     }
 
-    /// A voltage that is the model's battery in another unit, or that no battery has.
+    /// A voltage that is the model's battery in another unit.
     fn battery_in_another_unit(&self, model: &Model) -> Option<Finding> {
         let voltage = self.voltage.as_deref()?;
         let (lowest, highest) = bounds(voltage);
         let middle = median(voltage.iter().copied()).unwrap_or(0.0);
-        if middle < EMPTY {
-            let found = self.finding("battery_without_reading");
-            return Some(found.with("lowest_v", lowest).with("highest_v", highest));
-        }
         let full = model.actuator.full_voltage;
         let [least, most] = THRESHOLDS.battery_in_use;
         let is_like = |unit: &&(f64, &str)| (least..most).contains(&(middle / full / unit.0));
@@ -143,8 +132,7 @@ mod tests {
     }
 
     fn check(log: Dataset, model: &Model) -> Result<Vec<Finding>, Finding> {
-        check_columns(&crate::screening::screened(&[log], &mut Vec::new()), model)
-            .map_err(IdentifyError::into_finding)
+        check_columns(&[log.into()], model).map_err(IdentifyError::into_finding)
     }
 
     #[test]
@@ -181,12 +169,12 @@ mod tests {
             check(log, &paper)
         };
         assert_eq!(with(&|row| if row == 700 { 6553.5 } else { 12.2 }), Ok(vec![]));
+        assert_eq!(with(&|_| 0.02), Ok(vec![]), "not connected: as if it had not been read");
         assert!(with(&|_| 45.0).is_ok_and(|it| it.len() == 1 && it[0].number("voltage_v") == 45.0));
         for (volts, code, unit) in [
             (12_200.0, "battery_in_other_unit", "mV"),
             (1220.0, "battery_in_other_unit", "0.01 V"),
             (90.0, "battery_in_other_unit", "0.1 V"),
-            (0.02, "battery_without_reading", ""),
         ] {
             let refused = with(&|_| volts);
             assert!(refused.is_err_and(|it| it.code == code && it.text("unit") == unit), "{volts}");

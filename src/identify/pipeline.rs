@@ -11,12 +11,11 @@ use super::steady_rows::HIGHEST_DEGREE;
 use super::thrust_curve::ThrustCurve;
 use super::voltage_gain::BatteryGain;
 use super::{Estimate, IdentifyError};
-use crate::log::Dataset;
 use crate::screening::Finding;
+use crate::screening::ScreenedLog;
 use crate::screening::duplicate_logs;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::RotorLog;
-use crate::screening::screened;
 
 /// Steps of [`identify_with_progress`].
 pub const STEPS: usize = 7;
@@ -26,8 +25,8 @@ pub const STEPS: usize = 7;
 /// # Errors
 /// [`IdentifyError`] when the logs permit nothing at all, with what each step lacks.
 pub fn identify(
-    logs: &[Dataset],
-    validation: &[Dataset],
+    logs: &[ScreenedLog],
+    validation: &[ScreenedLog],
     settings: &IdentifySettings,
 ) -> Result<Identification, IdentifyError> {
     identify_with_progress(logs, validation, settings, &mut |_| ())
@@ -38,8 +37,8 @@ pub fn identify(
 /// # Errors
 /// As [`identify`].
 pub fn identify_with_progress(
-    logs: &[Dataset],
-    validation: &[Dataset],
+    logs: &[ScreenedLog],
+    validation: &[ScreenedLog],
     settings: &IdentifySettings,
     progress: &mut dyn FnMut(&'static str),
 ) -> Result<Identification, IdentifyError> {
@@ -50,16 +49,13 @@ pub fn identify_with_progress(
         return Err(IdentifyError::NoLog);
     }
     let mut copies = Vec::new();
-    let distinct = duplicate_logs::without_copies(logs, &mut copies);
-    let logs = distinct.as_ref();
-    let cleaned = screened(logs, &mut copies);
-    let measured = cleaned.as_ref();
+    let logs = &duplicate_logs::without_copies(logs, &mut copies)[..];
+    copies.extend(logs.iter().flat_map(ScreenedLog::channel_findings).cloned());
     let fuller = inputs::fuller_battery(logs, settings);
     let mut own = settings.clone();
     own.template.actuator.full_voltage = fuller.unwrap_or(settings.template.actuator.full_voltage);
-    let mut work = Work::new(measured, &own, copies)?;
-    let fresh = duplicate_logs::without_seen(logs, validation, &mut work.findings);
-    let validation = fresh.as_ref();
+    let mut work = Work::new(logs, &own, copies)?;
+    let validation = &duplicate_logs::without_seen(logs, validation, &mut work.findings)[..];
     if let Some(volts) = fuller {
         work.findings.push(inputs::above_full(volts, settings));
     }
@@ -81,7 +77,7 @@ pub fn identify_with_progress(
     work.thrust();
     progress("body");
     let actuator = work.actuator();
-    work.body(measured, &actuator);
+    work.body(logs, &actuator);
     progress("validation");
     work.finish(logs, validation, actuator)
 }
@@ -112,7 +108,7 @@ pub(crate) struct Work<'a> {
 
 impl<'a> Work<'a> {
     fn new(
-        logs: &[Dataset],
+        logs: &[ScreenedLog],
         settings: &'a IdentifySettings,
         mut warnings: Vec<Finding>,
     ) -> Result<Self, IdentifyError> {

@@ -16,11 +16,10 @@ use super::thrust_curve;
 use super::voltage_gain;
 use super::{Estimate, IdentifiedActuator};
 use crate::estimation::variable_projection;
-use crate::log::Dataset;
 use crate::model::polynomial;
-use crate::screening::Finding;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::{RotorLog, VoltageInstrument};
+use crate::screening::{Finding, ScreenedLog};
 
 impl Work<'_> {
     pub(crate) fn battery(&mut self) {
@@ -209,13 +208,13 @@ impl Work<'_> {
         }
     }
 
-    pub(crate) fn body(&mut self, logs: &[Dataset], actuator: &IdentifiedActuator) {
+    pub(crate) fn body(&mut self, logs: &[ScreenedLog], actuator: &IdentifiedActuator) {
         const STEP: &str = "J from an attitude log, Eq. (1)";
         let arm = self.settings.template.body.arm;
         let mut fits: Vec<Body> = Vec::new();
         for log in logs {
             let mut found = Vec::new();
-            match inertia::identify(log, actuator, arm, &mut found) {
+            match inertia::identify(log.dataset(), actuator, arm, &mut found) {
                 Some(fit) => {
                     fits.push(fit);
                     self.findings.append(&mut found);

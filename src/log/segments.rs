@@ -1,4 +1,4 @@
-//! Stretches of a log over which a block can run: no hole in time, every input known.
+//! Stretches of a log over which a block can run: no hole in time, every measured input known.
 
 use std::ops::Range;
 
@@ -33,6 +33,20 @@ pub(crate) fn stretches(log: &Dataset, inputs: &[&[f64]]) -> Vec<Stretch> {
             }
             start = end;
         }
+    }
+    found
+}
+
+/// The rows that both have, of ranges that ascend and do not overlap: more than one in each.
+pub(crate) fn common(one: &[Range<usize>], other: &[Range<usize>]) -> Vec<Range<usize>> {
+    let mut found = Vec::new();
+    let (mut a, mut b) = (0, 0);
+    while let (Some(first), Some(second)) = (one.get(a), other.get(b)) {
+        let rows = first.start.max(second.start)..first.end.min(second.end);
+        if rows.len() > 1 {
+            found.push(rows);
+        }
+        if first.end <= second.end { a += 1 } else { b += 1 }
     }
     found
 }
@@ -91,6 +105,12 @@ mod tests {
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].rows, 2..29, "from its first value to 2.5 of its intervals behind its last (18)");
         assert!(found[0].inputs[1].iter().all(|v| *v == 12.0));
+    }
+
+    #[test]
+    fn what_two_have_in_common_is_cut_where_either_is() {
+        assert_eq!(common(&[0..10, 12..20], &[5..14, 14..15, 17..30]), [5..10, 12..14, 17..20]);
+        assert!(common(&[], std::slice::from_ref(&(0..9))).is_empty());
     }
 
     #[test]

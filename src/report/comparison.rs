@@ -7,6 +7,7 @@ use crate::compare::{Block, Comparison, Direction};
 use crate::estimation::quantile::median;
 use crate::log::Dataset;
 use crate::log::dataset::LOG_SIGNALS;
+use crate::screening::ScreenedLog;
 use story::{about, block_table, blocks_of, keys, notes, percent, sentences, torque_sentence};
 
 pub use story::text;
@@ -29,17 +30,18 @@ fn channel_axis(column: &str) -> Axis {
 
 /// The page, with every signal.
 #[must_use]
-pub fn page(found: &[Vec<Comparison>], logs: &[Dataset]) -> Page {
+pub fn page(found: &[Vec<Comparison>], logs: &[ScreenedLog]) -> Page {
     let mut page = Page::new("Where the model fails");
     write(&mut page, found, logs);
     page
 }
 
 /// Adds the signals of every log to a page.
-pub(super) fn write(page: &mut Page, found: &[Vec<Comparison>], logs: &[Dataset]) {
-    for (comparisons, log) in found.iter().zip(logs) {
-        page.heading(log.source_name()).paragraph(about(log));
-        page.list(notes(comparisons, log).into_iter().map(|note| format!("Note: {note}")));
+pub(super) fn write(page: &mut Page, found: &[Vec<Comparison>], logs: &[ScreenedLog]) {
+    for (comparisons, screened) in found.iter().zip(logs) {
+        let log = screened.dataset();
+        page.heading(log.source_name()).paragraph(about(screened));
+        page.list(notes(comparisons, screened).into_iter().map(|note| format!("Note: {note}")));
         for comparison in comparisons {
             let (mark, sentence) = if comparison.is_adequate() {
                 (Mark::Good, "every block is at its noise floor: nothing is left to explain.".to_owned())
@@ -108,7 +110,7 @@ fn block_section(page: &mut Page, comparisons: &[Comparison], key: (&str, &str),
     let mut rms = Plot::new("Error over time (rms)", seconds(), axis("error")).group(&group).height(140);
     for (comparison, block) in &blocks {
         let trace = &block.trace;
-        let residual: Vec<f64> = trace.measured.iter().zip(&trace.modelled).map(|(y, m)| y - m).collect();
+        let residual = trace.residual();
         let single = blocks.len() == 1;
         let line = |name: &str, values: &[f64]| whole_line(name, &trace.time, values, gap);
         let modelled = line(&comparison.model, &trace.modelled);

@@ -6,8 +6,8 @@ use crate::compare::{CompareConfig, CompareError, compare};
 use crate::diagnose::diagnosis::{ErrorSummary, FoundParameter};
 use crate::diagnose::{Diagnosis, Extension, Verdict};
 use crate::effect::{Site, find};
-use crate::log::Dataset;
 use crate::model::{Change, Model};
+use crate::screening::ScreenedLog;
 
 /// The page of a diagnosis of `base`; `logs` are shown with both models, the held-out ones if there are any; `next`
 /// says what to do.
@@ -17,7 +17,7 @@ use crate::model::{Change, Model};
 pub fn page(
     diagnosis: &Diagnosis,
     base: &Model,
-    logs: &[Dataset],
+    logs: &[ScreenedLog],
     config: &CompareConfig,
     next: &[String],
 ) -> Result<Page, CompareError> {
@@ -68,7 +68,7 @@ pub fn extension_page(
     extension: &Extension,
     base: &Model,
     added: &[String],
-    logs: &[Dataset],
+    logs: &[ScreenedLog],
     config: &CompareConfig,
 ) -> Result<Page, CompareError> {
     let mut page = Page::new("The extended model");
@@ -295,14 +295,14 @@ fn signals(
     page: &mut Page,
     base: &Model,
     extended: &Model,
-    logs: &[Dataset],
+    logs: &[ScreenedLog],
     config: &CompareConfig,
 ) -> Result<(), CompareError> {
     let mut models = vec![base.clone(), extended.clone()];
     models[1].name = format!("{}, extended", base.name);
     page.heading("Both models on the logs").paragraph(
-        "Every sample counts here, and each window starts at the measured state: where the diagnosis leaves out starts from \
-         standstill, or fits where a window starts, its numbers above are smaller.",
+        "The same samples count as above, but each stretch and window starts at the measured state, where the diagnosis fits its \
+         start: its numbers above are smaller.",
     );
     let found = logs.iter().map(|log| compare(&models, log, config)).collect::<Result<Vec<_>, _>>()?;
     comparison::write(page, &found, logs);

@@ -2,6 +2,8 @@
 
 use super::Finding;
 use crate::log::Dataset;
+use crate::log::dataset::{of_rotor, rotor_of};
+use crate::signal;
 
 /// The battery's voltage.
 pub const BATTERY: &str = "battery_voltage_v";
@@ -10,16 +12,21 @@ pub const BODY_RATE: &str = "body_rate_rad_s";
 /// See [`BODY_RATE`].
 pub const BODY_ANGLE: &str = "body_angle_rad";
 
-/// Channels that are looked at: what is measured. Commands and a supply's setting may well be held.
-pub(crate) const MEASURED: [&str; 7] = [
-    BATTERY,
-    "propeller_rate_1_rad_s",
-    "propeller_rate_2_rad_s",
-    "thrust_1_n",
-    "thrust_2_n",
-    BODY_RATE,
-    BODY_ANGLE,
-];
+/// Channels of a log that are looked at, those of every rotor beside each other: what is measured, and what a fit rests on.
+/// Commands and a supply's setting may well be held.
+pub(crate) fn screened(log: &Dataset) -> Vec<&str> {
+    let place = |name: &str| {
+        let rotor = rotor_of(name);
+        let of_first = rotor.and_then(|_| of_rotor(name, 1));
+        let known = of_first.as_deref().unwrap_or(name);
+        let mut channels = signal::Channel::IN_LOG.iter();
+        let place = channels.position(|it| it.column() == known && it.sensor().row().is_screened)?;
+        Some((place, rotor))
+    };
+    let mut found: Vec<_> = log.names().filter_map(|name| Some((place(name)?, name))).collect();
+    found.sort_unstable();
+    found.into_iter().map(|(_, name)| name).collect()
+}
 
 /// What a check found in a channel.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,12 +61,10 @@ pub(crate) struct Channel<'a> {
 }
 
 impl<'a> Channel<'a> {
-    /// The channel of this name; `None` where the log has none, or it is not measured.
+    /// The channel of this name; `None` where the log has none.
     pub(crate) fn of(log: &'a Dataset, name: &'a str) -> Option<Self> {
-        let values = log.column(name).filter(|_| MEASURED.contains(&name))?;
-        let rotor = |number: &&&str| name.contains(&format!("_{number}_"));
-        let number = ["1", "2"].iter().find(rotor);
-        let command = number.and_then(|number| log.column(&format!("command_{number}")));
+        let values = log.column(name)?;
+        let command = rotor_of(name).and_then(|number| log.column(&format!("command_{number}")));
         Some(Self { log, name, values, command, found: Vec::new() })
     }
 

@@ -1,50 +1,46 @@
 //! Which logs have a part in the result, and why the others have none: copies, columns that are missing, nothing excited.
 
-use std::borrow::Cow;
-
 use super::excitation::FEWEST_JUMPS;
 use super::rotor_data::RotorLog;
+use super::screened_log::ScreenedLog;
 use crate::log::{Dataset, LOG_SIGNALS};
 use crate::screening::Finding;
 use crate::signal::ROTORS;
 use crate::unit::UNITS;
 
 /// The logs without copies of one of them, which would count twice and make the errors too small.
-pub(crate) fn without_copies<'a>(logs: &'a [Dataset], warnings: &mut Vec<Finding>) -> Cow<'a, [Dataset]> {
-    let first_of = |at: usize| logs[..at].iter().find(|before| is_copy(before, &logs[at]));
-    let copies: Vec<usize> = (0..logs.len()).filter(|&at| first_of(at).is_some()).collect();
-    for &at in &copies {
-        if let Some(first) = first_of(at) {
-            warnings.push(not_used(&logs[at], "duplicate").with("same_as", first.source_name()));
+pub(crate) fn without_copies(logs: &[ScreenedLog], warnings: &mut Vec<Finding>) -> Vec<ScreenedLog> {
+    let mut kept: Vec<ScreenedLog> = Vec::new();
+    for log in logs {
+        match kept.iter().find(|before| is_copy(before, log)) {
+            Some(first) => {
+                warnings.push(not_used(log.raw(), "duplicate").with("same_as", first.source_name()));
+            }
+            None => kept.push(log.clone()),
         }
     }
-    if copies.is_empty() {
-        return Cow::Borrowed(logs);
-    }
-    logs.iter().enumerate().filter(|(at, _)| !copies.contains(at)).map(|(_, log)| log.clone()).collect()
+    kept
 }
 
 /// The logs to validate on without those that were fitted to, whose error says nothing of other logs, and without copies
 /// of one another.
-pub(crate) fn without_seen<'a>(
-    logs: &[Dataset],
-    validation: &'a [Dataset],
+pub(crate) fn without_seen(
+    logs: &[ScreenedLog],
+    validation: &[ScreenedLog],
     warnings: &mut Vec<Finding>,
-) -> Cow<'a, [Dataset]> {
-    let seen = |log: &Dataset| logs.iter().find(|seen| is_copy(seen, log));
-    if !validation.iter().any(|log| seen(log).is_some()) {
-        return without_copies(validation, warnings);
-    }
+) -> Vec<ScreenedLog> {
+    let seen = |log: &ScreenedLog| logs.iter().find(|seen| is_copy(seen, log));
     for (log, seen) in validation.iter().filter_map(|log| Some((log, seen(log)?))) {
         let finding = Finding::new("validation_log_was_fitted", "").of(log.source_name());
         warnings.push(finding.with("same_as", seen.source_name()));
     }
-    let fresh: Vec<Dataset> = validation.iter().filter(|log| seen(log).is_none()).cloned().collect();
-    Cow::Owned(without_copies(&fresh, warnings).into_owned())
+    let fresh: Vec<ScreenedLog> = validation.iter().filter(|log| seen(log).is_none()).cloned().collect();
+    without_copies(&fresh, warnings)
 }
 
-fn is_copy(one: &Dataset, other: &Dataset) -> bool {
-    !one.sha256().is_empty() && one.sha256() == other.sha256()
+fn is_copy(one: &ScreenedLog, other: &ScreenedLog) -> bool {
+    let [one, other] = [one.raw().sha256(), other.raw().sha256()];
+    !one.is_empty() && one == other
 }
 
 /// Columns that are another unit's spelling of one that the log lacks.
@@ -81,13 +77,13 @@ fn not_used(log: &Dataset, reason: &'static str) -> Finding {
 /// Why each of `logs` that has no part in the result has none. `rotors` are what was read of all of them, `bodies` the
 /// names of those that the body was seen in, `in_vain` what kept it from being seen in others.
 pub(crate) fn idle(
-    logs: &[Dataset],
+    logs: &[ScreenedLog],
     rotors: &[RotorLog],
     bodies: &[String],
     in_vain: &[Finding],
 ) -> Vec<Finding> {
     let mut found = Vec::new();
-    for log in logs {
+    for log in logs.iter().map(ScreenedLog::raw) {
         let name = log.source_name();
         let mine: Vec<&RotorLog> = rotors.iter().filter(|it| it.file() == name).collect();
         if mine.iter().any(|rotor| has_a_part(rotor)) || bodies.iter().any(|body| body == name) {

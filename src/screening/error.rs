@@ -23,6 +23,14 @@ pub enum ScreeningError {
         /// [s] where.
         time: f64,
     },
+    /// A log whose rotors have no row that counts.
+    #[error("{log}: nothing to compare: no row of its rotors counts ({})", .reasons.join(", "))]
+    NothingScored {
+        /// The log.
+        log: String,
+        /// Codes of what was found.
+        reasons: Vec<&'static str>,
+    },
     /// No log has what any block of a model needs.
     #[error(
         "nothing to compare: a rotor needs its command and its rate (`command_1` with `propeller_rate_1_rad_s`), the body \

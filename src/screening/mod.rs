@@ -1,10 +1,11 @@
 //! Is a log fit to be believed? One judgement, made once by checks that need no fit: outliers, dropouts, sample-and-hold,
-//! frozen and saturated sensors, units, copies of a log, excitation. [`ScreenedLog`] says of each channel which cells are
-//! measurements and why the others are not; whoever uses a log takes it from there.
+//! frozen and saturated sensors, missing commands, standstill, units, copies of a log, excitation. [`ScreenedLog`] says of each
+//! channel which cells are measurements, of each rotor which rows are scored, and why the others are not; whoever uses a log
+//! takes it from there.
 
 pub mod attitude_units;
 pub mod battery_range;
-
+pub mod battery_reading;
 pub mod channel;
 pub mod duplicate_logs;
 pub mod error;
@@ -18,9 +19,11 @@ pub mod rate_dropouts;
 pub mod readings;
 pub mod requirements;
 pub mod rotor_data;
+pub mod run_stretches;
 pub mod sample_and_hold;
 pub mod saturation;
 pub mod screened_log;
+pub mod screened_rotor;
 pub mod summary;
 pub mod thresholds;
 pub mod uncommanded_motion;
@@ -29,6 +32,7 @@ pub use channel::Judgement;
 pub use error::ScreeningError;
 pub use finding::{Evidence, Finding};
 pub use screened_log::{ScreenedChannel, ScreenedLog, screened};
+pub use screened_rotor::ScreenedRotor;
 
 #[cfg(test)]
 mod tests;

@@ -1,9 +1,7 @@
 //! Whether the numbers of a log can be what their names say: limits, signs, and units that were mistaken.
 
-use super::battery_range::EMPTY;
 use super::rotor_data::{LEAST_COMMAND, RotorLog, bounds};
 use super::thresholds::THRESHOLDS;
-use super::{ScreeningError, saturation};
 use crate::estimation::quantile::{median, quantile};
 use crate::model::Model;
 use crate::screening::Finding;
@@ -45,7 +43,7 @@ pub(crate) fn is_another(ratio: &f64, another: f64) -> bool {
 }
 
 /// A finding, and whether it is impossible that the column is what its name says.
-type Suspicion = (Finding, bool);
+pub(crate) type Suspicion = (Finding, bool);
 
 /// Samples that are `interval` [s] apart, too far to see a rotor move.
 pub(crate) fn too_far_apart(log: &str, subject: &str, interval: f64) -> Finding {
@@ -53,30 +51,11 @@ pub(crate) fn too_far_apart(log: &str, subject: &str, interval: f64) -> Finding 
 }
 
 impl RotorLog {
-    /// Says so where a column can hardly be in the unit of its name, or is at its limits; refuses where it cannot. A
-    /// voltage that is none is taken away.
-    pub(crate) fn check(&mut self, warnings: &mut Vec<Finding>) -> Result<(), ScreeningError> {
-        warnings.extend(self.mistaken()?);
-        self.check_saturation(warnings);
-        self.check_battery(warnings);
-        Ok(())
-    }
-
     /// Columns that can hardly be in the unit of their name.
-    ///
-    /// # Errors
-    /// [`ScreeningError::Column`] of one that cannot.
-    pub(crate) fn mistaken(&self) -> Result<Vec<Finding>, ScreeningError> {
+    pub(crate) fn mistaken(&self) -> Vec<Suspicion> {
         let suspects = [self.slow_time(), self.wide_command(), self.fast_rate()];
         let others = [self.standing_rate(), self.backward_rate(), self.high_voltage()];
-        let suspects = suspects.into_iter().chain(others).flatten();
-        suspects
-            .map(
-                |(finding, impossible)| {
-                    if impossible { Err(ScreeningError::Column(Box::new(finding))) } else { Ok(finding) }
-                },
-            )
-            .collect()
+        suspects.into_iter().chain(others).flatten().collect()
     }
 
     fn slow_time(&self) -> Option<Suspicion> {
@@ -136,8 +115,8 @@ impl RotorLog {
         median(commanded.map(|(_, rate)| *rate)).is_some_and(|middle| middle.abs() < 0.5 * ends)
     }
 
-    /// Says how much of the log is at the limit of the command, and what can still be done.
-    fn check_saturation(&self, warnings: &mut Vec<Finding>) {
+    /// How much of the log is at the limit of the command, and what can still be done.
+    pub(crate) fn command_saturated(&self) -> Option<Finding> {
         let known = || self.command.iter().copied().filter(|command| command.is_finite());
         let highest = bounds(&self.command).1.min(1.0);
         let at_limit = known().filter(|&u| u >= highest - 1e-9).count() as f64;
@@ -150,28 +129,9 @@ impl RotorLog {
             || (levels.len() > THRESHOLDS.command_levels
                 && share > THRESHOLDS.command_at_highest
                 && highest > LEAST_COMMAND);
-        if share <= THRESHOLDS.command_at_limit || !saturates {
-            return;
-        }
         let finding = self.finding("command_saturated").with("at", highest).with("share", share);
-        warnings.push(finding.with("hides_all", usize::from(share > THRESHOLDS.command_mostly_at_limit)));
-    }
-
-    /// Takes readings away that no battery has, and the whole column where nothing else is in it.
-    fn check_battery(&mut self, warnings: &mut Vec<Finding>) {
-        let Some(voltage) = self.voltage.as_deref() else { return };
-        let (low, high) = bounds(voltage);
-        if median(voltage.iter().copied()).is_none_or(|volts| volts < EMPTY) {
-            let finding = self.finding("battery_not_connected").with("least_v", low).with("greatest_v", high);
-            warnings.push(finding);
-            self.voltage = None;
-            return;
-        }
-        if let Some(saturated) = saturation::find(voltage, Some(&self.command)) {
-            let finding = self.finding("battery_saturated").rows(saturated.rows.len());
-            warnings.push(finding.with("readings", saturated.of).with("at", saturated.at));
-            self.voltage = None;
-        }
+        let finding = finding.with("hides_all", usize::from(share > THRESHOLDS.command_mostly_at_limit));
+        (share > THRESHOLDS.command_at_limit && saturates).then_some(finding)
     }
 
     /// The middle of what is asked of each row and of the rate [rad/s] that the model's rotor has at its command.

@@ -1,7 +1,7 @@
 //! What logs must be like before any model is held against them.
 
 use super::thresholds::THRESHOLDS;
-use super::{Finding, ScreeningError};
+use super::{Finding, ScreenedLog, ScreeningError};
 use crate::log::Dataset;
 use crate::model::Model;
 
@@ -27,23 +27,24 @@ pub fn check_magnitudes(log: &Dataset) -> Result<(), ScreeningError> {
 
 /// Logs whose battery nobody measured, under a model that wants to know.
 #[must_use]
-pub fn without_battery(model: &Model, logs: &[Dataset]) -> Vec<Finding> {
+pub fn without_battery(model: &Model, logs: &[ScreenedLog]) -> Vec<Finding> {
     let drives = |log: &&Dataset| log.names().any(|name| name == "command_1" || name == "command_2");
     let lacks = |log: &&Dataset| log.column("battery_voltage_v").is_none();
     let wants = model.actuator.voltage_gain != 0.0 || model.needs("battery_voltage_v");
-    let without = logs.iter().filter(|log| wants && drives(log) && lacks(log));
+    let without = logs.iter().map(ScreenedLog::dataset).filter(|log| wants && drives(log) && lacks(log));
     without.map(|log| Finding::new("no_battery_voltage", "battery_voltage_v").of(log.source_name())).collect()
 }
 
 /// Logs that are there twice: what was fitted cannot judge the fit.
 #[must_use]
-pub fn repeated(train: &[Dataset], validate: &[Dataset]) -> Vec<Finding> {
+pub fn repeated(train: &[ScreenedLog], validate: &[ScreenedLog]) -> Vec<Finding> {
     // Two parts of one recording are two logs.
-    let is_same = |one: &Dataset, other: &Dataset| {
+    let is_same = |one: &ScreenedLog, other: &ScreenedLog| {
+        let [one, other] = [one.raw(), other.raw()];
         let ends = |log: &Dataset| (log.time().first().copied(), log.time().last().copied());
         one.sha256() == other.sha256() && ends(one) == ends(other)
     };
-    let of = |code, log: &Dataset| Finding::new(code, "").of(log.source_name());
+    let of = |code, log: &ScreenedLog| Finding::new(code, "").of(log.source_name());
     let mut found = Vec::new();
     for (index, log) in train.iter().enumerate() {
         if train[..index].iter().any(|other| is_same(log, other)) {
@@ -58,6 +59,7 @@ pub fn repeated(train: &[Dataset], validate: &[Dataset]) -> Vec<Finding> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::screening::screened;
 
     fn log(name: &str, hash: &str, value: f64) -> Dataset {
         let mut log = Dataset::new(name, hash, vec![0.0, 1.0]).expect("time rises");
@@ -80,13 +82,13 @@ mod tests {
 
     #[test]
     fn a_log_that_is_fitted_and_judged_is_found() {
-        let one = [log("a.csv", "1", 0.6)];
-        let both = [log("a.csv", "1", 0.6), log("b.csv", "2", 0.6)];
+        let one = screened(&[log("a.csv", "1", 0.6)]);
+        let both = screened(&[log("a.csv", "1", 0.6), log("b.csv", "2", 0.6)]);
         assert!(repeated(&one, &both[1..]).is_empty());
         let found = &repeated(&both, &one)[0];
         assert_eq!((found.code, found.log.as_str()), ("log_fitted_and_validated", "a.csv"));
         assert_eq!(repeated(&[&one[..], &one[..]].concat(), &[])[0].code, "log_given_twice");
         let later = Dataset::new("a.csv", "1", vec![1.0, 2.0]).expect("time rises");
-        assert!(repeated(&one, &[later]).is_empty(), "another part of the same recording");
+        assert!(repeated(&one, &[later.into()]).is_empty(), "another part of the same recording");
     }
 }

@@ -1,11 +1,12 @@
-//! One rotor's part of a log, made ready: commands held between samples, stretches without holes, what was
-//! excited and how, and whether the numbers can be what their names say.
+//! One rotor's part of a log, made ready: commands held between samples, stretches over which all of them are known, and
+//! the rates that count.
 
 use std::ops::Range;
 
+use super::Finding;
+use super::channel::{BATTERY, Judgement};
 use super::missing_commands::{self, Missing};
 use super::thresholds::THRESHOLDS;
-use super::{Finding, ScreeningError};
 use crate::log::segments::held_or;
 use crate::log::{self, Dataset};
 
@@ -71,65 +72,37 @@ impl Beside {
     }
 }
 
-/// Where a rotor stands or starts, for which the model has no law: at commands below 0.05 and half a second after.
-/// `time` [s] and `command` [-] of a stretch without holes.
-#[must_use]
-pub fn at_standstill(time: &[f64], command: &[f64]) -> Vec<bool> {
-    let mut waiting_until = f64::NEG_INFINITY;
-    let stands = time.iter().zip(command).map(|(time, command)| {
-        if *command < LEAST_COMMAND {
-            waiting_until = time + THRESHOLDS.starting;
-        }
-        *time <= waiting_until
-    });
-    stands.collect()
-}
-
 impl RotorLog {
-    /// The part of rotor `rotor` (from 1); `None` when the log does not hold its command and rate.
-    ///
-    /// # Errors
-    /// [`ScreeningError::Column`] when a column cannot be in the unit of its name.
-    pub fn of(
-        log: &Dataset,
-        rotor: usize,
-        warnings: &mut Vec<Finding>,
-    ) -> Result<Option<Self>, ScreeningError> {
-        let Some((mut this, missing)) = Self::read(log, rotor) else { return Ok(None) };
-        this.check(warnings)?;
-        this.leave_out_starts(warnings);
-        this.leave_out_unmoved(warnings);
-        if missing.places > 0 && bounds(&this.command).1 >= LEAST_COMMAND {
-            warnings.push(this.missing(&missing));
-        }
-        Ok(Some(this))
-    }
+    /// Rows between two holes that say nothing.
+    pub(crate) const FEWEST_ROWS: usize = 2;
 
-    /// The same as it is logged, and the commands that are missing.
+    /// The part of rotor `rotor` (from 1) as it is logged, and the commands that are missing; `None` when the log does not hold
+    /// its command. Without a column of rates none is measured.
     pub fn read(log: &Dataset, rotor: usize) -> Option<(Self, Missing)> {
         let column = |stem: &str, unit: &str| log.column(&format!("{stem}_{rotor}{unit}"));
-        let (command, rate) = (column("command", "")?, column("propeller_rate", "_rad_s")?);
-        let voltage = log.column("battery_voltage_v");
+        let command = column("command", "")?;
+        let rate = column("propeller_rate", "_rad_s");
+        let voltage = log.column(BATTERY);
         let source = format!("{}, rotor {rotor}", log.source_name());
         let mut segments = log.segments();
         for segment in &mut segments {
             // Before the first command of a stretch nobody knows what the rotor was commanded.
             segment.start = segment.clone().find(|&row| command[row].is_finite()).unwrap_or(segment.end);
         }
-        segments.retain(|segment| segment.len() > 2);
+        segments.retain(|segment| segment.len() > Self::FEWEST_ROWS);
         let missing = missing_commands::find(log.time(), command, &segments);
         let this = Self {
             source,
             time: log.time().to_vec(),
             command: held(command, &segments),
-            rate: rate.to_vec(),
+            rate: rate.map_or_else(|| vec![f64::NAN; log.len()], <[f64]>::to_vec),
             voltage: voltage.map(|voltage| held_or(voltage, f64::NAN)),
             voltage_gap: voltage.and_then(|voltage| longest_gap(log.time(), voltage)),
             thrust: column("thrust", "_n").map(<[f64]>::to_vec),
             segments: missing.known.iter().filter(|known| known.len() > 1).cloned().collect(),
             interval: log.median_interval(),
             instrument: None,
-            beside: Beside::of(log, OTHER - rotor),
+            beside: OTHER.checked_sub(rotor).and_then(|other| Beside::of(log, other)),
         };
         Some((this, missing))
     }
@@ -150,7 +123,7 @@ impl RotorLog {
     }
 
     /// What is missing, and what was made of it.
-    fn missing(&self, missing: &Missing) -> Finding {
+    pub(crate) fn missing(&self, missing: &Missing) -> Finding {
         let finding = self.finding("commands_missing").rows(missing.rows + missing.cells);
         finding
             .with("interval_s", missing.interval)
@@ -165,17 +138,18 @@ impl RotorLog {
     pub fn whole(&self) -> Vec<Range<usize>> {
         let mut whole: Vec<Range<usize>> = Vec::new();
         for segment in &self.segments {
-            let limit = log::thresholds::THRESHOLDS.hole * self.interval;
-            let joins = |last: &Range<usize>| {
-                let mut between = last.end - 1..segment.start;
-                between.all(|row| self.time[row + 1] - self.time[row] <= limit)
-            };
+            let joins = |last: &Range<usize>| !(last.end - 1..segment.start).any(|row| self.is_hole(row));
             match whole.last_mut().filter(|last| joins(last)) {
                 Some(last) => last.end = segment.end,
                 None => whole.push(segment.clone()),
             }
         }
         whole
+    }
+
+    /// Whether a hole follows this row.
+    pub(crate) fn is_hole(&self, row: usize) -> bool {
+        self.time[row + 1] - self.time[row] > log::thresholds::THRESHOLDS.hole * self.interval
     }
 
     /// The first `rows` rows.
@@ -196,23 +170,31 @@ impl RotorLog {
         self.segments.iter().cloned().flatten().filter(|&row| self.rate[row].is_finite())
     }
 
-    /// Takes out of the score where the rotor stands or starts: the model has no law for that.
-    pub(crate) fn leave_out_starts(&mut self, warnings: &mut Vec<Finding>) {
-        let mut left = 0;
-        for segment in self.whole() {
-            let stands = at_standstill(&self.time[segment.clone()], &self.command[segment.clone()]);
-            for row in segment.clone().zip(stands).filter_map(|(row, stands)| stands.then_some(row)) {
-                if self.rate[row].is_finite() {
-                    self.rate[row] = f64::NAN;
-                    left += 1;
-                }
+    /// Whether it was ever commanded to turn.
+    pub fn turns(&self) -> bool {
+        bounds(&self.command).1 >= LEAST_COMMAND
+    }
+
+    /// Rows at which the rotor stands or starts, also behind a hole: the model has no law for that.
+    pub(crate) fn at_rest(&self) -> Vec<usize> {
+        let mut waiting_until = f64::NEG_INFINITY;
+        let mut rests = |row: &usize| {
+            if self.command[*row] < LEAST_COMMAND {
+                waiting_until = self.time[*row] + THRESHOLDS.starting;
             }
-        }
-        if left > 0 {
-            let finding = self.finding("standstill_left_out").rows(left);
-            warnings
-                .push(finding.with("least_command", LEAST_COMMAND).with("starting_s", THRESHOLDS.starting));
-        }
+            self.time[*row] <= waiting_until
+        };
+        self.whole().into_iter().flatten().filter(|row| rests(row)).collect()
+    }
+
+    /// Takes `at_rest` out of the score.
+    pub(crate) fn leave_out_starts(&mut self, at_rest: &[usize]) -> Option<Judgement> {
+        let measured = at_rest.iter().copied().filter(|row| self.rate[*row].is_finite());
+        let rows: Vec<usize> = measured.collect();
+        rows.iter().for_each(|row| self.rate[*row] = f64::NAN);
+        let finding = self.finding("standstill_left_out").with("least_command", LEAST_COMMAND);
+        let finding = finding.with("starting_s", THRESHOLDS.starting);
+        (!rows.is_empty()).then(|| Judgement::new(finding, rows))
     }
 }
 
@@ -249,6 +231,7 @@ fn longest_gap(time: &[f64], values: &[f64]) -> Option<(f64, f64)> {
 mod tests {
     use super::super::excitation::SteadyCommand;
     use super::*;
+    use crate::screening::{ScreenedLog, ScreeningError};
 
     fn log(command: impl Fn(f64) -> f64, seconds: f64) -> Dataset {
         let time: Vec<f64> = (0..(seconds * 50.0) as usize).map(|k| k as f64 * 0.02).collect();
@@ -261,8 +244,9 @@ mod tests {
     }
 
     fn rotor(log: &Dataset) -> (RotorLog, Vec<Finding>) {
-        let mut warnings = Vec::new();
-        (RotorLog::of(log, 1, &mut warnings).unwrap().unwrap(), warnings)
+        let screened = ScreenedLog::of(log);
+        let rotor = screened.rotor(1).unwrap();
+        (rotor.data().clone(), rotor.findings().cloned().collect())
     }
 
     #[test]
@@ -285,6 +269,39 @@ mod tests {
         assert!(warnings.iter().any(|it| it.code == "standstill_left_out" && it.rows == 275), "{warnings:?}");
     }
 
+    /// In the hole the rotor was commanded to turn: behind it it is starting, until half a second after it stood.
+    #[test]
+    fn a_rotor_that_starts_in_a_hole_is_starting_behind_it() {
+        let whole = log(|t| if t < 5.0 { 0.0 } else { 0.5 }, 20.0);
+        let time: Vec<f64> = whole.time().iter().map(|t| if *t < 5.0 { *t } else { t + 0.2 }).collect();
+        let mut log = Dataset::new("log.csv", "", time).unwrap();
+        for name in ["command_1", "propeller_rate_1_rad_s"] {
+            log.insert(name, whole.column(name).unwrap().to_vec()).unwrap();
+        }
+        assert_eq!(log.holes().len(), 1);
+        let (rotor, warnings) = rotor(&log);
+        let first = rotor.scored().map(|row| rotor.time[row]).next().unwrap();
+        assert!((5.48..5.51).contains(&first), "{first}: {warnings:?}");
+    }
+
+    /// A machine of more rotors than a bench: each is judged.
+    #[test]
+    fn every_rotor_of_a_log_is_judged() {
+        let mut four = log(|t| 0.4 + 0.1 * f64::from((t * 1.7).sin() > 0.0), 20.0);
+        for (name, like) in [("command_4", "command_1"), ("propeller_rate_4_rad_s", "propeller_rate_1_rad_s")]
+        {
+            let mut values = four.column(like).unwrap().to_vec();
+            if name != "command_4" {
+                values[300] = 0.0;
+            }
+            four.insert(name, values).unwrap();
+        }
+        let screened = ScreenedLog::of(&four);
+        assert_eq!(screened.rotors().map(|rotor| rotor.number()).collect::<Vec<_>>(), [1, 4]);
+        let fourth = screened.rotor(4).unwrap();
+        assert_eq!((fourth.reason(300), fourth.scored().count()), (Some("rate_dropout"), 999));
+    }
+
     #[test]
     fn wrong_units_are_found() {
         let (_, warnings) = rotor(&log(|t| 0.9 + 0.01 * t, 20.0));
@@ -293,7 +310,7 @@ mod tests {
         fast.replace("propeller_rate_1_rad_s", vec![6000.0; 1000]).unwrap();
         let (_, warnings) = rotor(&fast);
         assert!(warnings.iter().any(|it| it.code == "rate_too_fast"), "{warnings:?}");
-        let refused = RotorLog::of(&log(|t| 1000.0 + t, 20.0), 1, &mut Vec::new()).unwrap_err();
+        let refused = ScreenedLog::of(&log(|t| 1000.0 + t, 20.0)).refuse().unwrap_err();
         assert!(
             matches!(&refused, ScreeningError::Column(finding) if finding.code == "command_out_of_range"),
             "{refused}"

@@ -1,11 +1,14 @@
-//! A log judged once: of each channel which cells are measurements, and why the others are not. Whoever fits a model to a
-//! log, compares one with it or describes it takes it from here, so that all see the same rows.
+//! A log judged once: of each channel which cells are measurements, of each rotor which rows are scored, and why the others are
+//! not. Whoever fits a model to a log, compares one with it or describes it takes it from here, so that all see the same rows.
 
-use std::borrow::Cow;
+use std::sync::Arc;
 
-use super::channel::{Channel, Judgement, MEASURED};
-use super::{Finding, battery_range, frozen_gyro, outliers, rate_dropouts, sample_and_hold, saturation};
+use super::channel::{self, BATTERY, Channel, Judgement};
+use super::screened_rotor::ScreenedRotor;
+use super::{Finding, ScreeningError, battery_range, battery_reading, frozen_gyro, outliers, rate_dropouts};
+use super::{sample_and_hold, saturation};
 use crate::log::Dataset;
+use crate::log::dataset::MOST_ROTORS;
 
 /// A check of one channel.
 type Check = fn(&Channel) -> Option<Judgement>;
@@ -23,30 +26,37 @@ const CHECKS: [Check; 7] = [
     outliers::check,
 ];
 
-/// A log, and what of it is no measurement.
+/// A log, and what of it is a measurement. Its copies share what it holds.
 #[derive(Debug, Clone)]
-pub struct ScreenedLog<'a> {
-    cleaned: Cow<'a, Dataset>,
+pub struct ScreenedLog(Arc<Judged>);
+
+#[derive(Debug)]
+struct Judged {
+    raw: Dataset,
+    /// `None` where every cell is a measurement.
+    cleaned: Option<Dataset>,
     channels: Vec<ScreenedChannel>,
+    /// Those whose commands the log holds.
+    rotors: Vec<ScreenedRotor>,
 }
 
 /// What is no measurement in one channel.
 #[derive(Debug, Clone)]
 pub struct ScreenedChannel {
     /// Name of the channel.
-    pub name: &'static str,
+    pub name: String,
     /// What each check found.
     pub judgements: Vec<Judgement>,
 }
 
 impl ScreenedChannel {
-    fn of(log: &Dataset, name: &'static str) -> Option<Self> {
+    fn of(log: &Dataset, name: &str) -> Option<Self> {
         let mut channel = Channel::of(log, name)?;
         for check in CHECKS {
             let found = check(&channel);
             channel.found.extend(found);
         }
-        Some(Self { name, judgements: channel.found })
+        Some(Self { name: name.to_owned(), judgements: channel.found })
     }
 
     /// What was found in it.
@@ -74,55 +84,148 @@ impl ScreenedChannel {
     }
 }
 
-impl<'a> ScreenedLog<'a> {
+impl From<Dataset> for ScreenedLog {
+    fn from(raw: Dataset) -> Self {
+        let names = channel::screened(&raw);
+        let mut channels: Vec<ScreenedChannel> =
+            names.into_iter().filter_map(|name| ScreenedChannel::of(&raw, name)).collect();
+        let mut cleaned = None;
+        channels.iter().for_each(|channel| channel.take_out(&raw, &mut cleaned));
+        let log = cleaned.as_ref().unwrap_or(&raw);
+        let rotor = |number: usize| {
+            let rate = format!("propeller_rate_{number}_rad_s");
+            let rates = channels.iter().find(|channel| channel.name == rate);
+            ScreenedRotor::of(log, number, rates.map_or(&[], |channel| &channel.judgements))
+        };
+        let mut rotors: Vec<ScreenedRotor> = (1..=MOST_ROTORS).filter_map(rotor).collect();
+        let turning = || rotors.iter().filter(|it| it.is_measured() && it.turns()).map(ScreenedRotor::data);
+        let useless = battery_reading::useless(log, turning());
+        let is_useless = useless.is_some();
+        let found = useless.or_else(|| battery_reading::gap(log, turning()));
+        if let Some((battery, found)) = channels.iter_mut().find(|channel| channel.name == BATTERY).zip(found)
+        {
+            battery.judgements.push(found);
+            if is_useless {
+                battery.take_out(&raw, &mut cleaned);
+                rotors.iter_mut().for_each(ScreenedRotor::drop_battery);
+            }
+        }
+        Self(Arc::new(Judged { raw, cleaned, channels, rotors }))
+    }
+}
+
+impl ScreenedChannel {
+    /// Empties its cells that are no measurements in the cleaned log.
+    fn take_out(&self, raw: &Dataset, cleaned: &mut Option<Dataset>) {
+        if self.left_out().next().is_none() {
+            return;
+        }
+        let mut values = raw.column(&self.name).unwrap_or_default().to_vec();
+        self.left_out().for_each(|row| values[row] = f64::NAN);
+        // As long as the column it replaces.
+        let _ = cleaned.get_or_insert_with(|| raw.clone()).replace(&self.name, values);
+    }
+}
+
+impl ScreenedLog {
     /// Judges a log.
     #[must_use]
-    pub fn of(log: &'a Dataset) -> Self {
-        let channels: Vec<ScreenedChannel> =
-            MEASURED.iter().filter_map(|name| ScreenedChannel::of(log, name)).collect();
-        let mut cleaned = Cow::Borrowed(log);
-        for channel in channels.iter().filter(|channel| channel.left_out().next().is_some()) {
-            let mut values = log.column(channel.name).unwrap_or_default().to_vec();
-            channel.left_out().for_each(|row| values[row] = f64::NAN);
-            // As long as the column it replaces.
-            let _ = cleaned.to_mut().replace(channel.name, values);
-        }
-        Self { cleaned, channels }
+    pub fn of(log: &Dataset) -> Self {
+        Self::from(log.clone())
     }
 
-    /// The log with every cell missing that is no measurement.
+    /// The log as it was read.
+    #[must_use]
+    pub fn raw(&self) -> &Dataset {
+        &self.0.raw
+    }
+
+    /// The log with every cell missing that is no measurement; a battery that is not connected or saturated has none.
     #[must_use]
     pub fn dataset(&self) -> &Dataset {
-        &self.cleaned
+        self.0.cleaned.as_ref().unwrap_or(&self.0.raw)
+    }
+
+    /// Where it came from: a file name, or a few words.
+    #[must_use]
+    pub fn source_name(&self) -> &str {
+        self.0.raw.source_name()
     }
 
     /// The channels that were looked at.
     #[must_use]
     pub fn channels(&self) -> &[ScreenedChannel] {
-        &self.channels
+        &self.0.channels
     }
 
     /// The channel of this name.
     #[must_use]
     pub fn channel(&self, name: &str) -> Option<&ScreenedChannel> {
-        self.channels.iter().find(|channel| channel.name == name)
+        self.0.channels.iter().find(|channel| channel.name == name)
     }
 
-    /// What was found, channel by channel.
+    /// The rotors whose commands and rates it holds.
+    pub fn rotors(&self) -> impl Iterator<Item = &ScreenedRotor> {
+        self.0.rotors.iter().filter(|rotor| rotor.is_measured())
+    }
+
+    /// The rotor of this number, from 1, where the log holds its commands and rates.
+    #[must_use]
+    pub fn rotor(&self, number: usize) -> Option<&ScreenedRotor> {
+        self.rotors().find(|rotor| rotor.number() == number)
+    }
+
+    /// The rotor of this number, from 1, where the log holds its commands, its rates measured or not.
+    #[must_use]
+    pub fn commanded(&self, number: usize) -> Option<&ScreenedRotor> {
+        self.0.rotors.iter().find(|rotor| rotor.number() == number)
+    }
+
+    /// What was found in its cells, channel by channel.
+    pub fn channel_findings(&self) -> impl Iterator<Item = &Finding> {
+        self.0.channels.iter().flat_map(|channel| &channel.judgements).map(|judged| &judged.finding)
+    }
+
+    /// What was found in its rotors. Of one that stood all the time nothing is said beside others.
+    pub fn rotor_findings(&self) -> impl Iterator<Item = &Finding> {
+        let any_turns = self.0.rotors.iter().any(ScreenedRotor::turns);
+        let told = self.0.rotors.iter().filter(move |rotor| !any_turns || rotor.turns());
+        told.flat_map(ScreenedRotor::findings)
+    }
+
+    /// Columns that can hardly be what their names say; they are among `rotor_findings`.
+    pub fn mistaken(&self) -> impl Iterator<Item = &Finding> {
+        self.rotors().filter(|rotor| rotor.turns()).flat_map(ScreenedRotor::mistaken)
+    }
+
+    /// What was found in it: its channels, then its rotors.
     pub fn findings(&self) -> impl Iterator<Item = &Finding> {
-        self.channels.iter().flat_map(|channel| &channel.judgements).map(|judged| &judged.finding)
+        self.channel_findings().chain(self.rotor_findings())
+    }
+
+    /// Why nothing in it can be compared.
+    #[must_use]
+    pub fn nothing_scored(&self) -> ScreeningError {
+        let has_rotor = self.rotors().next().is_some();
+        let reasons: Vec<&'static str> = self.findings().map(|finding| finding.code).collect();
+        if has_rotor && !reasons.is_empty() {
+            ScreeningError::NothingScored { log: self.source_name().to_owned(), reasons }
+        } else {
+            ScreeningError::nothing_in_common(&[self.dataset()])
+        }
+    }
+
+    /// Refuses a log of which a column cannot be what its name says.
+    ///
+    /// # Errors
+    /// [`ScreeningError::Column`] of the first one.
+    pub fn refuse(&self) -> Result<(), ScreeningError> {
+        self.rotors().filter(|rotor| rotor.turns()).try_for_each(ScreenedRotor::refuse)
     }
 }
 
-/// The same of several logs: what is left of each, and what was found is added to `findings`.
-pub fn screened<'a>(logs: &'a [Dataset], findings: &mut Vec<Finding>) -> Cow<'a, [Dataset]> {
-    let mut cleaned = Cow::Borrowed(logs);
-    for (at, log) in logs.iter().enumerate() {
-        let screened = ScreenedLog::of(log);
-        findings.extend(screened.findings().cloned());
-        if let Cow::Owned(log) = screened.cleaned {
-            cleaned.to_mut()[at] = log;
-        }
-    }
-    cleaned
+/// The same of several logs.
+#[must_use]
+pub fn screened(logs: &[Dataset]) -> Vec<ScreenedLog> {
+    logs.iter().map(ScreenedLog::of).collect()
 }

@@ -6,10 +6,12 @@ use std::ops::Range;
 
 use serde::{Serialize, Serializer};
 
+use super::channel::BATTERY;
 use super::frozen_gyro::{GYRO_FROZEN, frozen, smallest_step};
 use super::rate_dropouts::RATE_FROZEN;
 use super::saturation::{self, SATURATED, Saturation, piles};
 use super::screened_log::{ScreenedChannel, ScreenedLog};
+use super::screened_rotor::ScreenedRotor;
 use super::thresholds::THRESHOLDS;
 use super::{Evidence, Finding};
 use crate::estimation::quantile::{median, quantile, sorted};
@@ -18,9 +20,6 @@ use crate::log::dataset::{Dataset, LOG_SIGNALS};
 
 #[cfg(test)]
 mod tests;
-
-/// A channel that moves slowly beside the steps of its reading, and those that it takes at once, at most.
-const BATTERY: &str = "battery_voltage_v";
 
 /// Which way the commands went around a hole.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -103,22 +102,46 @@ pub struct LogSummary {
     pub standstill_starts_s: Vec<f64>,
     /// Channel by channel.
     pub channels: Vec<ChannelSummary>,
+    /// Rotor by rotor, of those whose commands and rates the log holds.
+    pub rotors: Vec<RotorSummary>,
     /// What somebody who fits a model to this log must know.
     pub findings: Vec<Finding>,
+}
+
+/// Which rows of one rotor are held against a model.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RotorSummary {
+    /// Its number in the columns' names, from 1.
+    pub rotor: usize,
+    /// Rows whose rate is scored.
+    pub scored: usize,
+    /// Rows whose rate is not, by the code of the reason; empty cells have none.
+    pub not_scored: BTreeMap<&'static str, usize>,
+}
+
+impl RotorSummary {
+    fn of(rotor: &ScreenedRotor, rows: usize) -> Self {
+        let mut not_scored = BTreeMap::new();
+        for reason in (0..rows).filter_map(|row| rotor.reason(row)) {
+            *not_scored.entry(reason).or_insert(0) += 1;
+        }
+        Self { rotor: rotor.number(), scored: rotor.scored().count(), not_scored }
+    }
 }
 
 impl LogSummary {
     /// Looks through a log.
     #[must_use]
-    pub fn of(log: &Dataset) -> Self {
+    pub fn of(screened: &ScreenedLog) -> Self {
+        let log = screened.raw();
         let time = log.time();
         let median = log.median_interval();
         let limit = log::thresholds::THRESHOLDS.hole * median;
         let intervals =
             || time.windows(2).map(|pair| pair[1] - pair[0]).filter(|interval| *interval <= limit);
-        let screened = ScreenedLog::of(log);
         let named = log.names().filter_map(|name| Some((name, log.column(name)?)));
-        let channels = named.map(|(name, values)| channel(&screened, log, name, values)).collect();
+        let channels = named.map(|(name, values)| channel(screened, log, name, values)).collect();
         let mut summary = Self {
             samples: log.len(),
             time_s: [time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0)],
@@ -127,14 +150,15 @@ impl LogSummary {
             holes: holes(log),
             standstill_starts_s: standstill_starts(log),
             channels,
+            rotors: screened.rotors().map(|rotor| RotorSummary::of(rotor, log.len())).collect(),
             findings: Vec::new(),
         };
-        summary.findings = summary.found(&screened);
+        summary.findings = summary.found(screened);
         summary
     }
 
     fn found(&self, log: &ScreenedLog) -> Vec<Finding> {
-        let of = |code, channel: &str| Finding::new(code, channel).of(log.dataset().source_name());
+        let of = |code, channel: &str| Finding::new(code, channel).of(log.source_name());
         let mut found: Vec<Finding> = Vec::new();
         if let Some(longest) = self.holes.iter().map(|hole| hole.length_s).max_by(f64::total_cmp) {
             let count = |step| self.holes.iter().filter(|hole| hole.at_step == Some(step)).count();
@@ -150,6 +174,7 @@ impl LogSummary {
             found.extend(channel.found(&of));
             found.extend(channel.not_measured.0.iter().cloned());
         }
+        found.extend(log.rotor_findings().cloned());
         found
     }
 }

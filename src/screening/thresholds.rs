@@ -212,6 +212,10 @@ crate::thresholds! {
     standstill_share: f64 = 0.05, "-", "judgement";
     /// Steps of its reading that a battery takes at once, at most.
     battery_step: f64 = 2.5, "-", "judgement";
+    /// [s] longest time without a reading over which a held voltage is not worth a word.
+    battery_gap: f64 = 30.0, "s", "judgement";
+    /// Share of the time for which commands are held that a hole may last for the rotor to run on across it.
+    short_hole: f64 = 0.1, "-", "judgement";
     /// [s] a change of command this long before a hole is named with it.
     before_hole: f64 = 0.1, "s", "judgement";
     /// Scatter about its smooth course, as a share of the rate, where neighbours are correlated, that no rotor has under one command.

@@ -4,20 +4,20 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::channel::Judgement;
 use super::excitation::SteadyCommand;
 use super::rotor_data::RotorLog;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::autocorrelation::lag_one_correlation;
 use crate::estimation::least_squares;
-use crate::screening::Finding;
 
 /// Powers of time in the smooth course of a rate: battery and temperature.
 const COURSE: usize = 4;
 
 impl RotorLog {
-    /// Takes out of the score where the command stands still and the rate does not, and says so.
-    pub(crate) fn leave_out_unmoved(&mut self, warnings: &mut Vec<Finding>) {
-        let mut left = 0;
+    /// Takes out of the score where the command stands still and the rate does not.
+    pub(crate) fn leave_out_unmoved(&mut self) -> Option<Judgement> {
+        let mut left: Vec<usize> = Vec::new();
         let mut shown: Option<(f64, f64, f64)> = None;
         let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
         for (kind, rows) in self.steady() {
@@ -32,15 +32,15 @@ impl RotorLog {
             (first, last) = (first.min(self.time[rows.start]), last.max(self.time[rows.end - 1]));
             for row in rows.clone().filter(|&row| self.rate[row].is_finite()).collect::<Vec<_>>() {
                 self.rate[row] = f64::NAN;
-                left += 1;
+                left.push(row);
             }
             self.cut(&rows);
         }
-        if let Some((scatter, mean, command)) = shown {
-            let finding = self.finding("uncommanded_motion").rows(left).with("command", command);
-            let finding = finding.with("scatter_rad_s", scatter).with("mean_rad_s", mean);
-            warnings.push(finding.with("from_s", first).with("to_s", last));
-        }
+        left.sort_unstable();
+        let (scatter, mean, command) = shown?;
+        let finding = self.finding("uncommanded_motion").with("command", command);
+        let finding = finding.with("scatter_rad_s", scatter).with("mean_rad_s", mean);
+        Some(Judgement::new(finding.with("from_s", first).with("to_s", last), left))
     }
 
     /// The first row since which the command is what it is in `rows`: it settles for a while before it counts as steady, but
@@ -88,6 +88,7 @@ impl RotorLog {
 mod tests {
     use super::*;
     use crate::log::Dataset;
+    use crate::screening::{Finding, ScreenedLog};
 
     /// Two minutes at 50 Hz; `command` is what the log says, `moved` what the rotor is commanded, from `froze` [s] on.
     fn log(froze: f64, noise: f64) -> Dataset {
@@ -111,8 +112,9 @@ mod tests {
     }
 
     fn rotor(log: &Dataset) -> (RotorLog, Vec<Finding>) {
-        let mut warnings = Vec::new();
-        (RotorLog::of(log, 1, &mut warnings).unwrap().unwrap(), warnings)
+        let screened = ScreenedLog::of(log);
+        let rotor = screened.rotor(1).unwrap();
+        (rotor.data().clone(), rotor.findings().cloned().collect())
     }
 
     #[test]

@@ -2,8 +2,8 @@
 
 use super::{Job, Progress, SessionError};
 use crate::compare::{self, CompareConfig, Comparison};
-use crate::log::Dataset;
 use crate::model::Model;
+use crate::screening::ScreenedLog;
 
 /// Compares every model with every log, log by log.
 ///
@@ -11,7 +11,7 @@ use crate::model::Model;
 /// [`SessionError::Compare`] of the first log that cannot be compared.
 pub fn compare(
     models: &[Model],
-    logs: &[Dataset],
+    logs: &[ScreenedLog],
     config: &CompareConfig,
     job: &Job,
 ) -> Result<Vec<Vec<Comparison>>, SessionError> {

@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::{Job, Progress, SessionError};
 use crate::diagnose::{self, DiagnoseConfig, Diagnosis, Event};
-use crate::log::Dataset;
 use crate::model::Model;
+use crate::screening::ScreenedLog;
 
 /// Finds what the model is missing; fitted on `train`, chosen on `validate`.
 ///
@@ -13,8 +13,8 @@ use crate::model::Model;
 /// [`SessionError::Diagnose`] when model and logs do not meet.
 pub fn diagnose(
     model: &Model,
-    train: &[Dataset],
-    validate: &[Dataset],
+    train: &[ScreenedLog],
+    validate: &[ScreenedLog],
     config: &DiagnoseConfig,
     job: &Job,
 ) -> Result<Diagnosis, SessionError> {

@@ -3,10 +3,9 @@
 use super::thresholds::THRESHOLDS;
 use super::{Job, SessionError};
 use crate::diagnose::{self, DiagnoseConfig, Extension};
-use crate::log::Dataset;
 use crate::model::Model;
-use crate::screening::Finding;
 use crate::screening::requirements::repeated;
+use crate::screening::{Finding, ScreenedLog};
 
 /// An extended or refitted model.
 #[derive(Debug, Clone)]
@@ -26,7 +25,7 @@ pub struct Extended {
 pub fn extend(
     model: &Model,
     ids: &[String],
-    (train, validate): (&[Dataset], &[Dataset]),
+    (train, validate): (&[ScreenedLog], &[ScreenedLog]),
     config: &DiagnoseConfig,
     job: &Job,
 ) -> Result<Extended, SessionError> {
@@ -44,7 +43,7 @@ pub fn extend(
 /// [`SessionError::Diagnose`] when there is nothing to refit.
 pub fn refit(
     model: &Model,
-    (train, validate): (&[Dataset], &[Dataset]),
+    (train, validate): (&[ScreenedLog], &[ScreenedLog]),
     config: &DiagnoseConfig,
     job: &Job,
 ) -> Result<Extended, SessionError> {
@@ -59,7 +58,7 @@ pub fn refit(
     Ok(Extended { has_fallen: falls && is_at_floor, findings, extension })
 }
 
-fn findings(extension: &Extension, train: &[Dataset], validate: &[Dataset]) -> Vec<Finding> {
+fn findings(extension: &Extension, train: &[ScreenedLog], validate: &[ScreenedLog]) -> Vec<Finding> {
     let of_logs = repeated(train, validate).into_iter();
     of_logs.chain(extension.findings.iter().cloned()).collect()
 }

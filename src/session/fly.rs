@@ -2,10 +2,10 @@
 
 use super::{Job, SessionError};
 use crate::bench::BenchConfig;
-use crate::log::Dataset;
 use crate::runtime::ProcessError;
 use crate::runtime::controller_plant::ExperimentPlan;
 use crate::runtime::experiment;
+use crate::screening::ScreenedLog;
 
 /// Runs `plan` on the emulated bench of `bench` in virtual time. The log, called `name`, begins with the first excited period.
 ///
@@ -16,7 +16,7 @@ pub fn fly(
     plan: &ExperimentPlan,
     name: &str,
     job: &Job,
-) -> Result<Dataset, SessionError> {
+) -> Result<ScreenedLog, SessionError> {
     let (trace, _) = job.run(|| experiment::in_lockstep(bench, plan, &mut (), |_| true))?;
-    Ok(trace.into_dataset(name).map_err(ProcessError::from)?)
+    Ok(trace.into_dataset(name).map_err(ProcessError::from)?.into())
 }

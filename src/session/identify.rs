@@ -2,15 +2,15 @@
 
 use super::{Job, Progress, SessionError};
 use crate::identify::{Identification, IdentifySettings, STEPS, identify_with_progress};
-use crate::log::Dataset;
+use crate::screening::ScreenedLog;
 
 /// Identifies what the logs permit; `validation` logs are only compared.
 ///
 /// # Errors
 /// [`SessionError::Identify`] when the logs permit nothing.
 pub fn identify(
-    logs: &[Dataset],
-    validation: &[Dataset],
+    logs: &[ScreenedLog],
+    validation: &[ScreenedLog],
     settings: &IdentifySettings,
     job: &Job,
 ) -> Result<Identification, SessionError> {

@@ -11,6 +11,7 @@ use crate::log::can_capture::CaptureNotes;
 use crate::log::dataset::{of_rotor, rotor_of};
 use crate::log::format::{FORMATS, FormatError, LogFormat, Request, START, Start};
 use crate::log::{Dataset, Mapping, Notes, can_capture, csv, export, limits, mapped, unreadable};
+use crate::screening::ScreenedLog;
 
 /// What may be said of logs beside their names: what their format needs, and which part of them counts. It holds for those
 /// of several logs that can use it.
@@ -32,11 +33,11 @@ pub struct OpenConfig {
     pub rotors: Vec<usize>,
 }
 
-/// A log, and what reading it left out.
+/// A log, judged, and what reading it left out.
 #[derive(Debug, Clone)]
 pub struct Opened {
     /// The log.
-    pub log: Dataset,
+    pub log: ScreenedLog,
     /// Name of the format that it came in.
     pub format: &'static str,
     /// What the reader of a foreign file left out, cut or merged.
@@ -89,14 +90,15 @@ fn rotors_in(present: &[usize]) -> String {
 pub fn open(path: &Path, config: &OpenConfig, job: &Job) -> Result<Opened, SessionError> {
     job.run(|| {
         let (path, part) = addressed(path);
-        let mut opened = read(&path, &OpenConfig { part: part.or(config.part), ..config.clone() })?;
-        if opened.log.is_empty() {
+        let Read { log, format, notes, frames } =
+            read(&path, &OpenConfig { part: part.or(config.part), ..config.clone() })?;
+        if log.is_empty() {
             return Err(
                 FormatError::Unusable { path, reason: "it has a header and no rows".to_owned() }.into()
             );
         }
-        opened.log = chosen(opened.log, config)?;
-        Ok::<_, SessionError>(opened)
+        let log = chosen(log, config)?.into();
+        Ok::<_, SessionError>(Opened { log, format, notes, frames })
     })
 }
 
@@ -104,14 +106,18 @@ pub fn open(path: &Path, config: &OpenConfig, job: &Job) -> Result<Opened, Sessi
 ///
 /// # Errors
 /// [`SessionError`] of the first that cannot be read.
-pub fn open_all(paths: &[PathBuf], config: &OpenConfig, job: &Job) -> Result<Vec<Dataset>, SessionError> {
+pub fn open_all(paths: &[PathBuf], config: &OpenConfig, job: &Job) -> Result<Vec<ScreenedLog>, SessionError> {
     paths.iter().map(|path| open(path, config, job).map(|opened| opened.log)).collect()
 }
 
 /// The rotors that logs have commands or rates of, from 1.
 #[must_use]
-pub fn rotors(logs: &[Dataset]) -> Vec<usize> {
-    let mut found: Vec<usize> = logs.iter().flat_map(Dataset::names).filter_map(rotor_of).collect();
+pub fn rotors(logs: &[ScreenedLog]) -> Vec<usize> {
+    rotors_of(logs.iter().map(ScreenedLog::raw))
+}
+
+fn rotors_of<'a>(logs: impl Iterator<Item = &'a Dataset>) -> Vec<usize> {
+    let mut found: Vec<usize> = logs.flat_map(Dataset::names).filter_map(rotor_of).collect();
     found.sort_unstable();
     found.dedup();
     found
@@ -127,7 +133,15 @@ fn addressed(path: &Path) -> (PathBuf, Option<usize>) {
     }
 }
 
-fn read(path: &Path, config: &OpenConfig) -> Result<Opened, SessionError> {
+/// A log as it was read, and what was left out.
+struct Read {
+    log: Dataset,
+    format: &'static str,
+    notes: Notes,
+    frames: Option<CaptureNotes>,
+}
+
+fn read(path: &Path, config: &OpenConfig) -> Result<Read, SessionError> {
     let bytes = beginning(path);
     let start = Start { bytes: &bytes, path };
     if bytes.is_empty() && fs::metadata(path).is_ok_and(|found| found.is_file()) {
@@ -142,7 +156,7 @@ fn read(path: &Path, config: &OpenConfig) -> Result<Opened, SessionError> {
         let bench = BenchConfig::load(config.bench.as_deref())?;
         let roles = Roles::build(&bench.bus, bench.period_s)?;
         let (log, frames) = can_capture::read(path, &roles, config.interface.as_deref())?;
-        return Ok(Opened { frames: Some(frames), ..plain(log, format) });
+        return Ok(Read { frames: Some(frames), ..plain(log, format) });
     }
     if let Some(format) = FORMATS.iter().find(|format| format.recognises(&start)) {
         return tabular(path, *format, config);
@@ -156,19 +170,19 @@ fn read(path: &Path, config: &OpenConfig) -> Result<Opened, SessionError> {
     match &config.mapping {
         Some(mapping) if !is_ours(&start) => {
             let (log, notes) = mapped::read(path, &Mapping::load(mapping)?, config.part)?;
-            Ok(Opened { notes, ..plain(log, "mapped CSV") })
+            Ok(Read { notes, ..plain(log, "mapped CSV") })
         }
         _ => Ok(plain(csv::read(path)?, "CSV")),
     }
 }
 
 /// A log of which nothing was left out.
-fn plain(log: Dataset, format: &'static str) -> Opened {
-    Opened { log, format, notes: Notes::default(), frames: None }
+fn plain(log: Dataset, format: &'static str) -> Read {
+    Read { log, format, notes: Notes::default(), frames: None }
 }
 
 /// A log of tables, through the format's own mapping or the user's.
-fn tabular(path: &Path, format: &dyn LogFormat, config: &OpenConfig) -> Result<Opened, SessionError> {
+fn tabular(path: &Path, format: &dyn LogFormat, config: &OpenConfig) -> Result<Read, SessionError> {
     let mapping = match (&config.mapping, format.mapping()) {
         (Some(mapping), _) => Some(Mapping::load(mapping)?),
         (None, Some(text)) => Some(Mapping::parse(text, Path::new(format.name()))?),
@@ -181,7 +195,7 @@ fn tabular(path: &Path, format: &dyn LogFormat, config: &OpenConfig) -> Result<O
     let names = || tables.tables.iter().flat_map(|table| &table.columns).map(|column| column.name.as_str());
     let mapping = mapping.unwrap_or_else(|| Mapping::ours(names()));
     let (log, notes) = mapped::assemble(&tables, &bytes, path, &mapping)?;
-    Ok(Opened { notes, ..plain(log, format.name()) })
+    Ok(Read { notes, ..plain(log, format.name()) })
 }
 
 /// Whether a text begins with a header of ours: a mapping for other logs is not for it.
@@ -224,7 +238,7 @@ fn only_rotors(log: Dataset, rotors: &[usize]) -> Result<Dataset, SessionError> 
     if rotors.is_empty() {
         return Ok(log);
     }
-    let present = self::rotors(std::slice::from_ref(&log));
+    let present = rotors_of(std::iter::once(&log));
     if let Some(rotor) = rotors.iter().find(|rotor| !present.contains(rotor)) {
         let rotor = *rotor;
         return Err(ChoiceError::Rotor { log: log.source_name().to_owned(), rotor, present }.into());

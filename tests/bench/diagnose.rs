@@ -14,6 +14,7 @@ use std::time::Instant;
 use rotorbench::diagnose::{DiagnoseConfig, Verdict, diagnose};
 use rotorbench::log::{Dataset, csv};
 use rotorbench::model::{Model, RotorInput, RotorStart, RotorTrace};
+use rotorbench::screening::ScreenedLog;
 
 /// Runs of what takes milliseconds; the median counts.
 const REPEATS: usize = 31;
@@ -115,11 +116,12 @@ fn free_run(log: &Dataset) -> [f64; 2] {
 
 fn show(name: &str, train: &Dataset, validate: Option<&Dataset>) {
     let [once, _] = free_run(train);
-    let validate: Vec<Dataset> = validate.into_iter().cloned().collect();
     let mut answer = None;
     let time = seconds(|| {
-        let train = std::slice::from_ref(train);
-        answer = Some(diagnose(&Model::paper(), train, &validate, &DiagnoseConfig::default(), &|_| ()));
+        // The screening is a part of the work.
+        let train = ScreenedLog::of(train);
+        let validate: Vec<ScreenedLog> = validate.into_iter().map(ScreenedLog::of).collect();
+        answer = Some(diagnose(&Model::paper(), &[train], &validate, &DiagnoseConfig::default(), &|_| ()));
     });
     let answer = answer.and_then(Result::ok).expect("logs of this bench");
     let verdict = match answer.verdict {

@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rotorbench::compare::{CompareConfig, Comparison, compare};
 use rotorbench::log::{Dataset, csv};
 use rotorbench::model::Model;
+use rotorbench::screening::ScreenedLog;
 
 use crate::catalogue::Kind;
 use crate::experiment::{Noise, actuator, attitude};
@@ -23,7 +24,9 @@ fn made(kind: Kind, hidden: &Hidden, seed: u64) -> Dataset {
 }
 
 fn paper_on(log: &Dataset) -> Comparison {
-    compare(&[Model::paper()], log, &CompareConfig::default()).expect("comparable").remove(0)
+    compare(&[Model::paper()], &ScreenedLog::of(log), &CompareConfig::default())
+        .expect("comparable")
+        .remove(0)
 }
 
 /// Error over noise floor of every signal of a block.
@@ -104,16 +107,21 @@ fn refuses_what_cannot_be_compared() {
     let time: Vec<f64> = (0..100).map(f64::from).collect();
     let mut log = Dataset::new("here.csv", "", time).expect("time rises");
     log.insert("battery_voltage_v", vec![12.0; 100]).expect("fits");
-    let error = compare(&[Model::paper()], &log, &config).expect_err("nothing to compare").to_string();
+    let error = compare(&[Model::paper()], &ScreenedLog::of(&log), &config)
+        .expect_err("nothing to compare")
+        .to_string();
     assert!(
         error.starts_with("nothing to compare") && error.ends_with("here.csv holds `battery_voltage_v`"),
         "{error}"
     );
-    let error = compare(&[Model::paper()], &log.slice(0..10), &config).expect_err("too short").to_string();
+    let error =
+        compare(&[Model::paper()], &log.slice(0..10).into(), &config).expect_err("too short").to_string();
     assert_eq!(error, "here.csv: 10 samples; at least 50 are needed");
-    assert!(compare(&[Model::paper()], &log, &CompareConfig { horizon_s: f64::NAN }).is_err());
+    assert!(
+        compare(&[Model::paper()], &ScreenedLog::of(&log), &CompareConfig { horizon_s: f64::NAN }).is_err()
+    );
     // Constant data: no division by a variance that is not there may reach the output as infinity or panic.
     log.insert("command_1", vec![0.5; 100]).expect("fits");
     log.insert("propeller_rate_1_rad_s", vec![600.0; 100]).expect("fits");
-    assert!(compare(&[Model::paper()], &log, &config).is_ok());
+    assert!(compare(&[Model::paper()], &log.into(), &config).is_ok());
 }

@@ -163,7 +163,7 @@ fn asked(question: &Question, seed: u64) -> rotorbench::diagnose::Diagnosis {
     let case = question.make(seed).unwrap();
     let folder = tempfile::tempdir().unwrap();
     case.write(folder.path()).unwrap();
-    let log = |name: &str| [rotorbench::log::csv::read(&folder.path().join(name)).unwrap()];
+    let log = |name: &str| [rotorbench::log::csv::read(&folder.path().join(name)).unwrap().into()];
     let config = rotorbench::diagnose::DiagnoseConfig::default();
     let model = rotorbench::model::Model::paper();
     rotorbench::diagnose::diagnose(&model, &log("train.csv"), &log("validate.csv"), &config, &|_| {}).unwrap()

@@ -14,7 +14,7 @@ fn of(log: &std::path::Path, command: &str) -> Vec<String> {
 fn a_column_in_another_unit_is_refused_with_the_unit_to_import_it_with() {
     let desk = Desk::new();
     let flown = desk.fly("flown.csv", 1, &[]);
-    let cases: [(&str, f64, &[&str]); 11] = [
+    let cases: [(&str, f64, &[&str]); 10] = [
         ("command", 100.0, &["percent: scale 0.01"]),
         (
             "propeller_rate",
@@ -30,7 +30,6 @@ fn a_column_in_another_unit_is_refused_with_the_unit_to_import_it_with() {
         ("battery_voltage", 1000.0, &["unit `mV`"]),
         ("battery_voltage", 10.0, &["tenths of a volt: scale 0.1"]),
         ("battery_voltage", 100.0, &["hundredths of a volt: scale 0.01"]),
-        ("battery_voltage", 0.0, &["which no battery has that turns a rotor", "leave it out"]),
         ("body_rate", DEGREES, &["times the slope of the body angle", "unit `deg/s`"]),
         ("body_angle", DEGREES, &["times the body rate", "unit `deg`"]),
         ("time", 1e3, &["milliseconds", "unit `ms`"]),
@@ -46,6 +45,17 @@ fn a_column_in_another_unit_is_refused_with_the_unit_to_import_it_with() {
         let seen = said_out(&run(&words.iter().map(String::as_str).collect::<Vec<_>>()));
         let seen = seen.split_whitespace().collect::<Vec<_>>().join(" ");
         for part in &parts {
+            assert!(seen.contains(part), "`{part}` is not in: {seen}");
+        }
+    }
+    // A battery that is not connected is none: the logs are taken as if it had not been read, by all commands alike.
+    let empty = |name: &str, value: f64| if name == "battery_voltage_v" { 0.0 } else { value };
+    let log = desk.changed(&flown, "scaled.csv", f64::INFINITY, |_| true, empty);
+    for command in ["diagnose --log LOG", "compare --log LOG"] {
+        let words = of(&log, command);
+        let seen = said_out(&run(&words.iter().map(String::as_str).collect::<Vec<_>>()));
+        let seen = seen.split_whitespace().collect::<Vec<_>>().join(" ");
+        for part in ["which no battery has that turns a rotor", "as if no voltage had been measured"] {
             assert!(seen.contains(part), "`{part}` is not in: {seen}");
         }
     }

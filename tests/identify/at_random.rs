@@ -3,6 +3,7 @@
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rotorbench::identify::{IdentifySettings, identify};
+use rotorbench::screening::screened;
 
 use super::bench::{bench, prbs, run};
 
@@ -34,7 +35,7 @@ fn every_second_bench_is_found(half: u64) {
         }
         let log = run(&config, prbs(2400.0, draw), "prbs");
         assert_eq!(log.len(), 120_000);
-        let found = identify(&[log], &[], &IdentifySettings::default());
+        let found = identify(&screened(&[log]), &[], &IdentifySettings::default());
         let joint = found.expect("identified").joint.expect("exciting commands");
         assert_eq!(joint.coefficients.len(), 2, "draw {draw}: {:?}", joint.degrees);
         let plant = &config.plant;

@@ -2,6 +2,7 @@
 
 use rotorbench::emulate::EmulatorConfig;
 use rotorbench::identify::{Estimate, IdentifySettings, identify};
+use rotorbench::screening::screened;
 
 use super::bench::{bench, prbs, run};
 
@@ -18,7 +19,7 @@ fn a_battery_does_not_stand_in_for_a_delay() {
             let mut config = EmulatorConfig { command_delay_s: delay, ..bench(77 + seed) };
             config.battery.internal_resistance = resistance;
             let log = run(&config, prbs(seconds, 7 + seed), "delayed");
-            let found = identify(&[log], &[], &IdentifySettings::default()).expect("identified");
+            let found = identify(&screened(&[log]), &[], &IdentifySettings::default()).expect("identified");
             let joint = found.joint.expect("exciting commands");
             let case = format!("{resistance} ohm, {delay} s of dead time, {seconds} s, seed {seed}");
             let found = joint.delay.unwrap_or_else(|| panic!("{case}: no delay, {:?}", joint.pole));

@@ -54,7 +54,7 @@ fn a_voltage_gain_that_no_motor_has_is_said() {
     let mut drifting = honest.clone();
     drifting.replace(RATE, drifted).expect("as long");
     for (log, is_said) in [(honest, false), (drifting, true)] {
-        let found = identify(&[log], &[], &IdentifySettings::default()).expect("identified");
+        let found = identify(&[log.into()], &[], &IdentifySettings::default()).expect("identified");
         let said = found.findings.iter().any(|it| it.code == "voltage_gain_impossible");
         assert_eq!(said, is_said, "k_V = {}: {:?}", found.actuator.voltage_gain, found.findings);
     }

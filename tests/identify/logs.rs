@@ -6,7 +6,7 @@ use std::process::Command;
 
 use rotorbench::identify::{IdentifyError, IdentifySettings, identify};
 use rotorbench::log::Dataset;
-use rotorbench::screening::Finding;
+use rotorbench::screening::{Finding, screened};
 use rotorbench::shm::{PassingBench, SharedMemoryConfig};
 
 use super::bench::{bench, prbs, run};
@@ -21,7 +21,7 @@ fn a_battery_that_has_more_than_the_template_is_full_at_its_own_voltage() {
     log.replace("battery_voltage_v", volts).expect("fits");
     for battery in [true, false] {
         let settings = IdentifySettings { battery, degree: Some(2), ..IdentifySettings::default() };
-        let found = identify(std::slice::from_ref(&log), &[], &settings).expect("identified");
+        let found = identify(&screened(std::slice::from_ref(&log)), &[], &settings).expect("identified");
         let full = found.model.actuator.full_voltage;
         // A hundredth of the readings may be glitches, and it is said to a tenth of a volt.
         assert!((best - 0.3..=best + 0.05).contains(&full), "{full} V of at most {best}");
@@ -36,8 +36,9 @@ fn logs_that_cannot_be_used_are_named_with_the_reason() {
     let good = run(&bench(3), prbs(60.0, 3), "good.csv");
     let settings = || IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
     let both = |bad: &Dataset| {
-        let found = identify(&[good.clone(), bad.clone()], &[], &settings()).expect("the good one");
-        let alone = identify(std::slice::from_ref(bad), &[], &settings());
+        let found =
+            identify(&screened(&[good.clone(), bad.clone()]), &[], &settings()).expect("the good one");
+        let alone = identify(&screened(std::slice::from_ref(bad)), &[], &settings());
         let Err(IdentifyError::Nothing { reasons, .. }) = alone else { panic!("{alone:?}") };
         (found.findings, reasons)
     };
@@ -74,9 +75,11 @@ fn logs_that_cannot_be_used_are_named_with_the_reason() {
         assert!(alone.iter().any(is_it), "{code} {reason}: {alone:?}");
     }
     // What is good alone is as good beside them: the same numbers.
-    let (alone, beside) =
-        (identify(std::slice::from_ref(&good), &[], &settings()), [good.clone(), five, header, frozen]);
-    let beside = identify(&beside, &[], &settings()).expect("identified");
+    let (alone, beside) = (
+        identify(&screened(std::slice::from_ref(&good)), &[], &settings()),
+        [good.clone(), five, header, frozen],
+    );
+    let beside = identify(&screened(&beside), &[], &settings()).expect("identified");
     assert_eq!(alone.expect("identified").model.actuator, beside.model.actuator);
     // Twice the same log says no more than once.
     let copy = |name: &str| {
@@ -86,8 +89,10 @@ fn logs_that_cannot_be_used_are_named_with_the_reason() {
             .for_each(|name| copy.insert(name, column(name)).expect("fits"));
         copy
     };
-    let twice = identify(&[copy("a.csv"), copy("b.csv")], &[copy("c.csv")], &settings()).expect("identified");
-    let once = identify(&[copy("a.csv")], &[], &settings()).expect("identified");
+    let twice =
+        identify(&screened(&[copy("a.csv"), copy("b.csv")]), &screened(&[copy("c.csv")]), &settings())
+            .expect("identified");
+    let once = identify(&screened(&[copy("a.csv")]), &[], &settings()).expect("identified");
     assert_eq!(twice.joint.map(|fit| fit.pole), once.joint.map(|fit| fit.pole));
     assert!(twice.validation.is_empty(), "{:?}", twice.validation.len());
     for (log, code) in [("b.csv", "log_not_used"), ("c.csv", "validation_log_was_fitted")] {
@@ -105,9 +110,9 @@ fn values_that_suggest_another_unit_or_no_sensor_are_said() {
         let mut log = good.clone();
         log.replace(name, good.column(name).expect("there").iter().copied().map(change).collect())
             .expect("fits");
-        identify(&[log], &[], &settings(true)).expect("identified")
+        identify(&screened(&[log]), &[], &settings(true)).expect("identified")
     };
-    let none = identify(std::slice::from_ref(&good), &[], &settings(false)).expect("identified");
+    let none = identify(&screened(std::slice::from_ref(&good)), &[], &settings(false)).expect("identified");
     let dead = with("battery_voltage_v", &|_| 0.0);
     assert_eq!(dead.model.actuator, none.model.actuator, "as if no voltage had been measured");
     assert!(dead.findings.iter().any(|it| it.code == "battery_not_connected"), "{:?}", dead.findings);

@@ -12,6 +12,7 @@ use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::model::Model;
 use rotorbench::runtime::controller_plant::{self, ExperimentPlan};
 use rotorbench::runtime::experiment::{Ending, in_lockstep};
+use rotorbench::screening::screened;
 use rotorbench::signal::{Applied, Reference};
 use serde_json::Value;
 
@@ -33,8 +34,9 @@ fn identified(seed: u64, delay: f64) -> Model {
     let (body, ending) = in_lockstep(&bench, &plan, &mut (), |_| true).expect("an experiment that can be");
     assert_eq!(ending, Ending::Complete);
     let logs = [rotors, body.into_dataset("body").expect("rising time")];
-    let found = identify(&logs, &[], &IdentifySettings { degree: Some(2), ..IdentifySettings::default() })
-        .expect("identified");
+    let found =
+        identify(&screened(&logs), &[], &IdentifySettings { degree: Some(2), ..IdentifySettings::default() })
+            .expect("identified");
     let (truth, model) = (other_bench(seed, delay).plant, &found.model);
     for (name, value, truth) in [
         ("p", model.actuator.pole, truth.pole),

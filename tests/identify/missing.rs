@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rotorbench::emulate::EmulatorConfig;
 use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::log::Dataset;
+use rotorbench::screening::screened;
 
 use super::bench::{bench, prbs, run};
 
@@ -40,7 +41,7 @@ fn what_is_missing_between_commands_does_not_move_the_pole() {
             let whole = run(&config, prbs(60.0, draw), "prbs");
             let log = with_missing(&whole, |_| random.random_bool(0.1), cells);
             let settings = IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
-            let found = identify(&[log], &[], &settings).expect("identified");
+            let found = identify(&screened(&[log]), &[], &settings).expect("identified");
             let joint = found.joint.expect("exciting commands");
             let (pole, truth) = (joint.pole, config.plant.pole);
             println!("{pole:?} of {truth}, residual {}", joint.residual_rms);
@@ -68,7 +69,7 @@ fn what_is_missing_between_commands_does_not_look_like_a_delay() {
         let config = EmulatorConfig { command_delay_s: delay, ..bench(77) };
         let log = with_missing(&run(&config, prbs(120.0, 7), "delayed"), |_| random.random_bool(0.1), false);
         let settings = IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
-        let found = identify(&[log], &[], &settings).expect("identified");
+        let found = identify(&screened(&[log]), &[], &settings).expect("identified");
         let joint = found.joint.expect("exciting commands");
         let found = joint.delay.as_ref().map_or(0.0, |it| it.delay.value);
         println!("{delay}: {found} {:?} {:?}", joint.pole, joint.delay);

@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rotorbench::emulate::EmulatorConfig;
 use rotorbench::identify::{Estimate, Identification, IdentifySettings, identify};
 use rotorbench::log::Dataset;
+use rotorbench::screening::screened;
 
 use super::bench::{bench, prbs, run};
 
@@ -59,7 +60,7 @@ fn readings_that_repeat_are_no_delay_and_no_slow_pole() {
         let whole = run(&EmulatorConfig { command_delay_s: delay, ..bench(11) }, prbs(600.0, 3), "held.csv");
         for (pattern, fresh) in patterns {
             let log = held(&whole, fresh);
-            let found = identify(&[log], &[], &settings()).expect("identified");
+            let found = identify(&screened(&[log]), &[], &settings()).expect("identified");
             let held = found.findings.iter().filter(|it| it.code == "sample_and_hold").count();
             assert_eq!(held, 1, "{pattern}: {:?}", found.findings);
             holds(&format!("{pattern}, {delay} s"), &found, delay);
@@ -83,7 +84,7 @@ fn outliers_do_not_move_what_is_identified() {
                 rates.map(|rate| if random.random_bool(0.005) { with(*rate) } else { *rate }).collect();
             let mut log = whole.clone();
             log.replace(RATE, rates).expect("as long");
-            let found = identify(&[log], &[], &settings()).expect("identified");
+            let found = identify(&screened(&[log]), &[], &settings()).expect("identified");
             let outliers = found.findings.iter().filter(|it| it.code == "outliers").count();
             assert_eq!(outliers, 1, "{name}: {:?}", found.findings);
             holds(&format!("{name}, {delay} s"), &found, delay);

@@ -2,6 +2,7 @@
 
 use rotorbench::experiment::Shape;
 use rotorbench::identify::{IdentifySettings, identify};
+use rotorbench::screening::screened;
 
 use super::bench::{bench, prbs, run};
 
@@ -17,7 +18,8 @@ fn section_three_of_the_paper_comes_out() {
     ];
     let validation =
         [run(&bench(6), Shape::Ramp { low: 0.3, high: 0.65, slope: 0.02, cycles: 2 }, "validation")];
-    let found = identify(&logs, &validation, &IdentifySettings::default()).expect("identified");
+    let found =
+        identify(&screened(&logs), &screened(&validation), &IdentifySettings::default()).expect("identified");
     let curve = found.static_curve.expect("ramps");
     let battery = found.battery.expect("constant levels");
     let pole = found.pole.expect("a PRBS");
@@ -55,7 +57,7 @@ fn the_error_of_the_models_pole_knows_that_of_the_rest() {
             run(&config, Shape::Ramp { low: 0.3, high: 0.6, slope: 0.01, cycles: 1 }, "ramp"),
             run(&config, prbs(120.0, seed), "prbs"),
         ];
-        let found = identify(&logs, &[], &IdentifySettings::default()).expect("identified");
+        let found = identify(&screened(&logs), &[], &IdentifySettings::default()).expect("identified");
         let error = found.model.standard_errors["pole"];
         let away = (found.model.actuator.pole - 16.0) / error;
         println!(

@@ -3,7 +3,7 @@
 use rotorbench::identify::{IdentifyError, IdentifySettings, identify};
 use rotorbench::log::{Dataset, csv};
 use rotorbench::report::findings::sentence;
-use rotorbench::screening::{Finding, ScreeningError};
+use rotorbench::screening::{Finding, ScreeningError, screened};
 
 use super::bad_logs::run;
 use super::logs::{C_G1, C_G2, FULL_VOLTAGE, K_V, POLE, exciting, moving, ramps, steady, voltage};
@@ -79,12 +79,12 @@ fn swapped(mut log: Dataset) -> Dataset {
 fn warnings(log: &Dataset, rotors: &[usize]) -> Vec<Finding> {
     let settings =
         IdentifySettings { degree: Some(2), rotors: rotors.to_vec(), ..IdentifySettings::default() };
-    identify(std::slice::from_ref(log), &[], &settings).expect("identified").findings
+    identify(&screened(std::slice::from_ref(log)), &[], &settings).expect("identified").findings
 }
 
 /// Refused with this finding, and one sentence for people.
 fn refused(log: &Dataset, code: &str) -> Finding {
-    let refused = identify(std::slice::from_ref(log), &[], &IdentifySettings::default());
+    let refused = identify(&screened(std::slice::from_ref(log)), &[], &IdentifySettings::default());
     let Err(IdentifyError::Screening(ScreeningError::Column(found))) = refused else { panic!("{refused:?}") };
     assert_eq!(found.code, code, "{found:?}");
     let (output, text) = run(&csv::emit(log));
@@ -161,7 +161,7 @@ fn a_rotor_mismatch_between_two_logs_is_found() {
     ] {
         let logs = [alone("one.csv", 1, PAPER, &exciting), alone("two.csv", number, rotor, &other)];
         let settings = IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
-        let found = identify(&logs, &[], &settings).expect("identified").findings;
+        let found = identify(&screened(&logs), &[], &settings).expect("identified").findings;
         let Some(differs) = differs else {
             assert_eq!(found, []);
             continue;
@@ -224,7 +224,8 @@ fn a_rotor_that_its_battery_slows_down_is_not_refused() {
         log.insert(name, column).expect("as long as time");
     }
     let settings = IdentifySettings { degree: Some(2), ..IdentifySettings::default() };
-    let curve = identify(&[log], &[], &settings).expect("identified").static_curve.expect("a ramp");
+    let curve =
+        identify(&screened(&[log]), &[], &settings).expect("identified").static_curve.expect("a ramp");
     // With the template's k_V, which is this bench's.
     assert!(curve.coefficients[0].distance(C_G2) < 1.0, "{:?}", curve.coefficients);
 }

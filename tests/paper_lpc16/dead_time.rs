@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use rotorbench::identify::{Identification, IdentifySettings, identify};
 use rotorbench::log::Dataset;
+use rotorbench::screening::screened;
 
 use super::close;
 use super::logs::{C_G1, C_G2, PERIOD, POLE, dataset, exciting, finding, voltage, z};
@@ -59,7 +60,7 @@ fn run(bench: Bench, seed: u64, samples: usize) -> Dataset {
 
 fn found(logs: &[Dataset], validation: &[Dataset], delay: bool) -> Identification {
     let settings = IdentifySettings { degree: Some(2), delay, ..IdentifySettings::default() };
-    identify(logs, validation, &settings).expect("identified")
+    identify(&screened(logs), &screened(validation), &settings).expect("identified")
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use rotorbench::identify::{Identification, IdentifiedActuator, IdentifySettings, identify};
 use rotorbench::log::Dataset;
 use rotorbench::report::findings::{sentence, sentences};
+use rotorbench::screening::screened;
 
 use super::close;
 use super::logs::{
@@ -11,7 +12,8 @@ use super::logs::{
 };
 
 fn found(logs: &[Dataset], degree: Option<usize>) -> Identification {
-    identify(logs, &[], &IdentifySettings { degree, ..IdentifySettings::default() }).expect("identified")
+    identify(&screened(logs), &[], &IdentifySettings { degree, ..IdentifySettings::default() })
+        .expect("identified")
 }
 
 fn paper() -> IdentifiedActuator {
@@ -188,7 +190,8 @@ fn eqs_1_and_12_the_inertia_from_an_attitude_log() {
     let rates = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s", "body_rate_rad_s"];
     let settings = |degree| IdentifySettings { degree, battery: false, ..IdentifySettings::default() };
     let inertia = |log: &Dataset| {
-        let found = identify(std::slice::from_ref(log), &[], &settings(Some(2))).expect("identified");
+        let found =
+            identify(&screened(std::slice::from_ref(log)), &[], &settings(Some(2))).expect("identified");
         let body = found.body.expect("the body turns");
         assert_eq!(found.model.body.inertia, body.inertia.value);
         close(body.inertia.value * body.arm_over_inertia.value, ARM, 1e-12);
@@ -229,7 +232,7 @@ fn eq_12_has_a_sign_and_a_body_that_does_not_turn_has_no_inertia() {
         let mut log = log.clone();
         let rates = log.column("body_rate_rad_s").expect("there").iter().map(|rate| change(*rate)).collect();
         log.replace("body_rate_rad_s", rates).expect("as long as before");
-        identify(&[log], &[], &IdentifySettings { degree: Some(2), ..IdentifySettings::default() })
+        identify(&screened(&[log]), &[], &IdentifySettings { degree: Some(2), ..IdentifySettings::default() })
             .expect("the rotors are identified all the same")
     };
     // Not moved, and not frozen either: the last digits of a reading that answers nothing.

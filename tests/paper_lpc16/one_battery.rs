@@ -2,6 +2,7 @@
 
 use rotorbench::identify::{Identification, IdentifySettings, identify};
 use rotorbench::log::Dataset;
+use rotorbench::screening::screened;
 
 use super::logs::{C_G1, C_G2, PERIOD, POLE, codes, exciting, of_columns, z};
 
@@ -52,7 +53,7 @@ fn log(step: f64) -> Dataset {
 fn found(log: &Dataset, rotors: &[usize]) -> Identification {
     let settings =
         IdentifySettings { degree: Some(2), rotors: rotors.to_vec(), ..IdentifySettings::default() };
-    identify(std::slice::from_ref(log), &[], &settings).expect("identified")
+    identify(&screened(std::slice::from_ref(log)), &[], &settings).expect("identified")
 }
 
 /// What the other rotor draws is no physics that is missing: left out, it stayed in the residual (4 rad/s where the noise is

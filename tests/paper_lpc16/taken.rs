@@ -3,7 +3,7 @@
 use rotorbench::identify::{Estimate, Identification, IdentifySettings, identify};
 use rotorbench::log::{Dataset, csv};
 use rotorbench::report::findings::sentence;
-use rotorbench::screening::Finding;
+use rotorbench::screening::{Finding, screened};
 
 use super::bad_logs::run;
 use super::close;
@@ -15,7 +15,7 @@ const RATE: &str = "propeller_rate_1_rad_s";
 const VOLTAGE: &str = "battery_voltage_v";
 
 fn found(log: &Dataset, settings: &IdentifySettings) -> Identification {
-    identify(std::slice::from_ref(log), &[], settings).expect("identified")
+    identify(&screened(std::slice::from_ref(log)), &[], settings).expect("identified")
 }
 
 fn quadratic() -> IdentifySettings {
@@ -188,7 +188,7 @@ fn a_k_v_that_hardly_shows_is_found() {
     // Beside ramps, which say the curve.
     let ramps = steady(ramps, 7000);
     let logs = [noisy(0.45, 36.0, 1000), ramps];
-    let next_to_nothing = identify(&logs, &[], &quadratic()).expect("identified");
+    let next_to_nothing = identify(&screened(&logs), &[], &quadratic()).expect("identified");
     assert!(next_to_nothing.battery.is_none());
     assert_eq!(next_to_nothing.model.actuator.voltage_gain, 40.0);
     assert!(!next_to_nothing.model.standard_errors.contains_key("voltage_gain"));
@@ -211,7 +211,7 @@ fn a_k_v_that_is_taken_as_none_weighs_on_the_curve_with_all_that_it_may_be() {
     let shown = |row: usize, _| 600.0 + 4.0 * volts(row) + noise(row);
     let level = with(&steady(|_| 0.45, 3000), RATE, shown);
     let ramps = with(&steady(ramps, 7000), RATE, |row, rate| rate + 30.0 * (12.6 - volts(row)));
-    let found = identify(&[level, ramps], &[], &quadratic()).expect("ramps");
+    let found = identify(&screened(&[level, ramps]), &[], &quadratic()).expect("ramps");
     assert_eq!(found.model.actuator.voltage_gain, 0.0);
     let shown = finding(&found, "voltage_gain_zero").expect("next to nothing");
     assert!(sentence(shown).contains("the logs show, 4 ± 4.0"), "{}", sentence(shown));
@@ -235,7 +235,7 @@ fn a_battery_that_is_read_in_tenths_of_a_volt_gives_the_numbers_of_a_fine_readin
     let [level, ramps, exciting] =
         [moving(|_| 0.45, 3000), moving(ramps, 3500), moving(exciting, 3000)].map(|log| as_read(&log));
     for logs in [vec![level, ramps], vec![exciting]] {
-        let found = identify(&logs, &[], &quadratic()).expect("identified");
+        let found = identify(&screened(&logs), &[], &quadratic()).expect("identified");
         let of_reading = ["battery_reading_frozen", "battery_constant", "battery_quantized"];
         assert!(of_reading.iter().all(|code| finding(&found, code).is_none()), "{:?}", found.findings);
         let (actuator, errors) = (&found.model.actuator, &found.model.standard_errors);
@@ -260,7 +260,7 @@ fn one_level_that_shows_nothing_gives_no_model() {
     let (output, text) = run(&csv::emit(&governed));
     assert_eq!(output.status.code(), Some(2), "{text}");
     assert!(text.contains("k_V would be") && text.contains("which hardly shows"), "{text}");
-    let found = identify(&[governed, steady(ramps, 7000)], &[], &quadratic()).expect("ramps");
+    let found = identify(&screened(&[governed, steady(ramps, 7000)]), &[], &quadratic()).expect("ramps");
     let against = finding(&found, "voltage_gain_zero").map(|it| it.number("template_rad_s_v"));
     assert_eq!(against, Some(40.0), "{:?}", found.findings);
     assert_eq!(found.model.actuator.voltage_gain, 0.0);
@@ -297,14 +297,14 @@ fn the_k_v_in_the_model_stands_first() {
             |row: usize| strength * ((row.wrapping_mul(2_654_435_761) >> 16 & 255) as f64 / 127.5 - 1.0);
         let noisy = with(&level, RATE, |row, rate| rate + noise(row));
         let logs = [noisy, steady(ramps, 7000), moving(exciting, 3000)];
-        let found = identify(&logs, &[], &quadratic()).expect("identified");
+        let found = identify(&screened(&logs), &[], &quadratic()).expect("identified");
         let text = found.parameter_table().text();
         let gains: Vec<&str> = text.lines().filter(|line| line.starts_with("k_V")).collect();
         assert!(gains.len() == 2 && gains[0].contains(first), "{text}");
         assert!(gains[0].contains("in the model") && gains[1].contains("less certain"), "{text}");
     }
     // Without ramps the curve is that of the exciting commands, and k_V goes with it, however sure the other is.
-    let found = identify(&[level, moving(exciting, 3000)], &[], &quadratic()).expect("identified");
+    let found = identify(&screened(&[level, moving(exciting, 3000)]), &[], &quadratic()).expect("identified");
     let text = found.parameter_table().text();
     let gains: Vec<&str> = text.lines().filter(|line| line.starts_with("k_V")).collect();
     assert!(gains[0].contains("in the model") && gains[1].contains("Eq. (6), as a check"), "{text}");

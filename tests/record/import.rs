@@ -283,7 +283,7 @@ fn a_vendors_thrust_stand_log() {
     for (raw, command) in raw.iter().zip(command) {
         assert!((command - ((raw - 48.0) / 1999.0).max(0.0)).abs() < 1e-12);
     }
-    let findings = rotorbench::screening::summary::LogSummary::of(&log);
+    let findings = rotorbench::screening::summary::LogSummary::of(&log.clone().into());
     // Counted independently with numpy: 34 intervals over 2.5 medians (22.3 ms), 31 of them over 60 ms.
     assert_eq!(findings.holes.len(), 34);
     assert_eq!(findings.holes.iter().filter(|hole| hole.length_s > 0.06).count(), 31);

@@ -110,7 +110,7 @@ fn run_once(
     process.finish()?;
     background.finish()?;
     let opened = session::open(&recording, &OpenConfig::default(), &Job::unwatched(&Cancel::default()))?;
-    let log = opened.log;
+    let log = opened.log.raw().clone();
     csv::write(&log, &out.join(name).with_extension("csv"))?;
     let (steps, events) = steps_and_events(&recording)?;
     Ok(DemoRun { summary, steps, events, log, hold_s: bench.guard.hold_s })

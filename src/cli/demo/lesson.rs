@@ -25,8 +25,8 @@ pub(super) struct Lesson {
 pub(super) fn learn(log: &Dataset, job: &Job) -> Result<Lesson, CliError> {
     let model = Model::paper();
     let armed = armed_at(log).ok_or_else(|| CliError::new("the demo's guard was never open"))?;
-    let train = [part(log, armed + QUIET_FROM_S, armed + LEARN_TO_S)];
-    let validate = [part(log, armed + LEARN_TO_S, armed + TEST_TO_S)];
+    let train = [part(log, armed + QUIET_FROM_S, armed + LEARN_TO_S).into()];
+    let validate = [part(log, armed + LEARN_TO_S, armed + TEST_TO_S).into()];
     let config = DiagnoseConfig::default();
     let diagnosis = session::diagnose(&model, &train, &validate, &config, job)?;
     let extension = match diagnosis.verdict {

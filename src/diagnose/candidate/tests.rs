@@ -17,7 +17,7 @@ fn what_is_held_out_is_judged_by_numbers_that_have_not_seen_it() {
     let steady = 1124.5 * 0.505 + 447.1 * 0.505 * 0.505;
     log.insert("command_1", command).expect("fits");
     log.insert("propeller_rate_1_rad_s", (0..ROWS).map(|row| steady * turning(row)).collect()).expect("fits");
-    let split = DataSplit::new(BlockData::new(Runs::Rotor(rotor_runs(&[log]))), None);
+    let split = DataSplit::new(BlockData::new(Runs::Rotor(rotor_runs(&[log.into()]))), None);
     let base = vec!["steady_rate_linear".to_owned()];
     let candidate =
         Candidate { from: &model, nominal: &model, effects: Vec::new(), base, known: &[], without: None };
@@ -46,7 +46,7 @@ fn a_long_log_is_fitted_on_all_of_it_in_the_end() {
     let rate: Vec<f64> = rate.collect();
     log.insert("command_1", command).expect("fits");
     log.insert("propeller_rate_1_rad_s", rate).expect("fits");
-    let data = BlockData::new(Runs::Rotor(rotor_runs(&[log])));
+    let data = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
     let split = DataSplit::new(data.clone(), Some(data));
     let part = split.shortened().expect("a long log");
     assert!(part.readings() < LONG / 2, "{}", part.readings());

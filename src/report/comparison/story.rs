@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 
 use crate::compare::{Block, Comparison, Direction};
-use crate::log::Dataset;
 use crate::report::findings::{sentence, text as text_of};
 use crate::report::story::wrapped;
 use crate::report::{Mark, Table, number, sparkline};
+use crate::screening::ScreenedLog;
 use crate::screening::summary::LogSummary;
 
 pub(super) fn percent(share: f64) -> String {
@@ -27,7 +27,8 @@ fn plain(column: &str) -> String {
 }
 
 /// One line about a log: how long, how fast, how whole.
-pub(super) fn about(log: &Dataset) -> String {
+pub(super) fn about(log: &ScreenedLog) -> String {
+    let log = log.raw();
     let seconds = log.time().last().unwrap_or(&0.0) - log.time().first().unwrap_or(&0.0);
     let holes = log.holes();
     let lost: f64 = holes.iter().map(|hole| hole.length).sum();
@@ -209,15 +210,16 @@ pub(super) fn torque_sentence(comparison: &Comparison) -> Option<String> {
 }
 
 /// What to know about a log, first what makes everything else worthless.
-pub(super) fn notes(comparisons: &[Comparison], log: &Dataset) -> Vec<String> {
-    let mistaken = comparisons.first().map(|first| first.mistaken_columns.clone()).unwrap_or_default();
-    let mistaken = mistaken.iter().map(sentence);
-    mistaken.chain(LogSummary::of(log).findings.iter().map(text_of)).collect()
+pub(super) fn notes(comparisons: &[Comparison], log: &ScreenedLog) -> Vec<String> {
+    let mistaken = comparisons.first().map_or(&[][..], |first| &first.mistaken_columns);
+    let found = LogSummary::of(log).findings;
+    let others = found.iter().filter(|finding| !mistaken.contains(finding));
+    mistaken.iter().map(sentence).chain(others.map(text_of)).collect()
 }
 
 /// One screen.
 #[must_use]
-pub fn text(found: &[Vec<Comparison>], logs: &[Dataset]) -> String {
+pub fn text(found: &[Vec<Comparison>], logs: &[ScreenedLog]) -> String {
     let mut out = String::new();
     for (comparisons, log) in found.iter().zip(logs) {
         // Writing to a `String` cannot fail.

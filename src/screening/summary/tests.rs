@@ -2,6 +2,10 @@
 
 use crate::screening::summary::*;
 
+fn summary(log: &Dataset) -> LogSummary {
+    LogSummary::of(&ScreenedLog::of(log))
+}
+
 /// 100 Hz, 10 s, a gyro that moves.
 fn log(change: impl Fn(usize, &mut f64)) -> Dataset {
     let time: Vec<f64> = (0..1000).map(|row| f64::from(row) * 0.01).collect();
@@ -19,14 +23,14 @@ fn log(change: impl Fn(usize, &mut f64)) -> Dataset {
 
 #[test]
 fn a_good_log_raises_nothing() {
-    let findings = LogSummary::of(&log(|_, _| {}));
+    let findings = summary(&log(|_, _| {}));
     assert_eq!(findings.findings, []);
     assert!((findings.median_interval_s - 0.01).abs() < 1e-9);
 }
 
 #[test]
 fn a_frozen_stretch_is_found_once_and_measured() {
-    let findings = LogSummary::of(&log(|row, value| {
+    let findings = summary(&log(|row, value| {
         if (300..340).contains(&row) {
             *value = 0.5;
         }
@@ -39,10 +43,10 @@ fn a_frozen_stretch_is_found_once_and_measured() {
 
 #[test]
 fn a_saturated_channel_and_a_dropout_are_found() {
-    let findings = LogSummary::of(&log(|_, value| *value = value.min(0.8)));
+    let findings = summary(&log(|_, value| *value = value.min(0.8)));
     assert_eq!(findings.channels[0].perhaps_saturated.len(), 1);
     assert_eq!(findings.channels[0].perhaps_saturated[0].at, 0.8);
-    let findings = LogSummary::of(&log(|row, value| {
+    let findings = summary(&log(|row, value| {
         if (500..520).contains(&row) {
             *value = f64::NAN;
         }
@@ -55,7 +59,7 @@ fn a_saturated_channel_and_a_dropout_are_found() {
 
 #[test]
 fn a_quantized_channel_is_neither_frozen_nor_saturated() {
-    let findings = LogSummary::of(&log(|row, value| *value = 15.0 - (row / 20) as f64 * 0.01));
+    let findings = summary(&log(|row, value| *value = 15.0 - (row / 20) as f64 * 0.01));
     assert_eq!(findings.findings, [], "{:?}", findings.channels[0]);
 }
 
@@ -72,7 +76,7 @@ fn a_battery_read_in_steps_stands_on_each_and_freezes_where_it_jumps() {
         };
         let mut log = Dataset::new("test", "", time).expect("time rises");
         log.insert("battery_voltage_v", (0..4000).map(reading).collect()).expect("right length");
-        LogSummary::of(&log)
+        summary(&log)
     };
     let good = battery(false);
     assert_eq!(good.findings, [], "{:?}", good.channels[0]);
@@ -94,14 +98,14 @@ fn a_battery_that_settles_is_not_saturated() {
     let mut log = Dataset::new("test", "", time).expect("time rises");
     log.insert("battery_voltage_v", (0..6000).map(reading).collect()).expect("right length");
     log.insert("command_1", (0..6000).map(|row| 0.4 + 0.2 * load(row)).collect()).expect("right length");
-    let findings = LogSummary::of(&log);
+    let findings = summary(&log);
     let is_saturated = |it: &Finding| ["saturated", "perhaps_saturated"].contains(&it.code);
     assert!(!findings.findings.iter().any(is_saturated), "{:?}", findings.findings);
 }
 
 #[test]
 fn a_slow_channel_does_not_drop_out() {
-    let findings = LogSummary::of(&log(|row, value| {
+    let findings = summary(&log(|row, value| {
         if row % 10 != 0 {
             *value = f64::NAN;
         }
@@ -119,12 +123,12 @@ fn holes_name_the_step_and_starts_from_standstill_are_counted() {
         .expect("right length");
     let rate = (0..rows).map(|row| if turns(row) { 400.0 + f64::from(row) } else { 0.0 }).collect();
     log.insert("propeller_rate_1_rad_s", rate).expect("right length");
-    let findings = LogSummary::of(&log);
+    let findings = summary(&log);
     assert_eq!(findings.holes.len(), 1);
     assert_eq!(findings.holes[0].at_step, Some(Step::Up));
     assert_eq!(findings.standstill_starts_s.len(), 1);
     let codes: Vec<&str> = findings.findings.iter().map(|it| it.code).collect();
-    assert_eq!(codes, ["holes", "starts_from_standstill"]);
+    assert_eq!(codes, ["holes", "starts_from_standstill", "standstill_left_out"]);
 }
 
 /// The other rotor says where standstill ends: what a resting one shows is noise.

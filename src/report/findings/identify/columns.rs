@@ -17,11 +17,6 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             n("highest_rad_s"),
             short((1e3 * n("ratio")).round() / 1e3)
         ),
-        "battery_without_reading" => {
-            "`battery_voltage_v` has only readings which no battery has that turns a rotor: it is not \
-             connected, or it is another column; leave it out"
-                .to_owned()
-        }
         "battery_in_other_unit" => format!(
             "battery voltages from {:.3} to {:.3} V are not those of the model's battery, which has {:.1} V when full; {}; if it \
              is another battery, make its model first (`rotorbench identify`)",

@@ -91,14 +91,15 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
         ),
         "commands_missing" => format!(
             "commands come each {} ms, and in {} places one or more are missing ({} rows, {} empty cells): what the rotor was \
-             commanded until the next one is not known, so each stretch behind such a place starts anew; {} of {} samples are \
-             used",
+             commanded until the next one is not known, so each stretch behind such a place starts anew{}",
             short((1e6 * number("interval_s")).round() / 1e3),
             finding.count("places"),
             finding.count("missing_rows"),
             finding.count("empty_cells"),
-            finding.count("used"),
-            finding.count("measured")
+            match (finding.count("used"), finding.count("measured")) {
+                (_, 0) => String::new(),
+                (used, measured) => format!("; {used} of {measured} samples are used"),
+            }
         ),
         _ => return None,
     };

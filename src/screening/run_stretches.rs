@@ -1,0 +1,72 @@
+//! Where a simulation of a rotor starts anew, which is another question than which rows count: also a row that does not count
+//! has a command, and is simulated.
+
+use std::ops::Range;
+
+use super::rotor_data::RotorLog;
+use super::thresholds::THRESHOLDS;
+use crate::estimation::quantile::median;
+
+impl RotorLog {
+    /// The stretches of known commands, joined across holes over which the command is known, too: it is the same on both
+    /// sides, and the hole is short beside the time for which commands are held. For who fits where a stretch starts: each
+    /// start that is not needed takes away of what the data say.
+    pub(crate) fn run_stretches(&self) -> Vec<Range<usize>> {
+        let changes: Vec<f64> = (1..self.time.len())
+            .filter(|row| {
+                let pair = [self.command[row - 1], self.command[*row]];
+                pair[0] != pair[1] && pair.iter().all(|command| command.is_finite())
+            })
+            .map(|row| self.time[row])
+            .collect();
+        let held = median(changes.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
+        let short = THRESHOLDS.short_hole * held;
+        let is_known = |before: usize, after: usize| {
+            self.is_hole(before)
+                && self.command[before] == self.command[after]
+                && self.time[after] - self.time[before] < short
+        };
+        let mut joined: Vec<Range<usize>> = Vec::new();
+        for rows in &self.segments {
+            match joined
+                .last_mut()
+                .filter(|last| last.end == rows.start && is_known(last.end - 1, rows.start))
+            {
+                Some(last) => last.end = rows.end,
+                None => joined.push(rows.clone()),
+            }
+        }
+        joined
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::log::Dataset;
+    use crate::screening::ScreenedLog;
+
+    /// 100 Hz, a command that changes at the given rows, a hole of 90 ms after the given row.
+    fn log(rows: usize, changes: &[usize], hole_after: usize) -> Dataset {
+        let delay = |row: usize| if row > hole_after { 0.08 } else { 0.0 };
+        let time: Vec<f64> = (0..rows).map(|row| 0.01 * row as f64 + delay(row)).collect();
+        let level = |row: usize| changes.iter().filter(|change| **change <= row).count();
+        let command: Vec<f64> = (0..rows).map(|row| 0.3 + 0.1 * (level(row) % 2) as f64).collect();
+        let mut log = Dataset::new("here", "", time).expect("time rises");
+        log.insert("propeller_rate_1_rad_s", command.iter().map(|u| 1300.0 * u).collect()).expect("fits");
+        log.insert("command_1", command).expect("fits");
+        log
+    }
+
+    #[test]
+    fn a_run_goes_on_across_a_hole_only_where_the_command_is_known() {
+        let steps = [100, 300, 500, 700];
+        let rows = |log: Dataset| ScreenedLog::of(&log).rotor(1).expect("a rotor").data().run_stretches();
+        // Levels of 2 s: a hole of 90 ms inside one is bridged.
+        assert_eq!(rows(log(900, &steps, 350)), std::slice::from_ref(&(0..900)));
+        // The command changed in the hole, nobody knows when.
+        assert_eq!(rows(log(900, &steps, 299)), [0..300, 300..900]);
+        // Levels of 50 ms: in a hole of 90 ms the command may have gone and come back.
+        let often: Vec<usize> = (0..180).map(|index| 5 * index).collect();
+        assert_eq!(rows(log(900, &often, 352)), [0..353, 353..900]);
+    }
+}
