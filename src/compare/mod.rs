@@ -11,6 +11,8 @@
 //!
 //! The body is unstable by itself, so it is run over windows, each started at the measured state. One step
 //! ahead is given beside it as a diagnostic only: it ranks models wrongly where the noise is white.
+//!
+//! A program that asks for it: `examples/compare.rs`.
 
 mod block_run;
 mod blocks;

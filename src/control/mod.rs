@@ -6,6 +6,8 @@
 //! While the guard lets nothing through (`Applied::command_sequence == 0`) a controller rests: angle at the
 //! reference, no disturbance, no integral. So a bench that lay disarmed for an hour, its gyro drifting, does
 //! not jump when it is armed.
+//!
+//! A controller of one's own, in lockstep: `examples/own_controller.rs`.
 
 mod allocate;
 mod compensation;

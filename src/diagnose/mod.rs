@@ -1,4 +1,6 @@
 //! Which physical effect a model is missing: the search, the verdict, and the model extended by it.
+//!
+//! Ten lines that ask for it stand on the [front page](crate#a-first-result); a program that extends, too: `examples/diagnose.rs`.
 
 mod assemble;
 mod backward;

@@ -2,6 +2,8 @@
 //!
 //! The same law serves simulation, fitting and ranking. Every law answers what it *adds* to the quantity of
 //! its site, so that effects of one site add up and an effect that is not there adds nothing.
+//!
+//! Not in the catalogue, and yet in a model: an expression of one's own, `examples/own_effect.rs`.
 
 #[macro_use]
 mod lag;

@@ -1,4 +1,6 @@
 //! Logs: the table of samples that fitting reads ([`Dataset`]), one file for each format it comes from, and export.
+//!
+//! A program that reads one, of whatever format: `examples/read_log.rs`.
 
 pub mod asc;
 pub mod betaflight;

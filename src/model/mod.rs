@@ -12,6 +12,8 @@
 //!
 //! **Deviation:** [LPC16] gives only the tangent of the thrust curve of its Fig. 4, Eq. (13); c is the parabola
 //! through the origin with that tangent.
+//!
+//! A model with an effect of one's own, made by a program: `examples/own_effect.rs`.
 
 mod body;
 mod equations;

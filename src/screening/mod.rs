@@ -2,6 +2,8 @@
 //! frozen and saturated sensors, missing commands, standstill, units, copies of a log, excitation. [`ScreenedLog`] says of each
 //! channel which cells are measurements, of each rotor which rows are scored, and why the others are not; whoever uses a log
 //! takes it from there.
+//!
+//! A program that reads a log and says what was found: `examples/read_log.rs`.
 
 pub mod attitude_units;
 pub mod battery_range;

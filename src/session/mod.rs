@@ -3,6 +3,9 @@
 //!
 //! Each function takes what it works on and a [`Job`], which hears of progress and may be cancelled, and returns a result,
 //! never text: `report` makes text of it, and the command line and every other surface are shells around both.
+//!
+//! A first result in ten lines stands on the [front page](crate#a-first-result); whole programs are `examples/read_log.rs`,
+//! `examples/compare.rs`, `examples/diagnose.rs` and `examples/own_effect.rs`.
 
 mod bench_check;
 mod compare;

@@ -1,5 +1,7 @@
 //! The bench on virtual time: emulator, guard and command source step by step in one thread, bit-identical from run to
 //! run and as fast as the machine can. Timeouts are counted in virtual time, so that failsafe paths repeat too.
+//!
+//! A program that flies a controller of its own: `examples/own_controller.rs`.
 
 pub mod digest;
 mod own_controller;
