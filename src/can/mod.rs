@@ -12,6 +12,7 @@ mod codec;
 mod config;
 mod counter;
 mod database;
+pub mod dronecan;
 mod echo;
 mod error;
 mod error_frame;

@@ -49,6 +49,18 @@ pub struct Counts {
     pub counter: u64,
     /// Frames lost on the way, by the gaps in the senders' counters.
     pub lost: u64,
+    /// Frames of a transfer that came twice, or behind one that is missing.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub toggle: u64,
+    /// Transfers that are not what their checksum says.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub checksum: u64,
+    /// Frames of a transfer whose beginning is missing, or that was not ended in time.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub incomplete: u64,
+    /// Values of a second node, where one says the same already.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub other_node: u64,
     /// Values that are not a number.
     pub not_a_number: u64,
     /// Values outside the allowed range.
@@ -80,6 +92,11 @@ pub struct RotorCommands {
 pub struct CommandFrames {
     frames: [Frame; CommandField::ALL.len()],
     length: usize,
+}
+
+impl CommandFrames {
+    /// Of no period yet.
+    pub(super) const NONE: Self = Self { frames: [Frame::EMPTY; CommandField::ALL.len()], length: 0 };
 }
 
 impl std::ops::Deref for CommandFrames {
@@ -201,8 +218,7 @@ impl Roles {
     #[must_use]
     #[inline]
     pub fn encode_commands(&self, state: &mut SenderState, applied: &Applied) -> CommandFrames {
-        let empty = Frame::EMPTY;
-        let mut out = CommandFrames { frames: [empty; CommandField::ALL.len()], length: 0 };
+        let mut out = CommandFrames::NONE;
         for (route, (counter, frame)) in
             self.commands.messages().iter().zip(state.counters.iter_mut().zip(&mut out.frames))
         {
@@ -227,7 +243,12 @@ impl Roles {
     }
 }
 
-fn safe_command(value: f64) -> f64 {
+/// Of causes that a bus on DBC files does not know, nothing is said there.
+fn is_zero(count: &u64) -> bool {
+    *count == 0
+}
+
+pub(super) fn safe_command(value: f64) -> f64 {
     if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) }
 }
 
@@ -288,19 +309,23 @@ impl ReceiverState {
 }
 
 impl Counts {
-    fn add(&mut self, refusal: Refusal) {
+    pub(super) fn add(&mut self, refusal: Refusal) {
         let count = match refusal {
             Refusal::UnknownId => &mut self.unknown_id,
             Refusal::ForeignCommand => &mut self.foreign_command,
             Refusal::WrongLength => &mut self.wrong_length,
             Refusal::Counter => &mut self.counter,
+            Refusal::Toggle => &mut self.toggle,
+            Refusal::Checksum => &mut self.checksum,
+            Refusal::Incomplete => &mut self.incomplete,
+            Refusal::OtherNode => &mut self.other_node,
             Refusal::NotANumber => &mut self.not_a_number,
             Refusal::OutOfRange => &mut self.out_of_range,
         };
         *count = count.wrapping_add(1);
     }
 
-    /// Everything refused, by cause.
+    /// Frames and values refused, by cause; transfers apart, [`Self::refused_transfers`].
     #[must_use]
     pub fn refused(&self) -> [(Refusal, u64); 6] {
         [
@@ -310,6 +335,17 @@ impl Counts {
             (Refusal::Counter, self.counter),
             (Refusal::NotANumber, self.not_a_number),
             (Refusal::OutOfRange, self.out_of_range),
+        ]
+    }
+
+    /// Transfers refused, by cause.
+    #[must_use]
+    pub fn refused_transfers(&self) -> [(Refusal, u64); 4] {
+        [
+            (Refusal::Toggle, self.toggle),
+            (Refusal::Checksum, self.checksum),
+            (Refusal::Incomplete, self.incomplete),
+            (Refusal::OtherNode, self.other_node),
         ]
     }
 }

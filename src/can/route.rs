@@ -21,19 +21,33 @@ pub enum Refusal {
     ForeignCommand,
     /// The right identifier with the wrong number of bytes.
     WrongLength,
-    /// The sender's counter repeated, went back or jumped too far.
+    /// The sender's counter repeated, went back or jumped too far; of a transfer: its number came twice.
     Counter,
+    /// A frame of a transfer came twice, or one before it is missing.
+    Toggle,
+    /// A transfer is not what its checksum says.
+    Checksum,
+    /// A frame of a transfer whose beginning is missing, or that was not ended in time.
+    Incomplete,
     /// Not a number, or infinite.
     NotANumber,
     /// Outside the allowed range.
     OutOfRange,
+    /// A second node says what one says already.
+    OtherNode,
 }
 
 impl Refusal {
     /// The bit of [`Health`] a refused value gets.
     pub(super) fn health(self) -> u32 {
         match self {
-            Self::UnknownId | Self::ForeignCommand | Self::WrongLength => 0,
+            Self::UnknownId
+            | Self::ForeignCommand
+            | Self::WrongLength
+            | Self::Toggle
+            | Self::Checksum
+            | Self::Incomplete
+            | Self::OtherNode => 0,
             Self::Counter => Health::COUNTER,
             Self::NotANumber => Health::NOT_A_NUMBER,
             Self::OutOfRange => Health::OUT_OF_RANGE,
@@ -48,8 +62,12 @@ impl fmt::Display for Refusal {
             Self::ForeignCommand => "command of another sender",
             Self::WrongLength => "wrong length",
             Self::Counter => "counter",
+            Self::Toggle => "toggle bit",
+            Self::Checksum => "checksum",
+            Self::Incomplete => "incomplete transfer",
             Self::NotANumber => "not a number",
             Self::OutOfRange => "out of range",
+            Self::OtherNode => "a second node",
         })
     }
 }

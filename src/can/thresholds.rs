@@ -7,6 +7,14 @@ crate::thresholds! {
     maximum_percent: f64 = 100.0, "%", "capacity of the bus";
     /// count: frames in a row that may be missing between two good values of a counter; more is a jump
     maximum_lost: u64 = 3, "count", "judgement";
+    /// [ns] how long the number of a transfer is remembered: within it one with the same number is the same one, sent twice
+    transfer_id_kept_ns: u64 = 2_000_000_000, "ns", "DroneCAN specification";
+    /// [ns] between two frames of a transfer, beyond which it is given up
+    transfer_under_way_ns: u64 = 1_000_000_000, "ns", "DroneCAN's reference implementation";
+    /// [ns] for which a node may be silent: beyond, the bench does without it
+    node_silent_ns: u64 = 3_000_000_000, "ns", "DroneCAN specification (OFFLINE_TIMEOUT_MS)";
+    /// [ns] between two restarts of a node: within it two nodes are taken to have one id, as their uptimes alternate
+    node_restart_apart_ns: u64 = 5_000_000_000, "ns", "judgement: no ESC starts twice in it";
     /// [ns/ns] most that an adapter's clock and the machine's run apart
     adapter_drift: f64 = 200e-6, "-", "crystals of 100 ppm on both sides";
     /// [ns] beyond which an adapter's clock has been set anew rather than drifted

@@ -2,6 +2,7 @@
 //! these tests alone.
 
 mod bad_input;
+mod dronecan;
 mod fuzz;
 mod golden;
 mod roles;
