@@ -4,8 +4,24 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::dronecan::DronecanConfig;
 use super::field::CommandField;
 use crate::signal::{Channel, Sensor};
+
+/// What the bus speaks.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ProtocolName {
+    /// Frames that DBC files describe.
+    #[default]
+    Dbc,
+    /// DroneCAN v0.
+    Dronecan,
+}
+
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
+}
 
 /// Interface, DBC files, and which DBC signal plays which role.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -13,6 +29,9 @@ use crate::signal::{Channel, Sensor};
 pub struct BusConfig {
     /// Network interface, such as `can0`.
     pub interface: String,
+    /// What the bus speaks.
+    #[serde(skip_serializing_if = "is_default")]
+    pub protocol: ProtocolName,
     /// [bit/s] of the arbitration phase (of everything, on a classic bus); only the bus load needs it, the
     /// interface's own setting rules the wire.
     pub bit_rate: u32,
@@ -28,6 +47,9 @@ pub struct BusConfig {
     pub commands: BTreeMap<CommandField, SignalConfig>,
     /// What the DBC file cannot say of a message, by the message's name.
     pub messages: BTreeMap<String, MessageConfig>,
+    /// What DroneCAN needs beside.
+    #[serde(skip_serializing_if = "is_default")]
+    pub dronecan: DronecanConfig,
 }
 
 /// A DBC file.
@@ -45,11 +67,14 @@ pub struct DatabaseConfig {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SignalConfig {
-    /// `MESSAGE.signal`, names of the DBC file.
+    /// `MESSAGE.signal`, names of the DBC file; on DroneCAN the type's full name and the path of a field.
     pub signal: String,
     /// Node whose message it is, put into the identifier's node bits; `None` = the identifier of the DBC file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub node: Option<u32>,
+    /// On DroneCAN the ESC index that the message must have; `None` = that of the rotor, of the first one where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub esc: Option<u32>,
     /// Unit of the signal, where the DBC file names none or a wrong one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
@@ -94,6 +119,7 @@ impl SignalConfig {
         Self {
             signal: signal.to_owned(),
             node: None,
+            esc: None,
             unit: None,
             pole_pairs: None,
             factor: 1.0,
@@ -117,6 +143,7 @@ impl Default for BusConfig {
         let counted = ["COMMAND", "GYRO", "ACCELEROMETER", "ESC_1_STATUS", "ESC_2_STATUS"];
         Self {
             interface: "vcan0".to_owned(),
+            protocol: ProtocolName::Dbc,
             bit_rate: 1_000_000,
             fd: false,
             data_bit_rate: 4_000_000,
@@ -124,6 +151,7 @@ impl Default for BusConfig {
             sensors: signals.map(|(channel, signal)| (channel, SignalConfig::new(signal))).collect(),
             commands: commands.map(|(field, signal)| (field, SignalConfig::new(signal))).into(),
             messages: counted.map(|message| (message.to_owned(), counter())).into(),
+            dronecan: DronecanConfig::default(),
         }
     }
 }

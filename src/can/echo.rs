@@ -11,7 +11,7 @@ use std::os::fd::AsRawFd;
 
 use socketcan::{CanFilter, CanSocket, Socket, SocketOptions};
 
-use super::frame::Id;
+use super::protocol::IdFilter;
 use super::socket::{self, BATCH, Batch, RawArrival};
 
 /// Frames that wait for their echo at once, as far as their times are kept.
@@ -70,10 +70,12 @@ pub(super) struct EchoSocket {
 const EXACTLY: u32 = libc::CAN_EFF_FLAG | libc::CAN_RTR_FLAG | libc::CAN_EFF_MASK;
 
 impl EchoSocket {
-    pub(super) fn open(interface: &str, fd: bool, ids: &[Id]) -> io::Result<Self> {
-        let filters =
-            ids.iter().map(|id| libc::can_filter { can_id: socket::raw_id(*id), can_mask: EXACTLY });
-        let filters: Vec<libc::can_filter> = filters.collect();
+    pub(super) fn open(interface: &str, fd: bool, own: &[IdFilter]) -> io::Result<Self> {
+        let filter = |own: &IdFilter| {
+            let can_mask = EXACTLY & (own.bits | !libc::CAN_EFF_MASK);
+            libc::can_filter { can_id: socket::raw_id(own.id) & can_mask, can_mask }
+        };
+        let filters: Vec<libc::can_filter> = own.iter().map(filter).collect();
         let socket = CanSocket::open(interface)?;
         socket.set_nonblocking(true)?;
         socket.set_socket_option_int(libc::SOL_CAN_RAW, libc::CAN_RAW_FD_FRAMES, i32::from(fd))?;
@@ -91,7 +93,7 @@ impl EchoSocket {
 
     /// Has to know every frame that the port's other socket gets: another sender on this machine looks as the port itself here.
     pub(super) fn learn(&mut self, raw: &RawArrival) {
-        if raw.is_local && self.filters.iter().any(|filter| filter.can_id == raw.id) {
+        if raw.is_local && self.filters.iter().any(|filter| filter.can_id == raw.id & filter.can_mask) {
             self.foreign += 1;
         }
     }

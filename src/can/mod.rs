@@ -1,9 +1,10 @@
-//! The bus: frames, DBC files, the compiled codec, signal roles, the SocketCAN port and its echoes, the bus's load.
+//! The bus: frames, DBC files, the compiled codec, signal roles, protocols, the SocketCAN port and its echoes, the bus's load.
 //!
 //! ```text
 //! DBC file → Database ┐
 //! [bus] table ────────┴→ Roles:  Frame → Sensors (bridge)      Applied → frames (bridge)
 //!                                frames ← Sensors (emulator)   RotorCommands ← Frame (emulator)
+//! protocol(): both ends of a bus, whatever it speaks (Roles, or DroneCAN)
 //! Port: frames with stamps from and to a SocketCAN interface
 //! ```
 
@@ -12,6 +13,7 @@ mod codec;
 mod config;
 mod counter;
 mod database;
+mod dbc;
 pub mod dronecan;
 mod echo;
 mod error;
@@ -22,9 +24,11 @@ mod interface;
 mod layout;
 mod load;
 mod port;
+mod protocol;
 mod resolve;
 mod roles;
 mod route;
+mod select;
 mod socket;
 mod source;
 mod stamp;
@@ -34,7 +38,7 @@ pub mod walk;
 
 pub use bus::{Arrival, Bus, Fault, PortCounts};
 pub use codec::SignalCodec;
-pub use config::{BusConfig, DatabaseConfig, MessageConfig, SignalConfig};
+pub use config::{BusConfig, DatabaseConfig, MessageConfig, ProtocolName, SignalConfig};
 pub use database::{Database, Message, Selector, Signal};
 pub use error::CanError;
 pub use error_frame::ErrorFrame;
@@ -44,6 +48,10 @@ pub use interface::{InterfaceAnswer, InterfaceStatus};
 pub use layout::{ByteOrder, Layout, LayoutError, Number};
 pub use load::{BusLoad, MessageLoad, classic_bits, fd_bits, worst_case};
 pub use port::{Port, kernel_has_can};
+pub use protocol::{
+    BenchEnd, BridgeEnd, IdFilter, MessageDescription, NodeTrouble, Protocol, SignalDescription,
+};
 pub use roles::{CommandFrames, Counts, Decoded, ReceiverState, Roles, RotorCommands, SenderState};
 pub use route::{Binding, Refusal, Route};
+pub use select::protocol;
 pub use timestamps::{Timestamps, timestamps};

@@ -18,6 +18,7 @@ use super::error::CanError;
 use super::error_frame::ErrorFrame;
 use super::frame::{Frame, Id};
 use super::interface::{InterfaceAnswer, InterfaceStatus, InterfaceWatch};
+use super::protocol::IdFilter;
 use super::socket::{self, BATCH, Batch, EVERYTHING, RawArrival};
 use super::stamp::StampClock;
 use super::thresholds::THRESHOLDS;
@@ -135,19 +136,28 @@ impl Port {
         })
     }
 
-    /// Opens `interface` to send frames with these identifiers and no others. Their echo is not among the arrivals and wakes
-    /// nobody: it is there for [`Port::listen`].
+    /// See [`Port::open_with_echo_of`], of frames with exactly these identifiers.
     ///
     /// # Errors
     /// See [`Port::open`].
     pub fn open_with_echo_apart(interface: &str, fd: bool, ids: &[Id]) -> Result<Self, CanError> {
+        let own: Vec<IdFilter> = ids.iter().copied().map(IdFilter::exactly).collect();
+        Self::open_with_echo_of(interface, fd, &own)
+    }
+
+    /// Opens `interface` to send frames with such identifiers and no others. Their echo is not among the arrivals and wakes
+    /// nobody: it is there for [`Port::listen`].
+    ///
+    /// # Errors
+    /// See [`Port::open`].
+    pub fn open_with_echo_of(interface: &str, fd: bool, own: &[IdFilter]) -> Result<Self, CanError> {
         let mut port = Self::open(interface, fd)?;
         let refuse = |source: io::Error| CanError::Socket {
             interface: interface.to_owned(),
             action: "cannot have its echo on a socket apart",
             source,
         };
-        port.echoes = Some(EchoSocket::open(interface, fd, ids).map_err(refuse)?);
+        port.echoes = Some(EchoSocket::open(interface, fd, own).map_err(refuse)?);
         port.socket.set_recv_own_msgs(false).map_err(refuse)?;
         Ok(port)
     }

@@ -73,12 +73,7 @@ impl Roles {
     /// # Errors
     /// See [`Self::build`].
     pub fn resolve(config: &BusConfig, databases: &[Database], period_s: f64) -> Result<Self, CanError> {
-        if config.interface.is_empty() || config.interface.len() >= libc::IFNAMSIZ {
-            return Err(fail(
-                "interface",
-                format!("`{}` cannot be the name of an interface", config.interface),
-            ));
-        }
+        check_interface(config)?;
         let resolver = Resolver { config, databases, period_s };
         for field in [CommandField::Rotor1, CommandField::Rotor2] {
             if !config.commands.contains_key(&field) {
@@ -115,7 +110,16 @@ impl Roles {
     }
 }
 
-fn fail(place: impl Into<String>, reason: String) -> CanError {
+/// The interface must have a name that an interface can have.
+pub(super) fn check_interface(config: &BusConfig) -> Result<(), CanError> {
+    if config.interface.is_empty() || config.interface.len() >= libc::IFNAMSIZ {
+        let reason = format!("`{}` cannot be the name of an interface", config.interface);
+        return Err(fail("interface", reason));
+    }
+    Ok(())
+}
+
+pub(super) fn fail(place: impl Into<String>, reason: String) -> CanError {
     CanError::Role { place: place.into(), reason }
 }
 
@@ -165,6 +169,9 @@ impl<'a> Resolver<'a> {
         role: &SignalConfig,
     ) -> Result<(&'a Message, &'a Signal, Id, bool), CanError> {
         let fail = |reason: String| fail(place, reason);
+        if role.esc.is_some() {
+            return Err(fail("`esc` belongs to protocol = \"dronecan\"".to_owned()));
+        }
         let (message_name, signal_name) = role
             .signal
             .split_once('.')
@@ -320,7 +327,7 @@ fn bind<F>(
 
 /// The unit of a signal, `ERPM` included: electrical revolutions need the number of pole pairs, and nothing else
 /// takes one.
-fn read_unit(name: &str, pole_pairs: Option<u32>, si: &'static str) -> Result<Unit, String> {
+pub(super) fn read_unit(name: &str, pole_pairs: Option<u32>, si: &'static str) -> Result<Unit, String> {
     let electrical = name.trim().eq_ignore_ascii_case("erpm");
     match (electrical, pole_pairs) {
         (true, Some(pairs)) if pairs > 0 => {

@@ -14,7 +14,7 @@ crate::thresholds! {
     /// [ns] for which a node may be silent: beyond, the bench does without it
     node_silent_ns: u64 = 3_000_000_000, "ns", "DroneCAN specification (OFFLINE_TIMEOUT_MS)";
     /// [ns] between two restarts of a node: within it two nodes are taken to have one id, as their uptimes alternate
-    node_restart_apart_ns: u64 = 5_000_000_000, "ns", "judgement: no ESC starts twice in it";
+    node_restart_apart_ns: u64 = 5_000_000_000, "ns", "judgement";
     /// [ns/ns] most that an adapter's clock and the machine's run apart
     adapter_drift: f64 = 200e-6, "-", "crystals of 100 ppm on both sides";
     /// [ns] beyond which an adapter's clock has been set anew rather than drifted

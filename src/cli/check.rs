@@ -2,7 +2,7 @@
 
 use super::operate::BenchArguments;
 use super::{CliResult, Outcome};
-use crate::can::Roles;
+use crate::can::protocol;
 use crate::report::{check, json};
 use crate::runtime::{controller_plant, emulate};
 use crate::session::BenchCheck;
@@ -30,6 +30,8 @@ enum Template {
     Vesc,
     /// Two ODrives and an IMU
     Odrive,
+    /// Two ESCs, an IMU and a battery on DroneCAN
+    Dronecan,
 }
 
 impl Template {
@@ -38,6 +40,7 @@ impl Template {
             Self::Bench => include_str!("../../examples/benches/bench.toml"),
             Self::Vesc => include_str!("../../examples/benches/vesc.toml"),
             Self::Odrive => include_str!("../../examples/benches/odrive.toml"),
+            Self::Dronecan => include_str!("../../examples/benches/dronecan.toml"),
         }
     }
 }
@@ -49,13 +52,13 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return Ok(Outcome::Done);
     }
     let config = arguments.bench.load()?;
-    let roles = Roles::build(&config.bus, config.period_s)?;
+    let spoken = protocol(&config.bus, config.period_s)?;
     let guard = config.guard.build(config.period_s)?;
     controller_plant::command_source(&config)?;
     config.real_time.check()?;
     emulate::emulator(&config)?;
     Place::check_name(&config.name)?;
-    let resolved = BenchCheck::of(&config, &roles, &guard)?;
+    let resolved = BenchCheck::of(&config, &*spoken, &guard)?;
     if arguments.json {
         println!("{}", json::answer(&check::answer(&resolved))?);
     } else {

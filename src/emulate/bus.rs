@@ -3,9 +3,7 @@
 
 use std::os::fd::AsRawFd;
 
-use crate::can::{
-    Arrival, Counts, Fault, Port, PortCounts, ReceiverState, Roles, RotorCommands, SenderState,
-};
+use crate::can::{Arrival, BenchEnd, Counts, Fault, Port, PortCounts, RotorCommands};
 use crate::clock;
 use crate::rt::{self, LogQueue, Severity, Shutdown};
 use crate::signal::ROTORS;
@@ -16,13 +14,9 @@ use super::{Emulator, EmulatorState};
 /// The emulated bench's side of the bus.
 #[derive(Debug)]
 pub struct EmulatedBus {
-    roles: Roles,
+    end: Box<dyn BenchEnd>,
     port: Port,
-    receiver: ReceiverState,
-    sender: SenderState,
     commands: RotorCommands,
-    /// [ns] period of each sensor message, and when it is due next.
-    schedule: Vec<(u64, u64)>,
     is_up: bool,
 }
 
@@ -43,21 +37,8 @@ pub struct BusSummary {
 impl EmulatedBus {
     /// Joins the bus.
     #[must_use]
-    pub fn new(roles: Roles, port: Port) -> Self {
-        let now_ns = clock::monotonic_ns();
-        // A period too short to keep would starve the receiver; roles with one were refused by their bus load.
-        let period = |period_s| clock::span_ns(period_s).max(50_000);
-        let schedule =
-            roles.sensor_messages().iter().map(|message| (period(message.period_s), now_ns)).collect();
-        Self {
-            receiver: roles.command_receiver(),
-            sender: roles.sensor_sender(),
-            roles,
-            port,
-            commands: RotorCommands::default(),
-            schedule,
-            is_up: true,
-        }
+    pub fn new(end: Box<dyn BenchEnd>, port: Port) -> Self {
+        Self { end, port, commands: RotorCommands::default(), is_up: true }
     }
 
     /// Runs the emulated bench in real time, until `shutdown`.
@@ -83,19 +64,19 @@ impl EmulatedBus {
             if self.send_due(now_ns, &state) {
                 body.add(&emulator.truth(&state), is_flown, clock::span_s(now_ns - start_ns));
             }
-            let due_ns = self.schedule.iter().map(|(_, due)| *due).min().unwrap_or(u64::MAX);
-            let _ = rt::wait([self.port.as_raw_fd()], due_ns.min(now_ns + LONGEST_WAIT_NS));
+            let _ = rt::wait([self.port.as_raw_fd()], self.end.due_ns().min(now_ns + LONGEST_WAIT_NS));
         }
     }
 
     fn receive(&mut self, emulator: &Emulator, state: &mut EmulatorState, log: &LogQueue) {
-        let Self { roles, port, receiver, commands, is_up, .. } = self;
+        let Self { end, port, commands, is_up } = self;
         let received = port.receive(|arrival| {
             let Arrival::Frame { frame, stamp_ns, .. } = arrival else { return };
             *is_up = true;
-            let decoded = roles.decode_commands(receiver, &frame, stamp_ns, commands);
+            let decoded = end.receive(&frame, stamp_ns, commands);
+            let may_turn = end.may_turn(stamp_ns);
             for rotor in (0..ROTORS).filter(|rotor| decoded.updated & (1 << rotor) != 0) {
-                emulator.command_rotor(state, rotor, commands.rotor[rotor]);
+                emulator.command_rotor(state, rotor, if may_turn { commands.rotor[rotor] } else { 0.0 });
             }
         });
         if received.is_err() && std::mem::replace(is_up, false) {
@@ -103,34 +84,18 @@ impl EmulatedBus {
         }
     }
 
-    /// Sends every sensor message that is due; whether one was.
+    /// Sends everything that is due; whether a sensor's message was.
     fn send_due(&mut self, now_ns: u64, state: &EmulatorState) -> bool {
-        let mut any = false;
-        for (index, (period, due)) in self.schedule.iter_mut().enumerate() {
-            if *due > now_ns {
-                continue;
-            }
-            // Messages missed while the machine slept are not sent in a burst.
-            *due = due.saturating_add(period.saturating_mul((now_ns - *due) / *period + 1));
-            let fields = self.roles.sensor_messages().get(index).map(|message| message.bindings());
-            let has_values = |bindings: &[crate::can::Binding<crate::signal::Channel>]| {
-                bindings.iter().any(|binding| binding.field.of(state.sensors()).stamp_ns > 0)
-            };
-            if !fields.is_some_and(has_values) {
-                continue;
-            }
-            if let Some(frame) = self.roles.encode_sensors(&mut self.sender, index, state.sensors()) {
-                // Dropped and counted by the port; the next one is newer.
-                let _: Result<(), Fault> = self.port.send(&frame);
-                any = true;
-            }
-        }
-        any
+        let Self { end, port, .. } = self;
+        end.send_due(now_ns, state.sensors(), &mut |frame| {
+            // Dropped and counted by the port; the next one is newer.
+            let _: Result<(), Fault> = port.send(frame);
+        })
     }
 
     fn summary(&self, body: BodySummary) -> BusSummary {
         let PortCounts { sent, full, down, failed, .. } = self.port.counts();
-        BusSummary { body, commands: self.receiver.counts, sent, not_sent: full + down + failed }
+        BusSummary { body, commands: self.end.counts(), sent, not_sent: full + down + failed }
     }
 }
 

@@ -185,11 +185,17 @@ pub enum Cause {
     RequestRefused = 26,
     /// Frames with the command's identifier that we did not send: another controller, or a forger.
     ForeignCommand = 27,
+    /// A node whose values are used does not say how it is.
+    NodeSilent = 28,
+    /// A node whose values are used says that it is not well, or not at work.
+    NodeUnhealthy = 29,
+    /// Two nodes have one number.
+    NodeIdTwice = 30,
 }
 
 impl Cause {
     /// Number of causes.
-    pub const COUNT: usize = 28;
+    pub const COUNT: usize = 31;
 
     /// Cause, its name for scripts and its label, in the order of the codes.
     #[rustfmt::skip]
@@ -222,6 +228,9 @@ impl Cause {
         (Self::RequestUnknown, "request_unknown", "request is unknown"),
         (Self::RequestRefused, "request_refused", "request is not possible in this state"),
         (Self::ForeignCommand, "foreign_command", "another sender commands the rotors"),
+        (Self::NodeSilent, "node_silent", "a node of the bus is silent"),
+        (Self::NodeUnhealthy, "node_unhealthy", "a node of the bus is not well"),
+        (Self::NodeIdTwice, "node_id_twice", "two nodes of the bus have one number"),
     ];
 
     /// The cause with this code.

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use crate::can::{Counts, Roles, RotorCommands};
+use crate::can::{Counts, Protocol, RotorCommands};
 use crate::signal::{Applied, Channel, GuardStep, Sensors};
 
 use super::asc;
@@ -91,7 +91,7 @@ struct Event {
     rotor: [f64; 2],
 }
 
-/// Reads a log of candump, BLF or ASC through `roles`: one row for each command frame, with what was measured since the one before;
+/// Reads a log of candump, BLF or ASC that speaks `protocol`: one row for each command frame, with what was measured since the one before;
 /// without command frames, one for each frame of the sensor that came most often. Only frames of `interface` count, if
 /// one is given.
 ///
@@ -99,12 +99,12 @@ struct Event {
 /// [`CaptureError`] with file and line.
 pub fn read(
     path: &Path,
-    roles: &Roles,
+    protocol: &dyn Protocol,
     interface: Option<&str>,
 ) -> Result<(Dataset, CaptureNotes), CaptureError> {
     let (frames, skipped) = frames(path)?;
     let chosen = |it: &&CandumpFrame| interface.is_none_or(|wanted| it.interface == wanted);
-    let (events, mut notes) = decode(frames.iter().filter(chosen), roles);
+    let (events, mut notes) = decode(frames.iter().filter(chosen), protocol);
     notes.frames = frames.len();
     notes.skipped = skipped;
     notes.other_interfaces = frames.iter().filter(|it| !chosen(it)).count();
@@ -134,8 +134,11 @@ pub fn read(
 }
 
 /// Every frame that carries a signal, with everything known when it came.
-fn decode<'a>(frames: impl Iterator<Item = &'a CandumpFrame>, roles: &Roles) -> (Vec<Event>, CaptureNotes) {
-    let (mut sensor_state, mut command_state) = (roles.sensor_receiver(), roles.command_receiver());
+fn decode<'a>(
+    frames: impl Iterator<Item = &'a CandumpFrame>,
+    protocol: &dyn Protocol,
+) -> (Vec<Event>, CaptureNotes) {
+    let (mut of_sensors, mut of_commands) = (protocol.bridge_end(), protocol.bench_end(0));
     let mut sensors = Sensors::default();
     let mut commands = RotorCommands::default();
     let mut events = Vec::new();
@@ -143,12 +146,10 @@ fn decode<'a>(frames: impl Iterator<Item = &'a CandumpFrame>, roles: &Roles) -> 
         let Some(frame) = captured.frame.frame() else { continue };
         let stamp_ns = captured.frame.stamp_ns;
         // Whose commands they are a capture does not say.
-        let (is_event, updated) = if roles.is_command(&frame) {
-            let commanded =
-                roles.decode_commands(&mut command_state, &frame, stamp_ns, &mut commands).updated;
-            (commanded != 0, 0)
+        let (is_event, updated) = if of_commands.is_command(&frame) {
+            (of_commands.receive(&frame, stamp_ns, &mut commands).updated != 0, 0)
         } else {
-            let measured = roles.decode_sensors(&mut sensor_state, &frame, stamp_ns, &mut sensors).updated;
+            let measured = of_sensors.receive(&frame, stamp_ns, &mut sensors).updated;
             (measured != 0, measured)
         };
         if is_event {
@@ -158,8 +159,8 @@ fn decode<'a>(frames: impl Iterator<Item = &'a CandumpFrame>, roles: &Roles) -> 
     let notes = CaptureNotes {
         frames: 0,
         other_interfaces: 0,
-        sensors: sensor_state.counts,
-        commands: command_state.counts,
+        sensors: of_sensors.counts(),
+        commands: of_commands.counts(),
         rows_by: String::new(),
         out_of_order: 0,
         skipped: Vec::new(),

@@ -6,22 +6,22 @@ use super::ProcessError;
 use super::thresholds::THRESHOLDS;
 use crate::bench::BenchConfig;
 use crate::bus_guard::BusGuard;
-use crate::can::{Arrival, Bus, Counts, Fault, Id, InterfaceAnswer, InterfaceStatus, Port, PortCounts};
-use crate::can::{ReceiverState, Refusal, Roles, SenderState};
+use crate::can::{
+    Arrival, BridgeEnd, Bus, Counts, Fault, InterfaceAnswer, InterfaceStatus, Port, PortCounts,
+};
+use crate::can::{NodeTrouble, Refusal, protocol};
 use crate::clock::{self, NANOSECONDS_PER_SECOND};
-use crate::guard::Cause;
+use crate::guard::{Cause, State};
 use crate::rt::{LogQueue, Severity};
 use crate::shm::{BUS, Bench, Publisher};
 use crate::signal::{Applied, BusStatus, Channel, Sensors};
 use std::os::fd::{AsRawFd, RawFd};
 
-/// The bus, its codec, and the newest value of everything measured.
+/// The bus, its protocol, and the newest value of everything measured.
 #[derive(Debug)]
 pub struct BusIo<B: Bus = Port> {
     port: B,
-    roles: Roles,
-    receiver: ReceiverState,
-    sender: SenderState,
+    end: Box<dyn BridgeEnd>,
     log: LogQueue,
     sensors: Sensors,
     /// Flags of the guard's signals as they were presented last.
@@ -30,6 +30,8 @@ pub struct BusIo<B: Bus = Port> {
     refused_in_a_row: u32,
     /// The descriptor was ready and gave nothing: not waited for until the next slot.
     is_quiet: bool,
+    /// Whether the guard was disarmed when it let something through last.
+    is_disarmed: bool,
     /// [ns] before which another sender's commands are not logged again.
     foreign_told_ns: u64,
     /// Times that the interface was joined again, as far as they were logged.
@@ -79,13 +81,12 @@ impl BusIo {
     /// # Errors
     /// A DBC file, a role or an interface that cannot be, with its name.
     pub fn open(config: &BenchConfig, bench: &Bench, log: LogQueue) -> Result<Self, ProcessError> {
-        let roles = Roles::build(&config.bus, config.period_s)?;
+        let end = protocol(&config.bus, config.period_s)?.bridge_end();
         let interface = &config.bus.interface;
-        let commands: Vec<Id> = roles.command_messages().iter().map(|message| message.id).collect();
-        let port = Port::open_with_echo_apart(interface, config.bus.fd, &commands)?;
+        let port = Port::open_with_echo_of(interface, config.bus.fd, &end.own())?;
         let status = InterfaceStatus::read(interface)?;
         tracing::info!(?status.state, ?status.bit_rate, ?status.restart_ms, "interface {interface}");
-        let mut bus_io = Self::on(port, roles, log);
+        let mut bus_io = Self::on(port, end, log);
         bus_io.status = Some(bench.publish(&BUS)?);
         Ok(bus_io)
     }
@@ -100,17 +101,16 @@ impl BusIo {
 impl<B: Bus> BusIo<B> {
     /// On a bus that is open already, with nobody to watch its interface.
     #[must_use]
-    pub fn on(port: B, roles: Roles, log: LogQueue) -> Self {
+    pub fn on(port: B, end: impl Into<Box<dyn BridgeEnd>>, log: LogQueue) -> Self {
         Self {
             port,
-            receiver: roles.sensor_receiver(),
-            sender: roles.command_sender(),
-            roles,
+            end: end.into(),
             log,
             sensors: Sensors::default(),
             health: [0; Channel::WATCHED.len()],
             refused_in_a_row: 0,
             is_quiet: false,
+            is_disarmed: true,
             foreign_told_ns: 0,
             rejoined: 0,
             status: None,
@@ -168,12 +168,12 @@ impl<B: Bus> BusIo<B> {
     /// Takes in what is on the bus. `was_ready` says that the wait, which ended at `woken_ns`, ended because of it.
     pub fn receive(&mut self, was_ready: bool, woken_ns: u64) -> Look {
         self.port.look_at(woken_ns);
-        let Self { port, roles, receiver, sensors, log, .. } = self;
+        let Self { port, end, sensors, log, .. } = self;
         let gyro = Channel::BodyRate.bit();
         let (mut look, mut has_error) = (Look::default(), false);
         let received = port.receive(|arrival| match arrival {
             Arrival::Frame { frame, stamp_ns, .. } => {
-                let decoded = roles.decode_sensors(receiver, &frame, stamp_ns, sensors);
+                let decoded = end.receive(&frame, stamp_ns, sensors);
                 look.updated |= decoded.updated != 0;
                 look.gyro |= decoded.updated & gyro != 0;
                 look.foreign |= decoded.refused == Some(Refusal::ForeignCommand);
@@ -211,7 +211,7 @@ impl<B: Bus> BusIo<B> {
         if now_ns >= self.foreign_told_ns {
             self.foreign_told_ns = now_ns.saturating_add(FOREIGN_TOLD_EVERY_NS);
             let text = "another sender commands the rotors: frames with our command's identifier so far";
-            self.log.say(Severity::Error, text, self.receiver.counts.foreign_command as f64);
+            self.log.say(Severity::Error, text, self.end.counts().foreign_command as f64);
         }
     }
 
@@ -248,8 +248,13 @@ impl<B: Bus> BusIo<B> {
     /// Sends what the guard let through; the newest wins, nothing is queued or tried again. [ns] when it was out.
     pub fn send(&mut self, applied: &Applied) -> u64 {
         self.is_quiet = false;
-        let frames = self.roles.encode_commands(&mut self.sender, applied);
-        let (out_ns, fault) = self.port.send_all(&frames);
+        self.is_disarmed = applied.state == State::Disarmed as u32;
+        let (out_ns, fault) = self.port.send_all(self.end.commands(applied));
+        let owed = self.end.owed(out_ns, applied);
+        if !owed.is_empty() {
+            // Whether there is room for the commands decides; what is owed is owed again.
+            let _ = self.port.send_all(owed);
+        }
         let Some(fault) = fault else {
             self.refused_in_a_row = 0;
             return out_ns;
@@ -281,7 +286,7 @@ impl<B: Bus> BusIo<B> {
         if self.published.is_multiple_of(LISTEN_EVERY) {
             self.listen(now_ns);
         }
-        let (port, decoded) = (self.port.counts(), self.receiver.counts);
+        let (port, decoded) = (self.port.counts(), self.end.counts());
         BusStatus {
             sequence: self.published,
             stamp_ns: now_ns,
@@ -314,8 +319,15 @@ impl<B: Bus> BusIo<B> {
             Some(Cause::BusDead)
         } else if look.foreign {
             Some(Cause::ForeignCommand)
-        } else {
+        } else if self.is_disarmed {
+            // Nodes may be switched off and on while nobody needs them.
             None
+        } else {
+            self.end.trouble(now_ns).map(|trouble| match trouble {
+                NodeTrouble::Silent { .. } => Cause::NodeSilent,
+                NodeTrouble::Unhealthy { .. } => Cause::NodeUnhealthy,
+                NodeTrouble::Twice { .. } => Cause::NodeIdTwice,
+            })
         }
     }
 
@@ -335,7 +347,7 @@ impl<B: Bus> BusIo<B> {
     #[must_use]
     pub fn summary(&mut self) -> BusIoSummary {
         self.port.listen();
-        BusIoSummary { port: self.port.counts(), decoded: self.receiver.counts }
+        BusIoSummary { port: self.port.counts(), decoded: self.end.counts() }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::ProcessError;
 use crate::bench::{BenchConfig, Trigger};
 use crate::bus_guard::BusGuard;
-use crate::can::{Port, Roles};
+use crate::can::{Port, protocol};
 use crate::clock;
 use crate::emulate::{self, BodySummary, BusSummary, EmulatedBus, EmulationOptions, Emulator};
 use crate::guard::{Cause, State};
@@ -88,9 +88,10 @@ pub fn on_bus(
 ) -> Result<BusSummary, ProcessError> {
     config.check()?;
     let emulator = emulator(config)?;
-    let roles = Roles::build(&config.bus, config.period_s)?;
+    let spoken = protocol(&config.bus, config.period_s)?;
     let log_writer = LogWriter::start(LOG_LINES)?;
-    let mut emulated = EmulatedBus::new(roles, Port::open(&config.bus.interface, config.bus.fd)?);
+    let port = Port::open(&config.bus.interface, config.bus.fd)?;
+    let mut emulated = EmulatedBus::new(spoken.bench_end(clock::monotonic_ns()), port);
     let granted = config.real_time.apply()?;
     tracing::info!(interface = config.bus.interface, "emulate: {granted}");
     let summary = emulated.run(&emulator, options(config, seconds), shutdown, &log_writer.queue());

@@ -51,18 +51,13 @@ pub fn metadata(
             std::io::Error::other(format!("the bench file has no spelling in TOML: {error}"))
         })
     };
-    let mut dbc_files = std::collections::BTreeMap::new();
-    for database in &config.bus.database {
-        let bytes = database.bytes()?;
-        dbc_files.insert(database.file.clone(), String::from_utf8_lossy(&bytes).into_owned());
-    }
     Ok(RecordingMetadata {
         process: process.to_owned(),
         bench: text(toml::to_string(config))?,
         model: Model::load(Path::new(&config.model))?.emit()?,
         experiment: plan.map_or_else(|| Ok(String::new()), |it| text(toml::to_string(it)))?,
         seeds: [("emulator".to_owned(), config.emulator.seed)].into(),
-        dbc_files,
+        dbc_files: config.bus.files()?,
         interface: config.bus.interface.clone(),
         ..RecordingMetadata::default()
     })

@@ -5,8 +5,8 @@ use serde::Serialize;
 use crate::bench::{BenchConfig, Trigger};
 use crate::can::thresholds::THRESHOLDS;
 use crate::can::{
-    Binding, BusConfig, BusLoad, ByteOrder, CanError, Id, InterfaceStatus, Number, Roles, Route,
-    kernel_has_can, worst_case,
+    BusConfig, CanError, InterfaceStatus, MessageDescription, MessageLoad, Protocol, SignalDescription,
+    kernel_has_can,
 };
 use crate::clock::span_s;
 use crate::guard::Guard;
@@ -105,22 +105,14 @@ impl BenchCheck {
     ///
     /// # Errors
     /// [`CanError`] when the interface is there and does not say what it is.
-    pub fn of(config: &BenchConfig, roles: &Roles, guard: &Guard) -> Result<Self, CanError> {
-        let load = worst_case(roles, &config.bus);
-        let mut messages = Vec::new();
-        let mut signals = Vec::new();
-        for route in roles.command_messages() {
-            messages.push(message_row(route, "sent", &load, messages.len()));
-            signals.extend(route.bindings().iter().map(|binding| {
-                signal_row(route, binding, format!("commands.{}", binding.field), binding.field.si())
-            }));
-        }
-        for route in roles.sensor_messages() {
-            messages.push(message_row(route, "received", &load, messages.len()));
-            signals.extend(route.bindings().iter().map(|binding| {
-                signal_row(route, binding, format!("sensors.{}", binding.field), binding.field.unit())
-            }));
-        }
+    pub fn of(config: &BenchConfig, protocol: &dyn Protocol, guard: &Guard) -> Result<Self, CanError> {
+        let (spoken, load) = (protocol.messages(), protocol.load(&config.bus));
+        let rows = spoken.iter().enumerate().map(|(index, it)| message_row(it, load.messages.get(index)));
+        let messages = rows.collect();
+        let of_message = |message: &MessageDescription| {
+            message.signals.iter().map(|it| signal_row(&message.name, it)).collect::<Vec<_>>()
+        };
+        let signals = spoken.iter().flat_map(of_message).collect();
         let bus = &config.bus;
         let interface_look = InterfaceLook::at(&bus.interface)?;
         let is_full = load.percent > THRESHOLDS.warning_percent;
@@ -138,8 +130,8 @@ impl BenchCheck {
             messages,
             signals,
             bus_load_percent: load.percent,
-            obstacles: obstacles(config, roles, guard),
-            caveats: full.into_iter().chain(unsaid(config, roles)).chain(of_interface).collect(),
+            obstacles: obstacles(config, &spoken, guard),
+            caveats: full.into_iter().chain(unsaid(config, &spoken)).chain(of_interface).collect(),
             interface_look,
         })
     }
@@ -154,62 +146,43 @@ impl InterfaceLook {
     }
 }
 
-fn message_row<F: Copy>(
-    route: &Route<F>,
-    direction: &'static str,
-    load: &BusLoad,
-    index: usize,
-) -> MessageRow {
-    let load = load.messages.get(index);
+fn message_row(message: &MessageDescription, load: Option<&MessageLoad>) -> MessageRow {
     MessageRow {
-        message: route.name.clone(),
-        direction,
-        id: route.id.to_string(),
-        bytes: route.length,
-        period_s: route.period_s,
-        counter: route.counter.as_ref().map(|(name, _)| name.clone()),
+        message: message.name.clone(),
+        direction: if message.is_sent { "sent" } else { "received" },
+        id: message.id.to_string(),
+        bytes: message.bytes,
+        period_s: message.period_s,
+        counter: message.counter.clone(),
         worst_case_bits: load.map_or(0.0, |load| load.bits),
         load_percent: load.map_or(0.0, |load| load.percent),
     }
 }
 
-fn signal_row<F: Copy>(
-    route: &Route<F>,
-    binding: &Binding<F>,
-    role: String,
-    si_unit: &'static str,
-) -> SignalRow {
-    let layout = binding.codec.layout();
-    let order = if layout.order == ByteOrder::Little { "little" } else { "big" };
-    let number = match layout.number {
-        Number::Unsigned => format!("u{}", layout.size),
-        Number::Signed => format!("i{}", layout.size),
-        Number::Float32 => "f32".to_owned(),
-        Number::Float64 => "f64".to_owned(),
-    };
+fn signal_row(message: &str, signal: &SignalDescription) -> SignalRow {
     SignalRow {
-        role,
-        signal: format!("{}.{}", route.name, binding.signal),
-        place: format!("{number} {order} at {}", layout.start),
-        unit: if binding.unit.is_empty() { "-".to_owned() } else { binding.unit.clone() },
-        si_unit,
-        si_factor: binding.codec.factor() * binding.scale,
-        si_offset: binding.codec.offset() * binding.scale + binding.offset,
-        minimum: binding.range.0,
-        maximum: binding.range.1,
+        role: signal.role.clone(),
+        signal: format!("{message}.{}", signal.name),
+        place: signal.place.clone(),
+        unit: if signal.unit.is_empty() { "-".to_owned() } else { signal.unit.clone() },
+        si_unit: signal.si_unit,
+        si_factor: signal.factor,
+        si_offset: signal.offset,
+        minimum: signal.range.0,
+        maximum: signal.range.1,
     }
 }
 
 /// What the guard needs and the bus does not bring, or brings too rarely: such a bench is never
 /// armed, or not for long.
-fn obstacles(config: &BenchConfig, roles: &Roles, guard: &Guard) -> Vec<Finding> {
+fn obstacles(config: &BenchConfig, spoken: &[MessageDescription], guard: &Guard) -> Vec<Finding> {
     let mut obstacles = Vec::new();
     for (channel, stale_after_ns) in guard.requirements() {
-        let feeds = |route: &&Route<Channel>| route.bindings().iter().any(|it| it.field == channel);
-        let route = roles.sensor_messages().iter().find(feeds);
+        let feeds = |it: &&MessageDescription| it.signals.iter().any(|it| it.channel == Some(channel));
+        let route = spoken.iter().find(feeds);
         // Half of what a signal may be silent for is a miss already.
         let missed_after_s = span_s(stale_after_ns / 2);
-        let about = |code, route: &Route<Channel>| {
+        let about = |code, route: &MessageDescription| {
             Finding::new(code, channel.label())
                 .with("message", route.name.as_str())
                 .with("message_period_s", route.period_s)
@@ -238,22 +211,16 @@ fn obstacles(config: &BenchConfig, roles: &Roles, guard: &Guard) -> Vec<Finding>
 
 /// What the bench file leaves unsaid, and somebody who changed it from another may not have meant so: a node, and the counters of
 /// messages that are not those of the built-in bench.
-fn unsaid(config: &BenchConfig, roles: &Roles) -> Vec<Finding> {
-    let sent = roles.command_messages().iter().map(|it| (it.name.as_str(), it.id, it.lacks_node));
-    let received = roles.sensor_messages().iter().map(|it| (it.name.as_str(), it.id, it.lacks_node));
-    let messages: Vec<(&str, Id, bool)> = sent.chain(received).collect();
-    let nodeless = messages.iter().filter(|(_, _, lacks_node)| *lacks_node);
+fn unsaid(config: &BenchConfig, spoken: &[MessageDescription]) -> Vec<Finding> {
+    let nodeless = spoken.iter().filter(|it| it.lacks_node);
     let mut found: Vec<Finding> = nodeless
-        .map(|(name, id, _)| Finding::new("node_not_named", *name).with("id", id.to_string()))
+        .map(|it| Finding::new("node_not_named", it.name.as_str()).with("id", it.id.to_string()))
         .collect();
     let counted = BusConfig::default().messages;
-    let is_used = |name: &str| messages.iter().any(|(used, ..)| *used == name);
+    let is_used = |name: &str| spoken.iter().any(|it| it.name == name);
     let unused: Vec<String> = counted.keys().filter(|name| !is_used(name)).cloned().collect();
-    let uncounted: Vec<String> = messages
-        .iter()
-        .filter(|(name, ..)| !counted.contains_key(*name))
-        .map(|(name, ..)| (*name).to_owned())
-        .collect();
+    let uncounted = spoken.iter().filter(|it| it.may_have_counter && !counted.contains_key(&it.name));
+    let uncounted: Vec<String> = uncounted.map(|it| it.name.clone()).collect();
     // Only where the table was left out, or left as it was.
     if config.bus.messages == counted && !unused.is_empty() && !uncounted.is_empty() {
         found.push(
@@ -303,13 +270,14 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::can::protocol;
 
     #[test]
     fn what_a_changed_bench_file_leaves_unsaid_is_said() {
         let found = |text: &str| {
             let config = BenchConfig::parse(text, Path::new("bench.toml")).expect("a bench file");
-            let roles = Roles::build(&config.bus, config.period_s).expect("a bus");
-            let found = unsaid(&config, &roles).into_iter();
+            let spoken = protocol(&config.bus, config.period_s).expect("a bus");
+            let found = unsaid(&config, &spoken.messages()).into_iter();
             found.map(|it| (it.code, it.subject)).collect::<Vec<_>>()
         };
         assert_eq!(found(""), []);

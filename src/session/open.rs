@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::{Job, SessionError};
 use crate::bench::BenchConfig;
-use crate::can::Roles;
+use crate::can::protocol;
 use crate::log::can_capture::CaptureNotes;
 use crate::log::dataset::{of_rotor, rotor_of};
 use crate::log::format::{FORMATS, FormatError, LogFormat, Request, START, Start};
@@ -154,8 +154,8 @@ fn read(path: &Path, config: &OpenConfig) -> Result<Read, SessionError> {
     }
     if let Some(format) = can_capture::format(&start) {
         let bench = BenchConfig::load(config.bench.as_deref())?;
-        let roles = Roles::build(&bench.bus, bench.period_s)?;
-        let (log, frames) = can_capture::read(path, &roles, config.interface.as_deref())?;
+        let spoken = protocol(&bench.bus, bench.period_s)?;
+        let (log, frames) = can_capture::read(path, &*spoken, config.interface.as_deref())?;
         return Ok(Read { frames: Some(frames), ..plain(log, format) });
     }
     if let Some(format) = FORMATS.iter().find(|format| format.recognises(&start)) {

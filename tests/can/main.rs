@@ -3,6 +3,7 @@
 
 mod bad_input;
 mod dronecan;
+mod dronecan_bench;
 mod fuzz;
 mod golden;
 mod roles;

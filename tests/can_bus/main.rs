@@ -6,6 +6,7 @@ mod answers;
 mod bus;
 #[path = "../processes/counting.rs"]
 mod counting;
+mod dronecan;
 mod ends;
 mod faults;
 mod flood;

@@ -1,24 +1,34 @@
-//! DroneCAN v0: transfers and their frames, and the language in which its messages are defined.
+//! DroneCAN v0: transfers and their frames, the language in which its messages are defined, and a bench on it.
 //!
 //! ```text
 //! files of DSDL → Library → Place (a number of a message, compiled)
 //! Frame → Assembler → Transfer (a whole payload)      payload → Frames
+//! [bus] table → DronecanBus → Bridge (a node), Bench (the nodes that an emulator plays)
 //! ```
 //!
 //! DroneCAN specification v1 (dronecan.github.io/Specification); checked bit for bit against its reference implementation in
 //! Python (`tools/golden-dronecan`).
 
 mod assembler;
+mod bench;
 mod bits;
+mod bridge;
+mod bus;
+mod config;
 mod crc;
+mod describe;
 mod dsdl;
 mod library;
+mod node;
 mod parse;
 mod place;
 mod transfer;
 mod value;
+mod watch;
 
 pub use assembler::{Assembler, Subscription, Transfer};
+pub use bus::DronecanBus;
+pub use config::{CommandKind, DronecanConfig, DsdlConfig};
 pub use dsdl::{Array, Body, Cast, Compound, Field, Kind, Primitive, Structure, Type};
 pub use library::{Definition, Library};
 pub use place::Place;

@@ -1,0 +1,227 @@
+//! The nodes that an emulator plays: ESCs that obey when they are armed, an IMU, a battery, each with an id of its own.
+
+use crate::can::frame::Frame;
+use crate::can::protocol::BenchEnd;
+use crate::can::roles::{Counts, Decoded, RotorCommands};
+use crate::can::route::Refusal;
+use crate::clock::{self, NANOSECONDS_PER_SECOND};
+use crate::signal::{Channel, Sensors};
+
+use super::assembler::{Assembler, Subscription};
+use super::bus::{DronecanBus, Received};
+use super::node::Node;
+use super::place::Place;
+use super::transfer::{Frames, GREATEST_NODE, Header, TransferId, priority};
+use super::value::{empty_message, encode};
+
+/// [ns] for which an ESC believes that it is armed without hearing it again.
+const ARMED_FOR_NS: u64 = 2 * NANOSECONDS_PER_SECOND;
+/// Node ids of the emulated ESCs, by index, and of everything else, where the bench file names none.
+const FIRST_ESC: u8 = 20;
+const FIRST_OTHER: u8 = 50;
+/// What the emulated nodes call themselves.
+const NAME: &str = "org.rotorbench.emulated";
+
+/// A message that an emulated node sends.
+#[derive(Debug)]
+struct Sent {
+    /// Place of its node.
+    node: usize,
+    priority: u8,
+    subscription: Subscription,
+    transfer_id: TransferId,
+    /// What nobody sets, and room for the rest.
+    payload: Vec<u8>,
+    /// Number = (SI value - offset) / scale.
+    numbers: Vec<(Channel, Place, f64, f64)>,
+    period_ns: u64,
+    due_ns: u64,
+}
+
+/// What a subscription is for.
+#[derive(Debug, Clone, Copy)]
+enum Purpose {
+    Command,
+    Arming,
+    InfoRequest { node: usize },
+}
+
+/// The bench's end of a bus on DroneCAN.
+#[derive(Debug)]
+pub(super) struct Bench {
+    bus: DronecanBus,
+    assembler: Assembler,
+    purposes: Vec<Purpose>,
+    counts: Counts,
+    nodes: Vec<Node>,
+    messages: Vec<Sent>,
+    /// Whether the rotors may turn, as it was heard last, and when [ns].
+    armed: (bool, u64),
+}
+
+impl Bench {
+    pub fn new(bus: &DronecanBus, now_ns: u64) -> Self {
+        let (mut nodes, mut messages): (Vec<Node>, Vec<Sent>) = (Vec::new(), Vec::new());
+        for (at, received) in bus.received.iter().enumerate() {
+            for ((node, esc), bounds) in received.senders() {
+                let id = node.unwrap_or_else(|| free_id(bus, at, esc));
+                let place = nodes.iter().position(|known| known.id == id).unwrap_or_else(|| {
+                    nodes.push(Node::new(&bus.common, id, NAME));
+                    nodes.len() - 1
+                });
+                let mut payload = empty_payload(received);
+                if let Some((index, esc)) = bounds.first().and_then(|bound| bound.esc) {
+                    index.write(&mut payload, f64::from(esc));
+                }
+                let period_ns = clock::span_ns(received.period_s).max(50_000);
+                messages.push(Sent {
+                    node: place,
+                    priority: priority::MEDIUM,
+                    subscription: received.subscription(),
+                    transfer_id: TransferId::default(),
+                    payload,
+                    numbers: bounds.iter().map(|it| (it.channel, it.place, it.scale, it.offset)).collect(),
+                    period_ns,
+                    due_ns: now_ns,
+                });
+            }
+        }
+        let mut all =
+            vec![(bus.command.subscription, Purpose::Command), (bus.common.arming, Purpose::Arming)];
+        let asked = nodes.iter().enumerate();
+        all.extend(asked.map(|(node, it)| (bus.common.info_request(it.id), Purpose::InfoRequest { node })));
+        let (subscriptions, purposes) = all.into_iter().unzip();
+        Self {
+            assembler: Assembler::new(subscriptions),
+            purposes,
+            counts: Counts::default(),
+            nodes,
+            messages,
+            armed: (false, 0),
+            bus: bus.clone(),
+        }
+    }
+
+    fn refuse(&mut self, refusal: Refusal) -> Decoded {
+        self.counts.add(refusal);
+        Decoded { updated: 0, refused: Some(refusal) }
+    }
+}
+
+/// An id for an emulated node that the bench file does not name.
+fn free_id(bus: &DronecanBus, received: usize, esc: Option<u8>) -> u8 {
+    let id = match esc {
+        Some(index) => FIRST_ESC + index,
+        None => FIRST_OTHER + u8::try_from(received).unwrap_or(0) % FIRST_ESC,
+    };
+    if id == bus.node_id { GREATEST_NODE - 2 } else { id }
+}
+
+/// A message of which nothing is set; a float that is unknown says so.
+fn empty_payload(received: &Received) -> Vec<u8> {
+    encode(received.message(), &empty_message(received.message(), f64::NAN)).unwrap_or_default()
+}
+
+impl Received {
+    /// [byte] of a message whose arrays are empty.
+    pub(super) fn usual_bytes(&self) -> usize {
+        empty_payload(self).len()
+    }
+}
+
+impl BenchEnd for Bench {
+    fn is_command(&self, frame: &Frame) -> bool {
+        let purpose = self.assembler.find(frame).and_then(|(at, _)| self.purposes.get(at));
+        matches!(purpose, Some(Purpose::Command))
+    }
+
+    fn receive(&mut self, frame: &Frame, stamp_ns: u64, commands: &mut RotorCommands) -> Decoded {
+        self.counts.frames = self.counts.frames.wrapping_add(1);
+        let nothing = Decoded { updated: 0, refused: None };
+        let Self { bus, assembler, purposes, counts, nodes, armed, .. } = self;
+        let transfer = match assembler.receive(frame, stamp_ns) {
+            Ok(Some(transfer)) => transfer,
+            Ok(None) => return nothing,
+            Err(refusal) => return self.refuse(refusal),
+        };
+        match purposes.get(transfer.subscription) {
+            Some(Purpose::Command) => {
+                counts.lost = counts.lost.wrapping_add(transfer.lost);
+                let mut decoded = nothing;
+                for (rotor, place) in bus.command.rotors.iter().enumerate() {
+                    // A command that is too short is for others.
+                    let Some(number) = place.read(transfer.payload) else { continue };
+                    let value = number / bus.command.full;
+                    if !(0.0..=1.0).contains(&value) {
+                        counts.add(Refusal::OutOfRange);
+                        decoded.refused = Some(Refusal::OutOfRange);
+                        continue;
+                    }
+                    if let (Some(to), Some(stamp)) =
+                        (commands.rotor.get_mut(rotor), commands.stamp_ns.get_mut(rotor))
+                    {
+                        (*to, *stamp) = (value, stamp_ns);
+                        decoded.updated |= 1 << rotor;
+                    }
+                }
+                counts.accepted = counts.accepted.wrapping_add(u64::from(decoded.updated != 0));
+                decoded
+            }
+            Some(Purpose::Arming) => {
+                *armed = (transfer.payload == [255], stamp_ns);
+                nothing
+            }
+            Some(Purpose::InfoRequest { node }) => {
+                if let Some(node) = nodes.get_mut(*node) {
+                    node.ask(transfer.header.source, transfer.transfer_id);
+                }
+                nothing
+            }
+            None => nothing,
+        }
+    }
+
+    fn may_turn(&self, now_ns: u64) -> bool {
+        let (is_armed, heard_ns) = self.armed;
+        is_armed && now_ns.saturating_sub(heard_ns) <= ARMED_FOR_NS
+    }
+
+    fn due_ns(&self) -> u64 {
+        let messages = self.messages.iter().map(|message| message.due_ns);
+        messages.chain(self.nodes.iter().map(Node::due_ns)).min().unwrap_or(u64::MAX)
+    }
+
+    fn send_due(&mut self, now_ns: u64, sensors: &Sensors, send: &mut dyn FnMut(&Frame)) -> bool {
+        let Self { messages, nodes, .. } = self;
+        let mut any = false;
+        for message in messages.iter_mut().filter(|message| message.due_ns <= now_ns) {
+            // Messages missed while the machine slept are not sent in a burst.
+            let missed = (now_ns - message.due_ns) / message.period_ns;
+            message.due_ns = message.due_ns.saturating_add(message.period_ns.saturating_mul(missed + 1));
+            if !message.numbers.iter().any(|(channel, ..)| channel.of(sensors).stamp_ns > 0) {
+                continue;
+            }
+            let known = message.numbers.iter().filter(|(channel, ..)| channel.of(sensors).stamp_ns > 0);
+            for (channel, place, scale, offset) in known {
+                place.write(&mut message.payload, (channel.of(sensors).value - offset) / scale);
+            }
+            let Some(node) = nodes.get(message.node) else { continue };
+            let header = Header::message(message.priority, message.subscription.type_id, node.id);
+            let transfer_id = message.transfer_id.take();
+            Frames::new(header, message.subscription.seed, transfer_id, &message.payload)
+                .for_each(|frame| send(&frame));
+            any = true;
+        }
+        for node in nodes {
+            node.status(now_ns, 0).iter().for_each(&mut *send);
+            while let Some(frame) = node.answer() {
+                send(&frame);
+            }
+        }
+        any
+    }
+
+    fn counts(&self) -> Counts {
+        self.counts
+    }
+}

@@ -1,0 +1,250 @@
+//! The bridge as a node of the bus: sensors in, commands, arming and its own state out.
+
+use crate::can::frame::{Frame, Id};
+use crate::can::protocol::{BridgeEnd, IdFilter, NodeTrouble};
+use crate::can::roles::{Counts, Decoded, safe_command};
+use crate::can::route::Refusal;
+use crate::signal::{Applied, Sensors};
+
+use super::assembler::{Assembler, Transfer};
+use super::bus::{Bound, Commanding, DronecanBus, Received};
+use super::node::{ARMING_EVERY_NS, AT_ONCE, Node};
+use super::transfer::{Frames, Header, TransferId, priority};
+use super::watch::Watch;
+
+/// Name that the bridge gives of itself.
+const NAME: &str = "org.rotorbench.bridge";
+/// Most frames of a command: 20 ESCs of 18 bits.
+const MOST_COMMAND: usize = 7;
+/// Most frames that are owed at once: arming, state, and a part of an answer.
+const MOST_OWED: usize = 2 + AT_ONCE;
+/// Codes of the guard's states in which commands leave (`guard::State`).
+const LIVE: [u32; 2] = [2, 3];
+/// What `ArmingStatus` says.
+const FULLY_ARMED: u8 = 255;
+
+/// What a subscription is for.
+#[derive(Debug, Clone, Copy)]
+enum Purpose {
+    /// The received type of this place.
+    Values(usize),
+    NodeStatus,
+    InfoRequest,
+    /// Commands of somebody else: as our own, or of the other kind.
+    Command {
+        is_own_kind: bool,
+    },
+}
+
+/// The bridge's end of a bus on DroneCAN.
+#[derive(Debug)]
+pub(super) struct Bridge {
+    bus: DronecanBus,
+    assembler: Assembler,
+    purposes: Vec<Purpose>,
+    counts: Counts,
+    watch: Watch,
+    node: Node,
+    command_id: TransferId,
+    arming_id: TransferId,
+    /// What was said of arming last, and when [ns].
+    armed: Option<(bool, u64)>,
+    command: [Frame; MOST_COMMAND],
+    owed: [Frame; MOST_OWED],
+}
+
+impl Bridge {
+    pub fn new(bus: &DronecanBus) -> Self {
+        let mut all: Vec<_> = bus
+            .received
+            .iter()
+            .enumerate()
+            .map(|(at, it)| (it.subscription(), Purpose::Values(at)))
+            .collect();
+        all.push((bus.common.status, Purpose::NodeStatus));
+        all.push((bus.common.info_request(bus.node_id), Purpose::InfoRequest));
+        all.push((bus.command.subscription, Purpose::Command { is_own_kind: true }));
+        all.push((bus.other_command.subscription, Purpose::Command { is_own_kind: false }));
+        let (subscriptions, purposes) = all.into_iter().unzip();
+        Self {
+            assembler: Assembler::new(subscriptions),
+            purposes,
+            counts: Counts::default(),
+            watch: Watch::new(),
+            node: Node::new(&bus.common, bus.node_id, NAME),
+            command_id: TransferId::default(),
+            arming_id: TransferId::default(),
+            armed: None,
+            command: [Frame::EMPTY; MOST_COMMAND],
+            owed: [Frame::EMPTY; MOST_OWED],
+            bus: bus.clone(),
+        }
+    }
+
+    fn refuse(&mut self, refusal: Refusal) -> Decoded {
+        self.counts.add(refusal);
+        Decoded { updated: 0, refused: Some(refusal) }
+    }
+}
+
+impl BridgeEnd for Bridge {
+    fn own(&self) -> Vec<IdFilter> {
+        // Whatever this node sends ends with its id.
+        vec![IdFilter { id: Id::Extended(u32::from(self.bus.node_id)), bits: 0x7F }]
+    }
+
+    fn receive(&mut self, frame: &Frame, stamp_ns: u64, sensors: &mut Sensors) -> Decoded {
+        self.counts.frames = self.counts.frames.wrapping_add(1);
+        let Self { bus, assembler, purposes, counts, watch, node, .. } = self;
+        let transfer = match assembler.receive(frame, stamp_ns) {
+            Ok(Some(transfer)) => transfer,
+            Ok(None) => return Decoded { updated: 0, refused: None },
+            Err(refusal) => return self.refuse(refusal),
+        };
+        let source = transfer.header.source;
+        if source == bus.node_id {
+            watch.twice(source, stamp_ns);
+        }
+        let refused = match purposes.get(transfer.subscription).copied() {
+            Some(Purpose::Values(at)) => {
+                counts.lost = counts.lost.wrapping_add(transfer.lost);
+                let received = bus.received.get(at);
+                let decoded = received.map(|it| take(it, &transfer, watch, counts, sensors));
+                return decoded.unwrap_or(Decoded { updated: 0, refused: None });
+            }
+            Some(Purpose::NodeStatus) => {
+                watch.heard(&bus.common, source, transfer.payload, stamp_ns);
+                None
+            }
+            Some(Purpose::InfoRequest) => {
+                node.ask(source, transfer.transfer_id);
+                None
+            }
+            Some(Purpose::Command { is_own_kind }) => {
+                let command = if is_own_kind { &bus.command } else { &bus.other_command };
+                reaches(command, transfer.payload).then_some(Refusal::ForeignCommand)
+            }
+            None => Some(Refusal::UnknownId),
+        };
+        refused.map_or(Decoded { updated: 0, refused: None }, |refusal| self.refuse(refusal))
+    }
+
+    fn commands(&mut self, applied: &Applied) -> &[Frame] {
+        let Commanding { full, rotors, length, type_id, subscription, .. } = self.bus.command;
+        let mut payload = [0; MOST_COMMAND * 8];
+        for (place, rotor) in rotors.iter().zip(applied.rotor) {
+            place.write(&mut payload, safe_command(rotor) * full);
+        }
+        let header = Header::message(priority::HIGH, type_id, self.bus.node_id);
+        let payload = payload.get(..length).unwrap_or(&[]);
+        let frames = Frames::new(header, subscription.seed, self.command_id.take(), payload);
+        let mut count = 0;
+        for (place, frame) in self.command.iter_mut().zip(frames) {
+            *place = frame;
+            count += 1;
+        }
+        self.command.get(..count).unwrap_or(&[])
+    }
+
+    fn owed(&mut self, now_ns: u64, applied: &Applied) -> &[Frame] {
+        let mut count = 0;
+        let mut owe = |frame: Option<Frame>| {
+            if let (Some(frame), Some(place)) = (frame, self.owed.get_mut(count)) {
+                *place = frame;
+                count += 1;
+            }
+        };
+        // As long as the rotors may turn: on the ramp to zero, too.
+        let is_armed = LIVE.contains(&applied.state) || applied.rotor.iter().any(|rotor| *rotor > 0.0);
+        let is_due = self.armed.is_none_or(|(said, said_ns)| {
+            said != is_armed || now_ns.saturating_sub(said_ns) >= ARMING_EVERY_NS
+        });
+        if is_due {
+            self.armed = Some((is_armed, now_ns));
+            let arming = self.bus.common.arming;
+            let header = Header::message(priority::MEDIUM, arming.type_id, self.bus.node_id);
+            let payload = [if is_armed { FULLY_ARMED } else { 0 }];
+            owe(Frames::new(header, arming.seed, self.arming_id.take(), &payload).next());
+        }
+        owe(self.node.status(now_ns, applied.state));
+        for _ in 0..AT_ONCE {
+            owe(self.node.answer());
+        }
+        self.owed.get(..count).unwrap_or(&[])
+    }
+
+    fn trouble(&self, now_ns: u64) -> Option<NodeTrouble> {
+        self.watch.trouble(self.bus.node_id, now_ns)
+    }
+
+    fn counts(&self) -> Counts {
+        self.counts
+    }
+}
+
+/// Whether a command is long enough for one of our rotors. One that is not speaks to others.
+fn reaches(command: &Commanding, payload: &[u8]) -> bool {
+    command.rotors.iter().any(|place| place.read(payload).is_some())
+}
+
+/// Takes the good values of a transfer.
+fn take(
+    received: &Received,
+    transfer: &Transfer<'_>,
+    watch: &mut Watch,
+    counts: &mut Counts,
+    sensors: &mut Sensors,
+) -> Decoded {
+    let (node, stamp_ns) = (transfer.header.source, transfer.stamp_ns);
+    let mut decoded = Decoded { updated: 0, refused: None };
+    for bound in received.bound.iter().filter(|bound| bound.is_meant(transfer)) {
+        let channel = bound.channel;
+        let read = if watch.is_believed(channel, node, stamp_ns) {
+            bound.read(transfer.payload)
+        } else {
+            Err(Refusal::OtherNode)
+        };
+        let sample = channel.of_mut(sensors);
+        match read {
+            Ok(value) => {
+                sample.count = sample.count.wrapping_add(1);
+                (sample.value, sample.stamp_ns, sample.health) = (value, stamp_ns, 0);
+                watch.gave(channel, node, stamp_ns);
+                decoded.updated |= channel.bit();
+            }
+            Err(refusal) => {
+                sample.count = sample.count.wrapping_add(1);
+                sample.health |= refusal.health();
+                counts.add(refusal);
+                decoded.refused = Some(refusal);
+            }
+        }
+    }
+    counts.accepted = counts.accepted.wrapping_add(u64::from(decoded.updated != 0));
+    decoded
+}
+
+impl Bound {
+    /// Whether the transfer is of the node and the ESC that the role means.
+    #[inline]
+    pub(super) fn is_meant(&self, transfer: &Transfer<'_>) -> bool {
+        let is_node = self.node.is_none_or(|node| node == transfer.header.source);
+        is_node
+            && self.esc.is_none_or(|(place, index)| place.read(transfer.payload) == Some(f64::from(index)))
+    }
+
+    /// The value in SI, or why not.
+    #[inline]
+    fn read(&self, payload: &[u8]) -> Result<f64, Refusal> {
+        let value = self.place.read(payload).ok_or(Refusal::WrongLength)? * self.scale + self.offset;
+        // A limit that lies on the number's grid must not be missed by the rounding of f64.
+        let slack = 1e-9 * (self.range.1 - self.range.0);
+        if !value.is_finite() {
+            Err(Refusal::NotANumber)
+        } else if value < self.range.0 - slack || value > self.range.1 + slack {
+            Err(Refusal::OutOfRange)
+        } else {
+            Ok(value)
+        }
+    }
+}

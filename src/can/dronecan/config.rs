@@ -1,0 +1,58 @@
+//! The `[bus.dronecan]` table of the bench file, as people write it.
+
+use serde::{Deserialize, Serialize};
+
+use crate::signal::ROTORS;
+
+/// Which message carries the commands.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum CommandKind {
+    /// `uavcan.equipment.esc.RawCommand`: a share of what the ESC can do.
+    #[default]
+    Raw,
+    /// `uavcan.equipment.esc.RPMCommand`: a speed, which the ESC holds.
+    Rpm,
+}
+
+/// The `[bus.dronecan]` table.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct DronecanConfig {
+    /// Node id of the bridge, 1 to 127.
+    pub node_id: u8,
+    /// Index that the ESC of each rotor has in commands and in what it reports.
+    pub esc_index: [u8; ROTORS],
+    /// Which message carries the commands.
+    pub command: CommandKind,
+    /// Raw command that a command of 1 becomes, 1 to 8191.
+    pub raw_maximum: u16,
+    /// [1/min] speed that a command of 1 becomes, with `command = "rpm"`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rpm_maximum: Option<u32>,
+    /// Files of DSDL beside the published types.
+    pub dsdl: Vec<DsdlConfig>,
+}
+
+/// A file of DSDL.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DsdlConfig {
+    /// Path, from where the bench file is: `ID.Type.uavcan`, or `Type.uavcan` of what is only a part of others.
+    pub file: String,
+    /// Namespace of the type, such as `com.hobbywing.esc`.
+    pub namespace: String,
+}
+
+impl Default for DronecanConfig {
+    fn default() -> Self {
+        Self {
+            node_id: 100,
+            esc_index: [0, 1],
+            command: CommandKind::Raw,
+            raw_maximum: 8191,
+            rpm_maximum: None,
+            dsdl: Vec::new(),
+        }
+    }
+}

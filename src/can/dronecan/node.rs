@@ -1,0 +1,99 @@
+//! What every node owes the bus: once a second how it is, and what it is when it is asked.
+
+use crate::can::frame::Frame;
+use crate::clock::NANOSECONDS_PER_SECOND;
+
+use super::bus::Common;
+use super::crc;
+use super::transfer::{Frames, Header, Kinship, TransferId, priority};
+
+/// [ns] between two of a node's `NodeStatus`.
+pub(super) const STATUS_EVERY_NS: u64 = NANOSECONDS_PER_SECOND;
+/// [ns] between two `ArmingStatus`, where the state stays.
+pub(super) const ARMING_EVERY_NS: u64 = NANOSECONDS_PER_SECOND / 2;
+/// [byte] of a `NodeStatus`.
+const STATUS_BYTES: usize = 7;
+/// Frames of an answer that are sent in one go.
+pub(super) const AT_ONCE: usize = 2;
+
+/// A node of ours.
+#[derive(Debug, Clone)]
+pub(super) struct Node {
+    pub id: u8,
+    common: Common,
+    /// [ns] of its first status, and when the next one is due.
+    born_ns: Option<u64>,
+    due_ns: u64,
+    status_id: TransferId,
+    seed: u16,
+    /// The response to `GetNodeInfo`, and its frames that are still to be sent.
+    info: Vec<u8>,
+    answer: Vec<Frame>,
+    answered: usize,
+}
+
+impl Node {
+    /// The node with this id, `name` and a unique id of its own on this bus.
+    pub fn new(common: &Common, id: u8, name: &str) -> Self {
+        let mut info = common.info.clone();
+        let unique = b"rotorbench".iter().chain(std::iter::once(&id));
+        for (place, byte) in info.iter_mut().skip(common.unique_id).zip(unique) {
+            *place = *byte;
+        }
+        info.extend_from_slice(name.as_bytes());
+        let answer = Vec::with_capacity(Frames::count(info.len()));
+        let seed = crc::transfer_seed(common.info_signature);
+        Self {
+            id,
+            common: common.clone(),
+            born_ns: None,
+            due_ns: 0,
+            status_id: TransferId::default(),
+            seed,
+            info,
+            answered: 0,
+            answer,
+        }
+    }
+
+    /// [ns] when it has something to say.
+    pub fn due_ns(&self) -> u64 {
+        if self.answered < self.answer.len() { 0 } else { self.due_ns }
+    }
+
+    /// Its state, if that is due at `now_ns`, with a code of its own.
+    pub fn status(&mut self, now_ns: u64, code: u32) -> Option<Frame> {
+        if now_ns < self.due_ns {
+            return None;
+        }
+        self.due_ns = now_ns.saturating_add(STATUS_EVERY_NS);
+        let born_ns = *self.born_ns.get_or_insert(now_ns);
+        let mut payload = [0; STATUS_BYTES];
+        let uptime_s = now_ns.saturating_sub(born_ns) / NANOSECONDS_PER_SECOND;
+        self.common.uptime.write(&mut payload, uptime_s as f64);
+        self.common.code.write(&mut payload, f64::from(code));
+        if let Some(place) = self.info.get_mut(..STATUS_BYTES) {
+            place.copy_from_slice(&payload);
+        }
+        let header = Header::message(priority::LOW, self.common.status.type_id, self.id);
+        Frames::new(header, self.common.status.seed, self.status_id.take(), &payload).next()
+    }
+
+    /// Somebody asks what it is. The last one who asks is answered.
+    pub fn ask(&mut self, who: u8, transfer_id: u8) {
+        let kinship = Kinship::Response { to: who };
+        let type_id = self.common.info_id;
+        let header = Header { priority: priority::LOW, type_id, source: self.id, kinship, discriminator: 0 };
+        self.answer.clear();
+        // Room was made for exactly these.
+        self.answer.extend(Frames::new(header, self.seed, transfer_id, &self.info));
+        self.answered = 0;
+    }
+
+    /// The next frame of an answer.
+    pub fn answer(&mut self) -> Option<Frame> {
+        let frame = self.answer.get(self.answered).copied();
+        self.answered += usize::from(frame.is_some());
+        frame
+    }
+}

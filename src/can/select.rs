@@ -1,0 +1,49 @@
+//! Which protocol a bench speaks.
+
+use std::collections::BTreeMap;
+
+use super::config::{BusConfig, ProtocolName};
+use super::dronecan::{DronecanBus, DronecanConfig};
+use super::error::CanError;
+use super::protocol::Protocol;
+use super::resolve::fail;
+use super::roles::Roles;
+
+/// The protocol of the `[bus]` table, with its roles. `period_s` is the control period.
+///
+/// # Errors
+/// See [`Roles::build`] and [`DronecanBus::build`].
+pub fn protocol(config: &BusConfig, period_s: f64) -> Result<Box<dyn Protocol>, CanError> {
+    match config.protocol {
+        ProtocolName::Dbc if config.dronecan != DronecanConfig::default() => {
+            Err(fail("dronecan", "the table belongs to protocol = \"dronecan\"".to_owned()))
+        }
+        ProtocolName::Dbc => Ok(Box::new(Roles::build(config, period_s)?)),
+        ProtocolName::Dronecan => Ok(Box::new(DronecanBus::build(config, period_s)?)),
+    }
+}
+
+impl BusConfig {
+    /// The files that say what frames mean, by their names, and their texts: what somebody needs to understand recorded frames
+    /// later.
+    ///
+    /// # Errors
+    /// [`CanError::Read`].
+    pub fn files(&self) -> Result<BTreeMap<String, String>, CanError> {
+        let mut files = BTreeMap::new();
+        match self.protocol {
+            ProtocolName::Dbc => {
+                for database in &self.database {
+                    let text = String::from_utf8_lossy(&database.bytes()?).into_owned();
+                    files.insert(database.file.clone(), text);
+                }
+            }
+            ProtocolName::Dronecan => {
+                for definition in &self.dronecan.dsdl {
+                    files.insert(definition.file.clone(), definition.text()?);
+                }
+            }
+        }
+        Ok(files)
+    }
+}

@@ -1,0 +1,442 @@
+//! A bench on DroneCAN, both ends of its bus in memory: roles, arming, other nodes, and what is refused.
+
+use rotorbench::can::dronecan::{Body, Value, decode, empty_message};
+use rotorbench::can::dronecan::{
+    CommandKind, DsdlConfig, Frames, Header, Kinship, Library, Subscription, encode,
+};
+use rotorbench::can::{
+    BenchEnd, BridgeEnd, BusConfig, CanError, DatabaseConfig, Frame, MessageConfig, NodeTrouble,
+    ProtocolName, Refusal, RotorCommands, SignalConfig, protocol,
+};
+use rotorbench::signal::{Applied, Channel, Sample, Sensors};
+
+const MS: u64 = 1_000_000;
+const S: u64 = 1_000 * MS;
+/// Guard's state codes.
+const DISARMED: u32 = 0;
+const ARMED: u32 = 2;
+const FAILSAFE: u32 = 4;
+
+fn config() -> BusConfig {
+    BusConfig { protocol: ProtocolName::Dronecan, ..BusConfig::default() }
+}
+
+fn ends(config: &BusConfig) -> (Box<dyn BridgeEnd>, Box<dyn BenchEnd>) {
+    let spoken = protocol(config, 0.02).expect("sound");
+    (spoken.bridge_end(), spoken.bench_end(S))
+}
+
+fn applied(state: u32, rotor: [f64; 2]) -> Applied {
+    Applied { state, rotor, ..Applied::default() }
+}
+
+fn measured(now_ns: u64) -> Sensors {
+    let mut sensors = Sensors::default();
+    for (index, channel) in Channel::ALL.into_iter().enumerate() {
+        *channel.of_mut(&mut sensors) = Sample::good(10.0 + index as f64, now_ns, 1);
+    }
+    sensors.esc_temperature = [Sample::good(310.0, now_ns, 1), Sample::good(311.0, now_ns, 1)];
+    sensors
+}
+
+/// What the bench sends at `now_ns`.
+fn sent(bench: &mut dyn BenchEnd, now_ns: u64, sensors: &Sensors) -> Vec<Frame> {
+    let mut frames = Vec::new();
+    bench.send_due(now_ns, sensors, &mut |frame| frames.push(*frame));
+    frames
+}
+
+/// A transfer of another node.
+fn transfer(name: &str, kinship: Kinship, source: u8, transfer_id: u8, value: &Value) -> Vec<Frame> {
+    let library = Library::build(&[]).expect("sound");
+    let compound = library.get(name).expect("published");
+    let structure = match (&compound.body, kinship) {
+        (Body::Message(message), _) => message,
+        (Body::Service(request, _), Kinship::Request { .. }) => request,
+        (Body::Service(_, response), _) => response,
+    };
+    let type_id = compound.id.expect("sent");
+    let subscription = Subscription::new(type_id, kinship, compound.signature, structure.most_bits());
+    let payload = encode(structure, value).expect("of this type");
+    let header = Header { priority: 16, type_id, source, kinship, discriminator: 0 };
+    Frames::new(header, subscription.seed, transfer_id, &payload).collect()
+}
+
+fn integers(values: &[i128]) -> Value {
+    Value::List(values.iter().copied().map(Value::Integer).collect())
+}
+
+fn raw_command(source: u8, transfer_id: u8, values: &[i128]) -> Vec<Frame> {
+    let value = Value::List(vec![integers(values)]);
+    transfer("uavcan.equipment.esc.RawCommand", Kinship::Message, source, transfer_id, &value)
+}
+
+/// Uptime, health, mode.
+fn node_status(source: u8, transfer_id: u8, [uptime, health, mode]: [i128; 3]) -> Vec<Frame> {
+    let value = integers(&[uptime, health, mode, 0, 0]);
+    transfer("uavcan.protocol.NodeStatus", Kinship::Message, source, transfer_id, &value)
+}
+
+#[test]
+fn what_the_nodes_measure_reaches_the_bridge() {
+    let (mut bridge, mut bench) = ends(&config());
+    let told = measured(S);
+    let mut sensors = Sensors::default();
+    let mut updated = 0;
+    for frame in sent(&mut *bench, S, &told) {
+        updated |= bridge.receive(&frame, S + MS, &mut sensors).updated;
+    }
+    for channel in Channel::ALL {
+        let (told, read) = (channel.of(&told), channel.of(&sensors));
+        let has_role = !["body_angle", "thrust_1", "thrust_2", "motor_temperature_1", "motor_temperature_2"]
+            .contains(&channel.name());
+        assert_eq!(updated & channel.bit() != 0, has_role, "{channel}");
+        // Whole rpm, and eleven bits of a half float: both within a part in a thousand of these values.
+        let error = (read.value - told.value).abs();
+        assert!(
+            !has_role || read.is_good() && error <= 0.06_f64.max(1e-3 * told.value),
+            "{channel}: {read:?}"
+        );
+        assert!(!has_role || read.stamp_ns == S + MS, "{channel}");
+    }
+    let counts = bridge.counts();
+    assert_eq!((counts.refused().map(|it| it.1), counts.lost), ([0; 6], 0), "{counts:?}");
+    assert_eq!(counts.accepted, 3, "an IMU and two ESCs");
+}
+
+#[test]
+fn commands_reach_the_rotors_in_both_messages() {
+    let rpm = BusConfig {
+        dronecan: rotorbench::can::dronecan::DronecanConfig {
+            command: CommandKind::Rpm,
+            rpm_maximum: Some(9000),
+            esc_index: [7, 3],
+            ..Default::default()
+        },
+        ..config()
+    };
+    for (config, grid) in [(config(), 0.5 / 8191.0), (rpm, 0.5 / 9000.0)] {
+        let (mut bridge, mut bench) = ends(&config);
+        for (step, rotor) in [[0.0, 0.0], [0.25, 0.75], [1.0, 0.1], [f64::NAN, 2.0]].into_iter().enumerate() {
+            let frames = bridge.commands(&applied(ARMED, rotor)).to_vec();
+            let mut commands = RotorCommands::default();
+            let mut updated = 0;
+            for frame in &frames {
+                assert!(bench.is_command(frame));
+                updated |= bench.receive(frame, S + step as u64, &mut commands).updated;
+            }
+            let wanted = rotor.map(|it: f64| if it.is_nan() { 0.0 } else { it.min(1.0) });
+            assert_eq!(updated, 3);
+            assert!(
+                commands.rotor.iter().zip(wanted).all(|(a, b)| (a - b).abs() <= grid * 1.001),
+                "{commands:?}"
+            );
+        }
+    }
+}
+
+/// 255 while commands leave, and on the ramp; 0 in every other state.
+#[test]
+fn the_rotors_may_turn_while_the_guard_says_so_and_never_otherwise() {
+    let (mut bridge, mut bench) = ends(&config());
+    let mut commands = RotorCommands::default();
+    let mut now_ns = S;
+    assert!(!bench.may_turn(now_ns), "before anybody said so");
+    for (state, rotor, may_turn) in [
+        (DISARMED, 0.0, false),
+        (1, 0.0, false),
+        (ARMED, 0.0, true),
+        (3, 0.4, true),
+        (FAILSAFE, 0.2, true),
+        (FAILSAFE, 0.0, false),
+        (ARMED, 0.3, true),
+        (5, 0.0, false),
+    ] {
+        for _ in 0..3 {
+            now_ns += 20 * MS;
+            for frame in bridge.owed(now_ns, &applied(state, [rotor, 0.0])).to_vec() {
+                bench.receive(&frame, now_ns, &mut commands);
+            }
+            assert_eq!(bench.may_turn(now_ns), may_turn, "state {state}, {rotor}");
+        }
+    }
+    // Said again and again, and believed no longer than that.
+    let said = |bridge: &mut Box<dyn BridgeEnd>, from_ns: u64| {
+        let id = |frame: &&Frame| frame.id().number() >> 8 & 0xFFFF == 1100;
+        let turn = |turn: u64| from_ns + turn * 20 * MS;
+        let each =
+            (0..100).map(|it| bridge.owed(turn(it), &applied(ARMED, [0.1; 2])).iter().filter(id).count());
+        each.sum::<usize>()
+    };
+    assert_eq!(said(&mut bridge, now_ns), 4, "each half second");
+    assert!(!bench.may_turn(now_ns + 3 * S));
+}
+
+#[test]
+fn every_node_says_once_a_second_how_it_is() {
+    let (mut bridge, mut bench) = ends(&config());
+    let is_status =
+        |frame: &&Frame| frame.id().number() >> 8 & 0xFFFF == 341 && frame.id().number() & 0x80 == 0;
+    let (mut own, mut others) = (0, 0);
+    for turn in 0..250 {
+        let now_ns = S + turn * 20 * MS;
+        own += bridge.owed(now_ns, &applied(DISARMED, [0.0; 2])).iter().filter(is_status).count();
+        others += sent(&mut *bench, now_ns, &measured(now_ns)).iter().filter(is_status).count();
+    }
+    assert_eq!((own, others), (5, 15));
+}
+
+#[test]
+fn who_asks_what_a_node_is_is_told_in_a_few_frames_a_period() {
+    let (mut bridge, _) = ends(&config());
+    let request =
+        transfer("uavcan.protocol.GetNodeInfo", Kinship::Request { to: 100 }, 9, 5, &Value::List(vec![]));
+    bridge.receive(&request[0], S, &mut Sensors::default());
+    let mut answer = Vec::new();
+    for turn in 0..20 {
+        let owed = bridge.owed(S + turn, &applied(DISARMED, [0.0; 2])).to_vec();
+        assert!(owed.len() <= 4);
+        answer.extend(owed.into_iter().filter(|frame| frame.id().number() & 0x80 != 0));
+    }
+    let library = Library::build(&[]).expect("sound");
+    let compound = library.get("uavcan.protocol.GetNodeInfo").expect("published");
+    let Body::Service(_, response) = &compound.body else { panic!("a service") };
+    let subscription =
+        Subscription::new(1, Kinship::Response { to: 9 }, compound.signature, response.most_bits());
+    let mut assembler = rotorbench::can::dronecan::Assembler::new(vec![subscription]);
+    let mut whole = None;
+    for frame in &answer {
+        if let Some(transfer) = assembler.receive(frame, S).expect("sound") {
+            assert_eq!((transfer.header.source, transfer.transfer_id), (100, 5));
+            whole = Some(decode(response, transfer.payload).expect("an answer"));
+        }
+    }
+    let Some(Value::List(fields)) = whole else { panic!("no answer") };
+    let name: Vec<Value> =
+        b"org.rotorbench.bridge".iter().map(|it| Value::Integer(i128::from(*it))).collect();
+    assert_eq!(fields[3], Value::List(name));
+}
+
+#[test]
+fn another_node_that_commands_our_rotors_is_foreign_and_one_that_commands_others_is_not() {
+    let mut own = config();
+    own.dronecan.esc_index = [2, 3];
+    let (mut bridge, _) = ends(&own);
+    let mut sensors = Sensors::default();
+    let mut last = |frames: Vec<Frame>| {
+        frames.iter().fold(None, |_, frame| bridge.receive(frame, S, &mut sensors).refused)
+    };
+    assert_eq!(last(raw_command(9, 0, &[100, 100])), None, "a bench beside this one");
+    assert_eq!(last(raw_command(9, 1, &[100, 100, 0])), Some(Refusal::ForeignCommand));
+    assert_eq!(last(raw_command(9, 2, &[0; 20])), Some(Refusal::ForeignCommand), "in six frames");
+    let rpm = Value::List(vec![integers(&[500; 4])]);
+    let rpm = transfer("uavcan.equipment.esc.RPMCommand", Kinship::Message, 9, 0, &rpm);
+    assert_eq!(last(rpm), Some(Refusal::ForeignCommand));
+    assert_eq!(bridge.counts().foreign_command, 3);
+}
+
+/// Gives the bridge what node 20 and its fellows measure, and `status` of each node that is said to be there.
+fn turn(bridge: &mut dyn BridgeEnd, bench: &mut dyn BenchEnd, now_ns: u64, without_status_of: Option<u8>) {
+    let mut sensors = Sensors::default();
+    for frame in sent(bench, now_ns, &measured(now_ns)) {
+        let header = Header::parse(frame.id().number());
+        if header.type_id != 341 || Some(header.source) != without_status_of {
+            bridge.receive(&frame, now_ns, &mut sensors);
+        }
+    }
+}
+
+#[test]
+fn a_node_that_is_silent_or_unwell_is_trouble() {
+    let (mut bridge, mut bench) = ends(&config());
+    for at in 0..50 {
+        turn(&mut *bridge, &mut *bench, S + at * 100 * MS, None);
+        assert_eq!(bridge.trouble(S + at * 100 * MS), None);
+    }
+    let from_ns = 6 * S;
+    let silent = (0..50).map(|at| {
+        turn(&mut *bridge, &mut *bench, from_ns + at * 100 * MS, Some(21));
+        bridge.trouble(from_ns + at * 100 * MS)
+    });
+    let silent: Vec<_> = silent.collect();
+    let first = silent.iter().position(Option::is_some).expect("found");
+    assert_eq!(silent[first], Some(NodeTrouble::Silent { node: 21 }));
+    // Its last one was in the last second before.
+    assert!((20..=31).contains(&first), "after {first} tenths of a second");
+
+    let (mut bridge, mut bench) = ends(&config());
+    turn(&mut *bridge, &mut *bench, S, None);
+    let mut say = |source, state, transfer_id, now_ns| {
+        let frame = node_status(source, transfer_id, state)[0];
+        bridge.receive(&frame, now_ns, &mut Sensors::default());
+        bridge.trouble(now_ns)
+    };
+    let unwell = Some(NodeTrouble::Unhealthy { node: 20 });
+    assert_eq!(say(20, [1, 1, 0], 9, S + 1), None, "a warning is none");
+    assert_eq!(say(20, [2, 2, 0], 10, S + 2), unwell);
+    assert_eq!(say(20, [3, 0, 0], 11, S + 3), None);
+    assert_eq!(say(20, [4, 0, 7], 12, S + 4), unwell, "about to leave");
+    assert_eq!(say(20, [5, 0, 0], 13, S + 5), None);
+    assert_eq!(say(77, [1, 3, 7], 0, S + 6), None, "nothing of it is used");
+}
+
+#[test]
+fn two_nodes_with_one_number_are_found_and_a_restart_is_none() {
+    let (mut bridge, mut bench) = ends(&config());
+    turn(&mut *bridge, &mut *bench, S, None);
+    let mut say = |uptime: i128, transfer_id: u8, now_ns: u64| {
+        bridge.receive(&node_status(20, transfer_id, [uptime, 0, 0])[0], now_ns, &mut Sensors::default());
+        bridge.trouble(now_ns)
+    };
+    assert_eq!(say(500, 1, S + 500 * MS), None);
+    assert_eq!(say(0, 0, S + 1000 * MS), None, "it began anew");
+    assert_eq!(say(501, 2, S + 1500 * MS), None);
+    assert_eq!(say(1, 1, S + 2000 * MS), Some(NodeTrouble::Twice { node: 20 }));
+    // Somebody with our own number.
+    let (mut bridge, _) = ends(&config());
+    bridge.receive(&node_status(100, 0, [1, 0, 0])[0], S, &mut Sensors::default());
+    assert_eq!(bridge.trouble(S), Some(NodeTrouble::Twice { node: 100 }));
+}
+
+#[test]
+fn of_two_that_measure_the_same_the_first_is_believed_until_it_is_silent() {
+    let (mut bridge, _) = ends(&config());
+    let library = Library::build(&[]).expect("sound");
+    let imu = library.get("uavcan.equipment.ahrs.RawIMU").and_then(|it| it.message()).expect("published");
+    let Value::List(mut fields) = empty_message(imu, 0.0) else { panic!("a structure") };
+    let mut say = |source: u8, transfer_id: u8, rate: f64, now_ns: u64| {
+        fields[2] = Value::List(vec![Value::Float(0.0), Value::Float(0.0), Value::Float(rate)]);
+        let value = Value::List(fields.clone());
+        let frames = transfer("uavcan.equipment.ahrs.RawIMU", Kinship::Message, source, transfer_id, &value);
+        let mut sensors = Sensors::default();
+        let each = |_, frame| bridge.receive(frame, now_ns, &mut sensors).refused;
+        let refused = frames.iter().fold(None, each);
+        (refused, sensors.body_rate.value)
+    };
+    assert_eq!(say(40, 0, 1.0, S), (None, 1.0));
+    assert_eq!(say(41, 0, 2.0, S + MS), (Some(Refusal::OtherNode), 0.0));
+    assert_eq!(say(40, 1, 3.0, S + 2 * MS), (None, 3.0));
+    assert_eq!(say(41, 1, 4.0, 5 * S), (None, 4.0), "the first one is silent");
+}
+
+#[test]
+fn a_table_that_cannot_be_is_refused_with_its_place() {
+    let said = |change: &dyn Fn(&mut BusConfig)| {
+        let mut config = config();
+        change(&mut config);
+        protocol(&config, 0.02).map(drop).expect_err("refused").to_string()
+    };
+    let role = |signal: &str| {
+        let signal = SignalConfig::new(signal);
+        move |config: &mut BusConfig| {
+            config.sensors = [(Channel::Thrust1, signal.clone())].into();
+        }
+    };
+    let period = |name: &str, period_s| {
+        let name = name.to_owned();
+        move |config: &mut BusConfig| {
+            config.messages.insert(name.clone(), MessageConfig { counter: None, period_s: Some(period_s) });
+        }
+    };
+    type Change<'a> = &'a dyn Fn(&mut BusConfig);
+    let cases: &[(Change<'_>, &str)] = &[
+        (&|it| it.fd = true, "bus.fd: "),
+        (
+            &|it| it.database = vec![DatabaseConfig { file: "vesc".to_owned(), node_mask: None }],
+            "bus.database: ",
+        ),
+        (&|it| it.commands.clear(), "bus.commands: "),
+        (&|it| it.interface.clear(), "bus.interface: "),
+        (&|it| it.dronecan.node_id = 128, "bus.dronecan.node_id: 128 is no node id"),
+        (&|it| it.dronecan.esc_index = [1, 1], "bus.dronecan.esc_index: "),
+        (&|it| it.dronecan.esc_index = [1, 20], "bus.dronecan.esc_index: "),
+        (&|it| it.dronecan.raw_maximum = 0, "bus.dronecan.raw_maximum: 0"),
+        (&|it| it.dronecan.command = CommandKind::Rpm, "bus.dronecan.rpm_maximum: "),
+        (&|it| it.dronecan.rpm_maximum = Some(200_000), "bus.dronecan.rpm_maximum: 200000"),
+        (&|it| it.bit_rate = 10_000, "the bus would be"),
+        (&role("uavcan.equipment.esc.Status.speed"), "there is no field `speed`; there are `error_count`"),
+        (
+            &role("uavcan.equipment.esc.Statu.rpm"),
+            "bus.sensors.thrust_1: `uavcan.equipment.esc.Statu.rpm`: no type",
+        ),
+        (&role("uavcan.equipment.esc.Status.rpm"), "`rpm`"),
+        (&role("uavcan.equipment.esc.Status.error_count"), "DSDL says no unit"),
+        (&role("uavcan.Timestamp.usec"), "the type has no id"),
+        (&role("uavcan.protocol.GetNodeInfo.name"), "this is a service"),
+        (&role("GYRO.rate"), "no type of DSDL has this name"),
+        (&period("uavcan.equipment.esc.Status", -1.0), "bus.messages.uavcan.equipment.esc.Status.period_s: "),
+        (&period("uavcan.equipment.power.BatteryInfo", 1.0), "no role uses this message"),
+    ];
+    for (change, words) in cases {
+        let said = said(change);
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let of_node = |change: &dyn Fn(&mut SignalConfig)| {
+        said(&|config: &mut BusConfig| {
+            let mut role = SignalConfig::new("uavcan.equipment.ahrs.RawIMU.rate_gyro_latest[2]");
+            change(&mut role);
+            config.sensors = [(Channel::BodyRate, role)].into();
+        })
+    };
+    assert!(of_node(&|role| role.node = Some(0)).contains("a node id is 1 to 127"));
+    assert!(of_node(&|role| role.node = Some(100)).contains("100 is the bridge's own node id"));
+    assert!(of_node(&|role| role.esc = Some(1)).contains("no field `esc_index`"));
+    assert!(of_node(&|role| role.factor = 0.0).contains("cannot carry a value"));
+    assert!(of_node(&|role| role.minimum = Some(1e9)).contains("no value lies between"));
+    // And of the other protocol.
+    let mut dbc = BusConfig::default();
+    dbc.dronecan.node_id = 7;
+    assert!(protocol(&dbc, 0.02).map(drop).expect_err("refused").to_string().starts_with("bus.dronecan: "));
+    let mut dbc = BusConfig::default();
+    dbc.sensors.get_mut(&Channel::BodyRate).expect("built in").esc = Some(1);
+    assert!(protocol(&dbc, 0.02).map(drop).expect_err("refused").to_string().contains("`esc` belongs to"));
+}
+
+/// A vendor's message, its ESCs told apart by their node ids.
+#[test]
+fn a_file_of_dsdl_makes_signals_of_a_vendor_s_message() {
+    let root = env!("CARGO_MANIFEST_DIR");
+    let mut own = config();
+    own.dronecan.dsdl = vec![DsdlConfig {
+        file: format!("{root}/tests/can/dsdl/com/hobbywing/esc/20050.StatusMsg1.uavcan"),
+        namespace: "com.hobbywing.esc".to_owned(),
+    }];
+    for (channel, node) in [(Channel::PropellerRate1, 8), (Channel::PropellerRate2, 9)] {
+        let mut role = SignalConfig::new("com.hobbywing.esc.StatusMsg1.rpm");
+        (role.node, role.unit) = (Some(node), Some("rpm".to_owned()));
+        own.sensors.insert(channel, role);
+    }
+    own.sensors.retain(|channel, _| channel.name().starts_with("propeller"));
+    let spoken = protocol(&own, 0.02).expect("sound");
+    let names: Vec<String> = spoken.messages().into_iter().map(|it| it.name).collect();
+    assert!(names.contains(&"com.hobbywing.esc.StatusMsg1 (node 9)".to_owned()), "{names:?}");
+    let (mut bridge, mut bench) = (spoken.bridge_end(), spoken.bench_end(S));
+    let mut sensors = Sensors::default();
+    let mut told = measured(S);
+    told.propeller_rate = [Sample::good(700.0, S, 1), Sample::good(800.0, S, 1)];
+    for frame in sent(&mut *bench, S, &told) {
+        bridge.receive(&frame, S, &mut sensors);
+    }
+    let rates = sensors.propeller_rate.map(|it| it.value.round());
+    assert_eq!(rates, [700.0, 800.0]);
+    own.dronecan.dsdl[0].file = "nowhere/1.X.uavcan".to_owned();
+    let Err(CanError::Read { file, .. }) = protocol(&own, 0.02) else { panic!("there is no such file") };
+    assert_eq!(file, "nowhere/1.X.uavcan");
+}
+
+/// Only own frames are heard for echoes: those whose identifier ends with the bridge's number.
+#[test]
+fn whatever_the_bridge_sends_is_its_own() {
+    let (mut bridge, _) = ends(&config());
+    let own = bridge.own();
+    let is_own = |frame: &Frame| {
+        own.iter().any(|it| (frame.id().number() ^ it.id.number()) & it.bits == 0 && frame.id().is_extended())
+    };
+    let request =
+        transfer("uavcan.protocol.GetNodeInfo", Kinship::Request { to: 100 }, 9, 5, &Value::List(vec![]));
+    assert!(!is_own(&request[0]));
+    bridge.receive(&request[0], S, &mut Sensors::default());
+    let mut frames = bridge.commands(&applied(ARMED, [0.1; 2])).to_vec();
+    frames.extend_from_slice(bridge.owed(S, &applied(ARMED, [0.1; 2])));
+    assert!(frames.len() >= 4 && frames.iter().all(is_own), "{frames:?}");
+}
