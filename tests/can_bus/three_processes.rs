@@ -164,7 +164,7 @@ fn hold(rate_hz: f64, seconds: f64) {
     let log = log.to_str().expect("UTF-8");
     let seen = Command::new("python3").args(["-c", DECODE, dbc, log]).output().expect("python3 is installed");
     assert!(seen.status.success(), "{}", String::from_utf8_lossy(&seen.stderr));
-    let seen = json(String::from_utf8_lossy(&seen.stdout).into_owned());
+    let seen: serde_json::Value = serde_json::from_slice(&seen.stdout).expect("JSON");
     let commands = seen["count"]["COMMAND"].as_f64().expect("cantools saw commands");
     let sent = bridge["bus"]["port"]["sent"].as_f64().expect("a number");
     assert!((commands - sent).abs() <= 2.0, "cantools saw {commands} of the {sent} commands");
