@@ -25,14 +25,14 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The paper's model, compared with a flight of a bench that has a pendulum which the model does not know.
+/// The paper's model, compared with a run of a bench that has a pendulum which the model does not know.
 pub fn comparison() -> Result<Comparison, Box<dyn Error>> {
     let cancel = Cancel::default();
     let job = Job::unwatched(&cancel);
     let mut bench = BenchConfig::default();
     bench.emulator.hidden.push(HiddenConfig::parse("gravity_pendulum:moment=0.4")?);
     // Your own log: `session::open_all(&[path], &OpenConfig::default(), &job)?`.
-    let logs = [session::fly(&bench, &ExperimentPlan::closed_loop_prbs(0.03, 20.0), "flight", &job)?];
+    let logs = [session::run_emulated(&bench, &ExperimentPlan::closed_loop_prbs(0.03, 20.0), "run", &job)?];
     // One answer for each log and each model.
     let compared = session::compare(&[Model::paper()], &logs, &CompareConfig::default(), &job)?;
     compared.into_iter().flatten().next().ok_or_else(|| "nothing was compared".into())

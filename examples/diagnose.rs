@@ -33,7 +33,7 @@ pub fn diagnosed() -> Result<(Diagnosis, Extended), Box<dyn Error>> {
     let cancel = Cancel::default();
     // `Job::new` takes a function that hears of progress; `cancel.request()`, from any thread, ends the work.
     let job = Job::unwatched(&cancel);
-    let (train, validate) = (flight(1, &job)?, flight(2, &job)?);
+    let (train, validate) = (bench_log(1, &job)?, bench_log(2, &job)?);
     let (model, config) = (Model::paper(), DiagnoseConfig::default());
     let found = session::diagnose(&model, &train, &validate, &config, &job)?;
     let extended = session::extend(&model, &found.effects, (&train, &validate), &config, &job)?;
@@ -41,9 +41,9 @@ pub fn diagnosed() -> Result<(Diagnosis, Extended), Box<dyn Error>> {
 }
 
 /// Your own logs: `session::open_all(&paths, &OpenConfig::default(), &job)`.
-fn flight(seed: u64, job: &Job) -> Result<[ScreenedLog; 1], Box<dyn Error>> {
+fn bench_log(seed: u64, job: &Job) -> Result<[ScreenedLog; 1], Box<dyn Error>> {
     let mut bench = BenchConfig::default();
     bench.emulator.seed = seed;
     bench.emulator.hidden.push(HiddenConfig::parse("gravity_pendulum:moment=0.4")?);
-    Ok([session::fly(&bench, &ExperimentPlan::closed_loop_prbs(0.03, 20.0), "flight", job)?])
+    Ok([session::run_emulated(&bench, &ExperimentPlan::closed_loop_prbs(0.03, 20.0), "run", job)?])
 }

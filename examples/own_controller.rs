@@ -1,4 +1,4 @@
-//! A controller of your own, flown on the emulated bench in lockstep: virtual time, bit for bit the same each run.
+//! A controller of your own, run on the emulated bench in lockstep: virtual time, bit for bit the same each run.
 //!
 //!     cargo run --example own_controller
 
@@ -6,7 +6,7 @@ use std::error::Error;
 
 use rotorbench::bench::BenchConfig;
 use rotorbench::control::{Allocator, Compensation, Controller, MoveConfig, PlantParameters};
-use rotorbench::runtime::lockstep::{Slot, fly};
+use rotorbench::runtime::lockstep::{Slot, run_controller};
 use rotorbench::signal::{Applied, Command, Reference, Sensors};
 
 /// Two gains, on the integrated gyro: a PD controller.
@@ -39,8 +39,8 @@ impl Controller for Pd {
 
 /// Prints the result.
 pub fn main() -> Result<(), Box<dyn Error>> {
-    let flight = flown()?;
-    for slot in flight.iter().step_by(50) {
+    let slots = run()?;
+    for slot in slots.iter().step_by(50) {
         println!(
             "{:5.1} s  angle {:7.4} rad  rotors {:.3?}",
             slot.time, slot.truth.body_angle, slot.applied.rotor
@@ -50,11 +50,11 @@ pub fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Ten seconds with a slew to 0.3 rad on the way.
-pub fn flown() -> Result<Vec<Slot>, Box<dyn Error>> {
+pub fn run() -> Result<Vec<Slot>, Box<dyn Error>> {
     let mut bench = BenchConfig::default();
     bench.controller.reference.moves.push(MoveConfig { at_s: 5.0, angle_rad: 0.3, duration_s: 1.5 });
     let plant = PlantParameters::paper();
     let allocator = Allocator::build(&plant, &Compensation::default())?;
     let controller = Pd { allocator, plant, period_s: bench.period_s };
-    Ok(fly(&bench, &controller, 10.0)?)
+    Ok(run_controller(&bench, &controller, 10.0)?)
 }

@@ -46,7 +46,7 @@ pub fn diagnosed() -> Result<Diagnosis, Box<dyn Error>> {
     bench.emulator.hidden.push(HiddenConfig { site, expression, ..hidden });
     let (cancel, plan) = (Cancel::default(), ExperimentPlan::closed_loop_prbs(0.03, 20.0));
     let job = Job::unwatched(&cancel);
-    let log = [session::fly(&bench, &plan, "flight", &job)?];
+    let log = [session::run_emulated(&bench, &plan, "run", &job)?];
     // Without validation logs every third stretch of the log is held out.
     Ok(session::diagnose(&model, &log, &[], &DiagnoseConfig::default(), &job)?)
 }

@@ -7,7 +7,7 @@
 //!
 //! # A first result
 //!
-//! A bench is flown on the emulator with something in it that the model does not know; `diagnose` names it:
+//! A bench runs on the emulator with something in it that the model does not know; `diagnose` names it:
 //!
 //! ```
 //! use rotorbench::{bench::BenchConfig, cancel::Cancel, diagnose::DiagnoseConfig, emulate::HiddenConfig, model::Model};
@@ -17,15 +17,15 @@
 //! let job = Job::unwatched(&cancel);
 //! let mut bench = BenchConfig::default();
 //! bench.emulator.hidden.push(HiddenConfig::parse("gravity_pendulum:moment=0.4")?);
-//! let log = session::fly(&bench, &ExperimentPlan::closed_loop_prbs(0.03, 20.0), "flight", &job)?;
+//! let log = session::run_emulated(&bench, &ExperimentPlan::closed_loop_prbs(0.03, 20.0), "run", &job)?;
 //! let found = session::diagnose(&Model::paper(), &[log], &[], &DiagnoseConfig::default(), &job)?;
 //! assert_eq!(found.effects, ["gravity_pendulum"]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! From here: [`session`] is what a person does with logs and models; [`control::Controller`] is what flies;
+//! From here: [`session`] is what a person does with logs and models; [`control::Controller`] is what runs;
 //! [`effect`] is what a model can lack; [`report`] makes sentences, tables and pages of results. The programs in
-//! `examples/` read a log, compare, diagnose and extend, fly a controller of one's own and find an effect of one's own.
+//! `examples/` read a log, compare, diagnose and extend, run a controller of one's own and find an effect of one's own.
 //!
 //! # Signs
 //!

@@ -2,11 +2,11 @@
 
 use crate::threshold::{Threshold, page};
 use crate::{
-    can, cli, compare, control, diagnose, estimation, experiment, guard, identify, log, recording, runtime,
-    screening, session, shm, studies,
+    can, cli, compare, control, diagnose, estimation, experiment, guard, identify, log, recording, report,
+    runtime, screening, session, shm, studies,
 };
 
-/// Room and table, in the order of the rooms. `tests/architecture.rs` fails when a room with a `thresholds.rs` is missing.
+/// Room and table, in the order of the rooms. `tests/architecture/` fails when a room with a `thresholds.rs` is missing.
 pub const ROOMS: &[(&str, &[Threshold])] = &[
     ("estimation", estimation::thresholds::TABLE),
     ("can", can::thresholds::TABLE),
@@ -23,6 +23,7 @@ pub const ROOMS: &[(&str, &[Threshold])] = &[
     ("runtime", runtime::thresholds::TABLE),
     ("studies", studies::thresholds::TABLE),
     ("session", session::thresholds::TABLE),
+    ("report", report::thresholds::TABLE),
     ("cli", cli::thresholds::TABLE),
 ];
 

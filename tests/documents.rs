@@ -64,7 +64,7 @@ fn rotorbench(folder: &Path, arguments: &[&str]) -> Output {
     command.args(arguments).current_dir(folder).output().expect("the program starts")
 }
 
-/// The two logs that the guide's commands work on: an attitude bench with a pendulum that nobody told them of.
+/// The two logs that the guide's commands work on: an attitude bench with a pendulum that nobody mentioned.
 fn logs(folder: &Path) {
     for (name, more) in [("train.csv", vec![]), ("held_out.csv", vec!["--seed", "2", "--sequence", "2"])] {
         let common =

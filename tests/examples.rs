@@ -56,11 +56,11 @@ fn own_effect_is_named_before_the_catalogue() {
 #[test]
 fn own_controller_follows_the_slew() {
     own_controller::main().expect("it runs");
-    let flight = own_controller::flown().expect("flown");
-    assert_eq!(flight.len(), 500);
+    let slots = own_controller::run().expect("a run");
+    assert_eq!(slots.len(), 500);
     // Commanded, and not held at zero by the guard.
-    assert!(flight[400].applied.command_sequence > 0, "the guard let it through");
-    let last = flight.last().expect("slots").truth.body_angle;
+    assert!(slots[400].applied.command_sequence > 0, "the guard let it through");
+    let last = slots.last().expect("slots").truth.body_angle;
     // It has no integral: the rotors' own errors and the gyro's bias leave some hundredths of a radian.
     assert!((last - 0.3).abs() < 0.05, "{last} rad");
 }

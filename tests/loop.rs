@@ -194,12 +194,12 @@ fn failsafe_paths_run_in_virtual_time_and_repeat() {
     for period_s in [0.02, 0.001] {
         let from = (2.0 / period_s) as u64;
         for (kind, state, cause) in expected {
-            let fly = || {
+            let repeat = || {
                 let mut fault = Fault { from, kind, events: Vec::new(), frozen: None };
                 let slots = guarded(ControllerKind::Emc, &with_impulses(), period_s).run(3.0, &mut fault);
                 (slots, fault.events)
             };
-            let (slots, events) = fly();
+            let (slots, events) = repeat();
             let last = slots.last().expect("slots");
             assert_eq!((last.applied.state, last.applied.cause), (state as u32, cause as u32), "{kind:?}");
             let safe = slots.iter().position(|slot| slot.slot >= from && slot.applied.rotor == [0.0; 2]);
@@ -210,7 +210,10 @@ fn failsafe_paths_run_in_virtual_time_and_repeat() {
             println!("{kind:?} at {period_s} s: safe after {periods} periods");
             assert!(slots.iter().skip(safe.expect("safe")).all(|slot| slot.applied.rotor == [0.0; 2]));
             // As text: one command is not a number, which equals nothing.
-            assert!(format!("{:?}", (slots, events)) == format!("{:?}", fly()), "{kind:?} does not repeat");
+            assert!(
+                format!("{:?}", (slots, events)) == format!("{:?}", repeat()),
+                "{kind:?} does not repeat"
+            );
         }
     }
 }

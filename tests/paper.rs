@@ -36,23 +36,23 @@ fn the_paper_comes_out_of_one_process() {
         // Four numbers at a fixed seed; 3.3 standard errors is a chance of one in a thousand each.
         assert!(away < 3.3, "{away}: {row}");
     }
-    let flight = |controller: &str, delay: f64| {
-        let flights = paper["flights"].as_array().expect("flights");
-        let found = flights.iter().find(|it| it["controller"] == controller && it["delay"] == delay);
-        found.expect("flown")["answer"].clone()
+    let run = |controller: &str, delay: f64| {
+        let runs = paper["flights"].as_array().expect("runs");
+        let found = runs.iter().find(|it| it["controller"] == controller && it["delay"] == delay);
+        found.expect("a run")["answer"].clone()
     };
     // What `design` says of the same loops: the report has it beside the 30 ms.
     let limit = |row: &Value| 1e3 * row["delay_limit"].as_f64().expect("a delay");
-    for row in paper["flights"].as_array().expect("flights") {
+    for row in paper["flights"].as_array().expect("runs") {
         // The pole that was identified in a minute is off by some tenths of a percent.
         let expected = if row["controller"] == "PID" { 32.6 } else { 92.5 };
         assert!((limit(row) - expected).abs() < 0.02 * expected, "{}: {}", row["controller"], limit(row));
     }
     let text = std::fs::read_to_string(&report).expect("a report");
-    let said = ["stable up to a delay of 9", "up to 32.", "30.0 ms flown here leave the PID little"];
+    let said = ["stable up to a delay of 9", "up to 32.", "30.0 ms run here leave the PID little"];
     assert!(said.iter().all(|it| text.contains(it)) && !text.contains("tuned to lose"), "{said:?}");
     for delay in [0.0, 0.03] {
-        let (emc, pid) = (flight("EMC", delay), flight("PID", delay));
+        let (emc, pid) = (run("EMC", delay), run("PID", delay));
         let swings = |answer: &Value| answer["swings"].as_u64().expect("a count");
         // One small overshoot and no ringing, and an estimate that follows the impulse; the PID rings with delay.
         assert!(swings(&emc) <= 1 + u64::from(delay > 0.0), "{emc}");
@@ -66,7 +66,7 @@ fn the_paper_comes_out_of_one_process() {
 }
 
 /// A seed with which the gyro of the first bench reads the same in seven periods on end, by chance, 42 s into the
-/// constant commands: what the guard of a bench that flies calls frozen.
+/// constant commands: what the guard of a bench that runs calls frozen.
 const STILL: u64 = 374;
 
 #[test]
@@ -129,7 +129,7 @@ fn rotorbench(folder: &Path, arguments: &[&str]) -> Output {
 }
 
 /// Fifteen seconds on virtual time into `NAME.mcap`.
-fn fly(folder: &Path, name: &str, bench: &str, impulse: &[&str]) {
+fn record(folder: &Path, name: &str, bench: &str, impulse: &[&str]) {
     std::fs::write(folder.join("bench.toml"), format!("name = \"{name}\"\n{bench}")).expect("written");
     let recording = format!("{name}.mcap");
     let arguments =
@@ -149,28 +149,25 @@ const PID: &str = "[controller]\nkind = \"pid\"\n";
 const LATE: &str = "[emulator]\ncommand_delay_s = 0.03\n";
 
 #[test]
-fn recorded_flights_are_judged_side_by_side() {
+fn recorded_runs_are_compared_side_by_side() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder = folder.path();
-    fly(folder, "emc", "", &IMPULSE);
-    fly(folder, "pid", PID, &IMPULSE);
-    fly(folder, "emc_late", LATE, &IMPULSE);
-    fly(folder, "pid_late", &format!("{PID}{LATE}"), &IMPULSE);
+    record(folder, "emc", "", &IMPULSE);
+    record(folder, "pid", PID, &IMPULSE);
+    record(folder, "emc_late", LATE, &IMPULSE);
+    record(folder, "pid_late", &format!("{PID}{LATE}"), &IMPULSE);
     let files = ["emc.mcap", "pid.mcap", "emc_late.mcap", "pid_late.mcap"];
     let found = compared(folder, &[&files[..], &["--report", "runs.html"]].concat());
     assert_eq!(found["warnings"], serde_json::json!([]), "{found:#}");
-    let flights = found["flights"].as_array().expect("flights");
-    let number = |index: usize, key: &str| flights[index]["answer"][key].as_f64().expect("a number");
+    let runs = found["flights"].as_array().expect("runs");
+    let number = |index: usize, key: &str| runs[index]["answer"][key].as_f64().expect("a number");
     for (index, (controller, delay)) in
         [("EMC", 0.0), ("PID", 0.0), ("EMC", 0.03), ("PID", 0.03)].iter().enumerate()
     {
-        let flight = &flights[index];
-        assert_eq!(flight["controller"], *controller);
-        assert_eq!(flight["delay"].as_f64(), Some(*delay));
-        assert_eq!(
-            (flight["struck_from"].as_str(), flight["struck_s"].as_f64()),
-            (Some("recording"), Some(5.0))
-        );
+        let run = &runs[index];
+        assert_eq!(run["controller"], *controller);
+        assert_eq!(run["delay"].as_f64(), Some(*delay));
+        assert_eq!((run["struck_from"].as_str(), run["struck_s"].as_f64()), (Some("recording"), Some(5.0)));
     }
     // As `paper` finds it: on the bare model PID has the smaller peak, with delay it rings.
     assert!(
@@ -189,7 +186,7 @@ fn recorded_flights_are_judged_side_by_side() {
     // Said instead of recorded: the same.
     let given = compared(folder, &[&["emc.mcap"], &IMPULSE[..]].concat());
     assert_eq!(given["flights"][0]["struck_from"], "told");
-    assert_eq!(given["flights"][0]["answer"], flights[0]["answer"]);
+    assert_eq!(given["flights"][0]["answer"], runs[0]["answer"]);
     assert_eq!(given["warnings"], serde_json::json!([]), "{given:#}");
     // Said otherwise than recorded: both are named.
     let given = compared(folder, &["emc.mcap", "--impulse", "6:0.05:0.6"]);
@@ -206,16 +203,16 @@ fn a_flight_that_does_not_say_when_it_was_struck_is_judged_from_its_angle_and_sa
     let folder = folder.path();
     // Nobody strikes: the reference jumps in a quarter of a second, so that the angle is far from it.
     let moves = "[[controller.reference.moves]]\nat_s = 6.0\nangle_rad = 0.2\nduration_s = 0.25\n";
-    fly(folder, "moved", moves, &[]);
-    fly(folder, "alone", "", &[]);
-    fly(folder, "weak", "", &["--impulse", "5:0.05:0.3"]);
-    fly(folder, "strong", "", &["--impulse", "5:0.05:0.6"]);
+    record(folder, "moved", moves, &[]);
+    record(folder, "alone", "", &[]);
+    record(folder, "weak", "", &["--impulse", "5:0.05:0.3"]);
+    record(folder, "strong", "", &["--impulse", "5:0.05:0.6"]);
     let found = compared(folder, &["moved.mcap"]);
-    let flight = &found["flights"][0];
-    assert_eq!(flight["struck_from"], "angle");
-    let struck = flight["struck_s"].as_f64().expect("a number");
+    let run = &found["flights"][0];
+    assert_eq!(run["struck_from"], "angle");
+    let struck = run["struck_s"].as_f64().expect("a number");
     assert!((5.8..6.4).contains(&struck), "{struck}");
-    assert!(flight["answer"]["disturbance_error"].is_null());
+    assert!(run["answer"]["disturbance_error"].is_null());
     assert!(found["warnings"][0].as_str().is_some_and(|it| it.contains("does not say when")), "{found:#}");
     let different = compared(folder, &["weak.mcap", "strong.mcap"]);
     assert!(
@@ -247,21 +244,21 @@ fn a_long_flight_is_judged_over_the_window_behind_each_impulse() {
     let bench =
         "name = \"long\"\n[emulator.sensors.body_rate]\nrate_hz = 50\nnoise = 0.02\nquantization = 0.0\n";
     std::fs::write(folder.join("bench.toml"), bench).expect("written");
-    let fly = |seconds: &str, file: &str, more: &[&str]| {
+    let record = |seconds: &str, file: &str, more: &[&str]| {
         let arguments =
             ["run", "--lockstep", "--config", "bench.toml", "--seconds", seconds, "--record", file];
         let output = rotorbench(folder, &[&arguments, &IMPULSE[..], more].concat());
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     };
-    fly("14", "short.mcap", &[]);
-    fly("120", "long.mcap", &[]);
-    fly("60", "twice.mcap", &["--impulse", "30:0.1:-0.3"]);
+    record("14", "short.mcap", &[]);
+    record("120", "long.mcap", &[]);
+    record("60", "twice.mcap", &["--impulse", "30:0.1:-0.3"]);
     let found = compared(folder, &["short.mcap", "long.mcap"]);
-    for flight in found["flights"].as_array().expect("flights") {
-        assert_eq!(flight["judged_s"].as_f64(), Some(8.0));
+    for run in found["flights"].as_array().expect("runs") {
+        assert_eq!(run["judged_s"].as_f64(), Some(8.0));
         // The same bits in lockstep: what comes after the window does not count.
-        assert_eq!(flight["answer"], found["flights"][0]["answer"]);
-        assert_eq!(flight["later"], serde_json::json!([]));
+        assert_eq!(run["answer"], found["flights"][0]["answer"]);
+        assert_eq!(run["later"], serde_json::json!([]));
     }
     let found = compared(folder, &["twice.mcap"]);
     let later = &found["flights"][0]["later"];

@@ -31,7 +31,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         println!("{}", crate::report::json::answer(&summary)?);
         return Ok(Outcome::Done);
     }
-    println!("guard at the end: {} ({})", summary.state, summary.cause);
+    println!("{}", run_summary::guard_at_end(&summary.state, &summary.cause));
     print!("{}", run_summary::bus(&summary.bus));
     print!("{}", run_summary::timing(&summary.timing));
     Ok(Outcome::Done)

@@ -12,7 +12,7 @@ const GROUPS: [(&str, &[&str]); 3] = [
         ],
     ),
     (
-        "Fly",
+        "Run",
         &[
             "check",
             "emulate",

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::log_arguments::LogArguments;
 use super::watched::cancellable;
 use super::{CliResult, Outcome};
-use crate::compare::{CompareConfig, Comparison};
+use crate::compare::CompareConfig;
 use crate::emulate::Impulse;
 use crate::log::csv;
 use crate::report::comparison;
@@ -78,9 +78,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         csv::write(&signals, path)?;
     }
     if arguments.json {
-        let answer =
-            |it: &Comparison| json::with_sentences(it, &[&it.findings[..], &it.mistaken_columns].concat());
-        let comparisons = found.iter().flatten().map(answer).collect::<Result<Vec<_>, _>>()?;
+        let comparisons = found.iter().flatten().map(json::comparison).collect::<Result<Vec<_>, _>>()?;
         println!("{}", json::answer(&serde_json::json!({ "comparisons": comparisons }))?);
     } else {
         print!("{}", comparison::text(&found, &logs));

@@ -185,7 +185,7 @@ impl Arguments {
         let mut loop_plant = controller_plant::loop_of_model(&model, &plant, &known, angle);
         loop_plant.delay_s += 1e-3 * self.delay_ms;
         if let Some([phase_deg, gain]) = self.pid_margins {
-            if !(phase_deg > 0.0 && phase_deg < 180.0 && gain >= 1.0) {
+            if !(phase_deg > 0.0 && (..180.0).contains(&phase_deg) && gain >= 1.0) {
                 return Err(CliError::new(
                     "--pid-margins needs degrees between 0 and 180 and a factor of at least 1",
                 ));

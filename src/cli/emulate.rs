@@ -29,7 +29,7 @@ pub struct Arguments {
     /// End after this many seconds
     #[arg(long, value_name = "S", value_parser = super::operate::seconds)]
     seconds: Option<f64>,
-    /// In virtual time, step by step with `control --lockstep`, as fast as both can; 60 seconds unless told otherwise
+    /// In virtual time, step by step with `control --lockstep`, as fast as both can; 60 seconds by default
     #[arg(long, requires = "shm", conflicts_with = "arm")]
     lockstep: bool,
     /// In lockstep: how long a controller may be silent before it is taken as gone
@@ -167,7 +167,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return Ok(Outcome::Done);
     }
     println!("{}", run_summary::body(&summary.body));
-    println!("guard at the end: {} ({})", summary.state, summary.cause);
+    println!("{}", run_summary::guard_at_end(&summary.state, &summary.cause));
     print!("{}", run_summary::timing(&summary.timing));
     Ok(Outcome::Done)
 }

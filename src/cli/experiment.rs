@@ -150,7 +150,7 @@ impl Arguments {
         self.rotors.unwrap_or(if self.closed_loop { Rotors::Differential } else { Rotors::One })
     }
 
-    /// Refuses to write over what is there: a flight does not come again.
+    /// Refuses to write over what is there: a run does not come again.
     fn refuse_to_overwrite(&self) -> Result<(), CliError> {
         let log = &self.output;
         let recording = (!self.lockstep).then(|| log.with_extension("mcap"));
@@ -315,9 +315,7 @@ fn on_bench(
     let recording = output.with_extension("mcap");
     let progress = Progress::start();
     let waiting = || {
-        eprintln!(
-            "waiting for the bench to be armed (`rotorbench arm`, in another terminal); Ctrl-C stops at any time"
-        );
+        eprintln!("{}", report::guard::WAITS_FOR_ARM);
     };
     let tell = |share| progress.share("", share);
     let ending = experiment::on_bench(config, plan, &recording, shutdown, waiting, tell)?;

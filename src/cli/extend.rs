@@ -147,7 +147,7 @@ fn step_back(model: &Model, arguments: &Arguments) -> CliResult {
         let undone = model.ladder.last().map(|step| &step.added[..]);
         println!("{}", json::answer(&Undone { undone, model: &back })?);
     } else {
-        println!("{}: {} steps on the ladder", arguments.output.display(), back.ladder.len());
+        println!("{}", report::files::model_with_steps(&arguments.output, back.ladder.len()));
     }
     Ok(Outcome::Done)
 }

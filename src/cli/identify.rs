@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     if let Some(path) = replaced {
         // A standard error that is closed is no reason to end with an error.
-        let _ = writeln!(std::io::stderr(), "note: {}: replaces the model that was there", path.display());
+        let _ = writeln!(std::io::stderr(), "{}", crate::report::files::replaces_model(path));
     }
     if let Some((path, page)) = page {
         page.save(path)?;

@@ -21,10 +21,6 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let failed = |error: std::io::Error| CliError::new(format!("{}: {error}", folder.display()));
     fs::create_dir_all(folder).map_err(failed)?;
     clap_mangen::generate_to(commands::for_manual(CommandLine::command()), folder).map_err(failed)?;
-    println!(
-        "{}: manual pages; read them with `man -l {}`",
-        folder.display(),
-        folder.join("rotorbench.1").display()
-    );
+    println!("{}", crate::report::files::manual_pages(folder));
     Ok(Outcome::Done)
 }

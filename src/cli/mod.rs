@@ -236,7 +236,7 @@ pub fn main() -> ExitCode {
                 Some((path, text)) => error.in_bench_file(&path, &text),
                 None => error,
             };
-            // Where nobody can be told, the exit code still says it.
+            // Where nobody can read it, the exit code still says it.
             let _ = writeln!(std::io::stderr(), "error: {error}");
             ExitCode::from(2)
         }

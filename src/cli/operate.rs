@@ -41,7 +41,7 @@ pub fn run(bench: &BenchArguments, act: OperatorAct) -> CliResult {
     println!("{}", answer.state);
     let is_latched = matches!(answer.state, State::FailsafeLatched | State::EmergencyStop);
     if is_latched && !answer.obeyed && act == OperatorAct::Arm {
-        eprintln!("a latch is left by `rotorbench disarm` only; then `arm`");
+        eprintln!("{}", crate::report::guard::LATCHED);
     }
     Ok(if answer.obeyed { Outcome::Done } else { Outcome::FoundWanting })
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::progress::Progress;
 use super::{CliError, CliResult, Outcome};
+use crate::report::findings::step;
 use crate::rt::Shutdown;
 use crate::studies::paper::{self, PaperError, PaperSettings};
 use crate::unit::short;
@@ -39,11 +40,11 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let settings = PaperSettings { seed: arguments.seed, prbs_s: arguments.prbs_s, hold_s: arguments.hold_s };
     let progress = Progress::start();
     let shutdown = Shutdown::listen()?;
-    let run = paper::run(&settings, &shutdown, &mut |what, share| progress.share(what, share));
+    let run = paper::run(&settings, &shutdown, &mut |what, share| progress.share(step(what), share));
     drop(progress);
     let run = match run {
         Err(PaperError::Interrupted { what, reason }) => {
-            eprintln!("stopped in the middle of {what}, {reason}; no report was written");
+            eprintln!("{}", crate::report::paper::interrupted(&what, reason));
             return Ok(Outcome::FoundWanting);
         }
         run => run?,
@@ -60,7 +61,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             run.remarks().join("\n"),
             run.given_table().text(),
             run.gain_table().text(),
-            run.flight_table().text()
+            run.run_table().text()
         );
         println!("report: {}", arguments.report.display());
     }

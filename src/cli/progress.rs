@@ -79,8 +79,8 @@ impl Progress {
         if !self.is_shown || state.drawn.is_some_and(|drawn| drawn.elapsed() < PERIOD) {
             return;
         }
-        let told = crossterm::terminal::size().map_or(0, |(columns, _)| columns);
-        let width = if told > 0 { told } else { USUAL_WIDTH };
+        let columns = crossterm::terminal::size().map_or(0, |(columns, _)| columns);
+        let width = if columns > 0 { columns } else { USUAL_WIDTH };
         let text = line(state.count, self.began.elapsed());
         let text: String = text.chars().take(usize::from(width).saturating_sub(1)).collect();
         // Who closed the terminal does not miss it.

@@ -119,7 +119,7 @@ fn settings(arguments: &Arguments, metadata: &RecordingMetadata) -> Result<(Benc
     Ok((config, model))
 }
 
-/// The experiment of the recording, if one was flown.
+/// The experiment of the recording, if there was one.
 fn plan(recording: &Path, metadata: &RecordingMetadata) -> Result<Option<ExperimentPlan>, CliError> {
     if metadata.experiment.is_empty() {
         return Ok(None);

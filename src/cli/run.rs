@@ -21,7 +21,7 @@ pub struct Arguments {
     /// End after this many seconds
     #[arg(long, value_name = "S", value_parser = super::operate::seconds)]
     seconds: Option<f64>,
-    /// The emulated bench in virtual time, as fast as it can, instead of the bus; 60 seconds unless told otherwise
+    /// The emulated bench in virtual time, as fast as it can, instead of the bus; 60 seconds by default
     #[arg(long, conflicts_with = "arm")]
     lockstep: bool,
     #[command(flatten)]

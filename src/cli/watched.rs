@@ -6,6 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use super::CliError;
 use super::progress::Progress as Line;
 use crate::cancel::{Cancel, Cancelled};
+use crate::report::findings::step;
 use crate::rt::cancel_on_signals;
 use crate::session::{Job, Progress, SessionError};
 
@@ -26,7 +27,7 @@ pub(super) fn in_steps<T>(cancel: &Cancel, work: impl FnOnce(&Job) -> T) -> T {
     let line = Line::start();
     work(&Job::new(cancel, &|progress| {
         if let Progress::Step { name, of, .. } = progress {
-            line.step(name, of);
+            line.step(step(name), of);
         }
     }))
 }

@@ -2,13 +2,15 @@
 
 use std::ops::Range;
 
+use super::run::Run;
+
 /// A block that was run, before it is scored.
 pub(crate) struct BlockRun {
     pub name: &'static str,
     pub signal: String,
     pub unit: &'static str,
     pub driven_by: Vec<String>,
-    pub run: String,
+    pub run: Run,
     /// Whether what a perfect model leaves changes from sample to sample by the sensor's noise alone, or by hardly more: the
     /// noisy start of a window moves all of it smoothly.
     pub shows_noise: bool,
@@ -52,11 +54,10 @@ impl BlockRun {
             unit,
             driven_by: driven_by.iter().map(|name| (*name).to_owned()).collect(),
             run: match floor {
-                NoisePath::Sensor => "free run",
-                NoisePath::Thrust(_) => "at each sample",
-                _ => "smoothed alike",
-            }
-            .to_owned(),
+                NoisePath::Sensor => Run::Free,
+                NoisePath::Thrust(_) => Run::EachSample,
+                _ => Run::Smoothed,
+            },
             shows_noise: matches!(floor, NoisePath::Sensor | NoisePath::Window { .. }),
             rows: Vec::new(),
             measured: Vec::new(),

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::block_run::{BlockRun, NoisePath};
 use super::channels::{BATTERY, BODY_ANGLE, BODY_RATE, COMMANDS, RATES, THRUSTS, TORQUE_COMMAND};
+use super::run::Run;
 use super::thresholds::THRESHOLDS;
 use super::{CompareConfig, CompareError, gyro_block};
 use crate::effect::Law;
@@ -272,8 +273,8 @@ fn body(
             count += 1.0;
         }
     }
-    rates.run = format!("windows of {} s", config.horizon_s);
-    angles.run = rates.run.clone();
+    rates.run = Run::Windows(config.horizon_s);
+    angles.run = rates.run;
     rates.one_step = (count > 0.0).then(|| f64::sqrt(squares / count));
     [rates, angles].into_iter().filter(|block| block.measured.iter().any(|value| value.is_finite())).collect()
 }

@@ -1,7 +1,9 @@
 //! What an error depends on: the share of it that is a function of a channel, beside what surrogates (the channel shifted in
 //! time) reach; and which channel it follows in time.
 
-use serde::Serialize;
+use std::fmt;
+
+use serde::{Serialize, Serializer};
 
 use super::thresholds::THRESHOLDS;
 use crate::estimation::cross_correlation::{CrossCorrelation, Peak};
@@ -13,12 +15,34 @@ use crate::screening::readings;
 /// Samples to both sides over which a channel's rate of change is taken.
 pub(crate) const REACH: usize = 2;
 
+/// A column of the log or its rate of change; `d/dt COLUMN` in the JSON.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Regressor {
+    /// Column.
+    pub column: String,
+    /// Whether it is the column's rate of change.
+    pub is_rate: bool,
+}
+
+impl fmt::Display for Regressor {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        write!(formatter, "{}{}", if self.is_rate { "d/dt " } else { "" }, self.column)
+    }
+}
+
+impl Serialize for Regressor {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
 /// How much of an error is a function of one channel, or of its rate of change.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Dependence {
-    /// Column; `d/dt` in front where it is the column's rate.
-    pub on: String,
+    /// What it depends on.
+    #[cfg_attr(test, schemars(with = "String"))]
+    pub on: Regressor,
     /// [-] share of the error's variance that the mean over the channel's bins carries.
     pub explained: f64,
     /// [-] share of the error's variance expected by chance: the largest that the same channel reached when it was shifted in
@@ -73,22 +97,23 @@ pub(crate) fn dependences(log: &Dataset, rows: &[usize], error: &[f64]) -> Vec<D
         let Some(values) = log.column(name) else { continue };
         let values = readings::bridged(log.time(), values);
         let at_rows: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
-        found.extend(dependence(name.to_owned(), &at_rows, error));
+        found.extend(dependence((name, false), &at_rows, error));
         let mut rate = vec![f64::NAN; log.len()];
         for segment in log.segments() {
             let slopes = centred_slopes(&log.time()[segment.clone()], &values[segment.clone()], REACH);
             rate[segment].copy_from_slice(&slopes);
         }
         let at_rows: Vec<f64> = rows.iter().map(|row| rate[*row]).collect();
-        found.extend(dependence(format!("d/dt {name}"), &at_rows, error));
+        found.extend(dependence((name, true), &at_rows, error));
     }
     found.sort_by(|a, b| (b.explained - b.surrogate).total_cmp(&(a.explained - a.surrogate)));
     found
 }
 
-fn dependence(on: String, channel: &[f64], error: &[f64]) -> Option<Dependence> {
+fn dependence((column, is_rate): (&str, bool), channel: &[f64], error: &[f64]) -> Option<Dependence> {
     let BinnedDependence { explained, surrogate, curve } =
         BinnedDependence::of(channel, error, THRESHOLDS.bins, THRESHOLDS.surrogates)?;
+    let on = Regressor { column: column.to_owned(), is_rate };
     Some(Dependence { on, explained, surrogate, curve })
 }
 
@@ -133,7 +158,7 @@ mod tests {
         let rows: Vec<usize> = (0..log.len()).collect();
         let error: Vec<f64> = angle.iter().map(|a| -0.4 * a.sin()).collect();
         let found = dependences(&log, &rows, &error);
-        assert_eq!(found[0].on, "body_angle_rad");
+        assert_eq!(found[0].on.to_string(), "body_angle_rad");
         assert!(found[0].explained > 0.95 && found[0].is_real(), "{:?}", found[0]);
         let (low, high) = (found[0].curve[0], found[0].curve[found[0].curve.len() - 1]);
         assert!(low.0 < 0.0 && low.1 > 0.0 && high.0 > 0.0 && high.1 < 0.0, "the curve shows the law");

@@ -21,6 +21,7 @@ mod dependence;
 mod gyro_block;
 mod noise;
 mod regimes;
+mod run;
 mod score;
 mod spectrum;
 pub mod thresholds;
@@ -42,8 +43,9 @@ use crate::screening::ScreeningError;
 use crate::screening::requirements::check_magnitudes;
 use crate::unit::short;
 
-pub use dependence::{Correlation, Dependence, Direction};
+pub use dependence::{Correlation, Dependence, Direction, Regressor};
 pub use regimes::{Failure, Group};
+pub use run::Run;
 pub use score::{Block, ErrorStatistics, Trace};
 pub use spectrum::Spectrum;
 pub use unknown_torque::UnknownTorque;

@@ -56,7 +56,9 @@ impl Failure {
         // Windows that follow each other are one piece to the spectrum.
         let mut joined: Vec<Range<usize>> = Vec::new();
         for piece in pieces {
-            let near = |last: &Range<usize>| time[piece.start] - time[last.end - 1] < 2.5 * interval;
+            let near = |last: &Range<usize>| {
+                time[piece.start] - time[last.end - 1] < THRESHOLDS.joined_gap * interval
+            };
             match joined.last_mut() {
                 Some(last) if last.end == piece.start && near(last) => last.end = piece.end,
                 _ => joined.push(piece.clone()),

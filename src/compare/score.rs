@@ -7,6 +7,7 @@ use super::channels::{BODY_ANGLE, BODY_RATE, RATES};
 use super::dependence::{correlations, dependences};
 use super::noise::{Noise, rotor_noise};
 use super::regimes::Failure;
+use super::run::Run;
 use super::thresholds::THRESHOLDS;
 use super::unknown_torque::UnknownTorque;
 use super::{CompareConfig, gyro_block};
@@ -94,8 +95,9 @@ pub struct Block {
     pub unit: &'static str,
     /// Columns that drive it.
     pub driven_by: Vec<String>,
-    /// How it was run, in words.
-    pub run: String,
+    /// How it was run.
+    #[serde(skip)]
+    pub run: Run,
     /// Samples scored.
     pub samples: usize,
     /// How large the error is.

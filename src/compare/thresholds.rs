@@ -51,4 +51,6 @@ crate::thresholds! {
     wanders_tried: usize = 17, "count", "slowest_wander to 10 N m/sqrt(s)";
     /// samples from which the wander is chosen
     wander_samples: usize = 20_000, "count", "times of long logs";
+    /// [intervals] pieces so near each other are one to the spectrum
+    joined_gap: f64 = 2.5, "intervals", "a row may be missing or late";
 }

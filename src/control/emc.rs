@@ -59,7 +59,7 @@ impl EmcConfig {
         let beta = self.beta.value(pole, period_s);
         let gamma_0 = self.gamma_0.unwrap_or(beta);
         for (name, value) in [("beta", beta), ("gamma_0", gamma_0)] {
-            require(value > 0.0 && value < 2.0, name, value, "must be above 0 and below 2")?;
+            require(value > 0.0 && (..2.0).contains(&value), name, value, "must be above 0 and below 2")?;
         }
         require_not_negative("alpha", self.alpha)?;
         require_not_negative("alpha_c", self.alpha_c)?;

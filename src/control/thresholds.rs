@@ -12,4 +12,6 @@ crate::thresholds! {
     calm_peak: f64 = 1.7, "-", "judgement";
     /// [-] factor by which the bandwidth must grow before a change of a knob is proposed for it
     bandwidth_gain: f64 = 1.02, "-", "judgement";
+    /// [1/crossover] k_I over k_P of a PID that is laid out by margins: slow enough to cost 3 degrees of phase
+    integral_share: f64 = 0.05, "-", "Table III of [LPC16] has about the same";
 }

@@ -15,7 +15,7 @@ use super::thresholds::THRESHOLDS;
 use super::verdict::{joint, turns_against_torque};
 use crate::effect;
 use crate::estimation::moments::mean_square;
-use crate::model::{Effect, Model};
+use crate::model::{Effect, Measure, Model};
 use crate::screening::ScreenedLog;
 
 /// The answer from what was found in each block, and the verdict on it.
@@ -139,15 +139,11 @@ fn error_of(found: &SearchResult, fitted: &CandidateFit, channel: usize) -> Trai
 
 pub(crate) fn error_summary(found: &SearchResult, channel: usize, config: &DiagnoseConfig) -> ErrorSummary {
     let what = found.split.train.channels()[channel];
-    let how = if found.split.train.is_rotor() {
-        "free run between holes".to_owned()
-    } else {
-        format!("free run over windows of {} s, initial state fitted", config.horizon)
-    };
+    let windows_s = (!found.split.train.is_rotor()).then_some(config.horizon);
     ErrorSummary {
         channel: label(what),
         unit: what.unit,
-        measure: format!("rms of {}, {how} [{}]", what.name, what.unit),
+        measure: Measure::of_free_runs(what.name, windows_s, what.unit),
         noise_floor: found.floors[channel],
         base: error_of(found, &found.nominal, channel),
         refitted: error_of(found, &found.refitted, channel),

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::diagnose::thresholds::THRESHOLDS;
 use crate::estimation::moments::mean;
 use crate::estimation::slope::slope;
 use crate::log::segments::held_throughout;
@@ -72,7 +73,8 @@ impl BodyRun {
     #[must_use]
     pub(crate) fn thinned(&self, share: usize) -> Self {
         // Rarely taken ones are not taken in step, lest they meet each move of an experiment at the same moment.
-        let within = |group: usize| if share > FEW_APART { scattered(group) % share } else { 0 };
+        let within =
+            |group: usize| if share > THRESHOLDS.windows_in_step { scattered(group) % share } else { 0 };
         let taken = (0..self.windows.len().div_ceil(share)).map(|group| group * share + within(group));
         let taken: Vec<usize> = taken.filter(|index| *index < self.windows.len()).collect();
         let windows = taken.iter().map(|index| self.windows[*index].clone()).collect();
@@ -106,11 +108,6 @@ pub struct BodySource {
     pub angle: Vec<f64>,
 }
 
-/// Windows so far apart are taken in step.
-const FEW_APART: usize = 3;
-/// A window with fewer samples cannot tell a start from a law.
-const FEWEST_SAMPLES: usize = 6;
-
 /// A number that follows no rule from one index to the next: Knuth's multiplicative hash.
 fn scattered(index: usize) -> usize {
     (index.wrapping_mul(2_654_435_761) >> 16) & 0xffff
@@ -122,8 +119,9 @@ fn windows(time: &[f64], horizon: f64) -> Vec<Range<usize>> {
     let mut from = 0;
     while let Some(begin) = time.get(from) {
         let length = time[from..].iter().take_while(|at| **at - begin < horizon).count();
-        let to = from + length.max(FEWEST_SAMPLES);
-        if to > time.len() || time.last().is_some_and(|last| last - begin < 0.7 * horizon) {
+        let to = from + length.max(THRESHOLDS.window_samples);
+        if to > time.len() || time.last().is_some_and(|last| last - begin < THRESHOLDS.window_rest * horizon)
+        {
             break;
         }
         windows.push(from..to);

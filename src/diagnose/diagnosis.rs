@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::refusal::Refusal;
 use super::thresholds::THRESHOLDS;
-use crate::model::Model;
+use crate::model::{Measure, Model};
 use crate::screening::Finding;
 use crate::screening::attitude_units::DEGREES;
 
@@ -80,7 +80,7 @@ pub struct TrainValidate {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ErrorSummary {
     /// What it is, with unit.
-    pub measure: String,
+    pub measure: Measure,
     /// The channel it is of, with its unit.
     #[serde(skip)]
     pub channel: String,

@@ -89,7 +89,8 @@ fn apart(values: Vec<f64>, cost: &mut impl FnMut(f64) -> f64, typical: f64, most
     scored.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut apart: Vec<f64> = Vec::new();
     for (_, value) in scored {
-        if apart.iter().all(|other| (value - other).abs() > 2.0 * spacing(value, typical)) {
+        if apart.iter().all(|other| (value - other).abs() > THRESHOLDS.starts_apart * spacing(value, typical))
+        {
             apart.push(value);
         }
         if apart.len() == most {

@@ -10,7 +10,7 @@ use crate::estimation::output_error::Fit;
 use crate::estimation::slope::slope;
 
 /// The error of one part of the model beside what it may depend on.
-pub struct Evidence {
+pub struct ResidualEvidence {
     /// `actuator_1`, `actuator_2` or `body`.
     pub block: String,
     /// The error: residuals of a rotor, unexplained acceleration of each window of the body.
@@ -21,7 +21,7 @@ pub struct Evidence {
     pub channels: Vec<(String, Vec<f64>)>,
 }
 
-impl Evidence {
+impl ResidualEvidence {
     /// The channel that explains most, and its share of what is above the noise.
     #[must_use]
     pub fn strongest(&self) -> (String, f64) {
@@ -34,22 +34,22 @@ impl Evidence {
 
 /// The evidence of a block under a fit.
 #[must_use]
-pub fn evidence(data: &BlockData, fit: &Fit) -> Vec<Evidence> {
+pub fn evidence(data: &BlockData, fit: &Fit) -> Vec<ResidualEvidence> {
     match &data.runs {
         Runs::Rotor(runs) => (0..2).filter_map(|rotor| rotor_evidence(data, runs, fit, rotor)).collect(),
         Runs::Body(runs) => vec![body_evidence(data, runs, fit)],
     }
 }
 
-fn rotor_evidence(data: &BlockData, runs: &[RotorRun], fit: &Fit, rotor: usize) -> Option<Evidence> {
+fn rotor_evidence(data: &BlockData, runs: &[RotorRun], fit: &Fit, rotor: usize) -> Option<ResidualEvidence> {
     let number = rotor + 1;
     let names = [
         "time_s".to_owned(),
         format!("command_{number}"),
         "battery_voltage_v".to_owned(),
         format!("propeller_rate_{number}_rad_s"),
-        format!("change of propeller_rate_{number}_rad_s"),
-        format!("change of command_{number}"),
+        format!("propeller_rate_{number}_change_rad_s"),
+        format!("command_{number}_change"),
     ];
     let mut channels: Vec<(String, Vec<f64>)> = names.into_iter().map(|name| (name, Vec::new())).collect();
     let mut error = Vec::new();
@@ -76,7 +76,7 @@ fn rotor_evidence(data: &BlockData, runs: &[RotorRun], fit: &Fit, rotor: usize) 
         }
     }
     let floor = white_noise(&fit.residuals, data.units()) * data.sigma[0];
-    (!error.is_empty()).then(|| Evidence {
+    (!error.is_empty()).then(|| ResidualEvidence {
         block: format!("actuator_{number}"),
         error,
         noise: floor * floor,
@@ -84,13 +84,13 @@ fn rotor_evidence(data: &BlockData, runs: &[RotorRun], fit: &Fit, rotor: usize) 
     })
 }
 
-fn body_evidence(data: &BlockData, runs: &[BodyRun], fit: &Fit) -> Evidence {
+fn body_evidence(data: &BlockData, runs: &[BodyRun], fit: &Fit) -> ResidualEvidence {
     let names = [
         "time_s",
         "body_angle_rad",
         "body_rate_rad_s",
         "torque",
-        "change of torque",
+        "torque_change",
         "propeller_rate_1_rad_s",
         "propeller_rate_2_rad_s",
     ];
@@ -130,5 +130,5 @@ fn body_evidence(data: &BlockData, runs: &[BodyRun], fit: &Fit) -> Evidence {
     let floor = white_noise(&fit.residuals, &data.pieces(0)) * data.sigma[0];
     // The variance of a slope under white noise.
     let noise = floor * floor * mean(&spread);
-    Evidence { block: "body".to_owned(), error, noise, channels }
+    ResidualEvidence { block: "body".to_owned(), error, noise, channels }
 }

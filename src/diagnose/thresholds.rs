@@ -217,4 +217,12 @@ crate::thresholds! {
     weakening: f64 = 0.2, "-", "judgement";
     /// share of a step by which the next value of a grid looked at differs, at most
     most_grid_spacing: f64 = 0.05, "-", "judgement";
+    /// [windows] windows so far apart are taken in step, those further apart at random
+    windows_in_step: usize = 3, "count", "judgement";
+    /// a window with fewer samples cannot tell a start from a law
+    window_samples: usize = 6, "count", "two numbers of a start and four of a law";
+    /// [horizon] a rest of a log so short joins no window
+    window_rest: f64 = 0.7, "-", "judgement";
+    /// [spacings] starts nearer each other are of one valley
+    starts_apart: f64 = 2.0, "spacings", "judgement";
 }

@@ -1,5 +1,7 @@
 //! How a residual resembles itself some samples later.
 
+use super::thresholds::THRESHOLDS;
+
 /// Lag-one correlation of a residual; 0 when it has no variance.
 pub(crate) fn lag_one_correlation(residuals: &[f64]) -> f64 {
     correlation(residuals, 1)
@@ -15,6 +17,9 @@ fn correlation(residuals: &[f64], lag: usize) -> f64 {
 /// falls slowly: that shows in the second lag against the first.
 pub(crate) fn memory(residuals: &[f64]) -> f64 {
     let (first, second) = (correlation(residuals, 1), correlation(residuals, 2));
-    // Four standard errors of a correlation that is not there.
-    if first < 4.0 / (residuals.len() as f64).sqrt() { first } else { first.max(second / first).min(1.0) }
+    if first < THRESHOLDS.memory_errors / (residuals.len() as f64).sqrt() {
+        first
+    } else {
+        first.max(second / first).min(1.0)
+    }
 }

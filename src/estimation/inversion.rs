@@ -1,5 +1,6 @@
 //! Inverse of a normal matrix.
 
+use super::thresholds::THRESHOLDS;
 use nalgebra::DMatrix;
 
 /// Inverse of a symmetric positive matrix, scaled first; `None` when it is singular to working precision.
@@ -13,7 +14,7 @@ pub(crate) fn invert(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     });
     let factor = scaled.cholesky()?;
     // Of a correlation matrix: a tiny pivot is a column that the others already say.
-    if factor.l().diagonal().iter().any(|&pivot| pivot < 1e-6) {
+    if factor.l().diagonal().iter().any(|&pivot| pivot < THRESHOLDS.least_pivot) {
         return None;
     }
     let inverse = factor.inverse();

@@ -16,6 +16,7 @@ pub mod normal_equations;
 pub mod output_error;
 pub mod quantile;
 pub mod quantization_step;
+pub(crate) mod ridge;
 pub mod robust_errors;
 pub mod slope;
 pub mod smoother;

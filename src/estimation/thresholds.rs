@@ -72,4 +72,10 @@ crate::thresholds! {
     wandering_penalty: f64 = 5.0, "-", "judgement";
     /// Standard errors from which a mean is not zero.
     mean_errors: f64 = 4.0, "-", "normal distribution: 6e-5 by chance";
+    /// [standard errors] a correlation of a residual from one row to the next counts from here on: four are not chance
+    memory_errors: f64 = 4.0, "standard errors", "four standard errors of a correlation that is not there";
+    /// pivot of a correlation matrix below which a column is what the others already say
+    least_pivot: f64 = 1e-6, "-", "judgement";
+    /// share of the rows that keeps directions apart which the data do not separate, as two levels do u and u²
+    ridge: f64 = 1e-9, "-", "judgement";
 }

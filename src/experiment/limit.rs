@@ -5,7 +5,7 @@ use crate::guard::Limits;
 
 /// Which limit the guard would clip an experiment at, and where.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-pub enum Refusal {
+pub enum LimitError {
     /// A command beyond the highest.
     #[error(
         "the guard's limit `{limit}` = {allowed} would clip the experiment: rotor {rotor} is commanded to {value:.4} at {time_s:.2} s"
@@ -48,8 +48,8 @@ impl Experiment {
     /// Refuses what the guard would clip.
     ///
     /// # Errors
-    /// [`Refusal`], naming the first limit that is met and where.
-    pub fn check(&self, limits: &Limits) -> Result<(), Refusal> {
+    /// [`LimitError`], naming the first limit that is met and where.
+    pub fn check(&self, limits: &Limits) -> Result<(), LimitError> {
         // Rounding of slot times must not turn a slope that just fits into one that does not.
         const ROUNDING: f64 = 1e-9;
         let period_s = self.period_s();
@@ -60,13 +60,13 @@ impl Experiment {
                 let rotor = index + 1;
                 if value > limits.maximum + ROUNDING {
                     let (limit, allowed) = ("rotor_maximum", limits.maximum);
-                    return Err(Refusal::Level { limit, allowed, rotor, value, time_s });
+                    return Err(LimitError::Level { limit, allowed, rotor, value, time_s });
                 }
                 let step = value - before[index];
                 let rate = step.abs() / period_s;
                 if rate > limits.slew_per_s * (1.0 + ROUNDING) {
                     let (limit, allowed) = ("slew_per_s", limits.slew_per_s);
-                    return Err(Refusal::Slew { limit, allowed, rotor, step, rate, period_s, time_s });
+                    return Err(LimitError::Slew { limit, allowed, rotor, step, rate, period_s, time_s });
                 }
                 before[index] = value;
             }

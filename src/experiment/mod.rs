@@ -16,7 +16,9 @@ mod limit;
 mod prbs;
 pub mod thresholds;
 
-pub use limit::Refusal;
+pub use limit::LimitError;
+#[doc(hidden)]
+pub use limit::LimitError as Refusal;
 
 /// Why an experiment cannot be run.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -63,7 +65,7 @@ pub enum ExperimentError {
     },
     /// The guard would change it.
     #[error(transparent)]
-    Clipped(#[from] Refusal),
+    Clipped(#[from] LimitError),
 }
 
 /// What the command does over time.

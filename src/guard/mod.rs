@@ -9,21 +9,21 @@
 
 mod config;
 mod events;
-mod finding;
 mod gate;
 mod output;
 mod signals;
 mod table;
 pub mod thresholds;
+mod trouble;
 
 pub use config::{GuardConfig, GuardError, SignalConfig};
 pub use table::{Cause, OperatorAct, State, TRANSITIONS, Trigger};
 
 use events::EventRing;
-use finding::Finding;
 use gate::{CommandGate, GateRules, Passage};
 use output::Output;
 use signals::{SignalLimit, SignalTrack};
+use trouble::Trouble;
 
 use crate::signal::{Applied, Channel, Command, GuardEvent, Request, Sensors};
 
@@ -194,9 +194,9 @@ impl Guard {
         }
         let misses = self.misses(state, now_ns);
         let fresh = self.take_command(state, now_ns, sensors, newest);
-        let finding = self.worst(state, now_ns, step_ns, sensors, misses);
-        let finding = self.fill_bucket(state, step_ns, finding);
-        self.advance(state, now_ns, finding);
+        let trouble = self.worst(state, now_ns, step_ns, sensors, misses);
+        let trouble = self.fill_bucket(state, step_ns, trouble);
+        self.advance(state, now_ns, trouble);
         let misses = if fresh { 0 } else { misses };
         let applied = state.output.emit(self, &state.gate, state.state, now_ns, step_ns);
         Applied { state: state.state as u32, cause: state.cause as u32, misses, ..applied }
@@ -277,13 +277,13 @@ impl Guard {
     }
 
     /// Drives the table.
-    fn advance(&self, state: &mut GuardState, now_ns: u64, finding: Option<Finding>) {
-        if finding.is_some() {
+    fn advance(&self, state: &mut GuardState, now_ns: u64, trouble: Option<Trouble>) {
+        if trouble.is_some() {
             state.wanting_ns = now_ns;
         }
         let clean_ns = now_ns.saturating_sub(state.wanting_ns.max(state.entered_ns));
         let in_state_ns = now_ns.saturating_sub(state.entered_ns);
-        match (state.state, finding) {
+        match (state.state, trouble) {
             (State::PreArm, None) if clean_ns >= self.arm_checks_ns => {
                 self.fire(state, now_ns, Trigger::ChecksPassed, Cause::ChecksPassed, NO_SUBJECT, 0.0);
             }

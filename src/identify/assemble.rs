@@ -10,7 +10,7 @@ use super::steady_rows::HIGHEST_DEGREE;
 use super::validate::{self, Validation};
 use super::{Estimate, IdentifiedActuator, IdentifyError};
 use crate::estimation::frequency_response::{self, Signals};
-use crate::model::{AddedEffect, ErrorFall, LogReference, Model, Step};
+use crate::model::{AddedEffect, ErrorFall, LogReference, Measure, Model, Step};
 use crate::screening::duplicate_logs;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::RotorLog;
@@ -102,7 +102,7 @@ impl Work<'_> {
             logs: logs[0].iter().map(reference).collect(),
             validation: logs[1].iter().map(reference).collect(),
             error: ErrorFall {
-                measure: "rms of the rotor rate [rad/s]".to_owned(),
+                measure: Measure::of("the rotor rate", "rad/s"),
                 // With the delay what is left is noise: that is why it was taken in.
                 noise_floor: taken.residual_with,
                 train_before,

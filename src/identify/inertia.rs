@@ -59,7 +59,7 @@ pub struct Body {
 struct Drive {
     measured: Vec<f64>,
     predicted: Option<Vec<f64>>,
-    words: &'static str,
+    driven_by: &'static str,
     /// d in front of it: the arm, or 1 for a logged torque.
     lever: f64,
 }
@@ -155,7 +155,7 @@ pub(crate) fn identify(
         residual_correlation: lag_one_correlation(fit.residuals.as_slice()),
         omitted_torque,
         samples: rows,
-        driven_by: drive.words,
+        driven_by: drive.driven_by,
         traces,
     })
 }
@@ -176,14 +176,14 @@ fn drive(log: &Dataset, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive
             None => filled(log, rates),
         };
         let measured = impulse(log, [&known(0, first), &known(1, second)], runs.as_ref(), c);
-        return Some(Drive { measured, predicted, words: "measured rotor rates", lever: arm });
+        return Some(Drive { measured, predicted, driven_by: "measured_rotor_rates", lever: arm });
     }
     if let Some(torque) = log.column("torque_command_nm") {
         let measured = integral_of_held(log, torque);
-        return Some(Drive { measured, predicted: None, words: "commanded torque", lever: 1.0 });
+        return Some(Drive { measured, predicted: None, driven_by: "torque_command", lever: 1.0 });
     }
-    let words = "rotor rates predicted from the commands";
-    predicted.map(|measured| Drive { measured, predicted: None, words, lever: arm })
+    let driven_by = "predicted_rotor_rates";
+    predicted.map(|measured| Drive { measured, predicted: None, driven_by, lever: arm })
 }
 
 /// [N s] running integral of f_1 - f_2 with f = c ω², by the trapezoidal rule; where the commands are known, with what the

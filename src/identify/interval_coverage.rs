@@ -254,7 +254,7 @@ fn the_inertia_from_an_attitude_log() {
 #[test]
 fn the_inertia_beside_a_torque_that_is_left_out() {
     for (own, goes_with) in
-        [([0.05, 0.0], "the body's rate"), ([0.2, 0.0], "the body's rate"), ([0.0, 0.4], "the body's angle")]
+        [([0.05, 0.0], "body_rate"), ([0.2, 0.0], "body_rate"), ([0.0, 0.4], "body_angle")]
     {
         let truth = attitude(0.01, 4000, own);
         for run in 0..10 {

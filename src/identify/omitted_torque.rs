@@ -12,7 +12,7 @@ use crate::estimation::least_squares::{self, LinearFit};
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct OmittedTorque {
-    /// What it goes with: the body's angle or its rate.
+    /// What it goes with: `body_angle` or `body_rate`.
     pub goes_with: &'static str,
     /// [-] how many standard errors it shows with.
     pub shows: f64,
@@ -36,8 +36,7 @@ pub(crate) fn find(
     };
     let fit = least_squares::instrumental(&beside(design), &beside(instruments), y)?;
     let shows = |index: usize| fit.coefficients[index].abs() / fit.standard_error(index);
-    let (what, shows) =
-        if shows(2) > shows(3) { ("the body's rate", shows(2)) } else { ("the body's angle", shows(3)) };
+    let (what, shows) = if shows(2) > shows(3) { ("body_rate", shows(2)) } else { ("body_angle", shows(3)) };
     let moved = (fit.coefficients[0] - alone.coefficients[0]).abs();
     let matters = moved > THRESHOLDS.omitted_torque_shift * alone.standard_error(0)
         && shows > THRESHOLDS.omitted_torque_errors

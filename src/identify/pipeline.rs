@@ -32,7 +32,7 @@ pub fn identify(
     identify_with_progress(logs, validation, settings, &mut |_| ())
 }
 
-/// The same; `progress` hears the name of each of the [`STEPS`] as it begins.
+/// The same; `progress` hears the code of each of the [`STEPS`] as it begins.
 ///
 /// # Errors
 /// As [`identify`].
@@ -65,17 +65,17 @@ pub fn identify_with_progress(
     let between_logs = if mismatch.is_none() { responses.mismatch_between_logs() } else { None };
     work.mismatch = mismatch.is_some();
     work.findings.extend(mismatch.or(between_logs));
-    progress("k_V from constant commands");
+    progress("voltage_gain");
     work.battery();
-    progress("joint estimation of g(u), k_V and p");
+    progress("joint_estimation");
     work.joint();
-    progress("g(u) from ramps");
+    progress("static_curve");
     work.static_curve();
-    progress("p from exciting commands");
+    progress("pole");
     work.pole();
-    progress("thrust curve");
+    progress("thrust_curve");
     work.thrust();
-    progress("body");
+    progress("inertia");
     let actuator = work.actuator();
     work.body(logs, &actuator);
     progress("validation");

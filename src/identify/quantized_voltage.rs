@@ -13,14 +13,11 @@ use std::f64::consts::{PI, SQRT_2};
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::estimation::ridge::{RIDGE, RidgeSums};
 use crate::log::segments::held_or;
 use crate::screening::Finding;
 use crate::screening::rotor_data::{RotorLog, bounds};
-use columns::{Columns, RIDGE, Sums};
-
-/// Steps of the search, which needs two to eight, and share of a step of the reading below which it has ended.
-const MOST_PASSES: usize = 60;
-const ENDED: f64 = 1e-3;
+use columns::Columns;
 
 /// Puts readings without treads in the place of a quantized reading, as noisy as what is known of the voltage. Says so where the
 /// edges do not determine how it fell.
@@ -120,13 +117,13 @@ impl<'a> QuantizedVoltage<'a> {
         if bends > 1 {
             fit = self.by_edges(Columns { bends, ..fit.columns })?;
         }
-        for _ in 0..MOST_PASSES {
-            let mut sums = Sums::new(fit.columns.count());
+        for _ in 0..THRESHOLDS.most_passes {
+            let mut sums = RidgeSums::new(fit.columns.count());
             let mut variance = 0.0;
             fit.likelihood = 0.0;
             for row in 0..self.voltage.len() {
                 let Cut { mean, weight, share } = self.cut(&fit, row);
-                sums.add(&fit.columns, row, weight.max(THRESHOLDS.least_row_weight), fit.noise * mean);
+                sums.add(fit.columns.at(row), weight.max(THRESHOLDS.least_row_weight), fit.noise * mean);
                 variance += fit.noise * fit.noise * (mean * mean + (1.0 - weight).clamp(0.0, 1.0));
                 fit.likelihood += share.ln();
             }
@@ -134,7 +131,7 @@ impl<'a> QuantizedVoltage<'a> {
             fit.weights += &change;
             fit.noise =
                 (variance / self.voltage.len() as f64).sqrt().max(THRESHOLDS.least_step_noise * self.step);
-            if change.amax() < ENDED * self.step {
+            if change.amax() < THRESHOLDS.pass_ended * self.step {
                 break;
             }
         }
@@ -143,13 +140,13 @@ impl<'a> QuantizedVoltage<'a> {
 
     /// Least squares on the edges, and a little on the treads.
     fn by_edges(&self, columns: Columns<'a>) -> Option<Fit<'a>> {
-        let mut sums = Sums::new(columns.count());
+        let mut sums = RidgeSums::new(columns.count());
         let weight = THRESHOLDS.tread_weight * self.edges.len() as f64 / self.voltage.len() as f64;
-        (0..self.voltage.len()).for_each(|row| sums.add(&columns, row, weight, weight * self.voltage[row]));
+        (0..self.voltage.len()).for_each(|row| sums.add(columns.at(row), weight, weight * self.voltage[row]));
         for &row in &self.edges {
             // Half on either side.
             let middle = 0.5 * between(self.voltage, row);
-            [row, row + 1].into_iter().for_each(|row| sums.add(&columns, row, 0.5, middle));
+            [row, row + 1].into_iter().for_each(|row| sums.add(columns.at(row), 0.5, middle));
         }
         let weights = sums.solve(self.voltage.len())?;
         let mut fit = Fit { columns, weights, noise: 0.0, likelihood: 0.0 };

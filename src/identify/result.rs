@@ -82,7 +82,8 @@ pub struct PoleFit {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Part {
-    /// The step and its equation.
+    /// Code of the step: `voltage_gain`, `joint_estimation`, `static_curve`, `pole`, `thrust_curve`, `inertia`.
+    #[serde(skip)]
     pub step: &'static str,
     /// Whether it was done.
     pub done: bool,

@@ -23,7 +23,7 @@ use crate::screening::{Finding, ScreenedLog};
 
 impl Work<'_> {
     pub(crate) fn battery(&mut self) {
-        const STEP: &str = "k_V from constant commands, Eq. (6)";
+        const STEP: &str = "voltage_gain";
         if !self.use_battery {
             let why = match (self.settings.battery, self.rotors.is_empty()) {
                 (false, _) => "battery_excluded",
@@ -55,7 +55,7 @@ impl Work<'_> {
     }
 
     pub(crate) fn joint(&mut self) {
-        const STEP: &str = "joint estimation of g(u), k_V and p, by output error";
+        const STEP: &str = "joint_estimation";
         let samples: usize = self.excited.iter().map(|rotor| rotor.scored().count()).sum();
         if self.excited.is_empty() {
             let why = Finding::new("too_few_jumps", "command").with("jumps_needed", FEWEST_JUMPS);
@@ -112,7 +112,7 @@ impl Work<'_> {
     }
 
     pub(crate) fn static_curve(&mut self) {
-        const STEP: &str = "g(u) from ramps, Eq. (9)";
+        const STEP: &str = "static_curve";
         let gain = self.voltage_gain().unwrap_or_else(|| self.assumed_voltage_gain());
         let Some(rows) = steady_rows::steady_rows(&self.rotors, gain.value, self.full_voltage()) else {
             return self.lacks(STEP, "no_ramps_and_no_levels");
@@ -141,7 +141,7 @@ impl Work<'_> {
     }
 
     pub(crate) fn pole(&mut self) {
-        const STEP: &str = "p from z by output error, section III.B";
+        const STEP: &str = "pole";
         if self.static_curve.is_none() || self.excited.is_empty() {
             let why = match (self.joint.is_some(), self.excited.is_empty()) {
                 (true, _) => "from_joint_estimation",
@@ -196,7 +196,7 @@ impl Work<'_> {
     }
 
     pub(crate) fn thrust(&mut self) {
-        const STEP: &str = "thrust curve and its tangent, Eq. (13)";
+        const STEP: &str = "thrust_curve";
         let hover = self.settings.template.actuator.hover_rate;
         self.thrust = thrust_curve::identify(&self.rotors, hover, &mut self.findings);
         match &self.thrust {
@@ -209,7 +209,7 @@ impl Work<'_> {
     }
 
     pub(crate) fn body(&mut self, logs: &[ScreenedLog], actuator: &IdentifiedActuator) {
-        const STEP: &str = "J from an attitude log, Eq. (1)";
+        const STEP: &str = "inertia";
         let arm = self.settings.template.body.arm;
         let mut fits: Vec<Body> = Vec::new();
         for log in logs {

@@ -199,4 +199,10 @@ crate::thresholds! {
     fewest_validated: usize = 10, "count", "judgement";
     /// count: knots of the voltage's course, at most: 40 minutes of the shortest bends.
     most_knots: usize = 240, "count", "judgement (time of computing)";
+    /// [intervals] rows so far apart are drawn with a gap between them
+    drawn_gap: f64 = 5.0, "intervals", "judgement";
+    /// passes of the search for the edges of a battery reading's steps, which needs two to eight
+    most_passes: usize = 60, "count", "the development cases";
+    /// share of a step of the reading below which that search has ended
+    pass_ended: f64 = 1e-3, "-", "judgement";
 }

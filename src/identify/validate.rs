@@ -72,12 +72,10 @@ pub(crate) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Optio
 
 /// The traces with a row that is not a number wherever rows are missing, so that no line is drawn over a hole.
 fn with_holes(traces: &[(f64, f64, f64)], interval: f64) -> Vec<(f64, f64, f64)> {
-    /// Intervals without a row that make a hole.
-    const HOLE: f64 = 5.0;
     let mut shown = Vec::with_capacity(traces.len());
     let mut last = f64::INFINITY;
     for trace in traces {
-        if trace.0 - last > HOLE * interval {
+        if trace.0 - last > THRESHOLDS.drawn_gap * interval {
             shown.push((0.5 * (last + trace.0), f64::NAN, f64::NAN));
         }
         shown.push(*trace);

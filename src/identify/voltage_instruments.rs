@@ -7,17 +7,15 @@
 //! part in it, too: left out, it would stay behind in the rates, and look like physics that is missing.
 
 use super::thresholds::THRESHOLDS;
-use nalgebra::{DMatrix, DVector};
 
 use super::regressors::record_of;
 use crate::effect::step_response;
+use crate::estimation::ridge::RidgeSums;
 use crate::screening::rotor_data::{Beside, RotorLog, VoltageInstrument};
 
 /// Functions of a rotor's command: u, u², and the first three powers of the rate that they give; and of both rotors.
 const OF_ONE: usize = 5;
 const OF_COMMAND: usize = 2 * OF_ONE;
-/// Share of the power that keeps directions apart which the data do not separate, as two levels do u and u².
-const RIDGE: f64 = 1e-9;
 
 /// How a rotor follows its command, roughly: what it draws from the battery goes with its rate.
 #[derive(Debug, Clone, Copy)]
@@ -80,25 +78,18 @@ fn predict(
         let of_command = of_command[row].functions;
         hats.into_iter().chain((0..count).map(move |at| (knots + at, of_command[at])))
     };
-    let mut squares = DMatrix::<f64>::zeros(size, size);
-    let mut products = DVector::<f64>::zeros(size);
+    let mut sums = RidgeSums::new(size);
     let mut known = 0;
     let whole = rotor.whole();
     let rows = whole.iter().flat_map(Clone::clone);
     for row in rows.clone().filter(|row| of_command[*row].known && voltage[*row].is_finite()) {
         known += 1;
-        for (a, x) in columns(row) {
-            products[a] += x * voltage[row];
-            columns(row).for_each(|(b, y)| squares[(a, b)] += x * y);
-        }
+        sums.add(columns(row), 1.0, voltage[row]);
     }
     if known < THRESHOLDS.rows_per_number * size {
         return None;
     }
-    for at in 0..size {
-        squares[(at, at)] += RIDGE * known as f64;
-    }
-    let weights = squares.cholesky()?.solve(&products);
+    let weights = sums.solve(known)?;
     let mut predicted = voltage.to_vec();
     let mut left = 0.0;
     for row in rows {

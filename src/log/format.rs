@@ -1,15 +1,11 @@
-//! The formats that logs come in: one file for each, and a line in [`FORMATS`].
+//! What a format of logs is: one file for each, and a line in [`FORMATS`](super::formats::FORMATS).
 //!
 //! A format recognises its files by their first bytes and makes [`Tables`] of them. What their columns mean says a mapping:
 //! the one that belongs to the format, or the user's own.
 
 use std::path::{Path, PathBuf};
 
-use super::betaflight::Betaflight;
-use super::dataflash::DataFlash;
-use super::parquet::Parquet;
 use super::tables::Tables;
-use super::ulog::Ulog;
 
 /// [byte] So much of a file says of which format it is.
 pub const START: usize = 4096;
@@ -79,7 +75,7 @@ pub enum FormatError {
         reason: String,
     },
     /// A file of a kind that is known and not read.
-    #[error("{path}: this is {what}; {instead}. What can be read: {}", readable())]
+    #[error("{path}: this is {what}; {instead}. What can be read: {readable}")]
     Unreadable {
         /// The file.
         path: PathBuf,
@@ -87,12 +83,16 @@ pub enum FormatError {
         what: &'static str,
         /// What makes a log of it.
         instead: &'static str,
+        /// Names of what can be read.
+        readable: String,
     },
     /// A file of no known kind.
-    #[error("{path}: no log that is known here: not text, and not one of {}", readable())]
+    #[error("{path}: no log that is known here: not text, and not one of {readable}")]
     Unknown {
         /// The file.
         path: PathBuf,
+        /// Names of what can be read.
+        readable: String,
     },
     /// The file is as the format says, and cannot be used here.
     #[error("{path}: {reason}")]
@@ -122,12 +122,6 @@ pub enum FormatError {
     },
 }
 
-/// Names of everything that is read.
-fn readable() -> String {
-    let own = ["CSV", "recordings of ours (MCAP)", "candump", "Vector BLF", "Vector ASC"].into_iter();
-    own.chain(FORMATS.iter().map(|format| format.name())).collect::<Vec<_>>().join(", ")
-}
-
 /// Lengths of logs in words, the first few.
 fn spans(lengths: &[f64]) -> String {
     const SHOWN: usize = 8;
@@ -135,6 +129,3 @@ fn spans(lengths: &[f64]) -> String {
     let more = (lengths.len() > SHOWN).then(|| "...".to_owned());
     shown.chain(more).collect::<Vec<_>>().join(", ")
 }
-
-/// The formats, in the order in which they are asked.
-pub const FORMATS: &[&dyn LogFormat] = &[&Betaflight, &DataFlash, &Parquet, &Ulog];

@@ -1,7 +1,11 @@
 //! What the columns of a foreign table may mean, guessed from their names, units and values. A guess is shown and mended, and
 //! becomes a mapping file; nothing is fitted on one that nobody saw.
 
+mod meanings;
+
 use serde::Serialize;
+
+use meanings::{MEANINGS, Meaning};
 
 use super::dataset::{MOST_ROTORS, log_signal};
 use super::mapping::SignalMapping;
@@ -45,138 +49,6 @@ pub struct GuessedColumn {
     /// The first values that are there.
     pub samples: Vec<f64>,
 }
-
-/// A signal, and the words that mean it.
-struct Meaning {
-    /// Name in our log; `N` is the rotor's number.
-    signal: &'static str,
-    /// SI unit.
-    si: &'static str,
-    /// One of these words is in the name.
-    words: &'static [&'static str],
-    /// One of these is, too; empty = nothing more is wanted.
-    with: &'static [&'static str],
-    /// None of these is.
-    without: &'static [&'static str],
-    /// The unit alone says it, where the name says nothing else.
-    by_unit: bool,
-    /// Units by the largest size of the values, the smallest first; the last holds for all above.
-    units: &'static [(f64, &'static str)],
-}
-
-/// The meanings, in the order in which they are asked.
-const MEANINGS: &[Meaning] = &[
-    Meaning {
-        signal: "time_s",
-        si: "s",
-        words: &["time", "t", "timestamp", "zeit", "seconds", "clock", "ts"],
-        with: &[],
-        without: &["constant", "step"],
-        by_unit: false,
-        units: &[],
-    },
-    Meaning {
-        signal: "thrust_N_n",
-        si: "N",
-        words: &["thrust", "lift", "schub"],
-        with: &[],
-        without: &["efficiency", "command", "setpoint"],
-        by_unit: false,
-        units: &[(100.0, "N"), (f64::INFINITY, "gf")],
-    },
-    Meaning {
-        signal: "battery_voltage_v",
-        si: "V",
-        words: &["voltage", "volt", "volts", "vbat", "spannung", "vbus"],
-        with: &[],
-        without: &["cell", "reference"],
-        by_unit: true,
-        units: &[(100.0, "V"), (f64::INFINITY, "mV")],
-    },
-    Meaning {
-        signal: "current_N_a",
-        si: "A",
-        words: &["current", "amperage", "amps", "strom"],
-        with: &[],
-        without: &["efficiency"],
-        by_unit: true,
-        units: &[(200.0, "A"), (f64::INFINITY, "mA")],
-    },
-    Meaning {
-        signal: "motor_temperature_N_k",
-        si: "K",
-        words: &["temperature", "temp"],
-        with: &[],
-        without: &["esc", "ambient", "air", "imu", "board", "cpu"],
-        by_unit: false,
-        units: &[(150.0, "degC"), (f64::INFINITY, "K")],
-    },
-    Meaning {
-        signal: "esc_temperature_N_k",
-        si: "K",
-        words: &["temperature", "temp"],
-        with: &[],
-        without: &["motor", "ambient", "air", "imu", "board", "cpu"],
-        by_unit: false,
-        units: &[(150.0, "degC"), (f64::INFINITY, "K")],
-    },
-    Meaning {
-        signal: "body_rate_rad_s",
-        si: "rad/s",
-        words: &["gyro", "body_rate", "bodyrate", "pitchrate", "rollrate"],
-        with: &[],
-        without: &["x", "y", "z", "bias"],
-        by_unit: false,
-        units: &[(25.0, "rad/s"), (f64::INFINITY, "deg/s")],
-    },
-    Meaning {
-        signal: "body_angle_rad",
-        si: "rad",
-        words: &["angle", "theta", "attitude", "pitch", "roll", "winkel"],
-        with: &[],
-        without: &["rate", "command", "setpoint", "reference"],
-        by_unit: false,
-        units: &[(6.3, "rad"), (f64::INFINITY, "deg")],
-    },
-    Meaning {
-        signal: "propeller_rate_N_rad_s",
-        si: "rad/s",
-        words: &["rpm", "speed", "omega", "drehzahl", "propeller_rate", "w"],
-        with: &[],
-        without: &[
-            "electrical",
-            "erpm",
-            "electric",
-            "air",
-            "wind",
-            "command",
-            "setpoint",
-            "gyro",
-            "carriage",
-        ],
-        by_unit: true,
-        units: &[(2_500.0, "rad/s"), (f64::INFINITY, "rpm")],
-    },
-    Meaning {
-        signal: "torque_command_nm",
-        si: "N m",
-        words: &["torque", "moment"],
-        // A torque that is measured, as on a thrust stand, is none that was commanded.
-        with: &["command", "cmd", "setpoint", "commanded", "control"],
-        without: &["motor", "shaft", "measured"],
-        by_unit: false,
-        units: &[(f64::INFINITY, "N m")],
-    },
-    Meaning {
-        signal: "command_N",
-        si: "-",
-        words: &["command", "throttle", "esc", "cmd", "pwm", "duty", "dshot", "u", "motor"],
-        with: &[],
-        without: &["speed", "power", "efficiency", "servo", "torque", "collective", "vibration"],
-        by_unit: false,
-        units: &[],
-    },
-];
 
 /// Guesses what each column means. A signal is given once: to the first column that means it.
 #[must_use]

@@ -1,6 +1,8 @@
 //! The mapping file: what the columns of a foreign log mean.
 
-use std::path::{Path, PathBuf};
+mod error;
+
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
@@ -9,6 +11,8 @@ use crate::unit::{Unit, UnitError};
 
 use super::dataset::{LOG_SIGNALS, log_signal};
 use super::row_filter::RowFilter;
+
+pub use error::MappingError;
 
 /// Mappings that come with the program, by name.
 pub const SHIPPED: &[(&str, &str)] = &[("rcbenchmark", include_str!("mappings/rcbenchmark.toml"))];
@@ -156,55 +160,6 @@ fn second() -> String {
 
 fn one() -> f64 {
     1.0
-}
-
-/// Why a mapping cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum MappingError {
-    /// Neither a shipped mapping nor a file.
-    #[error("no mapping `{name}`: not a file, and not one of {}", shipped_names())]
-    Unknown {
-        /// What was asked for.
-        name: String,
-    },
-    /// The file system said no.
-    #[error("{path}")]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// Not TOML, or not a mapping.
-    #[error("{path}: {message}")]
-    Syntax {
-        /// The file.
-        path: PathBuf,
-        /// Line, column and reason.
-        message: String,
-    },
-    /// A signal cannot be mapped so.
-    #[error("{path}: signal `{signal}`: {reason}")]
-    Signal {
-        /// The file.
-        path: PathBuf,
-        /// Name of the signal.
-        signal: String,
-        /// What is wrong.
-        reason: String,
-    },
-    /// Something else in the file is wrong.
-    #[error("{path}: {reason}")]
-    Setting {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
-}
-
-fn shipped_names() -> String {
-    SHIPPED.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
 /// A mapping that has been checked.

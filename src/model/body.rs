@@ -49,12 +49,6 @@ const SENSOR_STEP: f64 = 1.4e-3;
 const MOST_STATES: usize = 4;
 
 impl Equations {
-    /// [N m] torque of two rotors at the given rates, before any effect. [LPC16] Eqs. (1), (12).
-    #[must_use]
-    pub fn rotor_torque(&self, rate_1: f64, rate_2: f64) -> f64 {
-        self.constants.arm * self.constants.thrust_coefficient * (rate_1 * rate_1 - rate_2 * rate_2)
-    }
-
     /// [N] thrust of one rotor at `rate` [rad/s], effects included; `side` is +1 for rotor 1, -1 for rotor 2.
     /// [LPC16] Eq. (11): the nominal c ω², the same for every rotor, and what effects such as its own wind add.
     #[must_use]

@@ -112,6 +112,12 @@ impl Model {
 }
 
 impl Equations {
+    /// [N m] torque of two rotors at the given rates, before any effect. [LPC16] Eqs. (1), (12).
+    #[must_use]
+    pub fn rotor_torque(&self, rate_1: f64, rate_2: f64) -> f64 {
+        self.constants.arm * self.constants.thrust_coefficient * (rate_1 * rate_1 - rate_2 * rate_2)
+    }
+
     /// The same with commands that act `delay` [s] later.
     #[must_use]
     pub fn with_command_delay(mut self, delay: f64) -> Self {

@@ -34,7 +34,7 @@ pub use equations::Equations;
 pub(crate) use expression_domain::UndefinedRow;
 pub use file::ModelError;
 pub use known_effect::{Effect, EffectParameter};
-pub use ladder::{Change, ErrorFall, LogReference, Step};
+pub use ladder::{Change, ErrorFall, LogReference, Measure, Step};
 pub use rotor::{Remembered, RotorInput, RotorStart, RotorTrace};
 
 /// Rotor: from command and battery to rate and thrust.

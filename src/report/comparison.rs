@@ -3,10 +3,11 @@
 mod story;
 
 use super::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone, number};
-use crate::compare::{Block, Comparison, Direction};
+use crate::compare::{Block, Comparison, Direction, Regressor, Run};
 use crate::estimation::quantile::median;
 use crate::log::Dataset;
 use crate::log::dataset::LOG_SIGNALS;
+use crate::report::thresholds::THRESHOLDS;
 use crate::screening::ScreenedLog;
 use story::{about, block_table, blocks_of, keys, notes, percent, sentences, torque_sentence};
 
@@ -15,17 +16,26 @@ pub use story::text;
 /// Dependences shown of a block.
 const SHOWN: usize = 5;
 
-/// The axis of a column of the log, or of its rate (`d/dt ...`), with its unit.
-fn channel_axis(column: &str) -> Axis {
-    let (bare, rate) = column.strip_prefix("d/dt ").map_or((column, false), |bare| (bare, true));
-    let unit = LOG_SIGNALS.iter().find(|known| known.name == bare).map_or("", |known| known.unit);
-    let unit = match (unit, rate) {
+/// The axis of a column of the log, or of its rate, with its unit.
+fn channel_axis(on: &Regressor) -> Axis {
+    let unit = LOG_SIGNALS.iter().find(|known| known.name == on.column).map_or("", |known| known.unit);
+    let unit = match (unit, on.is_rate) {
         ("" | "-", true) => "1/s".to_owned(),
         ("rad/s", true) => "rad/s²".to_owned(),
         (unit, true) => format!("{unit}/s"),
         (unit, false) => unit.to_owned(),
     };
-    Axis::new(column, &unit)
+    Axis::new(&on.to_string(), &unit)
+}
+
+/// How a block was run.
+pub(super) fn run(run: Run) -> String {
+    match run {
+        Run::Free => "free run".to_owned(),
+        Run::Windows(seconds) => format!("windows of {seconds} s"),
+        Run::EachSample => "at each sample".to_owned(),
+        Run::Smoothed => "smoothed alike".to_owned(),
+    }
 }
 
 /// The page, with every signal.
@@ -86,7 +96,7 @@ fn whole_line(name: &str, time: &[f64], values: &[f64], gap: f64) -> Series {
     let known = time.iter().zip(values).filter(|(_, value)| value.is_finite());
     let (time, values): (Vec<f64>, Vec<f64>) = known.map(|(time, value)| (*time, *value)).unzip();
     let usual = median(time.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
-    Series::line(name, &time, &values).break_over(gap.max(2.5 * usual))
+    Series::line(name, &time, &values).break_over(gap.max(THRESHOLDS.drawn_gap * usual))
 }
 
 fn block_section(page: &mut Page, comparisons: &[Comparison], key: (&str, &str), log: &Dataset) {
@@ -95,10 +105,10 @@ fn block_section(page: &mut Page, comparisons: &[Comparison], key: (&str, &str),
     page.paragraph(format!(
         "Driven by {}; {}.",
         first.driven_by.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", "),
-        first.run
+        run(first.run)
     ));
     // Curves break where the log has a hole.
-    let gap = 2.5 * log.median_interval();
+    let gap = THRESHOLDS.drawn_gap * log.median_interval();
     let group = format!("{} {}", key.0, log.source_name());
     let axis = |name: &str| Axis::new(name, first.unit);
     let seconds = || Axis::new("time", "s");
@@ -167,7 +177,7 @@ fn details(page: &mut Page, comparison: &Comparison, block: &Block) {
         for d in block.failure.dependences.iter().take(2 * SHOWN) {
             let mark = if d.is_real() { Mark::Warning } else { Mark::Plain };
             let note = format!("by chance {}", percent(d.surrogate));
-            bars = bars.noted_bar(d.on.clone(), 100.0 * d.explained, mark, note);
+            bars = bars.noted_bar(d.on.to_string(), 100.0 * d.explained, mark, note);
         }
         page.bars(bars);
     }
@@ -209,7 +219,7 @@ fn torque_section(page: &mut Page, comparisons: &[Comparison], log: &Dataset) {
         "The disturbance state of the embedded model, estimated forwards and backwards over the log: what torque \
          would make the model right. The band is one standard error to both sides.",
     );
-    let gap = 2.5 * log.median_interval();
+    let gap = THRESHOLDS.drawn_gap * log.median_interval();
     for comparison in comparisons {
         let Some(torque) = &comparison.unknown_torque else { continue };
         if let Some(sentence) = torque_sentence(comparison) {

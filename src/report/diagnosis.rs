@@ -1,12 +1,14 @@
 //! The pages of `diagnose` and `extend`: what is missing, why, and how far the error falls.
 
-use super::story::{error_table, found_parameters};
+use super::story::{error_table, found_parameters, step_title};
+use super::verdict::NextStep;
 use super::{Bars, Mark, Page, Table, comparison, number};
 use crate::compare::{CompareConfig, CompareError, compare};
 use crate::diagnose::diagnosis::{ErrorSummary, FoundParameter};
 use crate::diagnose::{Diagnosis, Extension, Verdict};
 use crate::effect::{Site, find};
 use crate::model::{Change, Model};
+use crate::report::thresholds::THRESHOLDS;
 use crate::screening::ScreenedLog;
 
 /// The page of a diagnosis of `base`; `logs` are shown with both models, the held-out ones if there are any; `next`
@@ -19,7 +21,7 @@ pub fn page(
     base: &Model,
     logs: &[ScreenedLog],
     config: &CompareConfig,
-    next: &[String],
+    next: &[NextStep],
 ) -> Result<Page, CompareError> {
     let mut page = Page::new("What the model is missing");
     let (mark, sentence) = verdict(diagnosis);
@@ -28,7 +30,7 @@ pub fn page(
     for other in &diagnosis.alternatives {
         page.paragraph(format!("These data cannot tell it from **{}**.", other.join(" + ")));
     }
-    page.heading("What to do next").list(next.to_vec());
+    page.heading("What to do next").list(next.iter().map(NextStep::text));
     page.list(
         diagnosis.findings.iter().map(|warning| format!("Note: {}", super::findings::sentence(warning))),
     );
@@ -37,16 +39,16 @@ pub fn page(
     page.heading("How far the error falls");
     page.table(
         error_table(&diagnosis.error, ["model", "fitted on", "held out"])
-            .caption(diagnosis.error.measure.clone()),
+            .caption(diagnosis.error.measure.to_string()),
     );
     ladder(&mut page, diagnosis);
     candidates(&mut page, diagnosis);
     let fails = diagnosis.verdict != Verdict::Adequate;
-    if fails && diagnosis.r#where.iter().any(|place| place.share_of_error > SHOWN_SHARE) {
+    if fails && diagnosis.r#where.iter().any(|place| place.share_of_error > THRESHOLDS.shown_share) {
         let mut table =
             Table::new(["block", "share of the error above noise [%]", "follows", "explains [%]"])
                 .caption("Where the model fails, its own parameters refitted");
-        for place in diagnosis.r#where.iter().filter(|place| place.share_of_error > SHOWN_SHARE) {
+        for place in diagnosis.r#where.iter().filter(|place| place.share_of_error > THRESHOLDS.shown_share) {
             table = table.row([
                 place.block.clone(),
                 number(100.0 * place.share_of_error, 3),
@@ -94,16 +96,16 @@ pub fn extension_page(
     parameter_table(&mut page, found_parameters(&extension.model).iter().map(|(name, found)| (name, found)));
     change_table(&mut page, extension.model.last_changes().into_iter());
     page.heading("How far the error falls");
-    page.table(error_table(error, ["model", "fitted on", "held out"]).caption(error.measure.clone()));
+    page.table(error_table(error, ["model", "fitted on", "held out"]).caption(error.measure.to_string()));
     let mut steps = Table::new(["step", "added", "held-out error before", "after", "what"])
         .caption("The ladder: every step this model has taken");
     for (number_of, step) in extension.model.ladder.iter().enumerate() {
         steps = steps.row([
             (number_of + 1).to_string(),
-            step.title(),
+            step_title(step),
             number(step.error.validate_before, 4),
             number(step.error.validate_after, 4),
-            step.error.measure.clone(),
+            step.error.measure.to_string(),
         ]);
     }
     page.table(steps);
@@ -286,9 +288,6 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
         });
     }
 }
-
-/// A block with a smaller share of the error is not where the model fails.
-const SHOWN_SHARE: f64 = 0.01;
 
 /// Both models on the logs, block by block.
 fn signals(

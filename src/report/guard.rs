@@ -4,6 +4,12 @@ use crate::guard::{Cause, State};
 use crate::runtime::experiment::Ending;
 use crate::signal::{Channel, GuardEvent};
 
+/// While an experiment waits.
+pub const WAITS_FOR_ARM: &str =
+    "waiting for the bench to be armed (`rotorbench arm`, in another terminal); Ctrl-C stops at any time";
+/// Why `arm` did nothing.
+pub const LATCHED: &str = "a latch is left by `rotorbench disarm` only; then `arm`";
+
 /// A transition or a refusal of the guard.
 #[must_use]
 pub fn event(event: &GuardEvent) -> String {

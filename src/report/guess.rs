@@ -3,6 +3,7 @@
 use super::Table;
 use crate::log::guess::{Certainty, GuessedColumn};
 use crate::log::mapping::MappingConfig;
+use crate::report::thresholds::THRESHOLDS;
 use crate::session::GuessedLog;
 use crate::unit::short;
 
@@ -28,7 +29,7 @@ fn conversion(column: &GuessedColumn) -> String {
         (Certainty::Empty, _) => "-".to_owned(),
         (_, "-") if column.scale == 1.0 && column.offset == 0.0 => "0 to 1".to_owned(),
         (_, "-") if column.scale == 1e-3 => "pulses of 1000 to 2000 µs".to_owned(),
-        (_, "-") if column.scale < 1e-3 => "DShot, 48 to 2047".to_owned(),
+        (_, "-") if column.scale < THRESHOLDS.dshot_scale => "DShot, 48 to 2047".to_owned(),
         (_, "-") => format!("0 to 1{factor}{offset}"),
         (_, unit) => format!("{unit}{factor}{offset}"),
     }

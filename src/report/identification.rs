@@ -1,11 +1,17 @@
 //! The report of `identify`: the tables of section III, its figures, and what the reader must know.
 
+mod plots;
+
+use plots::body_plots;
+pub(super) use plots::error_plots;
+
 use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
 use crate::effect::{self, Site, Term};
 use crate::estimation::frequency_response::{LagResponse, near};
-use crate::identify::{Body, DegreeScore, Estimate, Identification, Validation};
-use crate::report::findings::{outcome, sentence};
+use crate::identify::{DegreeScore, Estimate, Identification, Validation};
+use crate::report::findings::{driven_by, outcome, sentence, step};
 use crate::report::json::with_sentences;
+use crate::report::thresholds::THRESHOLDS;
 
 /// Value and 95 % interval as cells of a row.
 fn cells(name: &str, estimate: Estimate, unit: &str, from: &str) -> [String; 6] {
@@ -79,7 +85,7 @@ impl Identification {
             table = table.row(cells("c_p0", thrust.offset, "N", &tangent));
         }
         if let Some(body) = &self.body {
-            table = table.row(cells("d/J", body.arm_over_inertia, "1/(kg m)", body.driven_by));
+            table = table.row(cells("d/J", body.arm_over_inertia, "1/(kg m)", driven_by(body.driven_by)));
             let with_arm = format!("with the arm d = {} m", number(body.arm, 4));
             table = table.row(cells("J", body.inertia, "kg m²", &with_arm));
             table = table.row(cells("bias", body.bias, "rad/s²", "constant acceleration, fitted beside"));
@@ -116,7 +122,7 @@ impl Identification {
             let mark = if part.done { Mark::Good } else { Mark::Plain };
             let done = if part.done { "done" } else { "not done" };
             let outcome = format!("{done}: {}", outcome(part));
-            table.marked_row(mark, [part.step.to_owned(), outcome])
+            table.marked_row(mark, [step(part.step).to_owned(), outcome])
         })
     }
 
@@ -128,6 +134,7 @@ impl Identification {
     pub fn json(&self) -> Result<serde_json::Value, serde_json::Error> {
         let mut value = with_sentences(self, &self.findings)?;
         for (at, part) in self.parts.iter().enumerate() {
+            value["parts"][at]["step"] = step(part.step).into();
             value["parts"][at]["outcome"] = outcome(part).into();
         }
         Ok(value)
@@ -295,7 +302,11 @@ impl Identification {
 
     /// Fig. 5: frequency response of data and model.
     pub fn response_plots(&self, page: &mut Page) {
-        let good: Vec<_> = self.frequency_response.iter().filter(|point| point.coherence > 0.3).collect();
+        let good: Vec<_> = self
+            .frequency_response
+            .iter()
+            .filter(|point| point.coherence > THRESHOLDS.shown_coherence)
+            .collect();
         if good.is_empty() {
             return;
         }
@@ -334,85 +345,4 @@ impl Identification {
                 ),
         );
     }
-}
-
-/// Rows from which a plot shows no single sample any more, and of the excerpt that then goes before it.
-const CROWDED: usize = 2_000;
-const EXCERPT: usize = 250;
-
-/// Rows from the middle of a crowded record.
-fn excerpt(rows: usize) -> Option<std::ops::Range<usize>> {
-    (rows > CROWDED).then(|| rows / 2..rows / 2 + EXCERPT)
-}
-
-/// Time, measured and modelled values.
-type Trace = (f64, f64, f64);
-
-fn column(traces: &[Trace], pick: fn(&Trace) -> f64) -> Vec<f64> {
-    traces.iter().map(pick).collect()
-}
-
-/// Measured samples as points on the line of the model.
-fn excerpt_plot(title: &str, traces: &[Trace], y: Axis) -> Option<Plot> {
-    let traces = &traces[excerpt(traces.len())?];
-    let time = column(traces, |row| row.0);
-    Some(
-        Plot::new(format!("{title}, an excerpt"), Axis::new("time", "s"), y)
-            .series(Series::line("model", &time, &column(traces, |row| row.2)).tone(Tone::Model))
-            .series(Series::points("measured", &time, &column(traces, |row| row.1)).tone(Tone::Measured)),
-    )
-}
-
-/// Fig. 3: measured and modelled rate, percentage error below.
-pub(super) fn error_plots(page: &mut Page, run: &Validation) {
-    let traces = run.traces.as_slice();
-    let time = column(traces, |row| row.0);
-    let percent = column(traces, |row| 100.0 * (row.2 - row.1) / row.1);
-    let title = format!("Rotor rate (Fig. 3): {}", run.source);
-    let rate = || Axis::new("ω_p", "rad/s");
-    excerpt_plot(&title, traces, rate()).into_iter().for_each(|plot| {
-        page.plot(plot);
-    });
-    page.plot(
-        Plot::new(title, Axis::new("time", "s"), rate())
-            .group(run.source.as_str())
-            .series(Series::line("measured", &time, &column(traces, |row| row.1)).tone(Tone::Measured))
-            .series(Series::line("model", &time, &column(traces, |row| row.2)).tone(Tone::Model)),
-    )
-    .plot(
-        Plot::new("Simulation error", Axis::new("time", "s"), Axis::new("error", "%"))
-            .group(run.source.as_str())
-            .height(220)
-            .series(Series::line("(model - measured) / measured", &time, &percent).tone(Tone::Residual)),
-    );
-}
-
-/// The body's measured rate, and what J makes of the torque, window by window.
-fn body_plots(page: &mut Page, body: &Body) {
-    let traces = body.traces.as_slice();
-    let time = column(traces, |row| row.0);
-    let error = column(traces, |row| row.2 - row.1);
-    let title = format!("Body rate: {}", body.source);
-    let rate = || Axis::new("ω_b", "rad/s");
-    page.heading("Body").paragraph(format!(
-        "J from {}, over windows of half a second, each from its own mean: {} rad/s are left of a motion of {} rad/s rms.",
-        body.driven_by,
-        number(body.residual_rms, 3),
-        number(body.motion_rms, 3)
-    ));
-    excerpt_plot(&title, traces, rate()).into_iter().for_each(|plot| {
-        page.plot(plot);
-    });
-    page.plot(
-        Plot::new(title, Axis::new("time", "s"), rate())
-            .group("body")
-            .series(Series::line("measured", &time, &column(traces, |row| row.1)).tone(Tone::Measured))
-            .series(Series::line("model", &time, &column(traces, |row| row.2)).tone(Tone::Model)),
-    )
-    .plot(
-        Plot::new("Error", Axis::new("time", "s"), Axis::new("model - measured", "rad/s"))
-            .group("body")
-            .height(220)
-            .series(Series::line("model - measured", &time, &error).tone(Tone::Residual)),
-    );
 }

@@ -3,7 +3,9 @@
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::comparison::run;
 use super::findings::sentences;
+use crate::compare::Comparison;
 use crate::diagnose::Diagnosis;
 use crate::screening::Finding;
 
@@ -19,6 +21,20 @@ pub fn with_sentences(answer: &impl Serialize, findings: &[Finding]) -> Result<V
     let mut value = serde_json::to_value(answer)?;
     if let Value::Object(fields) = &mut value {
         fields.insert("warnings".to_owned(), json!(sentences(findings)));
+    }
+    Ok(value)
+}
+
+/// A comparison with the sentences of its findings, and how each block was run in words.
+///
+/// # Errors
+///
+/// What cannot be written as JSON.
+pub fn comparison(comparison: &Comparison) -> Result<Value, serde_json::Error> {
+    let findings = [&comparison.findings[..], &comparison.mistaken_columns].concat();
+    let mut value = with_sentences(comparison, &findings)?;
+    for (at, block) in comparison.blocks.iter().enumerate() {
+        value["blocks"][at]["run"] = json!(run(block.run));
     }
     Ok(value)
 }

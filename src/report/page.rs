@@ -15,7 +15,7 @@ const SCRIPT: &str = include_str!("assets/page.js");
 const STYLE: &str = include_str!("assets/page.css");
 
 #[derive(Debug, Clone)]
-enum Block {
+enum Element {
     Heading(String),
     Subheading(String),
     Paragraph(String),
@@ -27,7 +27,7 @@ enum Block {
     Table(Table),
     Plot(Box<Plot>),
     Bars(Bars),
-    Details(String, Vec<Block>),
+    Details(String, Vec<Element>),
 }
 
 /// A report: a title and blocks, emitted as one self-contained HTML file.
@@ -36,7 +36,7 @@ enum Block {
 #[derive(Debug, Clone)]
 pub struct Page {
     title: String,
-    blocks: Vec<Block>,
+    blocks: Vec<Element>,
 }
 
 impl Page {
@@ -48,38 +48,38 @@ impl Page {
 
     /// Starts a section; sections are listed at the top.
     pub fn heading(&mut self, text: impl Into<String>) -> &mut Self {
-        self.push(Block::Heading(text.into()))
+        self.push(Element::Heading(text.into()))
     }
 
     /// Starts a part of a section.
     pub fn subheading(&mut self, text: impl Into<String>) -> &mut Self {
-        self.push(Block::Subheading(text.into()))
+        self.push(Element::Subheading(text.into()))
     }
 
     /// Adds a paragraph.
     pub fn paragraph(&mut self, text: impl Into<String>) -> &mut Self {
-        self.push(Block::Paragraph(text.into()))
+        self.push(Element::Paragraph(text.into()))
     }
 
     /// Adds an equation on a line of its own, as plain text: `ω̇_p = -p ω_p + p z`.
     pub fn formula(&mut self, text: impl Into<String>) -> &mut Self {
-        self.push(Block::Formula(text.into()))
+        self.push(Element::Formula(text.into()))
     }
 
     /// Adds text as it is, in a fixed-width font: a file, a command.
     pub fn preformatted(&mut self, text: impl Into<String>) -> &mut Self {
-        self.push(Block::Preformatted(text.into()))
+        self.push(Element::Preformatted(text.into()))
     }
 
     /// Adds a boxed sentence that the reader must not miss.
     pub fn verdict(&mut self, mark: Mark, text: impl Into<String>) -> &mut Self {
-        self.push(Block::Verdict(mark, text.into()))
+        self.push(Element::Verdict(mark, text.into()))
     }
 
     /// Adds a bulleted list; an empty one leaves no trace.
     pub fn list<T: Into<String>>(&mut self, items: impl IntoIterator<Item = T>) -> &mut Self {
         let items: Vec<String> = items.into_iter().map(Into::into).collect();
-        if items.is_empty() { self } else { self.push(Block::List(items)) }
+        if items.is_empty() { self } else { self.push(Element::List(items)) }
     }
 
     /// Adds a row of large numbers, each with a few words below it: `("error left", "0.26 rad/s")`.
@@ -88,32 +88,32 @@ impl Page {
         numbers: impl IntoIterator<Item = (N, V)>,
     ) -> &mut Self {
         let numbers = numbers.into_iter().map(|(name, value)| (name.into(), value.into())).collect();
-        self.push(Block::KeyNumbers(numbers))
+        self.push(Element::KeyNumbers(numbers))
     }
 
     /// Adds a table.
     pub fn table(&mut self, table: Table) -> &mut Self {
-        self.push(Block::Table(table))
+        self.push(Element::Table(table))
     }
 
     /// Adds a plot.
     pub fn plot(&mut self, plot: Plot) -> &mut Self {
-        self.push(Block::Plot(Box::new(plot)))
+        self.push(Element::Plot(Box::new(plot)))
     }
 
     /// Adds a bar chart.
     pub fn bars(&mut self, bars: Bars) -> &mut Self {
-        self.push(Block::Bars(bars))
+        self.push(Element::Bars(bars))
     }
 
     /// Adds what `fill` writes, folded away under `summary`.
     pub fn details(&mut self, summary: impl Into<String>, fill: impl FnOnce(&mut Self)) -> &mut Self {
         let mut inner = Self::new("");
         fill(&mut inner);
-        self.push(Block::Details(summary.into(), inner.blocks))
+        self.push(Element::Details(summary.into(), inner.blocks))
     }
 
-    fn push(&mut self, block: Block) -> &mut Self {
+    fn push(&mut self, block: Element) -> &mut Self {
         self.blocks.push(block);
         self
     }
@@ -125,7 +125,7 @@ impl Page {
         let (title, heading) = (escape(&self.title.replace('`', "")), inline(&self.title));
         let mut body = String::new();
         let mut headings = Vec::new();
-        emit_blocks(&self.blocks, &mut body, &mut headings);
+        emit_elements(&self.blocks, &mut body, &mut headings);
         let contents = if headings.len() < 3 {
             String::new()
         } else {
@@ -159,25 +159,25 @@ impl Page {
     }
 }
 
-fn emit_blocks(blocks: &[Block], html: &mut String, headings: &mut Vec<String>) {
+fn emit_elements(blocks: &[Element], html: &mut String, headings: &mut Vec<String>) {
     for block in blocks {
         let text = match block {
-            Block::Heading(text) => {
+            Element::Heading(text) => {
                 headings.push(text.clone());
                 format!("<h2 id=\"section-{}\">{}</h2>\n", headings.len(), inline(text))
             }
-            Block::Subheading(text) => format!("<h3>{}</h3>\n", inline(text)),
-            Block::Paragraph(text) => format!("<p>{}</p>\n", inline(text)),
-            Block::Formula(text) => format!("<p class=\"formula\">{}</p>\n", escape(text)),
-            Block::Preformatted(text) => format!("<pre>{}</pre>\n", escape(text)),
-            Block::Verdict(mark, text) => {
+            Element::Subheading(text) => format!("<h3>{}</h3>\n", inline(text)),
+            Element::Paragraph(text) => format!("<p>{}</p>\n", inline(text)),
+            Element::Formula(text) => format!("<p class=\"formula\">{}</p>\n", escape(text)),
+            Element::Preformatted(text) => format!("<pre>{}</pre>\n", escape(text)),
+            Element::Verdict(mark, text) => {
                 format!("<p class=\"verdict {}\">{}</p>\n", mark.class(), inline(text))
             }
-            Block::List(items) => {
+            Element::List(items) => {
                 let items: String = items.iter().map(|item| format!("<li>{}</li>", inline(item))).collect();
                 format!("<ul>{items}</ul>\n")
             }
-            Block::KeyNumbers(numbers) => {
+            Element::KeyNumbers(numbers) => {
                 let cards: String = numbers
                     .iter()
                     .map(|(name, value)| {
@@ -186,12 +186,12 @@ fn emit_blocks(blocks: &[Block], html: &mut String, headings: &mut Vec<String>) 
                     .collect();
                 format!("<div class=\"key-numbers\">{cards}</div>\n")
             }
-            Block::Table(table) => table.html(),
-            Block::Plot(plot) => plot_html(plot),
-            Block::Bars(bars) => bars.html(),
-            Block::Details(summary, inner) => {
+            Element::Table(table) => table.html(),
+            Element::Plot(plot) => plot_html(plot),
+            Element::Bars(bars) => bars.html(),
+            Element::Details(summary, inner) => {
                 let mut folded = String::new();
-                emit_blocks(inner, &mut folded, headings);
+                emit_elements(inner, &mut folded, headings);
                 format!("<details><summary>{}</summary>\n{folded}</details>\n", inline(summary))
             }
         };

@@ -1,12 +1,18 @@
 //! The report of `paper`: every table and figure, ours beside the printed one.
 
 use super::deviations;
-use super::flights::{DISTURBANCE, Shown, answer_plots, answer_table};
 use super::identification::error_plots;
+use super::runs::{DISTURBANCE, Shown, answer_plots, answer_table};
 use super::{Mark, Page, Table, Tone, number};
 use crate::identify::HIGHEST_DEGREE;
 use crate::studies::paper::{Beside, ControlledRun, PaperRun};
 use crate::studies::thresholds::THRESHOLDS;
+
+/// That the paper's experiments were not run to their end.
+#[must_use]
+pub fn interrupted(what: impl std::fmt::Display, reason: impl std::fmt::Display) -> String {
+    format!("stopped in the middle of {what}, {reason}; no report was written")
+}
 
 impl PaperRun {
     /// Table I and the pole of Table IV: printed, ours, standard error.
@@ -22,7 +28,7 @@ impl PaperRun {
             };
             let away = (ours - row.printed).abs() / error;
             table.marked_row(
-                if away < 3.0 { Mark::Good } else { Mark::Bad },
+                if away < super::thresholds::THRESHOLDS.wrong_errors { Mark::Good } else { Mark::Bad },
                 [
                     row.symbol.to_owned(),
                     number(row.printed, 5),
@@ -40,7 +46,8 @@ impl PaperRun {
     pub fn remarks(&self) -> Vec<String> {
         let away = |row: &&Beside| {
             let (ours, error) = row.ours.zip(row.standard_error)?;
-            Some((row.symbol, (ours - row.printed).abs() / error)).filter(|(_, away)| *away > REMARKABLE)
+            Some((row.symbol, (ours - row.printed).abs() / error))
+                .filter(|(_, away)| *away > super::thresholds::THRESHOLDS.remarkable_errors)
         };
         let far: Vec<(&str, f64)> = self.beside.iter().filter_map(|row| away(&row)).collect();
         let mut remarks: Vec<String> = far.iter().map(|(symbol, away)| chance(symbol, *away)).collect();
@@ -141,11 +148,14 @@ impl PaperRun {
 
     /// EMC against PID, with and without delay.
     #[must_use]
-    pub fn flight_table(&self) -> Table {
+    pub fn run_table(&self) -> Table {
         let shown: Vec<Shown> = self.runs.iter().map(shown).collect();
         answer_table(
             &shown,
-            &format!("The same impulse, 0.6 N m for 50 ms, judged for {} s behind it", THRESHOLDS.judged_s),
+            &format!(
+                "The same impulse, 0.6 N m for 50 ms, judged for {} s behind it",
+                THRESHOLDS.answer_window_s
+            ),
         )
     }
 
@@ -185,12 +195,12 @@ impl PaperRun {
             "β prints as 0.27; Table II needs 0.276, which is used.",
             "k in Table III repeats γ_0, γ_1, γ_2 of Table II: put into A_c - B_c K it gives |λ| = 1.171, unstable. Ours is the pole placement with the text's α_c = 0.",
         ]);
-        page.heading("Figs. 8 and 9: torque impulse").table(self.flight_table()).paragraph(DISTURBANCE);
+        page.heading("Figs. 8 and 9: torque impulse").table(self.run_table()).paragraph(DISTURBANCE);
         page.paragraph(self.peaks());
         let mut delays: Vec<f64> = self.runs.iter().map(|run| run.delay).collect();
         delays.dedup();
         for delay in delays {
-            self.flight_plots(&mut page, delay);
+            self.run_plots(&mut page, delay);
         }
         page.heading("Deviations from the print").table(deviations::table());
         page
@@ -223,7 +233,7 @@ impl PaperRun {
         if let Some([emc, pid]) = self.runs.last_chunk() {
             text.push_str(&format!(
                 "Both controllers have the paper's settings, which were made for a loop without delay: by `design` EMC's is \
-                 stable up to a delay of {} ms, the PID's up to {} ms. The {} ms flown here leave the PID little, and that \
+                 stable up to a delay of {} ms, the PID's up to {} ms. The {} ms run here leave the PID little, and that \
                  is why it rings: this is what these gains do with that delay, not all that a PID can do.",
                 number(1e3 * emc.delay_limit, 3),
                 number(1e3 * pid.delay_limit, 3),
@@ -233,7 +243,7 @@ impl PaperRun {
         text
     }
 
-    fn flight_plots(&self, page: &mut Page, delay: f64) {
+    fn run_plots(&self, page: &mut Page, delay: f64) {
         let runs = self.runs.iter().filter(|run| run.delay == delay).map(shown);
         let runs: Vec<Shown> = runs.collect();
         let title = |figure: &str| format!("{figure}, loop delay {} ms", number(1e3 * delay, 3));
@@ -243,16 +253,13 @@ impl PaperRun {
     }
 }
 
-/// Standard errors from which a number's distance from the print is spoken of.
-const REMARKABLE: f64 = 1.5;
-
 /// What to think of a number that far away, of four that are drawn.
 fn chance(symbol: &str, away: f64) -> String {
     // 1 - (1 - P(|z| > a))⁴ of a normal z: 0.44 at 1.5, 0.17 at 2, 0.011 at 3.
-    let verdict = if away < 2.0 {
+    let verdict = if away < super::thresholds::THRESHOLDS.unlikely_errors {
         "as chance has it: of four honest numbers one at least is beyond 1.5 in 44 of 100 runs, and another --seed draws \
          others"
-    } else if away < 3.0 {
+    } else if away < super::thresholds::THRESHOLDS.wrong_errors {
         "which chance brings about: of four honest numbers one at least is beyond 2 in 17 of 100 runs; see whether another \
          --seed has it, too"
     } else {

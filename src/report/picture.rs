@@ -105,7 +105,7 @@ impl<'a> Scale<'a> {
     fn ticks(&self, least: f64) -> Vec<f64> {
         let (low, high) = self.shown;
         let most = ((self.ends.1 - self.ends.0).abs() / least).max(2.0);
-        if self.axis.logarithmic && high / low >= 10.0 {
+        if self.axis.logarithmic && (high / low).log10() >= 1.0 {
             // All decades, or every second, third ...; with 2 and 5 between them where there is room.
             let (first, last) = (low.log10().floor() as i32, high.log10().ceil() as i32);
             let each = (f64::from(last - first) / most).ceil().max(1.0) as usize;

@@ -104,6 +104,12 @@ pub fn run(summary: &RunSummary) -> String {
     )
 }
 
+/// The guard's last state, and why.
+#[must_use]
+pub fn guard_at_end(state: &str, cause: &str) -> String {
+    format!("guard at the end: {state} ({cause})")
+}
+
 /// What the guard did, one line each.
 fn guard_events(events: &[EventLine]) -> String {
     let line = |event: &EventLine| {

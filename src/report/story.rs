@@ -8,8 +8,10 @@ use crate::diagnose::diagnosis::{
 };
 use crate::diagnose::refusal::Refusal;
 use crate::effect::find;
-use crate::model::Model;
+use crate::model::{Model, Step};
 use crate::report::findings::sentence;
+use crate::report::thresholds::THRESHOLDS;
+use crate::report::verdict::NextStep;
 
 /// Columns of a small terminal.
 const WIDTH: usize = 80;
@@ -162,7 +164,7 @@ fn not_tried(diagnosis: &Diagnosis) -> String {
 
 /// A diagnosis; `next` says what to do.
 #[must_use]
-pub fn diagnosis(diagnosis: &Diagnosis, next: &[String]) -> String {
+pub fn diagnosis(diagnosis: &Diagnosis, next: &[NextStep]) -> String {
     let mut out = wrapped("", &super::verdict::sentence(diagnosis, ""));
     for id in &diagnosis.effects {
         out += &card(id, &diagnosis.model, diagnosis.parameters.iter());
@@ -177,7 +179,9 @@ pub fn diagnosis(diagnosis: &Diagnosis, next: &[String]) -> String {
     out.push('\n');
     out += &errors(&diagnosis.error);
     let fails = diagnosis.verdict != Verdict::Adequate;
-    for place in diagnosis.r#where.iter().filter(|place| fails && place.share_of_error > 0.01) {
+    for place in
+        diagnosis.r#where.iter().filter(|place| fails && place.share_of_error > THRESHOLDS.shown_share)
+    {
         let (share, explained) = (100.0 * place.share_of_error, 100.0 * place.explained);
         let sentence = format!(
             "{}: {share:.0} % of the error above noise; {} explains {explained:.0} % of it",
@@ -190,11 +194,11 @@ pub fn diagnosis(diagnosis: &Diagnosis, next: &[String]) -> String {
     out.push('\n');
     for step in next {
         // A command stays on one line, to be copied.
-        match step.split_once('`') {
-            Some((words, command)) if command.matches('`').count() == 1 && command.ends_with('`') => {
-                let _ = writeln!(out, "Next: {}\n  {}", words.trim(), command.trim_end_matches('`'));
+        match &step.command {
+            Some(command) => {
+                let _ = writeln!(out, "Next: {}\n  {command}", step.words);
             }
-            _ => out += &wrapped("Next: ", &step.replace('`', "")),
+            None => out += &wrapped("Next: ", &step.words.replace('`', "")),
         }
     }
     for warning in &diagnosis.findings {
@@ -223,18 +227,23 @@ pub fn extension(model: &Model, added: &[String], error: &ErrorSummary) -> Strin
         let fall = &step.error;
         let sentence = format!(
             "{}: {} -> {} {}",
-            step.title(),
+            step_title(step),
             number(fall.validate_before, 4),
             number(fall.validate_after, 4),
-            unit_of(&fall.measure)
+            fall.measure.unit()
         );
         out += &wrapped(&format!("  {} ", number_of + 1), &sentence);
     }
     out
 }
 
-fn unit_of(measure: &str) -> &str {
-    measure.rsplit_once('[').map_or("", |(_, rest)| rest.trim_end_matches(']'))
+/// What a step of the ladder did.
+pub(super) fn step_title(step: &Step) -> String {
+    if step.added.is_empty() {
+        "its own numbers refitted".to_owned()
+    } else {
+        format!("+ {}", step.added.join(" + "))
+    }
 }
 
 /// Parameters of the effects that a model has, by `effect.parameter`.

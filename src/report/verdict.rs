@@ -25,7 +25,33 @@ pub fn sentence(diagnosis: &Diagnosis, mark: &str) -> String {
     }
 }
 
-/// What to do next, sentence by sentence; commands between backticks. `model`, `train`, `validate` are the files as
+/// What to do next.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NextStep {
+    /// In words; what is named is between backticks.
+    pub words: String,
+    /// The command that does it.
+    pub command: Option<String>,
+}
+
+impl NextStep {
+    fn by(words: &str, command: String) -> Self {
+        Self { words: words.to_owned(), command: Some(command) }
+    }
+
+    fn say(words: impl Into<String>) -> Self {
+        Self { words: words.into(), command: None }
+    }
+
+    /// Both, the command between backticks.
+    #[must_use]
+    pub fn text(&self) -> String {
+        let command = self.command.iter().map(|command| format!(" `{command}`"));
+        self.words.clone() + &command.collect::<String>()
+    }
+}
+
+/// What to do next, step by step. `model`, `train`, `validate` are the files as
 /// they were given; `options` are those of the logs, each with a blank before it.
 #[must_use]
 pub fn next_steps(
@@ -33,7 +59,7 @@ pub fn next_steps(
     model: &str,
     (train, validate): (&[String], &[String]),
     options: &str,
-) -> Vec<String> {
+) -> Vec<NextStep> {
     let logs = format!("--log {}{options}", train.join(" "));
     let shown = if validate.is_empty() { train } else { validate };
     let shown = format!("--log {}{options}", shown.join(" "));
@@ -41,46 +67,49 @@ pub fn next_steps(
         if validate.is_empty() { String::new() } else { format!(" --validate {}", validate.join(" ")) };
     let extend = |effects: &[String]| {
         let effects = effects.join(" ");
-        format!("`rotorbench extend --model {model} --effect {effects} {logs}{held_out} -o extended.toml`")
+        format!("rotorbench extend --model {model} --effect {effects} {logs}{held_out} -o extended.toml")
     };
     let mut steps = match diagnosis.verdict {
-        _ if diagnosis.turns_against_torque => vec![
+        _ if diagnosis.turns_against_torque => vec![NextStep::say(
             "Look whether the gyro's sign is that of the torque, and whether rotors 1 and 2 are exchanged; then diagnose \
-             again. What is named before that only comes nearest."
-                .to_owned(),
-        ],
-        Verdict::MissingEffect => vec![format!("Add it: {}", extend(&diagnosis.effects))],
+             again. What is named before that only comes nearest.",
+        )],
+        Verdict::MissingEffect => vec![NextStep::by("Add it:", extend(&diagnosis.effects))],
         Verdict::Unknown if diagnosis.effects.is_empty() => {
-            vec!["Write what you suspect as an effect of your own, `[[user_effects]]` in the model file, and diagnose \
-                  again: it competes with the catalogue."
-                .to_owned()]
+            vec![NextStep::say(
+                "Write what you suspect as an effect of your own, `[[user_effects]]` in the model file, and diagnose \
+                 again: it competes with the catalogue.",
+            )]
         }
         Verdict::Unknown => vec![
-            format!("Add what explains a part: {}", extend(&diagnosis.effects)),
-            format!("Then look at what is left: `rotorbench compare --model extended.toml {shown}`"),
+            NextStep::by("Add what explains a part:", extend(&diagnosis.effects)),
+            NextStep::by(
+                "Then look at what is left:",
+                format!("rotorbench compare --model extended.toml {shown}"),
+            ),
         ],
-        Verdict::ParametersChanged => vec![format!(
-            "Take the new numbers over: `rotorbench extend --model {model} --recalibrate {logs}{held_out} -o recalibrated.toml`"
+        Verdict::ParametersChanged => vec![NextStep::by(
+            "Take the new numbers over:",
+            format!("rotorbench extend --model {model} --recalibrate {logs}{held_out} -o recalibrated.toml"),
         )],
-        Verdict::Adequate => vec!["Use the model; a log that moves more could show more.".to_owned()],
-        Verdict::InsufficientData => vec![
-            "Record a longer log, in which something moves: `rotorbench experiment prbs`, for a minute or more."
-                .to_owned(),
-        ],
+        Verdict::Adequate => vec![NextStep::say("Use the model; a log that moves more could show more.")],
+        Verdict::InsufficientData => vec![NextStep::say(
+            "Record a longer log, in which something moves: `rotorbench experiment prbs`, for a minute or more.",
+        )],
     };
     if let Some(inertia) = diagnosis.changed_parameters.iter().find(|changed| changed.is_in_degrees()) {
         steps.insert(
             0,
-            format!(
+            NextStep::say(format!(
                 "Look whether the body's rate (and its angle) are in degrees: J comes out as 1/{:.0} of the model's, and 180/π \
                  is 57. If so, `import` the log with the units `deg/s` and `deg`, and diagnose again.",
                 inertia.from / inertia.to
-            ),
+            )),
         );
     }
     let experiment = diagnosis.next_experiment.as_ref().filter(|_| !diagnosis.turns_against_torque);
     if let Some(next) = experiment.filter(|next| !next.run.is_empty()) {
-        steps.push(format!("To tell the sets apart, record: {}", next.run));
+        steps.push(NextStep::say(format!("To tell the sets apart, record: {}", next.run)));
     }
     steps
 }

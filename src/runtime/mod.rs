@@ -64,7 +64,7 @@ pub enum ProcessError {
     /// The recording.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// The log of a flight.
+    /// The log of a run.
     #[error(transparent)]
     Log(#[from] DatasetError),
     /// The operating system has no thread, or no signal handler, to give.

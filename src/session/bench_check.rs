@@ -233,7 +233,7 @@ fn unsaid(config: &BenchConfig, spoken: &[MessageDescription]) -> Vec<Finding> {
 
 /// Whether a ratio of rates is 1, 2, 3, ..., to a hundredth.
 fn is_whole(ratio: f64) -> bool {
-    ratio.round() >= 1.0 && (ratio - ratio.round()).abs() <= 0.01 * ratio
+    ratio.round() >= 1.0 && (ratio - ratio.round()).abs() <= super::thresholds::THRESHOLDS.whole_ratio * ratio
 }
 
 /// What of the interface is not as the bench file has it.

@@ -6,7 +6,8 @@ use serde::Serialize;
 
 use super::open::{beginning, is_ours};
 use super::{Job, SessionError};
-use crate::log::format::{FORMATS, FormatError, Request, Start};
+use crate::log::format::{FormatError, Request, Start};
+use crate::log::formats::FORMATS;
 use crate::log::guess::{GuessedColumn, guess, signals};
 use crate::log::mapping::{Mapping, MappingConfig, TimeConfig};
 use crate::log::sniff::{SampledColumn, layout};

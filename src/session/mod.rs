@@ -10,8 +10,8 @@
 mod bench_check;
 mod compare;
 mod diagnose;
+mod emulated_run;
 mod extend;
-mod fly;
 mod guess;
 mod identify;
 mod machine;
@@ -37,8 +37,10 @@ use crate::runtime::ProcessError;
 pub use bench_check::{BenchCheck, InterfaceLook};
 pub use compare::compare;
 pub use diagnose::diagnose;
+pub use emulated_run::run_emulated;
+#[doc(hidden)]
+pub use emulated_run::run_emulated as fly;
 pub use extend::{Extended, extend, refit};
-pub use fly::fly;
 pub use guess::{GuessedLog, guess_columns};
 pub use identify::identify;
 pub use machine::{Grade, MachineCheck, check_machine};
@@ -147,7 +149,7 @@ pub enum SessionError {
     /// Nothing could be diagnosed or extended.
     #[error(transparent)]
     Diagnose(#[from] DiagnoseError),
-    /// A flight on the emulated bench.
+    /// A run on the emulated bench.
     #[error(transparent)]
     Process(#[from] ProcessError),
     /// There is no step to undo.

@@ -9,7 +9,8 @@ use crate::bench::BenchConfig;
 use crate::can::protocol;
 use crate::log::can_capture::CaptureNotes;
 use crate::log::dataset::{of_rotor, rotor_of};
-use crate::log::format::{FORMATS, FormatError, LogFormat, Request, START, Start};
+use crate::log::format::{FormatError, LogFormat, Request, START, Start};
+use crate::log::formats::{FORMATS, readable};
 use crate::log::{Dataset, Mapping, Notes, can_capture, csv, export, limits, mapped, unreadable};
 use crate::screening::ScreenedLog;
 
@@ -162,10 +163,12 @@ fn read(path: &Path, config: &OpenConfig) -> Result<Read, SessionError> {
         return tabular(path, *format, config);
     }
     if let Some((what, instead)) = unreadable::recognised(&start) {
-        return Err(FormatError::Unreadable { path: path.to_owned(), what, instead }.into());
+        return Err(
+            FormatError::Unreadable { path: path.to_owned(), what, instead, readable: readable() }.into()
+        );
     }
     if unreadable::is_binary(&start) {
-        return Err(FormatError::Unknown { path: path.to_owned() }.into());
+        return Err(FormatError::Unknown { path: path.to_owned(), readable: readable() }.into());
     }
     match &config.mapping {
         Some(mapping) if !is_ours(&start) => {

@@ -11,4 +11,6 @@ crate::thresholds! {
     locked_memory_need: u64 = 268_435_456, "byte", "judgement";
     /// [ns] above which a reading of the clock went through the kernel or to a slow device
     slow_clock_reading_ns: u64 = 400, "ns", "judgement";
+    /// share of a ratio of two periods by which it may miss a whole number: then one is a multiple of the other
+    whole_ratio: f64 = 0.01, "-", "judgement";
 }

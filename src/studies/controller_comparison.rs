@@ -74,7 +74,8 @@ pub struct LaterStrike {
     /// What struck it.
     pub impulse: Impulse,
     /// [s] how long it was judged.
-    pub judged_s: f64,
+    #[serde(rename = "judged_s")]
+    pub window_s: f64,
     /// How the controller answered.
     pub answer: ImpulseResponse,
 }
@@ -95,8 +96,9 @@ pub struct RecordedRun {
     pub struck_from: StruckFrom,
     /// The impulse, where it is known.
     pub impulse: Option<Impulse>,
-    /// [s] how long behind the impulse it was judged: at most `judged_s`.
-    pub judged_s: f64,
+    /// [s] how long behind the impulse it was judged: at most `window_s`.
+    #[serde(rename = "judged_s")]
+    pub window_s: f64,
     /// Whether the angle was measured at the pivot; else it is the controller's own estimate.
     pub is_angle_measured: bool,
     /// How the controller answered.
@@ -122,7 +124,7 @@ pub struct RunComparison {
     pub findings: Vec<Finding>,
 }
 
-/// Reads the runs in `recordings` and measures each response over `judged_s` behind its impulse as `paper` does, or over the time
+/// Reads the runs in `recordings` and measures each response over `window_s` behind its impulse as `paper` does, or over the time
 /// that all of them have before the next impulse or their end: what drifts back over the band long after is no answer
 /// to it. `given` is the impulse, `at_s` counted from the first record of a controller's step, where the recordings do
 /// not say it.
@@ -135,8 +137,9 @@ pub fn compare_runs(
 ) -> Result<RunComparison, RunComparisonError> {
     let mut raw = recordings.iter().map(|path| RawRun::read(path, given)).collect::<Result<Vec<_>, _>>()?;
     let most = raw.iter().map(|run| run.strikes.len()).max().unwrap_or(0);
-    let window =
-        |index: usize| raw.iter().filter_map(|it| it.behind_s(index)).fold(THRESHOLDS.judged_s, f64::min);
+    let window = |index: usize| {
+        raw.iter().filter_map(|it| it.behind_s(index)).fold(THRESHOLDS.answer_window_s, f64::min)
+    };
     let windows: Vec<f64> = (0..most).map(window).collect();
     let runs: Vec<RecordedRun> = raw.drain(..).map(|run| run.judged(&windows)).collect();
     let findings = findings(&runs);
@@ -323,17 +326,17 @@ impl RawRun {
         let emulator = self.config.as_ref().filter(|_| self.is_virtual).map(|config| &config.emulator);
         let name = self.name();
         let struck_s = self.strikes.first().copied().unwrap_or(f64::NAN);
-        let judged_s = windows.first().copied().unwrap_or(THRESHOLDS.judged_s);
+        let window_s = windows.first().copied().unwrap_or(THRESHOLDS.answer_window_s);
         let by = |struck_s: f64| self.impulses.iter().find(|it| it.0 == struck_s).map(|it| it.1);
         let later = self
             .strikes
             .iter()
             .zip(windows)
             .skip(1)
-            .filter(|(_, judged_s)| **judged_s >= THRESHOLDS.shortest_answer_s);
-        let later = later.filter_map(|(&struck_s, &judged_s)| {
-            let answer = measure(&self.moments, struck_s, judged_s);
-            Some(LaterStrike { struck_s, impulse: by(struck_s)?, judged_s, answer })
+            .filter(|(_, window_s)| **window_s >= THRESHOLDS.shortest_answer_s);
+        let later = later.filter_map(|(&struck_s, &window_s)| {
+            let answer = measure(&self.moments, struck_s, window_s);
+            Some(LaterStrike { struck_s, impulse: by(struck_s)?, window_s, answer })
         });
         RecordedRun {
             recording: name,
@@ -342,9 +345,9 @@ impl RawRun {
             struck_s,
             struck_from: self.struck_from,
             impulse: by(struck_s),
-            judged_s,
+            window_s,
             is_angle_measured: self.is_angle_measured,
-            answer: measure(&self.moments, struck_s, judged_s),
+            answer: measure(&self.moments, struck_s, window_s),
             later: later.collect(),
             recorded_otherwise: self.recorded_otherwise,
             moments: self.moments,

@@ -43,13 +43,13 @@ pub struct Moment {
     pub disturbance: f64,
 }
 
-/// Measures the response in `run` for `judged_s` [s] from the impulse at `struck_s` [s] on. Angles are counted from what the angle was
+/// Measures the response in `run` for `window_s` [s] from the impulse at `struck_s` [s] on. Angles are counted from what the angle was
 /// just before.
 #[must_use]
-pub fn measure(run: &[Moment], struck_s: f64, judged_s: f64) -> ImpulseResponse {
+pub fn measure(run: &[Moment], struck_s: f64, window_s: f64) -> ImpulseResponse {
     let period = period_of(run);
     let first = run.partition_point(|moment| moment.time < struck_s - 0.5 * period);
-    let behind = run.partition_point(|moment| moment.time < struck_s + judged_s - 0.5 * period);
+    let behind = run.partition_point(|moment| moment.time < struck_s + window_s - 0.5 * period);
     let window = run.get(first..behind).unwrap_or_default();
     let before = window.first().map_or(0.0, |moment| moment.angle);
     let angle = |moment: &Moment| moment.angle - before;

@@ -11,11 +11,13 @@ crate::thresholds! {
     held_share: f64 = 0.05, "-", "judgement";
     /// [s] how long the answer to an impulse is judged; what crosses the band long after is the drift of an angle that no gyro
     /// shows, and no answer to the impulse
-    judged_s: f64 = 8.0, "s", "several times what a loop of a bench needs";
+    answer_window_s: f64 = 8.0, "s", "several times what a loop of a bench needs";
     /// [s] shortest time for a stage of a round of `jitter`: less is no measurement
     shortest_stage_s: f64 = 0.05, "s", "judgement";
     /// [s] how long a peer of `jitter` may take to be there
     peer_s: f64 = 10.0, "s", "judgement";
     /// count: most rounds of `jitter`
     most_rounds: u32 = 1000, "count", "judgement";
+    /// [periods] each stage of `jitter` lasts at least
+    fewest_periods: f64 = 2.0, "periods", "one to begin, one to measure";
 }

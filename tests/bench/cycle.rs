@@ -153,7 +153,7 @@ fn frame(id: u32, data: &[u8]) -> libc::can_frame {
 }
 
 /// `run` as it is, until `stop`.
-fn fly(config: &BenchConfig, stop: &AtomicBool) {
+fn control_loop(config: &BenchConfig, stop: &AtomicBool) {
     let source = controller_plant::command_source(config).expect("the built-in bench");
     let mut run = RunLoop::open(config, source, LogQueue::new(16)).expect("the only one");
     while !stop.load(Ordering::Relaxed) {
@@ -219,7 +219,7 @@ fn frame_to_frame(_: &mut Criterion) {
     let stop = AtomicBool::new(false);
     let measured = std::thread::scope(|scope| {
         scope.spawn(|| echo.echo());
-        scope.spawn(|| fly(&config, &stop));
+        scope.spawn(|| control_loop(&config, &stop));
         // Until `run` has opened the bench.
         std::thread::sleep(Duration::from_millis(500));
         let measured = turns(&config, &bare, &ours);

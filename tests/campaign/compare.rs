@@ -79,7 +79,7 @@ fn the_unknown_torque_is_the_hidden_one() {
     let log = made(Kind::Attitude, &pendulum, 7);
     let comparison = paper_on(&log);
     let torque = comparison.unknown_torque.as_ref().expect("a body rate is measured");
-    assert_eq!(torque.dependences[0].on, "body_angle_rad");
+    assert_eq!(torque.dependences[0].on.to_string(), "body_angle_rad");
     assert!(torque.dependences[0].explained > 0.9, "{}", torque.dependences[0].explained);
     let angle = log.column("body_angle_rad").expect("measured");
     let errors: Vec<f64> =

@@ -174,7 +174,7 @@ fn diagnosed(question: &Question, seed: u64) -> rotorbench::diagnose::Diagnosis 
     let found = asked(question, seed);
     // The error is given where it is largest: the body's falls to its noise, by a tenth at the most above it.
     let (before, after) = (found.error.refitted.train, found.error.extended.train);
-    assert!(found.error.measure.contains("body_rate"), "{}", found.error.measure);
+    assert!(found.error.channel.contains("body_rate"), "{}", found.error.channel);
     assert!(before > 1.5 * after && after < 1.1 * found.error.noise_floor, "{before} -> {after}");
     found
 }

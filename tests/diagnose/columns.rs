@@ -1,6 +1,6 @@
 //! Columns in another unit than their name says, and of another rotor: fitted, they would be reported as physics.
 
-use super::desk::{Desk, diagnose, number, refused, run, said_out};
+use super::desk::{Desk, diagnose, finding, number, refused, run, said_out};
 
 const DEGREES: f64 = 180.0 / std::f64::consts::PI;
 const RPM: f64 = 30.0 / std::f64::consts::PI;
@@ -13,7 +13,7 @@ fn of(log: &std::path::Path, command: &str) -> Vec<String> {
 #[test]
 fn a_column_in_another_unit_is_refused_with_the_unit_to_import_it_with() {
     let desk = Desk::new();
-    let flown = desk.fly("flown.csv", 1, &[]);
+    let recorded = desk.record("recorded.csv", 1, &[]);
     let cases: [(&str, f64, &[&str]); 10] = [
         ("command", 100.0, &["percent: scale 0.01"]),
         (
@@ -36,7 +36,7 @@ fn a_column_in_another_unit_is_refused_with_the_unit_to_import_it_with() {
     ];
     for (stem, factor, parts) in cases {
         let scaled = |name: &str, value: f64| if name.starts_with(stem) { factor * value } else { value };
-        let log = desk.changed(&flown, "scaled.csv", f64::INFINITY, |_| true, scaled);
+        let log = desk.changed(&recorded, "scaled.csv", f64::INFINITY, |_| true, scaled);
         let parts = [&["scaled.csv"][..], parts].concat();
         let words = of(&log, "diagnose --log LOG");
         refused(&words.iter().map(String::as_str).collect::<Vec<_>>(), &parts);
@@ -50,7 +50,7 @@ fn a_column_in_another_unit_is_refused_with_the_unit_to_import_it_with() {
     }
     // A battery that is not connected is none: the logs are taken as if it had not been read, by all commands alike.
     let empty = |name: &str, value: f64| if name == "battery_voltage_v" { 0.0 } else { value };
-    let log = desk.changed(&flown, "scaled.csv", f64::INFINITY, |_| true, empty);
+    let log = desk.changed(&recorded, "scaled.csv", f64::INFINITY, |_| true, empty);
     for command in ["diagnose --log LOG", "compare --log LOG"] {
         let words = of(&log, command);
         let seen = said_out(&run(&words.iter().map(String::as_str).collect::<Vec<_>>()));
@@ -60,7 +60,7 @@ fn a_column_in_another_unit_is_refused_with_the_unit_to_import_it_with() {
         }
     }
     let model = desk.path("better.toml");
-    let exchanged = std::fs::read_to_string(&flown).expect("a log");
+    let exchanged = std::fs::read_to_string(&recorded).expect("a log");
     let exchanged = exchanged.replacen("command_1,command_2", "command_2,command_1", 1);
     let log = desk.write("exchanged.csv", &exchanged).display().to_string();
     let path = model.display().to_string();
@@ -77,8 +77,8 @@ fn a_body_that_is_57_times_as_light_is_asked_for_its_unit_before_its_inertia_is_
     let desk = Desk::new();
     let scaled = |name: &str, value: f64| if name.starts_with("body_") { DEGREES * value } else { value };
     let [train, held_out] = [("train.csv", 1), ("held-out.csv", 2)].map(|(name, sequence)| {
-        let flown = desk.fly(&format!("flown-{name}"), sequence, &[]);
-        desk.changed(&flown, name, f64::INFINITY, |_| true, scaled).display().to_string()
+        let recorded = desk.record(&format!("recorded-{name}"), sequence, &[]);
+        desk.changed(&recorded, name, f64::INFINITY, |_| true, scaled).display().to_string()
     });
     let story = said_out(&run(&["diagnose", "--log", &train, "--validate", &held_out]));
     let mut next = story.lines().filter(|line| line.starts_with("Next: "));
@@ -90,16 +90,17 @@ fn a_body_that_is_57_times_as_light_is_asked_for_its_unit_before_its_inertia_is_
 #[test]
 fn zeros_of_the_battery_are_missing_cells_and_told() {
     let desk = Desk::new();
-    let flights = [("train.csv", 1), ("held-out.csv", 2)].map(|(name, sequence)| {
-        let flown = desk.fly(&format!("flown-{name}"), sequence, &["--hide", "transport_delay:delay=0.03"]);
+    let bench_logs = [("train.csv", 1), ("held-out.csv", 2)].map(|(name, sequence)| {
+        let recorded =
+            desk.record(&format!("recorded-{name}"), sequence, &["--hide", "transport_delay:delay=0.03"]);
         let row = std::cell::Cell::new(0);
         let dropped = |name: &str, value: f64| {
             row.set(row.get() + u32::from(name == "time_s"));
             if name == "battery_voltage_v" && row.get().is_multiple_of(40) { 0.0 } else { value }
         };
-        (desk.changed(&flown, name, f64::INFINITY, |_| true, dropped), flown)
+        (desk.changed(&recorded, name, f64::INFINITY, |_| true, dropped), recorded)
     });
-    let [(train, full), (held_out, full_held_out)] = &flights;
+    let [(train, full), (held_out, full_held_out)] = &bench_logs;
     let (answer, _) = diagnose("paper", train, held_out);
     let (expected, _) = diagnose("paper", full, full_held_out);
     assert_eq!(answer["effects"], expected["effects"], "{answer:#}");
@@ -107,14 +108,16 @@ fn zeros_of_the_battery_are_missing_cells_and_told() {
     let error = |answer| number(answer, &["error", "extended", "validate"]);
     // The last reading stands in for a missing one: 0.01 V, 0.4 rad/s, in one row of 40.
     assert!((error(&answer) / error(&expected) - 1.0).abs() < 0.02, "{answer:#}");
-    assert!(answer["warnings"].to_string().contains("25 readings below 2 V"), "{}", answer["warnings"]);
+    let dropout = finding(&answer, "battery_dropout");
+    assert_eq!(dropout["rows"], 25, "{dropout}");
     let findings = said_out(&run(&[
         "import",
         &train.display().to_string(),
         "-o",
         &desk.path("i.csv").display().to_string(),
+        "--json",
     ]));
-    assert!(findings.contains("25 readings below 2 V"), "{findings}");
+    assert!(findings.contains("\"battery_dropout\""), "{findings}");
 }
 
 /// What was not tried is no evidence of absence: the terminal says so.
@@ -122,9 +125,14 @@ fn zeros_of_the_battery_are_missing_cells_and_told() {
 fn effects_that_were_not_tried_are_told_with_what_they_need() {
     let desk = Desk::new();
     let [train, held_out] = [("train.csv", 1), ("held-out.csv", 2)].map(|(name, sequence)| {
-        let flown = desk.fly(&format!("flown-{name}"), sequence, &[]);
-        let log =
-            desk.changed(&flown, name, f64::INFINITY, |column| column != "body_angle_rad", |_, value| value);
+        let recorded = desk.record(&format!("recorded-{name}"), sequence, &[]);
+        let log = desk.changed(
+            &recorded,
+            name,
+            f64::INFINITY,
+            |column| column != "body_angle_rad",
+            |_, value| value,
+        );
         log.display().to_string()
     });
     let story = said_out(&run(&["diagnose", "--log", &train, "--validate", &held_out]));

@@ -33,7 +33,7 @@ fn steady(command: f64) -> f64 {
     1124.5 * command + 447.1 * command * command - 40.0 * (FULL - 12.4)
 }
 
-/// A flight of the paper's body whose rotors have a dead time of `delay` [s], driven by kicks of this size and read with so many times
+/// A run of the paper's body whose rotors have a dead time of `delay` [s], driven by kicks of this size and read with so many times
 /// the usual noise. The first row's command had been in force before, and the rotors are on their way to what it asks for.
 fn late_flight(seed: u64, delay: f64, kick_size: f64, noise: f64) -> String {
     let mut draws = Draws(seed);

@@ -26,8 +26,8 @@ impl Desk {
         path
     }
 
-    /// A log of a closed-loop flight of the emulator.
-    pub fn fly(&self, name: &str, sequence: u32, more: &[&str]) -> PathBuf {
+    /// A log of a closed-loop run of the emulator.
+    pub fn record(&self, name: &str, sequence: u32, more: &[&str]) -> PathBuf {
         let log = self.path(name);
         let (path, sequence) = (log.display().to_string(), sequence.to_string());
         let mut arguments = vec!["experiment", "prbs", "--lockstep", "--closed-loop", "--amplitude", "0.03"];

@@ -10,7 +10,7 @@ fn the_rungs_of_a_ladder_agree_whatever_the_order() {
     let desk = Desk::new();
     let hide = ["--hide", "gravity_pendulum:moment=0.3", "--hide", "pivot_viscous_friction:coefficient=0.05"];
     let logs = [("train.csv", 1), ("held_out.csv", 2)]
-        .map(|(name, sequence)| desk.fly(name, sequence, &hide).display().to_string());
+        .map(|(name, sequence)| desk.record(name, sequence, &hide).display().to_string());
     let extend = |model: &str, effects: &[&str], to: &str| {
         let to = desk.path(to).display().to_string();
         let [train, held_out] = [logs[0].as_str(), logs[1].as_str()];
@@ -36,12 +36,12 @@ fn the_rungs_of_a_ladder_agree_whatever_the_order() {
     }
 }
 
-/// The circle: what was hidden is learnt from one flight, and the controller that knows it flies better.
+/// The circle: what was hidden is learnt from one run, and the controller that knows it is better.
 #[test]
 fn the_controller_with_the_extended_model_tracks_at_least_twice_as_well() {
     let desk = Desk::new();
     let hide = ["--hide", "gravity_pendulum:moment=0.3", "--hide", "pivot_viscous_friction:coefficient=0.05"];
-    let (train, held_out) = (desk.fly("train.csv", 1, &hide), desk.fly("held_out.csv", 2, &hide));
+    let (train, held_out) = (desk.record("train.csv", 1, &hide), desk.record("held_out.csv", 2, &hide));
     let (answer, _) = diagnose("paper", &train, &held_out);
     let set = |set: &Value| -> Vec<String> {
         let ids = set.as_array().into_iter().flatten().filter_map(|id| id.as_str().map(str::to_owned));

@@ -55,8 +55,8 @@ fn readings_that_repeat_or_are_outliers_do_not_change_the_answer() {
     ];
     for (number_of, (hide, verdict, effect)) in hidden.into_iter().enumerate() {
         let named = |name: &str| format!("{name}_{number_of}.csv");
-        let fly = |name: &str, seed| desk.fly(&named(name), seed, &hide);
-        let (train, held_out) = (fly("train", 1), fly("held_out", 2));
+        let record = |name: &str, seed| desk.record(&named(name), seed, &hide);
+        let (train, held_out) = (record("train", 1), record("held_out", 2));
         let held = [held(&train, "held_train.csv"), held(&held_out, "held_held_out.csv")];
         let outliers = [with_outliers(&train, "o_train.csv"), with_outliers(&held_out, "o_held_out.csv")];
         for ([train, held_out], code) in [(held, "sample_and_hold"), (outliers, "outliers")] {
@@ -79,9 +79,9 @@ fn readings_that_repeat_or_are_outliers_do_not_change_the_answer() {
 fn compare_takes_such_readings_as_missing() {
     let desk = Desk::new();
     let log = desk.path("rotor.csv");
-    let flown =
+    let recorded =
         run(&["experiment", "prbs", "--lockstep", "--duration", "60", "-o", &log.display().to_string()]);
-    assert!(flown.status.success());
+    assert!(recorded.status.success());
     for log in [held(&log, "held.csv"), with_outliers(&log, "outliers.csv")] {
         let output = run(&["compare", "--log", &log.display().to_string(), "--json"]);
         let answer: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");

@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Command;
 
-use super::desk::{Desk, diagnose, refused, run, said};
+use super::desk::{Desk, diagnose, has_code, refused, run, said};
 
 #[test]
 fn logs_that_cannot_tell_are_said_to_be_such() {
@@ -84,7 +84,7 @@ fn a_result_that_could_not_be_written_is_refused_at_once() {
 #[test]
 fn logs_of_two_benches_are_refused() {
     let desk = Desk::new();
-    let one = desk.fly("one.csv", 1, &[]).display().to_string();
+    let one = desk.record("one.csv", 1, &[]).display().to_string();
     // The other bench: three times the inertia. Its model file is the paper's with one number changed.
     let paper = desk.path("paper.toml").display().to_string();
     let arguments = ["extend", "--model", "paper", "--effect", "torque_bias", "--log", &one, "-o", &paper];
@@ -98,7 +98,7 @@ fn logs_of_two_benches_are_refused() {
             .map(|line| format!("{line}\n"))
             .collect();
     let heavy = desk.write("heavy.toml", &heavy).display().to_string();
-    let other = desk.fly("other.csv", 2, &["--model", &heavy]).display().to_string();
+    let other = desk.record("other.csv", 2, &["--model", &heavy]).display().to_string();
     refused(
         &["diagnose", "--log", &one, &other],
         &["one.csv", "other.csv", "not of one bench", "inertia", "diagnose each by itself"],
@@ -115,7 +115,7 @@ fn logs_of_two_benches_are_refused() {
 #[test]
 fn a_model_that_cannot_be_used_is_refused_with_its_place() {
     let desk = Desk::new();
-    let log = desk.fly("log.csv", 1, &[]).display().to_string();
+    let log = desk.record("log.csv", 1, &[]).display().to_string();
     let model = |body: &str| {
         let head = "name = \"mine\"\n[actuator]\nsteady_rate = [0.0, 1124.5, 447.1]\nvoltage_gain = 40.0\n\
                     full_voltage = 12.6\npole = 16.0\nthrust_coefficient = 1.6e-5\nhover_rate = 617.0\n\
@@ -207,8 +207,8 @@ fn a_name_that_no_bench_can_have_is_refused_by_whoever_reads_it() {
 #[test]
 fn numbers_that_no_bench_has_or_that_make_up_for_an_effect_are_not_just_taken_over() {
     let desk = Desk::new();
-    let flight = desk.fly("flight.csv", 1, &[]);
-    let text = fs::read_to_string(&flight).expect("a log");
+    let bench_log = desk.record("log.csv", 1, &[]);
+    let text = fs::read_to_string(&bench_log).expect("a log");
     let header: Vec<&str> = text.lines().next().expect("a header").split(',').collect();
     let at = header.iter().position(|name| *name == "propeller_rate_2_rad_s").expect("measured");
     let reading = |name: &str, cell: fn(usize) -> &'static str| {
@@ -230,9 +230,10 @@ fn numbers_that_no_bench_has_or_that_make_up_for_an_effect_are_not_just_taken_ov
     refused(&[&take_over[..], &[&noise]].concat(), &["nothing to take over", "would go from"]);
     assert!(!desk.path("own.toml").exists());
 
-    let log = desk.fly("pendulum.csv", 1, &["--hide", "gravity_pendulum:moment=0.3"]).display().to_string();
-    let output = run(&[&take_over[..], &[&log]].concat());
+    let log =
+        desk.record("pendulum.csv", 1, &["--hide", "gravity_pendulum:moment=0.3"]).display().to_string();
+    let output = run(&[&take_over[..], &[&log, "--json"]].concat());
     assert_eq!(output.status.code(), Some(1), "something is missing: {}", said(&output));
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(text.replace("\n      ", " ").contains("they make up for something that is missing"), "{text}");
+    let answer: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert!(has_code(&answer, "refitted_above_noise_floor"), "{answer}");
 }

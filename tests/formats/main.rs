@@ -11,7 +11,8 @@ use std::fs;
 use std::path::PathBuf;
 
 use rotorbench::log::candump::CandumpFrame;
-use rotorbench::log::format::{FORMATS, FormatError, LogFormat, Request, Start};
+use rotorbench::log::format::{FormatError, LogFormat, Request, Start};
+use rotorbench::log::formats::FORMATS;
 use rotorbench::log::tables::Tables;
 use rotorbench::log::{asc, blf};
 

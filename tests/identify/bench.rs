@@ -1,4 +1,4 @@
-//! Benches and their experiments, flown in lockstep.
+//! Benches and their experiments, run in lockstep.
 
 use rotorbench::emulate::{Emulator, EmulatorConfig};
 use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};

@@ -200,7 +200,7 @@ fn eqs_1_and_12_the_inertia_from_an_attitude_log() {
     };
     // With the commands the rotors are known between the samples, too.
     let body = inertia(&log);
-    assert_eq!(body.driven_by, "measured rotor rates");
+    assert_eq!(body.driven_by, "measured_rotor_rates");
     // Between the samples the rotors are the exponentials of the free run; what is left is the run against the bench.
     close(body.inertia.value, INERTIA, 3e-5 * INERTIA);
     // Without them a straight line stands for an exponential: (p T_s)²/12 = 0.9 % of the fast part.
@@ -217,11 +217,11 @@ fn eqs_1_and_12_the_inertia_from_an_attitude_log() {
     held.insert("body_rate_rad_s", rates.collect()).expect("as long as time");
     held.insert("torque_command_nm", torques).expect("as long as time");
     let body = inertia(&held);
-    assert_eq!(body.driven_by, "commanded torque");
+    assert_eq!(body.driven_by, "torque_command");
     close(body.inertia.value, INERTIA, 1e-9);
     // The template's rotor, from the commands alone: the paper's, as here.
     let body = inertia(&only(&log, &["command_1", "command_2", "body_rate_rad_s"]));
-    assert_eq!(body.driven_by, "rotor rates predicted from the commands");
+    assert_eq!(body.driven_by, "predicted_rotor_rates");
     close(body.inertia.value, INERTIA, 1e-3 * INERTIA);
 }
 

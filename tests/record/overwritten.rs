@@ -59,11 +59,11 @@ fn no_experiment_is_written_over_another() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
     let log = at("first.csv");
-    let fly = ["experiment", "constant", "--levels", "0.4", "--hold", "1", "--lockstep", "-o", &log];
-    let first = rotorbench(&fly);
+    let record = ["experiment", "constant", "--levels", "0.4", "--hold", "1", "--lockstep", "-o", &log];
+    let first = rotorbench(&record);
     assert!(first.status.success(), "{}", String::from_utf8_lossy(&first.stderr));
     let (text, plan) = (fs::read(&log).expect("a log"), fs::read(at("first.toml")).expect("a plan"));
-    let again = [&fly[..], &["--seed", "2"]].concat();
+    let again = [&record[..], &["--seed", "2"]].concat();
     refused(&again, &format!("{log}: no experiment is overwritten"));
     // Nor is what goes beside it: here the plan, and on a running bench the recording.
     fs::rename(&log, at("moved.csv")).expect("moved");

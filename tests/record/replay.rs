@@ -20,8 +20,8 @@ fn bench() -> BenchConfig {
     bench
 }
 
-/// Flies `bench` in lockstep for `seconds` and records it.
-fn fly(bench: &BenchConfig, seconds: f64, path: &Path) {
+/// Runs `bench` in lockstep for `seconds` and records it.
+fn record(bench: &BenchConfig, seconds: f64, path: &Path) {
     let metadata = record::metadata(bench, "test", None).expect("the built-in model");
     let recorder = Recorder::start(path, &metadata, RecorderOptions::default()).expect("a new file");
     let emulator = bench.emulator.build().expect("the built-in plant");
@@ -52,7 +52,7 @@ fn replay(
 fn a_recording_replays_bit_for_bit() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.mcap");
-    fly(&bench(), 10.0, &path);
+    record(&bench(), 10.0, &path);
     let (controller, guard, events) = replay(&path, &bench());
     assert_eq!(
         (controller.equal, controller.starts, controller.is_equal()),
@@ -67,7 +67,7 @@ fn a_recording_replays_bit_for_bit() {
 fn a_changed_constant_is_named_at_the_first_sample_that_differs() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.mcap");
-    fly(&bench(), 2.0, &path);
+    record(&bench(), 2.0, &path);
     // By hand: where the command of the changed controller, fed the recorded inputs, first differs.
     let mut changed = bench();
     changed.controller.reference.angle_rad += 1e-9;
@@ -95,7 +95,7 @@ fn a_changed_constant_is_named_at_the_first_sample_that_differs() {
 fn a_changed_guard_is_named_too() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.mcap");
-    fly(&bench(), 3.0, &path);
+    record(&bench(), 3.0, &path);
     let mut changed = bench();
     changed.guard.rotor_maximum = 0.3;
     let (controller, guard, _) = replay(&path, &changed);
@@ -108,7 +108,7 @@ fn a_changed_guard_is_named_too() {
 fn what_came_late_or_was_lost_is_not_claimed() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.mcap");
-    fly(&bench(), 1.0, &path);
+    record(&bench(), 1.0, &path);
     let source = controller_plant::command_source(&bench()).expect("a controller");
     let guard = bench().guard.build(bench().period_s).expect("a guard");
     // A recording that begins late.
@@ -131,7 +131,7 @@ fn an_export_holds_what_was_measured_and_what_the_rotors_got() {
     let folder = tempfile::tempdir().expect("a folder");
     let (path, csv) = (folder.path().join("run.mcap"), folder.path().join("run.csv"));
     let bench = BenchConfig { period_s: 0.02, ..bench() };
-    fly(&bench, 5.0, &path);
+    record(&bench, 5.0, &path);
     let summary = export::write_log(&path, &csv).expect("exported");
     assert_eq!((summary.written, summary.out_of_order, summary.lost), (250, 0, 0));
     let read = csv::read(&csv).expect("our own log");
@@ -162,7 +162,7 @@ fn an_export_holds_what_was_measured_and_what_the_rotors_got() {
 fn the_command_says_where_they_part_and_refuses_what_is_no_recording() {
     let folder = tempfile::tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name).display().to_string();
-    fly(&bench(), 2.0, Path::new(&at("run.mcap")));
+    record(&bench(), 2.0, Path::new(&at("run.mcap")));
     let equal = rotorbench(&["replay", &at("run.mcap")]);
     let said = String::from_utf8_lossy(&equal.stdout).into_owned();
     assert_eq!(equal.status.code(), Some(0), "{said}{}", String::from_utf8_lossy(&equal.stderr));

@@ -25,8 +25,8 @@ fn everything() -> BenchConfig {
     bench
 }
 
-/// Flies the bench in lockstep, and records it where a file is named.
-fn fly(bench: &BenchConfig, seconds: f64, file: Option<&Path>) -> Vec<Slot> {
+/// Runs the bench in lockstep, and records it where a file is named.
+fn record(bench: &BenchConfig, seconds: f64, file: Option<&Path>) -> Vec<Slot> {
     let emulator = bench.emulator.build().expect("a bench");
     let guard = bench.guard.build(bench.period_s).expect("a guard");
     let source = controller_plant::command_source(bench).expect("a controller");
@@ -120,7 +120,7 @@ fn each_watched_channel_has_its_limits_in_the_guard() {
 fn each_channel_is_emulated_recorded_exported_and_read_back() {
     let folder = tempfile::tempdir().expect("a folder");
     let (recording, log) = (folder.path().join("run.mcap"), folder.path().join("run.csv"));
-    let slots = fly(&everything(), 3.0, Some(&recording));
+    let slots = record(&everything(), 3.0, Some(&recording));
     let last = slots.last().expect("slots").sensors;
     let mut read = Vec::new();
     let mut file = Recording::open(&recording).expect("a recording");
@@ -157,12 +157,12 @@ fn each_channel_is_emulated_recorded_exported_and_read_back() {
 /// A sensor has its own random numbers, and one that is a passenger does not even change when the plant is integrated.
 #[test]
 fn a_sensor_of_its_own_changes_no_bit_of_another() {
-    let with = fly(&everything(), 3.0, None);
+    let with = record(&everything(), 3.0, None);
     let mut bench = everything();
     for sensor in Sensor::ALL.into_iter().filter(|sensor| sensor.row().emulated.is_passenger) {
         bench.emulator.sensors.of_mut(sensor).rate_hz = 0.0;
     }
-    let without = fly(&bench, 3.0, None);
+    let without = record(&bench, 3.0, None);
     for (with, without) in with.iter().zip(&without) {
         let mut seen = with.sensors;
         for channel in Channel::ALL.into_iter().filter(|it| it.sensor().row().emulated.is_passenger) {

@@ -129,16 +129,12 @@ fn watch(bench: &BenchConfig, ended: &Shutdown) {
         std::thread::sleep(Duration::from_millis(50));
         let now_s = clock::span_s(clock::monotonic_ns().saturating_sub(start_ns));
         if let (Some(ControlStep { command, .. }), Some(applied)) = (steps.newest(), applied.newest()) {
-            let estimate = &command.estimate;
             progress.line(|| {
-                format!(
-                    "{} {now_s:4.1} s  angle {:+.3} rad (wanted {:+.3})  disturbance {:+.3} N m  u {:.3} {:.3}",
-                    progress::bar(now_s / RUN_S, 24),
-                    estimate.body_angle,
-                    estimate.reference_angle,
-                    estimate.disturbance_torque,
-                    applied.rotor[0],
-                    applied.rotor[1],
+                report::demo::live_line(
+                    &progress::bar(now_s / RUN_S, 24),
+                    now_s,
+                    &command.estimate,
+                    applied.rotor,
                 )
             });
         }

@@ -77,13 +77,20 @@ fn add(root: &mut Value, definition: &str, field: &str, rule: &Value) {
 fn add_outcomes(root: &mut Value) {
     let meaning = "What was done, or why it was not, as a sentence.";
     add(root, "Part", "outcome", &json!({ "type": "string", "description": meaning }));
+    let meaning = "The step and its equation.";
+    add(root, "Part", "step", &json!({ "type": "string", "description": meaning }));
 }
 
 fn of(name: &str) -> Value {
     match name {
         "bridge" => schema::<BridgeSummary>(name),
         "check" => schema::<check::Answer>(name),
-        "compare" => schema::<Comparisons>(name),
+        "compare" => {
+            let mut root = schema::<Comparisons>(name);
+            let meaning = "How it was run, in words.";
+            add(&mut root, "Block", "run", &json!({ "type": "string", "description": meaning }));
+            root
+        }
         "compare-runs" => schema::<WithSentences<RunComparison>>("compare --runs"),
         "control" => schema::<ControlSummary>(name),
         "control-lockstep" => schema::<AnswerSummary>("control --lockstep"),

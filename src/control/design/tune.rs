@@ -8,10 +8,6 @@ use super::{Compensator, DiscreteLoop, LoopPlant, Margins};
 use crate::control::thresholds::THRESHOLDS;
 use crate::control::{Compensation, ControlError, EmcConfig, PidConfig, PlantParameters};
 
-/// [-] k_I over k_P, as a part of the crossover frequency: slow enough to cost 3° of phase. Table III of
-/// [LPC16] has about the same.
-const INTEGRAL_SHARE: f64 = 0.05;
-
 /// Gains of the PID with this phase margin [rad] and gain margin [-] that rejects constant torques best: of all
 /// crossover frequencies the one with the largest k_I. The fastest one would not do: its phase leaves no room for
 /// anything but damping, and the angle comes back after minutes.
@@ -34,9 +30,9 @@ pub fn pid_by_margins(
         // -C P = e^(i (margin - π)) at the crossover, with -C = k_D + k_P a and a = T/(z-1) (1 + r T/(z-1)).
         let target = Complex::from_polar(1.0, phase_margin - PI) / sampled.response(z);
         let sum = (z - 1.0).inv() * period_s;
-        let a = sum * (sum * (INTEGRAL_SHARE * crossover) + 1.0);
+        let a = sum * (sum * (THRESHOLDS.integral_share * crossover) + 1.0);
         let k_p = target.im / a.im;
-        PidConfig { k_p, k_i: INTEGRAL_SHARE * crossover * k_p, k_d: target.re - k_p * a.re }
+        PidConfig { k_p, k_i: THRESHOLDS.integral_share * crossover * k_p, k_d: target.re - k_p * a.re }
     };
     let mut candidates: Vec<PidConfig> =
         (0..250).map(at_crossover).filter(|gains| gains.validate().is_ok()).collect();

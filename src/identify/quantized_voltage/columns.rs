@@ -1,10 +1,5 @@
 //! What a voltage that is read in steps is made of.
 
-use nalgebra::{DMatrix, DVector};
-
-/// Keeps directions apart which nothing separates.
-pub(crate) const RIDGE: f64 = 1e-9;
-
 /// Hats over time, and the load.
 pub(crate) struct Columns<'a> {
     /// [s]
@@ -26,38 +21,11 @@ impl Columns<'_> {
     }
 
     /// The columns that are not zero.
-    pub fn at(&self, row: usize) -> impl Iterator<Item = (usize, f64)> {
+    pub fn at(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
         let place = (self.time[row] - self.time[0]) / self.span() * self.bends as f64;
         let left = (place.floor() as usize).min(self.bends - 1);
         let right = place - left as f64;
         let load = self.load.as_ref().map(|load| (self.bends + 1, load[row]));
         [(left, 1.0 - right), (left + 1, right)].into_iter().chain(load)
-    }
-}
-
-/// Normal equations.
-pub(crate) struct Sums {
-    squares: DMatrix<f64>,
-    products: DVector<f64>,
-}
-
-impl Sums {
-    pub fn new(count: usize) -> Self {
-        Self { squares: DMatrix::zeros(count, count), products: DVector::zeros(count) }
-    }
-
-    pub fn add(&mut self, columns: &Columns, row: usize, weight: f64, product: f64) {
-        for (a, x) in columns.at(row) {
-            self.products[a] += x * product;
-            columns.at(row).for_each(|(b, y)| self.squares[(a, b)] += weight * x * y);
-        }
-    }
-
-    pub fn solve(mut self, rows: usize) -> Option<DVector<f64>> {
-        for at in 0..self.products.len() {
-            self.squares[(at, at)] += RIDGE * rows as f64;
-        }
-        let solved = self.squares.cholesky()?.solve(&self.products);
-        solved.iter().all(|value| value.is_finite()).then_some(solved)
     }
 }

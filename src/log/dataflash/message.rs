@@ -2,6 +2,8 @@
 
 use std::collections::HashMap;
 
+use crate::log::number::Number;
+
 /// Begins each message, before the byte of its type.
 pub(super) const HEAD: [u8; 2] = [0xa3, 0x95];
 /// Bytes before a message's fields.
@@ -13,17 +15,7 @@ const FORMAT_LENGTH: usize = 89;
 /// How a field is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F16,
-    F32,
-    F64,
+    Number(Number),
     /// 32 numbers of 16 bits.
     Samples,
     /// So many letters.
@@ -34,22 +26,22 @@ impl Kind {
     /// By the letter of the format; with what the letter itself divides the number by.
     fn parse(letter: u8) -> Option<(Self, f64)> {
         Some(match letter {
-            b'b' => (Self::I8, 1.0),
-            b'B' | b'M' => (Self::U8, 1.0),
-            b'h' => (Self::I16, 1.0),
-            b'H' => (Self::U16, 1.0),
-            b'i' => (Self::I32, 1.0),
-            b'I' => (Self::U32, 1.0),
-            b'q' => (Self::I64, 1.0),
-            b'Q' => (Self::U64, 1.0),
-            b'g' => (Self::F16, 1.0),
-            b'f' => (Self::F32, 1.0),
-            b'd' => (Self::F64, 1.0),
-            b'c' => (Self::I16, 100.0),
-            b'C' => (Self::U16, 100.0),
-            b'e' => (Self::I32, 100.0),
-            b'E' => (Self::U32, 100.0),
-            b'L' => (Self::I32, 1e7),
+            b'b' => (Self::Number(Number::I8), 1.0),
+            b'B' | b'M' => (Self::Number(Number::U8), 1.0),
+            b'h' => (Self::Number(Number::I16), 1.0),
+            b'H' => (Self::Number(Number::U16), 1.0),
+            b'i' => (Self::Number(Number::I32), 1.0),
+            b'I' => (Self::Number(Number::U32), 1.0),
+            b'q' => (Self::Number(Number::I64), 1.0),
+            b'Q' => (Self::Number(Number::U64), 1.0),
+            b'g' => (Self::Number(Number::F16), 1.0),
+            b'f' => (Self::Number(Number::F32), 1.0),
+            b'd' => (Self::Number(Number::F64), 1.0),
+            b'c' => (Self::Number(Number::I16), 100.0),
+            b'C' => (Self::Number(Number::U16), 100.0),
+            b'e' => (Self::Number(Number::I32), 100.0),
+            b'E' => (Self::Number(Number::U32), 100.0),
+            b'L' => (Self::Number(Number::I32), 1e7),
             b'a' => (Self::Samples, 1.0),
             b'n' => (Self::Text(4), 1.0),
             b'N' => (Self::Text(16), 1.0),
@@ -61,10 +53,7 @@ impl Kind {
     /// Bytes.
     pub(super) fn length(self) -> usize {
         match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 | Self::F16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::I64 | Self::U64 | Self::F64 => 8,
+            Self::Number(number) => number.length(),
             Self::Samples => 64,
             Self::Text(length) => length,
         }
@@ -72,37 +61,12 @@ impl Kind {
 
     /// The number at the start of `bytes`; of several samples the one at `index`.
     pub(super) fn number(self, bytes: &[u8], index: usize) -> Option<f64> {
-        fn take<const N: usize>(bytes: &[u8]) -> Option<[u8; N]> {
-            bytes.get(..N)?.try_into().ok()
+        match self {
+            Self::Number(number) => number.value(bytes),
+            Self::Samples => Number::I16.value(bytes.get(2 * index..)?),
+            Self::Text(_) => None,
         }
-        Some(match self {
-            Self::I8 => f64::from(i8::from_le_bytes(take(bytes)?)),
-            Self::U8 => f64::from(u8::from_le_bytes(take(bytes)?)),
-            Self::I16 => f64::from(i16::from_le_bytes(take(bytes)?)),
-            Self::U16 => f64::from(u16::from_le_bytes(take(bytes)?)),
-            Self::I32 => f64::from(i32::from_le_bytes(take(bytes)?)),
-            Self::U32 => f64::from(u32::from_le_bytes(take(bytes)?)),
-            Self::I64 => i64::from_le_bytes(take(bytes)?) as f64,
-            Self::U64 => u64::from_le_bytes(take(bytes)?) as f64,
-            Self::F16 => half(u16::from_le_bytes(take(bytes)?)),
-            Self::F32 => f64::from(f32::from_le_bytes(take(bytes)?)),
-            Self::F64 => f64::from_le_bytes(take(bytes)?),
-            Self::Samples => f64::from(i16::from_le_bytes(take(bytes.get(2 * index..)?)?)),
-            Self::Text(_) => return None,
-        })
     }
-}
-
-/// A number of 16 bits with a point that floats.
-fn half(bits: u16) -> f64 {
-    let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1_023));
-    let size = match exponent {
-        0 => fraction * 2_f64.powi(-24),
-        31 if fraction > 0.0 => f64::NAN,
-        31 => f64::INFINITY,
-        _ => (1_024.0 + fraction) * 2_f64.powi(exponent - 25),
-    };
-    if bits >> 15 == 1 { -size } else { size }
 }
 
 /// A field of a message.
@@ -177,7 +141,7 @@ impl Format {
     /// Which field tells apart the messages of several sensors of a kind, where it is a byte.
     pub(super) fn instance(&self) -> Option<usize> {
         let place = self.units.iter().position(|unit| *unit == b'#')?;
-        self.fields.get(place).filter(|field| field.kind == Kind::U8).map(|field| field.at)
+        self.fields.get(place).filter(|field| field.kind == Kind::Number(Number::U8)).map(|field| field.at)
     }
 }
 
@@ -225,7 +189,7 @@ impl Contents {
         }
         let Some(format) = self.formats.get(&kind) else { return true };
         let letter = |name: &str| match format.named(name, body) {
-            Some((Kind::U8 | Kind::I8, [letter])) => Some(*letter),
+            Some((Kind::Number(Number::U8) | Kind::Number(Number::I8), [letter])) => Some(*letter),
             _ => None,
         };
         match format.name.as_str() {
@@ -310,7 +274,7 @@ mod tests {
 
     #[test]
     fn numbers_of_16_bits() {
-        let number = |bits: u16| Kind::F16.number(&bits.to_le_bytes(), 0).expect("two bytes");
+        let number = |bits: u16| Kind::Number(Number::F16).number(&bits.to_le_bytes(), 0).expect("two bytes");
         for (bits, value) in [
             (0x3c00, 1.0),
             (0xc000, -2.0),

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::layout::{Field, Kind};
 use super::messages::Topic;
 use crate::cancel;
+use crate::log::number::Number;
 use crate::log::tables::{Column, Table, Tables};
 
 /// Whether a column is wanted, by the names of its table and its own.
@@ -72,7 +73,7 @@ impl Part<'_> {
 }
 
 fn parts(topic: &Topic) -> Vec<Part<'_>> {
-    let clocks = topic.layout.fields.iter().filter(|field| field.kind == Kind::U64);
+    let clocks = topic.layout.fields.iter().filter(|field| field.kind == Kind::Number(Number::U64));
     let named = clocks.filter_map(|clock| Some((clock.name.strip_suffix(".timestamp")?, clock)));
     let outermost = named.filter(|(name, _)| !name.contains('.'));
     outermost.map(|(name, clock)| Part { name, clock }).collect()

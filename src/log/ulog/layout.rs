@@ -2,25 +2,18 @@
 
 use std::collections::HashMap;
 
+use crate::log::number::Number;
+
 /// Deeper nests no real log; a definition that holds itself would never end.
 const DEEPEST: usize = 8;
 
 /// Fields of one topic, written out. The largest of PX4 has some 200.
 const MOST_FIELDS: usize = 10_000;
 
-/// A number as the log holds it.
+/// A value as the log holds it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
+    Number(Number),
     /// A letter of a text: takes a byte, is no number.
     Letter,
 }
@@ -28,16 +21,16 @@ pub(super) enum Kind {
 impl Kind {
     fn parse(name: &str) -> Option<Self> {
         Some(match name {
-            "int8_t" => Self::I8,
-            "uint8_t" | "bool" => Self::U8,
-            "int16_t" => Self::I16,
-            "uint16_t" => Self::U16,
-            "int32_t" => Self::I32,
-            "uint32_t" => Self::U32,
-            "int64_t" => Self::I64,
-            "uint64_t" => Self::U64,
-            "float" => Self::F32,
-            "double" => Self::F64,
+            "int8_t" => Self::Number(Number::I8),
+            "uint8_t" | "bool" => Self::Number(Number::U8),
+            "int16_t" => Self::Number(Number::I16),
+            "uint16_t" => Self::Number(Number::U16),
+            "int32_t" => Self::Number(Number::I32),
+            "uint32_t" => Self::Number(Number::U32),
+            "int64_t" => Self::Number(Number::I64),
+            "uint64_t" => Self::Number(Number::U64),
+            "float" => Self::Number(Number::F32),
+            "double" => Self::Number(Number::F64),
             "char" => Self::Letter,
             _ => return None,
         })
@@ -46,32 +39,18 @@ impl Kind {
     /// Bytes it takes.
     fn size(self) -> usize {
         match self {
-            Self::I8 | Self::U8 | Self::Letter => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::I64 | Self::U64 | Self::F64 => 8,
+            Self::Number(number) => number.length(),
+            Self::Letter => 1,
         }
     }
 
     /// Its value at the start of `bytes`; not-a-number where they end before it.
     pub(super) fn value(self, bytes: &[u8]) -> f64 {
-        macro_rules! read {
-            ($kind:ty) => {
-                bytes.first_chunk().map_or(f64::NAN, |it| <$kind>::from_le_bytes(*it) as f64)
-            };
-        }
-        match self {
-            Self::I8 => read!(i8),
-            Self::U8 | Self::Letter => read!(u8),
-            Self::I16 => read!(i16),
-            Self::U16 => read!(u16),
-            Self::I32 => read!(i32),
-            Self::U32 => read!(u32),
-            Self::I64 => read!(i64),
-            Self::U64 => read!(u64),
-            Self::F32 => read!(f32),
-            Self::F64 => read!(f64),
-        }
+        let number = match self {
+            Self::Number(number) => number,
+            Self::Letter => Number::U8,
+        };
+        number.value(bytes).unwrap_or(f64::NAN)
     }
 }
 

@@ -2,9 +2,10 @@
 
 use std::fmt::Write as _;
 
-use crate::compare::{Block, Comparison, Direction};
+use crate::compare::{Block, Comparison, Direction, Regressor};
 use crate::report::findings::{sentence, text as text_of};
 use crate::report::story::wrapped;
+use crate::report::thresholds::THRESHOLDS;
 use crate::report::{Mark, Table, number, sparkline};
 use crate::screening::ScreenedLog;
 use crate::screening::summary::LogSummary;
@@ -15,15 +16,13 @@ pub(super) fn percent(share: f64) -> String {
 
 /// The same without its unit.
 fn bare_percent(share: f64) -> String {
-    number(100.0 * share, if share < 0.1 { 2 } else { 3 })
+    number(100.0 * share, if share < THRESHOLDS.small_share { 2 } else { 3 })
 }
 
-/// Words for a column.
-fn plain(column: &str) -> String {
-    match column.strip_prefix("d/dt ") {
-        Some(column) => format!("the rate of `{column}`"),
-        None => format!("`{column}`"),
-    }
+/// Words for what an error depends on.
+fn plain(on: &Regressor) -> String {
+    let Regressor { column, is_rate } = on;
+    if *is_rate { format!("the rate of `{column}`") } else { format!("`{column}`") }
 }
 
 /// One line about a log: how long, how fast, how whole.
@@ -142,7 +141,7 @@ pub(super) fn sentences(comparison: &Comparison, block: &Block) -> Vec<String> {
         "`{}` ({}, {}): error {} {}, {how_far}.",
         block.name,
         block.signal,
-        block.run,
+        super::run(block.run),
         number(error.rms, 3),
         block.unit
     ));

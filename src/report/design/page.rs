@@ -45,7 +45,11 @@ pub fn tables(design: &Design) -> Vec<Table> {
     if !design.closed_loop.is_empty() {
         let mut table =
             Table::new(["real", "imaginary", "modulus"]).caption("Eigenvalues of the closed loop");
-        for value in design.closed_loop.iter().filter(|value| value.modulus > 1e-3) {
+        for value in design
+            .closed_loop
+            .iter()
+            .filter(|value| value.modulus > crate::report::thresholds::THRESHOLDS.shown_modulus)
+        {
             table = table.row([value.real, value.imaginary, value.modulus].map(|part| number(part, 4)));
         }
         tables.push(table);
@@ -112,7 +116,9 @@ pub fn page(design: &Design, closed: Option<&DiscreteLoop>) -> Page {
 fn plots(closed: &DiscreteLoop, margins: &Margins) -> [Plot; 2] {
     // Further down nothing happens that a margin depends on.
     let mut sweep = closed.sweep();
-    sweep.retain(|point| point.frequency > 0.05 * margins.crossover_rad_s);
+    sweep.retain(|point| {
+        point.frequency > crate::report::thresholds::THRESHOLDS.shown_from * margins.crossover_rad_s
+    });
     let frequency: Vec<f64> = sweep.iter().map(|point| point.frequency).collect();
     let curve = |name: &str, pick: fn(&LoopResponse) -> Complex<f64>| {
         let values: Vec<f64> = sweep.iter().map(|point| 20.0 * pick(point).norm().log10()).collect();

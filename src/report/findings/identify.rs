@@ -8,6 +8,9 @@ mod fits;
 mod steps;
 mod template;
 
+pub(crate) use steps::driven_by;
+pub use steps::step;
+
 use crate::identify::Part;
 use crate::screening::Finding;
 
@@ -36,7 +39,7 @@ pub fn outcome(part: &Part) -> String {
 /// Why nothing can be identified: first the logs without a part, then what each step lacks.
 pub(super) fn nothing(reasons: &[Finding], steps: &[Part]) -> String {
     let (unused, rest): (Vec<_>, Vec<_>) = reasons.iter().partition(|it| it.code == "log_not_used");
-    let steps = steps.iter().map(|part| format!("{}: {}", part.step, super::text(&part.finding)));
+    let steps = steps.iter().map(|part| format!("{}: {}", step(part.step), super::text(&part.finding)));
     let lines =
         unused.into_iter().map(super::sentence).chain(steps).chain(rest.into_iter().map(super::sentence));
     format!("nothing can be identified:\n  {}", lines.collect::<Vec<String>>().join("\n  "))

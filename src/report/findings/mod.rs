@@ -8,7 +8,8 @@ mod screening;
 mod session;
 mod studies;
 
-pub(crate) use identify::outcome;
+pub use identify::step;
+pub(crate) use identify::{driven_by, outcome};
 
 use std::error::Error;
 

@@ -16,7 +16,9 @@ use crate::signal::{Applied, Command, ControlStep, GuardEvent, GuardStep, ROTORS
 use super::command_source::{CommandSource, CommandSourceState};
 use super::trace::Trace;
 
-pub use own_controller::fly;
+pub use own_controller::run_controller;
+#[doc(hidden)]
+pub use own_controller::run_controller as fly;
 
 /// [ns] at which virtual time begins; zero would mean "never".
 pub const ORIGIN_NS: u64 = clock::NANOSECONDS_PER_SECOND;

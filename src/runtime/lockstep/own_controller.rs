@@ -14,7 +14,7 @@ use crate::runtime::emulate::emulator;
 ///
 /// # Errors
 /// Settings that cannot be.
-pub fn fly<C: Controller>(
+pub fn run_controller<C: Controller>(
     config: &BenchConfig,
     controller: &C,
     seconds: f64,

@@ -130,7 +130,7 @@ impl JitterConfig {
         {
             return Err(ProcessError::Jitter { seconds: self.seconds, rounds: self.rounds });
         }
-        if each_s < 2.0 * self.bench.period_s {
+        if each_s < THRESHOLDS.fewest_periods * self.bench.period_s {
             return Err(ProcessError::Jitter { seconds: self.seconds, rounds: self.rounds });
         }
         Ok(())

@@ -51,7 +51,7 @@ impl<'a> Benches<'a> {
             |shape: &Shape| experiment_of(shape.clone()).build(PERIOD_S).map_or(0, |it| slots_of(&it));
         let experiments: u64 = experiments.iter().map(|(shape, _)| slots(shape)).sum();
         let runs = runs as u64
-            * clock::span_ns(IMPULSE_AT_S + THRESHOLDS.judged_s).div_ceil(clock::span_ns(PERIOD_S));
+            * clock::span_ns(IMPULSE_AT_S + THRESHOLDS.answer_window_s).div_ceil(clock::span_ns(PERIOD_S));
         Self { shutdown, seed: settings.seed, done: 0, steps: 0, all_steps: experiments + runs }
     }
 
@@ -112,14 +112,15 @@ impl<'a> Benches<'a> {
                 disturbance: if is_struck { torque } else { 0.0 },
             });
         };
-        let slots = clock::span_ns(IMPULSE_AT_S + THRESHOLDS.judged_s).div_ceil(clock::span_ns(PERIOD_S));
+        let slots =
+            clock::span_ns(IMPULSE_AT_S + THRESHOLDS.answer_window_s).div_ceil(clock::span_ns(PERIOD_S));
         let name = format!("{controller} with {} ms of delay", 1e3 * delay);
         self.go_through(&config, source, slots, &name, &mut see, report)?;
         Ok(ControlledRun {
             controller,
             delay,
             delay_limit,
-            answer: measure(&moments, IMPULSE_AT_S, THRESHOLDS.judged_s),
+            answer: measure(&moments, IMPULSE_AT_S, THRESHOLDS.answer_window_s),
             moments,
         })
     }

@@ -3,6 +3,28 @@
 use super::super::numbers::counted;
 use crate::screening::Finding;
 
+/// A step of section III and its equation; a name that is no step's stands for itself.
+pub fn step(code: &str) -> &str {
+    match code {
+        "voltage_gain" => "k_V from constant commands, Eq. (6)",
+        "joint_estimation" => "joint estimation of g(u), k_V and p, by output error",
+        "static_curve" => "g(u) from ramps, Eq. (9)",
+        "pole" => "p from z by output error, section III.B",
+        "thrust_curve" => "thrust curve and its tangent, Eq. (13)",
+        "inertia" => "J from an attitude log, Eq. (1)",
+        other => other,
+    }
+}
+
+/// What drove the body that J is from.
+pub(crate) fn driven_by(code: &str) -> &'static str {
+    match code {
+        "measured_rotor_rates" => "measured rotor rates",
+        "torque_command" => "commanded torque",
+        _ => "rotor rates predicted from the commands",
+    }
+}
+
 /// The sentence of a step.
 pub(super) fn sentence(finding: &Finding) -> Option<String> {
     done(finding).or_else(|| not_done(finding))
@@ -31,7 +53,7 @@ fn done(finding: &Finding) -> Option<String> {
             finding.number("highest_command")
         ),
         "thrust_fitted" => format!("{samples} samples"),
-        "inertia_fitted" => format!("{samples} samples, {}", finding.text("driven_by")),
+        "inertia_fitted" => format!("{samples} samples, {}", driven_by(finding.text("driven_by"))),
         _ => return None,
     })
 }

@@ -8,7 +8,7 @@ use crate::signal::{Channel, Sensors};
 
 /// Something found wanting in this step, worst first.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Finding {
+pub(super) struct Trouble {
     pub(super) cause: Cause,
     pub(super) subject: u32,
     pub(super) value: f64,
@@ -31,16 +31,16 @@ impl Guard {
         step_ns: u64,
         sensors: &Sensors,
         misses: u32,
-    ) -> Option<Finding> {
+    ) -> Option<Trouble> {
         let active = state.state.is_active();
-        let mut worst = self.command_finding(state, now_ns, misses);
+        let mut worst = self.command_trouble(state, now_ns, misses);
         if active && step_ns > self.hold_ns {
             let value = step_ns as f64 * 1e-9;
-            worst = Some(Finding { cause: Cause::GuardPaused, subject: NO_SUBJECT, value, trips: true });
+            worst = Some(Trouble { cause: Cause::GuardPaused, subject: NO_SUBJECT, value, trips: true });
         }
         if active && state.output.swings() >= self.swing_limit {
             let value = state.output.swings();
-            worst = Some(Finding { cause: Cause::Oscillation, subject: NO_SUBJECT, value, trips: true });
+            worst = Some(Trouble { cause: Cause::Oscillation, subject: NO_SUBJECT, value, trips: true });
         }
         let turning = active && state.output.turns();
         for ((limit, track), channel) in self.signals.iter().zip(&mut state.signals).zip(Channel::WATCHED) {
@@ -54,7 +54,7 @@ impl Guard {
                 Verdict::Lost(cause) => (cause, true),
             };
             if worst.is_none_or(|worst| trips && !worst.trips) {
-                worst = Some(Finding { cause, subject: channel.subject(), value: sample.value, trips });
+                worst = Some(Trouble { cause, subject: channel.subject(), value: sample.value, trips });
             }
         }
         worst
@@ -70,7 +70,7 @@ impl Guard {
         share_of(THRESHOLDS.warning_share, self.hold_ns).max(shortest_ns)
     }
 
-    fn command_finding(&self, state: &GuardState, now_ns: u64, misses: u32) -> Option<Finding> {
+    fn command_trouble(&self, state: &GuardState, now_ns: u64, misses: u32) -> Option<Trouble> {
         let gate = &state.gate;
         // From the command before the one that first left newer sensors unanswered, as misses are counted. A controller
         // that is given no new sensors is not deaf.
@@ -91,7 +91,7 @@ impl Guard {
         } else {
             return None;
         };
-        Some(Finding { cause, subject: NO_SUBJECT, value: f64::from(misses), trips })
+        Some(Trouble { cause, subject: NO_SUBJECT, value: f64::from(misses), trips })
     }
 
     /// Misses that are never N in a row fill a leaky bucket.
@@ -99,18 +99,18 @@ impl Guard {
         &self,
         state: &mut GuardState,
         step_ns: u64,
-        finding: Option<Finding>,
-    ) -> Option<Finding> {
+        trouble: Option<Trouble>,
+    ) -> Option<Trouble> {
         if !state.state.is_active() {
             state.bucket = 0.0;
-            return finding;
+            return trouble;
         }
         let periods = step_ns as f64 / self.period_ns as f64;
-        let change = if finding.is_some() { periods } else { -self.bucket_leak * periods };
+        let change = if trouble.is_some() { periods } else { -self.bucket_leak * periods };
         state.bucket = (state.bucket + change).max(0.0);
-        if state.bucket < self.bucket_limit || finding.is_some_and(|finding| finding.trips) {
-            return finding;
+        if state.bucket < self.bucket_limit || trouble.is_some_and(|trouble| trouble.trips) {
+            return trouble;
         }
-        Some(Finding { cause: Cause::TooManyMisses, subject: NO_SUBJECT, value: state.bucket, trips: true })
+        Some(Trouble { cause: Cause::TooManyMisses, subject: NO_SUBJECT, value: state.bucket, trips: true })
     }
 }

@@ -11,7 +11,7 @@ use crate::screening::ScreenedLog;
 ///
 /// # Errors
 /// [`SessionError::Process`] for settings that cannot be, or a limit of the guard that would clip the experiment.
-pub fn fly(
+pub fn run_emulated(
     bench: &BenchConfig,
     plan: &ExperimentPlan,
     name: &str,

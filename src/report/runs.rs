@@ -116,7 +116,7 @@ impl RunComparison {
     /// How each controller answered.
     #[must_use]
     pub fn table(&self) -> Table {
-        let judged = self.runs.first().map_or(0.0, |run| run.judged_s);
+        let judged = self.runs.first().map_or(0.0, |run| run.window_s);
         let caption = format!("ImpulseResponse to the impulse, judged for {} s behind it", number(judged, 3));
         answer_table(&self.shown(), &caption)
     }
@@ -133,7 +133,7 @@ impl RunComparison {
                     number(strike.struck_s, 4),
                     number(strike.impulse.torque, 3),
                     number(1e3 * strike.impulse.duration_s, 3),
-                    number(strike.judged_s, 3)
+                    number(strike.window_s, 3)
                 ),
                 answer: &strike.answer,
                 ..shown.clone()
@@ -142,7 +142,7 @@ impl RunComparison {
         (!rows.is_empty()).then(|| answer_table(&rows, "Answers to the impulses behind the first one"))
     }
 
-    /// The tables, and what to know about the flights.
+    /// The tables, and what to know about the runs.
     #[must_use]
     pub fn text(&self) -> String {
         let tables = std::iter::once(self.table()).chain(self.later_table());

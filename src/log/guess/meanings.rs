@@ -1,0 +1,133 @@
+//! The words by which columns of others are known.
+
+/// A signal, and the words that mean it.
+pub(super) struct Meaning {
+    /// Name in our log; `N` is the rotor's number.
+    pub signal: &'static str,
+    /// SI unit.
+    pub si: &'static str,
+    /// One of these words is in the name.
+    pub words: &'static [&'static str],
+    /// One of these is, too; empty = nothing more is wanted.
+    pub with: &'static [&'static str],
+    /// None of these is.
+    pub without: &'static [&'static str],
+    /// The unit alone says it, where the name says nothing else.
+    pub by_unit: bool,
+    /// Units by the largest size of the values, the smallest first; the last holds for all above.
+    pub units: &'static [(f64, &'static str)],
+}
+
+/// The meanings, in the order in which they are asked.
+pub(super) const MEANINGS: &[Meaning] = &[
+    Meaning {
+        signal: "time_s",
+        si: "s",
+        words: &["time", "t", "timestamp", "zeit", "seconds", "clock", "ts"],
+        with: &[],
+        without: &["constant", "step"],
+        by_unit: false,
+        units: &[],
+    },
+    Meaning {
+        signal: "thrust_N_n",
+        si: "N",
+        words: &["thrust", "lift", "schub"],
+        with: &[],
+        without: &["efficiency", "command", "setpoint"],
+        by_unit: false,
+        units: &[(100.0, "N"), (f64::INFINITY, "gf")],
+    },
+    Meaning {
+        signal: "battery_voltage_v",
+        si: "V",
+        words: &["voltage", "volt", "volts", "vbat", "spannung", "vbus"],
+        with: &[],
+        without: &["cell", "reference"],
+        by_unit: true,
+        units: &[(100.0, "V"), (f64::INFINITY, "mV")],
+    },
+    Meaning {
+        signal: "current_N_a",
+        si: "A",
+        words: &["current", "amperage", "amps", "strom"],
+        with: &[],
+        without: &["efficiency"],
+        by_unit: true,
+        units: &[(200.0, "A"), (f64::INFINITY, "mA")],
+    },
+    Meaning {
+        signal: "motor_temperature_N_k",
+        si: "K",
+        words: &["temperature", "temp"],
+        with: &[],
+        without: &["esc", "ambient", "air", "imu", "board", "cpu"],
+        by_unit: false,
+        units: &[(150.0, "degC"), (f64::INFINITY, "K")],
+    },
+    Meaning {
+        signal: "esc_temperature_N_k",
+        si: "K",
+        words: &["temperature", "temp"],
+        with: &[],
+        without: &["motor", "ambient", "air", "imu", "board", "cpu"],
+        by_unit: false,
+        units: &[(150.0, "degC"), (f64::INFINITY, "K")],
+    },
+    Meaning {
+        signal: "body_rate_rad_s",
+        si: "rad/s",
+        words: &["gyro", "body_rate", "bodyrate", "pitchrate", "rollrate"],
+        with: &[],
+        without: &["x", "y", "z", "bias"],
+        by_unit: false,
+        units: &[(25.0, "rad/s"), (f64::INFINITY, "deg/s")],
+    },
+    Meaning {
+        signal: "body_angle_rad",
+        si: "rad",
+        words: &["angle", "theta", "attitude", "pitch", "roll", "winkel"],
+        with: &[],
+        without: &["rate", "command", "setpoint", "reference"],
+        by_unit: false,
+        units: &[(6.3, "rad"), (f64::INFINITY, "deg")],
+    },
+    Meaning {
+        signal: "propeller_rate_N_rad_s",
+        si: "rad/s",
+        words: &["rpm", "speed", "omega", "drehzahl", "propeller_rate", "w"],
+        with: &[],
+        without: &[
+            "electrical",
+            "erpm",
+            "electric",
+            "air",
+            "wind",
+            "command",
+            "setpoint",
+            "gyro",
+            "carriage",
+        ],
+        by_unit: true,
+        units: &[(2_500.0, "rad/s"), (f64::INFINITY, "rpm")],
+    },
+    Meaning {
+        signal: "torque_command_nm",
+        si: "N m",
+        words: &["torque", "moment"],
+        // A torque that is measured, as on a thrust stand, is none that was commanded.
+        with: &["command", "cmd", "setpoint", "commanded", "control"],
+        without: &["motor", "shaft", "measured"],
+        by_unit: false,
+        units: &[(f64::INFINITY, "N m")],
+    },
+    Meaning {
+        signal: "command_N",
+        si: "-",
+        words: &["command", "throttle", "esc", "cmd", "pwm", "duty", "dshot", "u", "motor"],
+        with: &[],
+        without: &["speed", "power", "efficiency", "servo", "torque", "collective", "vibration"],
+        by_unit: false,
+        units: &[],
+    },
+];

@@ -1,0 +1,279 @@
+//! Inside a room no files import each other in a circle.
+//!
+//! Seen are paths in `use` lines and in expressions, through names given by `use` and `as`, through a parent's re-exports and the
+//! parent's own code, and methods of a type that stand in another file than the type, where their name is the only one of
+//! its kind in the room. A parent and the files of its own folder are one family, which may use each other: a child its
+//! parent's error, the parent its children. Not seen are methods whose names several types have, methods of a trait, and
+//! what a macro writes.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::imports::{Source, from_the_top, paths, read_path, read_sources, renamed_paths};
+
+/// Circles that are known: methods of one type that stand in several files, which use each other's. Each must be found: a line
+/// that is no longer true is taken out.
+const KNOWN: &[&[&str]] = &[
+    // The ends of DroneCAN, each in a file of its own.
+    &[
+        "can/dronecan/bench.rs",
+        "can/dronecan/bridge.rs",
+        "can/dronecan/bus.rs",
+        "can/dronecan/describe.rs",
+        "can/dronecan/node.rs",
+        "can/dronecan/watch.rs",
+    ],
+    // `Search` with its permutation test.
+    &["diagnose/battery_permutation.rs", "diagnose/search.rs"],
+    // `Candidate` with its starts.
+    &["diagnose/candidate.rs", "diagnose/multistart.rs"],
+    // `Work`, step by step.
+    &["identify/assemble.rs", "identify/consistency.rs", "identify/pipeline.rs", "identify/steps.rs"],
+];
+
+/// Files by their module.
+type Files<'a> = BTreeMap<&'a [String], &'a Source>;
+
+/// What a file says itself: without its tests, and without the lines by which a parent names its children and hands on their
+/// names.
+fn own_code(source: &Source) -> String {
+    let code = source.text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+    if !source.name.ends_with("mod.rs") {
+        return code.to_owned();
+    }
+    let hands_on = |statement: &str| {
+        let words = statement.trim_start();
+        let bare = words.strip_prefix("pub(crate) ").or_else(|| words.strip_prefix("pub ")).unwrap_or(words);
+        bare.starts_with("mod ") || (bare.starts_with("use ") && bare.len() < words.len())
+    };
+    let statements = code.split_inclusive(';').filter(|statement| !hands_on(statement));
+    statements.collect()
+}
+
+/// What each file of a room imports of the room's other files. Tests are left out.
+fn arrows(all: &[Source]) -> BTreeMap<String, BTreeSet<String>> {
+    let is_test = |source: &Source| source.module.iter().any(|word| word == "tests");
+    let file_of: Files =
+        all.iter().filter(|source| !is_test(source)).map(|source| (&source.module[..], source)).collect();
+    let code_of: BTreeMap<&str, String> =
+        file_of.values().map(|source| (source.name.as_str(), own_code(source))).collect();
+    let elsewhere = methods_elsewhere(&file_of, &code_of);
+    let mut arrows = BTreeMap::new();
+    for source in file_of.values() {
+        let code = &code_of[source.name.as_str()];
+        let mut seen = BTreeSet::new();
+        for absolute in paths_from_the_top(source, code, &file_of) {
+            if let Some(file) = defined_in(&file_of, &absolute, 0)
+                && (!file.name.ends_with("mod.rs")
+                    || defines(&code_of[file.name.as_str()], &absolute[file.module.len()..]))
+            {
+                seen.insert(file.name.clone());
+            }
+        }
+        let called = elsewhere
+            .iter()
+            .filter(|(method, home, _)| *home == source.name && code.contains(&format!(".{method}(")));
+        seen.extend(called.map(|(_, _, file)| file.clone()));
+        seen.retain(|file| room(file) == room(&source.name) && !is_family(file, &source.name));
+        arrows.insert(source.name.clone(), seen);
+    }
+    arrows
+}
+
+/// Whether one file is the other or its parent: `a/mod.rs` or `a.rs` of all in `a/`.
+fn is_family(one: &str, other: &str) -> bool {
+    let stem = |file: &str| file.trim_end_matches(".rs").trim_end_matches("/mod").to_owned();
+    let is_parent = |of: &str, child: &str| child.starts_with(&format!("{}/", stem(of)));
+    one == other || is_parent(one, other) || is_parent(other, one)
+}
+
+fn room(file: &str) -> &str {
+    file.split(['/', '.']).next().unwrap_or_default()
+}
+
+/// Every path of a file's code from the top of the crate on, those that begin with a module's own name in it, too.
+fn paths_from_the_top(source: &Source, code: &str, file_of: &Files) -> Vec<Vec<String>> {
+    let mut found: Vec<Vec<String>> = paths(code).iter().map(|path| from_the_top(source, path)).collect();
+    // Its own children go by their names.
+    let is_child =
+        |module: &&&[String]| module.len() == source.module.len() + 1 && module.starts_with(&source.module);
+    let children =
+        file_of.keys().filter(is_child).map(|module| (module[module.len() - 1].clone(), module.to_vec()));
+    let modules: Vec<(String, Vec<String>)> = renamed_paths(code)
+        .into_iter()
+        .filter_map(|(path, renamed)| {
+            let absolute = from_the_top(source, &path);
+            let name = renamed.or_else(|| absolute.last().cloned())?;
+            file_of.contains_key(&absolute[..]).then_some((name, absolute))
+        })
+        .chain(children)
+        .collect();
+    for (name, absolute) in modules {
+        let start = format!("{name}::");
+        let part_of_a_path = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == ':';
+        for (at, _) in code.match_indices(&start).filter(|(at, _)| !code[..*at].ends_with(part_of_a_path)) {
+            let mut below = Vec::new();
+            read_path(&mut code[at + start.len()..].chars().peekable(), &absolute, &mut below);
+            found.extend(below.into_iter().map(|(path, _)| path));
+        }
+    }
+    found
+}
+
+/// Whether code has an item of the first of these names.
+fn defines(code: &str, names: &[String]) -> bool {
+    const KINDS: [&str; 8] = ["struct", "enum", "trait", "fn", "const", "static", "type", "union"];
+    let Some(name) = names.first() else { return false };
+    let ends = |rest: &str| !rest.starts_with(|letter: char| letter.is_alphanumeric() || letter == '_');
+    KINDS.iter().any(|kind| {
+        let item = format!("{kind} {name}");
+        code.match_indices(&item).any(|(at, _)| ends(&code[at + item.len()..]))
+    })
+}
+
+/// Methods in another file than their type: name, file of the type, file of the method. Names that the room has twice are
+/// left out: a call does not say whose it is.
+fn methods_elsewhere(file_of: &Files, code_of: &BTreeMap<&str, String>) -> Vec<(String, String, String)> {
+    let mut count: BTreeMap<(String, String), usize> = BTreeMap::new();
+    let mut found = Vec::new();
+    for source in file_of.values() {
+        let mut is_of = None;
+        for line in code_of[source.name.as_str()].lines() {
+            if let Some(rest) = line.strip_prefix("impl").filter(|rest| rest.starts_with(['<', ' '])) {
+                is_of = type_of(rest);
+            }
+            let Some(method) = method_of(line) else { continue };
+            *count.entry((room(&source.name).to_owned(), method.clone())).or_default() += 1;
+            let home = is_of.as_ref().and_then(|name: &String| {
+                let own = std::slice::from_ref(name);
+                if defines(&code_of[source.name.as_str()], own) {
+                    return None;
+                }
+                let of_room = |file: &&&Source| room(&file.name) == room(&source.name);
+                file_of.values().filter(of_room).find(|file| defines(&code_of[file.name.as_str()], own))
+            });
+            found.extend(home.map(|home| (method, home.name.clone(), source.name.clone())));
+        }
+    }
+    found.retain(|(method, home, _)| count[&(room(home).to_owned(), method.clone())] == 1);
+    found
+}
+
+/// The type of an `impl` line that is no trait's.
+fn type_of(rest: &str) -> Option<String> {
+    let rest = match rest.strip_prefix('<') {
+        Some(generic) => generic.split_once("> ")?.1,
+        None => rest.trim_start(),
+    };
+    let name: String = rest.chars().take_while(|letter| letter.is_alphanumeric() || *letter == '_').collect();
+    (!rest.contains(" for ")).then_some(name)
+}
+
+/// The name of a method that a line begins.
+fn method_of(line: &str) -> Option<String> {
+    let line = line.strip_prefix("    ")?;
+    let (before, behind) = line.split_once("fn ")?;
+    let visible = ["", "pub ", "pub(crate) ", "pub(super) ", "const ", "pub const "].contains(&before);
+    let name: String =
+        behind.chars().take_while(|letter| letter.is_alphanumeric() || *letter == '_').collect();
+    (visible && behind.contains("self")).then_some(name)
+}
+
+/// The file that an absolute path leads to: the longest module of it, or where that module has a name from.
+fn defined_in<'a>(
+    file_of: &BTreeMap<&[String], &'a Source>,
+    absolute: &[String],
+    depth: usize,
+) -> Option<&'a Source> {
+    let length = (1..=absolute.len()).rev().find(|length| file_of.contains_key(&absolute[..*length]))?;
+    let file = file_of[&absolute[..length]];
+    let rest = &absolute[length..];
+    if !file.name.ends_with("mod.rs") || rest.is_empty() || depth > 4 {
+        return Some(file);
+    }
+    for line in
+        file.text.split(';').filter(|statement| statement.contains("pub") && statement.contains("use "))
+    {
+        let Some((_, list)) = line.split_once("use ") else { continue };
+        let mut named = Vec::new();
+        read_path(&mut list.chars().peekable(), &[], &mut named);
+        let is_it = |(path, renamed): &&(Vec<String>, Option<String>)| {
+            renamed.as_ref().or(path.last()) == rest.first() && path[0] != "crate"
+        };
+        if let Some((path, _)) = named.iter().find(is_it) {
+            let path: Vec<_> = [&absolute[..length], path].concat();
+            return defined_in(file_of, &path, depth + 1);
+        }
+    }
+    Some(file)
+}
+
+/// Files that reach each other both ways, each group sorted.
+fn circles(arrows: &BTreeMap<String, BTreeSet<String>>) -> BTreeSet<Vec<String>> {
+    let reach = |from: &String| {
+        let mut seen = BTreeSet::new();
+        let mut next: Vec<&String> = arrows.get(from).into_iter().flatten().collect();
+        while let Some(file) = next.pop() {
+            if seen.insert(file.clone()) {
+                next.extend(arrows.get(file).into_iter().flatten());
+            }
+        }
+        seen
+    };
+    let reached: BTreeMap<&String, BTreeSet<String>> =
+        arrows.keys().map(|file| (file, reach(file))).collect();
+    let mut found = BTreeSet::new();
+    for (file, all) in &reached {
+        if all.contains(*file) {
+            let group: Vec<String> = all
+                .iter()
+                .filter(|other| reached.get(other).is_some_and(|back| back.contains(*file)))
+                .cloned()
+                .collect();
+            found.insert(group);
+        }
+    }
+    found
+}
+
+#[test]
+fn inside_a_room_no_files_import_each_other_in_a_circle() {
+    let found = circles(&arrows(&read_sources()));
+    let known: BTreeSet<Vec<String>> =
+        KNOWN.iter().map(|group| group.iter().map(|file| (*file).to_owned()).collect()).collect();
+    assert_eq!(found, known, "circles (left), and those known (right)");
+}
+
+#[test]
+fn a_circle_is_seen_in_each_guise() {
+    let source = |name: &str, text: &str| {
+        let module = name.trim_end_matches(".rs").trim_end_matches("/mod");
+        let module = module.split('/').map(str::to_owned).collect();
+        Source { name: name.to_owned(), module, text: text.to_owned() }
+    };
+    let seen = |files: &[(&str, &str)]| {
+        let sources: Vec<Source> = files.iter().map(|(name, text)| source(name, text)).collect();
+        circles(&arrows(&sources)).into_iter().next().unwrap_or_default()
+    };
+    let parent = ("can/mod.rs", "mod a;\nmod b;\npub use a::{A, Other};\npub use b::B;");
+    let group = ["can/a.rs", "can/b.rs"];
+    let alone = ("can/c.rs", "use super::a::A;\nuse crate::clock::now;");
+    assert_eq!(
+        seen(&[parent, ("can/a.rs", "use super::{B, Outside};"), ("can/b.rs", "use crate::can::A;"), alone]),
+        group
+    );
+    // By a name for the room, and by a module's own.
+    let named = ("can/a.rs", "use crate::can as bus;\nfn f() { bus::b::g() }");
+    assert_eq!(seen(&[parent, named, ("can/b.rs", "use super::a;\nfn g() { a::f() }")]), group);
+    assert!(seen(&[parent, named, ("can/b.rs", "fn g() {}")]).is_empty());
+    // By a method that stands elsewhere.
+    let home = ("can/a.rs", "pub struct A;\nimpl A {\n    pub fn f(&self) { self.g() }\n}");
+    assert_eq!(
+        seen(&[parent, home, ("can/b.rs", "use super::A;\nimpl A {\n    pub fn g(&self) {}\n}")]),
+        group
+    );
+    // By another parent's own code, and not by one's own.
+    let parent = ("can/a/mod.rs", "mod c;\nuse super::b::B;\npub struct A(B, c::C);");
+    let group = ["can/a/mod.rs", "can/b.rs"];
+    assert_eq!(seen(&[parent, ("can/b.rs", "use super::a::A;\npub struct B;")]), group);
+    assert!(seen(&[parent, ("can/a/c.rs", "use super::A;\npub struct C;")]).is_empty());
+}

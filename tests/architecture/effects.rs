@@ -1,0 +1,65 @@
+//! An effect is one file.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use super::sources::sources;
+
+/// Where `id` stands in `text` as a word of its own.
+fn names(text: &str, id: &str) -> bool {
+    let part_of_a_word = |letter: char| letter.is_alphanumeric() || letter == '_';
+    text.match_indices(id).any(|(at, _)| {
+        !text[..at].ends_with(part_of_a_word) && !text[at + id.len()..].starts_with(part_of_a_word)
+    })
+}
+
+/// The program without its tests and without what cards say they are confused with. Comments stay: one that speaks of an
+/// effect by its id is as wrong as code when the effect goes.
+fn without_tests(name: &str, text: &str) -> String {
+    let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    match text.split_once("    confused_with: &[").filter(|_| name.starts_with("effect/")) {
+        Some((before, behind)) => format!("{before}{}", behind.split_once(']').map_or("", |(_, rest)| rest)),
+        None => text.to_owned(),
+    }
+}
+
+/// The catalogue and the emulator's; the example on the crate's front page, and those of `--help`, which tests run.
+const EXEMPT: [&str; 4] = ["effect/mod.rs", "emulate/hidden.rs", "lib.rs", "cli/commands.rs"];
+
+/// An effect is one file. What others must know of it is on its card; the emulator's laws are a second catalogue on purpose.
+#[test]
+fn no_file_but_its_own_names_an_effect() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let read = |name: &str| fs::read_to_string(root.join(name)).expect("source is UTF-8");
+    let catalogue = read("effect/mod.rs");
+    let (_, list) = catalogue.split_once("\ncatalogue![").expect("the catalogue");
+    let (list, _) = list.split_once(']').expect("its end");
+    let ids: Vec<&str> = list.split(',').map(str::trim).filter(|id| !id.is_empty()).collect();
+    let own: Vec<String> = ids.iter().map(|id| format!("effect/{id}.rs")).collect();
+    for (id, own) in ids.iter().zip(&own) {
+        assert!(names(&read(own), id), "{own} is another card");
+    }
+    let mut found = BTreeSet::new();
+    for file in sources(&root) {
+        let name = file.strip_prefix(&root).expect("below src").to_string_lossy().into_owned();
+        if EXEMPT.contains(&name.as_str()) || name.ends_with("tests.rs") {
+            continue;
+        }
+        let text = without_tests(&name, &read(&name));
+        let others = ids.iter().zip(&own).filter(|(_, own)| **own != name);
+        found.extend(others.filter(|(id, _)| names(&text, id)).map(|(id, _)| format!("{name} names {id}")));
+    }
+    assert!(ids.len() > 20, "the catalogue was read");
+    assert!(found.is_empty(), "a property of the card says it instead: {found:#?}");
+}
+
+#[test]
+fn the_search_for_ids_sees_words_alone() {
+    assert!(names("has(\"gyro_lag\")", "gyro_lag") && names("`gyro_lag.pole`", "gyro_lag"));
+    assert!(!names("my_gyro_lag", "gyro_lag") && !names("gyro_lags", "gyro_lag"));
+    let card = "{\n    id: \"a\",\n    confused_with: &[\"gyro_lag\"],\n    law: gyro_bias }\n#[cfg(test)]\nmod tests { gyro_scale }";
+    let left = without_tests("effect/a.rs", card);
+    assert!(!names(&left, "gyro_lag") && names(&left, "gyro_bias") && !names(&left, "gyro_scale"));
+    assert!(names(&without_tests("model/a.rs", card), "gyro_lag"));
+}
