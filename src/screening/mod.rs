@@ -28,6 +28,7 @@ pub mod screened_log;
 pub mod screened_rotor;
 pub mod summary;
 pub mod thresholds;
+pub mod transient_behind_hole;
 pub mod uncommanded_motion;
 
 pub use channel::Judgement;

@@ -71,7 +71,11 @@ impl ScreenedRotor {
         self.mark_unknown(log);
         let at_rest = self.data.at_rest();
         at_rest.iter().for_each(|row| self.rests[*row] = true);
-        let found = [self.data.leave_out_starts(&at_rest), self.data.leave_out_unmoved()];
+        let found = [
+            self.data.leave_out_starts(&at_rest),
+            self.data.leave_out_hidden_transients(),
+            self.data.leave_out_unmoved(),
+        ];
         for judged in found.into_iter().flatten() {
             self.mark(&judged);
             self.findings.push(judged.finding);

@@ -216,6 +216,24 @@ crate::thresholds! {
     battery_gap: f64 = 30.0, "s", "judgement";
     /// Share of the time for which commands are held that a hole may last for the rotor to run on across it.
     short_hole: f64 = 0.1, "-", "judgement";
+    /// [s] after a step until rates have settled, where the log has no step without a hole that says so.
+    transient: f64 = 0.25, "s", "four times 1/p of the paper's rotor";
+    /// Times as long as rates take to settle that commands are held, at the least, for transients behind holes to be left out.
+    transient_held: f64 = 3.0, "-", "judgement";
+    /// [s] behind a step in which rates are looked at: they settle in the first half, and their level is that of the second.
+    transient_seen: f64 = 1.0, "s", "judgement";
+    /// Share of its way within which a rate has come to its level.
+    transient_near: f64 = 0.03, "-", "judgement";
+    /// Times its scatter within which it has, too.
+    transient_scatter: f64 = 4.0, "-", "judgement";
+    /// Share of the steps in sight that settle as fast as that.
+    transient_usual: f64 = 0.9, "-", "judgement";
+    /// Share of its way from which a rate was seen to answer a step.
+    transient_begun: f64 = 0.1, "-", "judgement";
+    /// Rows back in which the rate at a row is looked for.
+    transient_rows: usize = 5, "count", "judgement";
+    /// [s] behind a step by when the rotor is on its way.
+    transient_under_way: f64 = 0.1, "s", "judgement";
     /// [s] a change of command this long before a hole is named with it.
     before_hole: f64 = 0.1, "s", "judgement";
     /// Scatter about its smooth course, as a share of the rate, where neighbours are correlated, that no rotor has under one command.

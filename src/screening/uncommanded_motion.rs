@@ -58,7 +58,7 @@ impl RotorLog {
 
     /// Ends the stretches of known commands before these rows, and begins new ones behind: what the rotor was
     /// commanded meanwhile is not known.
-    fn cut(&mut self, rows: &Range<usize>) {
+    pub(super) fn cut(&mut self, rows: &Range<usize>) {
         let left = |segment: &Range<usize>| {
             [segment.start..segment.end.min(rows.start), segment.start.max(rows.end)..segment.end]
         };

@@ -4,17 +4,17 @@ use std::fmt::Write;
 
 use super::desk::{Desk, diagnose};
 
-/// [s] step of this file's own simulation.
-const STEP: f64 = 5e-4;
+/// [s] step of this folder's own simulation.
+pub const STEP: f64 = 5e-4;
 /// [s] between two rows.
 const ROW: f64 = 0.01;
 const FULL: f64 = 12.6;
 
 /// Numbers between -1 and 1, the same for a seed (SplitMix64).
-struct Draws(u64);
+pub struct Draws(pub u64);
 
 impl Draws {
-    fn next(&mut self) -> f64 {
+    pub fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut mixed = self.0;
         mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -23,13 +23,13 @@ impl Draws {
     }
 
     /// Nearly normal, of this standard deviation.
-    fn noise(&mut self, size: f64) -> f64 {
+    pub fn noise(&mut self, size: f64) -> f64 {
         size * (0..12).map(|_| 0.5 * self.next()).sum::<f64>()
     }
 }
 
 /// z of the paper's rotor at 12.4 V.
-fn steady(command: f64) -> f64 {
+pub fn steady(command: f64) -> f64 {
     1124.5 * command + 447.1 * command * command - 40.0 * (FULL - 12.4)
 }
 

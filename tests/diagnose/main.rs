@@ -7,6 +7,7 @@ mod columns;
 mod dead_time;
 mod desk;
 mod found;
+mod holes;
 mod ladder;
 mod readings;
 mod refused;

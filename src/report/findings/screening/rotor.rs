@@ -1,5 +1,6 @@
 //! Sentences for what is found of one rotor's command, rate, thrust and battery.
 
+use super::super::numbers::counted;
 use crate::screening::Finding;
 use crate::unit::short;
 
@@ -88,6 +89,18 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             100.0 * number("scatter_rad_s") / number("mean_rad_s"),
             number("from_s"),
             number("to_s")
+        ),
+        "transient_behind_hole" => format!(
+            "{} in the rows {} where or right after the command stepped: when it took effect is not known, so {rows} samples \
+             are left out until {:.0} ms behind ({})",
+            counted(finding.count("holes"), "hole"),
+            if finding.count("holes") == 1 { "lies" } else { "lie" },
+            1e3 * number("settled_s"),
+            match finding.count("steps") {
+                0 => "no step without a hole says how long rates take to settle".to_owned(),
+                steps =>
+                    format!("so long rates take to settle behind {} without a hole", counted(steps, "step")),
+            }
         ),
         "commands_missing" => format!(
             "commands come each {} ms, and in {} places one or more are missing ({} rows, {} empty cells): what the rotor was \
