@@ -15,6 +15,7 @@ const GROUPS: [(&str, &[&str]); 3] = [
         "Run",
         &[
             "check",
+            "dronecan",
             "emulate",
             "run",
             "bridge",
@@ -44,6 +45,8 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("replay", "rotorbench replay run.mcap --set controller.emc.alpha=1.1"),
     ("paper", "rotorbench paper --report paper.html"),
     ("check", "rotorbench check --config bench.toml"),
+    ("dronecan", "rotorbench dronecan list --interface can0"),
+    ("dronecan list", "rotorbench dronecan list --interface can0"),
     ("emulate", "rotorbench emulate --shm --hide gravity_pendulum:moment=0.4"),
     ("run", "rotorbench run --lockstep --seconds 20 --record run.mcap"),
     ("bridge", "rotorbench bridge --config bench.toml"),

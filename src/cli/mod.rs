@@ -30,6 +30,7 @@ mod design;
 mod diagnose;
 mod disarm;
 mod doctor;
+mod dronecan;
 mod effects;
 mod emulate;
 mod experiment;
@@ -152,6 +153,8 @@ enum Subcommand {
     Check(check::Arguments),
     /// What this machine can and cannot do, and the command that mends it
     Doctor(doctor::Arguments),
+    /// What a bus that speaks DroneCAN has to say
+    Dronecan(dronecan::Arguments),
     /// How punctual this machine is, from a bare cycle to the whole loop, beside cyclictest
     Jitter(jitter::Arguments),
     /// Drive the bench with a test signal and record
@@ -259,6 +262,7 @@ impl Subcommand {
             Self::Check(arguments) => &arguments.bench,
             Self::Jitter(arguments) => &arguments.bench,
             Self::Experiment(arguments) => &arguments.bench,
+            Self::Dronecan(arguments) => arguments.bench(),
             Self::Design(arguments) => &arguments.bench,
             Self::Doctor(arguments) => return arguments.config.as_deref(),
             Self::Import(arguments) => return arguments.logs.config.as_deref(),
@@ -304,6 +308,7 @@ fn dispatch(subcommand: Subcommand) -> CliResult {
         Subcommand::Stop(arguments) => stop::run(&arguments),
         Subcommand::Check(arguments) => check::run(&arguments),
         Subcommand::Doctor(arguments) => doctor::run(&arguments),
+        Subcommand::Dronecan(arguments) => dronecan::run(&arguments),
         Subcommand::Jitter(arguments) => jitter::run(&arguments),
         Subcommand::Experiment(arguments) => experiment::run(&arguments),
         Subcommand::Import(arguments) => import::run(&arguments),

@@ -57,6 +57,7 @@ pub mod design;
 pub mod deviations;
 pub mod diagnosis;
 pub mod doctor;
+pub mod dronecan;
 pub mod effects;
 pub mod export;
 pub mod files;

@@ -10,6 +10,7 @@
 mod bench_check;
 mod compare;
 mod diagnose;
+mod dronecan_nodes;
 mod emulated_run;
 mod extend;
 mod guess;
@@ -37,6 +38,7 @@ use crate::runtime::ProcessError;
 pub use bench_check::{BenchCheck, InterfaceLook};
 pub use compare::compare;
 pub use diagnose::diagnose;
+pub use dronecan_nodes::dronecan_nodes;
 pub use emulated_run::run_emulated;
 #[doc(hidden)]
 pub use emulated_run::run_emulated as fly;

@@ -1,6 +1,6 @@
 //! A bench on DroneCAN, both ends of its bus in memory: roles, arming, other nodes, and what is refused.
 
-use rotorbench::can::dronecan::{Body, Value, decode, empty_message};
+use rotorbench::can::dronecan::{Body, RollCall, Value, decode, empty_message};
 use rotorbench::can::dronecan::{
     CommandKind, DsdlConfig, Frames, Header, Kinship, Library, Subscription, encode,
 };
@@ -439,4 +439,35 @@ fn whatever_the_bridge_sends_is_its_own() {
     let mut frames = bridge.commands(&applied(ARMED, [0.1; 2])).to_vec();
     frames.extend_from_slice(bridge.owed(S, &applied(ARMED, [0.1; 2])));
     assert!(frames.len() >= 4 && frames.iter().all(is_own), "{frames:?}");
+}
+
+/// Each node is asked what it is until it has answered, and one that is only heard is there, too.
+#[test]
+fn a_roll_call_hears_every_node_and_what_it_is() {
+    let (mut bridge, mut bench) = ends(&config());
+    let mut call = RollCall::new(127).expect("a number");
+    let (mut sensors, mut commands) = (Sensors::default(), RotorCommands::default());
+    call.receive(&node_status(77, 0, [9, 1, 2])[0], S);
+    for turn in 0..200 {
+        let now_ns = S + turn * 20 * MS;
+        let mut frames = sent(&mut *bench, now_ns, &measured(now_ns));
+        frames.extend_from_slice(bridge.owed(now_ns, &applied(ARMED, [0.0; 2])));
+        frames.iter().for_each(|frame| call.receive(frame, now_ns));
+        for frame in call.owed(now_ns) {
+            bridge.receive(&frame, now_ns, &mut sensors);
+            bench.receive(&frame, now_ns, &mut commands);
+        }
+    }
+    let nodes = call.nodes();
+    let seen: Vec<_> = nodes.iter().map(|it| (it.id, it.info.as_ref().map(|it| it.name.as_str()))).collect();
+    let emulated = Some("org.rotorbench.emulated");
+    let bridge = Some("org.rotorbench.bridge");
+    assert_eq!(seen, [(20, emulated), (21, emulated), (50, emulated), (77, None), (100, bridge)]);
+    let (unknown, own) = (&nodes[3], &nodes[4]);
+    assert_eq!((unknown.health, unknown.mode, unknown.uptime_s), (1, 2, 9));
+    assert_eq!((own.health, own.code, own.uptime_s), (0, 2, 3), "its code is the guard's state");
+    let version = (env!("CARGO_PKG_VERSION_MAJOR").parse(), env!("CARGO_PKG_VERSION_MINOR").parse());
+    let software = own.info.as_ref().map(|it| it.software).expect("it answered");
+    assert_eq!((Ok(software.0), Ok(software.1)), version);
+    assert!(RollCall::new(0).is_err() && RollCall::new(128).is_err());
 }

@@ -14,26 +14,17 @@ use crate::can::thresholds::THRESHOLDS;
 use crate::signal::{Channel, ROTORS};
 
 use super::assembler::Subscription;
+use super::common::{Common, name};
 use super::config::{CommandKind, DronecanConfig, DsdlConfig};
-use super::dsdl::{Body, Compound, Structure};
+use super::dsdl::{Compound, Structure};
 use super::library::{Definition, Library};
 use super::place::Place;
 use super::transfer::{FRAME_BYTES, Frames, GREATEST_NODE, Kinship};
-use super::value::{empty_message, encode};
 
 /// Index of the last ESC that a command reaches.
 const LAST_ESC: u8 = 19;
 /// Greatest size of a file of DSDL [byte].
 const LARGEST_FILE: u64 = 1 << 20;
-
-/// The types that every bench speaks of.
-pub(super) mod name {
-    pub const RAW_COMMAND: &str = "uavcan.equipment.esc.RawCommand";
-    pub const RPM_COMMAND: &str = "uavcan.equipment.esc.RPMCommand";
-    pub const ARMING_STATUS: &str = "uavcan.equipment.safety.ArmingStatus";
-    pub const NODE_STATUS: &str = "uavcan.protocol.NodeStatus";
-    pub const NODE_INFO: &str = "uavcan.protocol.GetNodeInfo";
-}
 
 /// A number of a message that feeds a channel.
 #[derive(Debug, Clone)]
@@ -90,68 +81,6 @@ pub(super) struct Commanding {
     pub length: usize,
     pub type_id: u16,
     pub subscription: Subscription,
-}
-
-/// What every node says of itself, and what it is asked.
-#[derive(Debug, Clone)]
-pub(super) struct Common {
-    pub arming: Subscription,
-    pub status: Subscription,
-    /// Fields of `NodeStatus`: seconds since the start, health, mode, and a code of our own.
-    pub uptime: Place,
-    pub health: Place,
-    pub mode: Place,
-    pub code: Place,
-    /// Data type id and signature of `GetNodeInfo`, and its response up to the node's name, which ends it.
-    pub info_id: u16,
-    pub info_signature: u64,
-    pub info: Vec<u8>,
-    /// Where the sixteen bytes of a node's unique id begin in `info`.
-    pub unique_id: usize,
-}
-
-impl Common {
-    fn build(library: &Library) -> Result<Self, CanError> {
-        let missing = |name: &str| fail("dronecan", format!("no type `{name}`"));
-        let message = |name: &'static str| {
-            let compound = library.get(name).ok_or_else(|| missing(name))?;
-            let (message, id) = compound.message().zip(compound.id).ok_or_else(|| missing(name))?;
-            Ok((message, Subscription::new(id, Kinship::Message, compound.signature, message.most_bits())))
-        };
-        let (_, arming) = message(name::ARMING_STATUS)?;
-        let (node_status, status) = message(name::NODE_STATUS)?;
-        let field = |path| Place::find(node_status, path).map_err(|reason| fail("dronecan", reason));
-        let info = library.get(name::NODE_INFO).ok_or_else(|| missing(name::NODE_INFO))?;
-        let (Body::Service(_, response), Some(info_id)) = (&info.body, info.id) else {
-            return Err(missing(name::NODE_INFO));
-        };
-        let place = |path| Place::find(response, path).map_err(|reason| fail("dronecan", reason));
-        let mut bytes = encode(response, &empty_message(response, 0.0))
-            .map_err(|error| fail("dronecan", error.to_string()))?;
-        place("software_version.major")?.write(&mut bytes, number(env!("CARGO_PKG_VERSION_MAJOR")));
-        place("software_version.minor")?.write(&mut bytes, number(env!("CARGO_PKG_VERSION_MINOR")));
-        Ok(Self {
-            arming,
-            status,
-            uptime: field("uptime_sec")?,
-            health: field("health")?,
-            mode: field("mode")?,
-            code: field("vendor_specific_status_code")?,
-            info_id,
-            info_signature: info.signature,
-            unique_id: place("hardware_version.unique_id[0]")?.at / 8,
-            info: bytes,
-        })
-    }
-
-    /// Listens to who asks `node` what it is.
-    pub fn info_request(&self, node: u8) -> Subscription {
-        Subscription::new(self.info_id, Kinship::Request { to: node }, self.info_signature, 0)
-    }
-}
-
-fn number(digits: &str) -> f64 {
-    digits.parse().unwrap_or(0.0)
 }
 
 /// The `[bus]` table of a bench on DroneCAN, resolved.

@@ -8,6 +8,7 @@ use crate::can::protocol::{BenchEnd, BridgeEnd, MessageDescription, Protocol, Si
 use super::bench::Bench;
 use super::bridge::Bridge;
 use super::bus::{Bound, DronecanBus, Received};
+use super::common::name;
 use super::dsdl::{Kind, Primitive};
 use super::node::{ARMING_EVERY_NS, STATUS_EVERY_NS};
 use super::place::Place;
@@ -87,7 +88,7 @@ impl DronecanBus {
                 rotors.collect(),
             ),
             sent(
-                super::bus::name::ARMING_STATUS,
+                name::ARMING_STATUS,
                 priority::MEDIUM,
                 common.arming.type_id,
                 1,
@@ -95,7 +96,7 @@ impl DronecanBus {
                 Vec::new(),
             ),
             sent(
-                super::bus::name::NODE_STATUS,
+                name::NODE_STATUS,
                 priority::LOW,
                 common.status.type_id,
                 7,

@@ -3,7 +3,7 @@
 use crate::can::frame::Frame;
 use crate::clock::NANOSECONDS_PER_SECOND;
 
-use super::bus::Common;
+use super::common::Common;
 use super::crc;
 use super::transfer::{Frames, Header, Kinship, TransferId, priority};
 

@@ -4,7 +4,7 @@ use crate::can::protocol::NodeTrouble;
 use crate::can::thresholds::THRESHOLDS;
 use crate::signal::Channel;
 
-use super::bus::Common;
+use super::common::Common;
 use super::transfer::GREATEST_NODE;
 
 /// Node ids, 0 among them.

@@ -1,0 +1,164 @@
+//! Who is on the bus: listens to what each node says of itself, and asks it what it is.
+
+use std::collections::BTreeMap;
+
+use crate::can::error::CanError;
+use crate::can::frame::Frame;
+use crate::can::resolve::fail;
+use crate::clock::NANOSECONDS_PER_SECOND;
+
+use super::assembler::{Assembler, Subscription};
+use super::common::{Common, name};
+use super::dsdl::{Body, Structure};
+use super::library::Library;
+use super::node::Node;
+use super::transfer::{Frames, GREATEST_NODE, Header, Kinship, TransferId, priority};
+use super::value::{Value, decode};
+
+/// [ns] after which a node that did not answer is asked again.
+const ASK_AGAIN_NS: u64 = NANOSECONDS_PER_SECOND / 2;
+/// How this node names itself while it asks.
+const NAME: &str = "org.rotorbench.list";
+
+/// A node as it says of itself.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct NodeReport {
+    /// Its number.
+    pub id: u8,
+    /// 0 ok, 1 warning, 2 error, 3 critical.
+    pub health: u8,
+    /// 0 operational, 1 initialization, 2 maintenance, 3 software update, 7 offline.
+    pub mode: u8,
+    /// [s] since it began.
+    pub uptime_s: u32,
+    /// Its own status code.
+    pub code: u16,
+    /// What it is; `None` = it did not answer.
+    pub info: Option<NodeInfo>,
+}
+
+/// What a node answers to `GetNodeInfo`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct NodeInfo {
+    /// Its name.
+    pub name: String,
+    /// Major and minor version of its software.
+    pub software: (u8, u8),
+    /// Major and minor version of its hardware.
+    pub hardware: (u8, u8),
+    /// Its unique id.
+    pub unique_id: Vec<u8>,
+}
+
+/// Asks round.
+#[derive(Debug)]
+pub struct RollCall {
+    common: Common,
+    response: Structure,
+    seed: u16,
+    assembler: Assembler,
+    node: Node,
+    transfer_ids: BTreeMap<u8, TransferId>,
+    /// By number: what is known, and when it was asked last [ns].
+    nodes: BTreeMap<u8, (NodeReport, u64)>,
+}
+
+impl RollCall {
+    /// Asks as the node with the number `own`.
+    ///
+    /// # Errors
+    /// [`CanError::Role`] when that is no node's number.
+    pub fn new(own: u8) -> Result<Self, CanError> {
+        if !(1..=GREATEST_NODE).contains(&own) {
+            return Err(fail("dronecan.node_id", format!("{own} is no node id of 1 to {GREATEST_NODE}")));
+        }
+        let library = Library::build(&[])?;
+        let common = Common::build(&library)?;
+        let response = match library.get(name::NODE_INFO).map(|it| &it.body) {
+            Some(Body::Service(_, response)) => response.clone(),
+            _ => return Err(fail("dronecan", format!("no type `{}`", name::NODE_INFO))),
+        };
+        let kinship = Kinship::Response { to: own };
+        let answers = Subscription::new(common.info_id, kinship, common.info_signature, response.most_bits());
+        Ok(Self {
+            assembler: Assembler::new(vec![common.status, answers]),
+            node: Node::new(&common, own, NAME),
+            seed: answers.seed,
+            transfer_ids: BTreeMap::new(),
+            nodes: BTreeMap::new(),
+            common,
+            response,
+        })
+    }
+
+    /// Takes in a frame of another node.
+    pub fn receive(&mut self, frame: &Frame, now_ns: u64) {
+        // What is not whole is asked for again.
+        let Ok(Some(transfer)) = self.assembler.receive(frame, now_ns) else { return };
+        let id = transfer.header.source;
+        let (report, _) = self.nodes.entry(id).or_default();
+        report.id = id;
+        if transfer.subscription == 0 {
+            let read = |place: &super::place::Place| place.read(transfer.payload).unwrap_or(0.0);
+            report.health = read(&self.common.health) as u8;
+            report.mode = read(&self.common.mode) as u8;
+            report.uptime_s = read(&self.common.uptime) as u32;
+            report.code = read(&self.common.code) as u16;
+        } else if let Ok(Value::List(fields)) = decode(&self.response, transfer.payload) {
+            report.info = info(&fields);
+        }
+    }
+
+    /// What is to be sent at `now_ns`: our own state, and questions.
+    pub fn owed(&mut self, now_ns: u64) -> Vec<Frame> {
+        let mut frames: Vec<Frame> = self.node.status(now_ns, 0).into_iter().collect();
+        for (id, (report, asked_ns)) in &mut self.nodes {
+            let is_time = *asked_ns == 0 || now_ns.saturating_sub(*asked_ns) >= ASK_AGAIN_NS;
+            if report.info.is_some() || !is_time {
+                continue;
+            }
+            *asked_ns = now_ns;
+            let header = Header {
+                priority: priority::LOW,
+                type_id: self.common.info_id,
+                source: self.node.id,
+                kinship: Kinship::Request { to: *id },
+                discriminator: 0,
+            };
+            let transfer_id = self.transfer_ids.entry(*id).or_default().take();
+            frames.extend(Frames::new(header, self.seed, transfer_id, &[]));
+        }
+        frames
+    }
+
+    /// Who was heard, by number.
+    #[must_use]
+    pub fn nodes(&self) -> Vec<NodeReport> {
+        self.nodes.values().map(|(report, _)| report.clone()).collect()
+    }
+}
+
+/// Of an answer: state, software, hardware, name.
+fn info(fields: &[Value]) -> Option<NodeInfo> {
+    let list = |value: &Value| match value {
+        Value::List(values) => values.clone(),
+        _ => Vec::new(),
+    };
+    let byte = |value: &Value| match value {
+        Value::Integer(integer) => u8::try_from(*integer).unwrap_or(0),
+        _ => 0,
+    };
+    let [_, software, hardware, name] = fields else { return None };
+    let version = |value: &Value| match list(value).as_slice() {
+        [major, minor, ..] => (byte(major), byte(minor)),
+        _ => (0, 0),
+    };
+    let name: Vec<u8> = list(name).iter().map(byte).collect();
+    let unique_id = list(hardware).get(2).map(list).unwrap_or_default();
+    Some(NodeInfo {
+        name: String::from_utf8_lossy(&name).into_owned(),
+        software: version(software),
+        hardware: version(hardware),
+        unique_id: unique_id.iter().map(byte).collect(),
+    })
+}
