@@ -5,12 +5,13 @@ use std::time::{Duration, Instant};
 
 use rotorbench::bench::{BenchConfig, Trigger};
 use rotorbench::bus_guard::BusGuard;
+use rotorbench::can::{BusConfig, Frame, Id, ProtocolName, RotorCommands, protocol};
 use rotorbench::clock;
 use rotorbench::guard::GuardConfig;
 use rotorbench::runtime::control::ControlLoop;
 use rotorbench::runtime::controller_plant;
 use rotorbench::shm::{Bench, Place, Role, SENSORS, SharedMemoryConfig};
-use rotorbench::signal::{Sample, Sensors};
+use rotorbench::signal::{Applied, Sample, Sensors};
 
 use crate::counting::allocations;
 
@@ -130,4 +131,50 @@ fn cycles_on_a_timer_do_not_allocate() {
 #[test]
 fn cycles_on_the_imu_frame_do_not_allocate() {
     cycles_do_not_allocate("imu", Trigger::Imu);
+}
+
+/// Both ends of a bus on DroneCAN, and whatever comes on it.
+#[test]
+fn frames_of_dronecan_do_not_allocate() {
+    let bus = BusConfig { protocol: ProtocolName::Dronecan, ..BusConfig::default() };
+    let spoken = protocol(&bus, 0.02).expect("sound");
+    let (mut bridge, mut bench) = (spoken.bridge_end(), spoken.bench_end(1));
+    let asks = Frame::classic(Id::Extended(0x1801_E489), &[0xC0]).expect("short");
+    let garbage: Vec<Frame> = (0..=255_u8)
+        .map(|byte| {
+            let id = Id::Extended(0x0804_0600 | u32::from(byte) << 16 | u32::from(byte % 128));
+            Frame::classic(id, &[byte; 8]).expect("short")
+        })
+        .collect();
+    let mut received = [asks; 64];
+    let (mut read, mut commands) = (Sensors::default(), RotorCommands::default());
+    let mut frames = 0;
+    let ((), count) = allocations(|| {
+        for turn in 1..500_u64 {
+            let now_ns = turn * 20_000_000;
+            let applied = Applied { state: 2, rotor: [0.3, 0.4], ..Applied::default() };
+            let mut used = 0;
+            bench.send_due(now_ns, &sensors(turn), &mut |frame| {
+                if let Some(place) = received.get_mut(used) {
+                    *place = *frame;
+                    used += 1;
+                }
+            });
+            for frame in received[..used].iter().chain(&garbage).chain([&asks]) {
+                bridge.receive(frame, now_ns, &mut read);
+                bench.receive(frame, now_ns, &mut commands);
+            }
+            for frame in bridge.commands(&applied) {
+                bench.receive(frame, now_ns, &mut commands);
+            }
+            for frame in bridge.owed(now_ns, &applied) {
+                bench.receive(frame, now_ns, &mut commands);
+            }
+            assert!(bridge.trouble(now_ns).is_none() && bench.may_turn(now_ns));
+            frames += used;
+        }
+    });
+    assert_eq!(count, 0, "allocations by the frame");
+    assert!(frames > 5_000 && read.propeller_rate[1].is_good(), "{frames}");
+    assert!((commands.rotor[1] - 0.4).abs() < 1e-4, "{commands:?}");
 }
