@@ -2,6 +2,10 @@
 
 use std::path::Path;
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use sha2::{Digest as _, Sha256};
+
 use super::bars::Bars;
 use super::markup::{escape, inline};
 use super::plot::Plot;
@@ -138,6 +142,7 @@ impl Page {
         };
         format!(
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <meta name=\"generator\" content=\"rotorbench {version}\">\n<title>{title}</title>\n\
              <style>{UPLOT_STYLE}\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{heading}</h1>\n{contents}\n{body}\
@@ -146,6 +151,7 @@ impl Page {
              <noscript><p>The plots of this report need JavaScript; nothing is loaded from the network.</p></noscript>\n\
              <!--\n{license}\n-->\n<script>{UPLOT_SCRIPT}</script>\n<script>{SCRIPT}</script>\n</body>\n</html>\n",
             version = env!("CARGO_PKG_VERSION"),
+            policy = policy(&format!("{UPLOT_STYLE}\n{STYLE}"), [UPLOT_SCRIPT, SCRIPT]),
             license = UPLOT_LICENSE.trim(),
         )
     }
@@ -157,6 +163,17 @@ impl Page {
     pub fn save(&self, path: &Path) -> Result<(), ReportError> {
         write_atomically(path, &self.emit())
     }
+}
+
+/// What a browser may do with the page: the style and the scripts of this program by their hashes, and nothing else. A text that
+/// got into the page past its escaping could not run, and nothing is loaded or sent.
+fn policy(style: &str, scripts: [&str; 2]) -> String {
+    let hash = |text: &str| format!("'sha256-{}'", STANDARD.encode(Sha256::digest(text)));
+    let scripts = scripts.map(hash).join(" ");
+    format!(
+        "default-src 'none'; script-src {scripts}; style-src {}; base-uri 'none'; form-action 'none'",
+        hash(style)
+    )
 }
 
 fn emit_elements(blocks: &[Element], html: &mut String, headings: &mut Vec<String>) {
@@ -230,6 +247,15 @@ mod tests {
         assert!(html.contains("\\u003c/script>\\u003cb>"));
         // The scripts that belong there: the data, the library, the page's own.
         assert_eq!(html.matches("</script>").count(), 3);
+        // Each of them, and the style, has its hash in the policy, taken of what a browser sees between the tags.
+        for (tag, end) in [("<script>", "</script>"), ("<style>", "</style>")] {
+            for text in html.split(tag).skip(1).filter_map(|rest| rest.split_once(end)) {
+                let hash = STANDARD.encode(Sha256::digest(text.0));
+                assert!(html.contains(&format!("'sha256-{hash}'")), "{tag} would not run");
+            }
+        }
+        assert!(html.contains("default-src 'none'; script-src 'sha256-"));
+        assert!(!html.contains("style=\"") && !html.contains("onclick"), "what the policy forbids");
         for outside in ["src=", "href=\"http", "@import", "url("] {
             assert!(!html.contains(outside), "the page would load something: {outside}");
         }
