@@ -1,8 +1,11 @@
 //! Files that appear complete or not at all, and where in a file something is wrong.
 
-use std::fs;
-use std::io::{self, Write as _};
+use std::fs::{self, Permissions};
+use std::io::{self, Read as _, Write as _};
+use std::os::unix::fs::{FileTypeExt as _, PermissionsExt as _};
 use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
 
 /// Line and column, from 1, of byte `at`.
 #[must_use]
@@ -29,6 +32,35 @@ pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
     })
 }
 
+/// [byte] longest file of settings that is read: a bench, a model, a mapping, a DBC file.
+const LONGEST_SETTINGS: u64 = 16 << 20;
+
+/// Reads a file of settings whole, if it is no longer than one may be: `/dev/zero` in its place must not take the memory of the
+/// machine.
+///
+/// # Errors
+/// What the system says, or that there is more of it.
+pub fn read_settings(path: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    fs::File::open(path)?.take(LONGEST_SETTINGS + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LONGEST_SETTINGS {
+        return Err(io::Error::new(
+            io::ErrorKind::FileTooLarge,
+            "more than 16 MiB, which no file of settings has",
+        ));
+    }
+    Ok(bytes)
+}
+
+/// The same of a text.
+///
+/// # Errors
+/// As [`read_settings`], and that it is not UTF-8.
+pub fn read_settings_text(path: &Path) -> io::Result<String> {
+    String::from_utf8(read_settings(path)?)
+        .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "not UTF-8 text"))
+}
+
 /// Writes `bytes` beside `path` and renames: what was there stays until the new file is complete.
 ///
 /// # Errors
@@ -47,21 +79,22 @@ pub fn write_atomically_with(
 ) -> io::Result<()> {
     if is_special(path) {
         // What /dev/stdout leads to may be a file that others have written to.
-        let mut file = io::BufWriter::new(fs::OpenOptions::new().append(true).open(path)?);
+        let file = fs::OpenOptions::new().append(true).open(path)?;
+        if !is_open_already(path) && file.metadata()?.file_type().is_file() {
+            // What was a device or a pipe a moment ago is somebody's file now.
+            return Err(io::ErrorKind::AlreadyExists.into());
+        }
+        let mut file = io::BufWriter::new(file);
         fill(&mut file)?;
         return file.flush();
     }
     let path = &target(path);
+    // Removed with the value, unless it becomes the file.
     let part = part_beside(path)?;
-    let written = fs::File::create(&part).and_then(|file| {
-        let mut file = io::BufWriter::new(file);
-        fill(&mut file)?;
-        file.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()
-    });
-    written.and_then(|()| fs::rename(&part, path)).inspect_err(|_| {
-        // The first error is the one to tell; a leftover part file is harmless.
-        let _ = fs::remove_file(&part);
-    })
+    let mut file = io::BufWriter::new(part.as_file());
+    fill(&mut file)?;
+    file.into_inner().map_err(io::IntoInnerError::into_error)?.sync_all()?;
+    part.persist(path).map(drop).map_err(|error| error.error)
 }
 
 /// Whether a file could be written at `path`: for before the work whose result it is for.
@@ -76,16 +109,28 @@ pub fn check_place(path: &Path) -> io::Result<()> {
         // To open a pipe would wait for its reader.
         return Ok(());
     }
-    let part = part_beside(&target(path))?;
-    fs::File::create(&part)?;
-    fs::remove_file(&part)
+    part_beside(&target(path))?.close()
+}
+
+/// Whether a file is at `path` that a result written there would replace. A link that leads nowhere is one, too: who made
+/// it meant something by it.
+#[must_use]
+pub fn is_there(path: &Path) -> bool {
+    !is_special(path) && path.symlink_metadata().is_ok()
 }
 
 /// A device or a pipe: written to as it is. A file renamed over `/dev/null` would be the end of it, for everybody.
 fn is_special(path: &Path) -> bool {
-    let is_open_already =
-        ["/dev/fd", "/dev/std", "/proc/"].iter().any(|start| path.to_string_lossy().starts_with(start));
-    is_open_already || fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
+    is_open_already(path)
+        || fs::metadata(path).is_ok_and(|found| {
+            let kind = found.file_type();
+            kind.is_fifo() || kind.is_char_device() || kind.is_block_device() || kind.is_socket()
+        })
+}
+
+/// A name of what some process has open.
+fn is_open_already(path: &Path) -> bool {
+    ["/dev/fd", "/dev/std", "/proc/"].iter().any(|start| path.to_string_lossy().starts_with(start))
 }
 
 /// The file behind a link, which stays one, also where that file is yet to be made.
@@ -94,19 +139,62 @@ fn target(path: &Path) -> PathBuf {
     path.canonicalize().unwrap_or_else(|_| fs::read_link(path).map_or_else(|_| path.to_owned(), behind))
 }
 
-/// The file that is written first.
-fn part_beside(path: &Path) -> io::Result<PathBuf> {
+/// The file that is written first: a new one with a name that nobody can foresee, so that nobody can put a link in its
+/// way. With the access that any new file has.
+fn part_beside(path: &Path) -> io::Result<NamedTempFile> {
     let mut name = path.file_name().ok_or(io::ErrorKind::InvalidInput)?.to_owned();
-    name.push(format!(".{}.part", std::process::id()));
-    Ok(path.with_file_name(name))
+    name.push(".");
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    tempfile::Builder::new()
+        .prefix(&name)
+        .suffix(".part")
+        .rand_bytes(RANDOM_LETTERS)
+        .permissions(Permissions::from_mode(0o666))
+        .tempfile_in(folder)
+        // Its error names the part file, and people know the file.
+        .map_err(|error| error.kind().into())
 }
+
+/// Of the name of a part file: 62^12 names.
+const RANDOM_LETTERS: usize = 12;
 
 #[cfg(test)]
 mod tests {
-    use std::os::unix::fs::{FileTypeExt, symlink};
+    use std::os::unix::fs::symlink;
     use std::process::Command;
 
     use super::*;
+
+    #[test]
+    fn settings_without_end_are_refused() {
+        let error = read_settings_text(Path::new("/dev/zero")).expect_err("without end");
+        assert!(error.to_string().contains("more than 16 MiB"), "{error}");
+    }
+
+    /// A link at each name that the process has ever used for a part file: none of them leads to a loss.
+    #[test]
+    fn nobody_can_put_a_link_in_the_way_of_a_part_file() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("victim"), "precious").expect("written");
+        symlink(at("victim"), at(&format!("a.csv.{}.part", std::process::id()))).expect("linked");
+        let mut names = Vec::new();
+        for text in ["one", "two"] {
+            write_atomically_with(&at("a.csv"), |file| {
+                let found = fs::read_dir(folder.path()).expect("a folder").flatten();
+                let name = |it: fs::DirEntry| it.file_name().to_string_lossy().into_owned();
+                let parts = found.map(name).filter(|it| it.len() > "a.csv.000000.part".len());
+                names.extend(parts.filter(|it| it.ends_with(".part")));
+                file.write_all(text.as_bytes())
+            })
+            .expect("written");
+        }
+        assert_eq!(fs::read_to_string(at("victim")).expect("there"), "precious");
+        assert_eq!(fs::read_to_string(at("a.csv")).expect("there"), "two");
+        assert_eq!(fs::metadata(at("a.csv")).expect("there").permissions().mode() & 0o600, 0o600);
+        assert!(names.len() == 2 && names[0] != names[1], "{names:?}");
+        assert_eq!(fs::read_dir(folder.path()).expect("a folder").count(), 3, "a part file was left");
+    }
 
     #[test]
     fn a_link_and_a_pipe_stay_what_they_are() {

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::log_arguments::LogArguments;
+use super::output::{Force, writable};
 use super::watched::cancellable;
 use super::{CliResult, Outcome};
 use crate::compare::CompareConfig;
@@ -35,6 +36,8 @@ pub struct Arguments {
     /// Horizon of the windows over which the body runs freely [s]
     #[arg(value_parser = super::horizon, long, alias = "horizon", default_value_t = CompareConfig::default().horizon_s)]
     horizon_s: f64,
+    #[command(flatten)]
+    force: Force,
     /// JSON on standard output
     #[arg(long)]
     json: bool,
@@ -49,7 +52,7 @@ pub struct Arguments {
 /// Runs the command: exit 1 when no model is at the noise floor of every log.
 pub fn run(arguments: &Arguments) -> CliResult {
     let inputs = arguments.model.iter().chain(&arguments.log).chain(&arguments.runs);
-    super::output::writable(arguments.report.iter().chain(&arguments.signals), inputs)?;
+    writable(arguments.report.iter().chain(&arguments.signals), inputs, arguments.force)?;
     if !arguments.runs.is_empty() {
         return side_by_side(arguments);
     }

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::output::Force;
 use super::thresholds::THRESHOLDS;
 use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
@@ -28,6 +29,8 @@ pub struct Arguments {
     /// Seed of the sensors' noise and of the effect that the emulator hides
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
+    #[command(flatten)]
+    force: Force,
     /// Hide this effect (`id` or `id:parameter=value,...`) and not a drawn one; may be given several times
     #[arg(long, value_name = "EFFECT")]
     hide: Vec<String>,
@@ -37,10 +40,14 @@ pub struct Arguments {
 const LATE: [&str; 5] =
     ["index.html", "extended.toml", "loop-extended.mcap", "loop-extended.csv", "loop-extended.toml"];
 
+/// What every story writes.
+const ALWAYS: [&str; 5] = ["loop.mcap", "loop.csv", "emulator.toml", "angle.svg", "disturbance.svg"];
+
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let out = &arguments.out;
     let (mut bench, emulator) = benches(arguments)?;
+    arguments.force.check(&ALWAYS.iter().chain(&LATE).map(|name| out.join(name)).collect::<Vec<_>>())?;
     fs::create_dir_all(out).map_err(|error| at(out, &error))?;
     for path in LATE.map(|name| out.join(name)).iter().filter(|path| path.exists()) {
         fs::remove_file(path).map_err(|error| at(path, &error))?;

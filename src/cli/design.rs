@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::Complex;
 
 use super::operate::BenchArguments;
+use super::output::{Force, writable};
 use super::thresholds::THRESHOLDS;
 use super::{CliError, CliResult, Outcome};
 use crate::control::design::{Advice, Compensator, DiscreteLoop, LoopPlant, Margins, advise, pid_by_margins};
@@ -58,6 +59,8 @@ pub struct Arguments {
     /// Angle at which the model's effects are linearized [degrees]; default: 0
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     angle_deg: Option<f64>,
+    #[command(flatten)]
+    force: Force,
     /// Write the design as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -154,7 +157,7 @@ impl Arguments {
             return Err(CliError::new(format!("--angle-deg must lie in -180..180, not {angle}")));
         }
         let path = self.model.clone().unwrap_or_else(|| PathBuf::from(&bench.model));
-        super::output::writable(&self.report, self.bench.config.iter().chain([&path]))?;
+        writable(&self.report, self.bench.config.iter().chain([&path]), self.force)?;
         let model = Model::load(Path::new(&path))?;
         let (plant, known) = controller_plant::of_model(&model)?;
         let mut config = bench.controller.clone();

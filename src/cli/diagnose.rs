@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::log_arguments::LogArguments;
+use super::output::{Force, writable};
 use super::watched::{cancellable, searching};
 use super::{CliResult, Outcome};
 use crate::compare::CompareConfig;
@@ -28,6 +29,8 @@ pub struct Arguments {
     /// Windows over which the body runs freely [s]
     #[arg(value_parser = super::horizon, long, default_value_t = DiagnoseConfig::default().horizon)]
     horizon_s: f64,
+    #[command(flatten)]
+    force: Force,
     /// Answer as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -39,7 +42,7 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let inputs = arguments.log.iter().chain(&arguments.validate).chain([&arguments.model]);
-    super::output::writable(&arguments.report, inputs)?;
+    writable(&arguments.report, inputs, arguments.force)?;
     let model = session::open_model(&arguments.model)?;
     let config = DiagnoseConfig { horizon: arguments.horizon_s };
     let named = |paths: &[PathBuf]| paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>();

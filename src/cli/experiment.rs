@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::emulate::PlantArguments;
 use super::operate::BenchArguments;
+use super::output::{Force, writable};
 use super::progress::Progress;
 use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
@@ -46,10 +47,11 @@ pub struct Arguments {
     /// In lockstep and open loop, let the body swing instead of holding it still
     #[arg(long, requires = "lockstep", conflicts_with = "closed_loop")]
     free_body: bool,
-    /// The log; beside it go FILE.toml, which says what was run, and on a running bench the recording FILE.mcap; files that
-    /// are there already are never overwritten
+    /// The log; beside it go FILE.toml, which says what was run, and on a running bench the recording FILE.mcap
     #[arg(short, long, value_name = "FILE.csv", default_value = "experiment.csv")]
     output: PathBuf,
+    #[command(flatten)]
+    force: Force,
     /// Say what was run as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -150,14 +152,14 @@ impl Arguments {
         self.rotors.unwrap_or(if self.closed_loop { Rotors::Differential } else { Rotors::One })
     }
 
-    /// Refuses to write over what is there: a run does not come again.
+    /// Refuses to write over what is there.
     fn refuse_to_overwrite(&self) -> Result<(), CliError> {
         let log = &self.output;
         let recording = (!self.lockstep).then(|| log.with_extension("mcap"));
         let mut files = vec![log.clone(), log.with_extension("toml")];
-        files.extend(recording);
-        super::output::absent(&files)?;
-        super::output::writable(&files, [])
+        files.extend(recording.clone());
+        writable(&files, [], self.force)?;
+        recording.map_or(Ok(()), |recording| self.force.make_way(&recording))
     }
 
     /// Refuses what would do nothing.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::output::{Force, writable};
 use super::{CliError, CliResult, Outcome};
 use crate::log::export;
 use crate::recording::End;
@@ -19,6 +20,8 @@ pub struct Arguments {
     /// Write the raw frames here, as `candump -L` does
     #[arg(long, value_name = "FILE.log")]
     candump: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
     /// Summary as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -68,7 +71,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             path.display()
         )));
     }
-    super::output::writable(arguments.output.iter().chain(&arguments.candump), [&arguments.recording])?;
+    writable(arguments.output.iter().chain(&arguments.candump), [&arguments.recording], arguments.force)?;
     let mut answer = Answer::default();
     let mut outcome = Outcome::Done;
     for (what, output, write) in outputs {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::log_arguments::LogArguments;
+use super::output::{Force, writable};
 use super::watched::{cancellable, searching};
 use super::{CliError, CliResult, Outcome};
 use crate::cancel::Cancel;
@@ -46,6 +47,8 @@ pub struct Arguments {
     /// Model file to write
     #[arg(short, long)]
     output: PathBuf,
+    #[command(flatten)]
+    force: Force,
     /// Answer as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -84,7 +87,7 @@ pub(super) struct Undone<'a> {
 pub fn run(arguments: &Arguments) -> CliResult {
     // The model that it starts from, too: the ladder of the new one begins there.
     let inputs = arguments.log.iter().chain(&arguments.validate).chain([&arguments.model]);
-    super::output::writable(std::iter::once(&arguments.output).chain(&arguments.report), inputs)?;
+    writable(std::iter::once(&arguments.output).chain(&arguments.report), inputs, arguments.force)?;
     let model = session::open_model(&arguments.model)?;
     if arguments.step_back {
         return step_back(&model, arguments);

@@ -1,9 +1,9 @@
 //! `rotorbench identify`: identify actuator and body from logs.
 
-use std::io::Write as _;
 use std::path::PathBuf;
 
 use super::log_arguments::LogArguments;
+use super::output::{Force, writable};
 use super::watched::{cancellable, in_steps};
 use super::{CliError, CliResult, Outcome};
 use crate::identify::IdentifySettings;
@@ -48,6 +48,8 @@ pub struct Arguments {
     /// Rotor rate in hover [rad/s], where the tangent of the thrust curve is taken
     #[arg(long, value_name = "W")]
     hover_rate: Option<f64>,
+    #[command(flatten)]
+    force: Force,
     /// Write the result as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -59,8 +61,7 @@ pub struct Arguments {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let read_from = arguments.log.iter().chain(&arguments.validate).chain([&arguments.template]);
-    super::output::writable(arguments.output.iter().chain(&arguments.report), read_from)?;
-    let replaced = arguments.output.as_ref().filter(|path| path.is_file());
+    writable(arguments.output.iter().chain(&arguments.report), read_from, arguments.force)?;
     let mut settings = settings(arguments)?;
     // The names of the rotors stay as they are in the logs.
     let open = OpenConfig { rotors: Vec::new(), ..arguments.logs.open_config() };
@@ -77,10 +78,6 @@ pub fn run(arguments: &Arguments) -> CliResult {
     })?;
     if let Some(path) = &arguments.output {
         session::save_model(&found.model, path)?;
-    }
-    if let Some(path) = replaced {
-        // A standard error that is closed is no reason to end with an error.
-        let _ = writeln!(std::io::stderr(), "{}", crate::report::files::replaces_model(path));
     }
     if let Some((path, page)) = page {
         page.save(path)?;

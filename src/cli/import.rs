@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::log_arguments::LogArguments;
+use super::output::{Force, writable};
 use super::watched::cancellable;
 use super::{CliError, CliResult, Outcome};
 use crate::file::write_atomically;
@@ -29,6 +30,8 @@ pub struct Arguments {
     /// Write the log here; without it only the report is made
     #[arg(short, long, value_name = "FILE.csv")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
     /// Report as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -61,7 +64,7 @@ pub(super) struct Report<'a> {
 pub fn run(arguments: &Arguments) -> CliResult {
     let beside: Vec<PathBuf> = arguments.logs.inputs().collect();
     let inputs = std::iter::once(&arguments.log).chain(&beside);
-    super::output::writable(arguments.output.iter().chain(&arguments.write_mapping), inputs)?;
+    writable(arguments.output.iter().chain(&arguments.write_mapping), inputs, arguments.force)?;
     if !arguments.logs.has_mapping()
         && let Some(guessed) =
             cancellable(|cancel| Ok(session::guess_columns(&arguments.log, &Job::unwatched(cancel))?))?

@@ -1,9 +1,10 @@
 //! `rotorbench jitter`: what this machine's timing is, in cyclictest's terms.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::operate::BenchArguments;
+use super::output::{Force, writable};
 use super::progress::{self, Progress};
 use super::{CliResult, Outcome};
 use crate::report;
@@ -37,6 +38,8 @@ pub struct Arguments {
     /// Leave cyclictest out even where it is installed
     #[arg(long)]
     without_cyclictest: bool,
+    #[command(flatten)]
+    force: Force,
     /// Write the figures as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -52,7 +55,10 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> CliResult {
     let config = arguments.config()?;
     let results = arguments.report.iter().chain(&arguments.histogram);
-    super::output::writable(results, &arguments.bench.config)?;
+    writable(results, &arguments.bench.config, arguments.force)?;
+    if let Some(path) = &arguments.histogram {
+        arguments.force.check(&earlier(path))?;
+    }
     let shutdown = Shutdown::listen()?;
     // Drawn between the stages, not during them.
     let progress = Progress::start();
@@ -86,6 +92,22 @@ pub fn run(arguments: &Arguments) -> CliResult {
         println!("{}", measured.sentence());
     }
     Ok(if measured.has_missed() { Outcome::FoundWanting } else { Outcome::Done })
+}
+
+/// Files that are there of the percentile text at `path`, which is one for each histogram, named after it.
+fn earlier(path: &Path) -> Vec<PathBuf> {
+    let is_text = |file: &Path| file.extension().is_some_and(|it| it == "hgrm");
+    if !is_text(path) {
+        return Vec::new();
+    }
+    let start = format!("{}-", path.file_stem().unwrap_or_default().to_string_lossy());
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let found = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    found
+        .filter(|file| file.file_name().to_string_lossy().starts_with(&start))
+        .map(|file| path.with_file_name(file.file_name()))
+        .filter(|file| is_text(file))
+        .collect()
 }
 
 impl Arguments {

@@ -4,8 +4,11 @@ use std::fs;
 use std::path::PathBuf;
 
 use clap::CommandFactory as _;
+use clap_mangen::Man;
 
+use super::output::Force;
 use super::{CliError, CliResult, CommandLine, Outcome, commands};
+use crate::file::write_atomically;
 
 /// Arguments of `man`.
 #[derive(Debug, clap::Args)]
@@ -13,14 +16,33 @@ pub struct Arguments {
     /// Folder to write `rotorbench.1`, `rotorbench-compare.1`, ... into; it is made where it is not there
     #[arg(value_name = "DIR")]
     folder: PathBuf,
+    #[command(flatten)]
+    force: Force,
 }
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let folder = &arguments.folder;
-    let failed = |error: std::io::Error| CliError::new(format!("{}: {error}", folder.display()));
-    fs::create_dir_all(folder).map_err(failed)?;
-    clap_mangen::generate_to(commands::for_manual(CommandLine::command()), folder).map_err(failed)?;
+    let mut command = commands::for_manual(CommandLine::command()).disable_help_subcommand(true);
+    command.build();
+    let pages: Vec<(PathBuf, Man)> =
+        pages(command).into_iter().map(|page| (folder.join(page.get_filename()), page)).collect();
+    arguments.force.check(pages.iter().map(|(path, _)| path))?;
+    fs::create_dir_all(folder).map_err(|error| CliError::new(format!("{}: {error}", folder.display())))?;
+    for (path, page) in pages {
+        let mut text = Vec::new();
+        page.render(&mut text)
+            .and_then(|()| write_atomically(&path, &text))
+            .map_err(|error| CliError::new(format!("{}: {error}", path.display())))?;
+    }
     println!("{}", crate::report::files::manual_pages(folder));
     Ok(Outcome::Done)
+}
+
+/// The page of a command and those of the commands in it.
+fn pages(command: clap::Command) -> Vec<Man> {
+    let inside = command.get_subcommands().filter(|inside| !inside.is_hide_set()).cloned();
+    let mut all: Vec<Man> = inside.flat_map(pages).collect();
+    all.push(Man::new(command));
+    all
 }

@@ -1,14 +1,45 @@
-//! Where results go: never over what the command reads, and never two to one place.
+//! Where results go: never over what the command reads, never two to one place, and over a file that is there already only
+//! with `--force`. One rule for all commands.
 
 use std::path::{Path, PathBuf};
 
 use super::CliError;
+use crate::file::{check_place, is_there};
 
-/// Refuses, before the work whose results they are for, files that could not be written, that the command reads, or that
-/// are one and the same.
+/// The option of every command that writes files.
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub struct Force {
+    /// Replace files that are there already; without it they are refused
+    #[arg(long)]
+    force: bool,
+}
+
+impl Force {
+    /// Refuses what is there already, unless it may be replaced.
+    pub(super) fn check<'a>(self, results: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), CliError> {
+        let there = results.into_iter().find(|path| !self.force && is_there(path));
+        there.map_or(Ok(()), |path| {
+            Err(CliError::new(format!("{}: is there already; --force replaces it", path.display())))
+        })
+    }
+
+    /// Makes way for a recording, which is written where it stays and not beside it: takes away what may be replaced.
+    pub(super) fn make_way(self, recording: &Path) -> Result<(), CliError> {
+        self.check([&recording.to_owned()])?;
+        if self.force && is_there(recording) {
+            std::fs::remove_file(recording)
+                .map_err(|error| CliError::new(format!("{}: {error}", recording.display())))?;
+        }
+        Ok(())
+    }
+}
+
+/// Refuses, before the work whose results they are for, files that could not be written, that the command reads, that
+/// are one and the same, or that are there already.
 pub(super) fn writable<'a>(
     results: impl IntoIterator<Item = &'a PathBuf>,
     inputs: impl IntoIterator<Item = &'a PathBuf>,
+    force: Force,
 ) -> Result<(), CliError> {
     let inputs: Vec<PathBuf> = inputs.into_iter().map(|path| place(path)).collect();
     let mut taken = Vec::new();
@@ -21,24 +52,13 @@ pub(super) fn writable<'a>(
         if taken.contains(&place) {
             return refuse("two results of this command would go there");
         }
-        if let Err(reason) = crate::file::check_place(path) {
+        if let Err(reason) = check_place(path) {
             return refuse(&reason.to_string());
         }
+        force.check([path])?;
         taken.push(place);
     }
     Ok(())
-}
-
-/// Refuses what is there already.
-pub(super) fn absent<'a>(results: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), CliError> {
-    // A link that leads nowhere is there, too.
-    let there = results.into_iter().find(|path| path.symlink_metadata().is_ok());
-    there.map_or(Ok(()), |path| {
-        Err(CliError::new(format!(
-            "{}: no experiment is overwritten, and this file is there already; give another -o, or move it away",
-            path.display()
-        )))
-    })
 }
 
 /// One name for each file, however its path is written.

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use super::output::{Force, writable};
 use super::progress::Progress;
 use super::{CliError, CliResult, Outcome};
 use crate::report::findings::step;
@@ -21,6 +22,8 @@ pub struct Arguments {
     /// Length of each of the six constant commands [s], simulated
     #[arg(long, value_name = "S", default_value_t = 300.0)]
     hold_s: f64,
+    #[command(flatten)]
+    force: Force,
     /// Write the numbers as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -36,7 +39,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             return Err(CliError::new(format!("{name} must lie in 20..86400, not {}", short(value))));
         }
     }
-    super::output::writable([&arguments.report], [])?;
+    writable([&arguments.report], [], arguments.force)?;
     let settings = PaperSettings { seed: arguments.seed, prbs_s: arguments.prbs_s, hold_s: arguments.hold_s };
     let progress = Progress::start();
     let shutdown = Shutdown::listen()?;

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::operate::BenchArguments;
+use super::output::Force;
 use super::progress::Progress;
 use super::{CliError, CliResult, Outcome};
 use crate::recording::RecorderSummary;
@@ -17,12 +18,14 @@ use crate::runtime::record;
 pub struct Arguments {
     #[command(flatten)]
     pub(super) bench: BenchArguments,
-    /// The recording to make; a file that is there already is never overwritten
+    /// The recording to make
     #[arg(short, long, value_name = "FILE.mcap")]
     output: PathBuf,
     /// End after this many seconds
     #[arg(long, value_name = "S")]
     seconds: Option<f64>,
+    #[command(flatten)]
+    force: Force,
     /// Summary as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -43,6 +46,7 @@ pub(super) struct Answer {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
     let config = arguments.bench.load()?;
+    arguments.force.make_way(&arguments.output)?;
     let shutdown = Shutdown::listen()?;
     let progress = Progress::start();
     let show = |summary: RecorderSummary| progress.words(|| run_summary::recorder(summary));

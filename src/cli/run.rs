@@ -2,6 +2,7 @@
 
 use super::emulate::PlantArguments;
 use super::operate::BenchArguments;
+use super::output::Force;
 use super::{CliError, CliResult, Outcome};
 use crate::report::run_summary;
 use crate::rt::Shutdown;
@@ -29,6 +30,8 @@ pub struct Arguments {
     /// Record the bench into this new file
     #[arg(long, value_name = "FILE.mcap")]
     record: Option<std::path::PathBuf>,
+    #[command(flatten)]
+    force: Force,
     /// Write the summary as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -46,6 +49,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let config = arguments.bench.load()?;
     let source = controller_plant::command_source(&config)?;
+    arguments.record.as_ref().map_or(Ok(()), |path| arguments.force.make_way(path))?;
     let shutdown = Shutdown::listen()?;
     let recording = arguments.record.as_ref();
     let recording = recording.map(|path| Background::start(&config, path, "run", None)).transpose()?;
@@ -70,6 +74,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
 fn in_lockstep(arguments: &Arguments) -> CliResult {
     let mut config = arguments.bench.load()?;
     arguments.plant.apply(&mut config)?;
+    arguments.record.as_ref().map_or(Ok(()), |path| arguments.force.make_way(path))?;
     let shutdown = Shutdown::listen()?;
     let seconds = arguments.seconds.unwrap_or(lockstep_run::DEFAULT_S);
     let summary = lockstep_run::run(&config, seconds, arguments.record.as_deref(), &shutdown)?;

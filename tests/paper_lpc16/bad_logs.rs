@@ -29,19 +29,20 @@ fn refused(log: &str, sentence: &str) {
 }
 
 #[test]
-fn a_model_that_was_there_is_said_to_be_replaced() {
+fn a_model_that_was_there_is_replaced_only_by_force() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let (file, model) = (folder.path().join("log.csv"), folder.path().join("model.toml"));
     std::fs::write(&file, csv::emit(&moving(exciting, 1000))).expect("written");
-    let said = || {
+    let ended = |force: &[&str]| {
         let program = Command::new(env!("CARGO_BIN_EXE_rotorbench"))
             .args([Path::new("identify"), Path::new("--log"), &file, Path::new("-o"), &model])
+            .args(force)
             .output()
             .expect("the program starts");
-        assert!(program.status.success() && model.exists());
-        String::from_utf8_lossy(&program.stderr).contains("model.toml: replaces the model that was there")
+        assert!(model.exists());
+        program.status.code()
     };
-    assert_eq!([said(), said()], [false, true]);
+    assert_eq!([ended(&[]), ended(&[]), ended(&["--force"])], [Some(0), Some(2), Some(0)]);
 }
 
 #[test]

@@ -82,7 +82,7 @@ fn a_guess_is_shown_and_becomes_a_mapping_that_reads_the_log() {
     assert!((read.column("command_1").expect("there")[0] - 0.3).abs() < 1e-12);
     let rate = read.column("propeller_rate_2_rad_s").expect("there")[1];
     assert!((rate - 6999.0 * std::f64::consts::TAU / 60.0).abs() < 1e-9, "{rate}");
-    refused(&["import", &folder.at("out.csv"), "--write-mapping", &mapping], "nothing is guessed");
+    refused(&["import", &folder.at("out.csv"), "--write-mapping", &mapping, "--force"], "nothing is guessed");
 }
 
 #[test]

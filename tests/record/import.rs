@@ -227,15 +227,24 @@ fn the_command_keeps_what_was_there_when_it_refuses() {
     std::fs::write(at("m.toml"), MAPPING).expect("written");
     std::fs::write(at("bad.csv"), "t,esc,speed\n0,1,oops\n").expect("written");
     std::fs::write(at("out.csv"), "precious").expect("written");
-    let refused = rotorbench(&["import", &at("bad.csv"), "--mapping", &at("m.toml"), "-o", &at("out.csv")]);
+    let refused =
+        rotorbench(&["import", &at("bad.csv"), "--mapping", &at("m.toml"), "-o", &at("out.csv"), "--force"]);
     assert_eq!(refused.status.code(), Some(2));
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert!(said.contains("bad.csv, line 2, column `speed`: `oops` is not a number"), "{said}");
     assert_eq!(std::fs::read_to_string(at("out.csv")).expect("there"), "precious");
 
     std::fs::write(at("good.csv"), "t,esc,speed\n0,1,60\n10,1,61\n20,1,60\n").expect("written");
-    let done =
-        rotorbench(&["import", &at("good.csv"), "--mapping", &at("m.toml"), "-o", &at("out.csv"), "--json"]);
+    let done = rotorbench(&[
+        "import",
+        &at("good.csv"),
+        "--mapping",
+        &at("m.toml"),
+        "-o",
+        &at("out.csv"),
+        "--json",
+        "--force",
+    ]);
     assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
     let report: serde_json::Value = json_schema::answer("import", &done.stdout);
     assert_eq!(report["findings"]["samples"], 3);

@@ -51,7 +51,7 @@ fn logs_that_version_0_1_0_imported_are_imported_as_they_were() {
     let output = today.to_str().expect("UTF-8");
     made(&["import", &kept("candump.log"), "--config", &kept("bench.toml"), "-o", output]);
     assert_holds(&today, "candump.csv");
-    made(&["import", &kept("foreign.csv"), "--mapping", &kept("mapping.toml"), "-o", output]);
+    made(&["import", &kept("foreign.csv"), "--mapping", &kept("mapping.toml"), "-o", output, "--force"]);
     assert_holds(&today, "foreign_si.csv");
 }
 

@@ -1,4 +1,4 @@
-//! No command writes over what it reads, and no experiment over another.
+//! No command writes over what it reads, and none over what is there already unless it is told to.
 
 use std::fs;
 
@@ -54,6 +54,66 @@ fn no_result_is_written_over_what_the_command_reads() {
     assert!(!fs::exists(&other).expect("a folder"), "something was written");
 }
 
+/// One rule for all: what is there is refused before the work begins, and `--force` replaces it.
+#[test]
+fn nothing_that_is_there_is_replaced_unless_forced() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (log, there, link, pages) = (at("log.csv"), at("there"), at("link"), at("pages"));
+    fs::write(&there, "precious").expect("written");
+    std::os::unix::fs::symlink(at("nowhere"), &link).expect("linked");
+    fs::create_dir(&pages).expect("made");
+    fs::write(at("pages/rotorbench-stop.1"), "precious").expect("written");
+    fs::write(at("pages/angle.svg"), "precious").expect("written");
+    for place in [&there, &link].map(String::as_str) {
+        for arguments in [
+            ["identify", "--log", &log, "-o", place].as_slice(),
+            &["identify", "--log", &log, "--report", place],
+            &["extend", "--effect", "torque_bias", "--log", &log, "-o", place],
+            &["extend", "--effect", "torque_bias", "--log", &log, "-o", &at("new.toml"), "--report", place],
+            &["extend", "--step-back", "-o", place],
+            &["diagnose", "--log", &log, "--report", place],
+            &["compare", "--log", &log, "--report", place],
+            &["compare", "--log", &log, "--signals", place],
+            &["compare", "--runs", &log, "--report", place],
+            &["design", "--report", place],
+            &["import", &log, "-o", place],
+            &["import", &log, "--write-mapping", place],
+            &["export", &log, "-o", place],
+            &["export", &log, "--candump", place],
+            &["experiment", "ramp", "--lockstep", "-o", place],
+            &["run", "--lockstep", "--seconds", "1", "--record", place],
+            &["run", "--record", place],
+            &["record", "-o", place],
+            &["jitter", "--report", place],
+            &["jitter", "--histogram", place],
+            &["paper", "--report", place],
+        ] {
+            refused(arguments, &format!("{place}: is there already; --force replaces it"));
+        }
+    }
+    refused(&["man", &pages], &format!("{}: is there already", at("pages/rotorbench-stop.1")));
+    refused(&["demo", "--out", &pages], &format!("{}: is there already", at("pages/angle.svg")));
+    assert_eq!(fs::read_to_string(&there).expect("there"), "precious");
+    assert!(!fs::exists(at("nowhere")).expect("a folder"), "written through a link");
+    // Forced, the file is replaced whole, and a link leads to the new one.
+    fs::write(&log, "time_s,command_1\n0,0.5\n0.02,0.5\n").expect("written");
+    for place in [&there, &link].map(String::as_str) {
+        let forced = rotorbench(&["import", &log, "-o", place, "--force"]);
+        assert!(forced.status.success(), "{}", String::from_utf8_lossy(&forced.stderr));
+        assert!(fs::read_to_string(place).expect("there").contains("0.02,0.5"));
+    }
+    assert!(
+        fs::symlink_metadata(&link).expect("there").is_symlink()
+            && fs::exists(at("nowhere")).expect("a folder")
+    );
+    let record = ["run", "--lockstep", "--seconds", "1", "--record", &there, "--force"];
+    assert!(rotorbench(&record).status.success());
+    assert!(fs::read(&there).expect("there").starts_with(b"\x89MCAP"), "the recording is in its place");
+    assert!(rotorbench(&["man", &pages, "--force"]).status.success());
+    assert_ne!(fs::read_to_string(at("pages/rotorbench-stop.1")).expect("there"), "precious");
+}
+
 #[test]
 fn no_experiment_is_written_over_another() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -64,13 +124,13 @@ fn no_experiment_is_written_over_another() {
     assert!(first.status.success(), "{}", String::from_utf8_lossy(&first.stderr));
     let (text, plan) = (fs::read(&log).expect("a log"), fs::read(at("first.toml")).expect("a plan"));
     let again = [&record[..], &["--seed", "2"]].concat();
-    refused(&again, &format!("{log}: no experiment is overwritten"));
+    refused(&again, &format!("{log}: is there already"));
     // Nor is what goes beside it: here the plan, and on a running bench the recording.
     fs::rename(&log, at("moved.csv")).expect("moved");
-    refused(&again, &format!("{}: no experiment is overwritten", at("first.toml")));
+    refused(&again, &format!("{}: is there already", at("first.toml")));
     fs::write(at("run.mcap"), "somebody's").expect("written");
     let on_bench = ["experiment", "constant", "--levels", "0.4", "-o", &at("run.csv")];
-    refused(&on_bench, &format!("{}: no experiment is overwritten", at("run.mcap")));
+    refused(&on_bench, &format!("{}: is there already", at("run.mcap")));
     refused(&["experiment", "ramp", "--lockstep", "-o", &at("ramp.toml")], "two results");
     assert!(!fs::exists(at("ramp.toml")).expect("a folder") && !fs::exists(&log).expect("a folder"));
     assert_eq!(fs::read(at("moved.csv")).expect("a log"), text);

@@ -188,7 +188,7 @@ fn the_command_says_where_they_part_and_refuses_what_is_no_recording() {
         ),
         (vec!["replay", &at("run.mcap"), "--set", "period_s=fast"], "the value is not one of TOML"),
         (vec!["replay", &at("run.mcap"), "--set", "period_s=-1.0"], "period_s: -1 is outside"),
-        (vec!["export", &at("text.mcap"), "-o", &at("out.csv")], "not a recording"),
+        (vec!["export", &at("text.mcap"), "-o", &at("out.csv"), "--force"], "not a recording"),
         (vec!["export", &at("run.mcap")], "nothing to write"),
         (vec!["export", &at("run.mcap"), "-o", &at("run.mcap")], "this command reads that file"),
         (vec!["export", &at("run.mcap"), "-o", &at("out.log")], "give --candump for those"),
