@@ -1,7 +1,6 @@
 //! The bench file: one TOML that every process of a bench reads. Each table belongs to the room that
 //! uses it; this room only puts them together and checks what spans several.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -9,10 +8,11 @@ use serde::{Deserialize, Serialize};
 use crate::can::BusConfig;
 use crate::control::ControllerConfig;
 use crate::emulate::EmulatorConfig;
-use crate::file::{line_and_column, one_line};
+use crate::file::{line_and_column, one_line, read_settings_text};
 use crate::guard::GuardConfig;
 use crate::rt::RealTimeConfig;
-use crate::shm::SharedMemoryConfig;
+use crate::shm::{Place, SharedMemoryConfig, ShmError};
+use crate::signal::Sensor;
 
 /// What starts a control step.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -81,6 +81,22 @@ pub enum BenchError {
         /// What was found.
         period_s: f64,
     },
+    /// The name of the bench cannot be one.
+    #[error(transparent)]
+    Name(#[from] ShmError),
+    /// The reference leads where the guard takes no angle for good.
+    #[error(
+        "controller.reference: {} rad is outside {}..{} rad, where the guard takes body_angle for good (guard.body_angle)",
+        crate::unit::short(*angle_rad), crate::unit::short(*minimum_rad), crate::unit::short(*maximum_rad)
+    )]
+    Reference {
+        /// [rad] what was found.
+        angle_rad: f64,
+        /// [rad] lowest.
+        minimum_rad: f64,
+        /// [rad] highest.
+        maximum_rad: f64,
+    },
 }
 
 const SHORTEST_PERIOD_S: f64 = 0.0001;
@@ -94,7 +110,7 @@ impl BenchConfig {
     pub fn load(path: Option<&Path>) -> Result<Self, BenchError> {
         let Some(path) = path else { return Ok(Self::default()) };
         let text =
-            fs::read_to_string(path).map_err(|error| BenchError::Read { path: path.to_owned(), error })?;
+            read_settings_text(path).map_err(|error| BenchError::Read { path: path.to_owned(), error })?;
         let mut config = Self::parse(&text, path)?;
         config.resolve_paths(path.parent().unwrap_or(Path::new("")));
         Ok(config)
@@ -116,12 +132,27 @@ impl BenchConfig {
     /// Checks what no single table can.
     ///
     /// # Errors
-    /// [`BenchError::Period`].
+    /// [`BenchError`] with what was found.
     pub fn check(&self) -> Result<(), BenchError> {
+        Place::check_name(&self.name)?;
         if !(SHORTEST_PERIOD_S..=LONGEST_PERIOD_S).contains(&self.period_s) {
             return Err(BenchError::Period { period_s: self.period_s });
         }
-        Ok(())
+        self.check_reference()
+    }
+
+    /// What is not a number is the controller's to refuse.
+    fn check_reference(&self) -> Result<(), BenchError> {
+        let Some(row) = Sensor::BodyAngle.guard() else { return Ok(()) };
+        let limits = &self.guard.body_angle;
+        let [minimum_rad, maximum_rad] =
+            [limits.minimum.unwrap_or(row.range.0), limits.maximum.unwrap_or(row.range.1)];
+        let reference = &self.controller.reference;
+        let mut angles =
+            std::iter::once(reference.angle_rad).chain(reference.moves.iter().map(|it| it.angle_rad));
+        let outside =
+            angles.find(|angle| angle.is_finite() && (*angle < minimum_rad || *angle > maximum_rad));
+        outside.map_or(Ok(()), |angle_rad| Err(BenchError::Reference { angle_rad, minimum_rad, maximum_rad }))
     }
 
     /// Holds the emulated body still, as experiments on the rotors do. Nothing is controlled by its gyro then, and that it reads
@@ -193,6 +224,27 @@ mod tests {
             let sentence = refused(&format!("period_s = {period}"));
             assert!(sentence.starts_with("period_s: "), "{sentence}");
         }
+    }
+
+    #[test]
+    fn a_reference_stays_where_the_guard_takes_the_angle_for_good() {
+        let of = |angle: &str, guard: &str| format!("[controller.reference]\nangle_rad = {angle}\n{guard}");
+        for far in ["4e9", "-3.3"] {
+            let sentence = refused(&of(far, ""));
+            assert!(sentence.contains("is outside -3.2..3.2 rad"), "{sentence}");
+        }
+        let moves = "[[controller.reference.moves]]\nat_s = 1.0\nangle_rad = 7.0\n";
+        assert!(refused(moves).contains("7 rad is outside"));
+        let wide = of("7.0", "[guard.body_angle]\nmaximum = 10.0\n");
+        assert!(
+            BenchConfig::parse(&wide, Path::new("bench.toml")).is_ok(),
+            "a bench that turns over says so"
+        );
+    }
+
+    #[test]
+    fn a_name_that_cannot_be_one_is_refused_by_all() {
+        assert!(refused("name = '../bench'").contains("cannot name a bench"));
     }
 
     #[test]

@@ -6,7 +6,6 @@ use crate::can::protocol;
 use crate::report::{check, json};
 use crate::runtime::{controller_plant, emulate};
 use crate::session::BenchCheck;
-use crate::shm::Place;
 
 /// Arguments of `check`.
 #[derive(Debug, clap::Args)]
@@ -57,7 +56,6 @@ pub fn run(arguments: &Arguments) -> CliResult {
     controller_plant::command_source(&config)?;
     config.real_time.check()?;
     emulate::emulator(&config)?;
-    Place::check_name(&config.name)?;
     let resolved = BenchCheck::of(&config, &*spoken, &guard)?;
     if arguments.json {
         println!("{}", json::answer(&check::answer(&resolved))?);

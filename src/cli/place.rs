@@ -55,8 +55,11 @@ impl Setting {
             Some(SessionError::Can(error)) => return Self::of(error),
             _ => {}
         }
-        if let Some(BenchError::Period { .. }) = error.downcast_ref() {
-            return Self::one("period_s");
+        match error.downcast_ref() {
+            Some(BenchError::Period { .. }) => return Self::one("period_s"),
+            Some(BenchError::Reference { .. }) => return Self::one("controller.reference"),
+            Some(BenchError::Name(error)) => return Self::of(error),
+            _ => {}
         }
         error
             .downcast_ref()

@@ -78,6 +78,11 @@ pub fn sentence(finding: &Finding) -> String {
         "restart_off" => format!(
             "{subject} stays off the bus after a bus-off (restart-ms 0: sudo ip link set {subject} type can restart-ms 100)"
         ),
+        "not_required" => format!(
+            "the guard does not require {subject}: the rotors turn on when that signal is silent, frozen or out of range \
+             (guard.{}.required)",
+            subject.split(' ').next().unwrap_or(subject)
+        ),
         "no_signal_feeds" => format!(
             "the guard requires {subject}, and no signal of bus.sensors feeds it: `{}` could never be armed",
             finding.text("bench")

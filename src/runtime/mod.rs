@@ -106,6 +106,17 @@ pub enum ProcessError {
         /// The interface.
         interface: String,
     },
+    /// Somebody guards the bench and cannot answer.
+    #[error(
+        "bench `{bench}`: its directory was removed under process {process_id}, which guards it: what was asked for reached it, and \
+         its answer cannot be seen; end it (`kill {process_id}` ends in the ramp to zero)"
+    )]
+    Unanswered {
+        /// Name of the bench.
+        bench: String,
+        /// Its guard's process.
+        process_id: u32,
+    },
     /// Nobody guards the bench.
     #[error("bench `{bench}` is not running: no bridge, run or emulate --shm answers")]
     NotRunning {

@@ -8,7 +8,8 @@ use crate::bench::BenchConfig;
 use crate::clock;
 use crate::guard::{Cause, OperatorAct, State};
 use crate::shm::{
-    APPLIED, Bench, GUARD_EVENTS, Publisher, REQUEST, Role, STOPS, ShmError, Subscriber, Waiter,
+    APPLIED, Bench, GUARD_EVENTS, Place, Publisher, REQUEST, Role, STOPS, ShmError, Subscriber, Waiter,
+    guard_without_place,
 };
 use crate::signal::{Applied, GuardEvent, Request};
 
@@ -29,8 +30,9 @@ const LOOK_PERIOD: Duration = Duration::from_millis(5);
 /// Asks the guard of a running bench, and waits for what it does.
 ///
 /// # Errors
-/// [`ProcessError::NotRunning`] when nobody guards the bench.
+/// [`ProcessError::NotRunning`] when nobody guards the bench, [`ProcessError::Unanswered`] when who does cannot say so.
 pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessError> {
+    check_is_there(config)?;
     let bench = Bench::join(&config.name, &config.shared_memory, Role::Operator)?;
     let mut applied = bench.subscribe(&APPLIED)?;
     let mut events = bench.subscribe(&GUARD_EVENTS)?;
@@ -41,8 +43,7 @@ pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessErro
     let sent_ns = clock::monotonic_ns();
     requests.send(&Request { sequence: 1, stamp_ns: sent_ns, act: act as u32, reserved: 0 });
     bell.ring();
-    let not_running = || ProcessError::NotRunning { bench: config.name.clone() };
-    let before = running(&mut applied).ok_or_else(not_running)?;
+    let before = running(&mut applied).ok_or_else(|| silent(config, bench.place()))?;
     let patience_s =
         THRESHOLDS.answer_s + if act == OperatorAct::Arm { config.guard.arm_timeout_s } else { 0.0 };
     let deadline_ns = sent_ns.saturating_add(clock::span_ns(patience_s));
@@ -71,12 +72,31 @@ pub fn act(config: &BenchConfig, act: OperatorAct) -> Result<Answer, ProcessErro
 /// Waits for a sign of life of the guard, for two seconds.
 ///
 /// # Errors
-/// [`ProcessError::NotRunning`] when nobody guards the bench.
+/// As [`act`].
 pub fn require_guard(config: &BenchConfig) -> Result<(), ProcessError> {
+    check_is_there(config)?;
     let bench = Bench::join(&config.name, &config.shared_memory, Role::Monitor)?;
     let mut applied = bench.subscribe(&APPLIED)?;
-    let not_running = || ProcessError::NotRunning { bench: config.name.clone() };
-    running(&mut applied).map(|_| ()).ok_or_else(not_running)
+    running(&mut applied).map(|_| ()).ok_or_else(|| silent(config, bench.place()))
+}
+
+/// Refuses a bench that nobody ever made, and leaves nothing of it behind. One whose directory was removed while a process
+/// guards it is made again: that process still hears what is asked of it.
+fn check_is_there(config: &BenchConfig) -> Result<(), ProcessError> {
+    let place = Place::of(&config.name, &config.shared_memory)?;
+    if place.is_there() || guard_without_place(&place).is_some() {
+        return Ok(());
+    }
+    Err(ProcessError::NotRunning { bench: config.name.clone() })
+}
+
+/// Why no guard answers.
+fn silent(config: &BenchConfig, place: &Place) -> ProcessError {
+    let bench = config.name.clone();
+    match guard_without_place(place) {
+        Some(process_id) => ProcessError::Unanswered { bench, process_id },
+        None => ProcessError::NotRunning { bench },
+    }
 }
 
 /// The first place for a `stop` that no other process holds.

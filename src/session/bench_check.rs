@@ -122,6 +122,13 @@ impl BenchCheck {
                 .with("limit_percent", THRESHOLDS.warning_percent)
         });
         let of_interface = interface_findings(config, &interface_look);
+        // What the guard requires by itself, and the bench file takes away.
+        let not_required = Channel::WATCHED.into_iter().filter(|channel| {
+            let sensor = channel.sensor();
+            let is_usual = sensor.guard().is_some_and(|row| row.required);
+            is_usual && config.guard.of(sensor).is_some_and(|it| it.required == Some(false))
+        });
+        let not_required = not_required.map(|channel| Finding::new("not_required", channel.label()));
         Ok(Self {
             bench: config.name.clone(),
             period_s: config.period_s,
@@ -131,7 +138,12 @@ impl BenchCheck {
             signals,
             bus_load_percent: load.percent,
             obstacles: obstacles(config, &spoken, guard),
-            caveats: full.into_iter().chain(unsaid(config, &spoken)).chain(of_interface).collect(),
+            caveats: full
+                .into_iter()
+                .chain(not_required)
+                .chain(unsaid(config, &spoken))
+                .chain(of_interface)
+                .collect(),
             interface_look,
         })
     }

@@ -6,10 +6,10 @@ use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::time::Duration;
 
-use super::ShmError;
 use super::claim;
 use super::place::{Place, SHARED_MEMORY, STEM, SharedMemoryConfig};
 use super::thresholds::THRESHOLDS;
+use super::{APPLIED, ShmError};
 
 /// A bench of this user, or of a group this user is in, without a process on it.
 #[derive(Debug, Clone)]
@@ -77,6 +77,21 @@ pub fn leftovers() -> Vec<Leftover> {
     }
     found.sort_by(|a, b| a.bench.cmp(&b.bench));
     found
+}
+
+/// The process that guards the bench of `place` though its directory was removed: it hears what is asked of it, and its answers
+/// lead nowhere. Processes of other users cannot be looked into.
+#[must_use]
+pub fn guard_without_place(place: &Place) -> Option<u32> {
+    // What the kernel says of an open file that was removed.
+    let claim = claim::claims_directory(place).join(APPLIED.name());
+    let removed = format!("{} (deleted)", claim.display());
+    let has_open = |process: &fs::DirEntry| {
+        let mut files = fs::read_dir(process.path().join("fd")).into_iter().flatten().flatten();
+        files.any(|file| fs::read_link(file.path()).is_ok_and(|open| open == Path::new(&removed)))
+    };
+    let mut processes = fs::read_dir("/proc").into_iter().flatten().flatten();
+    processes.find(has_open).and_then(|process| process.file_name().to_str()?.parse().ok())
 }
 
 /// [byte] occupied by each segment of a bench.

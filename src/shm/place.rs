@@ -49,6 +49,19 @@ impl Place {
     /// # Errors
     /// A name that cannot be a file name, an unknown group, a directory that is not ours.
     pub fn open(bench: &str, config: &SharedMemoryConfig) -> Result<Self, ShmError> {
+        let place = Self::of(bench, config)?;
+        place.make(&place.directory)?;
+        for room in ["services", "nodes", "claims"] {
+            place.make(&place.directory.join(room))?;
+        }
+        Ok(place)
+    }
+
+    /// The place of the bench called `bench`, whether it is there or not; nothing is made.
+    ///
+    /// # Errors
+    /// A name that cannot be a file name, an unknown group.
+    pub fn of(bench: &str, config: &SharedMemoryConfig) -> Result<Self, ShmError> {
         Self::check_name(bench)?;
         let group = match &config.group {
             Some(name) => Some(group_id(name)?),
@@ -59,12 +72,13 @@ impl Place {
             Some(group) => format!("{GROUP}{group}"),
             None => effective_user().to_string(),
         };
-        let place = Self::named(&owner, bench, group);
-        place.make(&place.directory)?;
-        for room in ["services", "nodes", "claims"] {
-            place.make(&place.directory.join(room))?;
-        }
-        Ok(place)
+        Ok(Self::named(&owner, bench, group))
+    }
+
+    /// Whether anybody has made it.
+    #[must_use]
+    pub fn is_there(&self) -> bool {
+        self.directory.symlink_metadata().is_ok()
     }
 
     /// Checks that `bench` can name one: 1 to 32 letters, digits, `-` or `_`.

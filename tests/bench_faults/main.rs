@@ -14,7 +14,7 @@ use std::time::Duration;
 use processes::{TestBench, Watcher, late, say, up_to_six_times};
 use rotorbench::clock;
 use rotorbench::guard::{Cause, State};
-use rotorbench::shm::{Bench, REQUEST, Role, STOPS, SharedMemoryConfig};
+use rotorbench::shm::{Bench, Place, REQUEST, Role, STOPS, SharedMemoryConfig};
 
 fn flying(test: &str) -> (TestBench, processes::Process, processes::Process, Watcher) {
     let bench = TestBench::new(test, |_| {});
@@ -195,6 +195,38 @@ fn a_stop_gets_past_operators_who_hang() {
         assert_eq!(safe.state, State::EmergencyStop as u32);
         assert_eq!(bench.run(&["disarm"]).status.code(), Some(2), "an `arm` still holds its place");
     });
+}
+
+#[test]
+fn a_stop_on_no_bench_leaves_nothing_behind() {
+    let bench = TestBench::new("none", |_| {});
+    let place = Place::of(&bench.config.name, &SharedMemoryConfig::default()).expect("a name");
+    for act in ["stop", "arm", "disarm"] {
+        let refused = bench.run(&[act]);
+        let sentence = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert_eq!(refused.status.code(), Some(2), "{sentence}");
+        assert!(sentence.contains("is not running"), "{sentence}");
+        assert!(!place.directory().exists(), "{act} left {}", place.directory().display());
+    }
+}
+
+/// The guard hears a `stop` though somebody removed the bench's directory; that it cannot answer is said as it is.
+#[test]
+fn a_stop_whose_answer_cannot_be_seen_says_so() {
+    let bench = TestBench::new("removed", |_| {});
+    let mut emulator = bench.start(&["emulate", "--shm", "--json"]);
+    bench.watch().until("a guard", |it| it.sequence > 10);
+    let place = Place::of(&bench.config.name, &SharedMemoryConfig::default()).expect("a name");
+    std::fs::remove_dir_all(place.directory()).expect("removed");
+    let stop = bench.run(&["stop"]);
+    let sentence = String::from_utf8_lossy(&stop.stderr).into_owned();
+    assert_eq!(stop.status.code(), Some(2), "{sentence}");
+    assert!(sentence.contains("its directory was removed under process"), "{sentence}");
+    assert_eq!(sentence.lines().count(), 1, "{sentence}");
+    emulator.signal(libc::SIGTERM);
+    assert!(emulator.wait().success());
+    let summary: serde_json::Value = serde_json::from_str(&emulator.output()).expect("JSON");
+    assert_eq!(summary["state"], "emergency stop", "what was asked for reached it: {summary:#}");
 }
 
 #[test]
