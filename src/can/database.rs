@@ -5,6 +5,8 @@ use std::path::Path;
 
 use can_dbc::{AttributeValue, Dbc, MultiplexIndicator, NumericValue, SignalExtendedValueType, ValueType};
 
+use crate::file::read_settings;
+
 use super::codec::SignalCodec;
 use super::error::CanError;
 use super::frame::{Id, MAXIMUM_LENGTH, Payload, is_fd_length};
@@ -67,7 +69,7 @@ impl Database {
     /// [`CanError::Read`], or what [`Self::parse`] says.
     pub fn load(path: &Path) -> Result<Self, CanError> {
         let file = path.display().to_string();
-        match std::fs::read(path) {
+        match read_settings(path) {
             Ok(bytes) => Self::parse(&file, &bytes),
             Err(source) => Err(CanError::Read { file, source }),
         }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::path::Path;
 
+use crate::file::read_settings;
 use crate::signal::Channel;
 use crate::unit::Unit;
 
@@ -38,9 +39,8 @@ impl DatabaseConfig {
     pub fn bytes(&self) -> Result<Vec<u8>, CanError> {
         match BUILT_IN.iter().find(|(name, _)| *name == self.file) {
             Some((_, text)) => Ok(text.as_bytes().to_vec()),
-            None => {
-                std::fs::read(&self.file).map_err(|source| CanError::Read { file: self.file.clone(), source })
-            }
+            None => read_settings(Path::new(&self.file))
+                .map_err(|source| CanError::Read { file: self.file.clone(), source }),
         }
     }
 }

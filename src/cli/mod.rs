@@ -20,6 +20,7 @@ mod print;
 
 mod arm;
 mod bridge;
+mod brief;
 mod check;
 mod commands;
 mod compare;
@@ -234,13 +235,13 @@ pub fn main() -> ExitCode {
         }
         Err(error) => {
             // It was there a moment ago; where it is not, the sentence goes without its place.
-            let text = bench_file.as_ref().and_then(|path| std::fs::read_to_string(path).ok());
+            let text = bench_file.as_ref().and_then(|path| crate::file::read_settings_text(path).ok());
             let error = match bench_file.zip(text) {
                 Some((path, text)) => error.in_bench_file(&path, &text),
                 None => error,
             };
             // Where nobody can read it, the exit code still says it.
-            let _ = writeln!(std::io::stderr(), "error: {error}");
+            let _ = writeln!(std::io::stderr(), "error: {}", brief::brief(&error.to_string()));
             ExitCode::from(2)
         }
     }

@@ -13,6 +13,7 @@ use super::candump::{self, CandumpError, CandumpFrame};
 use super::dataset::{Dataset, DatasetError};
 use super::export::Collected;
 use super::format::{FormatError, START, Start};
+use super::limits;
 use super::tables::Skipped;
 
 /// Why a capture cannot be read.
@@ -74,10 +75,10 @@ fn frames(path: &Path) -> Result<(Vec<CandumpFrame>, Vec<Skipped>), CaptureError
     File::open(path).and_then(|file| file.take(START as u64).read_to_end(&mut begin)).map_err(file)?;
     let start = Start { bytes: &begin, path };
     if blf::recognises(&start) {
-        return Ok(blf::read(path, &std::fs::read(path).map_err(file)?)?);
+        return Ok(blf::read(path, &limits::read(path).map_err(file)?)?);
     }
     if asc::recognises(&start) {
-        return Ok(asc::read(path, &std::fs::read(path).map_err(file)?)?);
+        return Ok(asc::read(path, &limits::read(path).map_err(file)?)?);
     }
     Ok((candump::read(path)?, Vec::new()))
 }

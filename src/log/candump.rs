@@ -8,6 +8,7 @@ use socketcan::{
     Frame as _, Id, StandardId, id::FdFlags,
 };
 
+use super::limits;
 use crate::recording::raw_frame::{FrameFlags, RawFrame};
 
 /// Why a candump log cannot be read.
@@ -118,7 +119,11 @@ pub fn parse(line: &str) -> Result<CandumpFrame, String> {
 /// # Errors
 /// [`CandumpError`] with the line.
 pub fn read(path: &Path) -> Result<Vec<CandumpFrame>, CandumpError> {
-    let text = std::fs::read_to_string(path)
+    let text = limits::read(path)
+        .and_then(|bytes| {
+            String::from_utf8(bytes)
+                .map_err(|_| std::io::Error::new(std::io::ErrorKind::InvalidData, "not UTF-8 text"))
+        })
         .map_err(|source| CandumpError::File { path: path.to_owned(), source })?;
     let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     lines

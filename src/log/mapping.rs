@@ -6,7 +6,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::file::toml_error;
+use crate::file::{read_settings_text, toml_error};
 use crate::unit::{Unit, UnitError};
 
 use super::dataset::{LOG_SIGNALS, log_signal};
@@ -184,7 +184,7 @@ impl Mapping {
             return Self::parse(text, Path::new(name));
         }
         let path = Path::new(name);
-        match std::fs::read_to_string(path) {
+        match read_settings_text(path) {
             Ok(text) => Self::parse(&text, path),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
                 Err(MappingError::Unknown { name: name.to_owned() })

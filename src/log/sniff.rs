@@ -1,6 +1,8 @@
 //! How a foreign text file is laid out, found out from its beginning: the character between cells, the header, decimal commas,
 //! remarks; and the first rows as numbers.
 
+use super::limits::MOST_COLUMNS;
+
 /// Rows that are looked at.
 const ROWS: usize = 2_000;
 /// Bytes that are looked at.
@@ -63,7 +65,11 @@ pub fn layout(bytes: &[u8]) -> Option<Layout> {
     let first = rows.first()?;
     let is_number = |cell: &&str| number(cell, decimal_comma);
     let header = !first.iter().any(is_number);
-    let width = rows.iter().map(Vec::len).max()?;
+    // A row that a mistake made longer than any table is cut to the first one; a first one like that is no table.
+    let width = rows.iter().map(Vec::len).filter(|width| *width <= MOST_COLUMNS).max()?;
+    if first.len() > MOST_COLUMNS {
+        return None;
+    }
     let names = (0..width).map(|at| match first.get(at).filter(|_| header) {
         Some(name) => (*name).to_owned(),
         None => format!("#{}", at + 1),
@@ -136,5 +142,9 @@ mod tests {
     fn what_is_no_table_is_none() {
         assert_eq!(layout(b""), None);
         assert_eq!(layout(b"just one word\n"), None);
+        let wide = format!("{}\n{}\n", "a,".repeat(50_000), "1,".repeat(50_000));
+        assert_eq!(layout(wide.as_bytes()), None);
+        let one_row = format!("t,u\n0,1\n{}\n2,1\n", "1,".repeat(50_000));
+        assert_eq!(layout(one_row.as_bytes()).map(|it| it.columns.len()), Some(2));
     }
 }

@@ -1,13 +1,12 @@
 //! The model file: TOML, checked at the door, written complete or not at all.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use super::{MOST_COEFFICIENTS, Model};
 use crate::effect::{CATALOGUE, ExpressionError};
-use crate::file::{toml_error, write_atomically};
+use crate::file::{read_settings_text, toml_error, write_atomically};
 
 /// Why a model cannot be read, written or used.
 #[derive(Debug, thiserror::Error)]
@@ -66,7 +65,7 @@ impl Model {
             return Ok(Self::paper());
         }
         let text =
-            fs::read_to_string(path).map_err(|source| ModelError::File { path: path.to_owned(), source })?;
+            read_settings_text(path).map_err(|source| ModelError::File { path: path.to_owned(), source })?;
         Self::parse(&text, path)
     }
 

@@ -21,7 +21,7 @@ const TABLE: &[(&str, &[&str])] = &[
     ("model", &["file", "unit", "signal", "effect"]),
     // Mathematics without rotors and without logs.
     ("estimation", &["cancel", "unit"]),
-    ("can", &["unit", "clock", "signal"]),
+    ("can", &["file", "unit", "clock", "signal"]),
     ("rt", &["cancel", "clock", "signal"]),
     // Whose memory may be taken away, which `rt` survives.
     ("shm", &["clock", "signal", "rt"]),
