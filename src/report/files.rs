@@ -2,12 +2,6 @@
 
 use std::path::Path;
 
-/// A model that stands where another stood.
-#[must_use]
-pub fn replaces_model(path: &Path) -> String {
-    format!("note: {}: replaces the model that was there", path.display())
-}
-
 /// A model and the steps on its ladder.
 #[must_use]
 pub fn model_with_steps(path: &Path, steps: usize) -> String {
