@@ -81,3 +81,4 @@ pub mod studies;
 pub mod threshold;
 pub mod thresholds_page;
 pub mod unit;
+pub mod workbench;

@@ -3,7 +3,7 @@
 use crate::threshold::{Threshold, page};
 use crate::{
     can, cli, compare, control, diagnose, estimation, experiment, guard, identify, log, recording, report,
-    runtime, screening, session, shm, studies,
+    runtime, screening, session, shm, studies, workbench,
 };
 
 /// Room and table, in the order of the rooms. `tests/architecture/` fails when a room with a `thresholds.rs` is missing.
@@ -24,6 +24,7 @@ pub const ROOMS: &[(&str, &[Threshold])] = &[
     ("studies", studies::thresholds::TABLE),
     ("session", session::thresholds::TABLE),
     ("report", report::thresholds::TABLE),
+    ("workbench", workbench::thresholds::TABLE),
     ("cli", cli::thresholds::TABLE),
 ];
 

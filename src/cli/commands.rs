@@ -7,8 +7,18 @@ const GROUPS: [(&str, &[&str]); 3] = [
     (
         "Look at logs",
         &[
-            "demo", "import", "identify", "compare", "diagnose", "extend", "effects", "design", "export",
-            "replay", "paper",
+            "demo",
+            "workbench",
+            "import",
+            "identify",
+            "compare",
+            "diagnose",
+            "extend",
+            "effects",
+            "design",
+            "export",
+            "replay",
+            "paper",
         ],
     ),
     (
@@ -34,6 +44,7 @@ const GROUPS: [(&str, &[&str]); 3] = [
 /// An example of each command, by its path.
 const EXAMPLES: &[(&str, &str)] = &[
     ("demo", "rotorbench demo --hide gravity_pendulum"),
+    ("workbench", "rotorbench workbench train.csv held_out.csv --model model.toml"),
     ("import", "rotorbench import stand.csv --mapping rcbenchmark -o log.csv"),
     ("identify", "rotorbench identify --log ramp.csv prbs.csv -o model.toml"),
     ("compare", "rotorbench compare --model paper --log held_out.csv"),

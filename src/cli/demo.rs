@@ -90,6 +90,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     page.save(&index)?;
     println!("recording: {}   report: {}", out.join("loop.mcap").display(), index.display());
+    println!("{}", report::workbench::POINTER);
     Ok(Outcome::Done)
 }
 

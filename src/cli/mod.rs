@@ -57,6 +57,7 @@ mod schema;
 mod stop;
 pub(crate) mod thresholds;
 mod watched;
+mod workbench;
 
 /// How a command ended when nothing was wrong with its input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -103,16 +104,7 @@ impl<E: std::error::Error + 'static> From<E> for CliError {
     fn from(error: E) -> Self {
         let setting = Setting::of(&error);
         let is_cancelled = watched::is_cancelled(&error);
-        let mut sentence = crate::report::findings::refusal(&error).unwrap_or_else(|| error.to_string());
-        let mut source = error.source();
-        while let Some(cause) = source {
-            let cause_text = cause.to_string();
-            if !sentence.contains(&cause_text) {
-                sentence.push_str(": ");
-                sentence.push_str(&cause_text);
-            }
-            source = cause.source();
-        }
+        let sentence = crate::report::findings::explained(&error);
         Self { sentence, setting, is_cancelled }
     }
 }
@@ -174,6 +166,8 @@ enum Subcommand {
     Diagnose(diagnose::Arguments),
     /// Add an effect to a model and show the fall of the error
     Extend(extend::Arguments),
+    /// The page on your own machine: see where the model fails, click what is missing, watch the error fall
+    Workbench(workbench::Arguments),
     /// The catalogue of physical effects
     Effects(effects::Arguments),
     /// Every table and figure of the paper, ours beside the printed one
@@ -265,6 +259,7 @@ impl Subcommand {
             Self::Experiment(arguments) => &arguments.bench,
             Self::Dronecan(arguments) => arguments.bench(),
             Self::Design(arguments) => &arguments.bench,
+            Self::Workbench(arguments) => &arguments.bench,
             Self::Doctor(arguments) => return arguments.config.as_deref(),
             Self::Import(arguments) => return arguments.logs.config.as_deref(),
             Self::Replay(arguments) => return arguments.config.as_deref(),
@@ -319,6 +314,7 @@ fn dispatch(subcommand: Subcommand) -> CliResult {
         Subcommand::Compare(arguments) => compare::run(&arguments),
         Subcommand::Diagnose(arguments) => diagnose::run(&arguments),
         Subcommand::Extend(arguments) => extend::run(&arguments),
+        Subcommand::Workbench(arguments) => workbench::run(&arguments),
         Subcommand::Effects(arguments) => effects::run(&arguments),
         Subcommand::Paper(arguments) => paper::run(&arguments),
         Subcommand::Replay(arguments) => replay::run(&arguments),

@@ -29,7 +29,8 @@ fn channel_axis(on: &Regressor) -> Axis {
 }
 
 /// How a block was run.
-pub(super) fn run(run: Run) -> String {
+#[must_use]
+pub fn run(run: Run) -> String {
     match run {
         Run::Free => "free run".to_owned(),
         Run::Windows(seconds) => format!("windows of {seconds} s"),

@@ -75,7 +75,8 @@ pub fn frames(notes: &CaptureNotes) -> String {
 }
 
 /// What the reader left out, cut or merged, in words.
-fn note_lines(notes: &Notes) -> Vec<String> {
+#[must_use]
+pub fn note_lines(notes: &Notes) -> Vec<String> {
     let mut lines = Vec::new();
     let mut say = |places: &Places, what: &str| {
         if places.count > 0 {

@@ -82,9 +82,10 @@ pub mod story;
 mod table;
 pub mod thresholds;
 pub mod verdict;
+pub mod workbench;
 
 pub use bars::Bars;
-pub use page::Page;
+pub use page::{PALETTE, Page, UPLOT_SCRIPT, UPLOT_STYLE};
 pub use plot::{Axis, Plot, Series, Tone};
 pub use table::{Mark, Table, number, sparkline};
 

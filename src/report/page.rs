@@ -12,8 +12,12 @@ use super::plot::Plot;
 use super::table::{Mark, Table};
 use super::{ReportError, write_atomically};
 
-const UPLOT_SCRIPT: &str = include_str!("assets/uPlot.iife.min.js");
-const UPLOT_STYLE: &str = include_str!("assets/uPlot.min.css");
+/// uPlot, as vendored.
+pub const UPLOT_SCRIPT: &str = include_str!("assets/uPlot.iife.min.js");
+/// Its style sheet.
+pub const UPLOT_STYLE: &str = include_str!("assets/uPlot.min.css");
+/// The colours of reports and of the workbench, light and dark.
+pub const PALETTE: &str = include_str!("assets/palette.css");
 const UPLOT_LICENSE: &str = include_str!("assets/LICENSE-uPlot");
 const SCRIPT: &str = include_str!("assets/page.js");
 const STYLE: &str = include_str!("assets/page.css");
@@ -145,7 +149,7 @@ impl Page {
              <meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
              <meta name=\"generator\" content=\"rotorbench {version}\">\n<title>{title}</title>\n\
-             <style>{UPLOT_STYLE}\n{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{heading}</h1>\n{contents}\n{body}\
+             <style>{UPLOT_STYLE}\n{PALETTE}{STYLE}</style>\n</head>\n<body>\n<main>\n<h1>{heading}</h1>\n{contents}\n{body}\
              <footer>rotorbench {version}. Plots: drag to zoom, double-click for all, click a name to hide it. \
              Drawn by uPlot (MIT licence, in this file's source).</footer>\n</main>\n\
              <noscript><p>The plots of this report need JavaScript; nothing is loaded from the network.</p></noscript>\n\

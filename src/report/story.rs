@@ -238,7 +238,8 @@ pub fn extension(model: &Model, added: &[String], error: &ErrorSummary) -> Strin
 }
 
 /// What a step of the ladder did.
-pub(super) fn step_title(step: &Step) -> String {
+#[must_use]
+pub fn step_title(step: &Step) -> String {
     if step.added.is_empty() {
         "its own numbers refitted".to_owned()
     } else {

@@ -64,6 +64,8 @@ const TABLE: &[(&str, &[&str])] = &[
     // What a person does with logs and models; results, never text.
     ("session", &["*"]),
     ("report", &["*"]),
+    // The page and its server.
+    ("workbench", &["*"]),
     ("cli", &["*"]),
     // The thresholds of all rooms, for the documentation.
     ("thresholds_page", &["*"]),

@@ -44,6 +44,22 @@ pub fn sentences(findings: &[Finding]) -> Vec<String> {
     findings.iter().map(sentence).collect()
 }
 
+/// An error and its causes in one sentence.
+#[must_use]
+pub fn explained(error: &(dyn Error + 'static)) -> String {
+    let mut sentence = refusal(error).unwrap_or_else(|| error.to_string());
+    let mut source = error.source();
+    while let Some(cause) = source {
+        let cause_text = cause.to_string();
+        if !sentence.contains(&cause_text) {
+            sentence.push_str(": ");
+            sentence.push_str(&cause_text);
+        }
+        source = cause.source();
+    }
+    sentence
+}
+
 /// What an error says whose reason is a finding; `None` of one that speaks for itself.
 #[must_use]
 pub fn refusal(error: &(dyn Error + 'static)) -> Option<String> {

@@ -1,0 +1,72 @@
+//! What the page may ask for. Nothing else changes the desk, and none of it reaches a bench.
+
+use std::path::PathBuf;
+
+use serde::Deserialize;
+
+use super::desk::Role;
+
+/// One wish of the page.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(tag = "act", rename_all = "snake_case", deny_unknown_fields)]
+pub(super) enum Act {
+    /// Opens a log below the folders that were named.
+    OpenLog {
+        /// Its path.
+        path: PathBuf,
+    },
+    /// Takes a log away.
+    CloseLog {
+        /// Its number.
+        log: u64,
+    },
+    /// Says what a log is for.
+    Role {
+        /// The log's number.
+        log: u64,
+        /// What it is for.
+        role: Role,
+    },
+    /// Opens a model file below the folders that were named.
+    OpenModel {
+        /// Its path.
+        path: PathBuf,
+    },
+    /// Draws a model's curves, or not.
+    Show {
+        /// The model's number.
+        model: u64,
+        /// Whether they are drawn.
+        shown: bool,
+    },
+    /// Chooses the model that is diagnosed and extended.
+    Choose {
+        /// Its number.
+        model: u64,
+    },
+    /// Takes a model away.
+    CloseModel {
+        /// Its number.
+        model: u64,
+    },
+    /// Searches for what the chosen model is missing.
+    Diagnose,
+    /// Adds effects to the chosen model, refitted.
+    Add {
+        /// Their ids.
+        effects: Vec<String>,
+    },
+    /// The same, to be looked at.
+    Try {
+        /// Their ids.
+        effects: Vec<String>,
+    },
+    /// Refits the chosen model's own numbers.
+    Recalibrate,
+    /// Undoes the last step of the chosen model's ladder.
+    StepBack,
+    /// Ends the search that is running.
+    Cancel,
+    /// Takes the notices away.
+    Read,
+}

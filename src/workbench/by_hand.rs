@@ -1,0 +1,86 @@
+//! The commands that do by hand what was done on the page.
+
+use super::ActError;
+use super::desk::{Desk, Role};
+
+/// A command of these words, as it is typed into a shell.
+pub(super) fn command(words: &[String]) -> String {
+    let quoted: Vec<String> = words.iter().map(|word| quoted(word)).collect();
+    format!("rotorbench {}", quoted.join(" "))
+}
+
+/// The shown models, held beside a log.
+pub(super) fn compare(desk: &Desk, log: u64) -> Result<String, ActError> {
+    let mut words = vec!["compare".to_owned()];
+    for model in desk.models.iter().filter(|model| model.shown) {
+        words.extend(["--model".to_owned(), model.typed()]);
+    }
+    words.extend(["--log".to_owned(), desk.log(log)?.typed.clone()]);
+    Ok(command(&words))
+}
+
+/// The search for what `model` lacks.
+pub(super) fn diagnose(desk: &Desk, model: &str) -> String {
+    let mut words = ["diagnose", "--model", model].map(str::to_owned).to_vec();
+    words.extend(logs(desk));
+    command(&words)
+}
+
+/// `model` with more effects, or, with none, its own numbers refitted.
+pub(super) fn extend(desk: &Desk, model: &str, added: &[String], output: &str) -> String {
+    let mut words = ["extend", "--model", model].map(str::to_owned).to_vec();
+    match added {
+        [] => words.push("--recalibrate".to_owned()),
+        added => {
+            words.push("--effect".to_owned());
+            words.extend(added.iter().cloned());
+        }
+    }
+    words.extend(logs(desk));
+    words.extend(["-o", output].map(str::to_owned));
+    command(&words)
+}
+
+/// The last step of the ladder of `model`, undone.
+pub(super) fn step_back(model: &str, output: &str) -> String {
+    command(&["extend", "--model", model, "--step-back", "-o", output].map(str::to_owned))
+}
+
+/// The logs that are fitted on, and those that are held out.
+fn logs(desk: &Desk) -> Vec<String> {
+    let mut words = Vec::new();
+    for (option, role) in [("--log", Role::Fit), ("--validate", Role::HeldOut)] {
+        let typed: Vec<String> =
+            desk.logs.iter().filter(|log| log.role == role).map(|log| log.typed.clone()).collect();
+        if !typed.is_empty() {
+            words.push(option.to_owned());
+            words.extend(typed);
+        }
+    }
+    words
+}
+
+/// A word as a shell takes it for one.
+fn quoted(word: &str) -> String {
+    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "-_./:=,+@%".contains(letter);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', "'\\''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_stays_one_word_in_a_shell() {
+        let words = ["plain-1.csv", "a b.csv", "it's.csv", "<img>.csv", "$(x).csv", ""];
+        let shown = words.map(quoted);
+        assert_eq!(shown, ["plain-1.csv", "'a b.csv'", "'it'\\''s.csv'", "'<img>.csv'", "'$(x).csv'", "''"]);
+        for (word, shown) in words.iter().zip(&shown) {
+            let said = std::process::Command::new("sh").args(["-c", &format!("printf %s {shown}")]).output();
+            assert_eq!(String::from_utf8_lossy(&said.expect("a shell").stdout), *word);
+        }
+    }
+}

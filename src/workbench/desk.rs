@@ -1,0 +1,286 @@
+//! What lies on the workbench: logs, models, what was found of them, and what is being done. It is plain data behind one lock;
+//! who changes it counts `revision` up, by which every page sees that it has to look again.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+
+use super::ActError;
+use super::bands::Bands;
+use crate::cancel::Cancel;
+use crate::compare::Comparison;
+use crate::diagnose::Diagnosis;
+use crate::model::Model;
+use crate::screening::ScreenedLog;
+
+/// What a log is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Role {
+    /// Models are fitted on it.
+    Fit,
+    /// Errors are judged on it.
+    HeldOut,
+    /// It is looked at only.
+    Look,
+}
+
+/// A log on the workbench.
+#[derive(Debug)]
+pub(super) struct DeskLog {
+    /// Its number on this workbench.
+    pub id: u64,
+    /// Its path as one types it.
+    pub path: PathBuf,
+    /// The same as text.
+    pub typed: String,
+    pub role: Role,
+    /// SHA-256 that a session remembers of it.
+    pub remembered: Option<String>,
+    pub content: LogContent,
+    pub compared: Option<Compared>,
+}
+
+/// How far the reading of a log is.
+#[derive(Debug, Clone)]
+pub(super) enum LogContent {
+    /// It waits to be read.
+    Opening,
+    /// It was read.
+    Open(Arc<OpenLog>),
+    /// It cannot be read, and why.
+    Failed(String),
+}
+
+/// A log that was read.
+#[derive(Debug)]
+pub(super) struct OpenLog {
+    pub log: ScreenedLog,
+    /// Name of its format.
+    pub format: &'static str,
+    /// What the reader left out and what screening found, in sentences.
+    pub notes: Vec<String>,
+    /// The same where it has rows.
+    pub bands: Bands,
+}
+
+/// The models that are shown, held beside a log.
+#[derive(Debug, Clone)]
+pub(super) struct Compared {
+    /// Ids of the models, in the order of the comparisons.
+    pub models: Vec<u64>,
+    /// One for each model; or why they could not be compared.
+    pub found: Result<Arc<Vec<Comparison>>, String>,
+}
+
+/// Where a model is from.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Origin {
+    /// The paper's, or a file, as one types it.
+    File(String),
+    /// Made here.
+    Made,
+    /// Made here to be looked at: it goes when another is tried, and stays when it is added.
+    Tried,
+}
+
+/// A model on the workbench.
+#[derive(Debug, Clone)]
+pub(super) struct DeskModel {
+    /// Its number on this workbench.
+    pub id: u64,
+    pub model: Model,
+    pub origin: Origin,
+    /// Whether its curves are drawn.
+    pub shown: bool,
+    /// What to know about how it was made, in sentences.
+    pub notes: Vec<String>,
+    /// The model it was made from, what was added and by which logs: the same again is not fitted again.
+    pub recipe: Option<Recipe>,
+}
+
+/// What a model was made of.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Recipe {
+    pub from: u64,
+    pub added: Vec<String>,
+    pub fit: Vec<u64>,
+    pub held_out: Vec<u64>,
+}
+
+impl Recipe {
+    /// `effects` added to a model by the logs as they lie on the desk.
+    pub fn of(desk: &Desk, from: u64, effects: &[String]) -> Self {
+        let (fit, held_out) = (desk.of_role(Role::Fit), desk.of_role(Role::HeldOut));
+        Self { from, added: effects.to_vec(), fit, held_out }
+    }
+}
+
+/// What a search looks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Quest {
+    Diagnose,
+    Extend,
+    Try,
+    Recalibrate,
+}
+
+/// How a search is, or ended.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "state", content = "why")]
+pub(super) enum SearchState {
+    Running,
+    Done,
+    Cancelled,
+    Failed(String),
+}
+
+/// The newest search.
+#[derive(Debug, Clone)]
+pub(super) struct Search {
+    pub id: u64,
+    pub quest: Quest,
+    pub state: SearchState,
+    /// Candidates fitted so far.
+    pub fitted: usize,
+    /// Ids of the set in the lead.
+    pub leading: Vec<String>,
+    pub began: Instant,
+    pub took: Option<Duration>,
+    pub cancel: Cancel,
+}
+
+/// What a diagnosis said, and of what.
+#[derive(Debug, Clone)]
+pub(super) struct Answered {
+    pub diagnosis: Arc<Diagnosis>,
+    pub model: u64,
+    pub fit: Vec<u64>,
+    pub held_out: Vec<u64>,
+    /// What to do next, in sentences.
+    pub next: Vec<String>,
+}
+
+/// All of it.
+#[derive(Debug)]
+pub(super) struct Desk {
+    pub revision: u64,
+    pub logs: Vec<DeskLog>,
+    pub models: Vec<DeskModel>,
+    /// Id of the model that is diagnosed and extended.
+    pub chosen: u64,
+    pub search: Option<Search>,
+    pub answered: Option<Answered>,
+    /// What is being read or compared, and the wish to end it.
+    pub looking: Option<(String, Cancel)>,
+    /// The commands that do what was done, in its order.
+    pub done: Vec<String>,
+    /// What went wrong beside an act, newest last.
+    pub notices: Vec<String>,
+    next_id: u64,
+    next_step: u64,
+}
+
+impl Desk {
+    /// A desk with the paper's model on it.
+    pub fn new() -> Self {
+        let paper = DeskModel {
+            id: 1,
+            model: Model::paper(),
+            origin: Origin::File("paper".to_owned()),
+            shown: true,
+            notes: Vec::new(),
+            recipe: None,
+        };
+        Self {
+            revision: 0,
+            logs: Vec::new(),
+            models: vec![paper],
+            chosen: 1,
+            search: None,
+            answered: None,
+            looking: None,
+            done: Vec::new(),
+            notices: Vec::new(),
+            next_id: 2,
+            next_step: 1,
+        }
+    }
+
+    /// A number that nothing else on this desk has.
+    pub fn fresh_id(&mut self) -> u64 {
+        self.next_id += 1;
+        self.next_id - 1
+    }
+
+    /// A name that no model on this desk has: that of its file when it is exported.
+    pub fn fresh_name(&mut self) -> String {
+        loop {
+            let name = format!("step-{}", self.next_step);
+            self.next_step += 1;
+            if self.models.iter().all(|it| it.model.name != name) {
+                return name;
+            }
+        }
+    }
+
+    pub fn log(&self, id: u64) -> Result<&DeskLog, ActError> {
+        self.logs.iter().find(|log| log.id == id).ok_or(ActError::Gone { what: "log", id })
+    }
+
+    pub fn log_mut(&mut self, id: u64) -> Result<&mut DeskLog, ActError> {
+        self.logs.iter_mut().find(|log| log.id == id).ok_or(ActError::Gone { what: "log", id })
+    }
+
+    pub fn model(&self, id: u64) -> Result<&DeskModel, ActError> {
+        self.models.iter().find(|model| model.id == id).ok_or(ActError::Gone { what: "model", id })
+    }
+
+    pub fn model_mut(&mut self, id: u64) -> Result<&mut DeskModel, ActError> {
+        self.models.iter_mut().find(|model| model.id == id).ok_or(ActError::Gone { what: "model", id })
+    }
+
+    /// Ids of the models whose curves are drawn, in their order.
+    pub fn shown(&self) -> Vec<u64> {
+        self.models.iter().filter(|model| model.shown).map(|model| model.id).collect()
+    }
+
+    /// Ids of the logs of a role.
+    pub fn of_role(&self, role: Role) -> Vec<u64> {
+        self.logs.iter().filter(|log| log.role == role).map(|log| log.id).collect()
+    }
+
+    pub fn is_searching(&self) -> bool {
+        self.search.as_ref().is_some_and(|search| search.state == SearchState::Running)
+    }
+
+    /// Ends what is being compared when it is no longer what is to be seen.
+    pub fn look_anew(&self) {
+        if let Some((_, cancel)) = &self.looking {
+            cancel.request();
+        }
+    }
+}
+
+impl DeskLog {
+    /// Its content, when it was read.
+    pub fn open(&self) -> Result<&Arc<OpenLog>, ActError> {
+        match &self.content {
+            LogContent::Open(log) => Ok(log),
+            _ => Err(ActError::Opening(self.typed.clone())),
+        }
+    }
+}
+
+impl DeskModel {
+    /// The path by which a command names it: its file, or the one that it would be exported to.
+    pub fn typed(&self) -> String {
+        match &self.origin {
+            Origin::File(typed) => typed.clone(),
+            Origin::Made | Origin::Tried => format!("{}.toml", self.model.name),
+        }
+    }
+}

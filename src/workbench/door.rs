@@ -1,0 +1,113 @@
+//! Who is let in: whoever has the token that the first address carries, from a page of this server and by no other name of
+//! this machine.
+//!
+//! The token is in the address once. It is taken out of it by a redirect and goes on as a cookie that no script can read and no
+//! other site's page can make the browser send. A name of another host that leads here (DNS rebinding) is refused by `Host`, a
+//! page of another site by `Origin` and `Sec-Fetch-Site`.
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::Read as _;
+
+use axum::http::header::{COOKIE, HOST, ORIGIN};
+use axum::http::{HeaderMap, Method, Uri};
+
+use super::WorkbenchError;
+
+/// Bytes of the token.
+const TOKEN_BYTES: usize = 32;
+
+/// The token, and the port that it is for.
+#[derive(Debug, Clone)]
+pub(super) struct Door {
+    token: String,
+    port: u16,
+}
+
+/// How a request is let in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Admission {
+    /// With the token in its address: it gets the cookie, and the address without it.
+    First,
+    /// With the cookie.
+    Known,
+}
+
+/// Why a request is not let in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub(super) enum DoorError {
+    /// Another name than 127.0.0.1 or localhost.
+    #[error("this server answers to 127.0.0.1 only")]
+    Host,
+    /// A page of another site.
+    #[error("a page of another site asked for this")]
+    Origin,
+    /// Neither token nor cookie.
+    #[error("open the address that `rotorbench workbench` printed: it carries a token")]
+    Token,
+}
+
+impl Door {
+    /// A door with a fresh token.
+    pub fn new(port: u16) -> Result<Self, WorkbenchError> {
+        let mut bytes = [0; TOKEN_BYTES];
+        let read = File::open("/dev/urandom").and_then(|mut source| source.read_exact(&mut bytes));
+        read.map_err(WorkbenchError::System)?;
+        let mut token = String::new();
+        for byte in bytes {
+            // Writing to a string cannot fail.
+            let _ = write!(token, "{byte:02x}");
+        }
+        Ok(Self { token, port })
+    }
+
+    /// The address that opens it.
+    pub fn address(&self) -> String {
+        format!("http://127.0.0.1:{}/?token={}", self.port, self.token)
+    }
+
+    /// The cookie that whoever had the token gets. Its name has the port: cookies are a host's, and two workbenches may be open.
+    pub fn cookie(&self) -> String {
+        format!("rotorbench_{}={}; Path=/; HttpOnly; SameSite=Strict", self.port, self.token)
+    }
+
+    /// Whether a request is let in, and how.
+    pub fn admit(&self, method: &Method, uri: &Uri, headers: &HeaderMap) -> Result<Admission, DoorError> {
+        let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
+        let own = [format!("127.0.0.1:{}", self.port), format!("localhost:{}", self.port)];
+        let host = text(HOST.as_str()).filter(|host| own.iter().any(|own| own == host));
+        let host = host.filter(|_| headers.get_all(HOST).iter().count() == 1).ok_or(DoorError::Host)?;
+        let is_own_page = |origin: &str| origin.strip_prefix("http://") == Some(host);
+        match text(ORIGIN.as_str()) {
+            Some(origin) if !is_own_page(origin) => return Err(DoorError::Origin),
+            // A browser always says where a change comes from.
+            None if *method != Method::GET || headers.contains_key(ORIGIN) => return Err(DoorError::Origin),
+            _ => {}
+        }
+        // Typed or opened by another program: `none`.
+        if text("sec-fetch-site").is_some_and(|site| !["same-origin", "none"].contains(&site))
+            && uri.path() != "/"
+        {
+            return Err(DoorError::Origin);
+        }
+        let shown = uri.query().and_then(|query| query.strip_prefix("token="));
+        if *method == Method::GET && uri.path() == "/" && shown.is_some_and(|shown| self.is_token(shown)) {
+            return Ok(Admission::First);
+        }
+        let name = format!("rotorbench_{}", self.port);
+        let cookies = headers.get_all(COOKIE).iter().filter_map(|value| value.to_str().ok());
+        let mut pairs =
+            cookies.flat_map(|line| line.split(';')).filter_map(|pair| pair.trim().split_once('='));
+        if pairs.any(|(key, value)| key == name && self.is_token(value)) {
+            return Ok(Admission::Known);
+        }
+        Err(DoorError::Token)
+    }
+
+    /// Compared to its end: the time it takes tells nothing of where they differ.
+    fn is_token(&self, shown: &str) -> bool {
+        let differing =
+            self.token.bytes().zip(shown.bytes()).fold(0, |sum, (own, other)| sum | (own ^ other));
+        shown.len() == self.token.len() && differing == 0
+    }
+}

@@ -1,0 +1,397 @@
+//! What is done with the desk: acts, and the threads of long work. One thread reads logs and compares, always what is to be
+//! seen next; a search has a thread of its own. The desk's lock is held for moments only.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+
+use tokio::sync::watch;
+
+use super::act::Act;
+use super::bands::Bands;
+use super::desk::{
+    Compared, Desk, DeskLog, DeskModel, LogContent, OpenLog, Origin, Quest, Recipe, Role, SearchState,
+};
+use super::guarded::{Ended, guarded};
+use super::live::Live;
+use super::places::{Places, as_typed};
+use super::saved::{Saved, SavedModel};
+use super::search::SearchTask;
+use super::{ActError, WorkbenchError, by_hand};
+use crate::cancel::Cancel;
+use crate::compare::CompareConfig;
+use crate::model::Model;
+use crate::report::findings::{explained, sentence};
+use crate::report::import::note_lines;
+use crate::session::{self, Job, OpenConfig, Progress, SessionError};
+
+/// The desk, and who works on it.
+#[derive(Debug)]
+pub(super) struct Engine {
+    desk: Mutex<Desk>,
+    woken: Condvar,
+    /// Counts whatever a page may want to hear of.
+    beat: watch::Sender<u64>,
+    pub places: Places,
+    pub live: Arc<Live>,
+    ended: AtomicBool,
+}
+
+/// What is to be looked at next.
+enum Look {
+    Open { log: u64, path: PathBuf },
+    Compare { log: u64, content: Arc<OpenLog>, shown: Vec<u64>, models: Vec<Model> },
+}
+
+impl Engine {
+    /// An empty desk, and the thread that reads and compares.
+    pub fn start(places: Places, live: Arc<Live>) -> Result<Arc<Self>, WorkbenchError> {
+        let (desk, beat) = (Mutex::new(Desk::new()), watch::Sender::new(0));
+        let engine =
+            Arc::new(Self { desk, woken: Condvar::new(), beat, places, live, ended: AtomicBool::new(false) });
+        let looker = Arc::clone(&engine);
+        let spawned = thread::Builder::new().name("look".to_owned()).spawn(move || looker.look());
+        spawned.map_err(WorkbenchError::System)?;
+        Ok(engine)
+    }
+
+    /// Lays the first logs and models on the desk, or what a session had.
+    pub fn begin(
+        &self,
+        commands: Vec<String>,
+        logs: &[PathBuf],
+        models: &[PathBuf],
+        saved: Option<Saved>,
+    ) -> Result<(), WorkbenchError> {
+        self.change(|desk| {
+            desk.done = commands;
+            let files: Vec<&PathBuf> = logs.iter().filter(|path| !path.is_dir()).collect();
+            for (index, path) in files.iter().enumerate() {
+                // The last of several is held out: an error is judged on what no fit has seen.
+                let is_last = index > 0 && index + 1 == files.len();
+                let path = self.places.file(path)?;
+                lay_log(desk, path, if is_last { Role::HeldOut } else { Role::Fit }, None);
+            }
+            for path in models.iter().filter(|path| path.as_os_str() != "paper") {
+                let path = self.places.file(path)?;
+                lay_model(desk, session::open_model(&path)?, file(&path));
+            }
+            if let Some(saved) = saved {
+                self.lay_saved(desk, saved)?;
+            }
+            Ok(())
+        })
+    }
+
+    fn lay_saved(&self, desk: &mut Desk, saved: Saved) -> Result<(), WorkbenchError> {
+        for log in saved.logs {
+            match self.places.file(&log.path) {
+                Ok(path) => lay_log(desk, path, log.role, Some(log.sha256)),
+                Err(error) => desk.notices.push(explained(&error)),
+            }
+        }
+        for SavedModel { file, model, shown } in saved.models {
+            let (model, origin) = match (file, model) {
+                (Some(file), _) if file.as_os_str() == "paper" => continue,
+                (Some(file), _) => (session::open_model(&file)?, self::file(&file)),
+                (None, Some(model)) => (model, Origin::Made),
+                (None, None) => continue,
+            };
+            lay_model(desk, model, origin);
+            if let Some(last) = desk.models.last_mut() {
+                last.shown = shown;
+            }
+        }
+        if let Some(model) = desk.models.iter().find(|model| model.model.name == saved.chosen) {
+            desk.chosen = model.id;
+        }
+        desk.models[0].shown = saved.shows_paper;
+        desk.done = saved.done;
+        Ok(())
+    }
+
+    /// The desk, to be looked at.
+    pub fn desk(&self) -> MutexGuard<'_, Desk> {
+        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Changes the desk, and lets everybody know.
+    pub fn change<T>(&self, how: impl FnOnce(&mut Desk) -> T) -> T {
+        let mut desk = self.desk();
+        let done = how(&mut desk);
+        desk.revision += 1;
+        drop(desk);
+        self.tell();
+        self.woken.notify_all();
+        done
+    }
+
+    /// Lets the pages know that something is further than it was.
+    pub fn tell(&self) {
+        self.beat.send_modify(|beat| *beat += 1);
+    }
+
+    /// Hears of every change from now on.
+    pub fn listen(&self) -> watch::Receiver<u64> {
+        self.beat.subscribe()
+    }
+
+    /// Ends all work.
+    pub fn end(&self) {
+        self.ended.store(true, Ordering::Relaxed);
+        self.change(|desk| {
+            desk.look_anew();
+            if let Some(search) = &desk.search {
+                search.cancel.request();
+            }
+        });
+        self.live.end();
+    }
+
+    /// Does what a page asks for, or begins it.
+    pub fn act(self: &Arc<Self>, act: Act) -> Result<(), ActError> {
+        match act {
+            Act::Diagnose => self.search(Quest::Diagnose, Vec::new()),
+            Act::Try { effects } => self.search(Quest::Try, effects),
+            Act::Add { effects } if self.keep_tried(&effects) => Ok(()),
+            Act::Add { effects } => self.search(Quest::Extend, effects),
+            Act::Recalibrate => self.search(Quest::Recalibrate, Vec::new()),
+            Act::OpenLog { path } => {
+                let path = self.places.file(&path)?;
+                self.change(|desk| {
+                    let role = if desk.logs.is_empty() { Role::Fit } else { Role::Look };
+                    lay_log(desk, path, role, None);
+                });
+                Ok(())
+            }
+            Act::OpenModel { path } => {
+                let path = self.places.file(&path)?;
+                let model = session::open_model(&path)?;
+                self.change(|desk| lay_model(desk, model, file(&path)));
+                Ok(())
+            }
+            light => self.change(|desk| lightly(desk, light)),
+        }
+    }
+
+    /// Begins a search.
+    fn search(self: &Arc<Self>, quest: Quest, added: Vec<String>) -> Result<(), ActError> {
+        let (task, search) = self.change(|desk| {
+            let task = SearchTask::of(desk, quest, added)?;
+            let search = task.begin(desk);
+            Ok::<_, ActError>((task, search))
+        })?;
+        let engine = Arc::clone(self);
+        let spawned = thread::Builder::new().name("search".to_owned()).spawn(move || {
+            let hear = |progress: Progress| engine.hear(&progress);
+            let ended = guarded(|| task.run(&search, &hear));
+            engine.change(|desk| task.end(desk, &search, ended));
+        });
+        if let Err(error) = spawned {
+            self.change(|desk| {
+                if let Some(search) = &mut desk.search {
+                    search.state = SearchState::Failed(error.to_string());
+                }
+            });
+        }
+        Ok(())
+    }
+
+    /// A search has gone on. It is no change of the desk: nothing but its progress is new.
+    fn hear(&self, progress: &Progress) {
+        if let Some(search) = &mut self.desk().search {
+            match progress {
+                Progress::Candidate { fitted } => search.fitted = *fitted,
+                Progress::Leading { effects } => search.leading = effects.to_vec(),
+                Progress::Step { .. } => {}
+            }
+        }
+        self.tell();
+    }
+
+    /// Adds the model that was tried with just these effects, which need not be fitted again.
+    fn keep_tried(&self, effects: &[String]) -> bool {
+        self.change(|desk| {
+            let recipe = Recipe::of(desk, desk.chosen, effects);
+            let tried = desk.models.iter_mut().find(|it| it.origin == Origin::Tried);
+            let Some(tried) = tried.filter(|it| it.recipe.as_ref() == Some(&recipe)) else { return false };
+            tried.origin = Origin::Made;
+            let (id, output) = (tried.id, tried.typed());
+            let Ok(from) = desk.model(desk.chosen).map(DeskModel::typed) else { return false };
+            let by_hand = by_hand::extend(desk, &from, effects, &output);
+            desk.done.push(by_hand);
+            desk.chosen = id;
+            true
+        })
+    }
+
+    /// Reads and compares until the end.
+    fn look(&self) {
+        while let Some((next, cancel)) = self.next_look() {
+            self.tell();
+            match next {
+                Look::Open { log, path } => {
+                    let opened = guarded(|| read(&path, &cancel));
+                    self.change(|desk| opened_log(desk, log, opened));
+                }
+                Look::Compare { log, content, shown, models } => {
+                    let logs = std::slice::from_ref(&content.log);
+                    let job = Job::unwatched(&cancel);
+                    let found = guarded(|| session::compare(&models, logs, &CompareConfig::default(), &job));
+                    self.change(|desk| {
+                        desk.looking = None;
+                        let found = match found {
+                            Ok(found) => Ok(Arc::new(found.into_iter().flatten().collect())),
+                            // What is to be seen has changed: it is compared anew.
+                            Err(Ended::Cancelled) => return,
+                            Err(Ended::Failed(why)) => Err(why),
+                        };
+                        if let Ok(log) = desk.log_mut(log) {
+                            log.compared = Some(Compared { models: shown, found });
+                        }
+                    });
+                }
+            }
+        }
+    }
+
+    /// Waits for something to look at; `None` at the end.
+    fn next_look(&self) -> Option<(Look, Cancel)> {
+        let mut desk = self.desk();
+        loop {
+            if self.ended.load(Ordering::Relaxed) {
+                return None;
+            }
+            if let Some((next, name)) = next_look(&desk) {
+                let cancel = Cancel::default();
+                desk.looking = Some((name, cancel.clone()));
+                return Some((next, cancel));
+            }
+            desk = self.woken.wait(desk).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+/// A log that waits to be read, or else one that waits to be compared with what is shown.
+fn next_look(desk: &Desk) -> Option<(Look, String)> {
+    let waits = |log: &&DeskLog| matches!(log.content, LogContent::Opening);
+    if let Some(log) = desk.logs.iter().find(waits) {
+        return Some((Look::Open { log: log.id, path: log.path.clone() }, log.typed.clone()));
+    }
+    let shown = desk.shown();
+    let is_due = |log: &&DeskLog| {
+        log.compared.as_ref().is_none_or(|compared| compared.models != shown) && !shown.is_empty()
+    };
+    let log = desk.logs.iter().find(|log| log.open().is_ok() && is_due(log))?;
+    let content = Arc::clone(log.open().ok()?);
+    let models = desk.models.iter().filter(|model| model.shown).map(|model| model.model.clone()).collect();
+    Some((Look::Compare { log: log.id, content, shown, models }, log.typed.clone()))
+}
+
+fn read(path: &Path, cancel: &Cancel) -> Result<OpenLog, SessionError> {
+    let job = Job::unwatched(cancel);
+    let opened = session::open(path, &OpenConfig::default(), &job)?;
+    let found = opened.log.findings().map(sentence);
+    let notes = note_lines(&opened.notes).into_iter().chain(found).collect();
+    let bands = Bands::of(&opened.log);
+    Ok(OpenLog { bands, notes, format: opened.format, log: opened.log })
+}
+
+fn opened_log(desk: &mut Desk, id: u64, opened: Result<OpenLog, Ended>) {
+    desk.looking = None;
+    // It may have been taken away meanwhile.
+    let Ok(log) = desk.log_mut(id) else { return };
+    let mut changed = None;
+    log.content = match opened {
+        Ok(open) => {
+            let is_other = |sha256: &String| !sha256.is_empty() && sha256 != open.log.raw().sha256();
+            changed = log.remembered.take().filter(is_other).map(|_| log.typed.clone());
+            LogContent::Open(Arc::new(open))
+        }
+        Err(Ended::Failed(why)) => LogContent::Failed(why),
+        Err(Ended::Cancelled) => return,
+    };
+    if let Some(name) = changed {
+        desk.notices.push(super::error::Changed(name).to_string());
+    }
+}
+
+fn lay_log(desk: &mut Desk, path: PathBuf, role: Role, remembered: Option<String>) {
+    // By the path that a command would have: a model's ladder names its logs by it.
+    let (id, path) = (desk.fresh_id(), as_typed(&path));
+    let typed = path.display().to_string();
+    let content = LogContent::Opening;
+    desk.logs.push(DeskLog { id, path, typed, role, remembered, content, compared: None });
+}
+
+fn file(path: &Path) -> Origin {
+    Origin::File(as_typed(path).display().to_string())
+}
+
+fn lay_model(desk: &mut Desk, model: Model, origin: Origin) {
+    let id = desk.fresh_id();
+    desk.models.push(DeskModel { id, model, origin, shown: true, notes: Vec::new(), recipe: None });
+    desk.chosen = id;
+    desk.look_anew();
+}
+
+/// Acts that take no time.
+fn lightly(desk: &mut Desk, act: Act) -> Result<(), ActError> {
+    match act {
+        Act::CloseLog { log } => {
+            desk.log(log)?;
+            desk.logs.retain(|it| it.id != log);
+            desk.look_anew();
+        }
+        Act::Role { log, role } => desk.log_mut(log)?.role = role,
+        Act::Show { model, shown } => {
+            desk.model_mut(model)?.shown = shown;
+            desk.look_anew();
+        }
+        Act::Choose { model } => {
+            desk.model_mut(model)?.shown = true;
+            desk.chosen = model;
+            desk.look_anew();
+        }
+        Act::CloseModel { model } => {
+            desk.model(model)?;
+            if model == desk.chosen {
+                return Err(ActError::Chosen);
+            }
+            desk.models.retain(|it| it.id != model);
+            desk.look_anew();
+        }
+        Act::StepBack => step_back(desk)?,
+        Act::Cancel => {
+            if let Some(search) = desk.search.as_ref().filter(|search| search.state == SearchState::Running) {
+                search.cancel.request();
+            }
+        }
+        Act::Read => desk.notices.clear(),
+        // Those that take time were seen to before.
+        Act::OpenLog { .. }
+        | Act::OpenModel { .. }
+        | Act::Diagnose
+        | Act::Add { .. }
+        | Act::Try { .. }
+        | Act::Recalibrate => {}
+    }
+    Ok(())
+}
+
+fn step_back(desk: &mut Desk) -> Result<(), ActError> {
+    if desk.is_searching() {
+        return Err(ActError::Busy);
+    }
+    let from = desk.model(desk.chosen)?;
+    let (from_id, typed) = (from.id, from.typed());
+    let mut back = session::step_back(&from.model)?;
+    back.name = desk.fresh_name();
+    let output = format!("{}.toml", back.name);
+    desk.done.push(by_hand::step_back(&typed, &output));
+    lay_model(desk, back, Origin::Made);
+    let chosen = desk.chosen;
+    desk.models.iter_mut().for_each(|model| model.shown = [from_id, chosen].contains(&model.id));
+    Ok(())
+}

@@ -1,0 +1,87 @@
+//! Why the workbench does not open, or does not do what the page asks.
+
+use std::io;
+use std::path::PathBuf;
+
+use super::places::PlaceError;
+use crate::log::csv::LogError;
+use crate::session::SessionError;
+
+/// Why the workbench does not open.
+#[derive(Debug, thiserror::Error)]
+pub enum WorkbenchError {
+    /// The port is taken, or not to be had.
+    #[error("port {port} of 127.0.0.1")]
+    Port {
+        /// The port.
+        port: u16,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The operating system refuses.
+    #[error("the workbench's server")]
+    System(#[source] io::Error),
+    /// A file or folder that was named.
+    #[error(transparent)]
+    Place(#[from] PlaceError),
+    /// A session file that cannot be read.
+    #[error("session file {path}: {reason}")]
+    Saved {
+        /// The file.
+        path: PathBuf,
+        /// Line, column and reason, or what the system says.
+        reason: String,
+    },
+    /// A model that cannot be opened, or the demonstration's flight.
+    #[error(transparent)]
+    Session(#[from] SessionError),
+    /// The demonstration's log cannot be written.
+    #[error(transparent)]
+    Log(#[from] LogError),
+}
+
+/// Why an act is refused.
+#[derive(Debug, thiserror::Error)]
+pub enum ActError {
+    /// A log or model that is no longer on the workbench.
+    #[error("{what} {id} is no longer on the workbench")]
+    Gone {
+        /// `log` or `model`.
+        what: &'static str,
+        /// Its number.
+        id: u64,
+    },
+    /// A search is running.
+    #[error("a search is running: cancel it, or wait for its end")]
+    Busy,
+    /// A log that is still being read.
+    #[error("{0} is still being read")]
+    Opening(String),
+    /// No log to fit on.
+    #[error("no log to fit on: choose `fit` for one of the logs")]
+    NoLog,
+    /// A file outside of what was named.
+    #[error(transparent)]
+    Place(#[from] PlaceError),
+    /// What the session says.
+    #[error(transparent)]
+    Session(#[from] SessionError),
+    /// Nothing was asked that there is to export.
+    #[error("there is nothing to export yet: {0}")]
+    Nothing(&'static str),
+    /// The one that everything starts from.
+    #[error("the model that is chosen stays: choose another one first")]
+    Chosen,
+}
+
+/// A job that ended by a mistake of the program's own.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "the program itself failed here; what was open is still there (its standard error says where: please report it)"
+)]
+pub(super) struct Broken;
+
+/// A log that is no longer what a session remembers.
+#[derive(Debug, thiserror::Error)]
+#[error("{0} has changed since the session was saved: what was found of it then was found of other rows")]
+pub(super) struct Changed(pub String);

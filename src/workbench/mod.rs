@@ -1,0 +1,99 @@
+//! The workbench: a page on the user's own machine that opens logs and models, shows where they part, asks what is missing and
+//! adds it, by the same functions of `session` that the commands call.
+//!
+//! The server ([`serve`]) listens on 127.0.0.1 alone and lets in who has its token (`door.rs`). What lies on the workbench is
+//! one [`Desk`](desk::Desk), the same for every tab. Long work runs on threads of its own (`engine.rs`); the threads of the
+//! server only look at the desk and answer. The page asks for changes by an [`Act`](act::Act) and reads the desk as JSON
+//! (`view.rs`, `plots.rs`); it draws, and computes nothing that a command prints.
+//!
+//! Nothing here writes a file that was not asked for on the command line: what is exported, the browser saves. Nothing here
+//! reaches a bench: no command, no arming, no bus; what is shown of a running one is heard (`live.rs`).
+
+mod act;
+mod assets;
+mod bands;
+mod by_hand;
+mod curves;
+mod demo;
+mod desk;
+mod door;
+mod engine;
+mod error;
+mod export;
+mod guarded;
+mod live;
+mod places;
+mod plots;
+mod routes;
+mod saved;
+mod search;
+mod server;
+#[cfg(test)]
+mod tests;
+pub mod thresholds;
+mod view;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::bench::BenchConfig;
+use crate::cancel::Cancel;
+
+use demo::demo_logs;
+use door::Door;
+use engine::Engine;
+use live::Live;
+use places::Places;
+
+use error::ActError;
+pub use error::WorkbenchError;
+
+/// What is on the workbench when it opens, and where it listens.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct WorkbenchConfig {
+    /// Logs, the first ones to fit on, the last one held out; a folder is not opened, and may be looked through. None and no
+    /// session: the two logs of the demonstration.
+    pub logs: Vec<PathBuf>,
+    /// Model files beside the paper's.
+    pub models: Vec<PathBuf>,
+    /// A session that was saved before.
+    pub session: Option<PathBuf>,
+    /// The bench that the live view listens to.
+    pub bench: BenchConfig,
+    /// Port on 127.0.0.1; 0 = any that is free.
+    pub port: u16,
+}
+
+/// Serves the page until `cancel` is requested. `ready` hears the address, with its token, as soon as a browser may open it.
+///
+/// # Errors
+/// [`WorkbenchError`] when the port is taken, or what the configuration names cannot be opened.
+pub fn serve(
+    config: &WorkbenchConfig,
+    cancel: &Cancel,
+    ready: impl FnOnce(&str),
+) -> Result<(), WorkbenchError> {
+    let engine = open(config)?;
+    let listener = server::listen(config.port)?;
+    let port = listener.local_addr().map_err(WorkbenchError::System)?.port();
+    let door = Door::new(port)?;
+    ready(&door.address());
+    let served = server::run(listener, door, &engine, cancel);
+    engine.end();
+    served
+}
+
+/// Lays out what the configuration names.
+fn open(config: &WorkbenchConfig) -> Result<Arc<Engine>, WorkbenchError> {
+    let demo = config.logs.is_empty() && config.session.is_none();
+    let demo = if demo { demo_logs()? } else { demo::DemoLogs::default() };
+    let logs = if demo.logs.is_empty() { &config.logs } else { &demo.logs };
+    let saved = config.session.as_deref().map(saved::read).transpose()?;
+    let mut places = Places::of(logs.iter().chain(&config.models))?;
+    if let Some(saved) = &saved {
+        places.admit(saved.files())?;
+    }
+    let engine = Engine::start(places, Live::new(config.bench.clone()))?;
+    engine.begin(demo.commands, logs, &config.models, saved)?;
+    Ok(engine)
+}

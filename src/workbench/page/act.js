@@ -1,0 +1,79 @@
+// The server: what the page asks of it, and the desk as it last said it.
+
+const listeners = [];
+const progress = [];
+let revision = -1;
+export let desk = null;
+
+// `hear` is called with each new desk.
+export function onDesk(hear) {
+  listeners.push(hear);
+}
+
+// `hear` is called while something goes on.
+export function onTick(hear) {
+  progress.push(hear);
+}
+
+export async function get(path, query = {}) {
+  const said = new URLSearchParams(Object.entries(query).filter(([, value]) => value !== undefined));
+  const response = await fetch(path + "?" + said);
+  const answer = await response.json();
+  if (!response.ok) throw new Error(answer.error);
+  return answer;
+}
+
+// Asks for a change; what is refused is shown.
+export async function act(name, fields = {}) {
+  try {
+    const response = await fetch("/api/act", { method: "POST", body: JSON.stringify({ act: name, ...fields }) });
+    if (response.ok) return true;
+    complain((await response.json()).error);
+  } catch {
+    complain("The server does not answer: has rotorbench workbench ended?");
+  }
+  return false;
+}
+
+export function complain(text) {
+  document.dispatchEvent(new CustomEvent("complaint", { detail: text }));
+}
+
+// Lets the browser save what the server makes.
+export async function save(query) {
+  const response = await fetch("/api/export?" + new URLSearchParams(query));
+  if (!response.ok) return complain((await response.json()).error);
+  const name = /filename="([^"]*)"/.exec(response.headers.get("content-disposition"))[1];
+  saveBlob(await response.blob(), name);
+}
+
+export function saveBlob(blob, name) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+}
+
+async function read() {
+  const fresh = await get("/api/desk");
+  revision = fresh.tick.revision;
+  desk = fresh;
+  for (const hear of listeners) hear(desk);
+}
+
+// Hears of changes until the page is closed. When the server has gone the browser tries again by itself.
+export async function begin() {
+  await read();
+  const events = new EventSource("/api/events");
+  let reading = null;
+  events.onmessage = async message => {
+    const tick = JSON.parse(message.data);
+    for (const hear of progress) hear(tick);
+    if (tick.revision !== revision && !reading) {
+      reading = read();
+      try { await reading; } finally { reading = null; }
+    }
+  };
+  events.onerror = () => { for (const hear of progress) hear(null); };
+}

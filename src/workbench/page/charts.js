@@ -1,0 +1,184 @@
+// One plot: curves that the server has drawn for its width, bands behind them, levels across. uPlot draws.
+
+import { desk } from "./act.js";
+import { number } from "./dom.js";
+
+const ink = name => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+export const isDark = () => matchMedia("(prefers-color-scheme: dark)").matches;
+const FONT = "12px system-ui, sans-serif";
+
+// The name of a model's colour; the same in lists and plots.
+export function colourOf(model) {
+  const index = desk.models.findIndex(it => it.id === model);
+  return "next-" + (Math.max(index, 0) % 8);
+}
+
+// A slot without a sample is `undefined`, which uPlot draws through; a gap is `null`, which it does not.
+function values(curve) {
+  const y = curve.y.map(value => (value === null ? undefined : value));
+  for (const slot of curve.gaps) y[slot] = null;
+  return y;
+}
+
+function axis(side, label) {
+  const grid = { stroke: ink("line"), width: 1 };
+  return {
+    side, label, stroke: ink("soft"), grid, ticks: { ...grid, size: 4 }, font: FONT, labelFont: FONT, labelGap: 0,
+    size: side === 3 ? 60 : 30, labelSize: side === 3 ? 18 : 0,
+    values: (_, ticks) => ticks.map(tick => (tick === null ? "" : number(tick, 6))),
+  };
+}
+
+// spec: { host, height, unit, name, onWindow(from, to), onAll() }
+export class Chart {
+  constructor(spec) {
+    this.spec = spec;
+    this.signature = "";
+    this.bands = [];
+    this.levels = [];
+    this.plot = null;
+  }
+
+  // curves: [{ label, tone, dashed, y, gaps, lower }], a band's lower edge directly before its upper one.
+  draw({ x, curves, bands, levels, from, to }) {
+    this.bands = bands;
+    this.levels = levels || [];
+    const signature = curves.map(it => it.label + it.tone + it.dashed).join("|") + isDark();
+    const data = [x, ...curves.map(values)];
+    if (signature !== this.signature) this.make(curves, data);
+    this.signature = signature;
+    this.plot.batch(() => {
+      this.plot.setData(data, false);
+      this.plot.setScale("x", { min: from, max: to });
+    });
+  }
+
+  make(curves, data) {
+    this.plot?.destroy();
+    const { host, height, unit, name } = this.spec;
+    const series = [{ label: "time [s]", value: (_, value) => number(value, 7) }];
+    const bands = [];
+    for (const curve of curves) {
+      const stroke = ink(curve.tone);
+      if (curve.upper) bands.push({ series: [series.length, series.length - 1], fill: stroke + "2e" });
+      series.push({
+        label: curve.label, stroke: curve.edge ? stroke + "55" : stroke, width: curve.edge ? 0.6 : 1.4,
+        dash: curve.dashed ? [6, 4] : undefined, points: { show: false }, value: (_, value) => number(value, 5),
+      });
+    }
+    this.plot = new uPlot({
+      width: Math.max(host.clientWidth, 100), height, series, bands,
+      scales: { x: { time: false }, y: { range: (u, low, high) => this.range(low, high) } },
+      axes: [axis(2), axis(3, `${name} [${unit}]`)],
+      cursor: { sync: { key: "time", scales: ["x", null] }, drag: { x: true, y: false, setScale: false }, hover: { skip: [undefined] }, points: { size: 5 } },
+      legend: { markers: { width: 0, fill: (u, index) => u.series[index]._stroke || u.series[index].stroke() } },
+      hooks: {
+        draw: [u => this.marks(u)],
+        setSelect: [u => this.selected(u)],
+      },
+    }, data, host);
+    const over = this.plot.over;
+    over.addEventListener("dblclick", event => { event.stopImmediatePropagation(); this.spec.onAll(); }, true);
+    over.addEventListener("mousedown", event => this.pan(event), true);
+  }
+
+  range(low, high) {
+    const all = [low, high, ...this.levels.map(it => it.value)].filter(it => it !== null && isFinite(it));
+    if (!all.length) return [0, 1];
+    const [least, most] = [Math.min(...all), Math.max(...all)];
+    const margin = (most - least || Math.abs(most) || 1) * 0.06;
+    return [least - margin, most + margin];
+  }
+
+  selected(u) {
+    if (u.select.width < 4) return;
+    const [from, to] = [u.select.left, u.select.left + u.select.width].map(at => u.posToVal(at, "x"));
+    u.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
+    this.spec.onWindow(from, to);
+  }
+
+  // With shift the time is dragged along.
+  pan(event) {
+    if (!event.shiftKey || event.button !== 0) return;
+    event.stopImmediatePropagation();
+    event.preventDefault();
+    const { min, max } = this.plot.scales.x;
+    const perPixel = (max - min) / this.plot.over.clientWidth;
+    const begun = event.clientX;
+    const move = at => this.spec.onWindow(min - (at.clientX - begun) * perPixel, max - (at.clientX - begun) * perPixel);
+    const end = () => {
+      removeEventListener("mousemove", move);
+      removeEventListener("mouseup", end);
+    };
+    addEventListener("mousemove", move);
+    addEventListener("mouseup", end);
+  }
+
+  marks(u) {
+    const { ctx, bbox } = u;
+    const ratio = devicePixelRatio;
+    ctx.save();
+    ctx.beginPath();
+    ctx.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+    ctx.clip();
+    ctx.font = 11 * ratio + "px system-ui, sans-serif";
+    let said = -Infinity;
+    for (const { code, from, to } of this.bands) {
+      const left = u.valToPos(from, "x", true);
+      const width = Math.max(u.valToPos(to, "x", true) - left, 1.5 * ratio);
+      if (left + width < bbox.left || left > bbox.left + bbox.width) continue;
+      ctx.fillStyle = ink("warning") + "38";
+      ctx.fillRect(left, bbox.top, width, bbox.height);
+      const at = Math.max(left, bbox.left) + 3 * ratio;
+      if (at < said) continue;
+      ctx.fillStyle = ink("soft");
+      ctx.fillText(code.replaceAll("_", " "), at, bbox.top + 12 * ratio);
+      said = at + ctx.measureText(code).width + 8 * ratio;
+    }
+    ctx.fillStyle = ink("soft");
+    ctx.textAlign = "right";
+    for (const { label, value } of this.levels) {
+      const y = u.valToPos(value, "y", true);
+      ctx.strokeStyle = ink("soft");
+      ctx.lineWidth = ratio;
+      ctx.setLineDash([5 * ratio, 4 * ratio]);
+      ctx.beginPath();
+      ctx.moveTo(bbox.left, y);
+      ctx.lineTo(bbox.left + bbox.width, y);
+      ctx.stroke();
+      if (!label) continue;
+      // Readable over a curve, too.
+      const place = [label, bbox.left + bbox.width - 4 * ratio, y - 4 * ratio];
+      ctx.setLineDash([]);
+      ctx.lineWidth = 3 * ratio;
+      ctx.strokeStyle = ink("paper");
+      ctx.strokeText(...place);
+      ctx.fillText(...place);
+    }
+    ctx.restore();
+  }
+
+  resize() {
+    if (this.plot && this.spec.host.clientWidth) this.plot.setSize({ width: this.spec.host.clientWidth, height: this.spec.height });
+  }
+
+  get pixels() {
+    return Math.max(Math.round(this.spec.host.clientWidth - 80), 50);
+  }
+
+  // The plot as a picture, on the page's own ground.
+  picture(then) {
+    const from = this.plot.ctx.canvas;
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [from.width, from.height];
+    const ctx = canvas.getContext("2d");
+    ctx.fillStyle = ink("paper");
+    ctx.fillRect(0, 0, canvas.width, canvas.height);
+    ctx.drawImage(from, 0, 0);
+    canvas.toBlob(then, "image/png");
+  }
+
+  destroy() {
+    this.plot?.destroy();
+  }
+}

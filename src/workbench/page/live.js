@@ -1,0 +1,80 @@
+// The running bench, over the last minute. It is looked at; nothing here can speak to it.
+
+import { get } from "./act.js";
+import { Chart } from "./charts.js";
+import { button, element, fill, number, table } from "./dom.js";
+
+const PERIOD_MS = 250;
+const PLOTS = [["Body rate", /^body_rate/], ["Body angle", /^body_angle/], ["Rotor rates", /^propeller_rate/], ["Left for the rotors", /^applied/], ["Disturbance torque", /^disturbance/], ["Battery", /^battery_voltage/]];
+
+let host = null;
+let timer = null;
+let since = 0;
+let moments = [];
+let charts = [];
+let head = null;
+let foot = null;
+
+// An answer's own columns, each in the plot whose name it has.
+function makePlots(columns) {
+  charts = PLOTS.map(([title, pattern]) => {
+    const own = columns.map((it, index) => ({ ...it, index })).filter(it => pattern.test(it.name));
+    if (!own.length) return null;
+    const root = element("figure", { "aria-label": title }, element("h3", {}, title));
+    const place = element("div", { class: "chart" });
+    root.append(place);
+    return { own, root, chart: new Chart({ host: place, height: 130, name: "", unit: own[0].unit, onWindow: () => {}, onAll: () => {} }) };
+  }).filter(Boolean);
+}
+
+function said(answer) {
+  const { now } = answer;
+  if (answer.why) return element("p", { class: "bad" }, answer.why);
+  if (!now?.is_running) return element("p", { class: "soft", id: "live-state" }, `No process of bench ${answer.bench} gives a sign of life: start it, and it shows here.`);
+  return [element("p", { class: "verdict", id: "live-state", "data-state": now.state }, `Bench ${answer.bench}: ${now.state}`),
+    table(["process", "per second", "late [µs]", "answered in [µs]", "skipped", "overruns"], now.processes.map(it => [it.role, number(it.rate_hz, 3), number(it.lateness_us, 3), number(it.response_us, 3), String(it.skipped), String(it.overruns)]))];
+}
+
+async function look() {
+  try {
+    const answer = await get("/api/live", { since });
+    // A server that has begun anew counts from the beginning.
+    if (answer.count < since) moments = [];
+    since = answer.count;
+    moments.push(...answer.moments);
+    const end = moments.at(-1)?.[0] ?? 0;
+    moments = moments.filter(([at]) => end - at <= answer.kept_s);
+    if (!charts.length) {
+      makePlots(answer.columns);
+      fill(host, element("h2", {}, "The running bench"), element("p", { class: "soft" }, "The last minute. The page only listens: nothing on it can command, arm or stop."),
+        head, element("div", { class: "live" }, charts.map(it => it.root)), foot);
+    }
+    fill(head, said(answer));
+    fill(foot, answer.events.length && [element("h3", {}, "The guard, newest first"), element("ul", {}, answer.events.map(it => element("li", {}, it)))]);
+    const x = moments.map(([at]) => at - end);
+    for (const { own, chart } of charts) {
+      const curves = own.map((it, index) => ({ label: it.name, tone: "next-" + index, y: moments.map(([, values]) => values[it.index]), gaps: [] }));
+      if (x.length > 1) chart.draw({ x, curves, bands: [], levels: [], from: -answer.kept_s, to: 0 });
+    }
+  } catch {
+    fill(head, element("p", { class: "bad" }, "The server does not answer."));
+  }
+  if (!host.hidden) timer = setTimeout(look, PERIOD_MS);
+}
+
+export function build(at) {
+  host = at("live");
+  head = element("div", {});
+  foot = element("div", {});
+  const toggle = button("Live", () => {
+    const live = host.hidden;
+    host.hidden = !live;
+    document.querySelector("main").hidden = live;
+    toggle.setAttribute("aria-pressed", String(live));
+    clearTimeout(timer);
+    if (live) look();
+    // What was drawn while hidden had no width.
+    dispatchEvent(new Event("resize"));
+  }, { "aria-pressed": "false", title: "the running bench" });
+  at("save").before(toggle);
+}

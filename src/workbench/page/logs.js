@@ -1,0 +1,45 @@
+// The logs: what each is for, and what screening found.
+
+import { act, onDesk } from "./act.js";
+import { button, element, fill, lastPart } from "./dom.js";
+import { choose } from "./files.js";
+import * as view from "./plots.js";
+
+const ROLES = [["fit", "fit"], ["held_out", "held out"], ["look", "look"]];
+
+function roles(log) {
+  const choice = ([role, text]) => button(text, () => act("role", { log: log.id, role }), {
+    "aria-pressed": String(log.role === role),
+    "aria-label": `${text}: ${log.name}`,
+    title: { fit: "models are fitted on it", held_out: "errors are judged on it", look: "it is looked at only" }[role],
+  });
+  return element("div", { class: "choice", role: "group", "aria-label": "What " + log.name + " is for" }, ROLES.map(choice));
+}
+
+function about(log) {
+  if (log.state === "opening") return element("p", { class: "soft" }, "being read ...");
+  if (log.state === "failed") return element("p", { class: "bad" }, log.why);
+  const [from, to] = log.ends_s;
+  const notes = log.notes.length && element("details", { "data-key": "notes " + log.id },
+    element("summary", {}, `${log.notes.length} findings`),
+    element("ul", {}, log.notes.map(note => element("li", {}, note))));
+  return [element("p", { class: "soft" }, `${log.rows.toLocaleString("en")} rows, ${(to - from).toFixed(1)} s, ${log.format}`), notes];
+}
+
+function entry(log) {
+  const name = button(lastPart(log.name), () => view.show(log.id), {
+    class: "name", title: log.name, "aria-pressed": String(view.shownLog() === log.id), "aria-label": "show " + log.name,
+    disabled: log.state !== "open",
+  });
+  const close = button("×", () => act("close_log", { log: log.id }), { class: "quiet", "aria-label": "close " + log.name });
+  return element("li", { "data-log": log.id }, element("div", { class: "row" }, name, close), about(log), roles(log));
+}
+
+export function build(at) {
+  const draw = desk => fill(at("logs"),
+    element("div", { class: "row" }, element("h2", {}, "Logs"),
+      button("Open ...", () => choose("Open a log", path => act("open_log", { path })), { "aria-label": "open a log" })),
+    desk.logs.length ? element("ul", { class: "cards" }, desk.logs.map(entry)) : element("p", { class: "soft" }, "Open a log to begin."));
+  onDesk(draw);
+  view.onShown(draw);
+}

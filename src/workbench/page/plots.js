@@ -1,0 +1,203 @@
+// The plots of one log: each block measured and modelled, its error beneath; all of them over the same time.
+
+import { complain, desk, get, onDesk, save, saveBlob } from "./act.js";
+import { Chart, colourOf, isDark } from "./charts.js";
+import { details } from "./details.js";
+import { button, command, element, fill, lastPart, number, precise } from "./dom.js";
+
+let middle = null;
+let log = null;
+let span = null;
+let figures = [];
+let built = "";
+let channels = [];
+const listeners = [];
+
+export const shownLog = () => log;
+export const onShown = hear => listeners.push(hear);
+
+const current = () => desk?.logs.find(it => it.id === log && it.state === "open");
+
+// Another log, from its beginning to its end.
+export function show(id) {
+  if (id === log) return;
+  [log, span, channels] = [id, null, []];
+  update();
+  for (const hear of listeners) hear(desk);
+}
+
+export function nextLog() {
+  const open = desk.logs.filter(it => it.state === "open");
+  if (open.length) show(open[(open.findIndex(it => it.id === log) + 1) % open.length].id);
+}
+
+// What is seen of the time, in every plot.
+function look(from, to) {
+  const ends = current()?.ends_s;
+  if (!ends || !(to > from)) return;
+  const width = Math.min(to - from, ends[1] - ends[0]);
+  const start = Math.min(Math.max(from, ends[0]), ends[1] - width);
+  span = [start, start + width];
+  refresh();
+}
+
+export const all = () => { span = null; refresh(); };
+export function zoom(factor) {
+  const [from, to] = seen();
+  const [middle, half] = [(from + to) / 2, (to - from) * factor / 2];
+  look(middle - half, middle + half);
+}
+export function pan(share) {
+  const [from, to] = seen();
+  look(from + share * (to - from), to + share * (to - from));
+}
+export function worst() {
+  const block = blocks()[0];
+  if (block?.worst_s) look(...block.worst_s);
+}
+const seen = () => span || current()?.ends_s || [0, 1];
+
+// The blocks, the one farthest over its noise floor first; the chain is no block of its own.
+function blocks() {
+  const over = block => Math.max(...block.errors.map(it => it.rms / it.noise_floor));
+  const rank = block => (block.name === "chain" ? -1 : over(block));
+  return [...(current()?.compared?.blocks || [])].sort((a, b) => rank(b) - rank(a));
+}
+
+class Figure {
+  constructor(title, query, parts, under) {
+    this.query = query;
+    this.stale = true;
+    this.asked = 0;
+    this.charts = parts.map(part => {
+      const host = element("div", { class: "chart" });
+      return { part, host, chart: new Chart({ host, height: part.height, unit: part.unit, name: part.name, onWindow: look, onAll: all }) };
+    });
+    const picture = button("picture", () => this.charts[0].chart.picture(blob => saveBlob(blob, "plot.png")), { class: "quiet", "aria-label": "save a picture of " + title });
+    this.root = element("figure", { "aria-label": title },
+      element("figcaption", {}, element("div", { class: "row" }, element("h3", {}, title), picture), under), this.charts.map(it => it.host));
+    new IntersectionObserver(([entry]) => {
+      this.visible = entry.isIntersecting;
+      if (this.visible && this.stale) this.refresh();
+    }, { rootMargin: "200px" }).observe(this.root);
+  }
+
+  async refresh() {
+    this.stale = true;
+    if (!this.visible) return;
+    this.stale = false;
+    const number = ++this.asked;
+    const [from, to] = seen();
+    try {
+      const answer = await get("/api/plot", { log, from, to, pixels: this.charts[0].chart.pixels, ...this.query });
+      // An older answer than one that is asked for already.
+      if (number !== this.asked) return;
+      for (const { part, chart } of this.charts) {
+        const curves = answer.curves.filter(it => part.kinds.includes(it.kind)).map((it, index) => ({ ...it, ...lookOf(it, index) }));
+        chart.draw({ x: answer.x, curves, bands: answer.bands, levels: part.levels, from, to });
+      }
+      this.root.dataset.drawn = `${from} ${to}`;
+      this.root.dataset.scheme = isDark() ? "dark" : "light";
+    } catch (error) {
+      complain(error.message);
+    }
+  }
+}
+
+function lookOf(curve, index) {
+  const model = desk.models.find(it => it.id === curve.model);
+  const name = model?.name || curve.name;
+  switch (curve.kind) {
+    case "measured": return { label: "measured", tone: "measured" };
+    case "channel": return { label: curve.name, tone: "next-" + (index % 8) };
+    case "lower": return { label: name + " -1 s.e.", tone: colourOf(curve.model), edge: true };
+    case "upper": return { label: name + " +1 s.e.", tone: colourOf(curve.model), edge: true, upper: true };
+    default: return { label: name, tone: colourOf(curve.model), dashed: model?.is_tried };
+  }
+}
+
+// Each model's error of a block, beside what noise alone would leave.
+function errors(block) {
+  return element("ul", { class: "errors" }, block.errors.map(it => {
+    const model = desk.models.find(model => model.id === it.model);
+    return element("li", { "data-error-of": model?.name },
+      element("span", { class: "swatch " + colourOf(it.model), "aria-hidden": "true" }), (model?.name || "") + ": ", precise(it.rms, 4),
+      ` ${block.unit} rms`, it.fit_percent === null ? "" : `, fit ${number(it.fit_percent, 3)} %`,
+      it.is_noise ? element("strong", { class: "good" }, " at the noise floor") : `, noise ${number(it.noise_floor, 3)}`);
+  }));
+}
+
+function blockFigure(block) {
+  const levels = [{ label: "noise floor", value: block.errors[0].noise_floor }, { label: "", value: -block.errors[0].noise_floor }];
+  const parts = [
+    { kinds: ["measured", "modelled"], name: block.signal, unit: block.unit, height: 200 },
+    { kinds: ["error"], name: "error", unit: block.unit, height: 120, levels },
+  ];
+  const figure = new Figure(`${block.name}: ${block.signal}`, { block: block.name, signal: block.signal }, parts,
+    [element("p", { class: "soft" }, `Driven by ${block.driven_by.join(", ")}; ${block.run}.`), errors(block)]);
+  figure.root.dataset.block = block.name;
+  figure.root.append(details(log, block));
+  return figure;
+}
+
+function makeFigures(it) {
+  const made = blocks().map(blockFigure);
+  const torque = it.compared?.unknown_torque || [];
+  if (torque.length) {
+    made.push(new Figure("Unknown torque", { block: "unknown_torque", signal: "torque" },
+      [{ kinds: ["lower", "upper", "torque"], name: "torque", unit: "N m", height: 170 }],
+      element("p", { class: "soft" }, "The torque that would make each model right, with its standard error to both sides.")));
+  }
+  const plain = channels.length ? channels : made.length ? ["command_1", "command_2"] : it.channels.slice(0, 6).map(channel => channel.name);
+  for (const name of plain) {
+    const channel = it.channels.find(it => it.name === name);
+    if (channel) made.push(new Figure(name, { channels: name }, [{ kinds: ["channel"], name, unit: channel.unit || "-", height: 140 }], element("p", { class: "soft" }, channel.meaning)));
+  }
+  return made;
+}
+
+function bar(it) {
+  const pick = element("select", {
+    "aria-label": "add a channel", "data-key": "add a channel",
+    onchange: event => { channels = [...new Set([...channels, event.target.value])]; update(true); },
+  }, element("option", { value: "" }, "add a channel ..."), it.channels.map(channel => element("option", { value: channel.name }, channel.name)));
+  return element("div", { class: "bar row" }, element("h2", {}, lastPart(it.name)),
+    button("worst 10 s", worst), button("all", all), button("+", () => zoom(0.5), { "aria-label": "zoom in" }), button("−", () => zoom(2), { "aria-label": "zoom out" }),
+    button("◀", () => pan(-0.25), { "aria-label": "earlier" }), button("▶", () => pan(0.25), { "aria-label": "later" }), pick,
+    button("report", () => save({ what: "report", id: it.id }), { class: "quiet", "aria-label": "save the report of " + it.name }),
+    button("CSV", () => save({ what: "signals", id: it.id }), { class: "quiet", "aria-label": "save the signals of " + it.name }));
+}
+
+// Draws anew what has changed: other blocks or models are other plots.
+function update(force) {
+  const it = current();
+  if (!it) {
+    const next = desk?.logs.findLast(log => log.state === "open");
+    if (next) return show(next.id);
+    for (const figure of figures) figure.charts.forEach(({ chart }) => chart.destroy());
+    [figures, built] = [[], ""];
+    return fill(middle, element("p", { class: "soft" }, desk?.logs.length ? "Being read ..." : "Open a log to see it here."));
+  }
+  const signature = JSON.stringify([log, it.compared?.models, it.compared?.blocks, it.compared?.why, channels, desk.models.map(it => [it.id, it.name, it.is_tried])]);
+  if (signature === built && force !== true) return;
+  built = signature;
+  const top = middle.scrollTop;
+  for (const figure of figures) figure.charts.forEach(({ chart }) => chart.destroy());
+  figures = makeFigures(it);
+  const why = it.compared?.why && element("p", { class: "bad" }, it.compared.why);
+  fill(middle, bar(it), why, !it.compared && element("p", { class: "soft" }, "The models are being compared with it ..."),
+    figures.map(figure => figure.root), it.by_hand && it.compared && element("div", { class: "by-hand" }, element("p", { class: "soft" }, "The same by hand:"), command(it.by_hand)));
+  middle.scrollTop = top;
+}
+
+const refresh = () => figures.forEach(figure => figure.refresh());
+
+export function build(at) {
+  middle = at("middle");
+  onDesk(() => update());
+  new ResizeObserver(() => {
+    for (const figure of figures) figure.charts.forEach(({ chart }) => chart.resize());
+    refresh();
+  }).observe(middle);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => update(true));
+}

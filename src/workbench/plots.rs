@@ -1,0 +1,187 @@
+//! What a plot shows, for as many pixels as it has.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+use super::ActError;
+use super::bands::Band;
+use super::curves::{Drawn, Line, Slots};
+use super::desk::{Desk, OpenLog};
+use super::thresholds::THRESHOLDS;
+use crate::compare::{Block, Comparison};
+use crate::log::dataset::log_signal;
+
+/// The name of a plot of the torque that a model lacks.
+const UNKNOWN_TORQUE: &str = "unknown_torque";
+
+/// What a page asks for.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PlotQuery {
+    /// Number of the log.
+    log: u64,
+    /// [s] from where; the log's beginning.
+    from: Option<f64>,
+    /// [s] to where; its end.
+    to: Option<f64>,
+    /// [pixel] of width.
+    pixels: usize,
+    /// A block of the model, with its signal; or `unknown_torque`.
+    block: Option<String>,
+    signal: Option<String>,
+    /// Channels of the log, separated by commas, instead of a block.
+    channels: Option<String>,
+}
+
+/// What is drawn.
+#[derive(Debug, Serialize)]
+pub(super) struct PlotAnswer {
+    /// [s] of each slot.
+    x: Vec<f64>,
+    curves: Vec<Curve>,
+    bands: Vec<Band>,
+    /// [s] begin and end of the log.
+    ends: (f64, f64),
+}
+
+#[derive(Debug, Serialize)]
+struct Curve {
+    /// `measured`, `modelled`, `error`, `torque`, `lower`, `upper`, `channel`.
+    kind: &'static str,
+    /// Number of the model; none of what was measured.
+    model: Option<u64>,
+    /// Name of the channel.
+    name: String,
+    unit: &'static str,
+    #[serde(flatten)]
+    drawn: Drawn,
+}
+
+/// What an answer is made of: taken from the desk under its lock, drawn without it.
+pub(super) struct PlotTask {
+    query: PlotQuery,
+    content: Arc<OpenLog>,
+    compared: Option<(Vec<u64>, Arc<Vec<Comparison>>)>,
+}
+
+impl PlotTask {
+    /// What the desk has of it.
+    pub fn of(desk: &Desk, query: PlotQuery) -> Result<Self, ActError> {
+        let log = desk.log(query.log)?;
+        let content = Arc::clone(log.open()?);
+        let compared = log.compared.as_ref();
+        let compared = compared.and_then(|it| Some((it.models.clone(), Arc::clone(it.found.as_ref().ok()?))));
+        Ok(Self { query, content, compared })
+    }
+
+    /// Draws it.
+    pub fn draw(&self) -> PlotAnswer {
+        let log = self.content.log.raw();
+        let time = log.time();
+        let ends = (time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0));
+        let finite = |asked: Option<f64>, else_: f64| asked.filter(|it| it.is_finite()).unwrap_or(else_);
+        let (from, to) = (finite(self.query.from, ends.0), finite(self.query.to, ends.1));
+        let pixels = self.query.pixels.clamp(1, THRESHOLDS.widest_picture);
+        let slots = Slots::new(time, (from, to), pixels, self.content.bands.interval);
+        let mut curves = match (&self.query.block, &self.query.channels) {
+            (Some(block), _) if block == UNKNOWN_TORQUE => self.torque(&slots),
+            (Some(block), _) => self.block(&slots, block),
+            (None, Some(channels)) => self.channels(&slots, channels),
+            (None, None) => Vec::new(),
+        };
+        curves.truncate(THRESHOLDS.most_curves);
+        let mut marked: Vec<&str> = curves.iter().map(|curve| curve.name.as_str()).collect();
+        marked.dedup();
+        let bands = self.content.bands.within(log, slots.rows(), &marked, (to - from) / pixels as f64);
+        PlotAnswer { x: slots.at, curves, bands, ends }
+    }
+
+    fn pairs(&self) -> impl Iterator<Item = (u64, &Comparison)> {
+        let pairs = self.compared.as_ref().map(|(models, found)| models.iter().copied().zip(found.iter()));
+        pairs.into_iter().flatten()
+    }
+
+    /// Measured once, then modelled and error of each model.
+    fn block(&self, slots: &Slots, name: &str) -> Vec<Curve> {
+        let signal = self.query.signal.as_deref().unwrap_or_default();
+        let is_it = |block: &&Block| block.name == name && block.signal == signal;
+        let mut curves = Vec::new();
+        for (model, comparison) in self.pairs() {
+            let Some(block) = comparison.blocks.iter().find(is_it) else { continue };
+            let trace = &block.trace;
+            let mut push = |kind, model, value: Box<dyn Fn(usize) -> f64 + '_>| {
+                let line = Line { rows: Some(&trace.rows), value };
+                let (name, unit) = (block.signal.clone(), block.unit);
+                curves.push(Curve { kind, model, name, unit, drawn: slots.draw(&line) });
+            };
+            if model == self.pairs().next().map_or(0, |(first, _)| first) {
+                push("measured", None, Box::new(|sample| trace.measured[sample]));
+            }
+            push("modelled", Some(model), Box::new(|sample| trace.modelled[sample]));
+            // Where it is not scored there is no error, as in the report.
+            let error = |sample: usize| {
+                let is_scored = trace.is_scored[sample];
+                if is_scored { trace.measured[sample] - trace.modelled[sample] } else { f64::NAN }
+            };
+            push("error", Some(model), Box::new(error));
+        }
+        curves
+    }
+
+    /// The torque that each model lacks, and its standard error to both sides.
+    fn torque(&self, slots: &Slots) -> Vec<Curve> {
+        let mut curves = Vec::new();
+        for (model, comparison) in self.pairs() {
+            let Some(torque) = &comparison.unknown_torque else { continue };
+            for (kind, side) in [("lower", -1.0), ("upper", 1.0), ("torque", 0.0)] {
+                let value = |sample: usize| torque.torque[sample] + side * torque.standard_error[sample];
+                let line = Line { rows: Some(&torque.rows), value: Box::new(value) };
+                let (name, drawn) = (UNKNOWN_TORQUE.to_owned(), slots.draw(&line));
+                curves.push(Curve { kind, model: Some(model), name, unit: "N m", drawn });
+            }
+        }
+        curves
+    }
+
+    /// Channels as they were logged.
+    fn channels(&self, slots: &Slots, channels: &str) -> Vec<Curve> {
+        let log = self.content.log.raw();
+        let asked: Vec<&str> = channels.split(',').take(THRESHOLDS.most_curves).collect();
+        let there = asked.into_iter().filter_map(|name| Some((name, log.column(name)?)));
+        let curves = there.map(|(name, values)| {
+            let line = Line { rows: None, value: Box::new(|row| values[row]) };
+            let unit = log_signal(name).map_or("", |known| known.unit);
+            Curve { kind: "channel", model: None, name: name.to_owned(), unit, drawn: slots.draw(&line) }
+        });
+        curves.collect()
+    }
+}
+
+/// Where the error of a block lives: over frequency, and over what it depends on.
+pub(super) fn failure(desk: &Desk, log: u64, block: &str, signal: &str) -> Result<Value, ActError> {
+    let log = desk.log(log)?;
+    let compared = log.compared.as_ref();
+    let found = compared.and_then(|it| Some((&it.models, it.found.as_ref().ok()?)));
+    let (models, found) = found.ok_or(ActError::Nothing("compare"))?;
+    let each = models.iter().zip(found.iter()).filter_map(|(model, comparison)| {
+        let block = comparison.blocks.iter().find(|it| it.name == block && it.signal == signal)?;
+        let dependences = block.failure.dependences.iter().filter(|it| it.is_real());
+        let dependences = dependences.map(|it| {
+            let unit = log_signal(&it.on.column).map_or("", |known| known.unit);
+            let unit = format!("{unit}{}", if it.on.is_rate { "/s" } else { "" });
+            json!({ "on": it.on.to_string(), "unit": unit, "explained": it.explained, "by_chance": it.surrogate, "curve": it.curve })
+        });
+        Some(json!({
+            "model": model,
+            "unit": block.unit,
+            "of": if block.name == "body" { "unknown torque" } else { "error" },
+            "of_unit": if block.name == "body" { "N m" } else { block.unit },
+            "spectrum": block.failure.spectrum.as_ref().map(|it| json!({ "corner_hz": it.corner_hz, "density": it.density })),
+            "groups": block.failure.groups,
+            "dependences": dependences.collect::<Vec<_>>(),
+        }))
+    });
+    Ok(json!(each.collect::<Vec<_>>()))
+}

@@ -1,0 +1,110 @@
+//! A session as a file: what is open, what was made and by which commands. It opens again next week, and says which logs have
+//! changed since.
+
+use std::fs;
+use std::path::{Path, PathBuf, absolute};
+
+use serde::{Deserialize, Serialize};
+
+use super::WorkbenchError;
+use super::desk::{Desk, LogContent, Origin, Role};
+use crate::file::toml_error;
+use crate::model::Model;
+
+/// The form of the file.
+const VERSION: u32 = 1;
+
+/// A session.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Saved {
+    pub version: u32,
+    /// Name of the model that is diagnosed and extended.
+    pub chosen: String,
+    /// Whether the paper's model is drawn.
+    pub shows_paper: bool,
+    /// The commands that do by hand what was done.
+    #[serde(default)]
+    pub done: Vec<String>,
+    #[serde(default)]
+    pub logs: Vec<SavedLog>,
+    #[serde(default)]
+    pub models: Vec<SavedModel>,
+}
+
+/// A log of a session.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SavedLog {
+    pub path: PathBuf,
+    /// SHA-256 of its bytes, in hexadecimal; empty where it was not read.
+    pub sha256: String,
+    pub role: Role,
+}
+
+/// A model of a session: a file, or one that was made.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SavedModel {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<PathBuf>,
+    pub shown: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<Model>,
+}
+
+impl Saved {
+    /// What lies on the desk.
+    pub fn of(desk: &Desk) -> Self {
+        let logs = desk.logs.iter().map(|log| SavedLog {
+            path: whole(&log.path),
+            sha256: match &log.content {
+                LogContent::Open(open) => open.log.raw().sha256().to_owned(),
+                _ => log.remembered.clone().unwrap_or_default(),
+            },
+            role: log.role,
+        });
+        let kept = desk.models.iter().filter(|model| model.origin != Origin::Tried);
+        let models = kept.map(|it| match &it.origin {
+            Origin::File(typed) => {
+                SavedModel { file: Some(whole(Path::new(typed))), shown: it.shown, model: None }
+            }
+            _ => SavedModel { file: None, shown: it.shown, model: Some(it.model.clone()) },
+        });
+        Self {
+            version: VERSION,
+            chosen: desk.model(desk.chosen).map(|it| it.model.name.clone()).unwrap_or_default(),
+            shows_paper: desk.models.first().is_some_and(|paper| paper.shown),
+            done: desk.done.clone(),
+            logs: logs.collect(),
+            models: models.collect(),
+        }
+    }
+
+    /// The files that it names.
+    pub fn files(&self) -> impl Iterator<Item = PathBuf> + '_ {
+        let logs = self.logs.iter().map(|log| log.path.clone());
+        logs.chain(self.models.iter().filter_map(|model| model.file.clone()))
+    }
+}
+
+/// A path that leads there from any folder; the name of a model that is built in stays one.
+fn whole(path: &Path) -> PathBuf {
+    let is_built_in = path.as_os_str() == "paper";
+    let absolute = (!is_built_in).then(|| absolute(path).ok()).flatten();
+    absolute.unwrap_or_else(|| path.to_owned())
+}
+
+/// Reads a session file.
+pub(super) fn read(path: &Path) -> Result<Saved, WorkbenchError> {
+    let refuse = |reason: String| WorkbenchError::Saved { path: path.to_owned(), reason };
+    let text = fs::read_to_string(path).map_err(|error| refuse(error.to_string()))?;
+    let saved: Saved = toml::from_str(&text).map_err(|error| refuse(toml_error(&text, &error)))?;
+    if saved.version != VERSION {
+        return Err(refuse(format!("version {}; this program reads version {VERSION}", saved.version)));
+    }
+    for model in saved.models.iter().filter_map(|it| it.model.as_ref()) {
+        model.check().map_err(|error| refuse(error.to_string()))?;
+    }
+    Ok(saved)
+}

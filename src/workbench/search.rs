@@ -1,0 +1,166 @@
+//! A search on the desk: what is missing, or a model with more effects. It works on what lay there when it began, by the
+//! functions that the commands call.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use super::desk::{Answered, Desk, DeskModel, OpenLog, Origin, Quest, Recipe, Search, SearchState};
+use super::guarded::Ended;
+use super::{ActError, by_hand};
+use crate::cancel::Cancel;
+use crate::diagnose::{DiagnoseConfig, Diagnosis};
+use crate::model::Model;
+use crate::report::findings::sentences;
+use crate::report::verdict::{NextStep, next_steps};
+use crate::screening::ScreenedLog;
+use crate::session::{self, Extended, Job, Progress, SessionError};
+
+/// What a search needs.
+pub(super) struct SearchTask {
+    quest: Quest,
+    recipe: Recipe,
+    model: Model,
+    /// Name of the model that it makes.
+    name: String,
+    fit: Vec<Arc<OpenLog>>,
+    held_out: Vec<Arc<OpenLog>>,
+    /// The command that does the same.
+    by_hand: String,
+    /// The files as one types them: the model, the logs to fit on, those held out.
+    typed: (String, Vec<String>, Vec<String>),
+}
+
+/// A search that has begun.
+#[derive(Debug, Clone)]
+pub(super) struct Begun {
+    id: u64,
+    cancel: Cancel,
+}
+
+/// What a search found.
+pub(super) enum Found {
+    Diagnosis(Box<Diagnosis>),
+    Model(Box<Extended>),
+}
+
+impl SearchTask {
+    /// What lies on the desk now.
+    pub fn of(desk: &mut Desk, quest: Quest, added: Vec<String>) -> Result<Self, ActError> {
+        if desk.is_searching() {
+            return Err(ActError::Busy);
+        }
+        let recipe = Recipe::of(desk, desk.chosen, &added);
+        if recipe.fit.is_empty() {
+            return Err(ActError::NoLog);
+        }
+        let open = |ids: &[u64]| -> Result<Vec<Arc<OpenLog>>, ActError> {
+            ids.iter().map(|id| Ok(Arc::clone(desk.log(*id)?.open()?))).collect()
+        };
+        let names = |ids: &[u64]| -> Result<Vec<String>, ActError> {
+            ids.iter().map(|id| Ok(desk.log(*id)?.typed.clone())).collect()
+        };
+        let (fit, held_out) = (open(&recipe.fit)?, open(&recipe.held_out)?);
+        let from = desk.model(desk.chosen)?;
+        let (model, typed) = (from.model.clone(), from.typed());
+        let typed = (typed, names(&recipe.fit)?, names(&recipe.held_out)?);
+        let name = if quest == Quest::Diagnose { String::new() } else { desk.fresh_name() };
+        let by_hand = match quest {
+            Quest::Diagnose => by_hand::diagnose(desk, &typed.0),
+            _ => by_hand::extend(desk, &typed.0, &added, &format!("{name}.toml")),
+        };
+        Ok(Self { quest, recipe, model, name, fit, held_out, by_hand, typed })
+    }
+
+    /// Puts it on the desk as running.
+    pub fn begin(&self, desk: &mut Desk) -> Begun {
+        let begun = Begun { id: desk.fresh_id(), cancel: Cancel::default() };
+        desk.search = Some(Search {
+            id: begun.id,
+            quest: self.quest,
+            state: SearchState::Running,
+            fitted: 0,
+            leading: Vec::new(),
+            began: Instant::now(),
+            took: None,
+            cancel: begun.cancel.clone(),
+        });
+        begun
+    }
+
+    /// Searches, and tells `hear` of it.
+    pub fn run(&self, begun: &Begun, hear: &(dyn Fn(Progress) + Sync)) -> Result<Found, SessionError> {
+        let job = Job::new(&begun.cancel, hear);
+        let config = DiagnoseConfig::default();
+        let own =
+            |logs: &[Arc<OpenLog>]| logs.iter().map(|open| open.log.clone()).collect::<Vec<ScreenedLog>>();
+        let (fit, held_out) = (own(&self.fit), own(&self.held_out));
+        let logs = (&fit[..], &held_out[..]);
+        let found = match self.quest {
+            Quest::Diagnose => {
+                Found::Diagnosis(Box::new(session::diagnose(&self.model, &fit, &held_out, &config, &job)?))
+            }
+            Quest::Recalibrate => Found::Model(Box::new(session::refit(&self.model, logs, &config, &job)?)),
+            Quest::Extend | Quest::Try => {
+                Found::Model(Box::new(session::extend(&self.model, &self.recipe.added, logs, &config, &job)?))
+            }
+        };
+        Ok(found)
+    }
+
+    /// Puts what was found on the desk.
+    pub fn end(&self, desk: &mut Desk, begun: &Begun, ended: Result<Found, Ended>) {
+        let state = match ended {
+            Ok(Found::Diagnosis(diagnosis)) => {
+                self.answer(desk, *diagnosis);
+                SearchState::Done
+            }
+            Ok(Found::Model(extended)) => {
+                self.lay_model(desk, *extended);
+                SearchState::Done
+            }
+            Err(Ended::Cancelled) => SearchState::Cancelled,
+            Err(Ended::Failed(why)) => SearchState::Failed(why),
+        };
+        if let Some(search) = desk.search.as_mut().filter(|search| search.id == begun.id) {
+            search.took = Some(search.began.elapsed());
+            search.state = state;
+        }
+    }
+
+    fn answer(&self, desk: &mut Desk, diagnosis: Diagnosis) {
+        let (model, fit, held_out) = &self.typed;
+        let next = next_steps(&diagnosis, model, (fit, held_out), "");
+        let next = next.iter().map(NextStep::text).collect();
+        desk.done.push(self.by_hand.clone());
+        desk.answered = Some(Answered {
+            diagnosis: Arc::new(diagnosis),
+            model: self.recipe.from,
+            fit: self.recipe.fit.clone(),
+            held_out: self.recipe.held_out.clone(),
+            next,
+        });
+    }
+
+    fn lay_model(&self, desk: &mut Desk, extended: Extended) {
+        let mut model = extended.extension.model;
+        model.name.clone_from(&self.name);
+        let is_tried = self.quest == Quest::Try;
+        desk.models.retain(|it| it.origin != Origin::Tried || it.id == desk.chosen);
+        let id = desk.fresh_id();
+        let shown = [self.recipe.from, id];
+        desk.models.iter_mut().for_each(|it| it.shown = shown.contains(&it.id));
+        desk.models.push(DeskModel {
+            id,
+            model,
+            origin: if is_tried { Origin::Tried } else { Origin::Made },
+            shown: true,
+            notes: sentences(&extended.findings),
+            recipe: Some(self.recipe.clone()),
+        });
+        if !is_tried {
+            desk.chosen = id;
+            desk.done.push(self.by_hand.clone());
+        }
+        desk.look_anew();
+    }
+}

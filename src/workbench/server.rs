@@ -1,0 +1,131 @@
+//! The server: connections of this machine, each request through the door.
+
+use std::net::{Ipv4Addr, TcpListener};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use axum::Router;
+use axum::body::Body;
+use axum::http::header::{LOCATION, SET_COOKIE};
+use axum::http::{Request, Response, StatusCode};
+use axum::response::Response as Answer;
+use hyper::body::Incoming;
+use hyper::server::conn::http1;
+use hyper::service::{Service as _, service_fn};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use tokio::task::AbortHandle;
+
+use super::WorkbenchError;
+use super::door::{Admission, Door};
+use super::engine::Engine;
+use super::routes::{protect, refuse, router};
+use super::thresholds::THRESHOLDS;
+use crate::cancel::Cancel;
+
+/// How often the wish to end is looked at.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// A socket on this machine's own address.
+pub(super) fn listen(port: u16) -> Result<TcpListener, WorkbenchError> {
+    let refused = |source| WorkbenchError::Port { port, source };
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(refused)?;
+    listener.set_nonblocking(true).map_err(refused)?;
+    Ok(listener)
+}
+
+/// Serves until `cancel` is requested.
+pub(super) fn run(
+    listener: TcpListener,
+    door: Door,
+    engine: &Arc<Engine>,
+    cancel: &Cancel,
+) -> Result<(), WorkbenchError> {
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+    let runtime = runtime.map_err(WorkbenchError::System)?;
+    let (house, router) = (Arc::new(door), router(Arc::clone(engine)));
+    let served = runtime.block_on(async {
+        let listener = tokio::net::TcpListener::from_std(listener).map_err(WorkbenchError::System)?;
+        let mut guests = Guests::default();
+        while !cancel.is_requested() {
+            let Ok(accepted) = tokio::time::timeout(LOOK, listener.accept()).await else { continue };
+            // No descriptor left, or a connection that went at once: the next one may be served.
+            let Ok((stream, _)) = accepted else {
+                tokio::time::sleep(LOOK).await;
+                continue;
+            };
+            let is_known = Arc::new(AtomicBool::new(false));
+            if !guests.make_room() {
+                continue;
+            }
+            let served = serve(stream, Arc::clone(&house), router.clone(), Arc::clone(&is_known));
+            guests.0.push((tokio::spawn(served).abort_handle(), is_known));
+        }
+        Ok(())
+    });
+    // A picture that is being drawn does not hold up the end.
+    runtime.shutdown_background();
+    served
+}
+
+/// Who is connected, the oldest first, and who of them has shown the token.
+#[derive(Default)]
+struct Guests(Vec<(AbortHandle, Arc<AtomicBool>)>);
+
+impl Guests {
+    /// Ends the oldest connection without a token where there are as many as may be; `false` where all have shown theirs.
+    fn make_room(&mut self) -> bool {
+        self.0.retain(|(task, _)| !task.is_finished());
+        if self.0.len() < THRESHOLDS.most_connections {
+            return true;
+        }
+        let stranger = self.0.iter().position(|(_, is_known)| !is_known.load(Ordering::Relaxed));
+        if let Some(stranger) = stranger {
+            self.0.remove(stranger).0.abort();
+        }
+        stranger.is_some()
+    }
+}
+
+/// One connection.
+async fn serve(stream: tokio::net::TcpStream, door: Arc<Door>, router: Router, is_known: Arc<AtomicBool>) {
+    let service = service_fn(|request: Request<Incoming>| {
+        let (door, router, is_known) = (Arc::clone(&door), router.clone(), Arc::clone(&is_known));
+        async move { Ok::<_, std::convert::Infallible>(answer(request, &door, router, &is_known).await) }
+    });
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(Duration::from_secs(THRESHOLDS.head_within_s))
+        .serve_connection(TokioIo::new(stream), service);
+    // A browser that went away is no error.
+    let _ = connection.await;
+}
+
+async fn answer(request: Request<Incoming>, door: &Door, router: Router, is_known: &AtomicBool) -> Answer {
+    let mut response = match door.admit(request.method(), request.uri(), request.headers()) {
+        Ok(Admission::First) => enter(door),
+        Ok(Admission::Known) => {
+            is_known.store(true, Ordering::Relaxed);
+            let within = Duration::from_secs(THRESHOLDS.body_within_s);
+            // The head of the answer to events comes at once, so this bounds the request alone; drawing takes less.
+            let has_body = request.method() != hyper::Method::GET;
+            let routed = TowerToHyperService::new(router).call(request.map(Body::new));
+            let routed = if has_body { tokio::time::timeout(within, routed).await } else { Ok(routed.await) };
+            match routed {
+                Ok(Ok(response)) => response,
+                Ok(Err(never)) => match never {},
+                Err(late) => refuse(StatusCode::REQUEST_TIMEOUT, &late),
+            }
+        }
+        Err(error) => refuse(StatusCode::FORBIDDEN, &error),
+    };
+    protect(&mut response);
+    response
+}
+
+/// The cookie, and the address without the token.
+fn enter(door: &Door) -> Answer {
+    let response = Response::builder().status(StatusCode::SEE_OTHER).header(LOCATION, "/");
+    response.header(SET_COOKIE, door.cookie()).body(Body::empty()).unwrap_or_default()
+}

@@ -1,0 +1,5 @@
+//! The server as a stranger and as a page meet it, over real sockets.
+
+mod circle;
+mod client;
+mod safe;

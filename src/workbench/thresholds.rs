@@ -1,0 +1,30 @@
+//! Numbers that decide who is served, and how much of a log a picture takes.
+
+crate::thresholds! {
+    /// [byte] a request's body above this is refused: an act is a few words
+    largest_body: usize = 65_536, "byte", "judgement";
+    /// [count] connections beyond this end the oldest that has not shown the token; a browser opens six to a host
+    most_connections: usize = 64, "count", "judgement";
+    /// [s] a connection that has not sent the head of a request for so long is closed
+    head_within_s: u64 = 10, "s", "judgement";
+    /// [s] a request whose body has not come in so long is refused
+    body_within_s: u64 = 10, "s", "judgement";
+    /// [ms] between two messages of progress to a page: faster than one reads
+    message_period_ms: u64 = 100, "ms", "judgement";
+    /// [count] files and folders of one folder that are listed
+    most_listed: usize = 2_000, "count", "judgement";
+    /// [pixel] widest picture that is answered: two of the widest screens
+    widest_picture: usize = 8_192, "pixel", "judgement";
+    /// [count] bands of one finding in one picture; denser ones are drawn as one
+    most_bands: usize = 200, "count", "judgement";
+    /// [count] curves of one picture
+    most_curves: usize = 64, "count", "judgement";
+    /// [s] how much of a running bench is kept to be plotted
+    live_s: f64 = 60.0, "s", "judgement";
+    /// [ms] between two looks at a running bench: faster than a page draws
+    live_period_ms: u64 = 50, "ms", "judgement";
+    /// [s] a running bench is listened to for so long after a page has asked
+    live_asked_within_s: u64 = 10, "s", "judgement";
+    /// [s] length of the stretch with the largest error that is jumped to
+    worst_stretch_s: f64 = 10.0, "s", "judgement";
+}

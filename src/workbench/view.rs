@@ -1,0 +1,265 @@
+//! The desk as the page reads it: names, numbers and sentences, no curves.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::by_hand;
+use super::curves::worst_stretch;
+use super::desk::{Answered, Compared, Desk, DeskLog, DeskModel, LogContent, Origin, Search, SearchState};
+use crate::compare::{Block, Comparison};
+use crate::diagnose::diagnosis::RankedCandidate;
+use crate::effect::{CATALOGUE, Card, find};
+use crate::log::dataset::log_signal;
+use crate::model::Model;
+use crate::report::story::step_title;
+use crate::report::{comparison, verdict};
+
+/// What the page hears while something goes on.
+#[derive(Debug, Serialize)]
+pub(super) struct Tick<'a> {
+    /// A page whose desk has another number reads it anew.
+    revision: u64,
+    search: Option<SearchView<'a>>,
+    /// What is being read or compared.
+    looking: Option<&'a str>,
+}
+
+#[derive(Debug, Serialize)]
+struct SearchView<'a> {
+    quest: super::desk::Quest,
+    #[serde(flatten)]
+    state: &'a SearchState,
+    fitted: usize,
+    leading: &'a [String],
+    /// [s] so far, or in all.
+    seconds: f64,
+}
+
+impl<'a> Tick<'a> {
+    pub fn of(desk: &'a Desk) -> Self {
+        let looking = desk.looking.as_ref().map(|(name, _)| name.as_str());
+        Self { revision: desk.revision, search: desk.search.as_ref().map(SearchView::of), looking }
+    }
+}
+
+impl<'a> SearchView<'a> {
+    fn of(search: &'a Search) -> Self {
+        Self {
+            quest: search.quest,
+            state: &search.state,
+            fitted: search.fitted,
+            leading: &search.leading,
+            seconds: search.took.unwrap_or_else(|| search.began.elapsed()).as_secs_f64(),
+        }
+    }
+}
+
+/// The whole desk.
+pub(super) fn desk(desk: &Desk) -> Value {
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "tick": Tick::of(desk),
+        "chosen": desk.chosen,
+        "logs": desk.logs.iter().map(|it| log(desk, it)).collect::<Vec<_>>(),
+        "models": desk.models.iter().map(model).collect::<Vec<_>>(),
+        "answered": desk.answered.as_ref().map(|it| answered(desk, it)),
+        "done": desk.done,
+        "notices": desk.notices,
+        "diagnose_by_hand": desk.model(desk.chosen).ok().map(|model| by_hand::diagnose(desk, &model.typed())),
+    })
+}
+
+fn log(desk: &Desk, log: &DeskLog) -> Value {
+    let mut view = json!({ "id": log.id, "name": log.typed, "role": log.role });
+    match &log.content {
+        LogContent::Opening => view["state"] = json!("opening"),
+        LogContent::Failed(why) => {
+            view["state"] = json!("failed");
+            view["why"] = json!(why);
+        }
+        LogContent::Open(open) => {
+            let time = open.log.raw().time();
+            let ends = [time.first(), time.last()].map(|at| at.copied().unwrap_or(0.0));
+            let channels = open.log.raw().names().filter(|name| open.log.raw().column(name).is_some());
+            let channels = channels.map(|name| {
+                let known = log_signal(name);
+                json!({ "name": name, "unit": known.map_or("", |it| it.unit), "meaning": known.map_or("", |it| it.meaning) })
+            });
+            view["state"] = json!("open");
+            view["format"] = json!(open.format);
+            view["rows"] = json!(open.log.raw().len());
+            view["ends_s"] = json!(ends);
+            view["channels"] = channels.collect();
+            view["notes"] = json!(open.notes);
+            view["by_hand"] = json!(by_hand::compare(desk, log.id).ok());
+        }
+    }
+    if let Some(compared) = &log.compared {
+        view["compared"] = compared_view(compared);
+    }
+    view
+}
+
+/// The blocks of a log, with the error of each model.
+fn compared_view(compared: &Compared) -> Value {
+    let found = match &compared.found {
+        Ok(found) => found,
+        Err(why) => return json!({ "models": compared.models, "why": why }),
+    };
+    let pairs: Vec<(u64, &Comparison)> = compared.models.iter().copied().zip(found.iter()).collect();
+    let mut keys: Vec<(&str, &str)> = Vec::new();
+    for block in pairs.iter().flat_map(|(_, comparison)| &comparison.blocks) {
+        let key = (block.name.as_str(), block.signal.as_str());
+        if !keys.contains(&key) {
+            keys.push(key);
+        }
+    }
+    let blocks = keys.into_iter().map(|key| {
+        let is_it = |block: &&Block| (block.name.as_str(), block.signal.as_str()) == key;
+        let of_models = pairs
+            .iter()
+            .filter_map(|(model, comparison)| Some((*model, comparison.blocks.iter().find(is_it)?)));
+        let each: Vec<(u64, &Block)> = of_models.collect();
+        block(&each)
+    });
+    let torque = pairs.iter().filter_map(|(model, comparison)| {
+        let torque = comparison.unknown_torque.as_ref()?;
+        Some(json!({ "model": model, "rms": torque.rms, "uncertainty": torque.uncertainty }))
+    });
+    let worst = pairs.iter().map(|(model, it)| {
+        json!({
+            "model": model,
+            "block": it.worst().map(|block| &block.name),
+            "signal": it.worst().map(|block| &block.signal),
+            "is_adequate": it.is_adequate(),
+        })
+    });
+    json!({
+        "models": compared.models,
+        "blocks": blocks.collect::<Vec<_>>(),
+        "unknown_torque": torque.collect::<Vec<_>>(),
+        "worst": worst.collect::<Vec<_>>(),
+    })
+}
+
+fn block(each: &[(u64, &Block)]) -> Value {
+    let Some((_, first)) = each.first() else { return Value::Null };
+    let errors = each.iter().map(|(model, block)| {
+        let error = &block.error;
+        json!({
+            "model": model,
+            "rms": error.rms,
+            "fit_percent": error.fit_percent,
+            "noise_floor": error.noise_floor,
+            "is_noise": error.is_noise(),
+        })
+    });
+    let trace = &first.trace;
+    let residual = trace.residual();
+    json!({
+        "name": first.name,
+        "signal": first.signal,
+        "unit": first.unit,
+        "driven_by": first.driven_by,
+        "run": comparison::run(first.run),
+        "errors": errors.collect::<Vec<_>>(),
+        "worst_s": worst_stretch(&trace.time, |sample| residual[sample]),
+    })
+}
+
+fn model(model: &DeskModel) -> Value {
+    let own = &model.model;
+    let rung = |step: &crate::model::Step| json!({ "title": step_title(step), "added": step.added, "error": step.error });
+    let effects =
+        own.effects.iter().map(|added| json!({ "id": added.id, "card": find(&added.id).map(card) }));
+    json!({
+        "id": model.id,
+        "name": own.name,
+        "file": model.typed(),
+        "is_made": model.origin == Origin::Made,
+        "is_tried": model.origin == Origin::Tried,
+        "shown": model.shown,
+        "effects": effects.collect::<Vec<_>>(),
+        "ladder": own.ladder.iter().map(rung).collect::<Vec<_>>(),
+        "parameters": parameters(own),
+        "notes": model.notes,
+    })
+}
+
+/// Each number of a model with its error, in the model file's unit.
+fn parameters(model: &Model) -> Vec<Value> {
+    let each = model.parameters().into_iter().map(|(name, value)| {
+        let of_effect = name.split_once('.').and_then(|(id, bare)| {
+            find(id)?
+                .parameters
+                .iter()
+                .find(|known| known.name == bare)
+                .map(|it| (it.unit, it.symbol, it.meaning))
+        });
+        let (unit, symbol, meaning) = of_effect.unwrap_or_else(|| {
+            let (unit, symbol) = Model::base_parameter_unit(&name);
+            (unit, symbol, "")
+        });
+        json!({
+            "name": name,
+            "symbol": symbol,
+            "unit": unit,
+            "meaning": meaning,
+            "value": value,
+            "standard_error": model.standard_errors.get(&name),
+        })
+    });
+    each.collect()
+}
+
+fn card(card: &Card) -> Value {
+    json!({
+        "id": card.id,
+        "meaning": card.meaning,
+        "equation": card.equation,
+        "source": card.source,
+        "report": card.report,
+        "residual": card.residual,
+        "confused_with": card.confused_with,
+        "experiment": card.experiment,
+    })
+}
+
+fn answered(desk: &Desk, answered: &Answered) -> Value {
+    let it = &answered.diagnosis;
+    let model = desk.model(answered.model).ok();
+    let roles = (desk.of_role(super::desk::Role::Fit), desk.of_role(super::desk::Role::HeldOut));
+    let known = it.model.user_effects.iter().map(|effect| {
+        (effect.id.clone(), json!({ "meaning": effect.meaning, "equation": effect.expression }))
+    });
+    let cards: BTreeMap<String, Value> =
+        CATALOGUE.iter().map(|it| (it.id.to_owned(), card(it))).chain(known).collect();
+    json!({
+        "model": model.map(|model| &model.model.name),
+        // Of other logs, or of a model that is no longer chosen, it says nothing of what is to be seen.
+        "is_current": answered.model == desk.chosen && roles == (answered.fit.clone(), answered.held_out.clone()),
+        "verdict": it.verdict,
+        "sentence": verdict::sentence(it, ""),
+        "effects": it.effects,
+        "alternatives": it.alternatives,
+        "error": it.error,
+        "unit": it.error.unit,
+        "candidates": it.candidates.iter().map(candidate).collect::<Vec<_>>(),
+        "cards": cards,
+        "findings": crate::report::findings::sentences(&it.findings),
+        "next": answered.next,
+    })
+}
+
+fn candidate(candidate: &RankedCandidate) -> Value {
+    json!({
+        "effect": candidate.effect,
+        "channel": candidate.channel,
+        "validate": candidate.validate,
+        "chance": candidate.p_value,
+        "drop_one": candidate.drop_one,
+        "why": candidate.refusal.as_ref().map(ToString::to_string),
+    })
+}

@@ -1,0 +1,252 @@
+// The workbench in a real browser: the whole circle, clicked; each number beside what the commands by hand say.
+//
+//     node tests/browser/workbench.mjs PROGRAM CHROMIUM PICTURES
+//
+// `tools/browser` calls it with all three. It waits for states of the page, never for times.
+
+import { execFileSync, spawn } from "node:child_process";
+import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { createRequire } from "node:module";
+
+const [program, chromium, pictures] = process.argv.slice(2);
+const { chromium: driver } = createRequire(join(process.env.PLAYWRIGHT, "package.json"))("playwright-core");
+const PATIENCE = 120_000;
+const folder = mkdtempSync(join(tmpdir(), "rotorbench-browser-"));
+const complaints = [];
+let running = null;
+
+function check(holds, what) {
+  if (!holds) throw new Error(what);
+}
+const step = text => console.log("browser: " + text);
+
+// A workbench with these arguments, and its address.
+async function start(...given) {
+  await page.goto("about:blank");
+  running?.kill("SIGINT");
+  running = spawn(program, ["workbench", "--no-open", ...given], { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
+  return await new Promise((found, failed) => {
+    let said = "";
+    running.stdout.on("data", bytes => { said += bytes; if (said.includes("\n")) found(said.trim()); });
+    running.on("exit", code => failed(new Error("the workbench ended with " + code)));
+  });
+}
+
+const options = process.getuid() === 0 ? ["--no-sandbox"] : [];
+const browser = await driver.launch({ executablePath: chromium, args: options });
+const context = await browser.newContext({ viewport: { width: 1280, height: 720 }, permissions: ["clipboard-read", "clipboard-write"], acceptDownloads: true });
+context.setDefaultTimeout(PATIENCE);
+const page = await context.newPage();
+page.on("console", message => { if (["error", "warning"].includes(message.type())) complaints.push("console: " + message.text()); });
+page.on("pageerror", error => complaints.push("page: " + error.message));
+page.on("request", request => { if (!/^(about:|http:\/\/127\.0\.0\.1:|data:|blob:)/.test(request.url())) complaints.push("asked for " + request.url()); });
+
+const picture = name => page.screenshot({ path: join(pictures, name + ".png") });
+const drawn = () => page.locator("figure[data-block=body][data-drawn]").first().waitFor();
+const texts = selector => page.locator(selector).allTextContents();
+
+// The file that a click lets the browser save.
+async function saved(click, name) {
+  const [download] = await Promise.all([page.waitForEvent("download"), click()]);
+  check(download.suggestedFilename() === name, `saved as ${download.suggestedFilename()}, not ${name}`);
+  return readFileSync(await download.path());
+}
+
+// The commands of the page, by hand in a folder of their own; `more` is added to the last one, whose standard output it returns.
+function byHand(commands, own, more) {
+  let said = "";
+  commands.forEach((command, index) => {
+    const last = index === commands.length - 1 ? " " + more : "";
+    try {
+      said = execFileSync("sh", ["-c", command.replace(/^rotorbench /, `exec "${program}" `) + last], { cwd: own, encoding: "utf8", stdio: ["ignore", "pipe", "pipe"] });
+    } catch (error) {
+      // 1: found wanting, as it should be.
+      if (error.status !== 1) throw new Error(`${command}: ${error.stderr}`);
+      said = error.stdout;
+    }
+  });
+  return said;
+}
+
+async function demo() {
+  step("the demonstration: the error by name");
+  const began = Date.now();
+  await page.goto(await start());
+  await page.locator("figure[data-drawn]").first().waitFor();
+  step(`first plot after ${Date.now() - began} ms, the demonstration's flights among them`);
+  check(!page.url().includes("token"), "the token stays in the address");
+  await drawn();
+  const first = page.locator("figure[data-block]").first();
+  const error = Number(await first.locator("[data-error-of=paper] .number").getAttribute("data-value"));
+  check(error > 0, "an error in view");
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth > innerWidth);
+  check(!wide, "at 1280 x 720 the page is wider than the window");
+  await picture("1-error");
+}
+
+async function names() {
+  step("names of all controls, and the keys");
+  const bare = await page.evaluate(() => [...document.querySelectorAll("button, select, input, summary")]
+    .filter(it => !(it.getAttribute("aria-label") || it.textContent.trim())).map(it => it.outerHTML));
+  check(bare.length === 0, "controls without a name: " + bare.join(" "));
+  await page.keyboard.press("?");
+  await page.locator("dialog#keys[open]").waitFor();
+  await picture("2-keys");
+  await page.keyboard.press("Escape");
+  await page.locator("dialog#keys").waitFor({ state: "hidden" });
+  const whole = await page.locator("figure").first().getAttribute("data-drawn");
+  await page.keyboard.press("w");
+  await page.waitForFunction(before => document.querySelector("figure").dataset.drawn !== before, whole);
+  await page.keyboard.press("a");
+  await page.waitForFunction(before => document.querySelector("figure").dataset.drawn === before, whole);
+}
+
+async function ask() {
+  step("what is missing");
+  await page.getByRole("button", { name: "What is missing?" }).click();
+  await page.locator("#verdict[data-verdict=missing_effect]").waitFor();
+  await picture("3-answer");
+  const effect = await page.locator("button[data-add]").first().getAttribute("data-add");
+  step("tried before it is added: " + effect);
+  await page.getByRole("button", { name: "try " + effect }).click();
+  await page.getByText("(tried)").waitFor();
+  await page.locator("[data-error-of=step-1]").first().waitFor();
+  check(await page.locator("[data-rung]").count() === 0, "what is tried is not added");
+  return effect;
+}
+
+async function add(effect) {
+  step("added, and beside the commands by hand");
+  await page.locator(`button[data-add="${effect}"]`).first().click();
+  const rung = page.locator(`[data-rung="${effect}"]`);
+  await rung.waitFor();
+  await page.locator("[data-error-of=step-1]").first().waitFor();
+  await drawn();
+  await picture("4-added-light");
+  await page.emulateMedia({ colorScheme: "dark" });
+  await page.locator("figure[data-block=body][data-scheme=dark]").first().waitFor();
+  await picture("4-added-dark");
+  await page.emulateMedia({ colorScheme: "light" });
+  await page.locator("figure[data-block=body][data-scheme=light]").first().waitFor();
+  const after = rung.locator("[data-is=after]");
+  const [shown, text] = [await after.getAttribute("data-value"), await after.textContent()];
+  const commands = await texts("#shell .commands code");
+  const own = join(folder, "by hand");
+  execFileSync("mkdir", ["-p", join(own, "rotorbench-demo")]);
+  const said = JSON.parse(byHand(commands, own, "--json"));
+  check(shown === String(said.error.extended.validate), `the page says ${shown}, extend --json ${said.error.extended.validate}`);
+  check(text === String(Number(said.error.extended.validate.toPrecision(4))), `${text} is not its rounding`);
+  check(said.error.extended.validate < said.error.base.validate / 2, "the error has fallen");
+  for (const log of ["train.csv", "held_out.csv"]) {
+    check(readFileSync(join(folder, "rotorbench-demo", log)).equals(readFileSync(join(own, "rotorbench-demo", log))), log + " is another by hand");
+  }
+  const model = await saved(() => page.getByRole("button", { name: "save model step-1" }).click(), "step-1.toml");
+  check(model.equals(readFileSync(join(own, "step-1.toml"))), "the model's file is another by hand");
+  const errors = page.locator("figure[data-block]").first().locator(".errors .number");
+  const [from, to] = await errors.evaluateAll(all => all.map(it => Number(it.dataset.value)));
+  check(to < from / 2, `in view the error falls from ${from} to ${to}`);
+}
+
+async function exported() {
+  step("report, signals and picture");
+  const report = await saved(() => page.getByRole("button", { name: /save the report/ }).click(), "held_out.html");
+  check(report.includes("step-1"), "the report names the model");
+  const signals = await saved(() => page.getByRole("button", { name: /save the signals/ }).click(), "held_out_signals.csv");
+  check(signals.includes("modelled_body"), "the signals have the model's");
+  const drawn = await saved(() => page.getByRole("button", { name: /save a picture/ }).first().click(), "plot.png");
+  check(drawn.subarray(1, 4).toString() === "PNG", "a picture");
+}
+
+async function back() {
+  step("a step back, and the session again");
+  await page.getByRole("button", { name: "Step back" }).click();
+  await page.getByText("Nothing was added to it.").waitFor();
+  await page.locator("[data-error-of=step-2]").first().waitFor();
+  await drawn();
+  await picture("5-step-back");
+  await page.getByRole("button", { name: "work on step-1" }).click();
+  await page.locator("[data-rung]").first().waitFor();
+  const session = await saved(() => page.getByRole("button", { name: "Save session" }).click(), "session.toml");
+  writeFileSync(join(folder, "session.toml"), session);
+  const commands = await texts("#shell .commands code");
+  await page.goto(await start("--session", "session.toml"));
+  await page.locator("[data-rung]").first().waitFor();
+  await page.locator("[data-error-of=step-1]").first().waitFor();
+  check(JSON.stringify(await texts("#shell .commands code")) === JSON.stringify(commands), "what was done is remembered");
+  check(await page.locator(".notice").count() === 0, "nothing is said of logs that are as they were");
+}
+
+async function cancelled() {
+  step("a search is cancelled");
+  await page.getByRole("button", { name: "work on paper" }).click();
+  await page.getByRole("button", { name: "What is missing?" }).click();
+  await page.getByRole("button", { name: "Cancel" }).click();
+  await page.getByText(/^Cancelled after/).waitFor();
+}
+
+async function wicked() {
+  step("a log with markup for a name, and a long one");
+  const mark = "<img src=x onerror=window.wicked=1>";
+  const rows = [["time_s", mark, "command_1"].join(",")];
+  for (let row = 0; row < 300_000; row++) rows.push(`${row / 1000},${Math.sin(row / 3000).toFixed(4)},${row === 123_456 ? 1 : 0.4}`);
+  writeFileSync(join(folder, mark + ".csv"), rows.join("\n") + "\n");
+  await page.goto(await start(mark + ".csv"));
+  await page.locator("figure[data-drawn]").first().waitFor();
+  await page.getByRole("button", { name: "add a channel" }).count();
+  check(await page.locator("main img").count() === 0 && !(await page.evaluate(() => window.wicked)), "markup in a name has become an element");
+  check((await texts("figure h3")).includes(mark), "its name is shown as it is");
+  const time = () => page.locator("figure").first().getAttribute("data-drawn");
+  for (const key of ["+", "+", "+", "ArrowRight", "ArrowLeft", "ArrowRight"]) {
+    const before = await time();
+    await page.keyboard.press(key);
+    await page.waitForFunction(was => document.querySelector("figure").dataset.drawn !== was, before);
+  }
+  await picture("6-long-log");
+}
+
+async function live() {
+  step("a running bench");
+  writeFileSync(join(folder, "bench.toml"), `name = "browser-${process.pid}"\n`);
+  const emulator = spawn(program, ["emulate", "--shm", "--config", "bench.toml"], { cwd: folder, stdio: ["ignore", "ignore", "inherit"] });
+  const ended = new Promise(done => emulator.on("exit", done));
+  try {
+    await page.goto(await start("--config", "bench.toml"));
+    await page.getByRole("button", { name: "Live" }).click();
+    await page.locator("#live-state[data-state]").waitFor();
+    await page.locator("#live canvas").first().waitFor();
+    await picture("7-live");
+  } finally {
+    emulator.kill("SIGINT");
+    await ended;
+  }
+  await page.getByText(/gives a sign of life/).waitFor();
+}
+
+let failed = null;
+try {
+  await demo();
+  await names();
+  const effect = await ask();
+  await add(effect);
+  await exported();
+  await back();
+  await cancelled();
+  await wicked();
+  await live();
+  check(complaints.length === 0, "the browser complained:\n" + complaints.join("\n"));
+} catch (error) {
+  failed = error;
+  await picture("failed").catch(() => {});
+} finally {
+  await browser.close();
+  running?.removeAllListeners("exit");
+  running?.kill("SIGINT");
+  rmSync(folder, { recursive: true, force: true });
+}
+if (failed) {
+  console.error("browser: " + failed.message + (complaints.length ? "\n" + complaints.join("\n") : ""));
+  process.exit(1);
+}
+step(`all is as it should be; pictures of each step: ${readdirSync(pictures).join(" ")}`);
