@@ -65,6 +65,7 @@ pub mod emulate;
 pub mod estimation;
 pub mod experiment;
 pub mod file;
+pub mod fleet;
 pub mod guard;
 pub mod identify;
 pub mod log;

@@ -2,8 +2,8 @@
 
 use crate::threshold::{Threshold, page};
 use crate::{
-    can, cli, compare, control, diagnose, estimation, experiment, guard, identify, log, recording, report,
-    runtime, screening, session, shm, studies, workbench,
+    can, cli, compare, control, diagnose, estimation, experiment, fleet, guard, identify, log, recording,
+    report, runtime, screening, session, shm, studies, workbench,
 };
 
 /// Room and table, in the order of the rooms. `tests/architecture/` fails when a room with a `thresholds.rs` is missing.
@@ -23,6 +23,7 @@ pub const ROOMS: &[(&str, &[Threshold])] = &[
     ("runtime", runtime::thresholds::TABLE),
     ("studies", studies::thresholds::TABLE),
     ("session", session::thresholds::TABLE),
+    ("fleet", fleet::thresholds::TABLE),
     ("report", report::thresholds::TABLE),
     ("workbench", workbench::thresholds::TABLE),
     ("cli", cli::thresholds::TABLE),

@@ -110,7 +110,7 @@ fn check_shown(page: &str, text: &str, said: &str) -> usize {
 const FOREIGN: &str = "Time (s),ESC signal (µs),Motor Electrical Speed (RPM),Voltage (V)\n0,1200,3000,12\n0.1,1300,3600,12\n0.2,1250,3300,12\n";
 
 /// The answers that need no other process, by their schemas.
-const ANSWERS: [(&str, &str); 22] = [
+const ANSWERS: [(&str, &str); 23] = [
     ("check", "check --json"),
     ("compare", "compare --model paper --log held_out.csv --json"),
     ("compare-runs", "compare --runs run.mcap --json"),
@@ -126,6 +126,7 @@ const ANSWERS: [(&str, &str); 22] = [
     ("extend", "extend --effect gravity_pendulum --log train.csv -o better.toml --json"),
     ("diagnose", "diagnose --model better.toml --log train.csv --json"),
     ("extend-step-back", "extend --model better.toml --step-back -o back.toml --json"),
+    ("fleet-merge", "fleet merge answers --plan plan.toml --json"),
     ("identify", "identify --log train.csv --json"),
     ("import", "import train.csv --json"),
     ("import-guess", "import foreign.csv --json"),
@@ -156,6 +157,9 @@ fn answers_fit_their_schemas() {
     fs::write(folder.path().join("bench.toml"), bench).expect("written");
     let run = |line: &str| rotorbench(folder.path(), &line.split(' ').collect::<Vec<_>>());
     assert!(run("run --lockstep --seconds 10 --impulse 5:0.05:0.6 --record run.mcap").status.success());
+    fs::write(folder.path().join("plan.toml"), "[[bench]]\nname = \"one\"\nlog = [\"train.csv\"]\n")
+        .expect("written");
+    assert!(run("fleet run plan.toml -o answers").status.success());
     for (name, line) in ANSWERS {
         let answer = run(line);
         assert!(!answer.stdout.is_empty(), "{line}: {}", String::from_utf8_lossy(&answer.stderr));

@@ -7,6 +7,8 @@ mod diagnose;
 mod effects;
 #[path = "examples.rs"]
 mod examples;
+#[path = "fleet.rs"]
+mod fleet;
 #[path = "formats/main.rs"]
 mod formats;
 #[path = "identify/main.rs"]

@@ -37,6 +37,7 @@ mod emulate;
 mod experiment;
 mod export;
 mod extend;
+mod fleet;
 mod identify;
 mod import;
 mod jitter;
@@ -168,6 +169,8 @@ enum Subcommand {
     Extend(extend::Arguments),
     /// The page on your own machine: see where the model fails, click what is missing, watch the error fall
     Workbench(workbench::Arguments),
+    /// Diagnose many benches, in shards, and put the answers together
+    Fleet(fleet::Arguments),
     /// The catalogue of physical effects
     Effects(effects::Arguments),
     /// Every table and figure of the paper, ours beside the printed one
@@ -281,6 +284,7 @@ impl Subcommand {
                 | Self::Compare(_)
                 | Self::Diagnose(_)
                 | Self::Extend(_)
+                | Self::Fleet(_)
                 | Self::Effects(_)
                 | Self::Replay(_)
                 | Self::Completions(_)
@@ -315,6 +319,7 @@ fn dispatch(subcommand: Subcommand) -> CliResult {
         Subcommand::Diagnose(arguments) => diagnose::run(&arguments),
         Subcommand::Extend(arguments) => extend::run(&arguments),
         Subcommand::Workbench(arguments) => workbench::run(&arguments),
+        Subcommand::Fleet(arguments) => fleet::run(&arguments),
         Subcommand::Effects(arguments) => effects::run(&arguments),
         Subcommand::Paper(arguments) => paper::run(&arguments),
         Subcommand::Replay(arguments) => replay::run(&arguments),

@@ -18,7 +18,7 @@ macro_rules! schemas {
 }
 
 /// The schemas by the name of the command, with what sets an answer of its own behind it.
-const SCHEMAS: [(&str, &str); 28] = schemas![
+const SCHEMAS: [(&str, &str); 29] = schemas![
     "bridge",
     "check",
     "compare",
@@ -37,6 +37,7 @@ const SCHEMAS: [(&str, &str); 28] = schemas![
     "export",
     "extend",
     "extend-step-back",
+    "fleet-merge",
     "identify",
     "import",
     "import-guess",

@@ -18,7 +18,7 @@ pub(super) fn escape(text: &str) -> String {
     safe
 }
 
-/// Escaped text with `` `code` `` and `**bold**` set; an unpaired mark stays as it is.
+/// Escaped text with `` `code` ``, `**bold**` and links to pages beside it set; an unpaired mark stays as it is.
 pub(super) fn inline(text: &str) -> String {
     let mut html = String::new();
     for (index, part) in paired(&escape(text), "`").into_iter().enumerate() {
@@ -30,11 +30,24 @@ pub(super) fn inline(text: &str) -> String {
             if index % 2 == 1 {
                 html.push_str(&format!("<b>{part}</b>"));
             } else {
-                html.push_str(&part);
+                html.push_str(&linked(&part));
             }
         }
     }
     html
+}
+
+/// Escaped text with `[name](page.html)` as a link to a page beside this one, and to nothing else.
+fn linked(text: &str) -> String {
+    let parts = || {
+        let (before, rest) = text.split_once('[')?;
+        let (name, rest) = rest.split_once("](")?;
+        let (page, behind) = rest.split_once(')')?;
+        let is_plain = |letter: char| letter.is_ascii_alphanumeric() || "._-".contains(letter);
+        let is_page = page.ends_with(".html") && !page.starts_with('.') && page.chars().all(is_plain);
+        is_page.then(|| format!("{before}<a href=\"{page}\">{name}</a>{}", linked(behind)))
+    };
+    parts().unwrap_or_else(|| text.to_owned())
 }
 
 /// Parts of `text` between marks: the odd ones were inside a pair.

@@ -62,6 +62,7 @@ pub mod effects;
 pub mod export;
 pub mod files;
 pub mod findings;
+pub mod fleet;
 pub mod guard;
 pub mod guess;
 pub mod histogram;

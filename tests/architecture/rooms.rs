@@ -63,6 +63,8 @@ const TABLE: &[(&str, &[&str])] = &[
     ("studies", &["*"]),
     // What a person does with logs and models; results, never text.
     ("session", &["*"]),
+    // Many benches, diagnosed one by one and put together.
+    ("fleet", &["*"]),
     ("report", &["*"]),
     // The page and its server.
     ("workbench", &["*"]),

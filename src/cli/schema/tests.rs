@@ -14,6 +14,7 @@ use super::SCHEMAS;
 use crate::compare::Comparison;
 use crate::diagnose::Diagnosis;
 use crate::emulate::BusSummary;
+use crate::fleet::Fleet;
 use crate::identify::Identification;
 use crate::report::{check, design, doctor};
 use crate::runtime::bridge::BridgeSummary;
@@ -112,6 +113,7 @@ fn of(name: &str) -> Value {
         "export" => schema::<export::Answer>(name),
         "extend" => schema::<extend::Answer>(name),
         "extend-step-back" => schema::<extend::Undone>("extend --step-back"),
+        "fleet-merge" => schema::<WithSentences<Fleet>>("fleet merge"),
         "identify" => {
             let mut root = schema::<WithSentences<Identification>>(name);
             add_outcomes(&mut root);

@@ -2,6 +2,7 @@
 
 mod compare;
 mod diagnose;
+mod fleet;
 mod identify;
 mod numbers;
 mod screening;
@@ -14,6 +15,7 @@ pub(crate) use identify::{driven_by, outcome};
 use std::error::Error;
 
 use crate::diagnose::DiagnoseError;
+use crate::fleet::FleetError;
 use crate::identify::IdentifyError;
 use crate::screening::{Finding, ScreeningError};
 use crate::session::SessionError;
@@ -35,6 +37,7 @@ pub fn text(finding: &Finding) -> String {
         .or_else(|| diagnose::sentence(finding))
         .or_else(|| session::sentence(finding))
         .or_else(|| studies::sentence(finding))
+        .or_else(|| fleet::sentence(finding))
         .unwrap_or_else(|| format!("{} {}", finding.code, finding.subject))
 }
 
@@ -63,6 +66,9 @@ pub fn explained(error: &(dyn Error + 'static)) -> String {
 /// What an error says whose reason is a finding; `None` of one that speaks for itself.
 #[must_use]
 pub fn refusal(error: &(dyn Error + 'static)) -> Option<String> {
+    if let Some(FleetError::Session(error)) = error.downcast_ref::<FleetError>() {
+        return refusal(error);
+    }
     match error.downcast_ref::<SessionError>() {
         Some(SessionError::Identify(error)) => return refusal(error),
         Some(SessionError::Diagnose(error)) => return refusal(error),

@@ -1,0 +1,101 @@
+//! Many benches as a screen and as a page.
+
+use super::findings::sentence;
+use super::table::number;
+use super::{Mark, Page, Table};
+use crate::fleet::{Event, Fleet, ParameterSpread, Row};
+
+/// One screen.
+#[must_use]
+pub fn text(fleet: &Fleet) -> String {
+    let mut out = headline(fleet) + "\n\n";
+    for table in [effects(fleet), parameters(fleet), benches(fleet, false)] {
+        if !table.is_empty() {
+            out += &(table.text() + "\n");
+        }
+    }
+    for note in notes(fleet) {
+        out += &format!("Note: {note}\n");
+    }
+    out
+}
+
+/// The page.
+#[must_use]
+pub fn page(fleet: &Fleet) -> Page {
+    let mut page = Page::new("A fleet of benches");
+    page.verdict(if fleet.is_whole() { Mark::Good } else { Mark::Bad }, headline(fleet));
+    page.list(notes(fleet));
+    page.heading("What they are missing").table(effects(fleet));
+    page.heading("Parameters over the benches").table(parameters(fleet));
+    page.heading("Bench by bench").table(benches(fleet, true));
+    page
+}
+
+/// A line for each thing heard of a shard.
+#[must_use]
+pub fn event(event: Event) -> String {
+    match event {
+        Event::Begins { bench, number, of } => format!("{number} of {of}: {bench} ... "),
+        Event::Present => "is there already\n".to_owned(),
+        Event::Answered => "done\n".to_owned(),
+        Event::Failed(why) => format!("failed: {why}\n"),
+    }
+}
+
+fn headline(fleet: &Fleet) -> String {
+    let diagnosed = fleet.benches.len() - fleet.failed;
+    let verdicts: Vec<String> =
+        fleet.verdicts.iter().map(|it| format!("{} {}", it.benches, it.verdict.replace('_', " "))).collect();
+    let verdicts = if verdicts.is_empty() { String::new() } else { format!(" ({})", verdicts.join(", ")) };
+    format!(
+        "{diagnosed} benches diagnosed{verdicts}, {} failed, {} without an answer.",
+        fleet.failed,
+        fleet.missing.len()
+    )
+}
+
+fn notes(fleet: &Fleet) -> Vec<String> {
+    let missing = (!fleet.missing.is_empty()).then(|| format!("no answer yet: {}", fleet.missing.join(", ")));
+    let error = |row: &Row| Some(format!("{} failed: {}", row.bench, row.error.as_ref()?));
+    let failed = fleet.benches.iter().filter_map(error);
+    missing.into_iter().chain(failed).chain(fleet.findings.iter().map(sentence)).collect()
+}
+
+fn effects(fleet: &Fleet) -> Table {
+    let table = Table::new(["missing effect", "benches", "share [%]"]);
+    fleet.effects.iter().fold(table, |table, it| {
+        table.row([it.effect.clone(), it.benches.to_string(), number(100.0 * it.share, 3)])
+    })
+}
+
+fn parameters(fleet: &Fleet) -> Table {
+    let headers =
+        ["parameter", "unit", "benches", "least", "quarter", "median", "three quarters", "greatest"];
+    let row = |table: Table, it: &ParameterSpread| {
+        let values = [it.least, it.lower_quartile, it.median, it.upper_quartile, it.greatest];
+        let names = [it.parameter.clone(), it.unit.clone(), it.benches.to_string()];
+        table.row(names.into_iter().chain(values.map(|value| number(value, 4))))
+    };
+    fleet.parameters.iter().fold(Table::new(headers), row)
+}
+
+fn benches(fleet: &Fleet, linked: bool) -> Table {
+    let headers = ["bench", "verdict", "missing", "noise floor", "as it is", "refitted", "extended"];
+    fleet.benches.iter().fold(Table::new(headers), |table, row| {
+        table.marked_row(if row.error.is_some() { Mark::Bad } else { Mark::Plain }, cells(row, linked))
+    })
+}
+
+fn cells(row: &Row, linked: bool) -> Vec<String> {
+    let name = match &row.page {
+        Some(page) if linked => format!("[{}]({page})", row.bench),
+        _ => row.bench.clone(),
+    };
+    if row.error.is_some() {
+        return vec![name, "failed".to_owned()];
+    }
+    let errors = [row.noise_floor, row.base, row.refitted, row.extended];
+    let errors = errors.map(|value| value.map_or_else(String::new, |value| number(value, 3)));
+    [name, row.verdict.replace('_', " "), row.effects.join(" + ")].into_iter().chain(errors).collect()
+}
