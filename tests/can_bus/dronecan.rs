@@ -3,8 +3,9 @@
 //!
 //! `ROTORBENCH_SOAK_S` makes the run that long, and adds one at 200 Hz; as in `three_processes`.
 
+use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 
 use rotorbench::bench::BenchConfig;
 use rotorbench::can::{Frame, Id};
@@ -12,13 +13,13 @@ use rotorbench::clock;
 use rotorbench::emulate::Impulse;
 use rotorbench::guard::{Cause, State};
 
-use crate::bus::Bus;
+use crate::bus::{Bus, run as run_program};
 use crate::processes::{TestBench, late, say, up_to_six_times};
 
-/// What the reference sees in so many seconds: each node's health, mode and name; transfers by type; what arming said; the
+/// What the reference sees until it is asked to end: each node's health, mode and name; transfers by type; what arming said; the
 /// greatest raw command and speed.
 const READ_ALONG: &str = r##"
-import json, sys, time, dronecan
+import json, signal, sys, dronecan
 from dronecan.app.node_monitor import NodeMonitor
 node = dronecan.make_node(sys.argv[1], node_id=126, bitrate=1000000)
 monitor, seen = NodeMonitor(node), dict(counts={}, arming=[], raw=0, rpm=0, voltage=0, foreign=0)
@@ -34,9 +35,10 @@ def handler(event):
 for name in ("equipment.esc.RawCommand", "equipment.esc.Status", "equipment.esc.StatusExtended", "equipment.ahrs.RawIMU",
              "equipment.power.BatteryInfo", "equipment.safety.ArmingStatus", "protocol.NodeStatus"):
     node.add_handler(dronecan.TYPENAMES["uavcan." + name], handler)
+ended = []
+signal.signal(signal.SIGTERM, lambda *_: ended.append(True))
 print("listening", flush=True)
-end = time.monotonic() + float(sys.argv[2])
-while time.monotonic() < end:
+while not ended:
     try: node.spin(0.05)
     except dronecan.UAVCANException as error: seen["error"] = str(error)
 seen["nodes"] = {}
@@ -47,6 +49,16 @@ for id in range(1, 126):
         seen["nodes"][id] = [int(entry.status.health), int(entry.status.mode), name]
 print(json.dumps(seen))
 "##;
+
+/// The reference, as long as the value.
+struct Reader(Child);
+
+impl Drop for Reader {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
 
 /// Python with the reference implementation; `tools/witnesses` installs it.
 fn python() -> PathBuf {
@@ -86,15 +98,19 @@ fn the_loop_flies_and_the_reference_sees_every_node_healthy() {
 fn fly(rate_hz: f64, seconds: f64) {
     let bus = Bus::new();
     let bench = bench("dronecan", &bus, rate_hz);
-    let length = format!("{}", seconds + 40.0);
+    // Before the flight: while Python starts, one emulated processor does nothing else.
     let reader = Command::new(python())
-        .args(["-c", READ_ALONG, &bus.name, &format!("{}", seconds + 10.0)])
+        .args(["-c", READ_ALONG, &bus.name])
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
-        .spawn()
-        .expect("Python runs");
-    let mut emulator = bench.start(&["emulate", "--can", &bus.name, "--seconds", &length, "--json"]);
-    let mut run = bench.start(&["run", "--seconds", &length, "--json"]);
+        .spawn();
+    let mut reader = Reader(reader.expect("Python runs"));
+    let mut said = BufReader::new(reader.0.stdout.take().expect("piped"));
+    let mut first = String::new();
+    said.read_line(&mut first).expect("text");
+    assert_eq!(first.trim(), "listening", "the reference is on the bus");
+    let mut emulator = bench.start(&["emulate", "--can", &bus.name, "--json"]);
+    let mut run = bench.start(&["run", "--json"]);
     let mut watcher = bench.watch();
     bench.fly(&mut watcher);
     let end = std::time::Instant::now() + std::time::Duration::from_secs_f64(seconds);
@@ -114,14 +130,16 @@ fn fly(rate_hz: f64, seconds: f64) {
         assert!(held_up.contains(&cause), "it flew to the end, and is {state}: {:?}", watcher.said);
         late(format!("it flew to the end, and is {state}: {cause}"));
     }
-    let said = String::from_utf8(reader.wait_with_output().expect("it ends").stdout).expect("text");
+    run_program("kill", &["-TERM", &reader.0.id().to_string()]);
+    let mut seen = String::new();
+    said.read_to_string(&mut seen).expect("text");
+    drop(reader);
     assert!(bench.run(&["disarm"]).status.success(), "the operator ends the run");
     for process in [&mut run, &mut emulator] {
         process.signal(libc::SIGTERM);
         assert!(process.wait().success());
     }
-    let seen: serde_json::Value =
-        said.lines().last().and_then(|line| serde_json::from_str(line).ok()).expect("JSON of the reference");
+    let seen: serde_json::Value = serde_json::from_str(&seen).expect("JSON of the reference");
     say(&format!("DroneCAN at {rate_hz} Hz, as the reference sees it: {seen}"));
     let nodes = seen["nodes"].as_object().expect("nodes");
     let names =
