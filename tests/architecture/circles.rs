@@ -19,8 +19,6 @@ const KNOWN: &[&[&str]] = &[
         "can/dronecan/bridge.rs",
         "can/dronecan/bus.rs",
         "can/dronecan/describe.rs",
-        "can/dronecan/node.rs",
-        "can/dronecan/watch.rs",
     ],
     // `Search` with its permutation test.
     &["diagnose/battery_permutation.rs", "diagnose/search.rs"],
