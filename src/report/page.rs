@@ -155,7 +155,7 @@ impl Page {
              <noscript><p>The plots of this report need JavaScript; nothing is loaded from the network.</p></noscript>\n\
              <!--\n{license}\n-->\n<script>{UPLOT_SCRIPT}</script>\n<script>{SCRIPT}</script>\n</body>\n</html>\n",
             version = env!("CARGO_PKG_VERSION"),
-            policy = policy(&format!("{UPLOT_STYLE}\n{STYLE}"), [UPLOT_SCRIPT, SCRIPT]),
+            policy = policy(&format!("{UPLOT_STYLE}\n{PALETTE}{STYLE}"), [UPLOT_SCRIPT, SCRIPT]),
             license = UPLOT_LICENSE.trim(),
         )
     }

@@ -9,10 +9,11 @@ use std::fmt::Write as _;
 use std::fs::File;
 use std::io::Read as _;
 
-use axum::http::header::{COOKIE, HOST, ORIGIN};
+use axum::http::header::{CONTENT_LENGTH, COOKIE, HOST, ORIGIN};
 use axum::http::{HeaderMap, Method, Uri};
 
 use super::WorkbenchError;
+use super::thresholds::THRESHOLDS;
 
 /// Bytes of the token.
 const TOKEN_BYTES: usize = 32;
@@ -45,6 +46,9 @@ pub(super) enum DoorError {
     /// Neither token nor cookie.
     #[error("open the address that `rotorbench workbench` printed: it carries a token")]
     Token,
+    /// A body that says itself that it is longer than any act of the page.
+    #[error("a request may be no longer than {} bytes", THRESHOLDS.largest_body)]
+    TooLong,
 }
 
 impl Door {
@@ -98,10 +102,14 @@ impl Door {
         let cookies = headers.get_all(COOKIE).iter().filter_map(|value| value.to_str().ok());
         let mut pairs =
             cookies.flat_map(|line| line.split(';')).filter_map(|pair| pair.trim().split_once('='));
-        if pairs.any(|(key, value)| key == name && self.is_token(value)) {
-            return Ok(Admission::Known);
+        if !pairs.any(|(key, value)| key == name && self.is_token(value)) {
+            return Err(DoorError::Token);
         }
-        Err(DoorError::Token)
+        let announced = text(CONTENT_LENGTH.as_str()).and_then(|text| text.parse::<u64>().ok());
+        if announced.is_some_and(|bytes| bytes > THRESHOLDS.largest_body as u64) {
+            return Err(DoorError::TooLong);
+        }
+        Ok(Admission::Known)
     }
 
     /// Compared to its end: the time it takes tells nothing of where they differ.

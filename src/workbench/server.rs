@@ -18,7 +18,7 @@ use hyper_util::service::TowerToHyperService;
 use tokio::task::AbortHandle;
 
 use super::WorkbenchError;
-use super::door::{Admission, Door};
+use super::door::{Admission, Door, DoorError};
 use super::engine::Engine;
 use super::routes::{protect, refuse, router};
 use super::thresholds::THRESHOLDS;
@@ -118,6 +118,7 @@ async fn answer(request: Request<Incoming>, door: &Door, router: Router, is_know
                 Err(late) => refuse(StatusCode::REQUEST_TIMEOUT, &late),
             }
         }
+        Err(DoorError::TooLong) => refuse(StatusCode::PAYLOAD_TOO_LARGE, &DoorError::TooLong),
         Err(error) => refuse(StatusCode::FORBIDDEN, &error),
     };
     protect(&mut response);

@@ -14,12 +14,7 @@ use super::imports::{Source, from_the_top, paths, read_path, read_sources, renam
 /// that is no longer true is taken out.
 const KNOWN: &[&[&str]] = &[
     // The ends of DroneCAN, each in a file of its own.
-    &[
-        "can/dronecan/bench.rs",
-        "can/dronecan/bridge.rs",
-        "can/dronecan/bus.rs",
-        "can/dronecan/describe.rs",
-    ],
+    &["can/dronecan/bench.rs", "can/dronecan/bridge.rs", "can/dronecan/bus.rs", "can/dronecan/describe.rs"],
     // `Search` with its permutation test.
     &["diagnose/battery_permutation.rs", "diagnose/search.rs"],
     // `Candidate` with its starts.

@@ -206,7 +206,7 @@ fn markup_in_names_is_handed_on_as_text() {
 
 /// Words by which something could be said to a bench.
 const WAYS_TO_A_BENCH: [&str; 8] =
-    ["ublisher", "publish", "operator", "crate::can", "::shm", "arm(", "Role::Control", "socketcan"];
+    ["ublisher", "publish", "operator", "crate::can::", "::shm", "arm(", "Role::Control", "socketcan"];
 
 #[test]
 fn nothing_of_the_workbench_can_speak_to_a_bench() {
