@@ -167,7 +167,7 @@ enum Subcommand {
     Diagnose(diagnose::Arguments),
     /// Add an effect to a model and show the fall of the error
     Extend(extend::Arguments),
-    /// The page on your own machine: see where the model fails, click what is missing, watch the error fall
+    /// In your browser: where the model fails, what is missing, the error falling
     Workbench(workbench::Arguments),
     /// Diagnose many benches, in shards, and put the answers together
     Fleet(fleet::Arguments),
