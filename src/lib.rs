@@ -79,6 +79,7 @@ pub mod session;
 pub mod shm;
 pub mod signal;
 pub mod studies;
+pub mod threads;
 pub mod threshold;
 pub mod thresholds_page;
 pub mod unit;

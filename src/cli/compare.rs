@@ -25,7 +25,7 @@ pub struct Arguments {
     #[arg(long, required_unless_present = "runs", num_args = 1..)]
     log: Vec<PathBuf>,
     #[command(flatten)]
-    logs: LogArguments,
+    pub(super) logs: LogArguments,
     /// Instead of models: recordings of runs in which the body was struck, controllers side by side
     #[arg(long, value_name = "FILE.mcap", num_args = 1.., conflicts_with_all = ["model", "log", "horizon_s", "signals"])]
     runs: Vec<PathBuf>,
@@ -61,7 +61,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let models =
         arguments.model.iter().map(|path| session::open_model(path)).collect::<Result<Vec<_>, _>>()?;
-    let config = CompareConfig { horizon_s: arguments.horizon_s };
+    let signals = arguments.report.is_some() || arguments.signals.is_some();
+    let config = CompareConfig { horizon_s: arguments.horizon_s, signals };
     let (logs, found, page, signals) = cancellable(|cancel| {
         let job = Job::unwatched(cancel);
         let logs = session::open_all(&arguments.log, &arguments.logs.open_config(), &job)?;

@@ -25,7 +25,7 @@ pub struct Arguments {
     #[arg(long, num_args = 1..)]
     validate: Vec<PathBuf>,
     #[command(flatten)]
-    logs: LogArguments,
+    pub(super) logs: LogArguments,
     /// Windows over which the body runs freely [s]
     #[arg(value_parser = super::horizon, long, default_value_t = DiagnoseConfig::default().horizon)]
     horizon_s: f64,
@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             &arguments.logs.as_typed(),
         );
         let shown = if validate.is_empty() { &train } else { &validate };
-        let windows = CompareConfig { horizon_s: arguments.horizon_s };
+        let windows = CompareConfig { horizon_s: arguments.horizon_s, ..CompareConfig::default() };
         let page = arguments.report.as_ref().map(|path| {
             report::diagnosis::page(&diagnosis, &model, shown, &windows, &next).map(|page| (path, page))
         });

@@ -37,7 +37,7 @@ pub struct Arguments {
     #[arg(long, num_args = 1..)]
     validate: Vec<PathBuf>,
     #[command(flatten)]
-    logs: LogArguments,
+    pub(super) logs: LogArguments,
     /// Undo the last step of the model's ladder instead
     #[arg(long, conflicts_with_all = ["effect", "log", "validate"])]
     step_back: bool,
@@ -134,7 +134,7 @@ fn work(model: &Model, arguments: &Arguments, cancel: &Cancel) -> Result<(Extend
         return Ok((extended, None));
     }
     let shown = if validate.is_empty() { &train } else { &validate };
-    let windows = CompareConfig { horizon_s: arguments.horizon_s };
+    let windows = CompareConfig { horizon_s: arguments.horizon_s, ..CompareConfig::default() };
     let extension = &extended.extension;
     let page = report::diagnosis::extension_page(extension, model, &arguments.effect, shown, &windows)?;
     Ok((extended, Some(page)))

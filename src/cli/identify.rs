@@ -23,7 +23,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", num_args = 1..)]
     validate: Vec<PathBuf>,
     #[command(flatten)]
-    logs: LogArguments,
+    pub(super) logs: LogArguments,
     /// Where to write the model file
     #[arg(long, short, value_name = "M.toml")]
     output: Option<PathBuf>,

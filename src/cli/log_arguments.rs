@@ -1,5 +1,6 @@
 //! What every command that reads logs takes beside their names.
 
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use crate::session::OpenConfig;
@@ -30,6 +31,9 @@ pub struct LogArguments {
     /// Only frames of this interface of a capture
     #[arg(long, value_name = "IFACE")]
     interface: Option<String>,
+    /// Threads to work on, at most; by default one for each core. The result does not depend on it
+    #[arg(long, value_name = "N", help_heading = "How fast")]
+    pub(super) threads: Option<NonZeroUsize>,
 }
 
 impl LogArguments {

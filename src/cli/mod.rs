@@ -4,6 +4,7 @@
 
 use std::fmt;
 use std::io::{IsTerminal as _, Write as _};
+use std::num::NonZeroUsize;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -13,6 +14,7 @@ use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
 use crate::compare::CompareConfig;
+use crate::threads;
 use place::Setting;
 
 #[macro_use]
@@ -223,7 +225,7 @@ pub fn main() -> ExitCode {
         pipe::end_with_the_reader();
     }
     let bench_file = subcommand.bench_file().map(Path::to_owned);
-    match dispatch(subcommand) {
+    match threads::limited(subcommand.threads(), || dispatch(subcommand)) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::FoundWanting) => ExitCode::from(1),
         Err(error) if error.is_cancelled => {
@@ -269,6 +271,18 @@ impl Subcommand {
             _ => return None,
         };
         bench.config.as_deref()
+    }
+
+    /// How many threads it may work on; `None` = as many as there are cores.
+    fn threads(&self) -> Option<NonZeroUsize> {
+        match self {
+            Self::Import(arguments) => arguments.logs.threads,
+            Self::Identify(arguments) => arguments.logs.threads,
+            Self::Compare(arguments) => arguments.logs.threads,
+            Self::Diagnose(arguments) => arguments.logs.threads,
+            Self::Extend(arguments) => arguments.logs.threads,
+            _ => None,
+        }
     }
 
     /// Whether it drives nothing: no rotor can depend on its living on.

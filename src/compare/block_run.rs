@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::run::Run;
+use crate::log::Dataset;
 
 /// A block that was run, before it is scored.
 pub(crate) struct BlockRun {
@@ -14,13 +15,12 @@ pub(crate) struct BlockRun {
     /// Whether what a perfect model leaves changes from sample to sample by the sensor's noise alone, or by hardly more: the
     /// noisy start of a window moves all of it smoothly.
     pub shows_noise: bool,
-    pub rows: Vec<usize>,
-    /// What is scored; not-a-number elsewhere.
-    pub measured: Vec<f64>,
-    /// What was measured, scored or not.
-    pub shown: Vec<f64>,
+    /// Rows of the log, those of pieces that follow each other as one.
+    pub rows: Vec<Range<usize>>,
+    /// What is scored where it is not the log's own column; not-a-number elsewhere.
+    pub scored: Option<Vec<f64>>,
     pub modelled: Vec<f64>,
-    /// Parts without a hole.
+    /// Parts without a hole: samples of the block, in order.
     pub pieces: Vec<Range<usize>>,
     pub one_step: Option<f64>,
     pub floor: NoisePath,
@@ -60,8 +60,7 @@ impl BlockRun {
             },
             shows_noise: matches!(floor, NoisePath::Sensor | NoisePath::Window { .. }),
             rows: Vec::new(),
-            measured: Vec::new(),
-            shown: Vec::new(),
+            scored: None,
             modelled: Vec::new(),
             pieces: Vec::new(),
             one_step: None,
@@ -69,25 +68,21 @@ impl BlockRun {
         }
     }
 
-    /// Adds a part without a hole: rows of the log, and both signals there.
-    pub(crate) fn add(&mut self, rows: Range<usize>, measured: &[f64], modelled: &[f64]) {
-        self.add_scored(rows, measured, measured, modelled);
+    /// Adds a part without a hole: rows of the log, and the modelled signal there.
+    pub(crate) fn add(&mut self, rows: Range<usize>, modelled: &[f64]) {
+        let from = self.modelled.len();
+        match self.rows.last_mut() {
+            Some(last) if last.end == rows.start => last.end = rows.end,
+            _ => self.rows.push(rows),
+        }
+        self.modelled.extend_from_slice(modelled);
+        self.pieces.push(from..self.modelled.len());
     }
 
-    /// The same where only a part of what was `measured` is `scored`, and not-a-number elsewhere.
-    pub(crate) fn add_scored(
-        &mut self,
-        rows: Range<usize>,
-        measured: &[f64],
-        scored: &[f64],
-        modelled: &[f64],
-    ) {
-        let from = self.rows.len();
-        self.rows.extend(rows);
-        self.shown.extend_from_slice(measured);
-        self.measured.extend_from_slice(scored);
-        self.modelled.extend_from_slice(modelled);
-        self.pieces.push(from..self.rows.len());
+    /// The same where what is scored is not the log's own column, or only a part of it.
+    pub(crate) fn add_scored(&mut self, rows: Range<usize>, scored: &[f64], modelled: &[f64]) {
+        self.scored.get_or_insert_default().extend_from_slice(scored);
+        self.add(rows, modelled);
     }
 
     /// Whether each piece is a window, started at a measurement.
@@ -95,8 +90,37 @@ impl BlockRun {
         matches!(self.floor, NoisePath::Window { .. })
     }
 
+    /// What is scored, sample by sample; not-a-number elsewhere.
+    pub(crate) fn scored<'a>(&'a self, log: &'a Dataset) -> impl Iterator<Item = f64> + 'a {
+        let own = self.rows.iter().filter(|_| self.scored.is_none());
+        self.scored.iter().flatten().copied().chain(own.flat_map(|rows| self.column(log, rows)))
+    }
+
+    /// What was measured, scored or not.
+    pub(crate) fn shown<'a>(&'a self, log: &'a Dataset) -> impl Iterator<Item = f64> + 'a {
+        let is_smoothed = matches!(self.floor, NoisePath::Slope(_));
+        let smoothed = self.scored.iter().filter(move |_| is_smoothed).flatten().copied();
+        let own = self.rows.iter().filter(move |_| !is_smoothed);
+        smoothed.chain(own.flat_map(|rows| self.column(log, rows)))
+    }
+
+    fn column<'a>(&self, log: &'a Dataset, rows: &Range<usize>) -> impl Iterator<Item = f64> + use<'a> {
+        let column = log.column(&self.signal).unwrap_or_default();
+        column.get(rows.clone()).unwrap_or_default().iter().copied()
+    }
+
+    /// Whether there is any sample to score.
+    pub(crate) fn is_scored(&self, log: &Dataset) -> bool {
+        self.scored(log).any(f64::is_finite)
+    }
+
     /// Measured minus modelled, where it is scored.
-    pub(crate) fn residual(&self) -> Vec<f64> {
-        self.measured.iter().zip(&self.modelled).map(|(y, m)| y - m).collect()
+    pub(crate) fn residual(&self, log: &Dataset) -> Vec<f64> {
+        self.scored(log).zip(&self.modelled).map(|(y, m)| y - m).collect()
+    }
+
+    /// Row of the log of each sample.
+    pub(crate) fn each_row(&self) -> impl Iterator<Item = usize> + '_ {
+        self.rows.iter().flat_map(Clone::clone)
     }
 }

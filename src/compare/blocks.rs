@@ -8,12 +8,14 @@ use super::channels::{BATTERY, BODY_ANGLE, BODY_RATE, COMMANDS, RATES, THRUSTS, 
 use super::run::Run;
 use super::thresholds::THRESHOLDS;
 use super::{CompareConfig, CompareError, gyro_block};
+use crate::cancel;
 use crate::effect::Law;
 use crate::estimation::slope::forward_slopes;
 use crate::log::Dataset;
 use crate::log::segments::{Stretch, common, stretches};
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, RotorInput, RotorStart, RotorTrace};
 use crate::screening::{ScreenedLog, readings};
+use crate::threads::spread;
 
 /// Runs every block that finds its inputs and its output.
 pub(crate) fn blocks(
@@ -23,20 +25,41 @@ pub(crate) fn blocks(
 ) -> Result<Vec<BlockRun>, CompareError> {
     let equations = model.equations()?;
     let log = screened.dataset();
-    let mut blocks = Vec::new();
-    for rotor in 0..2 {
-        blocks.extend(actuator(model, &equations, screened, rotor)?);
-        blocks.extend(thrust(&equations, log, rotor));
-    }
-    if let Some(driven) = body_inputs(&equations, log) {
-        blocks.extend(body("body", &equations, log, config, &driven));
-    }
-    blocks.extend(gyro_block::run(&equations, log));
-    if let Some(driven) = commanded(&equations, screened) {
-        blocks.extend(body("chain", &equations, log, config, &driven));
-    }
-    Ok(blocks)
+    let driven = |name: &'static str, driven: Option<BodyDrive>| {
+        driven.map_or_else(Vec::new, |driven| body(name, &equations, log, config, &driven))
+    };
+    let one = |part: &Part| -> Result<Vec<BlockRun>, CompareError> {
+        Ok(match *part {
+            Part::Actuator(rotor) => actuator(model, &equations, screened, rotor)?.into_iter().collect(),
+            Part::Thrust(rotor) => thrust(&equations, log, rotor).into_iter().collect(),
+            Part::Body => driven("body", body_inputs(&equations, log)),
+            Part::Sensors => gyro_block::run(&equations, log).into_iter().collect(),
+            Part::Chain => driven("chain", commanded(&equations, screened)),
+        })
+    };
+    let found: Result<Vec<Vec<BlockRun>>, CompareError> = spread(&PARTS, one).into_iter().collect();
+    Ok(found?.into_iter().flatten().collect())
 }
+
+/// What may be run by itself.
+enum Part {
+    Actuator(usize),
+    Thrust(usize),
+    Body,
+    Sensors,
+    Chain,
+}
+
+/// Upstream first.
+const PARTS: [Part; 7] = [
+    Part::Actuator(0),
+    Part::Thrust(0),
+    Part::Actuator(1),
+    Part::Thrust(1),
+    Part::Body,
+    Part::Sensors,
+    Part::Chain,
+];
 
 const SIDES: [f64; 2] = [1.0, -1.0];
 
@@ -81,7 +104,7 @@ fn actuator(
                 count += 1.0;
             }
         }
-        block.add_scored(stretch.rows, shown, &measured, &modelled);
+        block.add_scored(stretch.rows, &measured, &modelled);
     }
     block.one_step = (count > 0.0).then(|| f64::sqrt(squares / count));
     Ok((count > 0.0).then_some(block))
@@ -130,7 +153,8 @@ fn rotor_run(
 
 /// Measured rate to thrust.
 fn thrust(equations: &Equations, log: &Dataset, rotor: usize) -> Option<BlockRun> {
-    let (rate, thrust) = (log.column(RATES[rotor])?, log.column(THRUSTS[rotor])?);
+    let rate = log.column(RATES[rotor])?;
+    log.column(THRUSTS[rotor])?;
     let driving = |name: &str| log.column(name).map(|values| readings::bridged(log.time(), values));
     let still = || vec![0.0; log.len()];
     let angle = driving(BODY_ANGLE).unwrap_or_else(still);
@@ -145,7 +169,7 @@ fn thrust(equations: &Equations, log: &Dataset, rotor: usize) -> Option<BlockRun
     let mut block = BlockRun::new(name, THRUSTS[rotor], "N", &[RATES[rotor]], NoisePath::Thrust(slope));
     for stretch in stretches(log, &[&rate, &angle, &body_rate]) {
         let modelled: Vec<f64> = stretch.rows.clone().map(|row| at(rate[row], row)).collect();
-        block.add(stretch.rows.clone(), &thrust[stretch.rows], &modelled);
+        block.add(stretch.rows, &modelled);
     }
     (!block.rows.is_empty()).then_some(block)
 }
@@ -256,37 +280,40 @@ fn body(
     let mut rates = BlockRun::new(name, BODY_RATE, "rad/s", &driven.by, floor(false));
     let mut angles = BlockRun::new(name, BODY_ANGLE, "rad", &driven.by, floor(true));
     let (mut squares, mut count) = (0.0, 0.0);
+    let mut trace = BodyTrace::default();
     for (rows, input) in &driven.stretches {
+        cancel::check();
         let measured = (&rate[rows.clone()], start_angle.as_ref().map(|angle| &angle[rows.clone()]));
         for window in windows(&input.time, measured, config.horizon_s) {
-            let trace = window_run(equations, input, &window, measured);
+            window_run(equations, input, &window, measured, &mut trace);
             // The start is the measurement itself: it is not scored.
             let scored = rows.start + window.start + 1..rows.start + window.end;
-            let part = scored.clone();
-            rates.add_scored(part.clone(), &shown[part.clone()], &rate[part], &trace.rate[1..]);
-            if let (Some(angle), Some(shown)) = (&angle, shown_angle) {
-                angles.add_scored(scored.clone(), &shown[scored.clone()], &angle[scored], &trace.angle[1..]);
+            add(&mut rates, &rate, scored.clone(), &trace.rate[1..]);
+            if let Some(angle) = &angle {
+                add(&mut angles, angle, scored, &trace.angle[1..]);
             }
         }
-        for step in one_step_errors(equations, input, measured) {
-            squares += step * step;
-            count += 1.0;
+        for window in windows(&input.time, measured, f64::MIN_POSITIVE) {
+            window_run(equations, input, &window, measured, &mut trace);
+            let step = measured.0[window.end - 1] - trace.rate[1];
+            if step.is_finite() {
+                squares += step * step;
+                count += 1.0;
+            }
         }
     }
     rates.run = Run::Windows(config.horizon_s);
     angles.run = rates.run;
     rates.one_step = (count > 0.0).then(|| f64::sqrt(squares / count));
-    [rates, angles].into_iter().filter(|block| block.measured.iter().any(|value| value.is_finite())).collect()
+    [rates, angles].into_iter().filter(|block| block.is_scored(log)).collect()
 }
 
-/// [rad/s] errors of the rate one sample ahead of each measured state.
-fn one_step_errors(equations: &Equations, input: &BodyInput, measured: (&[f64], Option<&[f64]>)) -> Vec<f64> {
-    let windows = windows(&input.time, measured, f64::MIN_POSITIVE).into_iter();
-    let errors = windows.map(|window| {
-        let trace = window_run(equations, input, &window, measured);
-        measured.0[window.end - 1] - trace.rate[1]
-    });
-    errors.filter(|error| error.is_finite()).collect()
+/// Adds a window to a run: of a channel that is scored in part only what is.
+fn add(run: &mut BlockRun, scored: &Cow<[f64]>, rows: Range<usize>, modelled: &[f64]) {
+    match scored {
+        Cow::Borrowed(_) => run.add(rows, modelled),
+        Cow::Owned(scored) => run.add_scored(rows.clone(), &scored[rows], modelled),
+    }
 }
 
 /// Windows of `horizon` [s]: first row to one past the last, which is the next one's first.
@@ -317,13 +344,14 @@ fn window_run(
     input: &BodyInput,
     window: &Range<usize>,
     measured: (&[f64], Option<&[f64]>),
-) -> BodyTrace {
+    trace: &mut BodyTrace,
+) {
     let angle = measured.1.map_or(0.0, |angle| angle[window.start]);
     let rate = true_rate(equations, input, window.start, angle, measured.0[window.start]);
     let start = BodyStart { angle, rate, sensor: 0.0 };
-    let mut trace = BodyTrace::default();
-    equations.simulate_body(input, window.start, window.end, &start, &mut trace);
-    trace
+    trace.rate.clear();
+    trace.angle.clear();
+    equations.simulate_body(input, window.start, window.end, &start, trace);
 }
 
 /// [rad/s] the body rate that the model's gyroscope would show as `reading`: its laws are straight lines.
@@ -334,6 +362,9 @@ pub(crate) fn true_rate(
     angle: f64,
     reading: f64,
 ) -> f64 {
+    if !equations.has_rate_sensor_laws() {
+        return reading;
+    }
     let shown = |rate: f64| {
         let mut trace = BodyTrace::default();
         equations.simulate_body(input, row, row + 1, &BodyStart { angle, rate, sensor: 0.0 }, &mut trace);

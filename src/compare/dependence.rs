@@ -1,16 +1,20 @@
 //! What an error depends on: the share of it that is a function of a channel, beside what surrogates (the channel shifted in
 //! time) reach; and which channel it follows in time.
 
+use std::borrow::Cow;
 use std::fmt;
+use std::ops::Range;
 
 use serde::{Serialize, Serializer};
 
 use super::thresholds::THRESHOLDS;
-use crate::estimation::cross_correlation::{CrossCorrelation, Peak};
-use crate::estimation::dependence::BinnedDependence;
+use crate::cancel;
+use crate::estimation::cross_correlation::{Coloured, Peak};
+use crate::estimation::dependence::{BinnedDependence, Bins};
 use crate::estimation::slope::centred_slopes;
 use crate::log::Dataset;
 use crate::screening::readings;
+use crate::threads::spread;
 
 /// Samples to both sides over which a channel's rate of change is taken.
 pub(crate) const REACH: usize = 2;
@@ -89,54 +93,138 @@ pub struct Correlation {
     pub bound: f64,
 }
 
-/// Every channel of the log and its rate, the strongest dependence first. `rows` are the rows of the log that
-/// the error belongs to, in order; `error` its values there.
-pub(crate) fn dependences(log: &Dataset, rows: &[usize], error: &[f64]) -> Vec<Dependence> {
-    let mut found = Vec::new();
-    for name in log.names() {
-        let Some(values) = log.column(name) else { continue };
-        let values = readings::bridged(log.time(), values);
-        let at_rows: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
-        found.extend(dependence((name, false), &at_rows, error));
-        let mut rate = vec![f64::NAN; log.len()];
-        for segment in log.segments() {
-            let slopes = centred_slopes(&log.time()[segment.clone()], &values[segment.clone()], REACH);
-            rate[segment].copy_from_slice(&slopes);
+/// An error over rows of a log.
+#[derive(Clone, Copy)]
+pub(crate) struct ErrorOn<'a> {
+    /// Rows of the log, in order.
+    pub rows: &'a [Range<usize>],
+    /// The error in each of them; not-a-number = none.
+    pub values: &'a [f64],
+}
+
+/// What an error has to do with the channels of its log.
+#[derive(Default)]
+pub(crate) struct Relations {
+    /// With every channel and its rate, the strongest first.
+    pub dependences: Vec<Dependence>,
+    /// With every channel in time, the strongest over its bound first.
+    pub correlations: Vec<Correlation>,
+}
+
+/// What each error has to do with every channel of the log, whose rows are `interval` [s] apart.
+pub(crate) fn relations(log: &Dataset, errors: &[ErrorOn], interval: f64) -> Vec<Relations> {
+    let coloured = spread(errors, |error| Coloured::of(error.values, THRESHOLDS.most_lag));
+    let twins = Twins::of(errors);
+    let names: Vec<&str> = log.names().filter(|name| log.column(name).is_some()).collect();
+    let found = spread(&names, |name| of_channel(log, name, errors, (&coloured, &twins), interval));
+    let mut relations: Vec<Relations> = errors.iter().map(|_| Relations::default()).collect();
+    for of_channel in found {
+        for (all, one) in relations.iter_mut().zip(of_channel) {
+            all.dependences.extend(one.dependences);
+            all.correlations.extend(one.correlations);
         }
-        let at_rows: Vec<f64> = rows.iter().map(|row| rate[*row]).collect();
-        found.extend(dependence((name, true), &at_rows, error));
     }
-    found.sort_by(|a, b| (b.explained - b.surrogate).total_cmp(&(a.explained - a.surrogate)));
+    for Relations { dependences, correlations } in &mut relations {
+        dependences.sort_by(|a, b| (b.explained - b.surrogate).total_cmp(&(a.explained - a.surrogate)));
+        correlations.sort_by(|a, b| (b.peak.abs() / b.bound).total_cmp(&(a.peak.abs() / a.bound)));
+    }
+    relations
+}
+
+/// Which errors have rows, and which have values, in the same places: what a channel is there needs to be found only once.
+struct Twins {
+    /// For each error the first one with its rows.
+    rows: Vec<usize>,
+    /// For each error the first one that is there in the same of the same rows.
+    places: Vec<usize>,
+}
+
+impl Twins {
+    fn of(errors: &[ErrorOn]) -> Self {
+        let first = |at: usize, is_twin: &dyn Fn(&ErrorOn) -> bool| {
+            errors[..at].iter().position(is_twin).unwrap_or(at)
+        };
+        let rows = |at: usize| first(at, &|other| other.rows == errors[at].rows);
+        let is_alike = |a: &ErrorOn, b: &ErrorOn| {
+            let mut pairs = a.values.iter().zip(b.values);
+            a.rows == b.rows && pairs.all(|(a, b)| a.is_finite() == b.is_finite())
+        };
+        let places = |at: usize| first(at, &|other| is_alike(other, &errors[at]));
+        Self { rows: (0..errors.len()).map(rows).collect(), places: (0..errors.len()).map(places).collect() }
+    }
+
+    /// The errors whose first twin is `first`.
+    fn group(of: &[usize], first: usize) -> impl Iterator<Item = usize> {
+        (first..of.len()).filter(move |at| of[*at] == first)
+    }
+}
+
+/// What each error has to do with one channel.
+fn of_channel(
+    log: &Dataset,
+    name: &str,
+    errors: &[ErrorOn],
+    (coloured, twins): (&[Coloured], &Twins),
+    interval: f64,
+) -> Vec<Relations> {
+    let mut found: Vec<Relations> = errors.iter().map(|_| Relations::default()).collect();
+    let Some(values) = log.column(name) else { return found };
+    for first in (0..errors.len()).filter(|at| twins.rows[*at] == *at) {
+        let channel = at_rows(values, errors[first].rows);
+        let channel = Coloured::of(&channel, THRESHOLDS.most_lag);
+        for at in Twins::group(&twins.rows, first) {
+            let peak = coloured[at].with(&channel);
+            found[at].correlations.extend(peak.map(|peak| correlation(name, peak, interval)));
+        }
+    }
+    let bridged = readings::bridged(log.time(), values);
+    let on = |is_rate| Regressor { column: name.to_owned(), is_rate };
+    binned(&on(false), &bridged, errors, twins, &mut found);
+    binned(&on(true), &slopes(log, &bridged), errors, twins, &mut found);
     found
 }
 
-fn dependence((column, is_rate): (&str, bool), channel: &[f64], error: &[f64]) -> Option<Dependence> {
-    let BinnedDependence { explained, surrogate, curve } =
-        BinnedDependence::of(channel, error, THRESHOLDS.bins, THRESHOLDS.surrogates)?;
-    let on = Regressor { column: column.to_owned(), is_rate };
-    Some(Dependence { on, explained, surrogate, curve })
+/// Each error as a function of a channel, which may be a rate.
+fn binned(on: &Regressor, channel: &[f64], errors: &[ErrorOn], twins: &Twins, found: &mut [Relations]) {
+    for first in (0..errors.len()).filter(|at| twins.places[*at] == *at) {
+        let ErrorOn { rows, values } = errors[first];
+        let Some(bins) = Bins::of(&at_rows(channel, rows), values, THRESHOLDS.bins) else { continue };
+        for at in Twins::group(&twins.places, first) {
+            cancel::check();
+            let BinnedDependence { explained, surrogate, curve } =
+                bins.dependence(errors[at].values, THRESHOLDS.surrogates);
+            found[at].dependences.push(Dependence { on: on.clone(), explained, surrogate, curve });
+        }
+    }
 }
 
-/// Cross-correlation of the error with every channel, the strongest over its bound first.
-pub(crate) fn correlations(log: &Dataset, rows: &[usize], error: &[f64], interval: f64) -> Vec<Correlation> {
-    let of_error = CrossCorrelation::of(error, THRESHOLDS.most_lag);
-    let mut found: Vec<Correlation> = log
-        .names()
-        .filter_map(|name| {
-            let values = log.column(name)?;
-            let channel: Vec<f64> = rows.iter().map(|row| values[*row]).collect();
-            let Peak { lag, correlation, standard_error } = of_error.with(&channel)?;
-            Some(Correlation {
-                with: name.to_owned(),
-                peak: correlation,
-                lag_s: lag as f64 * interval,
-                direction: if lag >= 0 { Direction::ErrorFollows } else { Direction::ErrorLeads },
-                bound: THRESHOLDS.correlation_bound * standard_error,
-            })
-        })
-        .collect();
-    found.sort_by(|a, b| (b.peak.abs() / b.bound).total_cmp(&(a.peak.abs() / a.bound)));
-    found
+/// [unit/s] a channel's rate of change, within each stretch without a hole.
+fn slopes(log: &Dataset, values: &[f64]) -> Vec<f64> {
+    let mut rate = vec![f64::NAN; log.len()];
+    for segment in log.segments() {
+        let slopes = centred_slopes(&log.time()[segment.clone()], &values[segment.clone()], REACH);
+        rate[segment].copy_from_slice(&slopes);
+    }
+    rate
+}
+
+/// A column's values in these rows.
+pub(crate) fn at_rows<'a>(values: &'a [f64], rows: &[Range<usize>]) -> Cow<'a, [f64]> {
+    match rows {
+        [rows] => Cow::Borrowed(&values[rows.clone()]),
+        rows => rows.iter().flat_map(|rows| &values[rows.clone()]).copied().collect(),
+    }
+}
+
+fn correlation(with: &str, peak: Peak, interval: f64) -> Correlation {
+    let Peak { lag, correlation, standard_error } = peak;
+    Correlation {
+        with: with.to_owned(),
+        peak: correlation,
+        lag_s: lag as f64 * interval,
+        direction: if lag >= 0 { Direction::ErrorFollows } else { Direction::ErrorLeads },
+        bound: THRESHOLDS.correlation_bound * standard_error,
+    }
 }
 
 #[cfg(test)]
@@ -152,12 +240,16 @@ mod tests {
         (log, angle)
     }
 
+    fn of(log: &Dataset, error: &[f64]) -> Relations {
+        let rows = std::slice::from_ref(&(0..error.len()));
+        relations(log, &[ErrorOn { rows, values: error }], 0.01).remove(0)
+    }
+
     #[test]
     fn an_error_that_is_a_function_of_a_channel_is_said_to_be() {
         let (log, angle) = log();
-        let rows: Vec<usize> = (0..log.len()).collect();
         let error: Vec<f64> = angle.iter().map(|a| -0.4 * a.sin()).collect();
-        let found = dependences(&log, &rows, &error);
+        let found = of(&log, &error).dependences;
         assert_eq!(found[0].on.to_string(), "body_angle_rad");
         assert!(found[0].explained > 0.95 && found[0].is_real(), "{:?}", found[0]);
         let (low, high) = (found[0].curve[0], found[0].curve[found[0].curve.len() - 1]);
@@ -167,20 +259,35 @@ mod tests {
     #[test]
     fn a_drift_is_not_taken_for_anything_but_what_drifts() {
         let (log, _) = log();
-        let rows: Vec<usize> = (0..log.len()).collect();
-        let error: Vec<f64> = rows.iter().map(|k| ((k * 7_919) % 1_000) as f64 / 1_000.0 - 0.5).collect();
-        assert!(dependences(&log, &rows, &error).iter().all(|d| !d.is_real()), "noise depends on nothing");
+        let error: Vec<f64> = (0..log.len()).map(|k| ((k * 7_919) % 1_000) as f64 / 1_000.0 - 0.5).collect();
+        assert!(of(&log, &error).dependences.iter().all(|d| !d.is_real()), "noise depends on nothing");
     }
 
     #[test]
     fn the_lag_says_who_goes_ahead() {
         let (log, angle) = log();
-        let rows: Vec<usize> = (0..log.len()).collect();
         // The error repeats the angle 0.1 s later.
         let error: Vec<f64> = (0..angle.len()).map(|k| angle[k.saturating_sub(10)]).collect();
-        let found = correlations(&log, &rows, &error, 0.01);
+        let found = of(&log, &error).correlations;
         let angle = found.iter().find(|c| c.with == "body_angle_rad").unwrap();
         assert!((angle.lag_s - 0.1).abs() < 1e-9 && angle.direction == Direction::ErrorFollows, "{angle:?}");
         assert!(angle.peak > 0.99 && angle.peak.abs() > angle.bound);
+    }
+
+    /// Errors that share rows or places share work: each gets what it gets alone.
+    #[test]
+    fn several_errors_get_what_each_gets_alone() {
+        let (log, angle) = log();
+        let first: Vec<f64> = angle.iter().map(|a| a.sin()).collect();
+        let every_other: Vec<f64> =
+            angle.iter().enumerate().map(|(k, a)| if k % 2 == 0 { a * a } else { f64::NAN }).collect();
+        let rows = [std::slice::from_ref(&(0..3_000)), &[5..1_000, 1_001..2_996]];
+        let late: Vec<f64> = rows[1].iter().flat_map(|rows| &first[rows.clone()]).copied().collect();
+        let errors = [(rows[0], &first), (rows[0], &every_other), (rows[1], &late), (rows[0], &angle)];
+        let errors = errors.map(|(rows, values)| ErrorOn { rows, values });
+        for (error, found) in errors.iter().zip(relations(&log, &errors, 0.01)) {
+            let alone = relations(&log, std::slice::from_ref(error), 0.01).remove(0);
+            assert_eq!((found.dependences, found.correlations), (alone.dependences, alone.correlations));
+        }
     }
 }

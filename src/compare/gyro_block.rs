@@ -29,9 +29,9 @@ pub(crate) fn run(equations: &Equations, log: &Dataset) -> Option<BlockRun> {
         // Windows at the ends are lopsided and noisier.
         let kept = half..time.len() - half;
         let rows = stretch.rows.start + kept.start..stretch.rows.start + kept.end;
-        block.add(rows, &measured[kept.clone()], &modelled[kept]);
+        block.add_scored(rows, &measured[kept.clone()], &modelled[kept]);
     }
-    (!block.measured.is_empty()).then_some(block)
+    (!block.rows.is_empty()).then_some(block)
 }
 
 /// The integral from the first sample on. A body that is quick beside the rows bends between them: where rows are even, a

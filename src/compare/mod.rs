@@ -28,6 +28,8 @@ pub mod thresholds;
 mod unknown_torque;
 
 use block_run::BlockRun;
+use dependence::{ErrorOn, relations};
+use noise::Noise;
 use std::ops::RangeInclusive;
 use thresholds::THRESHOLDS;
 
@@ -41,6 +43,7 @@ use crate::screening::Finding;
 use crate::screening::ScreenedLog;
 use crate::screening::ScreeningError;
 use crate::screening::requirements::check_magnitudes;
+use crate::threads::{spread, spread_out};
 use crate::unit::short;
 
 pub use dependence::{Correlation, Dependence, Direction, Regressor};
@@ -55,6 +58,9 @@ pub use unknown_torque::UnknownTorque;
 pub struct CompareConfig {
     /// [s] horizon of the windows of the body.
     pub horizon_s: f64,
+    /// Whether the answer holds the signals sample by sample ([`Trace`], and those of [`UnknownTorque`]): of a long log they
+    /// take more memory than the log.
+    pub signals: bool,
 }
 
 impl CompareConfig {
@@ -64,7 +70,7 @@ impl CompareConfig {
 
 impl Default for CompareConfig {
     fn default() -> Self {
-        Self { horizon_s: 0.3 }
+        Self { horizon_s: 0.3, signals: true }
     }
 }
 
@@ -196,20 +202,16 @@ pub fn compare(
     let mistaken = mistaken_columns(models, log);
     let warnings: Vec<Finding> = log.findings().filter(|it| !mistaken.contains(it)).cloned().collect();
     let log = log.dataset();
-    let noise = noise::Noise::estimate(log, &runs);
+    let noise = Noise::estimate(log, &runs);
     let mut comparisons = Vec::new();
     for (model, run) in models.iter().zip(runs) {
         cancel::check();
-        let unknown_torque = unknown_torque::smooth(model, log, &noise)?;
-        let blocks = run
-            .into_iter()
-            .inspect(|_| cancel::check())
-            .map(|block| block.score(model, log, &noise, config, unknown_torque.as_ref()));
+        let (blocks, unknown_torque) = scored(run, model, log, &noise, config)?;
         comparisons.push(Comparison {
             model: model.name.clone(),
             effects: model.effects.iter().map(|added| added.id.clone()).collect(),
             log: log.source_name().to_owned(),
-            blocks: blocks.collect(),
+            blocks,
             unknown_torque,
             findings: warnings.clone(),
             mistaken_columns: mistaken.clone(),
@@ -225,6 +227,38 @@ fn mistaken_columns(models: &[Model], log: &ScreenedLog) -> Vec<Finding> {
         Ok(found) => log.mistaken().cloned().chain(found).collect(),
         Err(error) => vec![error.into_finding()],
     }
+}
+
+/// The scores of a model's blocks, and the torque that it lacks.
+fn scored(
+    runs: Vec<BlockRun>,
+    model: &Model,
+    log: &Dataset,
+    noise: &Noise,
+    config: &CompareConfig,
+) -> Result<(Vec<Block>, Option<UnknownTorque>), CompareError> {
+    let mut unknown_torque = unknown_torque::smooth(model, log, noise)?;
+    let residuals = spread(&runs, |run| run.residual(log));
+    let mut errors: Vec<ErrorOn> =
+        runs.iter().zip(&residuals).map(|(run, values)| ErrorOn { rows: &run.rows, values }).collect();
+    if let Some(torque) = &unknown_torque {
+        let of_torque = ErrorOn { rows: &torque.parts, values: &torque.torque };
+        // What the body lacks is a torque; its dependences are clearer than those of an integrated error.
+        let of_body = errors.iter_mut().zip(&runs).filter(|(_, run)| run.name == "body");
+        of_body.for_each(|(error, _)| *error = of_torque);
+        errors.push(of_torque);
+    }
+    let mut relations = relations(log, &errors, log.median_interval());
+    if let (Some(torque), Some(of_torque)) = (&mut unknown_torque, relations.get(runs.len())) {
+        torque.dependences = of_torque.dependences.clone();
+        torque.keep(log, config);
+    }
+    relations.truncate(runs.len());
+    let each = runs.into_iter().zip(residuals).zip(relations).collect();
+    let blocks = spread_out(each, |((run, residual), relations)| {
+        run.score((&residual, relations), model, log, noise, config)
+    });
+    Ok((blocks, unknown_torque))
 }
 
 /// Runs the blocks of a model, after its expressions were found to be defined on every row.

@@ -11,6 +11,7 @@ use crate::estimation::noise_floor::{DITHERED, RESOLUTION};
 use crate::estimation::quantization_step::quantization_step;
 use crate::log::Dataset;
 use crate::model::Model;
+use crate::threads::spread;
 
 const BLOCKS: NoiseBlocks = NoiseBlocks {
     in_a_row: THRESHOLDS.in_a_row,
@@ -28,23 +29,27 @@ impl Noise {
     /// The smallest of what the signal itself shows and what each model leaves of it: a model that follows a
     /// fast signal uncovers the noise below it, and no model can make noise smaller.
     pub(crate) fn estimate(log: &Dataset, runs: &[Vec<BlockRun>]) -> Self {
-        let mut sizes = BTreeMap::new();
-        for name in log.names() {
-            if let Some(values) = log.column(name) {
-                let pieces = log.segments().into_iter().map(|rows| &values[rows]);
-                sizes.insert(name.to_owned(), noise_by_blocks(pieces, &BLOCKS));
-            }
-        }
-        for run in runs.iter().flatten().filter(|run| run.shows_noise) {
-            let residual = run.residual();
+        let segments = log.segments();
+        let columns: Vec<(&str, &[f64])> =
+            log.names().filter_map(|name| Some((name, log.column(name)?))).collect();
+        let of_column = |(name, values): &(&str, &[f64])| {
+            let size = noise_by_blocks(segments.iter().map(|rows| &values[rows.clone()]), &BLOCKS);
+            ((*name).to_owned(), size)
+        };
+        let mut sizes: BTreeMap<String, f64> = spread(&columns, of_column).into_iter().collect();
+        let shows_noise: Vec<&BlockRun> = runs.iter().flatten().filter(|run| run.shows_noise).collect();
+        let left = spread(&shows_noise, |run| {
+            let residual = run.residual(log);
             // Short windows, or few readings in each, leave no differences, or too few to tell anything.
             let there = |four: &&[f64]| four.iter().all(|value| value.is_finite());
             let known =
                 run.pieces.iter().map(|piece| residual[piece.clone()].windows(4).filter(there).count());
             if run.is_in_windows() && known.sum::<usize>() < BLOCKS.samples {
-                continue;
+                return f64::INFINITY;
             }
-            let left = noise_by_blocks(run.pieces.iter().map(|piece| &residual[piece.clone()]), &BLOCKS);
+            noise_by_blocks(run.pieces.iter().map(|piece| &residual[piece.clone()]), &BLOCKS)
+        });
+        for (run, left) in shows_noise.iter().zip(left) {
             if let Some(size) = sizes.get_mut(&run.signal) {
                 // The smaller of two estimates of one noise would lie below both: only a clear fall counts.
                 if left < THRESHOLDS.clearly_less_noise * *size {
@@ -53,15 +58,17 @@ impl Noise {
             }
         }
         // What no error can resolve, however quiet the sensor: data free of noise would never be explained.
-        for (name, size) in &mut sizes {
-            let values = log.column(name).unwrap_or(&[]);
-            *size = size.max(RESOLUTION * deviation(values.iter().copied()));
+        let resolved = spread(&columns, |(name, values)| {
+            let size = sizes.get(*name).copied().unwrap_or(0.0);
+            let size = size.max(RESOLUTION * deviation(values.iter().copied()));
             // Nor what a reading's steps take away, which does not change from sample to sample where the noise is smaller.
             let step = quantization_step(values.iter().copied());
-            if *size < DITHERED * step {
-                *size = size.hypot(step / 12.0_f64.sqrt());
-            }
-        }
+            (
+                (*name).to_owned(),
+                if size < DITHERED * step { size.hypot(step / 12.0_f64.sqrt()) } else { size },
+            )
+        });
+        sizes = resolved.into_iter().collect();
         Self(sizes)
     }
 
@@ -102,14 +109,15 @@ mod tests {
             let rows = start + 1..start + 16;
             let begun = rate[start] - swing[start];
             let modelled: Vec<f64> = swing[rows.clone()].iter().map(|rate| rate + begun).collect();
-            run.add(rows.clone(), &rate[rows], &modelled);
+            run.add(rows, &modelled);
         }
         // Three readings in each window: they tell nothing.
         let mut sparse = BlockRun::new("body", "body_rate_rad_s", "rad/s", &[], floor);
         for start in (0..5_985).step_by(15) {
             let rows = start + 1..start + 16;
             let seldom = |row: usize| if row.is_multiple_of(5) { rate[row] } else { f64::NAN };
-            sparse.add(rows.clone(), &rows.clone().map(seldom).collect::<Vec<f64>>(), &swing[rows]);
+            let measured: Vec<f64> = rows.clone().map(seldom).collect();
+            sparse.add_scored(rows.clone(), &measured, &swing[rows]);
         }
         let alone = Noise::estimate(&log, &[]).of("body_rate_rad_s");
         let of_few = Noise::estimate(&log, &[vec![sparse]]).of("body_rate_rad_s");

@@ -4,12 +4,11 @@ use serde::Serialize;
 
 use super::block_run::{BlockRun, NoisePath};
 use super::channels::{BODY_ANGLE, BODY_RATE, RATES};
-use super::dependence::{correlations, dependences};
+use super::dependence::{Relations, at_rows};
 use super::noise::{Noise, rotor_noise};
 use super::regimes::Failure;
 use super::run::Run;
 use super::thresholds::THRESHOLDS;
-use super::unknown_torque::UnknownTorque;
 use super::{CompareConfig, gyro_block};
 use crate::log::Dataset;
 use crate::model::Model;
@@ -57,8 +56,8 @@ impl ErrorStatistics {
     }
 }
 
-/// Measured and modelled signal, sample by sample.
-#[derive(Debug, Clone, PartialEq)]
+/// Measured and modelled signal, sample by sample; empty where [`CompareConfig::signals`] says so.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Trace {
     /// Row of the log of each sample.
     pub rows: Vec<usize>,
@@ -110,33 +109,34 @@ pub struct Block {
 }
 
 impl BlockRun {
-    /// Scores the error against the noise.
+    /// Scores an error against the noise; `relations` are what it has to do with the channels.
     pub(crate) fn score(
         self,
+        (residual, relations): (&[f64], Relations),
         model: &Model,
         log: &Dataset,
         noise: &Noise,
         config: &CompareConfig,
-        unknown_torque: Option<&UnknownTorque>,
     ) -> Block {
-        let residual = self.residual();
-        let error = self.error(&residual, self.noise_floor(model, log, noise, config));
+        let error = self.error(residual, log, self.noise_floor(model, log, noise, config));
         let corner =
             if self.name.starts_with("actuator") { model.actuator.pole / std::f64::consts::TAU } else { 1.0 };
-        let time: Vec<f64> = self.rows.iter().map(|row| log.time()[*row]).collect();
+        let time = at_rows(log.time(), &self.rows);
         let interval = log.median_interval();
-        let mut failure = Failure::of(&time, &self.modelled, &residual, &self.pieces, interval, corner);
-        match (self.name, unknown_torque) {
-            // What the body lacks is a torque; its dependences are clearer than those of an integrated error.
-            ("body", Some(torque)) => {
-                failure.dependences = torque.dependences.clone();
-                failure.correlations = correlations(log, &torque.rows, &torque.torque, interval);
+        let mut failure = Failure::of(&time, &self.modelled, residual, &self.pieces, interval, corner);
+        failure.dependences = relations.dependences;
+        failure.correlations = relations.correlations;
+        let trace = if config.signals {
+            Trace {
+                rows: self.each_row().collect(),
+                time: time.into_owned(),
+                measured: self.shown(log).collect(),
+                modelled: self.modelled.clone(),
+                is_scored: self.scored(log).map(f64::is_finite).collect(),
             }
-            _ => {
-                failure.dependences = dependences(log, &self.rows, &residual);
-                failure.correlations = correlations(log, &self.rows, &residual, interval);
-            }
-        }
+        } else {
+            Trace::default()
+        };
         Block {
             name: self.name.to_owned(),
             signal: self.signal,
@@ -146,25 +146,19 @@ impl BlockRun {
             samples: residual.iter().filter(|value| value.is_finite()).count(),
             error,
             failure,
-            trace: Trace {
-                is_scored: self.measured.iter().map(|value| value.is_finite()).collect(),
-                rows: self.rows,
-                time,
-                measured: self.shown,
-                modelled: self.modelled,
-            },
+            trace,
         }
     }
 
-    fn error(&self, residual: &[f64], noise_floor: f64) -> ErrorStatistics {
+    fn error(&self, residual: &[f64], log: &Dataset, noise_floor: f64) -> ErrorStatistics {
         let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
-        for (error, value) in residual.iter().zip(&self.measured).filter(|(error, _)| error.is_finite()) {
+        for (error, value) in residual.iter().zip(self.scored(log)).filter(|(error, _)| error.is_finite()) {
             count += 1.0;
             sum += value;
             squares += error * error;
         }
         let mean = sum / count;
-        let scored = residual.iter().zip(&self.measured).filter(|(error, _)| error.is_finite());
+        let scored = residual.iter().zip(self.scored(log)).filter(|(error, _)| error.is_finite());
         let spread: f64 = scored.map(|(_, value)| (value - mean).powi(2)).sum();
         // Rounding of the mean is no movement.
         if spread <= count * (1e-12 * mean).powi(2) {

@@ -4,18 +4,22 @@
 //! States: angle, rate, unknown torque, its slope. The torque wanders; how fast is chosen so that the log
 //! becomes most likely, so a model that lacks nothing gets a torque that stays at zero.
 
+use std::ops::Range;
+
 use nalgebra::{Matrix4, RowVector4, Vector4};
 use serde::Serialize;
 
-use super::CompareError;
 use super::blocks::{body_inputs, true_rate};
 use super::channels::{BODY_ANGLE, BODY_RATE};
-use super::dependence::{Dependence, dependences};
+use super::dependence::{Dependence, at_rows};
 use super::noise::{Noise, rotor_noise};
 use super::thresholds::THRESHOLDS;
+use super::{CompareConfig, CompareError};
+use crate::cancel;
 use crate::effect::Site;
 use crate::log::Dataset;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, ModelError};
+use crate::threads;
 
 /// The smoothed unknown torque.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -31,7 +35,7 @@ pub struct UnknownTorque {
     pub known_rms: f64,
     /// What it depends on, the strongest first.
     pub dependences: Vec<Dependence>,
-    /// Row of the log of each sample.
+    /// Row of the log of each sample; empty, as all that follows, where [`CompareConfig::signals`] says so.
     #[serde(skip)]
     pub rows: Vec<usize>,
     /// [s]
@@ -43,11 +47,26 @@ pub struct UnknownTorque {
     /// [N m]
     #[serde(skip)]
     pub standard_error: Vec<f64>,
+    /// Rows of the log, stretch by stretch.
+    #[serde(skip)]
+    pub(crate) parts: Vec<Range<usize>>,
+}
+
+impl UnknownTorque {
+    /// Lays the signals out, or forgets them.
+    pub(crate) fn keep(&mut self, log: &Dataset, config: &CompareConfig) {
+        if config.signals {
+            self.rows = self.parts.iter().flat_map(Clone::clone).collect();
+            self.time = at_rows(log.time(), &self.parts).into_owned();
+        } else {
+            (self.torque, self.standard_error) = (Vec::new(), Vec::new());
+        }
+    }
 }
 
 /// One stretch, ready for the filter.
 struct FilterInput {
-    rows: std::ops::Range<usize>,
+    rows: Range<usize>,
     time: Vec<f64>,
     /// [rad/s] what the model adds to the rate until the next sample.
     gained: Vec<f64>,
@@ -114,15 +133,14 @@ pub(crate) fn smooth(
         time: Vec::new(),
         torque: Vec::new(),
         standard_error: Vec::new(),
+        parts: parts.iter().map(|part| part.rows.clone()).collect(),
     };
     let mut known = Vec::new();
     for part in &parts {
-        for (torque, error) in backwards(&filter(part, &spread, wander, usize::MAX).0) {
+        for (torque, error) in smoothed(part, &spread, wander) {
             found.torque.push(torque);
             found.standard_error.push(error);
         }
-        found.rows.extend(part.rows.clone());
-        found.time.extend(&part.time);
         let steps = part.time.windows(2).zip(&part.gained);
         known.extend(steps.map(|(pair, gained)| spread.inertia * gained / (pair[1] - pair[0])));
     }
@@ -130,7 +148,6 @@ pub(crate) fn smooth(
     found.mean = found.torque.iter().sum::<f64>() / found.torque.len().max(1) as f64;
     found.uncertainty = rms(&found.standard_error);
     found.known_rms = rms(&known);
-    found.dependences = dependences(log, &found.rows, &found.torque);
     Ok((!found.torque.is_empty()).then_some(found))
 }
 
@@ -148,11 +165,20 @@ fn without_gyroscope(model: &Model) -> Result<Model, ModelError> {
 
 /// [N m/√s] the wander under which a stretch is likeliest.
 fn likeliest_wander(part: &FilterInput, spread: &FilterNoise) -> f64 {
-    let tried = (0..THRESHOLDS.wanders_tried).map(|number| {
-        let wander = THRESHOLDS.slowest_wander * 2.0_f64.powi(number as i32);
-        (wander, filter(part, spread, wander, THRESHOLDS.wander_samples).1)
+    let wanders: Vec<f64> = (0..THRESHOLDS.wanders_tried)
+        .map(|number| THRESHOLDS.slowest_wander * 2.0_f64.powi(number as i32))
+        .collect();
+    let tried = threads::spread(&wanders, |wander| {
+        let mut filter = Filter::of(part, spread, *wander);
+        for row in 0..part.time.len().min(THRESHOLDS.wander_samples) {
+            let _ = filter.step(row);
+        }
+        (*wander, filter.likelihood)
     });
-    tried.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(THRESHOLDS.slowest_wander, |(wander, _)| wander)
+    tried
+        .into_iter()
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map_or(THRESHOLDS.slowest_wander, |(wander, _)| wander)
 }
 
 /// Rms of the values that are there.
@@ -166,7 +192,7 @@ fn rms(values: &[f64]) -> f64 {
 /// that shows the true rate.
 fn filter_input(
     (equations, body): (&Equations, &Equations),
-    rows: std::ops::Range<usize>,
+    rows: Range<usize>,
     input: &BodyInput,
     rate: &[f64],
     angle: Option<&[f64]>,
@@ -193,29 +219,45 @@ fn filter_input(
     FilterInput { rows, time: input.time.clone(), gained, rate: true_rates, angle }
 }
 
-/// Forwards over at most `most` samples: every state, and the logarithm of the likelihood.
-fn filter(part: &FilterInput, spread: &FilterNoise, wander: f64, most: usize) -> (Vec<FilterState>, f64) {
-    let first = |values: &[f64]| values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
-    let mut state = Vector4::new(first(&part.angle), first(&part.rate), 0.0, 0.0);
-    // A torque of 1 N m, and a slope of 1 N m/s, would be much.
-    let mut covariance = Matrix4::from_diagonal(&Vector4::new(1.0, 1.0, 1.0, 1.0));
-    let mut passed = Vec::new();
-    let mut likelihood = 0.0;
-    for row in 0..part.time.len().min(most) {
-        let before = (state, covariance);
+/// The filter on its way through a stretch.
+struct Filter<'a> {
+    part: &'a FilterInput,
+    spread: &'a FilterNoise,
+    /// [N m/√s]
+    wander: f64,
+    /// State and covariance before the next sample's measurements.
+    state: Vector4<f64>,
+    covariance: Matrix4<f64>,
+    /// Logarithm of the likelihood of all samples so far.
+    likelihood: f64,
+}
+
+impl<'a> Filter<'a> {
+    fn of(part: &'a FilterInput, spread: &'a FilterNoise, wander: f64) -> Self {
+        let first = |values: &[f64]| values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
+        let state = Vector4::new(first(&part.angle), first(&part.rate), 0.0, 0.0);
+        // A torque of 1 N m, and a slope of 1 N m/s, would be much.
+        let covariance = Matrix4::from_diagonal(&Vector4::new(1.0, 1.0, 1.0, 1.0));
+        Self { part, spread, wander, state, covariance, likelihood: 0.0 }
+    }
+
+    /// Takes in what was measured at a sample, and goes on to the next.
+    fn step(&mut self, row: usize) -> FilterState {
+        let Self { part, spread, wander, state, covariance, likelihood } = self;
+        let before = (*state, *covariance);
         let rate = (part.rate[row], spread.gyro, RowVector4::new(0.0, 1.0, 0.0, 0.0));
         let angle = (part.angle[row], spread.angle, RowVector4::new(1.0, 0.0, 0.0, 0.0));
         for (value, size, pick) in [rate, angle] {
             if !value.is_finite() {
                 continue;
             }
-            let innovation = value - (pick * state)[0];
-            let variance = (pick * covariance * pick.transpose())[0] + size * size;
-            let gain = covariance * pick.transpose() / variance;
-            state += gain * innovation;
-            covariance -= gain * pick * covariance;
-            covariance = 0.5 * (covariance + covariance.transpose());
-            likelihood -= 0.5 * (innovation * innovation / variance + variance.ln());
+            let innovation = value - (pick * *state)[0];
+            let variance = (pick * *covariance * pick.transpose())[0] + size * size;
+            let gain = *covariance * pick.transpose() / variance;
+            *state += gain * innovation;
+            *covariance -= gain * pick * *covariance;
+            *covariance = 0.5 * (*covariance + covariance.transpose());
+            *likelihood -= 0.5 * (innovation * innovation / variance + variance.ln());
         }
         let step = part.time.get(row + 1).map_or(0.0, |next| next - part.time[row]);
         let turn = step / spread.inertia;
@@ -226,36 +268,73 @@ fn filter(part: &FilterInput, spread: &FilterNoise, wander: f64, most: usize) ->
             0.0, 0.0,  1.0,               step,
             0.0, 0.0,  0.0,               1.0,
         );
-        passed.push(FilterState { before, after: (state, covariance), transition });
+        let passed = FilterState { before, after: (*state, *covariance), transition };
         let gained = part.gained[row];
-        state = transition * state + Vector4::new(0.5 * step * gained, gained, 0.0, 0.0);
+        *state = transition * *state + Vector4::new(0.5 * step * gained, gained, 0.0, 0.0);
         let kick = spread.rotors * step;
         let noise = Vector4::new(
             0.0,
             kick * kick,
-            wander * wander * step,
-            (THRESHOLDS.slope_rate * wander).powi(2) * step,
+            *wander * *wander * step,
+            (THRESHOLDS.slope_rate * *wander).powi(2) * step,
         );
-        covariance = transition * covariance * transition.transpose() + Matrix4::from_diagonal(&noise);
+        *covariance = transition * *covariance * transition.transpose() + Matrix4::from_diagonal(&noise);
+        passed
     }
-    (passed, likelihood)
 }
 
-/// Backwards: the unknown torque and its standard error at each sample, [N m].
-fn backwards(passed: &[FilterState]) -> Vec<(f64, f64)> {
-    let mut found = vec![(f64::NAN, f64::NAN); passed.len()];
-    let Some(last) = passed.last() else { return found };
-    let (mut state, mut covariance) = last.after;
-    for row in (0..passed.len()).rev() {
-        if let Some(next) = passed.get(row + 1) {
-            let here = &passed[row];
-            // P F' (P⁻)⁻¹, by the Cholesky factor of P⁻, which is positive definite by its added noise.
-            let Some(factor) = next.before.1.cholesky() else { break };
-            let gain = factor.solve(&(here.transition * here.after.1)).transpose();
-            state = here.after.0 + gain * (state - next.before.0);
-            covariance = here.after.1 + gain * (covariance - next.before.1) * gain.transpose();
+/// Samples over which the filter's states are kept at a time, on the way back.
+const KEPT: usize = 1_024;
+
+/// Forwards and backwards: the unknown torque and its standard error at each sample, [N m]. All states of a long stretch take
+/// many times the log's memory: some are kept, and what follows each of them is computed again.
+fn smoothed(part: &FilterInput, spread: &FilterNoise, wander: f64) -> Vec<(f64, f64)> {
+    let length = part.time.len();
+    let mut filter = Filter::of(part, spread, wander);
+    let mut starts = Vec::new();
+    for row in 0..length {
+        if row.is_multiple_of(KEPT) {
+            cancel::check();
+            starts.push((row, filter.state, filter.covariance));
         }
-        found[row] = (state[2], covariance[(2, 2)].max(0.0).sqrt());
+        filter.step(row);
+    }
+    let mut found = vec![(f64::NAN, f64::NAN); length];
+    let mut behind: Option<Smoothed> = None;
+    for (start, state, covariance) in starts.into_iter().rev() {
+        cancel::check();
+        (filter.state, filter.covariance) = (state, covariance);
+        let passed: Vec<FilterState> =
+            (start..(start + KEPT).min(length)).map(|row| filter.step(row)).collect();
+        for (row, here) in passed.iter().enumerate().rev() {
+            let smoothed = match &behind {
+                None => Some(here.after),
+                Some(behind) => behind.carried_to(here),
+            };
+            let Some((state, covariance)) = smoothed else { return found };
+            found[start + row] = (state[2], covariance[(2, 2)].max(0.0).sqrt());
+            behind = Some(Smoothed { state, covariance, predicted: here.before });
+        }
     }
     found
+}
+
+/// What is known of a sample from all samples.
+struct Smoothed {
+    state: Vector4<f64>,
+    covariance: Matrix4<f64>,
+    /// What was, from those before it alone.
+    predicted: (Vector4<f64>, Matrix4<f64>),
+}
+
+impl Smoothed {
+    /// State and covariance of the sample before.
+    fn carried_to(&self, here: &FilterState) -> Option<(Vector4<f64>, Matrix4<f64>)> {
+        // P F' (P⁻)⁻¹, by the Cholesky factor of P⁻, which is positive definite by its added noise.
+        let factor = self.predicted.1.cholesky()?;
+        let gain = factor.solve(&(here.transition * here.after.1)).transpose();
+        let state = here.after.0 + gain * (self.state - self.predicted.0);
+        let covariance = here.after.1 + gain * (self.covariance - self.predicted.1) * gain.transpose();
+        Some((state, covariance))
+    }
 }

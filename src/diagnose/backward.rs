@@ -3,8 +3,9 @@
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
 use super::model_selection::{improves, same_set};
-use super::parallel::{run_promising, spread};
+use super::parallel::run_promising;
 use super::search::Search;
+use crate::threads::spread;
 
 impl Search<'_> {
     /// Drops one effect at a time until each that stays is selected by itself; the sets without each of those.

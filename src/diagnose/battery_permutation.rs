@@ -8,7 +8,6 @@
 
 use super::block_data::{BlockData, Runs};
 use super::candidate::Candidate;
-use super::parallel::spread;
 use super::progress::Event;
 use super::search::Search;
 use super::search_result::SearchResult;
@@ -16,6 +15,7 @@ use super::thresholds::THRESHOLDS;
 use crate::effect::Law;
 use crate::model::Effect;
 use crate::signal::ROTORS;
+use crate::threads::spread;
 
 /// The signal in an expression.
 const BATTERY: &str = "battery_voltage";

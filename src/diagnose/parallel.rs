@@ -1,14 +1,11 @@
 //! Candidates fitted on every core.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
-
 use super::candidate::{Candidate, StartingPoints};
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
 use super::progress::Event;
 use super::thresholds::THRESHOLDS;
-use crate::cancel::{self, Cancel};
+use crate::threads::{spread, spread_out};
 
 /// Fits candidates on every core; `progress` hears of each.
 pub fn run_all(
@@ -38,7 +35,7 @@ pub fn run_singles(
         candidate.fit_briefly(candidate.starting_points(split), split, None)
     });
     let best = fitted_briefly.iter().map(StartingPoints::cost).fold(f64::INFINITY, f64::min);
-    each(candidates.iter().zip(fitted_briefly).collect(), |candidate, starting_points| {
+    spread_out(candidates.iter().zip(fitted_briefly).collect(), |(candidate, starting_points)| {
         let is_near = starting_points.cost() <= THRESHOLDS.hopeless_single * best;
         candidate.finish(if is_near { starting_points.with_full_fit() } else { starting_points }, split)
     })
@@ -71,55 +68,10 @@ pub fn run_promising(
     let mut promising: Vec<(&Candidate, StartingPoints)> =
         scored.into_iter().map(|((_, candidate), starting_points)| (candidate, starting_points)).collect();
     let goal = promising.first().map_or(0.0, |(_, starting_points)| starting_points.cost());
-    promising = each(promising, |candidate, starting_points| {
+    promising = spread_out(promising, |(candidate, starting_points)| {
         (candidate, candidate.fit_briefly(starting_points, split, Some(goal)))
     });
     promising.sort_by(|a, b| a.1.cost().total_cmp(&b.1.cost()));
     promising.truncate(finished);
-    each(promising, |candidate, starting_points| candidate.finish(starting_points, split))
-}
-
-/// Does the work for every candidate and its starting points, on every core.
-fn each<'p, R: Send>(
-    candidates: Vec<(&'p Candidate<'p>, StartingPoints)>,
-    work: impl Fn(&'p Candidate<'p>, StartingPoints) -> R + Sync,
-) -> Vec<R> {
-    let items: Vec<(&Candidate, Mutex<Option<StartingPoints>>)> = candidates
-        .into_iter()
-        .map(|(candidate, starting_points)| (candidate, Mutex::new(Some(starting_points))))
-        .collect();
-    let done = spread(&items, |(candidate, starting_points)| {
-        let starting_points = starting_points.lock().unwrap_or_else(PoisonError::into_inner).take();
-        starting_points.map(|starting_points| work(candidate, starting_points))
-    });
-    done.into_iter().flatten().collect()
-}
-
-/// Does the work for every item, on every core; answers in the items' order. The workers hear of the same wish to end as
-/// their caller, who is left as they are.
-pub(crate) fn spread<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    let next = AtomicUsize::new(0);
-    let answers: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::with_capacity(items.len()));
-    let cores =
-        std::thread::available_parallelism().map_or(1, std::num::NonZero::get).min(items.len().max(1));
-    let token = Cancel::current();
-    let take_turns = || {
-        loop {
-            cancel::check();
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(item) = items.get(index) else { break };
-            let answer = work(item);
-            answers.lock().unwrap_or_else(PoisonError::into_inner).push((index, answer));
-        }
-    };
-    std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(|| token.during(take_turns))).collect();
-        let left = workers.into_iter().filter_map(|worker| worker.join().err()).collect::<Vec<_>>();
-        if let Some(reason) = left.into_iter().next() {
-            std::panic::resume_unwind(reason);
-        }
-    });
-    let mut answers = answers.into_inner().unwrap_or_else(PoisonError::into_inner);
-    answers.sort_by_key(|(index, _)| *index);
-    answers.into_iter().map(|(_, answer)| answer).collect()
+    spread_out(promising, |(candidate, starting_points)| candidate.finish(starting_points, split))
 }

@@ -4,15 +4,18 @@
 use std::fmt::Write as _;
 use std::fs;
 use std::io::{self, Read as _};
+use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
+use super::csv_blocks;
 use super::dataset::{Dataset, DatasetError};
 use super::limits::{self, MOST_COLUMNS, shortened};
 use super::lines::Lines;
 use crate::cancel;
 use crate::file::write_atomically;
+use crate::threads;
 
 /// Why a log file cannot be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -118,15 +121,8 @@ pub fn read(path: &Path) -> Result<Dataset, LogError> {
 pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
     let text = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
     let mut reader = csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).from_reader(text);
-    let syntax = |error: csv::Error| LogError::Syntax {
-        path: path.to_owned(),
-        line: error.position().map_or(1, csv::Position::line),
-        reason: match error.kind() {
-            csv::ErrorKind::Utf8 { .. } => "not UTF-8 text".to_owned(),
-            _ => error.to_string(),
-        },
-    };
-    let header: Vec<String> = reader.headers().map_err(syntax)?.iter().map(str::to_owned).collect();
+    let header: Vec<String> =
+        reader.headers().map_err(|error| syntax(&error, path))?.iter().map(str::to_owned).collect();
     let Some(time_at) = header.iter().position(|name| name == "time_s") else {
         return Err(LogError::NoTime { path: path.to_owned(), header: shortened_header(&header) });
     };
@@ -134,17 +130,45 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
         let reason = format!("{} columns; {MOST_COLUMNS} are the most", header.len());
         return Err(LogError::Syntax { path: path.to_owned(), line: 1, reason });
     }
+    // The first line is the header, unless it is empty or goes on behind a quote: then nothing is plain.
+    let body = memchr::memchr(b'\n', text).map_or(&[][..], |end| &text[end + 1..]);
+    let header_line = text[..text.len() - body.len()].trim_ascii_end();
+    let is_plain = !header_line.is_empty() && memchr::memchr2(b'"', b'\r', header_line).is_none();
+    let plain = || is_plain.then(|| csv_blocks::columns(body, header.len(), time_at)).flatten();
+    let all = NonZeroUsize::new(threads::most());
+    let (hash, plain) = threads::both(|| content_hash(bytes), || threads::limited(all, plain));
+    let mut columns = match plain {
+        Some(columns) => columns,
+        None => by_rows(reader, text, path, (&header, time_at))?,
+    };
+    let time = std::mem::take(&mut columns[time_at]);
+    let mut log = Dataset::new(path.display().to_string(), hash, time)?;
+    for (index, (name, values)) in header.into_iter().zip(columns).enumerate() {
+        if index != time_at && !name.is_empty() {
+            log.insert(name, values)?;
+        }
+    }
+    Ok(log)
+}
+
+/// The columns of a text whose header was read, row by row.
+fn by_rows(
+    mut reader: csv::Reader<&[u8]>,
+    text: &[u8],
+    path: &Path,
+    (header, time_at): (&[String], usize),
+) -> Result<Vec<Vec<f64>>, LogError> {
     let mut columns: Vec<Vec<f64>> = vec![Vec::new(); header.len()];
     let mut lines = Lines::new(text, None, 1);
     let mut record = csv::StringRecord::new();
-    while reader.read_record(&mut record).map_err(syntax)? {
+    while reader.read_record(&mut record).map_err(|error| syntax(&error, path))? {
         cancel::check();
         let line = lines.of(record.position());
         if record.len() > header.len() {
             let reason = format!("{} cells under a header of {}", record.len(), header.len());
             return Err(LogError::Syntax { path: path.to_owned(), line, reason });
         }
-        for (index, (column, name)) in columns.iter_mut().zip(&header).enumerate() {
+        for (index, (column, name)) in columns.iter_mut().zip(header).enumerate() {
             let cell = record.get(index).unwrap_or("");
             column.push(number(cell).ok_or_else(|| LogError::Cell {
                 path: path.to_owned(),
@@ -157,14 +181,19 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
             return Err(LogError::RowWithoutTime { path: path.to_owned(), line });
         }
     }
-    let time = std::mem::take(&mut columns[time_at]);
-    let mut log = Dataset::new(path.display().to_string(), content_hash(bytes), time)?;
-    for (index, (name, values)) in header.into_iter().zip(columns).enumerate() {
-        if index != time_at && !name.is_empty() {
-            log.insert(name, values)?;
-        }
+    Ok(columns)
+}
+
+/// What the `csv` crate says of a text.
+fn syntax(error: &csv::Error, path: &Path) -> LogError {
+    LogError::Syntax {
+        path: path.to_owned(),
+        line: error.position().map_or(1, csv::Position::line),
+        reason: match error.kind() {
+            csv::ErrorKind::Utf8 { .. } => "not UTF-8 text".to_owned(),
+            _ => error.to_string(),
+        },
     }
-    Ok(log)
 }
 
 /// A header for a message: its first names.

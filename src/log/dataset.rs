@@ -157,7 +157,13 @@ pub struct Dataset {
     source_name: String,
     sha256: String,
     time: Vec<f64>,
+    /// [s] median sampling interval: asked for often.
+    interval: f64,
     columns: Vec<(String, Vec<f64>)>,
+}
+
+fn median_interval(time: &[f64]) -> f64 {
+    median(time.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0)
 }
 
 impl Dataset {
@@ -186,7 +192,8 @@ impl Dataset {
                 });
             }
         }
-        Ok(Self { source_name, sha256: sha256.into(), time, columns: Vec::new() })
+        let interval = median_interval(&time);
+        Ok(Self { source_name, sha256: sha256.into(), time, interval, columns: Vec::new() })
     }
 
     /// Adds a column.
@@ -273,7 +280,7 @@ impl Dataset {
     /// [s] median sampling interval; 0 with fewer than two samples.
     #[must_use]
     pub fn median_interval(&self) -> f64 {
-        median(self.time.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0)
+        self.interval
     }
 
     /// The gaps in time that are longer than 2.5 median sampling intervals.
@@ -320,6 +327,7 @@ impl Dataset {
             source_name: self.source_name.clone(),
             sha256: self.sha256.clone(),
             time: self.time[rows.clone()].to_vec(),
+            interval: median_interval(&self.time[rows.clone()]),
             columns: columns.collect(),
         }
     }

@@ -9,6 +9,7 @@ pub(crate) mod bytes;
 pub mod can_capture;
 pub mod candump;
 pub mod csv;
+mod csv_blocks;
 mod csv_table;
 pub mod dataflash;
 pub mod dataset;

@@ -251,6 +251,12 @@ impl Equations {
         }
     }
 
+    /// Whether the gyroscope shows anything but the body's rate.
+    #[must_use]
+    pub fn has_rate_sensor_laws(&self) -> bool {
+        !self.rate_sensor.is_empty()
+    }
+
     /// Whether a sensor of the body has a state, so that a window has one more unknown at its start.
     #[must_use]
     pub fn rate_sensor_remembers(&self) -> bool {

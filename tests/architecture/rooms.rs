@@ -16,11 +16,13 @@ const TABLE: &[(&str, &[&str])] = &[
     ("clock", &[]),
     // The wish to end a long computation: heard deep inside fits.
     ("cancel", &[]),
+    // Work on several threads, which share their number and hear of that wish.
+    ("threads", &["cancel"]),
     ("signal", &["unit"]),
     ("effect", &["unit", "signal"]),
     ("model", &["file", "unit", "signal", "effect"]),
     // Mathematics without rotors and without logs.
-    ("estimation", &["cancel", "unit"]),
+    ("estimation", &["cancel", "threads", "unit"]),
     ("can", &["file", "unit", "clock", "signal"]),
     ("rt", &["cancel", "clock", "signal"]),
     // Whose memory may be taken away, which `rt` survives.
@@ -29,21 +31,36 @@ const TABLE: &[(&str, &[&str])] = &[
     ("guard", &["unit", "clock", "signal"]),
     ("experiment", &["unit", "clock", "signal", "control", "guard"]),
     ("recording", &["file", "unit", "clock", "signal", "can", "control", "guard", "model"]),
-    ("log", &["cancel", "file", "unit", "clock", "signal", "can", "estimation", "recording"]),
-    ("screening", &["unit", "signal", "effect", "model", "estimation", "log"]),
+    ("log", &["cancel", "threads", "file", "unit", "clock", "signal", "can", "estimation", "recording"]),
+    ("screening", &["threads", "unit", "signal", "effect", "model", "estimation", "log"]),
     // The guard on the running bench; bridge and emulator both own one.
     ("bus_guard", &["clock", "signal", "shm", "guard", "rt"]),
     ("emulate", &["unit", "clock", "signal", "can", "shm", "guard", "effect", "model", "rt", "bus_guard"]),
     // The bench file puts the tables of the other rooms together.
     ("bench", &["*"]),
-    ("identify", &["unit", "signal", "effect", "model", "estimation", "log", "screening", "experiment"]),
+    (
+        "identify",
+        &["threads", "unit", "signal", "effect", "model", "estimation", "log", "screening", "experiment"],
+    ),
     (
         "compare",
-        &["cancel", "unit", "signal", "effect", "model", "estimation", "log", "screening", "identify"],
+        &[
+            "threads",
+            "cancel",
+            "unit",
+            "signal",
+            "effect",
+            "model",
+            "estimation",
+            "log",
+            "screening",
+            "identify",
+        ],
     ),
     (
         "diagnose",
         &[
+            "threads",
             "unit",
             "cancel",
             "signal",

@@ -118,7 +118,12 @@ fn refuses_what_cannot_be_compared() {
         compare(&[Model::paper()], &log.slice(0..10).into(), &config).expect_err("too short").to_string();
     assert_eq!(error, "here.csv: 10 samples; at least 50 are needed");
     assert!(
-        compare(&[Model::paper()], &ScreenedLog::of(&log), &CompareConfig { horizon_s: f64::NAN }).is_err()
+        compare(
+            &[Model::paper()],
+            &ScreenedLog::of(&log),
+            &CompareConfig { horizon_s: f64::NAN, ..CompareConfig::default() }
+        )
+        .is_err()
     );
     // Constant data: no division by a variance that is not there may reach the output as infinity or panic.
     log.insert("command_1", vec![0.5; 100]).expect("fits");

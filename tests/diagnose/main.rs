@@ -11,3 +11,4 @@ mod holes;
 mod ladder;
 mod readings;
 mod refused;
+mod threads;

@@ -1,0 +1,140 @@
+//! Work on several threads, with the same result whatever their number: items are cut without regard to it, and answers
+//! come in the items' order.
+//!
+//! How many may be used is a property of the work that a thread does, as its wish to end is ([`crate::cancel`]): every core,
+//! unless [`limited`] says less. Threads that are started here share what their caller may use.
+//!
+//! ```
+//! use std::num::NonZeroUsize;
+//! use rotorbench::threads::{limited, spread};
+//!
+//! let squares = || spread(&[1, 2, 3], |number| number * number);
+//! assert_eq!(squares(), [1, 4, 9]);
+//! assert_eq!(limited(NonZeroUsize::new(1), squares), [1, 4, 9]);
+//! ```
+
+use std::cell::Cell;
+use std::num::NonZeroUsize;
+use std::panic::resume_unwind;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::thread;
+
+use crate::cancel::{self, Cancel};
+
+thread_local! {
+    /// Threads that the work of this one may keep busy, itself included; `None` = as many as there are cores.
+    static MOST: Cell<Option<NonZeroUsize>> = const { Cell::new(None) };
+}
+
+/// Does the work on at most so many threads; `None` = on every core.
+pub fn limited<T>(most: Option<NonZeroUsize>, work: impl FnOnce() -> T) -> T {
+    let _restore = Restore(MOST.replace(most));
+    work()
+}
+
+/// Puts a thread's limit back, also when the work is left by unwinding.
+struct Restore(Option<NonZeroUsize>);
+
+impl Drop for Restore {
+    fn drop(&mut self) {
+        MOST.set(self.0);
+    }
+}
+
+/// How many threads the work of this one may keep busy, itself included.
+#[must_use]
+pub fn most() -> usize {
+    MOST.get().or_else(|| thread::available_parallelism().ok()).map_or(1, NonZeroUsize::get)
+}
+
+/// Does the work for every item; answers in the items' order. The workers hear of the same wish to end as their caller.
+pub fn spread<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
+    let workers = most().min(items.len());
+    if workers < 2 {
+        let one = |item| {
+            cancel::check();
+            work(item)
+        };
+        return items.iter().map(one).collect();
+    }
+    let next = AtomicUsize::new(0);
+    let answers: Mutex<Vec<(usize, R)>> = Mutex::new(Vec::with_capacity(items.len()));
+    let take_turns = || {
+        loop {
+            cancel::check();
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            let Some(item) = items.get(index) else { break };
+            let answer = work(item);
+            answers.lock().unwrap_or_else(PoisonError::into_inner).push((index, answer));
+        }
+    };
+    let (token, share) = (Cancel::current(), NonZeroUsize::new(most() / workers));
+    thread::scope(|scope| {
+        let start = |_| scope.spawn(|| token.during(|| limited(share, take_turns)));
+        let workers: Vec<_> = (0..workers).map(start).collect();
+        let left = workers.into_iter().filter_map(|worker| worker.join().err()).collect::<Vec<_>>();
+        if let Some(reason) = left.into_iter().next() {
+            resume_unwind(reason);
+        }
+    });
+    let mut answers = answers.into_inner().unwrap_or_else(PoisonError::into_inner);
+    answers.sort_by_key(|(index, _)| *index);
+    answers.into_iter().map(|(_, answer)| answer).collect()
+}
+
+/// The same for items that the work uses up.
+pub fn spread_out<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
+    let items: Vec<Mutex<Option<T>>> = items.into_iter().map(|item| Mutex::new(Some(item))).collect();
+    let done = spread(&items, |item| {
+        let item = item.lock().unwrap_or_else(PoisonError::into_inner).take();
+        item.map(&work)
+    });
+    done.into_iter().flatten().collect()
+}
+
+/// Does two pieces of work side by side where more than one thread may be used, else one after the other.
+pub fn both<A: Send, B>(first: impl FnOnce() -> A + Send, second: impl FnOnce() -> B) -> (A, B) {
+    let most = most();
+    if most < 2 {
+        return (first(), second());
+    }
+    let token = Cancel::current();
+    thread::scope(|scope| {
+        let first = scope.spawn(|| token.during(|| limited(NonZeroUsize::new(most / 2), first)));
+        let second = limited(NonZeroUsize::new(most - most / 2), second);
+        match first.join() {
+            Ok(first) => (first, second),
+            Err(reason) => resume_unwind(reason),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_inside_work_shares_the_threads() {
+        let inside = || spread(&[(), ()], |()| most());
+        assert_eq!(limited(NonZeroUsize::new(5), inside), [2, 2]);
+        assert_eq!(limited(NonZeroUsize::new(1), inside), [1, 1]);
+        assert_eq!(limited(NonZeroUsize::new(3), || both(most, most)), (1, 2));
+        assert_eq!(limited(NonZeroUsize::new(7), most), 7);
+    }
+
+    #[test]
+    fn answers_come_in_the_items_order() {
+        let items: Vec<String> = (0..100).map(|number| number.to_string()).collect();
+        let done = limited(NonZeroUsize::new(4), || spread_out(items.clone(), |item| item));
+        assert_eq!(done, items);
+    }
+
+    #[test]
+    fn a_wish_to_end_reaches_every_worker() {
+        let cancel = Cancel::default();
+        cancel.request();
+        let work = || both(|| spread(&[1, 2], |_| ()), || spread(&[1, 2], |_| ()));
+        assert_eq!(cancel.run(|| limited(NonZeroUsize::new(4), work)), Err(cancel::Cancelled));
+    }
+}
