@@ -200,7 +200,9 @@ pub(crate) fn body_inputs(equations: &Equations, log: &Dataset) -> Option<BodyDr
     if let (Some(rate_1), Some(rate_2)) = (log.column(RATES[0]), log.column(RATES[1])) {
         let [rate_1, rate_2] = [rate_1, rate_2].map(|rate| readings::bridged(log.time(), rate));
         let inputs = stretches(log, &[&rate_1, &rate_2]).into_iter().map(|stretch| {
-            let input = rotor_driven(equations, &log.time()[stretch.rows.clone()], &stretch.inputs);
+            let mut rates = stretch.inputs.into_iter();
+            let rates = [(); 2].map(|()| rates.next().unwrap_or_default());
+            let input = rotor_driven(equations, &log.time()[stretch.rows.clone()], rates);
             (stretch.rows, input)
         });
         return Some(BodyDrive { stretches: inputs.collect(), by: RATES.to_vec(), rests: Vec::new() });
@@ -215,16 +217,20 @@ pub(crate) fn body_inputs(equations: &Equations, log: &Dataset) -> Option<BodyDr
 }
 
 /// Input of the body from the rates of both rotors at the samples, straight lines between them.
-fn rotor_driven(equations: &Equations, time: &[f64], rates: &[Vec<f64>]) -> BodyInput {
-    let torque: Vec<f64> =
-        rates[0].iter().zip(&rates[1]).map(|(a, b)| equations.rotor_torque(*a, *b)).collect();
-    let means = |values: &Vec<f64>| -> Vec<f64> {
-        let last = values.last().copied();
-        values.windows(2).map(|pair| 0.5 * (pair[0] + pair[1])).chain(last).collect()
-    };
+fn rotor_driven(equations: &Equations, time: &[f64], rates: [Vec<f64>; 2]) -> BodyInput {
+    let [mut rate_1, mut rate_2] = rates;
+    let pairs = rate_1.iter().zip(&rate_2);
+    let mut torque: Vec<f64> = pairs.map(|(a, b)| equations.rotor_torque(*a, *b)).collect();
+    let slopes = forward_slopes(time, &torque);
+    // In place: of a long log each of these takes as much as a column.
+    for values in [&mut rate_1, &mut rate_2, &mut torque] {
+        for row in 1..values.len() {
+            values[row - 1] = 0.5 * (values[row - 1] + values[row]);
+        }
+    }
     BodyInput {
-        torque: equations.torque_means(time, &means(&torque), &forward_slopes(time, &torque)),
-        propeller_rate: [means(&rates[0]), means(&rates[1])],
+        torque: equations.torque_means(time, &torque, &slopes),
+        propeller_rate: [rate_1, rate_2],
         time: time.to_vec(),
     }
 }
@@ -252,12 +258,12 @@ fn commanded(equations: &Equations, screened: &ScreenedLog) -> Option<BodyDrive>
             equations.simulate_rotor(&input, &start, &mut trace);
             trace.rate
         });
-        let input = rotor_driven(equations, time, &rates);
-        (rows, input)
+        (rows.clone(), rotor_driven(equations, time, rates))
     });
     let battery = log.column(BATTERY);
     let by = COMMANDS.into_iter().chain(battery.map(|_| BATTERY)).collect();
-    let rests = (0..log.len()).map(|row| rotors.iter().any(|rotor| rotor.rests(row))).collect();
+    let rests = |row: usize| rotors.iter().any(|rotor| rotor.rests(row));
+    let rests = if (0..log.len()).any(rests) { (0..log.len()).map(rests).collect() } else { Vec::new() };
     Some(BodyDrive { stretches: body.collect(), by, rests })
 }
 

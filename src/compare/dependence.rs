@@ -241,7 +241,8 @@ mod tests {
     }
 
     fn of(log: &Dataset, error: &[f64]) -> Relations {
-        let rows = std::slice::from_ref(&(0..error.len()));
+        let all = 0..error.len();
+        let rows = std::slice::from_ref(&all);
         relations(log, &[ErrorOn { rows, values: error }], 0.01).remove(0)
     }
 

@@ -48,7 +48,13 @@ impl<'a> CommandResponses<'a> {
         };
         for &(one, other) in &self.pairs {
             if let (Some(first), Some(second)) = (&self.excited[one], &self.excited[other]) {
-                refuse(crossed([first, second], [&self.own[one], &self.own[other]], self.full_voltage))?;
+                let rates = [&self.rotors[one].rate[..], &self.rotors[other].rate];
+                refuse(crossed(
+                    [first, second],
+                    rates,
+                    [&self.own[one], &self.own[other]],
+                    self.full_voltage,
+                ))?;
             }
         }
         for (rotor, follows) in self.rotors.iter().zip(&self.own) {
@@ -94,9 +100,16 @@ fn are_of_one_log(one: &RotorLog, other: &RotorLog) -> bool {
 }
 
 /// Rates that follow the other rotor's commands.
-fn crossed(parts: [&RotorLog; 2], own: [&Option<SingleRotorFit>; 2], full_voltage: f64) -> Option<Finding> {
+fn crossed(
+    parts: [&RotorLog; 2],
+    rates: [&[f64]; 2],
+    own: [&Option<SingleRotorFit>; 2],
+    full_voltage: f64,
+) -> Option<Finding> {
     let follows_other = |at: usize| {
-        let other = RotorLog { rate: parts[at].rate.clone(), ..parts[1 - at].clone() };
+        let commanded = parts[1 - at];
+        let rate = rates[at].get(..commanded.time.len())?.to_vec();
+        let other = RotorLog { rate, ..commanded.clone() };
         let other = follows(&other, full_voltage).filter(SingleRotorFit::is_plain)?;
         // Commands of two levels have no fit of their own: they say nothing of whose they are.
         let left = own[at].as_ref()?.fit.residual_rms;

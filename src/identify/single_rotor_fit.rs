@@ -12,7 +12,7 @@ use crate::estimation::moments::deviation;
 use crate::estimation::quantile::quantile;
 use crate::estimation::variable_projection::{self, LagFit};
 use crate::screening::excitation::FEWEST_JUMPS;
-use crate::screening::rotor_data::RotorLog;
+use crate::screening::rotor_data::{Beside, RotorLog};
 
 /// What the rates of a rotor do after its commands (or after another's).
 pub(crate) struct SingleRotorFit {
@@ -49,7 +49,21 @@ pub(crate) fn excited_part(rotor: &RotorLog) -> Option<RotorLog> {
     let part = first..first + THRESHOLDS.single_fit_rows;
     let inside = |segment: &Range<usize>| segment.start.max(part.start)..segment.end.min(part.end);
     let segments = rotor.segments.iter().map(inside).filter(|it| it.len() > 1).collect();
-    Some(RotorLog { segments, ..rotor.clone() })
+    // Rows behind it are not laid out a second time: a log may hold very many.
+    let head = |values: &Vec<f64>| values[..part.end.min(values.len())].to_vec();
+    let beside =
+        |beside: &Beside| Beside { command: head(&beside.command), rate: beside.rate.as_ref().map(head) };
+    Some(RotorLog {
+        source: rotor.source.clone(),
+        time: head(&rotor.time),
+        command: head(&rotor.command),
+        rate: head(&rotor.rate),
+        voltage: rotor.voltage.as_ref().map(head),
+        thrust: rotor.thrust.as_ref().map(head),
+        beside: rotor.beside.as_ref().map(beside),
+        segments,
+        ..*rotor
+    })
 }
 
 /// The fit to an excited part.

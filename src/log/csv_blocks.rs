@@ -23,7 +23,8 @@ pub(super) fn columns(body: &[u8], columns: usize, time: usize) -> Option<Vec<Ve
     let mut left: Vec<&mut [f64]> = found.iter_mut().map(Vec::as_mut_slice).collect();
     let mut parts = Vec::with_capacity(blocks.len());
     for (block, rows) in blocks.iter().zip(&rows) {
-        let (part, rest) = left.into_iter().filter_map(|column| column.split_at_mut_checked(*rows)).unzip();
+        let cut = left.into_iter().filter_map(|column| column.split_at_mut_checked(*rows));
+        let (part, rest): (Vec<&mut [f64]>, Vec<&mut [f64]>) = cut.unzip();
         left = rest;
         parts.push((*block, part));
     }

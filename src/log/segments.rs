@@ -20,21 +20,27 @@ pub(crate) struct Stretch {
 pub(crate) fn stretches(log: &Dataset, inputs: &[&[f64]]) -> Vec<Stretch> {
     let time = log.time();
     let held: Vec<Vec<f64>> = inputs.iter().map(|values| hold(time, values)).collect();
-    let mut found = Vec::new();
+    let mut rows = Vec::new();
     for segment in log.segments() {
         let mut start = segment.start;
         while start < segment.end {
             let known = |row: usize| held.iter().all(|values| values.get(row).is_some_and(|v| v.is_finite()));
             let Some(first) = (start..segment.end).find(|row| known(*row)) else { break };
             let end = (first..segment.end).find(|row| !known(*row)).unwrap_or(segment.end);
-            let inputs = held.iter().map(|values| values[first..end].to_vec()).collect();
             if end - first > 1 {
-                found.push(Stretch { rows: first..end, inputs });
+                rows.push(first..end);
             }
             start = end;
         }
     }
-    found
+    match &rows[..] {
+        // Mostly all of the log: nothing to copy.
+        [all] if all.len() == time.len() => vec![Stretch { rows: all.clone(), inputs: held }],
+        rows => {
+            let cut = |rows: &Range<usize>| held.iter().map(|values| values[rows.clone()].to_vec()).collect();
+            rows.iter().map(|rows| Stretch { rows: rows.clone(), inputs: cut(rows) }).collect()
+        }
+    }
 }
 
 /// The rows that both have, of ranges that ascend and do not overlap: more than one in each.
