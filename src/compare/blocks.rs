@@ -281,6 +281,7 @@ fn body(
     let angle = shown_angle.map(|angle| driven.scored(angle));
     // Where a window starts; it is scored by what was measured.
     let start_angle = shown_angle.map(|angle| readings::bridged(log.time(), angle));
+    let in_part = !driven.rests.is_empty();
     let rotors = driven.by.first() == Some(&RATES[0]);
     let floor = |angle| NoisePath::Window { rotors, angle };
     let mut rates = BlockRun::new(name, BODY_RATE, "rad/s", &driven.by, floor(false));
@@ -294,9 +295,9 @@ fn body(
             window_run(equations, input, &window, measured, &mut trace);
             // The start is the measurement itself: it is not scored.
             let scored = rows.start + window.start + 1..rows.start + window.end;
-            add(&mut rates, &rate, scored.clone(), &trace.rate[1..]);
+            add(&mut rates, in_part.then_some(&rate), scored.clone(), &trace.rate[1..]);
             if let Some(angle) = &angle {
-                add(&mut angles, angle, scored, &trace.angle[1..]);
+                add(&mut angles, in_part.then_some(angle), scored, &trace.angle[1..]);
             }
         }
         for window in windows(&input.time, measured, f64::MIN_POSITIVE) {
@@ -314,11 +315,11 @@ fn body(
     [rates, angles].into_iter().filter(|block| block.is_scored(log)).collect()
 }
 
-/// Adds a window to a run: of a channel that is scored in part only what is.
-fn add(run: &mut BlockRun, scored: &Cow<[f64]>, rows: Range<usize>, modelled: &[f64]) {
+/// Adds a window to a run; `scored` is what is, of a channel that is scored in part only.
+fn add(run: &mut BlockRun, scored: Option<&[f64]>, rows: Range<usize>, modelled: &[f64]) {
     match scored {
-        Cow::Borrowed(_) => run.add(rows, modelled),
-        Cow::Owned(scored) => run.add_scored(rows.clone(), &scored[rows], modelled),
+        None => run.add(rows, modelled),
+        Some(scored) => run.add_scored(rows.clone(), &scored[rows], modelled),
     }
 }
 

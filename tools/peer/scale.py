@@ -1,0 +1,115 @@
+"""Time, memory and answer over rows: rotorbench, pandas and scipy on the same logs; Markdown on standard output.
+
+scale.py PROGRAM FOLDER ROWS...
+"""
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+MOMENT = 0.4  # [N m] of the hidden pendulum
+MOVES = [(5, 0.5, 3), (15, -0.5, 4), (28, 0.3, 1.5), (40, -0.4, 2), (55, 0.6, 3), (70, -0.6, 4), (85, 0.2, 1), (100, -0.2, 2)]
+
+program, folder, all_rows = sys.argv[1], Path(sys.argv[2]), [int(word) for word in sys.argv[3:]]
+
+
+def bench(seconds):
+    """A bench at 1 kHz whose body is moved about again and again, with a battery that lasts."""
+    moves = [
+        f"{{ at_s = {start + at}, angle_rad = {angle}, duration_s = {duration} }},"
+        for start in range(0, seconds + 1, 115)
+        for at, angle, duration in MOVES
+    ]
+    return "\n".join(
+        ['name = "scale"', "period_s = 0.001", "[guard]", "slew_per_s = 100", "[emulator.battery]", "capacity_ah = 40",
+         "[controller.reference]", "moves = [", *moves, "]", ""]
+    )
+
+
+def measured(command):
+    """Wall time [s], time of the processors [s], greatest memory [MB] and standard output of a program."""
+    start = time.perf_counter()
+    child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    output, said = child.stdout.read(), child.stderr.read()
+    _, status, usage = os.wait4(child.pid, 0)
+    # 1: found wanting, which is so.
+    if os.waitstatus_to_exitcode(status) not in (0, 1):
+        sys.exit(f"{' '.join(map(str, command))}: {said}")
+    seconds = time.perf_counter() - start
+    return seconds, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1000, output
+
+
+def fly(rows, number):
+    path = folder / f"{'log' if number == 1 else 'validation'}_{rows}.csv"
+    if not path.exists():
+        config = folder / "bench.toml"
+        config.write_text(bench(rows // 1000))
+        command = [program, "experiment", "prbs", "--config", config, "--duration", str(rows / 1000), "--lockstep",
+                   "--closed-loop", "--amplitude", "0.03", "--bandwidth", "25", "--seed", str(number), "--sequence",
+                   str(number), "--hide", f"gravity_pendulum:moment={MOMENT},angle_offset=0", "-o", path]
+        measured(command)
+    return path
+
+
+PANDAS = "import sys, pandas; print(len(pandas.read_csv(sys.argv[1])))"
+# The rotor's pole and curve by variable projection over the pole, as a script for one evening would have it.
+SCIPY = """
+import sys, numpy as np, pandas
+from scipy.optimize import minimize_scalar
+from scipy.signal import lfilter
+log = pandas.read_csv(sys.argv[1])
+u, w = log["command_1"].ffill().to_numpy(), log["propeller_rate_1_rad_s"].to_numpy()
+known, step = np.isfinite(w), 0.001
+def left(pole):
+    keep = np.exp(-pole * step)
+    columns = [lfilter([0, 1 - keep], [1, -keep], power) for power in (np.ones_like(u), u, u * u)]
+    columns = np.c_[tuple(columns) + (keep ** np.arange(len(u)),)][known]
+    solution, *_ = np.linalg.lstsq(columns, w[known], rcond=None)
+    return np.sqrt(np.mean((columns @ solution - w[known]) ** 2))
+print(minimize_scalar(left, bounds=(5, 50), method="bounded", options={"xatol": 1e-4}).x)
+"""
+
+
+def table(rows):
+    """Lines of the table for logs of so many rows."""
+    log, validation = fly(rows, 1), fly(rows, 2)
+    size = log.stat().st_size / 1e6
+    read = measured([sys.executable, "-c", PANDAS, log])
+    fitted = measured([sys.executable, "-c", SCIPY, log])
+    lines = []
+
+    def line(work, taken, answer, peer=None):
+        seconds, processor, memory, _ = taken
+        ratio = "-" if peer is None else f"{seconds / peer[0]:.2f}"
+        lines.append(f"| {rows:,} | {work} | {seconds:.2f} | {processor:.2f} | {memory:.0f} | {ratio} | {answer} |")
+
+    line("pandas reads the log", read, f"{size:.0f} MB of CSV")
+    line("scipy fits one rotor's pole and curve", fitted, f"p = {float(fitted[3]):.3f} 1/s")
+    line("`import`, beside pandas", measured([program, "import", log]), "", read)
+    taken = measured([program, "compare", "--log", log, "--json"])
+    blocks = {block["signal"]: block for block in json.loads(taken[3])["comparisons"][0]["blocks"] if block["name"] == "body"}
+    line("`compare`, beside pandas", taken, f"body rate {blocks['body_rate_rad_s']['error']['rms']:.3f} rad/s", read)
+    model = folder / "identified.toml"
+    taken = measured([program, "identify", "--log", log, "-o", model])
+    pole = next((text for text in model.read_text().splitlines() if text.startswith("pole")), "pole = ?")
+    line("`identify`, beside scipy", taken, f"p = {float(pole.split('=')[1]):.3f} 1/s", fitted)
+    taken = measured([program, "diagnose", "--log", log, "--validate", validation, "--json"])
+    found = json.loads(taken[3])
+    moment = found["parameters"].get("gravity_pendulum.moment", {"value": float("nan"), "standard_error": float("nan")})
+    error = moment["standard_error"]
+    answer = f"{' + '.join(found['effects']) or found['verdict']}, m = {moment['value']:.5f} ± {error if error is None else f'{error:.1e}'} N m"
+    line("`diagnose`, with as long a validation log", taken, answer)
+    taken = measured([program, "extend", "--effect", "gravity_pendulum", "--log", log, "--validate", validation, "-o",
+                      folder / "extended.toml", "--json"])
+    found = json.loads(taken[3])["error"]["extended"]["validate"]
+    line("`extend`, with as long a validation log", taken, f"held-out error {found:.5f} rad/s")
+    return lines
+
+
+print("| rows | work | time [s] | of processors [s] | memory [MB] | ratio | answer |")
+print("|---|---|---|---|---|---|---|")
+for rows in all_rows:
+    print(f"tools/scale: {rows} rows", file=sys.stderr)
+    print("\n".join(table(rows)), flush=True)
