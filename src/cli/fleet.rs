@@ -126,9 +126,9 @@ fn story(told: &Diagnosed, with_page: bool) -> Result<Story, FleetError> {
     );
     let shown = if told.validate.is_empty() { told.train } else { told.validate };
     let horizon_s = told.bench.horizon_s.unwrap_or(DiagnoseConfig::default().horizon);
-    let page =
-        report::diagnosis::page(told.diagnosis, told.model, shown, &CompareConfig { horizon_s }, &next)
-            .map_err(SessionError::from)?;
+    let windows = CompareConfig { horizon_s, ..CompareConfig::default() };
+    let page = report::diagnosis::page(told.diagnosis, told.model, shown, &windows, &next)
+        .map_err(SessionError::from)?;
     Ok((answer, Some(page.emit())))
 }
 

@@ -5,13 +5,13 @@ use super::desk::{Desk, run, said};
 #[test]
 fn no_answer_depends_on_the_number_of_threads() {
     let desk = Desk::new();
-    let log = desk.fly("log.csv", 1, &["--hide", "gravity_pendulum:moment=0.4"]).display().to_string();
+    let log = desk.record("log.csv", 1, &["--hide", "gravity_pendulum:moment=0.4"]).display().to_string();
     let model = desk.path("better.toml").display().to_string();
     let commands: [&[&str]; 4] = [
         &["compare", "--json"],
         &["identify", "--json"],
         &["diagnose", "--json"],
-        &["extend", "--effect", "gravity_pendulum", "--json", "-o", &model],
+        &["extend", "--effect", "gravity_pendulum", "--json", "-o", &model, "--force"],
     ];
     for command in commands {
         let answer = |threads: &str| {
