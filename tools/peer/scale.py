@@ -41,7 +41,7 @@ def measured(command):
     return seconds, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1000, output
 
 
-def fly(rows, number):
+def recorded(rows, number):
     path = folder / f"{'log' if number == 1 else 'validation'}_{rows}.csv"
     if not path.exists():
         config = folder / "bench.toml"
@@ -74,7 +74,7 @@ print(minimize_scalar(left, bounds=(5, 50), method="bounded", options={"xatol": 
 
 def table(rows):
     """Lines of the table for logs of so many rows."""
-    log, validation = fly(rows, 1), fly(rows, 2)
+    log, validation = recorded(rows, 1), recorded(rows, 2)
     size = log.stat().st_size / 1e6
     read = measured([sys.executable, "-c", PANDAS, log])
     fitted = measured([sys.executable, "-c", SCIPY, log])
