@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use super::csv_blocks;
+use super::csv_blocks::{self, number};
 use super::dataset::{Dataset, DatasetError};
 use super::limits::{self, MOST_COLUMNS, shortened};
 use super::lines::Lines;
@@ -201,14 +201,6 @@ fn shortened_header(header: &[String]) -> String {
     const SHOWN: usize = 24;
     let shown = header.iter().take(SHOWN).map(|name| shortened(name)).collect::<Vec<_>>().join(",");
     if header.len() > SHOWN { format!("{shown},...") } else { shown }
-}
-
-/// A cell's number; an empty cell is a missing value. `None` when it is neither.
-pub(super) fn number(cell: &str) -> Option<f64> {
-    if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
-        return Some(f64::NAN);
-    }
-    cell.parse().ok().filter(|value: &f64| value.is_finite())
 }
 
 /// Emits a log as CSV text; each number in the shortest spelling that reads back the same.

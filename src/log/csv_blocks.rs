@@ -5,7 +5,6 @@
 
 use memchr::{memchr, memchr_iter};
 
-use super::csv::number;
 use crate::cancel;
 use crate::threads::{spread, spread_out};
 
@@ -81,6 +80,14 @@ fn fill(block: &[u8], columns: &mut [&mut [f64]], time: usize) -> Option<()> {
         }
     }
     Some(())
+}
+
+/// A cell's number; an empty cell is a missing value. `None` when it is neither.
+pub(super) fn number(cell: &str) -> Option<f64> {
+    if cell.is_empty() || cell.eq_ignore_ascii_case("nan") {
+        return Some(f64::NAN);
+    }
+    cell.parse().ok().filter(|value: &f64| value.is_finite())
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! The cells of a foreign CSV file as numbers: tables of the columns that a mapping names, one for each clock.
 
-use super::csv::number;
+use super::csv_blocks::number;
 use super::foreign_error::ForeignError;
 use super::import_notes::Notes;
 use super::limits::{MOST_COLUMNS, shortened};
