@@ -48,7 +48,7 @@ def recorded(rows, number):
         config.write_text(bench(rows // 1000))
         command = [program, "experiment", "prbs", "--config", config, "--duration", str(rows / 1000), "--lockstep",
                    "--closed-loop", "--amplitude", "0.03", "--bandwidth", "25", "--seed", str(number), "--sequence",
-                   str(number), "--hide", f"gravity_pendulum:moment={MOMENT},angle_offset=0", "-o", path]
+                   str(number), "--hide", f"gravity_pendulum:moment={MOMENT},angle_offset=0", "-o", path, "--force"]
         measured(command)
     return path
 
@@ -92,7 +92,7 @@ def table(rows):
     blocks = {block["signal"]: block for block in json.loads(taken[3])["comparisons"][0]["blocks"] if block["name"] == "body"}
     line("`compare`, beside pandas", taken, f"body rate {blocks['body_rate_rad_s']['error']['rms']:.3f} rad/s", read)
     model = folder / "identified.toml"
-    taken = measured([program, "identify", "--log", log, "-o", model])
+    taken = measured([program, "identify", "--log", log, "-o", model, "--force"])
     pole = next((text for text in model.read_text().splitlines() if text.startswith("pole")), "pole = ?")
     line("`identify`, beside scipy", taken, f"p = {float(pole.split('=')[1]):.3f} 1/s", fitted)
     taken = measured([program, "diagnose", "--log", log, "--validate", validation, "--json"])
@@ -101,7 +101,7 @@ def table(rows):
     error = moment["standard_error"]
     answer = f"{' + '.join(found['effects']) or found['verdict']}, m = {moment['value']:.5f} ± {error if error is None else f'{error:.1e}'} N m"
     line("`diagnose`, with as long a validation log", taken, answer)
-    taken = measured([program, "extend", "--effect", "gravity_pendulum", "--log", log, "--validate", validation, "-o",
+    taken = measured([program, "extend", "--force", "--effect", "gravity_pendulum", "--log", log, "--validate", validation, "-o",
                       folder / "extended.toml", "--json"])
     found = json.loads(taken[3])["error"]["extended"]["validate"]
     line("`extend`, with as long a validation log", taken, f"held-out error {found:.5f} rad/s")
