@@ -439,7 +439,7 @@ fn pages_of_the_guide_have_the_same_headings() {
 }
 
 /// Where tools write what they measured: page, place, and the script that knows both.
-const PLACES: [(&str, &[&str], &str); 7] = [
+const PLACES: [(&str, &[&str], &str); 8] = [
     ("faults", &["lockstep", "real-time", "machine"], "faults"),
     ("scores", &["scores"], "campaign"),
     ("speed", &["peers"], "peers"),
@@ -447,6 +447,7 @@ const PLACES: [(&str, &[&str], &str); 7] = [
     ("long-runs", &["lockstep", "replay", "hour", "campaign", "real-time", "bus", "shifts"], "soak"),
     ("long-runs", &["mutants-guard", "mutants-can"], "mutants"),
     ("real-logs", &["logs"], "soak"),
+    ("scale", &["scale"], "scale"),
 ];
 
 /// What was measured stands in a place that a tool writes, below the command, the machine and the day; by hand is how to read it.
