@@ -99,7 +99,7 @@ fn plan(arguments: &PlanArguments) -> CliResult {
 fn shard(arguments: &RunArguments) -> CliResult {
     let plan = Plan::load(&arguments.plan)?;
     let shard: Shard = arguments.shard.parse()?;
-    let story = |told: &Diagnosed| story(told, arguments.pages);
+    let story = |found: &Diagnosed| story(found, arguments.pages);
     let refusal = |error: &FleetError| report::findings::explained(error);
     let writer = Writer { story: &story, refusal: &refusal };
     let hear = |event: Event| eprint!("{}", report::fleet::event(event));
@@ -110,24 +110,24 @@ fn shard(arguments: &RunArguments) -> CliResult {
 }
 
 /// The answer of a bench as `diagnose --json` has it, and its page.
-fn story(told: &Diagnosed, with_page: bool) -> Result<Story, FleetError> {
-    let answer = json::diagnosis(told.diagnosis)?;
+fn story(found: &Diagnosed, with_page: bool) -> Result<Story, FleetError> {
+    let answer = json::diagnosis(found.diagnosis)?;
     if !with_page {
         return Ok((answer, None));
     }
     let named = |paths: &[PathBuf]| paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>();
     let mapping =
-        told.bench.mapping.as_ref().map(|mapping| format!(" --mapping {mapping}")).unwrap_or_default();
+        found.bench.mapping.as_ref().map(|mapping| format!(" --mapping {mapping}")).unwrap_or_default();
     let next = report::verdict::next_steps(
-        told.diagnosis,
-        &told.bench.model.display().to_string(),
-        (&named(&told.bench.log), &named(&told.bench.validate)),
+        found.diagnosis,
+        &found.bench.model.display().to_string(),
+        (&named(&found.bench.log), &named(&found.bench.validate)),
         &mapping,
     );
-    let shown = if told.validate.is_empty() { told.train } else { told.validate };
-    let horizon_s = told.bench.horizon_s.unwrap_or(DiagnoseConfig::default().horizon);
+    let shown = if found.validate.is_empty() { found.train } else { found.validate };
+    let horizon_s = found.bench.horizon_s.unwrap_or(DiagnoseConfig::default().horizon);
     let windows = CompareConfig { horizon_s, ..CompareConfig::default() };
-    let page = report::diagnosis::page(told.diagnosis, told.model, shown, &windows, &next)
+    let page = report::diagnosis::page(found.diagnosis, found.model, shown, &windows, &next)
         .map_err(SessionError::from)?;
     Ok((answer, Some(page.emit())))
 }

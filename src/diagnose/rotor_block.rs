@@ -167,19 +167,7 @@ pub fn residuals(run: &RotorRun, trace: &RotorTrace, sigma: f64, out: &mut [f64]
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::Dataset;
-
-    /// 100 Hz, a command that changes at the given rows, a hole of 90 ms after the given row.
-    fn log(rows: usize, changes: &[usize], hole_after: usize) -> Dataset {
-        let delay = |row: usize| if row > hole_after { 0.08 } else { 0.0 };
-        let time: Vec<f64> = (0..rows).map(|row| 0.01 * row as f64 + delay(row)).collect();
-        let level = |row: usize| changes.iter().filter(|change| **change <= row).count();
-        let command: Vec<f64> = (0..rows).map(|row| 0.3 + 0.1 * (level(row) % 2) as f64).collect();
-        let mut log = Dataset::new("here", "", time).expect("time rises");
-        log.insert("propeller_rate_1_rad_s", command.iter().map(|u| 1300.0 * u).collect()).expect("fits");
-        log.insert("command_1", command).expect("fits");
-        log
-    }
+    use crate::screening::tests::log_with_hole as log;
 
     #[test]
     fn a_rotor_that_stands_or_starts_does_not_count() {

@@ -83,7 +83,7 @@ pub struct Diagnosed<'a> {
 /// The answer of a bench as JSON, and its page where one is wanted.
 pub type Story = (Value, Option<String>);
 
-/// What an answer is made of, and how a failure is told.
+/// What an answer is made of, and how a failure is said.
 pub struct Writer<'a> {
     /// Answer and page of a bench.
     pub story: &'a dyn Fn(&Diagnosed) -> Result<Story, FleetError>,
@@ -191,9 +191,9 @@ impl Work<'_> {
         let horizon = bench.horizon_s.unwrap_or(DiagnoseConfig::default().horizon);
         let config = DiagnoseConfig { horizon };
         let diagnosis = session::diagnose(&model, &train, &validate, &config, self.job)?;
-        let told =
+        let diagnosed =
             Diagnosed { bench, model: &model, train: &train, validate: &validate, diagnosis: &diagnosis };
-        (self.writer.story)(&told)
+        (self.writer.story)(&diagnosed)
     }
 }
 

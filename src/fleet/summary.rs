@@ -230,8 +230,8 @@ fn unlike_in_parameters(rows: &[&Row]) -> Vec<Finding> {
         let Some(middle) = median(values.iter().map(|(_, value)| *value)) else { continue };
         let Some(spread) = median(values.iter().map(|(_, value)| (value - middle).abs())) else { continue };
         // The median deviation of a normal distribution is 0.6745 of its standard deviation.
-        let limit =
-            (THRESHOLDS.unlike_deviations * spread / 0.6745).max(THRESHOLDS.alike_share * middle.abs());
+        let limit = (THRESHOLDS.unlike_deviations * spread / 0.6745)
+            .max(THRESHOLDS.least_deviation_share * middle.abs());
         for (row, value) in values.iter().filter(|(_, value)| (value - middle).abs() > limit) {
             let finding = Finding::new("parameter_unlike_others", parameter).of(&row.bench);
             found.push(finding.with("value", *value).with("median", middle).with("unit", unit));

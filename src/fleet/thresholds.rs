@@ -7,6 +7,6 @@ crate::thresholds! {
     usual_share: f64 = 0.9, "-", "judgement";
     /// [-] a parameter further from the median than this many robust standard deviations is unlike the others; of a normal distribution one in two million is
     unlike_deviations: f64 = 5.0, "-", "normal distribution";
-    /// [-] a parameter nearer to the median than this share of it is never called unlike, however alike the others are
-    alike_share: f64 = 0.02, "-", "judgement";
+    /// [-] a parameter nearer to the median than this share of it is never called unlike, however little the others differ
+    least_deviation_share: f64 = 0.02, "-", "judgement";
 }

@@ -38,4 +38,4 @@ pub use screened_log::{ScreenedChannel, ScreenedLog, screened};
 pub use screened_rotor::ScreenedRotor;
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -44,18 +44,7 @@ impl RotorLog {
 mod tests {
     use crate::log::Dataset;
     use crate::screening::ScreenedLog;
-
-    /// 100 Hz, a command that changes at the given rows, a hole of 90 ms after the given row.
-    fn log(rows: usize, changes: &[usize], hole_after: usize) -> Dataset {
-        let delay = |row: usize| if row > hole_after { 0.08 } else { 0.0 };
-        let time: Vec<f64> = (0..rows).map(|row| 0.01 * row as f64 + delay(row)).collect();
-        let level = |row: usize| changes.iter().filter(|change| **change <= row).count();
-        let command: Vec<f64> = (0..rows).map(|row| 0.3 + 0.1 * (level(row) % 2) as f64).collect();
-        let mut log = Dataset::new("here", "", time).expect("time rises");
-        log.insert("propeller_rate_1_rad_s", command.iter().map(|u| 1300.0 * u).collect()).expect("fits");
-        log.insert("command_1", command).expect("fits");
-        log
-    }
+    use crate::screening::tests::log_with_hole as log;
 
     #[test]
     fn a_run_goes_on_across_a_hole_only_where_the_command_is_known() {

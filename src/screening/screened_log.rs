@@ -189,8 +189,8 @@ impl ScreenedLog {
     /// What was found in its rotors. Of one that stood all the time nothing is said beside others.
     pub fn rotor_findings(&self) -> impl Iterator<Item = &Finding> {
         let any_turns = self.0.rotors.iter().any(ScreenedRotor::turns);
-        let told = self.0.rotors.iter().filter(move |rotor| !any_turns || rotor.turns());
-        told.flat_map(ScreenedRotor::findings)
+        let concerned = self.0.rotors.iter().filter(move |rotor| !any_turns || rotor.turns());
+        concerned.flat_map(ScreenedRotor::findings)
     }
 
     /// Columns that can hardly be what their names say; they are among `rotor_findings`.

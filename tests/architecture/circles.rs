@@ -8,7 +8,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::imports::{Source, from_the_top, paths, read_path, read_sources, renamed_paths};
+use super::imports::{Source, from_the_top, paths, program, read_path, read_sources, renamed_paths};
 
 /// Circles that are known: methods of one type that stand in several files, which use each other's. Each must be found: a line
 /// that is no longer true is taken out.
@@ -29,9 +29,9 @@ type Files<'a> = BTreeMap<&'a [String], &'a Source>;
 /// What a file says itself: without its tests, and without the lines by which a parent names its children and hands on their
 /// names.
 fn own_code(source: &Source) -> String {
-    let code = source.text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+    let code = program(&source.text);
     if !source.name.ends_with("mod.rs") {
-        return code.to_owned();
+        return code;
     }
     let hands_on = |statement: &str| {
         let words = statement.trim_start();

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use super::imports::program;
 use super::sources::sources;
 
 /// Where `id` stands in `text` as a word of its own.
@@ -17,7 +18,7 @@ fn names(text: &str, id: &str) -> bool {
 /// The program without its tests and without what cards say they are confused with. Comments stay: one that speaks of an
 /// effect by its id is as wrong as code when the effect goes.
 fn without_tests(name: &str, text: &str) -> String {
-    let text = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let text = program(text);
     match text.split_once("    confused_with: &[").filter(|_| name.starts_with("effect/")) {
         Some((before, behind)) => format!("{before}{}", behind.split_once(']').map_or("", |(_, rest)| rest)),
         None => text.to_owned(),

@@ -5,6 +5,19 @@ use std::path::Path;
 
 use super::sources::sources;
 
+/// A file without its tests, whether they stand in it, or in a file of their own that it names at its top or at its end.
+pub fn program(text: &str) -> String {
+    let text = text.replace("#[cfg(test)]\nmod tests;\n", "");
+    text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default().to_owned()
+}
+
+#[test]
+fn a_program_ends_where_its_tests_begin_and_not_where_they_are_named() {
+    let named =
+        "//! A file.\n#[cfg(test)]\nmod tests;\nfn left() {}\n#[cfg(test)]\nmod tests { fn gone() {} }";
+    assert_eq!(program(named), "//! A file.\nfn left() {}\n");
+}
+
 /// Every path of `use` lines and of expressions that begins with `crate`, `super` or `self`, its groups written out.
 pub fn paths(text: &str) -> Vec<Vec<String>> {
     renamed_paths(text).into_iter().map(|(path, _)| path).collect()

@@ -114,7 +114,7 @@ fn the_page_has_the_rooms_of_the_table() {
 
 fn allowed(room: &str) -> BTreeSet<&'static str> {
     let position = TABLE.iter().position(|(name, _)| *name == room).unwrap_or_else(|| {
-        panic!("src/ holds the room `{room}`, which tests/architecture.rs does not list");
+        panic!("src/ holds the room `{room}`, which tests/architecture/rooms.rs does not list");
     });
     let above: Vec<&str> = TABLE[..position].iter().map(|(name, _)| *name).collect();
     let named = TABLE[position].1;

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use super::imports::program;
 use super::sources::sources;
 
 /// Methods by which code would take a sentence apart.
@@ -40,7 +41,7 @@ fn no_code_parses_a_sentence() {
         if name.ends_with("tests.rs") || name.contains("/tests/") {
             continue;
         }
-        let program = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+        let program = program(&text);
         let code: Vec<&str> = program.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
         let code = code.join("\n");
         let searched = searched_for(&code).into_iter().filter(|literal| !OTHERS_TEXT.contains(literal));
@@ -85,7 +86,7 @@ const PRINTERS: [&str; 4] = ["print!(", "println!(", "write!(", "writeln!("];
 
 /// Literals of a file of Rust with what stands before each in its statement; without attributes, comments and tests.
 fn literals(text: &str) -> Vec<(String, String)> {
-    let program = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+    let program = program(text);
     let is_code = |line: &&str| !line.trim_start().starts_with("//");
     let code = program.lines().filter(is_code).collect::<Vec<_>>().join("\n");
     let (mut found, mut statement) = (Vec::new(), String::new());

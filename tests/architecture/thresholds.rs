@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
-use super::imports::{Source, read_sources};
+use super::imports::{Source, program, read_sources};
 use super::sources::sources;
 
 /// Room and name of a threshold, and the files that use it, each from the top of `src/`.
@@ -12,7 +12,7 @@ type Uses = BTreeMap<(String, String), BTreeSet<String>>;
 
 /// Every `THRESHOLDS.name` in `source`, tests apart, with the room whose table it is: named before it, or where it is imported.
 fn find_uses(source: &Source, uses: &mut Uses) {
-    let code = source.text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
+    let code = program(&source.text);
     let part_of_a_word = |letter: char| letter.is_alphanumeric() || letter == '_';
     let room_before = |at: usize| {
         let path = code[..at].strip_suffix("::thresholds::")?;
@@ -137,7 +137,7 @@ fn nothing_is_compared_with_a_number_of_its_own() {
         if !DECIDING.contains(&source.module[0].as_str()) || is_test {
             continue;
         }
-        let code = source.text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+        let code = program(&source.text);
         for line in code.lines() {
             found.extend(
                 compared_with(line)

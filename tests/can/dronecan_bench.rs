@@ -80,21 +80,21 @@ fn node_status(source: u8, transfer_id: u8, [uptime, health, mode]: [i128; 3]) -
 #[test]
 fn what_the_nodes_measure_reaches_the_bridge() {
     let (mut bridge, mut bench) = ends(&config());
-    let told = measured(S);
+    let sent_values = measured(S);
     let mut sensors = Sensors::default();
     let mut updated = 0;
-    for frame in sent(&mut *bench, S, &told) {
+    for frame in sent(&mut *bench, S, &sent_values) {
         updated |= bridge.receive(&frame, S + MS, &mut sensors).updated;
     }
     for channel in Channel::ALL {
-        let (told, read) = (channel.of(&told), channel.of(&sensors));
+        let (sent_values, read) = (channel.of(&sent_values), channel.of(&sensors));
         let has_role = !["body_angle", "thrust_1", "thrust_2", "motor_temperature_1", "motor_temperature_2"]
             .contains(&channel.name());
         assert_eq!(updated & channel.bit() != 0, has_role, "{channel}");
         // Whole rpm, and eleven bits of a half float: both within a part in a thousand of these values.
-        let error = (read.value - told.value).abs();
+        let error = (read.value - sent_values.value).abs();
         assert!(
-            !has_role || read.is_good() && error <= 0.06_f64.max(1e-3 * told.value),
+            !has_role || read.is_good() && error <= 0.06_f64.max(1e-3 * sent_values.value),
             "{channel}: {read:?}"
         );
         assert!(!has_role || read.stamp_ns == S + MS, "{channel}");
@@ -412,9 +412,9 @@ fn a_file_of_dsdl_makes_signals_of_a_vendor_s_message() {
     assert!(names.contains(&"com.hobbywing.esc.StatusMsg1 (node 9)".to_owned()), "{names:?}");
     let (mut bridge, mut bench) = (spoken.bridge_end(), spoken.bench_end(S));
     let mut sensors = Sensors::default();
-    let mut told = measured(S);
-    told.propeller_rate = [Sample::good(700.0, S, 1), Sample::good(800.0, S, 1)];
-    for frame in sent(&mut *bench, S, &told) {
+    let mut sent_values = measured(S);
+    sent_values.propeller_rate = [Sample::good(700.0, S, 1), Sample::good(800.0, S, 1)];
+    for frame in sent(&mut *bench, S, &sent_values) {
         bridge.receive(&frame, S, &mut sensors);
     }
     let rates = sensors.propeller_rate.map(|it| it.value.round());

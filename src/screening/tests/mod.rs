@@ -230,3 +230,15 @@ fn lines_bridge_what_is_missing_here_and_there_and_no_more() {
     assert_eq!(found[..5], [0.0, 1.0, 2.0, 3.0, 4.0]);
     assert!(found[5..10].iter().all(|value| value.is_nan()) && found[12].is_nan(), "{found:?}");
 }
+
+/// 100 Hz, a command that changes at the given rows, a hole of 90 ms after the given row.
+pub(crate) fn log_with_hole(rows: usize, changes: &[usize], hole_after: usize) -> Dataset {
+    let delay = |row: usize| if row > hole_after { 0.08 } else { 0.0 };
+    let time: Vec<f64> = (0..rows).map(|row| 0.01 * row as f64 + delay(row)).collect();
+    let level = |row: usize| changes.iter().filter(|change| **change <= row).count();
+    let command: Vec<f64> = (0..rows).map(|row| 0.3 + 0.1 * (level(row) % 2) as f64).collect();
+    let mut log = Dataset::new("here", "", time).expect("time rises");
+    log.insert("propeller_rate_1_rad_s", command.iter().map(|u| 1300.0 * u).collect()).expect("fits");
+    log.insert("command_1", command).expect("fits");
+    log
+}

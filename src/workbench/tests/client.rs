@@ -36,12 +36,12 @@ impl Running {
     }
 
     pub fn of(config: WorkbenchConfig) -> Self {
-        let (told, heard) = mpsc::channel();
+        let (sender, heard) = mpsc::channel();
         let cancel = Cancel::default();
         let thread = std::thread::spawn({
             let cancel = cancel.clone();
             move || {
-                serve(&config, &cancel, |address| drop(told.send(address.to_owned()))).expect("it serves");
+                serve(&config, &cancel, |address| drop(sender.send(address.to_owned()))).expect("it serves");
             }
         });
         let address = heard.recv_timeout(PATIENCE).expect("an address");

@@ -1,0 +1,16 @@
+//! How the source is laid out: rooms, circles inside them, thresholds, effects, sentences. A file for each below
+//! `tests/architecture/`.
+
+#[path = "architecture/circles.rs"]
+mod circles;
+#[path = "architecture/effects.rs"]
+mod effects;
+#[path = "architecture/imports.rs"]
+mod imports;
+#[path = "architecture/rooms.rs"]
+mod rooms;
+#[path = "architecture/sentences.rs"]
+mod sentences;
+mod sources;
+#[path = "architecture/thresholds.rs"]
+mod thresholds;
