@@ -66,14 +66,15 @@ async function read() {
 export async function begin() {
   await read();
   const events = new EventSource("/api/events");
-  let reading = null;
+  let [newest, isReading] = [-1, false];
   events.onmessage = async message => {
     const tick = JSON.parse(message.data);
     for (const hear of progress) hear(tick);
-    if (tick.revision !== revision && !reading) {
-      reading = read();
-      try { await reading; } finally { reading = null; }
-    }
+    newest = tick.revision;
+    if (isReading) return;
+    isReading = true;
+    // What changed while the desk was on its way is read too: nobody says it a second time.
+    try { while (newest > revision) await read(); } finally { isReading = false; }
   };
   events.onerror = () => { for (const hear of progress) hear(null); };
 }

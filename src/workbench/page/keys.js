@@ -29,7 +29,8 @@ export function show() {
 
 export function build() {
   addEventListener("keydown", event => {
-    const typing = event.target.closest("input:not([type=checkbox]), select, textarea, dialog");
+    // A dialog that was just closed may keep the focus for a moment.
+    const typing = event.target.closest("input:not([type=checkbox]), select, textarea, dialog[open]");
     if (typing || event.ctrlKey || event.metaKey || event.altKey) return;
     const key = KEYS.find(([name]) => name === event.key);
     if (!key) return;
