@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::log_arguments::LogArguments;
 use super::output::{Force, writable};
 use super::watched::{cancellable, searching};
-use super::{CliResult, Outcome};
+use super::{CliError, CliResult, Outcome};
 use crate::compare::CompareConfig;
 use crate::diagnose::{DiagnoseConfig, Verdict};
 use crate::report;
@@ -61,8 +61,10 @@ pub fn run(arguments: &Arguments) -> CliResult {
         );
         let shown = if validate.is_empty() { &train } else { &validate };
         let windows = CompareConfig { horizon_s: arguments.horizon_s, ..CompareConfig::default() };
+        let job = Job::unwatched(cancel);
         let page = arguments.report.as_ref().map(|path| {
-            report::diagnosis::page(&diagnosis, &model, shown, &windows, &next).map(|page| (path, page))
+            let compared = session::compare_extension(&model, &diagnosis.model, shown, &windows, &job)?;
+            Ok::<_, CliError>((path, report::diagnosis::page(&diagnosis, &compared, shown, &next)))
         });
         let page = page.transpose()?;
         Ok((diagnosis, next, page))

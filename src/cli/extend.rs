@@ -136,7 +136,9 @@ fn work(model: &Model, arguments: &Arguments, cancel: &Cancel) -> Result<(Extend
     let shown = if validate.is_empty() { &train } else { &validate };
     let windows = CompareConfig { horizon_s: arguments.horizon_s, ..CompareConfig::default() };
     let extension = &extended.extension;
-    let page = report::diagnosis::extension_page(extension, model, &arguments.effect, shown, &windows)?;
+    let job = Job::unwatched(cancel);
+    let compared = session::compare_extension(model, &extension.model, shown, &windows, &job)?;
+    let page = report::diagnosis::extension_page(extension, &arguments.effect, &compared, shown);
     Ok((extended, Some(page)))
 }
 

@@ -10,7 +10,7 @@ use crate::diagnose::DiagnoseConfig;
 use crate::file::write_atomically;
 use crate::fleet::{self, Diagnosed, Event, FleetError, Plan, Shard, Story, Writer};
 use crate::report::{self, json};
-use crate::session::{Job, SessionError};
+use crate::session::{self, Job};
 
 /// Arguments of `fleet`.
 #[derive(Debug, clap::Args)]
@@ -99,18 +99,19 @@ fn plan(arguments: &PlanArguments) -> CliResult {
 fn shard(arguments: &RunArguments) -> CliResult {
     let plan = Plan::load(&arguments.plan)?;
     let shard: Shard = arguments.shard.parse()?;
-    let story = |found: &Diagnosed| story(found, arguments.pages);
     let refusal = |error: &FleetError| report::findings::explained(error);
-    let writer = Writer { story: &story, refusal: &refusal };
     let hear = |event: Event| eprint!("{}", report::fleet::event(event));
     let failed = cancellable(|cancel| {
-        Ok(fleet::run(&plan, shard, &arguments.output, &writer, (&Job::unwatched(cancel), &hear))?)
+        let job = Job::unwatched(cancel);
+        let story = |found: &Diagnosed| story(found, arguments.pages, &job);
+        let writer = Writer { story: &story, refusal: &refusal };
+        Ok(fleet::run(&plan, shard, &arguments.output, &writer, (&job, &hear))?)
     })?;
     Ok(if failed == 0 { Outcome::Done } else { Outcome::FoundWanting })
 }
 
 /// The answer of a bench as `diagnose --json` has it, and its page.
-fn story(found: &Diagnosed, with_page: bool) -> Result<Story, FleetError> {
+fn story(found: &Diagnosed, with_page: bool, job: &Job) -> Result<Story, FleetError> {
     let answer = json::diagnosis(found.diagnosis)?;
     if !with_page {
         return Ok((answer, None));
@@ -127,8 +128,8 @@ fn story(found: &Diagnosed, with_page: bool) -> Result<Story, FleetError> {
     let shown = if found.validate.is_empty() { found.train } else { found.validate };
     let horizon_s = found.bench.horizon_s.unwrap_or(DiagnoseConfig::default().horizon);
     let windows = CompareConfig { horizon_s, ..CompareConfig::default() };
-    let page = report::diagnosis::page(found.diagnosis, found.model, shown, &windows, &next)
-        .map_err(SessionError::from)?;
+    let compared = session::compare_extension(found.model, &found.diagnosis.model, shown, &windows, job)?;
+    let page = report::diagnosis::page(found.diagnosis, &compared, shown, &next);
     Ok((answer, Some(page.emit())))
 }
 

@@ -3,7 +3,7 @@
 use super::story::{error_table, found_parameters, step_title};
 use super::verdict::NextStep;
 use super::{Bars, Mark, Page, Table, comparison, number};
-use crate::compare::{CompareConfig, CompareError, compare};
+use crate::compare::Comparison;
 use crate::diagnose::diagnosis::{ErrorSummary, FoundParameter};
 use crate::diagnose::{Diagnosis, Extension, Verdict};
 use crate::effect::{Site, find};
@@ -11,18 +11,14 @@ use crate::model::{Change, Model};
 use crate::report::thresholds::THRESHOLDS;
 use crate::screening::ScreenedLog;
 
-/// The page of a diagnosis of `base`; `logs` are shown with both models, the held-out ones if there are any; `next`
-/// says what to do.
-///
-/// # Errors
-/// [`CompareError`] when a log cannot be compared.
+/// The page of a diagnosis; `compared` are the model and its extension on each of `logs`; `next` says what to do.
+#[must_use]
 pub fn page(
     diagnosis: &Diagnosis,
-    base: &Model,
+    compared: &[Vec<Comparison>],
     logs: &[ScreenedLog],
-    config: &CompareConfig,
     next: &[NextStep],
-) -> Result<Page, CompareError> {
+) -> Page {
     let mut page = Page::new("What the model is missing");
     let (mark, sentence) = verdict(diagnosis);
     page.verdict(mark, sentence);
@@ -58,21 +54,18 @@ pub fn page(
         }
         page.heading("Where it fails").table(table);
     }
-    signals(&mut page, base, &diagnosis.model, logs, config)?;
-    Ok(page)
+    signals(&mut page, compared, logs);
+    page
 }
 
-/// The page of an extension of `base` by `added`.
-///
-/// # Errors
-/// [`CompareError`] when a log cannot be compared.
+/// The page of an extension by `added`; `compared` are the model and its extension on each of `logs`.
+#[must_use]
 pub fn extension_page(
     extension: &Extension,
-    base: &Model,
     added: &[String],
+    compared: &[Vec<Comparison>],
     logs: &[ScreenedLog],
-    config: &CompareConfig,
-) -> Result<Page, CompareError> {
+) -> Page {
     let mut page = Page::new("The extended model");
     let error = &extension.error;
     let unit = error.unit;
@@ -109,8 +102,8 @@ pub fn extension_page(
         ]);
     }
     page.table(steps);
-    signals(&mut page, base, &extension.model, logs, config)?;
-    Ok(page)
+    signals(&mut page, compared, logs);
+    page
 }
 
 fn verdict(diagnosis: &Diagnosis) -> (Mark, String) {
@@ -290,20 +283,10 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
 }
 
 /// Both models on the logs, block by block.
-fn signals(
-    page: &mut Page,
-    base: &Model,
-    extended: &Model,
-    logs: &[ScreenedLog],
-    config: &CompareConfig,
-) -> Result<(), CompareError> {
-    let mut models = vec![base.clone(), extended.clone()];
-    models[1].name = format!("{}, extended", base.name);
+fn signals(page: &mut Page, compared: &[Vec<Comparison>], logs: &[ScreenedLog]) {
     page.heading("Both models on the logs").paragraph(
         "The same samples count as above, but each stretch and window starts at the measured state, where the diagnosis fits its \
          start: its numbers above are smaller.",
     );
-    let found = logs.iter().map(|log| compare(&models, log, config)).collect::<Result<Vec<_>, _>>()?;
-    comparison::write(page, &found, logs);
-    Ok(())
+    comparison::write(page, compared, logs);
 }

@@ -1,4 +1,4 @@
-//! Where models fail.
+//! Where models fail, and how far an extension mends it.
 
 use super::{Job, Progress, SessionError};
 use crate::compare::{self, CompareConfig, Comparison};
@@ -20,4 +20,19 @@ pub fn compare(
         job.run(|| compare::compare(models, log, config))
     });
     each.collect()
+}
+
+/// Compares a model and its extension with every log, log by log: what a page shows beside each other.
+///
+/// # Errors
+/// [`SessionError::Compare`] of the first log that cannot be compared.
+pub fn compare_extension(
+    base: &Model,
+    extended: &Model,
+    logs: &[ScreenedLog],
+    config: &CompareConfig,
+    job: &Job,
+) -> Result<Vec<Vec<Comparison>>, SessionError> {
+    let extended = Model { name: format!("{}, extended", base.name), ..extended.clone() };
+    compare(&[base.clone(), extended], logs, config, job)
 }

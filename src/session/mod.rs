@@ -36,7 +36,7 @@ use crate::recording::RecordError;
 use crate::runtime::ProcessError;
 
 pub use bench_check::{BenchCheck, InterfaceLook};
-pub use compare::compare;
+pub use compare::{compare, compare_extension};
 pub use diagnose::diagnose;
 pub use dronecan_nodes::dronecan_nodes;
 pub use emulated_run::run_emulated;
@@ -47,7 +47,7 @@ pub use guess::{GuessedLog, guess_columns};
 pub use identify::identify;
 pub use machine::{Grade, MachineCheck, check_machine};
 pub use models::{name_after, open_model, save_model, step_back};
-pub use open::{ChoiceError, OpenConfig, Opened, open, open_all, rotors};
+pub use open::{ChoiceError, OpenConfig, Opened, between, open, open_all, rotors};
 
 /// What is heard of long work.
 #[derive(Debug, Clone, Copy, PartialEq)]

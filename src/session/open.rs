@@ -226,8 +226,23 @@ fn chosen(log: Dataset, config: &OpenConfig) -> Result<Dataset, SessionError> {
         return Ok(log);
     }
     let (from, to) = (config.from_s.unwrap_or(f64::NEG_INFINITY), config.to_s.unwrap_or(f64::INFINITY));
-    let first = log.time().partition_point(|time| *time < from);
     let last = log.time().partition_point(|time| *time <= to);
+    part(&log, (from, to), last)
+}
+
+/// A part of a log that is at hand, judged by itself: its rows from one time on and before another [s], so that two parts that
+/// meet share none.
+///
+/// # Errors
+/// [`SessionError::Choice`] where there is no such row.
+pub fn between(log: &Dataset, from_s: f64, to_s: f64) -> Result<ScreenedLog, SessionError> {
+    let last = log.time().partition_point(|time| *time < to_s);
+    Ok(part(log, (from_s, to_s), last)?.into())
+}
+
+/// The rows from a time [s] on, before row `last`.
+fn part(log: &Dataset, (from, to): (f64, f64), last: usize) -> Result<Dataset, SessionError> {
+    let first = log.time().partition_point(|time| *time < from);
     if first >= last {
         let ends = log.time().first().zip(log.time().last());
         let (start, end) = ends.map_or((f64::NAN, f64::NAN), |(start, end)| (*start, *end));

@@ -25,8 +25,8 @@ pub(super) struct Lesson {
 pub(super) fn learn(log: &Dataset, job: &Job) -> Result<Lesson, CliError> {
     let model = Model::paper();
     let armed = armed_at(log).ok_or_else(|| CliError::new("the demo's guard was never open"))?;
-    let train = [part(log, armed + QUIET_FROM_S, armed + LEARN_TO_S).into()];
-    let validate = [part(log, armed + LEARN_TO_S, armed + TEST_TO_S).into()];
+    let part = |from: f64, to: f64| session::between(log, armed + from, armed + to);
+    let (train, validate) = ([part(QUIET_FROM_S, LEARN_TO_S)?], [part(LEARN_TO_S, TEST_TO_S)?]);
     let config = DiagnoseConfig::default();
     let diagnosis = session::diagnose(&model, &train, &validate, &config, job)?;
     let extension = match diagnosis.verdict {
@@ -44,11 +44,6 @@ fn armed_at(log: &Dataset) -> Option<f64> {
     let commands = log.column("command_1")?;
     let row = commands.iter().position(|command| *command > 0.0)?;
     log.time().get(row).copied()
-}
-
-fn part(log: &Dataset, from: f64, to: f64) -> Dataset {
-    let row = |at: f64| log.time().partition_point(|time| *time < at);
-    log.slice(row(from)..row(to))
 }
 
 /// [rad] rms of measured angle minus reference while the angle is moved.

@@ -8,7 +8,6 @@ use crate::control::{Compensation, ControllerConfig, ControllerKind};
 use crate::emulate::Impulse;
 use crate::experiment::{Experiment, ExperimentConfig, Rotors, Shape};
 use crate::guard::{Cause, State};
-use crate::log::Dataset;
 use crate::model::Model;
 use crate::rt::Shutdown;
 use crate::runtime::ProcessError;
@@ -18,6 +17,7 @@ use crate::runtime::emulate::emulator;
 use crate::runtime::experiment::prepare;
 use crate::runtime::lockstep::{Interference, Lockstep, ORIGIN_NS};
 use crate::runtime::trace::Trace;
+use crate::screening::ScreenedLog;
 use crate::signal::{ControlStep, Sensors};
 use crate::studies::impulse_response::{Moment, measure};
 use crate::studies::thresholds::THRESHOLDS;
@@ -66,13 +66,13 @@ impl<'a> Benches<'a> {
         shape: Shape,
         name: &str,
         report: &mut dyn FnMut(&str, f64),
-    ) -> Result<Dataset, PaperError> {
+    ) -> Result<ScreenedLog, PaperError> {
         let config = self.held_bench();
         let plan = ExperimentPlan { closed_loop: false, experiment: experiment_of(shape) };
         let (experiment, source) = prepare(&config, &plan)?;
         let mut rows = Rows::new(&experiment);
         self.go_through(&config, source, slots_of(&experiment), name, &mut |step| rows.take(step), report)?;
-        Ok(rows.trace.into_dataset(name)?)
+        Ok(rows.trace.into_dataset(name)?.into())
     }
 
     /// The body struck once, held by `kind` as made for `model`.

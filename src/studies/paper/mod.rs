@@ -15,7 +15,6 @@ use crate::identify::{Identification, IdentifyError, IdentifySettings, identify_
 use crate::log::DatasetError;
 use crate::rt::Shutdown;
 use crate::runtime::ProcessError;
-use crate::screening::screened;
 
 use bench::Benches;
 
@@ -154,7 +153,6 @@ pub fn run(
     for (shape, name) in experiments {
         logs.push(benches.experiment(shape, name, report)?);
     }
-    let mut logs = screened(&logs);
     let validation = logs.split_off(3);
     let identification =
         identify_with_progress(&logs, &validation, &IdentifySettings::default(), &mut |step| {
