@@ -4,7 +4,7 @@ use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
 use super::model_selection::{improves, same_set};
 use super::parallel::run_promising;
-use super::search::Search;
+use super::search_space::Search;
 use crate::threads::spread;
 
 impl Search<'_> {

@@ -7,10 +7,10 @@
 //! [`surrogate`]: super::surrogate_test::surrogate
 
 use super::block_data::{BlockData, Runs};
-use super::candidate::Candidate;
+use super::candidate_set::Candidate;
 use super::progress::Event;
-use super::search::Search;
 use super::search_result::SearchResult;
+use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
 use crate::effect::Law;
 use crate::model::Effect;

@@ -1,33 +1,15 @@
-//! A candidate set of effects: where its fit starts, from which starts it is fitted to the end, and the held-out error.
+//! The fit of a candidate: where it starts, from which starts it is fitted to the end, and the held-out error.
 
 use super::block_data::BlockData;
 use super::candidate_fit::CandidateFit;
+use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
 use super::grid_search;
 use super::problem::Problem;
 use super::thresholds::THRESHOLDS;
-use crate::effect::Law;
 use crate::estimation::normal_equations::Slopes;
-use crate::estimation::output_error::{Fit, FitConfig, Free, fit, fit_from, validate, validate_from};
-use crate::model::{Effect, EffectParameter, Model};
-
-/// A candidate set: what its fit may change, and where it starts.
-#[derive(Debug, Clone)]
-pub struct Candidate<'a> {
-    /// The model it starts from, with fitted parameters.
-    pub from: &'a Model,
-    /// The model whose base numbers nobody has refitted: a fit that starts far from them starts from them, too.
-    pub nominal: &'a Model,
-    /// Effects to add, in order; those at the end that `from` lacks are started from their cards.
-    pub effects: Vec<&'a Effect>,
-    /// Base parameters that are free.
-    pub base: Vec<String>,
-    /// Every effect the model may hold, to look up.
-    pub known: &'a [Effect],
-    /// Cost on the same data that the fit must come below to be fitted to the end, mostly of the set that one effect was
-    /// added to; `None` where it does not matter.
-    pub without: Option<f64>,
-}
+use crate::estimation::output_error::{Fit, FitConfig, fit, fit_from, validate, validate_from};
+use crate::model::Model;
 
 /// Starting points of a candidate, ranked by a first look.
 pub struct StartingPoints {
@@ -75,16 +57,6 @@ impl Candidate<'_> {
         let names = self.names_in(&inside, data.is_rotor());
         let problem = Problem::new(data, model.clone(), names.clone(), &inside);
         fit(&problem, &self.frees(&names, model), None, &FitConfig { goal, ..THRESHOLDS.full_fit }).cost
-    }
-
-    /// Base numbers and parameters of the effects of a block that are free.
-    fn names_in(&self, inside: &[&Effect], in_rotor: bool) -> Vec<String> {
-        let mut names = self.base.clone();
-        let in_block = inside.iter().filter(|effect| effect.site.is_rotor() == in_rotor);
-        names.extend(in_block.flat_map(|effect| {
-            effect.parameters.iter().map(move |parameter| format!("{}.{}", effect.id, parameter.name))
-        }));
-        names
     }
 
     /// Looks at every start.
@@ -276,59 +248,6 @@ impl Candidate<'_> {
             }
         }
     }
-
-    /// The parameter of an effect, looked up.
-    fn parameter(&self, name: &str) -> Option<&EffectParameter> {
-        let (id, parameter) = name.split_once('.')?;
-        let effect = self.known.iter().find(|effect| effect.id == id)?;
-        effect.parameters.iter().find(|known| known.name == parameter)
-    }
-
-    /// Effects of a model, looked up.
-    pub(crate) fn inside(&self, model: &Model) -> Vec<&Effect> {
-        self.known.iter().filter(|effect| model.has(&effect.id)).collect()
-    }
-
-    pub(crate) fn frees(&self, names: &[String], model: &Model) -> Vec<Free> {
-        names.iter().map(|name| self.free(model, name)).collect()
-    }
-
-    /// Whether a parameter is one of a law without slope.
-    pub(crate) fn is_discontinuous(&self, name: &str) -> bool {
-        let id = name.split_once('.').map_or("", |(id, _)| id);
-        self.known.iter().any(|effect| effect.id == id && matches!(effect.law, Law::PiecewiseConstant(_)))
-    }
-
-    fn free(&self, model: &Model, name: &str) -> Free {
-        let start = model.parameter(name).unwrap_or(0.0);
-        if !name.contains('.') {
-            return base_free(name, start);
-        }
-        // A law in jumps is held where it was found.
-        self.parameter(name).filter(|_| !self.is_discontinuous(name)).map_or(
-            Free { start, bounds: (start, start), scale: 1.0 },
-            |parameter| Free { start, bounds: parameter.bounds, scale: typical(parameter) },
-        )
-    }
-}
-
-/// The size a parameter typically has.
-fn typical(parameter: &EffectParameter) -> f64 {
-    let largest = parameter.starts.iter().fold(0.0, |largest: f64, start| largest.max(start.abs()));
-    if largest > 0.0 { largest } else { 0.1 }
-}
-
-/// How far the base's own parameters may move in a fit.
-fn base_free(name: &str, start: f64) -> Free {
-    let bounds = match name {
-        // Faster than a sample, or slower than a log, no fit can see.
-        "pole" => (0.05, 400.0),
-        "inertia" => (1e-4 * start, 1e4 * start),
-        // A battery that gives way never makes a rotor faster; a model that says so is left as it is.
-        "voltage_gain" => (start.min(0.0), 1e3),
-        _ => (-1e6, 1e6),
-    };
-    Free { start, bounds, scale: start.abs().max(1e-9) }
 }
 
 #[cfg(test)]

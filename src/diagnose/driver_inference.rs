@@ -1,8 +1,8 @@
 //! What the body shows of its rotors: it feels what they do more finely than their own sensors do.
 
 use super::block_context::{BlockContext, DrivenBody};
-use super::candidate::Candidate;
 use super::candidate_fit::CandidateFit;
+use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
 use super::error::DiagnoseError;
 use super::model_selection::{is_identifiable, joint_floors, loss, period, senses_rotors};

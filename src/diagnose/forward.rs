@@ -1,12 +1,12 @@
 //! Forwards: sets of effects grow by one at a time, several sets side by side.
 
-use super::candidate::Candidate;
 use super::candidate_fit::CandidateFit;
+use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
 use super::model_selection::{improves, is_identifiable, over_floor, same_set};
 use super::parallel::run_promising;
 use super::progress::Event;
-use super::search::Search;
+use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
 use crate::model::Effect;
 

@@ -1,7 +1,7 @@
 //! Where the fit of a candidate starts: from the model it goes out from and from its base as it was, with each value that the card
 //! of a fresh effect names or a scan finds.
 
-use super::candidate::Candidate;
+use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
 use super::grid_search;
 use super::problem::Problem;

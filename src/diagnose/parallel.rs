@@ -1,7 +1,8 @@
 //! Candidates fitted on every core.
 
-use super::candidate::{Candidate, StartingPoints};
+use super::candidate::StartingPoints;
 use super::candidate_fit::CandidateFit;
+use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
 use super::progress::Event;
 use super::thresholds::THRESHOLDS;

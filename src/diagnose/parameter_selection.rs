@@ -1,12 +1,12 @@
 //! Parameter subset selection: of the base's own numbers only those are changed that the answer needs; and one effect instead of
 //! changed numbers.
 
-use super::candidate::Candidate;
 use super::candidate_fit::CandidateFit;
+use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
 use super::model_selection::{improves, indistinguishable, is_identifiable};
 use super::parallel::run_all;
-use super::search::Search;
+use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
 use crate::model::Effect;
 

@@ -3,8 +3,8 @@
 
 use super::battery_permutation::reads;
 use super::block_builder::{Driver, body_split, rotor_split};
-use super::candidate::Candidate;
 use super::candidate_fit::CandidateFit;
+use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
 use super::error::DiagnoseError;
 use super::thresholds::THRESHOLDS;

@@ -5,8 +5,8 @@ use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
 use super::model_selection::{joint_floors, weigh_channels};
 use super::problem::Problem;
-use super::search::Search;
 use super::search_result::SearchResult;
+use super::search_space::Search;
 use crate::estimation::output_error::validate;
 use crate::model::Effect;
 

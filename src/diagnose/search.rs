@@ -1,30 +1,19 @@
 //! The search of one block: forwards with a beam of several sets, backwards by dropping one out, everything refitted each time.
 
-use super::candidate::Candidate;
 use super::candidate_fit::CandidateFit;
+use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
-use super::model_selection::{indistinguishable, joint_floors, loss, period, steps, weigh_channels};
+use super::model_selection::{indistinguishable, joint_floors, loss, period, steps};
 use super::parallel::run_singles;
 use super::progress::Event;
 use super::refusal::Refusal;
 use super::search_result::{SearchResult, SingleEffect};
+use super::search_space::Search;
 use super::surrogate_test::{SurrogateTest, surrogate};
 use super::verdict::is_still;
-use crate::model::{Effect, Model};
+use crate::model::Effect;
 
-/// A search under way.
-pub struct Search<'a> {
-    /// The base.
-    pub base: &'a Model,
-    /// Every effect there is.
-    pub known: &'a [Effect],
-    /// Those that this block and these logs can show, and why the others cannot be.
-    pub eligible: Vec<(&'a Effect, Option<Refusal>)>,
-    /// Hears how far it is.
-    pub progress: &'a (dyn Fn(Event) + Sync),
-}
-
-impl<'a> Search<'a> {
+impl Search<'_> {
     /// Searches one block.
     #[must_use]
     pub fn run(&self, mut split: DataSplit) -> SearchResult {
@@ -92,14 +81,6 @@ impl<'a> Search<'a> {
         }
         let SearchResult { split, nominal, refitted, singles, .. } = found;
         Search { eligible, ..*self }.among(split, (nominal, refitted), singles, fits)
-    }
-
-    pub(crate) fn lookup(&self, ids: &[String]) -> Vec<&'a Effect> {
-        ids.iter().filter_map(|id| self.known.iter().find(|effect| effect.id == *id)).collect()
-    }
-
-    pub(crate) fn admitted(&self) -> Vec<&'a Effect> {
-        self.eligible.iter().filter(|(_, why)| why.is_none()).map(|(effect, _)| *effect).collect()
     }
 
     fn singles(&self, split: &DataSplit, refitted: &CandidateFit, base: &[String]) -> Vec<SingleEffect> {
@@ -193,30 +174,5 @@ impl<'a> Search<'a> {
             self.each_dropped(split, &best, &base_names, refitted, fits)
         };
         Some((best, dropped))
-    }
-
-    /// The nominal and the refitted baseline; the split learns how large its noise is.
-    pub(crate) fn bases(&self, split: &mut DataSplit) -> (CandidateFit, CandidateFit) {
-        let base_names = split.base_parameters(self.base);
-        let first = self.candidate(self.base, &[], &base_names).run(split);
-        weigh_channels(split, &first);
-        (
-            self.candidate(self.base, &[], &[]).run(split),
-            self.candidate(self.base, &[], &base_names).run(split),
-        )
-    }
-
-    pub(crate) fn candidate<'b>(
-        &'b self,
-        from: &'b Model,
-        effects: &[String],
-        base: &[String],
-    ) -> Candidate<'b> {
-        Candidate { effects: self.lookup(effects), ..self.start(from, base) }
-    }
-
-    pub(crate) fn start<'b>(&'b self, from: &'b Model, base: &[String]) -> Candidate<'b> {
-        let base = base.to_vec();
-        Candidate { from, effects: Vec::new(), base, known: self.known, nominal: self.base, without: None }
     }
 }

@@ -13,12 +13,6 @@ use super::imports::{Source, from_the_top, paths, program, read_path, read_sourc
 /// Circles that are known: methods of one type that stand in several files, which use each other's. Each must be found: a line
 /// that is no longer true is taken out.
 const KNOWN: &[&[&str]] = &[
-    // The ends of DroneCAN, each in a file of its own.
-    &["can/dronecan/bench.rs", "can/dronecan/bridge.rs", "can/dronecan/bus.rs", "can/dronecan/describe.rs"],
-    // `Search` with its permutation test.
-    &["diagnose/battery_permutation.rs", "diagnose/search.rs"],
-    // `Candidate` with its starts.
-    &["diagnose/candidate.rs", "diagnose/multistart.rs"],
     // `Work`, step by step.
     &["identify/assemble.rs", "identify/consistency.rs", "identify/pipeline.rs", "identify/steps.rs"],
 ];
@@ -130,11 +124,13 @@ fn methods_elsewhere(file_of: &Files, code_of: &BTreeMap<&str, String>) -> Vec<(
     let mut found = Vec::new();
     for source in file_of.values() {
         let mut is_of = None;
-        for line in code_of[source.name.as_str()].lines() {
-            if let Some(rest) = line.strip_prefix("impl").filter(|rest| rest.starts_with(['<', ' '])) {
-                is_of = type_of(rest);
+        let code = &code_of[source.name.as_str()];
+        for (at, _) in code.match_indices('\n').map(|(at, _)| (at + 1, ())).chain([(0, ())]) {
+            let rest = &code[at..];
+            if let Some(rest) = rest.strip_prefix("impl").filter(|rest| rest.starts_with(['<', ' '])) {
+                is_of = type_of(rest.lines().next().unwrap_or_default());
             }
-            let Some(method) = method_of(line) else { continue };
+            let Some(method) = method_of(rest) else { continue };
             *count.entry((room(&source.name).to_owned(), method.clone())).or_default() += 1;
             let home = is_of.as_ref().and_then(|name: &String| {
                 let own = std::slice::from_ref(name);
@@ -161,14 +157,15 @@ fn type_of(rest: &str) -> Option<String> {
     (!rest.contains(" for ")).then_some(name)
 }
 
-/// The name of a method that a line begins.
-fn method_of(line: &str) -> Option<String> {
-    let line = line.strip_prefix("    ")?;
+/// The name of a method that code begins with; its arguments may stand on lines of their own.
+fn method_of(code: &str) -> Option<String> {
+    let line = code.strip_prefix("    ")?;
     let (before, behind) = line.split_once("fn ")?;
     let visible = ["", "pub ", "pub(crate) ", "pub(super) ", "const ", "pub const "].contains(&before);
     let name: String =
         behind.chars().take_while(|letter| letter.is_alphanumeric() || *letter == '_').collect();
-    (visible && behind.contains("self")).then_some(name)
+    let signature = behind.split(['{', ';']).next().unwrap_or_default();
+    (visible && signature.contains("self")).then_some(name)
 }
 
 /// The file that an absolute path leads to: the longest module of it, or where that module has a name from.

@@ -8,11 +8,10 @@ use crate::clock::{self, NANOSECONDS_PER_SECOND};
 use crate::signal::{Channel, Sensors};
 
 use super::assembler::{Assembler, Subscription};
-use super::bus::{DronecanBus, Received};
+use super::bus::DronecanBus;
 use super::node::Node;
 use super::place::Place;
 use super::transfer::{Frames, GREATEST_NODE, Header, TransferId, priority};
-use super::value::{empty_message, encode};
 
 /// [ns] for which an ESC believes that it is armed without hearing it again.
 const ARMED_FOR_NS: u64 = 2 * NANOSECONDS_PER_SECOND;
@@ -69,7 +68,7 @@ impl Bench {
                     nodes.push(Node::new(&bus.common, id, NAME));
                     nodes.len() - 1
                 });
-                let mut payload = empty_payload(received);
+                let mut payload = received.empty_payload();
                 if let Some((index, esc)) = bounds.first().and_then(|bound| bound.esc) {
                     index.write(&mut payload, f64::from(esc));
                 }
@@ -115,18 +114,6 @@ fn free_id(bus: &DronecanBus, received: usize, esc: Option<u8>) -> u8 {
         None => FIRST_OTHER + u8::try_from(received).unwrap_or(0) % FIRST_ESC,
     };
     if id == bus.node_id { GREATEST_NODE - 2 } else { id }
-}
-
-/// A message of which nothing is set; a float that is unknown says so.
-fn empty_payload(received: &Received) -> Vec<u8> {
-    encode(received.message(), &empty_message(received.message(), f64::NAN)).unwrap_or_default()
-}
-
-impl Received {
-    /// [byte] of a message whose arrays are empty.
-    pub(super) fn usual_bytes(&self) -> usize {
-        empty_payload(self).len()
-    }
 }
 
 impl BenchEnd for Bench {

@@ -7,8 +7,9 @@ use crate::can::route::Refusal;
 use crate::signal::{Applied, Sensors};
 
 use super::assembler::{Assembler, Transfer};
-use super::bus::{Bound, Commanding, DronecanBus, Received};
+use super::bus::{Commanding, DronecanBus};
 use super::node::{ARMING_EVERY_NS, AT_ONCE, Node};
+use super::received::Received;
 use super::transfer::{Frames, Header, TransferId, priority};
 use super::watch::Watch;
 
@@ -222,29 +223,4 @@ fn take(
     }
     counts.accepted = counts.accepted.wrapping_add(u64::from(decoded.updated != 0));
     decoded
-}
-
-impl Bound {
-    /// Whether the transfer is of the node and the ESC that the role means.
-    #[inline]
-    pub(super) fn is_meant(&self, transfer: &Transfer<'_>) -> bool {
-        let is_node = self.node.is_none_or(|node| node == transfer.header.source);
-        is_node
-            && self.esc.is_none_or(|(place, index)| place.read(transfer.payload) == Some(f64::from(index)))
-    }
-
-    /// The value in SI, or why not.
-    #[inline]
-    fn read(&self, payload: &[u8]) -> Result<f64, Refusal> {
-        let value = self.place.read(payload).ok_or(Refusal::WrongLength)? * self.scale + self.offset;
-        // A limit that lies on the number's grid must not be missed by the rounding of f64.
-        let slack = 1e-9 * (self.range.1 - self.range.0);
-        if !value.is_finite() {
-            Err(Refusal::NotANumber)
-        } else if value < self.range.0 - slack || value > self.range.1 + slack {
-            Err(Refusal::OutOfRange)
-        } else {
-            Ok(value)
-        }
-    }
 }

@@ -1,8 +1,15 @@
 //! The `[bus.dronecan]` table of the bench file, as people write it.
 
+use std::fs::File;
+use std::io::Read;
+
 use serde::{Deserialize, Serialize};
 
+use crate::can::error::CanError;
 use crate::signal::ROTORS;
+
+/// Greatest size of a file of DSDL [byte].
+const LARGEST_FILE: u64 = 1 << 20;
 
 /// Which message carries the commands.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -54,5 +61,20 @@ impl Default for DronecanConfig {
             rpm_maximum: None,
             dsdl: Vec::new(),
         }
+    }
+}
+
+impl DsdlConfig {
+    /// The text of the file: what somebody needs to understand recorded frames later.
+    ///
+    /// # Errors
+    /// [`CanError::Read`]; what lies beyond a megabyte is not read.
+    pub fn text(&self) -> Result<String, CanError> {
+        let read = || {
+            let mut text = String::new();
+            File::open(&self.file)?.take(LARGEST_FILE).read_to_string(&mut text)?;
+            Ok(text)
+        };
+        read().map_err(|source| CanError::Read { file: self.file.clone(), source })
     }
 }

@@ -1,0 +1,56 @@
+//! What a search chooses from: the base, the effects that a block and its logs can show, and candidates of them.
+
+use super::candidate_fit::CandidateFit;
+use super::candidate_set::Candidate;
+use super::data_split::DataSplit;
+use super::model_selection::weigh_channels;
+use super::progress::Event;
+use super::refusal::Refusal;
+use crate::model::{Effect, Model};
+
+/// A search under way.
+pub struct Search<'a> {
+    /// The base.
+    pub base: &'a Model,
+    /// Every effect there is.
+    pub known: &'a [Effect],
+    /// Those that this block and these logs can show, and why the others cannot be.
+    pub eligible: Vec<(&'a Effect, Option<Refusal>)>,
+    /// Hears how far it is.
+    pub progress: &'a (dyn Fn(Event) + Sync),
+}
+
+impl<'a> Search<'a> {
+    pub(crate) fn lookup(&self, ids: &[String]) -> Vec<&'a Effect> {
+        ids.iter().filter_map(|id| self.known.iter().find(|effect| effect.id == *id)).collect()
+    }
+
+    pub(crate) fn admitted(&self) -> Vec<&'a Effect> {
+        self.eligible.iter().filter(|(_, why)| why.is_none()).map(|(effect, _)| *effect).collect()
+    }
+
+    /// The nominal and the refitted baseline; the split learns how large its noise is.
+    pub(crate) fn bases(&self, split: &mut DataSplit) -> (CandidateFit, CandidateFit) {
+        let base_names = split.base_parameters(self.base);
+        let first = self.candidate(self.base, &[], &base_names).run(split);
+        weigh_channels(split, &first);
+        (
+            self.candidate(self.base, &[], &[]).run(split),
+            self.candidate(self.base, &[], &base_names).run(split),
+        )
+    }
+
+    pub(crate) fn candidate<'b>(
+        &'b self,
+        from: &'b Model,
+        effects: &[String],
+        base: &[String],
+    ) -> Candidate<'b> {
+        Candidate { effects: self.lookup(effects), ..self.start(from, base) }
+    }
+
+    pub(crate) fn start<'b>(&'b self, from: &'b Model, base: &[String]) -> Candidate<'b> {
+        let base = base.to_vec();
+        Candidate { from, effects: Vec::new(), base, known: self.known, nominal: self.base, without: None }
+    }
+}
