@@ -34,7 +34,7 @@ pub struct Arguments {
     #[arg(long, value_name = "IMPULSE", requires = "runs", allow_hyphen_values = true)]
     impulse: Option<String>,
     /// Horizon of the windows over which the body runs freely [s]
-    #[arg(value_parser = super::horizon, long, alias = "horizon", default_value_t = CompareConfig::default().horizon_s)]
+    #[arg(value_parser = super::log_arguments::horizon, long, alias = "horizon", default_value_t = CompareConfig::default().horizon_s)]
     horizon_s: f64,
     #[command(flatten)]
     force: Force,

@@ -9,10 +9,10 @@ pub struct Arguments {
     shell: clap_complete::Shell,
 }
 
-/// Runs the command.
-pub fn run(arguments: &Arguments) -> CliResult {
+/// Runs the command; `command` is the whole command line.
+pub fn run(arguments: &Arguments, command: &mut clap::Command) -> CliResult {
     let mut script = Vec::new();
-    clap_complete::generate(arguments.shell, &mut super::command(), "rotorbench", &mut script);
+    clap_complete::generate(arguments.shell, command, "rotorbench", &mut script);
     print!("{}", String::from_utf8_lossy(&script));
     Ok(Outcome::Done)
 }

@@ -18,7 +18,7 @@ use crate::shm::PassingBench;
 mod bench_run;
 mod lesson;
 
-use bench_run::{Attempts, DemoRun, degraded, guard_lines, run_whole};
+use bench_run::{Attempts, DemoRun, at, degraded, guard_lines, run_whole};
 
 /// Arguments of `demo`.
 #[derive(Debug, clap::Args)]
@@ -104,10 +104,6 @@ fn interrupted() -> Outcome {
 fn held_up(page: Option<&Path>) -> Outcome {
     println!("{}", report::demo::held_up(page));
     Outcome::FoundWanting
-}
-
-fn at(path: &Path, error: &std::io::Error) -> CliError {
-    CliError::new(format!("{}: {error}", path.display()))
 }
 
 /// The bench as its controller knows it, and as it really is. Only the emulator's process knows the second.

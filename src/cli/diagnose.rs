@@ -27,7 +27,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub(super) logs: LogArguments,
     /// Windows over which the body runs freely [s]
-    #[arg(value_parser = super::horizon, long, default_value_t = DiagnoseConfig::default().horizon)]
+    #[arg(value_parser = super::log_arguments::horizon, long, default_value_t = DiagnoseConfig::default().horizon)]
     horizon_s: f64,
     #[command(flatten)]
     force: Force,

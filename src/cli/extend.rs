@@ -42,7 +42,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with_all = ["effect", "log", "validate"])]
     step_back: bool,
     /// Windows over which the body runs freely [s]
-    #[arg(value_parser = super::horizon, long, default_value_t = DiagnoseConfig::default().horizon)]
+    #[arg(value_parser = super::log_arguments::horizon, long, default_value_t = DiagnoseConfig::default().horizon)]
     horizon_s: f64,
     /// Model file to write
     #[arg(short, long)]

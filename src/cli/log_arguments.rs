@@ -3,6 +3,7 @@
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
+use crate::compare::CompareConfig;
 use crate::session::OpenConfig;
 
 /// Options of logs.
@@ -80,4 +81,12 @@ impl LogArguments {
     pub fn inputs(&self) -> impl Iterator<Item = PathBuf> {
         self.mapping.iter().map(PathBuf::from).chain(self.config.clone())
     }
+}
+
+/// [s] a horizon over which a body can run freely.
+pub(super) fn horizon(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
+    let can_be = CompareConfig::HORIZONS_S.contains(&seconds);
+    let [from, to] = [CompareConfig::HORIZONS_S.start(), CompareConfig::HORIZONS_S.end()];
+    if can_be { Ok(seconds) } else { Err(format!("must lie in {from}..{to} s")) }
 }

@@ -3,11 +3,10 @@
 use std::fs;
 use std::path::PathBuf;
 
-use clap::CommandFactory as _;
 use clap_mangen::Man;
 
 use super::output::Force;
-use super::{CliError, CliResult, CommandLine, Outcome, commands};
+use super::{CliError, CliResult, Outcome, commands};
 use crate::file::write_atomically;
 
 /// Arguments of `man`.
@@ -20,10 +19,10 @@ pub struct Arguments {
     force: Force,
 }
 
-/// Runs the command.
-pub fn run(arguments: &Arguments) -> CliResult {
+/// Runs the command; `command` is the whole command line.
+pub fn run(arguments: &Arguments, command: clap::Command) -> CliResult {
     let folder = &arguments.folder;
-    let mut command = commands::for_manual(CommandLine::command()).disable_help_subcommand(true);
+    let mut command = commands::for_manual(command).disable_help_subcommand(true);
     command.build();
     let pages: Vec<(PathBuf, Man)> =
         pages(command).into_iter().map(|page| (folder.join(page.get_filename()), page)).collect();

@@ -2,7 +2,6 @@
 //!
 //! Results go to standard output, everything else to standard error.
 
-use std::fmt;
 use std::io::{IsTerminal as _, Write as _};
 use std::num::NonZeroUsize;
 use std::path::Path;
@@ -13,9 +12,7 @@ use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
-use crate::compare::CompareConfig;
 use crate::threads;
-use place::Setting;
 
 #[macro_use]
 mod print;
@@ -48,6 +45,7 @@ mod log_arguments;
 mod man;
 mod monitor;
 mod operate;
+mod outcome;
 mod output;
 mod paper;
 mod pipe;
@@ -62,58 +60,7 @@ pub(crate) mod thresholds;
 mod watched;
 mod workbench;
 
-/// How a command ended when nothing was wrong with its input.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Outcome {
-    /// Exit 0.
-    Done,
-    /// Exit 1: it worked, and what it looked at was found wanting.
-    FoundWanting,
-}
-
-/// Bad usage or bad input: exit 2, one clear sentence with the place.
-#[derive(Debug)]
-pub struct CliError {
-    sentence: String,
-    /// What of the bench file it speaks of, where it does not yet say in which file that is.
-    setting: Option<Setting>,
-    /// The user did not want to wait: exit 1, and no error.
-    is_cancelled: bool,
-}
-
-impl CliError {
-    /// An error that says `sentence`.
-    pub fn new(sentence: impl Into<String>) -> Self {
-        Self { sentence: sentence.into(), setting: None, is_cancelled: false }
-    }
-
-    /// The same with its place in the bench file at `path`, with the content `text`, where it speaks of that.
-    fn in_bench_file(self, path: &Path, text: &str) -> Self {
-        match self.setting.and_then(|setting| setting.place(path, text)) {
-            Some(place) => Self::new(format!("{place}: {}", self.sentence)),
-            None => Self::new(self.sentence),
-        }
-    }
-}
-
-impl fmt::Display for CliError {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&self.sentence)
-    }
-}
-
-// `CliError` does not implement `Error`, so that every room's error converts with `?`, causes included.
-impl<E: std::error::Error + 'static> From<E> for CliError {
-    fn from(error: E) -> Self {
-        let setting = Setting::of(&error);
-        let is_cancelled = watched::is_cancelled(&error);
-        let sentence = crate::report::findings::explained(&error);
-        Self { sentence, setting, is_cancelled }
-    }
-}
-
-/// What every subcommand's `run` answers.
-pub type CliResult = Result<Outcome, CliError>;
+pub use outcome::{CliError, CliResult, Outcome};
 
 /// A hardware-in-the-loop CAN bench that closes the loop, and tells you what your model is missing.
 #[derive(Debug, Parser)]
@@ -185,14 +132,6 @@ enum Subcommand {
     Man(man::Arguments),
     /// The JSON Schema of a `--json` answer
     Schema(schema::Arguments),
-}
-
-/// [s] a horizon over which a body can run freely.
-fn horizon(text: &str) -> Result<f64, String> {
-    let seconds: f64 = text.parse().map_err(|_| "not a number".to_owned())?;
-    let can_be = CompareConfig::HORIZONS_S.contains(&seconds);
-    let [from, to] = [CompareConfig::HORIZONS_S.start(), CompareConfig::HORIZONS_S.end()];
-    if can_be { Ok(seconds) } else { Err(format!("must lie in {from}..{to} s")) }
 }
 
 /// The command line, or its error and exit 2. Numbers may be negative everywhere: what cannot be is refused by who knows
@@ -337,8 +276,8 @@ fn dispatch(subcommand: Subcommand) -> CliResult {
         Subcommand::Effects(arguments) => effects::run(&arguments),
         Subcommand::Paper(arguments) => paper::run(&arguments),
         Subcommand::Replay(arguments) => replay::run(&arguments),
-        Subcommand::Completions(arguments) => completions::run(&arguments),
-        Subcommand::Man(arguments) => man::run(&arguments),
+        Subcommand::Completions(arguments) => completions::run(&arguments, &mut command()),
+        Subcommand::Man(arguments) => man::run(&arguments, CommandLine::command()),
         Subcommand::Schema(arguments) => schema::run(&arguments),
     }
 }

@@ -1,25 +1,19 @@
 //! Long work on a command line: it ends with Ctrl-C or SIGTERM, and what is written is written after it.
 
-use std::error::Error;
 use std::sync::{Mutex, PoisonError};
 
 use super::CliError;
 use super::progress::Progress as Line;
-use crate::cancel::{Cancel, Cancelled};
+use crate::cancel::Cancel;
 use crate::report::findings::step;
 use crate::rt::cancel_on_signals;
-use crate::session::{Job, Progress, SessionError};
+use crate::session::{Job, Progress};
 
 /// Does the work of a command up to its results; from its beginning on signals cancel it. What it writes has to be written
 /// behind it.
 pub(super) fn cancellable<T>(work: impl FnOnce(&Cancel) -> Result<T, CliError>) -> Result<T, CliError> {
     let cancel = cancel_on_signals()?;
     cancel.run(|| work(&cancel))?
-}
-
-/// Whether an error is the end of work that was cancelled.
-pub(super) fn is_cancelled(error: &(dyn Error + 'static)) -> bool {
-    error.is::<Cancelled>() || matches!(error.downcast_ref(), Some(SessionError::Cancelled(_)))
 }
 
 /// Does work in named steps, with a bar.

@@ -17,7 +17,9 @@
 mod block_run;
 mod blocks;
 mod channels;
+mod config;
 mod dependence;
+mod error;
 mod gyro_block;
 mod noise;
 mod regimes;
@@ -30,7 +32,6 @@ mod unknown_torque;
 use block_run::BlockRun;
 use dependence::{ErrorOn, relations};
 use noise::Noise;
-use std::ops::RangeInclusive;
 use thresholds::THRESHOLDS;
 
 use serde::Serialize;
@@ -38,79 +39,20 @@ use serde::Serialize;
 use crate::cancel;
 use crate::identify;
 use crate::log::{Dataset, DatasetError};
-use crate::model::{Model, ModelError, UndefinedRow};
+use crate::model::{Model, UndefinedRow};
 use crate::screening::Finding;
 use crate::screening::ScreenedLog;
-use crate::screening::ScreeningError;
 use crate::screening::requirements::check_magnitudes;
 use crate::threads::{spread, spread_out};
-use crate::unit::short;
 
+pub use config::CompareConfig;
 pub use dependence::{Correlation, Dependence, Direction, Regressor};
+pub use error::CompareError;
 pub use regimes::{Failure, Group};
 pub use run::Run;
 pub use score::{Block, ErrorStatistics, Trace};
 pub use spectrum::Spectrum;
 pub use unknown_torque::UnknownTorque;
-
-/// How to compare.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CompareConfig {
-    /// [s] horizon of the windows of the body.
-    pub horizon_s: f64,
-    /// Whether the answer holds the signals sample by sample ([`Trace`], and those of [`UnknownTorque`]): of a long log they
-    /// take more memory than the log.
-    pub signals: bool,
-}
-
-impl CompareConfig {
-    /// [s] horizons that make sense.
-    pub const HORIZONS_S: RangeInclusive<f64> = 0.01..=600.0;
-}
-
-impl Default for CompareConfig {
-    fn default() -> Self {
-        Self { horizon_s: 0.3, signals: true }
-    }
-}
-
-/// Why nothing could be compared.
-#[derive(Debug, thiserror::Error)]
-pub enum CompareError {
-    /// A log that cannot be used.
-    #[error(transparent)]
-    Screening(#[from] ScreeningError),
-    /// A law that the model has gives no number on the data.
-    #[error("model `{model}`: the expression of `{effect}` is not a number on {log} at {} s ({})", short(*time), signals.join(", "))]
-    NotANumber {
-        /// Name of the model.
-        model: String,
-        /// Id of the user's effect.
-        effect: String,
-        /// The log.
-        log: String,
-        /// [s] where.
-        time: f64,
-        /// What the expression saw there.
-        signals: Vec<String>,
-    },
-    /// Too few samples.
-    #[error("{log}: {samples} samples; at least {needed} are needed")]
-    TooShort {
-        /// The log.
-        log: String,
-        /// How many there are.
-        samples: usize,
-        /// How many are needed.
-        needed: usize,
-    },
-    /// The horizon is not a time.
-    #[error("horizon {} s: it must lie in 0.01..600", short(*.0))]
-    Horizon(f64),
-    /// The model cannot run.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-}
 
 /// One model on one log.
 #[cfg_attr(test, derive(schemars::JsonSchema))]

@@ -5,7 +5,6 @@ use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
 use super::model_selection::{indistinguishable, joint_floors, loss, period, steps};
 use super::parallel::run_singles;
-use super::progress::Event;
 use super::refusal::Refusal;
 use super::search_result::{SearchResult, SingleEffect};
 use super::search_space::Search;

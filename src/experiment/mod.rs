@@ -9,64 +9,18 @@ use std::f64::consts::TAU;
 use serde::{Deserialize, Serialize};
 
 use self::thresholds::THRESHOLDS;
+use crate::guard::Limits;
 use crate::signal::ROTORS;
-use crate::unit::short;
 
+mod error;
 mod limit;
 mod prbs;
 pub mod thresholds;
 
+pub use error::ExperimentError;
 pub use limit::LimitError;
 #[doc(hidden)]
 pub use limit::LimitError as Refusal;
-
-/// Why an experiment cannot be run.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ExperimentError {
-    /// A setting outside its range.
-    #[error("experiment: `{name}` must lie in {}..{}, not {}", short(*low), short(*high), short(*value))]
-    Range {
-        /// Name of the setting.
-        name: &'static str,
-        /// Value found.
-        value: f64,
-        /// Lowest value allowed.
-        low: f64,
-        /// Highest value allowed.
-        high: f64,
-    },
-    /// It would command a rotor beyond 0..1.
-    #[error(
-        "experiment: rotor {rotor} would be commanded to {} at {time_s:.2} s; a command lies in 0..1", short(*value)
-    )]
-    Impossible {
-        /// Rotor, from 1.
-        rotor: usize,
-        /// Command asked for.
-        value: f64,
-        /// [s] since the start.
-        time_s: f64,
-    },
-    /// A ramp whose lower end is above its upper one.
-    #[error("experiment: a ramp's `low`, {}, must lie below its `high`, {}", short(*low), short(*high))]
-    Upside {
-        /// [-]
-        low: f64,
-        /// [-]
-        high: f64,
-    },
-    /// More chips than the longest sequence has.
-    #[error("experiment: the PRBS would need {needed} chips; the longest sequence has {longest}")]
-    TooLong {
-        /// Chips asked for.
-        needed: u64,
-        /// Chips there are.
-        longest: u64,
-    },
-    /// The guard would change it.
-    #[error(transparent)]
-    Clipped(#[from] LimitError),
-}
 
 /// What the command does over time.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -333,6 +287,35 @@ impl Experiment {
                 amplitude * (TAU * turns).sin()
             }
         }
+    }
+
+    /// Refuses what the guard would clip.
+    ///
+    /// # Errors
+    /// [`LimitError`], naming the first limit that is met and where.
+    pub fn check(&self, limits: &Limits) -> Result<(), LimitError> {
+        // Rounding of slot times must not turn a slope that just fits into one that does not.
+        const ROUNDING: f64 = 1e-9;
+        let period_s = self.period_s();
+        let mut before = [0.0; 2];
+        for slot in 0..self.slots() {
+            let time_s = slot as f64 * period_s;
+            for (index, value) in self.command(slot).into_iter().enumerate() {
+                let rotor = index + 1;
+                if value > limits.maximum + ROUNDING {
+                    let (limit, allowed) = ("rotor_maximum", limits.maximum);
+                    return Err(LimitError::Level { limit, allowed, rotor, value, time_s });
+                }
+                let step = value - before[index];
+                let rate = step.abs() / period_s;
+                if rate > limits.slew_per_s * (1.0 + ROUNDING) {
+                    let (limit, allowed) = ("slew_per_s", limits.slew_per_s);
+                    return Err(LimitError::Slew { limit, allowed, rotor, step, rate, period_s, time_s });
+                }
+                before[index] = value;
+            }
+        }
+        Ok(())
     }
 
     fn check_commands(&self) -> Result<(), ExperimentError> {

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::built::{Guard, Limits};
 use super::signals::SignalLimit;
 use super::thresholds::THRESHOLDS;
-use super::{Guard, Limits};
 use crate::clock::span_ns;
 use crate::signal::channels::sensor_table;
 use crate::signal::{After, Channel, GuardRow, Sensor};

@@ -7,173 +7,29 @@
 //! `step` may be called as often as one likes, at least once a period: all its times are read from the stamps
 //! it is given, none from the number of calls.
 
+mod built;
 mod config;
 mod events;
 mod gate;
+mod memory;
 mod output;
 mod signals;
 mod table;
 pub mod thresholds;
 mod trouble;
 
+pub use built::{Guard, Limits};
 pub use config::{GuardConfig, GuardError, SignalConfig};
+pub use memory::GuardState;
 pub use table::{Cause, OperatorAct, State, TRANSITIONS, Trigger};
 
-use events::EventRing;
-use gate::{CommandGate, GateRules, Passage};
-use output::Output;
-use signals::{SignalLimit, SignalTrack};
+use gate::{GateRules, Passage};
+use memory::NO_SUBJECT;
 use trouble::Trouble;
 
 use crate::signal::{Applied, Channel, Command, GuardEvent, Request, Sensors};
 
-/// Subject of an event that speaks of no signal.
-const NO_SUBJECT: u32 = u32::MAX;
-
-/// What an experiment must fit into.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits {
-    /// [-] highest command that leaves.
-    pub maximum: f64,
-    /// [1/s] fastest change of a command.
-    pub slew_per_s: f64,
-}
-
-/// A built guard.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Guard {
-    limits: Limits,
-    period_ns: u64,
-    hold_ns: u64,
-    hold_periods: u32,
-    ramp_periods: u32,
-    time_to_live_ns: u64,
-    spin_up_ns: u64,
-    bucket_limit: f64,
-    bucket_leak: f64,
-    swing_limit: f64,
-    arm_checks_ns: u64,
-    arm_timeout_ns: u64,
-    request_time_to_live_ns: u64,
-    signals: [SignalLimit; Channel::WATCHED.len()],
-}
-
-/// What the guard remembers.
-#[derive(Debug, Clone, PartialEq)]
-pub struct GuardState {
-    state: State,
-    cause: Cause,
-    /// [ns] when the state was entered.
-    entered_ns: u64,
-    /// [ns] when a latch was entered last; 0 = never.
-    latched_ns: u64,
-    /// [ns] first step since the start; 0 = none yet.
-    born_ns: u64,
-    /// [ns] last step.
-    stepped_ns: u64,
-    /// [ns] when something was last found wanting.
-    wanting_ns: u64,
-    /// [periods] leaky bucket of misses.
-    bucket: f64,
-    gate: CommandGate,
-    signals: [SignalTrack; Channel::WATCHED.len()],
-    output: Output,
-    /// Sequence and stamp of the last request looked at.
-    request: (u64, u64),
-    events: EventRing,
-    refusals: [u64; Cause::COUNT],
-}
-
-impl Default for GuardState {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl GuardState {
-    /// Disarmed, knowing nothing.
-    #[must_use]
-    pub fn new() -> Self {
-        Self {
-            state: State::Disarmed,
-            cause: Cause::None,
-            entered_ns: 0,
-            latched_ns: 0,
-            born_ns: 0,
-            stepped_ns: 0,
-            wanting_ns: 0,
-            bucket: 0.0,
-            gate: CommandGate::default(),
-            signals: [SignalTrack::default(); Channel::WATCHED.len()],
-            output: Output::default(),
-            request: (0, 0),
-            events: EventRing::new(),
-            refusals: [0; Cause::COUNT],
-        }
-    }
-
-    /// The state now.
-    #[must_use]
-    pub fn state(&self) -> State {
-        self.state
-    }
-
-    /// Cause of the last transition.
-    #[must_use]
-    pub fn cause(&self) -> Cause {
-        self.cause
-    }
-
-    /// Takes the events since the last call, oldest first.
-    pub fn take_events(&mut self) -> impl Iterator<Item = GuardEvent> + '_ {
-        std::iter::from_fn(|| self.events.pop())
-    }
-
-    /// Events that did not fit between two calls of [`Self::take_events`].
-    #[must_use]
-    pub fn dropped_events(&self) -> u64 {
-        self.events.dropped()
-    }
-
-    /// How many commands and requests were refused for `cause`.
-    #[must_use]
-    pub fn refusals(&self, cause: Cause) -> u64 {
-        self.refusals.get(cause as usize).copied().unwrap_or(0)
-    }
-}
-
 impl Guard {
-    /// What an experiment must fit into.
-    #[must_use]
-    pub fn limits(&self) -> Limits {
-        self.limits
-    }
-
-    /// Signals without which the bench is neither armed nor kept running, each with the age [ns] at which it is
-    /// stale.
-    pub fn requirements(&self) -> impl Iterator<Item = (Channel, u64)> + '_ {
-        let signals = Channel::WATCHED.into_iter().zip(&self.signals);
-        signals.filter(|(_, limit)| limit.required).map(|(channel, limit)| (channel, limit.stale_after_ns))
-    }
-
-    /// N: periods that a command is held.
-    #[must_use]
-    pub fn hold_periods(&self) -> u32 {
-        self.hold_periods
-    }
-
-    /// Periods from the end of the hold to zero.
-    #[must_use]
-    pub fn ramp_periods(&self) -> u32 {
-        self.ramp_periods
-    }
-
-    /// [ns] age at which a command may no longer leave.
-    #[must_use]
-    pub fn time_to_live_ns(&self) -> u64 {
-        self.time_to_live_ns
-    }
-
     /// One step at `now_ns` (CLOCK_MONOTONIC, or virtual time in lockstep): judges the newest sensors, command
     /// and request, and says what the rotors get. Neither fails nor allocates nor reads a clock.
     pub fn step(

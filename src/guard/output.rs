@@ -1,8 +1,9 @@
 //! What leaves: absolute limit, spin-up, slew, ramp to zero. Nothing else writes to a rotor.
 
+use super::built::Guard;
 use super::gate::CommandGate;
+use super::table::State;
 use super::thresholds::{THRESHOLDS, share_of};
-use super::{Guard, State};
 use crate::signal::{Applied, AppliedFlags, ROTORS};
 
 /// What left in the last step.

@@ -1,9 +1,11 @@
 //! What is found wanting in a step: of the command, of the signals, of the guard's own time. The worst of it decides.
 
+use super::built::Guard;
+use super::memory::{GuardState, NO_SUBJECT};
 use super::signals::Verdict;
 use super::table::Cause;
 use super::thresholds::{THRESHOLDS, share_of};
-use super::{Guard, GuardState, NO_SUBJECT};
+
 use crate::signal::{Channel, Sensors};
 
 /// Something found wanting in this step, worst first.
@@ -58,11 +60,6 @@ impl Guard {
             }
         }
         worst
-    }
-
-    /// [ns] by which what is due in a period may be late.
-    pub(super) fn lateness_ns(&self) -> u64 {
-        share_of(THRESHOLDS.lateness_share, self.period_ns)
     }
 
     fn unanswered_limit_ns(&self) -> u64 {

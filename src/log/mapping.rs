@@ -1,6 +1,7 @@
 //! The mapping file: what the columns of a foreign log mean.
 
 mod error;
+mod shipped;
 
 use std::path::Path;
 
@@ -13,9 +14,7 @@ use super::dataset::{LOG_SIGNALS, log_signal};
 use super::row_filter::RowFilter;
 
 pub use error::MappingError;
-
-/// Mappings that come with the program, by name.
-pub const SHIPPED: &[(&str, &str)] = &[("rcbenchmark", include_str!("mappings/rcbenchmark.toml"))];
+pub use shipped::SHIPPED;
 
 /// A mapping file, as people write it.
 #[cfg_attr(test, derive(schemars::JsonSchema))]

@@ -1,55 +1,12 @@
 //! The model file: TOML, checked at the door, written complete or not at all.
 
 use std::collections::BTreeSet;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use super::error::ModelError;
 use super::{MOST_COEFFICIENTS, Model};
-use crate::effect::{CATALOGUE, ExpressionError};
+use crate::effect::CATALOGUE;
 use crate::file::{read_settings_text, toml_error, write_atomically};
-
-/// Why a model cannot be read, written or used.
-#[derive(Debug, thiserror::Error)]
-pub enum ModelError {
-    /// The file system said no.
-    #[error("model file {path}")]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// Not the TOML of a model.
-    #[error("{path}: {reason}")]
-    Syntax {
-        /// The file.
-        path: PathBuf,
-        /// Line, column and reason.
-        reason: String,
-    },
-    /// It names an effect that does not exist.
-    #[error("unknown effect `{id}`{}", nearest.as_ref().map_or_else(|| "; `rotorbench effects` lists those there are".to_owned(), |id| format!("; did you mean `{id}`?")))]
-    UnknownEffect {
-        /// What was written.
-        id: String,
-        /// The id that looks most like it.
-        nearest: Option<String>,
-    },
-    /// The expression of a user's effect does not parse.
-    #[error("effect `{effect}`: {source}")]
-    Expression {
-        /// Id of the effect.
-        effect: String,
-        /// What is wrong with it.
-        source: ExpressionError,
-    },
-    /// A value is missing, superfluous or out of range.
-    #[error("{what}")]
-    Value {
-        /// A sentence that names the value.
-        what: String,
-    },
-}
 
 fn value_error<T>(what: String) -> Result<T, ModelError> {
     Err(ModelError::Value { what })
@@ -185,19 +142,4 @@ impl UserRange {
     fn of(parameter: &super::UserParameter) -> Self {
         Self { start: parameter.start, lower: parameter.lower, upper: parameter.upper }
     }
-}
-
-/// The known id that shares the longest run of letters pairs with `id`.
-pub(super) fn nearest_id<'a>(id: &str, own: impl Iterator<Item = &'a str>) -> Option<String> {
-    let pairs = |text: &str| text.as_bytes().windows(2).map(<[u8]>::to_vec).collect::<BTreeSet<_>>();
-    let wanted = pairs(id);
-    let similarity = |other: &str| {
-        let other = pairs(other);
-        let shared = wanted.intersection(&other).count();
-        (200 * shared).checked_div(wanted.len() + other.len()).unwrap_or(0)
-    };
-    let known = CATALOGUE.iter().map(|card| card.id).chain(own);
-    let (best, share) = known.map(|known| (known, similarity(known))).max_by_key(|(_, share)| *share)?;
-    // Below a third of shared letter pairs it would be a guess.
-    (share > 33).then(|| best.to_owned())
 }

@@ -17,6 +17,7 @@
 
 mod body;
 mod equations;
+mod error;
 mod expression_domain;
 mod file;
 mod known_effect;
@@ -31,8 +32,8 @@ use crate::effect::{self, Site, Term};
 
 pub use body::{BodyInput, BodyStart, BodyTrace};
 pub use equations::Equations;
+pub use error::ModelError;
 pub(crate) use expression_domain::UndefinedRow;
-pub use file::ModelError;
 pub use known_effect::{Effect, EffectParameter};
 pub use ladder::{Change, ErrorFall, LogReference, Measure, Step};
 pub use rotor::{Remembered, RotorInput, RotorStart, RotorTrace};
@@ -200,7 +201,7 @@ impl Model {
             Some(user) => Effect::from_user(user),
             None => Err(ModelError::UnknownEffect {
                 id: id.to_owned(),
-                nearest: file::nearest_id(id, self.user_effects.iter().map(|user| user.id.as_str())),
+                nearest: error::nearest_id(id, self.user_effects.iter().map(|user| user.id.as_str())),
             }),
         }
     }

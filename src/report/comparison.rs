@@ -3,7 +3,7 @@
 mod story;
 
 use super::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone, number};
-use crate::compare::{Block, Comparison, Direction, Regressor, Run};
+use crate::compare::{Block, Comparison, Direction, Regressor};
 use crate::estimation::quantile::median;
 use crate::log::Dataset;
 use crate::log::dataset::LOG_SIGNALS;
@@ -11,7 +11,7 @@ use crate::report::thresholds::THRESHOLDS;
 use crate::screening::ScreenedLog;
 use story::{about, block_table, blocks_of, keys, notes, percent, sentences, torque_sentence};
 
-pub use story::text;
+pub use story::{run, text};
 
 /// Dependences shown of a block.
 const SHOWN: usize = 5;
@@ -26,17 +26,6 @@ fn channel_axis(on: &Regressor) -> Axis {
         (unit, false) => unit.to_owned(),
     };
     Axis::new(&on.to_string(), &unit)
-}
-
-/// How a block was run.
-#[must_use]
-pub fn run(run: Run) -> String {
-    match run {
-        Run::Free => "free run".to_owned(),
-        Run::Windows(seconds) => format!("windows of {seconds} s"),
-        Run::EachSample => "at each sample".to_owned(),
-        Run::Smoothed => "smoothed alike".to_owned(),
-    }
 }
 
 /// The page, with every signal.

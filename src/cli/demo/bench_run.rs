@@ -5,7 +5,6 @@ use std::path::Path;
 use std::process::{Child, Command as Program, Stdio};
 use std::time::Duration;
 
-use super::at;
 use crate::bench::BenchConfig;
 use crate::cancel::Cancel;
 use crate::cli::CliError;
@@ -46,6 +45,10 @@ pub struct DemoRun {
     pub log: Dataset,
     /// [s] how long the guard held a command.
     pub hold_s: f64,
+}
+
+pub(super) fn at(path: &Path, error: &std::io::Error) -> CliError {
+    CliError::new(format!("{}: {error}", path.display()))
 }
 
 /// The emulator's process; ends with this one, however this one ends.

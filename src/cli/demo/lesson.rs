@@ -1,7 +1,7 @@
 //! What the demo learns from its own recording: where the model fails, which effect is missing, how far the error
 //! falls with it.
 
-use super::DemoRun;
+use super::bench_run::DemoRun;
 use crate::cli::CliError;
 use crate::diagnose::{DiagnoseConfig, Diagnosis, Extension, Verdict};
 use crate::log::Dataset;

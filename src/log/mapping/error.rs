@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::SHIPPED;
+use super::shipped::SHIPPED;
 
 /// Why a mapping cannot be used.
 #[derive(Debug, thiserror::Error)]

@@ -2,13 +2,24 @@
 
 use std::fmt::Write as _;
 
-use crate::compare::{Block, Comparison, Direction, Regressor};
+use crate::compare::{Block, Comparison, Direction, Regressor, Run};
 use crate::report::findings::{sentence, text as text_of};
 use crate::report::story::wrapped;
 use crate::report::thresholds::THRESHOLDS;
 use crate::report::{Mark, Table, number, sparkline};
 use crate::screening::ScreenedLog;
 use crate::screening::summary::LogSummary;
+
+/// How a block was run.
+#[must_use]
+pub fn run(run: Run) -> String {
+    match run {
+        Run::Free => "free run".to_owned(),
+        Run::Windows(seconds) => format!("windows of {seconds} s"),
+        Run::EachSample => "at each sample".to_owned(),
+        Run::Smoothed => "smoothed alike".to_owned(),
+    }
+}
 
 pub(super) fn percent(share: f64) -> String {
     format!("{} %", bare_percent(share))
@@ -141,7 +152,7 @@ pub(super) fn sentences(comparison: &Comparison, block: &Block) -> Vec<String> {
         "`{}` ({}, {}): error {} {}, {how_far}.",
         block.name,
         block.signal,
-        super::run(block.run),
+        run(block.run),
         number(error.rms, 3),
         block.unit
     ));

@@ -5,21 +5,17 @@ mod diagnose;
 mod fleet;
 mod identify;
 mod numbers;
+mod refusal;
 mod screening;
 mod session;
 mod studies;
 
+pub(crate) use identify::driven_by;
 pub use identify::step;
-pub(crate) use identify::{driven_by, outcome};
+pub use refusal::{explained, refusal};
 
-use std::error::Error;
-
-use crate::diagnose::DiagnoseError;
-use crate::fleet::FleetError;
-use crate::identify::IdentifyError;
-use crate::screening::{Finding, ScreeningError};
-use crate::session::SessionError;
-use crate::studies::paper::PaperError;
+use crate::identify::Part;
+use crate::screening::Finding;
 
 /// The sentence of a finding, behind the names of its log and its rotor.
 #[must_use]
@@ -31,7 +27,7 @@ pub fn sentence(finding: &Finding) -> String {
 /// The sentence of a finding where its log is known.
 #[must_use]
 pub fn text(finding: &Finding) -> String {
-    screening::sentence(finding)
+    screening::sentence(finding, text)
         .or_else(|| identify::sentence(finding))
         .or_else(|| compare::sentence(finding))
         .or_else(|| diagnose::sentence(finding))
@@ -47,42 +43,13 @@ pub fn sentences(findings: &[Finding]) -> Vec<String> {
     findings.iter().map(sentence).collect()
 }
 
-/// An error and its causes in one sentence.
+/// What became of a step, with what is kept of the template for it.
 #[must_use]
-pub fn explained(error: &(dyn Error + 'static)) -> String {
-    let mut sentence = refusal(error).unwrap_or_else(|| error.to_string());
-    let mut source = error.source();
-    while let Some(cause) = source {
-        let cause_text = cause.to_string();
-        if !sentence.contains(&cause_text) {
-            sentence.push_str(": ");
-            sentence.push_str(&cause_text);
-        }
-        source = cause.source();
-    }
-    sentence
-}
-
-/// What an error says whose reason is a finding; `None` of one that speaks for itself.
-#[must_use]
-pub fn refusal(error: &(dyn Error + 'static)) -> Option<String> {
-    if let Some(FleetError::Session(error)) = error.downcast_ref::<FleetError>() {
-        return refusal(error);
-    }
-    match error.downcast_ref::<SessionError>() {
-        Some(SessionError::Identify(error)) => return refusal(error),
-        Some(SessionError::Diagnose(error)) => return refusal(error),
-        _ => {}
-    }
-    if let Some(DiagnoseError::Column(error)) = error.downcast_ref::<DiagnoseError>() {
-        return refusal(error);
-    }
-    if let Some(PaperError::Identify(error)) = error.downcast_ref::<PaperError>() {
-        return refusal(error);
-    }
-    match error.downcast_ref::<IdentifyError>()? {
-        IdentifyError::Screening(ScreeningError::Column(finding)) => Some(sentence(finding)),
-        IdentifyError::Nothing { reasons, steps } => Some(identify::nothing(reasons, steps)),
-        _ => None,
-    }
+pub fn outcome(part: &Part) -> String {
+    let kept = match part.finding.code {
+        "no_thrust" => "; the template's curve is kept",
+        "inertia_not_significant" | "no_torque_moves_body" => "; the template's J is kept",
+        _ => "",
+    };
+    format!("{}{kept}", text(&part.finding))
 }

@@ -7,12 +7,12 @@ mod summary;
 use crate::screening::Finding;
 use crate::unit::short;
 
-/// The sentence of a finding of this room.
-pub(crate) fn sentence(finding: &Finding) -> Option<String> {
+/// The sentence of a finding of this room; `text` says what another finding says, which it rests on.
+pub(crate) fn sentence(finding: &Finding, text: fn(&Finding) -> String) -> Option<String> {
     cells::sentence(finding)
         .or_else(|| rotor::sentence(finding))
         .or_else(|| body(finding))
-        .or_else(|| log(finding))
+        .or_else(|| log(finding, text))
         .or_else(|| summary::sentence(finding))
 }
 
@@ -57,10 +57,10 @@ fn body(finding: &Finding) -> Option<String> {
 }
 
 /// Logs that have no part, or too much of one, and columns that are not read.
-fn log(finding: &Finding) -> Option<String> {
+fn log(finding: &Finding, said_of: fn(&Finding) -> String) -> Option<String> {
     let text = |name: &str| finding.text(name);
     let said = match finding.code {
-        "log_not_used" => format!("not used: {}", reason(finding)),
+        "log_not_used" => format!("not used: {}", reason(finding, said_of)),
         "validation_log_was_fitted" => {
             let same = if finding.log == text("same_as") {
                 "it was".to_owned()
@@ -99,7 +99,7 @@ fn log(finding: &Finding) -> Option<String> {
 }
 
 /// Why a log has no part in the result.
-fn reason(finding: &Finding) -> String {
+fn reason(finding: &Finding, said_of: fn(&Finding) -> String) -> String {
     let holds = || {
         let empty = finding.texts("empty_columns");
         let name = |name: &String| format!("{name}{}", if empty.contains(name) { " (empty)" } else { "" });
@@ -107,7 +107,7 @@ fn reason(finding: &Finding) -> String {
         if names.is_empty() { "nothing but time".to_owned() } else { names.join(", ") }
     };
     if let Some(cause) = finding.cause() {
-        return super::text(cause);
+        return said_of(cause);
     }
     match finding.text("reason") {
         "duplicate" => format!("it holds the same as {}, and would count twice", finding.text("same_as")),
@@ -132,8 +132,8 @@ fn reason(finding: &Finding) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::report::findings::sentence;
+    use crate::screening::Finding;
 
     #[test]
     fn a_finding_names_its_log_and_its_rotor() {

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::{MachineCheck, bad, good, warning};
+use super::check::{MachineCheck, bad, good, warning};
 use crate::can::{BusConfig, InterfaceStatus, kernel_has_can, timestamps};
 use crate::session::thresholds::THRESHOLDS;
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use super::{MachineCheck, bad, good, warning};
+use super::check::{MachineCheck, bad, good, warning};
 use crate::bench::BenchConfig;
 use crate::clock;
 use crate::rt::Machine;

@@ -3,6 +3,7 @@
 //! Each round measures every stage once, one after the other, forwards and backwards in turn, so that what changes
 //! slowly on the machine meets all of them. Figures of different rounds are held against cyclictest of the same round.
 
+mod config;
 mod cyclictest;
 mod measurement;
 
@@ -11,29 +12,13 @@ use std::time::SystemTime;
 use hdrhistogram::Histogram;
 use serde::Serialize;
 
-use crate::bench::BenchConfig;
 use crate::clock;
 use crate::rt::{self, Granted, Machine, Percentiles, RealTimeConfig, Shutdown, Statistics, Summary, Usage};
 use crate::runtime::ProcessError;
-use crate::studies::thresholds::THRESHOLDS;
 
+pub use config::JitterConfig;
 pub use cyclictest::Cyclictest;
 pub use measurement::Stage;
-
-/// What to measure.
-#[derive(Debug, Clone)]
-pub struct JitterConfig {
-    /// Period, real-time settings, controller, model and bus.
-    pub bench: BenchConfig,
-    /// [s] for each stage, over all rounds.
-    pub seconds: f64,
-    /// How often the stages take turns.
-    pub rounds: u32,
-    /// Whether the user named the interface: only then is a bus measured that may be a real one.
-    pub is_interface_named: bool,
-    /// cyclictest, where it is to be measured beside us.
-    pub cyclictest: Option<Cyclictest>,
-}
 
 /// What one stage showed.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -113,33 +98,6 @@ pub struct Jitter {
     /// [s] it took.
     #[serde(skip)]
     pub took_s: f64,
-}
-
-impl JitterConfig {
-    /// Checks what is asked for.
-    ///
-    /// # Errors
-    /// [`ProcessError::Jitter`], a period or a priority that cannot be.
-    pub fn check(&self) -> Result<(), ProcessError> {
-        self.bench.check()?;
-        self.bench.real_time.check()?;
-        let each_s = self.seconds / f64::from(self.rounds.max(1));
-        // Not-a-number is refused, too.
-        if !(1..=THRESHOLDS.most_rounds).contains(&self.rounds)
-            || !(THRESHOLDS.shortest_stage_s..=86_400.0).contains(&each_s)
-        {
-            return Err(ProcessError::Jitter { seconds: self.seconds, rounds: self.rounds });
-        }
-        if each_s < THRESHOLDS.fewest_periods * self.bench.period_s {
-            return Err(ProcessError::Jitter { seconds: self.seconds, rounds: self.rounds });
-        }
-        Ok(())
-    }
-
-    /// Slots of a stage in each round.
-    fn slots(&self) -> u64 {
-        (self.seconds / f64::from(self.rounds) / self.bench.period_s).round() as u64
-    }
 }
 
 /// Measures until all is done or `shutdown`; `progress` is called with the share of the whole that is done, 0..1.
@@ -309,6 +267,7 @@ impl Ratios {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bench::BenchConfig;
 
     fn percentiles(p50_us: f64) -> Percentiles {
         Percentiles {

@@ -1,0 +1,24 @@
+//! How to compare.
+
+use std::ops::RangeInclusive;
+
+/// How to compare.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CompareConfig {
+    /// [s] horizon of the windows of the body.
+    pub horizon_s: f64,
+    /// Whether the answer holds the signals sample by sample ([`Trace`], and those of [`UnknownTorque`]): of a long log they
+    /// take more memory than the log.
+    pub signals: bool,
+}
+
+impl CompareConfig {
+    /// [s] horizons that make sense.
+    pub const HORIZONS_S: RangeInclusive<f64> = 0.01..=600.0;
+}
+
+impl Default for CompareConfig {
+    fn default() -> Self {
+        Self { horizon_s: 0.3, signals: true }
+    }
+}

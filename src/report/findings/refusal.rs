@@ -1,0 +1,60 @@
+//! Errors as sentences, those whose reasons are findings among them.
+
+use std::error::Error;
+
+use super::identify::step;
+use super::{sentence, text};
+use crate::diagnose::DiagnoseError;
+use crate::fleet::FleetError;
+use crate::identify::{IdentifyError, Part};
+use crate::screening::{Finding, ScreeningError};
+use crate::session::SessionError;
+use crate::studies::paper::PaperError;
+
+/// An error and its causes in one sentence.
+#[must_use]
+pub fn explained(error: &(dyn Error + 'static)) -> String {
+    let mut sentence = refusal(error).unwrap_or_else(|| error.to_string());
+    let mut source = error.source();
+    while let Some(cause) = source {
+        let cause_text = cause.to_string();
+        if !sentence.contains(&cause_text) {
+            sentence.push_str(": ");
+            sentence.push_str(&cause_text);
+        }
+        source = cause.source();
+    }
+    sentence
+}
+
+/// What an error says whose reason is a finding; `None` of one that speaks for itself.
+#[must_use]
+pub fn refusal(error: &(dyn Error + 'static)) -> Option<String> {
+    if let Some(FleetError::Session(error)) = error.downcast_ref::<FleetError>() {
+        return refusal(error);
+    }
+    match error.downcast_ref::<SessionError>() {
+        Some(SessionError::Identify(error)) => return refusal(error),
+        Some(SessionError::Diagnose(error)) => return refusal(error),
+        _ => {}
+    }
+    if let Some(DiagnoseError::Column(error)) = error.downcast_ref::<DiagnoseError>() {
+        return refusal(error);
+    }
+    if let Some(PaperError::Identify(error)) = error.downcast_ref::<PaperError>() {
+        return refusal(error);
+    }
+    match error.downcast_ref::<IdentifyError>()? {
+        IdentifyError::Screening(ScreeningError::Column(finding)) => Some(sentence(finding)),
+        IdentifyError::Nothing { reasons, steps } => Some(nothing(reasons, steps)),
+        _ => None,
+    }
+}
+
+/// Why nothing can be identified: first the logs without a part, then what each step lacks.
+fn nothing(reasons: &[Finding], steps: &[Part]) -> String {
+    let (unused, rest): (Vec<_>, Vec<_>) = reasons.iter().partition(|it| it.code == "log_not_used");
+    let steps = steps.iter().map(|part| format!("{}: {}", step(part.step), text(&part.finding)));
+    let lines = unused.into_iter().map(sentence).chain(steps).chain(rest.into_iter().map(sentence));
+    format!("nothing can be identified:\n  {}", lines.collect::<Vec<String>>().join("\n  "))
+}
