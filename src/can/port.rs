@@ -59,7 +59,7 @@ impl Bus for Port {
     }
 
     fn look_at(&mut self, now_ns: u64) {
-        self.told_ns = Some(now_ns);
+        self.given_ns = Some(now_ns);
     }
 
     fn looked_ns(&self) -> u64 {
@@ -88,7 +88,7 @@ pub struct Port {
     stamps: StampClock,
     /// [ns] when it looked for arrivals last, and the time it was given for the next look.
     looked_ns: u64,
-    told_ns: Option<u64>,
+    given_ns: Option<u64>,
     counts: PortCounts,
     last_dropped: u32,
     awaited: Awaited,
@@ -118,7 +118,7 @@ impl Port {
             move |source: io::Error| CanError::Socket { interface: interface.to_owned(), action, source }
         };
         let socket = CanSocket::open(interface).map_err(refuse("cannot be opened"))?;
-        configure(&socket, fd).map_err(refuse("refuses a socket option"))?;
+        socket::configure(&socket, fd).map_err(refuse("refuses a socket option"))?;
         let looked_ns = clock::monotonic_ns();
         let stamps = StampClock::new(looked_ns);
         Ok(Self {
@@ -128,7 +128,7 @@ impl Port {
             batch: Batch::new(),
             stamps,
             looked_ns,
-            told_ns: None,
+            given_ns: None,
             counts: PortCounts::default(),
             last_dropped: 0,
             awaited: Awaited::new(),
@@ -174,10 +174,10 @@ impl Port {
         }
         let (mut total, mut has_foreign, mut echoed) = (0, false, 0);
         while total < MOST {
-            let told_ns = self.told_ns.take();
-            let mut is_told = told_ns.is_some();
+            let given_ns = self.given_ns.take();
+            let mut is_given = given_ns.is_some();
             // Never back: what was handed over must not have come after now.
-            self.looked_ns = told_ns.unwrap_or_else(clock::monotonic_ns).max(self.looked_ns);
+            self.looked_ns = given_ns.unwrap_or_else(clock::monotonic_ns).max(self.looked_ns);
             let asked_ns = self.looked_ns;
             let mut realtime_ns = match self.stamps.realtime(self.looked_ns) {
                 Some(realtime_ns) => realtime_ns,
@@ -185,7 +185,7 @@ impl Port {
             };
             let Self { socket, batch, stamps, counts, last_dropped, echoes, looked_ns, .. } = self;
             let each = |raw: RawArrival| {
-                if raw.software_ns > realtime_ns && std::mem::take(&mut is_told) {
+                if raw.software_ns > realtime_ns && std::mem::take(&mut is_given) {
                     // It came after the given time: by its own stamp, if that is a moment, else by the clock.
                     let later_ns = raw.software_ns - realtime_ns;
                     let now_ns = if later_ns <= THRESHOLDS.early_ns {
@@ -371,22 +371,6 @@ pub fn kernel_has_can() -> bool {
         Ok(_) => true,
         Err(error) => !matches!(error.raw_os_error(), Some(libc::EAFNOSUPPORT | libc::EPROTONOSUPPORT)),
     }
-}
-
-fn configure(socket: &CanSocket, fd: bool) -> io::Result<()> {
-    socket.set_nonblocking(true)?;
-    socket.set_socket_option_int(libc::SOL_CAN_RAW, libc::CAN_RAW_FD_FRAMES, i32::from(fd))?;
-    socket.set_error_filter_accept_all()?;
-    socket.set_recv_own_msgs(true)?;
-    socket.set_timestamping(
-        libc::SOF_TIMESTAMPING_RX_SOFTWARE
-            | libc::SOF_TIMESTAMPING_SOFTWARE
-            | libc::SOF_TIMESTAMPING_RX_HARDWARE
-            | libc::SOF_TIMESTAMPING_RAW_HARDWARE,
-    )?;
-    socket.set_socket_option_int(libc::SOL_SOCKET, libc::SO_RXQ_OVFL, 1)?;
-    // The kernel raises this to its least, room for a handful of frames: see the head of this file.
-    socket.set_socket_option_int(libc::SOL_SOCKET, libc::SO_SNDBUF, 0)
 }
 
 fn sort(

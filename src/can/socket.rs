@@ -5,6 +5,8 @@ use std::io;
 use std::mem::{size_of, zeroed};
 use std::os::fd::RawFd;
 
+use socketcan::{CanSocket, Socket, SocketOptions};
+
 use crate::clock::NANOSECONDS_PER_SECOND;
 
 use super::frame::{Frame, Id, Kind};
@@ -210,4 +212,21 @@ pub(super) fn send(fd: RawFd, frame: &Frame) -> io::Result<()> {
     // beginning of `canfd_frame` (CANFD_MTU), field by field.
     let sent = unsafe { libc::send(fd, (&raw const raw).cast(), size, libc::MSG_DONTWAIT) };
     if sent < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
+}
+
+/// Sets what a port asks of its socket: no waiting, every error frame, its own frames, stamps and the count of drops.
+pub(super) fn configure(socket: &CanSocket, fd: bool) -> io::Result<()> {
+    socket.set_nonblocking(true)?;
+    socket.set_socket_option_int(libc::SOL_CAN_RAW, libc::CAN_RAW_FD_FRAMES, i32::from(fd))?;
+    socket.set_error_filter_accept_all()?;
+    socket.set_recv_own_msgs(true)?;
+    socket.set_timestamping(
+        libc::SOF_TIMESTAMPING_RX_SOFTWARE
+            | libc::SOF_TIMESTAMPING_SOFTWARE
+            | libc::SOF_TIMESTAMPING_RX_HARDWARE
+            | libc::SOF_TIMESTAMPING_RAW_HARDWARE,
+    )?;
+    socket.set_socket_option_int(libc::SOL_SOCKET, libc::SO_RXQ_OVFL, 1)?;
+    // The kernel raises this to its least, room for a handful of frames: see the head of this file.
+    socket.set_socket_option_int(libc::SOL_SOCKET, libc::SO_SNDBUF, 0)
 }

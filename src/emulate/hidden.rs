@@ -8,66 +8,15 @@ use std::collections::BTreeMap;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
 
-use crate::effect::{Expression, Point, Site};
-use crate::model::{AddedEffect, Model};
+use crate::effect::{Point, Site};
 
 use super::bench::PlantConfig;
 use super::error::EmulateError;
-
-/// One `[[emulator.hidden]]` table: an effect's id and its parameters.
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct HiddenConfig {
-    /// Id of the effect in the catalogue, or any name for an expression.
-    pub effect: String,
-    /// Parameters by the catalogue's names, SI; one left out takes the middle of its usual range.
-    #[serde(default)]
-    pub parameters: BTreeMap<String, f64>,
-    /// Where an expression acts.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub site: Option<Site>,
-    /// What it adds there, in signal names and parameters: a law that no catalogue has.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub expression: Option<String>,
-}
+use super::hidden_config::HiddenConfig;
+use super::own_law::OwnLaw;
 
 impl HiddenConfig {
-    /// From the command line: `id` or `id:name=value,name=value`.
-    ///
-    /// # Errors
-    /// [`EmulateError::Hidden`] with the part that could not be read.
-    pub fn parse(text: &str) -> Result<Self, EmulateError> {
-        let (effect, list) = text.split_once(':').unwrap_or((text, ""));
-        let mut parameters = BTreeMap::new();
-        for pair in list.split(',').filter(|pair| !pair.trim().is_empty()) {
-            let (name, value) = pair.split_once('=').unwrap_or((pair, ""));
-            let number = value.trim().parse().map_err(|_| EmulateError::Hidden {
-                effect: effect.to_owned(),
-                reason: format!("`{pair}` is not name=number"),
-            })?;
-            parameters.insert(name.trim().to_owned(), number);
-        }
-        Ok(Self { effect: effect.trim().to_owned(), parameters, ..Self::default() })
-    }
-
-    /// The effects of a model file, by the emulator's own laws; the user's own expressions as they stand.
-    #[must_use]
-    pub fn of_model(model: &Model) -> Vec<Self> {
-        let of = |added: &AddedEffect| {
-            let own = model.user_effects.iter().find(|own| own.id == added.id);
-            Self {
-                effect: added.id.clone(),
-                parameters: added.parameters.clone(),
-                site: own.map(|own| own.site),
-                expression: own.map(|own| own.expression.clone()),
-            }
-        };
-        model.effects.iter().map(of).collect()
-    }
-
     /// An effect and a strength drawn from `seed`, among the laws whose id `admit` lets pass.
     #[must_use]
     pub fn draw(seed: u64, admit: impl Fn(&str) -> bool) -> Option<Self> {
@@ -81,16 +30,6 @@ impl HiddenConfig {
             parameters.insert(range.name.to_owned(), sign * size);
         }
         Some(Self { effect: entry.id.to_owned(), parameters, ..Self::default() })
-    }
-}
-
-impl std::fmt::Display for HiddenConfig {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter.write_str(&self.effect)?;
-        for (index, (name, value)) in self.parameters.iter().enumerate() {
-            write!(formatter, "{}{name}={value:.4}", if index == 0 { ":" } else { "," })?;
-        }
-        Ok(())
     }
 }
 
@@ -244,24 +183,6 @@ impl Law {
     }
 }
 
-/// A law that only an expression knows.
-#[derive(Debug, Clone)]
-struct OwnLaw {
-    site: Site,
-    expression: Expression,
-    parameters: Vec<f64>,
-}
-
-impl OwnLaw {
-    fn build(config: &HiddenConfig, text: &str) -> Result<Self, EmulateError> {
-        let fault = |reason: String| EmulateError::Hidden { effect: config.effect.clone(), reason };
-        let site = config.site.ok_or_else(|| fault("an expression needs its `site`".to_owned()))?;
-        let names: Vec<&str> = config.parameters.keys().map(String::as_str).collect();
-        let expression = Expression::parse(text, &names).map_err(|error| fault(error.to_string()))?;
-        Ok(Self { site, expression, parameters: config.parameters.values().copied().collect() })
-    }
-}
-
 /// The hidden laws of one plant, each applied where it acts.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Laws {
@@ -299,7 +220,7 @@ impl Laws {
     /// What the expressions add at `site`; one without a value adds nothing.
     pub fn own(&self, site: Site, point: &Point) -> f64 {
         let here = self.own.iter().filter(|law| law.site == site);
-        here.map(|law| law.expression.value(&law.parameters, point)).filter(|value| value.is_finite()).sum()
+        here.filter_map(|law| law.value(point)).sum()
     }
 
     /// What the ESC makes of a command.

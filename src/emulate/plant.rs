@@ -10,7 +10,8 @@ use crate::unit::STANDARD_GRAVITY;
 use super::battery::BatteryConfig;
 use super::bench::PlantConfig;
 use super::error::EmulateError;
-use super::hidden::{HiddenConfig, Kind, Law, Laws};
+use super::hidden::{Kind, Law, Laws};
+use super::hidden_config::HiddenConfig;
 use super::history::TorqueHistory;
 
 /// Number of continuous states.
@@ -352,14 +353,14 @@ impl Plant {
     /// What a noise-free sensor would give, in its unit.
     pub(super) fn sensed(&self, state: &PlantState, inputs: &Inputs, truth: &Truth, channel: Channel) -> f64 {
         match channel {
-            Channel::BodyRate => self.told_body_rate(state, inputs),
+            Channel::BodyRate => self.sensed_body_rate(state, inputs),
             Channel::BodyAngle => truth.body_angle,
             Channel::AccelerationX => 0.0,
             Channel::AccelerationY => STANDARD_GRAVITY * truth.body_angle.sin(),
             Channel::AccelerationZ => STANDARD_GRAVITY * truth.body_angle.cos(),
             Channel::BatteryVoltage => truth.battery_voltage,
-            Channel::PropellerRate1 => self.told_propeller_rate(state, inputs, 0),
-            Channel::PropellerRate2 => self.told_propeller_rate(state, inputs, 1),
+            Channel::PropellerRate1 => self.sensed_propeller_rate(state, inputs, 0),
+            Channel::PropellerRate2 => self.sensed_propeller_rate(state, inputs, 1),
             Channel::Current1 => truth.current[0],
             Channel::Current2 => truth.current[1],
             Channel::Thrust1 => truth.thrust[0],
@@ -372,7 +373,7 @@ impl Plant {
     }
 
     /// [rad/s] what a noise-free ESC would report of a rotor.
-    fn told_propeller_rate(&self, state: &PlantState, inputs: &Inputs, rotor: usize) -> f64 {
+    fn sensed_propeller_rate(&self, state: &PlantState, inputs: &Inputs, rotor: usize) -> f64 {
         let lagged = self.laws.number(Kind::TelemetryLag).is_some();
         let rate = state.x[if lagged { TELEMETRY } else { PROPELLER } + rotor];
         if !self.laws.has_own() {
@@ -382,7 +383,7 @@ impl Plant {
     }
 
     /// [rad/s] what a noise-free gyro would give.
-    fn told_body_rate(&self, state: &PlantState, inputs: &Inputs) -> f64 {
+    fn sensed_body_rate(&self, state: &PlantState, inputs: &Inputs) -> f64 {
         let lagged = self.laws.number(Kind::GyroLag).is_some();
         let rate = self.laws.gyro(state.x[if lagged { GYRO } else { RATE }]);
         if !self.laws.has_own() {

@@ -9,7 +9,7 @@ use super::Emulator;
 use super::battery::BatteryConfig;
 use super::bench::PlantConfig;
 use super::error::EmulateError;
-use super::hidden::HiddenConfig;
+use super::hidden_config::HiddenConfig;
 use super::plant::Plant;
 use super::sensor::SensorsConfig;
 
