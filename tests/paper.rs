@@ -37,13 +37,13 @@ fn the_paper_comes_out_of_one_process() {
         assert!(away < 3.3, "{away}: {row}");
     }
     let run = |controller: &str, delay: f64| {
-        let runs = paper["flights"].as_array().expect("runs");
+        let runs = paper["runs"].as_array().expect("runs");
         let found = runs.iter().find(|it| it["controller"] == controller && it["delay"] == delay);
         found.expect("a run")["answer"].clone()
     };
     // What `design` says of the same loops: the report has it beside the 30 ms.
     let limit = |row: &Value| 1e3 * row["delay_limit"].as_f64().expect("a delay");
-    for row in paper["flights"].as_array().expect("runs") {
+    for row in paper["runs"].as_array().expect("runs") {
         // The pole that was identified in a minute is off by some tenths of a percent.
         let expected = if row["controller"] == "PID" { 32.6 } else { 92.5 };
         assert!((limit(row) - expected).abs() < 0.02 * expected, "{}: {}", row["controller"], limit(row));
@@ -159,7 +159,7 @@ fn recorded_runs_are_compared_side_by_side() {
     let files = ["emc.mcap", "pid.mcap", "emc_late.mcap", "pid_late.mcap"];
     let found = compared(folder, &[&files[..], &["--report", "runs.html"]].concat());
     assert_eq!(found["warnings"], serde_json::json!([]), "{found:#}");
-    let runs = found["flights"].as_array().expect("runs");
+    let runs = found["runs"].as_array().expect("runs");
     let number = |index: usize, key: &str| runs[index]["answer"][key].as_f64().expect("a number");
     for (index, (controller, delay)) in
         [("EMC", 0.0), ("PID", 0.0), ("EMC", 0.03), ("PID", 0.03)].iter().enumerate()
@@ -185,16 +185,17 @@ fn recorded_runs_are_compared_side_by_side() {
 
     // Said instead of recorded: the same.
     let given = compared(folder, &[&["emc.mcap"], &IMPULSE[..]].concat());
-    assert_eq!(given["flights"][0]["struck_from"], "told");
-    assert_eq!(given["flights"][0]["answer"], runs[0]["answer"]);
+    assert_eq!(given["runs"][0]["struck_from"], "given");
+    assert_eq!(given["runs"][0]["answer"], runs[0]["answer"]);
     assert_eq!(given["warnings"], serde_json::json!([]), "{given:#}");
     // Said otherwise than recorded: both are named.
     let given = compared(folder, &["emc.mcap", "--impulse", "6:0.05:0.6"]);
-    let warning = given["warnings"][0].as_str().expect("a warning");
-    assert!(
-        warning.contains("0.6 N m for 0.05 s at 6 s") && warning.contains("0.6 N m for 0.05 s at 5 s"),
-        "{warning}"
-    );
+    let differs = &given["findings"][0];
+    assert_eq!(differs["code"], "recorded_impulse_differs", "{given:#}");
+    let [said, recorded] = ["", "recorded_"].map(|which| {
+        ["torque_nm", "duration_s", "at_s"].map(|name| differs["evidence"][format!("{which}{name}")].as_f64())
+    });
+    assert_eq!((said, recorded), ([0.6, 0.05, 6.0].map(Some), [0.6, 0.05, 5.0].map(Some)));
 }
 
 #[test]
@@ -208,17 +209,14 @@ fn a_flight_that_does_not_say_when_it_was_struck_is_judged_from_its_angle_and_sa
     record(folder, "weak", "", &["--impulse", "5:0.05:0.3"]);
     record(folder, "strong", "", &["--impulse", "5:0.05:0.6"]);
     let found = compared(folder, &["moved.mcap"]);
-    let run = &found["flights"][0];
+    let run = &found["runs"][0];
     assert_eq!(run["struck_from"], "angle");
     let struck = run["struck_s"].as_f64().expect("a number");
     assert!((5.8..6.4).contains(&struck), "{struck}");
     assert!(run["answer"]["disturbance_error"].is_null());
-    assert!(found["warnings"][0].as_str().is_some_and(|it| it.contains("does not say when")), "{found:#}");
+    assert_eq!(found["findings"][0]["code"], "impulse_unknown", "{found:#}");
     let different = compared(folder, &["weak.mcap", "strong.mcap"]);
-    assert!(
-        different["warnings"][0].as_str().is_some_and(|it| it.contains("not the same disturbance")),
-        "{different:#}"
-    );
+    assert_eq!(different["findings"][0]["code"], "impulses_differ", "{different:#}");
 
     std::fs::write(folder.join("log.csv"), "time_s,command_1\n0,0.5\n").expect("written");
     for (arguments, sentence) in [
@@ -254,19 +252,19 @@ fn a_long_flight_is_judged_over_the_window_behind_each_impulse() {
     record("120", "long.mcap", &[]);
     record("60", "twice.mcap", &["--impulse", "30:0.1:-0.3"]);
     let found = compared(folder, &["short.mcap", "long.mcap"]);
-    for run in found["flights"].as_array().expect("runs") {
+    for run in found["runs"].as_array().expect("runs") {
         assert_eq!(run["judged_s"].as_f64(), Some(8.0));
         // The same bits in lockstep: what comes after the window does not count.
-        assert_eq!(run["answer"], found["flights"][0]["answer"]);
+        assert_eq!(run["answer"], found["runs"][0]["answer"]);
         assert_eq!(run["later"], serde_json::json!([]));
     }
     let found = compared(folder, &["twice.mcap"]);
-    let later = &found["flights"][0]["later"];
+    let later = &found["runs"][0]["later"];
     assert_eq!(later.as_array().map(Vec::len), Some(1));
     assert_eq!((later[0]["struck_s"].as_f64(), later[0]["judged_s"].as_f64()), (Some(30.0), Some(8.0)));
     // As much push, 0.03 N m s, the other way: nearly the same swing. A twentieth for noise and the longer push.
     let peak = |answer: &Value| answer["peak"].as_f64().expect("a number");
-    let ratio = peak(&later[0]["answer"]) / peak(&found["flights"][0]["answer"]);
+    let ratio = peak(&later[0]["answer"]) / peak(&found["runs"][0]["answer"]);
     assert!((0.85..1.15).contains(&ratio), "{ratio}");
     let text = rotorbench(folder, &["compare", "--runs", "twice.mcap"]);
     let text = String::from_utf8_lossy(&text.stdout).into_owned();

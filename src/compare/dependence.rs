@@ -50,8 +50,8 @@ pub struct Dependence {
     /// [-] share of the error's variance that the mean over the channel's bins carries.
     pub explained: f64,
     /// [-] share of the error's variance expected by chance: the largest that the same channel reached when it was shifted in
-    /// time, so that it means nothing. `luck` in the JSON.
-    #[serde(rename = "luck")]
+    /// time, so that it means nothing. `by_chance` in the JSON.
+    #[serde(rename = "by_chance")]
     pub surrogate: f64,
     /// Middle of each bin, in the channel's unit, and mean error there, in the error's unit.
     #[serde(skip)]

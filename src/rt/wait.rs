@@ -57,8 +57,8 @@ pub fn wait_from<const N: usize>(descriptors: [RawFd; N], deadline_ns: u64, now_
             let still_ns = left.tv_sec.unsigned_abs().saturating_mul(NANOSECONDS_PER_SECOND);
             let still_ns = still_ns.saturating_add(left.tv_nsec.unsigned_abs());
             // Nothing left may be less than nothing; and a span as it was is one that the kernel does not report.
-            let is_told = still_ns > 0 && still_ns < left_ns;
-            let at_ns = if is_told { deadline_ns - still_ns } else { clock::monotonic_ns() };
+            let is_known = still_ns > 0 && still_ns < left_ns;
+            let at_ns = if is_known { deadline_ns - still_ns } else { clock::monotonic_ns() };
             (Wake::Ready(bits), at_ns)
         }
     }
@@ -93,7 +93,7 @@ mod tests {
     /// Whether the descriptor is ready when the wait begins or becomes ready in it, or the deadline comes first: the time
     /// given is one at which the wait was on.
     #[test]
-    fn the_time_told_is_within_the_wait() {
+    fn the_time_given_is_within_the_wait() {
         let (reader, mut writer) = std::io::pipe().expect("a pipe");
         let timed = |deadline_ns: u64| {
             let before_ns = clock::monotonic_ns();

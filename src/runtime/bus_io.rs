@@ -33,7 +33,7 @@ pub struct BusIo<B: Bus = Port> {
     /// Whether the guard was disarmed when it let something through last.
     is_disarmed: bool,
     /// [ns] before which another sender's commands are not logged again.
-    foreign_told_ns: u64,
+    foreign_logged_ns: u64,
     /// Times that the interface was joined again, as far as they were logged.
     rejoined: u64,
     /// `None` where nobody can watch: on a bus in memory.
@@ -44,7 +44,7 @@ pub struct BusIo<B: Bus = Port> {
 }
 
 /// [ns] between two log lines on another sender's commands: a flood of them must not fill the log.
-const FOREIGN_TOLD_EVERY_NS: u64 = NANOSECONDS_PER_SECOND;
+const FOREIGN_LOGGED_EVERY_NS: u64 = NANOSECONDS_PER_SECOND;
 
 /// Periods after which the bus is listened to for the echoes of the commands: whether it is alive. Nobody waits for the answer, and
 /// where it could be the one that says no, it is asked for at once; see [`BusIo::is_dead`].
@@ -111,7 +111,7 @@ impl<B: Bus> BusIo<B> {
             refused_in_a_row: 0,
             is_quiet: false,
             is_disarmed: true,
-            foreign_told_ns: 0,
+            foreign_logged_ns: 0,
             rejoined: 0,
             status: None,
             published: 0,
@@ -201,22 +201,22 @@ impl<B: Bus> BusIo<B> {
             self.sensors.stamp_ns = look.at_ns;
         }
         if look.foreign {
-            self.tell_of_foreigner();
+            self.log_foreign_sender();
         }
         look
     }
 
-    fn tell_of_foreigner(&mut self) {
+    fn log_foreign_sender(&mut self) {
         let now_ns = self.port.now_ns();
-        if now_ns >= self.foreign_told_ns {
-            self.foreign_told_ns = now_ns.saturating_add(FOREIGN_TOLD_EVERY_NS);
+        if now_ns >= self.foreign_logged_ns {
+            self.foreign_logged_ns = now_ns.saturating_add(FOREIGN_LOGGED_EVERY_NS);
             let text = "another sender commands the rotors: frames with our command's identifier so far";
             self.log.say(Severity::Error, text, self.end.counts().foreign_command as f64);
         }
     }
 
     /// Says what was found at the interface.
-    fn tell_of_interface(&mut self) {
+    fn log_interface(&mut self) {
         let rejoined = self.port.counts().rejoined;
         if rejoined != self.rejoined {
             self.rejoined = rejoined;
@@ -270,7 +270,7 @@ impl<B: Bus> BusIo<B> {
     /// Publishes what the bus does, says what was found at its interface, and listens for the echoes now and then: once a
     /// period, after the commands are out.
     pub fn publish(&mut self, now_ns: u64) {
-        self.tell_of_interface();
+        self.log_interface();
         if self.status.is_none() {
             return;
         }

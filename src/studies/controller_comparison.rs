@@ -56,8 +56,7 @@ pub enum RunComparisonError {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StruckFrom {
-    /// Given by who compares; `told` in the JSON.
-    #[serde(rename = "told")]
+    /// Given by who compares.
     Given,
     /// The emulator's settings in the recording, which was made in virtual time.
     Recording,
@@ -118,7 +117,6 @@ pub struct RecordedRun {
 #[derive(Debug, Serialize)]
 pub struct RunComparison {
     /// In the order given.
-    #[serde(rename = "flights")]
     pub runs: Vec<RecordedRun>,
     /// What makes them unlike each other, or is not known of them.
     pub findings: Vec<Finding>,

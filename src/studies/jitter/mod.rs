@@ -144,7 +144,7 @@ pub fn jitter(
         }
     }
     jitter.is_cut_short |= shutdown.is_requested();
-    jitter.settle();
+    jitter.summarize();
     jitter.took_s = clock::span_s(clock::monotonic_ns().saturating_sub(start_ns));
     Ok(jitter)
 }
@@ -157,7 +157,7 @@ impl Jitter {
         timings.any(|timing| timing.overruns + timing.skipped > 0)
     }
 
-    fn settle(&mut self) {
+    fn summarize(&mut self) {
         let yardstick = &self.cyclictest;
         for result in &mut self.stages {
             result.timing = result.statistics.as_ref().map(Statistics::summary);

@@ -108,7 +108,6 @@ pub struct PaperRun {
     /// Gains of EMC from the identified pole, β = γ_0 = 0.276 as printed.
     pub gains: EmcGains,
     /// Section V.
-    #[serde(rename = "flights")]
     pub runs: Vec<ControlledRun>,
 }
 
