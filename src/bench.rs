@@ -171,8 +171,7 @@ impl BenchConfig {
             }
         };
         resolve(&mut self.model);
-        self.bus.database.iter_mut().for_each(|database| resolve(&mut database.file));
-        self.bus.dronecan.dsdl.iter_mut().for_each(|definition| resolve(&mut definition.file));
+        self.bus.file_names().for_each(resolve);
     }
 }
 

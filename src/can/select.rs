@@ -24,6 +24,12 @@ pub fn protocol(config: &BusConfig, period_s: f64) -> Result<Box<dyn Protocol>, 
 }
 
 impl BusConfig {
+    /// Names of the files that say what frames mean, of every protocol that there is.
+    pub fn file_names(&mut self) -> impl Iterator<Item = &mut String> {
+        let databases = self.database.iter_mut().map(|database| &mut database.file);
+        databases.chain(self.dronecan.dsdl.iter_mut().map(|definition| &mut definition.file))
+    }
+
     /// The files that say what frames mean, by their names, and their texts: what somebody needs to understand recorded frames
     /// later.
     ///

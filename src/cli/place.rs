@@ -118,16 +118,8 @@ impl Setting {
     }
 
     fn of_guard(error: &GuardError) -> Option<Self> {
-        let GuardError::Setting { name, .. } = error;
-        match name.split_once(' ') {
-            None if name == "period_s" => Self::one("period_s"),
-            None => Self::one(format!("guard.{name}")),
-            // `propeller_rate 1 minimum`: both rotors have one table.
-            Some((signal, rest)) => {
-                let field = rest.rsplit(' ').next().unwrap_or(rest);
-                Self::one(format!("guard.{signal}.{field}"))
-            }
-        }
+        let GuardError::Setting { key, .. } = error;
+        Self::one(key)
     }
 
     fn of_machine(error: &RealTimeError) -> Option<Self> {

@@ -119,8 +119,10 @@ pub enum GuardError {
     /// A number out of its range.
     #[error("guard {name} is {value}: it must be {rule}")]
     Setting {
-        /// Name in the file.
+        /// What people call it: a setting, or a signal's.
         name: String,
+        /// Its key in the bench file, from the top.
+        key: String,
         /// Value found.
         value: f64,
         /// What it must be.
@@ -136,7 +138,8 @@ impl GuardConfig {
     pub fn build(&self, period_s: f64) -> Result<Guard, GuardError> {
         const POSITIVE: &str = "a positive number";
         const NOT_NEGATIVE: &str = "zero or a positive number";
-        within("period_s", period_s, 1e-5, 10.0, "from 0.00001 to 10")?;
+        let of_bench = ("period_s", "period_s".to_owned());
+        in_range(of_bench, period_s, 1e-5, 10.0, "from 0.00001 to 10")?;
         within("hold_s", self.hold_s, f64::MIN_POSITIVE, 10.0, "above 0 and at most 10")?;
         within("rotor_maximum", self.rotor_maximum, f64::MIN_POSITIVE, 1.0, "above 0 and at most 1")?;
         within("slew_per_s", self.slew_per_s, f64::MIN_POSITIVE, f64::MAX, POSITIVE)?;
@@ -165,7 +168,7 @@ impl GuardConfig {
         for (limit, channel) in signals.iter_mut().zip(Channel::WATCHED) {
             let sensor = channel.sensor();
             if let (Some(settings), Some(row)) = (self.of(sensor), sensor.guard()) {
-                *limit = settings.resolve(&row, &channel.label(), hold_ns)?;
+                *limit = settings.resolve(&row, channel, hold_ns)?;
             }
         }
         Ok(Guard {
@@ -188,17 +191,22 @@ impl GuardConfig {
 }
 
 impl SignalConfig {
-    fn resolve(&self, row: &GuardRow, label: &str, hold_ns: u64) -> Result<SignalLimit, GuardError> {
+    fn resolve(&self, row: &GuardRow, channel: Channel, hold_ns: u64) -> Result<SignalLimit, GuardError> {
         let minimum = self.minimum.unwrap_or(row.range.0);
         let maximum = self.maximum.unwrap_or(row.range.1);
-        let named = |field: &str| format!("{label} {field}");
-        within(&named("minimum"), minimum, -f64::MAX, f64::MAX, "a number")?;
-        within(&named("maximum"), maximum, minimum, f64::MAX, "a number not below the minimum")?;
+        // Both rotors have one table.
+        let (label, table) = (channel.label(), channel.sensor().name());
+        let check = |field: &str, value: f64, lowest: f64, highest: f64, rule: &'static str| {
+            let name = format!("{label} {field}");
+            in_range((&name, format!("guard.{table}.{field}")), value, lowest, highest, rule)
+        };
+        check("minimum", minimum, -f64::MAX, f64::MAX, "a number")?;
+        check("maximum", maximum, minimum, f64::MAX, "a number not below the minimum")?;
         if let Some(given) = self.stale_after_s {
-            within(&named("stale_after_s"), given, f64::MIN_POSITIVE, 60.0, "above 0 and at most 60")?;
+            check("stale_after_s", given, f64::MIN_POSITIVE, 60.0, "above 0 and at most 60")?;
         }
         if let Some(given) = self.frozen_after_s {
-            within(&named("frozen_after_s"), given, 0.0, 3600.0, "from 0 to 3600")?;
+            check("frozen_after_s", given, 0.0, 3600.0, "from 0 to 3600")?;
         }
         let span = |given: Option<f64>, row: After, never_ns: u64| match given.map_or(row, After::Seconds) {
             After::Hold => hold_ns,
@@ -215,9 +223,20 @@ impl SignalConfig {
     }
 }
 
+/// Checks a setting of the guard's own table.
 fn within(name: &str, value: f64, lowest: f64, highest: f64, rule: &'static str) -> Result<(), GuardError> {
+    in_range((name, format!("guard.{name}")), value, lowest, highest, rule)
+}
+
+fn in_range(
+    (name, key): (&str, String),
+    value: f64,
+    lowest: f64,
+    highest: f64,
+    rule: &'static str,
+) -> Result<(), GuardError> {
     if value >= lowest && value <= highest {
         return Ok(());
     }
-    Err(GuardError::Setting { name: name.to_owned(), value, rule })
+    Err(GuardError::Setting { name: name.to_owned(), key, value, rule })
 }
