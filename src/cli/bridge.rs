@@ -1,7 +1,7 @@
 //! `rotorbench bridge`: own the CAN bus: frames to sensors, commands through the guard to frames.
 
-use super::operate::BenchArguments;
-use super::{CliResult, Outcome};
+use super::operate::{ArmAndEnd, BenchArguments};
+use super::{CliResult, Outcome, output};
 use crate::report::run_summary;
 use crate::rt::Shutdown;
 use crate::runtime::bridge;
@@ -11,12 +11,8 @@ use crate::runtime::bridge;
 pub struct Arguments {
     #[command(flatten)]
     pub(super) bench: BenchArguments,
-    /// Arm as soon as the checks pass; on a virtual interface only, for scripted runs on the emulator
-    #[arg(long)]
-    arm: bool,
-    /// End after this many seconds
-    #[arg(long, value_name = "S", value_parser = super::operate::seconds)]
-    seconds: Option<f64>,
+    #[command(flatten)]
+    span: ArmAndEnd,
     /// Write the summary as JSON on standard output
     #[arg(long)]
     json: bool,
@@ -26,13 +22,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> CliResult {
     let config = arguments.bench.load()?;
     let shutdown = Shutdown::listen()?;
-    let summary = bridge::bridge(&config, arguments.arm, arguments.seconds, &shutdown)?;
-    if arguments.json {
-        println!("{}", crate::report::json::answer(&summary)?);
-        return Ok(Outcome::Done);
-    }
-    println!("{}", run_summary::guard_at_end(&summary.state, &summary.cause));
-    print!("{}", run_summary::bus(&summary.bus));
-    print!("{}", run_summary::timing(&summary.timing));
+    let summary = bridge::bridge(&config, arguments.span.arm, arguments.span.seconds, &shutdown)?;
+    output::say(arguments.json, &summary, || run_summary::bridge(&summary))?;
     Ok(Outcome::Done)
 }

@@ -1,9 +1,9 @@
 //! `rotorbench check`: resolve and check a bench file: signals, units, bus load.
 
 use super::operate::BenchArguments;
-use super::{CliResult, Outcome};
+use super::{CliResult, Outcome, output};
 use crate::can::protocol;
-use crate::report::{check, json};
+use crate::report::check;
 use crate::runtime::{controller_plant, emulate};
 use crate::session::BenchCheck;
 
@@ -57,11 +57,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     config.real_time.check()?;
     emulate::emulator(&config)?;
     let resolved = BenchCheck::of(&config, &*spoken, &guard)?;
-    if arguments.json {
-        println!("{}", json::answer(&check::answer(&resolved))?);
-    } else {
-        print!("{}", check::text(&resolved));
-    }
+    output::say(arguments.json, &check::answer(&resolved), || check::text(&resolved))?;
     resolved.caveats.iter().for_each(|it| eprintln!("warning: {}", check::sentence(it)));
     resolved.obstacles.iter().for_each(|it| eprintln!("found wanting: {}", check::sentence(it)));
     Ok(if resolved.obstacles.is_empty() { Outcome::Done } else { Outcome::FoundWanting })

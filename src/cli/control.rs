@@ -1,7 +1,7 @@
 //! `rotorbench control`: run one controller on a fixed period.
 
 use super::operate::BenchArguments;
-use super::{CliResult, Outcome};
+use super::{CliResult, Outcome, output};
 use crate::report::run_summary;
 use crate::rt::Shutdown;
 use crate::runtime::lockstep::two_process;
@@ -35,19 +35,10 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let shutdown = Shutdown::listen()?;
     if arguments.lockstep {
         let summary = two_process::answer(&config, source, arguments.patience, &shutdown)?;
-        if arguments.json {
-            println!("{}", crate::report::json::answer(&summary)?);
-        } else {
-            println!("steps answered: {}\n{}", summary.answered, run_summary::angle(&summary.angle));
-        }
+        output::say(arguments.json, &summary, || run_summary::answered(&summary))?;
         return Ok(if summary.complete { Outcome::Done } else { Outcome::FoundWanting });
     }
     let summary = control::control(&config, source, arguments.seconds, &shutdown)?;
-    if arguments.json {
-        println!("{}", crate::report::json::answer(&summary)?);
-        return Ok(Outcome::Done);
-    }
-    println!("{}", run_summary::angle(&summary.angle));
-    print!("{}", run_summary::timing(&summary.timing));
+    output::say(arguments.json, &summary, || run_summary::controlled(&summary))?;
     Ok(Outcome::Done)
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::Complex;
 
 use super::operate::BenchArguments;
-use super::output::{Force, writable};
+use super::output::{Force, say, writable};
 use super::thresholds::THRESHOLDS;
 use super::{CliError, CliResult, Outcome};
 use crate::control::design::{Advice, Compensator, DiscreteLoop, LoopPlant, Margins, advise, pid_by_margins};
@@ -137,11 +137,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if let Some(path) = &arguments.report {
         design::page(&design, closed.as_ref()).save(path)?;
     }
-    if arguments.json {
-        println!("{}", crate::report::json::answer(&design)?);
-    } else {
-        print!("{}", design::text(&design));
-    }
+    say(arguments.json, &design, || design::text(&design))?;
     Ok(if design.stable { Outcome::Done } else { Outcome::FoundWanting })
 }
 

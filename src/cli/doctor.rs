@@ -2,9 +2,9 @@
 
 use std::path::PathBuf;
 
-use super::{CliResult, Outcome};
+use super::{CliResult, Outcome, output};
 use crate::bench::BenchConfig;
-use crate::report::{doctor, json};
+use crate::report::doctor;
 use crate::session::{MachineCheck, check_machine};
 
 /// Arguments of `doctor`.
@@ -27,10 +27,6 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let only = arguments.config.as_ref().map(|_| config.name.as_str());
     let looked = check_machine(&config, only, arguments.fix);
     let rows = doctor::rows(&looked);
-    if arguments.json {
-        println!("{}", json::answer(&rows)?);
-    } else {
-        print!("{}", doctor::text(&rows));
-    }
+    output::say(arguments.json, &rows, || doctor::text(&rows))?;
     Ok(if looked.iter().any(MachineCheck::is_wanting) { Outcome::FoundWanting } else { Outcome::Done })
 }

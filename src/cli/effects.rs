@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::{CliError, CliResult, Outcome};
+use super::{CliError, CliResult, Outcome, output};
 use crate::effect::{CATALOGUE, Card, Site, find};
 use crate::model::Model;
 use crate::report;
@@ -47,12 +47,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let model = session::open_model(&arguments.model)?;
     let Some(id) = &arguments.id else {
-        if arguments.json {
-            let cards: Vec<Answer> = CATALOGUE.iter().map(|card| Answer::of(card)).collect();
-            println!("{}", report::json::answer(&cards)?);
-        } else {
-            print!("{}", report::effects::list(&model));
-        }
+        let cards: Vec<Answer> = CATALOGUE.iter().map(|card| Answer::of(card)).collect();
+        output::say(arguments.json, &cards, || report::effects::list(&model))?;
         return Ok(Outcome::Done);
     };
     let Some(card) = find(id) else {
@@ -63,11 +59,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         println!("{} ({}): {}\n  {}", own.id, own.site.name(), own.expression, own.meaning);
         return Ok(Outcome::Done);
     };
-    if arguments.json {
-        println!("{}", report::json::answer(&Answer::of(card))?)
-    } else {
-        print!("{}", report::effects::card(card));
-    }
+    output::say(arguments.json, &Answer::of(card), || report::effects::card(card))?;
     Ok(Outcome::Done)
 }
 

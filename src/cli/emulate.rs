@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::operate::BenchArguments;
-use super::{CliError, CliResult, Outcome};
+use super::{CliError, CliResult, Outcome, output};
 use crate::bench::BenchConfig;
 use crate::effect::{Law, Site, find};
 use crate::emulate::{HiddenConfig, Impulse, PlantConfig};
@@ -149,11 +149,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if let Some(interface) = &arguments.door.can {
         config.bus.interface.clone_from(interface);
         let summary = emulate::on_bus(&config, arguments.seconds, &shutdown)?;
-        if arguments.json {
-            println!("{}", crate::report::json::answer(&summary)?);
-            return Ok(Outcome::Done);
-        }
-        println!("{}", run_summary::emulated_on_bus(&summary));
+        output::say(arguments.json, &summary, || run_summary::emulated_on_bus(&summary) + "\n")?;
         return Ok(Outcome::Done);
     }
     if arguments.lockstep {
@@ -162,12 +158,6 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return super::lockstep::say(&summary, arguments.json);
     }
     let summary = emulate::behind_guard(&config, arguments.arm, arguments.seconds, &shutdown)?;
-    if arguments.json {
-        println!("{}", crate::report::json::answer(&summary)?);
-        return Ok(Outcome::Done);
-    }
-    println!("{}", run_summary::body(&summary.body));
-    println!("{}", run_summary::guard_at_end(&summary.state, &summary.cause));
-    print!("{}", run_summary::timing(&summary.timing));
+    output::say(arguments.json, &summary, || run_summary::emulated_behind_guard(&summary))?;
     Ok(Outcome::Done)
 }

@@ -25,6 +25,17 @@ impl BenchArguments {
     }
 }
 
+/// How a process that drives a bus begins and ends.
+#[derive(Debug, clap::Args)]
+pub struct ArmAndEnd {
+    /// Arm as soon as the checks pass; on a virtual interface only, for scripted runs on the emulator
+    #[arg(long)]
+    pub(super) arm: bool,
+    /// End after this many seconds
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    pub(super) seconds: Option<f64>,
+}
+
 /// [s] of `--seconds`.
 ///
 /// # Errors

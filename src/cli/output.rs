@@ -3,8 +3,25 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
+
 use super::CliError;
 use crate::file::{check_place, is_there};
+use crate::report::json;
+
+/// Prints what a command found: its answer as JSON, or its text, which ends its last line itself.
+pub(super) fn say<T: Serialize>(
+    as_json: bool,
+    answer: &T,
+    text: impl FnOnce() -> String,
+) -> Result<(), CliError> {
+    if as_json {
+        println!("{}", json::answer(answer)?);
+    } else {
+        print!("{}", text());
+    }
+    Ok(())
+}
 
 /// The option of every command that writes files.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]

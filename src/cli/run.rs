@@ -1,12 +1,11 @@
 //! `rotorbench run`: bridge and control in one process; with `--lockstep` on virtual time, the emulator included.
 
 use super::emulate::PlantArguments;
-use super::operate::BenchArguments;
+use super::operate::{ArmAndEnd, BenchArguments};
 use super::output::Force;
-use super::{CliError, CliResult, Outcome};
+use super::{CliError, CliResult, Outcome, output};
 use crate::report::run_summary;
 use crate::rt::Shutdown;
-
 use crate::runtime::lockstep::run as lockstep_run;
 use crate::runtime::record::Background;
 use crate::runtime::{controller_plant, run};
@@ -16,12 +15,8 @@ use crate::runtime::{controller_plant, run};
 pub struct Arguments {
     #[command(flatten)]
     pub(super) bench: BenchArguments,
-    /// Arm as soon as the checks pass; on a virtual interface only, for scripted runs on the emulator
-    #[arg(long)]
-    arm: bool,
-    /// End after this many seconds
-    #[arg(long, value_name = "S", value_parser = super::operate::seconds)]
-    seconds: Option<f64>,
+    #[command(flatten)]
+    span: ArmAndEnd,
     /// The emulated bench in virtual time, as fast as it can, instead of the bus; 60 seconds by default
     #[arg(long, conflicts_with = "arm")]
     lockstep: bool,
@@ -53,7 +48,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let shutdown = Shutdown::listen()?;
     let recording = arguments.record.as_ref();
     let recording = recording.map(|path| Background::start(&config, path, "run", None)).transpose()?;
-    let summary = match run::run(&config, source, arguments.arm, arguments.seconds, &shutdown) {
+    let summary = match run::run(&config, source, arguments.span.arm, arguments.span.seconds, &shutdown) {
         Ok(summary) => summary,
         Err(refused) => {
             if let Some(recording) = recording {
@@ -63,11 +58,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         }
     };
     super::record::end(recording)?;
-    if arguments.json {
-        println!("{}", crate::report::json::answer(&summary)?);
-        return Ok(Outcome::Done);
-    }
-    print!("{}", run_summary::run(&summary));
+    output::say(arguments.json, &summary, || run_summary::run(&summary))?;
     Ok(Outcome::Done)
 }
 
@@ -76,7 +67,7 @@ fn in_lockstep(arguments: &Arguments) -> CliResult {
     arguments.plant.apply(&mut config)?;
     arguments.record.as_ref().map_or(Ok(()), |path| arguments.force.make_way(path))?;
     let shutdown = Shutdown::listen()?;
-    let seconds = arguments.seconds.unwrap_or(lockstep_run::DEFAULT_S);
+    let seconds = arguments.span.seconds.unwrap_or(lockstep_run::DEFAULT_S);
     let summary = lockstep_run::run(&config, seconds, arguments.record.as_deref(), &shutdown)?;
     if let Some(recorded) = summary.recorded {
         eprintln!("recorded: {}", run_summary::recorder(recorded));

@@ -6,9 +6,13 @@ use crate::clock::span_s;
 use crate::emulate::{BodySummary, BusSummary};
 use crate::recording::RecorderSummary;
 use crate::rt::{Percentiles, Summary};
+use crate::runtime::bridge::BridgeSummary;
 use crate::runtime::bus_io::BusIoSummary;
+use crate::runtime::control::ControlSummary;
 use crate::runtime::control_output::AngleError;
+use crate::runtime::emulate::GuardedSummary;
 use crate::runtime::lockstep::run::LockstepSummary;
+use crate::runtime::lockstep::two_process::AnswerSummary;
 use crate::runtime::run::{EventLine, RunSummary};
 
 /// How well the angle was held, on one line.
@@ -73,6 +77,32 @@ pub fn bus(bus: &BusIoSummary) -> String {
         let _ = writeln!(text, "not taken: {}", refused.join(", "));
     }
     text
+}
+
+/// What a bridge ended with.
+#[must_use]
+pub fn bridge(summary: &BridgeSummary) -> String {
+    let guard = guard_at_end(&summary.state, &summary.cause);
+    format!("{guard}\n{}{}", bus(&summary.bus), timing(&summary.timing))
+}
+
+/// What a controller ended with.
+#[must_use]
+pub fn controlled(summary: &ControlSummary) -> String {
+    format!("{}\n{}", angle(&summary.angle), timing(&summary.timing))
+}
+
+/// What a controller that answered an emulator on virtual time ended with.
+#[must_use]
+pub fn answered(summary: &AnswerSummary) -> String {
+    format!("steps answered: {}\n{}\n", summary.answered, angle(&summary.angle))
+}
+
+/// What an emulator behind its guard ended with.
+#[must_use]
+pub fn emulated_behind_guard(summary: &GuardedSummary) -> String {
+    let guard = guard_at_end(&summary.state, &summary.cause);
+    format!("{}\n{guard}\n{}", body(&summary.body), timing(&summary.timing))
 }
 
 /// What a run on virtual time ended with.
