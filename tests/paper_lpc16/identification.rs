@@ -2,8 +2,8 @@
 
 use rotorbench::identify::{Identification, IdentifiedActuator, IdentifySettings, identify};
 use rotorbench::log::Dataset;
-use rotorbench::report::findings::{sentence, sentences};
-use rotorbench::screening::screened;
+use rotorbench::report::findings::sentence;
+use rotorbench::screening::{Finding, screened};
 
 use super::close;
 use super::logs::{
@@ -145,29 +145,26 @@ fn eq_13_the_thrust_curve_and_its_tangent() {
     close(thrust.slope.value, 0.0197, 5e-6);
     close(thrust.offset.value, -6.0771, 5e-4);
     close(thrust.linear_share.value, 0.0, 1e-9);
-    assert!(
-        !sentences(&quadratic.findings).iter().any(|warning| warning.contains("thrust")),
-        "{:?}",
-        sentences(&quadratic.findings)
-    );
+    let speaks_of_thrust = |found: &[Finding]| found.iter().any(|it| it.code.starts_with("thrust"));
+    assert!(!speaks_of_thrust(&quadratic.findings), "{:?}", quadratic.findings);
     close(quadratic.model.actuator.thrust_coefficient, THRUST, 1e-15);
     type Law<'a> = &'a dyn Fn(f64) -> f64;
     let added = with_thrust(&|rate| THRUST * rate * rate + 0.5);
     assert!(finding(&added, "thrust_not_quadratic").is_some_and(|it| it.number("linear_share") > 0.03));
     let turned = with_thrust(&|rate| -THRUST * rate * rate);
     assert!(finding(&turned, "thrust_falls_with_rate").is_some());
-    for (thrust, sentence) in [
-        ((&|rate| 101.97 * THRUST * rate * rate) as Law, "import it with unit `gf`"),
-        (&|rate| 0.102 * THRUST * rate * rate, "import it with unit `kgf`"),
-        (&|rate| 0.2248 * THRUST * rate * rate, "import it with unit `lbf`"),
-        (&|rate| 3.597 * THRUST * rate * rate, "import it with unit `ozf`"),
+    for (thrust, unit) in [
+        ((&|rate| 101.97 * THRUST * rate * rate) as Law, "gf"),
+        (&|rate| 0.102 * THRUST * rate * rate, "kgf"),
+        (&|rate| 0.2248 * THRUST * rate * rate, "lbf"),
+        (&|rate| 3.597 * THRUST * rate * rate, "ozf"),
     ] {
-        let warnings = sentences(&with_thrust(thrust).findings);
-        assert!(warnings.iter().any(|warning| warning.contains(sentence)), "{sentence}: {warnings:?}");
+        let found = with_thrust(thrust);
+        let asked = finding(&found, "thrust_unlike_template").map(|it| it.text("unit"));
+        assert_eq!(asked, Some(unit), "{:?}", found.findings);
     }
     // Another propeller's.
-    let another = sentences(&with_thrust(&|rate| 0.4 * THRUST * rate * rate).findings);
-    assert!(!another.iter().any(|warning| warning.contains("thrust")), "{another:?}");
+    assert!(!speaks_of_thrust(&with_thrust(&|rate| 0.4 * THRUST * rate * rate).findings));
     // A model with such a c is none that anything takes.
     let falling = with_thrust(&|rate| -THRUST * rate * rate);
     assert!(falling.thrust.is_none());
