@@ -26,6 +26,15 @@ pub enum Trigger {
 }
 
 /// The bench file.
+///
+/// ```
+/// use rotorbench::bench::BenchConfig;
+///
+/// let bench: BenchConfig = toml::from_str("name = \"pitch\"\nperiod_s = 0.01")?;
+/// bench.check()?;
+/// assert_eq!((bench.period_s, bench.guard.rotor_maximum), (0.01, BenchConfig::default().guard.rotor_maximum));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct BenchConfig {

@@ -24,6 +24,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The token; its copies are one and the same.
+///
+/// ```
+/// use rotorbench::cancel::{Cancel, Cancelled};
+///
+/// let cancel = Cancel::default();
+/// assert_eq!(cancel.run(|| 42), Ok(42));
+/// cancel.clone().request();
+/// assert_eq!(cancel.run(|| 42), Err(Cancelled));
+/// ```
 #[derive(Debug, Clone, Default)]
 pub struct Cancel {
     flag: Arc<AtomicBool>,

@@ -5,6 +5,8 @@
 mod circles;
 #[path = "architecture/effects.rs"]
 mod effects;
+#[path = "architecture/examples.rs"]
+mod examples;
 #[path = "architecture/imports.rs"]
 mod imports;
 #[path = "architecture/rooms.rs"]

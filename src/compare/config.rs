@@ -3,6 +3,14 @@
 use std::ops::RangeInclusive;
 
 /// How to compare.
+///
+/// ```
+/// use rotorbench::compare::CompareConfig;
+///
+/// // An unstable body runs away from any model: shorter windows. Its curves are not looked at.
+/// let config = CompareConfig { horizon_s: 0.2, signals: false };
+/// assert!(CompareConfig::HORIZONS_S.contains(&config.horizon_s));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CompareConfig {
     /// [s] horizon of the windows of the body.

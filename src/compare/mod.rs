@@ -55,6 +55,8 @@ pub use spectrum::Spectrum;
 pub use unknown_torque::UnknownTorque;
 
 /// One model on one log.
+///
+/// Made by [`crate::session::compare`]; `examples/compare.rs` prints one.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct Comparison {

@@ -12,6 +12,17 @@ pub struct Allocation {
 }
 
 /// Through the inverse of g, with the battery and known faults of the command compensated.
+///
+/// ```
+/// use rotorbench::control::{Allocator, Compensation, PlantParameters};
+///
+/// let plant = PlantParameters::paper();
+/// let allocator = Allocator::build(&plant, &Compensation::default())?;
+/// // Rotor 1 shall turn 40 rad/s faster than rotor 2, on a full battery.
+/// let commands = allocator.allocate(40.0, plant.full_voltage).rotor;
+/// assert!((allocator.difference(commands, plant.full_voltage) - 40.0).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Allocator {
     plant: PlantParameters,

@@ -6,6 +6,14 @@
 use super::{ControlError, PlantParameters, require, require_finite, require_positive};
 
 /// Known torques on the body, and known faults of the actuator's command. All zero = the paper's plant.
+///
+/// ```
+/// use rotorbench::control::Compensation;
+///
+/// // A body that hangs below its axis: the controller cancels the torque instead of estimating it.
+/// let known = Compensation { pendulum_moment: 0.4, ..Compensation::default() }; // [N m]
+/// # assert!(known.stiffness == 0.0);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Compensation {
     /// [N m] m of the torque -m sin(θ + θ_0).

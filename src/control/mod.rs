@@ -184,6 +184,8 @@ pub enum ControlError {
 /// A controller: from what was measured, what is wanted and what the rotors got, to the next command.
 ///
 /// `step` is called once each period. `Command::stamp_ns` is left 0 for the process to fill in.
+///
+/// One of your own, run in lockstep: `examples/own_controller.rs`.
 pub trait Controller {
     /// What changes from step to step.
     type State;

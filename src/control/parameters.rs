@@ -3,6 +3,14 @@
 use super::{ControlError, require, require_not_negative, require_positive};
 
 /// Plant parameters that gains and allocation are made of: [LPC16] Tables I and IV, or an identified model.
+///
+/// ```
+/// use rotorbench::control::PlantParameters;
+///
+/// let plant = PlantParameters::paper();
+/// let hover = plant.command_for(plant.hover_rate); // [-]
+/// assert!((0.4..0.5).contains(&hover));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlantParameters {
     /// [kg m²] J, inertia about the bench's axis.

@@ -16,6 +16,15 @@ pub struct ReferenceConfig {
 }
 
 /// One change of the angle.
+///
+/// ```
+/// use rotorbench::control::{MoveConfig, ReferenceConfig};
+///
+/// // Five seconds at 0, then to 0.3 rad within 1.5 s.
+/// let slew = MoveConfig { at_s: 5.0, angle_rad: 0.3, duration_s: 1.5 };
+/// let reference = ReferenceConfig { angle_rad: 0.0, moves: vec![slew] };
+/// assert!(reference.build(0.02).is_ok());
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MoveConfig {

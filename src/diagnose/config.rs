@@ -1,6 +1,13 @@
 //! Settings of a diagnosis.
 
 /// Settings of a diagnosis.
+///
+/// ```
+/// use rotorbench::diagnose::DiagnoseConfig;
+///
+/// let config = DiagnoseConfig { horizon: 0.2 }; // [s] an unstable body
+/// assert!(config.horizon < DiagnoseConfig::default().horizon);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct DiagnoseConfig {
     /// [s] length of the windows over which the body runs freely.

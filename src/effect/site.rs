@@ -1,6 +1,6 @@
 //! Where effects act, and what their laws may look at there.
 
-/// Where an effect acts: the quantity its law adds to.
+/// Where an effect acts: the quantity its law adds to. Of a law of one's own: `examples/own_effect.rs`.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]

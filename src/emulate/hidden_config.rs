@@ -10,6 +10,8 @@ use crate::model::{AddedEffect, Model};
 use super::error::EmulateError;
 
 /// One `[[emulator.hidden]]` table: an effect's id and its parameters.
+///
+/// A law that no catalogue has: `examples/own_effect.rs`.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -29,6 +31,14 @@ pub struct HiddenConfig {
 
 impl HiddenConfig {
     /// From the command line: `id` or `id:name=value,name=value`.
+    ///
+    /// ```
+    /// use rotorbench::emulate::HiddenConfig;
+    ///
+    /// let hidden = HiddenConfig::parse("gravity_pendulum:moment=0.4")?; // [N m]
+    /// assert_eq!((hidden.effect.as_str(), hidden.parameters["moment"]), ("gravity_pendulum", 0.4));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
     /// [`EmulateError::Hidden`] with the part that could not be read.

@@ -256,12 +256,6 @@ impl Equations {
     pub fn has_rate_sensor_laws(&self) -> bool {
         !self.rate_sensor.is_empty()
     }
-
-    /// Whether a sensor of the body has a state, so that a window has one more unknown at its start.
-    #[must_use]
-    pub fn rate_sensor_remembers(&self) -> bool {
-        self.rate_sensor.iter().any(|hook| hook.memory().is_some())
-    }
 }
 
 /// Mean over the interval after each sample of a signal with a dead time of `delay` [s].

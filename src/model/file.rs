@@ -28,6 +28,16 @@ impl Model {
 
     /// The model in `text`; `path` is for the errors.
     ///
+    /// ```
+    /// use rotorbench::model::Model;
+    ///
+    /// let mut model = Model::paper();
+    /// model.body.inertia *= 1.1; // [kg m²]
+    /// let again = Model::parse(&model.emit()?, "heavier.toml".as_ref())?;
+    /// assert_eq!(again, model);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// [`ModelError`] naming the place.
     pub fn parse(text: &str, path: &Path) -> Result<Self, ModelError> {

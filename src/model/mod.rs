@@ -84,6 +84,8 @@ pub struct AddedEffect {
 }
 
 /// A parameter of a user's own effect.
+///
+/// In a program: `examples/own_effect.rs`.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -102,6 +104,8 @@ pub struct UserParameter {
 }
 
 /// An effect of the user's own, which competes with the catalogue.
+///
+/// In a program: `examples/own_effect.rs`.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -120,7 +124,7 @@ pub struct UserEffect {
     pub meaning: String,
 }
 
-/// A model file.
+/// A model file. Changed and kept by a program: [`Model::parse`]; extended: `examples/diagnose.rs`.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

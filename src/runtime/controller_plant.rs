@@ -62,6 +62,8 @@ pub fn of_model(model: &Model) -> Result<(PlantParameters, Compensation), Proces
 }
 
 /// An experiment and how it is run: written into a recording, so that it can be repeated.
+///
+/// Run on the emulator by [`crate::session::run_emulated`]: `examples/compare.rs`.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -27,6 +27,21 @@ const CHECKS: [Check; 7] = [
 ];
 
 /// A log, and what of it is a measurement. Its copies share what it holds.
+///
+/// ```
+/// use rotorbench::log::Dataset;
+/// use rotorbench::screening::ScreenedLog;
+///
+/// let time: Vec<f64> = (0..500).map(|row| 0.02 * f64::from(row)).collect();
+/// let mut rates: Vec<f64> = time.iter().map(|time| 400.0 + 9.0 * (3.0 * time).sin()).collect();
+/// rates[250] = 5000.0; // [rad/s] a broken frame
+/// let mut log = Dataset::new("run", "", time)?;
+/// log.insert("propeller_rate_1_rad_s", rates)?;
+/// let log = ScreenedLog::of(&log);
+/// assert_eq!(log.findings().map(|finding| finding.code).collect::<Vec<_>>(), ["outliers"]);
+/// assert!(log.dataset().column("propeller_rate_1_rad_s").is_some_and(|rates| rates[250].is_nan()));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct ScreenedLog(Arc<Judged>);
 

@@ -7,6 +7,8 @@ use crate::screening::ScreenedLog;
 
 /// Compares every model with every log, log by log.
 ///
+/// In a program: `examples/compare.rs`.
+///
 /// # Errors
 /// [`SessionError::Compare`] of the first log that cannot be compared.
 pub fn compare(

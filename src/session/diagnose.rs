@@ -9,6 +9,8 @@ use crate::screening::ScreenedLog;
 
 /// Finds what the model is missing; fitted on `train`, chosen on `validate`.
 ///
+/// In a program: `examples/diagnose.rs`, and the [front page](crate#a-first-result).
+///
 /// # Errors
 /// [`SessionError::Diagnose`] when model and logs do not meet.
 pub fn diagnose(

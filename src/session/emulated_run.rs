@@ -9,6 +9,8 @@ use crate::screening::ScreenedLog;
 
 /// Runs `plan` on the emulated bench of `bench` in virtual time. The log, called `name`, begins with the first excited period.
 ///
+/// In a program: `examples/compare.rs`.
+///
 /// # Errors
 /// [`SessionError::Process`] for settings that cannot be, or a limit of the guard that would clip the experiment.
 pub fn run_emulated(

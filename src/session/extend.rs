@@ -8,6 +8,8 @@ use crate::screening::requirements::repeated;
 use crate::screening::{Finding, ScreenedLog};
 
 /// An extended or refitted model.
+///
+/// Printed by `examples/diagnose.rs`.
 #[derive(Debug, Clone)]
 pub struct Extended {
     /// The model, and its error before and after.
@@ -19,6 +21,8 @@ pub struct Extended {
 }
 
 /// Adds the effects `ids` to `model` and refits everything.
+///
+/// In a program: `examples/diagnose.rs`.
 ///
 /// # Errors
 /// [`SessionError::Diagnose`] when an effect is unknown or there already, or the logs lack what it needs.
@@ -38,6 +42,8 @@ pub fn extend(
 }
 
 /// Refits the model's own numbers, those whose change the logs ask for.
+///
+/// As [`extend`], without effects.
 ///
 /// # Errors
 /// [`SessionError::Diagnose`] when there is nothing to refit.

@@ -74,6 +74,18 @@ pub enum Progress<'a> {
 }
 
 /// Work that is watched and may be cancelled.
+///
+/// ```
+/// use rotorbench::{cancel::Cancel, session::{Job, Progress}};
+///
+/// let cancel = Cancel::default();
+/// let hear = |progress: Progress| {
+///     if let Progress::Leading { effects } = progress {
+///         eprintln!("in the lead: {}", effects.join(", "));
+///     }
+/// };
+/// let job = Job::new(&cancel, &hear); // for `session::diagnose` and its like; `cancel.request()` ends them
+/// ```
 #[derive(Clone, Copy)]
 pub struct Job<'a> {
     cancel: &'a Cancel,

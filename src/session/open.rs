@@ -16,6 +16,14 @@ use crate::screening::ScreenedLog;
 
 /// What may be said of logs beside their names: what their format needs, and which part of them counts. It holds for those
 /// of several logs that can use it.
+///
+/// ```
+/// use rotorbench::session::OpenConfig;
+///
+/// // Rotor 3 of the second flight in a blackbox, without its take-off.
+/// let config = OpenConfig { part: Some(2), from_s: Some(5.0), rotors: vec![3], ..OpenConfig::default() };
+/// # assert_eq!(config.mapping, None);
+/// ```
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct OpenConfig {
     /// What the columns of a foreign log mean: a mapping file, or the name of a shipped one.
@@ -86,6 +94,8 @@ fn rotors_in(present: &[usize]) -> String {
 
 /// Opens a log of any format. `LOG#2` is the second log of a file that holds several.
 ///
+/// In a program: `examples/read_log.rs`.
+///
 /// # Errors
 /// [`SessionError`], from the reader of the format.
 pub fn open(path: &Path, config: &OpenConfig, job: &Job) -> Result<Opened, SessionError> {
@@ -104,6 +114,14 @@ pub fn open(path: &Path, config: &OpenConfig, job: &Job) -> Result<Opened, Sessi
 }
 
 /// Opens several logs, each of any format.
+///
+/// ```
+/// use rotorbench::{cancel::Cancel, session, session::{Job, OpenConfig}};
+///
+/// let cancel = Cancel::default();
+/// let gone = session::open_all(&["gone.csv".into()], &OpenConfig::default(), &Job::unwatched(&cancel));
+/// assert!(gone.is_err_and(|error| error.to_string().contains("gone.csv")));
+/// ```
 ///
 /// # Errors
 /// [`SessionError`] of the first that cannot be read.

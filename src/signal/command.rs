@@ -5,6 +5,8 @@ use iceoryx2::prelude::ZeroCopySend;
 use super::ROTORS;
 
 /// What the controller wants, before the guard.
+///
+/// In a controller: `examples/own_controller.rs`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, ZeroCopySend)]
 #[type_name("rotorbench::Command")]
@@ -68,6 +70,8 @@ pub struct Estimate {
 }
 
 /// What the guard really let through: what the rotors got.
+///
+/// In a controller: `examples/own_controller.rs`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, ZeroCopySend)]
 #[type_name("rotorbench::Applied")]
@@ -105,6 +109,8 @@ impl AppliedFlags {
 }
 
 /// What the angle should do now.
+///
+/// In a controller: `examples/own_controller.rs`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, ZeroCopySend)]
 #[type_name("rotorbench::Reference")]

@@ -33,6 +33,8 @@ macro_rules! define {
         }
 
         /// Everything measured, as the bridge or the emulator publishes it: the newest value of each channel.
+        ///
+        /// In a controller: `examples/own_controller.rs`.
         #[repr(C)]
         #[derive(Debug, Clone, Copy, PartialEq, ZeroCopySend)]
         #[type_name("rotorbench::Sensors")]

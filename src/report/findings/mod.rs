@@ -18,6 +18,8 @@ use crate::identify::Part;
 use crate::screening::Finding;
 
 /// The sentence of a finding, behind the names of its log and its rotor.
+///
+/// In a program: `examples/read_log.rs`.
 #[must_use]
 pub fn sentence(finding: &Finding) -> String {
     let place = finding.place();

@@ -69,6 +69,8 @@ pub struct LockstepState {
 }
 
 /// What happened in one slot.
+///
+/// Printed by `examples/own_controller.rs`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slot {
     /// Number, from 0.
