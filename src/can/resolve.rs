@@ -238,7 +238,11 @@ impl<'a> Resolver<'a> {
         let is_default = *messages == BusConfig::default().messages;
         let stray = messages.keys().find(|name| !is_default && !used.contains(&name.as_str()));
         stray.map_or(Ok(()), |name| {
-            Err(fail(format!("messages.{name}"), "no role uses this message".to_owned()))
+            Err(fail(
+                format!("messages.{name}"),
+                "no role uses this message: take it out, or name one of its signals in bus.sensors"
+                    .to_owned(),
+            ))
         })
     }
 }

@@ -227,7 +227,7 @@ mod tests {
             ),
             (
                 "name = \"x\"\n[bus.messages.GYR0]\nperiod_s = 0.1",
-                "bench.toml, line 2: bus.messages.GYR0: no role uses this message",
+                "bench.toml, line 2: bus.messages.GYR0: no role uses this message: take it out, or name one of its signals in bus.sensors",
             ),
             (
                 "[bus]\ndatabase = [\n  { file = \"no/such.dbc\" },\n]",

@@ -46,10 +46,16 @@ pub struct ChangedParameter {
 }
 
 impl ChangedParameter {
+    /// The body's inertia.
+    #[must_use]
+    pub fn is_inertia(&self) -> bool {
+        self.name == "inertia"
+    }
+
     /// An inertia as much smaller than the model's as a degree is than a radian.
     #[must_use]
     pub fn is_in_degrees(&self) -> bool {
-        self.name == "inertia" && DEGREES.contains(&(self.from / self.to))
+        self.is_inertia() && DEGREES.contains(&(self.from / self.to))
     }
 }
 
@@ -157,6 +163,8 @@ pub struct NextExperiment {
 }
 
 /// The answer.
+///
+/// Made by [`crate::session::diagnose`]; `examples/diagnose.rs` prints one and goes on with it.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct Diagnosis {

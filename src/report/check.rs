@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::Table;
+use crate::control::ControllerKind;
 use crate::screening::Finding;
 use crate::session::{BenchCheck, InterfaceLook};
 
@@ -145,15 +146,33 @@ pub fn text(check: &BenchCheck) -> String {
         ]);
     }
     format!(
-        "bench `{}`, control period {} ms, bus {} ({}) at {} bit/s\n\n{}\n{}\nworst-case bus load {:.1} %\n",
+        "bench `{}`, control period {} ms, bus {} ({}) at {} bit/s\nmodel {}, controller {}\n\n{}\n{}\nworst-case bus load {:.1} %\n",
         check.bench,
         round(check.period_s * 1e3),
         check.interface,
         interface_state(check),
         check.bit_rate,
+        model(&check.model),
+        controller(check.controller),
         messages.text(),
         signals.text(),
         check.bus_load_percent
+    )
+}
+
+fn controller(kind: ControllerKind) -> &'static str {
+    match kind {
+        ControllerKind::Emc => "EMC",
+        ControllerKind::Pid => "PID",
+    }
+}
+
+/// The model that the controller's gains and the guard's limits are for.
+fn model(name: &str) -> String {
+    let is_paper = name == "paper";
+    format!(
+        "`{name}`{}",
+        if is_paper { " (the paper's bench: before you arm another one, identify it)" } else { "" }
     )
 }
 

@@ -44,7 +44,7 @@ pub fn rows<'a>(looked: &'a [MachineCheck]) -> Vec<Row<'a>> {
 #[must_use]
 pub fn text(rows: &[Row]) -> String {
     let mut text = String::new();
-    for row in rows {
+    for (index, row) in rows.iter().enumerate() {
         let mark = match row.grade {
             Grade::Good => "ok  ",
             Grade::Warning => "warn",
@@ -53,7 +53,9 @@ pub fn text(rows: &[Row]) -> String {
         };
         // Writing to a `String` cannot fail.
         let _ = writeln!(text, "{mark} {:<22}{}", row.check, row.found);
-        if let Some(mend) = &row.mend {
+        // What mends several in a row is said once, behind the last of them.
+        let is_last = rows.get(index + 1).is_none_or(|next| next.mend != row.mend);
+        if let Some(mend) = row.mend.as_ref().filter(|_| is_last) {
             let _ = writeln!(text, "     {:<22}→ {mend}", "");
         }
     }

@@ -28,7 +28,6 @@ enum Element {
     Subheading(String),
     Paragraph(String),
     Formula(String),
-    Preformatted(String),
     Verdict(Mark, String),
     List(Vec<String>),
     KeyNumbers(Vec<(String, String)>),
@@ -72,11 +71,6 @@ impl Page {
     /// Adds an equation on a line of its own, as plain text: `ω̇_p = -p ω_p + p z`.
     pub fn formula(&mut self, text: impl Into<String>) -> &mut Self {
         self.push(Element::Formula(text.into()))
-    }
-
-    /// Adds text as it is, in a fixed-width font: a file, a command.
-    pub fn preformatted(&mut self, text: impl Into<String>) -> &mut Self {
-        self.push(Element::Preformatted(text.into()))
     }
 
     /// Adds a boxed sentence that the reader must not miss.
@@ -190,7 +184,6 @@ fn emit_elements(blocks: &[Element], html: &mut String, headings: &mut Vec<Strin
             Element::Subheading(text) => format!("<h3>{}</h3>\n", inline(text)),
             Element::Paragraph(text) => format!("<p>{}</p>\n", inline(text)),
             Element::Formula(text) => format!("<p class=\"formula\">{}</p>\n", escape(text)),
-            Element::Preformatted(text) => format!("<pre>{}</pre>\n", escape(text)),
             Element::Verdict(mark, text) => {
                 format!("<p class=\"verdict {}\">{}</p>\n", mark.class(), inline(text))
             }

@@ -1,6 +1,7 @@
 //! The verdict of `diagnose` in a sentence, and what to do next.
 
 use crate::diagnose::{Diagnosis, Verdict};
+use crate::effect::{self, Site};
 
 /// The answer in a sentence; names of effects between `mark`s.
 #[must_use]
@@ -11,7 +12,7 @@ pub fn sentence(diagnosis: &Diagnosis, mark: &str) -> String {
         Verdict::MissingEffect => format!("The model is missing: {effects}."),
         Verdict::Adequate => "Nothing is missing that these data could show.".to_owned(),
         Verdict::ParametersChanged => {
-            "No effect is missing; the model's own numbers have changed.".to_owned()
+            "None of the effects tried is missing; the model's own numbers have changed.".to_owned()
         }
         Verdict::Unknown if effects.is_empty() => {
             "Something is missing, and nothing in the catalogue explains it.".to_owned()
@@ -49,6 +50,27 @@ impl NextStep {
         let command = self.command.iter().map(|command| format!(" `{command}`"));
         self.words.clone() + &command.collect::<String>()
     }
+}
+
+/// What a changed inertia may be instead: only d c / J shows in a body's motion, and a gyro that reads too much looks the same
+/// where no angle was logged.
+fn inertia_stands_for(diagnosis: &Diagnosis) -> Option<String> {
+    let changed = diagnosis.changed_parameters.iter().find(|changed| changed.is_inertia())?;
+    let needs_angle = |id: &str| {
+        let card = effect::find(id);
+        card.is_some_and(|card| card.site == Site::BodyRateSensor && card.needs.contains(&"body_angle_rad"))
+    };
+    let is_gyro_unchecked = diagnosis
+        .candidates
+        .iter()
+        .any(|it| it.refusal.is_some() && it.validate.is_none() && needs_angle(&it.effect));
+    let gyro =
+        if is_gyro_unchecked { ", and so would a gyro that reads too much: log the angle, too" } else { "" };
+    Some(format!(
+        "Weigh or measure before you believe J: arm d and thrust c show only as d c / J. {:.2} times their product would look the \
+         same{gyro}.",
+        changed.from / changed.to
+    ))
 }
 
 /// What to do next, step by step. `model`, `train`, `validate` are the files as
@@ -107,6 +129,7 @@ pub fn next_steps(
             )),
         );
     }
+    steps.extend(inertia_stands_for(diagnosis).map(NextStep::say));
     let experiment = diagnosis.next_experiment.as_ref().filter(|_| !diagnosis.turns_against_torque);
     if let Some(next) = experiment.filter(|next| !next.run.is_empty()) {
         steps.push(NextStep::say(format!("To tell the sets apart, record: {}", next.run)));

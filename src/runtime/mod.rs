@@ -82,7 +82,8 @@ pub enum ProcessError {
     },
     /// `--arm` on what may be real hardware.
     #[error(
-        "--arm is for the emulator: `{interface}` is not a virtual interface by kind and name; use `rotorbench arm`"
+        "--arm is for the emulator: `{interface}` is not a virtual interface by kind and name; on hardware use `rotorbench arm`, \
+         to try it without hardware say `interface = \"vcan0\"`"
     )]
     ArmOnHardware {
         /// The interface.

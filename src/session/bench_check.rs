@@ -9,6 +9,7 @@ use crate::can::{
     kernel_has_can,
 };
 use crate::clock::span_s;
+use crate::control::ControllerKind;
 use crate::guard::Guard;
 use crate::screening::Finding;
 use crate::signal::Channel;
@@ -21,6 +22,10 @@ pub struct BenchCheck {
     pub bench: String,
     /// [s] control period.
     pub period_s: f64,
+    /// Its model: a file, or `paper`.
+    pub model: String,
+    /// Its controller: `emc` or `pid`.
+    pub controller: ControllerKind,
     /// Interface of its bus.
     pub interface: String,
     /// What the kernel says of the interface.
@@ -132,6 +137,8 @@ impl BenchCheck {
         Ok(Self {
             bench: config.name.clone(),
             period_s: config.period_s,
+            model: config.model.clone(),
+            controller: config.controller.kind,
             interface: bus.interface.clone(),
             bit_rate: bus.bit_rate,
             messages,
@@ -141,7 +148,7 @@ impl BenchCheck {
             caveats: full
                 .into_iter()
                 .chain(not_required)
-                .chain(unsaid(config, &spoken))
+                .chain(unsaid(config, &spoken, guard))
                 .chain(of_interface)
                 .collect(),
             interface_look,
@@ -205,6 +212,7 @@ fn obstacles(config: &BenchConfig, spoken: &[MessageDescription], guard: &Guard)
                     Finding::new("no_signal_feeds", channel.label()).with("bench", config.name.as_str()),
                 );
             }
+            Some(route) if route.lacks_node => obstacles.push(node_not_named(route)),
             Some(route) if route.period_s > missed_after_s => {
                 obstacles.push(about("message_too_rare", route).with("missed_after_s", missed_after_s));
             }
@@ -221,13 +229,20 @@ fn obstacles(config: &BenchConfig, spoken: &[MessageDescription], guard: &Guard)
     obstacles
 }
 
+fn node_not_named(message: &MessageDescription) -> Finding {
+    Finding::new("node_not_named", message.name.as_str()).with("id", message.id.to_string())
+}
+
 /// What the bench file leaves unsaid, and somebody who changed it from another may not have meant so: a node, and the counters of
 /// messages that are not those of the built-in bench.
-fn unsaid(config: &BenchConfig, spoken: &[MessageDescription]) -> Vec<Finding> {
-    let nodeless = spoken.iter().filter(|it| it.lacks_node);
-    let mut found: Vec<Finding> = nodeless
-        .map(|it| Finding::new("node_not_named", it.name.as_str()).with("id", it.id.to_string()))
-        .collect();
+fn unsaid(config: &BenchConfig, spoken: &[MessageDescription], guard: &Guard) -> Vec<Finding> {
+    let is_required = |it: &&MessageDescription| {
+        let mut channels = it.signals.iter().filter_map(|it| it.channel);
+        channels.any(|channel| guard.requirements().any(|(required, _)| required == channel))
+    };
+    // Without one that the guard requires the bench could never be armed: an obstacle.
+    let nodeless = spoken.iter().filter(|it| it.lacks_node && !is_required(it));
+    let mut found: Vec<Finding> = nodeless.map(node_not_named).collect();
     let counted = BusConfig::default().messages;
     let is_used = |name: &str| spoken.iter().any(|it| it.name == name);
     let unused: Vec<String> = counted.keys().filter(|name| !is_used(name)).cloned().collect();
@@ -285,11 +300,31 @@ mod tests {
     use crate::can::protocol;
 
     #[test]
+    fn a_required_signal_of_no_node_is_an_obstacle() {
+        let found = |node: &str| {
+            let text = format!(
+                "[[bus.database]]\nfile = \"vesc\"\nnode_mask = 0xFF\n[[bus.database]]\nfile = \"bench\"\n[bus.messages]\n\
+                 [bus.sensors]\npropeller_rate_1 = {{ signal = \"STATUS.erpm\", pole_pairs = 7{node} }}\n"
+            );
+            let config = BenchConfig::parse(&text, Path::new("bench.toml")).expect("a bench file");
+            let spoken = protocol(&config.bus, config.period_s).expect("a bus").messages();
+            let guard = config.guard.build(config.period_s).expect("a guard");
+            assert_eq!(
+                unsaid(&config, &spoken, &guard).iter().filter(|it| it.code == "node_not_named").count(),
+                0
+            );
+            obstacles(&config, &spoken, &guard).iter().any(|it| it.code == "node_not_named")
+        };
+        assert_eq!([found(""), found(", node = 23")], [true, false]);
+    }
+
+    #[test]
     fn what_a_changed_bench_file_leaves_unsaid_is_said() {
         let found = |text: &str| {
             let config = BenchConfig::parse(text, Path::new("bench.toml")).expect("a bench file");
             let spoken = protocol(&config.bus, config.period_s).expect("a bus");
-            let found = unsaid(&config, &spoken.messages()).into_iter();
+            let guard = config.guard.build(config.period_s).expect("a guard");
+            let found = unsaid(&config, &spoken.messages(), &guard).into_iter();
             found.map(|it| (it.code, it.subject)).collect::<Vec<_>>()
         };
         assert_eq!(found(""), []);

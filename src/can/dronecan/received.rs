@@ -173,7 +173,10 @@ pub(super) fn receive(
     let default = BusConfig::default().messages;
     let mut said = config.messages.iter().filter(|(name, said)| default.get(*name) != Some(*said));
     if let Some((name, _)) = said.find(|(name, _)| !received.contains_key(*name)) {
-        return Err(fail(format!("messages.{name}"), "no role uses this message".to_owned()));
+        return Err(fail(
+            format!("messages.{name}"),
+            "no role uses this message: take it out, or name one of its signals in bus.sensors".to_owned(),
+        ));
     }
     Ok(received.into_values().collect())
 }
