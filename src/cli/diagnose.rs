@@ -6,10 +6,13 @@ use super::log_arguments::LogArguments;
 use super::output::{Force, writable};
 use super::watched::{cancellable, searching};
 use super::{CliError, CliResult, Outcome};
+use crate::cancel::Cancel;
 use crate::compare::CompareConfig;
-use crate::diagnose::{DiagnoseConfig, Verdict};
-use crate::report;
-use crate::report::json;
+use crate::diagnose::{DiagnoseConfig, Diagnosis, RotorDiagnoses, Verdict};
+use crate::model::Model;
+use crate::report::verdict::NextStep;
+use crate::report::{self, json, rotors};
+use crate::screening::ScreenedLog;
 use crate::session::{self, Job};
 
 /// Arguments of `diagnose`.
@@ -45,20 +48,17 @@ pub fn run(arguments: &Arguments) -> CliResult {
     writable(&arguments.report, inputs, arguments.force)?;
     let model = session::open_model(&arguments.model)?;
     let config = DiagnoseConfig { horizon: arguments.horizon_s };
-    let named = |paths: &[PathBuf]| paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>();
-    let model_name = arguments.model.display().to_string();
-    let (diagnosis, next, page) = cancellable(|cancel| {
-        let train =
-            session::open_all(&arguments.log, &arguments.logs.open_config(), &Job::unwatched(cancel))?;
-        let validate =
-            session::open_all(&arguments.validate, &arguments.logs.open_config(), &Job::unwatched(cancel))?;
+    let (answer, page) = cancellable(|cancel| {
+        let open = arguments.logs.open_config();
+        let train = session::open_all(&arguments.log, &open, &Job::unwatched(cancel))?;
+        let validate = session::open_all(&arguments.validate, &open, &Job::unwatched(cancel))?;
+        let rotors = session::many_rotors(&train);
+        if !rotors.is_empty() {
+            let found = each_rotor(arguments, &model, (&train, &validate), &rotors, cancel)?;
+            return Ok((Answer::Rotors(found), None));
+        }
         let diagnosis = searching(cancel, |job| session::diagnose(&model, &train, &validate, &config, job))?;
-        let next = report::verdict::next_steps(
-            &diagnosis,
-            &model_name,
-            (&named(&arguments.log), &named(&arguments.validate)),
-            &arguments.logs.as_typed(),
-        );
+        let next = next_steps(arguments, &diagnosis, &arguments.logs);
         let shown = if validate.is_empty() { &train } else { &validate };
         let windows = CompareConfig { horizon_s: arguments.horizon_s, ..CompareConfig::default() };
         let job = Job::unwatched(cancel);
@@ -67,15 +67,89 @@ pub fn run(arguments: &Arguments) -> CliResult {
             Ok::<_, CliError>((path, report::diagnosis::page(&diagnosis, &compared, shown, &next)))
         });
         let page = page.transpose()?;
-        Ok((diagnosis, next, page))
+        Ok((Answer::Bench(Box::new(diagnosis), next), page))
     })?;
     if let Some((path, page)) = page {
         page.save(path)?;
     }
-    if arguments.json {
-        println!("{}", json::answer(&json::diagnosis(&diagnosis)?)?);
-    } else {
-        print!("{}", report::story::diagnosis(&diagnosis, &next));
+    let verdict = match &answer {
+        Answer::Bench(diagnosis, next) => {
+            if arguments.json {
+                println!("{}", json::answer(&json::diagnosis(diagnosis)?)?);
+            } else {
+                print!("{}", report::story::diagnosis(diagnosis, next));
+            }
+            diagnosis.verdict
+        }
+        Answer::Rotors(found) => {
+            if arguments.json {
+                println!("{}", json::answer(&rotors::diagnoses_json(found)?)?);
+            } else {
+                let whole = whole_story(arguments, found);
+                print!("{}", rotors::diagnoses(found, &extensions(arguments, found), &whole));
+            }
+            found.verdict
+        }
+    };
+    Ok(if verdict == Verdict::Adequate { Outcome::Done } else { Outcome::FoundWanting })
+}
+
+/// What was asked of the logs.
+enum Answer {
+    /// An attitude bench, or a rotor or two.
+    Bench(Box<Diagnosis>, Vec<NextStep>),
+    /// A machine with more rotors than that.
+    Rotors(RotorDiagnoses),
+}
+
+fn each_rotor(
+    arguments: &Arguments,
+    model: &Model,
+    logs: (&[ScreenedLog], &[ScreenedLog]),
+    rotors: &[usize],
+    cancel: &Cancel,
+) -> Result<RotorDiagnoses, CliError> {
+    if arguments.report.is_some() {
+        return Err(CliError::new(format!(
+            "--report is a page of one rotor, and the logs have {}; name it with --rotors {}",
+            rotors.len(),
+            rotors[0]
+        )));
     }
-    Ok(if diagnosis.verdict == Verdict::Adequate { Outcome::Done } else { Outcome::FoundWanting })
+    let config = DiagnoseConfig { horizon: arguments.horizon_s };
+    Ok(searching(cancel, |job| session::diagnose_each(model, logs, rotors, &config, job))?)
+}
+
+fn named(paths: &[PathBuf]) -> Vec<String> {
+    paths.iter().map(|path| path.display().to_string()).collect()
+}
+
+/// What to do next, of logs chosen by `options`.
+fn next_steps(arguments: &Arguments, diagnosis: &Diagnosis, options: &LogArguments) -> Vec<NextStep> {
+    let model = arguments.model.display().to_string();
+    let logs = (&named(&arguments.log)[..], &named(&arguments.validate)[..]);
+    report::verdict::next_steps(diagnosis, &model, logs, &options.as_typed())
+}
+
+/// The command that takes over what was found of each rotor, as far as there is one.
+fn extensions(arguments: &Arguments, found: &RotorDiagnoses) -> Vec<String> {
+    let own = found.rotors.iter().filter_map(|of| {
+        let steps = next_steps(arguments, &of.diagnosis, &arguments.logs.of_rotor(of.rotor));
+        let command = steps.into_iter().find_map(|step| step.command)?;
+        Some(command.replace(" -o ", &format!(" -o rotor_{}_", of.rotor)))
+    });
+    own.collect()
+}
+
+/// The command that tells the whole story of the first rotor.
+fn whole_story(arguments: &Arguments, found: &RotorDiagnoses) -> String {
+    let rotor = found.rotors.first().map_or(1, |of| of.rotor);
+    let validate = named(&arguments.validate).join(" ");
+    let held_out = if validate.is_empty() { String::new() } else { format!(" --validate {validate}") };
+    format!(
+        "rotorbench diagnose --model {} --log {}{}{held_out}",
+        arguments.model.display(),
+        named(&arguments.log).join(" "),
+        arguments.logs.of_rotor(rotor).as_typed()
+    )
 }

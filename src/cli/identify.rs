@@ -1,6 +1,6 @@
 //! `rotorbench identify`: identify actuator and body from logs.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::log_arguments::LogArguments;
 use super::output::{Force, writable};
@@ -8,7 +8,7 @@ use super::watched::{cancellable, in_steps};
 use super::{CliError, CliResult, Outcome};
 use crate::identify::IdentifySettings;
 use crate::report::findings::sentence;
-use crate::report::json;
+use crate::report::{json, rotors};
 use crate::session::{self, Job, OpenConfig};
 use crate::signal::ROTORS;
 use crate::unit::short;
@@ -24,7 +24,7 @@ pub struct Arguments {
     validate: Vec<PathBuf>,
     #[command(flatten)]
     pub(super) logs: LogArguments,
-    /// Where to write the model file
+    /// Where to write the model file; of more than two rotors that of all, and each rotor's own beside it
     #[arg(long, short, value_name = "M.toml")]
     output: Option<PathBuf>,
     /// Model that gives what the logs do not: arm, full voltage, hover rate; a file, or `paper`
@@ -78,6 +78,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     })?;
     if let Some(path) = &arguments.output {
         session::save_model(&found.model, path)?;
+        found.rotors.iter().try_for_each(|of| session::save_model(&of.model, &of_rotor(path, of.rotor)))?;
     }
     if let Some((path, page)) = page {
         page.save(path)?;
@@ -87,14 +88,22 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return Ok(Outcome::Done);
     }
     println!("{}\n{}", found.part_table().text(), found.parameter_table().text());
-    for table in [found.error_table(), found.degree_table(), found.alternatives_table()].into_iter().flatten()
-    {
+    let tables =
+        [rotors::models(&found), found.error_table(), found.degree_table(), found.alternatives_table()];
+    for table in tables.into_iter().flatten() {
         println!("{}", table.text());
     }
     for warning in &found.findings {
         println!("warning: {}", sentence(warning));
     }
     Ok(Outcome::Done)
+}
+
+/// The file of one rotor's own model: `m.toml` has `m_rotor_3.toml` beside it.
+fn of_rotor(path: &Path, rotor: usize) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = path.extension().map_or(String::new(), |it| format!(".{}", it.to_string_lossy()));
+    path.with_file_name(format!("{stem}_rotor_{rotor}{ending}"))
 }
 
 fn settings(arguments: &Arguments) -> Result<IdentifySettings, CliError> {

@@ -56,6 +56,11 @@ impl LogArguments {
         self.rotors.clone()
     }
 
+    /// The same for one rotor alone.
+    pub fn of_rotor(&self, rotor: usize) -> Self {
+        Self { rotors: vec![rotor], ..self.clone() }
+    }
+
     /// Whether a mapping was named.
     pub fn has_mapping(&self) -> bool {
         self.mapping.is_some()

@@ -18,7 +18,7 @@ macro_rules! schemas {
 }
 
 /// The schemas by the name of the command, with what sets an answer of its own behind it.
-const SCHEMAS: [(&str, &str); 29] = schemas![
+const SCHEMAS: [(&str, &str); 30] = schemas![
     "bridge",
     "check",
     "compare",
@@ -27,6 +27,7 @@ const SCHEMAS: [(&str, &str); 29] = schemas![
     "control-lockstep",
     "design",
     "diagnose",
+    "diagnose-rotors",
     "doctor",
     "effects",
     "effects-card",

@@ -7,7 +7,7 @@ use crate::log::Dataset;
 
 /// A block that was run, before it is scored.
 pub(crate) struct BlockRun {
-    pub name: &'static str,
+    pub name: String,
     pub signal: String,
     pub unit: &'static str,
     pub driven_by: Vec<String>,
@@ -42,14 +42,14 @@ pub(crate) enum NoisePath {
 impl BlockRun {
     /// An empty run of a block.
     pub(crate) fn new(
-        name: &'static str,
+        name: &str,
         signal: &str,
         unit: &'static str,
         driven_by: &[&str],
         floor: NoisePath,
     ) -> Self {
         Self {
-            name,
+            name: name.to_owned(),
             signal: signal.to_owned(),
             unit,
             driven_by: driven_by.iter().map(|name| (*name).to_owned()).collect(),

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::block_run::{BlockRun, NoisePath};
-use super::channels::{BATTERY, BODY_ANGLE, BODY_RATE, COMMANDS, RATES, THRUSTS, TORQUE_COMMAND};
+use super::channels::{self, BATTERY, BODY_ANGLE, BODY_RATE, COMMANDS, RATES, TORQUE_COMMAND};
 use super::run::Run;
 use super::thresholds::THRESHOLDS;
 use super::{CompareConfig, CompareError, gyro_block};
@@ -12,9 +12,11 @@ use crate::cancel;
 use crate::effect::Law;
 use crate::estimation::slope::forward_slopes;
 use crate::log::Dataset;
+use crate::log::dataset::rotor_of;
 use crate::log::segments::{Stretch, common, stretches};
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, RotorInput, RotorStart, RotorTrace};
 use crate::screening::{ScreenedLog, readings};
+use crate::signal::{ROTORS, side};
 use crate::threads::spread;
 
 /// Runs every block that finds its inputs and its output.
@@ -37,7 +39,7 @@ pub(crate) fn blocks(
             Part::Chain => driven("chain", commanded(&equations, screened)),
         })
     };
-    let found: Result<Vec<Vec<BlockRun>>, CompareError> = spread(&PARTS, one).into_iter().collect();
+    let found: Result<Vec<Vec<BlockRun>>, CompareError> = spread(&parts(log), one).into_iter().collect();
     Ok(found?.into_iter().flatten().collect())
 }
 
@@ -51,17 +53,11 @@ enum Part {
 }
 
 /// Upstream first.
-const PARTS: [Part; 7] = [
-    Part::Actuator(0),
-    Part::Thrust(0),
-    Part::Actuator(1),
-    Part::Thrust(1),
-    Part::Body,
-    Part::Sensors,
-    Part::Chain,
-];
-
-const SIDES: [f64; 2] = [1.0, -1.0];
+fn parts(log: &Dataset) -> Vec<Part> {
+    let last = log.names().filter_map(rotor_of).max().unwrap_or(0).max(ROTORS);
+    let rotors = (0..last).flat_map(|rotor| [Part::Actuator(rotor), Part::Thrust(rotor)]);
+    rotors.chain([Part::Body, Part::Sensors, Part::Chain]).collect()
+}
 
 /// Command and battery to rate, free run over each stretch.
 fn actuator(
@@ -71,14 +67,15 @@ fn actuator(
     rotor: usize,
 ) -> Result<Option<BlockRun>, CompareError> {
     let log = screened.dataset();
-    let (Some(judged), Some(rate)) = (screened.rotor(rotor + 1), log.column(RATES[rotor])) else {
+    let (signal, command_name) = (channels::rate(rotor), channels::command(rotor));
+    let (Some(judged), Some(rate)) = (screened.rotor(rotor + 1), log.column(&signal)) else {
         return Ok(None);
     };
     let (command, battery) = (&judged.data().command, judged.data().voltage.as_ref());
-    let mut driven_by = vec![COMMANDS[rotor]];
+    let mut driven_by = vec![command_name.as_str()];
     driven_by.extend(battery.map(|_| BATTERY));
-    let name = ["actuator_1", "actuator_2"][rotor];
-    let mut block = BlockRun::new(name, RATES[rotor], "rad/s", &driven_by, NoisePath::Sensor);
+    let name = format!("actuator_{}", rotor + 1);
+    let mut block = BlockRun::new(&name, &signal, "rad/s", &driven_by, NoisePath::Sensor);
     let mut is_slow = false;
     for added in &model.effects {
         is_slow |= matches!(model.effect(&added.id)?.law, Law::Memory(memory) if memory.slow);
@@ -123,7 +120,7 @@ fn rotor_run(
         time: &log.time()[stretch.rows.clone()],
         command: &stretch.inputs[0],
         voltage: stretch.inputs.get(1).map(Vec::as_slice),
-        side: SIDES[rotor],
+        side: side(rotor),
     };
     let mut start = RotorStart {
         rate: measured.first().copied().filter(|rate| rate.is_finite()),
@@ -153,20 +150,21 @@ fn rotor_run(
 
 /// Measured rate to thrust.
 fn thrust(equations: &Equations, log: &Dataset, rotor: usize) -> Option<BlockRun> {
-    let rate = log.column(RATES[rotor])?;
-    log.column(THRUSTS[rotor])?;
+    let (signal, rate_name) = (channels::thrust(rotor), channels::rate(rotor));
+    let rate = log.column(&rate_name)?;
+    log.column(&signal)?;
     let driving = |name: &str| log.column(name).map(|values| readings::bridged(log.time(), values));
     let still = || vec![0.0; log.len()];
     let angle = driving(BODY_ANGLE).unwrap_or_else(still);
     let body_rate = driving(BODY_RATE).unwrap_or_else(still);
     let rate = readings::bridged(log.time(), rate);
-    let at = |rate: f64, row: usize| equations.rotor_thrust(rate, SIDES[rotor], angle[row], body_rate[row]);
+    let at = |rate: f64, row: usize| equations.rotor_thrust(rate, side(rotor), angle[row], body_rate[row]);
     let middle = rate.iter().copied().filter(|rate| rate.is_finite()).sum::<f64>()
         / rate.iter().filter(|rate| rate.is_finite()).count() as f64;
-    let slope = equations.rotor_thrust(middle + 1.0, SIDES[rotor], 0.0, 0.0)
-        - equations.rotor_thrust(middle, SIDES[rotor], 0.0, 0.0);
-    let name = ["thrust_1", "thrust_2"][rotor];
-    let mut block = BlockRun::new(name, THRUSTS[rotor], "N", &[RATES[rotor]], NoisePath::Thrust(slope));
+    let slope = equations.rotor_thrust(middle + 1.0, side(rotor), 0.0, 0.0)
+        - equations.rotor_thrust(middle, side(rotor), 0.0, 0.0);
+    let name = format!("thrust_{}", rotor + 1);
+    let mut block = BlockRun::new(&name, &signal, "N", &[&rate_name], NoisePath::Thrust(slope));
     for stretch in stretches(log, &[&rate, &angle, &body_rate]) {
         let modelled: Vec<f64> = stretch.rows.clone().map(|row| at(rate[row], row)).collect();
         block.add(stretch.rows, &modelled);
@@ -249,7 +247,7 @@ fn commanded(equations: &Equations, screened: &ScreenedLog) -> Option<BodyDrive>
                 time,
                 command: &data.command[rows.clone()],
                 voltage: data.voltage.as_ref().map(|voltage| &voltage[rows.clone()]),
-                side: SIDES[rotor],
+                side: side(rotor),
             };
             let first = log.column(RATES[rotor]).and_then(|rates| rates.get(rows.start).copied());
             let rate = first.filter(|rate| rate.is_finite());

@@ -3,8 +3,8 @@
 //!
 //! | block | driven by | answers | how |
 //! |---|---|---|---|
-//! | `actuator_1`, `actuator_2` | command, battery | rotor rate | free run |
-//! | `thrust_1`, `thrust_2` | measured rotor rate | thrust | at each sample |
+//! | `actuator_1`, `actuator_2`, ... | command, battery | rotor rate | free run |
+//! | `thrust_1`, `thrust_2`, ... | measured rotor rate | thrust | at each sample |
 //! | `body` | measured rotor rates, or the torque command | body rate, angle | windows of a horizon |
 //! | `sensors` | measured angle | body rate | at each sample, smoothed |
 //! | `chain` | commands, battery | body rate, angle | windows of a horizon |
@@ -43,6 +43,7 @@ use crate::model::{Model, UndefinedRow};
 use crate::screening::Finding;
 use crate::screening::ScreenedLog;
 use crate::screening::requirements::check_magnitudes;
+use crate::screening::telemetry_rate::too_seldom;
 use crate::threads::{spread, spread_out};
 
 pub use config::CompareConfig;
@@ -145,6 +146,7 @@ pub fn compare(
     }
     let mistaken = mistaken_columns(models, log);
     let warnings: Vec<Finding> = log.findings().filter(|it| !mistaken.contains(it)).cloned().collect();
+    let screened = std::slice::from_ref(log);
     let log = log.dataset();
     let noise = Noise::estimate(log, &runs);
     let mut comparisons = Vec::new();
@@ -157,7 +159,7 @@ pub fn compare(
             log: log.source_name().to_owned(),
             blocks,
             unknown_torque,
-            findings: warnings.clone(),
+            findings: [&warnings[..], &too_seldom(screened, model.actuator.pole)].concat(),
             mistaken_columns: mistaken.clone(),
         });
     }

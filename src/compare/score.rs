@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::block_run::{BlockRun, NoisePath};
-use super::channels::{BODY_ANGLE, BODY_RATE, RATES};
+use super::channels::{BODY_ANGLE, BODY_RATE};
 use super::dependence::{Relations, at_rows};
 use super::noise::{Noise, rotor_noise};
 use super::regimes::Failure;
@@ -86,7 +86,7 @@ impl Trace {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct Block {
-    /// `actuator_1`, `actuator_2`, `thrust_1`, `thrust_2`, `body`, `sensors`, `chain`.
+    /// `actuator_1`, `actuator_2`, ..., `thrust_1`, ..., `body`, `sensors`, `chain`.
     pub name: String,
     /// Column it answers.
     pub signal: String,
@@ -138,7 +138,7 @@ impl BlockRun {
             Trace::default()
         };
         Block {
-            name: self.name.to_owned(),
+            name: self.name,
             signal: self.signal,
             unit: self.unit,
             driven_by: self.driven_by,
@@ -209,8 +209,8 @@ impl BlockRun {
         match self.floor {
             NoisePath::Sensor => sensor,
             NoisePath::Thrust(slope) => {
-                let rate = if self.name == "thrust_1" { RATES[0] } else { RATES[1] };
-                sensor.hypot(slope * noise.of(rate))
+                let rate = self.driven_by.first().map_or(0.0, |rate| noise.of(rate));
+                sensor.hypot(slope * rate)
             }
             // Means over the window of the variance at each instant: of the start's rate, once for the rate and
             // times t² for the angle; of the rotors' noise, which walks with t and, integrated, with t³/3.

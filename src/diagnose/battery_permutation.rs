@@ -13,8 +13,8 @@ use super::search_result::SearchResult;
 use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
 use crate::effect::Law;
+use crate::log::dataset::MOST_ROTORS;
 use crate::model::Effect;
-use crate::signal::ROTORS;
 use crate::threads::spread;
 
 /// The signal in an expression.
@@ -33,7 +33,7 @@ pub(crate) fn reads(effect: &Effect) -> bool {
 fn shifted(data: &BlockData, share: f64) -> BlockData {
     let mut copy = data.clone();
     let Runs::Rotor(runs) = &mut copy.runs else { return copy };
-    for rotor in 0..ROTORS {
+    for rotor in 0..MOST_ROTORS {
         let readings = runs.iter_mut().filter(|run| run.rotor == rotor);
         let mut readings: Vec<&mut Vec<f64>> = readings.filter_map(|run| run.voltage.as_mut()).collect();
         let mut volts: Vec<f64> = readings.iter().flat_map(|reading| reading.iter().copied()).collect();

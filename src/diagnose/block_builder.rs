@@ -14,6 +14,7 @@ use crate::estimation::noise_floor::white_noise;
 use crate::estimation::quantile::distinct;
 use crate::estimation::slope::forward_slopes;
 use crate::estimation::smoother::{copy_missing, smooth, white};
+use crate::log::dataset::MOST_ROTORS;
 use crate::log::segments::{common, held_throughout};
 use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
 use crate::screening::{ScreenedLog, readings};
@@ -251,8 +252,9 @@ fn runs_of<'a>(
 }
 
 fn different_commands(log: &ScreenedLog) -> usize {
-    let count = |name: &&str| distinct(log.dataset().column(name).unwrap_or(&[])).len();
-    COMMANDS.iter().map(count).max().unwrap_or(0)
+    let log = log.dataset();
+    let commands = (1..=MOST_ROTORS).filter_map(|rotor| log.column(&format!("command_{rotor}")));
+    commands.map(|commands| distinct(commands).len()).max().unwrap_or(0)
 }
 
 /// Why an effect is not tried, or `None` when it can.
@@ -281,7 +283,7 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<R
         let there = |log: &ScreenedLog| {
             let any = |name: String| log.dataset().column(&name).is_some();
             if need.contains('*') {
-                any(need.replace('*', "1")) || any(need.replace('*', "2"))
+                (1..=MOST_ROTORS).any(|rotor| any(need.replace('*', &rotor.to_string())))
             } else {
                 any(need.clone())
             }

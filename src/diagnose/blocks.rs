@@ -34,7 +34,7 @@ impl Blocks {
     ) -> Result<Self, DiagnoseError> {
         let context =
             BlockContext { model, train, validate, horizon: config.horizon, find, refit, select_parameters };
-        let mut rotor = rotor_split(train, validate).map(find);
+        let mut rotor = rotor_split(train, validate).map(|split| find(split.judged_by(model)));
         let body = context.body(rotor.as_ref().map(|found| (found, &found.answer)), find)?;
         let body = match (&mut rotor, body) {
             (Some(rotor), Some(body)) => {

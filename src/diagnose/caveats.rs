@@ -21,7 +21,7 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
         warnings.push(Finding::new("body_not_compared", "body"));
     }
     for found in blocks {
-        warnings.extend(found.split.insufficient_data().map(insufficient));
+        warnings.extend(found.split.insufficient_data().and_then(insufficient));
         let (over, channel) = found.over_floor(&found.answer);
         if over > found.at_floor() {
             let name = found.split.train.channels()[channel].name;
@@ -39,14 +39,16 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
 }
 
 /// The finding for data that cannot tell anything.
-fn insufficient(why: Refusal) -> Finding {
-    match why {
+fn insufficient(why: Refusal) -> Option<Finding> {
+    Some(match why {
+        // Said of each rotor.
+        Refusal::ReadingsTooSeldom { .. } => return None,
         Refusal::TooFewSamples { samples, needed } => {
             Finding::new("too_few_samples", "").with("samples", samples).with("samples_needed", needed)
         }
         Refusal::TorqueNotExciting => Finding::new("not_exciting", "torque"),
         _ => Finding::new("not_exciting", "commands"),
-    }
+    })
 }
 
 /// Parameters of the answer's effects that a fit would have taken further than their cards let them: such a number is no measurement.

@@ -6,8 +6,9 @@ use super::refusal::Refusal;
 use super::rotor_block::RotorRun;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::extremes;
+use crate::log::dataset::MOST_ROTORS;
 use crate::model::{Effect, Model};
-use crate::signal::ROTORS;
+use crate::screening::telemetry_rate::{is_too_seldom, rate_needed, reading_interval};
 
 /// The data of one block: to fit on, to validate on.
 #[derive(Debug, Clone)]
@@ -21,6 +22,7 @@ pub struct DataSplit {
     pub folds: Vec<(BlockData, BlockData)>,
     /// A part of the training data that suffices to compare starts; `None` where there are few.
     pub coarse: Option<BlockData>,
+    too_seldom: Option<Refusal>,
 }
 
 impl DataSplit {
@@ -46,7 +48,7 @@ impl DataSplit {
             }
         };
         let coarse = (train.len() > THRESHOLDS.many_samples && !train.holds_levels()).then(part);
-        Self { validate: validate.unwrap_or_else(|| train.clone()), train, folds, coarse }
+        Self { validate: validate.unwrap_or_else(|| train.clone()), train, folds, coarse, too_seldom: None }
     }
 
     /// Whether all data are too many to find the way on; then the part to find it on.
@@ -76,6 +78,9 @@ impl DataSplit {
                 (samples, is_torque_moved(runs), Refusal::TorqueNotExciting)
             }
         };
+        if self.too_seldom.is_some() {
+            return self.too_seldom.clone();
+        }
         let needed = THRESHOLDS.fewest_samples;
         if samples < needed {
             return Some(Refusal::TooFewSamples { samples, needed });
@@ -99,6 +104,21 @@ impl DataSplit {
         names.into_iter().filter(usable).map(str::to_owned).collect()
     }
 
+    /// The same data, with whether the rates of every rotor come too seldom to show how a rotor of the model follows its command:
+    /// what happens between two of them would be taken for a law of levels.
+    #[must_use]
+    pub fn judged_by(mut self, model: &Model) -> Self {
+        let Runs::Rotor(runs) = &self.train.runs else { return self };
+        let intervals = runs.iter().filter_map(|run| reading_interval(&run.time, &run.measured));
+        let pole = model.actuator.pole;
+        let slow = intervals.reduce(f64::min).filter(|interval| is_too_seldom(*interval, pole));
+        self.too_seldom = slow.map(|interval| Refusal::ReadingsTooSeldom {
+            rate_hz: interval.recip(),
+            needed_hz: rate_needed(pole),
+        });
+        self
+    }
+
     /// Whether an effect acts in this block.
     #[must_use]
     pub fn holds(&self, effect: &Effect) -> bool {
@@ -109,7 +129,7 @@ impl DataSplit {
 /// Samples of the rotor that has most.
 fn longest_rotor(runs: &[RotorRun]) -> usize {
     let of = |rotor: usize| runs.iter().filter(|run| run.rotor == rotor).map(|run| run.time.len()).sum();
-    (0..ROTORS).map(of).max().unwrap_or(0)
+    (0..MOST_ROTORS).map(of).max().unwrap_or(0)
 }
 
 /// Whether a rotor's command moves. Each by itself: two that stand at different commands do not.
@@ -118,7 +138,7 @@ fn is_any_moved(runs: &[RotorRun]) -> bool {
         let own = runs.iter().filter(|run| run.rotor == rotor);
         range(own.flat_map(|run| run.command.iter().copied())) > THRESHOLDS.least_command_range
     };
-    (0..ROTORS).any(moves)
+    (0..MOST_ROTORS).any(moves)
 }
 
 /// Whether the torque moves: what is left of a constant one is rounding.

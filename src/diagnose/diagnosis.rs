@@ -108,7 +108,7 @@ pub struct ErrorSummary {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FailurePlace {
-    /// `actuator_1`, `actuator_2`, `body`.
+    /// `actuator_1`, `actuator_2`, ..., `body`.
     pub block: String,
     /// Share of all that is above the noise.
     pub share_of_error: f64,

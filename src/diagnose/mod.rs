@@ -33,6 +33,7 @@ mod refit;
 pub mod refusal;
 mod residual_evidence;
 pub mod rotor_block;
+mod rotors;
 pub mod search;
 pub mod search_result;
 pub mod search_space;
@@ -50,6 +51,7 @@ use search_space::Search;
 use crate::identify;
 use crate::model::{Effect, Model, UndefinedRow};
 use crate::screening::requirements::{check_magnitudes, repeated, without_battery};
+use crate::screening::telemetry_rate::too_seldom;
 use crate::screening::{Finding, ScreenedLog};
 
 pub use config::DiagnoseConfig;
@@ -57,6 +59,7 @@ pub use diagnosis::{Diagnosis, Verdict};
 pub use error::DiagnoseError;
 pub use extend::{Extension, extend};
 pub use progress::Event;
+pub use rotors::{CommonNumber, RotorDiagnoses, RotorDiagnosis};
 
 /// Finds what the model is missing; `progress` hears how far the search is.
 ///
@@ -93,6 +96,7 @@ pub fn diagnose(
     let blocks = Blocks::build(model, train, validate, config, (&search, &refit), &select_parameters)?;
     let mut diagnosis = assemble::conclude(model, &known, (&blocks.found, &blocks.verdicts), &logs, config);
     let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs)).chain(findings);
+    let said = said.chain(too_seldom(&logs, model.actuator.pole));
     diagnosis.findings.splice(0..0, said);
     if blocks.is_body_held {
         diagnosis.findings.push(Finding::new("body_held_still", "body"));

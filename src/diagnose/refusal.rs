@@ -2,6 +2,13 @@
 
 use serde::Serialize;
 
+use crate::unit::short;
+
+/// To a tenth.
+fn tenths(value: f64) -> String {
+    short((10.0 * value).round() / 10.0)
+}
+
 /// Why an effect is not tried, or was refused after it had been.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, thiserror::Error)]
@@ -50,6 +57,14 @@ pub enum Refusal {
     /// Insufficient data: no rotor's command is exciting.
     #[error("the rotors' commands hardly changed: these data excite nothing")]
     CommandsNotExciting,
+    /// Insufficient data: the rates of every rotor come too seldom to show how it follows its command.
+    #[error("rates come at {} Hz, {} Hz are the least that show how this rotor follows", tenths(*rate_hz), tenths(*needed_hz))]
+    ReadingsTooSeldom {
+        /// [Hz] how often they come.
+        rate_hz: f64,
+        /// [Hz] the least.
+        needed_hz: f64,
+    },
     /// Insufficient data: the torque is not exciting.
     #[error("the torque on the body hardly changed: these data excite nothing")]
     TorqueNotExciting,

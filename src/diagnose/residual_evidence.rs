@@ -8,10 +8,11 @@ use crate::estimation::moments::{mean, mean_square};
 use crate::estimation::noise_floor::white_noise;
 use crate::estimation::output_error::Fit;
 use crate::estimation::slope::slope;
+use crate::log::dataset::MOST_ROTORS;
 
 /// The error of one part of the model beside what it may depend on.
 pub struct ResidualEvidence {
-    /// `actuator_1`, `actuator_2` or `body`.
+    /// `actuator_1`, `actuator_2`, ... or `body`.
     pub block: String,
     /// The error: residuals of a rotor, unexplained acceleration of each window of the body.
     pub error: Vec<f64>,
@@ -36,7 +37,9 @@ impl ResidualEvidence {
 #[must_use]
 pub fn evidence(data: &BlockData, fit: &Fit) -> Vec<ResidualEvidence> {
     match &data.runs {
-        Runs::Rotor(runs) => (0..2).filter_map(|rotor| rotor_evidence(data, runs, fit, rotor)).collect(),
+        Runs::Rotor(runs) => {
+            (0..MOST_ROTORS).filter_map(|rotor| rotor_evidence(data, runs, fit, rotor)).collect()
+        }
         Runs::Body(runs) => vec![body_evidence(data, runs, fit)],
     }
 }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::model::{Equations, Remembered, RotorInput, RotorStart, RotorTrace};
 use crate::screening::ScreenedLog;
-use crate::signal::ROTORS;
+use crate::signal::{ROTORS, side};
 
 /// Column names of the rotors.
 pub const COMMANDS: [&str; ROTORS] = ["command_1", "command_2"];
@@ -36,8 +36,12 @@ impl RotorRun {
     /// The inputs of a free run.
     #[must_use]
     pub fn input(&self) -> RotorInput<'_> {
-        let side = if self.rotor == 0 { 1.0 } else { -1.0 };
-        RotorInput { time: &self.time, command: &self.command, voltage: self.voltage.as_deref(), side }
+        RotorInput {
+            time: &self.time,
+            command: &self.command,
+            voltage: self.voltage.as_deref(),
+            side: side(self.rotor),
+        }
     }
 
     /// [s] how long after the given run this one begins; `None` where it does not go on with it.
@@ -77,11 +81,10 @@ const FEWEST_SAMPLES: usize = 5;
 pub fn rotor_runs(logs: &[ScreenedLog]) -> Vec<RotorRun> {
     let mut runs = Vec::new();
     for (log, screened) in logs.iter().enumerate() {
-        for (rotor, column) in PROPELLER_RATES.into_iter().enumerate() {
-            let (Some(judged), Some(rates)) = (screened.rotor(rotor + 1), screened.dataset().column(column))
-            else {
-                continue;
-            };
+        for judged in screened.rotors() {
+            let rotor = judged.number() - 1;
+            let rates = format!("propeller_rate_{}_rad_s", judged.number());
+            let Some(rates) = screened.dataset().column(&rates) else { continue };
             let data = judged.data();
             for rows in data.run_stretches().into_iter().filter(|rows| rows.len() >= FEWEST_SAMPLES) {
                 let measured = rates[rows.clone()].to_vec();

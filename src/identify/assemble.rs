@@ -220,6 +220,7 @@ impl Work<'_> {
             thrust: self.thrust,
             body: self.body,
             findings: self.findings,
+            rotors: Vec::new(),
         })
     }
 

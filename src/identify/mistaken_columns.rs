@@ -24,7 +24,7 @@ pub fn check_columns(logs: &[ScreenedLog], model: &Model) -> Result<Vec<Finding>
     let mut found: Vec<Finding> = Vec::new();
     for log in logs {
         // A rotor that stood has nothing to say.
-        for rotor in [1, 2].into_iter().filter_map(|number| log.rotor(number)).filter(|it| it.turns()) {
+        for rotor in log.rotors().filter(|it| it.turns()) {
             let data = rotor.data();
             refuse(data.battery_in_another_unit(model))?;
             rotor.refuse()?;

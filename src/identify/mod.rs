@@ -58,7 +58,7 @@ pub use joint_fit::JointFit;
 pub use lag_order::LagAlternative;
 pub use mistaken_columns::check_columns;
 pub use pipeline::{STEPS, identify, identify_with_progress};
-pub use result::{Identification, IdentifySettings, Part, PoleFit};
+pub use result::{Identification, IdentifySettings, Part, PoleFit, RotorModel};
 pub use static_curve::{DegreeScore, RampCheck, StaticCurve};
 pub use steady_rows::HIGHEST_DEGREE;
 pub use thrust_curve::ThrustCurve;

@@ -119,8 +119,12 @@ impl<'a> Work<'a> {
         } else {
             rotors.iter_mut().for_each(|rotor| rotor.voltage = None);
         }
+        let pole = settings.template.actuator.pole;
+        let seldom: Vec<Finding> = rotors.iter().filter_map(|rotor| rotor.too_seldom(pole)).collect();
+        let excited = rotors.iter().filter(|rotor| rotor.too_seldom(pole).is_none());
         let excited: Vec<RotorLog> =
-            rotors.iter().filter(|rotor| rotor.jumps().len() >= FEWEST_JUMPS).cloned().collect();
+            excited.filter(|rotor| rotor.jumps().len() >= FEWEST_JUMPS).cloned().collect();
+        warnings.extend(seldom);
         Ok(Self {
             settings,
             rotors,

@@ -122,7 +122,38 @@ pub struct Identification {
     pub validation: Vec<Validation>,
     /// What the reader must know.
     pub findings: Vec<Finding>,
+    /// Each rotor by itself, of a machine with more of them than an attitude bench has.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub rotors: Vec<RotorModel>,
     /// The model: the template with all that was identified.
     #[serde(skip)]
     pub model: Model,
+}
+
+/// One rotor of several, identified by itself.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize)]
+pub struct RotorModel {
+    /// Its number in the logs, from 1.
+    pub rotor: usize,
+    /// The rotor as its model file gets it.
+    pub actuator: IdentifiedActuator,
+    /// How it does on the logs it was fitted to.
+    pub training: Vec<Validation>,
+    /// How it does on other logs.
+    pub validation: Vec<Validation>,
+    /// What to know of this rotor.
+    pub findings: Vec<Finding>,
+    /// The model: the template with what was identified of this rotor.
+    #[serde(skip)]
+    pub model: Model,
+}
+
+impl RotorModel {
+    /// What was identified of one rotor.
+    #[must_use]
+    pub fn of(rotor: usize, found: Identification) -> Self {
+        let Identification { actuator, training, validation, findings, model, .. } = found;
+        Self { rotor, actuator, training, validation, findings, model }
+    }
 }

@@ -58,8 +58,10 @@ impl Work<'_> {
         const STEP: &str = "joint_estimation";
         let samples: usize = self.excited.iter().map(|rotor| rotor.scored().count()).sum();
         if self.excited.is_empty() {
-            let why = Finding::new("too_few_jumps", "command").with("jumps_needed", FEWEST_JUMPS);
-            return self.note(STEP, false, why);
+            let pole = self.settings.template.actuator.pole;
+            let seldom = self.rotors.iter().find_map(|rotor| rotor.too_seldom(pole));
+            let few = || Finding::new("too_few_jumps", "command").with("jumps_needed", FEWEST_JUMPS);
+            return self.note(STEP, false, seldom.unwrap_or_else(few));
         }
         if samples < THRESHOLDS.fewest_samples {
             let why = Finding::new("too_few_samples", "propeller_rate").with("samples", samples);

@@ -317,6 +317,18 @@ impl Dataset {
         Self { columns, ..self }
     }
 
+    /// A log with only the columns that `keeps` says yes to.
+    #[must_use]
+    pub fn with_columns(&self, keeps: impl Fn(&str) -> bool) -> Self {
+        Self {
+            source_name: self.source_name.clone(),
+            sha256: self.sha256.clone(),
+            time: self.time.clone(),
+            interval: self.interval,
+            columns: self.columns.iter().filter(|(name, _)| keeps(name)).cloned().collect(),
+        }
+    }
+
     /// The samples of `rows` (clipped to what is there) as a log of their own.
     #[must_use]
     pub fn slice(&self, rows: Range<usize>) -> Self {

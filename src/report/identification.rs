@@ -249,6 +249,9 @@ impl Identification {
             page.verdict(Mark::Warning, sentence(warning));
         }
         page.heading("Result").table(self.parameter_table()).table(self.part_table());
+        super::rotors::models(self).into_iter().for_each(|table| {
+            page.table(table);
+        });
         let command = if self.actuator.delay > 0.0 { "u(t - τ)" } else { "u" };
         page.formula(format!("z = g({command}) - k_V (v_bmax - v_b),   dω_p/dt = p (z - ω_p),   f = c ω_p²"));
         page.heading("Static curve");

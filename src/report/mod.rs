@@ -77,6 +77,7 @@ pub mod paper;
 mod picture;
 mod plot;
 pub mod replay;
+pub mod rotors;
 pub mod run_summary;
 mod runs;
 pub mod story;

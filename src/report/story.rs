@@ -78,6 +78,18 @@ fn card<'a>(
     out
 }
 
+/// The equation and the meaning of an effect.
+pub(super) fn effect_card(id: &str, model: &Model) -> String {
+    card(id, model, std::iter::empty())
+}
+
+/// `least to greatest unit`, or one number where both are the same in what is shown.
+pub(super) fn in_range(least: f64, greatest: f64, unit: &str) -> String {
+    let (low, high) = (number(least, 4), number(greatest, 4));
+    let unit = if unit == "-" || unit.is_empty() { String::new() } else { format!(" {unit}") };
+    if low == high { format!("{low}{unit}") } else { format!("{low} to {high}{unit}") }
+}
+
 /// The errors of a story, one line each.
 fn errors(error: &ErrorSummary) -> String {
     let unit = error.unit;

@@ -11,6 +11,8 @@ pub const BATTERY: &str = "battery_voltage_v";
 pub const BODY_RATE: &str = "body_rate_rad_s";
 /// See [`BODY_RATE`].
 pub const BODY_ANGLE: &str = "body_angle_rad";
+/// Columns of the body.
+pub(super) const OF_BODY: [&str; 3] = [BODY_RATE, BODY_ANGLE, "torque_command_nm"];
 
 /// Channels of a log that are looked at, those of every rotor beside each other: what is measured, and what a fit rests on.
 /// Commands and a supply's setting may well be held.

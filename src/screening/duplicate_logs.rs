@@ -3,9 +3,9 @@
 use super::excitation::FEWEST_JUMPS;
 use super::rotor_data::RotorLog;
 use super::screened_log::ScreenedLog;
+use crate::log::dataset::MOST_ROTORS;
 use crate::log::{Dataset, LOG_SIGNALS};
 use crate::screening::Finding;
-use crate::signal::ROTORS;
 use crate::unit::UNITS;
 
 /// The logs without copies of one of them, which would count twice and make the errors too small.
@@ -109,7 +109,7 @@ fn reason(log: &Dataset, rotors: &[&RotorLog], in_vain: Option<&Finding>) -> Fin
     let has = |name: String| log.column(&name).is_some();
     let (command, rate) =
         (|rotor: usize| format!("command_{rotor}"), |rotor: usize| format!("propeller_rate_{rotor}_rad_s"));
-    let mut numbers = 1..=ROTORS;
+    let mut numbers = 1..=MOST_ROTORS;
     if !numbers.clone().any(|rotor| has(command(rotor)) && has(rate(rotor))) {
         let without_commands =
             numbers.clone().any(|rotor| has(rate(rotor))) && !numbers.any(|rotor| has(command(rotor)));

@@ -3,6 +3,7 @@
 use super::thresholds::THRESHOLDS;
 use super::{Finding, ScreenedLog, ScreeningError};
 use crate::log::Dataset;
+use crate::log::dataset::rotor_of;
 use crate::model::Model;
 
 /// Refuses values whose squares are no numbers.
@@ -28,7 +29,8 @@ pub fn check_magnitudes(log: &Dataset) -> Result<(), ScreeningError> {
 /// Logs whose battery nobody measured, under a model that wants to know.
 #[must_use]
 pub fn without_battery(model: &Model, logs: &[ScreenedLog]) -> Vec<Finding> {
-    let drives = |log: &&Dataset| log.names().any(|name| name == "command_1" || name == "command_2");
+    let drives =
+        |log: &&Dataset| log.names().any(|name| rotor_of(name).is_some() && name.starts_with("command_"));
     let lacks = |log: &&Dataset| log.column("battery_voltage_v").is_none();
     let wants = model.actuator.voltage_gain != 0.0 || model.needs("battery_voltage_v");
     let without = logs.iter().map(ScreenedLog::dataset).filter(|log| wants && drives(log) && lacks(log));

@@ -3,12 +3,12 @@
 
 use std::sync::Arc;
 
-use super::channel::{self, BATTERY, Channel, Judgement};
+use super::channel::{self, BATTERY, Channel, Judgement, OF_BODY};
 use super::screened_rotor::ScreenedRotor;
 use super::{Finding, ScreeningError, battery_range, battery_reading, frozen_gyro, outliers, rate_dropouts};
 use super::{sample_and_hold, saturation};
 use crate::log::Dataset;
-use crate::log::dataset::MOST_ROTORS;
+use crate::log::dataset::{MOST_ROTORS, rotor_of};
 
 /// A check of one channel.
 type Check = fn(&Channel) -> Option<Judgement>;
@@ -236,6 +236,22 @@ impl ScreenedLog {
     /// [`ScreeningError::Column`] of the first one.
     pub fn refuse(&self) -> Result<(), ScreeningError> {
         self.rotors().filter(|rotor| rotor.turns()).try_for_each(ScreenedRotor::refuse)
+    }
+}
+
+impl ScreenedLog {
+    /// The log of these rotors alone, under their own numbers and as they were judged: other rotors and the body are left out.
+    #[must_use]
+    pub(crate) fn of_rotors(&self, rotors: &[usize]) -> Self {
+        let keeps =
+            |name: &str| rotor_of(name).map_or(!OF_BODY.contains(&name), |rotor| rotors.contains(&rotor));
+        let judged = &*self.0;
+        Self(Arc::new(Judged {
+            raw: judged.raw.with_columns(keeps),
+            cleaned: judged.cleaned.as_ref().map(|cleaned| cleaned.with_columns(keeps)),
+            channels: judged.channels.iter().filter(|channel| keeps(&channel.name)).cloned().collect(),
+            rotors: judged.rotors.iter().filter(|rotor| rotors.contains(&rotor.number())).cloned().collect(),
+        }))
     }
 }
 

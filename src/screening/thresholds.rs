@@ -168,6 +168,8 @@ crate::thresholds! {
     least_command: f64 = 0.05, "-", "judgement";
     /// [s] after leaving standstill before samples count.
     starting: f64 = 0.5, "s", "judgement";
+    /// [time constants] rates further apart show a rotor that has settled, whatever its pole: 92 of 100 of its way.
+    seldom_readings: f64 = 2.5, "time constants", "judgement";
     /// [s] rows so far apart say nothing: between them a rotor may settle to the last digit.
     hold_too_slow: f64 = 0.15, "s", "judgement";
     /// Share of cells equal to the one before, below which nobody holds anything.

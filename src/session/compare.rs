@@ -1,5 +1,6 @@
 //! Where models fail, and how far an extension mends it.
 
+use super::modelled::Modelled;
 use super::{Job, Progress, SessionError};
 use crate::compare::{self, CompareConfig, Comparison};
 use crate::model::Model;
@@ -19,7 +20,10 @@ pub fn compare(
 ) -> Result<Vec<Vec<Comparison>>, SessionError> {
     let each = logs.iter().enumerate().map(|(index, log)| {
         job.tell(Progress::Step { name: log.source_name(), number: index + 1, of: logs.len() });
-        job.run(|| compare::compare(models, log, config))
+        let Modelled { train, finding, .. } = Modelled::of(std::slice::from_ref(log), &[]);
+        let mut found = job.run(|| compare::compare(models, train.first().unwrap_or(log), config))?;
+        found.iter_mut().for_each(|comparison| comparison.findings.extend(finding.clone()));
+        Ok(found)
     });
     each.collect()
 }

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use super::modelled::Modelled;
 use super::{Job, Progress, SessionError};
 use crate::diagnose::{self, DiagnoseConfig, Diagnosis, Event};
 use crate::model::Model;
@@ -14,6 +15,19 @@ use crate::screening::ScreenedLog;
 /// # Errors
 /// [`SessionError::Diagnose`] when model and logs do not meet.
 pub fn diagnose(
+    model: &Model,
+    train: &[ScreenedLog],
+    validate: &[ScreenedLog],
+    config: &DiagnoseConfig,
+    job: &Job,
+) -> Result<Diagnosis, SessionError> {
+    let logs = Modelled::of(train, validate);
+    let mut found = search(model, &logs.train, &logs.validate, config, job)?;
+    found.findings.extend(logs.finding);
+    Ok(found)
+}
+
+pub(super) fn search(
     model: &Model,
     train: &[ScreenedLog],
     validate: &[ScreenedLog],

@@ -1,5 +1,6 @@
 //! A model with more effects, or with its own numbers refitted.
 
+use super::modelled::Modelled;
 use super::thresholds::THRESHOLDS;
 use super::{Job, SessionError};
 use crate::diagnose::{self, DiagnoseConfig, Extension};
@@ -33,8 +34,9 @@ pub fn extend(
     config: &DiagnoseConfig,
     job: &Job,
 ) -> Result<Extended, SessionError> {
-    let extension = job.run(|| diagnose::extend(model, ids, train, validate, config))?;
-    let findings = findings(&extension, train, validate);
+    let logs = Modelled::of(train, validate);
+    let extension = job.run(|| diagnose::extend(model, ids, &logs.train, &logs.validate, config))?;
+    let findings = findings(&extension, &logs);
     // Where nothing but noise is left, refitted numbers may have got there, too.
     let beaten = if extension.is_at_floor { extension.error.base } else { extension.error.refitted };
     let has_fallen = extension.error.extended.validate < THRESHOLDS.fallen_share * beaten.validate;
@@ -53,8 +55,9 @@ pub fn refit(
     config: &DiagnoseConfig,
     job: &Job,
 ) -> Result<Extended, SessionError> {
-    let extension = job.run(|| diagnose::extend(model, &[], train, validate, config))?;
-    let mut findings = findings(&extension, train, validate);
+    let logs = Modelled::of(train, validate);
+    let extension = job.run(|| diagnose::extend(model, &[], &logs.train, &logs.validate, config))?;
+    let mut findings = findings(&extension, &logs);
     let (error, is_at_floor) = (&extension.error, extension.is_at_floor);
     if !is_at_floor {
         let ratio = error.extended.validate / error.noise_floor;
@@ -64,7 +67,7 @@ pub fn refit(
     Ok(Extended { has_fallen: falls && is_at_floor, findings, extension })
 }
 
-fn findings(extension: &Extension, train: &[ScreenedLog], validate: &[ScreenedLog]) -> Vec<Finding> {
-    let of_logs = repeated(train, validate).into_iter();
+fn findings(extension: &Extension, logs: &Modelled) -> Vec<Finding> {
+    let of_logs = repeated(&logs.train, &logs.validate).into_iter().chain(logs.finding.clone());
     of_logs.chain(extension.findings.iter().cloned()).collect()
 }

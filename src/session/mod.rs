@@ -16,8 +16,10 @@ mod extend;
 mod guess;
 mod identify;
 mod machine;
+mod modelled;
 mod models;
 mod open;
+mod rotors;
 pub mod thresholds;
 
 use crate::bench::BenchError;
@@ -48,6 +50,7 @@ pub use identify::identify;
 pub use machine::{Grade, MachineCheck, check_machine};
 pub use models::{name_after, open_model, save_model, step_back};
 pub use open::{ChoiceError, OpenConfig, Opened, between, open, open_all, rotors};
+pub use rotors::{diagnose_each, many_rotors};
 
 /// What is heard of long work.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -19,3 +19,13 @@ pub use step::{ControlStep, GuardStep, GuardStepInputs, LockstepAnswer, Lockstep
 
 /// Number of rotors on the bench; rotor 1 has index 0. See the drawing in the crate's page.
 pub const ROTORS: usize = 2;
+
+/// [-] which way rotor `rotor`, from 0, turns the body of an attitude bench; 0 of those that the bench has not got.
+#[must_use]
+pub fn side(rotor: usize) -> f64 {
+    match rotor {
+        0 => 1.0,
+        1 => -1.0,
+        _ => 0.0,
+    }
+}

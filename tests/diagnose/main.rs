@@ -11,4 +11,5 @@ mod holes;
 mod ladder;
 mod readings;
 mod refused;
+mod rotors;
 mod threads;

@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::desk::{Desk, diagnose, number, run, said_out};
+use serde_json::Value;
+
+use super::desk::{Desk, diagnose, finding, has_code, number, refused, run, said, said_out};
 
 /// What is measured, by the beginning of the column's name.
 const MEASURED: [&str; 2] = ["propeller_rate", "body_"];
@@ -100,4 +102,63 @@ fn compare_takes_such_readings_as_missing() {
         let text = said_out(&run(&["import", &log.display().to_string()]));
         assert!(text.contains("no measurements"), "{text}");
     }
+}
+
+/// A log whose rates are read in every 12th row only: 4.2 Hz, as PX4 logs its ESCs.
+fn seldom_read(desk: &Desk, log: &Path, name: &str) -> PathBuf {
+    let text = fs::read_to_string(log).expect("a log");
+    let names: Vec<&str> = text.lines().next().expect("a header").split(',').collect();
+    let wanted = ["time_s", "command_1", "command_2", "battery_voltage_v"];
+    let line = |(row, line): (usize, &str)| {
+        let cells = names.iter().zip(line.split(',')).filter_map(|(name, cell)| {
+            let is_rate = name.starts_with("propeller_rate");
+            let is_read = row == 0 || row % 12 == 1;
+            (wanted.contains(name) || is_rate).then_some(if is_rate && !is_read { "" } else { cell })
+        });
+        cells.collect::<Vec<_>>().join(",") + "\n"
+    };
+    desk.write(name, &text.lines().enumerate().map(line).collect::<String>())
+}
+
+#[test]
+fn telemetry_at_a_few_hertz_gets_no_pole_and_no_delay() {
+    let desk = Desk::new();
+    let log = |name: &str, seed: u32| {
+        let more = ["--hide", "transport_delay:delay=0.06"];
+        seldom_read(&desk, &desk.record(&format!("{name}_all.csv"), seed, &more), name)
+    };
+    let (train, held_out) = (log("train.csv", 1), log("held_out.csv", 2));
+    let (answer, _) = diagnose("paper", &train, &held_out);
+    let found = finding(&answer, "readings_too_seldom");
+    assert!((number(found, &["evidence", "rate_hz"]) - 50.0 / 12.0).abs() < 0.01, "{found}");
+    assert_eq!(found["evidence"]["needed_hz"], 6.4, "2.5 time constants of p = 16");
+    assert_eq!(
+        (&answer["verdict"], &answer["effects"]),
+        (&"insufficient_data".into(), &serde_json::json!([]))
+    );
+    assert_eq!(answer["changed_parameters"], serde_json::json!([]), "no pole, either");
+    let all = answer["candidates"].as_array().expect("a list");
+    let delay = all.iter().find(|it| it["effect"] == "transport_delay").expect("it is refused");
+    assert_eq!(delay["refusal"]["code"], "readings_too_seldom");
+    let train = train.display().to_string();
+    let compared = run(&["compare", "--log", &train, "--json"]);
+    let compared: Value = serde_json::from_slice(&compared.stdout).expect("JSON");
+    assert!(has_code(&compared["comparisons"][0], "readings_too_seldom"));
+    // It has no ramps and no levels: nothing can be identified, and the reason is said.
+    refused(&["identify", "--log", &train], &["rates come at 4.2 Hz"]);
+
+    let ramps = desk.path("ramps_all.csv");
+    let output = run(&["experiment", "ramp", "--lockstep", "-o", &ramps.display().to_string()]);
+    assert!(output.status.success(), "{}", said(&output));
+    let ramps = seldom_read(&desk, &ramps, "ramps.csv").display().to_string();
+    let found = run(&["identify", "--log", &ramps, &train, "--json"]);
+    let found: Value = serde_json::from_slice(&found.stdout).expect("JSON");
+    assert!(has_code(&found, "readings_too_seldom") && has_code(&found, "pole_from_template"), "{found}");
+    // The emulator's curve, within 1 %: the rates are read with 1.5 rad/s of noise, at 4 Hz.
+    let steady = |u: f64| {
+        let powers = found["actuator"]["coefficients"].as_array().expect("a list").iter().zip(1..);
+        powers.map(|(c, power)| c.as_f64().expect("a number") * u.powi(power)).sum::<f64>()
+    };
+    let truth = |u: f64| 1124.5 * u + 447.1 * u * u;
+    assert!([0.35, 0.5].iter().all(|u| (steady(*u) / truth(*u) - 1.0).abs() < 0.01), "{found}");
 }

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use super::super::{effects, experiment, export, extend, import, monitor, record, replay};
 use super::SCHEMAS;
 use crate::compare::Comparison;
-use crate::diagnose::Diagnosis;
+use crate::diagnose::{Diagnosis, RotorDiagnoses};
 use crate::emulate::BusSummary;
 use crate::fleet::Fleet;
 use crate::identify::Identification;
@@ -101,6 +101,15 @@ fn of(name: &str) -> Value {
             let meaning = "The refusal as a sentence; empty without one.";
             let rule = json!({ "type": "string", "description": meaning });
             add(&mut root, "RankedCandidate", "note", &rule);
+            root
+        }
+        "diagnose-rotors" => {
+            let mut root = schema::<RotorDiagnoses>("diagnose of more than two rotors");
+            let meaning = "The refusal as a sentence; empty without one.";
+            add(&mut root, "RankedCandidate", "note", &json!({ "type": "string", "description": meaning }));
+            let meaning = "The findings as sentences, in their order.";
+            let rule = json!({ "type": "array", "items": { "type": "string" }, "description": meaning });
+            add(&mut root, "RotorDiagnosis", "warnings", &rule);
             root
         }
         "doctor" => schema::<Vec<doctor::Row>>(name),

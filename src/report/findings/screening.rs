@@ -88,6 +88,10 @@ fn log(finding: &Finding, said_of: fn(&Finding) -> String) -> Option<String> {
         "no_battery_voltage" => {
             "no `battery_voltage_v`: the battery counts as full, and its sag shows as an error".to_owned()
         }
+        "body_of_many_rotors" => format!(
+            "{} rotors turn this body: it is no attitude bench's, and is left out; if it is, name its two with --rotors",
+            finding.count("rotors")
+        ),
         "log_given_twice" => "given twice: it counts double".to_owned(),
         "log_fitted_and_validated" => {
             "fitted on and judged on: its held-out error is none, and every effect looks better than it is"

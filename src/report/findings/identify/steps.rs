@@ -1,6 +1,6 @@
 //! Sentences for the steps of section III: what was done, or why it was not.
 
-use super::super::numbers::counted;
+use super::super::numbers::{counted, digits};
 use crate::screening::Finding;
 
 /// A step of section III and its equation; a name that is no step's stands for itself.
@@ -71,6 +71,11 @@ fn not_done(finding: &Finding) -> Option<String> {
             counted(finding.count("levels"), "constant level")
         ),
         "no_constant_commands" => "no command was held constant for five seconds after settling".to_owned(),
+        "readings_too_seldom" => format!(
+            "rates come at {} Hz, {} Hz are the least that show how this rotor follows",
+            digits(finding.number("rate_hz"), 2),
+            digits(finding.number("needed_hz"), 2)
+        ),
         "too_few_jumps" => format!(
             "no log has at least {} jumps of the command: steps or a PRBS excite the pole",
             finding.count("jumps_needed")

@@ -1,6 +1,6 @@
 //! Sentences for what is found of one rotor's command, rate, thrust and battery.
 
-use super::super::numbers::counted;
+use super::super::numbers::{counted, digits};
 use crate::screening::Finding;
 use crate::unit::short;
 
@@ -13,6 +13,13 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
             "samples are {:.0} s apart, too far for any rotor or body to be seen moving; if the time is in milliseconds or \
              microseconds, import it with unit `ms` or `us`",
             number("interval_s")
+        ),
+        "readings_too_seldom" => format!(
+            "rates come at {} Hz, and a rotor with a pole of {} 1/s has settled between two of them: {} Hz are the least that show how \
+             it follows, so pole and delay are not fitted to them (PX4: SDLOG_PROFILE; ArduPilot and ESCs: a faster telemetry)",
+            digits(number("rate_hz"), 2),
+            digits(number("pole_rad_s"), 3),
+            digits(number("needed_hz"), 2)
         ),
         "command_out_of_range" => format!(
             "commands reach from {:.4} to {:.4}, but 0 to 1 is expected; scale them with `import` (percent: scale 0.01; \

@@ -1,0 +1,72 @@
+//! Rates that come too seldom to show how a rotor follows its commands, as the telemetry of ESCs at a few Hz: between two of them a
+//! rotor has settled. Where it settles they show all the same.
+
+use super::rotor_data::RotorLog;
+use super::thresholds::THRESHOLDS;
+use super::{Finding, ScreenedLog};
+use crate::estimation::quantile::median;
+
+/// Whether rates that are `interval` [s] apart are too far apart for a rotor with this pole [1/s].
+#[must_use]
+pub fn is_too_seldom(interval: f64, pole: f64) -> bool {
+    interval * pole > THRESHOLDS.seldom_readings
+}
+
+/// [Hz] the least rate of readings that shows how a rotor with this pole [1/s] follows.
+#[must_use]
+pub fn rate_needed(pole: f64) -> f64 {
+    pole / THRESHOLDS.seldom_readings
+}
+
+/// [s] median time between two readings; `None` with fewer than two.
+#[must_use]
+pub fn reading_interval(time: &[f64], readings: &[f64]) -> Option<f64> {
+    let mut last = None;
+    let read = time.iter().zip(readings).filter(|(_, reading)| reading.is_finite());
+    median(read.filter_map(|(time, _)| last.replace(*time).map(|last| time - last)))
+}
+
+impl RotorLog {
+    /// Says that its rates come too seldom for a rotor with this pole [1/s].
+    pub(crate) fn too_seldom(&self, pole: f64) -> Option<Finding> {
+        let interval = reading_interval(&self.time, &self.rate).filter(|it| is_too_seldom(*it, pole))?;
+        let found = self.finding("readings_too_seldom").with("rate_hz", interval.recip());
+        Some(found.with("needed_hz", rate_needed(pole)).with("pole_rad_s", pole))
+    }
+}
+
+/// The rotors of the logs whose rates come too seldom for a rotor with this pole [1/s].
+#[must_use]
+pub fn too_seldom(logs: &[ScreenedLog], pole: f64) -> Vec<Finding> {
+    let rotors = logs.iter().flat_map(ScreenedLog::rotors).filter(|rotor| rotor.turns());
+    rotors.filter_map(|rotor| rotor.data().too_seldom(pole)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::log_with_hole;
+    use super::*;
+
+    /// Every 20th of rows at 100 Hz: 5 Hz.
+    #[test]
+    fn telemetry_at_five_hertz_shows_no_rotor_of_sixty_milliseconds() {
+        let mut log = log_with_hole(1000, &[200, 400, 600], 2000);
+        let rates = log.column("propeller_rate_1_rad_s").expect("measured").to_vec();
+        let seldom = |every: usize| -> Vec<f64> {
+            rates
+                .iter()
+                .enumerate()
+                .map(|(row, rate)| if row % every == 0 { *rate } else { f64::NAN })
+                .collect()
+        };
+        for (every, is_found) in [(1, false), (15, false), (20, true)] {
+            log.replace("propeller_rate_1_rad_s", seldom(every)).expect("fits");
+            let found = too_seldom(&[log.clone().into()], 16.0);
+            assert_eq!(found.len(), usize::from(is_found), "every {every}");
+            for found in found {
+                assert!((found.number("rate_hz") - 5.0).abs() < 1e-9, "{found}");
+                assert_eq!(found.number("needed_hz"), 6.4);
+            }
+        }
+    }
+}
