@@ -136,32 +136,13 @@ impl GuardConfig {
     /// # Errors
     /// [`GuardError::Setting`] names the setting.
     pub fn build(&self, period_s: f64) -> Result<Guard, GuardError> {
-        const POSITIVE: &str = "a positive number";
-        const NOT_NEGATIVE: &str = "zero or a positive number";
-        let of_bench = ("period_s", "period_s".to_owned());
-        in_range(of_bench, period_s, 1e-5, 10.0, "from 0.00001 to 10")?;
-        within("hold_s", self.hold_s, f64::MIN_POSITIVE, 10.0, "above 0 and at most 10")?;
-        within("rotor_maximum", self.rotor_maximum, f64::MIN_POSITIVE, 1.0, "above 0 and at most 1")?;
-        within("slew_per_s", self.slew_per_s, f64::MIN_POSITIVE, f64::MAX, POSITIVE)?;
-        within("spin_up_s", self.spin_up_s, 0.0, 60.0, "from 0 to 60")?;
-        within("bucket_leak", self.bucket_leak, 0.0, f64::MAX, NOT_NEGATIVE)?;
-        within("arm_checks_s", self.arm_checks_s, 0.0, 60.0, "from 0 to 60")?;
-        within("arm_timeout_s", self.arm_timeout_s, self.arm_checks_s, 3600.0, "from arm_checks_s to 3600")?;
-        within(
-            "request_time_to_live_s",
-            self.request_time_to_live_s,
-            f64::MIN_POSITIVE,
-            60.0,
-            "above 0 and at most 60",
-        )?;
-        within("ramp_periods", f64::from(self.ramp_periods), 0.0, 1000.0, "at most 1000")?;
-        within("swing_limit", f64::from(self.swing_limit), 1.0, 1e6, "at least 1")?;
+        self.check(period_s)?;
         // The sliver keeps 0.1 s at 0.02 s five periods, not six.
         let hold_periods = (self.hold_s / period_s - 1e-9).ceil().max(1.0);
         let time_to_live = self.command_time_to_live_s.unwrap_or((hold_periods + 1.0) * period_s);
         within("command_time_to_live_s", time_to_live, period_s, 60.0, "from one period to 60")?;
         let bucket_limit = self.bucket_limit.unwrap_or(THRESHOLDS.bucket_holds * hold_periods);
-        within("bucket_limit", bucket_limit, f64::MIN_POSITIVE, f64::MAX, POSITIVE)?;
+        within("bucket_limit", bucket_limit, f64::MIN_POSITIVE, f64::MAX, "a positive number")?;
         let period_ns = span_ns(period_s);
         let hold_ns = period_ns.saturating_mul(hold_periods as u64);
         let mut signals = [SignalLimit::default(); Channel::WATCHED.len()];
@@ -187,6 +168,30 @@ impl GuardConfig {
             request_time_to_live_ns: span_ns(self.request_time_to_live_s),
             signals,
         })
+    }
+
+    /// Checks the numbers that stand for themselves.
+    fn check(&self, period_s: f64) -> Result<(), GuardError> {
+        const POSITIVE: &str = "a positive number";
+        const NOT_NEGATIVE: &str = "zero or a positive number";
+        let of_bench = ("period_s", "period_s".to_owned());
+        in_range(of_bench, period_s, 1e-5, 10.0, "from 0.00001 to 10")?;
+        within("hold_s", self.hold_s, f64::MIN_POSITIVE, 10.0, "above 0 and at most 10")?;
+        within("rotor_maximum", self.rotor_maximum, f64::MIN_POSITIVE, 1.0, "above 0 and at most 1")?;
+        within("slew_per_s", self.slew_per_s, f64::MIN_POSITIVE, f64::MAX, POSITIVE)?;
+        within("spin_up_s", self.spin_up_s, 0.0, 60.0, "from 0 to 60")?;
+        within("bucket_leak", self.bucket_leak, 0.0, f64::MAX, NOT_NEGATIVE)?;
+        within("arm_checks_s", self.arm_checks_s, 0.0, 60.0, "from 0 to 60")?;
+        within("arm_timeout_s", self.arm_timeout_s, self.arm_checks_s, 3600.0, "from arm_checks_s to 3600")?;
+        within(
+            "request_time_to_live_s",
+            self.request_time_to_live_s,
+            f64::MIN_POSITIVE,
+            60.0,
+            "above 0 and at most 60",
+        )?;
+        within("ramp_periods", f64::from(self.ramp_periods), 0.0, 1000.0, "at most 1000")?;
+        within("swing_limit", f64::from(self.swing_limit), 1.0, 1e6, "at least 1")
     }
 }
 

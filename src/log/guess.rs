@@ -83,6 +83,27 @@ pub fn signals(guessed: &[GuessedColumn]) -> Vec<SignalMapping> {
     mapped.collect()
 }
 
+/// Words that end a name and say its unit.
+const ENDINGS: [(&[&str], &str); 17] = [
+    (&["rad", "s"], "rad/s"),
+    (&["deg", "s"], "deg/s"),
+    (&["rpm"], "rpm"),
+    (&["mv"], "mV"),
+    (&["v"], "V"),
+    (&["ma"], "mA"),
+    (&["a"], "A"),
+    (&["gf"], "gf"),
+    (&["n"], "N"),
+    (&["ms"], "ms"),
+    (&["us"], "us"),
+    (&["ns"], "ns"),
+    (&["s"], "s"),
+    (&["deg"], "deg"),
+    (&["rad"], "rad"),
+    (&["k"], "K"),
+    (&["c"], "degC"),
+];
+
 /// A name in words, its unit, and its number.
 struct Words {
     words: Vec<String>,
@@ -122,26 +143,7 @@ impl Words {
         }
         // A unit may end the name: `speed_rpm`, `body_rate_rad_s`.
         let ends = |end: &[&str]| words.len() > end.len() && words[words.len() - end.len()..] == *end;
-        let endings: [(&[&str], &'static str); 17] = [
-            (&["rad", "s"], "rad/s"),
-            (&["deg", "s"], "deg/s"),
-            (&["rpm"], "rpm"),
-            (&["mv"], "mV"),
-            (&["v"], "V"),
-            (&["ma"], "mA"),
-            (&["a"], "A"),
-            (&["gf"], "gf"),
-            (&["n"], "N"),
-            (&["ms"], "ms"),
-            (&["us"], "us"),
-            (&["ns"], "ns"),
-            (&["s"], "s"),
-            (&["deg"], "deg"),
-            (&["rad"], "rad"),
-            (&["k"], "K"),
-            (&["c"], "degC"),
-        ];
-        if let Some((end, spelling)) = endings.iter().find(|(end, _)| unit.is_none() && ends(end)) {
+        if let Some((end, spelling)) = ENDINGS.iter().find(|(end, _)| unit.is_none() && ends(end)) {
             unit = Some(spelling);
             words.truncate(words.len() - end.len().min(usize::from(*spelling != "rpm") * end.len()));
         }

@@ -70,6 +70,19 @@ pub fn layout(bytes: &[u8]) -> Option<Layout> {
     if first.len() > MOST_COLUMNS {
         return None;
     }
+    Some(Layout {
+        delimiter,
+        decimal_comma,
+        header,
+        comment,
+        encoding: encoding.name(),
+        columns: columns(&rows, header, width, decimal_comma),
+    })
+}
+
+/// The columns, each with its name (where there is no header, its number) and its values.
+fn columns(rows: &[Vec<&str>], header: bool, width: usize, decimal_comma: bool) -> Vec<SampledColumn> {
+    let first = rows.first().map_or(&[][..], Vec::as_slice);
     let names = (0..width).map(|at| match first.get(at).filter(|_| header) {
         Some(name) => (*name).to_owned(),
         None => format!("#{}", at + 1),
@@ -78,7 +91,7 @@ pub fn layout(bytes: &[u8]) -> Option<Layout> {
         let text = if decimal_comma { cell.replace(',', ".") } else { cell.to_owned() };
         text.parse().ok().filter(|value: &f64| value.is_finite()).unwrap_or(f64::NAN)
     };
-    let columns = names.enumerate().map(|(at, name)| SampledColumn {
+    let column = names.enumerate().map(|(at, name)| SampledColumn {
         name,
         values: rows
             .iter()
@@ -86,14 +99,7 @@ pub fn layout(bytes: &[u8]) -> Option<Layout> {
             .map(|row| row.get(at).map_or(f64::NAN, |cell| value(cell)))
             .collect(),
     });
-    Some(Layout {
-        delimiter,
-        decimal_comma,
-        header,
-        comment,
-        encoding: encoding.name(),
-        columns: columns.collect(),
-    })
+    column.collect()
 }
 
 /// The character that parts most lines into the same number of cells, more than one.

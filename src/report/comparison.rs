@@ -160,6 +160,12 @@ fn details(page: &mut Page, comparison: &Comparison, block: &Block) {
                 .span("corner", spectrum.corner_hz, spectrum.corner_hz),
         );
     }
+    dependences(page, block);
+    correlations(page, block);
+}
+
+/// What a block's error is a function of.
+fn dependences(page: &mut Page, block: &Block) {
     let of_torque = block.name == "body";
     let (what, unit) = if of_torque { ("unknown torque", "N m") } else { ("error", block.unit) };
     if !block.failure.dependences.is_empty() {
@@ -179,6 +185,10 @@ fn details(page: &mut Page, comparison: &Comparison, block: &Block) {
                 .series(Series::line("mean in each bin", &at, &mean).tone(Tone::Residual)),
         );
     }
+}
+
+/// What a block's error moves with.
+fn correlations(page: &mut Page, block: &Block) {
     if !block.failure.correlations.is_empty() {
         let mut table = Table::new(["channel", "correlation", "by chance", "error comes later by [s]", ""])
             .caption("Cross-correlation. In closed loop only an error that comes later is evidence.");

@@ -44,40 +44,7 @@ impl Identification {
                 table = table.row(cells(name, *estimate, "rad/s", from));
             }
         }
-        if let Some(pole) = &self.pole {
-            let id = effect::acting_as(Site::Command, Term::DeadTime).map_or("", |card| card.id);
-            let (from, beside) = if pole.pole.value == self.actuator.pole {
-                ("exciting commands, section III.B", format!("beside p, in the model as `{id}`"))
-            } else {
-                ("exciting commands, section III.B, k_V and g(u) held for exact", "beside that p".to_owned())
-            };
-            table = table.row(cells("p", pole.pole, "rad/s", from));
-            let taken = pole.delay.as_ref().map(|it| it.delay.scaled(1e3));
-            table =
-                taken.into_iter().fold(table, |table, delay| table.row(cells("delay", delay, "ms", &beside)));
-            table = table.row(cells("gain from z", pole.gain, "-", "beside p: 1 when g(u) holds in motion"));
-        }
-        if let Some(joint) = &self.joint {
-            // Where the paper's steps could be gone, too, the model has their numbers but for the more certain k_V.
-            let alone = self.static_curve.is_none();
-            let from =
-                |used: bool| if alone || used { "joint estimation" } else { "joint estimation, as a check" };
-            for (estimate, name) in joint.coefficients.iter().zip(SYMBOLS) {
-                table = table.row(cells(name, *estimate, "rad/s", from(false)));
-            }
-            // Where constant commands have one, too, both stand at the top.
-            if let Some(gain) = joint.voltage_gain.filter(|_| self.battery.is_none()) {
-                let is_used = gain.value == self.actuator.voltage_gain;
-                let from = if is_used && !alone { "joint estimation, in the model" } else { from(is_used) };
-                table = table.row(cells("k_V", gain, "rad/(s V)", from));
-            }
-            let is_used = joint.pole.value == self.actuator.pole;
-            let from = if is_used && !alone { "joint estimation, in the model" } else { from(is_used) };
-            table = table.row(cells("p", joint.pole, "rad/s", from));
-            let taken = joint.delay.as_ref().map(|it| it.delay.scaled(1e3));
-            table =
-                taken.into_iter().fold(table, |table, delay| table.row(cells("delay", delay, "ms", from)));
-        }
+        table = self.pole_rows().into_iter().chain(self.joint_rows()).fold(table, Table::row);
         if let Some(thrust) = &self.thrust {
             table = table.row(cells("c", thrust.coefficient, "N s²/rad²", "measured thrust"));
             let tangent = format!("tangent at {} rad/s, Eq. (13)", number(thrust.hover_rate, 4));
@@ -91,6 +58,50 @@ impl Identification {
             table = table.row(cells("bias", body.bias, "rad/s²", "constant acceleration, fitted beside"));
         }
         table
+    }
+
+    /// The pole from z, with the delay beside it.
+    fn pole_rows(&self) -> Vec<[String; 6]> {
+        let mut rows = Vec::new();
+        if let Some(pole) = &self.pole {
+            let id = effect::acting_as(Site::Command, Term::DeadTime).map_or("", |card| card.id);
+            let (from, beside) = if pole.pole.value == self.actuator.pole {
+                ("exciting commands, section III.B", format!("beside p, in the model as `{id}`"))
+            } else {
+                ("exciting commands, section III.B, k_V and g(u) held for exact", "beside that p".to_owned())
+            };
+            rows.push(cells("p", pole.pole, "rad/s", from));
+            let taken = pole.delay.as_ref().map(|it| it.delay.scaled(1e3));
+            rows.extend(taken.map(|delay| cells("delay", delay, "ms", &beside)));
+            rows.push(cells("gain from z", pole.gain, "-", "beside p: 1 when g(u) holds in motion"));
+        }
+        rows
+    }
+
+    /// What the joint estimation found.
+    fn joint_rows(&self) -> Vec<[String; 6]> {
+        let mut rows = Vec::new();
+        if let Some(joint) = &self.joint {
+            // Where the paper's steps could be gone, too, the model has their numbers but for the more certain k_V.
+            let alone = self.static_curve.is_none();
+            let from =
+                |used: bool| if alone || used { "joint estimation" } else { "joint estimation, as a check" };
+            for (estimate, name) in joint.coefficients.iter().zip(SYMBOLS) {
+                rows.push(cells(name, *estimate, "rad/s", from(false)));
+            }
+            // Where constant commands have one, too, both stand at the top.
+            if let Some(gain) = joint.voltage_gain.filter(|_| self.battery.is_none()) {
+                let is_used = gain.value == self.actuator.voltage_gain;
+                let from = if is_used && !alone { "joint estimation, in the model" } else { from(is_used) };
+                rows.push(cells("k_V", gain, "rad/(s V)", from));
+            }
+            let is_used = joint.pole.value == self.actuator.pole;
+            let from = if is_used && !alone { "joint estimation, in the model" } else { from(is_used) };
+            rows.push(cells("p", joint.pole, "rad/s", from));
+            let taken = joint.delay.as_ref().map(|it| it.delay.scaled(1e3));
+            rows.extend(taken.map(|delay| cells("delay", delay, "ms", from)));
+        }
+        rows
     }
 
     /// k_V of constant commands, and where exciting ones have another: the one in the model first.
@@ -258,6 +269,28 @@ impl Identification {
         self.degree_table().into_iter().for_each(|table| {
             page.table(table);
         });
+        self.levels(&mut page);
+        page.heading("Dynamics");
+        self.alternatives_table().into_iter().for_each(|table| {
+            page.table(table);
+        });
+        self.response_plots(&mut page);
+        page.heading("Validation");
+        self.error_table().into_iter().for_each(|table| {
+            page.table(table);
+        });
+        let shown = if self.validation.is_empty() { &self.training } else { &self.validation };
+        for run in shown {
+            error_plots(&mut page, run);
+        }
+        if let Some(body) = &self.body {
+            body_plots(&mut page, body);
+        }
+        page
+    }
+
+    /// k_V level by level.
+    fn levels(&self, page: &mut Page) {
         if let Some(battery) = &self.battery {
             let table = Table::new([
                 "log",
@@ -284,23 +317,6 @@ impl Identification {
                  course.",
             );
         }
-        page.heading("Dynamics");
-        self.alternatives_table().into_iter().for_each(|table| {
-            page.table(table);
-        });
-        self.response_plots(&mut page);
-        page.heading("Validation");
-        self.error_table().into_iter().for_each(|table| {
-            page.table(table);
-        });
-        let shown = if self.validation.is_empty() { &self.training } else { &self.validation };
-        for run in shown {
-            error_plots(&mut page, run);
-        }
-        if let Some(body) = &self.body {
-            body_plots(&mut page, body);
-        }
-        page
     }
 
     /// Fig. 5: frequency response of data and model.

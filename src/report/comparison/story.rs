@@ -173,6 +173,13 @@ pub(super) fn sentences(comparison: &Comparison, block: &Block) -> Vec<String> {
             percent(spectrum.high)
         ));
     }
+    out.push(dependences(comparison, block));
+    out.extend(follows(block));
+    out
+}
+
+/// What a block's error is a function of.
+fn dependences(comparison: &Comparison, block: &Block) -> String {
     let of_torque = block.name == "body" && comparison.unknown_torque.is_some();
     let what = if of_torque { "The unknown torque" } else { "The error" };
     let real: Vec<String> = block
@@ -183,27 +190,26 @@ pub(super) fn sentences(comparison: &Comparison, block: &Block) -> Vec<String> {
         .take(3)
         .map(|d| format!("{} {} (by chance {})", percent(d.explained), plain(&d.on), percent(d.surrogate)))
         .collect();
-    out.push(if real.is_empty() {
+    if real.is_empty() {
         format!("{what} depends on no measured channel by more than chance.")
     } else {
         format!("{what} is a function of: {}.", real.join(", "))
-    });
+    }
+}
+
+/// The channel that a block's error follows most.
+fn follows(block: &Block) -> Option<String> {
     let evidence = block.failure.correlations.iter().filter(|c| {
         c.peak.abs() > c.bound && c.direction == Direction::ErrorFollows && c.with != block.signal
     });
-    if let Some(c) = evidence.max_by(|a, b| a.peak.abs().total_cmp(&b.peak.abs())) {
-        let moves = if c.lag_s > 0.0 {
-            format!("It follows `{}` by {} s", c.with, number(c.lag_s, 2))
-        } else {
-            format!("It moves with `{}`", c.with)
-        };
-        out.push(format!(
-            "{moves} (correlation {}, by chance below {}).",
-            number(c.peak, 2),
-            number(c.bound, 2)
-        ));
-    }
-    out
+    let c = evidence.max_by(|a, b| a.peak.abs().total_cmp(&b.peak.abs()))?;
+    let moves = if c.lag_s > 0.0 {
+        format!("It follows `{}` by {} s", c.with, number(c.lag_s, 2))
+    } else {
+        format!("It moves with `{}`", c.with)
+    };
+    let (peak, bound) = (number(c.peak, 2), number(c.bound, 2));
+    Some(format!("{moves} (correlation {peak}, by chance below {bound})."))
 }
 
 pub(super) fn torque_sentence(comparison: &Comparison) -> Option<String> {
