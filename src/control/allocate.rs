@@ -1,6 +1,9 @@
 //! Allocation of a torque to two rotor commands, and back. [LPC16] Eqs. (7), (16)-(19).
 
-use super::{Compensation, ControlError, PlantParameters, require};
+use super::compensation::Compensation;
+use super::error::{ControlError, require};
+use super::parameters::PlantParameters;
+use super::thresholds::THRESHOLDS;
 
 /// Two rotor commands.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -138,7 +141,7 @@ impl Allocator {
             for _ in 0..6 {
                 let (value, slope) = known.curve(&self.plant, u);
                 u = (u - (value - steady_rate) / slope.max(1e-3 * self.plant.steady_rate_linear))
-                    .clamp(-0.5, 1.5);
+                    .clamp(THRESHOLDS.inverse_range.0, THRESHOLDS.inverse_range.1);
             }
         }
         u

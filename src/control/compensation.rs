@@ -3,7 +3,8 @@
 //! The process layer fills this from the effects of an extended model; the controllers know nothing of
 //! effects or models. Everything defaults to "not there".
 
-use super::{ControlError, PlantParameters, require, require_finite, require_positive};
+use super::error::{ControlError, require, require_finite, require_positive};
+use super::parameters::PlantParameters;
 
 /// Known torques on the body, and known faults of the actuator's command. All zero = the paper's plant.
 ///

@@ -1,40 +1,19 @@
 //! Embedded Model Control. [LPC16] section IV.A.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
+use super::allocate::Allocator;
+use super::compensation::Compensation;
+use super::config::{ControllerConfig, EmcConfig};
+use super::controller::{Controller, code};
+use super::error::{ControlError, check_period, require, require_finite, require_not_negative};
 use super::gains::{
-    Beta, complementary_eigenvalues, feedback_gains, feedback_matrix, observer_gains, predictor_matrix,
+    complementary_eigenvalues, feedback_gains, feedback_matrix, observer_gains, predictor_matrix,
     require_stable,
 };
 use super::intake::{AngleCorrection, Intake};
-use super::{
-    Allocator, Compensation, ControlError, Controller, ControllerConfig, PlantParameters, check_period, code,
-    require, require_finite, require_not_negative,
-};
+use super::parameters::PlantParameters;
 use crate::signal::{Applied, Command, CommandFlags, Estimate, Reference, Sensors};
-
-/// The `[controller.emc]` table.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct EmcConfig {
-    /// [-] discrete pole of the embedded actuator: `"zero_order_hold"` (default), `"euler"`, or a number.
-    pub beta: Beta,
-    /// [-] γ_0, the fastest complementary eigenvalue of predictor and feedback; unset = β, so that the
-    /// actuator's own dynamics is left as it is.
-    pub gamma_0: Option<f64>,
-    /// [-] α ≥ 0 spreads the predictor's eigenvalues: larger = slower, less noise. [LPC16] Eq. (27).
-    pub alpha: f64,
-    /// [-] α_c ≥ 0 does the same for the feedback.
-    pub alpha_c: f64,
-    /// [-] K as given, in place of the pole placement.
-    pub feedback_gain: Option<[f64; 3]>,
-}
-
-impl Default for EmcConfig {
-    fn default() -> Self {
-        Self { beta: Beta::default(), gamma_0: None, alpha: 1.2, alpha_c: 0.0, feedback_gain: None }
-    }
-}
 
 /// The gains of a built EMC, all dimensionless.
 #[cfg_attr(test, derive(schemars::JsonSchema))]

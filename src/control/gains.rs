@@ -5,7 +5,7 @@
 use nalgebra::{Matrix3, Matrix4};
 use serde::{Deserialize, Serialize};
 
-use super::ControlError;
+use super::error::ControlError;
 
 /// How β, the discrete pole of the embedded model's actuator, comes from the pole p and the period T_c.
 ///

@@ -1,6 +1,6 @@
 //! What a controller must know of the plant.
 
-use super::{ControlError, require, require_not_negative, require_positive};
+use super::error::{ControlError, require, require_not_negative, require_positive};
 
 /// Plant parameters that gains and allocation are made of: [LPC16] Tables I and IV, or an identified model.
 ///

@@ -1,44 +1,13 @@
 //! PID. [LPC16] section IV.B.
 
-use serde::{Deserialize, Serialize};
-
+use super::allocate::Allocator;
+use super::compensation::Compensation;
+use super::config::{ControllerConfig, PidConfig};
+use super::controller::{Controller, code};
+use super::error::{ControlError, check_period};
 use super::intake::{AngleCorrection, Intake};
-use super::{
-    Allocator, Compensation, ControlError, Controller, ControllerConfig, PlantParameters, check_period, code,
-    require_not_negative,
-};
+use super::parameters::PlantParameters;
 use crate::signal::{Applied, Command, CommandFlags, Estimate, Reference, Sensors};
-
-/// The `[controller.pid]` table. The defaults are those of [LPC16] Table III.
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct PidConfig {
-    /// [N m/rad] k_P.
-    pub k_p: f64,
-    /// [N m/(rad s)] k_I.
-    pub k_i: f64,
-    /// [N m s/rad] k_D, on the measured rate.
-    pub k_d: f64,
-}
-
-impl Default for PidConfig {
-    fn default() -> Self {
-        Self { k_p: 2.248, k_i: 0.985, k_d: 0.574 }
-    }
-}
-
-impl PidConfig {
-    /// Refuses gains that are negative or no numbers.
-    ///
-    /// # Errors
-    /// [`ControlError::Parameter`] names the gain.
-    pub fn validate(&self) -> Result<(), ControlError> {
-        require_not_negative("k_p", self.k_p)?;
-        require_not_negative("k_i", self.k_i)?;
-        require_not_negative("k_d", self.k_d)
-    }
-}
 
 /// A built PID.
 #[derive(Debug, Clone, PartialEq)]

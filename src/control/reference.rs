@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::ControlError;
+use super::error::{ControlError, require_finite};
 use crate::signal::{Applied, Reference};
 
 /// The `[controller.reference]` table. Without moves the angle is held at `angle_rad`, as in [LPC16] section V.
@@ -60,7 +60,7 @@ impl ReferenceConfig {
     /// before it has ended.
     pub fn build(&self, period_s: f64) -> Result<ReferenceGenerator, ControlError> {
         super::check_period(period_s)?;
-        super::require_finite("reference.angle_rad", self.angle_rad)?;
+        require_finite("reference.angle_rad", self.angle_rad)?;
         let mut free_from = 0.0;
         for (index, step) in self.moves.iter().enumerate() {
             let numbers = [step.at_s, step.angle_rad, step.duration_s].iter().all(|value| value.is_finite());

@@ -12,6 +12,15 @@ crate::thresholds! {
     calm_peak: f64 = 1.7, "-", "judgement";
     /// [-] factor by which the bandwidth must grow before a change of a knob is proposed for it
     bandwidth_gain: f64 = 1.02, "-", "judgement";
+    /// [-] share of the Nyquist frequency at which the search for a PID by margins begins, and each crossover over the one before
+    crossover_grid: (f64, f64) = (0.9, 0.97), "-", "judgement: as fast as can be first, in steps of 3 %";
+    /// [-] by how much a change of γ_0 is tried, down and up
+    gamma_turn: [f64; 2] = [0.8, 1.25], "-", "judgement";
+    /// [-] by how much a change of α and of α_c is tried, down and up
+    alpha_turn: f64 = 0.2, "-", "judgement";
+    /// [-] commands within which the inverse of a known static curve is looked for: beyond 0..1 so far that a limited command is
+    /// seen as limited
+    inverse_range: (f64, f64) = (-0.5, 1.5), "-", "judgement";
     /// [1/crossover] k_I over k_P of a PID that is laid out by margins: slow enough to cost 3 degrees of phase
     integral_share: f64 = 0.05, "-", "Table III of [LPC16] has about the same";
 }

@@ -1,14 +1,13 @@
 //! From the steps of section III to one answer: the rotor, and the model file.
 
 use super::consistency::unexplained;
-use super::dead_time::Delay;
 use super::inputs::rotor_logs;
 use super::lag_order::dead_time_effect;
-use super::pipeline::Work;
 use super::result::Identification;
 use super::steady_rows::HIGHEST_DEGREE;
 use super::validate::{self, Validation};
-use super::{Estimate, IdentifiedActuator, IdentifyError};
+use super::work::Work;
+use super::{IdentifiedActuator, IdentifyError};
 use crate::estimation::frequency_response::{self, Signals};
 use crate::model::{AddedEffect, ErrorFall, LogReference, Measure, Model, Step};
 use crate::screening::duplicate_logs;
@@ -17,53 +16,6 @@ use crate::screening::rotor_data::RotorLog;
 use crate::screening::{Finding, ScreenedLog};
 
 impl Work<'_> {
-    /// The rotor as known so far.
-    pub(crate) fn actuator(&self) -> IdentifiedActuator {
-        let template = &self.settings.template.actuator;
-        let values = |estimates: &[Estimate]| estimates.iter().map(|estimate| estimate.value).collect();
-        let coefficients = match (&self.static_curve, &self.joint) {
-            (Some(curve), _) => values(&curve.coefficients),
-            (None, Some(joint)) => values(&joint.coefficients),
-            (None, None) => template.steady_rate.get(1..).unwrap_or_default().to_vec(),
-        };
-        // Curve and gain belong together: what a curve was fitted without, it goes without.
-        let gain = match (&self.static_curve, &self.joint) {
-            (None, Some(joint)) => joint.voltage_gain.map_or(0.0, |gain| gain.value),
-            (Some(_), _) if !self.use_battery => 0.0,
-            (None, None) if !self.settings.battery => 0.0,
-            _ if self.no_voltage_gain().is_some() => 0.0,
-            _ => self.voltage_gain().map_or(template.voltage_gain, |gain| gain.value),
-        };
-        IdentifiedActuator {
-            coefficients,
-            voltage_gain: gain,
-            full_voltage: template.full_voltage,
-            pole: self.pole_estimate().map_or(template.pole, |pole| pole.value),
-            delay: self.delay().map_or(0.0, |it| it.delay.value),
-            thrust_coefficient: self
-                .thrust
-                .as_ref()
-                .map_or(template.thrust_coefficient, |thrust| thrust.coefficient.value),
-        }
-    }
-
-    /// Pole and delay of the joint estimation, where that has a battery: those from z hold k_V and the curve for exact,
-    /// and their errors know nothing of theirs.
-    fn is_joint_pole(&self) -> bool {
-        self.joint.as_ref().is_some_and(|joint| self.pole.is_none() || joint.voltage_gain.is_some())
-    }
-
-    pub(crate) fn pole_estimate(&self) -> Option<Estimate> {
-        let joint = self.joint.as_ref().filter(|_| self.is_joint_pole()).map(|joint| joint.pole);
-        joint.or(self.pole.as_ref().map(|fit| fit.pole))
-    }
-
-    /// The delay that goes with the pole.
-    pub(crate) fn delay(&self) -> Option<&Delay> {
-        let joint = self.joint.as_ref().filter(|_| self.is_joint_pole());
-        joint.map_or_else(|| self.pole.as_ref()?.delay.as_ref(), |joint| joint.delay.as_ref())
-    }
-
     /// The rotor as a first-order lag alone would have it, where a delay was taken in.
     fn without_delay(&self, actuator: &IdentifiedActuator) -> Option<IdentifiedActuator> {
         let taken = self.delay()?;
@@ -191,7 +143,7 @@ impl Work<'_> {
             let rotors = self.rotors.iter().chain(&other).filter(|it| it.jumps().len() >= FEWEST_JUMPS);
             let runs = || training.iter().chain(&validated);
             let found = rotors
-                .filter_map(|rotor| unexplained(rotor, runs().find(|run| run.source == rotor.source)?))
+                .filter_map(|rotor| unexplained(rotor, runs().find(|run| run.source == rotor.source())?))
                 .collect::<Vec<Finding>>();
             self.findings.extend(found);
         }

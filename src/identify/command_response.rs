@@ -84,7 +84,7 @@ impl<'a> CommandResponses<'a> {
     pub fn mismatch_between_logs(&self) -> Option<Finding> {
         let rotors = self.rotors;
         let first = (0..rotors.len()).find(|at| self.own[*at].is_some())?;
-        let mut others = (first + 1..rotors.len()).filter(|at| rotors[*at].file() != rotors[first].file());
+        let mut others = (first + 1..rotors.len()).filter(|at| rotors[*at].file != rotors[first].file);
         others.find_map(|other| {
             rotor_mismatch::of_two_logs([self.fitted(first), self.fitted(other)], self.full_voltage)
         })
@@ -96,7 +96,7 @@ impl<'a> CommandResponses<'a> {
 }
 
 fn are_of_one_log(one: &RotorLog, other: &RotorLog) -> bool {
-    one.file() == other.file() && one.number() != other.number() && one.time == other.time
+    one.file == other.file && one.number != other.number && one.time == other.time
 }
 
 /// Rates that follow the other rotor's commands.
@@ -117,8 +117,8 @@ fn crossed(
     };
     let found: Vec<usize> = (0..2).filter_map(follows_other).collect();
     let (first, at) = (parts[0], *found.first()?);
-    let number = |at: usize| parts[at].number().parse::<usize>().unwrap_or_default();
-    let found_in = Finding::new("rates_of_other_rotor", "propeller_rate").of(first.file());
+    let number = |at: usize| parts[at].number;
+    let found_in = Finding::new("rates_of_other_rotor", "propeller_rate").of(&first.file);
     let found_in = found_in.with("rotor", number(at)).with("other_rotor", number(1 - at));
     Some(found_in.with("crossed", found.len()))
 }

@@ -2,10 +2,10 @@
 
 use super::inertia::Body;
 use super::lag_order::{LagAlternative, dead_time_effect};
-use super::pipeline::Work;
 use super::significance;
 use super::thresholds::THRESHOLDS;
 use super::validate::Validation;
+use super::work::Work;
 use crate::screening::Finding;
 use crate::screening::rotor_data::{RotorLog, bounds};
 

@@ -63,7 +63,7 @@ pub(crate) fn uses_battery(
     if !settings.battery || rotors.is_empty() {
         return false;
     }
-    let without = rotors.iter().filter(|rotor| rotor.voltage.is_none()).map(|rotor| rotor.source.clone());
+    let without = rotors.iter().filter(|rotor| rotor.voltage.is_none()).map(|rotor| rotor.source());
     let without: Vec<String> = without.collect();
     if !without.is_empty() {
         warnings.push(Finding::new("battery_not_logged", "battery_voltage_v").with("logs", without));

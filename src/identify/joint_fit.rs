@@ -268,7 +268,7 @@ fn instrumented(rotors: &[RotorLog], response: RotorResponse) -> Vec<RotorLog> {
 pub(crate) fn allow_for_reading_noise(fit: &mut LagFit, rotors: &[RotorLog], gain: usize) {
     let rows = |rotor: &RotorLog| rotor.time.len() as f64;
     // Rotors of one log share the reading, and what its noise does to each does not average out.
-    let shared = |rotor: &RotorLog| rotors.iter().filter(|it| it.file() == rotor.file()).count() as f64;
+    let shared = |rotor: &RotorLog| rotors.iter().filter(|it| it.file == rotor.file).count() as f64;
     let noise =
         |rotor: &RotorLog| rotor.instrument.map_or(0.0, |it| it.noise.powi(2) * rows(rotor) * shared(rotor));
     let total: f64 = rotors.iter().map(rows).sum();

@@ -88,23 +88,35 @@ fn delay<const M: usize>(
     let coarse =
         least((0..=THRESHOLDS.longest_delay).map(|index| (index as f64 * step).max(NO_DELAY)), cost)?;
     let (time, least) = golden(cost, (coarse - step).max(NO_DELAY), coarse + step);
-    alternative(dead_time_effect()?, time, least, lag, fit(time)?.pole, cost, interval * 0.2)
+    alternative(
+        dead_time_effect()?,
+        time,
+        least,
+        lag,
+        fit(time)?.pole,
+        cost,
+        interval * THRESHOLDS.curvature_reach,
+    )
 }
 
 /// Fits a second pole behind the first.
 fn second_order<const M: usize>(lag: &LagFit, record: &Record<M>) -> Option<LagAlternative> {
     // With the fast time constant given, the slower pole keeps the sum of both times near that of one lag.
     let best = |time: f64| {
-        let centre = 1.0 / (1.0 / lag.pole - time).max(0.3 / lag.pole);
-        golden(|pole| two_pole_cost(record, pole, 1.0 / time), 0.6 * centre, (1.6 * centre).min(0.95 / time))
+        let centre = 1.0 / (1.0 / lag.pole - time).max(THRESHOLDS.least_slow_time / lag.pole);
+        let (low, high) = THRESHOLDS.slow_pole_bracket;
+        let high = (high * centre).min(THRESHOLDS.poles_apart / time);
+        golden(|pole| two_pole_cost(record, pole, 1.0 / time), low * centre, high)
     };
-    let times = (0..10).map(|power| 1e-4 / lag.pole * 2.5f64.powi(power));
+    let ratio = THRESHOLDS.fast_time_ratio;
+    let times = (0..10).map(|power| THRESHOLDS.least_fast_time / lag.pole * ratio.powi(power));
     let coarse = least(times, |time| best(time).1)?;
+    let longest = THRESHOLDS.most_fast_time / lag.pole;
     let (log_time, least) =
-        golden(|log| best(log.exp()).1, (coarse / 2.5).ln(), (coarse * 2.5).min(0.9 / lag.pole).ln());
+        golden(|log| best(log.exp()).1, (coarse / ratio).ln(), (coarse * ratio).min(longest).ln());
     let time = log_time.exp();
     let card = effect::acting_as(Site::SteadyRate, Term::Lag)?;
-    alternative(card, time, least, lag, best(time).0, |time| best(time).1, 0.2 * time)
+    alternative(card, time, least, lag, best(time).0, |time| best(time).1, THRESHOLDS.curvature_reach * time)
 }
 
 /// The candidate with the least cost.

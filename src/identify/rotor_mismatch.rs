@@ -27,10 +27,10 @@ pub(crate) fn of_a_log(fitted: [FittedRotor<'_>; 2], full_voltage: f64) -> Optio
         }
         None => (steady_rates(rotors), Answers::default()),
     };
-    let numbers = rotors.map(|rotor| rotor.number().parse::<usize>().unwrap_or_default());
+    let numbers = rotors.map(|rotor| rotor.number);
     let names = numbers.map(|number| format!("rotor {number}"));
     let rates = rates.filter(|(_, rates)| differ(rates, THRESHOLDS.mismatch_rate_share));
-    let found = Finding::new("rotor_mismatch", "").of(rotors[0].file());
+    let found = Finding::new("rotor_mismatch", "").of(&rotors[0].file);
     let found = found.with("rotor", numbers[0]).with("other_rotor", numbers[1]);
     with_differences(found, names, rates, &answers)
 }
@@ -42,7 +42,7 @@ pub(crate) fn of_two_logs(fitted: [FittedRotor<'_>; 2], full_voltage: f64) -> Op
     let rotors = fitted.map(|(rotor, _)| rotor);
     let answers = Answers::of(rotors, [a, b], THRESHOLDS.log_mismatch_pole_share, full_voltage)?;
     let rates = rates_in_common(rotors, [a, b], full_voltage);
-    let names = rotors.map(|rotor| rotor.source.clone());
+    let names = rotors.map(|rotor| rotor.source());
     with_differences(Finding::new("rotor_mismatch_between_logs", ""), names, rates, &answers)
 }
 

@@ -54,7 +54,7 @@ pub(crate) fn excited_part(rotor: &RotorLog) -> Option<RotorLog> {
     let beside =
         |beside: &Beside| Beside { command: head(&beside.command), rate: beside.rate.as_ref().map(head) };
     Some(RotorLog {
-        source: rotor.source.clone(),
+        file: rotor.file.clone(),
         time: head(&rotor.time),
         command: head(&rotor.command),
         rate: head(&rotor.rate),

@@ -4,7 +4,6 @@ use super::dead_time::{self, Delay, DelayedFit};
 use super::inertia::{self, Body};
 use super::joint_fit::{self, JointFit};
 use super::lag_order;
-use super::pipeline::Work;
 use super::ramp_lag::KnownLag;
 use super::regressors::record_of;
 use super::result::PoleFit;
@@ -14,6 +13,7 @@ use super::steady_rows;
 use super::thresholds::THRESHOLDS;
 use super::thrust_curve;
 use super::voltage_gain;
+use super::work::Work;
 use super::{Estimate, IdentifiedActuator};
 use crate::estimation::variable_projection;
 use crate::model::polynomial;
@@ -82,24 +82,6 @@ impl Work<'_> {
             None => self.lacks(STEP, "degree_not_determined"),
         }
         self.joint = fit;
-    }
-
-    /// The better of both estimates of k_V.
-    pub(crate) fn voltage_gain(&self) -> Option<Estimate> {
-        let steady = self.battery.as_ref().map(|battery| battery.gain);
-        let excited = self.joint.as_ref().and_then(|joint| joint.voltage_gain);
-        match (steady, excited) {
-            (Some(a), Some(b)) => Some(if a.standard_error <= b.standard_error { a } else { b }),
-            (a, b) => a.or(b),
-        }
-    }
-
-    /// A k_V that is known to be next to nothing, though not how much it is.
-    pub(crate) fn no_voltage_gain(&self) -> Option<&Estimate> {
-        let template = self.settings.template.actuator.voltage_gain;
-        let shown =
-            self.insignificant_gain.as_ref().filter(|_| self.use_battery && self.voltage_gain().is_none());
-        shown.filter(|gain| significance::is_none(gain, template))
     }
 
     /// What k_V is taken as where no log shows it. Nobody knows by how much a bench differs from its template: half of it

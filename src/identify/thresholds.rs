@@ -141,6 +141,22 @@ crate::thresholds! {
     longest_delay: usize = 12, "half intervals", "judgement";
     /// count: rows of each log that decide between model structures; two minutes at 50 Hz.
     alternative_rows: usize = 6_000, "count", "judgement (time of computing)";
+    /// [-] share of a time (for a dead time: of the interval) beside the best one at which the curvature of the cost is taken
+    curvature_reach: f64 = 0.2, "-", "judgement";
+    /// [-] time constants of the fast pole that are tried, over that of one lag: the least, and each over the one before
+    least_fast_time: f64 = 1e-4, "-", "judgement: below it nothing shows";
+    /// [-] each of these over the one before
+    fast_time_ratio: f64 = 2.5, "-", "judgement";
+    /// [-] the longest of them, over that of one lag
+    most_fast_time: f64 = 0.9, "-", "judgement: the other pole is the slower one";
+    /// [-] least time constant of the slower pole, over that of one lag
+    least_slow_time: f64 = 0.3, "-", "judgement";
+    /// [-] the slower pole is looked for between these shares of where both times make up that of one lag
+    slow_pole_bracket: (f64, f64) = (0.6, 1.6), "-", "judgement";
+    /// [-] the slower pole stays below this share of the fast one: where they are equal the difference has no digits
+    poles_apart: f64 = 0.95, "-", "judgement";
+    /// [-] quantile of the errors that is told as the worst: beyond it lie outliers
+    worst_share: f64 = 0.99, "-", "judgement";
     /// Standard errors from which an alternative structure is needed, and preferred to the others.
     alternative_errors: f64 = 4.0, "-", "normal distribution: 3e-5 by chance";
     /// [-] share of the rms error that an alternative must take away.

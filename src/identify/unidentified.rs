@@ -1,8 +1,8 @@
 //! What is the template's in the result, and where the template's numbers are not those of this bench.
 
-use super::pipeline::Work;
 use super::significance;
 use super::thresholds::THRESHOLDS;
+use super::work::Work;
 use crate::screening::Finding;
 use crate::screening::rotor_data::{RotorLog, bounds};
 

@@ -60,10 +60,10 @@ pub(crate) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Optio
     let around: f64 = traces.iter().map(|trace| (trace.1 - mean).powi(2)).sum();
     let percent = || traces.iter().map(|(_, measured, model)| 100.0 * ((model - measured) / measured).abs());
     Some(Validation {
-        source: rotor.source.clone(),
+        source: rotor.source(),
         rms: (squares / count).sqrt(),
         rms_percent: (percent().map(|error| error * error).sum::<f64>() / count).sqrt(),
-        worst_percent: quantile(percent(), 0.99).unwrap_or(f64::NAN),
+        worst_percent: quantile(percent(), THRESHOLDS.worst_share).unwrap_or(f64::NAN),
         fit_percent: 100.0 * (1.0 - (squares / around.max(f64::MIN_POSITIVE)).sqrt()),
         samples,
         traces: shown,

@@ -104,7 +104,7 @@ fn level_gain(rotor: &RotorLog, rows: std::ops::Range<usize>) -> Option<LevelGai
     let rate = DVector::from_iterator(rows.len(), rows.iter().map(|&row| rotor.rate[row]));
     let fit = least_squares::instrumental(&design, &instruments, &rate)?;
     Some(LevelGain {
-        source: rotor.source.clone(),
+        source: rotor.source(),
         command,
         samples: rows.len(),
         voltage_change: smooth.max() - smooth.min(),

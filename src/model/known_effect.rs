@@ -1,7 +1,7 @@
 //! An effect as a fit knows it, from the catalogue or of the user's own.
 
-use super::UserEffect;
 use super::error::ModelError;
+use super::user_effect::UserEffect;
 use crate::effect::{Card, Expression, Law, Site};
 
 /// An effect as the fitter sees it, from the catalogue or of the user's own.

@@ -23,6 +23,8 @@ mod file;
 mod known_effect;
 mod ladder;
 mod rotor;
+mod step_back;
+mod user_effect;
 
 use std::collections::BTreeMap;
 
@@ -37,6 +39,7 @@ pub(crate) use expression_domain::UndefinedRow;
 pub use known_effect::{Effect, EffectParameter};
 pub use ladder::{Change, ErrorFall, LogReference, Measure, Step};
 pub use rotor::{Remembered, RotorInput, RotorStart, RotorTrace};
+pub use user_effect::{UserEffect, UserParameter};
 
 /// Rotor: from command and battery to rate and thrust.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -81,47 +84,6 @@ pub struct AddedEffect {
     /// Values by parameter name, in the SI units of the card.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
-}
-
-/// A parameter of a user's own effect.
-///
-/// In a program: `examples/own_effect.rs`.
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct UserParameter {
-    /// Name in the expression.
-    pub name: String,
-    /// SI unit, for the report.
-    #[serde(default)]
-    pub unit: String,
-    /// Where a fit starts.
-    pub start: f64,
-    /// Smallest value a fit may take.
-    pub lower: f64,
-    /// Largest value a fit may take.
-    pub upper: f64,
-}
-
-/// An effect of the user's own, which competes with the catalogue.
-///
-/// In a program: `examples/own_effect.rs`.
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct UserEffect {
-    /// Its id.
-    pub id: String,
-    /// Where it acts.
-    pub site: Site,
-    /// What it adds to the quantity of its site.
-    pub expression: String,
-    /// Its parameters.
-    #[serde(default)]
-    pub parameters: Vec<UserParameter>,
-    /// One line for the report.
-    #[serde(default)]
-    pub meaning: String,
 }
 
 /// A model file. Changed and kept by a program: [`Model::parse`]; extended: `examples/diagnose.rs`.

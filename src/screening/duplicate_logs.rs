@@ -85,7 +85,7 @@ pub(crate) fn idle(
     let mut found = Vec::new();
     for log in logs.iter().map(ScreenedLog::raw) {
         let name = log.source_name();
-        let mine: Vec<&RotorLog> = rotors.iter().filter(|it| it.file() == name).collect();
+        let mine: Vec<&RotorLog> = rotors.iter().filter(|it| it.file == name).collect();
         if mine.iter().any(|rotor| has_a_part(rotor)) || bodies.iter().any(|body| body == name) {
             continue;
         }

@@ -17,6 +17,10 @@ pub struct Finding {
     pub log: String,
     /// What it was found in: a channel, a rotor, a parameter, a block; empty for all of them.
     pub subject: String,
+    /// Whether the subject is one rotor of the log: it is said beside the log's name.
+    #[serde(skip)]
+    #[cfg_attr(test, schemars(skip))]
+    pub(crate) is_of_rotor: bool,
     /// Rows concerned; 0 where no rows are meant.
     pub rows: usize,
     /// What it rests on, each value under its name; a unit is part of the name.
@@ -48,7 +52,14 @@ impl Finding {
     /// A finding without rows and evidence.
     #[must_use]
     pub fn new(code: &'static str, subject: impl Into<String>) -> Self {
-        Self { code, log: String::new(), subject: subject.into(), rows: 0, evidence: Vec::new() }
+        let (log, subject) = (String::new(), subject.into());
+        Self { code, log, subject, is_of_rotor: false, rows: 0, evidence: Vec::new() }
+    }
+
+    /// A finding about one rotor, by the number of its columns.
+    #[must_use]
+    pub fn of_rotor(code: &'static str, number: usize) -> Self {
+        Self { is_of_rotor: true, ..Self::new(code, format!("rotor {number}")) }
     }
 
     /// In the log of this name.
@@ -61,8 +72,7 @@ impl Finding {
     /// Its log, and the rotor that it is about.
     #[must_use]
     pub fn place(&self) -> String {
-        let is_rotor = self.subject.starts_with("rotor ");
-        match (self.log.is_empty(), is_rotor) {
+        match (self.log.is_empty(), self.is_of_rotor) {
             (true, true) => self.subject.clone(),
             (false, true) => format!("{}, {}", self.log, self.subject),
             (_, false) => self.log.clone(),

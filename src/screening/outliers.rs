@@ -112,7 +112,8 @@ impl<'a> Neighbourhood<'a> {
             return None;
         }
         let of = |share: f64| quantile(stretches.iter().flatten().map(|row| values[*row]), share);
-        let (range, level) = (of(0.99)? - of(0.01)?, of(0.5)?);
+        let (low, high) = THRESHOLDS.outlier_range;
+        let (range, level) = (of(high)? - of(low)?, of(0.5)?);
         let usual = |share: f64| quantile(seen.iter().map(|seen| seen.distance), share);
         let bends = stretches.iter().flat_map(|rows| rows.windows(3)).map(|three| {
             let [before, here, after] = [0, 1, 2].map(|at| values[three[at]]);

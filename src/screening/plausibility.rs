@@ -59,9 +59,8 @@ impl RotorLog {
     }
 
     fn slow_time(&self) -> Option<Suspicion> {
-        let subject = format!("rotor {}", self.number());
-        (self.interval > THRESHOLDS.slowest_samples)
-            .then(|| (too_far_apart(self.file(), &subject, self.interval), true))
+        let finding = || self.finding("samples_too_far_apart").with("interval_s", self.interval);
+        (self.interval > THRESHOLDS.slowest_samples).then(|| (finding(), true))
     }
 
     fn wide_command(&self) -> Option<Suspicion> {

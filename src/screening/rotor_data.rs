@@ -16,8 +16,10 @@ pub(crate) const LEAST_COMMAND: f64 = THRESHOLDS.least_command;
 /// One rotor of one log.
 #[derive(Debug, Clone)]
 pub(crate) struct RotorLog {
-    /// File and rotor, for people.
-    pub source: String,
+    /// The log's name.
+    pub file: String,
+    /// The number that the rotor's columns have.
+    pub number: usize,
     /// [s]
     pub time: Vec<f64>,
     /// [-] each command held until the next.
@@ -83,7 +85,6 @@ impl RotorLog {
         let command = column("command", "")?;
         let rate = column("propeller_rate", "_rad_s");
         let voltage = log.column(BATTERY);
-        let source = format!("{}, rotor {rotor}", log.source_name());
         let mut segments = log.segments();
         for segment in &mut segments {
             // Before the first command of a stretch nobody knows what the rotor was commanded.
@@ -92,7 +93,8 @@ impl RotorLog {
         segments.retain(|segment| segment.len() > Self::FEWEST_ROWS);
         let missing = missing_commands::find(log.time(), command, &segments);
         let this = Self {
-            source,
+            file: log.source_name().to_owned(),
+            number: rotor,
             time: log.time().to_vec(),
             command: held(command, &segments),
             rate: rate.map_or_else(|| vec![f64::NAN; log.len()], <[f64]>::to_vec),
@@ -107,19 +109,14 @@ impl RotorLog {
         Some((this, missing))
     }
 
-    /// The log's name.
-    pub fn file(&self) -> &str {
-        self.source.rsplit_once(", rotor ").map_or(self.source.as_str(), |(file, _)| file)
-    }
-
-    /// The number that the columns of the rotor have.
-    pub fn number(&self) -> &str {
-        self.source.rsplit(' ').next().unwrap_or_default()
+    /// File and rotor, for people.
+    pub fn source(&self) -> String {
+        format!("{}, rotor {}", self.file, self.number)
     }
 
     /// A finding about this rotor in this log.
     pub(crate) fn finding(&self, code: &'static str) -> Finding {
-        Finding::new(code, format!("rotor {}", self.number())).of(self.file())
+        Finding::of_rotor(code, self.number).of(&self.file)
     }
 
     /// What is missing, and what was made of it.

@@ -146,7 +146,7 @@ impl LogSummary {
             samples: log.len(),
             time_s: [time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0)],
             median_interval_s: median,
-            interval_s: [0.05, 0.95, 1.0].map(|share| quantile(intervals(), share).unwrap_or(0.0)),
+            interval_s: THRESHOLDS.shown_intervals.map(|share| quantile(intervals(), share).unwrap_or(0.0)),
             holes: holes(log),
             standstill_starts_s: standstill_starts(log),
             channels,

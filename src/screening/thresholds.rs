@@ -66,6 +66,8 @@ crate::thresholds! {
     command_at_once: f64 = 0.6, "-", "made logs of the room's tests";
     /// Shares of the distances that say what is usual, each with its multiple; their sum is far.
     outlier_usual: [(f64, f64); 2] = [(0.5, 7.0), (0.8, 6.0)], "-", "normal noise (ten times its size) and Laplace noise, which stays below";
+    /// [-] quantiles between which the range of a channel lies: outliers are beyond
+    outlier_range: (f64, f64) = (0.01, 0.99), "-", "judgement";
     /// Least distance of an outlier as a share of the middle 98 % of the channel.
     outlier_of_range: f64 = 0.05, "-", "judgement";
     /// Least distance of an outlier as a share of the level of the channel.
@@ -246,4 +248,6 @@ crate::thresholds! {
     scatter_lag_one: f64 = 0.3, "-", "judgement";
     /// Samples that show it.
     scatter_fewest: usize = 50, "count", "judgement";
+    /// [-] quantiles of a log's intervals that `import` shows
+    shown_intervals: [f64; 3] = [0.05, 0.95, 1.0], "-", "judgement";
 }

@@ -4,7 +4,8 @@ use std::fs::{self, File};
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use super::{Job, SessionError};
+use super::error::{ChoiceError, SessionError};
+use super::job::Job;
 use crate::bench::BenchConfig;
 use crate::can::protocol;
 use crate::log::can_capture::CaptureNotes;
@@ -53,43 +54,6 @@ pub struct Opened {
     pub notes: Notes,
     /// What became of the frames of a capture.
     pub frames: Option<CaptureNotes>,
-}
-
-/// Why a part of a log cannot be had.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ChoiceError {
-    /// A rotor that is not there.
-    #[error("{log}: no rotor {rotor}; {}", rotors_in(present))]
-    Rotor {
-        /// The log.
-        log: String,
-        /// What was asked for.
-        rotor: usize,
-        /// The rotors that are there.
-        present: Vec<usize>,
-    },
-    /// No row between two times.
-    #[error("{log}: no row from {from} s to {to} s; it goes from {start} s to {end} s")]
-    Span {
-        /// The log.
-        log: String,
-        /// [s]
-        from: f64,
-        /// [s]
-        to: f64,
-        /// [s]
-        start: f64,
-        /// [s]
-        end: f64,
-    },
-}
-
-fn rotors_in(present: &[usize]) -> String {
-    if present.is_empty() {
-        return "it names none".to_owned();
-    }
-    let numbers: Vec<String> = present.iter().map(usize::to_string).collect();
-    format!("it holds {}", numbers.join(", "))
 }
 
 /// Opens a log of any format. `LOG#2` is the second log of a file that holds several.

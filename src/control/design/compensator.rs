@@ -2,7 +2,7 @@
 
 use nalgebra::RowSVector;
 
-use super::Linear;
+use super::linear::Linear;
 use super::plant::slopes;
 use crate::control::{Compensation, EmcGains, PidConfig, PlantParameters};
 

@@ -5,50 +5,20 @@
 
 mod compensator;
 mod frequency;
+mod linear;
 mod plant;
 mod tune;
 
 pub use compensator::Compensator;
 pub use frequency::{LoopResponse, Margins};
+pub use linear::Linear;
 pub use plant::LoopPlant;
 pub use tune::{Advice, Improvement, advise, pid_by_margins};
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix};
 
 use super::gains::require_stable;
 use super::{Compensation, ControlError, PlantParameters, check_period};
-
-/// A discrete linear system with one input and one output: x⁺ = A x + b u, y = cᵀ x + d u.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Linear {
-    /// A.
-    pub a: DMatrix<f64>,
-    /// b.
-    pub b: DVector<f64>,
-    /// c.
-    pub c: DVector<f64>,
-    /// d.
-    pub d: f64,
-}
-
-impl Linear {
-    fn zeros(states: usize) -> Self {
-        let zeros = DVector::zeros(states);
-        Self { a: DMatrix::zeros(states, states), b: zeros.clone(), c: zeros, d: 0.0 }
-    }
-
-    /// cᵀ (z I - A)⁻¹ b + d; not a number at a pole.
-    #[must_use]
-    pub fn response(&self, z: Complex<f64>) -> Complex<f64> {
-        let complex = |value: f64| Complex::new(value, 0.0);
-        let states = self.b.len();
-        let matrix = DMatrix::from_diagonal_element(states, states, z) - self.a.map(complex);
-        match matrix.lu().solve(&self.b.map(complex)) {
-            Some(x) => self.c.map(complex).dot(&x) + self.d,
-            None => Complex::new(f64::NAN, f64::NAN),
-        }
-    }
-}
 
 /// A stable closed loop, opened at the plant's input for its margins.
 #[derive(Debug, Clone, PartialEq)]

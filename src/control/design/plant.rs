@@ -2,10 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Linear;
-use crate::control::{
-    Compensation, ControlError, PlantParameters, require, require_finite, require_positive,
-};
+use super::linear::Linear;
+use crate::control::error::{require, require_finite, require_positive};
+use crate::control::{Compensation, ControlError, PlantParameters};
 
 /// [rad], [rad/s] how far the known torques are moved to see their slope: small against every bench's motion.
 const SLOPE_STEP: f64 = 1e-4;

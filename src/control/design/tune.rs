@@ -24,8 +24,8 @@ pub fn pid_by_margins(
     let sampled = loop_plant.sampled(period_s)?;
     let nyquist = PI / period_s;
     let at_crossover = |step: i32| {
-        // In steps of 3 %.
-        let crossover = 0.9 * nyquist * 0.97f64.powi(step);
+        let (first, ratio) = THRESHOLDS.crossover_grid;
+        let crossover = first * nyquist * ratio.powi(step);
         let z = Complex::from_polar(1.0, crossover * period_s);
         // -C P = e^(i (margin - π)) at the crossover, with -C = k_D + k_P a and a = T/(z-1) (1 + r T/(z-1)).
         let target = Complex::from_polar(1.0, phase_margin - PI) / sampled.response(z);
@@ -101,12 +101,13 @@ pub fn advise(
     look: impl Fn(&EmcConfig) -> Option<Margins>,
 ) -> Option<Advice> {
     let gamma_0 = config.gamma_0.unwrap_or_else(|| config.beta.value(pole, period_s));
+    let both_ways = |alpha: f64| [alpha - THRESHOLDS.alpha_turn, alpha + THRESHOLDS.alpha_turn];
     let knobs: [(&'static str, f64, [f64; 2], Turn); 3] = [
-        ("γ_0", gamma_0, [0.8 * gamma_0, 1.25 * gamma_0], |config, value| config.gamma_0 = Some(value)),
-        ("α", config.alpha, [config.alpha - 0.2, config.alpha + 0.2], |config, value| config.alpha = value),
-        ("α_c", config.alpha_c, [config.alpha_c - 0.2, config.alpha_c + 0.2], |config, value| {
-            config.alpha_c = value;
+        ("γ_0", gamma_0, THRESHOLDS.gamma_turn.map(|turn| turn * gamma_0), |config, value| {
+            config.gamma_0 = Some(value);
         }),
+        ("α", config.alpha, both_ways(config.alpha), |config, value| config.alpha = value),
+        ("α_c", config.alpha_c, both_ways(config.alpha_c), |config, value| config.alpha_c = value),
     ];
     let mut best: Option<(f64, Advice)> = None;
     for (knob, from, values, set) in knobs {

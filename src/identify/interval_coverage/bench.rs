@@ -120,7 +120,8 @@ pub(crate) fn powered(
     }
     let segments = std::iter::once(0..rows).collect();
     RotorLog {
-        source: "test".to_owned(),
+        file: "test".to_owned(),
+        number: 1,
         time,
         command,
         rate,

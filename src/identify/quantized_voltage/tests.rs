@@ -26,7 +26,8 @@ fn read(step: f64, noise: f64, moves: bool) -> (RotorLog, Vec<f64>) {
     let mut noisy = |volts: &f64| volts + noise * random.sample::<f64, _>(StandardNormal);
     let read = truth.iter().map(|volts| (noisy(volts) / step).round() * step).collect();
     let log = RotorLog {
-        source: "log.csv, rotor 1".to_owned(),
+        file: "log.csv".to_owned(),
+        number: 1,
         time: (0..ROWS).map(|row| 0.02 * row as f64).collect(),
         command: vec![0.4; ROWS],
         rate: (0..ROWS).map(|row| rate(row, moves)).collect(),

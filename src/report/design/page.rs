@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 
-use super::Design;
+use super::answer::Design;
 use crate::control::design::{DiscreteLoop, LoopResponse, Margins};
 use crate::control::thresholds::THRESHOLDS;
 use crate::report::{Axis, Mark, Page, Plot, Series, Table, number};

@@ -1,6 +1,9 @@
 //! The emulated benches of the paper, run on virtual time.
 
-use super::{ControlledRun, IMPULSE, IMPULSE_AT_S, PERIOD_S, PaperError, PaperSettings};
+use serde::Serialize;
+
+use super::error::PaperError;
+use super::settings::{IMPULSE, IMPULSE_AT_S, PERIOD_S, PaperSettings};
 use crate::bench::BenchConfig;
 use crate::clock;
 use crate::control::design::{Compensator, DiscreteLoop};
@@ -19,7 +22,7 @@ use crate::runtime::lockstep::{Interference, Lockstep, ORIGIN_NS};
 use crate::runtime::trace::Trace;
 use crate::screening::ScreenedLog;
 use crate::signal::{ControlStep, Sensors};
-use crate::studies::impulse_response::{Moment, measure};
+use crate::studies::impulse_response::{ImpulseResponse, Moment, measure};
 use crate::studies::thresholds::THRESHOLDS;
 
 /// [s] from standstill to the first excited period.
@@ -30,6 +33,23 @@ const SPARE_S: f64 = 3.0;
 const RUN_SEED: u64 = 100;
 /// Steps between two words on progress.
 const REPORT_SLOTS: u64 = 500;
+
+/// One run under control.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, Serialize)]
+pub struct ControlledRun {
+    /// `EMC` or `PID`.
+    pub controller: &'static str,
+    /// [s] transport delay in the loop.
+    pub delay: f64,
+    /// [s] transport delay from which `design` has the loop unstable.
+    pub delay_limit: f64,
+    /// How it answered.
+    pub answer: ImpulseResponse,
+    /// Period by period. The angle is the true one.
+    #[serde(skip)]
+    pub moments: Vec<Moment>,
+}
 
 /// One bench after another, and how far they are.
 pub(crate) struct Benches<'a> {

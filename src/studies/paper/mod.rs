@@ -3,81 +3,25 @@
 //! Each experiment and each run is an emulated bench of its own behind its guard, as `run --lockstep` has it.
 
 mod bench;
+mod error;
+mod settings;
 
 use serde::Serialize;
 
-use super::impulse_response::{ImpulseResponse, Moment};
 use crate::control::gains::complementary_eigenvalues;
 use crate::control::{ControllerConfig, ControllerKind, EmcGains};
 use crate::experiment::Shape;
-use crate::guard::Cause;
-use crate::identify::{Identification, IdentifyError, IdentifySettings, identify_with_progress};
-use crate::log::DatasetError;
+use crate::identify::{Identification, IdentifySettings, identify_with_progress};
 use crate::rt::Shutdown;
-use crate::runtime::ProcessError;
 
 use bench::Benches;
 
-/// [s] T_s and T_c. [LPC16] Eq. (3), Table IV.
-pub const PERIOD_S: f64 = 0.02;
-/// [s] when the impulse strikes.
-pub const IMPULSE_AT_S: f64 = 5.0;
-/// [s] [N m] the impulse.
-pub const IMPULSE: (f64, f64) = (0.05, 0.6);
+pub use bench::ControlledRun;
+pub use error::PaperError;
+pub use settings::{IMPULSE, IMPULSE_AT_S, PERIOD_S, PaperSettings};
+
 /// [s] transport delays of the runs under control: none, and one that a real bench has and the PID of Table III barely stands.
 const DELAYS_S: [f64; 2] = [0.0, 0.03];
-
-/// Why the run failed.
-#[derive(Debug, thiserror::Error)]
-pub enum PaperError {
-    /// The emulated bench, an experiment or a controller cannot be built.
-    #[error(transparent)]
-    Process(#[from] ProcessError),
-    /// The guard stopped the rotors.
-    #[error("{what}: the guard stopped the rotors after {time_s:.2} s: {cause}")]
-    Stopped {
-        /// Which experiment or run.
-        what: String,
-        /// [s] of virtual time since the bench began.
-        time_s: f64,
-        /// Why.
-        cause: Cause,
-    },
-    /// The operator wanted to stop.
-    #[error("stopped in the middle of {what}: {reason}")]
-    Interrupted {
-        /// Which experiment or run.
-        what: String,
-        /// What ended it.
-        reason: &'static str,
-    },
-    /// A controller refuses.
-    #[error(transparent)]
-    Control(#[from] crate::control::ControlError),
-    /// A log is none.
-    #[error(transparent)]
-    Dataset(#[from] DatasetError),
-    /// Identification fails.
-    #[error(transparent)]
-    Identify(#[from] IdentifyError),
-}
-
-/// One run under control.
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[derive(Debug, Clone, Serialize)]
-pub struct ControlledRun {
-    /// `EMC` or `PID`.
-    pub controller: &'static str,
-    /// [s] transport delay in the loop.
-    pub delay: f64,
-    /// [s] transport delay from which `design` has the loop unstable.
-    pub delay_limit: f64,
-    /// How it answered.
-    pub answer: ImpulseResponse,
-    /// Period by period. The angle is the true one.
-    #[serde(skip)]
-    pub moments: Vec<Moment>,
-}
 
 /// A printed number and ours.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -109,17 +53,6 @@ pub struct PaperRun {
     pub gains: EmcGains,
     /// Section V.
     pub runs: Vec<ControlledRun>,
-}
-
-/// What to run.
-#[derive(Debug, Clone)]
-pub struct PaperSettings {
-    /// Seed of the emulated bench's noise.
-    pub seed: u64,
-    /// [s] length of the PRBS; the paper's is 2400.
-    pub prbs_s: f64,
-    /// [s] length of each of the six constant commands.
-    pub hold_s: f64,
 }
 
 /// Runs the paper on an emulated bench with the paper's parameters. `report` is called with what is being done, and the share

@@ -1,0 +1,159 @@
+//! What is known so far of a bench, step by step.
+
+use super::dead_time::Delay;
+use super::inertia::Body;
+use super::inputs;
+use super::joint_fit::JointFit;
+use super::quantized_voltage;
+use super::result::{IdentifySettings, Part, PoleFit};
+use super::significance;
+use super::static_curve::StaticCurve;
+use super::thrust_curve::ThrustCurve;
+use super::voltage_gain::BatteryGain;
+use super::{Estimate, IdentifiedActuator, IdentifyError};
+use crate::screening::excitation::FEWEST_JUMPS;
+use crate::screening::rotor_data::RotorLog;
+use crate::screening::{Finding, ScreenedLog};
+
+/// What is known so far.
+pub(crate) struct Work<'a> {
+    pub settings: &'a IdentifySettings,
+    pub rotors: Vec<RotorLog>,
+    pub excited: Vec<RotorLog>,
+    pub use_battery: bool,
+    pub parts: Vec<Part>,
+    pub findings: Vec<Finding>,
+    pub battery: Option<BatteryGain>,
+    pub joint: Option<JointFit>,
+    pub static_curve: Option<StaticCurve>,
+    pub pole: Option<PoleFit>,
+    pub thrust: Option<ThrustCurve>,
+    pub body: Option<Body>,
+    /// A k_V that hardly shows in constant commands.
+    pub insignificant_gain: Option<Estimate>,
+    /// Whether rotors were found to differ, or to lead their commands: what a fit leaves over then has that reason.
+    pub mismatch: bool,
+    /// Logs in which the body was seen.
+    pub body_logs: Vec<String>,
+    /// What kept it from being seen in others.
+    pub no_body: Vec<Finding>,
+}
+
+impl<'a> Work<'a> {
+    pub fn new(
+        logs: &[ScreenedLog],
+        settings: &'a IdentifySettings,
+        mut warnings: Vec<Finding>,
+    ) -> Result<Self, IdentifyError> {
+        let mut rotors = inputs::rotor_logs(logs, settings, &mut warnings)?;
+        let use_battery = inputs::uses_battery(&rotors, settings, &mut warnings);
+        if use_battery {
+            warnings.extend(rotors.iter_mut().filter_map(quantized_voltage::mend));
+        } else {
+            rotors.iter_mut().for_each(|rotor| rotor.voltage = None);
+        }
+        let pole = settings.template.actuator.pole;
+        let seldom: Vec<Finding> = rotors.iter().filter_map(|rotor| rotor.too_seldom(pole)).collect();
+        let excited = rotors.iter().filter(|rotor| rotor.too_seldom(pole).is_none());
+        let excited: Vec<RotorLog> =
+            excited.filter(|rotor| rotor.jumps().len() >= FEWEST_JUMPS).cloned().collect();
+        warnings.extend(seldom);
+        Ok(Self {
+            settings,
+            rotors,
+            excited,
+            use_battery,
+            parts: Vec::new(),
+            findings: warnings,
+            battery: None,
+            joint: None,
+            static_curve: None,
+            pole: None,
+            thrust: None,
+            body: None,
+            insignificant_gain: None,
+            mismatch: false,
+            body_logs: Vec::new(),
+            no_body: Vec::new(),
+        })
+    }
+
+    /// What a step came to.
+    pub fn note(&mut self, step: &'static str, done: bool, finding: Finding) {
+        self.parts.push(Part { step, done, finding });
+    }
+
+    /// Why a step found nothing.
+    pub fn lacks(&mut self, step: &'static str, code: &'static str) {
+        self.note(step, false, Finding::new(code, ""));
+    }
+
+    pub fn full_voltage(&self) -> f64 {
+        self.settings.template.actuator.full_voltage
+    }
+
+    /// The better of both estimates of k_V.
+    pub(crate) fn voltage_gain(&self) -> Option<Estimate> {
+        let steady = self.battery.as_ref().map(|battery| battery.gain);
+        let excited = self.joint.as_ref().and_then(|joint| joint.voltage_gain);
+        match (steady, excited) {
+            (Some(a), Some(b)) => Some(if a.standard_error <= b.standard_error { a } else { b }),
+            (a, b) => a.or(b),
+        }
+    }
+
+    /// A k_V that is known to be next to nothing, though not how much it is.
+    pub(crate) fn no_voltage_gain(&self) -> Option<&Estimate> {
+        let template = self.settings.template.actuator.voltage_gain;
+        let shown =
+            self.insignificant_gain.as_ref().filter(|_| self.use_battery && self.voltage_gain().is_none());
+        shown.filter(|gain| significance::is_none(gain, template))
+    }
+
+    /// The rotor as known so far.
+    pub(crate) fn actuator(&self) -> IdentifiedActuator {
+        let template = &self.settings.template.actuator;
+        let values = |estimates: &[Estimate]| estimates.iter().map(|estimate| estimate.value).collect();
+        let coefficients = match (&self.static_curve, &self.joint) {
+            (Some(curve), _) => values(&curve.coefficients),
+            (None, Some(joint)) => values(&joint.coefficients),
+            (None, None) => template.steady_rate.get(1..).unwrap_or_default().to_vec(),
+        };
+        // Curve and gain belong together: what a curve was fitted without, it goes without.
+        let gain = match (&self.static_curve, &self.joint) {
+            (None, Some(joint)) => joint.voltage_gain.map_or(0.0, |gain| gain.value),
+            (Some(_), _) if !self.use_battery => 0.0,
+            (None, None) if !self.settings.battery => 0.0,
+            _ if self.no_voltage_gain().is_some() => 0.0,
+            _ => self.voltage_gain().map_or(template.voltage_gain, |gain| gain.value),
+        };
+        IdentifiedActuator {
+            coefficients,
+            voltage_gain: gain,
+            full_voltage: template.full_voltage,
+            pole: self.pole_estimate().map_or(template.pole, |pole| pole.value),
+            delay: self.delay().map_or(0.0, |it| it.delay.value),
+            thrust_coefficient: self
+                .thrust
+                .as_ref()
+                .map_or(template.thrust_coefficient, |thrust| thrust.coefficient.value),
+        }
+    }
+
+    /// Pole and delay of the joint estimation, where that has a battery: those from z hold k_V and the curve for exact,
+    /// and their errors know nothing of theirs.
+    fn is_joint_pole(&self) -> bool {
+        self.joint.as_ref().is_some_and(|joint| self.pole.is_none() || joint.voltage_gain.is_some())
+    }
+
+    pub(crate) fn pole_estimate(&self) -> Option<Estimate> {
+        let joint = self.joint.as_ref().filter(|_| self.is_joint_pole()).map(|joint| joint.pole);
+        joint.or(self.pole.as_ref().map(|fit| fit.pole))
+    }
+
+    /// The delay that goes with the pole.
+    pub(crate) fn delay(&self) -> Option<&Delay> {
+        let joint = self.joint.as_ref().filter(|_| self.is_joint_pole());
+        joint.map_or_else(|| self.pole.as_ref()?.delay.as_ref(), |joint| joint.delay.as_ref())
+    }
+}

@@ -1,0 +1,106 @@
+//! Why there is no result.
+
+use crate::bench::BenchError;
+use crate::can::CanError;
+use crate::cancel::Cancelled;
+use crate::compare::CompareError;
+use crate::diagnose::DiagnoseError;
+use crate::identify::IdentifyError;
+use crate::log::ForeignError;
+use crate::log::can_capture::CaptureError;
+use crate::log::csv::LogError;
+use crate::log::format::FormatError;
+use crate::log::mapping::MappingError;
+use crate::model::ModelError;
+use crate::recording::RecordError;
+use crate::runtime::ProcessError;
+
+/// Why a part of a log cannot be had.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ChoiceError {
+    /// A rotor that is not there.
+    #[error("{log}: no rotor {rotor}; {}", rotors_in(present))]
+    Rotor {
+        /// The log.
+        log: String,
+        /// What was asked for.
+        rotor: usize,
+        /// The rotors that are there.
+        present: Vec<usize>,
+    },
+    /// No row between two times.
+    #[error("{log}: no row from {from} s to {to} s; it goes from {start} s to {end} s")]
+    Span {
+        /// The log.
+        log: String,
+        /// [s]
+        from: f64,
+        /// [s]
+        to: f64,
+        /// [s]
+        start: f64,
+        /// [s]
+        end: f64,
+    },
+}
+
+fn rotors_in(present: &[usize]) -> String {
+    if present.is_empty() {
+        return "it names none".to_owned();
+    }
+    let numbers: Vec<String> = present.iter().map(usize::to_string).collect();
+    format!("it holds {}", numbers.join(", "))
+}
+
+/// Why there is no result.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// It was cancelled.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// A log in our format.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// A log in a format of another program.
+    #[error(transparent)]
+    Format(#[from] FormatError),
+    /// A part of a log that is not there.
+    #[error(transparent)]
+    Choice(#[from] ChoiceError),
+    /// A foreign log.
+    #[error(transparent)]
+    Foreign(#[from] ForeignError),
+    /// The mapping of a foreign log.
+    #[error(transparent)]
+    Mapping(#[from] MappingError),
+    /// A recording.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// A capture of a bus.
+    #[error(transparent)]
+    Capture(#[from] CaptureError),
+    /// The bench file that says what a capture's frames mean.
+    #[error(transparent)]
+    Bench(#[from] BenchError),
+    /// Its roles.
+    #[error(transparent)]
+    Can(#[from] CanError),
+    /// A model.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// Nothing could be identified.
+    #[error(transparent)]
+    Identify(#[from] IdentifyError),
+    /// Nothing could be compared.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
+    /// Nothing could be diagnosed or extended.
+    #[error(transparent)]
+    Diagnose(#[from] DiagnoseError),
+    /// A run on the emulated bench.
+    #[error(transparent)]
+    Process(#[from] ProcessError),
+    /// There is no step to undo.
+    #[error("the ladder is empty, there is no step to undo")]
+    EmptyLadder,
+}

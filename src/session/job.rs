@@ -1,0 +1,73 @@
+//! Work that is watched and may be cancelled.
+
+use super::error::SessionError;
+use crate::cancel::Cancel;
+
+/// What is heard of long work.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Progress<'a> {
+    /// A step begins.
+    Step {
+        /// Its name.
+        name: &'a str,
+        /// Its number, from 1.
+        number: usize,
+        /// How many there are.
+        of: usize,
+    },
+    /// Another candidate was fitted.
+    Candidate {
+        /// How many were.
+        fitted: usize,
+    },
+    /// A set of effects is in the lead.
+    Leading {
+        /// Ids.
+        effects: &'a [String],
+    },
+}
+
+/// Work that is watched and may be cancelled.
+///
+/// ```
+/// use rotorbench::{cancel::Cancel, session::{Job, Progress}};
+///
+/// let cancel = Cancel::default();
+/// let hear = |progress: Progress| {
+///     if let Progress::Leading { effects } = progress {
+///         eprintln!("in the lead: {}", effects.join(", "));
+///     }
+/// };
+/// let job = Job::new(&cancel, &hear); // for `session::diagnose` and its like; `cancel.request()` ends them
+/// ```
+#[derive(Clone, Copy)]
+pub struct Job<'a> {
+    cancel: &'a Cancel,
+    progress: &'a (dyn Fn(Progress) + Sync),
+}
+
+impl<'a> Job<'a> {
+    /// Work that `cancel` ends, and that tells `progress` how far it is.
+    #[must_use]
+    pub fn new(cancel: &'a Cancel, progress: &'a (dyn Fn(Progress) + Sync)) -> Self {
+        Self { cancel, progress }
+    }
+
+    /// Work that `cancel` ends, and that nobody watches.
+    #[must_use]
+    pub fn unwatched(cancel: &'a Cancel) -> Self {
+        Self { cancel, progress: &|_| () }
+    }
+
+    pub(super) fn tell(&self, progress: Progress) {
+        (self.progress)(progress);
+    }
+
+    /// Does the work until it ends or is cancelled.
+    pub(super) fn run<T, E>(&self, work: impl FnOnce() -> Result<T, E>) -> Result<T, SessionError>
+    where
+        SessionError: From<E>,
+    {
+        Ok(self.cancel.run(work)??)
+    }
+}
