@@ -120,7 +120,9 @@ fn groups(time: &[f64], modelled: &[f64], residual: &[f64], pieces: &[Range<usiz
         let found = centred_slopes(&time[piece.clone()], &modelled[piece.clone()], REACH);
         slopes[piece.clone()].copy_from_slice(&found);
     }
-    let Some(fast) = quantile(slopes.iter().map(|slope| slope.abs()), 0.99) else { return Vec::new() };
+    let Some(fast) = quantile(slopes.iter().map(|slope| slope.abs()), THRESHOLDS.fast_share) else {
+        return Vec::new();
+    };
     let rest = THRESHOLDS.at_rest * fast;
     let total: f64 = residual.iter().filter(|error| error.is_finite()).map(|error| error * error).sum();
     // Of each slope: 0 steady, 1 rising, 2 falling.

@@ -37,6 +37,8 @@ crate::thresholds! {
     most_lag: usize = 50, "count", "judgement";
     /// stretches of time that the error is shown over
     stretches_shown: usize = 60, "count", "columns of a small terminal";
+    /// [-] quantile of the slopes that counts as the fastest: beyond it lies noise
+    fast_share: f64 = 0.99, "-", "judgement";
     /// a signal slower than this share of its fast motion (99th percentile) is at rest
     at_rest: f64 = 0.05, "-", "judgement";
     /// share of samples up to which lines over the missing ones do not show in a spectrum

@@ -1,5 +1,6 @@
 //! A candidate set of effects: which numbers its fit may change, and how far.
 
+use super::thresholds::THRESHOLDS;
 use crate::effect::Law;
 use crate::estimation::output_error::Free;
 use crate::model::{Effect, EffectParameter, Model};
@@ -71,17 +72,19 @@ impl Candidate<'_> {
 /// The size a parameter typically has.
 fn typical(parameter: &EffectParameter) -> f64 {
     let largest = parameter.starts.iter().fold(0.0, |largest: f64, start| largest.max(start.abs()));
-    if largest > 0.0 { largest } else { 0.1 }
+    if largest > 0.0 { largest } else { THRESHOLDS.unknown_size }
 }
 
 /// How far the base's own parameters may move in a fit.
 fn base_free(name: &str, start: f64) -> Free {
     let bounds = match name {
-        // Faster than a sample, or slower than a log, no fit can see.
-        "pole" => (0.05, 400.0),
-        "inertia" => (1e-4 * start, 1e4 * start),
+        "pole" => THRESHOLDS.pole_bounds,
+        "inertia" => {
+            let (low, high) = THRESHOLDS.inertia_bounds;
+            (low * start, high * start)
+        }
         // A battery that gives way never makes a rotor faster; a model that says so is left as it is.
-        "voltage_gain" => (start.min(0.0), 1e3),
+        "voltage_gain" => (start.min(0.0), THRESHOLDS.most_voltage_gain),
         _ => (-1e6, 1e6),
     };
     Free { start, bounds, scale: start.abs().max(1e-9) }

@@ -153,7 +153,7 @@ fn fine(mut cost: impl FnMut(f64) -> f64, about: f64, spacing: f64, looks: i32) 
                 best = scored;
             }
         }
-        width *= 1.5 / f64::from(THRESHOLDS.grid_fine_values);
+        width *= THRESHOLDS.grid_overlap / f64::from(THRESHOLDS.grid_fine_values);
     }
     best
 }

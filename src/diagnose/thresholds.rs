@@ -89,6 +89,16 @@ crate::thresholds! {
     grid_values_closer: usize = 3, "count", "judgement";
     /// values of a closer look on each side
     grid_fine_values: i32 = 8, "count", "judgement";
+    /// by how much the next look is wider than the spacing of the one before
+    grid_overlap: f64 = 1.5, "-", "judgement";
+    /// size that a parameter is taken to have where its card starts it from zero alone
+    unknown_size: f64 = 0.1, "-", "judgement";
+    /// bounds of a pole in a fit: faster than a sample, or slower than a log, no fit can see
+    pole_bounds: (f64, f64) = (0.05, 400.0), "rad/s", "judgement";
+    /// bounds of the inertia in a fit, over where it starts
+    inertia_bounds: (f64, f64) = (1e-4, 1e4), "-", "judgement: no fit is to end there";
+    /// greatest voltage gain in a fit
+    most_voltage_gain: f64 = 1e3, "rad/(s V)", "judgement: no fit is to end there";
     /// closer and closer looks: on a long log a step shows to a millionth
     grid_looks: i32 = 4, "count", "long synthetic logs";
     /// beam width: single effects that are carried on

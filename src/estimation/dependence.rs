@@ -95,8 +95,8 @@ impl Bins {
     pub fn dependence(&self, error: &[f64], surrogates: usize) -> BinnedDependence {
         let errors = compressed(error, self.kept.as_deref());
         let shifts = (0..=surrogates).map(|number| {
-            // Shifts spread over the middle nine tenths of the record: none is near to no shift at all.
-            let part = 0.05 + 0.9 * number as f64 / (surrogates + 1) as f64;
+            let least = THRESHOLDS.least_shift;
+            let part = least + (1.0 - 2.0 * least) * number as f64 / (surrogates + 1) as f64;
             if number == 0 { 0 } else { (part * errors.len() as f64) as usize }
         });
         let sums = shifted_sums(&self.bin_of, &errors, &shifts.collect::<Vec<usize>>());

@@ -125,14 +125,14 @@ pub fn fit_from(
             iterations += 1;
             step = search.step(&normal, damping);
             if step.is_some() {
-                damping = (damping * 0.1).max(1e-12);
+                damping = (damping * THRESHOLDS.damping_turn.0).max(1e-12);
                 break;
             }
             // Other derivatives, or none to follow: a shorter step is not what is wanting.
             if on > 0 || !normal.leads_on() {
                 break;
             }
-            damping *= 10.0;
+            damping *= THRESHOLDS.damping_turn.1;
         }
         let fall = step.as_ref().map(|step| step.fall);
         slow = if fall.is_some_and(|fall| fall > THRESHOLDS.slow_fall) { 0 } else { slow + 1 };

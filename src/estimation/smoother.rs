@@ -6,9 +6,6 @@ use rand_distr::{Distribution, StandardNormal};
 use super::noise_floor::white_noise;
 use super::thresholds::THRESHOLDS;
 
-/// Candidates for the wandering of a level from sample to sample, over the noise.
-const WANDERINGS: [f64; 12] = [0.0, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0];
-
 /// The level under noisy values: a random walk, its wandering chosen by likelihood, smoothed forwards and
 /// backwards (Kalman, Rauch-Tung-Striebel). Not-a-number = missing. With it an example of the noise that the level
 /// still carries: white noise of the same size, smoothed in the same way.
@@ -43,7 +40,7 @@ fn wandering(values: &[f64]) -> f64 {
         let penalty = if *wandering > 0.0 { THRESHOLDS.wandering_penalty } else { 0.0 };
         filter(values, *wandering).0 - penalty
     };
-    let best = WANDERINGS.iter().copied().map(|wandering| (likelihood(&wandering), wandering));
+    let best = THRESHOLDS.wanderings.iter().copied().map(|wandering| (likelihood(&wandering), wandering));
     best.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |(_, wandering)| wandering)
 }
 

@@ -33,6 +33,8 @@ crate::thresholds! {
     slow_fall: f64 = 2e-4, "-", "times of the development cases";
     /// count: slow steps in a row that lead nowhere soon.
     slow_steps: usize = 3, "count", "times of the development cases";
+    /// [-] what the damping is multiplied by after a step that led on, and after one that did not.
+    damping_turn: (f64, f64) = (0.1, 10.0), "-", "as usual (Marquardt 1963)";
     /// [-] damping from which a step is much shorter than the one without.
     held_back: f64 = 1e-2, "-", "judgement";
     /// [-] share of its size by which a global parameter may move before the derivatives by the locals are taken anew.
@@ -70,6 +72,10 @@ crate::thresholds! {
     fewest_gaps: usize = 5, "count", "judgement";
     /// [-] log-likelihood that a level which wanders must win over a constant one: a wandering one carries noise along.
     wandering_penalty: f64 = 5.0, "-", "judgement";
+    /// [-] wanderings of a level from sample to sample, over the noise, of which the likeliest is taken.
+    wanderings: [f64; 12] = [0.0, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0], "-", "a factor of three apart";
+    /// [-] share of a record by which a channel is shifted at least, and at most short of all of it, to mean nothing.
+    least_shift: f64 = 0.05, "-", "judgement: none is near to no shift at all";
     /// Standard errors from which a mean is not zero.
     mean_errors: f64 = 4.0, "-", "normal distribution: 6e-5 by chance";
     /// [standard errors] a correlation of a residual from one row to the next counts from here on: four are not chance

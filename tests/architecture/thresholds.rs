@@ -110,6 +110,50 @@ const DECIDING: [&str; 12] = [
 /// A number up to this is rounding, not a decision.
 const ROUNDING: f64 = 1e-3;
 
+/// Files whose numbers are no decisions, and what they are.
+const OTHER_NUMBERS: &[(&str, &str)] = &[
+    ("cli/demo", "what happens in the demo"),
+    ("cli/effects.rs", "an example in the help"),
+    ("cli/experiment.rs", "defaults of options"),
+    ("compare/config.rs", "defaults of settings"),
+    ("compare/gyro_block.rs", "the weights of a parabola"),
+    ("control/compensation.rs", "defaults of settings"),
+    ("control/config.rs", "defaults of settings, many of the paper's"),
+    ("control/parameters.rs", "the bench of the paper"),
+    ("diagnose/config.rs", "defaults of settings"),
+    ("estimation/frequency_response.rs", "Welch's"),
+    ("estimation/golden_section.rs", "the golden section"),
+    ("estimation/quantile.rs", "the median of a normal variable's size"),
+    ("estimation/robust_errors.rs", "Student's quantile"),
+    ("experiment/mod.rs", "shapes of test signals"),
+    ("guard/config.rs", "defaults of settings"),
+    ("screening/plausibility.rs", "units"),
+    ("studies/jitter/measurement.rs", "signals made up"),
+    ("studies/paper/", "the paper's"),
+];
+
+/// Decimal numbers of a line of code that are no whole ones, quarters or halves: what something is multiplied, limited or compared
+/// with, taken at (a quantile), or called (a constant). Whole ones are a formula's more often than not.
+fn fractions(line: &str) -> Vec<f64> {
+    let code = without_literals(line);
+    let is_part = |letter: char| letter.is_ascii_alphanumeric() || matches!(letter, '.' | '_');
+    // The minus of an exponent belongs to its number.
+    let joined = code.replace("e-", "e~");
+    let words = joined.split(|letter| !is_part(letter) && letter != '~');
+    let number = |word: &str| {
+        let bare = word.trim_end_matches("f64").trim_end_matches('.').replace('~', "-").replace('_', "");
+        bare.starts_with(|letter: char| letter.is_ascii_digit()).then(|| bare.parse::<f64>().ok()).flatten()
+    };
+    let decides = |it: &f64| it.abs() > ROUNDING && (4.0 * it).fract() != 0.0;
+    words.filter_map(number).filter(decides).collect()
+}
+
+/// A line without what stands in quotation marks or behind `//`.
+fn without_literals(line: &str) -> String {
+    let code = line.split("//").next().unwrap_or_default();
+    code.split('"').step_by(2).collect::<Vec<_>>().join("\"\"")
+}
+
 /// Decimal numbers of a line of code that something is compared with; halves and ones decide nothing.
 fn compared_with(line: &str) -> Vec<f64> {
     let words: Vec<&str> = line.split_whitespace().collect();
@@ -129,24 +173,33 @@ fn compared_with(line: &str) -> Vec<f64> {
 
 /// A number that decides has a unit, a reason and what it was calibrated on.
 #[test]
-fn nothing_is_compared_with_a_number_of_its_own() {
+fn nothing_is_decided_by_a_number_of_its_own() {
     let mut found = Vec::new();
+    let mut unused: BTreeSet<&str> = OTHER_NUMBERS.iter().map(|(start, _)| *start).collect();
     for source in read_sources() {
         let is_test =
             source.module.iter().any(|word| ["tests", "interval_coverage"].contains(&word.as_str()));
-        if !DECIDING.contains(&source.module[0].as_str()) || is_test {
+        if !DECIDING.contains(&source.module[0].as_str()) || is_test || source.name.ends_with("thresholds.rs")
+        {
             continue;
         }
-        let code = program(&source.text);
-        for line in code.lines() {
-            found.extend(
-                compared_with(line)
-                    .into_iter()
-                    .map(|number| format!("{}: {number}: {}", source.name, line.trim())),
-            );
+        let other = OTHER_NUMBERS.iter().find(|(start, _)| source.name.starts_with(start));
+        let is_shown = source.module[0] == "report";
+        for line in program(&source.text).lines() {
+            let fractions = if is_shown { Vec::new() } else { fractions(line) };
+            if let Some((start, _)) = other.filter(|_| !fractions.is_empty()) {
+                unused.remove(start);
+            }
+            let numbers = if other.is_some() { Vec::new() } else { fractions };
+            let numbers = numbers.into_iter().chain(compared_with(line));
+            found.extend(numbers.map(|number| format!("{}: {number}: {}", source.name, line.trim())));
         }
     }
     assert!(found.is_empty(), "a threshold of the room says it instead: {found:#?}");
+    assert!(unused.is_empty(), "files without such numbers: {unused:?}");
     assert_eq!(compared_with("if error > 1.05 * other && 3.0 <= x {"), [1.05, 3.0]);
     assert!(compared_with("if a < 0.0 || b > 1e-6 * c || n < 3 || x > 0.5 * y {").is_empty());
+    assert_eq!(fractions("let a = 0.2 * b.max(0.3 / c).clamp(-0.1, 2.0); // 0.7"), [0.2, 0.3, 0.1]);
+    assert_eq!(fractions("const SHARE: f64 = 2.5e-1 + 0.05;"), [0.05]);
+    assert!(fractions("let a = 12.0 * b / 1e-9 + x.0.1 + \"0.3\".len() + 0.75;").is_empty());
 }
