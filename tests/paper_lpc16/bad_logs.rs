@@ -3,7 +3,9 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use rotorbench::identify::{IdentifyError, IdentifySettings, identify};
 use rotorbench::log::{Dataset, csv};
+use rotorbench::screening::{Finding, ScreeningError, screened};
 
 use super::logs::{PERIOD, attitude, exciting, moving, steady};
 
@@ -21,11 +23,29 @@ pub fn run(log: &str) -> (Output, String) {
     (output, String::from_utf8_lossy(&text).into_owned())
 }
 
-/// The sentence, and exit 2.
-fn refused(log: &str, sentence: &str) {
+/// What `identify` finds in one log, whether it makes a model of it or not.
+pub fn found_in(log: &str) -> Vec<Finding> {
+    let file = tempfile::NamedTempFile::new().expect("a temporary file");
+    std::fs::write(&file, log).expect("written");
+    let log = csv::read(file.path()).expect("a log");
+    match identify(&screened(&[log]), &[], &IdentifySettings::default()) {
+        Ok(found) => found.findings,
+        Err(IdentifyError::Nothing { reasons, steps }) => {
+            let causes: Vec<Finding> = reasons.iter().filter_map(|it| it.cause().cloned()).collect();
+            [reasons, causes, steps.into_iter().map(|part| part.finding).collect()].concat()
+        }
+        Err(IdentifyError::Screening(ScreeningError::Column(finding))) => vec![*finding],
+        Err(other) => panic!("{other}"),
+    }
+}
+
+/// The finding of this code, and exit 2.
+pub fn refused(log: &str, code: &str) -> Finding {
     let (output, text) = run(log);
     assert_eq!(output.status.code(), Some(2), "{text}");
-    assert!(text.contains(sentence), "`{sentence}` is not in: {text}");
+    let found = found_in(log);
+    let codes: Vec<&str> = found.iter().map(|it| it.code).collect();
+    found.iter().find(|it| it.code == code).unwrap_or_else(|| panic!("{code}: {codes:?}")).clone()
 }
 
 #[test]
@@ -48,33 +68,38 @@ fn a_model_that_was_there_is_replaced_only_by_force() {
 #[test]
 fn too_few_samples_are_counted() {
     let toggling = |t: f64| if (t / PERIOD).round() % 2.0 == 0.0 { 0.4 } else { 0.5 };
-    refused(
-        &csv::emit(&moving(toggling, 30)),
-        "only 30 usable samples of command and rate, 100 are the least",
-    );
+    let few = refused(&csv::emit(&moving(toggling, 30)), "too_few_samples");
+    assert_eq!(["samples", "samples_needed"].map(|name| few.count(name)), [30, 100]);
 }
 
 #[test]
 fn no_excitation_says_what_excites() {
     let still = csv::emit(&steady(|_| 0.4, 200));
-    refused(&still, "steps or a PRBS excite the pole");
-    refused(&still, "no command was held constant for five seconds");
+    refused(&still, "too_few_jumps");
+    refused(&still, "no_constant_commands");
 }
 
 #[test]
 fn saturated_commands_are_found() {
-    refused(&csv::emit(&steady(|_| 1.0, 200)), "the command is at its limit 1 in 100 % of the samples");
+    let all = refused(&csv::emit(&steady(|_| 1.0, 200)), "command_saturated");
+    assert_eq!(["at", "share"].map(|name| all.number(name)), [1.0, 1.0]);
     // Where some are, the rest can still be used.
-    let (output, text) = run(&csv::emit(&moving(|t| (exciting(t) + 0.45).min(1.0), 3000)));
+    let log = csv::emit(&moving(|t| (exciting(t) + 0.45).min(1.0), 3000));
+    let (output, text) = run(&log);
     assert_eq!(output.status.code(), Some(0), "{text}");
-    assert!(text.contains("the command is at its limit 1 in"), "{text}");
+    let found = found_in(&log);
+    let some = found.iter().find(|it| it.code == "command_saturated").expect("found");
+    assert!(some.number("at") == 1.0 && some.number("share") < 1.0, "{some}");
 }
 
 #[test]
 fn time_running_backwards_is_placed() {
     let mut lines: Vec<String> = csv::emit(&moving(exciting, 500)).lines().map(str::to_owned).collect();
     lines.swap(100, 101);
-    refused(&lines.join("\n"), "time");
+    let (output, text) = run(&lines.join("\n"));
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    // The place of an error is said by the error.
+    assert!(text.contains("time"), "{text}");
 }
 
 #[test]
@@ -85,19 +110,15 @@ fn wrong_units_are_refused() {
         log.replace(name, changed).expect("as long as before");
         csv::emit(&log)
     };
-    refused(&with("command_1", &|u| 1000.0 + 1000.0 * u), "but 0 to 1 is expected");
+    refused(&with("command_1", &|u| 1000.0 + 1000.0 * u), "command_out_of_range");
     let rpm = 60.0 / std::f64::consts::TAU;
-    refused(
-        &with("propeller_rate_1_rad_s", &|w| rpm * w),
-        "if the column is in rpm, import it with unit `rpm`",
-    );
-    refused(&with("battery_voltage_v", &|v| 1000.0 * v), "millivolts");
-    let percent = run(&with("battery_voltage_v", &|v| 100.0 - 3.0 * (12.4 - v))).1;
-    assert!(
-        percent.contains("a charge in percent is no voltage") && !percent.contains("millivolts"),
-        "{percent}"
-    );
-    refused(&with("propeller_rate_1_rad_s", &|w| -w), "import it with scale -1");
+    refused(&with("propeller_rate_1_rad_s", &|w| rpm * w), "rate_too_fast");
+    let millivolts = refused(&with("battery_voltage_v", &|v| 1000.0 * v), "battery_voltage_too_high");
+    assert_eq!(millivolts.text("unit"), "mV");
+    let percent = found_in(&with("battery_voltage_v", &|v| 100.0 - 3.0 * (12.4 - v)));
+    let percent = percent.iter().find(|it| it.code == "battery_voltage_too_high").expect("found");
+    assert_eq!(percent.text("unit"), "");
+    refused(&with("propeller_rate_1_rad_s", &|w| -w), "rate_negative");
 }
 
 #[test]
@@ -107,14 +128,14 @@ fn a_rotor_that_stands_while_it_is_commanded_does_not_count_as_turned_round() {
     let noise = |row: usize| f64::from((row.wrapping_mul(2_654_435_761) >> 24 & 255) as u8) / 64.0 - 2.1;
     log.replace("propeller_rate_1_rad_s", (0..500).map(noise).collect()).expect("as long as before");
     let text = csv::emit(&log);
-    refused(&text, "the rotor stands while it is commanded");
-    assert!(!run(&text).1.contains("scale -1"));
+    refused(&text, "rotor_does_not_turn");
+    assert!(found_in(&text).iter().all(|it| it.code != "rate_negative"));
 }
 
 #[test]
 fn commands_that_are_missing_are_found_as_that() {
     let text = csv::emit(&moving(exciting, 500)).replace("command_1", "throttle");
-    refused(&text, "the commands are missing: it has no command_N beside its propeller_rate_N_rad_s");
+    assert_eq!(refused(&text, "log_not_used").text("reason"), "no_commands");
 }
 
 #[test]
@@ -126,20 +147,17 @@ fn a_pole_that_no_rotor_has_asks_for_the_unit_of_time() {
     for name in ["command_1", "propeller_rate_1_rad_s", "battery_voltage_v"] {
         fast.insert(name, log.column(name).expect("there").to_vec()).expect("as long as time");
     }
-    let sentence = "rad/s is faster than any rotor with a propeller: is the time in seconds?";
-    let [slow, fast] = [log, fast].map(|log| run(&csv::emit(&log)).1);
-    assert!(fast.contains(sentence), "{fast}");
-    assert!(!slow.contains(sentence), "{slow}");
+    let is_too_fast = |log: &Dataset| found_in(&csv::emit(log)).iter().any(|it| it.code == "pole_too_fast");
+    assert_eq!([log, fast].each_ref().map(is_too_fast), [false, true]);
 }
 
 #[test]
 fn without_the_battery_the_rest_is_identified_and_said_so() {
     let text = csv::emit(&moving(exciting, 3000));
     let text = text.replace("battery_voltage_v", "something_else_v");
-    let (output, text) = run(&text);
-    assert_eq!(output.status.code(), Some(0), "{text}");
-    assert!(text.contains("no column `battery_voltage_v`"), "{text}");
-    assert!(text.contains("they hold for the charge at which the log was made"), "{text}");
+    let (output, said) = run(&text);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(found_in(&text).iter().any(|it| it.code == "battery_not_logged"), "{said}");
 }
 
 #[test]
@@ -169,20 +187,17 @@ fn a_body_in_degrees_has_no_inertia_and_the_rotors_are_identified_all_the_same()
     };
     let both = with_angle(&radians);
     let (rate, angle) = ("body_rate_rad_s", "body_angle_rad");
-    for (log, sentence, has_inertia) in [
-        (
-            degrees(&with_angle(&fast), &[rate]),
-            "times the slope of the body angle: it is in degrees per second",
-            false,
-        ),
-        (degrees(&both, &[rate, angle]), "if angle and rate are in degrees", true),
-        (degrees(&fast, &[rate]), "which no body on a bench does", false),
-        (degrees(&both, &[angle]), "J comes from the rate and holds", true),
-        (degrees(&radians, &[rate]), "1/57 of the template's", true),
+    for (log, code, has_inertia) in [
+        (degrees(&with_angle(&fast), &[rate]), "body_rate_in_degrees", false),
+        (degrees(&both, &[rate, angle]), "body_turns_over", true),
+        (degrees(&fast, &[rate]), "body_rate_too_fast", false),
+        (degrees(&both, &[angle]), "body_angle_in_degrees", true),
+        (degrees(&radians, &[rate]), "inertia_in_degrees", true),
     ] {
         let (output, text) = run(&log);
         assert_eq!(output.status.code(), Some(0), "{text}");
-        assert!(text.contains(sentence), "`{sentence}` is not in: {text}");
+        let found = found_in(&log);
+        assert!(found.iter().any(|it| it.code == code), "{code} is not in: {found:?}");
         assert_eq!(text.contains("d/J"), has_inertia, "{text}");
     }
     // Where there is nothing else, that is the end of it.
@@ -190,5 +205,5 @@ fn a_body_in_degrees_has_no_inertia_and_the_rotors_are_identified_all_the_same()
     for name in [rate, angle] {
         alone.insert(name, both.column(name).expect("there").to_vec()).expect("as long as time");
     }
-    refused(&degrees(&alone, &[rate]), "it is in degrees per second, import it with unit `deg/s`");
+    refused(&degrees(&alone, &[rate]), "body_rate_in_degrees");
 }
