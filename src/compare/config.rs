@@ -15,7 +15,7 @@ use std::ops::RangeInclusive;
 pub struct CompareConfig {
     /// [s] horizon of the windows of the body.
     pub horizon_s: f64,
-    /// Whether the answer holds the signals sample by sample ([`Trace`], and those of [`UnknownTorque`]): of a long log they
+    /// Whether the answer holds the signals sample by sample ([`Trace`](super::Trace), and those of [`UnknownTorque`](super::UnknownTorque)): of a long log they
     /// take more memory than the log.
     pub signals: bool,
 }

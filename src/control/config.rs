@@ -33,7 +33,7 @@ pub struct ControllerConfig {
     /// Correct the integrated angle slowly by `Sensors::body_angle`, where the bench measures it. Off: the angle
     /// is the integral of the gyro, as in [LPC16], and a gyro bias walks it away.
     pub use_body_angle: bool,
-    /// Cancel what the model's effects say, where a controller can (see [`Compensation`]).
+    /// Cancel what the model's effects say, where a controller can (see [`Compensation`](super::Compensation)).
     pub compensate: bool,
 }
 

@@ -13,7 +13,7 @@
 //! 5. validation on other logs as in Fig. 3 (`validate`).
 //!
 //! Where ramps or constant commands are missing, pole, curve and battery gain come from one joint estimation (`joint_fit`).
-//! Standard errors allow for correlated residuals. What is found on the way is a [`Finding`] with a code and numbers.
+//! Standard errors allow for correlated residuals. What is found on the way is a [`Finding`](crate::screening::Finding) with a code and numbers.
 
 mod actuator;
 mod assemble;

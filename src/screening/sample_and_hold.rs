@@ -13,7 +13,7 @@ use crate::estimation::quantile::{distinct, median};
 pub const SAMPLE_AND_HOLD: &str = "sample_and_hold";
 
 /// How often readings come.
-struct Pace {
+struct ReadingRate {
     /// Fewest and most rows in which a reading usually stands while the signal moves.
     stands_in: [usize; 2],
     /// [s] from one reading to the next, on average.
@@ -41,13 +41,13 @@ pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
     if interval >= THRESHOLDS.hold_too_slow || (equal as f64) < THRESHOLDS.hold_fewest_equal * cells as f64 {
         return None;
     }
-    let pace = pace(&in_motion(log.time(), &stretches, &Steps::of(&values)))?;
-    let rows = each().flat_map(|run| behind(&run.rows, pace.stands_in[1])).collect();
+    let rate = reading_rate(&in_motion(log.time(), &stretches, &Steps::of(&values)))?;
+    let rows = each().flat_map(|run| behind(&run.rows, rate.stands_in[1])).collect();
     let finding = channel
         .finding(SAMPLE_AND_HOLD)
-        .with("least_rows", pace.stands_in[0])
-        .with("most_rows", pace.stands_in[1])
-        .with("interval_s", pace.interval)
+        .with("least_rows", rate.stands_in[0])
+        .with("most_rows", rate.stands_in[1])
+        .with("interval_s", rate.interval)
         .with("log_interval_s", interval);
     Some(Judgement::new(finding, rows))
 }
@@ -97,8 +97,8 @@ fn in_motion(time: &[f64], stretches: &[Vec<Run>], steps: &Steps) -> Vec<(usize,
     moving.map(|three| (three[1].rows.len(), time[three[2].rows[0]] - time[three[1].rows[0]])).collect()
 }
 
-/// The telemetry's pace in rows; `None` where it is that of the rows, or there is none.
-fn pace(runs: &[(usize, f64)]) -> Option<Pace> {
+/// How often telemetry comes, in rows; `None` where it comes in each, or there is none.
+fn reading_rate(runs: &[(usize, f64)]) -> Option<ReadingRate> {
     let lengths: &Vec<usize> = &runs.iter().map(|run| run.0).collect();
     if lengths.len() < THRESHOLDS.hold_fewest_runs {
         return None;
@@ -129,5 +129,5 @@ fn pace(runs: &[(usize, f64)]) -> Option<Pace> {
         _ => [least, least + 1],
     };
     let spans = runs.iter().filter(|run| (least..=least + 1).contains(&run.0)).map(|run| run.1);
-    Some(Pace { stands_in, interval: spans.sum::<f64>() / usual.len() as f64 })
+    Some(ReadingRate { stands_in, interval: spans.sum::<f64>() / usual.len() as f64 })
 }
