@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn a_finding_names_its_log_and_its_rotor() {
-        let finding = Finding::new("standstill_left_out", "rotor 2").of("log.csv").rows(3);
+        let finding = Finding::of_rotor("standstill_left_out", 2).of("log.csv").rows(3);
         let said = sentence(&finding.with("least_command", 0.05).with("starting_s", 0.5));
         assert!(
             said.starts_with("log.csv, rotor 2: 3 samples at commands below 0.05 or within 0.5 s after"),
