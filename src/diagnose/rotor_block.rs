@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::thresholds::THRESHOLDS;
 use crate::model::{Equations, Remembered, RotorInput, RotorStart, RotorTrace};
 use crate::screening::ScreenedLog;
 use crate::signal::{ROTORS, side};
@@ -107,19 +108,13 @@ pub fn rotor_runs(logs: &[ScreenedLog]) -> Vec<RotorRun> {
     runs
 }
 
-/// A command held for so many samples is a level that was meant.
-const HELD_SAMPLES: usize = 20;
-
-/// Fewer levels than this are no experiment of levels.
-const FEWEST_LEVELS: usize = 9;
-
 /// Whether the commands are levels held for long.
 #[must_use]
 pub(crate) fn hold_levels(runs: &[RotorRun]) -> bool {
     let all: usize = runs.iter().map(|run| run.time.len()).sum();
     let changes = |run: &RotorRun| run.command.windows(2).filter(|pair| pair[0] != pair[1]).count();
     let levels: usize = runs.iter().map(|run| changes(run) + 1).sum();
-    levels * HELD_SAMPLES <= all && levels >= FEWEST_LEVELS
+    levels * THRESHOLDS.held_samples <= all && levels >= THRESHOLDS.fewest_levels
 }
 
 /// To which stretch each sample of the runs belongs, counted on over all of them: where commands are held for long, a

@@ -35,6 +35,10 @@ crate::thresholds! {
     unlogged_command_s: f64 = 0.1, "s", "the longest dead time of real benches";
     /// different commands that can show a quantization grid: over fewer it is an offset of each level
     fewest_commands_for_grid: usize = 60, "count", "development cases of tools/campaign";
+    /// samples for which commands are held, on the whole, where levels were meant
+    held_samples: usize = 20, "count", "judgement";
+    /// fewer levels than these are no experiment of levels
+    fewest_levels: usize = 9, "count", "judgement: three for each fold";
     /// a fit to the end: a change of the cost by a hundred-thousandth decides nothing
     full_fit: FitConfig = FitConfig { iterations: 40, tolerance: 1e-5, goal: None, reuses_slopes: true }, "-", "judgement";
     /// the steps of a set before the best ones are chosen
