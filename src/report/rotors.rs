@@ -139,8 +139,10 @@ pub fn models(found: &Identification) -> Option<Table> {
     };
     let headers =
         ["rotor", "g(u) from u [rad/s]", "k_V [rad/(s V)]", "p [rad/s]", "delay [ms]", "rms [rad/s]"];
-    let all = row("all".to_owned(), &found.actuator, error(&found.training, &found.validation));
-    let table = Table::new(headers).caption("Each rotor by itself, and all as one").row(all);
+    let mut table = Table::new(headers).caption("Each rotor by itself, and all as one");
+    if found.findings.iter().all(|finding| finding.code != "no_common_model") {
+        table = table.row(row("all".to_owned(), &found.actuator, error(&found.training, &found.validation)));
+    }
     let own = |table: Table, of: &RotorModel| {
         table.row(row(of.rotor.to_string(), &of.actuator, error(&of.training, &of.validation)))
     };

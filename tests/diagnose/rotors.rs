@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::desk::{Desk, number, refused, run, said, said_out};
+use super::desk::{Desk, has_code, number, refused, run, said, said_out};
 use crate::json_schema;
 
 /// A log of four rotors, put together of two benches': rotors 1 and 2 with `hidden[0]`, 3 and 4 with `hidden[1]`.
@@ -112,6 +112,10 @@ fn an_effect_of_two_rotors_only_is_theirs_and_not_common() {
     let found = json_schema::answer("identify", found.stdout);
     let rotors = found["rotors"].as_array().expect("a list");
     assert_eq!(rotors.len(), 4);
+    assert!(
+        has_code(&found, "no_common_model"),
+        "a dead zone of a fifth in two of them, and none in the others"
+    );
     // The delay is rotors 1 and 2's, and each model has its own.
     let delay = |at: usize| number(&rotors[at], &["actuator", "delay"]);
     assert!([0, 1].iter().all(|at| (delay(*at) - 0.03).abs() < 1e-3), "{rotors:?}");

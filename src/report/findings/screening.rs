@@ -92,6 +92,11 @@ fn log(finding: &Finding, said_of: fn(&Finding) -> String) -> Option<String> {
             "{} rotors turn this body: it is no attitude bench's, and is left out; if it is, name its two with --rotors",
             finding.count("rotors")
         ),
+        "no_common_model" => format!(
+            "no one model holds for all rotors: what stands for all is rotor {}'s; each has its own",
+            finding.count("rotor")
+        ),
+        "rotor_not_identified" => "nothing can be identified of it; --rotors of it alone says why".to_owned(),
         "log_given_twice" => "given twice: it counts double".to_owned(),
         "log_fitted_and_validated" => {
             "fitted on and judged on: its held-out error is none, and every effect looks better than it is"
