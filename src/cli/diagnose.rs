@@ -47,7 +47,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let inputs = arguments.log.iter().chain(&arguments.validate).chain([&arguments.model]);
     writable(&arguments.report, inputs, arguments.force)?;
     let model = session::open_model(&arguments.model)?;
-    let config = DiagnoseConfig { horizon: arguments.horizon_s };
+    let config = DiagnoseConfig { horizon: arguments.horizon_s, ..DiagnoseConfig::default() };
     let (answer, page) = cancellable(|cancel| {
         let open = arguments.logs.open_config();
         let train = session::open_all(&arguments.log, &open, &Job::unwatched(cancel))?;
@@ -116,7 +116,7 @@ fn each_rotor(
             rotors[0]
         )));
     }
-    let config = DiagnoseConfig { horizon: arguments.horizon_s };
+    let config = DiagnoseConfig { horizon: arguments.horizon_s, ..DiagnoseConfig::default() };
     Ok(searching(cancel, |job| session::diagnose_each(model, logs, rotors, &config, job))?)
 }
 

@@ -117,7 +117,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
 
 /// The model and its page, before anything is written.
 fn work(model: &Model, arguments: &Arguments, cancel: &Cancel) -> Result<(Extended, Option<Page>), CliError> {
-    let config = DiagnoseConfig { horizon: arguments.horizon_s };
+    let config = DiagnoseConfig { horizon: arguments.horizon_s, ..DiagnoseConfig::default() };
     let train = session::open_all(&arguments.log, &arguments.logs.open_config(), &Job::unwatched(cancel))?;
     let validate =
         session::open_all(&arguments.validate, &arguments.logs.open_config(), &Job::unwatched(cancel))?;

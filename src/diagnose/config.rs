@@ -1,5 +1,7 @@
 //! Settings of a diagnosis.
 
+use super::thresholds::THRESHOLDS;
+
 /// Settings of a diagnosis.
 ///
 /// ```
@@ -12,11 +14,13 @@
 pub struct DiagnoseConfig {
     /// [s] length of the windows over which the body runs freely.
     pub horizon: f64,
+    /// Rows that a search goes over at least; of logs with more than twice as many it sees stretches, and all rows decide in the end.
+    pub searched_rows: usize,
 }
 
 impl Default for DiagnoseConfig {
     fn default() -> Self {
         // Long enough for weak torques to add up, short enough for an unstable body: facts of real benches.
-        Self { horizon: 0.4 }
+        Self { horizon: 0.4, searched_rows: THRESHOLDS.searched_rows }
     }
 }

@@ -198,6 +198,20 @@ pub struct Diagnosis {
     pub model: Model,
 }
 
+impl Diagnosis {
+    /// This answer of all rows, with what the search on a part of them tried.
+    pub(super) fn searched_on(self, part: Self, findings: Vec<Finding>) -> Self {
+        let Self { alternatives, candidates, next_experiment, .. } = part;
+        Self {
+            alternatives,
+            candidates,
+            next_experiment,
+            findings: findings.into_iter().chain(self.findings).collect(),
+            ..self
+        }
+    }
+}
+
 impl ErrorSummary {
     /// Whether it is given in the channel of a candidate.
     #[must_use]

@@ -6,9 +6,11 @@ use super::config::DiagnoseConfig;
 use super::data_split::DataSplit;
 use super::diagnosis::ErrorSummary;
 use super::pooled_logs;
+use super::refit::Near;
 use super::refusal::Refusal;
 use super::search_result::SearchResult;
 use super::search_space::Search;
+use super::stretches::Stretches;
 use super::thresholds::THRESHOLDS;
 use super::{DiagnoseError, check_logs};
 use crate::identify;
@@ -47,20 +49,23 @@ pub fn extend(
     check_effects(model, ids, &logs)?;
     let requested: Vec<Effect> = known.iter().filter(|effect| ids.contains(&effect.id)).cloned().collect();
     check_logs(model, &requested, &logs)?;
-    warnings.extend(identify::check_columns(&logs, model)?);
-    pooled_logs::check(model, &known, &logs, config.horizon)?;
+    let part = Stretches::of(train, validate, config.searched_rows);
+    if part.is_some() {
+        logs.iter().try_for_each(ScreenedLog::refuse)?;
+    }
+    let seen = part.as_ref().map(|part| [&part.train[..], &part.validate[..]].concat());
+    warnings.extend(identify::check_columns(seen.as_ref().unwrap_or(&logs), model)?);
+    pooled_logs::check(model, &known, seen.as_ref().unwrap_or(&logs), config.horizon)?;
     let in_block = |split: &DataSplit| -> Vec<String> {
         let acts_here =
             |id: &&String| known.iter().any(|effect: &Effect| effect.id == **id && split.holds(effect));
         ids.iter().filter(acts_here).cloned().collect()
     };
-    let fit_rung = |split: DataSplit, effects: &[String]| {
-        Search { base: model, known: &known, eligible: Vec::new(), progress: &|_| () }.rung(split, effects)
+    let rung = |split: DataSplit, effects: &[String], near: &[Near]| {
+        Search { base: model, known: &known, eligible: Vec::new(), progress: &|_| () }
+            .rung(split, effects, near)
     };
-    let find = |split: DataSplit| -> SearchResult {
-        let inside = in_block(&split);
-        fit_rung(split, &inside)
-    };
+    let fit_rung = |split: DataSplit, effects: &[String]| rung(split, effects, &[]);
     let select_parameters = |found: &SearchResult, fitted: &CandidateFit| {
         if !ids.is_empty() {
             return (fitted.clone(), Vec::new());
@@ -68,7 +73,19 @@ pub fn extend(
         let search = Search { base: model, known: &known, eligible: Vec::new(), progress: &|_| () };
         search.select_parameters(&found.split, &found.nominal, &found.refitted, fitted)
     };
-    let blocks = Blocks::build(model, train, validate, config, (&find, &fit_rung), &select_parameters)?;
+    let build = |train: &[ScreenedLog], validate: &[ScreenedLog], near: &[Near]| {
+        let find = |split: DataSplit| -> SearchResult {
+            let inside = in_block(&split);
+            rung(split, &inside, near)
+        };
+        Blocks::build(model, train, validate, config, (&find, &fit_rung), &select_parameters)
+    };
+    // Of long logs a part shows where the fit on all rows starts.
+    let near = match &part {
+        Some(part) => Near::of(&build(&part.train, &part.validate, &[])?.found),
+        None => Vec::new(),
+    };
+    let blocks = build(train, validate, &near)?;
     check_fitted(ids, &blocks)?;
     let error = blocks.error_summary(config);
     let mut extended = blocks.merged(model);

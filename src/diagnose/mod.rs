@@ -37,6 +37,7 @@ mod rotors;
 pub mod search;
 pub mod search_result;
 pub mod search_space;
+mod stretches;
 pub mod surrogate_test;
 pub mod thresholds;
 mod verdict;
@@ -45,8 +46,10 @@ use block_builder::refusal;
 use blocks::Blocks;
 use candidate_fit::CandidateFit;
 use data_split::DataSplit;
+use refit::Near;
 use search_result::SearchResult;
 use search_space::Search;
+use stretches::Stretches;
 
 use crate::identify;
 use crate::model::{Effect, Model, UndefinedRow};
@@ -75,8 +78,13 @@ pub fn diagnose(
     let known = model.known_effects()?;
     let logs = [train, validate].concat();
     check_logs(model, &known, &logs)?;
-    let findings = identify::check_columns(&logs, model)?;
-    pooled_logs::check(model, &known, &logs, config.horizon)?;
+    let part = Stretches::of(train, validate, config.searched_rows);
+    if part.is_some() {
+        logs.iter().try_for_each(ScreenedLog::refuse)?;
+    }
+    let seen = part.as_ref().map(|part| [&part.train[..], &part.validate[..]].concat());
+    let findings = identify::check_columns(seen.as_ref().unwrap_or(&logs), model)?;
+    pooled_logs::check(model, &known, seen.as_ref().unwrap_or(&logs), config.horizon)?;
     let search = |split: DataSplit| {
         let acts_here = |effect: &&Effect| split.holds(effect);
         let mut eligible: Vec<_> =
@@ -93,8 +101,36 @@ pub fn diagnose(
     let refit = |split: DataSplit, effects: &[String]| {
         Search { base: model, known: &known, eligible: Vec::new(), progress }.refit(split, effects)
     };
-    let blocks = Blocks::build(model, train, validate, config, (&search, &refit), &select_parameters)?;
-    let mut diagnosis = assemble::conclude(model, &known, (&blocks.found, &blocks.verdicts), &logs, config);
+    let searched = |train: &[ScreenedLog], validate: &[ScreenedLog]| {
+        Blocks::build(model, train, validate, config, (&search, &refit), &select_parameters)
+    };
+    let conclude = |blocks: &Blocks, logs: &[ScreenedLog]| {
+        assemble::conclude(model, &known, (&blocks.found, &blocks.verdicts), logs, config)
+    };
+    let (blocks, mut diagnosis) = match part {
+        None => {
+            let blocks = searched(train, validate)?;
+            let diagnosis = conclude(&blocks, &logs);
+            (blocks, diagnosis)
+        }
+        Some(part) => {
+            let blocks = searched(&part.train, &part.validate)?;
+            let (near, of_part) =
+                (Near::of(&blocks.found), conclude(&blocks, seen.as_ref().unwrap_or(&logs)));
+            drop(blocks);
+            let ids = of_part.effects.clone();
+            let find = |split: DataSplit| {
+                let acts_here =
+                    |id: &&String| known.iter().any(|effect| effect.id == **id && split.holds(effect));
+                let inside: Vec<String> = ids.iter().filter(acts_here).cloned().collect();
+                let search = Search { base: model, known: &known, eligible: Vec::new(), progress };
+                search.refit_near(split, &inside, &near)
+            };
+            let blocks = Blocks::build(model, train, validate, config, (&find, &refit), &select_parameters)?;
+            let diagnosis = conclude(&blocks, &logs).searched_on(of_part, part.findings);
+            (blocks, diagnosis)
+        }
+    };
     let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs)).chain(findings);
     let said = said.chain(too_seldom(&logs, model.actuator.pole));
     diagnosis.findings.splice(0..0, said);

@@ -8,15 +8,42 @@ use super::problem::Problem;
 use super::search_result::SearchResult;
 use super::search_space::Search;
 use crate::estimation::output_error::validate;
-use crate::model::Effect;
+use crate::model::{Effect, Model};
+
+/// What the same block was found to be on a part of the data: where the fits on all of it start.
+#[derive(Debug, Clone)]
+pub(crate) struct Near {
+    is_rotor: bool,
+    sigma: [f64; 2],
+    refitted: Model,
+    answer: Model,
+    effects: Vec<String>,
+}
+
+impl Near {
+    /// Of what was found of each block on a part of the data.
+    pub(crate) fn of(found: &[SearchResult]) -> Vec<Self> {
+        let of = |found: &SearchResult| Self {
+            is_rotor: found.split.train.is_rotor(),
+            sigma: found.split.train.sigma,
+            refitted: found.refitted.model.clone(),
+            answer: found.answer.model.clone(),
+            effects: found.answer.effects.clone(),
+        };
+        found.iter().map(of).collect()
+    }
+}
 
 impl Search<'_> {
     /// The given effects added and everything refitted.
     #[must_use]
-    pub fn refit(&self, mut split: DataSplit, ids: &[String]) -> SearchResult {
-        let base_names = split.base_parameters(self.base);
-        let (nominal, refitted) = self.bases(&mut split);
-        let best = self.with(&refitted, ids, &base_names, &split);
+    pub fn refit(&self, split: DataSplit, ids: &[String]) -> SearchResult {
+        self.refit_near(split, ids, &[])
+    }
+
+    /// The same from where the fits on a part of the data ended.
+    pub(crate) fn refit_near(&self, mut split: DataSplit, ids: &[String], near: &[Near]) -> SearchResult {
+        let (nominal, refitted, best) = self.first_fits(&mut split, ids, near);
         let (answer, changed) = self.select_parameters(&split, &nominal, &refitted, &best);
         found(split, [nominal, refitted, answer], changed)
     }
@@ -24,10 +51,9 @@ impl Search<'_> {
     /// The same for a rung of a ladder: fitted again with each channel weighed by what is left with the effects in, and all
     /// errors in one measure.
     #[must_use]
-    pub fn rung(&self, mut split: DataSplit, ids: &[String]) -> SearchResult {
+    pub(crate) fn rung(&self, mut split: DataSplit, ids: &[String], near: &[Near]) -> SearchResult {
         let base_names = split.base_parameters(self.base);
-        let (mut nominal, mut refitted) = self.bases(&mut split);
-        let mut best = self.with(&refitted, ids, &base_names, &split);
+        let (mut nominal, mut refitted, mut best) = self.first_fits(&mut split, ids, near);
         if !ids.is_empty() {
             weigh_channels(&mut split, &best);
             nominal = self.candidate(self.base, &[], &[]).run(&split);
@@ -37,6 +63,29 @@ impl Search<'_> {
         let (mut answer, changed) = self.select_parameters(&split, &nominal, &refitted, &best);
         self.measure_in_one_unit(&mut split, [&mut nominal, &mut refitted, &mut answer]);
         found(split, [nominal, refitted, answer], changed)
+    }
+
+    /// The nominal and the refitted baseline, and the fit with the effects.
+    fn first_fits(
+        &self,
+        split: &mut DataSplit,
+        ids: &[String],
+        near: &[Near],
+    ) -> (CandidateFit, CandidateFit, CandidateFit) {
+        let base_names = split.base_parameters(self.base);
+        let is_of = |near: &&Near| near.is_rotor == split.train.is_rotor() && near.effects == ids;
+        let Some(near) = near.iter().find(is_of) else {
+            let (nominal, refitted) = self.bases(split);
+            let best = self.with(&refitted, ids, &base_names, split);
+            return (nominal, refitted, best);
+        };
+        split.set_sigma(near.sigma);
+        let first = self.candidate(&near.refitted, &[], &base_names).run(split);
+        weigh_channels(split, &first);
+        let nominal = self.candidate(self.base, &[], &[]).run(split);
+        let refitted = self.candidate(&first.model, &[], &base_names).run(split);
+        let best = self.candidate(&near.answer, ids, &base_names).run(split);
+        (nominal, refitted, best)
     }
 
     /// One after another as the search goes, and by joint estimation: the first finds the way where they are far from where they

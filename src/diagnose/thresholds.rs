@@ -19,6 +19,16 @@ crate::thresholds! {
     enough_samples: usize = 12_000, "count", "times and answers of the development cases";
     /// from so many readings on a fit goes on a part of them first
     long_log: usize = 30_000, "count", "times of long synthetic logs";
+    /// rows that a search goes over at least: of logs with more than twice as many it sees stretches
+    searched_rows: usize = 30_000, "count", "times of long synthetic logs";
+    /// a search goes over one row in so many of a very long log, as far as `most_searched_rows`
+    searched_share: usize = 30, "count", "times of long synthetic logs";
+    /// rows that a search goes over at most
+    most_searched_rows: usize = 120_000, "count", "times of long synthetic logs";
+    /// stretches of a log that a search sees: as many of two rotors as leave a slow state of each run its own start
+    searched_stretches: usize = 2, "count", "most_slow_starts";
+    /// places to which a stretch is moved over its own length to see where most moves
+    stretch_steps: usize = 8, "count", "judgement";
     /// parts that a log is cut into where no other log is held out
     folds: usize = 3, "count", "judgement";
     /// samples of a piece of a run, at least, of which a part of it is made

@@ -14,6 +14,7 @@ pub use super::normal_equations::sum_of_squares;
 use super::normal_equations::{Normal, least_squares, standard_errors};
 use super::thresholds::THRESHOLDS;
 use crate::cancel;
+use crate::threads::spread;
 
 /// Most local parameters of a unit.
 pub const MOST_LOCALS: usize = 3;
@@ -216,47 +217,56 @@ impl<'a> Search<'a> {
     }
 
     /// The difference quotient of the residuals by global `index`.
-    fn column(&mut self, index: usize) -> Vec<f64> {
+    fn column(&self, index: usize) -> Vec<f64> {
         cancel::check();
         let free = self.free[index];
         let held = self.globals[index];
         let size = (DERIVATIVE_STEP * held.abs().max(free.scale)).max(f64::MIN_POSITIVE);
         let step = if held + size > free.bounds.1 { -size } else { size };
-        self.globals[index] = held + step;
-        self.problem.residuals(&self.globals, &self.locals, &mut self.scratch);
-        self.globals[index] = held;
-        self.quotient(step)
+        let mut globals = self.globals.clone();
+        globals[index] = held + step;
+        self.quotient(&globals, &self.locals, step)
     }
 
     /// The difference quotient by local `index` of every unit at once: units do not see each other.
-    fn local_column(&mut self, index: usize) -> Vec<f64> {
+    fn local_column(&self, index: usize) -> Vec<f64> {
         cancel::check();
         let count = self.problem.locals();
         let step = 1e-3 * self.problem.local_scale(index);
         let mut moved = self.locals.clone();
         moved.iter_mut().skip(index).step_by(count.max(1)).for_each(|local| *local += step);
-        self.problem.residuals(&self.globals, &moved, &mut self.scratch);
-        self.quotient(step)
+        self.quotient(&self.globals, &moved, step)
     }
 
-    fn quotient(&self, step: f64) -> Vec<f64> {
-        let slopes = self.scratch.iter().zip(&self.residuals).map(|(moved, at)| (moved - at) / step);
-        slopes.map(|slope| if slope.is_finite() { slope } else { 0.0 }).collect()
+    fn quotient(&self, globals: &[f64], locals: &[f64], step: f64) -> Vec<f64> {
+        let mut moved = vec![0.0; self.residuals.len()];
+        self.problem.residuals(globals, locals, &mut moved);
+        for (moved, at) in moved.iter_mut().zip(&self.residuals) {
+            let slope = (*moved - at) / step;
+            *moved = if slope.is_finite() { slope } else { 0.0 };
+        }
+        moved
     }
 
-    fn normal(&mut self, known: Option<Normal>) -> Normal {
+    /// Columns, of long residuals on as many threads as there are: each by itself, so the same numbers whatever their number.
+    fn columns(&self, count: usize, of: impl Fn(usize) -> Vec<f64> + Sync) -> Vec<Vec<f64>> {
+        if self.residuals.len() < THRESHOLDS.parallel_residuals {
+            return (0..count).map(of).collect();
+        }
+        spread(&(0..count).collect::<Vec<usize>>(), |index| of(*index))
+    }
+
+    fn normal(&self, known: Option<Normal>) -> Normal {
         let is_free = |free: &Free| free.bounds.0 < free.bounds.1;
-        let columns: Vec<Vec<f64>> = (0..self.globals.len())
-            .map(|index| {
-                if is_free(&self.free[index]) { self.column(index) } else { vec![0.0; self.residuals.len()] }
-            })
-            .collect();
+        let columns = self.columns(self.globals.len(), |index| {
+            if is_free(&self.free[index]) { self.column(index) } else { vec![0.0; self.residuals.len()] }
+        });
         let known = known.map(|known| known.slopes).filter(|known| self.is_near(&known.taken_at));
         let (local_columns, taken_at) = match known {
             Some(known) => (known.local_columns, known.taken_at),
             None => {
-                let columns = (0..self.problem.locals()).map(|index| self.local_column(index));
-                (columns.collect(), self.globals.clone())
+                let columns = self.columns(self.problem.locals(), |index| self.local_column(index));
+                (columns, self.globals.clone())
             }
         };
         self.assembled(Slopes { columns, local_columns, taken_at })

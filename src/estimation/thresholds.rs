@@ -29,6 +29,8 @@ crate::thresholds! {
     least_seen_variance: f64 = 0.25, "-", "judgement";
     /// count: clusters that residuals are cut into when one unit spans a whole log.
     clusters: usize = 40, "count", "judgement";
+    /// count: residuals from which on their derivatives are worth a thread each.
+    parallel_residuals: usize = 50_000, "count", "judgement: a thread starts in a hundredth of their time";
     /// [-] share of the cost below which a step's fall is slow.
     slow_fall: f64 = 2e-4, "-", "times of the development cases";
     /// count: slow steps in a row that lead nowhere soon.

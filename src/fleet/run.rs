@@ -189,7 +189,7 @@ impl Work<'_> {
         let train = session::open_all(&bench.log, &open, self.job)?;
         let validate = session::open_all(&bench.validate, &open, self.job)?;
         let horizon = bench.horizon_s.unwrap_or(DiagnoseConfig::default().horizon);
-        let config = DiagnoseConfig { horizon };
+        let config = DiagnoseConfig { horizon, ..DiagnoseConfig::default() };
         let diagnosis = session::diagnose(&model, &train, &validate, &config, self.job)?;
         let diagnosed =
             Diagnosed { bench, model: &model, train: &train, validate: &validate, diagnosis: &diagnosis };

@@ -329,6 +329,22 @@ impl Dataset {
         }
     }
 
+    /// The samples of these stretches of rows, one behind the other, as a log of their own: what lies between them is a hole.
+    #[must_use]
+    pub fn of_rows(&self, stretches: &[Range<usize>]) -> Self {
+        let cut = |values: &[f64]| -> Vec<f64> {
+            stretches.iter().flat_map(|rows| &values[rows.clone()]).copied().collect()
+        };
+        let columns = self.columns.iter().map(|(name, values)| (name.clone(), cut(values)));
+        Self {
+            source_name: self.source_name.clone(),
+            sha256: self.sha256.clone(),
+            time: cut(&self.time),
+            interval: self.interval,
+            columns: columns.collect(),
+        }
+    }
+
     /// The samples of `rows` (clipped to what is there) as a log of their own.
     #[must_use]
     pub fn slice(&self, rows: Range<usize>) -> Self {

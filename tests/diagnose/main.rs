@@ -9,6 +9,7 @@ mod desk;
 mod found;
 mod holes;
 mod ladder;
+mod long;
 mod readings;
 mod refused;
 mod rotors;

@@ -10,6 +10,12 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
         "body_held_still" => {
             "the body does not move, whatever the torque on it: it was held still, and these logs say nothing of it".to_owned()
         }
+        "searched_on_stretches" => format!(
+            "a long log: what is missing was searched for on {} of its {} rows ({}), where most moves; the final fit, the errors of the              model and the standard errors are of all rows, those of single candidates are of the stretches",
+            finding.count("rows_searched"),
+            finding.count("rows_fitted"),
+            stretches(finding)
+        ),
         "body_not_compared" => {
             "the body is not compared: not every set of logs holds its rate, what drives it, and enough of both".to_owned()
         }
@@ -56,4 +62,10 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
         _ => return None,
     };
     Some(sentence)
+}
+
+/// `1 to 16 s, 100 to 115 s`.
+fn stretches(finding: &Finding) -> String {
+    let ends = finding.numbers("from_s").iter().zip(finding.numbers("to_s"));
+    ends.map(|(from, to)| format!("{from:.0} to {to:.0} s")).collect::<Vec<_>>().join(", ")
 }
