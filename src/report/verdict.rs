@@ -87,38 +87,17 @@ pub fn next_steps(
     let shown = format!("--log {}{options}", shown.join(" "));
     let held_out =
         if validate.is_empty() { String::new() } else { format!(" --validate {}", validate.join(" ")) };
-    let extend = |effects: &[String]| {
-        let effects = effects.join(" ");
-        format!("rotorbench extend --model {model} --effect {effects} {logs}{held_out} -o extended.toml")
+    let commands = Commands {
+        extend: format!(
+            "rotorbench extend --model {model} --effect {} {logs}{held_out} -o extended.toml",
+            diagnosis.effects.join(" ")
+        ),
+        compare: format!("rotorbench compare --model extended.toml {shown}"),
+        recalibrate: format!(
+            "rotorbench extend --model {model} --recalibrate {logs}{held_out} -o recalibrated.toml"
+        ),
     };
-    let mut steps = match diagnosis.verdict {
-        _ if diagnosis.turns_against_torque => vec![NextStep::say(
-            "Look whether the gyro's sign is that of the torque, and whether rotors 1 and 2 are exchanged; then diagnose \
-             again. What is named before that only comes nearest.",
-        )],
-        Verdict::MissingEffect => vec![NextStep::by("Add it:", extend(&diagnosis.effects))],
-        Verdict::Unknown if diagnosis.effects.is_empty() => {
-            vec![NextStep::say(
-                "Write what you suspect as an effect of your own, `[[user_effects]]` in the model file, and diagnose \
-                 again: it competes with the catalogue.",
-            )]
-        }
-        Verdict::Unknown => vec![
-            NextStep::by("Add what explains a part:", extend(&diagnosis.effects)),
-            NextStep::by(
-                "Then look at what is left:",
-                format!("rotorbench compare --model extended.toml {shown}"),
-            ),
-        ],
-        Verdict::ParametersChanged => vec![NextStep::by(
-            "Take the new numbers over:",
-            format!("rotorbench extend --model {model} --recalibrate {logs}{held_out} -o recalibrated.toml"),
-        )],
-        Verdict::Adequate => vec![NextStep::say("Use the model; a log that moves more could show more.")],
-        Verdict::InsufficientData => vec![NextStep::say(
-            "Record a longer log, in which something moves: `rotorbench experiment prbs`, for a minute or more.",
-        )],
-    };
+    let mut steps = of_verdict(diagnosis, commands);
     if let Some(inertia) = diagnosis.changed_parameters.iter().find(|changed| changed.is_in_degrees()) {
         steps.insert(
             0,
@@ -135,4 +114,39 @@ pub fn next_steps(
         steps.push(NextStep::say(format!("To tell the sets apart, record: {}", next.run)));
     }
     steps
+}
+
+/// Commands that a step may end with.
+struct Commands {
+    extend: String,
+    compare: String,
+    recalibrate: String,
+}
+
+/// The steps that a verdict asks for.
+fn of_verdict(diagnosis: &Diagnosis, commands: Commands) -> Vec<NextStep> {
+    match diagnosis.verdict {
+        _ if diagnosis.turns_against_torque => vec![NextStep::say(
+            "Look whether the gyro's sign is that of the torque, and whether rotors 1 and 2 are exchanged; then diagnose \
+             again. What is named before that only comes nearest.",
+        )],
+        Verdict::MissingEffect => vec![NextStep::by("Add it:", commands.extend)],
+        Verdict::Unknown if diagnosis.effects.is_empty() => {
+            vec![NextStep::say(
+                "Write what you suspect as an effect of your own, `[[user_effects]]` in the model file, and diagnose \
+                 again: it competes with the catalogue.",
+            )]
+        }
+        Verdict::Unknown => vec![
+            NextStep::by("Add what explains a part:", commands.extend),
+            NextStep::by("Then look at what is left:", commands.compare),
+        ],
+        Verdict::ParametersChanged => {
+            vec![NextStep::by("Take the new numbers over:", commands.recalibrate)]
+        }
+        Verdict::Adequate => vec![NextStep::say("Use the model; a log that moves more could show more.")],
+        Verdict::InsufficientData => vec![NextStep::say(
+            "Record a longer log, in which something moves: `rotorbench experiment prbs`, for a minute or more.",
+        )],
+    }
 }

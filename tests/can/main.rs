@@ -4,6 +4,7 @@
 mod bad_input;
 mod dronecan;
 mod dronecan_bench;
+mod dronecan_random;
 mod dronecan_refused;
 mod fuzz;
 mod golden;
