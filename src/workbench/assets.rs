@@ -21,6 +21,7 @@ files![
     "act.js",
     "ask.js",
     "charts.js",
+    "cursors.js",
     "details.js",
     "dom.js",
     "files.js",

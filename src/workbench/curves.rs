@@ -33,10 +33,45 @@ pub(super) struct Drawn {
     pub gaps: Vec<usize>,
 }
 
+/// Every sample of a curve between two times, in the curve's unit.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub(super) struct RangeStatistics {
+    pub samples: usize,
+    /// The first sample's value, and the last one's.
+    pub first: Option<f64>,
+    pub last: Option<f64>,
+    pub least: Option<f64>,
+    pub greatest: Option<f64>,
+    pub mean: Option<f64>,
+    pub rms: Option<f64>,
+}
+
+impl RangeStatistics {
+    fn of(values: impl Iterator<Item = f64>) -> Self {
+        let (mut all, mut sum, mut squares) = (Self::default(), 0.0, 0.0);
+        for value in values.filter(|value| value.is_finite()) {
+            all.samples += 1;
+            all.first = all.first.or(Some(value));
+            all.last = Some(value);
+            all.least = Some(all.least.map_or(value, |least| least.min(value)));
+            all.greatest = Some(all.greatest.map_or(value, |greatest| greatest.max(value)));
+            sum += value;
+            squares += value * value;
+        }
+        if all.samples > 0 {
+            let count = all.samples as f64;
+            (all.mean, all.rms) = (Some(sum / count), Some((squares / count).sqrt()));
+        }
+        all
+    }
+}
+
 /// The slots of a picture.
 #[derive(Debug)]
 pub(super) struct Slots<'a> {
     time: &'a [f64],
+    /// [s] from where to where.
+    span: (f64, f64),
     rows: Range<usize>,
     /// [s] of each slot.
     pub at: Vec<f64>,
@@ -77,7 +112,7 @@ impl<'a> Slots<'a> {
             }
             Layout::Columns { start, width, count: pixels }
         };
-        Self { time, rows, at, layout, interval }
+        Self { time, span: (from, to), rows, at, layout, interval }
     }
 
     /// The rows of the log that are seen.
@@ -85,15 +120,22 @@ impl<'a> Slots<'a> {
         &self.rows
     }
 
+    /// The samples of a curve in the rows that are seen.
+    fn samples(&self, line: &Line) -> Range<usize> {
+        let Some(rows) = line.rows else { return self.rows.clone() };
+        rows.partition_point(|row| *row < self.rows.start)..rows.partition_point(|row| *row < self.rows.end)
+    }
+
+    /// What a curve does between the two times: of every sample, not of those that are drawn.
+    pub fn range(&self, line: &Line) -> RangeStatistics {
+        let at = |sample: usize| self.time[line.rows.map_or(sample, |rows| rows[sample])];
+        let within = self.samples(line).filter(|sample| (self.span.0..=self.span.1).contains(&at(*sample)));
+        RangeStatistics::of(within.map(|sample| (line.value)(sample)))
+    }
+
     /// A curve in these slots.
     pub fn draw(&self, line: &Line) -> Drawn {
-        let samples = match line.rows {
-            None => self.rows.clone(),
-            Some(rows) => {
-                rows.partition_point(|row| *row < self.rows.start)
-                    ..rows.partition_point(|row| *row < self.rows.end)
-            }
-        };
+        let samples = self.samples(line);
         let row_of = |sample: usize| line.rows.map_or(sample, |rows| rows[sample]);
         let y = match &self.layout {
             Layout::Rows(slots) => {
@@ -233,6 +275,25 @@ mod tests {
             assert_eq!(gaps.len(), 2, "{pixels} pixels: {gaps:?}");
             assert!((0.95..2.0).contains(&slots.at[gaps[0]]) && (2.9..4.0).contains(&slots.at[gaps[1]]));
         }
+    }
+
+    #[test]
+    fn a_range_counts_every_sample_between_its_ends_and_none_beside_them() {
+        let time: Vec<f64> = (0..10_000).map(|row| 0.01 * f64::from(row)).collect();
+        let mut values: Vec<f64> = (0..10_000).map(|row| if row % 2 == 0 { 1.0 } else { 3.0 }).collect();
+        (values[99], values[100], values[301]) = (1e9, f64::NAN, 1e9);
+        let range = Slots::new(&time, (1.0, 3.0), 1, 0.01).range(&line(&values));
+        let expected = RangeStatistics {
+            samples: 200,
+            first: Some(3.0),
+            last: Some(1.0),
+            least: Some(1.0),
+            greatest: Some(3.0),
+            mean: Some(2.0),
+            rms: Some(5.0_f64.sqrt()),
+        };
+        assert_eq!(range, expected);
+        assert_eq!(Slots::new(&time, (500.0, 600.0), 1, 0.01).range(&line(&values)).samples, 0);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::ActError;
 use super::bands::Band;
-use super::curves::{Drawn, Line, Slots};
+use super::curves::{Drawn, Line, RangeStatistics, Slots};
 use super::desk::{Desk, OpenLog};
 use super::thresholds::THRESHOLDS;
 use crate::compare::{Block, Comparison};
@@ -57,6 +57,20 @@ struct Curve {
     unit: &'static str,
     #[serde(flatten)]
     drawn: Drawn,
+    /// Of what is seen, every sample.
+    range: RangeStatistics,
+}
+
+impl Curve {
+    fn of(
+        kind: &'static str,
+        model: Option<u64>,
+        (name, unit): (&str, &'static str),
+        slots: &Slots,
+        line: &Line,
+    ) -> Self {
+        Self { kind, model, name: name.to_owned(), unit, drawn: slots.draw(line), range: slots.range(line) }
+    }
 }
 
 /// What an answer is made of: taken from the desk under its lock, drawn without it.
@@ -113,8 +127,7 @@ impl PlotTask {
             let trace = &block.trace;
             let mut push = |kind, model, value: Box<dyn Fn(usize) -> f64 + '_>| {
                 let line = Line { rows: Some(&trace.rows), value };
-                let (name, unit) = (block.signal.clone(), block.unit);
-                curves.push(Curve { kind, model, name, unit, drawn: slots.draw(&line) });
+                curves.push(Curve::of(kind, model, (&block.signal, block.unit), slots, &line));
             };
             if model == self.pairs().next().map_or(0, |(first, _)| first) {
                 push("measured", None, Box::new(|sample| trace.measured[sample]));
@@ -138,8 +151,7 @@ impl PlotTask {
             for (kind, side) in [("lower", -1.0), ("upper", 1.0), ("torque", 0.0)] {
                 let value = |sample: usize| torque.torque[sample] + side * torque.standard_error[sample];
                 let line = Line { rows: Some(&torque.rows), value: Box::new(value) };
-                let (name, drawn) = (UNKNOWN_TORQUE.to_owned(), slots.draw(&line));
-                curves.push(Curve { kind, model: Some(model), name, unit: "N m", drawn });
+                curves.push(Curve::of(kind, Some(model), (UNKNOWN_TORQUE, "N m"), slots, &line));
             }
         }
         curves
@@ -153,7 +165,7 @@ impl PlotTask {
         let curves = there.map(|(name, values)| {
             let line = Line { rows: None, value: Box::new(|row| values[row]) };
             let unit = log_signal(name).map_or("", |known| known.unit);
-            Curve { kind: "channel", model: None, name: name.to_owned(), unit, drawn: slots.draw(&line) }
+            Curve::of("channel", None, (name, unit), slots, &line)
         });
         curves.collect()
     }

@@ -204,6 +204,22 @@ async function wicked() {
     await page.waitForFunction(was => document.querySelector("figure").dataset.drawn !== was, before);
   }
   await picture("6-long-log");
+  step("from cursor A to cursor B");
+  await page.keyboard.press("a");
+  await page.keyboard.press("1");
+  await page.keyboard.press("2");
+  const wave = page.locator("figure", { hasText: mark }).locator("table.range");
+  await wave.waitFor();
+  // By thirds of what is seen: 100 s to 200 s of 300 s, every row counted.
+  const cells = await wave.locator("tbody tr").first().locator("td").allTextContents();
+  check(Math.abs(Number(cells.at(-1)) - 100_000) < 3, "samples between the cursors: " + cells.at(-1));
+  const value = async index => Number(await wave.locator("tbody tr td:nth-child(" + index + ") .number").getAttribute("data-value"));
+  const [first, last, change, mean] = [await value(2), await value(3), await value(4), await value(5)];
+  check(Math.abs(first - Math.sin(100 / 3)) < 1e-3 && Math.abs(last - Math.sin(200 / 3)) < 1e-3, `at the cursors: ${first}, ${last}`);
+  check(change === last - first, `their difference: ${change}`);
+  check(Math.abs(mean - (3 / 100) * (Math.cos(100 / 3) - Math.cos(200 / 3))) < 1e-4, `mean: ${mean}`);
+  await page.keyboard.press("0");
+  await wave.waitFor({ state: "detached" });
 }
 
 async function live() {

@@ -1,6 +1,7 @@
 // One plot: curves that the server has drawn for its width, bands behind them, levels across. uPlot draws.
 
 import { desk } from "./act.js";
+import { cursors, hover } from "./cursors.js";
 import { number } from "./dom.js";
 
 const ink = name => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
@@ -73,7 +74,8 @@ export class Chart {
       cursor: { sync: { key: "time", scales: ["x", null] }, drag: { x: true, y: false, setScale: false }, hover: { skip: [undefined] }, points: { size: 5 } },
       legend: { markers: { width: 0, fill: (u, index) => u.series[index]._stroke || u.series[index].stroke() } },
       hooks: {
-        draw: [u => this.marks(u)],
+        draw: [u => this.marks(u), u => this.cursorLines(u)],
+        setCursor: [u => { if (u.cursor.left >= 0) hover(u.posToVal(u.cursor.left, "x")); }],
         setSelect: [u => this.selected(u)],
       },
     }, data, host);
@@ -156,6 +158,28 @@ export class Chart {
       ctx.fillText(...place);
     }
     ctx.restore();
+  }
+
+  cursorLines(u) {
+    const { ctx, bbox } = u;
+    const ratio = devicePixelRatio;
+    ctx.save();
+    ctx.font = "bold " + 11 * ratio + "px system-ui, sans-serif";
+    [ctx.strokeStyle, ctx.fillStyle, ctx.lineWidth] = [ink("ink"), ink("ink"), ratio];
+    for (const { label, at } of cursors()) {
+      const left = u.valToPos(at, "x", true);
+      if (left < bbox.left || left > bbox.left + bbox.width) continue;
+      ctx.beginPath();
+      ctx.moveTo(left, bbox.top);
+      ctx.lineTo(left, bbox.top + bbox.height);
+      ctx.stroke();
+      ctx.fillText(label, left + 3 * ratio, bbox.top + bbox.height - 4 * ratio);
+    }
+    ctx.restore();
+  }
+
+  redraw() {
+    this.plot?.redraw(false);
   }
 
   resize() {

@@ -2,6 +2,7 @@
 
 import { act, desk } from "./act.js";
 import { button, element, fill } from "./dom.js";
+import { clear } from "./cursors.js";
 import * as plots from "./plots.js";
 
 const KEYS = [
@@ -12,6 +13,9 @@ const KEYS = [
   ["-", "zoom out", () => plots.zoom(2)],
   ["ArrowLeft", "earlier", () => plots.pan(-0.25)],
   ["ArrowRight", "later", () => plots.pan(0.25)],
+  ["1", "cursor A at the pointer", () => plots.cursor("A")],
+  ["2", "cursor B at the pointer", () => plots.cursor("B")],
+  ["0", "both cursors off", () => clear()],
   ["n", "the next log", () => plots.nextLog()],
   ["m", "ask what is missing", () => act("diagnose")],
   ["c", "cancel the search", () => act("cancel")],

@@ -2,6 +2,7 @@
 
 import { complain, desk, get, onDesk, save, saveBlob } from "./act.js";
 import { Chart, colourOf, isDark } from "./charts.js";
+import { clear, onCursors, place, rangeTable } from "./cursors.js";
 import { details } from "./details.js";
 import { button, command, element, fill, lastPart, number, precise } from "./dom.js";
 
@@ -51,6 +52,7 @@ export function pan(share) {
   const [from, to] = seen();
   look(from + share * (to - from), to + share * (to - from));
 }
+export const cursor = name => place(name, seen());
 export function worst() {
   const block = blocks()[0];
   if (block?.worst_s) look(...block.worst_s);
@@ -76,10 +78,18 @@ class Figure {
     const picture = button("picture", () => this.charts[0].chart.picture(blob => saveBlob(blob, "plot.png")), { class: "quiet", "aria-label": "save a picture of " + title });
     this.root = element("figure", { "aria-label": title },
       element("figcaption", {}, element("div", { class: "row" }, element("h3", {}, title), picture), under), this.charts.map(it => it.host));
+    this.range = element("div");
+    this.root.append(this.range);
+    this.measure();
     new IntersectionObserver(([entry]) => {
       this.visible = entry.isIntersecting;
       if (this.visible && this.stale) this.refresh();
     }, { rootMargin: "200px" }).observe(this.root);
+  }
+
+  // What the curves are between the cursors.
+  measure() {
+    rangeTable(this.range, { log, ...this.query }, nameOf).catch(error => complain(error.message));
   }
 
   async refresh() {
@@ -114,6 +124,12 @@ function lookOf(curve, index) {
     case "upper": return { label: name + " +1 s.e.", tone: colourOf(curve.model), edge: true, upper: true };
     default: return { label: name, tone: colourOf(curve.model), dashed: model?.is_tried };
   }
+}
+
+// A curve's name where it stands without its colour.
+function nameOf(curve, index) {
+  const { label } = lookOf(curve, index);
+  return { error: "error of " + label, modelled: label }[curve.kind] || label;
 }
 
 // Each model's error of a block, beside what noise alone would leave.
@@ -163,7 +179,9 @@ function bar(it) {
   }, element("option", { value: "" }, "add a channel ..."), it.channels.map(channel => element("option", { value: channel.name }, channel.name)));
   return element("div", { class: "bar row" }, element("h2", {}, lastPart(it.name)),
     button("worst 10 s", worst), button("all", all), button("+", () => zoom(0.5), { "aria-label": "zoom in" }), button("−", () => zoom(2), { "aria-label": "zoom out" }),
-    button("◀", () => pan(-0.25), { "aria-label": "earlier" }), button("▶", () => pan(0.25), { "aria-label": "later" }), pick,
+    button("◀", () => pan(-0.25), { "aria-label": "earlier" }), button("▶", () => pan(0.25), { "aria-label": "later" }),
+    button("A", () => cursor("A"), { "aria-label": "cursor A" }), button("B", () => cursor("B"), { "aria-label": "cursor B" }),
+    button("A B off", clear, { "aria-label": "cursors off" }), pick,
     button("report", () => save({ what: "report", id: it.id }), { class: "quiet", "aria-label": "save the report of " + it.name }),
     button("CSV", () => save({ what: "signals", id: it.id }), { class: "quiet", "aria-label": "save the signals of " + it.name }));
 }
@@ -195,6 +213,12 @@ const refresh = () => figures.forEach(figure => figure.refresh());
 export function build(at) {
   middle = at("middle");
   onDesk(() => update());
+  onCursors(() => {
+    for (const figure of figures) {
+      figure.charts.forEach(({ chart }) => chart.redraw());
+      figure.measure();
+    }
+  });
   new ResizeObserver(() => {
     for (const figure of figures) figure.charts.forEach(({ chart }) => chart.resize());
     refresh();
