@@ -210,6 +210,7 @@ async function wicked() {
   await page.keyboard.press("2");
   const wave = page.locator("figure", { hasText: mark }).locator("table.range");
   await wave.waitFor();
+  await picture("7-cursors");
   // By thirds of what is seen: 100 s to 200 s of 300 s, every row counted.
   const cells = await wave.locator("tbody tr").first().locator("td").allTextContents();
   check(Math.abs(Number(cells.at(-1)) - 100_000) < 3, "samples between the cursors: " + cells.at(-1));
@@ -232,7 +233,7 @@ async function live() {
     await page.getByRole("button", { name: "Live" }).click();
     await page.locator("#live-state[data-state]").waitFor();
     await page.locator("#live canvas").first().waitFor();
-    await picture("7-live");
+    await picture("8-live");
   } finally {
     emulator.kill("SIGINT");
     await ended;
