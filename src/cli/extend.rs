@@ -10,13 +10,13 @@ use super::watched::{cancellable, searching};
 use super::{CliError, CliResult, Outcome};
 use crate::cancel::Cancel;
 use crate::compare::CompareConfig;
-use crate::diagnose::DiagnoseConfig;
 use crate::diagnose::diagnosis::ErrorSummary;
+use crate::diagnose::{DiagnoseConfig, DiagnoseError};
 use crate::model::Model;
 use crate::report::findings::sentences;
 use crate::report::{self, Page, json};
 use crate::screening::Finding;
-use crate::session::{self, Extended, Job};
+use crate::session::{self, Extended, Job, SessionError};
 
 /// Arguments of `extend`.
 #[derive(Debug, clap::Args)]
@@ -92,8 +92,13 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if arguments.step_back {
         return step_back(&model, arguments);
     }
-    let (extended, page) = cancellable(|cancel| work(&model, arguments, cancel))?;
-    let Extended { extension, findings, has_fallen } = &extended;
+    let (extended, page) = match cancellable(|cancel| work(&model, arguments, cancel))? {
+        Work::Done(extended, page) => (extended, page),
+        Work::NothingToChange { error, is_at_floor } => {
+            return nothing_to_change(&model, &error, is_at_floor, arguments.json);
+        }
+    };
+    let Extended { extension, findings, has_fallen } = &*extended;
     session::save_model(&extension.model, &arguments.output)?;
     if let Some((path, page)) = arguments.report.as_ref().zip(page) {
         page.save(path)?;
@@ -109,29 +114,56 @@ pub fn run(arguments: &Arguments) -> CliResult {
         };
         println!("{}", json::answer(&answer)?);
     } else {
-        print!("{}", report::story::extension(&extension.model, &arguments.effect, &extension.error));
+        print!("{}", report::story::extension(extension, &arguments.effect));
         warnings.iter().for_each(|warning| println!("Note: {warning}"));
+        println!("written: {}", arguments.output.display());
     }
     Ok(if *has_fallen { Outcome::Done } else { Outcome::FoundWanting })
 }
 
-/// The model and its page, before anything is written.
-fn work(model: &Model, arguments: &Arguments, cancel: &Cancel) -> Result<(Extended, Option<Page>), CliError> {
+/// What became of it, before anything is written.
+enum Work {
+    /// The model and its page.
+    Done(Box<Extended>, Option<Page>),
+    /// The model's own numbers are those that the logs ask for.
+    NothingToChange { error: Box<ErrorSummary>, is_at_floor: bool },
+}
+
+/// Says that the model stays as it is: as it should where only noise is left, else something is missing.
+fn nothing_to_change(model: &Model, error: &ErrorSummary, is_at_floor: bool, json: bool) -> CliResult {
+    let findings = [Finding::new("nothing_to_change", "")];
+    let warnings = sentences(&findings);
+    if json {
+        let answer = Answer { added: &[], error, model, warnings: &warnings, findings: &findings };
+        println!("{}", json::answer(&answer)?);
+    } else {
+        print!("{}", report::story::nothing_to_change(&findings[0], error));
+    }
+    Ok(if is_at_floor { Outcome::Done } else { Outcome::FoundWanting })
+}
+
+fn work(model: &Model, arguments: &Arguments, cancel: &Cancel) -> Result<Work, CliError> {
     let config = DiagnoseConfig { horizon: arguments.horizon_s, ..DiagnoseConfig::default() };
     let train = session::open_all(&arguments.log, &arguments.logs.open_config(), &Job::unwatched(cancel))?;
     let validate =
         session::open_all(&arguments.validate, &arguments.logs.open_config(), &Job::unwatched(cancel))?;
     let logs = (&train[..], &validate[..]);
-    let mut extended = searching(cancel, |job| {
+    let found = searching(cancel, |job| {
         if arguments.recalibrate {
             session::refit(model, logs, &config, job)
         } else {
             session::extend(model, &arguments.effect, logs, &config, job)
         }
-    })?;
+    });
+    let mut extended = match found {
+        Err(SessionError::Diagnose(DiagnoseError::NothingChanged { error, is_at_floor })) => {
+            return Ok(Work::NothingToChange { error, is_at_floor });
+        }
+        found => Box::new(found?),
+    };
     session::name_after(&mut extended.extension.model, &arguments.output);
     if arguments.report.is_none() {
-        return Ok((extended, None));
+        return Ok(Work::Done(extended, None));
     }
     let shown = if validate.is_empty() { &train } else { &validate };
     let windows = CompareConfig { horizon_s: arguments.horizon_s, ..CompareConfig::default() };
@@ -139,7 +171,7 @@ fn work(model: &Model, arguments: &Arguments, cancel: &Cancel) -> Result<(Extend
     let job = Job::unwatched(cancel);
     let compared = session::compare_extension(model, &extension.model, shown, &windows, &job)?;
     let page = report::diagnosis::extension_page(extension, &arguments.effect, &compared, shown);
-    Ok((extended, Some(page)))
+    Ok(Work::Done(extended, Some(page)))
 }
 
 /// Undoes the last step of the model's ladder.

@@ -7,7 +7,6 @@ use super::output::{Force, writable};
 use super::watched::{cancellable, in_steps};
 use super::{CliError, CliResult, Outcome};
 use crate::identify::IdentifySettings;
-use crate::report::findings::sentence;
 use crate::report::{json, rotors};
 use crate::session::{self, Job, OpenConfig};
 use crate::signal::ROTORS;
@@ -83,9 +82,14 @@ pub fn run(arguments: &Arguments) -> CliResult {
     if let Some((path, page)) = page {
         page.save(path)?;
     }
+    let headline = found.headline();
+    let outcome = if headline.is_none() { Outcome::Done } else { Outcome::FoundWanting };
     if arguments.json {
         println!("{}", json::answer(&found.json()?)?);
-        return Ok(Outcome::Done);
+        return Ok(outcome);
+    }
+    if let Some(headline) = headline {
+        println!("{headline}.\n");
     }
     println!("{}\n{}", found.part_table().text(), found.parameter_table().text());
     let tables =
@@ -93,10 +97,10 @@ pub fn run(arguments: &Arguments) -> CliResult {
     for table in tables.into_iter().flatten() {
         println!("{}", table.text());
     }
-    for warning in &found.findings {
-        println!("warning: {}", sentence(warning));
+    for warning in found.warnings() {
+        println!("warning: {warning}");
     }
-    Ok(Outcome::Done)
+    Ok(outcome)
 }
 
 /// The file of one rotor's own model: `m.toml` has `m_rotor_3.toml` beside it.

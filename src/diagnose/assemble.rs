@@ -30,7 +30,7 @@ pub(crate) fn conclude(
     let effects: Vec<String> = blocks.iter().flat_map(|found| found.answer.effects.clone()).collect();
     let (main, channel) = main_block(blocks);
     let extended = merged(model, blocks, verdicts);
-    let alternatives = alternatives(blocks);
+    let (alternatives, alternative_errors): (Vec<_>, Vec<_>) = alternatives(blocks).into_iter().unzip();
     let next_experiment = next_experiment(&effects, &alternatives);
     Diagnosis {
         verdict,
@@ -44,6 +44,7 @@ pub(crate) fn conclude(
         next_experiment,
         turns_against_torque: blocks.iter().any(turns_against_torque),
         alternatives,
+        alternative_errors,
         effects,
         model: extended,
     }
@@ -163,15 +164,18 @@ fn rung(found: &SearchResult, fitted: &CandidateFit, channel: usize) -> LadderSt
     }
 }
 
-/// Sets that the data cannot tell from the answer: one block's set exchanged for another.
-fn alternatives(blocks: &[SearchResult]) -> Vec<Vec<String>> {
+/// Sets that the data cannot tell from the answer: one block's set exchanged for another; and the held-out error of that block
+/// with it, and its unit.
+fn alternatives(blocks: &[SearchResult]) -> Vec<(Vec<String>, (f64, &'static str))> {
     let mut sets = Vec::new();
     for (index, found) in blocks.iter().enumerate() {
         for other in &found.alternatives {
             let set = blocks.iter().enumerate().flat_map(|(block, found)| {
                 if block == index { other.effects.clone() } else { found.answer.effects.clone() }
             });
-            sets.push(set.collect());
+            let channel = channel_of(found);
+            let error = other.channel_error(&found.split, channel, true);
+            sets.push((set.collect(), (error, found.split.train.channels()[channel].unit)));
         }
     }
     sets.truncate(THRESHOLDS.most_alternatives);

@@ -6,6 +6,7 @@ use super::block_data::{BlockData, Runs};
 use super::body_block::{BodyRun, BodySource};
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
+use super::directions::Directions;
 use super::refusal::Refusal;
 use super::rotor_block::{COMMANDS, PROPELLER_RATES, RotorRun, rotor_runs, simulate};
 use super::thresholds::THRESHOLDS;
@@ -279,7 +280,7 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<R
             return Some(Refusal::TooFewCommands { commands, needed });
         }
     }
-    effect.needs.iter().find_map(|need| {
+    let lacking = effect.needs.iter().find_map(|need| {
         let there = |log: &ScreenedLog| {
             let any = |name: String| log.dataset().column(&name).is_some();
             if need.contains('*') {
@@ -290,6 +291,11 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<R
         };
         // A torque command stands in for rotor rates only where the law does not look at them.
         (!logs.iter().all(there)).then(|| Refusal::ColumnLacking { column: need.clone() })
+    });
+    lacking.or_else(|| {
+        effect.card.filter(|card| card.needs_both_directions)?;
+        let ways = Directions::of(&rotor_runs(logs), model.actuator.pole);
+        ways.is_one_way().then_some(Refusal::OneDirection { rising: ways.rising, falling: ways.falling })
     })
 }
 

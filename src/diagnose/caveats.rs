@@ -1,11 +1,14 @@
 //! What is said beside the answer.
 
 use super::block_data::{BlockData, Runs};
+use super::directions::Directions;
 use super::refusal::Refusal;
+use super::rotor_block::rotor_runs;
 use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
 use super::verdict::{fails_in_training_only, turns_against_torque};
 use crate::effect::find;
+use crate::estimation::moments::mean_square;
 use crate::screening::summary::LogSummary;
 use crate::screening::{Finding, ScreenedLog};
 
@@ -22,6 +25,8 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
     }
     for found in blocks {
         warnings.extend(found.split.insufficient_data().and_then(insufficient));
+        warnings.extend(of_other_bench(found));
+        warnings.extend(one_direction(logs, found));
         let (over, channel) = found.over_floor(&found.answer);
         if over > found.at_floor() {
             let name = found.split.train.channels()[channel].name;
@@ -36,6 +41,31 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
         warnings.extend(rotors_differ(logs, found));
     }
     warnings
+}
+
+/// A model that is so far off that it cannot be this bench's. Of rotors only: an unstable body departs from any model.
+fn of_other_bench(found: &SearchResult) -> Option<Finding> {
+    let data = &found.split.validate;
+    let Runs::Rotor(runs) = &data.runs else { return None };
+    let error = found.nominal.channel_error(&found.split, 0, true);
+    let measured = runs.iter().flat_map(|run| &run.measured).copied().filter(|rate| rate.is_finite());
+    let rates: Vec<f64> = measured.collect();
+    let (spread, size) = (data.spread(0), mean_square(&rates).sqrt());
+    (error > spread && error > THRESHOLDS.foreign_error * size).then(|| {
+        Finding::new("model_of_other_bench", "rotors").with("error_rad_s", error).with("spread_rad_s", spread)
+    })
+}
+
+/// Transients that nearly all go one way.
+fn one_direction(logs: &[ScreenedLog], found: &SearchResult) -> Option<Finding> {
+    if !found.split.train.is_rotor() {
+        return None;
+    }
+    let ways = Directions::of(&rotor_runs(logs), found.nominal.model.actuator.pole);
+    ways.is_one_way().then(|| {
+        let finding = Finding::new("one_direction_only", "rotors");
+        finding.with("rising_rows", ways.rising).with("falling_rows", ways.falling)
+    })
 }
 
 /// The finding for data that cannot tell anything.

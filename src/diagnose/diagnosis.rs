@@ -190,6 +190,9 @@ pub struct Diagnosis {
     pub findings: Vec<Finding>,
     /// What would tell more.
     pub next_experiment: Option<NextExperiment>,
+    /// Of each of `alternatives` the held-out error, and its unit.
+    #[serde(skip)]
+    pub alternative_errors: Vec<(f64, &'static str)>,
     /// A body that moves, and not as the torque on it would have it, which no effect explains.
     #[serde(skip)]
     pub turns_against_torque: bool,
@@ -225,11 +228,40 @@ impl ErrorSummary {
         self.refitted.validate > THRESHOLDS.refitted_worse * self.base.validate
     }
 
-    /// The share of the refitted baseline's held-out squared error above the noise that the extension takes off.
+    /// The held-out error without the effects: as it is, or refitted where that does better.
+    #[must_use]
+    pub fn without_effects(&self) -> f64 {
+        self.base.validate.min(self.refitted.validate)
+    }
+
+    /// The share of the held-out squared error above the noise that the extension takes off what is left without it.
     #[must_use]
     pub fn explained(&self) -> f64 {
         let above = |error: f64| error.powi(2) - self.noise_floor.powi(2);
-        let share = 1.0 - above(self.extended.validate) / above(self.refitted.validate);
+        let share = 1.0 - above(self.extended.validate) / above(self.without_effects());
         if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 17.7 as it is, 39.3 refitted, 9.6 extended over 0.83 of noise: what the effects take off is counted from 17.7.
+    #[test]
+    fn what_effects_explain_is_counted_from_the_better_of_both_baselines() {
+        let both = |error| TrainValidate { train: error, validate: error };
+        let summary = |base, refitted| ErrorSummary {
+            measure: Measure::of_free_runs("propeller_rate_rad_s", None, "rad/s"),
+            channel: String::new(),
+            unit: "rad/s",
+            noise_floor: 0.83,
+            base: both(base),
+            refitted: both(refitted),
+            extended: both(9.626),
+        };
+        let share = summary(17.7, 39.3).explained();
+        assert!((share - 0.706).abs() < 1e-3, "{share}");
+        assert!((summary(39.3, 17.7).explained() - share).abs() < 1e-12);
     }
 }

@@ -1,5 +1,6 @@
 //! Why there is no diagnosis, or no extension.
 
+use super::diagnosis::ErrorSummary;
 use super::refusal::Refusal;
 use crate::identify::IdentifyError;
 use crate::model::ModelError;
@@ -29,9 +30,14 @@ pub enum DiagnoseError {
     /// The logs cannot tell anything of the base's numbers.
     #[error("nothing to take over: {0}")]
     NothingToRefit(Refusal),
-    /// No number of the base has to change.
-    #[error("nothing to take over: these logs do not ask for other numbers than the model has")]
-    NothingChanged,
+    /// No number of the model has to change.
+    #[error("nothing to change: these logs do not ask for other numbers than the model has")]
+    NothingChanged {
+        /// The error of the model, which stays.
+        error: Box<ErrorSummary>,
+        /// Nothing but noise is left.
+        is_at_floor: bool,
+    },
     /// A number that no bench has: what was not measured (a rate that stood still, or read zero) asks for such.
     #[error(
         "nothing to take over: `{name}` would go from {} to {}, which these logs do not determine or no bench has: a rate that \

@@ -90,7 +90,7 @@ pub fn extend(
     let error = blocks.error_summary(config);
     let mut extended = blocks.merged(model);
     if ids.is_empty() {
-        check_numbers(model, &extended, &blocks)?;
+        check_numbers(model, &extended, &blocks, &error)?;
     }
     extended.ladder.push(step(model, ids, [train, validate], &error));
     Ok(Extension { model: extended, error, is_at_floor: blocks.is_at_floor(), findings: warnings })
@@ -144,11 +144,27 @@ fn check_fitted(ids: &[String], blocks: &Blocks) -> Result<(), DiagnoseError> {
 }
 
 /// Refuses numbers that are the model's own, and those that no bench has: what was not measured (a rate that stood still, or read zero) asks for such.
-fn check_numbers(model: &Model, extended: &Model, blocks: &Blocks) -> Result<(), DiagnoseError> {
+fn check_numbers(
+    model: &Model,
+    extended: &Model,
+    blocks: &Blocks,
+    error: &ErrorSummary,
+) -> Result<(), DiagnoseError> {
     let before = model.parameters();
-    if extended.parameters() == before {
+    // The numbers of effects are fitted each time: what moves them by less than their error says nothing new.
+    let is_same = |name: &str, from: f64, to: f64| {
+        let known_to = extended.standard_errors.get(name).filter(|_| name.contains('.'));
+        from == to || known_to.is_some_and(|known_to| (to - from).abs() < *known_to)
+    };
+    let stays =
+        |(name, from): (&String, &f64)| extended.parameter(name).is_some_and(|to| is_same(name, *from, to));
+    if before.iter().all(stays) {
         let poor = blocks.found.iter().find_map(|found| found.split.insufficient_data());
-        return Err(poor.map_or(DiagnoseError::NothingChanged, DiagnoseError::NothingToRefit));
+        let unchanged = || DiagnoseError::NothingChanged {
+            error: Box::new(error.clone()),
+            is_at_floor: blocks.is_at_floor(),
+        };
+        return Err(poor.map_or_else(unchanged, DiagnoseError::NothingToRefit));
     }
     let is_absurd = |name: &str, from: f64, to: f64| {
         let error = extended.standard_errors.get(name).copied().unwrap_or(0.0);

@@ -17,6 +17,7 @@ mod caveats;
 mod config;
 pub mod data_split;
 pub mod diagnosis;
+mod directions;
 pub mod driver_inference;
 mod error;
 mod extend;

@@ -34,6 +34,14 @@ pub enum Refusal {
         /// The least.
         needed: usize,
     },
+    /// Nearly all scored transients go one way, and the effect is the difference between the ways.
+    #[error("of the scored rows on their way to a new level {rising} rise and {falling} fall: it takes both")]
+    OneDirection {
+        /// Scored rows on the way up.
+        rising: usize,
+        /// Scored rows on the way down.
+        falling: usize,
+    },
     /// A log has not got what the effect reads.
     #[error("needs `{column}`, which a log lacks")]
     ColumnLacking {

@@ -195,6 +195,14 @@ crate::thresholds! {
     explained: f64 = 0.95, "-", "development cases of tools/campaign";
     /// times the noise floor beyond which effects are not the answer, whatever they explain: a gyro clock with a delay is explained to 95 % by others
     near_floor: f64 = 1.5, "-", "development cases of tools/campaign";
+    /// from so far between the command and its lag on a row is on the way to a new level
+    transient_way: f64 = 0.02, "of the command", "the least jump of a command, `jump` of the screening";
+    /// rows on their way, at least, of which it is said that they all go one way
+    fewest_transient_rows: usize = 20, "count", "judgement";
+    /// share of the rows on their way that must go the other way: with less, a difference between the ways is known to five times the error of the better one, at best
+    least_direction_share: f64 = 0.05, "-", "judgement";
+    /// an error larger than the spread of the rates and than this share of the rates themselves: no effect of the catalogue takes as much
+    foreign_error: f64 = 0.3, "of the rates", "judgement";
     /// [-] share of what the answer leaves over that is a straight line in time, from which it is called a slow drift.
     drift_share: f64 = 0.25, "-", "emulated benches with a drift of no catalogue";
     /// times the noise floor from which an error is plain to see

@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["body_rate_rad_s", "propeller_rate_1_rad_s", "propeller_rate_2_rad_s"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: None,
     report: [
         "At the same speed one rotor pushes harder than the other.",

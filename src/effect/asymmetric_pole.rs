@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    needs_both_directions: true,
     acts_as: None,
     report: [
         "The rotor accelerates faster than it slows down, or the other way round.",

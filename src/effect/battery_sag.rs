@@ -24,6 +24,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["command_*", "propeller_rate_*_rad_s", "battery_voltage_v"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: Some(Term::VoltageDrop),
     report: [
         "The same command turns the rotor more slowly when the battery is low.",

@@ -13,6 +13,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["command_*", "propeller_rate_*_rad_s", "battery_voltage_v"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: Some(Term::VoltageScaling),
     report: [
         "The command is a share of the battery voltage, so an emptying battery shrinks every command.",

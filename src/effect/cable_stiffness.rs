@@ -24,6 +24,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["body_rate_rad_s", "body_angle_rad"],
     symmetry: Symmetry::OddInBodyMotion,
+    needs_both_directions: false,
     acts_as: Some(Term::Stiffness),
     report: [
         "Cables pull the body back in proportion to its angle.",

@@ -94,6 +94,8 @@ pub struct Card {
     pub needs: &'static [&'static str],
     /// A symmetry of the law.
     pub symmetry: Symmetry,
+    /// Whether it is a difference between speeding up and slowing down: data that show one of the two say nothing of it.
+    pub needs_both_directions: bool,
     /// The term of the equations that it is, for those who know the term but not the effect.
     pub acts_as: Option<Term>,
     /// Two plain sentences for the report.

@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::PiecewiseConstant(add),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: None,
     report: [
         "The speed controller rounds the command to a coarse grid.",

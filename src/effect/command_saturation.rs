@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: Some(Term::Saturation),
     report: [
         "Above a limit the rotor does not answer to more command.",

@@ -36,6 +36,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["body_rate_rad_s", "body_angle_rad"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: Some(Term::Pendulum),
     report: [
         "The centre of mass is off the axis, so that gravity pulls the body towards an angle of its own.",

@@ -36,6 +36,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["body_rate_rad_s", "body_angle_rad", "propeller_rate_1_rad_s", "propeller_rate_2_rad_s"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: None,
     report: [
         "The rotor that comes near the floor pushes harder.",

@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(constant),
     needs: &["body_rate_rad_s", "body_angle_rad"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: Some(Term::Constant),
     report: [
         "The gyroscope reads a constant rate when the body rests.",

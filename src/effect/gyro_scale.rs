@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["body_rate_rad_s", "body_angle_rad"],
     symmetry: Symmetry::OddInBodyMotion,
+    needs_both_directions: false,
     acts_as: None,
     report: [
         "The gyroscope reads too much or too little by a fixed share.",

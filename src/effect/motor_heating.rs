@@ -37,6 +37,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Memory(Memory { steady_state, advance, add, rate, slow: true }),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: None,
     report: [
         "After hard work the same command turns the rotor more slowly, and it recovers with rest.",

@@ -36,6 +36,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Stiff(add),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::Dissipative,
+    needs_both_directions: false,
     acts_as: Some(Term::CoulombFriction),
     report: [
         "The pivot rubs: it brakes with the same torque however slowly the body turns.",

@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::Dissipative,
+    needs_both_directions: false,
     acts_as: Some(Term::ViscousFriction),
     report: [
         "The body is braked in proportion to its rate.",

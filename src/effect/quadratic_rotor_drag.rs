@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(add),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: None,
     report: [
         "The air brakes the rotor with the square of its speed.",

@@ -14,6 +14,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Memory(lag!(torque, slow: false)),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: Some(Term::Lag),
     report: [
         "The torque builds up gradually after it was commanded.",

@@ -14,6 +14,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Memory(lag!(steady_rate, slow: true)),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: Some(Term::Lag),
     report: [
         "The rotor does not start at full acceleration after a step; something ahead of it lags.",

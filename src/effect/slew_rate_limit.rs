@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Memory(Memory { steady_state, advance, add, rate, slow: false }),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: None,
     report: [
         "Large steps are answered by a ramp, small ones as the model says.",

@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(constant),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: Some(Term::Constant),
     report: [
         "The rotor turns faster or slower than the model by the same amount at every command.",

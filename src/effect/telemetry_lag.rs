@@ -14,6 +14,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Memory(lag!(propeller_rate, slow: false)),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: Some(Term::Lag),
     report: [
         "The reported rotor rate lags behind the true one.",

@@ -23,6 +23,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Static(constant),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: Some(Term::Constant),
     report: [
         "Something pushes the body with a constant torque.",

@@ -13,6 +13,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Delay(dead_time::of),
     needs: &["body_rate_rad_s"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: Some(Term::DeadTime),
     report: [
         "The torque acts a fixed time after it was commanded.",

@@ -13,6 +13,7 @@ pub(super) static CARD: Card = Card {
     law: Law::Delay(dead_time::of),
     needs: &["command_*", "propeller_rate_*_rad_s"],
     symmetry: Symmetry::None,
+    needs_both_directions: false,
     acts_as: Some(Term::DeadTime),
     report: [
         "Every command takes effect a fixed time after it was sent.",
@@ -20,5 +21,6 @@ pub(super) static CARD: Card = Card {
     ],
     residual: "Spikes right after each change of the command, in the direction of the old value, the same up and down.",
     confused_with: &["second_order_lag", "telemetry_lag"],
-    experiment: "Steps with fast sampling: a delay leaves the rotor untouched at first, a lag bends its start.",
+    experiment: "Small and large steps (0.05 and 0.3 of the command), sampled ten times or more within the delay: it leaves the \
+                 rotor untouched at first, whatever the size; a lag bends the start, a limit slows only the large ones.",
 };

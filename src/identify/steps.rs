@@ -54,14 +54,22 @@ impl Work<'_> {
         self.battery = gain;
     }
 
+    /// How many jumps the best log has, how many of them a hole hides, and how many may be used.
+    fn too_few_jumps(&self) -> Finding {
+        let best = self.rotors.iter().max_by_key(|rotor| rotor.jumps().len());
+        let (jumps, hidden) = best.map_or((0, 0), RotorLog::all_jumps);
+        let why = Finding::new("too_few_jumps", "command").with("jumps_needed", FEWEST_JUMPS);
+        let why = why.with("jumps", jumps).with("jumps_at_holes", hidden);
+        why.with("jumps_usable", best.map_or(0, |rotor| rotor.jumps().len()))
+    }
+
     pub(crate) fn joint(&mut self) {
         const STEP: &str = "joint_estimation";
         let samples: usize = self.excited.iter().map(|rotor| rotor.scored().count()).sum();
         if self.excited.is_empty() {
             let pole = self.settings.template.actuator.pole;
             let seldom = self.rotors.iter().find_map(|rotor| rotor.too_seldom(pole));
-            let few = || Finding::new("too_few_jumps", "command").with("jumps_needed", FEWEST_JUMPS);
-            return self.note(STEP, false, seldom.unwrap_or_else(few));
+            return self.note(STEP, false, seldom.unwrap_or_else(|| self.too_few_jumps()));
         }
         if samples < THRESHOLDS.fewest_samples {
             let why = Finding::new("too_few_samples", "propeller_rate").with("samples", samples);

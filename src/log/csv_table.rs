@@ -70,6 +70,8 @@ impl Reader<'_> {
         let body = text.get(skipped..).unwrap_or("");
         let is_remark = |line: &&str| config.comment.is_some_and(|comment| line.starts_with(comment));
         self.notes.remarks = body.lines().filter(is_remark).count();
+        let first = body.lines().find(is_remark);
+        self.notes.first_remark = first.map(shortened);
         let comment = config.comment.map(|comment| comment as u8);
         let mut reader = csv::ReaderBuilder::new()
             .delimiter(config.delimiter as u8)

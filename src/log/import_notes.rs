@@ -38,6 +38,8 @@ pub struct Notes {
     pub rows: usize,
     /// Lines that are remarks.
     pub remarks: usize,
+    /// The first of them, or its beginning.
+    pub first_remark: Option<String>,
     /// Rows with fewer cells than the header.
     pub short_rows: Places,
     /// Rows with more cells than the header; the surplus is not read.

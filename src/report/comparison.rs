@@ -9,7 +9,7 @@ use crate::log::Dataset;
 use crate::log::dataset::LOG_SIGNALS;
 use crate::report::thresholds::THRESHOLDS;
 use crate::screening::ScreenedLog;
-use story::{about, block_table, blocks_of, keys, notes, percent, sentences, torque_sentence};
+use story::{about, block_table, blocks_of, change, keys, notes, once, percent, sentences, torque_sentence};
 
 pub use story::{run, text};
 
@@ -42,8 +42,11 @@ pub(super) fn write(page: &mut Page, found: &[Vec<Comparison>], logs: &[Screened
         let log = screened.dataset();
         page.heading(log.source_name()).paragraph(about(screened));
         page.list(notes(comparisons, screened).into_iter().map(|note| format!("Note: {note}")));
-        for comparison in comparisons {
-            let (mark, sentence) = if comparison.is_adequate() {
+        if let Some(change) = change(comparisons) {
+            page.verdict(Mark::Plain, change + ".");
+        }
+        let verdict = |comparison: &Comparison| {
+            if comparison.is_adequate() {
                 (Mark::Good, "every block is at its noise floor: nothing is left to explain.".to_owned())
             } else {
                 let worst = comparison.worst().map_or_else(String::new, |block| {
@@ -56,8 +59,11 @@ pub(super) fn write(page: &mut Page, found: &[Vec<Comparison>], logs: &[Screened
                     )
                 });
                 (Mark::Warning, worst)
-            };
-            page.verdict(mark, format!("`{}`: {sentence}", comparison.model));
+            }
+        };
+        for (models, (mark, sentence)) in once(comparisons.iter().map(|it| (it.model.as_str(), verdict(it))))
+        {
+            page.verdict(mark, format!("{models}: {sentence}"));
         }
         page.table(block_table(comparisons).caption(
             "Each block alone, driven by measured inputs where there are any. `fit` is MATLAB's `compare` figure. \
@@ -124,19 +130,24 @@ fn block_section(page: &mut Page, comparisons: &[Comparison], key: (&str, &str),
     page.plot(signals)
         .plot(residuals.level("noise floor", floor).level("", -floor))
         .plot(rms.level("noise floor", floor));
-    for (comparison, block) in &blocks {
-        let lines = sentences(comparison, block);
-        page.list(lines.into_iter().map(|line| format!("**{}** {line}", comparison.model)));
+    let said =
+        blocks.iter().map(|(comparison, block)| (comparison.model.as_str(), sentences(comparison, block)));
+    for (models, lines) in once(said) {
+        page.list(lines.into_iter().map(|line| format!("**{models}** {line}")));
     }
     page.details("Where it fails in detail", |page| {
-        for (comparison, block) in &blocks {
-            details(page, comparison, block);
+        for (at, (comparison, block)) in blocks.iter().enumerate() {
+            let is_same =
+                |other: &Block| other.failure == block.failure && other.error.rms == block.error.rms;
+            if !blocks[..at].iter().any(|(_, other)| is_same(other)) {
+                details(page, &comparison.model, block);
+            }
         }
     });
 }
 
-fn details(page: &mut Page, comparison: &Comparison, block: &Block) {
-    page.subheading(format!("{} of `{}`", block.name, comparison.model));
+fn details(page: &mut Page, model: &str, block: &Block) {
+    page.subheading(format!("{} of `{model}`", block.name));
     let mut groups = Table::new(["modelled signal", "samples", "rms", "mean", "share of squared error"])
         .caption(format!("At rest and in motion [{}]", block.unit));
     for group in &block.failure.groups {
@@ -156,7 +167,7 @@ fn details(page: &mut Page, comparison: &Comparison, block: &Block) {
         page.plot(
             Plot::new("Error over frequency", hertz, density_axis)
                 .height(200)
-                .series(Series::line(comparison.model.clone(), &at, &density).tone(Tone::Residual))
+                .series(Series::line(model, &at, &density).tone(Tone::Residual))
                 .span("corner", spectrum.corner_hz, spectrum.corner_hz),
         );
     }

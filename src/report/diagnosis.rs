@@ -1,10 +1,10 @@
 //! The pages of `diagnose` and `extend`: what is missing, why, and how far the error falls.
 
-use super::story::{error_table, found_parameters, step_title};
-use super::verdict::NextStep;
+use super::story::{card_sentence, error_table, failing, found_parameters, moves_voltage_gain, step_title};
+use super::verdict::{self, NextStep};
 use super::{Bars, Mark, Page, Table, comparison, number};
 use crate::compare::Comparison;
-use crate::diagnose::diagnosis::{ErrorSummary, FoundParameter};
+use crate::diagnose::diagnosis::{ErrorSummary, FailurePlace, FoundParameter};
 use crate::diagnose::{Diagnosis, Extension, Verdict};
 use crate::effect::{Site, find};
 use crate::model::{Change, Model};
@@ -20,18 +20,19 @@ pub fn page(
     next: &[NextStep],
 ) -> Page {
     let mut page = Page::new("What the model is missing");
-    let (mark, sentence) = verdict(diagnosis);
+    let (mark, sentence) = headline(diagnosis);
     page.verdict(mark, sentence);
-    key_numbers(&mut page, &diagnosis.error);
-    for other in &diagnosis.alternatives {
-        page.paragraph(format!("These data cannot tell it from **{}**.", other.join(" + ")));
+    for said in verdict::beneath(diagnosis, "**") {
+        page.verdict(Mark::Warning, said);
     }
+    key_numbers(&mut page, &diagnosis.error);
     page.heading("What to do next").list(next.iter().map(NextStep::text));
-    page.list(
-        diagnosis.findings.iter().map(|warning| format!("Note: {}", super::findings::sentence(warning))),
-    );
-    cards(&mut page, &diagnosis.effects, &diagnosis.model);
+    let moved = moves_voltage_gain(diagnosis.changed_parameters.iter().map(|changed| &changed.name));
+    cards(&mut page, &diagnosis.effects, (&diagnosis.model, moved));
     parameters(&mut page, diagnosis);
+    if let Some(reservation) = verdict::reservation(diagnosis) {
+        page.paragraph(reservation);
+    }
     page.heading("How far the error falls");
     page.table(
         error_table(&diagnosis.error, ["model", "fitted on", "held out"])
@@ -39,12 +40,13 @@ pub fn page(
     );
     ladder(&mut page, diagnosis);
     candidates(&mut page, diagnosis);
-    let fails = diagnosis.verdict != Verdict::Adequate;
-    if fails && diagnosis.r#where.iter().any(|place| place.share_of_error > THRESHOLDS.shown_share) {
+    let places: Vec<_> = failing(diagnosis).collect();
+    let says = |place: &&FailurePlace| places.len() > 1 || place.explained >= THRESHOLDS.shown_explained;
+    if places.iter().any(says) {
         let mut table =
             Table::new(["block", "share of the error above noise [%]", "follows", "explains [%]"])
                 .caption("Where the model fails, its own parameters refitted");
-        for place in diagnosis.r#where.iter().filter(|place| place.share_of_error > THRESHOLDS.shown_share) {
+        for place in &places {
             table = table.row([
                 place.block.clone(),
                 number(100.0 * place.share_of_error, 3),
@@ -53,6 +55,10 @@ pub fn page(
             ]);
         }
         page.heading("Where it fails").table(table);
+    }
+    let notes: Vec<String> = verdict::notes(diagnosis).map(super::findings::sentence).collect();
+    if !notes.is_empty() {
+        page.heading("Notes").list(notes);
     }
     signals(&mut page, compared, logs);
     page
@@ -68,24 +74,11 @@ pub fn extension_page(
 ) -> Page {
     let mut page = Page::new("The extended model");
     let error = &extension.error;
-    let unit = error.unit;
-    let (falls, what) = if added.is_empty() {
-        // Numbers that leave more than noise make up for something that is missing.
-        (extension.is_at_floor, "Refitting the model's own numbers".to_owned())
-    } else {
-        (error.extended.validate < error.refitted.validate, format!("Adding {}", added.join(" + ")))
-    };
-    page.verdict(
-        if falls { Mark::Good } else { Mark::Bad },
-        format!(
-            "{what} takes the held-out error from {} to {} {unit}; noise alone leaves {} {unit}.",
-            number(error.base.validate, 3),
-            number(error.extended.validate, 3),
-            number(error.noise_floor, 3)
-        ),
-    );
+    let (mark, sentence) = verdict::extension(extension, added);
+    page.verdict(mark, sentence);
     key_numbers(&mut page, error);
-    cards(&mut page, added, &extension.model);
+    let moved = moves_voltage_gain(extension.model.last_changes().iter().map(|changed| &changed.name));
+    cards(&mut page, added, (&extension.model, moved));
     parameter_table(&mut page, found_parameters(&extension.model).iter().map(|(name, found)| (name, found)));
     change_table(&mut page, extension.model.last_changes().into_iter());
     page.heading("How far the error falls");
@@ -106,13 +99,13 @@ pub fn extension_page(
     page
 }
 
-fn verdict(diagnosis: &Diagnosis) -> (Mark, String) {
+fn headline(diagnosis: &Diagnosis) -> (Mark, String) {
     let mark = match diagnosis.verdict {
         Verdict::Adequate => Mark::Good,
         Verdict::Unknown => Mark::Bad,
         _ => Mark::Warning,
     };
-    (mark, super::verdict::sentence(diagnosis, "**"))
+    (mark, verdict::sentence(diagnosis, "**"))
 }
 
 fn key_numbers(page: &mut Page, error: &ErrorSummary) {
@@ -130,7 +123,7 @@ fn key_numbers(page: &mut Page, error: &ErrorSummary) {
 }
 
 /// The cards of effects in plain words; of the user's own what the model file says of them.
-fn cards(page: &mut Page, effects: &[String], model: &Model) {
+fn cards(page: &mut Page, effects: &[String], (model, voltage_gain_moved): (&Model, bool)) {
     let acts_on = |site: Site| format!("(acts on: {})", site.name().replace('_', " "));
     for user in effects.iter().filter_map(|id| model.user_effect(id)) {
         page.heading(&user.id);
@@ -142,7 +135,7 @@ fn cards(page: &mut Page, effects: &[String], model: &Model) {
     }
     for card in effects.iter().filter_map(|id| find(id)) {
         page.heading(card.id)
-            .paragraph(format!("{} {}", card.report[0], card.report[1]))
+            .paragraph(format!("{} {}", card_sentence(card, voltage_gain_moved), card.report[1]))
             .formula(format!("{}    {}", card.equation, acts_on(card.site)))
             .paragraph(format!("How it shows: {}", card.residual))
             .paragraph(format!("Source: {}. Experiment: {}", card.source, card.experiment));
@@ -285,8 +278,8 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
 /// Both models on the logs, block by block.
 fn signals(page: &mut Page, compared: &[Vec<Comparison>], logs: &[ScreenedLog]) {
     page.heading("Both models on the logs").paragraph(
-        "The same samples count as above, but each stretch and window starts at the measured state, where the diagnosis fits its \
-         start: its numbers above are smaller.",
+        "The same samples count as above, but each stretch and window starts at the measured state, where the diagnosis fits \
+         its start and runs on over short holes: the errors here are other numbers than those above.",
     );
     comparison::write(page, compared, logs);
 }

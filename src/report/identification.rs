@@ -137,6 +137,30 @@ impl Identification {
         })
     }
 
+    /// The headline where the logs hold a rotor and nothing of its model was found, nor of a body.
+    #[must_use]
+    pub fn headline(&self) -> Option<String> {
+        let found =
+            [self.battery.is_some(), self.static_curve.is_some(), self.pole.is_some(), self.joint.is_some()];
+        let run = self.training.first()?;
+        (!found.contains(&true) && self.body.is_none() && self.rotors.is_empty()).then(|| {
+            format!(
+                "No rotor model found: the numbers are the template's (rms {} rad/s on {}, fit {} %)",
+                number(run.rms, 3),
+                run.source,
+                number(run.fit_percent, 3)
+            )
+        })
+    }
+
+    /// What the reader must know, first what is said of the model, then of its logs.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<String> {
+        let (of_logs, of_model): (Vec<_>, Vec<_>) =
+            self.findings.iter().partition(|finding| !finding.place().is_empty());
+        of_model.into_iter().chain(of_logs).map(sentence).collect()
+    }
+
     /// The answer of `--json`: with the sentences of its findings, and with what became of each step.
     ///
     /// # Errors
@@ -256,8 +280,11 @@ impl Identification {
             "Section III of Lotufo et al., MED 2016, as far as the logs permit. Standard errors allow for correlated \
              residuals.",
         );
-        for warning in &self.findings {
-            page.verdict(Mark::Warning, sentence(warning));
+        self.headline().into_iter().for_each(|headline| {
+            page.verdict(Mark::Bad, headline + ".");
+        });
+        for warning in self.warnings() {
+            page.verdict(Mark::Warning, warning);
         }
         page.heading("Result").table(self.parameter_table()).table(self.part_table());
         super::rotors::models(self).into_iter().for_each(|table| {

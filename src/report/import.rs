@@ -104,7 +104,11 @@ pub fn note_lines(notes: &Notes) -> Vec<String> {
         say(places, &format!("values of `{signal}` outside the mapping's `valid`: left out"));
     }
     if notes.remarks > 0 {
-        lines.push(format!("note: {} remarks between the rows, not read", notes.remarks));
+        let first = notes.first_remark.as_deref().unwrap_or("");
+        lines.push(match notes.remarks {
+            1 => format!("note: a remark between the rows, not read: {first}"),
+            remarks => format!("note: {remarks} remarks between the rows, not read; the first: {first}"),
+        });
     }
     lines.extend(notes.skipped.iter().map(skipped));
     if notes.not_chosen > 0 {

@@ -3,15 +3,17 @@
 use std::fmt::Write as _;
 
 use super::{Mark, Table, number};
+use crate::diagnose::Extension;
 use crate::diagnose::diagnosis::{
-    Diagnosis, ErrorSummary, FoundParameter, RankedCandidate, TrainValidate, Verdict,
+    Diagnosis, ErrorSummary, FailurePlace, FoundParameter, RankedCandidate, TrainValidate, Verdict,
 };
 use crate::diagnose::refusal::Refusal;
-use crate::effect::find;
+use crate::effect::{Card, Law, find};
 use crate::model::{Model, Step};
 use crate::report::findings::sentence;
 use crate::report::thresholds::THRESHOLDS;
-use crate::report::verdict::NextStep;
+use crate::report::verdict::{self, NextStep};
+use crate::screening::Finding;
 
 /// Columns of a small terminal.
 const WIDTH: usize = 80;
@@ -48,15 +50,30 @@ fn measured(value: f64, error: Option<f64>, unit: &str) -> String {
     format!("{}{error}{unit}", number(value, 5))
 }
 
+/// In place of a card's sentence where k_V has moved beside a law of slow change.
+const SLOW_CHANGE: &str = "The rates change slowly over the log, whatever the cause: k_V moved with it, so heat, battery and drift \
+are not told apart.";
+
+/// What a card says of its effect; `voltage_gain_moved`: the answer changes k_V, too.
+pub(super) fn card_sentence(card: &Card, voltage_gain_moved: bool) -> &'static str {
+    let is_slow = matches!(&card.law, Law::Memory(memory) if memory.slow);
+    if is_slow && voltage_gain_moved { SLOW_CHANGE } else { card.report[0] }
+}
+
+/// Whether k_V is among numbers that have changed.
+pub(super) fn moves_voltage_gain<'a>(mut names: impl Iterator<Item = &'a String>) -> bool {
+    names.any(|name| name == "voltage_gain")
+}
+
 /// The card of an effect in a few lines, with its parameters as found; of the user's own what the model file says of it.
 fn card<'a>(
     id: &str,
-    model: &Model,
+    (model, voltage_gain_moved): (&Model, bool),
     parameters: impl Iterator<Item = (&'a String, &'a FoundParameter)>,
 ) -> String {
     let card = find(id);
     let (equation, meaning) = match (card, model.user_effect(id)) {
-        (Some(card), _) => (format!("  {}", card.equation), card.report[0]),
+        (Some(card), _) => (format!("  {}", card.equation), card_sentence(card, voltage_gain_moved)),
         (None, Some(user)) => (format!("  + {}", user.expression), user.meaning.as_str()),
         (None, None) => (String::new(), ""),
     };
@@ -80,7 +97,7 @@ fn card<'a>(
 
 /// The equation and the meaning of an effect.
 pub(super) fn effect_card(id: &str, model: &Model) -> String {
-    card(id, model, std::iter::empty())
+    card(id, (model, false), std::iter::empty())
 }
 
 /// `least to greatest unit`, or one number where both are the same in what is shown.
@@ -177,30 +194,24 @@ fn not_tried(diagnosis: &Diagnosis) -> String {
 /// A diagnosis; `next` says what to do.
 #[must_use]
 pub fn diagnosis(diagnosis: &Diagnosis, next: &[NextStep]) -> String {
-    let mut out = wrapped("", &super::verdict::sentence(diagnosis, ""));
+    let mut out = wrapped("", &verdict::sentence(diagnosis, "").replace('`', ""));
+    for said in verdict::beneath(diagnosis, "") {
+        out += &wrapped("", &said);
+    }
+    let moved = moves_voltage_gain(diagnosis.changed_parameters.iter().map(|changed| &changed.name));
     for id in &diagnosis.effects {
-        out += &card(id, &diagnosis.model, diagnosis.parameters.iter());
+        out += &card(id, (&diagnosis.model, moved), diagnosis.parameters.iter());
     }
     for changed in &diagnosis.changed_parameters {
         let to = measured(changed.to, changed.standard_error, &changed.unit);
         let _ = writeln!(out, "  {} ({}): {} -> {to}", changed.name, changed.symbol, number(changed.from, 5));
     }
-    for other in &diagnosis.alternatives {
-        out += &wrapped("  ", &format!("These data cannot tell it from: {}", other.join(" + ")));
+    if let Some(reservation) = verdict::reservation(diagnosis) {
+        out += &wrapped("  ", reservation);
     }
     out.push('\n');
     out += &errors(&diagnosis.error);
-    let fails = diagnosis.verdict != Verdict::Adequate;
-    for place in
-        diagnosis.r#where.iter().filter(|place| fails && place.share_of_error > THRESHOLDS.shown_share)
-    {
-        let (share, explained) = (100.0 * place.share_of_error, 100.0 * place.explained);
-        let sentence = format!(
-            "{}: {share:.0} % of the error above noise; {} explains {explained:.0} % of it",
-            place.block, place.depends_on
-        );
-        out += &wrapped("", &sentence);
-    }
+    out += &places(diagnosis);
     out += &candidates(diagnosis);
     out += &not_tried(diagnosis);
     out.push('\n');
@@ -213,21 +224,47 @@ pub fn diagnosis(diagnosis: &Diagnosis, next: &[NextStep]) -> String {
             None => out += &wrapped("Next: ", &step.words.replace('`', "")),
         }
     }
-    for warning in &diagnosis.findings {
+    for warning in verdict::notes(diagnosis) {
         out += &wrapped("Note: ", &sentence(warning));
     }
     out
 }
 
-/// An extension that led to `model` by adding `added`.
+/// The blocks in which the model fails. Of one alone it goes without saying that all of the error is in it.
+fn places(diagnosis: &Diagnosis) -> String {
+    let shown: Vec<_> = failing(diagnosis).collect();
+    let line = |place: &&FailurePlace| {
+        let FailurePlace { block, share_of_error, depends_on, explained } = place;
+        let share =
+            (shown.len() > 1).then(|| format!("{:.0} % of the error above noise", 100.0 * share_of_error));
+        let follows = (*explained >= THRESHOLDS.shown_explained).then(|| {
+            let what = if share.is_some() { "it" } else { "the error above noise" };
+            format!("{depends_on} explains {:.0} % of {what}", 100.0 * explained)
+        });
+        let said: Vec<String> = share.into_iter().chain(follows).collect();
+        if said.is_empty() { String::new() } else { wrapped("", &format!("{block}: {}", said.join("; "))) }
+    };
+    shown.iter().map(line).collect()
+}
+
+/// Where the model fails, as far as it is worth a word.
+pub(super) fn failing(diagnosis: &Diagnosis) -> impl Iterator<Item = &FailurePlace> {
+    let fails = diagnosis.verdict != Verdict::Adequate;
+    diagnosis.r#where.iter().filter(move |place| fails && place.share_of_error > THRESHOLDS.shown_share)
+}
+
+/// An extension by `added`.
 #[must_use]
-pub fn extension(model: &Model, added: &[String], error: &ErrorSummary) -> String {
-    let mut out = String::new();
+pub fn extension(extension: &Extension, added: &[String]) -> String {
+    let (model, error) = (&extension.model, &extension.error);
+    let mut out = wrapped("", &verdict::extension(extension, added).1);
     let found = found_parameters(model);
+    let changes = model.last_changes();
+    let moved = moves_voltage_gain(changes.iter().map(|changed| &changed.name));
     for id in added {
-        out += &card(id, model, found.iter().map(|(name, found)| (name, found)));
+        out += &card(id, (model, moved), found.iter().map(|(name, found)| (name, found)));
     }
-    for changed in model.last_changes() {
+    for changed in changes {
         let (unit, symbol) = Model::base_parameter_unit(&changed.name);
         let to = measured(changed.to, changed.standard_error, unit);
         let _ = writeln!(out, "  {} ({symbol}): {} -> {to}", changed.name, number(changed.from, 5));
@@ -247,6 +284,19 @@ pub fn extension(model: &Model, added: &[String], error: &ErrorSummary) -> Strin
         out += &wrapped(&format!("  {} ", number_of + 1), &sentence);
     }
     out
+}
+
+/// A model whose own numbers stay as they are.
+#[must_use]
+pub fn nothing_to_change(finding: &Finding, error: &ErrorSummary) -> String {
+    let (held_out, floor) = (error.base.validate, error.noise_floor);
+    let left = format!(
+        "The held-out error is {} {}; noise alone leaves {}.",
+        number(held_out, 3),
+        error.unit,
+        number(floor, 2)
+    );
+    wrapped("Nothing to change: ", &sentence(finding)) + &wrapped("", &left)
 }
 
 /// What a step of the ladder did.

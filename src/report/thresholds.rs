@@ -3,6 +3,12 @@
 crate::thresholds! {
     /// a place with a smaller share of the error above the noise is not shown
     shown_share: f64 = 0.01, "-", "judgement";
+    /// share below which a channel explains nothing of an error worth a word
+    shown_explained: f64 = 0.005, "-", "rounding: it would be written as 0 %";
+    /// times what chance reaches that a correlation must be to be spoken of
+    plain_correlation: f64 = 1.5, "-", "judgement";
+    /// samples within a delay that tell it from a lag, which bends the start
+    samples_in_delay: f64 = 10.0, "count", "judgement";
     /// a share below this is written with two digits, others with three
     small_share: f64 = 0.1, "-", "judgement";
     /// points of a frequency response with less coherence are not drawn

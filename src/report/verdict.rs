@@ -1,29 +1,162 @@
 //! The verdict of `diagnose` in a sentence, and what to do next.
 
-use crate::diagnose::{Diagnosis, Verdict};
-use crate::effect::{self, Site};
+use std::path::Path;
+
+use super::findings::text as text_of;
+use super::thresholds::THRESHOLDS;
+use super::{Mark, number};
+use crate::diagnose::diagnosis::ErrorSummary;
+use crate::diagnose::{Diagnosis, Extension, Verdict};
+use crate::effect::{self, Site, Term, find};
+use crate::screening::Finding;
+
+/// Codes of findings that say whose model it is: another bench's.
+const OF_OTHER_BENCH: [&str; 2] = ["model_of_other_bench", "battery_of_other_bench"];
+/// The code of the finding that stands right under the answer.
+const ONE_DIRECTION: &str = "one_direction_only";
+
+/// Whether the model is another bench's, so that what is missing in it is no effect.
+fn is_of_other_bench(diagnosis: &Diagnosis) -> bool {
+    let of_other = |finding: &Finding| OF_OTHER_BENCH.contains(&finding.code);
+    diagnosis.verdict != Verdict::Adequate && diagnosis.findings.iter().any(of_other)
+}
 
 /// The answer in a sentence; names of effects between `mark`s.
 #[must_use]
 pub fn sentence(diagnosis: &Diagnosis, mark: &str) -> String {
     let effects: Vec<String> = diagnosis.effects.iter().map(|id| format!("{mark}{id}{mark}")).collect();
     let effects = effects.join(" + ");
-    match diagnosis.verdict {
+    let other_bench = if is_of_other_bench(diagnosis) {
+        "This is not this bench's model: run `rotorbench identify` first. What follows tells more of the model than of the bench. "
+    } else {
+        ""
+    };
+    let answer = match diagnosis.verdict {
         Verdict::MissingEffect => format!("The model is missing: {effects}."),
         Verdict::Adequate => "Nothing is missing that these data could show.".to_owned(),
         Verdict::ParametersChanged => {
             "None of the effects tried is missing; the model's own numbers have changed.".to_owned()
         }
         Verdict::Unknown if effects.is_empty() => {
-            "Something is missing, and nothing in the catalogue explains it.".to_owned()
+            "Something is missing, and nothing that was tried explains it.".to_owned()
         }
-        Verdict::Unknown => format!(
-            "Something is missing. {effects} explains {:.0} % of it (of the squared error above the noise); \
-             nothing in the catalogue explains the rest.",
-            100.0 * diagnosis.error.explained()
-        ),
+        Verdict::Unknown => format!("Something is missing. {}", explained_part(&effects, &diagnosis.error)),
         Verdict::InsufficientData => "These data cannot tell.".to_owned(),
+    };
+    format!("{other_bench}{answer}")
+}
+
+/// How far the error falls with what explains a part.
+fn explained_part(effects: &str, error: &ErrorSummary) -> String {
+    let (before, after) = (error.without_effects(), error.extended.validate);
+    let (floor, unit) = (number(error.noise_floor, 2), error.unit);
+    let left = number(after / error.noise_floor, 3);
+    if after >= before {
+        return format!(
+            "{effects} comes nearest, with a held-out error of {} {unit}; noise is {floor}, so {left} times the noise is left. \
+             Nothing that was tried explains it.",
+            number(after, 3)
+        );
     }
+    let refitted = if before < error.base.validate { " (its own numbers refitted)" } else { "" };
+    format!(
+        "With {effects} the held-out error falls from {}{refitted} to {} {unit}; noise is {floor}, so {left} times the noise is \
+         left ({:.0} % of the squared error above it is explained). Nothing that was tried explains the rest.",
+        number(before, 3),
+        number(after, 3),
+        100.0 * error.explained()
+    )
+}
+
+/// What stands right under the answer, names of effects between `mark`s: what it was judged on, and what else it may be.
+#[must_use]
+pub fn beneath(diagnosis: &Diagnosis, mark: &str) -> Vec<String> {
+    let judged = diagnosis.findings.iter().filter(|finding| finding.code == ONE_DIRECTION);
+    let judged = judged.map(|finding| capitalised(&text_of(finding)) + ".");
+    let errors = diagnosis.alternative_errors.iter();
+    let others = diagnosis.alternatives.iter().zip(errors).map(|(other, (error, unit))| {
+        let other = other.join(" + ");
+        format!("These data cannot tell it from {mark}{other}{mark} (held out {} {unit}).", number(*error, 3))
+    });
+    judged.chain(others).collect()
+}
+
+fn capitalised(sentence: &str) -> String {
+    let mut letters = sentence.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// Findings that are not said at the top already.
+pub(super) fn notes(diagnosis: &Diagnosis) -> impl Iterator<Item = &Finding> {
+    diagnosis.findings.iter().filter(|finding| finding.code != ONE_DIRECTION)
+}
+
+/// What the standard errors of an answer rest on, where they do.
+#[must_use]
+pub fn reservation(diagnosis: &Diagnosis) -> Option<&'static str> {
+    let is_partial = diagnosis.verdict == Verdict::Unknown
+        && !(diagnosis.effects.is_empty() && diagnosis.changed_parameters.is_empty());
+    is_partial.then_some("Each ± holds only if nothing else is missing, and something is.")
+}
+
+/// What an extension by `added` did to the error.
+#[must_use]
+pub fn extension(extension: &Extension, added: &[String]) -> (Mark, String) {
+    let error = &extension.error;
+    let unit = error.unit;
+    let (falls, what) = if added.is_empty() {
+        (error.extended.validate < error.base.validate, "Refitting the model's own numbers".to_owned())
+    } else {
+        (error.extended.validate < error.without_effects(), format!("Adding {}", added.join(" + ")))
+    };
+    let mark = match (falls, extension.is_at_floor) {
+        (true, true) => Mark::Good,
+        (true, false) | (false, true) => Mark::Warning,
+        (false, false) => Mark::Bad,
+    };
+    let refitted = if !added.is_empty() && error.refitted.validate < error.base.validate {
+        format!(" ({} with its own numbers refitted)", number(error.refitted.validate, 3))
+    } else {
+        String::new()
+    };
+    let left = if extension.is_at_floor {
+        String::new()
+    } else {
+        format!(", so {} times the noise is left", number(error.extended.validate / error.noise_floor, 3))
+    };
+    let sentence = format!(
+        "{what} takes the held-out error from {}{refitted} to {} {unit}; noise alone leaves {} {unit}{left}.",
+        number(error.base.validate, 3),
+        number(error.extended.validate, 3),
+        number(error.noise_floor, 2)
+    );
+    (mark, sentence)
+}
+
+/// `stem.toml`, or the first of `stem_2.toml`, `stem_3.toml`, ... that is neither there nor the model that it starts from:
+/// nothing is written over what is there.
+fn free_name(stem: &str, model: &str) -> String {
+    let is_free = |name: &String| {
+        Path::new(name).file_name() != Path::new(model).file_name() && !Path::new(name).exists()
+    };
+    let numbered = (2..1000).map(|number| format!("{stem}_{number}.toml"));
+    let mut names = std::iter::once(format!("{stem}.toml")).chain(numbered);
+    names.find(is_free).unwrap_or_else(|| format!("{stem}.toml"))
+}
+
+/// How fast to sample, where a delay is among the sets to be told apart.
+fn sampling(diagnosis: &Diagnosis) -> String {
+    let cards = diagnosis.effects.iter().filter_map(|id| find(id));
+    let delays = cards.filter(|card| card.acts_as == Some(Term::DeadTime));
+    let names = delays.filter_map(|card| Some(format!("{}.{}", card.id, card.parameters.first()?.name)));
+    let mut found = names.filter_map(|name| diagnosis.model.parameter(&name));
+    let at_least = |delay: f64| {
+        let sampled_ms = number(1e3 * delay / THRESHOLDS.samples_in_delay, 2);
+        let delay_ms = number(1e3 * delay, 2);
+        let samples = THRESHOLDS.samples_in_delay;
+        format!(" Here: every {sampled_ms} ms or faster, {samples:.0} times within the {delay_ms} ms found.")
+    };
+    found.find(|delay| *delay > 0.0).map(at_least).unwrap_or_default()
 }
 
 /// What to do next.
@@ -87,17 +220,28 @@ pub fn next_steps(
     let shown = format!("--log {}{options}", shown.join(" "));
     let held_out =
         if validate.is_empty() { String::new() } else { format!(" --validate {}", validate.join(" ")) };
+    let (extended, own) = (free_name("extended", model), free_name("bench_model", model));
     let commands = Commands {
         extend: format!(
-            "rotorbench extend --model {model} --effect {} {logs}{held_out} -o extended.toml",
+            "rotorbench extend --model {model} --effect {} {logs}{held_out} -o {extended}",
             diagnosis.effects.join(" ")
         ),
-        compare: format!("rotorbench compare --model extended.toml {shown}"),
+        compare: format!("rotorbench compare --model {model} --model {extended} {shown}"),
         recalibrate: format!(
-            "rotorbench extend --model {model} --recalibrate {logs}{held_out} -o recalibrated.toml"
+            "rotorbench extend --model {model} --recalibrate {logs}{held_out} -o {}",
+            free_name("recalibrated", model)
         ),
+        identify: format!("rotorbench identify {logs} -o {own}"),
+        ask_again: format!("rotorbench diagnose --model {own} {logs}{held_out}"),
     };
     let mut steps = of_verdict(diagnosis, commands);
+    look_first(diagnosis, &mut steps);
+    steps.extend(records(diagnosis));
+    steps
+}
+
+/// What to look at before anything else.
+fn look_first(diagnosis: &Diagnosis, steps: &mut Vec<NextStep>) {
     if let Some(inertia) = diagnosis.changed_parameters.iter().find(|changed| changed.is_in_degrees()) {
         steps.insert(
             0,
@@ -109,9 +253,23 @@ pub fn next_steps(
         );
     }
     steps.extend(inertia_stands_for(diagnosis).map(NextStep::say));
-    let experiment = diagnosis.next_experiment.as_ref().filter(|_| !diagnosis.turns_against_torque);
+}
+
+/// What to record.
+fn records(diagnosis: &Diagnosis) -> Vec<NextStep> {
+    let mut steps = Vec::new();
+    if let Some(one_way) = diagnosis.findings.iter().find(|finding| finding.code == ONE_DIRECTION) {
+        let lacking =
+            if one_way.count("rising_rows") < one_way.count("falling_rows") { "up" } else { "down" };
+        steps.push(NextStep::say(format!(
+            "Record {lacking}-steps too, with a logger that does not stall at them: what is said of the rotor then holds both ways."
+        )));
+    }
+    let is_usable = !diagnosis.turns_against_torque && !is_of_other_bench(diagnosis);
+    let experiment = diagnosis.next_experiment.as_ref().filter(|_| is_usable);
     if let Some(next) = experiment.filter(|next| !next.run.is_empty()) {
-        steps.push(NextStep::say(format!("To tell the sets apart, record: {}", next.run)));
+        let sampled = sampling(diagnosis);
+        steps.push(NextStep::say(format!("To tell the sets apart, record: {}{sampled}", next.run)));
     }
     steps
 }
@@ -121,6 +279,8 @@ struct Commands {
     extend: String,
     compare: String,
     recalibrate: String,
+    identify: String,
+    ask_again: String,
 }
 
 /// The steps that a verdict asks for.
@@ -130,6 +290,10 @@ fn of_verdict(diagnosis: &Diagnosis, commands: Commands) -> Vec<NextStep> {
             "Look whether the gyro's sign is that of the torque, and whether rotors 1 and 2 are exchanged; then diagnose \
              again. What is named before that only comes nearest.",
         )],
+        _ if is_of_other_bench(diagnosis) => vec![
+            NextStep::by("Make a model of this bench:", commands.identify),
+            NextStep::by("Then ask again:", commands.ask_again),
+        ],
         Verdict::MissingEffect => vec![NextStep::by("Add it:", commands.extend)],
         Verdict::Unknown if diagnosis.effects.is_empty() => {
             vec![NextStep::say(
@@ -148,5 +312,41 @@ fn of_verdict(diagnosis: &Diagnosis, commands: Commands) -> Vec<NextStep> {
         Verdict::InsufficientData => vec![NextStep::say(
             "Record a longer log, in which something moves: `rotorbench experiment prbs`, for a minute or more.",
         )],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::diagnosis::TrainValidate;
+    use crate::model::Measure;
+
+    #[test]
+    fn a_name_is_free_that_is_not_the_models_own() {
+        assert_eq!(free_name("extended", "stand.toml"), "extended.toml");
+        assert_eq!(free_name("extended", "models/extended.toml"), "extended_2.toml");
+        // `Cargo.toml` is there, in whose folder tests run.
+        assert_eq!(free_name("Cargo", "paper"), "Cargo_2.toml");
+    }
+
+    #[test]
+    fn what_explains_a_part_is_said_in_numbers_of_the_better_baseline() {
+        let both = |error| TrainValidate { train: error, validate: error };
+        let said = |base, refitted, extended| {
+            let error = ErrorSummary {
+                measure: Measure::of_free_runs("propeller_rate_rad_s", None, "rad/s"),
+                channel: String::new(),
+                unit: "rad/s",
+                noise_floor: 0.83,
+                base: both(base),
+                refitted: both(refitted),
+                extended: both(extended),
+            };
+            explained_part("an effect", &error)
+        };
+        let worse = said(17.7, 39.3, 9.626);
+        assert!(worse.contains("from 17.7 to 9.63 rad/s") && worse.contains("11.6 times"), "{worse}");
+        assert!(said(813.0, 37.2, 23.0).contains("from 37.2 (its own"), "{}", said(813.0, 37.2, 23.0));
+        assert!(said(17.7, 39.3, 20.0).contains("comes nearest"), "nothing is explained");
     }
 }

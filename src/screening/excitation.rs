@@ -25,6 +25,20 @@ impl RotorLog {
         inside.filter(jump).collect()
     }
 
+    /// How often the command jumps in all rows, and how many of these jumps a hole hides: in it, or right behind them.
+    pub fn all_jumps(&self) -> (usize, usize) {
+        let usable = self.jumps();
+        let jump = |row: &usize| (self.command[row + 1] - self.command[*row]).abs() > THRESHOLDS.jump;
+        let all: Vec<usize> = (0..self.time.len().saturating_sub(1)).filter(jump).collect();
+        let is_near =
+            |row: usize, after: usize| self.time[row] - self.time[after + 1] <= THRESHOLDS.transient;
+        let is_hidden = |after: &&usize| {
+            let mut rows = (**after..self.time.len() - 1).take_while(|row| is_near(*row, **after));
+            usable.binary_search(after).is_err() && rows.any(|row| self.is_hole(row))
+        };
+        (all.len(), all.iter().filter(is_hidden).count())
+    }
+
     /// Stretches over which the rotor follows slowly enough to be called steady, [LPC16] Eq. (4).
     pub fn steady(&self) -> Vec<(SteadyCommand, Range<usize>)> {
         let mut stretches = Vec::new();

@@ -178,6 +178,9 @@ mod tests {
         let finding = log.rotor_findings().find(|it| it.code == TRANSIENT_BEHIND_HOLE).expect("found");
         assert_eq!((finding.rows, finding.count("holes"), finding.count("steps")), (17, 1, 4));
         assert!((finding.number("settled_s") - 0.16).abs() < 1e-9, "{finding}");
+        // Of five jumps four can be used, and the hole is why one cannot.
+        let data = log.rotor(1).expect("a rotor").data();
+        assert_eq!((data.all_jumps(), data.jumps().len()), ((5, 1), 4));
     }
 
     #[test]

@@ -225,7 +225,10 @@ fn numbers_that_no_bench_has_or_that_make_up_for_an_effect_are_not_just_taken_ov
     let take_over = ["extend", "--recalibrate", "-o", &output, "--log"];
     // Zeros were not measured; the noise of a sensor that sees nothing is not known from a rate.
     let zeros = reading("zeros.csv", |_| "0");
-    refused(&[&take_over[..], &[&zeros]].concat(), &["nothing to take over", "do not ask for other numbers"]);
+    let output = run(&[&take_over[..], &[&zeros, "--json"]].concat());
+    assert_eq!(output.status.code(), Some(0), "nothing to change, and only noise is left: {}", said(&output));
+    let answer: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert!(has_code(&answer, "nothing_to_change"), "{answer}");
     let noise = reading("noise.csv", |row| ["3", "5", "4"][row % 3]);
     refused(&[&take_over[..], &[&noise]].concat(), &["nothing to take over", "would go from"]);
     assert!(!desk.path("own.toml").exists());

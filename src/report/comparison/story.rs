@@ -118,11 +118,6 @@ fn narrow_table(comparisons: &[Comparison]) -> Table {
     let mut table = Table::new(["block"].into_iter().chain(model).chain(rest));
     for (name, signal) in keys(comparisons) {
         for (comparison, block) in blocks_of(comparisons, (name, signal)) {
-            let what = match signal {
-                "body_rate_rad_s" => " rate",
-                "body_angle_rad" => " angle",
-                _ => "",
-            };
             let error = &block.error;
             let cells = [
                 format!("{} {}", number(error.rms, 3), block.unit),
@@ -133,10 +128,57 @@ fn narrow_table(comparisons: &[Comparison]) -> Table {
                 bare_percent(error.unexplained),
             ];
             let model = several.then(|| comparison.model.clone());
-            table = table.row([format!("{name}{what}")].into_iter().chain(model).chain(cells));
+            table = table.row([label(name, signal)].into_iter().chain(model).chain(cells));
         }
     }
     table
+}
+
+/// The name of a block that says the signal.
+fn label(name: &str, signal: &str) -> String {
+    let what = match signal {
+        "body_rate_rad_s" => " rate",
+        "body_angle_rad" => " angle",
+        _ => "",
+    };
+    format!("{name}{what}")
+}
+
+/// From model to model: the error of each block, and which blocks stay as they are. `None` of one model.
+pub(super) fn change(comparisons: &[Comparison]) -> Option<String> {
+    let names: Vec<&str> = comparisons.iter().map(|comparison| comparison.model.as_str()).collect();
+    let (mut moved, mut same) = (Vec::new(), Vec::new());
+    for key in keys(comparisons) {
+        let blocks: Vec<&Block> = blocks_of(comparisons, key).map(|(_, block)| block).collect();
+        let errors: Vec<String> = blocks.iter().map(|block| number(block.error.rms, 3)).collect();
+        match blocks[..] {
+            [first, _, ..] if errors.windows(2).any(|pair| pair[0] != pair[1]) => moved.push(format!(
+                "{} {} {} (noise {})",
+                label(key.0, key.1),
+                errors.join(" -> "),
+                first.unit,
+                number(first.error.noise_floor, 2)
+            )),
+            [_, _, ..] => same.push(label(key.0, key.1)),
+            _ => {}
+        }
+    }
+    if !same.is_empty() {
+        moved.push(format!("the same: {}", same.join(", ")));
+    }
+    (names.len() > 1 && !moved.is_empty()).then(|| format!("{}: {}", names.join(" -> "), moved.join("; ")))
+}
+
+/// What is said of each model; of those of which the same is said, once. Names before it.
+pub(super) fn once<'a, T: PartialEq>(said: impl Iterator<Item = (&'a str, T)>) -> Vec<(String, T)> {
+    let mut groups: Vec<(Vec<&str>, T)> = Vec::new();
+    for (model, what) in said {
+        match groups.iter_mut().find(|(_, known)| *known == what) {
+            Some((models, _)) => models.push(model),
+            None => groups.push((vec![model], what)),
+        }
+    }
+    groups.into_iter().map(|(models, what)| (models.join(" and "), what)).collect()
 }
 
 /// Sentences about where a block fails.
@@ -200,7 +242,9 @@ fn dependences(comparison: &Comparison, block: &Block) -> String {
 /// The channel that a block's error follows most.
 fn follows(block: &Block) -> Option<String> {
     let evidence = block.failure.correlations.iter().filter(|c| {
-        c.peak.abs() > c.bound && c.direction == Direction::ErrorFollows && c.with != block.signal
+        c.peak.abs() > THRESHOLDS.plain_correlation * c.bound
+            && c.direction == Direction::ErrorFollows
+            && c.with != block.signal
     });
     let c = evidence.max_by(|a, b| a.peak.abs().total_cmp(&b.peak.abs()))?;
     let moves = if c.lag_s > 0.0 {
@@ -233,6 +277,20 @@ pub(super) fn notes(comparisons: &[Comparison], log: &ScreenedLog) -> Vec<String
     mistaken.iter().map(sentence).chain(others.map(text_of)).collect()
 }
 
+/// Where a model fails most; nothing in it where every block is at its floor, `None` where there is no block.
+fn where_worst(comparison: &Comparison) -> Option<Option<String>> {
+    let worst = comparison.worst()?;
+    if comparison.is_adequate() {
+        return Some(None);
+    }
+    let said = sentences(comparison, worst).into_iter().chain(torque_sentence(comparison));
+    let mut out: String = said.map(|sentence| wrapped("  ", &sentence)).collect();
+    let over_time: Vec<f64> = worst.failure.over_time.iter().map(|(_, rms)| *rms).collect();
+    // Writing to a `String` cannot fail.
+    let _ = writeln!(out, "  error over time  {}", sparkline(&over_time, 60));
+    Some(Some(out))
+}
+
 /// One screen.
 #[must_use]
 pub fn text(found: &[Vec<Comparison>], logs: &[ScreenedLog]) -> String {
@@ -240,22 +298,16 @@ pub fn text(found: &[Vec<Comparison>], logs: &[ScreenedLog]) -> String {
     for (comparisons, log) in found.iter().zip(logs) {
         // Writing to a `String` cannot fail.
         let _ = writeln!(out, "{}: {}\n", log.source_name(), about(log));
+        if let Some(change) = change(comparisons) {
+            out += &(wrapped("", &change) + "\n");
+        }
         let _ = writeln!(out, "{}", narrow_table(comparisons).text());
-        for comparison in comparisons {
-            let Some(worst) = comparison.worst() else { continue };
-            if comparison.is_adequate() {
-                let _ = writeln!(out, "{}: every block is at its noise floor.", comparison.model);
-                continue;
-            }
-            let _ = writeln!(out, "{} fails most in:", comparison.model);
-            for sentence in sentences(comparison, worst) {
-                out += &wrapped("  ", &sentence);
-            }
-            if let Some(sentence) = torque_sentence(comparison) {
-                out += &wrapped("  ", &sentence);
-            }
-            let over_time: Vec<f64> = worst.failure.over_time.iter().map(|(_, rms)| *rms).collect();
-            let _ = writeln!(out, "  error over time  {}", sparkline(&over_time, 60));
+        let said = comparisons.iter().filter_map(|it| Some((it.model.as_str(), where_worst(it)?)));
+        for (models, worst) in once(said) {
+            out += &worst.map_or_else(
+                || format!("{models}: every block is at its noise floor.\n"),
+                |worst| format!("Largest over its noise with {models}:\n{worst}"),
+            );
         }
         for note in notes(comparisons, log) {
             out += &wrapped("Note: ", &note);

@@ -37,6 +37,23 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
             100.0 * finding.number("share"),
             finding.number("rad_s_each_second")
         ),
+        "one_direction_only" => {
+            let (rising, falling) = (finding.count("rising_rows"), finding.count("falling_rows"));
+            let (seen, other) = if rising < falling { ("down", "up") } else { ("up", "down") };
+            format!(
+                "judged almost only on {seen}-steps ({falling} falling, {rising} rising rows): what is said of the rotor holds \
+                 for them, and hardly a row shows it step {other}"
+            )
+        }
+        "model_of_other_bench" => format!(
+            "the model's rates are {:.0} rad/s off, where the rates themselves vary by {:.0} rad/s: it is not this bench's \
+             (`rotorbench identify` makes a model)",
+            finding.number("error_rad_s"),
+            finding.number("spread_rad_s")
+        ),
+        "nothing_to_change" => {
+            "these logs do not ask for other numbers than the model has; nothing was written".to_owned()
+        }
         "turns_against_torque" => {
             "the body moves, but not as the torque on it would have it: look whether the gyro's sign is that of the torque, \
              and whether rotors 1 and 2 are exchanged, before anything else"

@@ -77,7 +77,11 @@ fn not_done(finding: &Finding) -> Option<String> {
             digits(finding.number("needed_hz"), 2)
         ),
         "too_few_jumps" => format!(
-            "no log has at least {} jumps of the command: steps or a PRBS excite the pole",
+            "{} of the command in the best log, {} of them at a hole in the rows, {} usable; {} are needed: steps or a PRBS \
+             excite the pole",
+            counted(finding.count("jumps"), "jump"),
+            finding.count("jumps_at_holes"),
+            finding.count("jumps_usable"),
             finding.count("jumps_needed")
         ),
         "too_few_samples" => format!(

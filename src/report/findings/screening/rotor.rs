@@ -99,14 +99,16 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
         ),
         "transient_behind_hole" => format!(
             "{} in the rows {} where or right after the command stepped: when it took effect is not known, so {rows} samples \
-             are left out until {:.0} ms behind ({})",
+             are left out, until {:.0} ms behind the hole ({})",
             counted(finding.count("holes"), "hole"),
             if finding.count("holes") == 1 { "lies" } else { "lie" },
             1e3 * number("settled_s"),
             match finding.count("steps") {
                 0 => "no step without a hole says how long rates take to settle".to_owned(),
-                steps =>
-                    format!("so long rates take to settle behind {} without a hole", counted(steps, "step")),
+                steps => format!(
+                    "rates need that long to settle, by the {} without a hole",
+                    counted(steps, "step")
+                ),
             }
         ),
         "commands_missing" => format!(
