@@ -13,9 +13,9 @@ use crate::effect::Law;
 use crate::estimation::slope::forward_slopes;
 use crate::log::Dataset;
 use crate::log::dataset::rotor_of;
-use crate::log::segments::{Stretch, common, stretches};
+use crate::log::segments::{Stretch, stretches};
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, RotorInput, RotorStart, RotorTrace};
-use crate::screening::{ScreenedLog, readings};
+use crate::screening::{DrivenBy, ScreenedBody, ScreenedLog, readings};
 use crate::signal::{ROTORS, side};
 use crate::threads::spread;
 
@@ -33,8 +33,8 @@ pub(crate) fn blocks(
     let one = |part: &Part| -> Result<Vec<BlockRun>, CompareError> {
         Ok(match *part {
             Part::Actuator(rotor) => actuator(model, &equations, screened, rotor)?.into_iter().collect(),
-            Part::Thrust(rotor) => thrust(&equations, log, rotor).into_iter().collect(),
-            Part::Body => driven("body", body_inputs(&equations, log)),
+            Part::Thrust(rotor) => thrust(model, &equations, screened, rotor).into_iter().collect(),
+            Part::Body => driven("body", body_inputs(&equations, screened)),
             Part::Sensors => gyro_block::run(&equations, log).into_iter().collect(),
             Part::Chain => driven("chain", commanded(&equations, screened)),
         })
@@ -149,11 +149,15 @@ fn rotor_run(
 }
 
 /// Measured rate to thrust.
-fn thrust(equations: &Equations, log: &Dataset, rotor: usize) -> Option<BlockRun> {
+fn thrust(model: &Model, equations: &Equations, screened: &ScreenedLog, rotor: usize) -> Option<BlockRun> {
+    let log = screened.dataset();
     let (signal, rate_name) = (channels::thrust(rotor), channels::rate(rotor));
-    let rate = log.column(&rate_name)?;
-    log.column(&signal)?;
-    let driving = |name: &str| log.column(name).map(|values| readings::bridged(log.time(), values));
+    let (judged, rate) = (screened.thrust(rotor + 1)?, log.column(&rate_name)?);
+    let scored = judged.scored(log);
+    // Where the body matters to a law of the model, it has to be known.
+    let driving = |name: &str| {
+        log.column(name).filter(|_| model.needs(name)).map(|values| readings::bridged(log.time(), values))
+    };
     let still = || vec![0.0; log.len()];
     let angle = driving(BODY_ANGLE).unwrap_or_else(still);
     let body_rate = driving(BODY_RATE).unwrap_or_else(still);
@@ -167,51 +171,58 @@ fn thrust(equations: &Equations, log: &Dataset, rotor: usize) -> Option<BlockRun
     let mut block = BlockRun::new(&name, &signal, "N", &[&rate_name], NoisePath::Thrust(slope));
     for stretch in stretches(log, &[&rate, &angle, &body_rate]) {
         let modelled: Vec<f64> = stretch.rows.clone().map(|row| at(rate[row], row)).collect();
-        block.add(stretch.rows, &modelled);
+        block.add_scored(stretch.rows.clone(), &scored[stretch.rows], &modelled);
     }
-    (!block.rows.is_empty()).then_some(block)
+    block.is_scored(log).then_some(block)
 }
 
 /// What drives the body.
-pub(crate) struct BodyDrive {
+pub(crate) struct BodyDrive<'a> {
     /// Rows of the log, and the input over them.
     pub stretches: Vec<(Range<usize>, BodyInput)>,
     /// Columns.
     pub by: Vec<&'static str>,
-    /// Of each row of the log whether what drives the body has no law there: it is not scored. Empty = of none.
-    pub rests: Vec<bool>,
+    /// Which rows are scored.
+    pub judged: &'a ScreenedBody,
 }
 
-impl BodyDrive {
-    /// A channel of the log, not-a-number where it is not scored.
-    fn scored<'a>(&self, values: &'a [f64]) -> Cow<'a, [f64]> {
-        if self.rests.is_empty() {
-            return Cow::Borrowed(values);
+/// Measured inputs of the body. `None` where the log has not got it, or it was held still.
+pub(crate) fn body_inputs<'a>(equations: &Equations, screened: &'a ScreenedLog) -> Option<BodyDrive<'a>> {
+    let log = screened.dataset();
+    let judged = screened.body().filter(|judged| !judged.is_held())?;
+    let (by, stretches) = match judged.driven_by() {
+        DrivenBy::MeasuredRates => (RATES.to_vec(), by_rates(equations, log, judged.stretches())),
+        DrivenBy::TorqueCommand => {
+            let input = |rows: &Range<usize>| {
+                let time = log.time()[rows.clone()].to_vec();
+                let still = vec![0.0; time.len()];
+                let torque = equations.torque_means(&time, &judged.torque()[rows.clone()], &still);
+                (rows.clone(), BodyInput { time, torque, propeller_rate: [Vec::new(), Vec::new()] })
+            };
+            (vec![TORQUE_COMMAND], judged.stretches().iter().map(input).collect())
         }
-        let rows = values.iter().zip(&self.rests);
-        rows.map(|(value, rests)| if *rests { f64::NAN } else { *value }).collect()
-    }
+        DrivenBy::Commands => return None,
+    };
+    Some(BodyDrive { stretches, by, judged })
 }
 
-/// Measured inputs of the body. `None` where the log has not got it.
-pub(crate) fn body_inputs(equations: &Equations, log: &Dataset) -> Option<BodyDrive> {
-    if let (Some(rate_1), Some(rate_2)) = (log.column(RATES[0]), log.column(RATES[1])) {
-        let [rate_1, rate_2] = [rate_1, rate_2].map(|rate| readings::bridged(log.time(), rate));
-        let inputs = stretches(log, &[&rate_1, &rate_2]).into_iter().map(|stretch| {
-            let mut rates = stretch.inputs.into_iter();
-            let rates = [(); 2].map(|()| rates.next().unwrap_or_default());
-            let input = rotor_driven(equations, &log.time()[stretch.rows.clone()], rates);
-            (stretch.rows, input)
-        });
-        return Some(BodyDrive { stretches: inputs.collect(), by: RATES.to_vec(), rests: Vec::new() });
+fn by_rates(
+    equations: &Equations,
+    log: &Dataset,
+    stretches: &[Range<usize>],
+) -> Vec<(Range<usize>, BodyInput)> {
+    let rates = RATES.map(|name| readings::carried(log.time(), log.column(name).unwrap_or_default()));
+    match stretches {
+        // Mostly all of the log: nothing to copy.
+        [all] if all.len() == log.len() => vec![(all.clone(), rotor_driven(equations, log.time(), rates))],
+        stretches => {
+            let input = |rows: &Range<usize>| {
+                let rates = rates.each_ref().map(|rates| rates[rows.clone()].to_vec());
+                (rows.clone(), rotor_driven(equations, &log.time()[rows.clone()], rates))
+            };
+            stretches.iter().map(input).collect()
+        }
     }
-    let torque = log.column(TORQUE_COMMAND)?;
-    let inputs = stretches(log, &[torque]).into_iter().map(|stretch| {
-        let time = log.time()[stretch.rows.clone()].to_vec();
-        let torque = equations.torque_means(&time, &stretch.inputs[0], &vec![0.0; time.len()]);
-        (stretch.rows, BodyInput { time, torque, propeller_rate: [Vec::new(), Vec::new()] })
-    });
-    Some(BodyDrive { stretches: inputs.collect(), by: vec![TORQUE_COMMAND], rests: Vec::new() })
 }
 
 /// Input of the body from the rates of both rotors at the samples, straight lines between them.
@@ -233,13 +244,12 @@ fn rotor_driven(equations: &Equations, time: &[f64], rates: [Vec<f64>; 2]) -> Bo
     }
 }
 
-/// Inputs of the body through the modelled rotors, where the commands of both are known. While one of them stands or starts
-/// its model says nothing, and neither does the chain.
-fn commanded(equations: &Equations, screened: &ScreenedLog) -> Option<BodyDrive> {
+/// Inputs of the body through the modelled rotors.
+fn commanded<'a>(equations: &Equations, screened: &'a ScreenedLog) -> Option<BodyDrive<'a>> {
     let log = screened.dataset();
+    let judged = screened.chain().filter(|judged| !judged.is_held())?;
     let rotors = [screened.commanded(1)?, screened.commanded(2)?];
-    let known = common(rotors[0].stretches(), rotors[1].stretches());
-    let body = known.into_iter().map(|rows| {
+    let body = judged.stretches().iter().map(|rows| {
         let time = &log.time()[rows.clone()];
         let rates = [0, 1].map(|rotor| {
             let data = rotors[rotor].data();
@@ -260,9 +270,7 @@ fn commanded(equations: &Equations, screened: &ScreenedLog) -> Option<BodyDrive>
     });
     let battery = log.column(BATTERY);
     let by = COMMANDS.into_iter().chain(battery.map(|_| BATTERY)).collect();
-    let rests = |row: usize| rotors.iter().any(|rotor| rotor.rests(row));
-    let rests = if (0..log.len()).any(rests) { (0..log.len()).map(rests).collect() } else { Vec::new() };
-    Some(BodyDrive { stretches: body.collect(), by, rests })
+    Some(BodyDrive { stretches: body.collect(), by, judged })
 }
 
 /// Windows over the body: rate, and angle where it is measured.
@@ -275,11 +283,11 @@ fn body(
 ) -> Vec<BlockRun> {
     let Some(shown) = log.column(BODY_RATE) else { return Vec::new() };
     let shown_angle = log.column(BODY_ANGLE);
-    let rate = driven.scored(shown);
-    let angle = shown_angle.map(|angle| driven.scored(angle));
+    let rate = driven.judged.driven_rows(shown);
+    let angle = shown_angle.map(|angle| driven.judged.driven_rows(angle));
     // Where a window starts; it is scored by what was measured.
     let start_angle = shown_angle.map(|angle| readings::bridged(log.time(), angle));
-    let in_part = !driven.rests.is_empty();
+    let in_part = matches!(rate, Cow::Owned(_));
     let rotors = driven.by.first() == Some(&RATES[0]);
     let floor = |angle| NoisePath::Window { rotors, angle };
     let mut rates = BlockRun::new(name, BODY_RATE, "rad/s", &driven.by, floor(false));

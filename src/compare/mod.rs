@@ -146,9 +146,7 @@ pub fn compare(
     }
     let mistaken = mistaken_columns(models, log);
     let warnings: Vec<Finding> = log.findings().filter(|it| !mistaken.contains(it)).cloned().collect();
-    let screened = std::slice::from_ref(log);
-    let log = log.dataset();
-    let noise = Noise::estimate(log, &runs);
+    let noise = Noise::estimate(log.dataset(), &runs);
     let mut comparisons = Vec::new();
     for (model, run) in models.iter().zip(runs) {
         cancel::check();
@@ -159,7 +157,7 @@ pub fn compare(
             log: log.source_name().to_owned(),
             blocks,
             unknown_torque,
-            findings: [&warnings[..], &too_seldom(screened, model.actuator.pole)].concat(),
+            findings: [&warnings[..], &too_seldom(std::slice::from_ref(log), model.actuator.pole)].concat(),
             mistaken_columns: mistaken.clone(),
         });
     }
@@ -179,11 +177,12 @@ fn mistaken_columns(models: &[Model], log: &ScreenedLog) -> Vec<Finding> {
 fn scored(
     runs: Vec<BlockRun>,
     model: &Model,
-    log: &Dataset,
+    screened: &ScreenedLog,
     noise: &Noise,
     config: &CompareConfig,
 ) -> Result<(Vec<Block>, Option<UnknownTorque>), CompareError> {
-    let mut unknown_torque = unknown_torque::smooth(model, log, noise)?;
+    let mut unknown_torque = unknown_torque::smooth(model, screened, noise)?;
+    let log = screened.dataset();
     let residuals = spread(&runs, |run| run.residual(log));
     let mut errors: Vec<ErrorOn> =
         runs.iter().zip(&residuals).map(|(run, values)| ErrorOn { rows: &run.rows, values }).collect();

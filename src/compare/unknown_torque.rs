@@ -19,6 +19,7 @@ use crate::cancel;
 use crate::effect::Site;
 use crate::log::Dataset;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, ModelError};
+use crate::screening::ScreenedLog;
 use crate::threads;
 
 /// The smoothed unknown torque.
@@ -97,11 +98,12 @@ struct FilterState {
 /// Estimates the torque; `None` where the log has no body rate, or nothing that drives the body.
 pub(crate) fn smooth(
     model: &Model,
-    log: &Dataset,
+    screened: &ScreenedLog,
     noise: &Noise,
 ) -> Result<Option<UnknownTorque>, CompareError> {
     let equations = model.equations()?;
-    let (Some(rate), Some(driven)) = (log.column(BODY_RATE), body_inputs(&equations, log)) else {
+    let log = screened.dataset();
+    let (Some(rate), Some(driven)) = (log.column(BODY_RATE), body_inputs(&equations, screened)) else {
         return Ok(None);
     };
     let body = without_gyroscope(model)?.equations()?;

@@ -16,9 +16,9 @@ use crate::estimation::quantile::distinct;
 use crate::estimation::slope::forward_slopes;
 use crate::estimation::smoother::{copy_missing, smooth, white};
 use crate::log::dataset::MOST_ROTORS;
-use crate::log::segments::{common, held_throughout};
+use crate::log::segments::held_throughout;
 use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
-use crate::screening::{ScreenedLog, readings};
+use crate::screening::{DrivenBy, ScreenedBody, ScreenedLog, readings};
 use crate::signal::ROTORS;
 
 /// The rotor block of the logs; `None` when no log has a command beside a rotor rate.
@@ -31,7 +31,8 @@ pub fn rotor_split(train: &[ScreenedLog], validate: &[ScreenedLog]) -> Option<Da
     )
 }
 
-/// The body block of the logs; `None` when no log has a body rate beside anything that drives it.
+/// The body block of the logs; `None` when no log has a body rate beside anything that drives it. Logs in which the body was
+/// held still have no part in it, unless there are no others.
 ///
 /// # Errors
 /// [`ModelError`] when the model holds an unknown effect.
@@ -41,14 +42,24 @@ pub fn body_split(
     driver: &Driver,
     horizon: f64,
 ) -> Result<Option<DataSplit>, ModelError> {
+    let is_body_held = is_body_held(train);
     let block = |logs: &[ScreenedLog], locals: Option<&CandidateFit>, held_out: bool| {
-        let runs =
-            logs.iter().enumerate().flat_map(|(log, data)| driver.runs(log, data, locals, held_out, horizon));
+        let counts = |log: &ScreenedLog| is_body_held || !log.body().is_some_and(ScreenedBody::is_held);
+        let logs = logs.iter().enumerate().filter(|(_, log)| counts(log));
+        let runs = logs.flat_map(|(log, data)| driver.runs(log, data, locals, held_out, horizon));
         BlockData::new(Runs::Body(runs.collect()))
     };
     let train_block = block(train, driver.fitted, false);
     let validate_block = block(validate, driver.fitted, true);
-    Ok(parted(train_block, validate_block, validate))
+    let mut split = parted(train_block, validate_block, validate);
+    split.iter_mut().for_each(|split| split.is_body_held = is_body_held);
+    Ok(split)
+}
+
+/// Whether the body was held still in each of the logs that have one.
+pub(crate) fn is_body_held(logs: &[ScreenedLog]) -> bool {
+    let mut bodies = logs.iter().filter_map(ScreenedLog::body).peekable();
+    bodies.peek().is_some() && bodies.all(ScreenedBody::is_held)
 }
 
 fn parted(train: BlockData, validate: BlockData, logs: &[ScreenedLog]) -> Option<DataSplit> {
@@ -79,25 +90,29 @@ impl Driver<'_> {
         horizon: f64,
     ) -> Vec<BodyRun> {
         let data = screened.dataset();
-        let Some(rate) = data.column("body_rate_rad_s") else { return Vec::new() };
-        let angle = data.column("body_angle_rad");
+        let Some((judged, rate)) = screened.body().zip(data.column("body_rate_rad_s")) else {
+            return Vec::new();
+        };
+        let rate = judged.driven_rows(rate);
+        let angle = data.column("body_angle_rad").map(|angle| judged.driven_rows(angle));
+        let by_rotors = judged.driven_by() != DrivenBy::TorqueCommand;
+        let of_rotor = |rotor| self.rotor_rate(log, rotor, screened, fitted, held_out);
         let rates: Vec<Option<Rates>> =
-            (0..ROTORS).map(|rotor| self.rotor_rate(log, rotor, screened, fitted, held_out)).collect();
-        let command = data.column("torque_command_nm").map(held_throughout);
+            if by_rotors { (0..ROTORS).map(of_rotor).collect() } else { Vec::new() };
         // A rotor that nobody measured is taken as steady where a stretch begins, which it may not be.
-        let measured = |rotor: usize| data.column(PROPELLER_RATES[rotor]).is_some();
-        let by_commands = rates.iter().all(Option::is_some) && !(0..ROTORS).all(measured);
-        let unknown =
-            if by_commands { THRESHOLDS.forgotten_after / self.equations.rotor_pole() } else { 0.0 };
+        let unknown = if judged.driven_by() == DrivenBy::Commands {
+            THRESHOLDS.forgotten_after / self.equations.rotor_pole()
+        } else {
+            0.0
+        };
         // One with a dead time may have been on its way to anything where the log begins.
-        let is_modelled = self.fitted.is_some() && rates.iter().all(Option::is_some);
+        let is_modelled = self.fitted.is_some() && by_rotors;
         let mut runs = Vec::new();
-        let stretches = if by_commands { stretches_of_unmeasured(screened) } else { data.segments() };
-        for rows in stretches {
+        for rows in judged.stretches().iter().cloned() {
             let cut = |values: &[f64]| values[rows.clone()].to_vec();
             let zeros = vec![0.0; rows.len()];
-            let (torque, torque_slope, carried, propeller_rate) = match (&rates[..], &command) {
-                ([Some(first), Some(second)], _) => {
+            let (torque, torque_slope, carried, propeller_rate) = match &rates[..] {
+                [Some(first), Some(second)] => {
                     let (first, second) = (first.cut(rows.clone()), second.cut(rows.clone()));
                     let torque = |first: &[f64], second: &[f64]| -> Vec<f64> {
                         let pairs = first.iter().zip(second);
@@ -109,8 +124,8 @@ impl Driver<'_> {
                     let carried = noisy.iter().zip(&quiet).map(|(noisy, quiet)| noisy - quiet).collect();
                     (quiet, slope, carried, [first.mean, second.mean])
                 }
-                (_, Some(command)) => (cut(command), zeros.clone(), zeros, [Vec::new(), Vec::new()]),
-                _ => return Vec::new(),
+                _ if by_rotors => return Vec::new(),
+                _ => (cut(judged.torque()), zeros.clone(), zeros, [Vec::new(), Vec::new()]),
             };
             let source = BodySource {
                 time: cut(data.time()),
@@ -118,8 +133,8 @@ impl Driver<'_> {
                 torque_slope,
                 carried,
                 propeller_rate,
-                rate: cut(rate),
-                angle: angle.map(cut).unwrap_or_default(),
+                rate: cut(&rate),
+                angle: angle.as_deref().map(cut).unwrap_or_default(),
             };
             let unlogged = if is_modelled && rows.start == 0 { THRESHOLDS.unlogged_command_s } else { 0.0 };
             let begin = source.time.first().map_or(0.0, |first| first + unknown.max(unlogged));
@@ -197,12 +212,6 @@ impl Driver<'_> {
     }
 }
 
-/// Stretches without a hole over which the commands are known of each rotor that nobody measured: what it did is simulated.
-fn stretches_of_unmeasured(log: &ScreenedLog) -> Vec<Range<usize>> {
-    let rotors = (1..=ROTORS).filter_map(|number| log.commanded(number)).filter(|it| !it.is_measured());
-    rotors.fold(log.dataset().segments(), |known, rotor| common(&known, rotor.stretches()))
-}
-
 /// [rad/s] rates of a rotor: at the samples, their means over the interval after each, and an example of the noise in
 /// them.
 struct Rates {
@@ -214,7 +223,7 @@ struct Rates {
 impl Rates {
     /// Straight lines between the samples at `time` [s].
     fn between(time: &[f64], measured: &[f64]) -> Self {
-        let lines = |values: &[f64]| held_throughout(&readings::bridged(time, values));
+        let lines = |values: &[f64]| held_throughout(&readings::carried(time, values));
         let at = lines(measured);
         let pairs = at.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
         let size = white_noise(measured, std::slice::from_ref(&(0..measured.len())));

@@ -1,7 +1,7 @@
 //! The blocks of a model one after the other: the rotors, then the body that they drive.
 
 use super::assemble;
-use super::block_builder::rotor_split;
+use super::block_builder::{is_body_held, rotor_split};
 use super::block_context::{BlockContext, Refit, SelectParameters};
 use super::config::DiagnoseConfig;
 use super::data_split::DataSplit;
@@ -17,8 +17,6 @@ use crate::screening::{ScreenedLog, ScreeningError};
 pub(crate) struct Blocks {
     pub(crate) found: Vec<SearchResult>,
     pub(crate) verdicts: Vec<Verdict>,
-    /// The logs hold a body that was held still, and is left out.
-    pub(crate) is_body_held: bool,
 }
 
 impl Blocks {
@@ -35,7 +33,11 @@ impl Blocks {
         let context =
             BlockContext { model, train, validate, horizon: config.horizon, find, refit, select_parameters };
         let mut rotor = rotor_split(train, validate).map(|split| find(split.judged_by(model)));
-        let body = context.body(rotor.as_ref().map(|found| (found, &found.answer)), find)?;
+        let body = match &rotor {
+            // Beside rotors a body that was held still says nothing.
+            Some(_) if is_body_held(train) => None,
+            rotor => context.body(rotor.as_ref().map(|found| (found, &found.answer)), find)?,
+        };
         let body = match (&mut rotor, body) {
             (Some(rotor), Some(body)) => {
                 let body = context.decide_sensor_lag(rotor, body)?;
@@ -44,16 +46,13 @@ impl Blocks {
             }
             (_, body) => body,
         };
-        // Beside rotors a body that was held still says nothing.
-        let is_body_held = rotor.is_some() && body.as_ref().is_some_and(verdict::is_body_held);
-        let body = body.filter(|_| !is_body_held);
         let found: Vec<SearchResult> = rotor.into_iter().chain(body).collect();
         if found.is_empty() {
             let logs: Vec<&Dataset> = train.iter().chain(validate).map(ScreenedLog::dataset).collect();
             return Err(ScreeningError::nothing_in_common(&logs).into());
         }
         let verdicts = found.iter().map(verdict::verdict).collect();
-        Ok(Self { found, verdicts, is_body_held })
+        Ok(Self { found, verdicts })
     }
 
     /// Whether each block that says something is left with nothing but noise.

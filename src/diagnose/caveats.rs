@@ -10,7 +10,7 @@ use super::verdict::{fails_in_training_only, turns_against_torque};
 use crate::effect::find;
 use crate::estimation::moments::mean_square;
 use crate::screening::summary::LogSummary;
-use crate::screening::{Finding, ScreenedLog};
+use crate::screening::{Finding, ScreenedBody, ScreenedLog};
 
 /// What the logs are found to hold, what is not compared, what stays unexplained.
 pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Finding> {
@@ -18,9 +18,7 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
     for log in logs {
         warnings.extend(LogSummary::of(log).findings);
     }
-    if blocks.iter().all(|found| found.split.train.is_rotor())
-        && logs.iter().any(|log| log.raw().column("body_rate_rad_s").is_some())
-    {
+    if blocks.iter().all(|found| found.split.train.is_rotor()) && logs.iter().any(has_free_body) {
         warnings.push(Finding::new("body_not_compared", "body"));
     }
     for found in blocks {
@@ -77,8 +75,15 @@ fn insufficient(why: Refusal) -> Option<Finding> {
             Finding::new("too_few_samples", "").with("samples", samples).with("samples_needed", needed)
         }
         Refusal::TorqueNotExciting => Finding::new("not_exciting", "torque"),
+        // A finding of the logs.
+        Refusal::BodyHeldStill => return None,
         _ => Finding::new("not_exciting", "commands"),
     })
+}
+
+/// Whether a log has a body that was not held still.
+fn has_free_body(log: &ScreenedLog) -> bool {
+    log.raw().column("body_rate_rad_s").is_some() && !log.body().is_some_and(ScreenedBody::is_held)
 }
 
 /// Parameters of the answer's effects that a fit would have taken further than their cards let them: such a number is no measurement.

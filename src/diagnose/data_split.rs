@@ -22,6 +22,8 @@ pub struct DataSplit {
     pub folds: Vec<(BlockData, BlockData)>,
     /// A part of the training data that suffices to compare starts; `None` where there are few.
     pub coarse: Option<BlockData>,
+    /// The body was held still in all logs to fit on.
+    pub is_body_held: bool,
     too_seldom: Option<Refusal>,
 }
 
@@ -48,7 +50,14 @@ impl DataSplit {
             }
         };
         let coarse = (train.len() > THRESHOLDS.many_samples && !train.holds_levels()).then(part);
-        Self { validate: validate.unwrap_or_else(|| train.clone()), train, folds, coarse, too_seldom: None }
+        Self {
+            validate: validate.unwrap_or_else(|| train.clone()),
+            train,
+            folds,
+            coarse,
+            is_body_held: false,
+            too_seldom: None,
+        }
     }
 
     /// Whether all data are too many to find the way on; then the part to find it on.
@@ -82,6 +91,9 @@ impl DataSplit {
             return self.too_seldom.clone();
         }
         let needed = THRESHOLDS.fewest_samples;
+        if self.is_body_held {
+            return Some(Refusal::BodyHeldStill);
+        }
         if samples < needed {
             return Some(Refusal::TooFewSamples { samples, needed });
         }

@@ -9,7 +9,6 @@ use super::model_selection::{is_identifiable, joint_floors, loss, period, senses
 use super::search_result::{SearchResult, SingleEffect};
 use super::surrogate_test::surrogate;
 use super::thresholds::THRESHOLDS;
-use super::verdict;
 use crate::model::Effect;
 
 /// Squared error of the body, over the noise, under a set of the rotors'; which of the base's numbers the set changes, where
@@ -66,7 +65,7 @@ impl BlockContext<'_> {
     ) -> Result<DrivenBody, DiagnoseError> {
         // Effects that were requested stay.
         let is_requested = rotor.singles.is_empty() && !body.answer.effects.is_empty();
-        if is_requested || is_explained(&body, &body.refitted) || verdict::is_body_held(&body) {
+        if is_requested || is_explained(&body, &body.refitted) {
             return Ok((body, None));
         }
         // By itself first; then beside what was found in the body, where that leaves more than noise.

@@ -54,9 +54,9 @@ use stretches::Stretches;
 
 use crate::identify;
 use crate::model::{Effect, Model, UndefinedRow};
+use crate::screening::ScreenedLog;
 use crate::screening::requirements::{check_magnitudes, repeated, without_battery};
 use crate::screening::telemetry_rate::too_seldom;
-use crate::screening::{Finding, ScreenedLog};
 
 pub use config::DiagnoseConfig;
 pub use diagnosis::{Diagnosis, Verdict};
@@ -108,12 +108,8 @@ pub fn diagnose(
     let conclude = |blocks: &Blocks, logs: &[ScreenedLog]| {
         assemble::conclude(model, &known, (&blocks.found, &blocks.verdicts), logs, config)
     };
-    let (blocks, mut diagnosis) = match part {
-        None => {
-            let blocks = searched(train, validate)?;
-            let diagnosis = conclude(&blocks, &logs);
-            (blocks, diagnosis)
-        }
+    let mut diagnosis = match part {
+        None => conclude(&searched(train, validate)?, &logs),
         Some(part) => {
             let blocks = searched(&part.train, &part.validate)?;
             let (near, of_part) =
@@ -128,16 +124,12 @@ pub fn diagnose(
                 search.refit_near(split, &inside, &near)
             };
             let blocks = Blocks::build(model, train, validate, config, (&find, &refit), &select_parameters)?;
-            let diagnosis = conclude(&blocks, &logs).searched_on(of_part, part.findings);
-            (blocks, diagnosis)
+            conclude(&blocks, &logs).searched_on(of_part, part.findings)
         }
     };
     let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs)).chain(findings);
     let said = said.chain(too_seldom(&logs, model.actuator.pole));
     diagnosis.findings.splice(0..0, said);
-    if blocks.is_body_held {
-        diagnosis.findings.push(Finding::new("body_held_still", "body"));
-    }
     Ok(diagnosis)
 }
 

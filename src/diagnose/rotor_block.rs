@@ -74,9 +74,6 @@ impl RotorRun {
     }
 }
 
-/// A stretch shorter than this many samples has no say.
-const FEWEST_SAMPLES: usize = 5;
-
 /// The runs of every rotor whose command and rate the logs hold: free runs go on across a hole where the command is known.
 #[must_use]
 pub fn rotor_runs(logs: &[ScreenedLog]) -> Vec<RotorRun> {
@@ -87,11 +84,7 @@ pub fn rotor_runs(logs: &[ScreenedLog]) -> Vec<RotorRun> {
             let rates = format!("propeller_rate_{}_rad_s", judged.number());
             let Some(rates) = screened.dataset().column(&rates) else { continue };
             let data = judged.data();
-            for rows in data.run_stretches().into_iter().filter(|rows| rows.len() >= FEWEST_SAMPLES) {
-                let measured = rates[rows.clone()].to_vec();
-                if measured.iter().filter(|rate| rate.is_finite()).count() < FEWEST_SAMPLES {
-                    continue;
-                }
+            for rows in judged.runs().iter().cloned() {
                 runs.push(RotorRun {
                     log,
                     rotor,
@@ -99,7 +92,7 @@ pub fn rotor_runs(logs: &[ScreenedLog]) -> Vec<RotorRun> {
                     time: data.time[rows.clone()].to_vec(),
                     command: data.command[rows.clone()].to_vec(),
                     counts: rows.clone().map(|row| judged.is_scored(row)).collect(),
-                    measured,
+                    measured: rates[rows.clone()].to_vec(),
                     rows,
                 });
             }

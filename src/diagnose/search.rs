@@ -9,8 +9,6 @@ use super::refusal::Refusal;
 use super::search_result::{SearchResult, SingleEffect};
 use super::search_space::Search;
 use super::surrogate_test::{SurrogateTest, surrogate};
-use super::verdict::is_still;
-use crate::model::Effect;
 
 impl Search<'_> {
     /// Searches one block.
@@ -18,39 +16,9 @@ impl Search<'_> {
     pub fn run(&self, mut split: DataSplit) -> SearchResult {
         let base_names = split.base_parameters(self.base);
         let (nominal, refitted) = self.bases(&mut split);
-        if is_still(&split, &nominal, &refitted) {
-            return self.result_of_held_body(split, nominal, refitted);
-        }
         let singles = self.singles(&split, &refitted, &base_names);
         let fits: Vec<CandidateFit> = singles.iter().filter_map(|single| single.fitted.clone()).collect();
         self.among(split, (nominal, refitted), singles, fits)
-    }
-
-    /// What is found of a body that does not move, whatever the torque on it: nothing can be, and nothing is looked for.
-    fn result_of_held_body(
-        &self,
-        split: DataSplit,
-        nominal: CandidateFit,
-        refitted: CandidateFit,
-    ) -> SearchResult {
-        let single = |(effect, why): &(&Effect, Option<Refusal>)| SingleEffect {
-            effect: effect.id.clone(),
-            fitted: None,
-            surrogate: None,
-            refusal: Some(why.clone().unwrap_or(Refusal::BodyHeldStill)),
-        };
-        SearchResult {
-            singles: self.eligible.iter().map(single).collect(),
-            floors: joint_floors(&split, &nominal),
-            answer: nominal.clone(),
-            ladder: vec![refitted.clone()],
-            alternatives: Vec::new(),
-            dropped: Vec::new(),
-            changed: Vec::new(),
-            split,
-            nominal,
-            refitted,
-        }
     }
 
     /// The answer among the sets tried, and those that they lead to. Again without them where laws that read the battery are

@@ -207,10 +207,8 @@ crate::thresholds! {
     drift_share: f64 = 0.25, "-", "emulated benches with a drift of no catalogue";
     /// times the noise floor from which an error is plain to see
     plain_error: f64 = 1.5, "-", "judgement";
-    /// times the inertia of the model from which a body is not heavier but held still
+    /// times the inertia of the model from which a body does not follow its torque
     held_inertia: f64 = 100.0, "-", "no bench differs by as much";
-    /// times the noise floor up to which a body that is held still may move
-    held_error: f64 = 3.0, "-", "judgement";
     /// share of the rate by which rotors at the same commands must differ to be reported
     rotors_differ: f64 = 3e-3, "-", "development cases and two real logs";
     /// standard errors by which they must differ, too

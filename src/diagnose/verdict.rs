@@ -1,34 +1,20 @@
 //! From what a search found to the word for it.
 
-use super::candidate_fit::CandidateFit;
-use super::data_split::DataSplit;
 use super::diagnosis::Verdict;
-use super::model_selection::{joint_floors, over_floor};
 use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
 
-/// Whether a body does not move, whatever the torque on it: a rotor is identified with the body held still.
-pub(crate) fn is_body_held(found: &SearchResult) -> bool {
-    is_still(&found.split, &found.nominal, &found.refitted)
-}
-
-/// The same, of the base as it is and refitted.
-pub(crate) fn is_still(split: &DataSplit, nominal: &CandidateFit, refitted: &CandidateFit) -> bool {
-    let over_floor = || over_floor(split, refitted, &joint_floors(split, nominal)).0;
-    does_not_follow(split, nominal, refitted) && over_floor() <= THRESHOLDS.held_error
-}
-
-/// Whether a body with all the inertia in the world is the best that the torque on it can be made of: one that is held, or one
-/// that turns against its torque, as with a gyro of the wrong sign or with rotors 1 and 2 exchanged.
-pub(crate) fn does_not_follow(split: &DataSplit, nominal: &CandidateFit, refitted: &CandidateFit) -> bool {
-    !split.train.is_rotor()
-        && refitted.model.body.inertia > THRESHOLDS.held_inertia * nominal.model.body.inertia
+/// Whether a body with all the inertia in the world is the best that the torque on it can be made of: one that turns against
+/// its torque, as with a gyro of the wrong sign or with rotors 1 and 2 exchanged.
+fn does_not_follow(found: &SearchResult) -> bool {
+    !found.split.train.is_rotor()
+        && found.refitted.model.body.inertia > THRESHOLDS.held_inertia * found.nominal.model.body.inertia
 }
 
 /// Whether a body moves, and not as the torque on it would have it, and no effect explains that either.
 pub(crate) fn turns_against_torque(found: &SearchResult) -> bool {
     let is_unexplained = found.over_floor(&found.answer).0 > found.at_floor();
-    is_unexplained && does_not_follow(&found.split, &found.nominal, &found.refitted) && !is_body_held(found)
+    is_unexplained && does_not_follow(found) && !found.split.is_body_held
 }
 
 /// The channel whose error is plain where it was fitted and at the floor where it was held out, with both over the floor.
@@ -47,7 +33,7 @@ pub(crate) fn verdict(found: &SearchResult) -> Verdict {
     let at_floor = over_floor <= found.at_floor();
     let named = !found.answer.effects.is_empty();
     // Data that excite nothing say nothing, whatever their error is.
-    if found.split.insufficient_data().is_some() || is_body_held(found) {
+    if found.split.insufficient_data().is_some() {
         return Verdict::InsufficientData;
     }
     match (at_floor, named) {
@@ -73,6 +59,8 @@ pub(crate) fn joint(verdicts: &[Verdict]) -> Verdict {
 mod tests {
     use super::super::block_data::{BlockData, Runs};
     use super::super::body_block::{BodyRun, BodySource};
+    use super::super::candidate_fit::CandidateFit;
+    use super::super::data_split::DataSplit;
     use super::super::rotor_block::rotor_runs;
     use super::*;
     use crate::estimation::output_error::Fit;

@@ -19,10 +19,8 @@ use crate::estimation::autocorrelation::lag_one_correlation;
 use crate::estimation::least_squares;
 use crate::log::Dataset;
 use crate::model::RotorTrace;
-use crate::screening::Finding;
 use crate::screening::attitude_units::{self, Mistaken};
-use crate::screening::missing_commands;
-use crate::screening::rotor_data::{LEAST_COMMAND, bounds};
+use crate::screening::{DrivenBy, Finding, ScreenedBody, ScreenedLog};
 
 /// What the attitude log says about the body.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -66,18 +64,16 @@ struct Drive {
 
 /// Identifies the body from one log; `None` where the log holds no attitude or nothing that drives it.
 pub(crate) fn identify(
-    log: &Dataset,
+    screened: &ScreenedLog,
     actuator: &IdentifiedActuator,
     arm: f64,
     warnings: &mut Vec<Finding>,
 ) -> Option<Body> {
+    let log = screened.dataset();
     let rate = log.column("body_rate_rad_s")?;
-    // With one rotor standing all the time the body was held: that log is about the other rotor.
-    if ["command_1", "command_2"]
-        .iter()
-        .filter_map(|name| log.column(name))
-        .any(|command| bounds(command).1 < LEAST_COMMAND)
-    {
+    // That log is about a rotor.
+    if let Some(held) = screened.body().and_then(ScreenedBody::finding) {
+        warnings.push(held.clone());
         return None;
     }
     let source = log.source_name().to_owned();
@@ -91,10 +87,10 @@ pub(crate) fn identify(
         Some(Mistaken::Perhaps(finding)) => warnings.push(finding.with("inertia", "too_small")),
         None => {}
     }
-    let drive = drive(log, actuator, arm)?;
-    let driven = driven(log, rate);
-    let rate = driven.as_slice();
-    let windows = windows(log, rate, actuator.pole);
+    let judged = screened.body()?;
+    let drive = drive(log, judged, actuator, arm)?;
+    let rate = &*judged.driven_rows(rate);
+    let windows = windows(log, rate, judged.stretches());
     let rows: usize = windows.iter().map(Vec::len).sum();
     if rows < THRESHOLDS.fewest_windows * THRESHOLDS.fewest_window_samples {
         warnings.push(found("too_few_body_samples"));
@@ -160,7 +156,8 @@ pub(crate) fn identify(
     })
 }
 
-fn drive(log: &Dataset, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive> {
+fn drive(log: &Dataset, judged: &ScreenedBody, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive> {
+    let driven_by = judged.driven_by().code();
     let commands = log.column("command_1").zip(log.column("command_2"));
     let voltage = log.column("battery_voltage_v");
     let runs = commands.map(|(first, second)| {
@@ -169,6 +166,10 @@ fn drive(log: &Dataset, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive
     let c = actuator.thrust_coefficient;
     let predicted =
         runs.as_ref().map(|[first, second]| impulse(log, [&first.rate, &second.rate], runs.as_ref(), c));
+    if judged.driven_by() == DrivenBy::TorqueCommand {
+        let measured = integral_of_held(log, judged.torque());
+        return Some(Drive { measured, predicted: None, driven_by, lever: 1.0 });
+    }
     let measured = log.column("propeller_rate_1_rad_s").zip(log.column("propeller_rate_2_rad_s"));
     if let Some((first, second)) = measured {
         let known = |rotor: usize, rates: &[f64]| match &runs {
@@ -176,13 +177,8 @@ fn drive(log: &Dataset, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive
             None => filled(log, rates),
         };
         let measured = impulse(log, [&known(0, first), &known(1, second)], runs.as_ref(), c);
-        return Some(Drive { measured, predicted, driven_by: "measured_rotor_rates", lever: arm });
+        return Some(Drive { measured, predicted, driven_by, lever: arm });
     }
-    if let Some(torque) = log.column("torque_command_nm") {
-        let measured = integral_of_held(log, torque);
-        return Some(Drive { measured, predicted: None, driven_by: "torque_command", lever: 1.0 });
-    }
-    let driven_by = "predicted_rotor_rates";
     predicted.map(|measured| Drive { measured, predicted: None, driven_by, lever: arm })
 }
 
@@ -230,7 +226,7 @@ fn integrals(log: &Dataset, rate: &[f64]) -> [Vec<f64>; 2] {
     [turned, swung]
 }
 
-/// Straight lines between known values; what precedes the first keeps it. Holes are cut out by [`windows`].
+/// Straight lines between known values; what precedes the first keeps it. Longer gaps are cut out by [`windows`].
 fn filled(log: &Dataset, values: &[f64]) -> Vec<f64> {
     let time = log.time();
     let known: Vec<usize> = (0..values.len()).filter(|&row| values[row].is_finite()).collect();
@@ -252,69 +248,21 @@ fn filled(log: &Dataset, values: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The body rate, but where a rotor's rate was not measured for longer than a window: a straight line over a gap like that is
-/// no measurement of what drove the body.
-fn driven(log: &Dataset, rate: &[f64]) -> Vec<f64> {
-    let mut driven = rate.to_vec();
-    let columns = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"].map(|name| log.column(name));
-    let [Some(first), Some(second)] = columns else { return driven };
-    let time = log.time();
-    for measured in [first, second] {
-        let mut begins = 0;
-        for row in 0..=time.len() {
-            if row < time.len() && !measured[row].is_finite() {
-                continue;
-            }
-            let (before, end) = (begins.max(1) - 1, row.min(time.len() - 1));
-            if row > begins && time[end] - time[before] > THRESHOLDS.body_window {
-                driven[begins..row].fill(f64::NAN);
-            }
-            begins = row + 1;
-        }
-    }
-    driven
-}
-
-/// Running integral of a command, held from its row until the next one.
+/// Running integral of a command that is held from its row until the next one.
 fn integral_of_held(log: &Dataset, values: &[f64]) -> Vec<f64> {
-    let (mut sum, mut held) = (0.0, 0.0);
+    let mut sum = 0.0;
     let mut running = vec![0.0; values.len()];
     for (row, step) in log.time().windows(2).enumerate() {
-        held = if values[row].is_finite() { values[row] } else { held };
-        sum += held * (step[1] - step[0]);
+        sum += if values[row].is_finite() { values[row] * (step[1] - step[0]) } else { 0.0 };
         running[row + 1] = sum;
     }
     running
 }
 
-/// Stretches without holes, and where it matters without a missing command: what a rotor did meanwhile is not known.
-fn known(log: &Dataset, pole: f64) -> Vec<Range<usize>> {
-    let both = |names: [&str; 2]| log.column(names[0]).zip(log.column(names[1]));
-    let torque = || log.column("torque_command_nm").map(|torque| (torque, torque));
-    let rates = || both(["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"]);
-    let mut stretches = log.segments();
-    let Some((first, second)) = both(["command_1", "command_2"]).or_else(torque).or_else(rates) else {
-        return stretches;
-    };
-    // Never the same twice: whatever is missing counts.
-    let there = |row: usize| first[row].is_finite() && second[row].is_finite();
-    let mut turn = 0.0;
-    let mut next = || {
-        turn = 1.0 - turn;
-        turn
-    };
-    let commands: Vec<f64> = (0..log.len()).map(|row| if there(row) { next() } else { f64::NAN }).collect();
-    for stretch in &mut stretches {
-        stretch.start = stretch.clone().find(|&row| there(row)).unwrap_or(stretch.end);
-    }
-    let missing = missing_commands::find(log.time(), &commands, &stretches);
-    if missing.interval * pole < THRESHOLDS.short_gap_share { log.segments() } else { missing.known }
-}
-
 /// Rows with a body rate, cut into windows over which it is known what the rotors did.
-fn windows(log: &Dataset, rate: &[f64], pole: f64) -> Vec<Vec<usize>> {
+fn windows(log: &Dataset, rate: &[f64], stretches: &[Range<usize>]) -> Vec<Vec<usize>> {
     let mut windows: Vec<Vec<usize>> = Vec::new();
-    for segment in known(log, pole) {
+    for segment in stretches.iter().cloned() {
         let mut window: Vec<usize> = Vec::new();
         for row in segment.filter(|&row| rate[row].is_finite()) {
             if window

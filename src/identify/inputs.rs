@@ -3,7 +3,6 @@
 use super::thresholds::THRESHOLDS;
 use super::{IdentifyError, IdentifySettings, quantized_voltage};
 use crate::estimation::quantile::quantile;
-use crate::screening::duplicate_logs;
 use crate::screening::rotor_data::{RotorLog, bounds};
 use crate::screening::{Finding, ScreenedLog};
 
@@ -34,7 +33,7 @@ pub(crate) fn rotor_logs(
     let mut rotors = Vec::new();
     let mut of_standing = Vec::new();
     for log in logs {
-        duplicate_logs::columns_in_other_units(log.dataset(), warnings);
+        warnings.extend(log.column_findings().iter().cloned());
         for rotor in settings.rotors.iter().filter_map(|number| log.rotor(*number)) {
             rotor.refuse()?;
             // A rotor that stood all the time has nothing to say, and nothing is to be said of it beside others.

@@ -169,15 +169,22 @@ fn the_pole_where_the_battery_gives_way_by_half_a_volt() {
 
 #[test]
 fn the_thrust_coefficient_from_a_load_cell() {
-    let mut truth = rotor(|t| 0.35 + 0.2 * binary(0.1 * t), 0.02, 1500);
+    let truth = rotor(|t| 0.35 + 0.2 * binary(0.1 * t), 0.02, 1500);
     let thrust: Vec<f64> = truth.rate.iter().map(|rate| THRUST * rate * rate).collect();
     for memory in MEMORIES {
         let mut count = Count::new("c", THRUST);
         for run in 0..RUNS as u64 {
             let mut noise = Noise::new(3000 + run, memory);
-            truth.thrust = Some(noise.on(&thrust, 0.08));
-            let log = RotorLog { rate: noise.white_on(&truth.rate, 1.5), ..truth.clone() };
-            count.take(thrust_curve::identify(&[log], 617.0, &mut Vec::new()).expect("thrust").coefficient);
+            let mut log = Dataset::new("stand", "", truth.time.clone()).expect("rising time");
+            for (name, column) in [
+                ("command_1", truth.command.clone()),
+                ("thrust_1_n", noise.on(&thrust, 0.08)),
+                ("propeller_rate_1_rad_s", noise.white_on(&truth.rate, 1.5)),
+            ] {
+                log.insert(name, column).expect("as long as time");
+            }
+            let found = thrust_curve::identify(&[log.into()], &[1], 617.0, &mut Vec::new());
+            count.take(found.expect("thrust").coefficient);
         }
         count.check(memory);
     }
@@ -232,7 +239,7 @@ fn body_of(truth: &[Vec<f64>; 5], interval: f64, noise: &mut Noise) -> inertia::
     ] {
         log.insert(name, column).expect("as long as time");
     }
-    inertia::identify(&log, &actuator, ARM, &mut Vec::new()).expect("a turning body")
+    inertia::identify(&log.into(), &actuator, ARM, &mut Vec::new()).expect("a turning body")
 }
 
 #[test]

@@ -66,7 +66,7 @@ pub fn identify_with_progress(
     progress("pole");
     work.pole();
     progress("thrust_curve");
-    work.thrust();
+    work.thrust(logs);
     progress("inertia");
     let actuator = work.actuator();
     work.body(logs, &actuator);

@@ -187,10 +187,10 @@ impl Work<'_> {
         });
     }
 
-    pub(crate) fn thrust(&mut self) {
+    pub(crate) fn thrust(&mut self, logs: &[ScreenedLog]) {
         const STEP: &str = "thrust_curve";
         let hover = self.settings.template.actuator.hover_rate;
-        self.thrust = thrust_curve::identify(&self.rotors, hover, &mut self.findings);
+        self.thrust = thrust_curve::identify(logs, &self.settings.rotors, hover, &mut self.findings);
         match &self.thrust {
             Some(thrust) => {
                 let fitted = Finding::new("thrust_fitted", "thrust_coefficient");
@@ -206,7 +206,7 @@ impl Work<'_> {
         let mut fits: Vec<Body> = Vec::new();
         for log in logs {
             let mut found = Vec::new();
-            match inertia::identify(log.dataset(), actuator, arm, &mut found) {
+            match inertia::identify(log, actuator, arm, &mut found) {
                 Some(fit) => {
                     fits.push(fit);
                     self.findings.append(&mut found);

@@ -197,8 +197,6 @@ crate::thresholds! {
     fewest_windows: usize = 10, "count", "judgement";
     /// Standard errors from which the torque shows in the body rate.
     torque_shows_errors: f64 = 3.0, "-", "normal distribution: 0.1 % by chance";
-    /// [-] share of a rotor's time constant below which a missing command does not matter for the body.
-    short_gap_share: f64 = 0.05, "-", "judgement";
     /// Standard errors from which a torque of the body's own is missing in the fit of J.
     omitted_torque_errors: f64 = 5.0, "-", "normal distribution: 6e-7 by chance";
     /// Standard errors of d/J by which such a torque must move it.

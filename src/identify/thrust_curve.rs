@@ -7,9 +7,7 @@ use serde::Serialize;
 
 use super::Estimate;
 use crate::estimation::least_squares;
-use crate::screening::Finding;
-use crate::screening::readings;
-use crate::screening::rotor_data::RotorLog;
+use crate::screening::{Finding, ScreenedLog};
 
 /// The fitted thrust curve.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -31,28 +29,22 @@ pub struct ThrustCurve {
     pub linear_share: Estimate,
 }
 
-/// [rad/s] [N] rate and thrust of the rows that have both. Where the two come in turns, the rate lies on a straight line
-/// between its readings.
-fn pairs(rotor: &RotorLog, thrust: &[f64]) -> Vec<(f64, f64)> {
-    let measured = rotor.segments.iter().cloned().flatten().filter(|&row| thrust[row].is_finite());
-    let of = |rate: &[f64]| -> Vec<(f64, f64)> {
-        measured.clone().map(|row| (rate[row], thrust[row])).filter(|pair| pair.0.is_finite()).collect()
-    };
-    let (together, all) = (of(&rotor.rate), of(&readings::bridged(&rotor.time, &rotor.rate)));
-    if 2 * together.len() < all.len() { all } else { together }
+/// [rad/s] [N] rate and thrust of the scored rows of one rotor of a log whose commands and rates it holds.
+fn pairs(log: &ScreenedLog, number: usize) -> Vec<(f64, f64)> {
+    let Some(judged) = log.rotor(number).and(log.thrust(number)) else { return Vec::new() };
+    let (rate, thrust) = (judged.rate(log.dataset()), judged.scored(log.dataset()));
+    rate.iter().copied().zip(thrust.iter().copied()).filter(|(_, thrust)| thrust.is_finite()).collect()
 }
 
-/// Fits the thrust curve over all rotors; `None` where no thrust was measured.
+/// Fits the thrust curve over the rotors of these numbers; `None` where no thrust was measured.
 pub(crate) fn identify(
-    rotors: &[RotorLog],
+    logs: &[ScreenedLog],
+    rotors: &[usize],
     hover_rate: f64,
     warnings: &mut Vec<Finding>,
 ) -> Option<ThrustCurve> {
-    let mut rows: Vec<(f64, f64)> = Vec::new();
-    for rotor in rotors {
-        let Some(thrust) = &rotor.thrust else { continue };
-        rows.extend(pairs(rotor, thrust));
-    }
+    let of_log = |log| rotors.iter().flat_map(move |number| pairs(log, *number));
+    let rows: Vec<(f64, f64)> = logs.iter().flat_map(of_log).collect();
     if rows.len() < THRESHOLDS.fewest_thrust_rows {
         return None;
     }

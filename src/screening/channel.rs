@@ -11,8 +11,15 @@ pub const BATTERY: &str = "battery_voltage_v";
 pub const BODY_RATE: &str = "body_rate_rad_s";
 /// See [`BODY_RATE`].
 pub const BODY_ANGLE: &str = "body_angle_rad";
+/// A commanded torque on the body.
+pub(super) const TORQUE_COMMAND: &str = "torque_command_nm";
 /// Columns of the body.
-pub(super) const OF_BODY: [&str; 3] = [BODY_RATE, BODY_ANGLE, "torque_command_nm"];
+pub(super) const OF_BODY: [&str; 3] = [BODY_RATE, BODY_ANGLE, TORQUE_COMMAND];
+
+/// [rad/s] the measured rates of both rotors of a bench.
+pub(super) fn rates_of_both(log: &Dataset) -> [Option<&[f64]>; signal::ROTORS] {
+    std::array::from_fn(|rotor| log.column(&format!("propeller_rate_{}_rad_s", rotor + 1)))
+}
 
 /// Channels of a log that are looked at, those of every rotor beside each other: what is measured, and what a fit rests on.
 /// Commands and a supply's setting may well be held.

@@ -3,10 +3,9 @@
 use super::excitation::FEWEST_JUMPS;
 use super::rotor_data::RotorLog;
 use super::screened_log::ScreenedLog;
+use crate::log::Dataset;
 use crate::log::dataset::MOST_ROTORS;
-use crate::log::{Dataset, LOG_SIGNALS};
 use crate::screening::Finding;
-use crate::unit::UNITS;
 
 /// The logs without copies of one of them, which would count twice and make the errors too small.
 pub(crate) fn without_copies(logs: &[ScreenedLog], warnings: &mut Vec<Finding>) -> Vec<ScreenedLog> {
@@ -41,32 +40,6 @@ pub(crate) fn without_seen(
 fn is_copy(one: &ScreenedLog, other: &ScreenedLog) -> bool {
     let [one, other] = [one.raw().sha256(), other.raw().sha256()];
     !one.is_empty() && one == other
-}
-
-/// Columns that are another unit's spelling of one that the log lacks.
-pub(crate) fn columns_in_other_units(log: &Dataset, warnings: &mut Vec<Finding>) {
-    for signal in LOG_SIGNALS.iter().filter(|signal| log.column(signal.name).is_none()) {
-        let suffix = format!("_{}", signal.unit.to_lowercase().replace(' ', "").replace('/', "_"));
-        let Some(stem) = signal.name.strip_suffix(suffix.as_str()) else { continue };
-        let finding = |code, column: &str| {
-            let finding = Finding::new(code, column).of(log.source_name()).with("expected", signal.name);
-            finding.with("meaning", signal.meaning).with("expected_unit", signal.unit)
-        };
-        for column in log.names().filter(|column| *column != signal.name) {
-            if column == stem {
-                warnings.push(finding("column_without_unit", column));
-            }
-            let Some(unit) = column.strip_prefix(stem).and_then(|rest| rest.strip_prefix('_')) else {
-                continue;
-            };
-            let spelled = unit.replace('_', "/");
-            let fits =
-                |it: &&crate::unit::Unit| it.si == signal.unit && it.name.eq_ignore_ascii_case(&spelled);
-            if let Some(unit) = UNITS.iter().find(fits) {
-                warnings.push(finding("column_in_another_unit", column).with("unit", unit.name));
-            }
-        }
-    }
 }
 
 /// A log that has no part in the result, and why.

@@ -23,8 +23,8 @@ pub enum ScreeningError {
         /// [s] where.
         time: f64,
     },
-    /// A log whose rotors have no row that counts.
-    #[error("{log}: nothing to compare: no row of its rotors counts ({})", .reasons.join(", "))]
+    /// A log whose rotors and body have no row that counts.
+    #[error("{log}: nothing to compare: no row counts ({})", .reasons.join(", "))]
     NothingScored {
         /// The log.
         log: String,

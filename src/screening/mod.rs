@@ -1,19 +1,22 @@
 //! Is a log fit to be believed? One judgement, made once by checks that need no fit: outliers, dropouts, sample-and-hold,
 //! frozen and saturated sensors, missing commands, standstill, units, copies of a log, excitation. [`ScreenedLog`] says of each
-//! channel which cells are measurements, of each rotor which rows are scored, and why the others are not; whoever uses a log
-//! takes it from there.
+//! channel which cells are measurements, of rotors, thrusts and the body which rows are scored, and why the others are not; whoever
+//! uses a log takes it from there.
 //!
 //! A program that reads a log and says what was found: `examples/read_log.rs`.
 
 pub mod attitude_units;
 pub mod battery_range;
 pub mod battery_reading;
+pub mod body_held;
 pub mod channel;
+mod column_names;
 pub mod duplicate_logs;
 pub mod error;
 pub mod excitation;
 pub mod finding;
 pub mod frozen_gyro;
+mod left_out;
 pub mod many_rotors;
 pub mod missing_commands;
 pub mod outliers;
@@ -25,8 +28,10 @@ pub mod rotor_data;
 pub mod run_stretches;
 pub mod sample_and_hold;
 pub mod saturation;
+pub mod screened_body;
 pub mod screened_log;
 pub mod screened_rotor;
+pub mod screened_thrust;
 pub mod summary;
 pub mod telemetry_rate;
 pub mod thresholds;
@@ -36,8 +41,10 @@ pub mod uncommanded_motion;
 pub use channel::Judgement;
 pub use error::ScreeningError;
 pub use finding::{Evidence, Finding};
+pub use screened_body::{DrivenBy, ScreenedBody};
 pub use screened_log::{ScreenedChannel, ScreenedLog, screened};
 pub use screened_rotor::ScreenedRotor;
+pub use screened_thrust::ScreenedThrust;
 
 #[cfg(test)]
 pub(crate) mod tests;

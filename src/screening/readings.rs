@@ -23,3 +23,52 @@ pub fn bridged(time: &[f64], values: &[f64]) -> Vec<f64> {
     }
     bridged
 }
+
+/// The same, and on either side of each gap that is too long for a line, and of the log, the nearest reading for as long as one
+/// usually stands until the next: where readings come with every fourth row, the first three rows have one, too.
+#[must_use]
+pub fn carried(time: &[f64], values: &[f64]) -> Vec<f64> {
+    let mut carried = bridged(time, values);
+    let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
+    let pace = median(known.windows(2).map(|pair| time[pair[1]] - time[pair[0]]));
+    let Some(pace) = pace else { return carried };
+    // Half a row less: a reading of every row stands for its own.
+    let rows = median(time.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
+    let stands = pace - 0.5 * rows;
+    for row in known {
+        for behind in (row + 1..values.len()).take_while(|at| time[*at] - time[row] <= stands) {
+            if carried[behind].is_finite() {
+                break;
+            }
+            carried[behind] = values[row];
+        }
+        for before in (0..row).rev().take_while(|at| time[row] - time[*at] <= stands) {
+            if carried[before].is_finite() {
+                break;
+            }
+            carried[before] = values[row];
+        }
+    }
+    carried
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reading_stands_until_the_next_one_is_due() {
+        let time: Vec<f64> = (0..60).map(|row| 0.01 * f64::from(row)).collect();
+        let is_read = |row: usize| row % 4 == 3 && !(20..48).contains(&row);
+        let values: Vec<f64> = (0..60).map(|row| if is_read(row) { row as f64 } else { f64::NAN }).collect();
+        let carried = carried(&time, &values);
+        assert_eq!(carried[..4], [3.0; 4]);
+        assert_eq!((carried[5], carried[19]), (5.0, 19.0), "on lines");
+        // Three rows behind the last reading before the gap, and before the first behind it.
+        let there: Vec<usize> = (20..48).filter(|row| carried[*row].is_finite()).collect();
+        assert_eq!(there, [20, 21, 22]);
+        assert!(carried[48..51].iter().all(|value| *value == 51.0));
+        let each: Vec<f64> = (0..60).map(|row| if row < 30 { 1.0 } else { f64::NAN }).collect();
+        assert!(super::carried(&time, &each)[30].is_nan(), "a reading of every row stands for its own");
+    }
+}

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::Finding;
 use super::channel::{BATTERY, Judgement};
+use super::left_out::{COMMANDS_MISSING, STANDSTILL};
 use super::missing_commands::{self, Missing};
 use super::thresholds::THRESHOLDS;
 use crate::log::segments::held_or;
@@ -121,7 +122,7 @@ impl RotorLog {
 
     /// What is missing, and what was made of it.
     pub(crate) fn missing(&self, missing: &Missing) -> Finding {
-        let finding = self.finding("commands_missing").rows(missing.rows + missing.cells);
+        let finding = self.finding(COMMANDS_MISSING).rows(missing.rows + missing.cells);
         finding
             .with("interval_s", missing.interval)
             .with("places", missing.places)
@@ -189,7 +190,7 @@ impl RotorLog {
         let measured = at_rest.iter().copied().filter(|row| self.rate[*row].is_finite());
         let rows: Vec<usize> = measured.collect();
         rows.iter().for_each(|row| self.rate[*row] = f64::NAN);
-        let finding = self.finding("standstill_left_out").with("least_command", LEAST_COMMAND);
+        let finding = self.finding(STANDSTILL).with("least_command", LEAST_COMMAND);
         let finding = finding.with("starting_s", THRESHOLDS.starting);
         (!rows.is_empty()).then(|| Judgement::new(finding, rows))
     }

@@ -38,6 +38,20 @@ impl RotorLog {
         }
         joined
     }
+
+    /// The runs, and the rows of those that are none: too few rows, or readings, for a run whose start has to be found from them,
+    /// too. They are taken out of the score; the rotor's model goes on through them.
+    pub(crate) fn leave_out_short_runs(&mut self, measured: &[f64]) -> (Vec<Range<usize>>, Vec<usize>) {
+        let is_long = |rows: &Range<usize>| {
+            let readings = measured.get(rows.clone()).unwrap_or_default().iter();
+            readings.filter(|rate| rate.is_finite()).count() >= THRESHOLDS.fewest_in_run
+        };
+        let (runs, short): (Vec<_>, Vec<_>) = self.run_stretches().into_iter().partition(is_long);
+        let left = short.into_iter().flatten().filter(|row| self.rate[*row].is_finite());
+        let left: Vec<usize> = left.collect();
+        left.iter().for_each(|row| self.rate[*row] = f64::NAN);
+        (runs, left)
+    }
 }
 
 #[cfg(test)]
@@ -45,6 +59,23 @@ mod tests {
     use crate::log::Dataset;
     use crate::screening::ScreenedLog;
     use crate::screening::tests::log_with_hole as log;
+
+    #[test]
+    fn of_a_run_of_four_readings_none_is_scored() {
+        let found = |rows: usize| {
+            let mut log = log(900, &[100, 300, 500, 700], 2000);
+            let mut commands = log.column("command_1").expect("there").to_vec();
+            // Between two places at which commands are missing.
+            commands[300..304].fill(f64::NAN);
+            commands[304 + rows..520].fill(f64::NAN);
+            log.replace("command_1", commands).expect("fits");
+            let rotor = ScreenedLog::of(&log).rotor(1).expect("a rotor").clone();
+            (rotor.runs().len(), rotor.is_scored(305), rotor.reason(305))
+        };
+        // The row behind the last command of the run still answers to it.
+        assert_eq!(found(3), (2, false, Some("short_run")));
+        assert_eq!(found(4), (3, true, None));
+    }
 
     #[test]
     fn a_run_goes_on_across_a_hole_only_where_the_command_is_known() {

@@ -1,12 +1,14 @@
-//! A log judged once: of each channel which cells are measurements, of each rotor which rows are scored, and why the others are
-//! not. Whoever fits a model to a log, compares one with it or describes it takes it from here, so that all see the same rows.
+//! A log judged once: of each channel which cells are measurements, of rotors, thrusts and the body which rows are scored, and why
+//! the others are not. Whoever fits a model to a log, compares one with it or describes it takes it from here, so that all see the same rows.
 
 use std::sync::Arc;
 
 use super::channel::{self, BATTERY, Channel, Judgement, OF_BODY};
+use super::screened_body::ScreenedBody;
 use super::screened_rotor::ScreenedRotor;
-use super::{Finding, ScreeningError, battery_range, battery_reading, frozen_gyro, outliers, rate_dropouts};
-use super::{sample_and_hold, saturation};
+use super::screened_thrust::ScreenedThrust;
+use super::{Finding, ScreeningError, battery_range, battery_reading, column_names, frozen_gyro, outliers};
+use super::{rate_dropouts, sample_and_hold, saturation};
 use crate::log::Dataset;
 use crate::log::dataset::{MOST_ROTORS, rotor_of};
 
@@ -51,8 +53,13 @@ struct Judged {
     /// `None` where every cell is a measurement.
     cleaned: Option<Dataset>,
     channels: Vec<ScreenedChannel>,
+    /// Of columns that are not read.
+    column_findings: Vec<Finding>,
     /// Those whose commands the log holds.
     rotors: Vec<ScreenedRotor>,
+    thrusts: Vec<ScreenedThrust>,
+    body: Option<ScreenedBody>,
+    chain: Option<ScreenedBody>,
 }
 
 /// What is no measurement in one channel.
@@ -113,6 +120,13 @@ impl From<Dataset> for ScreenedLog {
             ScreenedRotor::of(log, number, rates.map_or(&[], |channel| &channel.judgements))
         };
         let mut rotors: Vec<ScreenedRotor> = (1..=MOST_ROTORS).filter_map(rotor).collect();
+        let thrust = |number: usize| {
+            let rotor = rotors.iter().find(|rotor| rotor.number() == number);
+            ScreenedThrust::of(log, number, rotor)
+        };
+        let thrusts = (1..=MOST_ROTORS).filter_map(thrust).collect();
+        let body = ScreenedBody::of(log, &rotors);
+        let chain = body.as_ref().and_then(|body| body.commanded(log, &rotors));
         let turning = || rotors.iter().filter(|it| it.is_measured() && it.turns()).map(ScreenedRotor::data);
         let useless = battery_reading::useless(log, turning());
         let is_useless = useless.is_some();
@@ -125,7 +139,8 @@ impl From<Dataset> for ScreenedLog {
                 rotors.iter_mut().for_each(ScreenedRotor::drop_battery);
             }
         }
-        Self(Arc::new(Judged { raw, cleaned, channels, rotors }))
+        let column_findings = column_names::find(&raw);
+        Self(Arc::new(Judged { raw, cleaned, channels, column_findings, rotors, thrusts, body, chain }))
     }
 }
 
@@ -196,6 +211,51 @@ impl ScreenedLog {
         self.0.rotors.iter().find(|rotor| rotor.number() == number)
     }
 
+    /// The rotors whose thrusts and rates it holds.
+    #[must_use]
+    pub fn thrusts(&self) -> &[ScreenedThrust] {
+        &self.0.thrusts
+    }
+
+    /// The thrust of the rotor of this number, from 1, where the log holds it and the rate.
+    #[must_use]
+    pub fn thrust(&self, number: usize) -> Option<&ScreenedThrust> {
+        self.0.thrusts.iter().find(|thrust| thrust.number() == number)
+    }
+
+    /// The body, by what is best known of what drives it.
+    #[must_use]
+    pub fn body(&self) -> Option<&ScreenedBody> {
+        self.0.body.as_ref()
+    }
+
+    /// The body as driven by the commands of both rotors alone.
+    #[must_use]
+    pub fn chain(&self) -> Option<&ScreenedBody> {
+        self.0.chain.as_ref()
+    }
+
+    /// Of each row why a channel of the body is not scored: what was found in its cell, or what is not known of what drives the
+    /// body; `None` of a row that is scored, and of one whose cell is empty.
+    #[must_use]
+    pub fn body_reasons(&self, name: &str) -> Vec<Option<&'static str>> {
+        let mut reasons = vec![None; self.raw().len()];
+        let found = self.channel(name).map_or(&[][..], |channel| &channel.judgements);
+        // A row has the first reason that was found.
+        for judged in found.iter().rev() {
+            judged
+                .rows
+                .iter()
+                .chain(&judged.biased)
+                .for_each(|row| reasons[*row] = Some(judged.finding.code));
+        }
+        let values = self.dataset().column(name).unwrap_or_default().iter().enumerate();
+        for (row, _) in values.filter(|(_, value)| value.is_finite()) {
+            reasons[row] = self.body().and_then(|body| body.reason(row));
+        }
+        reasons
+    }
+
     /// What was found in its cells, channel by channel.
     pub fn channel_findings(&self) -> impl Iterator<Item = &Finding> {
         self.0.channels.iter().flat_map(|channel| &channel.judgements).map(|judged| &judged.finding)
@@ -213,17 +273,25 @@ impl ScreenedLog {
         self.rotors().filter(|rotor| rotor.turns()).flat_map(ScreenedRotor::mistaken)
     }
 
-    /// What was found in it: its channels, then its rotors.
+    /// What was found in the names of its columns.
+    #[must_use]
+    pub fn column_findings(&self) -> &[Finding] {
+        &self.0.column_findings
+    }
+
+    /// What was found in it: its columns' names, its channels, its rotors, its body.
     pub fn findings(&self) -> impl Iterator<Item = &Finding> {
-        self.channel_findings().chain(self.rotor_findings())
+        let of_columns = self.column_findings().iter().chain(self.channel_findings());
+        let of_body = self.body().and_then(ScreenedBody::finding);
+        of_columns.chain(self.rotor_findings()).chain(of_body)
     }
 
     /// Why nothing in it can be compared.
     #[must_use]
     pub fn nothing_scored(&self) -> ScreeningError {
-        let has_rotor = self.rotors().next().is_some();
+        let has_a_part = self.rotors().next().is_some() || self.body().is_some();
         let reasons: Vec<&'static str> = self.findings().map(|finding| finding.code).collect();
-        if has_rotor && !reasons.is_empty() {
+        if has_a_part && !reasons.is_empty() {
             ScreeningError::NothingScored { log: self.source_name().to_owned(), reasons }
         } else {
             ScreeningError::nothing_in_common(&[self.dataset()])
@@ -250,7 +318,11 @@ impl ScreenedLog {
             raw: judged.raw.with_columns(keeps),
             cleaned: judged.cleaned.as_ref().map(|cleaned| cleaned.with_columns(keeps)),
             channels: judged.channels.iter().filter(|channel| keeps(&channel.name)).cloned().collect(),
+            column_findings: judged.column_findings.clone(),
             rotors: judged.rotors.iter().filter(|rotor| rotors.contains(&rotor.number())).cloned().collect(),
+            thrusts: judged.thrusts.iter().filter(|it| rotors.contains(&it.number())).cloned().collect(),
+            body: None,
+            chain: None,
         }))
     }
 }

@@ -6,8 +6,9 @@
 use std::ops::Range;
 
 use super::channel::Judgement;
+use super::left_out::{COMMANDS_MISSING, HOLES, SHORT_RUN};
 use super::missing_commands::Missing;
-use super::rotor_data::RotorLog;
+use super::rotor_data::{LEAST_COMMAND, RotorLog};
 use super::{Finding, ScreeningError};
 use crate::log::Dataset;
 
@@ -23,6 +24,8 @@ pub struct ScreenedRotor {
     why: Vec<Option<&'static str>>,
     /// Whether the rotor stands or starts at each row.
     rests: Vec<bool>,
+    /// See [`ScreenedRotor::runs`].
+    runs: Vec<Range<usize>>,
     /// A column that cannot be what its name says.
     refused: Option<Finding>,
     /// Columns that can hardly be what their names say.
@@ -42,6 +45,7 @@ impl ScreenedRotor {
             is_scored: Vec::new(),
             why: vec![None; log.len()],
             rests: vec![false; log.len()],
+            runs: Vec::new(),
             refused: None,
             mistaken: Vec::new(),
             findings: Vec::new(),
@@ -80,6 +84,10 @@ impl ScreenedRotor {
             self.mark(&judged);
             self.findings.push(judged.finding);
         }
+        let measured = log.column(&format!("propeller_rate_{}_rad_s", self.number)).unwrap_or_default();
+        let (runs, short) = self.data.leave_out_short_runs(measured);
+        short.iter().for_each(|row| self.why[*row] = Some(SHORT_RUN));
+        self.runs = runs;
         self.is_scored = vec![false; log.len()];
         self.data.scored().for_each(|row| self.is_scored[row] = true);
         if missing.places > 0 && self.data.turns() {
@@ -92,7 +100,7 @@ impl ScreenedRotor {
         let mut is_known = vec![false; log.len()];
         self.data.segments.iter().cloned().flatten().for_each(|row| is_known[row] = true);
         for segment in log.segments() {
-            let why = if segment.len() > RotorLog::FEWEST_ROWS { "commands_missing" } else { "holes" };
+            let why = if segment.len() > RotorLog::FEWEST_ROWS { COMMANDS_MISSING } else { HOLES };
             for row in segment.filter(|row| !is_known[*row] && self.data.rate[*row].is_finite()) {
                 self.why[row] = Some(why);
             }
@@ -146,10 +154,26 @@ impl ScreenedRotor {
         self.rests.get(row).copied().unwrap_or(false)
     }
 
+    /// [s] when it was commanded to turn after it had stood.
+    pub fn starts(&self) -> impl Iterator<Item = f64> + '_ {
+        let is_start = |row: &usize| {
+            let [before, now] = [self.data.command[row - 1], self.data.command[*row]];
+            before < LEAST_COMMAND && now >= LEAST_COMMAND
+        };
+        (1..self.data.time.len()).filter(is_start).map(|row| self.data.time[row])
+    }
+
     /// Stretches of rows without a hole over which every command is known.
     #[must_use]
     pub fn stretches(&self) -> &[Range<usize>] {
         &self.data.segments
+    }
+
+    /// The same, joined across holes over which the command is known, without those of so few readings that they say nothing of
+    /// the rotor: for who fits where a run starts.
+    #[must_use]
+    pub fn runs(&self) -> &[Range<usize>] {
+        &self.runs
     }
 
     /// Columns that can hardly be what their names say.

@@ -10,6 +10,7 @@ use super::channel::BATTERY;
 use super::frozen_gyro::{GYRO_FROZEN, frozen, smallest_step};
 use super::rate_dropouts::RATE_FROZEN;
 use super::saturation::{self, SATURATED, Saturation, piles};
+use super::screened_body::ScreenedBody;
 use super::screened_log::{ScreenedChannel, ScreenedLog};
 use super::screened_rotor::ScreenedRotor;
 use super::thresholds::THRESHOLDS;
@@ -18,8 +19,11 @@ use crate::estimation::quantile::{median, quantile, sorted};
 use crate::log;
 use crate::log::dataset::{Dataset, LOG_SIGNALS};
 
+mod rows;
 #[cfg(test)]
 mod tests;
+
+pub use rows::{BodySummary, RotorSummary};
 
 /// Which way the commands went around a hole.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -98,36 +102,18 @@ pub struct LogSummary {
     pub interval_s: [f64; 3],
     /// Gaps in time.
     pub holes: Vec<HoleFinding>,
-    /// [s] when a rotor began to turn from standstill.
+    /// [s] when a rotor that stood was commanded to turn.
     pub standstill_starts_s: Vec<f64>,
     /// Channel by channel.
     pub channels: Vec<ChannelSummary>,
     /// Rotor by rotor, of those whose commands and rates the log holds.
     pub rotors: Vec<RotorSummary>,
+    /// The same of their thrusts, where the log holds thrusts and rates.
+    pub thrusts: Vec<RotorSummary>,
+    /// The same of the body.
+    pub body: Option<BodySummary>,
     /// What somebody who fits a model to this log must know.
     pub findings: Vec<Finding>,
-}
-
-/// Which rows of one rotor are held against a model.
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RotorSummary {
-    /// Its number in the columns' names, from 1.
-    pub rotor: usize,
-    /// Rows whose rate is scored.
-    pub scored: usize,
-    /// Rows whose rate is not, by the code of the reason; empty cells have none.
-    pub not_scored: BTreeMap<&'static str, usize>,
-}
-
-impl RotorSummary {
-    fn of(rotor: &ScreenedRotor, rows: usize) -> Self {
-        let mut not_scored = BTreeMap::new();
-        for reason in (0..rows).filter_map(|row| rotor.reason(row)) {
-            *not_scored.entry(reason).or_insert(0) += 1;
-        }
-        Self { rotor: rotor.number(), scored: rotor.scored().count(), not_scored }
-    }
 }
 
 impl LogSummary {
@@ -148,9 +134,11 @@ impl LogSummary {
             median_interval_s: median,
             interval_s: THRESHOLDS.shown_intervals.map(|share| quantile(intervals(), share).unwrap_or(0.0)),
             holes: holes(log),
-            standstill_starts_s: standstill_starts(log),
+            standstill_starts_s: sorted(screened.rotors().flat_map(ScreenedRotor::starts)),
             channels,
             rotors: screened.rotors().map(|rotor| RotorSummary::of(rotor, log.len())).collect(),
+            thrusts: RotorSummary::of_thrusts(screened),
+            body: BodySummary::of(screened),
             findings: Vec::new(),
         };
         summary.findings = summary.found(screened);
@@ -159,7 +147,7 @@ impl LogSummary {
 
     fn found(&self, log: &ScreenedLog) -> Vec<Finding> {
         let of = |code, channel: &str| Finding::new(code, channel).of(log.source_name());
-        let mut found: Vec<Finding> = Vec::new();
+        let mut found: Vec<Finding> = log.column_findings().to_vec();
         if let Some(longest) = self.holes.iter().map(|hole| hole.length_s).max_by(f64::total_cmp) {
             let count = |step| self.holes.iter().filter(|hole| hole.at_step == Some(step)).count();
             let finding = of("holes", "time_s").with("count", self.holes.len()).with("longest_s", longest);
@@ -175,6 +163,7 @@ impl LogSummary {
             found.extend(channel.not_measured.0.iter().cloned());
         }
         found.extend(log.rotor_findings().cloned());
+        found.extend(log.body().and_then(ScreenedBody::finding).cloned());
         found
     }
 }
@@ -333,26 +322,4 @@ fn holes(log: &Dataset) -> Vec<HoleFinding> {
             at_step: step_around(hole.after, hole.start),
         })
         .collect()
-}
-
-fn standstill_starts(log: &Dataset) -> Vec<f64> {
-    let mut starts = Vec::new();
-    let columns = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"].map(|name| log.column(name));
-    // Of both: the greatest rate of a rotor that rests all the time is its sensor's noise.
-    let all = columns.into_iter().flatten().flatten().copied();
-    let limit = THRESHOLDS.standstill_share * all.filter(|rate| rate.is_finite()).fold(0.0, f64::max);
-    for rates in columns.into_iter().flatten() {
-        let known: Vec<(f64, bool)> = log
-            .time()
-            .iter()
-            .zip(rates)
-            .filter(|(_, rate)| rate.is_finite())
-            .map(|(time, rate)| (*time, *rate < limit))
-            .collect();
-        // Three samples at rest before it starts: one slow reading is noise.
-        starts.extend(
-            known.windows(4).filter(|it| it[0].1 && it[1].1 && it[2].1 && !it[3].1).map(|it| it[3].0),
-        );
-    }
-    sorted(starts)
 }

@@ -210,10 +210,16 @@ crate::thresholds! {
     settles_share: f64 = 0.9, "-", "made logs of the room's tests";
     /// By how much that command moves.
     settles_command: f64 = 1e-3, "-", "made logs of the room's tests";
+    /// Share of both rotors' thrust by which the one must outdo the other for a body that rests to be held.
+    held_imbalance: f64 = 0.05, "-", "noise of rotor rates of 2 % makes 4 %";
+    /// Times its noise up to which a body that is held still may move.
+    held_motion: f64 = 3.0, "-", "judgement";
+    /// [s] windows in which it would: what a gyro drifts meanwhile is no motion.
+    held_window: f64 = 0.5, "s", "judgement";
+    /// Fewest readings of a run that say anything of a rotor, where its start has to be found from them, too.
+    fewest_in_run: usize = 5, "count", "judgement";
     /// Median intervals of a channel from which a stretch without a value is a gap in it.
     gap_factor: f64 = 2.5, "-", "judgement";
-    /// Share of the fastest below which a rotor stands still.
-    standstill_share: f64 = 0.05, "-", "judgement";
     /// Steps of its reading that a battery takes at once, at most.
     battery_step: f64 = 2.5, "-", "judgement";
     /// [s] longest time without a reading over which a held voltage is not worth a word.

@@ -2,12 +2,19 @@
 
 use std::collections::BTreeMap;
 
-use rotorbench::compare::{CompareConfig, compare};
+use rotorbench::bench::BenchConfig;
+use rotorbench::compare::{Block, CompareConfig, compare};
+use rotorbench::diagnose::block_builder::{Driver, body_split};
+use rotorbench::diagnose::block_data::Runs;
 use rotorbench::diagnose::rotor_block::rotor_runs;
 use rotorbench::diagnose::{DiagnoseConfig, diagnose, extend};
+use rotorbench::emulate::EmulatorConfig;
+use rotorbench::experiment::{ExperimentConfig, Rotors, Shape};
 use rotorbench::identify::{IdentifySettings, identify};
 use rotorbench::log::Dataset;
 use rotorbench::model::Model;
+use rotorbench::runtime::controller_plant::ExperimentPlan;
+use rotorbench::runtime::experiment::in_lockstep;
 use rotorbench::screening::summary::LogSummary;
 use rotorbench::screening::{Finding, ScreenedLog};
 
@@ -18,7 +25,7 @@ const COMMAND: &str = "command_1";
 const VOLTAGE: &str = "battery_voltage_v";
 
 /// What the screening finds in [`damaged`], in the order in which it says it.
-const CODES: [&str; 7] = [
+const CODES: [&str; 8] = [
     "battery_saturated",
     "rate_dropout",
     "rate_frozen",
@@ -26,11 +33,12 @@ const CODES: [&str; 7] = [
     "standstill_left_out",
     "uncommanded_motion",
     "commands_missing",
+    "body_held_still",
 ];
 
 /// A rotor's log, 50 Hz, with everything wrong that takes rows away: telemetry that drops out, freezes and jumps, a rotor that
 /// is stopped for two seconds, commands that are missing in three rows, a recorder of commands that freezes for eight seconds,
-/// a battery that is read no higher than 12.1 V.
+/// a battery that is read no higher than 12.1 V, and a body that is clamped.
 fn damaged(seed: u64, name: &str) -> Dataset {
     let mut log = run(&bench(seed), prbs(60.0, seed), name);
     let (rates, commands) = (log.column(RATE).expect("measured"), log.column(COMMAND).expect("commanded"));
@@ -140,4 +148,141 @@ fn identify_compare_diagnose_extend_and_import_score_the_same_rows() {
         raw.len(),
         "every row is scored, or says why not"
     );
+}
+
+const GYRO: &str = "body_rate_rad_s";
+const ANGLE: &str = "body_angle_rad";
+
+/// A bench's log, 50 Hz, its body free and turned by both rotors, with everything wrong that takes rows of body and thrust away: a
+/// gyro that freezes and jumps, an angle that jumps and is not there, telemetry of either rotor that drops out for longer than a
+/// line may bridge and shorter, commands that are missing, a load cell that is switched off, a second without a row.
+fn damaged_bench(seed: u64, name: &str) -> Dataset {
+    let mut emulator = EmulatorConfig { seed, ..EmulatorConfig::default() };
+    emulator.sensors.thrust.rate_hz = 50.0;
+    let shape = Shape::Prbs { amplitude: 0.03, bandwidth_hz: 0.0, duration_s: 60.0, seed };
+    let experiment = ExperimentConfig { shape, rotors: Rotors::Differential, around: 0.4633, lead_in_s: 4.0 };
+    let plan = ExperimentPlan { closed_loop: true, experiment };
+    let bench = BenchConfig { emulator, ..BenchConfig::default() };
+    let (body, _) = in_lockstep(&bench, &plan, &mut (), |_| true).expect("an experiment that can be");
+    let whole = body.into_dataset(name).expect("rising time");
+    let (first, last) = (whole.slice(0..2400), whole.slice(2450..whole.len()));
+    let both = |of: &dyn Fn(&Dataset) -> Vec<f64>| [of(&first), of(&last)].concat();
+    let mut log = Dataset::new(name, "", both(&|part| part.time().to_vec())).expect("rising time");
+    for column in whole.names() {
+        let values =
+            both(&|part| part.column(column).map_or_else(|| vec![f64::NAN; part.len()], <[f64]>::to_vec));
+        let value = |row: usize| match (column, row) {
+            (GYRO, 601..800) => values[600],
+            (GYRO, 900) => 3.0,
+            (ANGLE, 1000) => values[1000] + 0.5,
+            (ANGLE, 1100..1105) => f64::NAN,
+            ("propeller_rate_1_rad_s", 400..403) | ("propeller_rate_2_rad_s", 1300..1330) => f64::NAN,
+            ("thrust_1_n", 1600..1650) | ("command_2", 1400..1403) => f64::NAN,
+            _ => values[row],
+        };
+        log.insert(column, (0..values.len()).map(value).collect()).expect("as long");
+    }
+    log
+}
+
+/// Rows in which a channel of the body is scored, by the screening.
+fn judged(log: &ScreenedLog, name: &str) -> Vec<usize> {
+    let (values, why) = (log.dataset().column(name).expect("measured"), log.body_reasons(name));
+    (0..values.len()).filter(|row| values[*row].is_finite() && why[*row].is_none()).collect()
+}
+
+/// Rows that a block of `compare` scores, and those that it looked at.
+fn compared(block: &Block) -> (Vec<usize>, Vec<usize>) {
+    let rows = block.trace.rows.iter().zip(&block.trace.is_scored);
+    (rows.filter_map(|(row, is_scored)| is_scored.then_some(*row)).collect(), block.trace.rows.clone())
+}
+
+#[test]
+fn all_of_them_score_the_same_rows_of_second_rotor_thrust_and_body() {
+    let raw = damaged_bench(41, "bench.csv");
+    let log = ScreenedLog::of(&raw);
+    let logs = std::slice::from_ref(&log);
+    let body = log.body().expect("a body");
+    let codes: Vec<&str> = log.findings().map(|it| it.code).collect();
+    for code in ["gyro_frozen", "outliers", "commands_missing"] {
+        assert!(codes.contains(&code), "{codes:?}");
+    }
+    let (gyro, angle) = (judged(&log, GYRO), judged(&log, ANGLE));
+    // The rows of a frozen gyro, an outlier, and those in which a rotor is not known; three rows of a rotor are.
+    let why = log.body_reasons(GYRO);
+    let reasons = [620, 900, 1310].map(|row| why[row].unwrap_or(""));
+    assert_eq!(reasons, ["gyro_frozen", "outliers", "rotor_rate_missing"]);
+    assert!([401, 1000, 1102, 1401].iter().all(|row| gyro.binary_search(row).is_ok()));
+    assert_eq!([1000, 1102, 1310].map(|row| angle.binary_search(&row).is_ok()), [false; 3]);
+    assert_eq!(body.stretches().len(), 3, "a gap and a hole: {:?}", body.stretches());
+    let second: Vec<usize> = log.rotor(2).expect("a rotor").scored().collect();
+    assert!(second.binary_search(&1401).is_err() && log.rotor(1).expect("a rotor").is_scored(1401));
+    let has_thrust = |row: &usize| log.dataset().column("thrust_1_n").is_some_and(|it| it[*row].is_finite());
+    let is_scored = |row: &usize| has_thrust(row) && log.thrust(1).expect("measured").reason(*row).is_none();
+    let thrust: Vec<usize> = (0..raw.len()).filter(is_scored).collect();
+    assert!([401, 1620].iter().all(|row| thrust.binary_search(row).is_err()) && thrust.len() > 2500);
+
+    let settings = IdentifySettings { delay: false, ..IdentifySettings::default() };
+    let identified = identify(logs, &[], &settings).expect("identified");
+    let row_at = |time: f64| raw.time().iter().position(|it| *it == time).expect("a row");
+    let fitted = identified.body.expect("the body turns");
+    let rows: Vec<usize> = fitted.traces.iter().map(|(time, ..)| row_at(*time)).collect();
+    // The rest of a stretch, of less than five readings, is no window.
+    assert!(rows.iter().all(|row| gyro.binary_search(row).is_ok()), "identify");
+    assert!(gyro.len() - rows.len() <= 4 * body.stretches().len() + 4, "{} of {}", rows.len(), gyro.len());
+    let both = [1, 2].map(|number| {
+        let cells = log.dataset().column(&format!("thrust_{number}_n")).expect("measured").iter().enumerate();
+        let judged = log.thrust(number).expect("measured");
+        cells.filter(|(row, it)| it.is_finite() && judged.reason(*row).is_none()).count()
+    });
+    assert_eq!(identified.thrust.expect("measured").samples, both[0] + both[1], "identify");
+
+    let model = Model::paper();
+    let found =
+        compare(std::slice::from_ref(&model), &log, &CompareConfig::default()).expect("compared").remove(0);
+    let block = |name: &str, signal: &str| {
+        let mut blocks = found.blocks.iter();
+        compared(blocks.find(|it| it.name == name && it.signal == signal).expect("judged"))
+    };
+    assert_eq!(block("actuator_2", "propeller_rate_2_rad_s").0, second, "compare");
+    assert_eq!(block("thrust_1", "thrust_1_n").0, thrust, "compare");
+    for (signal, judged) in [(GYRO, &gyro), (ANGLE, &angle)] {
+        let (scored, seen) = block("body", signal);
+        // The rows at which windows start are given, not asked for.
+        let expected: Vec<usize> =
+            judged.iter().filter(|row| seen.binary_search(row).is_ok()).copied().collect();
+        assert_eq!(scored, expected, "compare {signal}");
+        let starts = judged.len() - expected.len();
+        assert!(starts < judged.len() / 15, "{starts} starts of {}", judged.len());
+    }
+
+    let counted = |number: usize| -> Vec<usize> {
+        let runs = rotor_runs(logs).into_iter().filter(|run| run.rotor + 1 == number);
+        let rows =
+            runs.flat_map(|run| run.rows.zip(run.counts)).filter_map(|(row, counts)| counts.then_some(row));
+        rows.collect()
+    };
+    assert_eq!(counted(2), second, "diagnose and extend");
+    let equations = model.equations().expect("known");
+    let driver = Driver { equations: &equations, fitted: None, split: None };
+    let split = body_split(logs, &[], &driver, 0.4).expect("known").expect("a body");
+    let Runs::Body(runs) = &split.train.runs else { panic!("a body") };
+    let rows_of = |pick: fn(&rotorbench::diagnose::body_block::BodyRun) -> &Vec<f64>| -> Vec<usize> {
+        let rows = runs.iter().flat_map(|run| run.rows.clone().zip(pick(run)));
+        rows.filter_map(|(row, value)| value.is_finite().then_some(row)).collect()
+    };
+    assert_eq!(rows_of(|run| &run.rate), gyro, "diagnose and extend");
+    assert_eq!(rows_of(|run| &run.angle), angle, "diagnose and extend");
+
+    let imported = LogSummary::of(&log);
+    let of_body = imported.body.expect("a body");
+    assert_eq!((of_body.scored, of_body.scored_angles), (gyro.len(), angle.len()), "import");
+    assert_eq!(
+        (imported.rotors[1].scored, imported.thrusts[0].scored),
+        (second.len(), thrust.len()),
+        "import"
+    );
+    let said: usize = of_body.not_scored.values().sum();
+    let empty = raw.column(GYRO).expect("measured").iter().filter(|it| !it.is_finite()).count();
+    assert_eq!(gyro.len() + said + empty, raw.len(), "every row is scored, or says why not");
 }

@@ -234,10 +234,13 @@ fn eq_12_has_a_sign_and_a_body_that_does_not_turn_has_no_inertia() {
     };
     // Not moved, and not frozen either: the last digits of a reading that answers nothing.
     let still = |rate: f64| 0.001 + 1e-5 * f64::from((rate.to_bits() % 251) as u8);
-    for change in [(&|rate: f64| -rate) as &dyn Fn(f64) -> f64, &still] {
+    let turned = |rate: f64| -rate;
+    for (change, code) in
+        [(&turned as &dyn Fn(f64) -> f64, "torque_hardly_shows"), (&still, "body_held_still")]
+    {
         let found = with_rate(change);
         assert!(found.body.is_none());
-        let hardly = finding(&found, "torque_hardly_shows").expect("it does");
+        let hardly = finding(&found, code).expect("it does");
         assert!(!sentence(hardly).contains("0.000 ±"), "{}", sentence(hardly));
         assert_eq!(found.model.body.inertia, 0.032, "the template's");
     }

@@ -7,9 +7,6 @@ use crate::unit::short;
 pub(crate) fn sentence(finding: &Finding) -> Option<String> {
     let subject = &finding.subject;
     let sentence = match finding.code {
-        "body_held_still" => {
-            "the body does not move, whatever the torque on it: it was held still, and these logs say nothing of it".to_owned()
-        }
         "searched_on_stretches" => format!(
             "a long log: what is missing was searched for on {} of its {} rows ({}), where most moves; the final fit, the errors of the              model and the standard errors are of all rows, those of single candidates are of the stretches",
             finding.count("rows_searched"),

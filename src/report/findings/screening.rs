@@ -16,7 +16,7 @@ pub(crate) fn sentence(finding: &Finding, text: fn(&Finding) -> String) -> Optio
         .or_else(|| summary::sentence(finding))
 }
 
-/// Units of rate and angle of the body.
+/// Units of rate and angle of the body, and whether it was held.
 fn body(finding: &Finding) -> Option<String> {
     let (ratio, span) = (finding.number("ratio"), finding.number("angle_span_rad"));
     let said = match finding.code {
@@ -40,6 +40,9 @@ fn body(finding: &Finding) -> Option<String> {
         "body_angle_in_degrees" => format!(
             "the slope of the body angle is {ratio:.0} times the body rate: the angle is in degrees, import it with unit `deg`"
         ),
+        "body_held_still" => {
+            "the body does not move, whatever the torque on it: it was held still, and nothing here tells of it".to_owned()
+        }
         "body_turns_over" => format!(
             "the body angle spans {span:.1} rad, {:.1} turns; if angle and rate are in degrees, import them with the units `deg` \
              and `deg/s`",

@@ -131,17 +131,24 @@ fn holes_name_the_step_and_starts_from_standstill_are_counted() {
     assert_eq!(codes, ["holes", "starts_from_standstill", "standstill_left_out"]);
 }
 
-/// The other rotor says where standstill ends: what a resting one shows is noise.
+/// What a rotor shows that rests all the time is noise.
 #[test]
-fn a_rotor_that_rests_all_the_time_does_not_start() {
-    let noise: Vec<f64> = (0..400).map(|row: usize| if row % 10 < 4 { 0.0 } else { 4.0 }).collect();
-    for (greatest, starts) in [(600.0, 0), (4.0, 1)] {
-        let turning = vec![greatest; 400];
-        let mut log =
-            Dataset::new("here", "", (0..400).map(|row| 0.01 * f64::from(row)).collect()).expect("rises");
-        log.insert("propeller_rate_1_rad_s", turning).expect("fits");
-        log.insert("propeller_rate_2_rad_s", noise.clone()).expect("fits");
-        let found = standstill_starts(&log);
-        assert_eq!(found.is_empty(), starts == 0, "{greatest}: {found:?}");
+fn a_rotor_that_is_never_commanded_does_not_start() {
+    let noise = |row: i32| if row % 10 < 4 { 0.0 } else { 4.0 };
+    for (greatest, starts) in [(0.5, 2), (0.0, 1)] {
+        let time = (0..400).map(|row| 0.01 * f64::from(row)).collect();
+        let mut log = Dataset::new("here", "", time).expect("rises");
+        let begins = |at: i32, level: f64| (0..400).map(move |row| if row < at { 0.0 } else { level });
+        for (name, values) in [
+            ("command_1", begins(100, 0.4).collect::<Vec<f64>>()),
+            ("propeller_rate_1_rad_s", begins(103, 520.0).collect()),
+            ("command_2", begins(200, greatest).collect()),
+            ("propeller_rate_2_rad_s", (0..400).map(noise).collect()),
+        ] {
+            log.insert(name, values).expect("fits");
+        }
+        let found = summary(&log).standstill_starts_s;
+        assert_eq!(found.len(), starts, "{found:?}");
+        assert!((found[0] - 1.0).abs() < 1e-9, "when it was commanded: {found:?}");
     }
 }

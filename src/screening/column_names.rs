@@ -1,0 +1,33 @@
+//! Columns that are not read for their name: the log lacks the one that they nearly are.
+
+use super::Finding;
+use crate::log::{Dataset, LOG_SIGNALS};
+use crate::unit::UNITS;
+
+/// Those of a log that are another unit's spelling of one that the log lacks.
+pub(super) fn find(log: &Dataset) -> Vec<Finding> {
+    let mut found = Vec::new();
+    for signal in LOG_SIGNALS.iter().filter(|signal| log.column(signal.name).is_none()) {
+        let suffix = format!("_{}", signal.unit.to_lowercase().replace(' ', "").replace('/', "_"));
+        let Some(stem) = signal.name.strip_suffix(suffix.as_str()) else { continue };
+        let finding = |code, column: &str| {
+            let finding = Finding::new(code, column).of(log.source_name()).with("expected", signal.name);
+            finding.with("meaning", signal.meaning).with("expected_unit", signal.unit)
+        };
+        for column in log.names().filter(|column| *column != signal.name) {
+            if column == stem {
+                found.push(finding("column_without_unit", column));
+            }
+            let Some(unit) = column.strip_prefix(stem).and_then(|rest| rest.strip_prefix('_')) else {
+                continue;
+            };
+            let spelled = unit.replace('_', "/");
+            let fits =
+                |it: &&crate::unit::Unit| it.si == signal.unit && it.name.eq_ignore_ascii_case(&spelled);
+            if let Some(unit) = UNITS.iter().find(fits) {
+                found.push(finding("column_in_another_unit", column).with("unit", unit.name));
+            }
+        }
+    }
+    found
+}
