@@ -178,7 +178,7 @@ fn a_role_that_cannot_be_filled_is_refused_with_its_place() {
         "bus.sensors.body_rate: `GYRO.rate`: no value lies between the minimum 50 and the maximum 40",
         "bus.commands.rotor_1: no signal carries this rotor's command",
         "bus.interface: `a-name-too-long-for-it` cannot be the name of an interface",
-        "bus.messages.GYR0: no role uses this message",
+        "bus.messages.GYR0: no role uses this message: take it out, or name one of its signals in bus.sensors",
         "bus.messages.GYRO.period_s: 0 s is not a period",
         "bus.messages.GYRO.counter: `rate` must be a plain unsigned integer",
     ];
