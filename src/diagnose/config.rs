@@ -7,7 +7,7 @@ use super::thresholds::THRESHOLDS;
 /// ```
 /// use rotorbench::diagnose::DiagnoseConfig;
 ///
-/// let config = DiagnoseConfig { horizon: 0.2 }; // [s] an unstable body
+/// let config = DiagnoseConfig { horizon: 0.2, ..DiagnoseConfig::default() }; // [s] an unstable body
 /// assert!(config.horizon < DiagnoseConfig::default().horizon);
 /// ```
 #[derive(Debug, Clone, PartialEq)]

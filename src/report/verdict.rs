@@ -188,7 +188,11 @@ impl NextStep {
 /// What a changed inertia may be instead: only d c / J shows in a body's motion, and a gyro that reads too much looks the same
 /// where no angle was logged.
 fn inertia_stands_for(diagnosis: &Diagnosis) -> Option<String> {
+    // Signs come first: behind a gyro that reads the other way round J is any number.
     let changed = diagnosis.changed_parameters.iter().find(|changed| changed.is_inertia())?;
+    if diagnosis.turns_against_torque {
+        return None;
+    }
     let needs_angle = |id: &str| {
         let card = effect::find(id);
         card.is_some_and(|card| card.site == Site::BodyRateSensor && card.needs.contains(&"body_angle_rad"))
