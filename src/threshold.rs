@@ -60,7 +60,7 @@ macro_rules! thresholds {
 #[must_use]
 pub fn page(rooms: &[(&str, &[Threshold])], used_in: impl Fn(&str, &str) -> String) -> String {
     let mut page = String::from(
-        "# Thresholds\n\nEvery number in the code that decides something: its value, its unit, what it decides, what it was \
+        "# Thresholds\n\nThe numbers of the rooms that decide something: its value, its unit, what it decides, what it was \
          calibrated on, and the file of its room (or, with its path, of another) that uses it. This page is generated from the code (`tests/architecture/` holds it current).\n",
     );
     for (room, table) in rooms {

@@ -114,9 +114,9 @@ pub(crate) struct Relations {
 /// What each error has to do with every channel of the log, whose rows are `interval` [s] apart.
 pub(crate) fn relations(log: &Dataset, errors: &[ErrorOn], interval: f64) -> Vec<Relations> {
     let coloured = spread(errors, |error| Coloured::of(error.values, THRESHOLDS.most_lag));
-    let twins = Twins::of(errors);
+    let shared = SharedRows::of(errors);
     let names: Vec<&str> = log.names().filter(|name| log.column(name).is_some()).collect();
-    let found = spread(&names, |name| of_channel(log, name, errors, (&coloured, &twins), interval));
+    let found = spread(&names, |name| of_channel(log, name, errors, (&coloured, &shared), interval));
     let mut relations: Vec<Relations> = errors.iter().map(|_| Relations::default()).collect();
     for of_channel in found {
         for (all, one) in relations.iter_mut().zip(of_channel) {
@@ -132,24 +132,24 @@ pub(crate) fn relations(log: &Dataset, errors: &[ErrorOn], interval: f64) -> Vec
 }
 
 /// Which errors have rows, and which have values, in the same places: what a channel is there needs to be found only once.
-struct Twins {
+struct SharedRows {
     /// For each error the first one with its rows.
     rows: Vec<usize>,
     /// For each error the first one that is there in the same of the same rows.
     places: Vec<usize>,
 }
 
-impl Twins {
+impl SharedRows {
     fn of(errors: &[ErrorOn]) -> Self {
-        let first = |at: usize, is_twin: &dyn Fn(&ErrorOn) -> bool| {
-            errors[..at].iter().position(is_twin).unwrap_or(at)
+        let first = |at: usize, is_same: &dyn Fn(&ErrorOn) -> bool| {
+            errors[..at].iter().position(is_same).unwrap_or(at)
         };
         let rows = |at: usize| first(at, &|other| other.rows == errors[at].rows);
-        let is_alike = |a: &ErrorOn, b: &ErrorOn| {
+        let is_same = |a: &ErrorOn, b: &ErrorOn| {
             let mut pairs = a.values.iter().zip(b.values);
             a.rows == b.rows && pairs.all(|(a, b)| a.is_finite() == b.is_finite())
         };
-        let places = |at: usize| first(at, &|other| is_alike(other, &errors[at]));
+        let places = |at: usize| first(at, &|other| is_same(other, &errors[at]));
         Self { rows: (0..errors.len()).map(rows).collect(), places: (0..errors.len()).map(places).collect() }
     }
 
@@ -164,32 +164,32 @@ fn of_channel(
     log: &Dataset,
     name: &str,
     errors: &[ErrorOn],
-    (coloured, twins): (&[Coloured], &Twins),
+    (coloured, shared): (&[Coloured], &SharedRows),
     interval: f64,
 ) -> Vec<Relations> {
     let mut found: Vec<Relations> = errors.iter().map(|_| Relations::default()).collect();
     let Some(values) = log.column(name) else { return found };
-    for first in (0..errors.len()).filter(|at| twins.rows[*at] == *at) {
+    for first in (0..errors.len()).filter(|at| shared.rows[*at] == *at) {
         let channel = at_rows(values, errors[first].rows);
         let channel = Coloured::of(&channel, THRESHOLDS.most_lag);
-        for at in Twins::group(&twins.rows, first) {
+        for at in SharedRows::group(&shared.rows, first) {
             let peak = coloured[at].with(&channel);
             found[at].correlations.extend(peak.map(|peak| correlation(name, peak, interval)));
         }
     }
     let bridged = readings::bridged(log.time(), values);
     let on = |is_rate| Regressor { column: name.to_owned(), is_rate };
-    binned(&on(false), &bridged, errors, twins, &mut found);
-    binned(&on(true), &slopes(log, &bridged), errors, twins, &mut found);
+    binned(&on(false), &bridged, errors, shared, &mut found);
+    binned(&on(true), &slopes(log, &bridged), errors, shared, &mut found);
     found
 }
 
 /// Each error as a function of a channel, which may be a rate.
-fn binned(on: &Regressor, channel: &[f64], errors: &[ErrorOn], twins: &Twins, found: &mut [Relations]) {
-    for first in (0..errors.len()).filter(|at| twins.places[*at] == *at) {
+fn binned(on: &Regressor, channel: &[f64], errors: &[ErrorOn], shared: &SharedRows, found: &mut [Relations]) {
+    for first in (0..errors.len()).filter(|at| shared.places[*at] == *at) {
         let ErrorOn { rows, values } = errors[first];
         let Some(bins) = Bins::of(&at_rows(channel, rows), values, THRESHOLDS.bins) else { continue };
-        for at in Twins::group(&twins.places, first) {
+        for at in SharedRows::group(&shared.places, first) {
             cancel::check();
             let BinnedDependence { explained, surrogate, curve } =
                 bins.dependence(errors[at].values, THRESHOLDS.surrogates);

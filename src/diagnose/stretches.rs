@@ -35,9 +35,9 @@ impl Stretches {
                 .map(|log| {
                     let own = wanted * log.raw().len() / all;
                     let stretches = most_moved(log, own / THRESHOLDS.searched_stretches);
-                    let part = log.dataset().of_rows(&stretches);
-                    findings.push(said(log, &stretches, part.len()));
-                    ScreenedLog::from(part)
+                    let part = log.of_rows(&stretches);
+                    findings.push(said(log, &stretches, part.raw().len()));
+                    part
                 })
                 .collect()
         };

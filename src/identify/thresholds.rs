@@ -155,7 +155,7 @@ crate::thresholds! {
     slow_pole_bracket: (f64, f64) = (0.6, 1.6), "-", "judgement";
     /// [-] the slower pole stays below this share of the fast one: where they are equal the difference has no digits
     poles_apart: f64 = 0.95, "-", "judgement";
-    /// [-] quantile of the errors that is told as the worst: beyond it lie outliers
+    /// [-] quantile of the errors that is reported as the worst: beyond it lie outliers
     worst_share: f64 = 0.99, "-", "judgement";
     /// Standard errors from which an alternative structure is needed, and preferred to the others.
     alternative_errors: f64 = 4.0, "-", "normal distribution: 3e-5 by chance";

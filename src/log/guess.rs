@@ -10,6 +10,7 @@ use meanings::{MEANINGS, Meaning};
 use super::dataset::{MOST_ROTORS, log_signal};
 use super::mapping::SignalMapping;
 use super::sniff::SampledColumn;
+use crate::estimation::quantile::{median, quantile};
 use crate::unit::UNITS;
 
 /// Values of a column that are shown beside the guess.
@@ -288,7 +289,7 @@ fn command(column: &SampledColumn, words: &Words) -> Option<(&'static str, f64, 
 /// Unit of a time that rises by so much each row.
 fn time_unit(column: &SampledColumn) -> Option<&'static str> {
     let steps = column.values.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0);
-    let step = crate::estimation::quantile::median(steps)?;
+    let step = median(steps)?;
     // Logs of a machine have rows from a tenth of a millisecond to half a second.
     let units = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
     units.into_iter().find(|(_, scale)| (5e-5..=0.5).contains(&(step * scale))).map(|(unit, _)| unit)
@@ -296,10 +297,7 @@ fn time_unit(column: &SampledColumn) -> Option<&'static str> {
 
 /// The size that nineteen of twenty values stay below.
 fn quantile_of_size(column: &SampledColumn) -> f64 {
-    let mut sizes: Vec<f64> =
-        column.values.iter().map(|value| value.abs()).filter(|it| it.is_finite()).collect();
-    sizes.sort_by(f64::total_cmp);
-    sizes.get(sizes.len() * 19 / 20).copied().unwrap_or(0.0)
+    quantile(column.values.iter().map(|value| value.abs()), 0.95).unwrap_or(0.0)
 }
 
 #[cfg(test)]

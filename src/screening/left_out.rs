@@ -37,6 +37,12 @@ impl LeftOut {
         self.0.get(at).filter(|(rows, _)| rows.contains(&row)).map(|(_, code)| *code)
     }
 
+    /// Those, and those of the log of which these are a part: `rows` are its own in it.
+    pub(crate) fn and_of(&self, whole: &Self, rows: &[usize]) -> Self {
+        let own = rows.iter().enumerate();
+        Self::of(own.map(|(row, own)| whole.reason(*own).or_else(|| self.reason(row))))
+    }
+
     /// A channel, not-a-number in the rows that are left out.
     pub(crate) fn blank<'a>(&self, values: &'a [f64]) -> Cow<'a, [f64]> {
         if self.0.is_empty() {

@@ -152,6 +152,12 @@ impl ScreenedBody {
         Self { driven_by, stretches, left_out, torque: None, held }
     }
 
+    /// Scores no row that is not scored in the log that it is a part of: `rows` are its own in it.
+    pub(crate) fn keep_to(&mut self, whole: &Self, rows: &[usize]) {
+        self.left_out = self.left_out.and_of(&whole.left_out, rows);
+        self.held.clone_from(&whole.held);
+    }
+
     /// What drives it.
     #[must_use]
     pub fn driven_by(&self) -> DrivenBy {

@@ -1,6 +1,7 @@
 //! A log judged once: of each channel which cells are measurements, of rotors, thrusts and the body which rows are scored, and why
 //! the others are not. Whoever fits a model to a log, compares one with it or describes it takes it from here, so that all see the same rows.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::channel::{self, BATTERY, Channel, Judgement, OF_BODY};
@@ -324,6 +325,32 @@ impl ScreenedLog {
             body: None,
             chain: None,
         }))
+    }
+
+    /// The log of these stretches of rows, which ascend. Where its runs begin and end is judged at the cuts; but what is not scored
+    /// in the whole, where more is known, is not scored in a part.
+    #[must_use]
+    pub(crate) fn of_rows(&self, stretches: &[Range<usize>]) -> Self {
+        let mut part = Self::from(self.dataset().of_rows(stretches));
+        let rows: Vec<usize> = stretches.iter().cloned().flatten().collect();
+        // It was made here, and has no copies.
+        let Some(judged) = Arc::get_mut(&mut part.0) else { return part };
+        for rotor in &mut judged.rotors {
+            if let Some(whole) = self.commanded(rotor.number()) {
+                rotor.keep_to(whole, &rows);
+            }
+        }
+        for thrust in &mut judged.thrusts {
+            if let Some(whole) = self.thrust(thrust.number()) {
+                thrust.keep_to(whole, &rows);
+            }
+        }
+        for (body, whole) in [(&mut judged.body, self.body()), (&mut judged.chain, self.chain())] {
+            if let (Some(body), Some(whole)) = (body, whole) {
+                body.keep_to(whole, &rows);
+            }
+        }
+        part
     }
 }
 

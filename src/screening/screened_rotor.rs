@@ -200,6 +200,19 @@ impl ScreenedRotor {
         &self.data
     }
 
+    /// Scores no row that is not scored in the log that it is a part of: `rows` are its own in it.
+    pub(crate) fn keep_to(&mut self, whole: &Self, rows: &[usize]) {
+        for (row, own) in rows.iter().enumerate() {
+            if self.is_scored(row) && !whole.is_scored(*own) {
+                (self.data.rate[row], self.is_scored[row], self.why[row]) =
+                    (f64::NAN, false, whole.reason(*own));
+            }
+        }
+        if whole.data.voltage.is_none() {
+            self.drop_battery();
+        }
+    }
+
     /// Takes the battery away.
     pub(crate) fn drop_battery(&mut self) {
         (self.data.voltage, self.data.voltage_gap) = (None, None);

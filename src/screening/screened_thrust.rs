@@ -49,6 +49,11 @@ impl ScreenedThrust {
         Some(Self { number, columns, in_turns, left_out })
     }
 
+    /// Scores no row that is not scored in the log that it is a part of: `rows` are its own in it.
+    pub(crate) fn keep_to(&mut self, whole: &Self, rows: &[usize]) {
+        self.left_out = self.left_out.and_of(&whole.left_out, rows);
+    }
+
     /// The rotor's number in the columns' names, from 1.
     #[must_use]
     pub fn number(&self) -> usize {

@@ -73,7 +73,7 @@ impl Places {
         Ok(places)
     }
 
-    /// Single files of a session that was named; one that has gone is told when it is opened.
+    /// Single files of a session that was named; one that has gone is an error when it is opened.
     pub fn admit(&mut self, files: impl Iterator<Item = PathBuf>) -> Result<(), PlaceError> {
         self.files.extend(files.filter_map(|file| canonical(&file).ok()).map(|(file, _)| file));
         Ok(())

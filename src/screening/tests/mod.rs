@@ -242,3 +242,38 @@ pub(crate) fn log_with_hole(rows: usize, changes: &[usize], hole_after: usize) -
     log.insert("command_1", command).expect("fits");
     log
 }
+
+/// A rotor that is stopped at 10 s, and stands at 12 s, where a part begins: in the part alone nobody would know that it has
+/// been running down; a recorder of commands that freezes at 30 s.
+#[test]
+fn what_is_not_scored_in_a_log_is_not_scored_in_a_part_of_it() {
+    let time: Vec<f64> = (0..3000).map(|row| 0.02 * f64::from(row)).collect();
+    let noise = |row: usize| (row.wrapping_mul(2_654_435_761) >> 9 & 255) as f64 / 255.0;
+    let command = |row: usize| match row {
+        500..600 => 0.0,
+        _ => 0.5 + 0.05 * f64::from((row / 40 % 2) as u32),
+    };
+    let mut commands: Vec<f64> = (0..3000).map(command).collect();
+    let mut rates = Vec::with_capacity(3000);
+    let mut rate = 600.0;
+    for (row, command) in commands.iter().enumerate() {
+        rate += 0.27 * (1200.0 * command - rate);
+        rates.push(rate + noise(row));
+    }
+    commands[1500..2000].fill(commands[1500]);
+    let mut log = Dataset::new("a.csv", "", time).expect("time rises");
+    log.insert("command_1", commands).expect("as long");
+    log.insert("propeller_rate_1_rad_s", rates).expect("as long");
+    let whole = ScreenedLog::from(log);
+    let stretches = [550..900, 1600..2400];
+    let part = whole.of_rows(&stretches);
+    let rows: Vec<usize> = stretches.into_iter().flatten().collect();
+    let (rotor, own) = (part.rotor(1).expect("a rotor"), whole.rotor(1).expect("a rotor"));
+    assert_eq!(part.raw().len(), rows.len());
+    for (row, in_whole) in rows.iter().enumerate() {
+        assert!(!rotor.is_scored(row) || own.is_scored(*in_whole), "row {in_whole}");
+        assert!(rotor.is_scored(row) || rotor.reason(row).is_some(), "row {in_whole}");
+    }
+    assert!(rotor.scored().count() > 500, "{}", rotor.scored().count());
+    assert!((0..400).any(|row| own.reason(1600 + row).is_some()), "the frozen recorder is seen in the whole");
+}
