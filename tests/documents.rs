@@ -2,7 +2,8 @@
 //!
 //! Blocks marked `sh` are run, line by line, in a folder that holds `train.csv` and `held_out.csv`; each line of a block marked
 //! `text output` is a line that one of the page's commands says; blocks marked `toml bench`
-//! are bench files that `check` accepts (`toml bench=FILE`: that the page's commands read); all others are for reading.
+//! are bench files that `check` accepts (`toml bench=FILE`: that the page's commands read), blocks marked `toml mapping` mapping files
+//! that read a log; all others are for reading.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -284,6 +285,36 @@ fn bench_files_of_the_guide_are_bench_files() {
         }
     }
     assert!(count >= 2, "{count} bench files were found");
+}
+
+/// Each reads a log with the columns that it names.
+#[test]
+fn mapping_files_of_the_guide_read_a_log() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut count = 0;
+    for (page, text) in pages() {
+        for block in blocks(&text, "toml mapping") {
+            let columns =
+                block.lines().filter_map(|line| line.strip_prefix("column = \"")?.split('"').next());
+            let columns: Vec<&str> = columns.collect();
+            let row = |row: i32| {
+                let others = columns[1..].iter().map(|_| (1500 + row % 7).to_string());
+                [format!("{:.2}", f64::from(row) * 0.01)]
+                    .into_iter()
+                    .chain(others)
+                    .collect::<Vec<_>>()
+                    .join(",")
+            };
+            let rows = std::iter::once(columns.join(",")).chain((0..200).map(row)).collect::<Vec<_>>();
+            fs::write(folder.path().join("log.csv"), rows.join("\n") + "\n").expect("written");
+            fs::write(folder.path().join("mapping.toml"), &block).expect("written");
+            let done = rotorbench(folder.path(), &["import", "log.csv", "--mapping", "mapping.toml"]);
+            let said = String::from_utf8_lossy(&done.stderr);
+            assert!(done.status.success(), "{page}:\n{block}\n{said}");
+            count += 1;
+        }
+    }
+    assert!(count >= 1, "{count} mapping files were found");
 }
 
 /// What `check --template` prints is what lies in `examples/benches/`; each file there is a bench that could be armed.
