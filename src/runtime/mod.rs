@@ -119,9 +119,30 @@ pub enum ProcessError {
         process_id: u32,
     },
     /// Nobody guards the bench.
-    #[error("bench `{bench}` is not running: no bridge, run or emulate --shm answers")]
+    #[error("bench `{bench}` is not running: no bridge, run or emulate --shm answers{}", others(running))]
     NotRunning {
         /// Name of the bench.
         bench: String,
+        /// Those that are.
+        running: Vec<String>,
     },
+}
+
+/// Who asks a bench that is not there may mean another one.
+fn others(running: &[String]) -> String {
+    let names: Vec<String> = running.iter().map(|name| format!("`{name}`")).collect();
+    if names.is_empty() {
+        String::new()
+    } else {
+        format!("; running: {} (name its file: --config)", names.join(", "))
+    }
+}
+
+impl ProcessError {
+    /// Nobody guards the bench of this name.
+    pub(crate) fn not_running(bench: &str) -> Self {
+        let mut running = crate::shm::running();
+        running.retain(|name| name != bench);
+        Self::NotRunning { bench: bench.to_owned(), running }
+    }
 }

@@ -87,15 +87,14 @@ fn check_is_there(config: &BenchConfig) -> Result<(), ProcessError> {
     if place.is_there() || guard_without_place(&place).is_some() {
         return Ok(());
     }
-    Err(ProcessError::NotRunning { bench: config.name.clone() })
+    Err(ProcessError::not_running(&config.name))
 }
 
 /// Why no guard answers.
 fn silent(config: &BenchConfig, place: &Place) -> ProcessError {
-    let bench = config.name.clone();
     match guard_without_place(place) {
-        Some(process_id) => ProcessError::Unanswered { bench, process_id },
-        None => ProcessError::NotRunning { bench },
+        Some(process_id) => ProcessError::Unanswered { bench: config.name.clone(), process_id },
+        None => ProcessError::not_running(&config.name),
     }
 }
 

@@ -79,6 +79,21 @@ pub fn leftovers() -> Vec<Leftover> {
     found
 }
 
+/// Names of the benches of this user, and of groups this user is in, on which somebody publishes something.
+#[must_use]
+pub fn running() -> Vec<String> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
+        let place = Place::found(&entry.file_name().to_string_lossy());
+        let Some((place, metadata)) = place.zip(entry.metadata().ok()) else { continue };
+        if metadata.is_dir() && place.is_ours(&metadata) && claim::any_is_held(&place) {
+            found.push(place.bench().to_owned());
+        }
+    }
+    found.sort();
+    found
+}
+
 /// The process that guards the bench of `place` though its directory was removed: it hears what is asked of it, and its answers
 /// lead nowhere. Processes of other users cannot be looked into.
 #[must_use]

@@ -36,7 +36,7 @@ use iceoryx2::prelude::{LogLevel, SignalHandlingMode, ipc_threadsafe, set_log_le
 pub use bell::{Bell, Waiter};
 pub use channel::{Publisher, Subscriber};
 pub use error::ShmError;
-pub use leftover::{Leftover, PassingBench, guard_without_place, leftovers};
+pub use leftover::{Leftover, PassingBench, guard_without_place, leftovers, running};
 pub use place::{Place, SharedMemoryConfig};
 pub use topic::{
     APPLIED, BUS, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, LOCKSTEP_ANSWERS, LOCKSTEP_STEPS,

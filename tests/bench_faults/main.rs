@@ -210,6 +210,17 @@ fn a_stop_on_no_bench_leaves_nothing_behind() {
     }
 }
 
+/// A `stop` that asks another bench than the one that flies says which one does.
+#[test]
+fn a_stop_on_another_bench_names_those_that_run() {
+    let (flies, _emulator, _control, _watcher) = flying("other");
+    let refused = TestBench::new("mistaken", |_| {}).run(&["stop"]);
+    let sentence = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert_eq!(refused.status.code(), Some(2), "{sentence}");
+    let running = sentence.split_once("running: ").expect("named").1;
+    assert!(running.contains(&format!("`{}`", flies.config.name)), "{sentence}");
+}
+
 /// The guard hears a `stop` though somebody removed the bench's directory; that it cannot answer is said as it is.
 #[test]
 fn a_stop_whose_answer_cannot_be_seen_says_so() {

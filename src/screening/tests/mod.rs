@@ -260,7 +260,8 @@ fn what_is_not_scored_in_a_log_is_not_scored_in_a_part_of_it() {
         rate += 0.27 * (1200.0 * command - rate);
         rates.push(rate + noise(row));
     }
-    commands[1500..2000].fill(commands[1500]);
+    let frozen = commands[1500];
+    commands[1500..2000].fill(frozen);
     let mut log = Dataset::new("a.csv", "", time).expect("time rises");
     log.insert("command_1", commands).expect("as long");
     log.insert("propeller_rate_1_rad_s", rates).expect("as long");

@@ -279,7 +279,7 @@ fn await_sensors(config: &BenchConfig, peer: &Shutdown) -> Result<(), ProcessErr
     let start = Instant::now();
     while sensors.newest().is_none() {
         if peer.is_requested() || start.elapsed().as_secs_f64() > THRESHOLDS.peer_s {
-            return Err(ProcessError::NotRunning { bench: config.name.clone() });
+            return Err(ProcessError::not_running(&config.name));
         }
         thread::sleep(Duration::from_millis(2));
     }
