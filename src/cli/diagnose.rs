@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             return Ok((Answer::Rotors(found), None));
         }
         let diagnosis = searching(cancel, |job| session::diagnose(&model, &train, &validate, &config, job))?;
-        let next = next_steps(arguments, &diagnosis, &arguments.logs);
+        let next = next_steps(arguments, &diagnosis);
         let shown = if validate.is_empty() { &train } else { &validate };
         let windows = CompareConfig { horizon_s: arguments.horizon_s, ..CompareConfig::default() };
         let job = Job::unwatched(cancel);
@@ -124,19 +124,21 @@ fn named(paths: &[PathBuf]) -> Vec<String> {
     paths.iter().map(|path| path.display().to_string()).collect()
 }
 
-/// What to do next, of logs chosen by `options`.
-fn next_steps(arguments: &Arguments, diagnosis: &Diagnosis, options: &LogArguments) -> Vec<NextStep> {
+/// What to do next.
+fn next_steps(arguments: &Arguments, diagnosis: &Diagnosis) -> Vec<NextStep> {
     let model = arguments.model.display().to_string();
     let logs = (&named(&arguments.log)[..], &named(&arguments.validate)[..]);
-    report::verdict::next_steps(diagnosis, &model, logs, &options.as_typed())
+    report::verdict::next_steps(diagnosis, &model, logs, &arguments.logs.as_typed())
 }
 
 /// The command that takes over what was found of each rotor, as far as there is one.
 fn extensions(arguments: &Arguments, found: &RotorDiagnoses) -> Vec<String> {
     let own = found.rotors.iter().filter_map(|of| {
-        let steps = next_steps(arguments, &of.diagnosis, &arguments.logs.of_rotor(of.rotor));
-        let command = steps.into_iter().find_map(|step| step.command)?;
-        Some(command.replace(" -o ", &format!(" -o rotor_{}_", of.rotor)))
+        let (model, options) =
+            (arguments.model.display().to_string(), arguments.logs.of_rotor(of.rotor).as_typed());
+        let logs = (&named(&arguments.log)[..], &named(&arguments.validate)[..]);
+        let steps = report::verdict::next_steps_of_rotor(&of.diagnosis, of.rotor, &model, logs, &options);
+        steps.into_iter().find_map(|step| step.command)
     });
     own.collect()
 }

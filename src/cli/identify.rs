@@ -6,7 +6,7 @@ use super::log_arguments::LogArguments;
 use super::output::{Force, writable};
 use super::watched::{cancellable, in_steps};
 use super::{CliError, CliResult, Outcome};
-use crate::identify::IdentifySettings;
+use crate::identify::{Identification, IdentifySettings};
 use crate::report::{json, rotors};
 use crate::session::{self, Job, OpenConfig};
 use crate::signal::ROTORS;
@@ -76,8 +76,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         Ok((found, page))
     })?;
     if let Some(path) = &arguments.output {
-        session::save_model(&found.model, path)?;
-        found.rotors.iter().try_for_each(|of| session::save_model(&of.model, &of_rotor(path, of.rotor)))?;
+        save(&found, path, arguments)?;
     }
     if let Some((path, page)) = page {
         page.save(path)?;
@@ -101,6 +100,16 @@ pub fn run(arguments: &Arguments) -> CliResult {
         println!("warning: {warning}");
     }
     Ok(outcome)
+}
+
+/// Saves the model, and each rotor's own beside it: all of them or none.
+fn save(found: &Identification, path: &Path, arguments: &Arguments) -> Result<(), CliError> {
+    let own: Vec<PathBuf> = found.rotors.iter().map(|of| of_rotor(path, of.rotor)).collect();
+    let read_from = arguments.log.iter().chain(&arguments.validate).chain([&arguments.template]);
+    writable(own.iter().chain(&arguments.report), read_from, arguments.force)?;
+    session::save_model(&found.model, path)?;
+    found.rotors.iter().zip(&own).try_for_each(|(of, own)| session::save_model(&of.model, own))?;
+    Ok(())
 }
 
 /// The file of one rotor's own model: `m.toml` has `m_rotor_3.toml` beside it.

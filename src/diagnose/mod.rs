@@ -84,53 +84,87 @@ pub fn diagnose(
         logs.iter().try_for_each(ScreenedLog::refuse)?;
     }
     let seen = part.as_ref().map(|part| [&part.train[..], &part.validate[..]].concat());
-    let findings = identify::check_columns(seen.as_ref().unwrap_or(&logs), model)?;
-    pooled_logs::check(model, &known, seen.as_ref().unwrap_or(&logs), config.horizon)?;
-    let search = |split: DataSplit| {
-        let acts_here = |effect: &&Effect| split.holds(effect);
-        let mut eligible: Vec<_> =
-            known.iter().filter(acts_here).map(|effect| (effect, refusal(effect, model, &logs))).collect();
-        if let Some(why) = split.insufficient_data() {
-            eligible.iter_mut().for_each(|(_, note)| *note = note.take().or_else(|| Some(why.clone())));
-        }
-        Search { base: model, known: &known, eligible, progress }.run(split)
-    };
-    let select_parameters = |found: &SearchResult, fitted: &CandidateFit| {
-        let search = Search { base: model, known: &known, eligible: Vec::new(), progress };
-        search.select_parameters(&found.split, &found.nominal, &found.refitted, fitted)
-    };
-    let refit = |split: DataSplit, effects: &[String]| {
-        Search { base: model, known: &known, eligible: Vec::new(), progress }.refit(split, effects)
-    };
-    let searched = |train: &[ScreenedLog], validate: &[ScreenedLog]| {
-        Blocks::build(model, train, validate, config, (&search, &refit), &select_parameters)
-    };
-    let conclude = |blocks: &Blocks, logs: &[ScreenedLog]| {
-        assemble::conclude(model, &known, (&blocks.found, &blocks.verdicts), logs, config)
-    };
-    let mut diagnosis = match part {
-        None => conclude(&searched(train, validate)?, &logs),
-        Some(part) => {
-            let blocks = searched(&part.train, &part.validate)?;
-            let (near, of_part) =
-                (Near::of(&blocks.found), conclude(&blocks, seen.as_ref().unwrap_or(&logs)));
-            drop(blocks);
-            let ids = of_part.effects.clone();
-            let find = |split: DataSplit| {
-                let acts_here =
-                    |id: &&String| known.iter().any(|effect| effect.id == **id && split.holds(effect));
-                let inside: Vec<String> = ids.iter().filter(acts_here).cloned().collect();
-                let search = Search { base: model, known: &known, eligible: Vec::new(), progress };
-                search.refit_near(split, &inside, &near)
-            };
-            let blocks = Blocks::build(model, train, validate, config, (&find, &refit), &select_parameters)?;
-            conclude(&blocks, &logs).searched_on(of_part, part.findings)
-        }
+    let seen = seen.as_ref().unwrap_or(&logs);
+    let findings = identify::check_columns(seen, model)?;
+    pooled_logs::check(model, &known, seen, config.horizon)?;
+    let question = Question { model, known: &known, logs: &logs, config, progress };
+    let mut diagnosis = match &part {
+        None => question.answer(&question.searched(train, validate)?, &logs),
+        Some(part) => question.on_stretches(part, seen, (train, validate))?,
     };
     let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs)).chain(findings);
     let said = said.chain(too_seldom(&logs, model.actuator.pole));
     diagnosis.findings.splice(0..0, said);
     Ok(diagnosis)
+}
+
+/// What is asked.
+struct Question<'a> {
+    model: &'a Model,
+    known: &'a [Effect],
+    /// All of them: what they lack is not tried.
+    logs: &'a [ScreenedLog],
+    config: &'a DiagnoseConfig,
+    progress: &'a (dyn Fn(Event) + Sync),
+}
+
+impl<'a> Question<'a> {
+    /// A search in which nothing is eligible: it fits what it is given.
+    fn fits(&self) -> Search<'a> {
+        Search { base: self.model, known: self.known, eligible: Vec::new(), progress: self.progress }
+    }
+
+    fn search(&self, split: DataSplit) -> SearchResult {
+        let acts_here = self.known.iter().filter(|effect| split.holds(effect));
+        let mut eligible: Vec<_> =
+            acts_here.map(|effect| (effect, refusal(effect, self.model, self.logs))).collect();
+        if let Some(why) = split.insufficient_data() {
+            eligible.iter_mut().for_each(|(_, note)| *note = note.take().or_else(|| Some(why.clone())));
+        }
+        Search { eligible, ..self.fits() }.run(split)
+    }
+
+    /// The blocks of these logs, each looked into by `find`.
+    fn blocks(
+        &self,
+        (train, validate): (&[ScreenedLog], &[ScreenedLog]),
+        find: &dyn Fn(DataSplit) -> SearchResult,
+    ) -> Result<Blocks, DiagnoseError> {
+        let select_parameters = |found: &SearchResult, fitted: &CandidateFit| {
+            self.fits().select_parameters(&found.split, &found.nominal, &found.refitted, fitted)
+        };
+        let refit = |split: DataSplit, effects: &[String]| self.fits().refit(split, effects);
+        Blocks::build(self.model, train, validate, self.config, (find, &refit), &select_parameters)
+    }
+
+    /// The blocks of these logs, searched.
+    fn searched(&self, train: &[ScreenedLog], validate: &[ScreenedLog]) -> Result<Blocks, DiagnoseError> {
+        self.blocks((train, validate), &|split| self.search(split))
+    }
+
+    fn answer(&self, blocks: &Blocks, logs: &[ScreenedLog]) -> Diagnosis {
+        assemble::conclude(self.model, self.known, (&blocks.found, &blocks.verdicts), logs, self.config)
+    }
+
+    /// Searched on a part of the logs, `seen`, and fitted and judged on all their rows.
+    fn on_stretches(
+        &self,
+        part: &Stretches,
+        seen: &[ScreenedLog],
+        logs: (&[ScreenedLog], &[ScreenedLog]),
+    ) -> Result<Diagnosis, DiagnoseError> {
+        let blocks = self.searched(&part.train, &part.validate)?;
+        let (near, of_part) = (Near::of(&blocks.found), self.answer(&blocks, seen));
+        // What it holds of each row is not needed beside that of all rows.
+        drop(blocks);
+        let find = |split: DataSplit| {
+            let acts_here = |id: &&String| self.known.iter().any(|it| it.id == **id && split.holds(it));
+            let inside: Vec<String> = of_part.effects.iter().filter(acts_here).cloned().collect();
+            self.fits().refit_near(split, &inside, &near)
+        };
+        let whole = self.answer(&self.blocks(logs, &find)?, self.logs);
+        Ok(whole.searched_on(of_part, part.findings.clone()))
+    }
 }
 
 /// Refuses logs and expressions that no fit can start from.

@@ -158,7 +158,16 @@ impl Identification {
     pub fn warnings(&self) -> Vec<String> {
         let (of_logs, of_model): (Vec<_>, Vec<_>) =
             self.findings.iter().partition(|finding| !finding.place().is_empty());
-        of_model.into_iter().chain(of_logs).map(sentence).collect()
+        let of_all = of_model.into_iter().chain(of_logs).map(sentence);
+        let of_rotors = self.rotors.iter().flat_map(|of| {
+            let own = of.findings.iter().filter(|finding| !self.findings.contains(finding));
+            own.map(|finding| {
+                let said = sentence(finding);
+                let rotor = format!("rotor {}", of.rotor);
+                if finding.place().ends_with(&rotor) { said } else { format!("{rotor}: {said}") }
+            })
+        });
+        of_all.chain(of_rotors).collect()
     }
 
     /// The answer of `--json`: with the sentences of its findings, and with what became of each step.

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::findings::sentence;
 use super::story::{effect_card, in_range, wrapped};
+use super::verdict::{beneath, notes, other_bench};
 use super::{Mark, Table, json as answer, number};
 use crate::diagnose::{Diagnosis, RotorDiagnoses, Verdict};
 use crate::identify::{Identification, RotorModel, Validation};
@@ -16,7 +17,8 @@ use crate::screening::Finding;
 /// `whole` the one that tells the whole story of the first.
 #[must_use]
 pub fn diagnoses(found: &RotorDiagnoses, next: &[String], whole: &str) -> String {
-    let mut out = wrapped("", &in_common(found));
+    let other_bench = found.rotors.iter().map(|of| other_bench(&of.diagnosis)).find(|said| !said.is_empty());
+    let mut out = wrapped("", &(other_bench.unwrap_or_default().to_owned() + &in_common(found)));
     for id in &found.effects {
         if let Some(first) = found.rotors.first() {
             out += &effect_card(id, &first.diagnosis.model);
@@ -27,6 +29,10 @@ pub fn diagnoses(found: &RotorDiagnoses, next: &[String], whole: &str) -> String
     });
     out.push('\n');
     out += &table(found).text();
+    for of in &found.rotors {
+        let said = beneath(&of.diagnosis, "").into_iter();
+        out += &said.map(|line| wrapped("", &format!("Rotor {}: {line}", of.rotor))).collect::<String>();
+    }
     out.push('\n');
     if !next.is_empty() {
         out += "Next, rotor by rotor:\n";
@@ -93,7 +99,7 @@ fn table(found: &RotorDiagnoses) -> Table {
 fn said_once(found: &RotorDiagnoses) -> Vec<(&Finding, Vec<usize>)> {
     let mut said: Vec<(&Finding, Vec<usize>)> = Vec::new();
     for of in &found.rotors {
-        for finding in &of.diagnosis.findings {
+        for finding in notes(&of.diagnosis) {
             match said.iter_mut().find(|(other, _)| *other == finding) {
                 Some((_, rotors)) => rotors.push(of.rotor),
                 None => said.push((finding, vec![of.rotor])),

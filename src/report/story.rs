@@ -51,8 +51,8 @@ fn measured(value: f64, error: Option<f64>, unit: &str) -> String {
 }
 
 /// In place of a card's sentence where k_V has moved beside a law of slow change.
-const SLOW_CHANGE: &str = "The rates change slowly over the log, whatever the cause: k_V moved with it, so heat, battery and drift \
-are not told apart.";
+const SLOW_CHANGE: &str = "The rates change slowly over the log, whatever the cause: k_V moved with it, so it may be \
+heat, battery or drift.";
 
 /// What a card says of its effect; `voltage_gain_moved`: the answer changes k_V, too.
 pub(super) fn card_sentence(card: &Card, voltage_gain_moved: bool) -> &'static str {

@@ -21,16 +21,20 @@ fn is_of_other_bench(diagnosis: &Diagnosis) -> bool {
     diagnosis.verdict != Verdict::Adequate && diagnosis.findings.iter().any(of_other)
 }
 
+/// What stands before any answer about another bench's model; nothing else.
+pub(super) fn other_bench(diagnosis: &Diagnosis) -> &'static str {
+    if is_of_other_bench(diagnosis) {
+        "This is not this bench's model: run `rotorbench identify` first. What follows says more of the model than of the bench. "
+    } else {
+        ""
+    }
+}
+
 /// The answer in a sentence; names of effects between `mark`s.
 #[must_use]
 pub fn sentence(diagnosis: &Diagnosis, mark: &str) -> String {
     let effects: Vec<String> = diagnosis.effects.iter().map(|id| format!("{mark}{id}{mark}")).collect();
     let effects = effects.join(" + ");
-    let other_bench = if is_of_other_bench(diagnosis) {
-        "This is not this bench's model: run `rotorbench identify` first. What follows tells more of the model than of the bench. "
-    } else {
-        ""
-    };
     let answer = match diagnosis.verdict {
         Verdict::MissingEffect => format!("The model is missing: {effects}."),
         Verdict::Adequate => "Nothing is missing that these data could show.".to_owned(),
@@ -43,7 +47,7 @@ pub fn sentence(diagnosis: &Diagnosis, mark: &str) -> String {
         Verdict::Unknown => format!("Something is missing. {}", explained_part(&effects, &diagnosis.error)),
         Verdict::InsufficientData => "These data cannot tell.".to_owned(),
     };
-    format!("{other_bench}{answer}")
+    other_bench(diagnosis).to_owned() + &answer
 }
 
 /// How far the error falls with what explains a part.
@@ -144,7 +148,7 @@ fn free_name(stem: &str, model: &str) -> String {
     names.find(is_free).unwrap_or_else(|| format!("{stem}.toml"))
 }
 
-/// How fast to sample, where a delay is among the sets to be told apart.
+/// How fast to sample, where a delay is among the sets in question.
 fn sampling(diagnosis: &Diagnosis) -> String {
     let cards = diagnosis.effects.iter().filter_map(|id| find(id));
     let delays = cards.filter(|card| card.acts_as == Some(Term::DeadTime));
@@ -185,8 +189,8 @@ impl NextStep {
     }
 }
 
-/// What a changed inertia may be instead: only d c / J shows in a body's motion, and a gyro that reads too much looks the same
-/// where no angle was logged.
+/// What a changed inertia may be instead: only d c / J shows in a body's motion, and a gyro of another scale looks the same where
+/// no angle was logged.
 fn inertia_stands_for(diagnosis: &Diagnosis) -> Option<String> {
     // Signs come first: behind a gyro that reads the other way round J is any number.
     let changed = diagnosis.changed_parameters.iter().find(|changed| changed.is_inertia())?;
@@ -201,8 +205,11 @@ fn inertia_stands_for(diagnosis: &Diagnosis) -> Option<String> {
         .candidates
         .iter()
         .any(|it| it.refusal.is_some() && it.validate.is_none() && needs_angle(&it.effect));
-    let gyro =
-        if is_gyro_unchecked { ", and so would a gyro that reads too much: log the angle, too" } else { "" };
+    let gyro = if is_gyro_unchecked {
+        ", and so would a gyro whose scale is off by that: log the angle, too"
+    } else {
+        ""
+    };
     Some(format!(
         "Weigh or measure before you believe J: arm d and thrust c show only as d c / J. {:.2} times their product would look the \
          same{gyro}.",
@@ -216,15 +223,39 @@ fn inertia_stands_for(diagnosis: &Diagnosis) -> Option<String> {
 pub fn next_steps(
     diagnosis: &Diagnosis,
     model: &str,
-    (train, validate): (&[String], &[String]),
+    logs: (&[String], &[String]),
     options: &str,
 ) -> Vec<NextStep> {
+    steps_into(diagnosis, model, logs, options, "")
+}
+
+/// The same of one rotor among many, whose results have names of their own.
+#[must_use]
+pub fn next_steps_of_rotor(
+    diagnosis: &Diagnosis,
+    rotor: usize,
+    model: &str,
+    logs: (&[String], &[String]),
+    options: &str,
+) -> Vec<NextStep> {
+    steps_into(diagnosis, model, logs, options, &format!("rotor_{rotor}_"))
+}
+
+/// What to do next, its results in files whose names begin with `prefix`.
+fn steps_into(
+    diagnosis: &Diagnosis,
+    model: &str,
+    (train, validate): (&[String], &[String]),
+    options: &str,
+    prefix: &str,
+) -> Vec<NextStep> {
+    let free_name = |stem: &str| free_name(&format!("{prefix}{stem}"), model);
     let logs = format!("--log {}{options}", train.join(" "));
     let shown = if validate.is_empty() { train } else { validate };
     let shown = format!("--log {}{options}", shown.join(" "));
     let held_out =
         if validate.is_empty() { String::new() } else { format!(" --validate {}", validate.join(" ")) };
-    let (extended, own) = (free_name("extended", model), free_name("bench_model", model));
+    let (extended, own) = (free_name("extended"), free_name("bench_model"));
     let commands = Commands {
         extend: format!(
             "rotorbench extend --model {model} --effect {} {logs}{held_out} -o {extended}",
@@ -233,7 +264,7 @@ pub fn next_steps(
         compare: format!("rotorbench compare --model {model} --model {extended} {shown}"),
         recalibrate: format!(
             "rotorbench extend --model {model} --recalibrate {logs}{held_out} -o {}",
-            free_name("recalibrated", model)
+            free_name("recalibrated")
         ),
         identify: format!("rotorbench identify {logs} -o {own}"),
         ask_again: format!("rotorbench diagnose --model {own} {logs}{held_out}"),
@@ -322,8 +353,6 @@ fn of_verdict(diagnosis: &Diagnosis, commands: Commands) -> Vec<NextStep> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::diagnosis::TrainValidate;
-    use crate::model::Measure;
 
     #[test]
     fn a_name_is_free_that_is_not_the_models_own() {
@@ -335,18 +364,8 @@ mod tests {
 
     #[test]
     fn what_explains_a_part_is_said_in_numbers_of_the_better_baseline() {
-        let both = |error| TrainValidate { train: error, validate: error };
         let said = |base, refitted, extended| {
-            let error = ErrorSummary {
-                measure: Measure::of_free_runs("propeller_rate_rad_s", None, "rad/s"),
-                channel: String::new(),
-                unit: "rad/s",
-                noise_floor: 0.83,
-                base: both(base),
-                refitted: both(refitted),
-                extended: both(extended),
-            };
-            explained_part("an effect", &error)
+            explained_part("an effect", &ErrorSummary::of_rotor([base, refitted, extended]))
         };
         let worse = said(17.7, 39.3, 9.626);
         assert!(worse.contains("from 17.7 to 9.63 rad/s") && worse.contains("11.6 times"), "{worse}");

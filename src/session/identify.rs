@@ -1,11 +1,15 @@
 //! Actuator and body from logs.
 
 use super::modelled::Modelled;
+use super::thresholds::THRESHOLDS;
 use super::{Job, Progress, SessionError};
 use crate::identify::{
-    Identification, IdentifyError, IdentifySettings, RotorModel, STEPS, identify_with_progress,
+    Identification, IdentifyError, IdentifySettings, RotorModel, STEPS, Validation, identify_with_progress,
 };
 use crate::screening::{Finding, ScreenedLog};
+
+/// The code: rotors that no one model holds for.
+const NO_COMMON_MODEL: &str = "no_common_model";
 
 /// Identifies what the logs permit; `validation` logs are only compared. Of a machine with more rotors than an attitude bench
 /// has, what all have in common, and each rotor by itself.
@@ -48,14 +52,40 @@ fn each_rotor(
     }
     let mut found = match (all, own.first()) {
         (Err(SessionError::Identify(IdentifyError::Nothing { .. })), Some((rotor, first))) => {
-            let differ = Finding::new("no_common_model", "rotors").with("rotor", *rotor);
+            let differ = Finding::new(NO_COMMON_MODEL, "rotors").with("rotor", *rotor);
             Identification { findings: [&[differ], &first.findings[..]].concat(), ..first.clone() }
         }
         (all, _) => all?,
     };
     found.findings.extend(without);
+    let common: Vec<Validation> = if found.findings.iter().any(|it| it.code == NO_COMMON_MODEL) {
+        Vec::new()
+    } else {
+        found.training.clone()
+    };
+    found.findings.extend(own.iter().filter_map(|(rotor, own)| differs(*rotor, &common, &own.training)));
     found.rotors = own.into_iter().map(|(rotor, own)| RotorModel::of(rotor, own)).collect();
     Ok(found)
+}
+
+/// Says that the model of all rotors is a worse one of this rotor than its own, or its own a worse one than that.
+fn differs(rotor: usize, common: &[Validation], own: &[Validation]) -> Option<Finding> {
+    let (mut squares, mut samples) = ([0.0; 2], 0.0);
+    for (all, own) in
+        own.iter().filter_map(|own| Some((common.iter().find(|it| it.source == own.source)?, own)))
+    {
+        for (sum, run) in squares.iter_mut().zip([all, own]) {
+            *sum += run.rms.powi(2) * own.samples as f64;
+        }
+        samples += own.samples as f64;
+    }
+    let [all, own] = squares.map(|sum| (sum / f64::max(samples, 1.0)).sqrt());
+    let code = match THRESHOLDS.models_differ {
+        worse if all > worse * own => "rotor_differs_from_all",
+        worse if own > worse * all => "own_model_worse",
+        _ => return None,
+    };
+    Some(Finding::of_rotor(code, rotor).with("rms_of_all", all).with("rms_of_own", own))
 }
 
 fn of_rotors(

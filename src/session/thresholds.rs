@@ -3,6 +3,8 @@
 crate::thresholds! {
     /// [-] an error that keeps more than this share has not fallen: half a percent is what any free parameter takes from noise
     fallen_share: f64 = 0.995, "-", "judgement";
+    /// [-] how many times the error of one model of a rotor that of another is, for the one to be said to be worse on the same rows
+    models_differ: f64 = 1.25, "-", "judgement";
     /// [count] frames that may wait in the interface: after a stall each of them is an old command
     longest_queue: u32 = 16, "count", "judgement";
     /// [byte] that a bench needs in `/dev/shm`

@@ -123,7 +123,7 @@ fn literals(text: &str) -> Vec<(String, String)> {
     found
 }
 
-/// Whether a literal has four words or more, placeholders apart.
+/// Whether a literal has four words or more beside what stands in braces.
 fn is_sentence(literal: &str) -> bool {
     let mut depth = 0;
     let outside = literal.chars().filter(|letter| {

@@ -28,6 +28,7 @@ fn found(train: &[ScreenedLog], validate: &[ScreenedLog], searched_rows: usize) 
 #[test]
 fn a_search_on_stretches_names_the_same_and_all_rows_decide_the_numbers() {
     let desk = Desk::new();
+    let mut with_alternatives = 0;
     for (seed, hidden, id) in [
         (31, "gravity_pendulum:moment=0.3", "gravity_pendulum"),
         (41, "transport_delay:delay=0.03", "transport_delay"),
@@ -47,10 +48,14 @@ fn a_search_on_stretches_names_the_same_and_all_rows_decide_the_numbers() {
         // Fits of the same rows that end within a hundred-thousandth of their cost, one from another start than the other.
         let ratio = part.error.extended.validate / all.error.extended.validate;
         assert!((ratio - 1.0).abs() < 1e-2, "{id}: {ratio}");
+        // What cannot be told from it was judged by the search, each with its error.
+        assert_eq!(part.alternatives.len(), part.alternative_errors.len(), "{id}");
+        with_alternatives += usize::from(!part.alternatives.is_empty());
         assert!(all.findings.iter().all(|it| it.code != "searched_on_stretches"), "{id}");
         let said: Vec<_> = part.findings.iter().filter(|it| it.code == "searched_on_stretches").collect();
         assert_eq!(said.len(), 2, "of the log and of the held-out one");
         assert_eq!((said[0].count("rows_fitted"), said[0].count("rows_searched")), (rows, rows / 3));
         assert_eq!(said[0].numbers("from_s").len(), 2, "{}", said[0]);
     }
+    assert!(with_alternatives > 0, "one of them has another that does as well");
 }

@@ -79,10 +79,21 @@ fn each_rotor_of_a_quadrotor_is_diagnosed_and_what_they_share_is_said() {
     let left_out = rotors[0]["findings"].as_array().expect("a list").iter();
     assert!(left_out.filter(|it| it["code"] == "body_of_many_rotors").count() == 1, "{answer}");
 
-    let told = said_out(&run(&asked));
-    assert!(told.starts_with("4 rotors, each by itself. All of them miss: transport_delay."), "{told}");
-    assert!(told.contains("--effect transport_delay") && told.contains("--rotors 4"), "{told}");
-    assert!(told.lines().count() < 40, "four rotors, and still one screen: {told}");
+    let shown = said_out(&run(&asked));
+    assert!(shown.starts_with("4 rotors, each by itself. All of them miss: transport_delay."), "{shown}");
+    assert!(shown.contains("--effect transport_delay") && shown.contains("--rotors 4"), "{shown}");
+    assert!(shown.lines().count() < 40, "four rotors, and still one screen: {shown}");
+    // A model of all holds for none of them, and each one's own is judged, too.
+    let found = json_schema::answer("identify", run(&["identify", "--log", &train, "--json"]).stdout);
+    let of_rotors = |code: &str| {
+        let findings = found["findings"].as_array().expect("a list").iter();
+        findings.filter(|it| it["code"] == code).map(|it| it["subject"].clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(of_rotors("rotor_differs_from_all"), ["rotor 1", "rotor 2"], "{}", found["findings"]);
+    // A delay of 50 ms beside a battery that hardly moves is more than `identify` finds its way to.
+    assert_eq!(of_rotors("own_model_worse"), ["rotor 3", "rotor 4"], "{}", found["findings"]);
+    let shown = said_out(&run(&["identify", "--log", &train]));
+    assert!(shown.contains("rotor 3: k_V = "), "what is said of a rotor is said beside the others: {shown}");
     let page = text(&desk.path("page.html"));
     refused(&[&asked[..], &["--report", &page]].concat(), &["--report is a page of one rotor", "--rotors 1"]);
 }
@@ -122,4 +133,10 @@ fn an_effect_of_two_rotors_only_is_theirs_and_not_common() {
     let own = fs::read_to_string(desk.path("model_rotor_2.toml")).expect("beside the model of all");
     assert!(own.contains("transport_delay"), "{own}");
     assert!(desk.path("model_rotor_4.toml").exists() && desk.path("model.toml").exists());
+    // Each rotor's own file is written over as little as the model that was named.
+    let other = text(&desk.path("other.toml"));
+    desk.write("other_rotor_3.toml", "mine");
+    refused(&["identify", "--log", &train, "-o", &other], &["other_rotor_3.toml", "is there already"]);
+    assert!(!Path::new(&other).exists() && !desk.path("other_rotor_1.toml").exists());
+    assert_eq!(fs::read_to_string(desk.path("other_rotor_3.toml")).expect("as it was"), "mine");
 }

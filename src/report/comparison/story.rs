@@ -17,7 +17,7 @@ pub fn run(run: Run) -> String {
         Run::Free => "free run".to_owned(),
         Run::Windows(seconds) => format!("windows of {seconds} s"),
         Run::EachSample => "at each sample".to_owned(),
-        Run::Smoothed => "smoothed alike".to_owned(),
+        Run::Smoothed => "both smoothed".to_owned(),
     }
 }
 

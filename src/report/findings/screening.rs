@@ -4,6 +4,7 @@ mod cells;
 mod rotor;
 mod summary;
 
+use crate::report::number;
 use crate::screening::Finding;
 use crate::unit::short;
 
@@ -98,6 +99,18 @@ fn log(finding: &Finding, said_of: fn(&Finding) -> String) -> Option<String> {
         "no_common_model" => format!(
             "no one model holds for all rotors: what stands for all is rotor {}'s; each has its own",
             finding.count("rotor")
+        ),
+        "rotor_differs_from_all" => format!(
+            "the model of all rotors leaves {} rad/s of its rates unexplained, its own {} rad/s: it is another rotor than the \
+             others; take its own model",
+            number(finding.number("rms_of_all"), 3),
+            number(finding.number("rms_of_own"), 3)
+        ),
+        "own_model_worse" => format!(
+            "its own model leaves {} rad/s of its rates unexplained, that of all rotors {} rad/s: its own was not found right; do \
+             not use it",
+            number(finding.number("rms_of_own"), 3),
+            number(finding.number("rms_of_all"), 3)
         ),
         "rotor_not_identified" => "nothing can be identified of it; --rotors of it alone says why".to_owned(),
         "log_given_twice" => "given twice: it counts double".to_owned(),
