@@ -245,23 +245,6 @@ impl ErrorSummary {
 }
 
 #[cfg(test)]
-impl ErrorSummary {
-    /// Errors of a rotor, the same on both parts, over a noise of 0.83 rad/s: as it is, refitted, extended.
-    pub(crate) fn of_rotor([base, refitted, extended]: [f64; 3]) -> Self {
-        let both = |error| TrainValidate { train: error, validate: error };
-        Self {
-            measure: Measure::of_free_runs("propeller_rate_rad_s", None, "rad/s"),
-            channel: String::new(),
-            unit: "rad/s",
-            noise_floor: 0.83,
-            base: both(base),
-            refitted: both(refitted),
-            extended: both(extended),
-        }
-    }
-}
-
-#[cfg(test)]
 mod tests {
     use super::*;
 

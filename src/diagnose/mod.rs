@@ -40,6 +40,8 @@ pub mod search_result;
 pub mod search_space;
 mod stretches;
 pub mod surrogate_test;
+#[cfg(test)]
+pub(crate) mod tests;
 pub mod thresholds;
 mod verdict;
 

@@ -372,4 +372,57 @@ mod tests {
         assert!(said(813.0, 37.2, 23.0).contains("from 37.2 (its own"), "{}", said(813.0, 37.2, 23.0));
         assert!(said(17.7, 39.3, 20.0).contains("comes nearest"), "nothing is explained");
     }
+
+    fn about(code: &'static str) -> Finding {
+        Finding::new(code, "actuator_1")
+    }
+
+    #[test]
+    fn another_benches_model_is_said_before_the_answer_unless_nothing_is_missing() {
+        let mut said = Diagnosis::of(Verdict::Unknown, &["battery_sag"]);
+        said.findings.push(about("model_of_other_bench"));
+        assert!(sentence(&said, "").starts_with("This is not this bench's model"), "{}", sentence(&said, ""));
+        let steps = next_steps(&said, "m.toml", (&["a.csv".to_owned()], &[]), "");
+        let commands: Vec<_> = steps.iter().filter_map(|step| step.command.as_deref()).collect();
+        assert!(commands[0].starts_with("rotorbench identify --log a.csv"), "{commands:?}");
+        said.verdict = Verdict::Adequate;
+        assert!(!sentence(&said, "").contains("not this bench's"), "{}", sentence(&said, ""));
+    }
+
+    #[test]
+    fn what_the_data_cannot_tell_apart_stands_right_under_the_answer() {
+        let mut said = Diagnosis::of(Verdict::MissingEffect, &["actuator_mismatch"]);
+        assert!(beneath(&said, "").is_empty());
+        said.alternatives.push(vec!["torque_bias".to_owned(), "body_drag".to_owned()]);
+        said.alternative_errors.push((0.0123, "rad"));
+        let lines = beneath(&said, "`");
+        assert_eq!(
+            lines,
+            ["These data cannot tell it from `torque_bias + body_drag` (held out 0.0123 rad)."],
+            "{lines:?}"
+        );
+    }
+
+    #[test]
+    fn errors_hold_only_where_nothing_else_is_missing() {
+        let named = |verdict| reservation(&Diagnosis::of(verdict, &["battery_sag"])).is_some();
+        assert!(named(Verdict::Unknown) && !named(Verdict::MissingEffect));
+        assert!(reservation(&Diagnosis::of(Verdict::Unknown, &[])).is_none(), "there is no number");
+        let changed = Diagnosis::of(Verdict::Unknown, &[]).with_changed("inertia", 0.1, 0.2);
+        assert!(reservation(&changed).is_some());
+    }
+
+    #[test]
+    fn a_changed_inertia_may_be_arm_or_thrust_unless_the_signs_are_wrong() {
+        let steps = |said: &Diagnosis| {
+            let steps = next_steps(said, "m.toml", (&["a.csv".to_owned()], &[]), "");
+            steps.iter().map(NextStep::text).collect::<Vec<_>>().join("\n")
+        };
+        let mut said = Diagnosis::of(Verdict::ParametersChanged, &[]).with_changed("inertia", 0.3, 0.2);
+        assert!(steps(&said).contains("1.50 times their product"), "{}", steps(&said));
+        said.turns_against_torque = true;
+        assert!(!steps(&said).contains("their product"), "{}", steps(&said));
+        let other = Diagnosis::of(Verdict::ParametersChanged, &[]).with_changed("k_v", 0.3, 0.2);
+        assert!(!steps(&other).contains("their product"), "{}", steps(&other));
+    }
 }

@@ -228,4 +228,29 @@ mod tests {
         let finding = log.rotor_findings().find(|it| it.code == TRANSIENT_BEHIND_HOLE).expect("found");
         assert_eq!((finding.count("steps"), finding.number("settled_s")), (0, THRESHOLDS.transient));
     }
+
+    /// Nobody saw when the transient behind it began. A part that begins in the transient has no hole, and would take it for a
+    /// rotor that comes from elsewhere.
+    #[test]
+    fn a_part_that_begins_behind_a_hole_knows_of_it_of_rate_and_thrust() {
+        let mut log = log(&CHANGES, &[449]).dataset().clone();
+        let rates = log.column("propeller_rate_1_rad_s").expect("there");
+        let thrusts = rates.iter().map(|rate| 3e-6 * rate * rate).collect();
+        log.insert("thrust_1_n", thrusts).expect("as long");
+        let stretch = 455..550;
+        let alone = ScreenedLog::from(log.of_rows(std::slice::from_ref(&stretch)));
+        let whole = ScreenedLog::from(log);
+        let part = whole.of_rows(std::slice::from_ref(&stretch));
+        let hidden = |log: &ScreenedLog, rows: Range<usize>| {
+            let (rotor, thrust) = (log.rotor(1).expect("a rotor"), log.thrust(1).expect("its thrust"));
+            let count = |reason: &dyn Fn(usize) -> Option<&'static str>| {
+                rows.clone().filter(|row| reason(*row) == Some(TRANSIENT_BEHIND_HOLE)).count()
+            };
+            [count(&|row| rotor.reason(row)), count(&|row| thrust.reason(row))]
+        };
+        let in_whole = hidden(&whole, stretch.clone());
+        assert!(in_whole.iter().all(|rows| *rows > 2), "{in_whole:?}");
+        assert_eq!(hidden(&part, 0..stretch.len()), in_whole);
+        assert_eq!(hidden(&alone, 0..stretch.len()), [0, 0], "alone it cannot be known");
+    }
 }

@@ -28,7 +28,6 @@ fn found(train: &[ScreenedLog], validate: &[ScreenedLog], searched_rows: usize) 
 #[test]
 fn a_search_on_stretches_names_the_same_and_all_rows_decide_the_numbers() {
     let desk = Desk::new();
-    let mut with_alternatives = 0;
     for (seed, hidden, id) in [
         (31, "gravity_pendulum:moment=0.3", "gravity_pendulum"),
         (41, "transport_delay:delay=0.03", "transport_delay"),
@@ -48,14 +47,29 @@ fn a_search_on_stretches_names_the_same_and_all_rows_decide_the_numbers() {
         // Fits of the same rows that end within a hundred-thousandth of their cost, one from another start than the other.
         let ratio = part.error.extended.validate / all.error.extended.validate;
         assert!((ratio - 1.0).abs() < 1e-2, "{id}: {ratio}");
-        // What cannot be told from it was judged by the search, each with its error.
-        assert_eq!(part.alternatives.len(), part.alternative_errors.len(), "{id}");
-        with_alternatives += usize::from(!part.alternatives.is_empty());
         assert!(all.findings.iter().all(|it| it.code != "searched_on_stretches"), "{id}");
         let said: Vec<_> = part.findings.iter().filter(|it| it.code == "searched_on_stretches").collect();
         assert_eq!(said.len(), 2, "of the log and of the held-out one");
         assert_eq!((said[0].count("rows_fitted"), said[0].count("rows_searched")), (rows, rows / 3));
         assert_eq!(said[0].numbers("from_s").len(), 2, "{}", said[0]);
     }
-    assert!(with_alternatives > 0, "one of them has another that does as well");
+}
+
+/// Rotors that differ by a share, and a torque that does not end: a minute near one level does not tell them apart. The search on a
+/// part may put the other one first; both are said, each with its held-out error.
+#[test]
+fn what_a_search_on_stretches_cannot_tell_apart_is_said_with_its_error() {
+    let desk = Desk::new();
+    let train = opened(&desk, "train.csv", 61, "actuator_mismatch");
+    let held_out = opened(&desk, "held_out.csv", 62, "actuator_mismatch");
+    let rows = train[0].raw().len();
+    for searched in [rows, rows / 3] {
+        let found = found(&train, &held_out, searched);
+        let mut sets = [vec![found.effects.clone()], found.alternatives.clone()].concat();
+        sets.sort();
+        assert_eq!(sets, [["actuator_mismatch"], ["torque_bias"]], "{searched}");
+        let [(error, unit)] = found.alternative_errors[..] else { panic!("an error for each: {found:?}") };
+        let ratio = error / found.error.extended.validate;
+        assert!(unit == "rad/s" && (0.9..1.1).contains(&ratio), "{searched}: {error} {unit}, ratio {ratio}");
+    }
 }
