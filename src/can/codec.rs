@@ -133,6 +133,11 @@ impl SignalCodec {
         self.layout
     }
 
+    /// Bytes that a payload must have to hold all its bits.
+    pub(super) fn least_length(&self) -> usize {
+        (network_position(self.layout) + usize::from(self.layout.size)).div_ceil(8)
+    }
+
     /// Factor of `value = raw * factor + offset`.
     #[must_use]
     pub fn factor(&self) -> f64 {

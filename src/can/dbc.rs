@@ -34,6 +34,11 @@ impl Protocol for Roles {
         })
     }
 
+    fn capture_ends(&self) -> (Box<dyn BridgeEnd>, Box<dyn BenchEnd>) {
+        let roles = self.of_capture();
+        (roles.bridge_end(), roles.bench_end(0))
+    }
+
     fn messages(&self) -> Vec<MessageDescription> {
         let command = |route: &Route<CommandField>| {
             let role = |binding: &Binding<CommandField>| format!("commands.{}", binding.field);

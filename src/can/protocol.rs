@@ -20,6 +20,11 @@ pub trait Protocol: fmt::Debug {
     /// The other end, which an emulator plays: it takes commands and sends what sensors say, from `now_ns` on.
     fn bench_end(&self, now_ns: u64) -> Box<dyn BenchEnd>;
 
+    /// Both ends for frames of a capture, which may keep less to the letter than a bus must.
+    fn capture_ends(&self) -> (Box<dyn BridgeEnd>, Box<dyn BenchEnd>) {
+        (self.bridge_end(), self.bench_end(0))
+    }
+
     /// The messages of the bench: what is sent, then what is received.
     fn messages(&self) -> Vec<MessageDescription>;
 

@@ -226,7 +226,17 @@ impl<'a> Resolver<'a> {
         let name =
             node.map_or_else(|| message.name.clone(), |node| format!("{} (node {node})", message.name));
         let (length, bindings) = (message.length, Vec::new());
-        Ok(Route { name, id, length, period_s, counter, bindings, is_one_word: false, lacks_node: false })
+        Ok(Route {
+            name,
+            id,
+            length,
+            least_length: length,
+            period_s,
+            counter,
+            bindings,
+            is_one_word: false,
+            lacks_node: false,
+        })
     }
 
     /// Every message that `bus.messages` speaks of must be there and in a role: a mistyped name would silently

@@ -108,6 +108,12 @@ impl std::ops::Deref for CommandFrames {
 }
 
 impl Roles {
+    /// The same for frames of a capture: one may be shorter than its message, as long as all signals that the roles name
+    /// lie in it. On a bus the length is exact.
+    pub(super) fn of_capture(&self) -> Self {
+        Self { sensors: self.sensors.of_capture(), commands: self.commands.of_capture() }
+    }
+
     /// Messages that carry sensors, in order of priority.
     #[must_use]
     pub fn sensor_messages(&self) -> &[Route<Channel>] {

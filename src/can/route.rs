@@ -113,6 +113,8 @@ pub struct Route<F> {
     pub id: Id,
     /// Bytes of payload.
     pub length: usize,
+    /// Bytes of payload that a received frame must have: `length` on a bus, what its signals need in a capture.
+    pub(super) least_length: usize,
     /// [s] period at which it is sent.
     pub period_s: f64,
     /// Name and place of its counter.
@@ -209,6 +211,15 @@ impl<F: Copy> Route<F> {
         frame
     }
 
+    /// Bytes that hold its bound signals, what selects them, and its counter.
+    fn bytes_of_signals(&self) -> usize {
+        let selectors = |binding: &Binding<F>| {
+            binding.selectors.iter().map(|(multiplexer, _)| multiplexer.least_length()).max().unwrap_or(0)
+        };
+        let bindings = self.bindings.iter().map(|it| it.codec.least_length().max(selectors(it)));
+        bindings.chain(self.counter.iter().map(|(_, codec)| codec.least_length())).max().unwrap_or(0)
+    }
+
     /// Whether all its signals lie in the first eight bytes, each in bits of its own, and always.
     fn fits_one_word(&self) -> bool {
         let bound = self.bindings.iter().map(|binding| &binding.codec);
@@ -265,6 +276,16 @@ impl<F: Copy> Routes<F> {
         Self { messages, standard, extended }
     }
 
+    /// The same for frames of a capture, which may be shorter as long as they hold all that is read of them: the file that
+    /// describes a message today may name bytes that the sender of that day had not.
+    pub(super) fn of_capture(&self) -> Self {
+        let mut routes = self.clone();
+        for route in &mut routes.messages {
+            route.least_length = route.bytes_of_signals();
+        }
+        routes
+    }
+
     pub(super) fn messages(&self) -> &[Route<F>] {
         &self.messages
     }
@@ -287,7 +308,9 @@ impl<F: Copy> Routes<F> {
         let index = usize::from(index.unwrap_or(NONE));
         match self.messages.get(index) {
             Some(_) if frame.kind() == Kind::Remote => Err(Refusal::UnknownId),
-            Some(route) if frame.length() == route.length => Ok((index, route)),
+            Some(route) if (route.least_length..=route.length).contains(&frame.length()) => {
+                Ok((index, route))
+            }
             Some(_) => Err(Refusal::WrongLength),
             None => Err(Refusal::UnknownId),
         }

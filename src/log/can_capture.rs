@@ -139,7 +139,7 @@ fn decode<'a>(
     frames: impl Iterator<Item = &'a CandumpFrame>,
     protocol: &dyn Protocol,
 ) -> (Vec<Event>, CaptureNotes) {
-    let (mut of_sensors, mut of_commands) = (protocol.bridge_end(), protocol.bench_end(0));
+    let (mut of_sensors, mut of_commands) = protocol.capture_ends();
     let mut sensors = Sensors::default();
     let mut commands = RotorCommands::default();
     let mut events = Vec::new();

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use rotorbench::can::{BusConfig, Roles};
+use rotorbench::can::{BusConfig, Protocol, Roles};
 use rotorbench::log::{can_capture, candump, export};
 use rotorbench::recording::{RawFrame, Recorder, RecorderOptions, Recording, RecordingMetadata};
 use rotorbench::signal::{Applied, Sample, Sensors};
@@ -115,6 +115,37 @@ fn a_candump_log_becomes_a_log_through_dbc_and_roles() {
     std::fs::write(&path, "(1735270496.916858) can0 110#00\nnonsense\n").expect("written");
     let wrong = can_capture::read(&path, &roles, None).expect_err("line 2").to_string();
     assert!(wrong.contains("bus.log, line 2: "), "{wrong}");
+}
+
+/// VESC's `STATUS_5` has its voltage in bytes 4 and 5, and two more that say nothing, which some senders leave out.
+#[test]
+fn a_shorter_frame_is_read_from_a_capture_if_it_holds_the_signal_and_never_from_a_bus() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("bus.log");
+    let bench = "[[database]]\nfile = \"vesc\"\nnode_mask = 0xFF\n\
+        [sensors]\nbattery_voltage = { signal = \"STATUS_5.input_voltage\", node = 23 }\n\
+        [commands]\nrotor_1 = { signal = \"SET_DUTY.duty\", node = 23 }\n\
+        rotor_2 = { signal = \"SET_DUTY.duty\", node = 24 }\n";
+    let roles = Roles::build(&toml::from_str(bench).expect("a bus"), 0.01).expect("a bench");
+    // 12.3 V in frames of eight, seven, six and five bytes, 10 ms apart, and CAN FD's of twelve.
+    let payloads =
+        ["000003E8007B0000", "000003E8007B00", "000003E8007B", "000003E800", "##1000003E8007B000000000000"];
+    let mut text = String::new();
+    for (index, payload) in payloads.iter().enumerate() {
+        let hash = if payload.starts_with('#') { "" } else { "#" };
+        text += &format!("(100.{:06}) can0 00001B17{hash}{payload}\n", 10_000 * index);
+    }
+    std::fs::write(&path, text).expect("written");
+    let (log, notes) = can_capture::read(&path, &roles, None).expect("understood");
+    assert_eq!(notes.rows_by, "battery_voltage");
+    assert_eq!(log.column("battery_voltage_v").expect("read"), [12.3; 3]);
+    assert_eq!((notes.sensors.accepted, notes.sensors.wrong_length), (3, 2));
+
+    let mut on_bus = roles.bridge_end();
+    for frame in candump::read(&path).expect("a log") {
+        on_bus.receive(&frame.frame.frame().expect("a frame"), 1, &mut Sensors::default());
+    }
+    assert_eq!((on_bus.counts().accepted, on_bus.counts().wrong_length), (1, 4));
 }
 
 /// The frames of a candump log as Vector's text has them.

@@ -28,7 +28,17 @@ fn counter(start: u16, size: u16, length: usize) -> Option<(String, SignalCodec)
 
 fn route(id: Id, length: usize, bindings: Vec<Binding<u32>>) -> Route<u32> {
     let name = format!("M{id}");
-    Route { name, id, length, period_s: 0.01, counter: None, bindings, is_one_word: false, lacks_node: false }
+    Route {
+        name,
+        id,
+        length,
+        least_length: length,
+        period_s: 0.01,
+        counter: None,
+        bindings,
+        is_one_word: false,
+        lacks_node: false,
+    }
 }
 
 fn payload(bytes: &[u8]) -> Payload {
@@ -181,4 +191,35 @@ fn a_refusal_says_its_cause_and_flags_the_value_where_there_is_one() {
     for (refusal, text, health) in said {
         assert_eq!((refusal.to_string().as_str(), refusal.health()), (text, health));
     }
+}
+
+/// Of a frame of eight bytes whose signal ends in byte `least`, a capture's may be as short as that; a bus's never.
+#[test]
+fn a_frame_of_a_capture_may_lack_what_nobody_reads() {
+    let id = Id::Standard(1);
+    let big = Layout { start: 39, size: 16, order: ByteOrder::Big, number: Number::Signed };
+    let big = SignalCodec::build(big, 8, 0.1, 0.0).expect("fits");
+    let paged = Binding { selectors: vec![(codec(48, 4, 8), vec![(0, 0)])], ..binding(0, 8, 8, 8) };
+    let of = |bindings| route(id, 8, bindings);
+    for (route, least) in [
+        (of(vec![binding(0, 0, 8, 8)]), 1),
+        (of(vec![binding(0, 0, 8, 8), binding(1, 12, 12, 8)]), 3),
+        (of(vec![binding(0, 0, 9, 8)]), 2),
+        (of(vec![Binding { codec: big, ..binding(0, 0, 8, 8) }]), 6),
+        (of(vec![paged]), 7),
+        (Route { counter: counter(60, 4, 8), ..of(vec![binding(0, 0, 8, 8)]) }, 8),
+    ] {
+        let bus = Routes::new(vec![route]);
+        let capture = bus.of_capture();
+        for length in 0..=8 {
+            let frame = Frame::classic(id, &[0; 8][..length]).expect("fits");
+            let found = |routes: &Routes<u32>| routes.find(&frame).map(|(index, _)| index);
+            let expected = |fits| if fits { Ok(0) } else { Err(Refusal::WrongLength) };
+            assert_eq!(found(&bus), expected(length == 8), "{length} bytes on a bus");
+            assert_eq!(found(&capture), expected(length >= least), "{length} bytes, {least} needed");
+        }
+    }
+    let short = Routes::new(vec![route(id, 2, vec![binding(0, 0, 8, 2)])]).of_capture();
+    let longer = Frame::classic(id, &[0; 3]).expect("fits");
+    assert_eq!(short.find(&longer).map(|_| ()), Err(Refusal::WrongLength), "longer than the message");
 }
