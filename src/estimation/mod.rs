@@ -4,6 +4,7 @@ pub mod autocorrelation;
 pub mod consistency;
 pub mod cross_correlation;
 pub mod dependence;
+pub mod estimate;
 pub mod frequency_response;
 pub mod golden_section;
 pub mod inversion;

@@ -22,7 +22,6 @@ mod command_timing;
 mod consistency;
 mod dead_time;
 mod error;
-mod estimate;
 mod inertia;
 mod inputs;
 #[cfg(test)]
@@ -50,11 +49,11 @@ mod voltage_gain;
 mod voltage_instruments;
 mod work;
 
+pub use crate::estimation::estimate::Estimate;
+pub(crate) use crate::estimation::estimate::Weighted;
 pub use actuator::IdentifiedActuator;
 pub use dead_time::Delay;
 pub use error::IdentifyError;
-pub use estimate::Estimate;
-pub(crate) use estimate::Weighted;
 pub use inertia::Body;
 pub use joint_fit::JointFit;
 pub use lag_order::LagAlternative;
