@@ -11,6 +11,7 @@ use super::{CompareConfig, CompareError, gyro_block};
 use crate::cancel;
 use crate::effect::Law;
 use crate::estimation::slope::forward_slopes;
+use crate::estimation::windows;
 use crate::log::Dataset;
 use crate::log::dataset::rotor_of;
 use crate::log::segments::{Stretch, stretches};
@@ -297,7 +298,9 @@ fn body(
     for (rows, input) in &driven.stretches {
         cancel::check();
         let measured = (&rate[rows.clone()], start_angle.as_ref().map(|angle| &angle[rows.clone()]));
-        for window in windows(&input.time, measured, config.horizon_s) {
+        let is_known =
+            |row: usize| measured.0[row].is_finite() && measured.1.is_none_or(|angle| angle[row].is_finite());
+        for window in windows::joined(&input.time, is_known, config.horizon_s) {
             window_run(equations, input, &window, measured, &mut trace);
             // The start is the measurement itself: it is not scored.
             let scored = rows.start + window.start + 1..rows.start + window.end;
@@ -306,7 +309,7 @@ fn body(
                 add(&mut angles, in_part.then_some(angle), scored, &trace.angle[1..]);
             }
         }
-        for window in windows(&input.time, measured, f64::MIN_POSITIVE) {
+        for window in windows::joined(&input.time, is_known, f64::MIN_POSITIVE) {
             window_run(equations, input, &window, measured, &mut trace);
             let step = measured.0[window.end - 1] - trace.rate[1];
             if step.is_finite() {
@@ -327,28 +330,6 @@ fn add(run: &mut BlockRun, scored: Option<&[f64]>, rows: Range<usize>, modelled:
         None => run.add(rows, modelled),
         Some(scored) => run.add_scored(rows.clone(), &scored[rows], modelled),
     }
-}
-
-/// Windows of `horizon` [s]: first row to one past the last, which is the next one's first.
-fn windows(time: &[f64], measured: (&[f64], Option<&[f64]>), horizon: f64) -> Vec<Range<usize>> {
-    let known =
-        |row: usize| measured.0[row].is_finite() && measured.1.is_none_or(|angle| angle[row].is_finite());
-    let mut found = Vec::new();
-    let mut from = 0;
-    while let Some(start) = (from..time.len()).find(|row| known(*row)) {
-        // A billionth of the horizon forgives the rounding of stamps.
-        let reached = |row: &usize| time[*row] - time[start] >= horizon * (1.0 - 1e-9);
-        let Some(to) = (start + 1..time.len()).find(reached) else {
-            // What is left is shorter than a window: it is scored as far as it goes.
-            if start + 1 < time.len() {
-                found.push(start..time.len());
-            }
-            break;
-        };
-        found.push(start..to + 1);
-        from = to;
-    }
-    found
 }
 
 /// One window from the measured state.

@@ -11,7 +11,7 @@ use super::thresholds::THRESHOLDS;
 use crate::cancel;
 use crate::estimation::cross_correlation::{Coloured, Peak};
 use crate::estimation::dependence::{BinnedDependence, Bins};
-use crate::estimation::slope::centred_slopes;
+use crate::estimation::slope::centred_slopes_within;
 use crate::log::Dataset;
 use crate::screening::readings;
 use crate::threads::spread;
@@ -180,7 +180,13 @@ fn of_channel(
     let bridged = readings::bridged(log.time(), values);
     let on = |is_rate| Regressor { column: name.to_owned(), is_rate };
     binned(&on(false), &bridged, errors, shared, &mut found);
-    binned(&on(true), &slopes(log, &bridged), errors, shared, &mut found);
+    binned(
+        &on(true),
+        &centred_slopes_within(log.time(), &bridged, &log.segments(), REACH),
+        errors,
+        shared,
+        &mut found,
+    );
     found
 }
 
@@ -196,16 +202,6 @@ fn binned(on: &Regressor, channel: &[f64], errors: &[ErrorOn], shared: &SharedRo
             found[at].dependences.push(Dependence { on: on.clone(), explained, surrogate, curve });
         }
     }
-}
-
-/// [unit/s] a channel's rate of change, within each stretch without a hole.
-fn slopes(log: &Dataset, values: &[f64]) -> Vec<f64> {
-    let mut rate = vec![f64::NAN; log.len()];
-    for segment in log.segments() {
-        let slopes = centred_slopes(&log.time()[segment.clone()], &values[segment.clone()], REACH);
-        rate[segment].copy_from_slice(&slopes);
-    }
-    rate
 }
 
 /// A column's values in these rows.

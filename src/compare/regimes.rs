@@ -8,7 +8,7 @@ use super::dependence::{Correlation, Dependence, REACH};
 use super::spectrum::{Spectrum, spectrum};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::quantile;
-use crate::estimation::slope::centred_slopes;
+use crate::estimation::slope::centred_slopes_within;
 use crate::screening::readings;
 
 /// Where a block fails.
@@ -115,11 +115,7 @@ fn over_time(time: &[f64], residual: &[f64]) -> Vec<(f64, f64)> {
 }
 
 fn groups(time: &[f64], modelled: &[f64], residual: &[f64], pieces: &[Range<usize>]) -> Vec<Group> {
-    let mut slopes = vec![f64::NAN; residual.len()];
-    for piece in pieces {
-        let found = centred_slopes(&time[piece.clone()], &modelled[piece.clone()], REACH);
-        slopes[piece.clone()].copy_from_slice(&found);
-    }
+    let slopes = centred_slopes_within(time, modelled, pieces, REACH);
     let Some(fast) = quantile(slopes.iter().map(|slope| slope.abs()), THRESHOLDS.fast_share) else {
         return Vec::new();
     };

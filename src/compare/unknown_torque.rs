@@ -1,5 +1,5 @@
 //! The torque that the model lacks, over time: the disturbance state of the embedded model, [LPC16] Eqs. (20)
-//! to (23), estimated forwards by a Kalman filter and backwards by a Rauch-Tung-Striebel smoother.
+//! to (23), from all samples ([`kalman_smoother`](crate::estimation::kalman_smoother)).
 //!
 //! States: angle, rate, unknown torque, its slope. The torque wanders; how fast is chosen so that the log
 //! becomes most likely, so a model that lacks nothing gets a torque that stays at zero.
@@ -15,8 +15,9 @@ use super::dependence::{Dependence, at_rows};
 use super::noise::{Noise, rotor_noise};
 use super::thresholds::THRESHOLDS;
 use super::{CompareConfig, CompareError};
-use crate::cancel;
 use crate::effect::Site;
+use crate::estimation::kalman_smoother::{Belief, LinearSystem, Reading, Step, log_likelihood, smoothed};
+use crate::estimation::moments::rms_of_finite;
 use crate::log::Dataset;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, ModelError};
 use crate::screening::ScreenedLog;
@@ -65,8 +66,8 @@ impl UnknownTorque {
     }
 }
 
-/// One stretch, ready for the filter.
-struct FilterInput {
+/// One stretch, ready for the estimate.
+struct TorqueInput {
     rows: Range<usize>,
     time: Vec<f64>,
     /// [rad/s] what the model adds to the rate until the next sample.
@@ -76,23 +77,15 @@ struct FilterInput {
     angle: Vec<f64>,
 }
 
-/// Noise the filter reckons with.
+/// Noise that the estimate reckons with.
 #[derive(Clone, Copy)]
-struct FilterNoise {
+struct TorqueNoise {
     inertia: f64,
     /// [rad/s] gyroscope, [rad] angle.
     gyro: f64,
     angle: f64,
     /// [rad/s²] of the rotors' rates, on the acceleration.
     rotors: f64,
-}
-
-/// Filter state at a sample: before and after its measurements.
-struct FilterState {
-    before: (Vector4<f64>, Matrix4<f64>),
-    after: (Vector4<f64>, Matrix4<f64>),
-    /// From the sample to the next.
-    transition: Matrix4<f64>,
 }
 
 /// Estimates the torque; `None` where the log has no body rate, or nothing that drives the body.
@@ -108,15 +101,15 @@ pub(crate) fn smooth(
     };
     let body = without_gyroscope(model)?.equations()?;
     let angle = log.column(BODY_ANGLE);
-    let parts: Vec<FilterInput> = driven
+    let parts: Vec<TorqueInput> = driven
         .stretches
         .iter()
         .map(|(rows, input)| {
             let angle = angle.map(|angle| &angle[rows.clone()]);
-            filter_input((&equations, &body), rows.clone(), input, &rate[rows.clone()], angle)
+            torque_input((&equations, &body), rows.clone(), input, &rate[rows.clone()], angle)
         })
         .collect();
-    let spread = FilterNoise {
+    let spread = TorqueNoise {
         inertia: model.body.inertia,
         // A sensor without visible noise still has a last digit.
         gyro: noise.of(BODY_RATE).max(1e-6),
@@ -139,17 +132,17 @@ pub(crate) fn smooth(
     };
     let mut known = Vec::new();
     for part in &parts {
-        for (torque, error) in smoothed(part, &spread, wander) {
+        for (torque, error) in smoothed(&WanderingTorque { part, spread: &spread, wander }, TORQUE) {
             found.torque.push(torque);
             found.standard_error.push(error);
         }
         let steps = part.time.windows(2).zip(&part.gained);
         known.extend(steps.map(|(pair, gained)| spread.inertia * gained / (pair[1] - pair[0])));
     }
-    found.rms = rms(&found.torque);
+    found.rms = rms_of_finite(&found.torque);
     found.mean = found.torque.iter().sum::<f64>() / found.torque.len().max(1) as f64;
-    found.uncertainty = rms(&found.standard_error);
-    found.known_rms = rms(&known);
+    found.uncertainty = rms_of_finite(&found.standard_error);
+    found.known_rms = rms_of_finite(&known);
     Ok((!found.torque.is_empty()).then_some(found))
 }
 
@@ -166,16 +159,13 @@ fn without_gyroscope(model: &Model) -> Result<Model, ModelError> {
 }
 
 /// [N m/√s] the wander under which a stretch is likeliest.
-fn likeliest_wander(part: &FilterInput, spread: &FilterNoise) -> f64 {
+fn likeliest_wander(part: &TorqueInput, spread: &TorqueNoise) -> f64 {
     let wanders: Vec<f64> = (0..THRESHOLDS.wanders_tried)
         .map(|number| THRESHOLDS.slowest_wander * 2.0_f64.powi(number as i32))
         .collect();
     let tried = threads::spread(&wanders, |wander| {
-        let mut filter = Filter::of(part, spread, *wander);
-        for row in 0..part.time.len().min(THRESHOLDS.wander_samples) {
-            let _ = filter.step(row);
-        }
-        (*wander, filter.likelihood)
+        let system = WanderingTorque { part, spread, wander: *wander };
+        (*wander, log_likelihood(&system, THRESHOLDS.wander_samples))
     });
     tried
         .into_iter()
@@ -183,22 +173,15 @@ fn likeliest_wander(part: &FilterInput, spread: &FilterNoise) -> f64 {
         .map_or(THRESHOLDS.slowest_wander, |(wander, _)| wander)
 }
 
-/// Rms of the values that are there.
-fn rms(values: &[f64]) -> f64 {
-    let good = values.iter().filter(|value| value.is_finite());
-    let (sum, count) = good.fold((0.0, 0.0), |(sum, count), v| (sum + v * v, count + 1.0));
-    f64::sqrt(sum / count)
-}
-
 /// What the model says about each step, taken from the measured state; `body` is the model with a gyroscope
 /// that shows the true rate.
-fn filter_input(
+fn torque_input(
     (equations, body): (&Equations, &Equations),
     rows: Range<usize>,
     input: &BodyInput,
     rate: &[f64],
     angle: Option<&[f64]>,
-) -> FilterInput {
+) -> TorqueInput {
     let (mut newest_rate, mut newest_angle) = (0.0, 0.0);
     let mut trace = BodyTrace::default();
     let (mut gained, mut true_rates) = (Vec::new(), Vec::new());
@@ -218,49 +201,45 @@ fn filter_input(
         gained.push(trace.rate.get(1).map_or(0.0, |after| after - newest_rate));
     }
     let angle = angle.map_or_else(|| vec![f64::NAN; rate.len()], <[f64]>::to_vec);
-    FilterInput { rows, time: input.time.clone(), gained, rate: true_rates, angle }
+    TorqueInput { rows, time: input.time.clone(), gained, rate: true_rates, angle }
 }
 
-/// The filter on its way through a stretch.
-struct Filter<'a> {
-    part: &'a FilterInput,
-    spread: &'a FilterNoise,
-    /// [N m/√s]
+/// Angle, rate, unknown torque and its slope over a stretch, when the torque wanders by `wander` [N m/√s].
+struct WanderingTorque<'a> {
+    part: &'a TorqueInput,
+    spread: &'a TorqueNoise,
     wander: f64,
-    /// State and covariance before the next sample's measurements.
-    state: Vector4<f64>,
-    covariance: Matrix4<f64>,
-    /// Logarithm of the likelihood of all samples so far.
-    likelihood: f64,
 }
 
-impl<'a> Filter<'a> {
-    fn of(part: &'a FilterInput, spread: &'a FilterNoise, wander: f64) -> Self {
-        let first = |values: &[f64]| values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
-        let state = Vector4::new(first(&part.angle), first(&part.rate), 0.0, 0.0);
-        // A torque of 1 N m, and a slope of 1 N m/s, would be much.
-        let covariance = Matrix4::from_diagonal(&Vector4::new(1.0, 1.0, 1.0, 1.0));
-        Self { part, spread, wander, state, covariance, likelihood: 0.0 }
+/// Which of the states is the torque [N m].
+const TORQUE: usize = 2;
+
+impl LinearSystem<4, 2> for WanderingTorque<'_> {
+    fn samples(&self) -> usize {
+        self.part.time.len()
     }
 
-    /// Takes in what was measured at a sample, and goes on to the next.
-    fn step(&mut self, row: usize) -> FilterState {
-        let Self { part, spread, wander, state, covariance, likelihood } = self;
-        let before = (*state, *covariance);
-        let rate = (part.rate[row], spread.gyro, RowVector4::new(0.0, 1.0, 0.0, 0.0));
-        let angle = (part.angle[row], spread.angle, RowVector4::new(1.0, 0.0, 0.0, 0.0));
-        for (value, size, pick) in [rate, angle] {
-            if !value.is_finite() {
-                continue;
-            }
-            let innovation = value - (pick * *state)[0];
-            let variance = (pick * *covariance * pick.transpose())[0] + size * size;
-            let gain = *covariance * pick.transpose() / variance;
-            *state += gain * innovation;
-            *covariance -= gain * pick * *covariance;
-            *covariance = 0.5 * (*covariance + covariance.transpose());
-            *likelihood -= 0.5 * (innovation * innovation / variance + variance.ln());
-        }
+    fn start(&self) -> Belief<4> {
+        let first = |values: &[f64]| values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
+        let state = Vector4::new(first(&self.part.angle), first(&self.part.rate), 0.0, 0.0);
+        // A torque of 1 N m, and a slope of 1 N m/s, would be much.
+        let covariance = Matrix4::from_diagonal(&Vector4::new(1.0, 1.0, 1.0, 1.0));
+        Belief { state, covariance }
+    }
+
+    #[inline]
+    fn readings(&self, row: usize) -> [Reading<4>; 2] {
+        let Self { part, spread, .. } = self;
+        let (rate, angle) = (RowVector4::new(0.0, 1.0, 0.0, 0.0), RowVector4::new(1.0, 0.0, 0.0, 0.0));
+        [
+            Reading { value: part.rate[row], noise: spread.gyro, of: rate },
+            Reading { value: part.angle[row], noise: spread.angle, of: angle },
+        ]
+    }
+
+    #[inline]
+    fn step(&self, row: usize) -> Step<4> {
+        let Self { part, spread, wander } = self;
         let step = part.time.get(row + 1).map_or(0.0, |next| next - part.time[row]);
         let turn = step / spread.inertia;
         #[rustfmt::skip]
@@ -270,73 +249,17 @@ impl<'a> Filter<'a> {
             0.0, 0.0,  1.0,               step,
             0.0, 0.0,  0.0,               1.0,
         );
-        let passed = FilterState { before, after: (*state, *covariance), transition };
         let gained = part.gained[row];
-        *state = transition * *state + Vector4::new(0.5 * step * gained, gained, 0.0, 0.0);
         let kick = spread.rotors * step;
-        let noise = Vector4::new(
-            0.0,
-            kick * kick,
-            *wander * *wander * step,
-            (THRESHOLDS.slope_rate * *wander).powi(2) * step,
-        );
-        *covariance = transition * *covariance * transition.transpose() + Matrix4::from_diagonal(&noise);
-        passed
-    }
-}
-
-/// Samples over which the filter's states are kept at a time, on the way back.
-const KEPT: usize = 1_024;
-
-/// Forwards and backwards: the unknown torque and its standard error at each sample, [N m]. All states of a long stretch take
-/// many times the log's memory: some are kept, and what follows each of them is computed again.
-fn smoothed(part: &FilterInput, spread: &FilterNoise, wander: f64) -> Vec<(f64, f64)> {
-    let length = part.time.len();
-    let mut filter = Filter::of(part, spread, wander);
-    let mut starts = Vec::new();
-    for row in 0..length {
-        if row.is_multiple_of(KEPT) {
-            cancel::check();
-            starts.push((row, filter.state, filter.covariance));
+        Step {
+            transition,
+            input: Vector4::new(0.5 * step * gained, gained, 0.0, 0.0),
+            variance: Vector4::new(
+                0.0,
+                kick * kick,
+                *wander * *wander * step,
+                (THRESHOLDS.slope_rate * *wander).powi(2) * step,
+            ),
         }
-        filter.step(row);
-    }
-    let mut found = vec![(f64::NAN, f64::NAN); length];
-    let mut behind: Option<Smoothed> = None;
-    for (start, state, covariance) in starts.into_iter().rev() {
-        cancel::check();
-        (filter.state, filter.covariance) = (state, covariance);
-        let passed: Vec<FilterState> =
-            (start..(start + KEPT).min(length)).map(|row| filter.step(row)).collect();
-        for (row, here) in passed.iter().enumerate().rev() {
-            let smoothed = match &behind {
-                None => Some(here.after),
-                Some(behind) => behind.carried_to(here),
-            };
-            let Some((state, covariance)) = smoothed else { return found };
-            found[start + row] = (state[2], covariance[(2, 2)].max(0.0).sqrt());
-            behind = Some(Smoothed { state, covariance, predicted: here.before });
-        }
-    }
-    found
-}
-
-/// What is known of a sample from all samples.
-struct Smoothed {
-    state: Vector4<f64>,
-    covariance: Matrix4<f64>,
-    /// What was, from those before it alone.
-    predicted: (Vector4<f64>, Matrix4<f64>),
-}
-
-impl Smoothed {
-    /// State and covariance of the sample before.
-    fn carried_to(&self, here: &FilterState) -> Option<(Vector4<f64>, Matrix4<f64>)> {
-        // P F' (P⁻)⁻¹, by the Cholesky factor of P⁻, which is positive definite by its added noise.
-        let factor = self.predicted.1.cholesky()?;
-        let gain = factor.solve(&(here.transition * here.after.1)).transpose();
-        let state = here.after.0 + gain * (self.state - self.predicted.0);
-        let covariance = here.after.1 + gain * (self.covariance - self.predicted.1) * gain.transpose();
-        Some((state, covariance))
     }
 }

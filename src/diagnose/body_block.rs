@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use crate::diagnose::thresholds::THRESHOLDS;
 use crate::estimation::moments::mean;
-use crate::estimation::slope::slope;
+use crate::estimation::slope::beside_a_line;
+use crate::estimation::windows;
 use crate::log::segments::held_throughout;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations};
 use crate::screening::readings;
@@ -41,7 +42,7 @@ impl BodyRun {
     #[must_use]
     pub fn new(log: usize, rows: Range<usize>, source: BodySource, horizon: f64) -> Self {
         let BodySource { time, torque, torque_slope, carried, propeller_rate, rate, angle } = source;
-        let windows = windows(&time, horizon);
+        let windows = windows::apart(&time, horizon, THRESHOLDS.window_samples, THRESHOLDS.window_rest);
         let start = |values: &[f64]| held_throughout(&readings::bridged(&time, values));
         let angle = if angle.iter().any(|value| value.is_finite()) { angle } else { Vec::new() };
         let (start_rate, start_angle) = (start(&rate), start(&angle));
@@ -113,23 +114,6 @@ fn scattered(index: usize) -> usize {
     (index.wrapping_mul(2_654_435_761) >> 16) & 0xffff
 }
 
-/// Windows of `horizon` [s] one after the other; a rest too short joins none.
-fn windows(time: &[f64], horizon: f64) -> Vec<Range<usize>> {
-    let mut windows = Vec::new();
-    let mut from = 0;
-    while let Some(begin) = time.get(from) {
-        let length = time[from..].iter().take_while(|at| **at - begin < horizon).count();
-        let to = from + length.max(THRESHOLDS.window_samples);
-        if to > time.len() || time.last().is_some_and(|last| last - begin < THRESHOLDS.window_rest * horizon)
-        {
-            break;
-        }
-        windows.push(from..to);
-        from = to;
-    }
-    windows
-}
-
 /// The inputs of a run under a model: delayed and lagged as the model says.
 #[must_use]
 pub fn input_under(equations: &Equations, run: &BodyRun) -> Option<BodyInput> {
@@ -160,14 +144,6 @@ pub fn carried(runs: &[BodyRun]) -> [f64; 2] {
         }
     }
     sums.map(|sum| (sum / f64::max(count, 1.0)).sqrt())
-}
-
-/// Sum of squares of what a straight line leaves of evenly spaced values.
-fn beside_a_line(values: &[f64]) -> f64 {
-    let index: Vec<f64> = (0..values.len()).map(|index| index as f64).collect();
-    let ((slope, spread), mean) = (slope(&index, values), mean(values));
-    let power: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    (power - slope * slope * spread).max(0.0)
 }
 
 /// Simulates one window from its local start, and writes the residuals: rates, then angles.

@@ -13,6 +13,12 @@ fn correlation(residuals: &[f64], lag: usize) -> f64 {
     if squares > 0.0 { products / squares } else { 0.0 }
 }
 
+/// By how much the variance of a mean, or of a fitted number, grows under noise whose correlation falls by this factor from
+/// sample to sample.
+pub(crate) fn variance_inflation(correlation: f64) -> f64 {
+    (1.0 + correlation) / (1.0 - correlation)
+}
+
 /// Factor by which the correlation of a residual falls from row to row. Slow noise under white noise starts low and
 /// falls slowly: that shows in the second lag against the first.
 pub(crate) fn memory(residuals: &[f64]) -> f64 {

@@ -1,5 +1,7 @@
 //! How steadily one fit is better than another, from stretch to stretch.
 
+use super::moments::mean_and_error;
+
 /// By how much the squared residuals fall from `before` to `after`, over the standard error of that fall from one of
 /// `stretches` to the next; stretches without a measurement (all zero) are left out, and of fewer than `fewest` it is zero.
 #[must_use]
@@ -14,10 +16,8 @@ pub fn consistency(before: &[f64], after: &[f64], stretches: usize, fewest: usiz
     if falls.len() < fewest {
         return 0.0;
     }
-    let count = falls.len() as f64;
-    let mean = falls.iter().sum::<f64>() / count;
-    let scatter = falls.iter().map(|fall| (fall - mean).powi(2)).sum::<f64>() / (count - 1.0);
-    mean / (scatter / count).sqrt().max(f64::MIN_POSITIVE)
+    let (fall, error) = mean_and_error(&falls);
+    fall / error.max(f64::MIN_POSITIVE)
 }
 
 /// The sum of squares, infinite where it is.

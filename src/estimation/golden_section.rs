@@ -23,6 +23,12 @@ pub(crate) fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (f6
     if f_left <= f_right { (left, f_left) } else { (right, f_right) }
 }
 
+/// The candidate at which a function is least: where to search around.
+pub(crate) fn least(candidates: impl Iterator<Item = f64>, f: impl Fn(f64) -> f64) -> Option<f64> {
+    let costs = candidates.map(|candidate| (candidate, f(candidate)));
+    costs.min_by(|a, b| a.1.total_cmp(&b.1)).map(|best| best.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

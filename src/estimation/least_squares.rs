@@ -31,6 +31,13 @@ pub(crate) fn least_squares(design: &DMatrix<f64>, y: &DVector<f64>) -> Option<L
     instrumental(design, design, y)
 }
 
+/// The first `powers` powers of time, from the constant on, when time goes from -1 to 1: a smooth course.
+pub(crate) fn smooth_course(time: &[f64], powers: usize) -> DMatrix<f64> {
+    let (first, last) = (time[0], time[time.len() - 1]);
+    let place = |at: usize| 2.0 * (time[at] - first) / (last - first) - 1.0;
+    DMatrix::from_fn(time.len(), powers, |at, power| place(at).powi(power as i32))
+}
+
 /// Two-stage least squares: the columns of `design` may carry measurement noise, those of `instruments` must
 /// not share it. With `instruments` = `design` it is ordinary least squares.
 ///

@@ -1,13 +1,17 @@
 //! Mathematics of estimation, without rotors and without logs, each tool once.
 
 pub mod autocorrelation;
+pub(crate) mod censored_normal;
 pub mod consistency;
 pub mod cross_correlation;
 pub mod dependence;
 pub mod estimate;
 pub mod frequency_response;
 pub mod golden_section;
+pub(crate) mod hats;
+pub(crate) mod integral;
 pub mod inversion;
+pub(crate) mod kalman_smoother;
 pub mod lag_products;
 mod lagged_products;
 pub mod least_squares;
@@ -26,5 +30,7 @@ pub mod smoother;
 pub mod surrogate_test;
 pub mod third_differences;
 pub mod thresholds;
+pub(crate) mod two_poles;
 pub mod variable_projection;
 pub mod welch;
+pub(crate) mod windows;

@@ -43,6 +43,15 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     quantile(values, 0.5)
 }
 
+/// The median as statistics has it: of an even number, the mean of the two in the middle. `None` of none.
+#[must_use]
+pub fn middle(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let values = sorted(values);
+    let (upper, is_odd) = (values.len() / 2, values.len() % 2 == 1);
+    let at = *values.get(upper)?;
+    Some(if is_odd { at } else { 0.5 * (values[upper - 1] + at) })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,5 +67,11 @@ mod tests {
         assert_eq!(median([f64::NAN]), None);
         assert_eq!(distinct(&[3.0, f64::NAN, 1.0, 3.0]), [1.0, 3.0]);
         assert_eq!(sorted([2.0, f64::INFINITY, -1.0]), [-1.0, 2.0, f64::INFINITY]);
+    }
+
+    #[test]
+    fn the_middle_of_an_even_number_lies_between_two() {
+        assert_eq!([middle([3.0, 1.0, 2.0]), middle([4.0, 1.0]), middle([])], [Some(2.0), Some(2.5), None]);
+        assert_eq!(median([4.0, 1.0]), Some(4.0));
     }
 }

@@ -9,6 +9,7 @@ use super::validate::{self, Validation};
 use super::work::Work;
 use super::{IdentifiedActuator, IdentifyError};
 use crate::estimation::frequency_response::{self, Signals};
+use crate::estimation::moments::pooled_rms;
 use crate::model::{AddedEffect, ErrorFall, LogReference, Measure, Model, Step};
 use crate::screening::duplicate_logs;
 use crate::screening::excitation::FEWEST_JUMPS;
@@ -152,7 +153,8 @@ impl Work<'_> {
             let held_out = if validated.is_empty() {
                 taken.held_out
             } else {
-                [rms(&run(&other, &alone)), rms(&validated)]
+                [&run(&other, &alone), &validated]
+                    .map(|runs| pooled_rms(runs.iter().map(|run| (run.rms, run.samples))))
             };
             let errors = [[taken.residual_without, taken.residual_with], held_out];
             model = self.with_delay(model, &actuator, [logs, validation], errors);
@@ -204,11 +206,4 @@ fn signals<'a>(rotor: &'a RotorLog, actuator: &IdentifiedActuator) -> Signals<'a
 /// [rad/s] coefficients by ascending power, from u^0.
 fn powers(coefficients: &[f64]) -> Vec<f64> {
     std::iter::once(0.0).chain(coefficients.iter().copied()).collect()
-}
-
-/// [rad/s] over all samples of `runs`.
-fn rms(runs: &[Validation]) -> f64 {
-    let squares: f64 = runs.iter().map(|run| run.rms * run.rms * run.samples as f64).sum();
-    let samples: usize = runs.iter().map(|run| run.samples).sum();
-    (squares / samples.max(1) as f64).sqrt()
 }

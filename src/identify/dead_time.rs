@@ -12,7 +12,9 @@ use super::Estimate;
 use super::lag_order::LagAlternative;
 use super::regressors::NO_DELAY;
 use crate::effect::Term;
+use crate::estimation::autocorrelation::variance_inflation;
 use crate::estimation::golden_section::golden;
+use crate::estimation::moments::{mean, mean_square};
 use crate::estimation::robust_errors;
 use crate::estimation::variable_projection::{self, LagFit, Record};
 
@@ -64,13 +66,13 @@ pub(crate) fn identify<const M: usize>(
     let squares = |fit: &LagFit| fit.residual_rms.powi(2) * fit.samples as f64;
     let curvature = (0.5 * (squares(&before) + squares(&behind)) - least) / (step * step);
     let correlation = fit.residual_correlation.clamp(0.0, THRESHOLDS.correlated_residual);
-    let stretch = (1.0 + correlation) / (1.0 - correlation);
+    let stretch = variance_inflation(correlation);
     let variance = stretch * least / fit.samples as f64 / curvature.max(f64::MIN_POSITIVE);
     // What the delay's error does to the rest: along the valley of the cost they follow it.
     let values = |fit: &LagFit| fit.coefficients.iter().copied().chain([fit.pole]).collect::<Vec<f64>>();
     let slope = (DVector::from(values(&behind)) - DVector::from(values(&before))) / (2.0 * step);
     fit.covariance += &slope * slope.transpose() * variance;
-    let rms = |squares: Vec<f64>| (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
+    let rms = |squares: Vec<f64>| mean(&squares).sqrt();
     let delay_found = Delay {
         delay: Estimate { value: delay, standard_error: variance.sqrt() },
         pole_without: Estimate { value: lag.pole, standard_error: lag.pole_error() },
@@ -94,7 +96,7 @@ pub(crate) fn held_out<const M: usize>(record: &Record<M>, near: f64) -> Option<
         let errors = variable_projection::errors(record, &variable_projection::fit_from(&kept, near)?);
         for (index, rows) in held() {
             let scored: Vec<f64> = errors[rows.clone()].iter().copied().filter(|e| e.is_finite()).collect();
-            squares[index] = scored.iter().map(|e| e * e).sum::<f64>() / scored.len().max(1) as f64;
+            squares[index] = mean_square(&scored);
         }
     }
     Some(squares)

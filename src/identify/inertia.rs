@@ -7,7 +7,6 @@
 //! rates would otherwise make the body look heavier.
 
 use super::thresholds::THRESHOLDS;
-use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -16,7 +15,10 @@ use super::omitted_torque::{self, OmittedTorque};
 use super::significance;
 use super::{Estimate, IdentifiedActuator};
 use crate::estimation::autocorrelation::lag_one_correlation;
+use crate::estimation::integral::{integral_of_held, interpolated, running, trapezoidal};
 use crate::estimation::least_squares;
+use crate::estimation::moments::mean_of;
+use crate::estimation::windows;
 use crate::log::Dataset;
 use crate::model::RotorTrace;
 use crate::screening::attitude_units::{self, Mistaken};
@@ -62,6 +64,62 @@ struct Drive {
     lever: f64,
 }
 
+/// What the fit is made of: a row for each sample of the windows, each column less its mean over the window.
+struct Regression {
+    /// The impulse per lever arm, and time.
+    design: DMatrix<f64>,
+    /// The same with the predicted impulse.
+    instruments: DMatrix<f64>,
+    /// [rad/s] the body's rate.
+    y: DVector<f64>,
+    /// Beside: the integrals of rate and angle.
+    own: [Vec<f64>; 2],
+}
+
+impl Regression {
+    fn of(log: &Dataset, rate: &[f64], drive: &Drive, windows: &[Vec<usize>]) -> Self {
+        let rows = windows.iter().map(Vec::len).sum();
+        let integrals = integrals(log, rate);
+        let mut own = [vec![0.0; rows], vec![0.0; rows]];
+        let mut design = DMatrix::zeros(rows, 2);
+        let mut instruments = DMatrix::zeros(rows, 2);
+        let mut y = DVector::zeros(rows);
+        let predicted = drive.predicted.as_deref().unwrap_or(&drive.measured);
+        let mut at = 0;
+        for window in windows {
+            let mean = |values: &[f64]| mean_of(window.iter().map(|&row| values[row]));
+            let means = [mean(&drive.measured), mean(predicted), mean(log.time()), mean(rate)];
+            for &row in window {
+                design[(at, 0)] = drive.measured[row] - means[0];
+                instruments[(at, 0)] = predicted[row] - means[1];
+                design[(at, 1)] = log.time()[row] - means[2];
+                instruments[(at, 1)] = design[(at, 1)];
+                y[at] = rate[row] - means[3];
+                integrals.iter().zip(&mut own).for_each(|(all, own)| own[at] = all[row] - mean(all));
+                at += 1;
+            }
+        }
+        Self { design, instruments, y, own }
+    }
+}
+
+/// Whether the log's body turned freely and its rate is one; what speaks against it is said.
+fn can_show_inertia(screened: &ScreenedLog, rate: &[f64], warnings: &mut Vec<Finding>) -> bool {
+    // That log is about a rotor.
+    if let Some(held) = screened.body().and_then(ScreenedBody::finding) {
+        warnings.push(held.clone());
+        return false;
+    }
+    let mistaken = attitude_units::mistaken(screened.dataset(), rate);
+    let is_rate = !matches!(mistaken, Some(Mistaken::Rate(_)));
+    warnings.extend(mistaken.map(|mistaken| match mistaken {
+        Mistaken::Rate(finding) => finding.with("inertia", "not_identified"),
+        Mistaken::Angle(finding) => finding.with("inertia", "holds"),
+        Mistaken::Perhaps(finding) => finding.with("inertia", "too_small"),
+    }));
+    is_rate
+}
+
 /// Identifies the body from one log; `None` where the log holds no attitude or nothing that drives it.
 pub(crate) fn identify(
     screened: &ScreenedLog,
@@ -71,52 +129,28 @@ pub(crate) fn identify(
 ) -> Option<Body> {
     let log = screened.dataset();
     let rate = log.column("body_rate_rad_s")?;
-    // That log is about a rotor.
-    if let Some(held) = screened.body().and_then(ScreenedBody::finding) {
-        warnings.push(held.clone());
+    if !can_show_inertia(screened, rate, warnings) {
         return None;
     }
     let source = log.source_name().to_owned();
     let found = |code: &'static str| Finding::new(code, "inertia").of(&source);
-    match attitude_units::mistaken(log, rate) {
-        Some(Mistaken::Rate(finding)) => {
-            warnings.push(finding.with("inertia", "not_identified"));
-            return None;
-        }
-        Some(Mistaken::Angle(finding)) => warnings.push(finding.with("inertia", "holds")),
-        Some(Mistaken::Perhaps(finding)) => warnings.push(finding.with("inertia", "too_small")),
-        None => {}
-    }
     let judged = screened.body()?;
     let drive = drive(log, judged, actuator, arm)?;
     let rate = &*judged.driven_rows(rate);
-    let windows = windows(log, rate, judged.stretches());
+    // Cut where it is not known what the rotors did.
+    let windows = windows::of_known(
+        log.time(),
+        |row| rate[row].is_finite(),
+        judged.stretches(),
+        THRESHOLDS.body_window,
+        THRESHOLDS.fewest_window_samples,
+    );
     let rows: usize = windows.iter().map(Vec::len).sum();
     if rows < THRESHOLDS.fewest_windows * THRESHOLDS.fewest_window_samples {
         warnings.push(found("too_few_body_samples"));
         return None;
     }
-    // Columns: lever-arm impulse and time, each less its mean over the window. Beside: the integrals of rate and angle.
-    let own = integrals(log, rate);
-    let mut own_rows = [vec![0.0; rows], vec![0.0; rows]];
-    let mut design = DMatrix::zeros(rows, 2);
-    let mut instruments = DMatrix::zeros(rows, 2);
-    let mut y = DVector::zeros(rows);
-    let predicted = drive.predicted.as_deref().unwrap_or(&drive.measured);
-    let mut at = 0;
-    for window in &windows {
-        let mean = |values: &[f64]| window.iter().map(|&row| values[row]).sum::<f64>() / window.len() as f64;
-        let means = [mean(&drive.measured), mean(predicted), mean(log.time()), mean(rate)];
-        for &row in window {
-            design[(at, 0)] = drive.measured[row] - means[0];
-            instruments[(at, 0)] = predicted[row] - means[1];
-            design[(at, 1)] = log.time()[row] - means[2];
-            instruments[(at, 1)] = design[(at, 1)];
-            y[at] = rate[row] - means[3];
-            own.iter().zip(&mut own_rows).for_each(|(own, rows)| rows[at] = own[row] - mean(own));
-            at += 1;
-        }
-    }
+    let Regression { design, instruments, y, own } = Regression::of(log, rate, &drive, &windows);
     let fit = least_squares::instrumental(&design, &instruments, &y)?;
     let slope = Estimate { value: fit.coefficients[0], standard_error: fit.standard_error(0) };
     if slope.value < THRESHOLDS.torque_shows_errors * slope.standard_error || slope.value <= 0.0 {
@@ -128,7 +162,7 @@ pub(crate) fn identify(
         Estimate { value: arm / over.value, standard_error: arm * over.standard_error / over.value.powi(2) }
     };
     let omitted_torque =
-        omitted_torque::find((&design, &instruments, &y), own_rows.each_ref().map(Vec::as_slice), &fit);
+        omitted_torque::find((&design, &instruments, &y), own.each_ref().map(Vec::as_slice), &fit);
     // What is missing may be another torque than the one that shows: J is known as well as the two values agree.
     let bent = omitted_torque.map_or(0.0, |(.., beside)| beside.value - slope.value);
     let slope = Estimate { standard_error: slope.standard_error.hypot(bent), ..slope };
@@ -167,14 +201,14 @@ fn drive(log: &Dataset, judged: &ScreenedBody, actuator: &IdentifiedActuator, ar
     let predicted =
         runs.as_ref().map(|[first, second]| impulse(log, [&first.rate, &second.rate], runs.as_ref(), c));
     if judged.driven_by() == DrivenBy::TorqueCommand {
-        let measured = integral_of_held(log, judged.torque());
+        let measured = integral_of_held(log.time(), judged.torque());
         return Some(Drive { measured, predicted: None, driven_by, lever: 1.0 });
     }
     let measured = log.column("propeller_rate_1_rad_s").zip(log.column("propeller_rate_2_rad_s"));
     if let Some((first, second)) = measured {
         let known = |rotor: usize, rates: &[f64]| match &runs {
             Some(runs) => filled_along(log, rates, &runs[rotor].rate),
-            None => filled(log, rates),
+            None => interpolated(log.time(), rates),
         };
         let measured = impulse(log, [&known(0, first), &known(1, second)], runs.as_ref(), c);
         return Some(Drive { measured, predicted, driven_by, lever: arm });
@@ -187,94 +221,28 @@ fn drive(log: &Dataset, judged: &ScreenedBody, actuator: &IdentifiedActuator, ar
 fn impulse(log: &Dataset, rates: [&[f64]; 2], runs: Option<&[RotorTrace; 2]>, c: f64) -> Vec<f64> {
     let trapezium =
         |rates: &[f64], row: usize, h: f64| 0.5 * h * (rates[row].powi(2) + rates[row + 1].powi(2));
-    let mut sum = 0.0;
-    let mut running = vec![0.0; log.len()];
-    for (row, step) in log.time().windows(2).enumerate() {
-        let h = step[1] - step[0];
+    running(log.time(), |row, h| {
         let of = |rotor: usize| {
             let square = |run: &RotorTrace| h * run.mean_square.as_ref().map_or(0.0, |all| all[row]);
             let missed = |run: &RotorTrace| square(run) - trapezium(&run.rate, row, h);
             trapezium(rates[rotor], row, h) + runs.map_or(0.0, |runs| missed(&runs[rotor]))
         };
-        sum += c * (of(0) - of(1));
-        running[row + 1] = sum;
-    }
-    running
+        c * (of(0) - of(1))
+    })
 }
 
 /// What was measured, and between measurements the free run of the rotor, moved by what it lacks to both sides.
 fn filled_along(log: &Dataset, values: &[f64], run: &[f64]) -> Vec<f64> {
     let lacks: Vec<f64> = values.iter().zip(run).map(|(value, run)| value - run).collect();
-    let moved = filled(log, &lacks).into_iter().zip(run).map(|(lack, run)| run + lack);
+    let moved = interpolated(log.time(), &lacks).into_iter().zip(run).map(|(lack, run)| run + lack);
     values.iter().zip(moved).map(|(value, moved)| if value.is_finite() { *value } else { moved }).collect()
 }
 
 /// [rad] [rad s] Running integrals of the body's rate and of its angle: of the measured one, or of the rate's own integral.
 fn integrals(log: &Dataset, rate: &[f64]) -> [Vec<f64>; 2] {
-    let running = |values: &[f64]| {
-        let mut sum = 0.0;
-        let mut running = vec![0.0; values.len()];
-        for (row, step) in log.time().windows(2).enumerate() {
-            sum += 0.5 * (step[1] - step[0]) * (values[row] + values[row + 1]);
-            running[row + 1] = sum;
-        }
-        running
-    };
-    let turned = running(&filled(log, rate));
-    let angle = log.column("body_angle_rad").map(|angle| filled(log, angle));
-    let swung = running(angle.as_deref().filter(|angle| angle[0].is_finite()).unwrap_or(&turned));
-    [turned, swung]
-}
-
-/// Straight lines between known values; what precedes the first keeps it. Longer gaps are cut out by [`windows`].
-fn filled(log: &Dataset, values: &[f64]) -> Vec<f64> {
     let time = log.time();
-    let known: Vec<usize> = (0..values.len()).filter(|&row| values[row].is_finite()).collect();
-    let mut next = 0;
-    (0..values.len())
-        .map(|row| {
-            while next < known.len() && known[next] < row {
-                next += 1;
-            }
-            match (next.checked_sub(1).and_then(|at| known.get(at)), known.get(next)) {
-                (Some(&before), Some(&after)) => {
-                    let share = (time[row] - time[before]) / (time[after] - time[before]);
-                    values[before] + share * (values[after] - values[before])
-                }
-                (None, Some(&only)) | (Some(&only), None) => values[only],
-                (None, None) => f64::NAN,
-            }
-        })
-        .collect()
-}
-
-/// Running integral of a command that is held from its row until the next one.
-fn integral_of_held(log: &Dataset, values: &[f64]) -> Vec<f64> {
-    let mut sum = 0.0;
-    let mut running = vec![0.0; values.len()];
-    for (row, step) in log.time().windows(2).enumerate() {
-        sum += if values[row].is_finite() { values[row] * (step[1] - step[0]) } else { 0.0 };
-        running[row + 1] = sum;
-    }
-    running
-}
-
-/// Rows with a body rate, cut into windows over which it is known what the rotors did.
-fn windows(log: &Dataset, rate: &[f64], stretches: &[Range<usize>]) -> Vec<Vec<usize>> {
-    let mut windows: Vec<Vec<usize>> = Vec::new();
-    for segment in stretches.iter().cloned() {
-        let mut window: Vec<usize> = Vec::new();
-        for row in segment.filter(|&row| rate[row].is_finite()) {
-            if window
-                .first()
-                .is_some_and(|&first| log.time()[row] - log.time()[first] >= THRESHOLDS.body_window)
-            {
-                windows.push(std::mem::take(&mut window));
-            }
-            window.push(row);
-        }
-        windows.push(window);
-    }
-    windows.retain(|window| window.len() >= THRESHOLDS.fewest_window_samples);
-    windows
+    let turned = trapezoidal(time, &interpolated(time, rate));
+    let angle = log.column("body_angle_rad").map(|angle| interpolated(time, angle));
+    let swung = trapezoidal(time, angle.as_deref().filter(|angle| angle[0].is_finite()).unwrap_or(&turned));
+    [turned, swung]
 }

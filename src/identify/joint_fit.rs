@@ -13,6 +13,7 @@ use super::regressors::record_of;
 use super::static_curve::DegreeScore;
 use super::steady_rows::HIGHEST_DEGREE;
 use super::voltage_instruments::{self, RotorResponse};
+use crate::estimation::moments::mean;
 use crate::estimation::variable_projection::{self, LagFit, Record};
 use crate::screening::Finding;
 use crate::screening::rotor_data::RotorLog;
@@ -348,7 +349,7 @@ fn compare_degrees(
         scores.push(DegreeScore {
             degree,
             train: fit.residual_rms,
-            held_out: (squares.iter().sum::<f64>() / squares.len() as f64).sqrt(),
+            held_out: mean(&squares).sqrt(),
             coefficients: fit.coefficients[..degree].to_vec(),
         });
         blocks.push(squares);

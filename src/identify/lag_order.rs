@@ -6,13 +6,11 @@ use serde::Serialize;
 use super::Estimate;
 use super::regressors::NO_DELAY;
 use crate::effect::{self, Card, Site, Term};
-use crate::estimation::golden_section::golden;
-use crate::estimation::inversion::invert;
-use crate::estimation::lag_products::Columns;
+use crate::estimation::autocorrelation::variance_inflation;
+use crate::estimation::golden_section::{golden, least};
+use crate::estimation::two_poles::two_pole_cost;
 use crate::estimation::variable_projection::{self, LagFit, Record};
 use crate::screening::rotor_data::RotorLog;
-
-use nalgebra::DMatrix;
 
 /// An alternative model of the same record.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -119,12 +117,6 @@ fn second_order<const M: usize>(lag: &LagFit, record: &Record<M>) -> Option<LagA
     alternative(card, time, least, lag, best(time).0, |time| best(time).1, THRESHOLDS.curvature_reach * time)
 }
 
-/// The candidate with the least cost.
-fn least(candidates: impl Iterator<Item = f64>, cost: impl Fn(f64) -> f64) -> Option<f64> {
-    let costs = candidates.map(|candidate| (candidate, cost(candidate)));
-    costs.min_by(|a, b| a.1.total_cmp(&b.1)).map(|best| best.0)
-}
-
 /// Judges an alternative by its parameter's standard error, from the curvature of the cost around it and stretched by
 /// the correlation of the residual.
 fn alternative(
@@ -139,7 +131,7 @@ fn alternative(
     let samples = first_order.samples as f64;
     let curvature = ((cost(time + reach) - least) / (reach * reach)).max(f64::MIN_POSITIVE);
     let correlation = first_order.residual_correlation.clamp(0.0, THRESHOLDS.most_correlated);
-    let stretch = ((1.0 + correlation) / (1.0 - correlation)).sqrt();
+    let stretch = variance_inflation(correlation).sqrt();
     let standard_error = stretch * (least / samples / curvature).sqrt();
     let residual_rms = (least / samples).sqrt();
     let needed = time > THRESHOLDS.alternative_errors * standard_error
@@ -147,70 +139,6 @@ fn alternative(
     let time = Estimate { value: time, standard_error };
     let term = card.acts_as?;
     Some(LagAlternative { effect: card.id, term, time, pole, residual_rms, needed, clear: false })
-}
-
-/// Columns of the two-pole problem: at most five outputs, two initial states, the measurement.
-const WIDEST: usize = 8;
-
-/// Sum of squared errors with two poles: `pq/((s+p)(s+q)) = (q H_p - p H_q)/(q - p)` with H first-order lags, so
-/// that the held input is still solved exactly.
-fn two_pole_cost<const M: usize>(record: &Record<M>, slow: f64, fast: f64) -> f64 {
-    let columns = M + 3;
-    let mut normal = DMatrix::<f64>::zeros(M + 1, M + 1);
-    let mut block = Columns::<WIDEST>::EMPTY;
-    for segment in &record.segments {
-        let mut gram = [[0.0; WIDEST]; WIDEST];
-        let (mut a, mut b) = ([0.0; M], [0.0; M]);
-        let mut states = [1.0, 1.0];
-        let mut values = [0.0; WIDEST];
-        let (mut interval, mut decays) = (f64::NAN, (1.0, 1.0));
-        for row in segment.clone() {
-            if record.output[row].is_finite() {
-                for j in 0..M {
-                    values[j] = (fast * a[j] - slow * b[j]) / (fast - slow);
-                }
-                values[M] = states[0];
-                values[M + 1] = states[1];
-                values[M + 2] = record.output[row];
-                block.push(&values);
-                if block.is_full() {
-                    block.take(columns, &mut gram);
-                }
-            }
-            if row + 1 < segment.end {
-                let span = record.time[row + 1] - record.time[row];
-                if (span - interval).abs() > 1e-9 * span || interval.is_nan() {
-                    interval = span;
-                    decays = ((-slow * span).exp(), (-fast * span).exp());
-                }
-                let (slow_decay, fast_decay) = decays;
-                for j in 0..M {
-                    let input = record.inputs[row][j];
-                    a[j] = slow_decay * (a[j] - input) + input;
-                    b[j] = fast_decay * (b[j] - input) + input;
-                }
-                states = [states[0] * slow_decay, states[1] * fast_decay];
-            }
-        }
-        block.take(columns, &mut gram);
-        let mut gram = DMatrix::from_fn(columns, columns, |i, j| gram[i.max(j)][i.min(j)]);
-        eliminate(&mut gram, M);
-        eliminate(&mut gram, M + 1);
-        let kept = |index: usize| if index < M { index } else { M + 2 };
-        normal += DMatrix::from_fn(M + 1, M + 1, |i, j| gram[(kept(i), kept(j))]);
-    }
-    let Some(inverse) = invert(&normal.view((0, 0), (M, M)).into_owned()) else { return f64::INFINITY };
-    let right = normal.view((0, M), (M, 1)).into_owned();
-    normal[(M, M)] - (right.transpose() * inverse * &right)[(0, 0)]
-}
-
-/// Projects column `index` out of a Gram matrix.
-fn eliminate(gram: &mut DMatrix<f64>, index: usize) {
-    let pivot = gram[(index, index)];
-    if pivot > 1e-12 {
-        let column = gram.column(index).into_owned();
-        gram.ger(-1.0 / pivot, &column, &column, 1.0);
-    }
 }
 
 #[cfg(test)]

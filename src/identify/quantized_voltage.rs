@@ -9,10 +9,11 @@ mod columns;
 
 use super::thresholds::THRESHOLDS;
 use std::collections::BTreeMap;
-use std::f64::consts::{PI, SQRT_2};
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::estimation::censored_normal::CensoredNormal;
+use crate::estimation::moments::mean;
 use crate::estimation::ridge::{RIDGE, RidgeSums};
 use crate::log::segments::held_or;
 use crate::screening::Finding;
@@ -122,7 +123,7 @@ impl<'a> QuantizedVoltage<'a> {
             let mut variance = 0.0;
             fit.likelihood = 0.0;
             for row in 0..self.voltage.len() {
-                let Cut { mean, weight, share } = self.cut(&fit, row);
+                let CensoredNormal { mean, weight, share } = self.cut(&fit, row);
                 sums.add(fit.columns.at(row), weight.max(THRESHOLDS.least_row_weight), fit.noise * mean);
                 variance += fit.noise * fit.noise * (mean * mean + (1.0 - weight).clamp(0.0, 1.0));
                 fit.likelihood += share.ln();
@@ -157,8 +158,8 @@ impl<'a> QuantizedVoltage<'a> {
         Some(fit)
     }
 
-    fn cut(&self, fit: &Fit, row: usize) -> Cut {
-        Cut::of(self.voltage[row] - fit.value(row), self.step, fit.noise)
+    fn cut(&self, fit: &Fit, row: usize) -> CensoredNormal {
+        CensoredNormal::of(self.voltage[row] - fit.value(row), self.step, fit.noise)
     }
 
     /// Whether the edges determine how the voltage fell: all that lie near each other on one edge count as one.
@@ -206,37 +207,10 @@ fn load(rotor: &RotorLog) -> Option<Vec<f64>> {
     if let Some(rate) = beside.filter(|rate| rate.iter().any(|rate| rate.is_finite())) {
         load.iter_mut().zip(cubes(rate)).for_each(|(load, other)| *load += other);
     }
-    let mean = |load: &[f64]| load.iter().sum::<f64>() / load.len() as f64;
     let scale = mean(&load);
     load.iter_mut().for_each(|load| *load /= scale);
     let variance = load.iter().map(|load| (load - 1.0).powi(2)).sum::<f64>() / load.len() as f64;
     (variance.sqrt() > THRESHOLDS.load_spread).then_some(load)
-}
-
-/// What a row of a quantized reading says of the noise [its standard deviations].
-struct Cut {
-    /// Where it lies.
-    mean: f64,
-    /// How much of what a reading without steps would say of the course: of one of noise alone all, of a tread none.
-    weight: f64,
-    /// How likely the reading is.
-    share: f64,
-}
-
-impl Cut {
-    /// An interval of one `step` [V] was read, whose middle is `off` [V] above the course, with `noise` [V] about it.
-    fn of(off: f64, step: f64, noise: f64) -> Self {
-        let ends @ [low, high] = [off - 0.5 * step, off + 0.5 * step].map(|end| end / noise);
-        let [below, above] = ends.map(|end| 0.5 * libm::erf(end / SQRT_2));
-        let share = above - below;
-        // So far away that the law of the noise says nothing: the nearer end.
-        if share < RIDGE {
-            return Self { mean: 0f64.clamp(low, high), weight: 1.0, share: RIDGE };
-        }
-        let [at_low, at_high] = ends.map(|end| (-0.5 * end * end).exp() / (2.0 * PI).sqrt());
-        let mean = (at_low - at_high) / share;
-        Self { mean, weight: mean * mean + (high * at_high - low * at_low) / share, share }
-    }
 }
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use super::regressors::record_of;
 use super::single_rotor_fit::{SingleRotorFit, excited_part};
 use crate::effect::Term;
 use crate::estimation::least_squares;
+use crate::estimation::moments::mean_of;
 use crate::estimation::variable_projection::LagFit;
 use crate::screening::Finding;
 use crate::screening::rotor_data::{RotorLog, bounds};
@@ -175,7 +176,7 @@ fn steady_rates([one, other]: [&RotorLog; 2]) -> Option<Rates> {
     } else {
         return None;
     };
-    let mean = |column: &[f64]| rows.iter().map(|&row| column[row]).sum::<f64>() / rows.len() as f64;
+    let mean = |column: &[f64]| mean_of(rows.iter().map(|&row| column[row]));
     // The error of the difference is all that counts: half of its variance to each.
     let error = fit.standard_error(0) / std::f64::consts::SQRT_2;
     let rate = mean(&other.rate);

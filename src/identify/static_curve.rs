@@ -16,6 +16,7 @@ use super::ramp_lag::{self, KnownLag};
 use super::steady_rows::{HIGHEST_DEGREE, SteadyRows, goes_both_ways};
 use crate::estimation::inversion::invert;
 use crate::estimation::least_squares::{self, LinearFit};
+use crate::estimation::moments::{mean, mean_and_error};
 use crate::model::polynomial;
 use crate::screening::rotor_data::bounds;
 
@@ -115,7 +116,7 @@ fn compare_degrees(command: &[f64], y: &DVector<f64>) -> Option<(Vec<DegreeScore
         degrees.push(DegreeScore {
             degree,
             train: fit.residual_rms,
-            held_out: (errors.iter().sum::<f64>() / errors.len() as f64).sqrt(),
+            held_out: mean(&errors).sqrt(),
             coefficients: fit.coefficients.iter().copied().collect(),
         });
         blocks.push(errors);
@@ -192,10 +193,8 @@ pub(crate) fn simplest(scores: &[DegreeScore], blocks: &[Vec<f64>]) -> Option<us
     let best = (0..scores.len()).min_by(|&a, &b| scores[a].held_out.total_cmp(&scores[b].held_out))?;
     let near = |errors: &Vec<f64>| {
         let differences: Vec<f64> = errors.iter().zip(&blocks[best]).map(|(a, b)| a - b).collect();
-        let count = differences.len() as f64;
-        let mean = differences.iter().sum::<f64>() / count;
-        let variance = differences.iter().map(|d| (d - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-        mean <= THRESHOLDS.degree_errors * (variance / count).sqrt()
+        let (mean, error) = mean_and_error(&differences);
+        mean <= THRESHOLDS.degree_errors * error
     };
     let at = blocks.iter().position(near).unwrap_or(best);
     scores.get(at).map(|score| score.degree)

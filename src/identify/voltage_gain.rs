@@ -14,6 +14,7 @@ use serde::Serialize;
 
 use super::{Estimate, Weighted};
 use crate::estimation::least_squares;
+use crate::estimation::moments::mean_of;
 use crate::screening::excitation::SteadyCommand;
 use crate::screening::rotor_data::RotorLog;
 
@@ -70,7 +71,7 @@ pub(crate) fn identify(rotors: &[RotorLog]) -> (Option<BatteryGain>, usize) {
     }
     let gains: Vec<Estimate> = levels.iter().map(|level| level.gain).collect();
     let Weighted { estimate: gain, spread } = Weighted::mean(&gains);
-    let as_printed = levels.iter().map(|level| level.as_printed).sum::<f64>() / levels.len() as f64;
+    let as_printed = mean_of(levels.iter().map(|level| level.as_printed));
     (Some(BatteryGain { gain, spread, as_printed, levels, left_out }), left_out)
 }
 
@@ -82,9 +83,8 @@ fn level_gain(rotor: &RotorLog, rows: std::ops::Range<usize>) -> Option<LevelGai
     if rows.len() < THRESHOLDS.fewest_level_rows {
         return None;
     }
-    let (first, last) = (rotor.time[rows[0]], rotor.time[rows[rows.len() - 1]]);
-    let place = |row: usize| 2.0 * (rotor.time[row] - first) / (last - first) - 1.0;
-    let instruments = DMatrix::from_fn(rows.len(), 4, |at, power| place(rows[at]).powi(power as i32));
+    let time: Vec<f64> = rows.iter().map(|&row| rotor.time[row]).collect();
+    let instruments = least_squares::smooth_course(&time, 4);
     let course = least_squares::least_squares(
         &instruments,
         &DVector::from_iterator(rows.len(), rows.iter().map(|&row| voltage[row])),

@@ -10,6 +10,7 @@ use super::thresholds::THRESHOLDS;
 
 use super::regressors::record_of;
 use crate::effect::step_response;
+use crate::estimation::hats::hats;
 use crate::estimation::ridge::RidgeSums;
 use crate::screening::rotor_data::{Beside, RotorLog, VoltageInstrument};
 
@@ -72,11 +73,8 @@ fn predict(
     // The columns that are not zero: the two hats that a time lies under, and the functions of the command.
     let columns = |row: usize| {
         let place = ((rotor.time[row] - first) / spacing).clamp(0.0, (knots - 1) as f64);
-        let left = (place.floor() as usize).min(knots - 2);
-        let right = place - left as f64;
-        let hats = [(left, 1.0 - right), (left + 1, right)];
         let of_command = of_command[row].functions;
-        hats.into_iter().chain((0..count).map(move |at| (knots + at, of_command[at])))
+        hats(place, knots - 1).into_iter().chain((0..count).map(move |at| (knots + at, of_command[at])))
     };
     let mut sums = RidgeSums::new(size);
     let mut known = 0;

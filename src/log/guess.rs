@@ -10,7 +10,7 @@ use meanings::{MEANINGS, Meaning};
 use super::dataset::{MOST_ROTORS, log_signal};
 use super::mapping::SignalMapping;
 use super::sniff::SampledColumn;
-use crate::estimation::quantile::{median, quantile};
+use crate::estimation::quantile::{extremes, median, quantile};
 use crate::unit::UNITS;
 
 /// Values of a column that are shown beside the guess.
@@ -264,8 +264,7 @@ fn unknown(column: &SampledColumn, before: &[GuessedColumn]) -> GuessedColumn {
 
 /// Unit, factor and offset of a command.
 fn command(column: &SampledColumn, words: &Words) -> Option<(&'static str, f64, f64, Certainty)> {
-    let good = || column.values.iter().copied().filter(|value| value.is_finite());
-    let (low, high) = (good().fold(f64::INFINITY, f64::min), good().fold(f64::NEG_INFINITY, f64::max));
+    let (low, high) = extremes(column.values.iter().copied());
     let pulse = ("-", 1e-3, -1.0);
     let dshot = ("-", 1.0 / 1999.0, -48.0 / 1999.0);
     let by_unit = |(unit, scale, offset)| Some((unit, scale, offset, Certainty::Named));

@@ -1,7 +1,7 @@
 //! Channels with clocks of their own, put into rows of one: nothing is interpolated, and no value is moved further than half
 //! an interval of the fastest clock.
 
-use crate::estimation::quantile::median;
+use crate::estimation::quantile::{median, sorted};
 
 /// The rows that hold the stamps of several clocks, and where each stamp went.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,13 +19,10 @@ pub(crate) struct Rows {
 pub(crate) fn merge(clocks: &[&[f64]]) -> Rows {
     let fastest = clocks.iter().max_by_key(|clock| clock.len()).copied().unwrap_or(&[]);
     let half = 0.5 * median(fastest.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
-    let mut own: Vec<f64> = clocks
-        .iter()
-        .filter(|clock| !std::ptr::eq(**clock, fastest))
-        .flat_map(|clock| clock.iter().copied())
-        .filter(|stamp| distance(fastest, *stamp).is_none_or(|(_, apart)| apart > half))
-        .collect();
-    own.sort_by(f64::total_cmp);
+    let others = clocks.iter().filter(|clock| !std::ptr::eq(**clock, fastest));
+    let others = others.flat_map(|clock| clock.iter().copied());
+    let mut own =
+        sorted(others.filter(|stamp| distance(fastest, *stamp).is_none_or(|(_, apart)| apart > half)));
     // Stamps of several clocks that are as near to each other share a row, too.
     let mut last = f64::NEG_INFINITY;
     own.retain(|stamp| {
@@ -35,8 +32,7 @@ pub(crate) fn merge(clocks: &[&[f64]]) -> Rows {
         }
         is_apart
     });
-    let mut time: Vec<f64> = fastest.iter().copied().chain(own).collect();
-    time.sort_by(f64::total_cmp);
+    let mut time = sorted(fastest.iter().copied().chain(own));
     time.dedup();
     let mut greatest_shift = 0.0_f64;
     let places = clocks.iter().map(|clock| {

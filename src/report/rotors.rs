@@ -10,6 +10,7 @@ use super::story::{effect_card, in_range, wrapped};
 use super::verdict::{beneath, notes, other_bench};
 use super::{Mark, Table, json as answer, number};
 use crate::diagnose::{Diagnosis, RotorDiagnoses, Verdict};
+use crate::estimation::moments::pooled_rms;
 use crate::identify::{Identification, RotorModel, Validation};
 use crate::screening::Finding;
 
@@ -134,9 +135,7 @@ pub fn models(found: &Identification) -> Option<Table> {
     }
     let error = |runs: &[Validation], of: &[Validation]| {
         let shown = if of.is_empty() { runs } else { of };
-        let samples: usize = shown.iter().map(|run| run.samples).sum();
-        let squares: f64 = shown.iter().map(|run| run.rms.powi(2) * run.samples as f64).sum();
-        number((squares / samples.max(1) as f64).sqrt(), 4)
+        number(pooled_rms(shown.iter().map(|run| (run.rms, run.samples))), 4)
     };
     let row = |name: String, actuator: &crate::identify::IdentifiedActuator, error: String| {
         let curve: Vec<String> = actuator.coefficients.iter().map(|value| number(*value, 5)).collect();

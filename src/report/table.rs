@@ -1,6 +1,8 @@
 //! Tables, in HTML and as text, and numbers written for people.
 
 use super::markup::{escape, inline};
+use crate::estimation::moments::mean;
+use crate::estimation::quantile::extremes;
 
 /// How a row, a bar or a verdict should be read.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -186,8 +188,7 @@ pub fn number(value: f64, digits: usize) -> String {
 #[must_use]
 pub fn sparkline(values: &[f64], width: usize) -> String {
     const LEVELS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
-    let finite = || values.iter().copied().filter(|value| value.is_finite());
-    let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+    let (low, high) = extremes(values.iter().copied());
     let width = width.min(values.len());
     (0..width)
         .map(|column| {
@@ -196,7 +197,7 @@ pub fn sparkline(values: &[f64], width: usize) -> String {
             if good.is_empty() {
                 return ' ';
             }
-            let mean = good.iter().sum::<f64>() / good.len() as f64;
+            let mean = mean(&good);
             let level = if high > low { (mean - low) / (high - low) * 7.0 } else { 0.0 };
             LEVELS[(level.round() as usize).min(7)]
         })

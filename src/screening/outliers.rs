@@ -9,7 +9,7 @@
 use super::channel::{Channel as Judged, Judgement};
 use super::saturation::SATURATED;
 use super::thresholds::THRESHOLDS;
-use crate::estimation::quantile::{MEDIAN_OF_NORMAL, median, quantile};
+use crate::estimation::quantile::{MEDIAN_OF_NORMAL, extremes, median, quantile};
 use crate::log::dataset::Dataset;
 use crate::log::segments::held_throughout;
 
@@ -207,9 +207,7 @@ impl Moves {
         let since = time[seen.reach.0] - THRESHOLDS.outlier_answers;
         let first = time.partition_point(|time| *time < since);
         let answered = &self.command[first..=seen.reach.1];
-        let (low, high) = answered.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), command| {
-            (low.min(*command), high.max(*command))
-        });
+        let (low, high) = extremes(answered.iter().copied());
         high - low
     }
 
@@ -243,8 +241,7 @@ fn seen(time: &[f64], values: &[f64], rows: &[usize]) -> Seen {
     // Beside another outlier the lines through that lead to nowhere, and its neighbours' middle still says something.
     let distance = nearest.max(beside.0 - beside.1);
     let all = rows.iter().map(|row| values[*row]);
-    let (low, high) =
-        all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let (low, high) = extremes(all);
     let largest = (0..2 * SIDE).map(|at| step(at, at + 1)).fold(0.0, f64::max);
     Seen { row, distance, goes, reach: (rows[0], rows[2 * SIDE]), beside, moves: (high - low, largest) }
 }

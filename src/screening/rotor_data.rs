@@ -8,6 +8,7 @@ use super::channel::{BATTERY, Judgement};
 use super::left_out::{COMMANDS_MISSING, STANDSTILL};
 use super::missing_commands::{self, Missing};
 use super::thresholds::THRESHOLDS;
+use crate::estimation::quantile::extremes;
 use crate::log::segments::held_or;
 use crate::log::{self, Dataset};
 
@@ -198,8 +199,7 @@ impl RotorLog {
 
 /// Smallest and largest finite value; (0, 0) of none.
 pub(crate) fn bounds(values: &[f64]) -> (f64, f64) {
-    let finite = || values.iter().copied().filter(|value| value.is_finite());
-    let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+    let (low, high) = extremes(values.iter().copied());
     if low > high { (0.0, 0.0) } else { (low, high) }
 }
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::channel::Judgement;
 use super::excitation::SteadyCommand;
@@ -72,9 +72,8 @@ impl RotorLog {
         if rows.len() < THRESHOLDS.scatter_fewest {
             return None;
         }
-        let (first, last) = (self.time[rows[0]], self.time[rows[rows.len() - 1]]);
-        let place = |row: usize| 2.0 * (self.time[row] - first) / (last - first) - 1.0;
-        let course = DMatrix::from_fn(rows.len(), COURSE, |at, power| place(rows[at]).powi(power as i32));
+        let time: Vec<f64> = rows.iter().map(|&row| self.time[row]).collect();
+        let course = least_squares::smooth_course(&time, COURSE);
         let rate = DVector::from_iterator(rows.len(), rows.iter().map(|&row| self.rate[row]));
         let fit = least_squares::least_squares(&course, &rate)?;
         let share = fit.residual_rms / rate.mean().abs().max(f64::MIN_POSITIVE);

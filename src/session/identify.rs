@@ -3,6 +3,7 @@
 use super::modelled::Modelled;
 use super::thresholds::THRESHOLDS;
 use super::{Job, Progress, SessionError};
+use crate::estimation::moments::pooled_rms;
 use crate::identify::{
     Identification, IdentifyError, IdentifySettings, RotorModel, STEPS, Validation, identify_with_progress,
 };
@@ -70,16 +71,10 @@ fn each_rotor(
 
 /// Says that the model of all rotors is a worse one of this rotor than its own, or its own a worse one than that.
 fn differs(rotor: usize, common: &[Validation], own: &[Validation]) -> Option<Finding> {
-    let (mut squares, mut samples) = ([0.0; 2], 0.0);
-    for (all, own) in
-        own.iter().filter_map(|own| Some((common.iter().find(|it| it.source == own.source)?, own)))
-    {
-        for (sum, run) in squares.iter_mut().zip([all, own]) {
-            *sum += run.rms.powi(2) * own.samples as f64;
-        }
-        samples += own.samples as f64;
-    }
-    let [all, own] = squares.map(|sum| (sum / f64::max(samples, 1.0)).sqrt());
+    let of_own = |run: &Validation| common.iter().find(|it| it.source == run.source);
+    let pairs: Vec<_> = own.iter().filter_map(|own| Some((of_own(own)?.rms, own.rms, own.samples))).collect();
+    let all = pooled_rms(pairs.iter().map(|(all, _, samples)| (*all, *samples)));
+    let own = pooled_rms(pairs.iter().map(|(_, own, samples)| (*own, *samples)));
     let code = match THRESHOLDS.models_differ {
         worse if all > worse * own => "rotor_differs_from_all",
         worse if own > worse * all => "own_model_worse",

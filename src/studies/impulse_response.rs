@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::estimation::moments::mean_square;
+
 use super::thresholds::THRESHOLDS;
 
 /// How a controller answered one torque impulse.
@@ -74,9 +76,8 @@ pub fn measure(run: &[Moment], struck_s: f64, window_s: f64) -> ImpulseResponse 
             last_side = -last_side;
         }
     }
-    let rms = |value: &dyn Fn(&Moment) -> f64| {
-        (window.iter().map(|moment| value(moment).powi(2)).sum::<f64>() / window.len().max(1) as f64).sqrt()
-    };
+    let rms =
+        |value: &dyn Fn(&Moment) -> f64| mean_square(&window.iter().map(value).collect::<Vec<f64>>()).sqrt();
     let disturbance_error = rms(&|moment| moment.estimate - moment.disturbance);
     ImpulseResponse {
         peak,

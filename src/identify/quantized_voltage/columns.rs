@@ -1,5 +1,7 @@
 //! What a voltage that is read in steps is made of.
 
+use crate::estimation::hats::hats;
+
 /// Hats over time, and the load.
 pub(crate) struct Columns<'a> {
     /// [s]
@@ -23,9 +25,7 @@ impl Columns<'_> {
     /// The columns that are not zero.
     pub fn at(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + Clone {
         let place = (self.time[row] - self.time[0]) / self.span() * self.bends as f64;
-        let left = (place.floor() as usize).min(self.bends - 1);
-        let right = place - left as f64;
         let load = self.load.as_ref().map(|load| (self.bends + 1, load[row]));
-        [(left, 1.0 - right), (left + 1, right)].into_iter().chain(load)
+        hats(place, self.bends).into_iter().chain(load)
     }
 }

@@ -13,6 +13,7 @@ use hdrhistogram::Histogram;
 use serde::Serialize;
 
 use crate::clock;
+use crate::estimation::quantile::middle;
 use crate::rt::{self, Granted, Machine, Percentiles, RealTimeConfig, Shutdown, Statistics, Summary, Usage};
 use crate::runtime::ProcessError;
 
@@ -246,20 +247,13 @@ impl Ratios {
     /// Medians of the ratios of each round to the yardstick's round; `None` without a common round.
     fn median_of(rounds: &[Percentiles], yardstick: &[Percentiles]) -> Option<Self> {
         let pairs: Vec<_> = rounds.iter().zip(yardstick).collect();
-        if pairs.is_empty() {
-            return None;
-        }
         let median = |figure: fn(&Percentiles) -> f64| {
-            let mut ratios: Vec<f64> =
-                pairs.iter().map(|(ours, theirs)| figure(ours) / figure(theirs)).collect();
-            ratios.sort_by(f64::total_cmp);
-            let middle = ratios.len() / 2;
-            if ratios.len() % 2 == 1 { ratios[middle] } else { 0.5 * (ratios[middle - 1] + ratios[middle]) }
+            middle(pairs.iter().map(|(ours, theirs)| figure(ours) / figure(theirs)))
         };
         Some(Self {
-            p50: median(|it| it.p50_us),
-            p99: median(|it| it.p99_us),
-            p99_9: median(|it| it.p99_9_us),
+            p50: median(|it| it.p50_us)?,
+            p99: median(|it| it.p99_us)?,
+            p99_9: median(|it| it.p99_9_us)?,
         })
     }
 }

@@ -1,0 +1,259 @@
+//! The state of a linear system over time from noisy readings: forwards by a Kalman filter (Kalman 1960), backwards by the
+//! smoother of Rauch, Tung and Striebel (1965).
+
+use nalgebra::{RowSVector, SMatrix, SVector};
+
+use crate::cancel;
+
+/// Samples over which the filter's states are kept at a time, on the way back.
+const KEPT: usize = 1_024;
+
+/// A linear system of `N` states, `M` of whose combinations are read at each sample.
+pub(crate) trait LinearSystem<const N: usize, const M: usize> {
+    /// How many samples there are.
+    fn samples(&self) -> usize;
+
+    /// State and covariance before the first sample is read.
+    fn start(&self) -> Belief<N>;
+
+    /// What was read at a sample.
+    fn readings(&self, sample: usize) -> [Reading<N>; M];
+
+    /// How the state goes on to the next sample.
+    fn step(&self, sample: usize) -> Step<N>;
+}
+
+/// What is known of a state.
+#[derive(Clone, Copy)]
+pub(crate) struct Belief<const N: usize> {
+    pub state: SVector<f64, N>,
+    pub covariance: SMatrix<f64, N, N>,
+}
+
+/// One reading.
+pub(crate) struct Reading<const N: usize> {
+    /// Not-a-number = missing.
+    pub value: f64,
+    /// Its standard deviation.
+    pub noise: f64,
+    /// What is read: this times the state.
+    pub of: RowSVector<f64, N>,
+}
+
+/// From a sample to the next: the state becomes `transition` times it, plus `input`.
+pub(crate) struct Step<const N: usize> {
+    pub transition: SMatrix<f64, N, N>,
+    pub input: SVector<f64, N>,
+    /// Variances that are added to those of the states.
+    pub variance: SVector<f64, N>,
+}
+
+/// The filter at a sample: before and after its readings.
+struct Passed<const N: usize> {
+    before: Belief<N>,
+    after: Belief<N>,
+    /// From the sample to the next.
+    transition: SMatrix<f64, N, N>,
+}
+
+/// The filter on its way.
+struct Filter<'a, S, const N: usize, const M: usize> {
+    system: &'a S,
+    /// Before the next sample is read.
+    belief: Belief<N>,
+    /// Logarithm of the likelihood of all readings so far, a constant apart.
+    likelihood: f64,
+}
+
+impl<'a, S: LinearSystem<N, M>, const N: usize, const M: usize> Filter<'a, S, N, M> {
+    fn of(system: &'a S) -> Self {
+        Self { system, belief: system.start(), likelihood: 0.0 }
+    }
+
+    /// Takes in what was read at a sample, and goes on to the next.
+    fn pass(&mut self, sample: usize) -> Passed<N> {
+        let Self { system, belief, likelihood } = self;
+        let before = *belief;
+        let Belief { state, covariance } = belief;
+        for Reading { value, noise, of } in system.readings(sample) {
+            if !value.is_finite() {
+                continue;
+            }
+            let innovation = value - (of * *state)[0];
+            let variance = (of * *covariance * of.transpose())[0] + noise * noise;
+            let gain = *covariance * of.transpose() / variance;
+            *state += gain * innovation;
+            *covariance -= gain * of * *covariance;
+            *covariance = 0.5 * (*covariance + covariance.transpose());
+            *likelihood -= 0.5 * (innovation * innovation / variance + variance.ln());
+        }
+        let after = Belief { state: *state, covariance: *covariance };
+        let Step { transition, input, variance } = system.step(sample);
+        *state = transition * *state + input;
+        *covariance = transition * *covariance * transition.transpose()
+            + SMatrix::<f64, N, N>::from_diagonal(&variance);
+        Passed { before, after, transition }
+    }
+}
+
+/// Logarithm of the likelihood of the first `samples`, a constant apart.
+pub(crate) fn log_likelihood<const N: usize, const M: usize>(
+    system: &impl LinearSystem<N, M>,
+    samples: usize,
+) -> f64 {
+    let mut filter = Filter::of(system);
+    for sample in 0..system.samples().min(samples) {
+        let _ = filter.pass(sample);
+    }
+    filter.likelihood
+}
+
+/// One of the states and its standard error at each sample, from all samples; not-a-number where nothing is known. All
+/// states of a long record take many times its memory: some are kept, and what follows each of them is computed again.
+pub(crate) fn smoothed<const N: usize, const M: usize>(
+    system: &impl LinearSystem<N, M>,
+    index: usize,
+) -> Vec<(f64, f64)> {
+    let samples = system.samples();
+    let mut filter = Filter::of(system);
+    let mut starts = Vec::new();
+    for sample in 0..samples {
+        if sample.is_multiple_of(KEPT) {
+            cancel::check();
+            starts.push((sample, filter.belief));
+        }
+        filter.pass(sample);
+    }
+    let mut found = vec![(f64::NAN, f64::NAN); samples];
+    let mut behind: Option<Smoothed<N>> = None;
+    for (start, belief) in starts.into_iter().rev() {
+        cancel::check();
+        filter.belief = belief;
+        let passed: Vec<Passed<N>> =
+            (start..(start + KEPT).min(samples)).map(|sample| filter.pass(sample)).collect();
+        for (sample, here) in passed.iter().enumerate().rev() {
+            let smoothed = match &behind {
+                None => Some(here.after),
+                Some(behind) => behind.carried_to(here),
+            };
+            let Some(all) = smoothed else { return found };
+            found[start + sample] = (all.state[index], all.covariance[(index, index)].max(0.0).sqrt());
+            behind = Some(Smoothed { all, predicted: here.before });
+        }
+    }
+    found
+}
+
+/// What is known of a sample.
+struct Smoothed<const N: usize> {
+    /// From all samples.
+    all: Belief<N>,
+    /// From those before it alone.
+    predicted: Belief<N>,
+}
+
+impl<const N: usize> Smoothed<N> {
+    /// What is known of the sample before.
+    fn carried_to(&self, here: &Passed<N>) -> Option<Belief<N>> {
+        // P F' (P⁻)⁻¹, by the Cholesky factor of P⁻, which is positive definite by its added noise.
+        let factor = self.predicted.covariance.cholesky()?;
+        let gain = factor.solve(&(here.transition * here.after.covariance)).transpose();
+        let state = here.after.state + gain * (self.all.state - self.predicted.state);
+        let covariance = here.after.covariance
+            + gain * (self.all.covariance - self.predicted.covariance) * gain.transpose();
+        Some(Belief { state, covariance })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{DMatrix, DVector};
+
+    /// A value that wanders, and is read with noise, now and then not at all.
+    struct Walk {
+        read: Vec<f64>,
+        wander: f64,
+    }
+
+    const NOISE: f64 = 0.5;
+
+    impl LinearSystem<1, 1> for Walk {
+        fn samples(&self) -> usize {
+            self.read.len()
+        }
+
+        fn start(&self) -> Belief<1> {
+            Belief { state: SVector::from([0.3]), covariance: SMatrix::from([[4.0]]) }
+        }
+
+        fn readings(&self, sample: usize) -> [Reading<1>; 1] {
+            [Reading { value: self.read[sample], noise: NOISE, of: RowSVector::from([[1.0]]) }]
+        }
+
+        fn step(&self, _sample: usize) -> Step<1> {
+            Step {
+                transition: SMatrix::from([[1.0]]),
+                input: SVector::from([0.1]),
+                variance: SVector::from([self.wander * self.wander]),
+            }
+        }
+    }
+
+    fn walk(samples: usize) -> Walk {
+        let read = |at: usize| if at % 7 == 3 { f64::NAN } else { 0.1 * at as f64 + (0.7 * at as f64).sin() };
+        Walk { read: (0..samples).map(read).collect(), wander: 0.2 }
+    }
+
+    /// The same from the joint normal distribution of all values and readings: mean and standard deviation given the readings,
+    /// and the logarithm of the readings' density.
+    fn jointly(walk: &Walk) -> (Vec<(f64, f64)>, f64) {
+        let samples = walk.read.len();
+        let prior =
+            DMatrix::from_fn(samples, samples, |i, j| 4.0 + walk.wander * walk.wander * i.min(j) as f64);
+        let there: Vec<usize> = (0..samples).filter(|at| walk.read[*at].is_finite()).collect();
+        let covariance = DMatrix::from_fn(there.len(), there.len(), |i, j| {
+            prior[(there[i], there[j])] + if i == j { NOISE * NOISE } else { 0.0 }
+        });
+        let mean = |at: usize| 0.3 + 0.1 * at as f64;
+        let off = DVector::from_iterator(there.len(), there.iter().map(|at| walk.read[*at] - mean(*at)));
+        let factor = covariance.cholesky().expect("positive definite");
+        let given = |at: usize| {
+            let cross = DVector::from_iterator(there.len(), there.iter().map(|it| prior[(at, *it)]));
+            let variance = prior[(at, at)] - cross.dot(&factor.solve(&cross));
+            (mean(at) + cross.dot(&factor.solve(&off)), variance.sqrt())
+        };
+        let log_determinant = 2.0 * factor.l().diagonal().map(f64::ln).sum();
+        let likelihood = -0.5 * (off.dot(&factor.solve(&off)) + log_determinant);
+        ((0..samples).map(given).collect(), likelihood)
+    }
+
+    #[test]
+    fn filter_and_smoother_find_what_the_joint_distribution_says() {
+        let walk = walk(60);
+        let (states, likelihood) = jointly(&walk);
+        // Both solve the same equations: they differ by rounding.
+        for (found, expected) in smoothed(&walk, 0).iter().zip(&states) {
+            assert!((found.0 - expected.0).abs() < 1e-10 && (found.1 - expected.1).abs() < 1e-10);
+        }
+        assert!((log_likelihood(&walk, 1_000) - likelihood).abs() < 1e-9);
+        let first = jointly(&Walk { read: walk.read[..20].to_vec(), ..walk }).1;
+        assert!((log_likelihood(&self::walk(60), 20) - first).abs() < 1e-9);
+    }
+
+    /// Over more samples than are kept at a time, the seams do not show.
+    #[test]
+    fn a_long_record_is_smoothed_as_a_short_one() {
+        let long = smoothed(&walk(3 * KEPT + 5), 0);
+        // What lies 500 samples away has no weight left that a number can hold.
+        for seam in [KEPT, 2 * KEPT] {
+            let walk = walk(3 * KEPT + 5);
+            let around = Walk { read: walk.read[seam - 500..seam + 500].to_vec(), ..walk };
+            let short = smoothed(&around, 0);
+            for at in 480..520 {
+                let (one, other) = (long[seam - 500 + at], short[at]);
+                assert!((one.0 - other.0).abs() < 1e-9 && (one.1 - other.1).abs() < 1e-9, "{at}");
+            }
+        }
+    }
+}
