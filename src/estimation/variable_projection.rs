@@ -141,6 +141,28 @@ fn coarse_pole<const M: usize>(record: &Record<M>) -> Option<f64> {
         .map(|projection| projection.pole)
 }
 
+/// Σ c_j of these products.
+fn weighted<const M: usize>(products: &[f64; M], coefficients: &DVector<f64>) -> f64 {
+    products.iter().zip(coefficients.iter()).map(|(product, c)| product * c).sum()
+}
+
+/// Products of s = ∂y/∂p = Σ c_j δ_j + x_0 g, with the initial states taken out: with the inputs, the output and itself.
+fn along_the_pole<'a, const M: usize, I: Iterator<Item = (&'a Gram<M>, f64)>>(
+    each: impl Fn() -> I,
+    coefficients: &DVector<f64>,
+) -> (DVector<f64>, f64, f64) {
+    let dot = |products: &[f64; M]| weighted(products, coefficients);
+    let sf = DVector::from_fn(M, |i, _| each().map(|(gram, x0)| dot(&gram.fd[i]) + x0 * gram.gf[i]).sum());
+    let sy: f64 = each().map(|(gram, x0)| dot(&gram.dy) + x0 * gram.gy).sum();
+    let ss: f64 = each()
+        .map(|(gram, x0)| {
+            let quadratic: f64 = (0..M).map(|i| coefficients[i] * dot(&gram.dd[i])).sum();
+            quadratic + 2.0 * x0 * dot(&gram.gd) + x0 * x0 * gram.gg
+        })
+        .sum();
+    (sf, sy, ss)
+}
+
 /// The linear problem solved at one pole, and the Gauss-Newton step to the next.
 struct Projection<const M: usize> {
     pole: f64,
@@ -184,25 +206,14 @@ impl<const M: usize> Projection<M> {
         let coefficients = &inverse * &fy;
         let total = sum(&|gram| gram.yy);
         let cost = (total - coefficients.dot(&fy)).max(0.0);
-        let dot = |products: &[f64; M]| -> f64 {
-            products.iter().zip(coefficients.iter()).map(|(product, c)| product * c).sum()
-        };
+        let dot = |products: &[f64; M]| weighted(products, &coefficients);
         let start = |gram: &Gram<M>| {
             let seen = gram.ee >= FORGOTTEN;
             (if seen { (gram.ey - dot(&gram.ef)) / gram.ee } else { 0.0 }, gram.ee >= THRESHOLDS.known_state)
         };
         let initial: Vec<(f64, bool)> = grams.iter().map(start).collect();
-        // s = ∂y/∂p = Σ c_j δ_j + x_0 g, with the initial states taken out.
         let each = || grams.iter().zip(initial.iter().map(|state| state.0));
-        let sf =
-            DVector::from_fn(M, |i, _| each().map(|(gram, x0)| dot(&gram.fd[i]) + x0 * gram.gf[i]).sum());
-        let sy: f64 = each().map(|(gram, x0)| dot(&gram.dy) + x0 * gram.gy).sum();
-        let ss: f64 = each()
-            .map(|(gram, x0)| {
-                let quadratic: f64 = (0..M).map(|i| coefficients[i] * dot(&gram.dd[i])).sum();
-                quadratic + 2.0 * x0 * dot(&gram.gd) + x0 * x0 * gram.gg
-            })
-            .sum();
+        let (sf, sy, ss) = along_the_pole(each, &coefficients);
         let curvature = ss - sf.dot(&(&inverse * &sf));
         // A pole that changes nothing in the output cannot be fitted.
         if curvature.is_nan() || curvature <= 1e-12 * ss.max(f64::MIN_POSITIVE) {

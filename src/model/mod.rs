@@ -23,6 +23,7 @@ mod file;
 mod known_effect;
 mod ladder;
 mod rotor;
+mod runge_kutta;
 mod step_back;
 mod user_effect;
 

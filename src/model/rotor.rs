@@ -1,6 +1,7 @@
 //! Free run of a rotor: from command and battery to its rate, exact between samples where the law is linear.
 
 use super::equations::{Equations, Hook};
+use super::runge_kutta::{runge_kutta, step_weights};
 use crate::effect::{Point, step_response};
 
 /// Inputs of a rotor over a stretch without holes; each value holds until the next sample.
@@ -62,6 +63,14 @@ impl RotorTrace {
         Self { mean_square: Some(Vec::new()), ..Self::default() }
     }
 
+    /// Forgets a run before the next.
+    fn clear(&mut self) {
+        self.rate.clear();
+        self.measured.clear();
+        self.mean.clear();
+        self.mean_square.iter_mut().for_each(Vec::clear);
+    }
+
     /// What a stretch that begins `hole` [s] after this one remembers of it.
     #[must_use]
     pub fn remembered(&self, hole: f64) -> Remembered {
@@ -103,17 +112,13 @@ struct Stride {
 impl Equations {
     /// Runs a rotor freely over its inputs.
     pub fn simulate_rotor(&self, input: &RotorInput, start: &RotorStart, trace: &mut RotorTrace) {
-        trace.rate.clear();
-        trace.measured.clear();
-        trace.mean.clear();
-        trace.mean_square.iter_mut().for_each(Vec::clear);
+        trace.clear();
         let mut point = Point { side: input.side, ..self.constants };
         if self.hold_rotor(&mut point, input, (0, 0)).is_none() {
             return;
         }
-        let linear = self.steady.is_empty() && self.acceleration.is_empty() && self.rotor_sensor.is_empty();
         let mut state = self.initial_state(point, start);
-        if linear && self.command_delay == 0.0 && trace.mean_square.is_none() {
+        if self.is_lag() && self.command_delay == 0.0 && trace.mean_square.is_none() {
             self.simulate_lag(input, state.rate, trace);
             trace.end = state.steady;
             return;
@@ -128,11 +133,7 @@ impl Equations {
         for row in 0..input.time.len() {
             trace.rate.push(state.rate);
             if sensor_looks {
-                while (input.time.get(delayed + 1).zip(input.time.get(row)))
-                    .is_some_and(|(change, now)| change + self.command_delay <= *now)
-                {
-                    delayed += 1;
-                }
+                delayed = self.in_force(input, delayed, input.time.get(row).copied());
                 if self.hold_rotor(&mut sensor, input, (delayed, row)).is_none() {
                     return;
                 }
@@ -142,9 +143,7 @@ impl Equations {
             let mut from = *now;
             let (mut turned, mut squares) = (0.0, 0.0);
             while from < *next {
-                while input.time.get(delayed + 1).is_some_and(|change| change + self.command_delay <= from) {
-                    delayed += 1;
-                }
+                delayed = self.in_force(input, delayed, Some(from));
                 let change = input.time.get(delayed + 1).map_or(*next, |change| change + self.command_delay);
                 let waits = start.rate.filter(|_| start.is_first && from < arrival);
                 let to = if waits.is_some() { arrival } else { change }.min(*next);
@@ -157,20 +156,9 @@ impl Equations {
                 if (stride.span - span).abs() > SAME_SPAN * span {
                     stride = self.stride(span);
                 }
-                let before = state.rate;
-                if linear {
-                    let (z, way) = (point.steady_rate, point.steady_rate - before);
-                    let gone = z * span - way * stride.response / self.pole;
-                    state.rate += way * stride.response;
-                    turned += gone;
-                    // ω ω' = p (z ω - ω²), integrated.
-                    squares += z * gone - 0.5 * (state.rate - before) * (state.rate + before) / self.pole;
-                } else {
-                    let gone = self.advance(&mut state, &mut point, &stride);
-                    turned += gone;
-                    // As a straight line about its mean.
-                    squares += gone * gone / span + span * (state.rate - before).powi(2) / 12.0;
-                }
+                let gone = self.go_through(&mut state, &mut point, &stride, span);
+                turned += gone.0;
+                squares += gone.1;
                 from = to;
             }
             trace.mean.push(turned / (next - now));
@@ -180,6 +168,39 @@ impl Equations {
         trace.mean.extend(last);
         trace.mean_square.iter_mut().for_each(|all| all.extend(last.map(|rate| rate * rate)));
         trace.end = state.steady;
+    }
+
+    /// Whether the rotor is a first-order lag, a dead time apart.
+    #[inline]
+    fn is_lag(&self) -> bool {
+        self.steady.is_empty() && self.acceleration.is_empty() && self.rotor_sensor.is_empty()
+    }
+
+    /// The row whose command is in force at `at` [s], behind it by the delay; from the one before on.
+    #[inline]
+    fn in_force(&self, input: &RotorInput, mut row: usize, at: Option<f64>) -> usize {
+        while (input.time.get(row + 1).zip(at)).is_some_and(|(change, at)| change + self.command_delay <= at)
+        {
+            row += 1;
+        }
+        row
+    }
+
+    /// Goes through a `span` [s] of held inputs; the integrals over it of the rate and of its square.
+    #[inline]
+    fn go_through(&self, state: &mut State, point: &mut Point, stride: &Stride, span: f64) -> (f64, f64) {
+        let before = state.rate;
+        if self.is_lag() {
+            let (z, way) = (point.steady_rate, point.steady_rate - before);
+            let gone = z * span - way * stride.response / self.pole;
+            state.rate += way * stride.response;
+            // ω ω' = p (z ω - ω²), integrated.
+            let squares = z * gone - 0.5 * (state.rate - before) * (state.rate + before) / self.pole;
+            return (gone, squares);
+        }
+        let gone = self.advance(state, point, stride);
+        // As a straight line about its mean.
+        (gone, gone * gone / span + span * (state.rate - before).powi(2) / 12.0)
     }
 
     /// The run of a rotor that is a first-order lag without dead time: the general way, with nothing in it
@@ -358,42 +379,6 @@ impl Equations {
                 }
                 hook => hook.add(mean),
             };
-        }
-    }
-}
-
-/// What one classical Runge-Kutta step of the bare law goes of the ways to z at its begin, middle and end: of a linear law it
-/// is a sum, whose weights a span has in common. `way` is pole times step. As [`runge_kutta`], in a third of the time.
-fn step_weights(way: f64) -> [f64; 3] {
-    let begin = way * (1.0 - way * (1.0 - way * (0.5 - 0.25 * way)));
-    let middle = way * (4.0 - way * (2.0 - 0.5 * way));
-    [begin / 6.0, middle / 6.0, way / 6.0]
-}
-
-/// One classical Runge-Kutta step of a rate whose acceleration depends on itself and on z, which is given at the begin,
-/// the middle and the end.
-#[inline]
-fn runge_kutta(mut acceleration: impl FnMut(f64, f64) -> f64, rate: f64, z: [f64; 3], step: f64) -> f64 {
-    let first = acceleration(rate, z[0]);
-    let second = acceleration(rate + 0.5 * step * first, z[1]);
-    let third = acceleration(rate + 0.5 * step * second, z[1]);
-    let fourth = acceleration(rate + step * third, z[2]);
-    rate + step / 6.0 * (first + 2.0 * (second + third) + fourth)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_weights_of_a_step_are_those_of_runge_and_kutta() {
-        for way in [1e-3, 0.1, STEP_SHARE, 1.0] {
-            let (pole, rate, z) = (20.0, 500.0, [600.0, 650.0, 680.0]);
-            let weights = step_weights(way);
-            let short = rate + z.iter().zip(weights).map(|(z, weight)| weight * (z - rate)).sum::<f64>();
-            let long = runge_kutta(|rate, z| pole * (z - rate), rate, z, way / pole);
-            // Sums of a dozen terms of 700, in another order.
-            assert!((short - long).abs() < 1e-11, "{way}: {short} and {long}");
         }
     }
 }
