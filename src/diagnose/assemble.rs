@@ -12,6 +12,7 @@ use super::diagnosis::{
 use super::residual_evidence::evidence;
 use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
+use super::unnamed;
 use super::verdict::{joint, turns_against_torque};
 use crate::effect;
 use crate::estimation::moments::mean_square;
@@ -39,7 +40,7 @@ pub(crate) fn conclude(
         error: error_summary(main, channel, config),
         r#where: places(blocks, verdicts),
         ladder: main.ladder.iter().map(|fitted| rung(main, fitted, channel)).collect(),
-        candidates: blocks.iter().flat_map(|found| candidates(found, channel_of(found))).collect(),
+        candidates: blocks.iter().flat_map(|found| candidates(found, &effects)).collect(),
         findings: super::caveats::warnings(logs, blocks),
         next_experiment,
         turns_against_torque: blocks.iter().any(turns_against_torque),
@@ -182,8 +183,9 @@ fn alternatives(blocks: &[SearchResult]) -> Vec<(Vec<String>, (f64, &'static str
     sets
 }
 
-fn candidates(found: &SearchResult, channel: usize) -> Vec<RankedCandidate> {
-    let best = &found.answer;
+/// The candidates of a block; `named_effects` are those of all blocks.
+fn candidates(found: &SearchResult, named_effects: &[String]) -> Vec<RankedCandidate> {
+    let (best, channel) = (&found.answer, channel_of(found));
     let what = found.split.train.channels()[channel];
     let base = found.refitted.channel_error(&found.split, channel, true);
     let mut candidates: Vec<RankedCandidate> = found
@@ -212,6 +214,7 @@ fn candidates(found: &SearchResult, channel: usize) -> Vec<RankedCandidate> {
                 surrogate_error: single.surrogate.map(|surrogate| base * (1.0 - surrogate.share).sqrt()),
                 drop_one: drop_one.map(|fitted| fitted.channel_error(&found.split, channel, true)),
                 refusal: single.refusal.clone(),
+                not_named: unnamed::in_answer(found, named_effects, single),
             }
         })
         .collect();

@@ -206,6 +206,8 @@ fn noise_multiple(fit: &Fit, data: &BlockData) -> f64 {
 mod tests {
     use super::super::block_data::{BlockData, Runs};
     use super::super::body_block::{BodyRun, BodySource};
+    use super::super::model_selection::unidentified;
+    use super::super::not_named::Unmet;
     use super::super::rotor_block::rotor_runs;
     use super::*;
     use crate::log::Dataset;
@@ -263,7 +265,12 @@ mod tests {
                 ("gravity_pendulum", pendulum),
                 ("cable_stiffness", &[("stiffness", stiffness, 0.01)]),
             ]);
-            assert_eq!(fitted.cancels(&split, &known), cancels, "moment {moment}, stiffness {stiffness}");
+            let expected = cancels.then_some(Unmet::Cancels);
+            assert_eq!(
+                unidentified(&split, &fitted, &known),
+                expected,
+                "moment {moment}, stiffness {stiffness}"
+            );
         }
     }
 
@@ -278,7 +285,8 @@ mod tests {
             ("rotor_lag", "pole", 50.0, 30.0, false),
         ] {
             let (split, fitted, known) = fitted(&[(id, &[(name, value, error)])]);
-            assert_eq!(fitted.is_determined(&split, &known), determined, "{id}.{name} = {value} ± {error}");
+            let expected = (!determined).then_some(Unmet::NotDetermined);
+            assert_eq!(unidentified(&split, &fitted, &known), expected, "{id}.{name} = {value} ± {error}");
         }
     }
 

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::not_named::NotNamed;
 use super::refusal::Refusal;
 use super::thresholds::THRESHOLDS;
 use crate::model::{Measure, Model};
@@ -150,6 +151,8 @@ pub struct RankedCandidate {
     pub drop_one: Option<f64>,
     /// Why it was not tried, or was refused after it had been.
     pub refusal: Option<Refusal>,
+    /// Which condition it failed; `None`: it is named, was not tried, or is refused.
+    pub not_named: Option<NotNamed>,
 }
 
 /// What to do next.

@@ -272,7 +272,7 @@ fn with_error_before(before: &SearchResult, mut driven: SearchResult, effects: &
     }
     if let ([effect], []) = (effects, &driven.answer.effects[..]) {
         let (effect, surrogate) = (effect.clone(), Some(surrogate(&refitted, &now, period(&driven.split))));
-        singles.push(SingleEffect { effect, surrogate, fitted: Some(now), refusal: None });
+        singles.push(SingleEffect { effect, surrogate, fitted: Some(now), refusal: None, not_named: None });
     }
     // `extend` has looked for none.
     if !before.singles.is_empty() {

@@ -25,6 +25,7 @@ mod forward;
 mod grid_search;
 mod model_selection;
 pub mod multistart;
+pub mod not_named;
 pub mod parallel;
 mod parameter_selection;
 mod pooled_logs;
@@ -43,6 +44,7 @@ pub mod surrogate_test;
 #[cfg(test)]
 pub(crate) mod tests;
 pub mod thresholds;
+mod unnamed;
 mod verdict;
 
 use block_builder::refusal;

@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::block_data::{BlockData, Runs};
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
+use super::not_named::Unmet;
 use super::rotor_block::RotorRun;
 use super::surrogate_test::surrogate;
 use super::thresholds::THRESHOLDS;
@@ -19,19 +20,37 @@ pub(crate) fn over_floor(split: &DataSplit, fitted: &CandidateFit, floors: &[f64
 
 /// Whether `after` gains enough for its extra freedom over `before`.
 pub(crate) fn improves(split: &DataSplit, before: &CandidateFit, after: &CandidateFit) -> bool {
+    shortfall(split, before, after).is_none()
+}
+
+/// What `after` falls short of to gain enough over `before`; `None` where it does gain enough.
+pub(crate) fn shortfall(split: &DataSplit, before: &CandidateFit, after: &CandidateFit) -> Option<Unmet> {
     if before.is_exact(split) {
-        return false;
+        return Some(Unmet::NothingLeft);
     }
+    // What is not a number is no gain.
+    let exceeds = |value: f64, least: f64| value > least;
     let held_out = 1.0 - after.validate(split) / before.validate(split);
     let fitted = 1.0 - after.fit.cost / before.fit.cost;
-    let plainly = held_out > THRESHOLDS.least_gain
-        && fitted > THRESHOLDS.least_training_gain
-        && before.consistency(after) > THRESHOLDS.consistent;
     // The held-out data may hardly excite what the data fitted on show well.
     let little = held_out > THRESHOLDS.little_gain
         && fitted > THRESHOLDS.much_training_gain
         && before.held_out_consistency(after) > THRESHOLDS.very_consistent;
-    (plainly || little) && surrogate(before, after, period(split)).p_value <= THRESHOLDS.significance_level
+    if !little {
+        if !exceeds(held_out, THRESHOLDS.least_gain) {
+            return Some(Unmet::TooLittle { share: held_out, needed: THRESHOLDS.least_gain });
+        }
+        if !exceeds(fitted, THRESHOLDS.least_training_gain) {
+            return Some(Unmet::TooLittleFitted { share: fitted, needed: THRESHOLDS.least_training_gain });
+        }
+        let standard_errors = before.consistency(after);
+        if !exceeds(standard_errors, THRESHOLDS.consistent) {
+            return Some(Unmet::Unsteady { standard_errors, needed: THRESHOLDS.consistent });
+        }
+    }
+    let p_value = surrogate(before, after, period(split)).p_value;
+    let most = THRESHOLDS.significance_level;
+    exceeds(p_value, most).then_some(Unmet::Chance { p_value, most })
 }
 
 /// Windows may only be shifted whole.
@@ -61,7 +80,18 @@ pub(crate) fn weigh_channels(split: &mut DataSplit, fitted: &CandidateFit) {
 
 /// Whether a set can be physics: every effect of it determined, none cancelled by another.
 pub(crate) fn is_identifiable(split: &DataSplit, fitted: &CandidateFit, known: &[Effect]) -> bool {
-    is_exercised(split, fitted) && fitted.is_determined(split, known) && !fitted.cancels(split, known)
+    unidentified(split, fitted, known).is_none()
+}
+
+/// Why a set cannot be physics; `None` where it can be.
+pub(crate) fn unidentified(split: &DataSplit, fitted: &CandidateFit, known: &[Effect]) -> Option<Unmet> {
+    if !is_exercised(split, fitted) {
+        return Some(Unmet::NotExercised { needed: THRESHOLDS.fewest_beyond_limit });
+    }
+    if !fitted.is_determined(split, known) {
+        return Some(Unmet::NotDetermined);
+    }
+    fitted.cancels(split, known).then_some(Unmet::Cancels)
 }
 
 /// Whether the data go beyond the limit that a set says the command has.
@@ -171,53 +201,40 @@ pub(crate) fn steps(split: &DataSplit, best: &CandidateFit, fits: &[CandidateFit
 
 #[cfg(test)]
 mod tests {
-    use super::super::rotor_block::rotor_runs;
+    use super::super::tests::{ROWS, leaves, noise, split};
     use super::*;
-    use crate::estimation::output_error::Fit;
-    use crate::log::Dataset;
     use crate::model::Model;
 
-    const ROWS: usize = 4800;
-
-    fn split() -> DataSplit {
-        let time: Vec<f64> = (0..ROWS).map(|row| 0.01 * row as f64).collect();
-        let mut log = Dataset::new("here", "", time).expect("time rises");
-        // Three levels: 0.4, 0.6 and 0.8.
-        let command = (0..ROWS).map(|row| 0.4 + 0.2 * (row / 40 % 3) as f64);
-        let rates = command.clone().map(|command| 1200.0 * command).collect();
-        log.insert("command_1", command.collect()).expect("fits");
-        log.insert("propeller_rate_1_rad_s", rates).expect("fits");
-        let data = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
-        DataSplit::new(data.clone(), Some(data))
-    }
-
-    /// A set that leaves these residuals on both parts.
-    fn leaves(residuals: Vec<f64>) -> CandidateFit {
-        let cost = residuals.iter().map(|value| value * value).sum();
-        let fit = Fit {
-            globals: Vec::new(),
-            locals: Vec::new(),
-            standard_errors: Vec::new(),
-            cost,
-            residuals,
-            iterations: 0,
-        };
-        let (effects, names, model) = (Vec::new(), Vec::new(), Model::paper());
-        CandidateFit { effects, model, names, held_out: fit.clone(), fit }
-    }
-
-    /// Noise of ±1 without a pattern: a bit of a hash (splitmix64).
-    fn noise(row: usize) -> f64 {
-        let mut bits = (row as u64).wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-        bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        if (bits >> 40) & 1 == 0 { 1.0 } else { -1.0 }
+    fn unmet_by(trace: impl Fn(usize) -> f64) -> Option<Unmet> {
+        let after: Vec<f64> = (0..ROWS).map(noise).collect();
+        let before = (0..ROWS).map(|row| noise(row) + trace(row)).collect();
+        shortfall(&split(), &leaves(before), &leaves(after))
     }
 
     fn gain_of(trace: impl Fn(usize) -> f64) -> bool {
-        let after: Vec<f64> = (0..ROWS).map(noise).collect();
-        let before = (0..ROWS).map(|row| noise(row) + trace(row)).collect();
-        improves(&split(), &leaves(before), &leaves(after))
+        unmet_by(trace).is_none()
+    }
+
+    #[test]
+    fn each_condition_of_a_gain_is_named() {
+        let apart = |row: usize| noise(row + 100_000);
+        let first_stretch = |row: usize| if row < ROWS / 24 { 3.0 * apart(row) } else { 0.0 };
+        assert_eq!(unmet_by(|row| 0.5 * apart(row)), None);
+        assert!(
+            matches!(unmet_by(|row| 0.09 * apart(row)), Some(Unmet::TooLittle { share, .. }) if share < 0.03)
+        );
+        assert!(
+            matches!(unmet_by(first_stretch), Some(Unmet::Unsteady { standard_errors, .. }) if standard_errors < 2.0)
+        );
+        let alternating = |row: usize| if row.is_multiple_of(2) { 0.8 } else { -0.8 };
+        assert!(matches!(unmet_by(alternating), Some(Unmet::Chance { p_value, .. }) if p_value > 0.05));
+        // Held out alone it gains.
+        let before = leaves((0..ROWS).map(|row| noise(row) + 0.5 * apart(row)).collect());
+        let after = CandidateFit { fit: before.fit.clone(), ..leaves((0..ROWS).map(noise).collect()) };
+        let unmet = shortfall(&split(), &before, &after);
+        assert!(matches!(unmet, Some(Unmet::TooLittleFitted { share: 0.0, .. })), "{unmet:?}");
+        let exact = leaves(vec![1e-9; ROWS]);
+        assert_eq!(shortfall(&split(), &exact, &after), Some(Unmet::NothingLeft));
     }
 
     #[test]
@@ -280,7 +297,9 @@ mod tests {
             fitted.effects.push(saturation.id.clone());
             fitted.model = Model::paper().with(saturation);
             fitted.model.set_parameter("command_saturation.limit", limit);
-            assert_eq!(is_exercised(&split(), &fitted), identifiable, "limit {limit}");
+            let unmet = unidentified(&split(), &fitted, &[]);
+            let expected = (!identifiable).then_some(Unmet::NotExercised { needed: 2 });
+            assert_eq!(unmet, expected, "limit {limit}");
         }
     }
 }

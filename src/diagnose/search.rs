@@ -9,6 +9,7 @@ use super::refusal::Refusal;
 use super::search_result::{SearchResult, SingleEffect};
 use super::search_space::Search;
 use super::surrogate_test::{SurrogateTest, surrogate};
+use super::unnamed;
 
 impl Search<'_> {
     /// Searches one block.
@@ -66,10 +67,12 @@ impl Search<'_> {
             surrogate: Some(surrogate(refitted, &fitted, period(split))),
             fitted: Some(fitted),
             refusal: None,
+            not_named: None,
         });
         let refused = self.eligible.iter().filter_map(|(effect, why)| {
             let refusal = Some(why.clone()?);
-            Some(SingleEffect { effect: effect.id.clone(), fitted: None, surrogate: None, refusal })
+            let effect = effect.id.clone();
+            Some(SingleEffect { effect, fitted: None, surrogate: None, refusal, not_named: None })
         });
         tried.chain(refused).collect()
     }
@@ -108,7 +111,7 @@ impl Search<'_> {
             ladder.push(answer.clone());
         }
         let floors = joint_floors(&split, &answer);
-        SearchResult {
+        let mut found = SearchResult {
             split,
             nominal,
             refitted,
@@ -119,7 +122,9 @@ impl Search<'_> {
             dropped,
             floors,
             changed,
-        }
+        };
+        unnamed::judge(&mut found, &best, fits, self.known);
+        found
     }
 
     /// Where another set does better on all data, that one and what goes on from it; and the sets without each of its effects.

@@ -3,6 +3,7 @@
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
 use super::model_selection::{floor, over_floor};
+use super::not_named::NotNamed;
 use super::refusal::Refusal;
 use super::surrogate_test::SurrogateTest;
 use super::thresholds::THRESHOLDS;
@@ -18,6 +19,8 @@ pub struct SingleEffect {
     pub surrogate: Option<SurrogateTest>,
     /// Why it was not tried, or why it was refused after it had been.
     pub refusal: Option<Refusal>,
+    /// Which condition it failed in the search of its block; `None` where it was named, not tried or refused.
+    pub not_named: Option<NotNamed>,
 }
 
 /// What the search of one block found.

@@ -1,9 +1,54 @@
-//! Answers for tests that need one, without a search.
+//! Answers and fits for tests that need one, without a search.
 
 use std::collections::BTreeMap;
 
+use super::block_data::{BlockData, Runs};
+use super::candidate_fit::CandidateFit;
+use super::data_split::DataSplit;
 use super::diagnosis::{ChangedParameter, Diagnosis, ErrorSummary, TrainValidate, Verdict};
+use super::rotor_block::rotor_runs;
+use crate::estimation::output_error::Fit;
+use crate::log::Dataset;
 use crate::model::{Measure, Model};
+
+/// Samples of [`split`].
+pub(crate) const ROWS: usize = 4800;
+
+/// A rotor that steps between three levels, the same on both parts.
+pub(crate) fn split() -> DataSplit {
+    let time: Vec<f64> = (0..ROWS).map(|row| 0.01 * row as f64).collect();
+    let mut log = Dataset::new("here", "", time).expect("time rises");
+    // Three levels: 0.4, 0.6 and 0.8.
+    let command = (0..ROWS).map(|row| 0.4 + 0.2 * (row / 40 % 3) as f64);
+    let rates = command.clone().map(|command| 1200.0 * command).collect();
+    log.insert("command_1", command.collect()).expect("fits");
+    log.insert("propeller_rate_1_rad_s", rates).expect("fits");
+    let data = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
+    DataSplit::new(data.clone(), Some(data))
+}
+
+/// A set that leaves these residuals on both parts.
+pub(crate) fn leaves(residuals: Vec<f64>) -> CandidateFit {
+    let cost = residuals.iter().map(|value| value * value).sum();
+    let fit = Fit {
+        globals: Vec::new(),
+        locals: Vec::new(),
+        standard_errors: Vec::new(),
+        cost,
+        residuals,
+        iterations: 0,
+    };
+    let (effects, names, model) = (Vec::new(), Vec::new(), Model::paper());
+    CandidateFit { effects, model, names, held_out: fit.clone(), fit }
+}
+
+/// Noise of ±1 without a pattern: a bit of a hash (splitmix64).
+pub(crate) fn noise(row: usize) -> f64 {
+    let mut bits = (row as u64).wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    if (bits >> 40) & 1 == 0 { 1.0 } else { -1.0 }
+}
 
 impl ErrorSummary {
     /// Errors of a rotor, the same on both parts, over a noise of 0.83 rad/s: as it is, refitted, extended.

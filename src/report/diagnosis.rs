@@ -268,6 +268,13 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
         .iter()
         .filter_map(|candidate| Some(format!("`{}`: {}", candidate.effect, candidate.refusal.as_ref()?)))
         .collect();
+    let not_named: Vec<String> =
+        super::not_named::all(diagnosis).map(|(effect, why)| format!("`{effect}`: {why}")).collect();
+    if !not_named.is_empty() {
+        page.details("Candidates that are not named, and why", |page| {
+            page.list(not_named);
+        });
+    }
     if !refused.is_empty() {
         page.details("Candidates that were not tried, or refused", |page| {
             page.list(refused);

@@ -72,6 +72,7 @@ mod jitter;
 pub mod json;
 mod markup;
 pub mod monitor;
+pub mod not_named;
 mod page;
 pub mod paper;
 mod picture;

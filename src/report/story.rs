@@ -7,10 +7,10 @@ use crate::diagnose::Extension;
 use crate::diagnose::diagnosis::{
     Diagnosis, ErrorSummary, FailurePlace, FoundParameter, RankedCandidate, TrainValidate, Verdict,
 };
-use crate::diagnose::refusal::Refusal;
 use crate::effect::{Card, Law, find};
 use crate::model::{Model, Step};
 use crate::report::findings::sentence;
+use crate::report::not_named;
 use crate::report::thresholds::THRESHOLDS;
 use crate::report::verdict::{self, NextStep};
 use crate::screening::Finding;
@@ -156,7 +156,8 @@ fn candidates(diagnosis: &Diagnosis) -> String {
     ]);
     let cell = |value: Option<f64>, digits| value.map_or("-".to_owned(), |value| number(value, digits));
     let mut refused = String::new();
-    for candidate in candidates.into_iter().take(SHOWN) {
+    candidates.truncate(SHOWN);
+    for candidate in &candidates {
         if let Some(why) = &candidate.refusal {
             refused += &wrapped("  ", &format!("{} is refused: {why}", candidate.effect));
         }
@@ -172,22 +173,35 @@ fn candidates(diagnosis: &Diagnosis) -> String {
          (the p-value; of a set that is named, the set decides)",
         number(diagnosis.error.refitted.validate, 4)
     );
-    format!("\n{}{}{refused}", wrapped("", &head), table.text())
+    format!("\n{}{}{refused}{}", wrapped("", &head), table.text(), not_named(&candidates))
 }
 
 /// Effects that nobody knows anything of, by why.
 fn not_tried(diagnosis: &Diagnosis) -> String {
-    let mut reasons: Vec<(&Refusal, Vec<&str>)> = Vec::new();
-    for candidate in diagnosis.candidates.iter().filter(|candidate| candidate.validate.is_none()) {
-        let Some(refusal) = &candidate.refusal else { continue };
-        match reasons.iter_mut().find(|(why, _)| *why == refusal) {
-            Some((_, effects)) => effects.push(&candidate.effect),
-            None => reasons.push((refusal, vec![&candidate.effect])),
+    let untried = diagnosis.candidates.iter().filter(|candidate| candidate.validate.is_none());
+    by_reason(
+        "Not tried: ",
+        untried.filter_map(|it| Some((it.effect.as_str(), it.refusal.as_ref()?.to_string()))),
+    )
+}
+
+/// Effects of those shown that were tried and are not named, by the condition that they failed.
+fn not_named(shown: &[&RankedCandidate]) -> String {
+    let reason = |it: &&RankedCandidate| Some(not_named::words(it.not_named.as_ref()?));
+    by_reason("Not named: ", shown.iter().filter_map(|it| Some((it.effect.as_str(), reason(it)?))))
+}
+
+/// A line for each reason, with all effects that have it.
+fn by_reason<'a>(first: &str, effects: impl Iterator<Item = (&'a str, String)>) -> String {
+    let mut reasons: Vec<(String, Vec<&str>)> = Vec::new();
+    for (effect, reason) in effects {
+        match reasons.iter_mut().find(|(why, _)| *why == reason) {
+            Some((_, effects)) => effects.push(effect),
+            None => reasons.push((reason, vec![effect])),
         }
     }
-    let line = |(why, effects): (&Refusal, Vec<&str>)| {
-        wrapped("Not tried: ", &format!("{} ({why})", effects.join(", ")))
-    };
+    let line =
+        |(why, effects): (String, Vec<&str>)| wrapped(first, &format!("{} ({why})", effects.join(", ")));
     reasons.into_iter().map(line).collect()
 }
 

@@ -14,7 +14,7 @@ use crate::effect::{CATALOGUE, Card, find};
 use crate::log::dataset::log_signal;
 use crate::model::Model;
 use crate::report::story::step_title;
-use crate::report::{comparison, verdict};
+use crate::report::{comparison, not_named, verdict};
 
 /// What the page hears while something goes on.
 #[derive(Debug, Serialize)]
@@ -261,5 +261,6 @@ fn candidate(candidate: &RankedCandidate) -> Value {
         "chance": candidate.p_value,
         "drop_one": candidate.drop_one,
         "why": candidate.refusal.as_ref().map(ToString::to_string),
+        "not_named": candidate.not_named.as_ref().map(not_named::words),
     })
 }

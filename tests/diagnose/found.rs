@@ -25,6 +25,7 @@ fn a_hidden_pendulum_is_named_added_and_the_error_falls_to_the_noise() {
         number(&answer, &["error", "recalibrated", "validate"]),
         number(&answer, &["error", "extended", "validate"]),
     );
+    unnamed_say_why(&answer);
     // Within 10 % of the noise is the promise; that the base fails plainly gives it a meaning.
     assert!(before > 3.0 * floor && after < 1.1 * floor, "{before} -> {after}, noise {floor}");
 
@@ -40,6 +41,22 @@ fn a_hidden_pendulum_is_named_added_and_the_error_falls_to_the_noise() {
     assert!(output.status.success(), "{}", said(&output));
     let text = fs::read_to_string(&back).expect("written");
     assert!(!text.contains("gravity_pendulum"), "{text}");
+}
+
+/// Each candidate that was tried and not named says which condition it failed, those with a small p-value among them.
+fn unnamed_say_why(answer: &Value) {
+    let candidates = answer["candidates"].as_array().expect("a list");
+    let is_named =
+        |it: &Value| answer["effects"].as_array().is_some_and(|named| named.contains(&it["effect"]));
+    let tried = |it: &&Value| it["validate"].is_number() && it["refusal"].is_null();
+    for it in candidates {
+        assert_eq!(it["not_named"]["code"].is_string(), tried(&it) && !is_named(it), "{it}");
+    }
+    let is_significant =
+        |it: &&Value| !is_named(it) && it["chance"].as_f64().is_some_and(|p_value| p_value <= 0.05);
+    let significant: Vec<&Value> = candidates.iter().filter(tried).filter(is_significant).collect();
+    assert!(!significant.is_empty(), "{candidates:#?}");
+    assert!(significant.iter().all(|it| it["not_named"]["code"] != "chance"), "{significant:#?}");
 }
 
 /// What the search finds by looking at every value, and what only the body can decide.

@@ -53,10 +53,12 @@ function candidates(answer) {
       button("add", () => act("add", { effects: [it.effect] }), { "aria-label": "add " + it.effect })),
   ];
   const heading = ["effect alone", "held-out error", "by chance", ""];
-  const refused = answer.candidates.filter(it => it.why);
+  const [refused, unnamed] = [it => it.why, it => it.not_named].map(why => answer.candidates.filter(why));
   return [
     element("h3", {}, "Candidates"), table(heading, tried.slice(0, SHOWN).map(row), { class: "candidates" }),
     tried.length > SHOWN && element("details", { "data-key": "more candidates" }, element("summary", {}, `${tried.length - SHOWN} more`), table(heading, tried.slice(SHOWN).map(row), { class: "candidates" })),
+    unnamed.length && element("details", { "data-key": "not named" }, element("summary", {}, `${unnamed.length} tried and not named, and why`),
+      element("ul", {}, unnamed.map(it => element("li", {}, element("b", {}, it.effect), ": " + it.not_named)))),
     refused.length && element("details", { "data-key": "refused" }, element("summary", {}, `${refused.length} not tried or refused, and why`),
       element("ul", {}, refused.map(it => element("li", {}, element("b", {}, it.effect), ": " + it.why)))),
   ];
