@@ -1,11 +1,11 @@
 //! What README and guide show is true: commands run, options and bench files exist, links lead somewhere.
 //!
 //! Blocks marked `sh` are run, line by line, in a folder that holds `train.csv` and `held_out.csv`; each line of a block marked
-//! `text output` is a line that one of the page's commands says; blocks marked `toml bench`
-//! are bench files that `check` accepts (`toml bench=FILE`: that the page's commands read), blocks marked `toml mapping` mapping files
-//! that read a log; all others are for reading.
+//! `text output` is a line that one of the page's commands says; each block of TOML is marked with its kind, whose reader accepts it:
+//! `toml bench` (`toml bench=FILE`: that the page's commands read), `toml mapping`, `toml plan`, and parts of files, `toml bench part`
+//! and `toml model part`; all others are for reading.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -13,6 +13,12 @@ use std::process::{Command, Output};
 #[path = "documents/form.rs"]
 mod form;
 mod json_schema;
+#[path = "documents/names.rs"]
+mod names;
+#[path = "documents/numbers.rs"]
+mod numbers;
+#[path = "documents/toml_blocks.rs"]
+mod toml_blocks;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -271,52 +277,6 @@ fn commands_marked_as_runnable_run() {
     assert!(count >= 30 && shown >= 25, "{count} commands and {shown} lines of output were found");
 }
 
-#[test]
-fn bench_files_of_the_guide_are_bench_files() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let mut count = 0;
-    for (page, text) in pages() {
-        for block in blocks(&text, "toml bench") {
-            fs::write(folder.path().join("bench.toml"), &block).expect("written");
-            let done = rotorbench(folder.path(), &["check", "--config", "bench.toml"]);
-            let said = String::from_utf8_lossy(&done.stderr);
-            assert!(matches!(done.status.code(), Some(0 | 1)), "{page}:\n{block}\n{said}");
-            count += 1;
-        }
-    }
-    assert!(count >= 2, "{count} bench files were found");
-}
-
-/// Each reads a log with the columns that it names.
-#[test]
-fn mapping_files_of_the_guide_read_a_log() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let mut count = 0;
-    for (page, text) in pages() {
-        for block in blocks(&text, "toml mapping") {
-            let columns =
-                block.lines().filter_map(|line| line.strip_prefix("column = \"")?.split('"').next());
-            let columns: Vec<&str> = columns.collect();
-            let row = |row: i32| {
-                let others = columns[1..].iter().map(|_| (1500 + row % 7).to_string());
-                [format!("{:.2}", f64::from(row) * 0.01)]
-                    .into_iter()
-                    .chain(others)
-                    .collect::<Vec<_>>()
-                    .join(",")
-            };
-            let rows = std::iter::once(columns.join(",")).chain((0..200).map(row)).collect::<Vec<_>>();
-            fs::write(folder.path().join("log.csv"), rows.join("\n") + "\n").expect("written");
-            fs::write(folder.path().join("mapping.toml"), &block).expect("written");
-            let done = rotorbench(folder.path(), &["import", "log.csv", "--mapping", "mapping.toml"]);
-            let said = String::from_utf8_lossy(&done.stderr);
-            assert!(done.status.success(), "{page}:\n{block}\n{said}");
-            count += 1;
-        }
-    }
-    assert!(count >= 1, "{count} mapping files were found");
-}
-
 /// What `check --template` prints is what lies in `examples/benches/`; each file there is a bench that could be armed.
 #[test]
 fn benches_to_start_from_are_accepted() {
@@ -362,47 +322,67 @@ const OTHERS: &[&str] = &[
     "--array",
 ];
 
+/// The words of a text that are options.
+fn option_words(text: &str) -> BTreeSet<String> {
+    let is_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '-';
+    text.split(|letter| !is_word(letter))
+        .filter(|word| word.starts_with("--") && word.len() > 3)
+        .map(str::to_owned)
+        .collect()
+}
+
+/// The program's commands, and the options of each, those of its own commands among them.
+struct Commands {
+    names: BTreeSet<String>,
+    options: BTreeMap<String, BTreeSet<String>>,
+}
+
+impl Commands {
+    fn of_the_program() -> Self {
+        let help = |command: &str| {
+            let words: Vec<&str> = command.split(' ').chain(["--help"]).collect();
+            let done = rotorbench(root(), &words);
+            assert!(done.status.success(), "`rotorbench {command} --help`");
+            String::from_utf8(done.stdout).expect("UTF-8")
+        };
+        let general = String::from_utf8(rotorbench(root(), &["--help"]).stdout).expect("UTF-8");
+        let names: BTreeSet<String> = general
+            .lines()
+            .filter_map(|line| line.strip_prefix("  ")?.split_whitespace().next())
+            .filter(|word| word.chars().all(|it| it.is_ascii_lowercase()) && *word != "help")
+            .map(str::to_owned)
+            .collect();
+        assert!(names.contains("diagnose") && names.len() > 20, "{names:?}");
+        let own = |command: &str| match command {
+            "experiment" => &["constant", "ramp", "steps", "prbs", "chirp"][..],
+            "fleet" => &["plan", "run", "merge"],
+            "dronecan" => &["list"],
+            _ => &[],
+        };
+        let options = |command: &String| {
+            let mut options = option_words(&help(command));
+            own(command)
+                .iter()
+                .for_each(|it| options.extend(option_words(&help(&format!("{command} {it}")))));
+            (command.clone(), options)
+        };
+        Self { options: names.iter().map(options).collect(), names }
+    }
+}
+
 #[test]
 fn options_and_commands_that_are_shown_exist() {
-    let here = root();
-    let help = |command: &str| {
-        let words: Vec<&str> = command.split(' ').chain(["--help"]).collect();
-        let done = rotorbench(here, &words);
-        assert!(done.status.success(), "`rotorbench {command} --help`");
-        String::from_utf8(done.stdout).expect("UTF-8")
-    };
-    let words = |text: &str| -> BTreeSet<String> {
-        let is_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '-';
-        text.split(|letter| !is_word(letter))
-            .filter(|word| word.starts_with("--") && word.len() > 3)
-            .map(str::to_owned)
-            .collect()
-    };
-    let general = String::from_utf8(rotorbench(here, &["--help"]).stdout).expect("UTF-8");
-    let commands: Vec<&str> = general
-        .lines()
-        .filter_map(|line| line.strip_prefix("  ")?.split_whitespace().next())
-        .filter(|word| word.chars().all(|it| it.is_ascii_lowercase()) && *word != "help")
-        .collect();
-    assert!(commands.contains(&"diagnose") && commands.len() > 20, "{commands:?}");
+    let commands = Commands::of_the_program();
     let mut known: BTreeSet<String> = OTHERS.iter().map(|word| (*word).to_owned()).collect();
-    known.extend(commands.iter().flat_map(|command| words(&help(command))));
-    let nested = [
-        ("experiment", &["constant", "ramp", "steps", "prbs", "chirp"][..]),
-        ("fleet", &["plan", "run", "merge"]),
-        ("dronecan", &["list"]),
-    ];
-    for (command, steps) in nested {
-        known.extend(steps.iter().flat_map(|step| words(&help(&format!("{command} {step}")))));
-    }
+    known.extend(commands.options.values().flatten().cloned());
     for (page, text) in pages().iter().filter(|(page, _)| !page.starts_with("docs/evidence")) {
-        for word in words(text) {
+        for word in option_words(text) {
             let word = word.trim_end_matches('-').to_owned();
             assert!(known.contains(&word), "{page}: no command has {word}");
         }
         for line in text.lines().filter_map(|line| line.trim_start().strip_prefix("rotorbench ")) {
             let command = line.split_whitespace().next().unwrap_or_default();
-            assert!(commands.contains(&command) || command == "COMMAND", "{page}: rotorbench {command}");
+            assert!(commands.names.contains(command) || command == "COMMAND", "{page}: rotorbench {command}");
         }
     }
 }
