@@ -111,28 +111,25 @@ impl Driver<'_> {
         for rows in judged.stretches().iter().cloned() {
             let cut = |values: &[f64]| values[rows.clone()].to_vec();
             let zeros = vec![0.0; rows.len()];
-            let (torque, torque_slope, carried, propeller_rate) = match &rates[..] {
-                [Some(first), Some(second)] => {
-                    let (first, second) = (first.cut(rows.clone()), second.cut(rows.clone()));
-                    let torque = |first: &[f64], second: &[f64]| -> Vec<f64> {
-                        let pairs = first.iter().zip(second);
-                        pairs.map(|(first, second)| self.equations.rotor_torque(*first, *second)).collect()
-                    };
-                    let slope = forward_slopes(&data.time()[rows.clone()], &torque(&first.at, &second.at));
-                    let quiet = torque(&first.mean, &second.mean);
-                    let noisy = torque(&first.noisy(), &second.noisy());
-                    let carried = noisy.iter().zip(&quiet).map(|(noisy, quiet)| noisy - quiet).collect();
-                    (quiet, slope, carried, [first.mean, second.mean])
-                }
+            let torque = match &rates[..] {
+                [Some(first), Some(second)] => self.torque_of(
+                    [first.cut(rows.clone()), second.cut(rows.clone())],
+                    &data.time()[rows.clone()],
+                ),
                 _ if by_rotors => return Vec::new(),
-                _ => (cut(judged.torque()), zeros.clone(), zeros, [Vec::new(), Vec::new()]),
+                _ => TorqueOver {
+                    mean: cut(judged.torque()),
+                    slope: zeros.clone(),
+                    carried: zeros,
+                    rates: [Vec::new(), Vec::new()],
+                },
             };
             let source = BodySource {
                 time: cut(data.time()),
-                torque,
-                torque_slope,
-                carried,
-                propeller_rate,
+                torque: torque.mean,
+                torque_slope: torque.slope,
+                carried: torque.carried,
+                propeller_rate: torque.rates,
                 rate: cut(&rate),
                 angle: angle.as_deref().map(cut).unwrap_or_default(),
             };
@@ -142,6 +139,19 @@ impl Driver<'_> {
         }
         runs.retain(|run| !run.windows.is_empty());
         runs
+    }
+
+    /// The torque of both rotors over a stretch.
+    fn torque_of(&self, [first, second]: [Rates; 2], time: &[f64]) -> TorqueOver {
+        let torque = |first: &[f64], second: &[f64]| -> Vec<f64> {
+            let pairs = first.iter().zip(second);
+            pairs.map(|(first, second)| self.equations.rotor_torque(*first, *second)).collect()
+        };
+        let slope = forward_slopes(time, &torque(&first.at, &second.at));
+        let mean = torque(&first.mean, &second.mean);
+        let noisy = torque(&first.noisy(), &second.noisy());
+        let carried = noisy.iter().zip(&mean).map(|(noisy, quiet)| noisy - quiet).collect();
+        TorqueOver { mean, slope, carried, rates: [first.mean, second.mean] }
     }
 
     /// The best guess of a rotor's true rate over a log.
@@ -210,6 +220,18 @@ impl Driver<'_> {
         }
         Some(rates)
     }
+}
+
+/// A torque over a stretch, as a run takes it.
+struct TorqueOver {
+    /// [N m] over the interval after each sample.
+    mean: Vec<f64>,
+    /// [N m/s]
+    slope: Vec<f64>,
+    /// [N m] an example of the noise in it.
+    carried: Vec<f64>,
+    /// [rad/s] means of the rotors' rates; empty where it was logged.
+    rates: [Vec<f64>; 2],
 }
 
 /// [rad/s] rates of a rotor: at the samples, their means over the interval after each, and an example of the noise in

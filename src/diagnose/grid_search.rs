@@ -7,6 +7,7 @@ use super::thresholds::THRESHOLDS;
 use crate::effect::Site;
 use crate::estimation::normal_equations::sum_of_squares;
 use crate::estimation::output_error::{Fit, OutputError};
+use crate::estimation::pseudo_huber::pseudo_huber;
 use crate::estimation::quantile::extremes;
 use crate::model::{Effect, Model};
 
@@ -162,18 +163,6 @@ fn spacing(value: f64, typical: f64) -> f64 {
     (THRESHOLDS.grid_phase * value * value / typical).min(THRESHOLDS.most_grid_spacing * value)
 }
 
-/// Squares of what is small beside the noise, sizes of what is large (pseudo-Huber).
-fn robust_sum(values: &[f64]) -> f64 {
-    let of = |value: f64| (1.0 + (value / THRESHOLDS.grid_robust_width).powi(2)).sqrt() - 1.0;
-    let sum = values.iter().map(|value| of(*value)).sum::<f64>();
-    // As for squares: what ran away loses.
-    if sum.is_finite() {
-        2.0 * THRESHOLDS.grid_robust_width * THRESHOLDS.grid_robust_width * sum
-    } else {
-        f64::MAX
-    }
-}
-
 fn cost_of<'a>(
     data: &'a BlockData,
     template: &Model,
@@ -185,7 +174,7 @@ fn cost_of<'a>(
     let mut residuals = vec![0.0; problem.len()];
     move |value| {
         problem.residuals(&[value], &locals, &mut residuals);
-        robust_sum(&residuals)
+        pseudo_huber(&residuals, THRESHOLDS.grid_robust_width)
     }
 }
 

@@ -8,6 +8,7 @@ use super::candidate_set::Candidate;
 use super::data_split::DataSplit;
 use super::error::DiagnoseError;
 use super::thresholds::THRESHOLDS;
+use crate::estimation::moments::mean_of;
 use crate::log::Dataset;
 use crate::model::{Effect, Model, ModelError};
 use crate::screening::ScreenedLog;
@@ -97,9 +98,9 @@ fn columns<'a>(log: &'a Dataset, names: &'a [&str]) -> impl Iterator<Item = f64>
     columns.copied().filter(|value| value.is_finite())
 }
 
+/// The mean of what was measured; `None` where nothing was.
 fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-    (count > 0.0).then_some(sum / count)
+    Some(mean_of(values)).filter(|mean| mean.is_finite())
 }
 
 fn fitted(model: &Model, known: &[Effect], split: &DataSplit) -> CandidateFit {

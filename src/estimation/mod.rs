@@ -20,6 +20,7 @@ pub mod noise_by_blocks;
 pub mod noise_floor;
 pub mod normal_equations;
 pub mod output_error;
+pub(crate) mod pseudo_huber;
 pub mod quantile;
 pub mod quantization_step;
 mod ranks;

@@ -141,11 +141,8 @@ impl Work<'_> {
         }
         let (training, validated) = (run(&self.rotors, &actuator), run(&other, &actuator));
         if !self.mismatch {
-            let rotors = self.rotors.iter().chain(&other).filter(|it| it.jumps().len() >= FEWEST_JUMPS);
-            let runs = || training.iter().chain(&validated);
-            let found = rotors
-                .filter_map(|rotor| unexplained(rotor, runs().find(|run| run.source == rotor.source())?))
-                .collect::<Vec<Finding>>();
+            let runs = training.iter().chain(&validated);
+            let found = not_explained(self.rotors.iter().chain(&other), &runs.collect::<Vec<_>>());
             self.findings.extend(found);
         }
         let mut model = self.model(&actuator);
@@ -188,6 +185,13 @@ impl Work<'_> {
         let steps = if self.rotors.is_empty() { Vec::new() } else { self.parts };
         IdentifyError::Nothing { reasons, steps }
     }
+}
+
+/// The rotors with exciting commands that their runs under the model do not follow.
+fn not_explained<'a>(rotors: impl Iterator<Item = &'a RotorLog>, runs: &[&Validation]) -> Vec<Finding> {
+    let excited = rotors.filter(|rotor| rotor.jumps().len() >= FEWEST_JUMPS);
+    let of = |rotor: &RotorLog| runs.iter().find(|run| run.source == rotor.source()).copied();
+    excited.filter_map(|rotor| unexplained(rotor, of(rotor)?)).collect()
 }
 
 /// From z to the measured rate, [rad/s] both.

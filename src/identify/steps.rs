@@ -145,13 +145,7 @@ impl Work<'_> {
         let actuator = self.actuator();
         let steady =
             |u: f64, drop: f64| u * polynomial(&actuator.coefficients, u) - actuator.voltage_gain * drop;
-        // The voltage moves as the rotor does, which is known by now.
-        let pole = self.joint.as_ref().map(|joint| joint.pole.value);
-        let moves = |rotor: &RotorLog| RotorLog {
-            instrument: pole.map(|pole| VoltageInstrument { pole, noise: 0.0 }),
-            ..rotor.clone()
-        };
-        let excited: Vec<RotorLog> = self.excited.iter().map(moves).collect();
+        let excited = self.excited_with_instruments();
         let record = |rotors: &[RotorLog], delay: f64| {
             record_of(rotors, actuator.full_voltage, delay, |u, drop| [steady(u, drop), 1.0])
         };
@@ -185,6 +179,16 @@ impl Work<'_> {
             alternatives,
             delay,
         });
+    }
+
+    /// The excited rotors; their voltage moves as the rotor does, where that is known by now.
+    fn excited_with_instruments(&self) -> Vec<RotorLog> {
+        let pole = self.joint.as_ref().map(|joint| joint.pole.value);
+        let moves = |rotor: &RotorLog| RotorLog {
+            instrument: pole.map(|pole| VoltageInstrument { pole, noise: 0.0 }),
+            ..rotor.clone()
+        };
+        self.excited.iter().map(moves).collect()
     }
 
     pub(crate) fn thrust(&mut self, logs: &[ScreenedLog]) {

@@ -4,6 +4,7 @@ use super::thresholds::THRESHOLDS;
 use serde::Serialize;
 
 use super::IdentifiedActuator;
+use crate::estimation::moments::mean_of;
 use crate::estimation::quantile::quantile;
 use crate::screening::rotor_data::RotorLog;
 
@@ -55,7 +56,7 @@ pub(crate) fn validate(rotor: &RotorLog, actuator: &IdentifiedActuator) -> Optio
     }
     let samples = traces.len();
     let count = samples as f64;
-    let mean = traces.iter().map(|trace| trace.1).sum::<f64>() / count;
+    let mean = mean_of(traces.iter().map(|trace| trace.1));
     let squares: f64 = traces.iter().map(|(_, measured, model)| (measured - model).powi(2)).sum();
     let around: f64 = traces.iter().map(|trace| (trace.1 - mean).powi(2)).sum();
     let percent = || traces.iter().map(|(_, measured, model)| 100.0 * ((model - measured) / measured).abs());

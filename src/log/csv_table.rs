@@ -69,9 +69,7 @@ impl Reader<'_> {
         let skipped: usize = text.split_inclusive('\n').take(config.skip_lines).map(str::len).sum();
         let body = text.get(skipped..).unwrap_or("");
         let is_remark = |line: &&str| config.comment.is_some_and(|comment| line.starts_with(comment));
-        self.notes.remarks = body.lines().filter(is_remark).count();
-        let first = body.lines().find(is_remark);
-        self.notes.first_remark = first.map(shortened);
+        self.note_remarks(body.lines().filter(is_remark));
         let comment = config.comment.map(|comment| comment as u8);
         let mut reader = csv::ReaderBuilder::new()
             .delimiter(config.delimiter as u8)
@@ -80,15 +78,7 @@ impl Reader<'_> {
             .flexible(true)
             .trim(csv::Trim::All)
             .from_reader(body.as_bytes());
-        let header: Vec<String> = match reader.headers() {
-            Ok(cells) if config.header => cells.iter().map(str::to_owned).collect(),
-            Ok(cells) => (1..=cells.len()).map(|number| format!("#{number}")).collect(),
-            Err(error) => return Err(self.syntax(&error)),
-        };
-        if header.len() > MOST_COLUMNS {
-            let reason = format!("{} columns; {MOST_COLUMNS} are the most", header.len());
-            return Err(ForeignError::Syntax { path: self.path.to_owned(), line: Some(1), reason });
-        }
+        let header = self.header(reader.headers())?;
         let (mut clocks, mut wanted) = self.columns(&header)?;
         let mut lines = Lines::new(body.as_bytes(), comment, config.skip_lines as u64 + 1);
         let mut record = csv::StringRecord::new();
@@ -120,6 +110,26 @@ impl Reader<'_> {
             }
         }
         Ok(clocks.into_iter().map(|clock| clock.table).collect())
+    }
+
+    fn note_remarks<'a>(&mut self, mut remarks: impl Iterator<Item = &'a str>) {
+        let first = remarks.next();
+        self.notes.remarks = usize::from(first.is_some()) + remarks.count();
+        self.notes.first_remark = first.map(shortened);
+    }
+
+    /// The names of the columns; of a file without a header, their numbers.
+    fn header(&self, first: csv::Result<&csv::StringRecord>) -> Result<Vec<String>, ForeignError> {
+        let cells = first.map_err(|error| self.syntax(&error))?;
+        if cells.len() > MOST_COLUMNS {
+            let reason = format!("{} columns; {MOST_COLUMNS} are the most", cells.len());
+            return Err(ForeignError::Syntax { path: self.path.to_owned(), line: Some(1), reason });
+        }
+        Ok(if self.config().header {
+            cells.iter().map(str::to_owned).collect()
+        } else {
+            (1..=cells.len()).map(|number| format!("#{number}")).collect()
+        })
     }
 
     /// One row more of each table.

@@ -72,62 +72,80 @@ impl Bars {
         let values = self.bars.iter().map(|bar| bar.1).chain(self.levels.iter().map(|level| level.1));
         let highest = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
         let scale = (WIDTH - LABEL - VALUE) / if highest > 0.0 { highest } else { 1.0 };
-        let position = |value: f64| LABEL + value.max(0.0) * scale;
         let top = 20.0 * self.levels.len() as f64 + 6.0;
         let height = top + ROW * self.bars.len() as f64 + 6.0;
         let mut svg = format!(
             "<svg viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"{}\">",
             escape(&self.title)
         );
-        // Writing to a String cannot fail.
         // Values stand over the lines.
         let mut values = String::new();
-        for (row, (label, value, mark, note)) in self.bars.iter().enumerate() {
-            let y = top + ROW * row as f64;
-            let middle = y + ROW * 0.66;
-            let _ = write!(
-                svg,
-                "<text class=\"label\" x=\"{}\" y=\"{middle:.1}\" text-anchor=\"end\">{}</text>",
-                LABEL - 8.0,
-                escape(&shortened(label, 36))
-            );
-            let length = if value.is_finite() { position(*value) - LABEL } else { 0.0 };
-            let _ = write!(
-                svg,
-                "<rect class=\"{}\" x=\"{LABEL}\" y=\"{:.1}\" width=\"{length:.1}\" height=\"{}\" rx=\"2\"><title>{}: {} {}</title></rect>",
-                mark.class(),
-                y + 4.0,
-                ROW - 8.0,
-                escape(label),
-                number(*value, 5),
-                escape(&self.unit)
-            );
-            let _ = write!(
-                values,
-                "<text class=\"value\" x=\"{:.1}\" y=\"{middle:.1}\">{} <tspan class=\"note\">{}</tspan></text>",
-                LABEL + length + 6.0,
-                number(*value, 4),
-                escape(note)
-            );
+        for (row, bar) in self.bars.iter().enumerate() {
+            self.draw_bar(bar, top + ROW * row as f64, scale, [&mut svg, &mut values]);
         }
-        for (row, (label, value)) in self.levels.iter().enumerate() {
-            let (x, y) = (position(*value), 20.0 * row as f64 + 14.0);
-            // A label near the right edge is written to the left of its line.
-            let (anchor, shift) = if x > WIDTH - 260.0 { ("end", -6.0) } else { ("start", 6.0) };
-            let _ = write!(
-                svg,
-                "<line class=\"level\" x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"{:.1}\" y2=\"{height}\"/>\
-                 <text class=\"level\" x=\"{:.1}\" y=\"{y}\" text-anchor=\"{anchor}\">{} {}</text>",
-                y - 10.0,
-                x + shift,
-                escape(label),
-                number(*value, 4)
-            );
+        for (row, level) in self.levels.iter().enumerate() {
+            draw_level(level, 20.0 * row as f64 + 14.0, scale, height, &mut svg);
         }
         svg.push_str(&values);
         svg.push_str("</svg>");
         svg
     }
+
+    /// One bar at `y` with its label, and apart what is written behind it. Writing to a String cannot fail.
+    fn draw_bar(
+        &self,
+        (label, value, mark, note): &(String, f64, Mark, String),
+        y: f64,
+        scale: f64,
+        [svg, values]: [&mut String; 2],
+    ) {
+        let middle = y + ROW * 0.66;
+        let _ = write!(
+            svg,
+            "<text class=\"label\" x=\"{}\" y=\"{middle:.1}\" text-anchor=\"end\">{}</text>",
+            LABEL - 8.0,
+            escape(&shortened(label, 36))
+        );
+        let length = if value.is_finite() { position(*value, scale) - LABEL } else { 0.0 };
+        let _ = write!(
+            svg,
+            "<rect class=\"{}\" x=\"{LABEL}\" y=\"{:.1}\" width=\"{length:.1}\" height=\"{}\" rx=\"2\"><title>{}: {} {}</title></rect>",
+            mark.class(),
+            y + 4.0,
+            ROW - 8.0,
+            escape(label),
+            number(*value, 5),
+            escape(&self.unit)
+        );
+        let _ = write!(
+            values,
+            "<text class=\"value\" x=\"{:.1}\" y=\"{middle:.1}\">{} <tspan class=\"note\">{}</tspan></text>",
+            LABEL + length + 6.0,
+            number(*value, 4),
+            escape(note)
+        );
+    }
+}
+
+/// Where a value ends.
+fn position(value: f64, scale: f64) -> f64 {
+    LABEL + value.max(0.0) * scale
+}
+
+/// One line over all bars, with its label at `y`.
+fn draw_level((label, value): &(String, f64), y: f64, scale: f64, height: f64, svg: &mut String) {
+    let x = position(*value, scale);
+    // A label near the right edge is written to the left of its line.
+    let (anchor, shift) = if x > WIDTH - 260.0 { ("end", -6.0) } else { ("start", 6.0) };
+    let _ = write!(
+        svg,
+        "<line class=\"level\" x1=\"{x:.1}\" x2=\"{x:.1}\" y1=\"{:.1}\" y2=\"{height}\"/>\
+         <text class=\"level\" x=\"{:.1}\" y=\"{y}\" text-anchor=\"{anchor}\">{} {}</text>",
+        y - 10.0,
+        x + shift,
+        escape(label),
+        number(*value, 4)
+    );
 }
 
 fn shortened(label: &str, longest: usize) -> String {

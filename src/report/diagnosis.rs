@@ -4,7 +4,7 @@ use super::story::{card_sentence, error_table, failing, found_parameters, moves_
 use super::verdict::{self, NextStep};
 use super::{Bars, Mark, Page, Table, comparison, number};
 use crate::compare::Comparison;
-use crate::diagnose::diagnosis::{ErrorSummary, FailurePlace, FoundParameter};
+use crate::diagnose::diagnosis::{ErrorSummary, FailurePlace, FoundParameter, RankedCandidate};
 use crate::diagnose::{Diagnosis, Extension, Verdict};
 use crate::effect::{Site, find};
 use crate::model::{Change, Model};
@@ -233,28 +233,11 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
          shifted in time and so means nothing: above 0.05 it counts as chance, however far the bar has fallen.",
     );
     for channel in channels {
-        let mut bars = Bars::new(format!("Every candidate alone: held-out error of {channel}"), "");
-        let mut named_here = diagnosis.error.is_of(channel);
-        for (candidate, error) in tried.iter().filter(|(candidate, _)| candidate.channel == channel) {
-            let named = diagnosis.effects.contains(&candidate.effect);
-            named_here |= named;
-            let note = candidate
-                .p_value
-                .map_or_else(String::new, |chance| format!("by chance {}", number(chance, 2)));
-            let mark = if named { Mark::Good } else { Mark::Plain };
-            bars = bars.noted_bar(candidate.effect.clone(), *error, mark, note);
-        }
-        let here = tried.iter().filter(|(candidate, _)| candidate.channel == channel);
-        if let Some(by_chance) = here.filter_map(|(candidate, _)| candidate.surrogate_error).reduce(f64::min)
-        {
-            bars = bars.level("one in twenty by chance", by_chance);
-        }
-        if diagnosis.error.is_of(channel) {
-            bars = bars
-                .level("noise floor", diagnosis.error.noise_floor)
-                .level("base, refitted", diagnosis.error.refitted.validate);
-        }
-        if named_here {
+        let of_channel: Vec<_> =
+            tried.iter().copied().filter(|(candidate, _)| candidate.channel == channel).collect();
+        let is_named = |it: &(&RankedCandidate, f64)| diagnosis.effects.contains(&it.0.effect);
+        let bars = candidates_of(channel, &of_channel, diagnosis);
+        if diagnosis.error.is_of(channel) || of_channel.iter().any(is_named) {
             page.bars(bars);
         } else {
             let what = channel.split(' ').next().unwrap_or(channel);
@@ -280,6 +263,27 @@ fn candidates(page: &mut Page, diagnosis: &Diagnosis) {
             page.list(refused);
         });
     }
+}
+
+/// The candidates for one channel, with their errors, the least first.
+fn candidates_of(channel: &str, tried: &[(&RankedCandidate, f64)], diagnosis: &Diagnosis) -> Bars {
+    let mut bars = Bars::new(format!("Every candidate alone: held-out error of {channel}"), "");
+    for (candidate, error) in tried {
+        let note =
+            candidate.p_value.map_or_else(String::new, |chance| format!("by chance {}", number(chance, 2)));
+        let mark = if diagnosis.effects.contains(&candidate.effect) { Mark::Good } else { Mark::Plain };
+        bars = bars.noted_bar(candidate.effect.clone(), *error, mark, note);
+    }
+    let by_chance = tried.iter().filter_map(|(candidate, _)| candidate.surrogate_error).reduce(f64::min);
+    if let Some(by_chance) = by_chance {
+        bars = bars.level("one in twenty by chance", by_chance);
+    }
+    if diagnosis.error.is_of(channel) {
+        bars = bars
+            .level("noise floor", diagnosis.error.noise_floor)
+            .level("base, refitted", diagnosis.error.refitted.validate);
+    }
+    bars
 }
 
 /// Both models on the logs, block by block.

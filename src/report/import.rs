@@ -77,32 +77,7 @@ pub fn frames(notes: &CaptureNotes) -> String {
 /// What the reader left out, cut or merged, in words.
 #[must_use]
 pub fn note_lines(notes: &Notes) -> Vec<String> {
-    let mut lines = Vec::new();
-    let mut say = |places: &Places, what: &str| {
-        if places.count > 0 {
-            let shown: Vec<String> = places.first_lines.iter().map(u64::to_string).collect();
-            let more = if places.count > shown.len() { ", ..." } else { "" };
-            let mark = if places.count == 1 { "line" } else { "lines" };
-            lines.push(format!("note: {} {what} ({mark} {}{more})", places.count, shown.join(", ")));
-        }
-    };
-    say(&notes.short_rows, "row(s) end before the header does: the rest of their cells is missing");
-    say(&notes.long_rows, "row(s) go on behind the header: the surplus is not read");
-    say(&notes.repeated_header, "line(s) say the header again, left out");
-    say(
-        &notes.cut_cell,
-        "cell at the end of the file, whose last line has no end, may have been cut in writing: left out",
-    );
-    say(&notes.without_time, "row(s) without a time, left out");
-    say(&notes.repeated_time, "row(s) repeat the time of the row before: merged into it");
-    say(&notes.conflicting_cells, "cell(s) contradict the row of the same time: left out");
-    say(&notes.backward_time, "row(s) whose time lies before an earlier row's: left out");
-    for (signal, places) in &notes.clamped {
-        say(places, &format!("values of `{signal}` cut to the mapping's `clamp`"));
-    }
-    for (signal, places) in &notes.invalid {
-        say(places, &format!("values of `{signal}` outside the mapping's `valid`: left out"));
-    }
+    let mut lines: Vec<String> = of_rows(notes);
     if notes.remarks > 0 {
         let first = notes.first_remark.as_deref().unwrap_or("");
         lines.push(match notes.remarks {
@@ -137,6 +112,38 @@ pub fn note_lines(notes: &Notes) -> Vec<String> {
         lines.push(format!("note: columns not used: {}", notes.unused_columns.join(", ")));
     }
     lines
+}
+
+/// What was odd in rows and cells, each with the first lines where it was.
+fn of_rows(notes: &Notes) -> Vec<String> {
+    let cut =
+        "cell at the end of the file, whose last line has no end, may have been cut in writing: left out";
+    let counted = [
+        (&notes.short_rows, "row(s) end before the header does: the rest of their cells is missing"),
+        (&notes.long_rows, "row(s) go on behind the header: the surplus is not read"),
+        (&notes.repeated_header, "line(s) say the header again, left out"),
+        (&notes.cut_cell, cut),
+        (&notes.without_time, "row(s) without a time, left out"),
+        (&notes.repeated_time, "row(s) repeat the time of the row before: merged into it"),
+        (&notes.conflicting_cells, "cell(s) contradict the row of the same time: left out"),
+        (&notes.backward_time, "row(s) whose time lies before an earlier row's: left out"),
+    ];
+    let counted = counted.into_iter().filter_map(|(places, what)| at_lines(places, what));
+    let clamped = notes.clamped.iter().filter_map(|(signal, places)| {
+        at_lines(places, &format!("values of `{signal}` cut to the mapping's `clamp`"))
+    });
+    let invalid = notes.invalid.iter().filter_map(|(signal, places)| {
+        at_lines(places, &format!("values of `{signal}` outside the mapping's `valid`: left out"))
+    });
+    counted.chain(clamped).chain(invalid).collect()
+}
+
+/// How often something was, and the first lines where; `None` where it was nowhere.
+fn at_lines(places: &Places, what: &str) -> Option<String> {
+    let shown: Vec<String> = places.first_lines.iter().map(u64::to_string).collect();
+    let more = if places.count > shown.len() { ", ..." } else { "" };
+    let mark = if places.count == 1 { "line" } else { "lines" };
+    (places.count > 0).then(|| format!("note: {} {what} ({mark} {}{more})", places.count, shown.join(", ")))
 }
 
 /// What a reader of a format left out.

@@ -5,6 +5,7 @@ use super::channel::{BODY_ANGLE, BODY_RATE};
 use super::plausibility::MOST;
 use super::rotor_data::bounds;
 use super::thresholds::THRESHOLDS;
+use crate::estimation::moments::mean_of;
 use crate::estimation::quantile::quantile;
 use crate::log::Dataset;
 
@@ -68,8 +69,7 @@ fn ratio_to_slope(time: &[f64], angle: &[f64], rate: &[f64]) -> Option<f64> {
         }
         from = Some(row);
         let known = || rate[first..=row].iter().filter(|rate| rate.is_finite());
-        let (slope, mean) =
-            ((angle[row] - angle[first]) / span, known().sum::<f64>() / known().count() as f64);
+        let (slope, mean) = ((angle[row] - angle[first]) / span, mean_of(known().copied()));
         if mean.is_finite()
             && span < THRESHOLDS.slope_span_longest * THRESHOLDS.slope_span.max(time[row] - time[row - 1])
         {

@@ -10,6 +10,7 @@ use super::Finding;
 use super::channel::{BODY_ANGLE, BODY_RATE, TORQUE_COMMAND, rates_of_both};
 use super::screened_rotor::ScreenedRotor;
 use super::thresholds::THRESHOLDS;
+use crate::estimation::moments::mean_of;
 use crate::estimation::noise_floor::noise_of_reading;
 use crate::estimation::quantization_step::quantization_step;
 use crate::log::Dataset;
@@ -43,7 +44,7 @@ fn over_noise(log: &Dataset, values: &[f64], segments: &[Range<usize>]) -> f64 {
     let (mut squares, mut count) = (0.0, 0.0);
     for rows in segments.iter().flat_map(|rows| values[rows.clone()].chunks(window)) {
         let known = || rows.iter().filter(|value| value.is_finite());
-        let mean = known().sum::<f64>() / known().count().max(1) as f64;
+        let mean = mean_of(known().copied());
         squares += known().map(|value| (value - mean).powi(2)).sum::<f64>();
         count += known().count() as f64;
     }

@@ -77,23 +77,25 @@ pub(super) fn parse(
             }
         }
     }
+    let body = body(parts, source.id).map_err(|reason| Refused { line: 1, reason })?;
+    let signature = Compound::signature_of(source.name, &body, overridden);
+    Ok(Compound { name: source.name.to_owned(), id: source.id, body, signature })
+}
+
+/// What the structures of a definition are: one a message, two a service.
+fn body(mut parts: Vec<Structure>, id: Option<u16>) -> Result<Body, String> {
     for part in &parts {
         let has_void = part.fields.iter().any(|field| field.name.is_empty());
         if part.is_union && (part.fields.len() < 2 || has_void) {
-            let reason = "a union has two fields or more, each with a name".to_owned();
-            return Err(Refused { line: 1, reason });
+            return Err("a union has two fields or more, each with a name".to_owned());
         }
     }
     let last = parts.pop().unwrap_or_default();
-    let body = match parts.pop() {
-        Some(request) => Body::Service(request, last),
-        None => Body::Message(last),
-    };
-    if matches!(body, Body::Service(..)) && source.id.is_some_and(|id| id > 0xFF) {
-        return Err(Refused { line: 1, reason: "the id of a service is at most 255".to_owned() });
+    let Some(request) = parts.pop() else { return Ok(Body::Message(last)) };
+    if id.is_some_and(|id| id > 0xFF) {
+        return Err("the id of a service is at most 255".to_owned());
     }
-    let signature = Compound::signature_of(source.name, &body, overridden);
-    Ok(Compound { name: source.name.to_owned(), id: source.id, body, signature })
+    Ok(Body::Service(request, last))
 }
 
 fn remember<'a>(names: &mut Vec<&'a str>, name: &'a str) -> Result<(), String> {
