@@ -187,12 +187,9 @@ struct Projection<const M: usize> {
 
 impl<const M: usize> Projection<M> {
     fn new(record: &Record<M>, pole: f64) -> Option<Self> {
-        let segments = &record.segments;
         let mut block = Block::EMPTY;
-        let grams: Vec<Gram<M>> = segments
-            .iter()
-            .map(|segment| Gram::gather(record, segment, pole, &mut block).without_initial_state())
-            .collect();
+        let gather = |segment| Gram::gather(record, segment, pole, &mut block).without_initial_state();
+        let grams: Vec<Gram<M>> = record.segments.iter().map(gather).collect();
         let sum = |entry: &dyn Fn(&Gram<M>) -> f64| grams.iter().map(entry).sum::<f64>();
         let samples = grams.iter().map(|gram| gram.samples).sum::<usize>();
         // A stretch without a sample has no state to be fitted.

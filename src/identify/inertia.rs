@@ -132,8 +132,6 @@ pub(crate) fn identify(
     if !can_show_inertia(screened, rate, warnings) {
         return None;
     }
-    let source = log.source_name().to_owned();
-    let found = |code: &'static str| Finding::new(code, "inertia").of(&source);
     let judged = screened.body()?;
     let drive = drive(log, judged, actuator, arm)?;
     let rate = &*judged.driven_rows(rate);
@@ -145,16 +143,30 @@ pub(crate) fn identify(
         THRESHOLDS.body_window,
         THRESHOLDS.fewest_window_samples,
     );
-    let rows: usize = windows.iter().map(Vec::len).sum();
-    if rows < THRESHOLDS.fewest_windows * THRESHOLDS.fewest_window_samples {
-        warnings.push(found("too_few_body_samples"));
+    if windows.iter().map(Vec::len).sum::<usize>()
+        < THRESHOLDS.fewest_windows * THRESHOLDS.fewest_window_samples
+    {
+        warnings.push(Finding::new("too_few_body_samples", "inertia").of(log.source_name()));
         return None;
     }
-    let Regression { design, instruments, y, own } = Regression::of(log, rate, &drive, &windows);
+    fit(log, rate, &drive, &windows, arm, warnings)
+}
+
+/// Fits the inertia over the windows; `None` where the torque hardly shows.
+fn fit(
+    log: &Dataset,
+    rate: &[f64],
+    drive: &Drive,
+    windows: &[Vec<usize>],
+    arm: f64,
+    warnings: &mut Vec<Finding>,
+) -> Option<Body> {
+    let Regression { design, instruments, y, own } = Regression::of(log, rate, drive, windows);
     let fit = least_squares::instrumental(&design, &instruments, &y)?;
     let slope = Estimate { value: fit.coefficients[0], standard_error: fit.standard_error(0) };
     if slope.value < THRESHOLDS.torque_shows_errors * slope.standard_error || slope.value <= 0.0 {
-        warnings.push(significance::with_estimate(found("torque_hardly_shows"), &slope));
+        let hardly = Finding::new("torque_hardly_shows", "inertia").of(log.source_name());
+        warnings.push(significance::with_estimate(hardly, &slope));
         return None;
     }
     let inertia_of = |slope: Estimate| {
@@ -175,16 +187,16 @@ pub(crate) fn identify(
     let each = windows.iter().flatten().zip(fit.residuals.iter());
     let traces = each.map(|(&row, residual)| (log.time()[row], rate[row], rate[row] - residual)).collect();
     Some(Body {
-        source,
+        source: log.source_name().to_owned(),
         arm_over_inertia,
         inertia,
         arm,
         bias: Estimate { value: fit.coefficients[1], standard_error: fit.standard_error(1) },
         residual_rms: fit.residual_rms,
-        motion_rms: (y.norm_squared() / rows as f64).sqrt(),
+        motion_rms: (y.norm_squared() / y.len() as f64).sqrt(),
         residual_correlation: lag_one_correlation(fit.residuals.as_slice()),
         omitted_torque,
-        samples: rows,
+        samples: y.len(),
         driven_by: drive.driven_by,
         traces,
     })

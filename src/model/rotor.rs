@@ -71,6 +71,14 @@ impl RotorTrace {
         self.mean_square.iter_mut().for_each(Vec::clear);
     }
 
+    /// At the last sample there is no interval any more: means are those of the rate there.
+    fn finish(&mut self, end: [f64; MOST_STATES]) {
+        let last = self.rate.last().copied();
+        self.mean.extend(last);
+        self.mean_square.iter_mut().for_each(|all| all.extend(last.map(|rate| rate * rate)));
+        self.end = end;
+    }
+
     /// What a stretch that begins `hole` [s] after this one remembers of it.
     #[must_use]
     pub fn remembered(&self, hole: f64) -> Remembered {
@@ -164,10 +172,7 @@ impl Equations {
             trace.mean.push(turned / (next - now));
             trace.mean_square.iter_mut().for_each(|all| all.push(squares / (next - now)));
         }
-        let last = trace.rate.last().copied();
-        trace.mean.extend(last);
-        trace.mean_square.iter_mut().for_each(|all| all.extend(last.map(|rate| rate * rate)));
-        trace.end = state.steady;
+        trace.finish(state.steady);
     }
 
     /// Whether the rotor is a first-order lag, a dead time apart.
