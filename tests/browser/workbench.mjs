@@ -227,14 +227,27 @@ async function live() {
   step("a running bench");
   writeFileSync(join(folder, "bench.toml"), `name = "browser-${process.pid}"\n`);
   const emulator = spawn(program, ["emulate", "--shm", "--config", "bench.toml"], { cwd: folder, stdio: ["ignore", "ignore", "inherit"] });
-  const ended = new Promise(done => emulator.on("exit", done));
+  const controller = spawn(program, ["control", "--config", "bench.toml"], { cwd: folder, stdio: ["ignore", "ignore", "inherit"] });
+  const exitOf = process => new Promise(done => process.on("exit", done));
+  const ended = Promise.all([emulator, controller].map(exitOf));
   try {
     await page.goto(await start("--config", "bench.toml"));
     await page.getByRole("button", { name: "Live" }).click();
     await page.locator("#live-state[data-state]").waitFor();
     await page.locator("#live canvas").first().waitFor();
-    await picture("8-live");
+    // The loop at work, for long enough to be seen.
+    const armed = await exitOf(spawn(program, ["arm", "--config", "bench.toml"], { cwd: folder, stdio: ["ignore", "ignore", "inherit"] }));
+    check(armed === 0, "armed");
+    await page.locator("#live-state[data-state=armed]").waitFor();
+    await page.waitForTimeout(20000);
+    await picture("8-live-light");
+    await page.emulateMedia({ colorScheme: "dark" });
+    // Drawn anew with the next look at the bench, four in a second.
+    await page.waitForTimeout(1000);
+    await picture("8-live-dark");
+    await page.emulateMedia({ colorScheme: "light" });
   } finally {
+    controller.kill("SIGINT");
     emulator.kill("SIGINT");
     await ended;
   }
