@@ -49,6 +49,9 @@ enum CommandLine {
         /// First seed
         #[arg(long, default_value_t = 1)]
         seed: u64,
+        /// That many cases of an effect beside a small one that nobody names, and nothing else
+        #[arg(long)]
+        blurred: Option<u64>,
     },
     /// Ask the program about every case of a folder, and print the score
     Score {
@@ -71,7 +74,10 @@ enum CommandLine {
 
 fn main() -> ExitCode {
     let done = match CommandLine::parse() {
-        CommandLine::Generate { out, draws, seed } => generate(&out, draws, seed).map(|()| true),
+        CommandLine::Generate { out, draws, seed, blurred } => {
+            generate(&out, &blurred.map_or_else(|| questions(draws, seed), |count| blurs(count, seed)), seed)
+                .map(|()| true)
+        }
         CommandLine::Score { folder, binary, jobs, only, brief } => {
             score(&folder, &binary, jobs.max(1), only.as_deref(), brief)
         }
@@ -105,10 +111,16 @@ fn questions(draws: u64, seed: u64) -> Vec<Question> {
     out
 }
 
-fn generate(out: &Path, draws: u64, seed: u64) -> Result<(), Box<dyn Error>> {
+/// Effects beside small ones, as many as asked for.
+fn blurs(count: u64, seed: u64) -> Vec<Question> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    (0..count).map(|_| Question::blurred(&mut rng)).collect()
+}
+
+fn generate(out: &Path, questions: &[Question], seed: u64) -> Result<(), Box<dyn Error>> {
     fs::create_dir_all(out)?;
     let mut truths = Map::new();
-    for (number, question) in questions(draws, seed).iter().enumerate() {
+    for (number, question) in questions.iter().enumerate() {
         let Some(case) = question.make(seed.wrapping_mul(1_000_003) + number as u64) else { continue };
         let name = format!("case_{:04}", truths.len());
         case.write(&out.join(&name))?;

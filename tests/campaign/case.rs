@@ -24,6 +24,16 @@ pub enum Question {
     Changed(&'static str, Kind),
     /// A law outside the catalogue, by number.
     Outside(usize, Kind),
+    /// A strong effect, and a small one that nobody asks about.
+    Blurred(&'static Entry, Small, Kind),
+}
+
+/// What is too small to be named, and moves the numbers of what is.
+#[derive(Clone)]
+pub enum Small {
+    Effect(&'static Entry),
+    /// A law outside the catalogue, by number.
+    Outside(usize),
 }
 
 /// Parameters of the base that a case may change, as the diagnosis calls them.
@@ -173,7 +183,8 @@ impl Question {
             | Self::Single(_, kind)
             | Self::Pair(_, _, kind)
             | Self::Changed(_, kind)
-            | Self::Outside(_, kind) => *kind,
+            | Self::Outside(_, kind)
+            | Self::Blurred(_, _, kind) => *kind,
         }
     }
 
@@ -209,6 +220,20 @@ impl Question {
                 return Self::Pair(a, b, kind);
             }
         }
+    }
+
+    /// A random strong effect beside a small one: of the catalogue, or a law outside it.
+    pub fn blurred(rng: &mut ChaCha8Rng) -> Self {
+        let kind = if rng.random_bool(0.5) { Kind::Actuator } else { Kind::Attitude };
+        let all: Vec<&'static Entry> = ENTRIES.iter().filter(|entry| entry.shows_on(kind)).collect();
+        let strong = all[rng.random_range(0..all.len())];
+        if rng.random_bool(0.5) {
+            let laws = if kind == Kind::Actuator { OUTSIDE_ACTUATOR } else { OUTSIDE_ATTITUDE };
+            return Self::Blurred(strong, Small::Outside(rng.random_range(0..laws)), kind);
+        }
+        let can_be_weak = |entry: &&&'static Entry| entry.id != strong.id && entry.weakens();
+        let others: Vec<&&'static Entry> = all.iter().filter(can_be_weak).collect();
+        Self::Blurred(strong, Small::Effect(others[rng.random_range(0..others.len())]), kind)
     }
 
     /// Makes the case of `seed`, drawing again where the loop left its bench or an effect cannot be seen.
@@ -251,6 +276,22 @@ impl Question {
                 hidden.outside = law;
                 named.insert("law".to_owned(), json!(name));
                 "unknown".to_owned()
+            }
+            Self::Blurred(entry, small, _) => {
+                effects.push((*entry, draw_parameters(entry, rng)));
+                match small {
+                    Small::Effect(other) => {
+                        let weak = other.parameters.iter().map(|(name, draw)| draw.weak(name, rng)).collect();
+                        effects.push((*other, weak));
+                    }
+                    Small::Outside(number) => {
+                        let (name, law) = outside(*number, kind, rng);
+                        let factor = 0.05 * 10.0_f64.powf(rng.random::<f64>());
+                        hidden.outside = law.scaled(factor);
+                        named.insert("law".to_owned(), json!(name));
+                    }
+                }
+                format!("{} beside", entry.id)
             }
         };
         for (entry, values) in &effects {
@@ -303,6 +344,9 @@ impl Question {
     ) -> Map<String, Value> {
         let bare = |base: Base| Rest { effects: Vec::new(), base };
         let mut out = Map::new();
+        if matches!(self, Self::Blurred(..)) {
+            return out;
+        }
         for left_out in effects {
             let rest = effects.iter().filter(|effect| effect.0.id != left_out.0.id).cloned().collect();
             let error = without(train, &Rest { effects: rest, base: *base }, noise, ROUNDS);

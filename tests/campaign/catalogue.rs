@@ -50,6 +50,20 @@ impl Draw {
             Self::Uniform(low, high) => low + (high - low) * rng.random::<f64>(),
         }
     }
+
+    /// The same near the end at which it does next to nothing: three times that at the most. A pole, and a limit of a rate, do
+    /// so where they are large.
+    pub fn weak(self, name: &str, rng: &mut ChaCha8Rng) -> f64 {
+        let factor = 3.0_f64.powf(rng.random::<f64>());
+        match self {
+            Self::Size(_, high) if ["pole", "rate"].contains(&name) => high / factor,
+            Self::Size(low, high) if name == "time_constant" => Self::Size(low, high).take(rng),
+            Self::Size(low, _) => Self::Size(low, 1.0001 * low).take(rng) * factor,
+            Self::Signed(low, _) => Self::Signed(low, 1.0001 * low).take(rng) * factor,
+            Self::Factor(low, _) => Self::Factor(factor * low, 1.0001 * factor * low).take(rng),
+            Self::Uniform(..) => self.take(rng),
+        }
+    }
 }
 
 /// An effect the adversary can hide: from barely visible to strong.
@@ -59,6 +73,13 @@ pub struct Entry {
     pub attitude: bool,
     pub parameters: &'static [(&'static str, Draw)],
     pub hide: fn(&mut Hidden, &[f64]),
+}
+
+impl Entry {
+    /// Whether it has an end at which it does next to nothing.
+    pub fn weakens(&self) -> bool {
+        !["battery_scaling", "command_saturation", "ground_effect"].contains(&self.id)
+    }
 }
 
 use Draw::{Factor, Signed, Size, Uniform};

@@ -138,3 +138,22 @@ pub enum Outside {
     /// The pole falls as the motor warms: share [-], time constant [s].
     WarmPole([f64; 2]),
 }
+
+impl Outside {
+    /// The same law, this many times as strong.
+    pub fn scaled(self, factor: f64) -> Self {
+        let all = |path: Vec<f64>| path.into_iter().map(|value| factor * value).collect();
+        match self {
+            Self::None => Self::None,
+            Self::TorquePath(path) => Self::TorquePath(all(path)),
+            Self::RatePath(path) => Self::RatePath(all(path)),
+            Self::Cogging(amplitude, teeth) => Self::Cogging(factor * amplitude, teeth),
+            Self::StickSlip([level, ratio, stiffness]) => Self::StickSlip([factor * level, ratio, stiffness]),
+            Self::Hysteresis([amplitude, angle]) => Self::Hysteresis([factor * amplitude, angle]),
+            Self::Stops([angle, stiffness]) => Self::Stops([angle, factor * stiffness]),
+            Self::Resonance([rate, damping, share]) => Self::Resonance([rate, damping, factor * share]),
+            Self::Backlash(width) => Self::Backlash(factor * width),
+            Self::WarmPole([share, time]) => Self::WarmPole([factor * share, time]),
+        }
+    }
+}
