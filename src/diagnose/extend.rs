@@ -85,13 +85,15 @@ pub fn extend(
         Some(part) => Near::of(&build(&part.train, &part.validate, &[])?.found),
         None => Vec::new(),
     };
-    let blocks = build(train, validate, &near)?;
+    let mut blocks = build(train, validate, &near)?;
     check_fitted(ids, &blocks)?;
     let error = blocks.error_summary(config);
-    let mut extended = blocks.merged(model);
     if ids.is_empty() {
-        check_numbers(model, &extended, &blocks, &error)?;
+        check_numbers(model, &blocks.merged(model), &blocks, &error)?;
     }
+    let search = Search { base: model, known: &known, eligible: Vec::new(), progress: &|_| () };
+    blocks.found.iter_mut().for_each(|found| search.allow_for_what_is_missing(found));
+    let mut extended = blocks.merged(model);
     extended.ladder.push(step(model, ids, [train, validate], &error));
     Ok(Extension { model: extended, error, is_at_floor: blocks.is_at_floor(), findings: warnings })
 }

@@ -24,6 +24,7 @@ mod extend;
 mod forward;
 mod grid_search;
 mod model_selection;
+mod model_uncertainty;
 pub mod multistart;
 pub mod not_named;
 pub mod parallel;
@@ -93,7 +94,7 @@ pub fn diagnose(
     pooled_logs::check(model, &known, seen, config.horizon)?;
     let question = Question { model, known: &known, logs: &logs, config, progress };
     let mut diagnosis = match &part {
-        None => question.answer(&question.searched(train, validate)?, &logs),
+        None => question.answer(question.searched(train, validate)?, &logs),
         Some(part) => question.on_stretches(part, seen, (train, validate))?,
     };
     let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs)).chain(findings);
@@ -146,7 +147,8 @@ impl<'a> Question<'a> {
         self.blocks((train, validate), &|split| self.search(split))
     }
 
-    fn answer(&self, blocks: &Blocks, logs: &[ScreenedLog]) -> Diagnosis {
+    fn answer(&self, mut blocks: Blocks, logs: &[ScreenedLog]) -> Diagnosis {
+        blocks.found.iter_mut().for_each(|found| self.fits().allow_for_what_is_missing(found));
         assemble::conclude(self.model, self.known, (&blocks.found, &blocks.verdicts), logs, self.config)
     }
 
@@ -158,15 +160,14 @@ impl<'a> Question<'a> {
         logs: (&[ScreenedLog], &[ScreenedLog]),
     ) -> Result<Diagnosis, DiagnoseError> {
         let blocks = self.searched(&part.train, &part.validate)?;
-        let (near, of_part) = (Near::of(&blocks.found), self.answer(&blocks, seen));
         // What it holds of each row is not needed beside that of all rows.
-        drop(blocks);
+        let (near, of_part) = (Near::of(&blocks.found), self.answer(blocks, seen));
         let find = |split: DataSplit| {
             let acts_here = |id: &&String| self.known.iter().any(|it| it.id == **id && split.holds(it));
             let inside: Vec<String> = of_part.effects.iter().filter(acts_here).cloned().collect();
             self.fits().refit_near(split, &inside, &near)
         };
-        let whole = self.answer(&self.blocks(logs, &find)?, self.logs);
+        let whole = self.answer(self.blocks(logs, &find)?, self.logs);
         Ok(whole.searched_on(of_part, part.findings.clone()))
     }
 }

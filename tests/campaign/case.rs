@@ -12,6 +12,7 @@ use serde_json::{Map, Value, json};
 use crate::catalogue::{ENTRIES, Entry, Kind, SAG};
 use crate::experiment::{Noise, Truth, actuator, attitude};
 use crate::plant::{Base, Hidden, Outside};
+use crate::score::BESIDE;
 use crate::strength::{ROUNDS, Rest, without};
 
 /// What a case is about.
@@ -291,7 +292,7 @@ impl Question {
                         named.insert("law".to_owned(), json!(name));
                     }
                 }
-                format!("{} beside", entry.id)
+                format!("{}{BESIDE}", entry.id)
             }
         };
         for (entry, values) in &effects {

@@ -42,6 +42,8 @@ pub struct Judged {
     pub mark: Mark,
     /// Fitted parameters within 10 % or three standard errors, of those that the truth gives and the answer names.
     pub parameters: (usize, usize),
+    /// Stated 95 % intervals that hold the truth, of those of the first effect that the truth gives and the answer names.
+    pub intervals: (usize, usize),
     pub parameter_text: String,
     /// Extended validation error over the noise floor.
     pub over_floor: Option<f64>,
@@ -49,6 +51,9 @@ pub struct Judged {
     pub removal: Option<f64>,
     pub seconds: f64,
 }
+
+/// What follows the id of an effect beside which a small one is hidden.
+pub const BESIDE: &str = " beside a small one";
 
 /// Sets named beside the first that may still count.
 const ALTERNATIVES: usize = 2;
@@ -67,6 +72,7 @@ pub fn judge(name: &str, truth: &Value, answer: &Answer) -> Judged {
         said: String::new(),
         mark: Mark::Broken,
         parameters: (0, 0),
+        intervals: (0, 0),
         parameter_text: String::new(),
         over_floor: None,
         removal: truth["removal"]
@@ -81,6 +87,7 @@ pub fn judge(name: &str, truth: &Value, answer: &Answer) -> Judged {
             judged.mark = mark(effect, &wanted, json);
             judged.over_floor = over_floor(json);
             (judged.parameters, judged.parameter_text) = parameters(&wanted, truth, json);
+            judged.intervals = intervals(&wanted[0], truth, json);
         }
     }
     judged
@@ -190,6 +197,19 @@ fn parameters(wanted: &[String], truth: &Value, json: &Value) -> ((usize, usize)
     ((close, given), text.join("; "))
 }
 
+/// Intervals of 1.96 standard errors about the parameters of effect `id` that hold the truth.
+fn intervals(id: &str, truth: &Value, json: &Value) -> (usize, usize) {
+    let id = id.trim_end_matches(BESIDE);
+    let given = truth["parameters"].as_object().into_iter().flatten().filter_map(|(name, value)| {
+        let key = if name.contains('.') { name.clone() } else { format!("{id}.{name}") };
+        let found = json["parameters"].get(key.starts_with(&format!("{id}.")).then_some(&key)?)?;
+        Some((value.as_f64()?, found["value"].as_f64()?, found["standard_error"].as_f64()?))
+    });
+    given.fold((0, 0), |(held, of), (truth, value, error)| {
+        (held + usize::from((value - truth).abs() <= 1.96 * error), of + 1)
+    })
+}
+
 fn count(cases: &[&Judged], mark: Mark) -> usize {
     cases.iter().filter(|case| case.mark == mark).count()
 }
@@ -292,7 +312,9 @@ pub fn goals(cases: &[Judged]) -> (String, bool) {
     let of = |pick: &dyn Fn(&str) -> bool| -> Vec<&Judged> {
         strong.iter().filter(|case| pick(&case.truth)).copied().collect()
     };
-    let special = |truth: &str| truth == "none" || truth == "unknown" || truth.ends_with("_change");
+    let special = |truth: &str| {
+        truth == "none" || truth == "unknown" || truth.ends_with("_change") || truth.ends_with(BESIDE)
+    };
     let pair = |truth: &str| truth.contains(" + ");
     let mut out = String::from("| goal | reached | of | |\n|---|---|---|---|\n");
     let mut all_reached = true;
@@ -327,5 +349,13 @@ pub fn goals(cases: &[Judged]) -> (String, bool) {
         "| where named: parameters within 10 % or 3 standard errors | {} | {given} | |\n",
         per_cent(close, given)
     ));
+    let beside: Vec<&Judged> = cases.iter().filter(|case| case.truth.ends_with(BESIDE)).collect();
+    let (held, of) = beside.iter().fold((0, 0), |s, c| (s.0 + c.intervals.0, s.1 + c.intervals.1));
+    if of > 0 {
+        let share = per_cent(held, of);
+        out.push_str(&format!(
+            "| beside a small effect: stated 95 % intervals that hold ≥ 90 % | {share} | {of} | |\n"
+        ));
+    }
     (out, all_reached)
 }

@@ -1,0 +1,108 @@
+//! Standard errors of an answer that allow for what is not in it: a fit takes its own structure for true, and a small effect that
+//! nobody named moves its numbers by more than they say.
+//!
+//! Two things show by how much. With the base's own numbers free, which the answer holds where they gain nothing, a number moves by
+//! what it took over from them. And fitted to other data (the held-out logs, or each part of a single log) it moves by what is not
+//! the same in them. Of two fits the variance of one is half their squared difference; of parts left out in turn it is the
+//! jackknife's (Efron, Stein 1981).
+
+use super::candidate_fit::CandidateFit;
+use super::candidate_set::Candidate;
+use super::data_split::DataSplit;
+use super::model_selection::is_identifiable;
+use super::search_result::SearchResult;
+use super::search_space::Search;
+use crate::estimation::moments::mean;
+use crate::threads::spread;
+
+/// Values of one parameter in several fits.
+type Values = Vec<Option<f64>>;
+
+impl Search<'_> {
+    /// Widens the standard errors of the numbers that an answer found.
+    pub(crate) fn allow_for_what_is_missing(&self, found: &mut SearchResult) {
+        let (answer, split) = (&found.answer, &found.split);
+        if answer.names.is_empty() || answer.is_exact(split) {
+            return;
+        }
+        let with_base = self.with_base(answer, split);
+        let others = self.on_other_data(answer, split);
+        let mut model = answer.model.clone();
+        for name in &answer.names {
+            let (Some(value), Some(error)) =
+                (answer.model.parameter(name), answer.model.standard_errors.get(name))
+            else {
+                continue;
+            };
+            let from_base = with_base.as_ref().and_then(|fitted| fitted.model.parameter(name));
+            let from_base = from_base.map_or(0.0, |other| (other - value).powi(2));
+            let others: Values = others.iter().map(|fitted| fitted.model.parameter(name)).collect();
+            let between = between(value, &others, split.folds.is_empty());
+            let variance = error.powi(2).max(between) + from_base;
+            model.standard_errors.insert(name.clone(), variance.sqrt());
+        }
+        found.answer.model = model;
+    }
+
+    /// The answer with all of the base's own numbers free; `None` where they are, or where they could take its effects' place.
+    fn with_base(&self, answer: &CandidateFit, split: &DataSplit) -> Option<CandidateFit> {
+        let base = split.base_parameters(self.base);
+        let is_free = |name: &String| answer.names.contains(name);
+        if answer.effects.is_empty() || base.iter().all(is_free) {
+            return None;
+        }
+        let fitted = self.near(answer, &base).run(split);
+        is_identifiable(split, &fitted, self.known).then_some(fitted)
+    }
+
+    /// The answer's numbers fitted to the held-out data; of a single log, to each part that a fold is fitted on.
+    fn on_other_data(&self, answer: &CandidateFit, split: &DataSplit) -> Vec<CandidateFit> {
+        let swapped =
+            |(fitted, held_out): (&_, &_)| DataSplit::new(Clone::clone(fitted), Some(Clone::clone(held_out)));
+        let splits: Vec<DataSplit> = if split.folds.is_empty() {
+            vec![swapped((&split.validate, &split.train))]
+        } else {
+            split.folds.iter().map(|(train, held_out)| swapped((train, held_out))).collect()
+        };
+        let base: Vec<String> = answer.names.iter().filter(|name| !name.contains('.')).cloned().collect();
+        let can_tell = |split: &&DataSplit| split.insufficient_data().is_none();
+        let splits: Vec<&DataSplit> = splits.iter().filter(can_tell).collect();
+        spread(&splits, |split| self.near(answer, &base).run(split))
+    }
+
+    /// The answer's effects, from where it has them, with these numbers of the base free.
+    fn near<'b>(&'b self, answer: &'b CandidateFit, base: &[String]) -> Candidate<'b> {
+        Candidate { effects: self.lookup(&answer.effects), ..self.start(&answer.model, base) }
+    }
+}
+
+/// The variance of `value` as far as fits to other data show it: of one on data that it has not seen, or of several that each lack a part.
+fn between(value: f64, others: &Values, is_apart: bool) -> f64 {
+    let others: Vec<f64> = others.iter().copied().flatten().filter(|other| other.is_finite()).collect();
+    if is_apart {
+        return others.first().map_or(0.0, |other| (other - value).powi(2) / 2.0);
+    }
+    let count = others.len() as f64;
+    let centre = mean(&others);
+    let spread: f64 = others.iter().map(|other| (other - centre).powi(2)).sum();
+    if others.len() < 2 { 0.0 } else { spread * (count - 1.0) / count }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_variance_of_a_mean_is_what_the_jackknife_says_and_of_two_fits_half_their_square() {
+        // The mean of six numbers from fits that lack two each: variance of the mean of three pairs.
+        let pairs = [1.0, 2.0, 6.0];
+        let total: f64 = pairs.iter().sum();
+        let lacking: Values = pairs.iter().map(|own| Some((total - own) / 2.0)).collect();
+        let centre = total / 3.0;
+        let of_mean = pairs.iter().map(|own| (own - centre).powi(2)).sum::<f64>() / 2.0 / 3.0;
+        assert!((between(centre, &lacking, false) - of_mean).abs() < 1e-12);
+        assert_eq!(between(3.0, &vec![Some(5.0)], true), 2.0);
+        assert_eq!(between(3.0, &vec![None], true), 0.0);
+        assert_eq!(between(3.0, &vec![Some(5.0)], false), 0.0, "one part says nothing");
+    }
+}
