@@ -6,28 +6,20 @@
 //! A program that reads a log and says what was found: `examples/read_log.rs`.
 
 pub mod attitude_units;
-pub mod battery_range;
-pub mod battery_reading;
-pub mod body_held;
 pub mod channel;
-mod column_names;
+pub mod checks;
 pub mod duplicate_logs;
 pub mod error;
 pub mod excitation;
 pub mod finding;
-pub mod frozen_gyro;
 mod left_out;
 pub mod many_rotors;
 pub mod missing_commands;
-pub mod outliers;
 pub mod plausibility;
-pub mod rate_dropouts;
 pub mod readings;
 pub mod requirements;
 pub mod rotor_data;
 pub mod run_stretches;
-pub mod sample_and_hold;
-pub mod saturation;
 pub mod screened_body;
 pub mod screened_log;
 pub mod screened_rotor;
@@ -35,8 +27,6 @@ pub mod screened_thrust;
 pub mod summary;
 pub mod telemetry_rate;
 pub mod thresholds;
-pub mod transient_behind_hole;
-pub mod uncommanded_motion;
 
 pub use channel::Judgement;
 pub use error::ScreeningError;

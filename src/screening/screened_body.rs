@@ -16,8 +16,8 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::Finding;
-use super::body_held::{self, BODY_HELD};
 use super::channel::{BODY_RATE, TORQUE_COMMAND, rates_of_both};
+use super::checks::body_held::{self, BODY_HELD};
 use super::left_out::{COMMANDS_MISSING, HOLES, LeftOut, ROTOR_RATE_MISSING, STANDSTILL};
 use super::missing_commands;
 use super::readings;

@@ -5,11 +5,12 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::channel::{self, BATTERY, Channel, Judgement, OF_BODY};
+use super::checks::{battery_range, battery_reading, column_names, frozen_gyro, outliers};
+use super::checks::{rate_dropout, sample_and_hold, saturation};
 use super::screened_body::ScreenedBody;
 use super::screened_rotor::ScreenedRotor;
 use super::screened_thrust::ScreenedThrust;
-use super::{Finding, ScreeningError, battery_range, battery_reading, column_names, frozen_gyro, outliers};
-use super::{rate_dropouts, sample_and_hold, saturation};
+use super::{Finding, ScreeningError};
 use crate::log::Dataset;
 use crate::log::dataset::{MOST_ROTORS, rotor_of};
 
@@ -19,12 +20,12 @@ type Check = fn(&Channel) -> Option<Judgement>;
 /// The checks, in the order in which a channel goes through them: each may look at what is left of the ones before. To add
 /// one: a file with its function and its code, its line here, and its sentence in `report`.
 const CHECKS: [Check; 7] = [
-    rate_dropouts::zeros,
+    rate_dropout::zeros,
     battery_range::check,
     sample_and_hold::check,
     // A rate at the end of its range stands there, too: it is saturated, and not frozen.
     saturation::check,
-    rate_dropouts::frozen,
+    rate_dropout::frozen,
     frozen_gyro::check,
     outliers::check,
 ];

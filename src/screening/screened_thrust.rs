@@ -8,10 +8,10 @@
 
 use std::borrow::Cow;
 
+use super::checks::transient_behind_hole::TRANSIENT_BEHIND_HOLE;
 use super::left_out::{LeftOut, ROTOR_RATE_MISSING, STANDSTILL};
 use super::readings;
 use super::screened_rotor::ScreenedRotor;
-use super::transient_behind_hole::TRANSIENT_BEHIND_HOLE;
 use crate::log::Dataset;
 
 /// The thrust of one rotor of a log, and which of its rows are scored.

@@ -7,9 +7,9 @@ use std::ops::Range;
 use serde::{Serialize, Serializer};
 
 use super::channel::BATTERY;
-use super::frozen_gyro::{GYRO_FROZEN, frozen, smallest_step};
-use super::rate_dropouts::RATE_FROZEN;
-use super::saturation::{self, SATURATED, Saturation, piles};
+use super::checks::frozen_gyro::{GYRO_FROZEN, frozen, smallest_step};
+use super::checks::rate_dropout::RATE_FROZEN;
+use super::checks::saturation::{self, SATURATED, Saturation, piles};
 use super::screened_body::ScreenedBody;
 use super::screened_log::{ScreenedChannel, ScreenedLog};
 use super::screened_rotor::ScreenedRotor;

@@ -5,9 +5,9 @@
 //! moves*: by many steps of the reading into a run of equal cells, and by many out of it. Of fresh readings nearly all
 //! such runs are one cell long; of held ones they have the length that telemetry and rows give them.
 
-use super::channel::{Channel, Judgement};
-use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{distinct, median};
+use crate::screening::channel::{Channel, Judgement};
+use crate::screening::thresholds::THRESHOLDS;
 
 /// The code: readings that are written again until the next one comes.
 pub const SAMPLE_AND_HOLD: &str = "sample_and_hold";

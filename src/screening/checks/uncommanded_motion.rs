@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use nalgebra::DVector;
 
-use super::channel::Judgement;
-use super::excitation::SteadyCommand;
-use super::rotor_data::RotorLog;
-use super::thresholds::THRESHOLDS;
 use crate::estimation::autocorrelation::lag_one_correlation;
 use crate::estimation::least_squares;
+use crate::screening::channel::Judgement;
+use crate::screening::excitation::SteadyCommand;
+use crate::screening::rotor_data::RotorLog;
+use crate::screening::thresholds::THRESHOLDS;
 
 /// Powers of time in the smooth course of a rate: battery and temperature.
 const COURSE: usize = 4;

@@ -3,11 +3,11 @@
 
 use std::ops::Range;
 
-use super::channel::{Channel, Judgement};
-use super::rotor_data::{LEAST_COMMAND, bounds, held};
 use super::sample_and_hold::SAMPLE_AND_HOLD;
-use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{distinct, median, quantile};
+use crate::screening::channel::{Channel, Judgement};
+use crate::screening::rotor_data::{LEAST_COMMAND, bounds, held};
+use crate::screening::thresholds::THRESHOLDS;
 
 /// The code: a rate of exactly zero although the rotor was commanded to turn.
 pub const RATE_DROPOUT: &str = "rate_dropout";

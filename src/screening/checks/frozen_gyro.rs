@@ -6,11 +6,11 @@
 
 use std::ops::Range;
 
-use super::channel::{BODY_ANGLE, BODY_RATE, Channel, Judgement};
 use super::saturation::SATURATED;
-use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::median;
 use crate::log::dataset::Dataset;
+use crate::screening::channel::{BODY_ANGLE, BODY_RATE, Channel, Judgement};
+use crate::screening::thresholds::THRESHOLDS;
 
 /// The code: a gyroscope that stood still to the last digit.
 pub const GYRO_FROZEN: &str = "gyro_frozen";

@@ -9,10 +9,10 @@
 
 use std::ops::Range;
 
-use super::channel::Judgement;
-use super::rotor_data::{LEAST_COMMAND, RotorLog};
-use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{median, quantile};
+use crate::screening::channel::Judgement;
+use crate::screening::rotor_data::{LEAST_COMMAND, RotorLog};
+use crate::screening::thresholds::THRESHOLDS;
 
 /// The code: rows behind a hole whose transient nobody saw begin.
 pub const TRANSIENT_BEHIND_HOLE: &str = "transient_behind_hole";

@@ -6,21 +6,21 @@
 
 use std::ops::Range;
 
-use super::Finding;
-use super::channel::{BODY_ANGLE, BODY_RATE, TORQUE_COMMAND, rates_of_both};
-use super::screened_rotor::ScreenedRotor;
-use super::thresholds::THRESHOLDS;
 use crate::estimation::moments::mean_of;
 use crate::estimation::noise_floor::noise_of_reading;
 use crate::estimation::quantization_step::quantization_step;
 use crate::log::Dataset;
+use crate::screening::Finding;
+use crate::screening::channel::{BODY_ANGLE, BODY_RATE, TORQUE_COMMAND, rates_of_both};
+use crate::screening::screened_rotor::ScreenedRotor;
+use crate::screening::thresholds::THRESHOLDS;
 use crate::signal::ROTORS;
 
 /// The code: a body that does not move, whatever the torque on it.
 pub const BODY_HELD: &str = "body_held_still";
 
 /// The finding, where the body of a log was held still.
-pub(super) fn find(log: &Dataset, rate: &[f64], rotors: &[ScreenedRotor]) -> Option<Finding> {
+pub(crate) fn find(log: &Dataset, rate: &[f64], rotors: &[ScreenedRotor]) -> Option<Finding> {
     // What more rotors than two turn is no body of ours.
     if rotors.iter().any(|rotor| rotor.number() > ROTORS && rotor.turns()) {
         return None;

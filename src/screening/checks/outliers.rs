@@ -6,12 +6,12 @@
 //! they are from each other. What is far is learnt from the
 //! channel itself. Where commands move, what a command can do to this rotor is learnt, too.
 
-use super::channel::{Channel as Judged, Judgement};
 use super::saturation::SATURATED;
-use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{MEDIAN_OF_NORMAL, extremes, median, quantile};
 use crate::log::dataset::Dataset;
 use crate::log::segments::held_throughout;
+use crate::screening::channel::{Channel as Judged, Judgement};
+use crate::screening::thresholds::THRESHOLDS;
 
 /// Readings to each side that predict one.
 const SIDE: usize = 3;

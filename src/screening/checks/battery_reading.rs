@@ -1,14 +1,14 @@
 //! A battery's reading as a whole: whether it is one at all, and for how long it is not read. Its single cells are judged in
 //! `battery_range`.
 
-use super::Finding;
 use super::battery_range::EMPTY;
-use super::channel::{BATTERY, Judgement};
-use super::rotor_data::{RotorLog, bounds};
 use super::saturation;
-use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::median;
 use crate::log::Dataset;
+use crate::screening::Finding;
+use crate::screening::channel::{BATTERY, Judgement};
+use crate::screening::rotor_data::{RotorLog, bounds};
+use crate::screening::thresholds::THRESHOLDS;
 
 /// What is wrong with the whole reading, by the rotors that turn: then none of it is a measurement, for what a battery that is
 /// not connected or saturated had is not known anywhere.

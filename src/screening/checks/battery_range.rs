@@ -1,8 +1,8 @@
 //! Readings of a battery that no battery has which turns rotors: zeros of a telemetry that dropped out, or its greatest number.
 
-use super::channel::{Channel, Judgement};
-use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::median;
+use crate::screening::channel::{Channel, Judgement};
+use crate::screening::thresholds::THRESHOLDS;
 
 /// The code: readings that no battery has which turns a rotor.
 pub const BATTERY_DROPOUT: &str = "battery_dropout";

@@ -6,9 +6,9 @@
 
 use serde::Serialize;
 
-use super::channel::{Channel, Judgement};
-use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{median, sorted};
+use crate::screening::channel::{Channel, Judgement};
+use crate::screening::thresholds::THRESHOLDS;
 
 /// A channel that piles up at its end.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
