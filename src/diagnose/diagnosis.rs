@@ -9,7 +9,7 @@ use super::refusal::Refusal;
 use super::thresholds::THRESHOLDS;
 use crate::model::{Measure, Model};
 use crate::screening::Finding;
-use crate::screening::attitude_units::DEGREES;
+use crate::screening::attitude::DEGREES;
 
 /// The verdict.
 #[cfg_attr(test, derive(schemars::JsonSchema))]

@@ -21,7 +21,8 @@ use crate::estimation::moments::mean_of;
 use crate::estimation::windows;
 use crate::log::Dataset;
 use crate::model::RotorTrace;
-use crate::screening::attitude_units::{self, Mistaken};
+use crate::screening::attitude::Mistaken;
+use crate::screening::attitude_units;
 use crate::screening::{DrivenBy, Finding, ScreenedBody, ScreenedLog};
 
 /// What the attitude log says about the body.
@@ -106,8 +107,8 @@ impl Regression {
 /// Whether the log's body turned freely and its rate is one; what speaks against it is said.
 fn can_show_inertia(screened: &ScreenedLog, rate: &[f64], warnings: &mut Vec<Finding>) -> bool {
     // That log is about a rotor.
-    if let Some(held) = screened.body().and_then(ScreenedBody::finding) {
-        warnings.push(held.clone());
+    if let Some(found) = screened.body().map(ScreenedBody::findings).filter(|found| !found.is_empty()) {
+        warnings.extend(found.iter().cloned());
         return false;
     }
     let mistaken = attitude_units::mistaken(screened.dataset(), rate);

@@ -1,10 +1,10 @@
 //! From logs to rotors: which logs hold one, and whether their battery can take part.
 
 use super::thresholds::THRESHOLDS;
-use super::{IdentifyError, IdentifySettings, quantized_voltage};
+use super::{IdentifyError, IdentifySettings};
 use crate::estimation::quantile::quantile;
 use crate::screening::rotor_data::{RotorLog, bounds};
-use crate::screening::{Finding, ScreenedLog};
+use crate::screening::{Finding, ScreenedLog, checks};
 
 /// [V] what the battery had at its best, where that is more than the template's has when full.
 pub(crate) fn fuller_battery(logs: &[ScreenedLog], settings: &IdentifySettings) -> Option<f64> {
@@ -39,7 +39,8 @@ pub(crate) fn rotor_logs(
             // A rotor that stood all the time has nothing to say, and nothing is to be said of it beside others.
             if rotor.turns() {
                 warnings.extend(rotor.findings().cloned());
-                rotor.data().hold_against(&settings.template, warnings);
+                let (data, template) = (rotor.data(), &settings.template);
+                warnings.extend(checks::TEMPLATE.iter().filter_map(|check| check(data, template)));
             } else {
                 of_standing.extend(rotor.findings().cloned());
             }
@@ -75,28 +76,8 @@ pub(crate) fn uses_battery(
         warnings.push(Finding::new("battery_constant", "battery_voltage_v").with("voltage_v", low));
         return false;
     }
-    for rotor in rotors {
-        let Some(voltage) = rotor.voltage.as_deref() else { continue };
-        let Some((from, to, volts)) = standing(&rotor.time, voltage) else { continue };
-        // Where it was not read it is held, of which the screening tells.
-        let is_held = rotor.voltage_gap.is_some_and(|gap| from >= gap.0 && to <= gap.1);
-        if !is_held
-            && to - from
-                > THRESHOLDS.frozen_voltage.max(quantized_voltage::longest_tread(&rotor.time, voltage))
-        {
-            let frozen = rotor.finding("battery_reading_frozen").with("voltage_v", volts);
-            warnings.push(frozen.with("from_s", from).with("to_s", to));
-        }
+    for check in checks::BATTERY_IN_FIT {
+        warnings.extend(rotors.iter().filter_map(check));
     }
     true
-}
-
-/// [s] [s] [V] the longest time over which a voltage keeps its value.
-fn standing(time: &[f64], voltage: &[f64]) -> Option<(f64, f64, f64)> {
-    let rows: Vec<usize> = (0..voltage.len()).filter(|row| voltage[*row].is_finite()).collect();
-    let spans = rows.chunk_by(|a, b| voltage[*a] == voltage[*b]).map(|run| {
-        let (first, last) = (run[0], run[run.len() - 1]);
-        (time[first], time[last], voltage[first])
-    });
-    spans.max_by(|a, b| (a.1 - a.0).total_cmp(&(b.1 - b.0)))
 }

@@ -16,8 +16,9 @@ use crate::estimation::censored_normal::CensoredNormal;
 use crate::estimation::moments::mean;
 use crate::estimation::ridge::{RIDGE, RidgeSums};
 use crate::log::segments::held_or;
-use crate::screening::Finding;
-use crate::screening::rotor_data::{RotorLog, bounds};
+use crate::screening::battery_treads::step_of;
+use crate::screening::rotor_data::RotorLog;
+use crate::screening::{self, Finding};
 use columns::Columns;
 
 /// Puts readings without treads in the place of a quantized reading, as noisy as what is known of the voltage. Says so where the
@@ -48,26 +49,11 @@ pub(crate) fn mend(rotor: &mut RotorLog) -> Option<Finding> {
     (!is_known).then(|| rotor.finding("battery_quantized").with("step_v", (1e6 * step).round() / 1e6))
 }
 
-/// [s] what a tread may last, by how long those last over which a quantized reading goes; zero where it is none.
-pub(crate) fn longest_tread(time: &[f64], voltage: &[f64]) -> f64 {
-    let (low, high) = bounds(voltage);
-    let treads = step_of(voltage).map(|step| (high - low) / step + 1.0);
-    treads.map_or(0.0, |treads| THRESHOLDS.longest_tread * (time[time.len() - 1] - time[0]) / treads)
-}
-
-/// [V] the step of a reading that has few.
-fn step_of(voltage: &[f64]) -> Option<f64> {
-    let changes = || voltage.windows(2).map(|pair| (pair[1] - pair[0]).abs());
-    let step = changes().filter(|change| *change > THRESHOLDS.finest_step).reduce(f64::min)?;
-    let (low, high) = bounds(voltage);
-    let off = |change: f64| (change / step - (change / step).round()).abs() > THRESHOLDS.step_tolerance;
-    (high - low <= THRESHOLDS.quantized_steps * step && !changes().any(off)).then_some(step)
-}
-
 /// Rows behind which the next tread begins: there the voltage is in the middle between both.
 fn edges(voltage: &[f64], step: f64) -> Vec<usize> {
     let is_edge = |row: &usize| {
-        ((voltage[row + 1] - voltage[*row]).abs() / step - 1.0).abs() < THRESHOLDS.step_tolerance
+        ((voltage[row + 1] - voltage[*row]).abs() / step - 1.0).abs()
+            < screening::thresholds::THRESHOLDS.step_tolerance
     };
     (0..voltage.len() - 1).filter(is_edge).collect()
 }

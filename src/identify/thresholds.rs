@@ -51,8 +51,6 @@ crate::thresholds! {
     fuller_battery: f64 = 1.05, "-", "judgement";
     /// [-] share of the voltages below the one that is taken as the best: a glitch of the reading is not the battery.
     best_voltage: f64 = 0.99, "-", "judgement";
-    /// [s] longer than this no battery under load keeps its voltage to the last digit.
-    frozen_voltage: f64 = 30.0, "s", "judgement";
     /// [-] share of the full voltage below which a log's battery is not the one that the full voltage is of.
     low_battery_share: f64 = 0.7, "-", "judgement";
     /// [s] samples of an attitude further apart than this do not show how the body moves.
@@ -69,14 +67,6 @@ crate::thresholds! {
     other_battery_refused: f64 = 4.5, "-", "judgement";
     /// [-] factor above the model's full voltage from which it is a finding.
     other_battery_noted: f64 = 1.1, "-", "judgement";
-    /// count: steps that a log reaches over from which their treads average out.
-    quantized_steps: f64 = 30.0, "count", "emulated benches read in steps";
-    /// [-] share of a step by which the difference of two readings may miss a multiple of it.
-    step_tolerance: f64 = 0.02, "-", "judgement";
-    /// [V] no reading is as fine: smaller differences are rounding.
-    finest_step: f64 = 1e-6, "V", "digits of a CSV log";
-    /// [-] length of a tread over the mean of all from which a reading froze.
-    longest_tread: f64 = 3.0, "-", "judgement";
     /// [-] error of an edge between two treads, in steps.
     edge_error: f64 = 0.05, "-", "emulated benches read in steps";
     /// [-] error of the voltage's fall, as a share of it, up to which the edges show how it fell.

@@ -5,10 +5,16 @@
 //!
 //! A program that reads a log and says what was found: `examples/read_log.rs`.
 
-pub mod attitude_units;
+pub mod attitude;
+pub(crate) mod attitude_units;
+mod battery;
+pub(crate) mod battery_treads;
+mod body;
 pub mod channel;
 pub mod checks;
+mod column;
 pub mod duplicate_logs;
+mod equal_runs;
 pub mod error;
 pub mod excitation;
 pub mod finding;
@@ -18,6 +24,7 @@ pub mod missing_commands;
 pub mod plausibility;
 pub mod readings;
 pub mod requirements;
+mod rotor;
 pub mod rotor_data;
 pub mod run_stretches;
 pub mod screened_body;

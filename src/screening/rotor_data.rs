@@ -4,8 +4,7 @@
 use std::ops::Range;
 
 use super::Finding;
-use super::channel::{BATTERY, Judgement};
-use super::left_out::{COMMANDS_MISSING, STANDSTILL};
+use super::channel::BATTERY;
 use super::missing_commands::{self, Missing};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::extremes;
@@ -121,16 +120,14 @@ impl RotorLog {
         Finding::of_rotor(code, self.number).of(&self.file)
     }
 
-    /// What is missing, and what was made of it.
-    pub(crate) fn missing(&self, missing: &Missing) -> Finding {
-        let finding = self.finding(COMMANDS_MISSING).rows(missing.rows + missing.cells);
-        finding
-            .with("interval_s", missing.interval)
-            .with("places", missing.places)
-            .with("missing_rows", missing.rows)
-            .with("empty_cells", missing.cells)
-            .with("used", self.scored().count())
-            .with("measured", self.rate.iter().filter(|rate| rate.is_finite()).count())
+    /// Ends the stretches of known commands before these rows, and begins new ones behind: what the rotor was
+    /// commanded meanwhile is not known.
+    pub(crate) fn cut(&mut self, rows: &Range<usize>) {
+        let left = |segment: &Range<usize>| {
+            [segment.start..segment.end.min(rows.start), segment.start.max(rows.end)..segment.end]
+        };
+        let left: Vec<Range<usize>> = self.segments.iter().flat_map(left).filter(|it| it.len() > 1).collect();
+        self.segments = left;
     }
 
     /// Stretches without holes, whether every command is known or not: for what changes slowly.
@@ -184,16 +181,6 @@ impl RotorLog {
             self.time[*row] <= waiting_until
         };
         self.whole().into_iter().flatten().filter(|row| rests(row)).collect()
-    }
-
-    /// Takes `at_rest` out of the score.
-    pub(crate) fn leave_out_starts(&mut self, at_rest: &[usize]) -> Option<Judgement> {
-        let measured = at_rest.iter().copied().filter(|row| self.rate[*row].is_finite());
-        let rows: Vec<usize> = measured.collect();
-        rows.iter().for_each(|row| self.rate[*row] = f64::NAN);
-        let finding = self.finding(STANDSTILL).with("least_command", LEAST_COMMAND);
-        let finding = finding.with("starting_s", THRESHOLDS.starting);
-        (!rows.is_empty()).then(|| Judgement::new(finding, rows))
     }
 }
 

@@ -39,18 +39,15 @@ impl RotorLog {
         joined
     }
 
-    /// The runs, and the rows of those that are none: too few rows, or readings, for a run whose start has to be found from them,
-    /// too. They are taken out of the score; the rotor's model goes on through them.
-    pub(crate) fn leave_out_short_runs(&mut self, measured: &[f64]) -> (Vec<Range<usize>>, Vec<usize>) {
+    /// The runs, and the rows with a rate of those that are none: too few rows, or readings, for a run whose start has to be found
+    /// from them, too. The rotor's model goes on through them; `measured` [rad/s] are the rates as they were measured.
+    pub(crate) fn split_runs(&self, measured: &[f64]) -> (Vec<Range<usize>>, Vec<usize>) {
         let is_long = |rows: &Range<usize>| {
             let readings = measured.get(rows.clone()).unwrap_or_default().iter();
             readings.filter(|rate| rate.is_finite()).count() >= THRESHOLDS.fewest_in_run
         };
         let (runs, short): (Vec<_>, Vec<_>) = self.run_stretches().into_iter().partition(is_long);
-        let left = short.into_iter().flatten().filter(|row| self.rate[*row].is_finite());
-        let left: Vec<usize> = left.collect();
-        left.iter().for_each(|row| self.rate[*row] = f64::NAN);
-        (runs, left)
+        (runs, short.into_iter().flatten().filter(|row| self.rate[*row].is_finite()).collect())
     }
 }
 

@@ -16,8 +16,10 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::Finding;
+use super::body::Body;
 use super::channel::{BODY_RATE, TORQUE_COMMAND, rates_of_both};
-use super::checks::body_held::{self, BODY_HELD};
+use super::checks;
+use super::checks::body_held::BODY_HELD;
 use super::left_out::{COMMANDS_MISSING, HOLES, LeftOut, ROTOR_RATE_MISSING, STANDSTILL};
 use super::missing_commands;
 use super::readings;
@@ -57,7 +59,8 @@ pub struct ScreenedBody {
     stretches: Vec<Range<usize>>,
     left_out: LeftOut,
     torque: Option<Vec<f64>>,
-    held: Option<Finding>,
+    /// What the checks found in it as a whole.
+    found: Vec<Finding>,
 }
 
 /// One of what drives the body.
@@ -104,14 +107,15 @@ impl ScreenedBody {
     pub(crate) fn of(log: &Dataset, rotors: &[ScreenedRotor]) -> Option<Self> {
         let body_rate = log.column(BODY_RATE)?;
         let rates = rates_of_both(log);
-        let held = body_held::find(log, body_rate, rotors);
+        let body = Body { log, rate: body_rate, rotors: rotors.iter().map(ScreenedRotor::data).collect() };
+        let found: Vec<Finding> = checks::BODY.iter().filter_map(|check| check(&body)).collect();
         if let [Some(first), Some(second)] = rates {
             let inputs = [first, second].map(|rates| Input::measured(log, rates));
-            return Some(Self::driven(log, &inputs, DrivenBy::MeasuredRates, held));
+            return Some(Self::driven(log, &inputs, DrivenBy::MeasuredRates, found));
         }
         if let Some(torque) = log.column(TORQUE_COMMAND) {
             let (input, torque) = Input::torque(log, torque);
-            let body = Self::driven(log, &[input], DrivenBy::TorqueCommand, held);
+            let body = Self::driven(log, &[input], DrivenBy::TorqueCommand, found);
             return Some(Self { torque: Some(torque), ..body });
         }
         let input = |(number, rates): (usize, Option<&[f64]>)| match rates {
@@ -119,7 +123,7 @@ impl ScreenedBody {
             None => rotors.iter().find(|rotor| rotor.number() == number).map(Input::commanded),
         };
         let inputs: Option<Vec<Input>> = (1..=ROTORS).zip(rates).map(input).collect();
-        Some(Self::driven(log, &inputs?, DrivenBy::Commands, held))
+        Some(Self::driven(log, &inputs?, DrivenBy::Commands, found))
     }
 
     /// The same as driven by the commands of both rotors, whatever else is known; `None` when they are not.
@@ -127,10 +131,10 @@ impl ScreenedBody {
         let rotor = |number| rotors.iter().find(|rotor| rotor.number() == number);
         let inputs: Option<Vec<Input>> =
             (1..=ROTORS).map(|number| rotor(number).map(Input::commanded)).collect();
-        Some(Self::driven(log, &inputs?, DrivenBy::Commands, self.held.clone()))
+        Some(Self::driven(log, &inputs?, DrivenBy::Commands, self.found.clone()))
     }
 
-    fn driven(log: &Dataset, inputs: &[Input], driven_by: DrivenBy, held: Option<Finding>) -> Self {
+    fn driven(log: &Dataset, inputs: &[Input], driven_by: DrivenBy, found: Vec<Finding>) -> Self {
         let segments = log.segments();
         let each = inputs.iter().map(|input| &input.known[..]);
         let stretches = each.fold(segments.clone(), |known, input| common(&known, input));
@@ -149,13 +153,13 @@ impl ScreenedBody {
         // A row alone between two gaps.
         leave_out(&mut beside(&stretches, log.len()), HOLES);
         let left_out = LeftOut::of(why.into_iter());
-        Self { driven_by, stretches, left_out, torque: None, held }
+        Self { driven_by, stretches, left_out, torque: None, found }
     }
 
     /// Scores no row that is not scored in the log that it is a part of: `rows` are its own in it.
     pub(crate) fn keep_to(&mut self, whole: &Self, rows: &[usize]) {
         self.left_out = self.left_out.and_of(&whole.left_out, rows);
-        self.held.clone_from(&whole.held);
+        self.found.clone_from(&whole.found);
     }
 
     /// What drives it.
@@ -167,7 +171,7 @@ impl ScreenedBody {
     /// Whether it was held still: it answers to nothing.
     #[must_use]
     pub fn is_held(&self) -> bool {
-        self.held.is_some()
+        self.found.iter().any(|finding| finding.code == BODY_HELD)
     }
 
     /// Stretches of rows without a hole over which it is known what drives it; a simulation starts anew with each.
@@ -179,13 +183,13 @@ impl ScreenedBody {
     /// Why neither rate nor angle is scored in a row: a code; `None` where they are, if they were measured.
     #[must_use]
     pub fn reason(&self, row: usize) -> Option<&'static str> {
-        if self.is_held() { Some(BODY_HELD) } else { self.left_out.reason(row) }
+        self.found.first().map(|finding| finding.code).or_else(|| self.left_out.reason(row))
     }
 
-    /// What was found in it.
+    /// What was found in it as a whole; then none of its rows is scored.
     #[must_use]
-    pub fn finding(&self) -> Option<&Finding> {
-        self.held.as_ref()
+    pub fn findings(&self) -> &[Finding] {
+        &self.found
     }
 
     /// A channel of the body, not-a-number in the rows in which what drives it is not known.

@@ -4,31 +4,16 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::battery::Battery;
 use super::channel::{self, BATTERY, Channel, Judgement, OF_BODY};
-use super::checks::{battery_range, battery_reading, column_names, frozen_gyro, outliers};
-use super::checks::{rate_dropout, sample_and_hold, saturation};
+use super::checks;
+use super::column::{Column, Remark};
 use super::screened_body::ScreenedBody;
 use super::screened_rotor::ScreenedRotor;
 use super::screened_thrust::ScreenedThrust;
 use super::{Finding, ScreeningError};
 use crate::log::Dataset;
 use crate::log::dataset::{MOST_ROTORS, rotor_of};
-
-/// A check of one channel.
-type Check = fn(&Channel) -> Option<Judgement>;
-
-/// The checks, in the order in which a channel goes through them: each may look at what is left of the ones before. To add
-/// one: a file with its function and its code, its line here, and its sentence in `report`.
-const CHECKS: [Check; 7] = [
-    rate_dropout::zeros,
-    battery_range::check,
-    sample_and_hold::check,
-    // A rate at the end of its range stands there, too: it is saturated, and not frozen.
-    saturation::check,
-    rate_dropout::frozen,
-    frozen_gyro::check,
-    outliers::check,
-];
 
 /// A log, and what of it is a measurement. Its copies share what it holds.
 ///
@@ -55,7 +40,7 @@ struct Judged {
     /// `None` where every cell is a measurement.
     cleaned: Option<Dataset>,
     channels: Vec<ScreenedChannel>,
-    /// Of columns that are not read.
+    /// Of the log as a whole: columns that are not read.
     column_findings: Vec<Finding>,
     /// Those whose commands the log holds.
     rotors: Vec<ScreenedRotor>,
@@ -76,7 +61,7 @@ pub struct ScreenedChannel {
 impl ScreenedChannel {
     fn of(log: &Dataset, name: &str) -> Option<Self> {
         let mut channel = Channel::of(log, name)?;
-        for check in CHECKS {
+        for check in checks::CHANNEL {
             let found = check(&channel);
             channel.found.extend(found);
         }
@@ -129,19 +114,19 @@ impl From<Dataset> for ScreenedLog {
         let thrusts = (1..=MOST_ROTORS).filter_map(thrust).collect();
         let body = ScreenedBody::of(log, &rotors);
         let chain = body.as_ref().and_then(|body| body.commanded(log, &rotors));
-        let turning = || rotors.iter().filter(|it| it.is_measured() && it.turns()).map(ScreenedRotor::data);
-        let useless = battery_reading::useless(log, turning());
-        let is_useless = useless.is_some();
-        let found = useless.or_else(|| battery_reading::gap(log, turning()));
-        if let Some((battery, found)) = channels.iter_mut().find(|channel| channel.name == BATTERY).zip(found)
+        let turning = rotors.iter().filter(|it| it.is_measured() && it.turns()).map(ScreenedRotor::data);
+        let battery = Battery { log, turning: turning.collect() };
+        let found = checks::BATTERY.iter().find_map(|check| check(&battery));
+        if let Some((channel, found)) = channels.iter_mut().find(|channel| channel.name == BATTERY).zip(found)
         {
-            battery.judgements.push(found);
+            let is_useless = !found.rows.is_empty();
+            channel.judgements.push(found);
             if is_useless {
-                battery.take_out(&raw, &mut cleaned);
+                channel.take_out(&raw, &mut cleaned);
                 rotors.iter_mut().for_each(ScreenedRotor::drop_battery);
             }
         }
-        let column_findings = column_names::find(&raw);
+        let column_findings = checks::LOG.iter().flat_map(|check| check(&raw)).collect();
         Self(Arc::new(Judged { raw, cleaned, channels, column_findings, rotors, thrusts, body, chain }))
     }
 }
@@ -284,8 +269,17 @@ impl ScreenedLog {
     /// What was found in it: its columns' names, its channels, its rotors, its body.
     pub fn findings(&self) -> impl Iterator<Item = &Finding> {
         let of_columns = self.column_findings().iter().chain(self.channel_findings());
-        let of_body = self.body().and_then(ScreenedBody::finding);
+        let of_body = self.body().map_or(&[][..], ScreenedBody::findings);
         of_columns.chain(self.rotor_findings()).chain(of_body)
+    }
+
+    /// Any of its columns as it was logged, and what is remarked of it; `None` where the log has none of this name.
+    #[must_use]
+    pub(crate) fn look_at<'a>(&'a self, name: &'a str) -> Option<(Column<'a>, Vec<Remark>)> {
+        let judged = self.channel(name).map_or(&[][..], |channel| &channel.judgements);
+        let column = Column::of(self.raw(), name, judged)?;
+        let remarks = checks::COLUMN.iter().flat_map(|check| check(&column)).collect();
+        Some((column, remarks))
     }
 
     /// Why nothing in it can be compared.

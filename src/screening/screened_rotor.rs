@@ -6,8 +6,9 @@
 use std::ops::Range;
 
 use super::channel::Judgement;
+use super::checks;
 use super::left_out::{COMMANDS_MISSING, HOLES, SHORT_RUN};
-use super::missing_commands::Missing;
+use super::rotor::{Rotor, Suspicion};
 use super::rotor_data::{LEAST_COMMAND, RotorLog};
 use super::{Finding, ScreeningError};
 use crate::log::Dataset;
@@ -37,80 +38,27 @@ impl ScreenedRotor {
     /// Judges rotor `number` (from 1) of a log whose channels were judged: `rates` is what was found in its rate. `None` when
     /// the log does not hold its command.
     pub(crate) fn of(log: &Dataset, number: usize, rates: &[Judgement]) -> Option<Self> {
-        let (data, missing) = RotorLog::read(log, number)?;
-        let is_measured = data.rate.iter().any(|rate| rate.is_finite());
-        let mut this = Self {
-            number,
-            is_measured,
-            is_scored: Vec::new(),
-            why: vec![None; log.len()],
-            rests: vec![false; log.len()],
-            runs: Vec::new(),
-            refused: None,
-            mistaken: Vec::new(),
-            findings: Vec::new(),
-            data,
-        };
+        let mut rotor = Rotor::read(log, number)?;
+        let mut why = vec![None; log.len()];
         // A row has the first reason that was found.
-        rates.iter().rev().for_each(|judged| this.mark(judged));
-        if is_measured {
-            this.look_at_columns();
+        rates.iter().rev().for_each(|judged| mark(&mut why, judged));
+        let (refused, mistaken) = look_at_columns(&rotor);
+        mark_unknown(&mut why, log, &rotor.data);
+        let mut rests = vec![false; log.len()];
+        rotor.data.at_rest().into_iter().for_each(|row| rests[row] = true);
+        let mut findings = Vec::new();
+        for judged in checks::ROTOR.iter().filter_map(|check| check(&mut rotor)) {
+            mark(&mut why, &judged);
+            findings.push(judged.finding);
         }
-        this.look_at_rows(log, &missing);
-        Some(this)
-    }
-
-    fn look_at_columns(&mut self) {
-        for (finding, is_impossible) in self.data.mistaken() {
-            if is_impossible {
-                self.refused.get_or_insert(finding);
-            } else {
-                self.mistaken.push(finding);
-            }
+        let (runs, short) = rotor.data.split_runs(rotor.measured);
+        for row in short {
+            (rotor.data.rate[row], why[row]) = (f64::NAN, Some(SHORT_RUN));
         }
-        self.findings.extend(self.data.command_saturated());
-    }
-
-    fn look_at_rows(&mut self, log: &Dataset, missing: &Missing) {
-        self.mark_unknown(log);
-        let at_rest = self.data.at_rest();
-        at_rest.iter().for_each(|row| self.rests[*row] = true);
-        let found = [
-            self.data.leave_out_starts(&at_rest),
-            self.data.leave_out_hidden_transients(),
-            self.data.leave_out_unmoved(),
-        ];
-        for judged in found.into_iter().flatten() {
-            self.mark(&judged);
-            self.findings.push(judged.finding);
-        }
-        let measured = log.column(&format!("propeller_rate_{}_rad_s", self.number)).unwrap_or_default();
-        let (runs, short) = self.data.leave_out_short_runs(measured);
-        short.iter().for_each(|row| self.why[*row] = Some(SHORT_RUN));
-        self.runs = runs;
-        self.is_scored = vec![false; log.len()];
-        self.data.scored().for_each(|row| self.is_scored[row] = true);
-        if missing.places > 0 && self.data.turns() {
-            self.findings.push(self.data.missing(missing));
-        }
-    }
-
-    /// Rows at which it is not known what the rotor was commanded, or that have no neighbours between two holes.
-    fn mark_unknown(&mut self, log: &Dataset) {
-        let mut is_known = vec![false; log.len()];
-        self.data.segments.iter().cloned().flatten().for_each(|row| is_known[row] = true);
-        for segment in log.segments() {
-            let why = if segment.len() > RotorLog::FEWEST_ROWS { COMMANDS_MISSING } else { HOLES };
-            for row in segment.filter(|row| !is_known[*row] && self.data.rate[*row].is_finite()) {
-                self.why[row] = Some(why);
-            }
-        }
-    }
-
-    fn mark(&mut self, judged: &Judgement) {
-        for row in judged.rows.iter().chain(&judged.biased) {
-            self.why[*row] = Some(judged.finding.code);
-        }
+        let mut is_scored = vec![false; log.len()];
+        rotor.data.scored().for_each(|row| is_scored[row] = true);
+        let (is_measured, data) = (rotor.is_measured(), rotor.data);
+        Some(Self { number, data, is_measured, is_scored, why, rests, runs, refused, mistaken, findings })
     }
 
     /// Its number in the columns' names, from 1.
@@ -216,5 +164,33 @@ impl ScreenedRotor {
     /// Takes the battery away.
     pub(crate) fn drop_battery(&mut self) {
         (self.data.voltage, self.data.voltage_gap) = (None, None);
+    }
+}
+
+/// A column that cannot be what its name says, the first of them, and those that can hardly be. Of a rotor that nobody measured
+/// nothing is asked.
+fn look_at_columns(rotor: &Rotor) -> (Option<Finding>, Vec<Finding>) {
+    let suspicions = checks::ROTOR_COLUMNS.iter().filter_map(|check| check(&rotor.data));
+    let (impossible, hardly): (Vec<Suspicion>, Vec<Suspicion>) =
+        suspicions.filter(|_| rotor.is_measured()).partition(|it| it.is_impossible);
+    let refused = impossible.into_iter().next().map(|it| it.finding);
+    (refused, hardly.into_iter().map(|it| it.finding).collect())
+}
+
+/// Rows at which it is not known what the rotor was commanded, or that have no neighbours between two holes.
+fn mark_unknown(why: &mut [Option<&'static str>], log: &Dataset, rotor: &RotorLog) {
+    let mut is_known = vec![false; log.len()];
+    rotor.segments.iter().cloned().flatten().for_each(|row| is_known[row] = true);
+    for segment in log.segments() {
+        let code = if segment.len() > RotorLog::FEWEST_ROWS { COMMANDS_MISSING } else { HOLES };
+        for row in segment.filter(|row| !is_known[*row] && rotor.rate[*row].is_finite()) {
+            why[row] = Some(code);
+        }
+    }
+}
+
+fn mark(why: &mut [Option<&'static str>], judged: &Judgement) {
+    for row in judged.rows.iter().chain(&judged.biased) {
+        why[*row] = Some(judged.finding.code);
     }
 }

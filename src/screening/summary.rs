@@ -1,23 +1,27 @@
-//! What a log looks like before anybody fits anything to it: rate, jitter, holes, channels that are frozen, saturated
-//! or drop out, starts from standstill.
+//! What a log looks like before anybody fits anything to it: rate, jitter, holes, starts from standstill, and channel by channel what
+//! the screened log has found. Nothing is judged here.
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 
 use serde::{Serialize, Serializer};
 
-use super::channel::BATTERY;
-use super::checks::frozen_gyro::{GYRO_FROZEN, frozen, smallest_step};
-use super::checks::rate_dropout::RATE_FROZEN;
-use super::checks::saturation::{self, SATURATED, Saturation, piles};
+use super::channel::Judgement;
+use super::checks::battery_saturated::BATTERY_SATURATED;
+use super::checks::dropouts::DROPOUTS;
+use super::checks::frozen_gyro::GYRO_FROZEN;
+use super::checks::perhaps_frozen::PERHAPS_FROZEN;
+use super::checks::perhaps_saturated::PERHAPS_SATURATED;
+use super::checks::rate_frozen::RATE_FROZEN;
+use super::checks::saturation::{SATURATED, Saturation};
+use super::column::{Column, Remark, Stretch};
 use super::screened_body::ScreenedBody;
-use super::screened_log::{ScreenedChannel, ScreenedLog};
+use super::screened_log::ScreenedLog;
 use super::screened_rotor::ScreenedRotor;
 use super::thresholds::THRESHOLDS;
 use super::{Evidence, Finding};
-use crate::estimation::quantile::{median, quantile, sorted};
+use crate::estimation::quantile::{quantile, sorted};
 use crate::log;
-use crate::log::dataset::{Dataset, LOG_SIGNALS};
+use crate::log::dataset::Dataset;
 
 mod rows;
 #[cfg(test)]
@@ -48,18 +52,6 @@ pub struct HoleFinding {
     pub at_step: Option<Step>,
 }
 
-/// A stretch of time in one channel.
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Stretch {
-    /// [s] when it begins.
-    pub start_s: f64,
-    /// [s] how long it is.
-    pub length_s: f64,
-    /// The value held; for a dropout the last one before it.
-    pub value: f64,
-}
-
 /// What one channel looks like.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -76,9 +68,9 @@ pub struct ChannelSummary {
     pub range: [f64; 2],
     /// It never changes.
     pub constant: bool,
-    /// Stretches in which it repeats a value longer than its own motion explains.
+    /// Stretches in which it repeats a value longer than its own motion explains, or what moves it.
     pub frozen: Vec<Stretch>,
-    /// Ends at which it piles up.
+    /// Ends at which it piles up; surely, where `saturated` is there, too.
     pub perhaps_saturated: Vec<Saturation>,
     /// Stretches without a value, holes in time apart.
     pub dropouts: Vec<Stretch>,
@@ -86,6 +78,10 @@ pub struct ChannelSummary {
     #[serde(flatten)]
     #[cfg_attr(test, schemars(with = "BTreeMap<String, serde_json::Value>"))]
     pub not_measured: NotMeasured,
+    /// What is remarked of it, of which nothing is left out.
+    #[serde(skip)]
+    #[cfg_attr(test, schemars(skip))]
+    remarks: Vec<Finding>,
 }
 
 /// What a log looks like.
@@ -126,8 +122,8 @@ impl LogSummary {
         let limit = log::thresholds::THRESHOLDS.hole * median;
         let intervals =
             || time.windows(2).map(|pair| pair[1] - pair[0]).filter(|interval| *interval <= limit);
-        let named = log.names().filter_map(|name| Some((name, log.column(name)?)));
-        let channels = named.map(|(name, values)| channel(screened, log, name, values)).collect();
+        let looked_at = log.names().filter_map(|name| screened.look_at(name));
+        let channels = looked_at.map(|(column, remarks)| ChannelSummary::of(&column, &remarks)).collect();
         let mut summary = Self {
             samples: log.len(),
             time_s: [time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0)],
@@ -159,40 +155,68 @@ impl LogSummary {
             found.push(finding.with("first_s", *first));
         }
         for channel in &self.channels {
-            found.extend(channel.found(&of));
-            found.extend(channel.not_measured.0.iter().cloned());
+            found.extend(channel.remarks.iter().chain(&channel.not_measured.0).cloned());
         }
         found.extend(log.rotor_findings().cloned());
-        found.extend(log.body().and_then(ScreenedBody::finding).cloned());
+        found.extend(log.body().map_or(&[][..], ScreenedBody::findings).iter().cloned());
         found
     }
 }
 
 impl ChannelSummary {
-    /// What may be wrong with it; where it is sure that cells are no measurements that is a finding of its own.
-    fn found(&self, of: &impl Fn(&'static str, &str) -> Finding) -> Vec<Finding> {
-        let mut found = Vec::new();
-        let of = |code| of(code, &self.name);
-        let with_longest = |finding: Finding, stretches: &[Stretch], longest: &Stretch| {
-            let finding = finding.with("count", stretches.len()).with("longest_s", longest.length_s);
-            finding.with("from_s", longest.start_s).with("value", longest.value)
-        };
-        // That the guard was armed throughout is how it should be.
-        if self.constant && !self.name.starts_with("guard_") {
-            found.push(of("constant").with("value", self.range[0]));
+    fn of(column: &Column, remarks: &[Remark]) -> Self {
+        let judged = column.judged.iter().map(|judged| judged.finding.clone());
+        Self {
+            name: column.name.to_owned(),
+            samples: column.present.len(),
+            missing: column.values.len() - column.present.len(),
+            median_interval_s: column.interval,
+            range: column.range(),
+            constant: column.is_constant(),
+            frozen: match column.judgement(&[GYRO_FROZEN, RATE_FROZEN]) {
+                Some(judged) => frozen(column, judged),
+                None => stretches(remarks, PERHAPS_FROZEN),
+            },
+            perhaps_saturated: match column.judgement(&[SATURATED, BATTERY_SATURATED]) {
+                Some(judged) => ends(column, judged),
+                None => perhaps_ends(remarks),
+            },
+            dropouts: stretches(remarks, DROPOUTS),
+            not_measured: NotMeasured(judged.collect()),
+            remarks: remarks.iter().map(|it| it.finding.clone()).collect(),
         }
-        let is_sure = |codes: &[&str]| self.not_measured.0.iter().any(|it| codes.contains(&it.code));
-        if let Some(longest) = longest(&self.frozen).filter(|_| !is_sure(&[GYRO_FROZEN, RATE_FROZEN])) {
-            found.push(with_longest(of("perhaps_frozen"), &self.frozen, longest));
-        }
-        for clip in self.perhaps_saturated.iter().filter(|_| !is_sure(&[SATURATED])) {
-            found.push(of("perhaps_saturated").with("at", clip.at).with("samples", clip.samples));
-        }
-        if let Some(longest) = longest(&self.dropouts) {
-            found.push(with_longest(of("dropouts"), &self.dropouts, longest));
-        }
-        found
     }
+}
+
+/// The stretches of a remark.
+fn stretches(remarks: &[Remark], code: &str) -> Vec<Stretch> {
+    remarks.iter().filter(|it| it.finding.code == code).flat_map(|it| it.stretches.clone()).collect()
+}
+
+/// The stretches in which a channel is frozen: the rows of what was found, and the reading before that they repeat.
+fn frozen(column: &Column, judged: &Judgement) -> Vec<Stretch> {
+    let present = &column.present;
+    let value = |at: usize| column.values[present[at]];
+    let places: Vec<usize> = judged.rows.iter().filter_map(|row| present.binary_search(row).ok()).collect();
+    let runs = places.chunk_by(|a, b| *b == a + 1 && value(*a) == value(*b));
+    let stretch = |run: &[usize]| {
+        let (first, last) = (run[0], run[run.len() - 1]);
+        let before = first.checked_sub(1).filter(|before| value(*before) == value(first));
+        column.stretch(present[before.unwrap_or(first)], present[last])
+    };
+    runs.map(stretch).collect()
+}
+
+/// The ends at which a channel is saturated, and how many of its readings stand there.
+fn ends(column: &Column, judged: &Judgement) -> Vec<Saturation> {
+    let samples = |at: f64| judged.rows.iter().filter(|row| column.values[**row] == at).count();
+    judged.finding.numbers("at").iter().map(|at| Saturation { at: *at, samples: samples(*at) }).collect()
+}
+
+/// The same of a channel of which it is not sure.
+fn perhaps_ends(remarks: &[Remark]) -> Vec<Saturation> {
+    let found = remarks.iter().map(|it| &it.finding).filter(|it| it.code == PERHAPS_SATURATED);
+    found.map(|it| Saturation { at: it.number("at"), samples: it.count("samples") }).collect()
 }
 
 /// What checks found in a channel, each under its code.
@@ -212,95 +236,6 @@ impl Serialize for NotMeasured {
             (finding.code, Cells { cells: finding.rows, evidence })
         }))
     }
-}
-
-fn longest(stretches: &[Stretch]) -> Option<&Stretch> {
-    stretches.iter().max_by(|a, b| a.length_s.total_cmp(&b.length_s))
-}
-
-/// Commands hold by nature: they neither freeze nor saturate.
-fn is_command(name: &str) -> bool {
-    name.contains("command") || !LOG_SIGNALS.iter().any(|known| known.name == name)
-}
-
-fn channel(screened: &ScreenedLog, log: &Dataset, name: &str, values: &[f64]) -> ChannelSummary {
-    // Time, value and place of each cell that holds one.
-    let present: Vec<(f64, f64, usize)> = log
-        .time()
-        .iter()
-        .zip(values)
-        .enumerate()
-        .filter(|(_, (_, value))| value.is_finite())
-        .map(|(row, (time, value))| (*time, *value, row))
-        .collect();
-    let median = median(present.windows(2).map(|pair| pair[1].0 - pair[0].0)).unwrap_or(0.0);
-    let sorted = sorted(present.iter().map(|(_, value, _)| *value));
-    let range = [sorted.first(), sorted.last()].map(|end| end.copied().unwrap_or(0.0));
-    let constant = present.len() > 2 && range[0] == range[1];
-    let measured = !is_command(name) && !constant;
-    ChannelSummary {
-        name: name.to_owned(),
-        samples: present.len(),
-        missing: values.len() - present.len(),
-        median_interval_s: median,
-        range,
-        constant,
-        frozen: if measured { stretches(name, &present) } else { Vec::new() },
-        perhaps_saturated: if measured { saturations(log, name, values, &sorted) } else { Vec::new() },
-        dropouts: dropouts(log, &present, median),
-        not_measured: NotMeasured(screened.channel(name).map(ScreenedChannel::findings).unwrap_or_default()),
-    }
-}
-
-/// Ends of its range at which a channel piles up. A battery settles at levels, too, which is asked of its reading.
-fn saturations(log: &Dataset, name: &str, values: &[f64], sorted: &[f64]) -> Vec<Saturation> {
-    let mut saturations = piles(sorted);
-    if name == BATTERY && !saturations.is_empty() {
-        let found = saturation::find(values, log.column("command_1").or(log.column("command_2")));
-        saturations.retain(|clip| found.as_ref().is_some_and(|found| found.at.contains(&clip.at)));
-    }
-    saturations
-}
-
-/// The runs of equal values that a reading did not just go on from: a battery that is read in steps stands on each. At the
-/// end of the log one that is no longer than others were will have gone on, too.
-fn without_treads(values: &[f64], runs: Vec<Range<usize>>) -> Vec<Range<usize>> {
-    let step = smallest_step(values);
-    let goes_on = |run: &Range<usize>| {
-        values
-            .get(run.end)
-            .is_some_and(|next| (next - values[run.start]).abs() <= THRESHOLDS.battery_step * step)
-    };
-    let longest = runs.iter().filter(|run| goes_on(run)).map(Range::len).max().unwrap_or(0);
-    let is_tread = |run: &Range<usize>| goes_on(run) || (run.end == values.len() && run.len() <= 2 * longest);
-    runs.into_iter().filter(|run| !is_tread(run)).collect()
-}
-
-/// Runs of equal values that are too long for the channel. A rotor that stands still reads zero, rightly.
-fn stretches(name: &str, present: &[(f64, f64, usize)]) -> Vec<Stretch> {
-    let values: Vec<f64> = present.iter().map(|(_, value, _)| *value).collect();
-    let stands = |value: f64| name.starts_with("propeller_rate") && value == 0.0;
-    let found = frozen(&values);
-    let found = if name == BATTERY { without_treads(&values, found) } else { found };
-    let runs = found.into_iter().filter(|run| !stands(values[run.start]));
-    runs.map(|run| Stretch {
-        start_s: present[run.start].0,
-        length_s: present[run.end - 1].0 - present[run.start].0,
-        value: values[run.start],
-    })
-    .collect()
-}
-
-/// Stretches between two values of a channel that are too long for it, where the log itself has rows.
-fn dropouts(log: &Dataset, present: &[(f64, f64, usize)], median: f64) -> Vec<Stretch> {
-    let hole_after: std::collections::BTreeSet<usize> = log.holes().iter().map(|hole| hole.after).collect();
-    let holds_hole = |from: usize, to: usize| hole_after.range(from..to).next().is_some();
-    present
-        .windows(2)
-        .filter(|pair| pair[1].0 - pair[0].0 > THRESHOLDS.gap_factor * median && pair[1].2 > pair[0].2 + 1)
-        .filter(|pair| !holds_hole(pair[0].2, pair[1].2))
-        .map(|pair| Stretch { start_s: pair[0].0, length_s: pair[1].0 - pair[0].0, value: pair[0].1 })
-        .collect()
 }
 
 fn holes(log: &Dataset) -> Vec<HoleFinding> {

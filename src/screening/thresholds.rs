@@ -222,6 +222,18 @@ crate::thresholds! {
     gap_factor: f64 = 2.5, "-", "judgement";
     /// Steps of its reading that a battery takes at once, at most.
     battery_step: f64 = 2.5, "-", "judgement";
+    /// Times as long as its other treads that the last one of a battery may be at the end of a log.
+    battery_last_tread: usize = 2, "-", "judgement";
+    /// [s] longer than this no battery under load keeps its voltage to the last digit.
+    battery_frozen: f64 = 30.0, "s", "judgement";
+    /// count: steps that a log reaches over from which their treads average out.
+    quantized_steps: f64 = 30.0, "count", "emulated benches read in steps";
+    /// [-] share of a step by which the difference of two readings may miss a multiple of it.
+    step_tolerance: f64 = 0.02, "-", "judgement";
+    /// [V] no reading is as fine: smaller differences are rounding.
+    finest_step: f64 = 1e-6, "V", "digits of a CSV log";
+    /// [-] length of a tread over the mean of all from which a reading froze.
+    longest_tread: f64 = 3.0, "-", "judgement";
     /// [s] longest time without a reading over which a held voltage is not worth a word.
     battery_gap: f64 = 30.0, "s", "judgement";
     /// Share of the time for which commands are held that a hole may last for the rotor to run on across it.

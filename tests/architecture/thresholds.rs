@@ -127,6 +127,7 @@ const OTHER_NUMBERS: &[(&str, &str)] = &[
     ("estimation/robust_errors.rs", "Student's quantile"),
     ("experiment/mod.rs", "shapes of test signals"),
     ("guard/config.rs", "defaults of settings"),
+    ("screening/checks/thrust_unlike_template.rs", "units"),
     ("screening/plausibility.rs", "units"),
     ("studies/jitter/measurement.rs", "signals made up"),
     ("studies/paper/", "the paper's"),

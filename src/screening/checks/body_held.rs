@@ -11,8 +11,9 @@ use crate::estimation::noise_floor::noise_of_reading;
 use crate::estimation::quantization_step::quantization_step;
 use crate::log::Dataset;
 use crate::screening::Finding;
+use crate::screening::body::Body;
 use crate::screening::channel::{BODY_ANGLE, BODY_RATE, TORQUE_COMMAND, rates_of_both};
-use crate::screening::screened_rotor::ScreenedRotor;
+use crate::screening::rotor_data::RotorLog;
 use crate::screening::thresholds::THRESHOLDS;
 use crate::signal::ROTORS;
 
@@ -20,9 +21,10 @@ use crate::signal::ROTORS;
 pub const BODY_HELD: &str = "body_held_still";
 
 /// The finding, where the body of a log was held still.
-pub(crate) fn find(log: &Dataset, rate: &[f64], rotors: &[ScreenedRotor]) -> Option<Finding> {
+pub(crate) fn check(body: &Body) -> Option<Finding> {
+    let Body { log, rate, rotors } = body;
     // What more rotors than two turn is no body of ours.
-    if rotors.iter().any(|rotor| rotor.number() > ROTORS && rotor.turns()) {
+    if rotors.iter().any(|rotor| rotor.number > ROTORS && rotor.turns()) {
         return None;
     }
     let imbalance = imbalance(log, rotors);
@@ -54,14 +56,14 @@ fn over_noise(log: &Dataset, values: &[f64], segments: &[Range<usize>]) -> f64 {
 }
 
 /// [-] by how much of both rotors' thrust the one outdoes the other, on average; 1 under a commanded torque.
-fn imbalance(log: &Dataset, rotors: &[ScreenedRotor]) -> f64 {
+fn imbalance(log: &Dataset, rotors: &[&RotorLog]) -> f64 {
     if let [Some(first), Some(second)] = rates_of_both(log) {
         return of_squares(first, second);
     }
     if let Some(torque) = log.column(TORQUE_COMMAND) {
         return if torque.iter().any(|torque| torque.abs() > 0.0) { 1.0 } else { 0.0 };
     }
-    let command = |number| Some(&rotors.iter().find(|rotor| rotor.number() == number)?.data().command[..]);
+    let command = |number| Some(&rotors.iter().find(|rotor| rotor.number == number)?.command[..]);
     command(1).zip(command(2)).map_or(0.0, |(first, second)| of_squares(first, second))
 }
 

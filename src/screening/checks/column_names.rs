@@ -5,7 +5,7 @@ use crate::screening::Finding;
 use crate::unit::UNITS;
 
 /// Those of a log that are another unit's spelling of one that the log lacks.
-pub(crate) fn find(log: &Dataset) -> Vec<Finding> {
+pub(crate) fn check(log: &Dataset) -> Vec<Finding> {
     let mut found = Vec::new();
     for signal in LOG_SIGNALS.iter().filter(|signal| log.column(signal.name).is_none()) {
         let suffix = format!("_{}", signal.unit.to_lowercase().replace(' ', "").replace('/', "_"));

@@ -9,7 +9,8 @@ use std::ops::Range;
 use super::saturation::SATURATED;
 use crate::estimation::quantile::median;
 use crate::log::dataset::Dataset;
-use crate::screening::channel::{BODY_ANGLE, BODY_RATE, Channel, Judgement};
+use crate::screening::channel::{BODY_ANGLE, BODY_RATE, Channel, Judgement, TORQUE_COMMAND};
+use crate::screening::equal_runs::{smallest_step, too_long};
 use crate::screening::thresholds::THRESHOLDS;
 
 /// The code: a gyroscope that stood still to the last digit.
@@ -25,7 +26,7 @@ pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
     let values = channel.without(|code| code == SATURATED);
     let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
     let readings: Vec<f64> = known.iter().map(|row| values[*row]).collect();
-    let found = frozen(&readings).into_iter().filter(|run| readings[run.start] != 0.0);
+    let found = too_long(&readings).into_iter().filter(|run| readings[run.start] != 0.0);
     let is_frozen = |run: &Range<usize>| match log.column(BODY_ANGLE) {
         Some(angle) => !rests(angle, &known[run.clone()]),
         None => is_driven(log, &known[run.clone()]) && moves_elsewhere(&readings, run.len()),
@@ -42,6 +43,11 @@ pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
         .with("to_s", log.time()[to])
         .with("value", values[from]);
     Some(Judgement::new(finding, rows))
+}
+
+/// Whether something in the log says what the body does or what turns it: else nothing can be asked.
+pub(super) fn can_ask(log: &Dataset) -> bool {
+    log.column(BODY_ANGLE).is_some() || drive(log).is_some()
 }
 
 /// Greatest less least of what is finite.
@@ -74,7 +80,7 @@ fn is_driven(log: &Dataset, rows: &[usize]) -> bool {
 
 /// What turns the body, up to a factor: a torque, or the one rotor's command less the other's; of one rotor its own.
 fn drive(log: &Dataset) -> Option<Vec<f64>> {
-    if let Some(torque) = log.column("torque_command_nm") {
+    if let Some(torque) = log.column(TORQUE_COMMAND) {
         return Some(torque.to_vec());
     }
     match (log.column("command_1"), log.column("command_2")) {
@@ -87,29 +93,4 @@ fn drive(log: &Dataset) -> Option<Vec<f64>> {
 fn moves_elsewhere(readings: &[f64], rows: usize) -> bool {
     let usual = median(readings.chunks_exact(rows).map(|rows| range(rows.iter().copied())));
     usual.is_some_and(|usual| usual >= THRESHOLDS.frozen_steps * smallest_step(readings))
-}
-
-/// The least that a reading ever moves by; infinite where it never moves.
-pub(crate) fn smallest_step(readings: &[f64]) -> f64 {
-    let steps = readings.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > 0.0);
-    steps.fold(f64::INFINITY, f64::min)
-}
-
-/// Runs of equal values, by place, that are too long for a channel that repeats itself as often as this one does.
-pub(crate) fn frozen(values: &[f64]) -> Vec<Range<usize>> {
-    let pairs = values.len().saturating_sub(1);
-    let equal = values.windows(2).filter(|pair| pair[0] == pair[1]).count();
-    if pairs == 0 || equal == 0 {
-        return Vec::new();
-    }
-    // A run of n equal values has about the chance share^(n - 1) at each place.
-    let share = equal as f64 / pairs as f64;
-    let run = (THRESHOLDS.frozen_chance / pairs as f64).ln() / share.ln();
-    let least = (run.ceil() as usize).saturating_add(1).max(THRESHOLDS.frozen_least);
-    let mut at = 0;
-    let runs = values.chunk_by(|a, b| a == b).map(|run| {
-        at += run.len();
-        at - run.len()..at
-    });
-    runs.filter(|run| run.len() >= least).collect()
 }

@@ -1,13 +1,110 @@
-//! The checks of a log, one file each.
+//! Every check of a log, in the order in which they run. A check is one file here with one function, `check`; to add one: its file,
+//! and its line in the table of what it looks at. (What it says of itself, and to whom: `docs/architecture.md`, "to add a screening
+//! check".)
+//!
+//! What a check is given stands in `channel.rs`, `column.rs`, `rotor.rs`, `battery.rs`, `body.rs` and `attitude.rs`; what becomes of
+//! what it finds, in `screened_log.rs` and its neighbours. Files that a macro names `cargo fmt` does not see: `tools/test` has
+//! `rustfmt` look at them.
 
-pub mod battery_range;
-pub mod battery_reading;
-pub mod body_held;
-pub mod column_names;
-pub mod frozen_gyro;
-pub mod outliers;
-pub mod rate_dropout;
-pub mod sample_and_hold;
-pub mod saturation;
-pub mod transient_behind_hole;
-pub mod uncommanded_motion;
+use super::attitude::{Attitude, Mistaken};
+use super::battery::Battery;
+use super::body::Body;
+use super::channel::{Channel, Judgement};
+use super::column::{Column, Remark};
+use super::finding::Finding;
+use super::rotor::{Rotor, Suspicion};
+use super::rotor_data::RotorLog;
+use crate::log::Dataset;
+use crate::model::Model;
+
+/// Declares the files of the checks of each subject, and lists their functions in the same order.
+macro_rules! checks {
+    ($( $(#[doc = $doc:expr])+ $table:ident: $kind:ty = [$($check:ident,)+]; )+) => { $(
+        $(pub mod $check;)+
+
+        $(#[doc = $doc])+
+        pub(crate) const $table: &[$kind] = &[$($check::check),+];
+    )+ };
+}
+
+checks! {
+    /// Of a log as a whole, before anything is known of its channels.
+    LOG: fn(&Dataset) -> Vec<Finding> = [
+        column_names,
+    ];
+
+    /// Of one channel: which of its cells are no measurements. Each may look at what is left of the ones before.
+    CHANNEL: fn(&Channel) -> Option<Judgement> = [
+        rate_dropout,
+        battery_range,
+        sample_and_hold,
+        // A rate at the end of its range stands there, too: it is saturated, and not frozen.
+        saturation,
+        rate_frozen,
+        frozen_gyro,
+        outliers,
+    ];
+
+    /// Of any column, measured or not, for who looks at a log: nothing of it is left out.
+    COLUMN: fn(&Column) -> Vec<Remark> = [
+        constant,
+        perhaps_frozen,
+        perhaps_saturated,
+        dropouts,
+    ];
+
+    /// Of the columns of a rotor whose rates are measured: whether they can be what their names say.
+    ROTOR_COLUMNS: fn(&RotorLog) -> Option<Suspicion> = [
+        samples_too_far_apart,
+        command_out_of_range,
+        rate_too_fast,
+        rotor_does_not_turn,
+        rate_negative,
+        battery_voltage_too_high,
+    ];
+
+    /// Of a rotor: which of its rates are no answers of a running rotor to a known command. Each takes what it finds out of the
+    /// score itself, and looks at what the ones before left.
+    ROTOR: fn(&mut Rotor) -> Option<Judgement> = [
+        command_saturated,
+        standstill,
+        transient_behind_hole,
+        uncommanded_motion,
+        // Says how many of the rates are used: all others come before it.
+        commands_missing,
+    ];
+
+    /// Of the battery's reading as a whole, by the rotors that turn; the first that finds something decides. It takes all rows or
+    /// none: what a battery had that is not connected or saturated is not known anywhere.
+    BATTERY: fn(&Battery) -> Option<Judgement> = [
+        battery_not_connected,
+        battery_saturated,
+        battery_reading_gap,
+    ];
+
+    /// Of the body as a whole: where one of them finds something, none of its rows is scored.
+    BODY: fn(&Body) -> Option<Finding> = [
+        body_held,
+    ];
+
+    /// Of the units of the body's rate and angle; the first that finds something decides. They are asked for by whoever fits an
+    /// inertia or holds a model against the body.
+    BODY_UNITS: fn(&Attitude) -> Option<Mistaken> = [
+        body_rate_in_degrees,
+        time_in_milliseconds,
+        body_rate_too_fast,
+        body_angle_in_degrees,
+        body_turns_over,
+    ];
+
+    /// Of a rotor's battery, asked for where a fit rests on its reading.
+    BATTERY_IN_FIT: fn(&RotorLog) -> Option<Finding> = [
+        battery_reading_frozen,
+    ];
+
+    /// Of a rotor beside the template of a fit, which may well be another rotor: nothing is refused.
+    TEMPLATE: fn(&RotorLog, &Model) -> Option<Finding> = [
+        rate_unlike_template,
+        thrust_unlike_template,
+    ];
+}

@@ -11,6 +11,7 @@ use std::ops::Range;
 
 use crate::estimation::quantile::{median, quantile};
 use crate::screening::channel::Judgement;
+use crate::screening::rotor::Rotor;
 use crate::screening::rotor_data::{LEAST_COMMAND, RotorLog};
 use crate::screening::thresholds::THRESHOLDS;
 
@@ -25,9 +26,13 @@ struct Settling {
     steps: usize,
 }
 
+/// Takes transients whose begin a hole hid out of the score, and out of the stretches.
+pub(crate) fn check(rotor: &mut Rotor) -> Option<Judgement> {
+    rotor.data.leave_out_hidden_transients()
+}
+
 impl RotorLog {
-    /// Takes transients whose begin a hole hid out of the score, and out of the stretches.
-    pub(crate) fn leave_out_hidden_transients(&mut self) -> Option<Judgement> {
+    fn leave_out_hidden_transients(&mut self) -> Option<Judgement> {
         let holes: Vec<usize> =
             (0..self.time.len().saturating_sub(1)).filter(|row| self.is_hole(*row)).collect();
         let steps = self.steps();

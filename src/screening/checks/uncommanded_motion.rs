@@ -8,15 +8,20 @@ use crate::estimation::autocorrelation::lag_one_correlation;
 use crate::estimation::least_squares;
 use crate::screening::channel::Judgement;
 use crate::screening::excitation::SteadyCommand;
+use crate::screening::rotor::Rotor;
 use crate::screening::rotor_data::RotorLog;
 use crate::screening::thresholds::THRESHOLDS;
 
 /// Powers of time in the smooth course of a rate: battery and temperature.
 const COURSE: usize = 4;
 
+/// Takes out of the score where the command stands still and the rate does not.
+pub(crate) fn check(rotor: &mut Rotor) -> Option<Judgement> {
+    rotor.data.leave_out_unmoved()
+}
+
 impl RotorLog {
-    /// Takes out of the score where the command stands still and the rate does not.
-    pub(crate) fn leave_out_unmoved(&mut self) -> Option<Judgement> {
+    fn leave_out_unmoved(&mut self) -> Option<Judgement> {
         let mut left: Vec<usize> = Vec::new();
         let mut shown: Option<(f64, f64, f64)> = None;
         let (mut first, mut last) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -54,16 +59,6 @@ impl RotorLog {
             .take_while(|&row| self.command[row] == command)
             .last()
             .unwrap_or(rows.start)
-    }
-
-    /// Ends the stretches of known commands before these rows, and begins new ones behind: what the rotor was
-    /// commanded meanwhile is not known.
-    pub(super) fn cut(&mut self, rows: &Range<usize>) {
-        let left = |segment: &Range<usize>| {
-            [segment.start..segment.end.min(rows.start), segment.start.max(rows.end)..segment.end]
-        };
-        let left: Vec<Range<usize>> = self.segments.iter().flat_map(left).filter(|it| it.len() > 1).collect();
-        self.segments = left;
     }
 
     /// [rad/s] scatter of the rate about its smooth course and its mean, where that is too much for a constant command.

@@ -45,7 +45,10 @@ fn a_frozen_stretch_is_found_once_and_measured() {
 fn a_saturated_channel_and_a_dropout_are_found() {
     let findings = summary(&log(|_, value| *value = value.min(0.8)));
     assert_eq!(findings.channels[0].perhaps_saturated.len(), 1);
-    assert_eq!(findings.channels[0].perhaps_saturated[0].at, 0.8);
+    let end = findings.channels[0].perhaps_saturated[0];
+    let saturated = findings.findings.iter().find(|it| it.code == SATURATED).expect("surely");
+    assert_eq!((end.at, end.samples), (0.8, saturated.rows));
+    assert_eq!(findings.findings.len(), 1, "and not perhaps: {:?}", findings.findings);
     let findings = summary(&log(|row, value| {
         if (500..520).contains(&row) {
             *value = f64::NAN;
@@ -55,6 +58,46 @@ fn a_saturated_channel_and_a_dropout_are_found() {
     assert_eq!(dropouts.len(), 1);
     assert!((dropouts[0].length_s - 0.21).abs() < 1e-9);
     assert_eq!(findings.channels[0].missing, 20);
+}
+
+/// An angle that stands says that the body rests, and a command that stands, that the rotor does: theirs is the word. What is frozen
+/// beside them is named by the check that asked, with the reading that is repeated.
+#[test]
+fn what_the_screened_log_asked_for_is_not_judged_again() {
+    let held = |row: usize, value: &mut f64| *value = if (300..340).contains(&row) { 0.5 } else { *value };
+    let mut beside = log(held);
+    let at_rest = |row: usize| if (300..340).contains(&row) { 300.0 } else { row as f64 };
+    beside
+        .insert(
+            "body_angle_rad",
+            (0..1000).map(|row| (0.37 * at_rest(row)).sin() + 1e-4 * (row % 7) as f64).collect(),
+        )
+        .expect("fits");
+    let found = summary(&beside);
+    let gyro = found.channels.iter().find(|it| it.name == "body_rate_rad_s").expect("there");
+    assert_eq!((gyro.frozen.len(), found.findings.as_slice()), (0, &[][..]), "it rests");
+    let swings = (0..1000).map(|row| (0.37 * f64::from(row)).sin()).collect();
+    beside.replace("body_angle_rad", swings).expect("as long");
+    let found = summary(&beside);
+    let codes: Vec<&str> = found.findings.iter().map(|it| it.code).collect();
+    assert_eq!(codes, [GYRO_FROZEN], "it does not");
+    let frozen = &found.channels.iter().find(|it| it.name == "body_rate_rad_s").expect("there").frozen;
+    assert!(frozen.len() == 1 && (frozen[0].start_s - 3.0).abs() < 1e-9, "{frozen:?}");
+    assert!((frozen[0].length_s - 0.39).abs() < 1e-9 && frozen[0].value == 0.5, "{frozen:?}");
+}
+
+/// What nothing can be asked of, as a current, is named as doubtful where it stands, and left in.
+#[test]
+fn a_current_that_stands_is_perhaps_frozen() {
+    let mut log = log(|_, _| {});
+    let noise = |row: usize| (row.wrapping_mul(2_654_435_761) >> 9 & 1023) as f64 / 1023.0;
+    let current = |row: usize| if (500..560).contains(&row) { 6.5 } else { 6.0 + noise(row) };
+    log.insert("current_1_a", (0..1000).map(current).collect()).expect("fits");
+    let found = summary(&log);
+    let codes: Vec<&str> = found.findings.iter().map(|it| it.code).collect();
+    assert_eq!(codes, [PERHAPS_FROZEN]);
+    let current = found.channels.iter().find(|it| it.name == "current_1_a").expect("there");
+    assert!(current.frozen.len() == 1 && (current.frozen[0].length_s - 0.59).abs() < 1e-9);
 }
 
 #[test]

@@ -13,6 +13,7 @@ use crate::screening::{Finding, Judgement, ScreenedLog};
 
 mod ends;
 mod outliers;
+mod rates;
 
 const RATE: &str = "propeller_rate_1_rad_s";
 const ROWS: usize = 6000;

@@ -1,0 +1,38 @@
+//! One rotor of a log as the checks see it: its part of the log, what is missing of its commands, and what is left of its rates.
+
+use super::Finding;
+use super::missing_commands::Missing;
+use super::rotor_data::RotorLog;
+use crate::log::Dataset;
+
+/// A rotor that is being judged.
+pub(crate) struct Rotor<'a> {
+    /// Its part of the log; rates that a check takes out of the score are missing in it.
+    pub data: RotorLog,
+    /// What is missing of its commands.
+    pub missing: Missing,
+    /// [rad/s] its rates as they were measured; empty without a column.
+    pub measured: &'a [f64],
+}
+
+/// A column that can hardly be what its name says.
+pub(crate) struct Suspicion {
+    /// What, and by which numbers.
+    pub finding: Finding,
+    /// It cannot be: whatever is fitted to it would be taken for physics.
+    pub is_impossible: bool,
+}
+
+impl<'a> Rotor<'a> {
+    /// Rotor `number` (from 1) of a log whose channels were judged; `None` when the log does not hold its command.
+    pub(crate) fn read(log: &'a Dataset, number: usize) -> Option<Self> {
+        let (data, missing) = RotorLog::read(log, number)?;
+        let measured = log.column(&format!("propeller_rate_{number}_rad_s")).unwrap_or_default();
+        Some(Self { data, missing, measured })
+    }
+
+    /// Whether any of its rates is a measurement.
+    pub(crate) fn is_measured(&self) -> bool {
+        self.measured.iter().any(|rate| rate.is_finite())
+    }
+}
