@@ -10,6 +10,7 @@ use meanings::{MEANINGS, Meaning};
 use super::dataset::{MOST_ROTORS, log_signal};
 use super::mapping::SignalMapping;
 use super::sniff::SampledColumn;
+use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{extremes, median, quantile};
 use crate::unit::UNITS;
 
@@ -275,10 +276,11 @@ fn command(column: &SampledColumn, words: &Words) -> Option<(&'static str, f64, 
         _ if words.has("dshot") => return by_unit(dshot),
         _ => {}
     }
+    let (shortest, longest) = THRESHOLDS.guess_pulse;
     let (unit, scale, offset) = match (low, high) {
         (0.0.., ..=1.0) => ("-", 1.0, 0.0),
         (0.0.., ..=100.0) => ("%", 1.0, 0.0),
-        (800.0.., ..=2200.0) => pulse,
+        (low, high) if low >= shortest && high <= longest => pulse,
         (0.0.., ..=2047.0) => dshot,
         _ => return None,
     };
@@ -289,14 +291,14 @@ fn command(column: &SampledColumn, words: &Words) -> Option<(&'static str, f64, 
 fn time_unit(column: &SampledColumn) -> Option<&'static str> {
     let steps = column.values.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0);
     let step = median(steps)?;
-    // Logs of a machine have rows from a tenth of a millisecond to half a second.
+    let (least, most) = THRESHOLDS.guess_interval;
     let units = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
-    units.into_iter().find(|(_, scale)| (5e-5..=0.5).contains(&(step * scale))).map(|(unit, _)| unit)
+    units.into_iter().find(|(_, scale)| (least..=most).contains(&(step * scale))).map(|(unit, _)| unit)
 }
 
-/// The size that nineteen of twenty values stay below.
+/// The size that nearly all values stay below.
 fn quantile_of_size(column: &SampledColumn) -> f64 {
-    quantile(column.values.iter().map(|value| value.abs()), 0.95).unwrap_or(0.0)
+    quantile(column.values.iter().map(|value| value.abs()), THRESHOLDS.guess_size).unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ use crate::unit::{Unit, UnitError};
 
 use super::dataset::{LOG_SIGNALS, log_signal};
 use super::row_filter::RowFilter;
+use super::thresholds::THRESHOLDS;
 
 pub use error::MappingError;
 pub use shipped::SHIPPED;
@@ -199,7 +200,7 @@ impl Mapping {
         let agrees = |signal: &SignalMapping| {
             let mut same = guessed.iter().filter(|it| it.name == signal.name && it.unit == signal.unit);
             // A guess of a scale is a round number; two scales that are meant to differ do so by far more.
-            same.all(|it| (it.scale / signal.scale - 1.0).abs() < 0.05)
+            same.all(|it| (it.scale / signal.scale - 1.0).abs() < THRESHOLDS.same_scale)
         };
         let fits = |text: &str| {
             let Ok(config) = toml::from_str::<MappingConfig>(text) else { return false };

@@ -15,4 +15,26 @@ crate::thresholds! {
     blackbox_numbers: usize = 8, "count", "the emptiest frames of firmwares make 1.5 of one";
     /// [-] lowest output of a motor below which a blackbox log's commands are DShot throttle, not pulses in µs.
     dshot_idle: f64 = 900.0, "-", "DShot's idle is 48 to 450, a pulse is 1000 µs or more";
+    /// [-] share of a foreign column's values that its size is greater than: glitches are no size.
+    guess_size: f64 = 0.95, "-", "judgement";
+    /// [N] size up to which thrusts without a unit are newtons, not gram-force.
+    guess_thrust: f64 = 100.0, "N", "a thrust stand's propellers give less than 100 N and more than 100 gf";
+    /// [V] size up to which voltages without a unit are volts, not millivolts.
+    guess_voltage: f64 = 100.0, "V", "batteries of such benches";
+    /// [A] size up to which currents without a unit are amperes, not milliamperes.
+    guess_current: f64 = 200.0, "A", "ESCs of such benches";
+    /// [degC] size up to which temperatures without a unit are degrees Celsius, not kelvins.
+    guess_temperature: f64 = 150.0, "degC", "a motor that is hotter is burnt, and 150 K is no weather";
+    /// [rad/s] size up to which body rates without a unit are radians, not degrees a second.
+    guess_body_rate: f64 = 25.0, "rad/s", "judgement";
+    /// [rad] size up to which body angles without a unit are radians, not degrees.
+    guess_body_angle: f64 = 6.3, "rad", "one turn";
+    /// [rad/s] size up to which propeller rates without a unit are radians a second, not rpm.
+    guess_propeller_rate: f64 = 2_500.0, "rad/s", "judgement";
+    /// [µs] range of commands without a unit that are servo pulses.
+    guess_pulse: (f64, f64) = (800.0, 2200.0), "µs", "servo pulses of 1000 to 2000 µs, and what overshoots";
+    /// [s] from row to row of a machine's log: of a time without a unit, the unit that makes it so.
+    guess_interval: (f64, f64) = (5e-5, 0.5), "s", "logs from 2 Hz to 20 kHz";
+    /// [-] share by which the scales of a guess and of a shipped mapping may differ for the one to be the other.
+    same_scale: f64 = 0.05, "-", "judgement";
 }

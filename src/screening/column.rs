@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::Finding;
 use super::channel::Judgement;
+use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{median, sorted};
 use crate::log::dataset::{Dataset, LOG_SIGNALS};
 
@@ -64,7 +65,7 @@ impl<'a> Column<'a> {
 
     /// Whether it never changes.
     pub(crate) fn is_constant(&self) -> bool {
-        self.present.len() > 2 && self.range()[0] == self.range()[1]
+        self.present.len() >= THRESHOLDS.constant_fewest && self.range()[0] == self.range()[1]
     }
 
     /// Whether it is a reading that moves. Commands hold by nature: they neither freeze nor saturate.

@@ -113,8 +113,7 @@ fn steady_interval(gaps: &[f64]) -> Option<f64> {
     if gaps.len() < THRESHOLDS.command_fewest {
         return None;
     }
-    // The lower quartile is one interval as long as three in four commands are there.
-    let quartile = quantile(gaps.iter().copied(), 0.25)?;
+    let quartile = quantile(gaps.iter().copied(), THRESHOLDS.command_quantile)?;
     let interval = median(
         gaps.iter()
             .copied()

@@ -77,7 +77,7 @@ impl Beside {
 
 impl RotorLog {
     /// Rows between two holes that say nothing.
-    pub(crate) const FEWEST_ROWS: usize = 2;
+    pub(crate) const FEWEST_ROWS: usize = THRESHOLDS.fewest_rows;
 
     /// The part of rotor `rotor` (from 1) as it is logged, and the commands that are missing; `None` when the log does not hold
     /// its command. Without a column of rates none is measured.

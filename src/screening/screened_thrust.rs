@@ -12,6 +12,7 @@ use super::checks::transient_behind_hole::TRANSIENT_BEHIND_HOLE;
 use super::left_out::{LeftOut, ROTOR_RATE_MISSING, STANDSTILL};
 use super::readings;
 use super::screened_rotor::ScreenedRotor;
+use super::thresholds::THRESHOLDS;
 use crate::log::Dataset;
 
 /// The thrust of one rotor of a log, and which of its rows are scored.
@@ -38,7 +39,7 @@ impl ScreenedThrust {
         };
         let measured = || (0..log.len()).filter(|row| thrust[*row].is_finite() && of_rotor(*row).is_none());
         let with = |rate: &[f64]| measured().filter(|row| rate[*row].is_finite()).count();
-        let in_turns = 2 * with(rate) < with(&lines);
+        let in_turns = THRESHOLDS.thrust_in_turns * with(rate) < with(&lines);
         let known = if in_turns { &lines[..] } else { rate };
         let why = (0..log.len()).map(|row| {
             let is_known = known[row].is_finite();

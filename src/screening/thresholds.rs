@@ -1,5 +1,4 @@
-//! Numbers that decide whether a log is believed: each with its unit, why, and what it was calibrated on. Sizes of windows
-//! and degrees of polynomials that a method is defined by stay where they are.
+//! Numbers that decide whether a log is believed: each with its unit, why, and what it was calibrated on.
 
 crate::thresholds! {
     /// [rad/s] no body on a bench turns faster than a gyroscope of 2000 deg/s can read.
@@ -46,6 +45,8 @@ crate::thresholds! {
     frozen_steps: f64 = 5.0, "-", "made logs of the room's tests";
     /// Commands that show at which interval they come.
     command_fewest: usize = 20, "count", "judgement";
+    /// Quantile of the gaps between commands that is one interval, as long as three in four commands are there.
+    command_quantile: f64 = 0.25, "-", "three in four commands are there";
     /// Share of the interval within which a multiple of it is met.
     command_near: f64 = 0.2, "-", "made logs of the room's tests";
     /// Share of the gaps near a multiple, from which commands come at an interval at all.
@@ -64,6 +65,10 @@ crate::thresholds! {
     command_differs: f64 = 0.98, "-", "made logs of the room's tests";
     /// Share of commands that follow the one before at once, below which empty cells may say "as before".
     command_at_once: f64 = 0.6, "-", "made logs of the room's tests";
+    /// Readings to each side that predict one: of two, one of which is an outlier, too, nothing is left to predict from.
+    outlier_side: usize = 3, "count", "judgement";
+    /// Usual steps from one neighbour to the next that an outlier of a body lies beyond what is far.
+    outlier_goes: f64 = 2.0, "-", "judgement";
     /// Shares of the distances that say what is usual, each with its multiple; their sum is far.
     outlier_usual: [(f64, f64); 2] = [(0.5, 7.0), (0.8, 6.0)], "-", "normal noise (ten times its size) and Laplace noise, which stays below";
     /// [-] quantiles between which the range of a channel lies: outliers are beyond
@@ -116,6 +121,8 @@ crate::thresholds! {
     slowest_samples: f64 = 2.0, "s", "judgement";
     /// [rad/s] the noise of a rotor that stands stays below.
     standing_rate: f64 = 50.0, "rad/s", "judgement";
+    /// Share of the ends of that noise within which its middle lies.
+    standing_middle: f64 = 0.5, "-", "judgement";
     /// Share of samples at the limit of the command from which it is a finding.
     command_at_limit: f64 = 0.02, "-", "judgement";
     /// Share of samples at the highest command below the limit from which that one is a limit, too.
@@ -186,8 +193,10 @@ crate::thresholds! {
     hold_common: f64 = 0.8, "-", "made logs of the room's tests";
     /// Share of them that are longer than one cell.
     hold_longer: f64 = 0.2, "-", "made logs of the room's tests";
-    /// Least such share in each third of the log.
+    /// Least such share in each part of the log.
     hold_longer_everywhere: f64 = 0.1, "-", "made logs of the room's tests";
+    /// Parts of the log in each of which that must be so.
+    hold_parts: usize = 3, "count", "judgement";
     /// Share of the runs in motion that are not longer than the pace of the telemetry.
     hold_usual: f64 = 0.97, "-", "made logs of the room's tests";
     /// A channel with fewer distinct values is a switch; it cannot saturate.
@@ -218,6 +227,12 @@ crate::thresholds! {
     held_window: f64 = 0.5, "s", "judgement";
     /// Fewest readings of a run that say anything of a rotor, where its start has to be found from them, too.
     fewest_in_run: usize = 5, "count", "judgement";
+    /// Rows between two holes, up to which they say nothing.
+    fewest_rows: usize = 2, "count", "judgement";
+    /// Cells of a column that never changes, from which it is constant.
+    constant_fewest: usize = 3, "count", "judgement";
+    /// Times as many thrusts beside a rate on a line as beside a rate of their own, beyond which the two come in turns.
+    thrust_in_turns: usize = 2, "-", "judgement";
     /// Median intervals of a channel from which a stretch without a value is a gap in it.
     gap_factor: f64 = 2.5, "-", "judgement";
     /// Steps of its reading that a battery takes at once, at most.
@@ -264,6 +279,8 @@ crate::thresholds! {
     scatter: f64 = 0.04, "-", "made logs of the room's tests";
     /// Lag-one correlation from which neighbours are correlated.
     scatter_lag_one: f64 = 0.3, "-", "judgement";
+    /// count: powers of time in the smooth course of a rate: battery and temperature.
+    scatter_course: usize = 4, "count", "judgement";
     /// Samples that show it.
     scatter_fewest: usize = 50, "count", "judgement";
     /// [-] quantiles of a log's intervals that `import` shows

@@ -1,5 +1,7 @@
 //! The words by which columns of others are known.
 
+use crate::log::thresholds::THRESHOLDS;
+
 /// A signal, and the words that mean it.
 pub(super) struct Meaning {
     /// Name in our log; `N` is the rotor's number.
@@ -36,7 +38,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         with: &[],
         without: &["efficiency", "command", "setpoint"],
         by_unit: false,
-        units: &[(100.0, "N"), (f64::INFINITY, "gf")],
+        units: &[(THRESHOLDS.guess_thrust, "N"), (f64::INFINITY, "gf")],
     },
     Meaning {
         signal: "battery_voltage_v",
@@ -45,7 +47,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         with: &[],
         without: &["cell", "reference"],
         by_unit: true,
-        units: &[(100.0, "V"), (f64::INFINITY, "mV")],
+        units: &[(THRESHOLDS.guess_voltage, "V"), (f64::INFINITY, "mV")],
     },
     Meaning {
         signal: "current_N_a",
@@ -54,7 +56,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         with: &[],
         without: &["efficiency"],
         by_unit: true,
-        units: &[(200.0, "A"), (f64::INFINITY, "mA")],
+        units: &[(THRESHOLDS.guess_current, "A"), (f64::INFINITY, "mA")],
     },
     Meaning {
         signal: "motor_temperature_N_k",
@@ -63,7 +65,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         with: &[],
         without: &["esc", "ambient", "air", "imu", "board", "cpu"],
         by_unit: false,
-        units: &[(150.0, "degC"), (f64::INFINITY, "K")],
+        units: &[(THRESHOLDS.guess_temperature, "degC"), (f64::INFINITY, "K")],
     },
     Meaning {
         signal: "esc_temperature_N_k",
@@ -72,7 +74,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         with: &[],
         without: &["motor", "ambient", "air", "imu", "board", "cpu"],
         by_unit: false,
-        units: &[(150.0, "degC"), (f64::INFINITY, "K")],
+        units: &[(THRESHOLDS.guess_temperature, "degC"), (f64::INFINITY, "K")],
     },
     Meaning {
         signal: "body_rate_rad_s",
@@ -81,7 +83,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         with: &[],
         without: &["x", "y", "z", "bias"],
         by_unit: false,
-        units: &[(25.0, "rad/s"), (f64::INFINITY, "deg/s")],
+        units: &[(THRESHOLDS.guess_body_rate, "rad/s"), (f64::INFINITY, "deg/s")],
     },
     Meaning {
         signal: "body_angle_rad",
@@ -90,7 +92,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         with: &[],
         without: &["rate", "command", "setpoint", "reference"],
         by_unit: false,
-        units: &[(6.3, "rad"), (f64::INFINITY, "deg")],
+        units: &[(THRESHOLDS.guess_body_angle, "rad"), (f64::INFINITY, "deg")],
     },
     Meaning {
         signal: "propeller_rate_N_rad_s",
@@ -109,7 +111,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
             "carriage",
         ],
         by_unit: true,
-        units: &[(2_500.0, "rad/s"), (f64::INFINITY, "rpm")],
+        units: &[(THRESHOLDS.guess_propeller_rate, "rad/s"), (f64::INFINITY, "rpm")],
     },
     Meaning {
         signal: "torque_command_nm",

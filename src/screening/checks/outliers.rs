@@ -14,7 +14,7 @@ use crate::screening::channel::{Channel as Judged, Judgement};
 use crate::screening::thresholds::THRESHOLDS;
 
 /// Readings to each side that predict one.
-const SIDE: usize = 3;
+const SIDE: usize = THRESHOLDS.outlier_side;
 
 /// The code: single readings far from what their neighbours predict.
 pub const OUTLIERS: &str = "outliers";
@@ -152,7 +152,7 @@ impl<'a> Neighbourhood<'a> {
             None => {
                 let alone = |seen: &&Seen| {
                     let (beside, range) = seen.beside;
-                    seen.distance > self.far + self.least + 2.0 * seen.goes
+                    seen.distance > self.far + self.least + THRESHOLDS.outlier_goes * seen.goes
                         && beside
                             > THRESHOLDS.outlier_beside_range * range
                                 + THRESHOLDS.outlier_beside_noise * self.noise
@@ -228,10 +228,16 @@ fn seen(time: &[f64], values: &[f64], rows: &[usize]) -> Seen {
         let share = (time[row] - time[from]) / (time[to] - time[from]);
         values[from] + share * (values[to] - values[from])
     };
-    let predicted = [line(2, 4), line(1, 5), line(1, 2), line(4, 5)];
+    let [near, next] = [(SIDE - 1, SIDE + 1), (SIDE - 2, SIDE + 2)];
+    let predicted = [line(near.0, near.1), line(next.0, next.1), line(next.0, near.0), line(near.1, next.1)];
     let nearest = predicted.iter().map(|value| (values[row] - value).abs()).fold(f64::INFINITY, f64::min);
     let step = |from: usize, to: usize| (values[rows[to]] - values[rows[from]]).abs();
-    let goes = sorted([step(0, 1), step(1, 2), 0.5 * step(2, 4), step(4, 5), step(5, 6)])[2];
+    let steps: [f64; 2 * SIDE - 1] = std::array::from_fn(|at| match at + 1 {
+        before if before < SIDE => step(at, at + 1),
+        SIDE => 0.5 * step(near.0, near.1),
+        _ => step(at + 1, at + 2),
+    });
+    let goes = sorted(steps)[SIDE - 1];
     let others: [f64; 2 * SIDE] = std::array::from_fn(|at| values[rows[at + usize::from(at >= SIDE)]]);
     let others = sorted(others);
     // The most extreme one is at one of the ends.

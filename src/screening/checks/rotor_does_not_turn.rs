@@ -24,5 +24,6 @@ fn stands(rotor: &RotorLog, slowest: f64, fastest: f64) -> bool {
         return false;
     }
     let commanded = rotor.command.iter().zip(&rotor.rate).filter(|(command, _)| **command >= LEAST_HELD);
-    median(commanded.map(|(_, rate)| *rate)).is_some_and(|middle| middle.abs() < 0.5 * ends)
+    median(commanded.map(|(_, rate)| *rate))
+        .is_some_and(|middle| middle.abs() < THRESHOLDS.standing_middle * ends)
 }

@@ -114,8 +114,8 @@ fn reading_rate(runs: &[(usize, f64)]) -> Option<ReadingRate> {
     };
     let usual = common(lengths);
     let everywhere = lengths
-        .chunks(lengths.len().div_ceil(3))
-        .all(|third| held(third) >= THRESHOLDS.hold_longer_everywhere);
+        .chunks(lengths.len().div_ceil(THRESHOLDS.hold_parts))
+        .all(|part| held(part) >= THRESHOLDS.hold_longer_everywhere);
     if (usual.len() as f64) < THRESHOLDS.hold_common * lengths.len() as f64
         || held(lengths) < THRESHOLDS.hold_longer
         || !everywhere

@@ -12,9 +12,6 @@ use crate::screening::rotor::Rotor;
 use crate::screening::rotor_data::RotorLog;
 use crate::screening::thresholds::THRESHOLDS;
 
-/// Powers of time in the smooth course of a rate: battery and temperature.
-const COURSE: usize = 4;
-
 /// Takes out of the score where the command stands still and the rate does not.
 pub(crate) fn check(rotor: &mut Rotor) -> Option<Judgement> {
     rotor.data.leave_out_unmoved()
@@ -68,7 +65,7 @@ impl RotorLog {
             return None;
         }
         let time: Vec<f64> = rows.iter().map(|&row| self.time[row]).collect();
-        let course = least_squares::smooth_course(&time, COURSE);
+        let course = least_squares::smooth_course(&time, THRESHOLDS.scatter_course);
         let rate = DVector::from_iterator(rows.len(), rows.iter().map(|&row| self.rate[row]));
         let fit = least_squares::least_squares(&course, &rate)?;
         let share = fit.residual_rms / rate.mean().abs().max(f64::MIN_POSITIVE);
