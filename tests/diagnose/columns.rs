@@ -81,9 +81,10 @@ fn a_body_that_is_57_times_as_light_is_asked_for_its_unit_before_its_inertia_is_
         desk.changed(&recorded, name, f64::INFINITY, |_| true, scaled).display().to_string()
     });
     let story = said_out(&run(&["diagnose", "--log", &train, "--validate", &held_out]));
-    let mut next = story.lines().filter(|line| line.starts_with("Next: "));
-    assert!(next.next().is_some_and(|line| line.contains("in degrees")), "{story}");
-    assert!(next.next().is_some_and(|line| line.contains("Take the new numbers over")), "{story}");
+    // The unit to import it with, and the command that takes the inertia over.
+    let [unit, taken_over] = ["deg/s", "rotorbench extend"].map(|it| story.find(it));
+    assert!(unit.is_some() && taken_over.is_some() && unit < taken_over, "{story}");
+    assert!(story[taken_over.unwrap_or(0)..].contains("--recalibrate"), "{story}");
 }
 
 /// Zeros of a telemetry that drops out are no battery: a diagnosis without them is the one with.
@@ -126,17 +127,25 @@ fn effects_that_were_not_tried_are_told_with_what_they_need() {
     let desk = Desk::new();
     let [train, held_out] = [("train.csv", 1), ("held-out.csv", 2)].map(|(name, sequence)| {
         let recorded = desk.record(&format!("recorded-{name}"), sequence, &[]);
-        let log = desk.changed(
-            &recorded,
-            name,
-            f64::INFINITY,
-            |column| column != "body_angle_rad",
-            |_, value| value,
-        );
-        log.display().to_string()
+        desk.changed(&recorded, name, f64::INFINITY, |column| column != "body_angle_rad", |_, value| value)
     });
+    let (answer, _) = diagnose("paper", &train, &held_out);
+    let is_lacking = |it: &&serde_json::Value| it["refusal"]["code"] == "column_lacking";
+    let lacking: Vec<&serde_json::Value> =
+        answer["candidates"].as_array().into_iter().flatten().filter(is_lacking).collect();
+    for effect in ["gravity_pendulum", "cable_stiffness"] {
+        let refused = lacking.iter().find(|it| it["effect"] == effect);
+        let column = refused.map(|it| &it["refusal"]["column"]);
+        assert_eq!(
+            column.and_then(serde_json::Value::as_str),
+            Some("body_angle_rad"),
+            "{effect}: {lacking:?}"
+        );
+    }
+    let [train, held_out] = [train, held_out].map(|log| log.display().to_string());
     let story = said_out(&run(&["diagnose", "--log", &train, "--validate", &held_out]));
-    let story = story.split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(story.contains("Not tried: gravity_pendulum, cable_stiffness,"), "{story}");
-    assert!(story.contains("(needs `body_angle_rad`, which a log lacks)"), "{story}");
+    for effect in lacking.iter().filter_map(|it| it["effect"].as_str()) {
+        assert!(story.contains(effect), "{effect}: {story}");
+    }
+    assert!(story.contains("`body_angle_rad`"), "{story}");
 }
