@@ -5,11 +5,13 @@
 //! `toml bench` (`toml bench=FILE`: that the page's commands read), `toml mapping`, `toml plan`, and parts of files, `toml bench part`
 //! and `toml model part`; all others are for reading.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+#[path = "documents/codes.rs"]
+mod codes;
 #[path = "documents/form.rs"]
 mod form;
 mod json_schema;
@@ -17,6 +19,8 @@ mod json_schema;
 mod names;
 #[path = "documents/numbers.rs"]
 mod numbers;
+#[path = "documents/options.rs"]
+mod options;
 #[path = "documents/toml_blocks.rs"]
 mod toml_blocks;
 
@@ -183,135 +187,6 @@ fn answers_fit_their_schemas() {
     }
 }
 
-/// Words that stand in the match arms of the sentences and are no codes of findings: reasons within one, steps, and what drives a
-/// body.
-const NO_CODES: [&str; 16] = [
-    "duplicate",
-    "holds",
-    "inertia",
-    "joint_estimation",
-    "measured_rotor_rates",
-    "no_commands",
-    "no_rate_under_command",
-    "no_rotor_columns",
-    "no_rows",
-    "not_identified",
-    "pole",
-    "static_curve",
-    "thrust_curve",
-    "too_small",
-    "torque_command",
-    "voltage_gain",
-];
-
-/// The codes that have a sentence: the literals of match arms in `src/report/findings` and `src/report/check.rs`.
-fn codes() -> BTreeSet<String> {
-    fn gather(place: &Path, codes: &mut BTreeSet<String>) {
-        if place.is_dir() {
-            let entries = fs::read_dir(place).expect("readable").map(|entry| entry.expect("an entry").path());
-            entries.for_each(|entry| gather(&entry, codes));
-            return;
-        }
-        let text = fs::read_to_string(place).expect("UTF-8");
-        for arm in text.lines().filter(|line| line.trim_start().starts_with('"') && line.contains(" =>")) {
-            let arm = arm.split(" =>").next().unwrap_or_default();
-            let is_code = |word: &&str| {
-                !word.is_empty() && word.chars().all(|letter| letter.is_ascii_lowercase() || letter == '_')
-            };
-            codes.extend(arm.split('"').skip(1).step_by(2).filter(is_code).map(str::to_owned));
-        }
-    }
-    let mut codes = BTreeSet::new();
-    ["src/report/findings", "src/report/check.rs"].iter().for_each(|it| gather(&root().join(it), &mut codes));
-    NO_CODES.iter().for_each(|word| assert!(codes.remove(*word), "{word} is no longer there"));
-    codes
-}
-
-/// The codes that the code of `src/` makes findings of, each with its file: where a finding is begun with a literal, and the
-/// constants that say "The code: ...".
-fn made() -> BTreeSet<(String, String)> {
-    fn gather(place: &Path, made: &mut BTreeSet<(String, String)>) {
-        if place.is_dir() {
-            let entries = fs::read_dir(place).expect("readable").map(|entry| entry.expect("an entry").path());
-            entries.for_each(|entry| gather(&entry, made));
-            return;
-        }
-        let text = fs::read_to_string(place).expect("UTF-8");
-        let program = text.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
-        let words = |start: &str| -> Vec<&str> {
-            let behind = program.match_indices(start).map(|(at, _)| &program[at + start.len()..]);
-            behind.filter_map(|rest| rest.trim_start().strip_prefix('"')?.split('"').next()).collect()
-        };
-        let mut found: Vec<&str> =
-            ["Finding::new(", "Finding::of_rotor(", "finding(", "of_rate(", "of_angle("]
-                .iter()
-                .flat_map(|it| words(it))
-                .collect();
-        for (at, _) in program.match_indices("/// The code: ") {
-            let declared = program[at..].split_once("&str = \"").and_then(|(_, rest)| rest.split('"').next());
-            found.extend(declared);
-        }
-        let name = place.strip_prefix(root()).unwrap_or(place).display().to_string();
-        made.extend(found.into_iter().map(|code| (code.to_owned(), name.clone())));
-    }
-    let mut made = BTreeSet::new();
-    gather(&root().join("src"), &mut made);
-    // Why a row is not scored, of which nothing else is said.
-    made.retain(|(code, _)| !REASONS_ALONE.contains(&code.as_str()));
-    made
-}
-
-/// Codes of rows that are not scored, for which there is no finding.
-const REASONS_ALONE: [&str; 2] = ["rotor_rate_missing", "short_run"];
-
-/// A finding without a sentence shows its name: whoever adds a check is told what is missing.
-#[test]
-fn every_code_of_a_finding_has_its_sentence() {
-    let (made, said) = (made(), codes());
-    assert!(made.len() > 100, "{made:?}");
-    let missing: Vec<String> = made
-        .iter()
-        .filter(|(code, _)| !said.contains(code))
-        .map(|(code, file)| {
-            format!("`{code}` of {file} has no sentence: give it a match arm in src/report/findings/")
-        })
-        .collect();
-    assert!(missing.is_empty(), "{missing:#?}");
-    // A check that the search does not see is a check that nobody is told of.
-    let checks = fs::read_dir(root().join("src/screening/checks")).expect("readable");
-    for file in checks.map(|entry| entry.expect("an entry").file_name().into_string().expect("UTF-8")) {
-        let name = format!("src/screening/checks/{file}");
-        let is_seen = file == "mod.rs"
-            || USES_THE_CODE_OF.contains(&file.as_str())
-            || made.iter().any(|(_, it)| *it == name);
-        assert!(
-            is_seen,
-            "{name}: no code is seen in it; begin its finding with a literal, or with a constant `/// The code: ...`"
-        );
-    }
-}
-
-/// Checks whose code is the reason of rows, too, and stands where these are known.
-const USES_THE_CODE_OF: [&str; 2] = ["commands_missing.rs", "standstill.rs"];
-
-/// Who meets a code finds its row, and no row speaks of a code that is gone.
-#[test]
-fn every_code_of_a_finding_has_its_row_in_the_guide() {
-    let page = fs::read_to_string(root().join("docs/guide/findings.md")).expect("UTF-8");
-    let first_cells = page.lines().filter_map(|line| line.strip_prefix("| `")?.split(" | ").next());
-    let rows: BTreeSet<String> = first_cells
-        .flat_map(|cell| {
-            cell.split("`, `").map(|code| code.trim_end_matches('`').to_owned()).collect::<Vec<_>>()
-        })
-        .collect();
-    let codes = codes();
-    assert!(codes.len() > 100, "{codes:?}");
-    let missing: Vec<&String> = codes.difference(&rows).collect();
-    let gone: Vec<&String> = rows.difference(&codes).collect();
-    assert!(missing.is_empty(), "no row in docs/guide/findings.md of {missing:?}");
-    assert!(gone.is_empty(), "rows in docs/guide/findings.md of codes that are gone: {gone:?}");
-}
-
 /// Pages whose commands make their logs.
 const OWN_LOGS: [&str; 2] = ["README.md", "docs/tutorial.md"];
 
@@ -364,93 +239,4 @@ fn benches_to_start_from_are_accepted() {
         assert_eq!(check(&["--template", &name]), fs::read_to_string(file).expect("UTF-8"));
     }
     assert_eq!(check(&["--config", "bench.toml"]), check(&[]), "the template is the bench that is built in");
-}
-
-/// Options that other programs have: cargo, and the scripts in tools/.
-const OTHERS: &[&str] = &[
-    "--release",
-    "--lib",
-    "--test",
-    "--example",
-    "--open",
-    "--bench",
-    "--draws",
-    "--only",
-    "--brief",
-    "--out",
-    "--require-all",
-    "--locked",
-    "--profile",
-    "--config",
-    "--real-time",
-    "--write",
-    "--quick",
-    "--help",
-    "--path",
-    "--array",
-];
-
-/// The words of a text that are options.
-fn option_words(text: &str) -> BTreeSet<String> {
-    let is_word = |letter: char| letter.is_ascii_alphanumeric() || letter == '-';
-    text.split(|letter| !is_word(letter))
-        .filter(|word| word.starts_with("--") && word.len() > 3)
-        .map(str::to_owned)
-        .collect()
-}
-
-/// The program's commands, and the options of each, those of its own commands among them.
-struct Commands {
-    names: BTreeSet<String>,
-    options: BTreeMap<String, BTreeSet<String>>,
-}
-
-impl Commands {
-    fn of_the_program() -> Self {
-        let help = |command: &str| {
-            let words: Vec<&str> = command.split(' ').chain(["--help"]).collect();
-            let done = rotorbench(root(), &words);
-            assert!(done.status.success(), "`rotorbench {command} --help`");
-            String::from_utf8(done.stdout).expect("UTF-8")
-        };
-        let general = String::from_utf8(rotorbench(root(), &["--help"]).stdout).expect("UTF-8");
-        let names: BTreeSet<String> = general
-            .lines()
-            .filter_map(|line| line.strip_prefix("  ")?.split_whitespace().next())
-            .filter(|word| word.chars().all(|it| it.is_ascii_lowercase()) && *word != "help")
-            .map(str::to_owned)
-            .collect();
-        assert!(names.contains("diagnose") && names.len() > 20, "{names:?}");
-        let own = |command: &str| match command {
-            "experiment" => &["constant", "ramp", "steps", "prbs", "chirp"][..],
-            "fleet" => &["plan", "run", "merge"],
-            "dronecan" => &["list"],
-            _ => &[],
-        };
-        let options = |command: &String| {
-            let mut options = option_words(&help(command));
-            own(command)
-                .iter()
-                .for_each(|it| options.extend(option_words(&help(&format!("{command} {it}")))));
-            (command.clone(), options)
-        };
-        Self { options: names.iter().map(options).collect(), names }
-    }
-}
-
-#[test]
-fn options_and_commands_that_are_shown_exist() {
-    let commands = Commands::of_the_program();
-    let mut known: BTreeSet<String> = OTHERS.iter().map(|word| (*word).to_owned()).collect();
-    known.extend(commands.options.values().flatten().cloned());
-    for (page, text) in pages().iter().filter(|(page, _)| !page.starts_with("docs/evidence")) {
-        for word in option_words(text) {
-            let word = word.trim_end_matches('-').to_owned();
-            assert!(known.contains(&word), "{page}: no command has {word}");
-        }
-        for line in text.lines().filter_map(|line| line.trim_start().strip_prefix("rotorbench ")) {
-            let command = line.split_whitespace().next().unwrap_or_default();
-            assert!(commands.names.contains(command) || command == "COMMAND", "{page}: rotorbench {command}");
-        }
-    }
 }

@@ -53,7 +53,7 @@ pub enum Unmet {
         /// The least.
         needed: usize,
     },
-    /// A number is not told from that of no effect.
+    /// A number is not distinguished from that of no effect.
     NotDetermined,
     /// It and another effect of the set cancel each other.
     Cancels,

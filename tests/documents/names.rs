@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+use super::options::Commands;
 use super::toml_blocks::read;
-use super::{Commands, pages, root};
+use super::{pages, root};
 
 /// Pages that say what is; the changelog says what was, evidence is written by tools, thresholds by a test.
 fn prose() -> Vec<(String, String)> {

@@ -160,7 +160,7 @@ fn damage_costs_the_frames_up_to_the_next_whole_one() {
     flight.intra(32, 3_200, 0, 0, [158, 158], 0).inter([100, 0, 0, 0, 0, 0]);
     let tables = flight.read().expect("a log");
     assert_eq!(tables.tables[0].time, [0.0, 0.0032, 0.0033]);
-    // The frame in front of the damage cannot be told from a damaged one: what follows it is no frame. It goes
+    // The frame in front of the damage cannot be distinguished from a damaged one: what follows it is no frame. It goes
     // with the three bytes.
     assert!(skipped(&tables, "damaged_bytes") >= 3, "{:?}", tables.skipped);
     assert_eq!(skipped(&tables, "frame_without_reference"), 2);
