@@ -90,7 +90,7 @@ mod tests {
             ),
             (
                 alone(Unmet::TooLittleFitted { share: 0.004, needed: 0.01 }),
-                "added alone, it takes 0.4 % off the fitted data's squared error, at least 1 % are needed",
+                "added alone, it takes 0.40 % off the fitted data's squared error, at least 1 % are needed",
             ),
             (
                 alone(Unmet::TooLittleFitted { share: -0.1, needed: 0.01 }),
