@@ -101,8 +101,8 @@ fn log(finding: &Finding, said_of: fn(&Finding) -> String) -> Option<String> {
             finding.count("rotor")
         ),
         "rotor_differs_from_all" => format!(
-            "the model of all rotors leaves {} rad/s of its rates unexplained, its own {} rad/s: it is another rotor than the \
-             others; take its own model",
+            "the model of all rotors leaves {} rad/s of its rates unexplained, its own {} rad/s: take its own \
+             model",
             number(finding.number("rms_of_all"), 3),
             number(finding.number("rms_of_own"), 3)
         ),
