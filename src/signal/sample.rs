@@ -44,7 +44,7 @@ impl Sample {
 
     /// A channel that never received anything.
     #[must_use]
-    pub fn never() -> Self {
+    pub const fn never() -> Self {
         Self { value: 0.0, stamp_ns: 0, count: 0, health: Health::NEVER }
     }
 
@@ -53,4 +53,18 @@ impl Sample {
     pub fn is_good(&self) -> bool {
         self.health == 0
     }
+}
+
+/// What has never received anything, known when the program is built: each copy of it is one in the loop.
+pub(super) trait Never {
+    /// A channel, or one for each rotor or axis.
+    const NEVER: Self;
+}
+
+impl Never for Sample {
+    const NEVER: Self = Self::never();
+}
+
+impl<const N: usize> Never for [Sample; N] {
+    const NEVER: Self = [Sample::never(); N];
 }

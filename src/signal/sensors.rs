@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::channels::After::{Hold, Never, Seconds};
 // Whatever the rows are written with.
 use super::channels::*;
+use super::sample::Never;
 use super::{ROTORS, Sample};
 
 macro_rules! define {
@@ -48,11 +49,7 @@ macro_rules! define {
 
         impl Default for Sensors {
             fn default() -> Self {
-                let mut sensors = Self { sequence: 0, stamp_ns: 0, $($field: Default::default(),)+ };
-                for channel in Channel::ALL {
-                    *channel.of_mut(&mut sensors) = Sample::never();
-                }
-                sensors
+                Self { sequence: 0, stamp_ns: 0, $($field: <$type as Never>::NEVER,)+ }
             }
         }
 
