@@ -60,6 +60,7 @@ pub mod clock;
 pub mod compare;
 pub mod control;
 pub mod diagnose;
+pub mod discover;
 pub mod effect;
 pub mod emulate;
 pub mod estimation;

@@ -2,8 +2,8 @@
 
 use crate::threshold::{Threshold, page};
 use crate::{
-    can, cli, compare, control, diagnose, estimation, experiment, fleet, guard, identify, log, recording,
-    report, runtime, screening, session, shm, studies, workbench,
+    can, cli, compare, control, diagnose, discover, estimation, experiment, fleet, guard, identify, log,
+    recording, report, runtime, screening, session, shm, studies, workbench,
 };
 
 /// Room and table, in the order of the rooms. `tests/architecture/` fails when a room with a `thresholds.rs` is missing.
@@ -19,6 +19,7 @@ pub const ROOMS: &[(&str, &[Threshold])] = &[
     ("screening", screening::thresholds::TABLE),
     ("compare", compare::thresholds::TABLE),
     ("diagnose", diagnose::thresholds::TABLE),
+    ("discover", discover::thresholds::TABLE),
     ("identify", identify::thresholds::TABLE),
     ("runtime", runtime::thresholds::TABLE),
     ("studies", studies::thresholds::TABLE),

@@ -29,6 +29,7 @@ mod demo;
 mod design;
 mod diagnose;
 mod disarm;
+mod discover;
 mod doctor;
 mod dronecan;
 mod effects;
@@ -114,6 +115,8 @@ enum Subcommand {
     Compare(compare::Arguments),
     /// Which physical effect is missing
     Diagnose(diagnose::Arguments),
+    /// The law itself, where no known effect explains what is missing
+    Discover(discover::Arguments),
     /// Add an effect to a model and show the fall of the error
     Extend(extend::Arguments),
     /// In your browser: where the model fails, what is missing, the error falling
@@ -219,6 +222,7 @@ impl Subcommand {
             Self::Identify(arguments) => arguments.logs.threads,
             Self::Compare(arguments) => arguments.logs.threads,
             Self::Diagnose(arguments) => arguments.logs.threads,
+            Self::Discover(arguments) => arguments.logs.threads,
             Self::Extend(arguments) => arguments.logs.threads,
             _ => None,
         }
@@ -236,6 +240,7 @@ impl Subcommand {
                 | Self::Design(_)
                 | Self::Compare(_)
                 | Self::Diagnose(_)
+                | Self::Discover(_)
                 | Self::Extend(_)
                 | Self::Fleet(_)
                 | Self::Effects(_)
@@ -270,6 +275,7 @@ fn dispatch(subcommand: Subcommand) -> CliResult {
         Subcommand::Design(arguments) => design::run(&arguments),
         Subcommand::Compare(arguments) => compare::run(&arguments),
         Subcommand::Diagnose(arguments) => diagnose::run(&arguments),
+        Subcommand::Discover(arguments) => discover::run(&arguments),
         Subcommand::Extend(arguments) => extend::run(&arguments),
         Subcommand::Workbench(arguments) => workbench::run(&arguments),
         Subcommand::Fleet(arguments) => fleet::run(&arguments),

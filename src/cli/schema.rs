@@ -18,7 +18,7 @@ macro_rules! schemas {
 }
 
 /// The schemas by the name of the command, with what sets an answer of its own behind it.
-const SCHEMAS: [(&str, &str); 30] = schemas![
+const SCHEMAS: [(&str, &str); 31] = schemas![
     "bridge",
     "check",
     "compare",
@@ -28,6 +28,7 @@ const SCHEMAS: [(&str, &str); 30] = schemas![
     "design",
     "diagnose",
     "diagnose-rotors",
+    "discover",
     "doctor",
     "effects",
     "effects-card",

@@ -53,7 +53,7 @@ pub(crate) fn conclude(
 
 /// The channel in which a block's error is given: the first, where the refitted baseline plainly fails in it, else
 /// the one in which it fails most.
-fn channel_of(found: &SearchResult) -> usize {
+pub(crate) fn main_channel(found: &SearchResult) -> usize {
     let first = found.refitted.channel_error(&found.split, 0, true) / found.floors[0];
     if first > THRESHOLDS.plain_error { 0 } else { found.over_floor(&found.refitted).1 }
 }
@@ -67,7 +67,7 @@ pub(crate) fn main_block(blocks: &[SearchResult]) -> (&SearchResult, usize) {
         if is_named { 1e3 * refitted } else { nominal }
     };
     let best = blocks.iter().max_by(|a, b| worst(a).total_cmp(&worst(b))).unwrap_or(&blocks[0]);
-    (best, channel_of(best))
+    (best, main_channel(best))
 }
 
 /// The model with what each block found.
@@ -174,7 +174,7 @@ fn alternatives(blocks: &[SearchResult]) -> Vec<(Vec<String>, (f64, &'static str
             let set = blocks.iter().enumerate().flat_map(|(block, found)| {
                 if block == index { other.effects.clone() } else { found.answer.effects.clone() }
             });
-            let channel = channel_of(found);
+            let channel = main_channel(found);
             let error = other.channel_error(&found.split, channel, true);
             sets.push((set.collect(), (error, found.split.train.channels()[channel].unit)));
         }
@@ -185,7 +185,7 @@ fn alternatives(blocks: &[SearchResult]) -> Vec<(Vec<String>, (f64, &'static str
 
 /// The candidates of a block; `named_effects` are those of all blocks.
 fn candidates(found: &SearchResult, named_effects: &[String]) -> Vec<RankedCandidate> {
-    let (best, channel) = (&found.answer, channel_of(found));
+    let (best, channel) = (&found.answer, main_channel(found));
     let what = found.split.train.channels()[channel];
     let base = found.refitted.channel_error(&found.split, channel, true);
     let mut candidates: Vec<RankedCandidate> = found

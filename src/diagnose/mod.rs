@@ -2,7 +2,7 @@
 //!
 //! Ten lines that ask for it stand on the [front page](crate#a-first-result); a program that extends, too: `examples/diagnose.rs`.
 
-mod assemble;
+pub(crate) mod assemble;
 mod backward;
 mod battery_permutation;
 pub mod block_builder;
@@ -23,7 +23,7 @@ mod error;
 mod extend;
 mod forward;
 mod grid_search;
-mod model_selection;
+pub(crate) mod model_selection;
 mod model_uncertainty;
 pub mod multistart;
 pub mod not_named;
@@ -46,7 +46,7 @@ pub mod surrogate_test;
 pub(crate) mod tests;
 pub mod thresholds;
 mod unnamed;
-mod verdict;
+pub(crate) mod verdict;
 
 use block_builder::refusal;
 use blocks::Blocks;
@@ -81,6 +81,37 @@ pub fn diagnose(
     config: &DiagnoseConfig,
     progress: &(dyn Fn(Event) + Sync),
 ) -> Result<Diagnosis, DiagnoseError> {
+    Ok(search_blocks(model, (train, validate), config, progress, false)?.diagnosis)
+}
+
+/// A diagnosis with the data that were searched, block by block, and what was found there: for whoever goes on with what no
+/// effect explains. Of long logs these are the stretches that the search saw.
+pub(crate) struct SearchedBlocks {
+    pub(crate) diagnosis: Diagnosis,
+    pub(crate) found: Vec<SearchResult>,
+    pub(crate) verdicts: Vec<Verdict>,
+}
+
+/// As [`diagnose`], with its blocks.
+///
+/// # Errors
+/// [`DiagnoseError`] when model and logs do not meet.
+pub(crate) fn diagnose_blocks(
+    model: &Model,
+    logs: (&[ScreenedLog], &[ScreenedLog]),
+    config: &DiagnoseConfig,
+    progress: &(dyn Fn(Event) + Sync),
+) -> Result<SearchedBlocks, DiagnoseError> {
+    search_blocks(model, logs, config, progress, true)
+}
+
+fn search_blocks(
+    model: &Model,
+    (train, validate): (&[ScreenedLog], &[ScreenedLog]),
+    config: &DiagnoseConfig,
+    progress: &(dyn Fn(Event) + Sync),
+    keeps_blocks: bool,
+) -> Result<SearchedBlocks, DiagnoseError> {
     let known = model.known_effects()?;
     let logs = [train, validate].concat();
     check_logs(model, &known, &logs)?;
@@ -92,15 +123,15 @@ pub fn diagnose(
     let seen = seen.as_ref().unwrap_or(&logs);
     let findings = identify::check_columns(seen, model)?;
     pooled_logs::check(model, &known, seen, config.horizon)?;
-    let question = Question { model, known: &known, logs: &logs, config, progress };
-    let mut diagnosis = match &part {
+    let question = Question { model, known: &known, logs: &logs, config, progress, keeps_blocks };
+    let (mut diagnosis, blocks) = match &part {
         None => question.answer(question.searched(train, validate)?, &logs),
         Some(part) => question.on_stretches(part, seen, (train, validate))?,
     };
     let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs)).chain(findings);
     let said = said.chain(too_seldom(&logs, model.actuator.pole));
     diagnosis.findings.splice(0..0, said);
-    Ok(diagnosis)
+    Ok(SearchedBlocks { diagnosis, found: blocks.found, verdicts: blocks.verdicts })
 }
 
 /// What is asked.
@@ -111,6 +142,8 @@ struct Question<'a> {
     logs: &'a [ScreenedLog],
     config: &'a DiagnoseConfig,
     progress: &'a (dyn Fn(Event) + Sync),
+    /// Whether somebody goes on with the stretches that were searched.
+    keeps_blocks: bool,
 }
 
 impl<'a> Question<'a> {
@@ -147,9 +180,10 @@ impl<'a> Question<'a> {
         self.blocks((train, validate), &|split| self.search(split))
     }
 
-    fn answer(&self, mut blocks: Blocks, logs: &[ScreenedLog]) -> Diagnosis {
+    fn answer(&self, mut blocks: Blocks, logs: &[ScreenedLog]) -> (Diagnosis, Blocks) {
         blocks.found.iter_mut().for_each(|found| self.fits().allow_for_what_is_missing(found));
-        assemble::conclude(self.model, self.known, (&blocks.found, &blocks.verdicts), logs, self.config)
+        let found = (&blocks.found[..], &blocks.verdicts[..]);
+        (assemble::conclude(self.model, self.known, found, logs, self.config), blocks)
     }
 
     /// Searched on a part of the logs, `seen`, and fitted and judged on all their rows.
@@ -158,17 +192,20 @@ impl<'a> Question<'a> {
         part: &Stretches,
         seen: &[ScreenedLog],
         logs: (&[ScreenedLog], &[ScreenedLog]),
-    ) -> Result<Diagnosis, DiagnoseError> {
-        let blocks = self.searched(&part.train, &part.validate)?;
-        // What it holds of each row is not needed beside that of all rows.
-        let (near, of_part) = (Near::of(&blocks.found), self.answer(blocks, seen));
+    ) -> Result<(Diagnosis, Blocks), DiagnoseError> {
+        let (of_part, mut blocks) = self.answer(self.searched(&part.train, &part.validate)?, seen);
+        let near = Near::of(&blocks.found);
+        if !self.keeps_blocks {
+            // What it holds of each row is not needed beside that of all rows.
+            blocks = Blocks { found: Vec::new(), verdicts: Vec::new() };
+        }
         let find = |split: DataSplit| {
             let acts_here = |id: &&String| self.known.iter().any(|it| it.id == **id && split.holds(it));
             let inside: Vec<String> = of_part.effects.iter().filter(acts_here).cloned().collect();
             self.fits().refit_near(split, &inside, &near)
         };
-        let whole = self.answer(self.blocks(logs, &find)?, self.logs);
-        Ok(whole.searched_on(of_part, part.findings.clone()))
+        let (whole, _) = self.answer(self.blocks(logs, &find)?, self.logs);
+        Ok((whole.searched_on(of_part, part.findings.clone()), blocks))
     }
 }
 

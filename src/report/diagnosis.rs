@@ -108,7 +108,7 @@ fn headline(diagnosis: &Diagnosis) -> (Mark, String) {
     (mark, verdict::sentence(diagnosis, "**"))
 }
 
-fn key_numbers(page: &mut Page, error: &ErrorSummary) {
+pub(super) fn key_numbers(page: &mut Page, error: &ErrorSummary) {
     let with_unit = |error_of: f64| format!("{} {}", number(error_of, 3), error.unit);
     page.key_numbers([
         ("held-out error of the model as it is", with_unit(error.base.validate)),
@@ -287,7 +287,7 @@ fn candidates_of(channel: &str, tried: &[(&RankedCandidate, f64)], diagnosis: &D
 }
 
 /// Both models on the logs, block by block.
-fn signals(page: &mut Page, compared: &[Vec<Comparison>], logs: &[ScreenedLog]) {
+pub(super) fn signals(page: &mut Page, compared: &[Vec<Comparison>], logs: &[ScreenedLog]) {
     page.heading("Both models on the logs").paragraph(
         "The same samples count as above, but each stretch and window starts at the measured state, where the diagnosis fits \
          its start and runs on over short holes: the errors here are other numbers than those above.",

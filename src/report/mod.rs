@@ -56,6 +56,7 @@ pub mod demo;
 pub mod design;
 pub mod deviations;
 pub mod diagnosis;
+pub mod discovery;
 pub mod doctor;
 pub mod dronecan;
 pub mod effects;

@@ -44,7 +44,7 @@ pub(super) fn wrapped(first: &str, text: &str) -> String {
 }
 
 /// `value ± error unit`; a bare number carries no unit.
-fn measured(value: f64, error: Option<f64>, unit: &str) -> String {
+pub(super) fn measured(value: f64, error: Option<f64>, unit: &str) -> String {
     let error = error.map_or(String::new(), |error| format!(" ± {}", number(error, 2)));
     let unit = if unit == "-" || unit.is_empty() { String::new() } else { format!(" {unit}") };
     format!("{}{error}{unit}", number(value, 5))
@@ -108,7 +108,7 @@ pub(super) fn in_range(least: f64, greatest: f64, unit: &str) -> String {
 }
 
 /// The errors of a story, one line each.
-fn errors(error: &ErrorSummary) -> String {
+pub(super) fn errors(error: &ErrorSummary) -> String {
     let unit = error.unit;
     let headers = ["model".to_owned(), format!("fitted on [{unit}]"), format!("held out [{unit}]")];
     let mut out = wrapped("", &format!("Error: {}", error.measure)) + &error_table(error, headers).text();

@@ -10,6 +10,7 @@
 mod bench_check;
 mod compare;
 mod diagnose;
+mod discover;
 mod dronecan_nodes;
 mod emulated_run;
 mod error;
@@ -27,6 +28,7 @@ pub mod thresholds;
 pub use bench_check::{BenchCheck, InterfaceLook};
 pub use compare::{compare, compare_extension};
 pub use diagnose::diagnose;
+pub use discover::discover;
 pub use dronecan_nodes::dronecan_nodes;
 pub use emulated_run::run_emulated;
 #[doc(hidden)]

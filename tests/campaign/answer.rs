@@ -14,8 +14,8 @@ pub struct Answer {
 }
 
 /// Asks the program about the logs in `folder`. The logs are copied under names that say nothing, away from
-/// the truth. The paper's model is asked about, or the folder's own.
-pub fn ask(program: &Path, folder: &Path) -> io::Result<Answer> {
+/// the truth. The paper's model is asked about, or the folder's own; `command` is `diagnose` or `discover`.
+pub fn ask(program: &Path, folder: &Path, command: &str) -> io::Result<Answer> {
     let away = tempfile::tempdir()?;
     for (from, to) in [("train.csv", "a.csv"), ("validate.csv", "b.csv")] {
         fs::copy(folder.join(from), away.path().join(to))?;
@@ -27,11 +27,12 @@ pub fn ask(program: &Path, folder: &Path) -> io::Result<Answer> {
     let model = if away.path().join("model.toml").exists() { "model.toml" } else { "paper" };
     let started = Instant::now();
     let output = Command::new(program)
-        .args(["diagnose", "--json", "--model", model, "--log", "a.csv", "--validate", "b.csv"])
+        .args([command, "--json", "--model", model, "--log", "a.csv", "--validate", "b.csv"])
         .current_dir(away.path())
         .output()?;
     let seconds = started.elapsed().as_secs_f64();
     let json = match serde_json::from_slice(&output.stdout) {
+        Ok(value) if command != "diagnose" => Ok(value),
         Ok(value) => check(&value).map(|()| value),
         Err(error) => Err(format!(
             "{error}; {} {}",

@@ -10,7 +10,9 @@ mod case;
 mod catalogue;
 #[cfg(test)]
 mod compare;
+mod discovered;
 mod experiment;
+mod laws;
 mod motion;
 mod plant;
 mod score;
@@ -49,6 +51,9 @@ enum CommandLine {
         /// First seed
         #[arg(long, default_value_t = 1)]
         seed: u64,
+        /// Laws with a formula and what may be taken for one, for `discover`, and nothing else
+        #[arg(long)]
+        discover: bool,
         /// That many cases of an effect beside a small one that nobody names, and nothing else
         #[arg(long)]
         blurred: Option<u64>,
@@ -66,6 +71,9 @@ enum CommandLine {
         /// Only cases whose truth contains this
         #[arg(long)]
         only: Option<String>,
+        /// Ask `discover` for the law
+        #[arg(long)]
+        discover: bool,
         /// Leave the line for each case out
         #[arg(long)]
         brief: bool,
@@ -74,11 +82,18 @@ enum CommandLine {
 
 fn main() -> ExitCode {
     let done = match CommandLine::parse() {
-        CommandLine::Generate { out, draws, seed, blurred } => {
-            generate(&out, &blurred.map_or_else(|| questions(draws, seed), |count| blurs(count, seed)), seed)
-                .map(|()| true)
+        CommandLine::Generate { out, draws, seed, discover, blurred } => {
+            let questions = match blurred {
+                _ if discover => discovered::questions(draws),
+                Some(count) => blurs(count, seed),
+                None => questions(draws, seed),
+            };
+            generate(&out, &questions, seed).map(|()| true)
         }
-        CommandLine::Score { folder, binary, jobs, only, brief } => {
+        CommandLine::Score { folder, binary, jobs, only, discover: true, brief } => {
+            discovered::score(&folder, &binary, jobs.max(1), only.as_deref(), brief)
+        }
+        CommandLine::Score { folder, binary, jobs, only, brief, .. } => {
             score(&folder, &binary, jobs.max(1), only.as_deref(), brief)
         }
     };
@@ -156,9 +171,10 @@ fn score(
                     let at = next.fetch_add(1, Ordering::Relaxed);
                     asked.get(at).map(|case| (at, *case))
                 } {
-                    let answer = answer::ask(&binary, &folder.join(name)).unwrap_or_else(|error| {
-                        answer::Answer { json: Err(error.to_string()), seconds: 0.0 }
-                    });
+                    let answer =
+                        answer::ask(&binary, &folder.join(name), "diagnose").unwrap_or_else(|error| {
+                            answer::Answer { json: Err(error.to_string()), seconds: 0.0 }
+                        });
                     let one = score::judge(name, truth, &answer);
                     eprintln!("{name} {}: {:?}, {}", one.truth, one.mark, one.said);
                     if let Ok(mut all) = judged.lock() {

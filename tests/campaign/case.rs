@@ -11,6 +11,7 @@ use serde_json::{Map, Value, json};
 
 use crate::catalogue::{ENTRIES, Entry, Kind, SAG};
 use crate::experiment::{Noise, Truth, actuator, attitude};
+use crate::laws::Family;
 use crate::plant::{Base, Hidden, Outside};
 use crate::score::BESIDE;
 use crate::strength::{ROUNDS, Rest, without};
@@ -25,6 +26,8 @@ pub enum Question {
     Changed(&'static str, Kind),
     /// A law outside the catalogue, by number.
     Outside(usize, Kind),
+    /// A law with a formula, and its strength [-] from the weakest to the strongest.
+    Law(&'static Family, f64),
     /// A strong effect, and a small one that nobody asks about.
     Blurred(&'static Entry, Small, Kind),
 }
@@ -186,6 +189,7 @@ impl Question {
             | Self::Changed(_, kind)
             | Self::Outside(_, kind)
             | Self::Blurred(_, _, kind) => *kind,
+            Self::Law(family, _) => family.kind,
         }
     }
 
@@ -278,6 +282,13 @@ impl Question {
                 named.insert("law".to_owned(), json!(name));
                 "unknown".to_owned()
             }
+            Self::Law(family, share) => {
+                let numbers = family.draw(*share, rng);
+                hidden.outside = Outside::Law(family, numbers);
+                named.insert("law".to_owned(), json!(family.name));
+                named.insert("numbers".to_owned(), json!(numbers));
+                "unknown".to_owned()
+            }
             Self::Blurred(entry, small, _) => {
                 effects.push((*entry, draw_parameters(entry, rng)));
                 match small {
@@ -357,7 +368,7 @@ impl Question {
             Self::Changed(name, _) => {
                 out.insert((*name).to_owned(), json!(without(train, &bare(Base::PAPER), noise, 0)));
             }
-            Self::Outside(..) => {
+            Self::Outside(..) | Self::Law(..) => {
                 out.insert("unknown".to_owned(), json!(without(train, &bare(*base), noise, ROUNDS)));
             }
             _ => {}

@@ -5,6 +5,7 @@
 
 use std::collections::VecDeque;
 
+use crate::laws::Seen;
 use crate::plant::{ARM, Base, FULL_BATTERY, HOVER_COMMAND, HOVER_RATE, Hidden, Outside};
 
 /// Speed at which pivot friction saturates [rad/s]; the development cases settle on this value.
@@ -89,7 +90,7 @@ impl<'a> Motion<'a> {
             period,
         };
         if !body {
-            let z = motion.steady_rate(motion.shaped(first.0[0]), first.1, 0.0, 0.0);
+            let z = motion.steady_rate(motion.shaped(first.0[0]), (first.1, 0.0), 0.0, 0.0);
             motion.slewed = [z; 2];
         }
         for rotor in 0..2 {
@@ -120,7 +121,7 @@ impl<'a> Motion<'a> {
         u.min(h.command_saturation)
     }
 
-    fn steady_rate(&self, u: f64, voltage: f64, heat: f64, path: f64) -> f64 {
+    fn steady_rate(&self, u: f64, (voltage, time): (f64, f64), heat: f64, path: f64) -> f64 {
         let h = self.hidden;
         let static_part = if h.battery_scaling {
             self.base.steady_rate(u * voltage / FULL_BATTERY)
@@ -129,7 +130,8 @@ impl<'a> Motion<'a> {
         };
         let bent = static_part + h.static_offset + h.static_cubic * (u - HOVER_COMMAND).powi(3);
         let extra = if matches!(h.outside, Outside::RatePath(_)) { path } else { 0.0 };
-        bent * (1.0 - h.motor_heating[0] * heat) + extra
+        let seen = Seen { command: u, voltage, time, ..Seen::default() };
+        bent * (1.0 - h.motor_heating[0] * heat) + extra + h.outside.at("steady_rate", &seen)
     }
 
     fn rotor_torque(&self, s: &State) -> f64 {
@@ -144,6 +146,7 @@ impl<'a> Motion<'a> {
             let height = h.ground_effect[1] + side * ARM * s[ANGLE].sin();
             let near = h.ground_effect[0] / (4.0 * height);
             f /= 1.0 - near * near;
+            f += h.outside.at("thrust", &Seen { rate: w, ..Seen::default() });
             torque += side * ARM * f;
         }
         torque
@@ -160,7 +163,7 @@ impl<'a> Motion<'a> {
         }
     }
 
-    fn pivot_torque(&self, s: &State, path: f64) -> (f64, f64) {
+    fn pivot_torque(&self, s: &State, path: f64, time: f64) -> (f64, f64) {
         let h = self.hidden;
         let (angle, q) = (s[ANGLE], s[BODY_RATE]);
         let mut torque = h.torque_bias
@@ -169,6 +172,7 @@ impl<'a> Motion<'a> {
             - h.quadratic_air_drag * q * q.abs()
             - h.gravity_pendulum[0] * (angle + h.gravity_pendulum[1]).sin()
             - h.cable_stiffness * angle;
+        torque += h.outside.at("torque", &Seen { angle, body_rate: q, time, ..Seen::default() });
         let mut memory = 0.0;
         match h.outside {
             Outside::TorquePath(_) => torque += path,
@@ -215,6 +219,8 @@ impl<'a> Motion<'a> {
                 out[RING + 2 * rotor + 1] = natural * natural * (aim - w - x) - 2.0 * damping * natural * v;
                 pull = p * ((1.0 - share) * (aim - w) + share * x);
             }
+            let seen = Seen { rate: w, ..Seen::default() };
+            pull += h.outside.at("rotor_acceleration", &seen);
             out[RATE + rotor] = pull - h.quadratic_rotor_drag * w * w.abs();
             out[HEAT + rotor] = ((w / HOVER_RATE).powi(3) - s[HEAT + rotor]) / tau;
             if h.telemetry_lag.is_finite() {
@@ -230,7 +236,7 @@ impl<'a> Motion<'a> {
                 out[TORQUE] = h.rotor_lag * (torque - s[TORQUE]);
                 torque = s[TORQUE];
             }
-            let (pivot, memory) = self.pivot_torque(s, drive.path);
+            let (pivot, memory) = self.pivot_torque(s, drive.path, time);
             out[BODY_RATE] = (torque + pivot) / self.base.inertia;
             out[ANGLE] = s[BODY_RATE];
             out[MEMORY] = memory;
@@ -245,7 +251,8 @@ impl<'a> Motion<'a> {
     fn slewing(&self, s: &State, drive: &Drive, ahead: f64) -> [f64; 2] {
         let voltage = drive.voltage[0] + drive.voltage[1] * (self.time + ahead - drive.started);
         std::array::from_fn(|rotor| {
-            let z = self.steady_rate(drive.command[rotor], voltage, s[HEAT + rotor], drive.path);
+            let at = (voltage, self.time + ahead);
+            let z = self.steady_rate(drive.command[rotor], at, s[HEAT + rotor], drive.path);
             let most = self.hidden.slew_rate_limit * ahead;
             if self.hidden.slew_rate_limit.is_finite() {
                 self.slewed[rotor] + (z - self.slewed[rotor]).clamp(-most, most)
@@ -286,9 +293,12 @@ impl<'a> Motion<'a> {
         let (h, s) = (self.hidden, &self.state);
         let seen = if h.telemetry_lag.is_finite() { TELEMETRY } else { RATE };
         let gyro = if h.gyro_lag.is_finite() { s[GYRO] } else { s[BODY_RATE] };
+        let tachometer =
+            |rate: f64| rate + h.outside.at("rotor_rate_sensor", &Seen { rate, ..Seen::default() });
+        let tilted = Seen { angle: s[ANGLE], body_rate: s[BODY_RATE], ..Seen::default() };
         Row {
-            rate: [s[seen], s[seen + 1]],
-            body_rate: h.gyro_scale * gyro + h.gyro_bias,
+            rate: [s[seen], s[seen + 1]].map(tachometer),
+            body_rate: h.gyro_scale * gyro + h.gyro_bias + h.outside.at("body_rate_sensor", &tilted),
             angle: s[ANGLE],
             true_rate: [s[RATE], s[RATE + 1]],
             true_body_rate: s[BODY_RATE],

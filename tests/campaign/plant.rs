@@ -2,6 +2,8 @@
 //! the table of effects alone. It shares no law, no integrator and no step with the library, which is why a
 //! diagnosis of what it makes means something.
 
+use crate::laws::{Family, Numbers, Seen};
+
 /// What the diagnosis starts from: the numbers of [LPC16] Tables I and IV, before any change.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Base {
@@ -44,7 +46,7 @@ impl Base {
 }
 
 /// Every law of the catalogue at once, each neutral until its field is set.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Hidden {
     pub battery_scaling: bool,
     /// [rad/(s V)] beside what the base knows.
@@ -118,9 +120,11 @@ impl Hidden {
 
 /// Laws that no catalogue holds. `Path` adds a signal of time, held over each sample, to the torque [N m]
 /// or to the steady rate [rad/s].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub enum Outside {
     None,
+    /// A law with a formula, and its numbers.
+    Law(&'static Family, Numbers),
     TorquePath(Vec<f64>),
     RatePath(Vec<f64>),
     /// Torque of teeth: amplitude [N m], teeth per radian.
@@ -140,11 +144,22 @@ pub enum Outside {
 }
 
 impl Outside {
+    /// What a law with a formula adds at `site`; none of any other.
+    pub fn at(&self, site: &str, seen: &Seen) -> f64 {
+        match self {
+            Self::Law(family, numbers) if family.site == site => (family.adds)(numbers, seen),
+            _ => 0.0,
+        }
+    }
+
     /// The same law, this many times as strong.
     pub fn scaled(self, factor: f64) -> Self {
         let all = |path: Vec<f64>| path.into_iter().map(|value| factor * value).collect();
         match self {
             Self::None => Self::None,
+            Self::Law(family, [strength, rest @ ..]) => {
+                Self::Law(family, [factor * strength, rest[0], rest[1], rest[2]])
+            }
             Self::TorquePath(path) => Self::TorquePath(all(path)),
             Self::RatePath(path) => Self::RatePath(all(path)),
             Self::Cogging(amplitude, teeth) => Self::Cogging(factor * amplitude, teeth),

@@ -13,6 +13,7 @@ use super::super::{effects, experiment, export, extend, import, monitor, record,
 use super::SCHEMAS;
 use crate::compare::Comparison;
 use crate::diagnose::{Diagnosis, RotorDiagnoses};
+use crate::discover::Discovery;
 use crate::emulate::BusSummary;
 use crate::fleet::Fleet;
 use crate::identify::Identification;
@@ -112,6 +113,7 @@ fn of(name: &str) -> Value {
             add(&mut root, "RotorDiagnosis", "warnings", &rule);
             root
         }
+        "discover" => schema::<WithSentences<Discovery>>(name),
         "doctor" => schema::<Vec<doctor::Row>>(name),
         "effects" => schema::<Vec<effects::Answer>>(name),
         "effects-card" => schema::<effects::Answer>("effects ID"),

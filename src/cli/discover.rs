@@ -1,0 +1,82 @@
+//! `rotorbench discover`: the law itself, where no effect of the catalogue explains what is missing.
+
+use std::path::PathBuf;
+
+use super::log_arguments::LogArguments;
+use super::output::{Force, writable};
+use super::watched::{cancellable, searching};
+use super::{CliResult, Outcome};
+use crate::compare::CompareConfig;
+use crate::diagnose::DiagnoseConfig;
+use crate::discover::LawVerdict;
+use crate::report::{self, json};
+use crate::session::{self, Job};
+
+/// Arguments of `discover`.
+#[derive(Debug, clap::Args)]
+pub struct Arguments {
+    /// Model file, or `paper`
+    #[arg(long, default_value = "paper")]
+    model: PathBuf,
+    /// Logs to fit on
+    #[arg(long, required = true, num_args = 1..)]
+    log: Vec<PathBuf>,
+    /// Validation logs; without them every third stretch of the training logs is held out
+    #[arg(long, num_args = 1..)]
+    validate: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) logs: LogArguments,
+    /// Windows over which the body runs freely [s]
+    #[arg(value_parser = super::log_arguments::horizon, long, default_value_t = DiagnoseConfig::default().horizon)]
+    horizon_s: f64,
+    /// Model file to write: the model with the law, where one is found
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    force: Force,
+    /// Answer as JSON on standard output
+    #[arg(long)]
+    json: bool,
+    /// Write a page with the whole story (HTML)
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> CliResult {
+    let inputs = arguments.log.iter().chain(&arguments.validate).chain([&arguments.model]);
+    writable(arguments.output.iter().chain(&arguments.report), inputs, arguments.force)?;
+    let model = session::open_model(&arguments.model)?;
+    let config = DiagnoseConfig { horizon: arguments.horizon_s, ..DiagnoseConfig::default() };
+    let (mut found, page) = cancellable(|cancel| {
+        let open = arguments.logs.open_config();
+        let train = session::open_all(&arguments.log, &open, &Job::unwatched(cancel))?;
+        let validate = session::open_all(&arguments.validate, &open, &Job::unwatched(cancel))?;
+        let found = searching(cancel, |job| session::discover(&model, &train, &validate, &config, job))?;
+        let Some(path) = &arguments.report else { return Ok((found, None)) };
+        let shown = if validate.is_empty() { &train } else { &validate };
+        let windows = CompareConfig { horizon_s: arguments.horizon_s, ..CompareConfig::default() };
+        let job = Job::unwatched(cancel);
+        let compared = session::compare_extension(&model, &found.model, shown, &windows, &job)?;
+        let page = report::discovery::page(&found, &compared, shown);
+        Ok((found, Some((path, page))))
+    })?;
+    let law_file = arguments.output.as_ref().filter(|_| found.verdict == LawVerdict::Law);
+    if let Some(path) = law_file {
+        session::name_after(&mut found.model, path);
+        session::save_model(&found.model, path)?;
+    }
+    if let Some((path, page)) = page {
+        page.save(path)?;
+    }
+    if arguments.json {
+        println!("{}", json::answer(&json::with_sentences(&found, &found.findings)?)?);
+    } else {
+        print!("{}", report::discovery::text(&found));
+        if let Some(path) = &arguments.output {
+            println!("{}", report::discovery::written(law_file.is_some(), path));
+        }
+    }
+    let is_done = matches!(found.verdict, LawVerdict::Law | LawVerdict::Adequate);
+    Ok(if is_done { Outcome::Done } else { Outcome::FoundWanting })
+}

@@ -1,0 +1,377 @@
+//! The answer, put together.
+
+use std::collections::BTreeMap;
+
+use super::answer::{Discovery, LawVerdict, OtherLaw, PlaceShare, Shape, ShapePoint, TellApart};
+use super::channels::Channel;
+use super::formula::{Formula, Question};
+use super::law::{Law, unit_at};
+use super::places::PlaceScore;
+use super::search::Hit;
+use super::thresholds::THRESHOLDS;
+use crate::diagnose::assemble::{error_summary, main_channel, merged};
+use crate::diagnose::diagnosis::{FoundParameter, TrainValidate};
+use crate::diagnose::model_selection::{floor, joint_floors};
+use crate::diagnose::search_result::SearchResult;
+use crate::diagnose::verdict::verdict;
+use crate::diagnose::{DiagnoseConfig, Diagnosis, Verdict};
+use crate::effect::{Expression, Point};
+use crate::model::Model;
+
+/// What the catalogue says, where there is nothing to discover.
+pub(crate) fn of_catalogue(diagnosis: Diagnosis) -> Discovery {
+    let verdict = match diagnosis.verdict {
+        Verdict::MissingEffect => LawVerdict::Catalogue,
+        Verdict::Adequate => LawVerdict::Adequate,
+        Verdict::ParametersChanged => LawVerdict::ParametersChanged,
+        Verdict::Unknown => LawVerdict::Unknown,
+        Verdict::InsufficientData => LawVerdict::InsufficientData,
+    };
+    Discovery {
+        verdict,
+        block: None,
+        site: None,
+        channels: Vec::new(),
+        confidence: None,
+        expression: None,
+        forms: Vec::new(),
+        parameters: BTreeMap::new(),
+        user_effect: None,
+        shape: None,
+        error: diagnosis.error.clone(),
+        alternatives: Vec::new(),
+        r#where: Vec::new(),
+        effects: diagnosis.effects.clone(),
+        changed_parameters: diagnosis.changed_parameters.clone(),
+        next_experiment: None,
+        findings: diagnosis.findings.clone(),
+        model: diagnosis.model.clone(),
+        diagnosis,
+    }
+}
+
+/// The answer about the block `index` of those searched.
+pub(crate) fn conclude(
+    asked: &Question,
+    diagnosis: Diagnosis,
+    (blocks, verdicts, index): (&[SearchResult], &[Verdict], usize),
+    hit: Hit,
+    config: &DiagnoseConfig,
+) -> Discovery {
+    let mut answer = of_catalogue(diagnosis);
+    let block = if asked.split().train.is_rotor() { "rotors" } else { "body" };
+    answer.block = Some(block.to_owned());
+    answer.verdict = LawVerdict::Unknown;
+    let shape = Shaped::of(&hit);
+    answer.r#where = shares(&hit);
+    let Some(formula) = hit.formula.clone().filter(|formula| explains(&hit, formula)) else {
+        return of_shape(answer, &hit, shape);
+    };
+    if let Some(effects) = as_good_in_catalogue(&hit, &formula) {
+        answer.effects = effects;
+        answer.verdict = LawVerdict::Catalogue;
+        return answer;
+    }
+    let Some((result, changed)) = with_law(&hit, &formula) else { return of_shape(answer, &hit, shape) };
+    let is_law = verdict(&result) == Verdict::MissingEffect;
+    let mut blocks = blocks.to_vec();
+    let mut verdicts = verdicts.to_vec();
+    let channel = main_channel(&result);
+    answer.error = error_summary(&result, channel, config);
+    let numbers = numbers(&result.answer.model, &hit, &formula.law);
+    let mut model = asked.model.clone();
+    let coefficients = formula.law.coefficients_in(&result.answer.model, asked.id);
+    let user = formula.law.at(&result.answer.model, asked.id).user_effect(asked.id, &coefficients);
+    model.user_effects.push(user.clone());
+    answer.effects = hit.question.start.effects.clone();
+    answer.alternatives = others(&hit, &formula, &result, channel);
+    answer.next_experiment = tell_apart(&hit, &formula);
+    (blocks[index], verdicts[index]) = (result, Verdict::MissingEffect);
+    answer.changed_parameters.retain(|it| changed.contains(&it.name));
+    answer.model = merged(&model, &blocks, &verdicts);
+    answer.site = Some(formula.law.site);
+    answer.channels = names(formula.law.channels().into_iter());
+    answer.confidence = hit.confidence;
+    answer.expression = Some(user.expression.clone());
+    answer.forms = formula.law.terms.iter().map(|term| term.form).collect();
+    answer.parameters = numbers;
+    answer.user_effect = Some(user);
+    answer.shape = shape.map(|shape| shape.drawn(Some((&formula.law, &coefficients))));
+    answer.verdict = if is_law { LawVerdict::Law } else { LawVerdict::Shape };
+    answer
+}
+
+/// Whether a formula takes off most of what is above the noise.
+fn explains(hit: &Hit, formula: &Formula) -> bool {
+    let question = &hit.question;
+    let left = question.over_floor(question.start);
+    left > THRESHOLDS.least_left && question.explained(&formula.fitted) > THRESHOLDS.least_explained
+}
+
+/// A set of the catalogue that does as well.
+fn as_good_in_catalogue(hit: &Hit, formula: &Formula) -> Option<Vec<String>> {
+    let question = &hit.question;
+    let found = question.found;
+    let limit = question.loss(&formula.fitted) * (1.0 + question.tolerance(&formula.fitted));
+    let singles = found.singles.iter().filter_map(|single| single.fitted.as_ref());
+    let sets = singles.chain(&found.alternatives).chain([&found.answer]);
+    let sets = sets.filter(|fitted| !fitted.effects.is_empty() && question.loss(fitted) <= limit);
+    let best = sets.min_by(|a, b| question.loss(a).total_cmp(&question.loss(b)))?;
+    Some(best.effects.clone())
+}
+
+/// The block with the law as its answer: of the base's own numbers only those changed that it needs, and standard errors that allow for
+/// what is not in it; and the names of the changed ones.
+fn with_law(hit: &Hit, formula: &Formula) -> Option<(SearchResult, Vec<String>)> {
+    let question = &hit.question;
+    let coefficients = formula.law.coefficients_in(&formula.fitted.model, question.id);
+    let models = question.with_law(&formula.law, &coefficients)?;
+    let search = models.search();
+    let found = question.found;
+    let (answer, changed) =
+        search.select_parameters(&found.split, &found.nominal, &found.refitted, &formula.fitted);
+    let floors = joint_floors(&found.split, &answer);
+    let ladder = vec![found.refitted.clone(), answer.clone()];
+    let (singles, alternatives, dropped) = (Vec::new(), Vec::new(), Vec::new());
+    let (split, nominal, refitted) = (found.split.clone(), found.nominal.clone(), found.refitted.clone());
+    let changed_names = changed.clone();
+    let mut result = SearchResult {
+        split,
+        nominal,
+        refitted,
+        singles,
+        answer,
+        ladder,
+        alternatives,
+        dropped,
+        floors,
+        changed,
+    };
+    search.allow_for_what_is_missing(&mut result);
+    Some((result, changed_names))
+}
+
+/// Without a formula: the smooth function, where it explains enough.
+fn of_shape(mut answer: Discovery, hit: &Hit, shape: Option<Shaped>) -> Discovery {
+    let Some(shape) = shape.filter(|shape| shape.explained > THRESHOLDS.shape_explained) else {
+        return answer;
+    };
+    // One step of Gauss and Newton says what it may do; the whole fit, what it does.
+    let question = &hit.question;
+    let Some(refitted) = question.refit(&shape.place.law, &shape.place.score.coefficients) else {
+        return answer;
+    };
+    let is_near = question.over_floor(&refitted.fitted) <= THRESHOLDS.shape_near_floor
+        || question.explained(&refitted.fitted) > THRESHOLDS.shape_explained;
+    if !is_near || !question.gains(question.start, &refitted.fitted) {
+        return answer;
+    }
+    let channel = main_channel(question.found);
+    let error = |held_out| refitted.fitted.channel_error(question.split(), channel, held_out);
+    answer.error.extended = TrainValidate { train: error(false), validate: error(true) };
+    answer.verdict = LawVerdict::Shape;
+    answer.site = Some(shape.place.place.site);
+    answer.channels = names(shape.place.place.channels.iter());
+    answer.confidence = hit.confidence;
+    answer.shape = Some(shape.drawn(None));
+    answer
+}
+
+fn names<'a>(channels: impl Iterator<Item = &'a Channel>) -> Vec<String> {
+    channels.map(|channel| channel.log.to_owned()).collect()
+}
+
+/// Share of the held-out squared error above the noise that a place explains.
+fn share(hit: &Hit, place: &PlaceScore) -> f64 {
+    let Some(without) = &hit.without else { return 0.0 };
+    let (split, start) = (hit.question.split(), hit.question.start);
+    let best = hit.formula.as_ref().map_or(start, |formula| &formula.fitted);
+    let noise = floor(split, &joint_floors(split, best)) / start.validate(split);
+    let room = 1.0 - noise.min(1.0);
+    let fall = 1.0 - place.score.held_out / without.held_out;
+    if room > 0.0 { (fall / room).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+fn shares(hit: &Hit) -> Vec<PlaceShare> {
+    let of = |place: &PlaceScore| PlaceShare {
+        site: place.place.site,
+        channels: names(place.place.channels.iter()),
+        explained: share(hit, place),
+    };
+    hit.places.iter().map(of).collect()
+}
+
+/// The parameters of the law with the standard errors of the answer.
+fn numbers(model: &Model, hit: &Hit, law: &Law) -> BTreeMap<String, FoundParameter> {
+    let id = hit.question.id;
+    let coefficients = law.coefficients_in(model, id);
+    let of = |parameter: crate::model::UserParameter| {
+        let name = format!("{id}.{}", parameter.name);
+        let value = model.parameter(&name).unwrap_or(parameter.start);
+        let standard_error = model.standard_errors.get(&name).copied();
+        (parameter.name, FoundParameter { value, standard_error, unit: parameter.unit })
+    };
+    law.user_effect(id, &coefficients).parameters.into_iter().map(of).collect()
+}
+
+/// What a law adds along one channel; `None` where it looks at others, or is not a number.
+fn along(law: &Law, coefficients: &[f64], values: &[f64]) -> Option<Vec<f64>> {
+    let channels = law.channels();
+    let [only] = channels[..] else { return None };
+    let user = law.user_effect("law", coefficients);
+    let names: Vec<&str> = user.parameters.iter().map(|it| it.name.as_str()).collect();
+    let numbers: Vec<f64> = user.parameters.iter().map(|it| it.start).collect();
+    let expression = Expression::parse(&user.expression, &names).ok()?;
+    let of = |value: &f64| {
+        let mut point = Point::default();
+        let place = match only.signal {
+            "time" => &mut point.time,
+            "command" => &mut point.command,
+            "battery_voltage" => &mut point.battery_voltage,
+            "propeller_rate" => &mut point.propeller_rate,
+            "torque" => &mut point.torque,
+            "body_angle" => &mut point.body_angle,
+            "body_rate" => &mut point.body_rate,
+            _ => return None,
+        };
+        *place = *value;
+        let value = expression.value(&numbers, &point);
+        value.is_finite().then_some(value)
+    };
+    values.iter().map(of).collect()
+}
+
+/// Points along a range.
+const POINTS: usize = 101;
+
+fn spaced(from: f64, to: f64) -> Vec<f64> {
+    (0..POINTS).map(|at| from + (to - from) * at as f64 / (POINTS - 1) as f64).collect()
+}
+
+/// The largest difference of two laws of one channel over a range, their means apart, as a share of what the first does there.
+fn difference(one: &[f64], other: &[f64]) -> f64 {
+    let centred = |values: &[f64]| -> Vec<f64> {
+        let centre = crate::estimation::moments::mean(values);
+        values.iter().map(|value| value - centre).collect()
+    };
+    let (one, other) = (centred(one), centred(other));
+    let size = one.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+    let most = one.iter().zip(&other).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+    if size > 0.0 { most / size } else { 0.0 }
+}
+
+/// Whether two laws look at one and the same channel at one site.
+fn share_channel(one: &Law, other: &Law) -> bool {
+    let signals = |law: &Law| law.channels().iter().map(|it| it.signal).collect::<Vec<_>>();
+    one.site == other.site && signals(one) == signals(other)
+}
+
+fn others(hit: &Hit, formula: &Formula, result: &SearchResult, channel: usize) -> Vec<OtherLaw> {
+    let question = &hit.question;
+    let own = formula.law.coefficients_in(&formula.fitted.model, question.id);
+    let of = |other: &Formula| {
+        let coefficients = other.law.coefficients_in(&other.fitted.model, question.id);
+        let same = share_channel(&formula.law, &other.law);
+        let visited = formula.law.channels().first().map(|it| spaced(it.low, it.high)).filter(|_| same);
+        let both = visited
+            .and_then(|at| Some((along(&formula.law, &own, &at)?, along(&other.law, &coefficients, &at)?)));
+        OtherLaw {
+            site: other.law.site,
+            expression: other.law.expression(),
+            channels: names(other.law.channels().into_iter()),
+            parameters: numbers(&other.fitted.model, hit, &other.law),
+            validate: other.fitted.channel_error(&result.split, channel, true),
+            differs_by: both.map(|(own, other)| difference(&own, &other)),
+        }
+    };
+    let mut others: Vec<OtherLaw> = hit.others.iter().map(of).collect();
+    others.sort_by(|a, b| a.validate.total_cmp(&b.validate));
+    others.truncate(THRESHOLDS.most_alternatives);
+    others
+}
+
+/// How far beyond the visited range formulas are held against each other, over that range.
+const BEYOND: f64 = 0.5;
+
+/// What would tell the formula from the others: of one channel further out, of several apart.
+fn tell_apart(hit: &Hit, formula: &Formula) -> Option<TellApart> {
+    let other = hit.others.first()?;
+    let channels = formula.law.channels();
+    if !share_channel(&formula.law, &other.law) || channels.len() > 1 {
+        let mut all = names(channels.into_iter());
+        let more = names(other.law.channels().into_iter());
+        all.extend(more.into_iter().filter(|name| !formula.law.channels().iter().any(|it| it.log == name)));
+        return Some(TellApart { channels: all, to: None });
+    }
+    let channel = channels.first()?;
+    let more = BEYOND * channel.range();
+    let at = spaced(channel.low - more, channel.high + more);
+    let values = |formula: &Formula| {
+        along(&formula.law, &formula.law.coefficients_in(&formula.fitted.model, hit.question.id), &at)
+    };
+    let (one, two) = (values(formula)?, values(other)?);
+    let apart = |index: &usize| (one[*index] - two[*index]).abs();
+    let most = (0..at.len()).max_by(|a, b| apart(a).total_cmp(&apart(b)))?;
+    Some(TellApart { channels: vec![channel.log.to_owned()], to: Some(at[most]) })
+}
+
+/// The smooth function at the place of the answer.
+struct Shaped<'a> {
+    place: &'a PlaceScore,
+    explained: f64,
+    variance: f64,
+}
+
+impl<'a> Shaped<'a> {
+    /// At the place of the formula where there is one, else where it explains most.
+    fn of(hit: &'a Hit) -> Option<Self> {
+        let is_of_formula = |place: &&PlaceScore| {
+            let signals: Vec<&str> = place.place.channels.iter().map(|it| it.signal).collect();
+            hit.formula.as_ref().is_none_or(|formula| {
+                let own: Vec<&str> = formula.law.channels().iter().map(|it| it.signal).collect();
+                formula.law.site == place.place.site
+                    && own.len() == signals.len()
+                    && own.iter().all(|name| signals.contains(name))
+            })
+        };
+        let place = hit.places.iter().find(is_of_formula)?;
+        let rows = place.score.residuals.iter().filter(|value| **value != 0.0).count();
+        let variance = place.score.held_out / rows.max(1) as f64;
+        Some(Self { place, explained: share(hit, place), variance })
+    }
+
+    fn drawn(&self, formula: Option<(&Law, &Vec<f64>)>) -> Shape {
+        let channels = &self.place.place.channels;
+        let count = self.place.score.coefficients.len();
+        let knots = if channels.len() > 1 { THRESHOLDS.pair_knots } else { count };
+        let along_channel = |channel: &Channel, knot: usize| super::places::knot_at(channel, knot, knots);
+        let at = |index: usize| -> Vec<f64> {
+            match &channels[..] {
+                [first, second, ..] => {
+                    vec![along_channel(first, index % knots), along_channel(second, index / knots)]
+                }
+                [only] => vec![along_channel(only, index)],
+                [] => Vec::new(),
+            }
+        };
+        let all: Vec<Vec<f64>> = (0..count).map(at).collect();
+        let firsts: Vec<f64> = all.iter().filter_map(|at| at.first().copied()).collect();
+        let said = formula.filter(|_| channels.len() == 1);
+        let said = said.and_then(|(law, coefficients)| along(law, coefficients, &firsts));
+        let point = |(index, at): (usize, Vec<f64>)| {
+            let error = (self.place.score.variances[index] * self.variance).sqrt();
+            ShapePoint {
+                at,
+                value: self.place.score.coefficients[index],
+                standard_error: Some(error).filter(|error| error.is_finite()),
+                formula: said.as_ref().map(|values| values[index]),
+            }
+        };
+        Shape {
+            channels: names(channels.iter()),
+            explained: self.explained,
+            unit: unit_at(self.place.place.site).to_owned(),
+            points: all.into_iter().enumerate().map(point).collect(),
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! The library: functions as an engineer writes them, of one channel and of two, each at the inner numbers from which a fit of it
+//! may start.
+
+use super::channels::Channel;
+use super::law::{Inner, Part, Term};
+
+/// Places over a channel's range, or sizes over its size, at which thresholds are tried.
+const TENTHS: [f64; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+/// Widths of saturations over a channel's size.
+const WIDTHS: [f64; 4] = [0.02, 0.1, 0.3, 0.7];
+/// Widths of peaks over a channel's range.
+const PEAKS: [f64; 3] = [0.04, 0.1, 0.25];
+/// Time constants of a warm-up over the time of a log.
+const WARM_UPS: [f64; 3] = [0.05, 0.15, 0.4];
+/// [rad] by how much the phase at a range's ends moves from one wave number to the next.
+const PHASE_STEP: f64 = 0.7;
+/// Phases [rad] at a range's ends of the longest and the shortest waves, counted in steps.
+const WAVES: std::ops::Range<usize> = 3..64;
+
+fn part(text: &'static str, x: f64, y: f64) -> Part {
+    Part { text: text.into(), powers: [x, y] }
+}
+
+fn inner(letter: char, value: f64, bounds: (f64, f64), power: f64) -> Inner {
+    Inner { letter, value, bounds, power, channel: 0 }
+}
+
+/// Terms of one channel; `lines` [rad/s] are frequencies that the residual has.
+pub(crate) fn of_one(channel: &Channel, lines: &[f64]) -> Vec<Term> {
+    let own = |form: &'static str, parts: Vec<Part>, inner: Vec<Inner>| Term {
+        form,
+        parts,
+        inner,
+        channels: vec![channel.clone()],
+    };
+    if channel.is_time() {
+        return of_time(channel, lines, &own);
+    }
+    let mut terms = vec![
+        own("linear", vec![part("$x", 1.0, 0.0)], Vec::new()),
+        own("square", vec![part("$x^2", 2.0, 0.0)], Vec::new()),
+        own("cube", vec![part("$x^3", 3.0, 0.0)], Vec::new()),
+    ];
+    if channel.is_signed {
+        terms.extend(of_signed(channel, &own));
+    }
+    terms.extend(of_range(channel, &own));
+    terms.extend(waves(channel, &own));
+    terms
+}
+
+type Own<'a> = &'a dyn Fn(&'static str, Vec<Part>, Vec<Inner>) -> Term;
+
+fn of_time(channel: &Channel, lines: &[f64], own: Own) -> Vec<Term> {
+    let range = channel.range();
+    let mut terms = vec![own("drift", vec![part("$x", 1.0, 0.0)], Vec::new())];
+    terms.extend(WARM_UPS.iter().map(|share| {
+        let inner = inner('a', share * range, (1e-3 * range, 3.0 * range), 1.0);
+        own("warm_up", vec![part("exp(-$x/$a)", 0.0, 0.0)], vec![inner])
+    }));
+    terms.extend(lines.iter().map(|line| {
+        let inner = inner('w', *line, (0.9 * line, 1.1 * line), -1.0);
+        own("line", vec![part("sin($w*$x)", 0.0, 0.0), part("cos($w*$x)", 0.0, 0.0)], vec![inner])
+    }));
+    terms
+}
+
+/// Of a channel with two sides.
+fn of_signed(channel: &Channel, own: Own) -> Vec<Term> {
+    let size = channel.size();
+    let mut terms = vec![
+        own("absolute", vec![part("abs($x)", 1.0, 0.0)], Vec::new()),
+        own("signed_square", vec![part("$x*abs($x)", 2.0, 0.0)], Vec::new()),
+        own("root", vec![part("signum($x)*sqrt(abs($x))", 0.5, 0.0)], Vec::new()),
+        own("signed_root_cube", vec![part("$x*sqrt(abs($x))", 1.5, 0.0)], Vec::new()),
+    ];
+    for width in WIDTHS {
+        let a = inner('a', width * size, (1e-3 * size, 5.0 * size), 1.0);
+        terms.push(own("saturation", vec![part("tanh($x/$a)", 0.0, 0.0)], vec![a.clone()]));
+        let b = inner('b', 3.0 * width * size, (1e-2 * size, 5.0 * size), 1.0);
+        let sharp = Inner { value: WIDTHS[0] * size, ..a };
+        terms.push(own("stribeck", vec![part("tanh($x/$a)*exp(-($x/$b)^2)", 0.0, 0.0)], vec![sharp, b]));
+    }
+    for share in TENTHS {
+        let a = inner('a', share * size, (0.0, size), 1.0);
+        let text = "signum($x)*max(abs($x)-$a,0)";
+        terms.push(own("dead_zone", vec![part(text, 1.0, 0.0)], vec![a]));
+    }
+    terms
+}
+
+/// Of a place in a channel's range.
+fn of_range(channel: &Channel, own: Own) -> Vec<Term> {
+    let (low, range) = (channel.low, channel.range());
+    let mut terms = Vec::new();
+    for share in TENTHS {
+        let a = inner('a', low + share * range, (low, channel.high), 1.0);
+        terms.push(own("rising_ramp", vec![part("max($x-$a,0)", 1.0, 0.0)], vec![a.clone()]));
+        terms.push(own("falling_ramp", vec![part("max($a-$x,0)", 1.0, 0.0)], vec![a.clone()]));
+        let b = inner('b', 0.02 * range, (1e-3 * range, 0.3 * range), 1.0);
+        let text = "(0.5+0.5*tanh(($x-$a)/$b))";
+        terms.push(own("threshold", vec![part(text, 0.0, 0.0)], vec![a.clone(), b]));
+        for width in PEAKS {
+            let b = inner('b', width * range, (5e-3 * range, range), 1.0);
+            let text = "exp(-(($x-$a)/$b)^2)";
+            terms.push(own("peak", vec![part(text, 0.0, 0.0)], vec![a.clone(), b]));
+        }
+    }
+    terms
+}
+
+/// Waves over a channel, of any phase; of a channel with two sides odd and even ones, too.
+fn waves(channel: &Channel, own: Own) -> Vec<Term> {
+    let mut terms = Vec::new();
+    for step in WAVES {
+        let number = 2.0 * PHASE_STEP * step as f64 / channel.range();
+        let n = inner('n', number, (0.5 * number, 1.5 * number), -1.0);
+        let (sine, cosine) = (part("sin($n*$x)", 0.0, 0.0), part("cos($n*$x)", 0.0, 0.0));
+        terms.push(own("wave", vec![sine.clone(), cosine.clone()], vec![n.clone()]));
+        if channel.is_signed {
+            terms.push(own("sine", vec![sine], vec![n.clone()]));
+            terms.push(own("cosine", vec![cosine], vec![n]));
+        }
+    }
+    terms
+}
+
+/// Terms of two channels, the second of which counts as it is.
+pub(crate) fn of_two(first: &Channel, second: &Channel) -> Vec<Term> {
+    let own = |form: &'static str, text: &'static str, powers: [f64; 2], inner: Vec<Inner>| Term {
+        form,
+        parts: vec![Part { text: text.into(), powers }],
+        inner,
+        channels: vec![first.clone(), second.clone()],
+    };
+    let mut terms = vec![
+        own("product", "$x*$y", [1.0, 1.0], Vec::new()),
+        own("product_of_square", "$x^2*$y", [2.0, 1.0], Vec::new()),
+    ];
+    if first.is_signed {
+        terms.push(own("product_of_absolute", "abs($x)*$y", [1.0, 1.0], Vec::new()));
+        let size = first.size();
+        for width in WIDTHS {
+            let a = inner('a', width * size, (1e-3 * size, 5.0 * size), 1.0);
+            terms.push(own("product_of_saturation", "tanh($x/$a)*$y", [0.0, 1.0], vec![a.clone()]));
+            terms.push(own("product_of_peak", "exp(-($x/$a)^2)*$y", [0.0, 1.0], vec![a]));
+        }
+        for share in TENTHS {
+            let a = inner('a', share * size, (0.0, size), 1.0);
+            terms.push(own("product_of_dead_zone", "max(abs($x)-$a,0)*$y", [1.0, 1.0], vec![a]));
+        }
+    }
+    for share in TENTHS {
+        let a = inner('a', first.low + share * first.range(), (first.low, first.high), 1.0);
+        terms.push(own("product_of_ramp", "max($x-$a,0)*$y", [1.0, 1.0], vec![a]));
+    }
+    terms
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::law::Law;
+    use super::*;
+    use crate::effect::Site;
+    use crate::model::Model;
+
+    /// Each becomes an effect of the user's own that the program reads, with a value wherever the logs are.
+    #[test]
+    fn every_term_is_an_effect_that_parses() {
+        let channel =
+            |signal, log, unit| Channel { signal, log, unit, low: -0.4, high: 0.5, is_signed: true };
+        let angle = channel("body_angle", "body_angle_rad", "rad");
+        let rate = channel("body_rate", "body_rate_rad_s", "rad/s");
+        let time = channel("time", "time_s", "s");
+        let all = [of_one(&angle, &[]), of_one(&time, &[3.0]), of_two(&angle, &rate)].concat();
+        assert!(all.len() > 200);
+        for term in all {
+            let law = Law { site: Site::Torque, terms: vec![term.clone(), term] };
+            let mut model = Model::paper();
+            model.user_effects.push(law.user_effect("a_law", &vec![1.0; law.coefficients()]));
+            let effect =
+                model.effect("a_law").unwrap_or_else(|error| panic!("{}: {error}", law.expression()));
+            assert_eq!(effect.parameters.len(), law.numbers(), "{}", law.expression());
+            assert!(effect.parameters.iter().all(|it| !it.unit.is_empty()), "{effect:?}");
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! Formulas refitted by output error through the whole simulation, everything else beside them.
+
+use super::law::Law;
+use super::thresholds::THRESHOLDS;
+use crate::diagnose::candidate_fit::CandidateFit;
+use crate::diagnose::candidate_set::Candidate;
+use crate::diagnose::data_split::DataSplit;
+use crate::diagnose::model_selection::{floor, joint_floors, loss, over_floor, shortfall};
+use crate::diagnose::search_result::SearchResult;
+use crate::diagnose::search_space::Search;
+use crate::model::{Effect, Model};
+
+/// A block in which something is missing, and the fit from which laws start.
+#[derive(Clone, Copy)]
+pub(crate) struct Question<'a> {
+    /// The model asked about.
+    pub model: &'a Model,
+    /// Its effects and the catalogue's.
+    pub known: &'a [Effect],
+    /// The block, searched.
+    pub found: &'a SearchResult,
+    /// The block's fit that a law is added to.
+    pub start: &'a CandidateFit,
+    /// Id of the law.
+    pub id: &'a str,
+}
+
+/// A formula after its fit.
+#[derive(Debug, Clone)]
+pub(crate) struct Formula {
+    /// Its inner numbers are those found.
+    pub law: Law,
+    pub fitted: CandidateFit,
+}
+
+/// A model that can have a law, and all effects with it.
+pub(crate) struct WithLaw {
+    base: Model,
+    from: Model,
+    known: Vec<Effect>,
+}
+
+impl WithLaw {
+    /// The search in which the law is one of the effects.
+    pub fn search(&self) -> Search<'_> {
+        Search { base: &self.base, known: &self.known, eligible: Vec::new(), progress: &|_| () }
+    }
+}
+
+impl<'a> Question<'a> {
+    pub fn split(&self) -> &'a DataSplit {
+        &self.found.split
+    }
+
+    /// Numbers that are free beside a law: the base's, and those of the effects that it is added to.
+    pub fn free_names(&self) -> Vec<String> {
+        let mut names = self.split().base_parameters(self.model);
+        let model = &self.start.model;
+        let of_effect = |effect: &&Effect| self.start.effects.contains(&effect.id);
+        for effect in self.known.iter().filter(of_effect) {
+            names.extend(
+                effect.parameters.iter().map(|parameter| format!("{}.{}", effect.id, parameter.name)),
+            );
+        }
+        names.retain(|name| model.parameter(name).is_some());
+        names
+    }
+
+    /// The models with the law known to them, its coefficients to start at these values.
+    pub fn with_law(&self, law: &Law, coefficients: &[f64]) -> Option<WithLaw> {
+        let user = law.user_effect(self.id, coefficients);
+        let add = |model: &Model| {
+            let mut model = model.clone();
+            model.user_effects.push(user.clone());
+            model
+        };
+        let (base, from) = (add(self.model), add(&self.start.model));
+        let mut effect = base.effect(self.id).ok()?;
+        // The search knows where it starts.
+        effect.parameters.iter_mut().for_each(|parameter| parameter.starts.truncate(1));
+        let known = [self.known, &[effect]].concat();
+        Some(WithLaw { base, from, known })
+    }
+
+    /// The law beside everything else, refitted through the simulation.
+    pub fn refit(&self, law: &Law, coefficients: &[f64]) -> Option<Formula> {
+        let models = self.with_law(law, coefficients)?;
+        let search = models.search();
+        let base_names = self.split().base_parameters(self.model);
+        let ids: Vec<String> = self.start.effects.iter().cloned().chain([self.id.to_owned()]).collect();
+        let candidate = search.candidate(&models.from, &ids, &base_names);
+        let fitted = Candidate { without: Some(self.start.fit.cost), ..candidate }.run(self.split());
+        let law = law.at(&fitted.model, self.id);
+        fitted.held_out.cost.is_finite().then_some(Formula { law, fitted })
+    }
+
+    /// Squared error on all data.
+    pub fn loss(&self, fitted: &CandidateFit) -> f64 {
+        loss(self.split(), fitted)
+    }
+
+    /// Held-out error over the noise that it leaves itself, in the worst channel.
+    pub fn over_floor(&self, fitted: &CandidateFit) -> f64 {
+        over_floor(self.split(), fitted, &joint_floors(self.split(), fitted)).0
+    }
+
+    /// Share of the held-out squared error above the noise that a fit takes off what the start leaves.
+    pub fn explained(&self, fitted: &CandidateFit) -> f64 {
+        let split = self.split();
+        let (before, after) = (self.start.validate(split), fitted.validate(split));
+        let room = before - floor(split, &joint_floors(split, fitted));
+        if room > 0.0 { ((before - after) / room).clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    /// Whether a formula gains enough over `before` for how many were tried: by diagnose's conditions, and a larger share.
+    pub fn gains(&self, before: &CandidateFit, after: &CandidateFit) -> bool {
+        let split = self.split();
+        let share = 1.0 - after.validate(split) / before.validate(split);
+        share > THRESHOLDS.term_gain && shortfall(split, before, after).is_none()
+    }
+
+    /// Whether each of a formula's coefficients differs from none.
+    pub fn is_determined(&self, formula: &Formula) -> bool {
+        let model = &formula.fitted.model;
+        let differs = |name: &String| {
+            let name = format!("{}.{name}", self.id);
+            match (model.parameter(&name), model.standard_errors.get(&name)) {
+                (Some(value), Some(error)) => value.abs() > THRESHOLDS.coefficient * error,
+                _ => false,
+            }
+        };
+        let names = formula.law.coefficient_names();
+        // Of a wave the two parts are one: its phase may be any.
+        let mut from = 0;
+        formula.law.terms.iter().all(|term| {
+            let own = &names[from..from + term.parts.len()];
+            from += term.parts.len();
+            own.iter().any(differs)
+        })
+    }
+
+    /// Share of the squared error within which formulas are the same to these data.
+    pub fn tolerance(&self, best: &CandidateFit) -> f64 {
+        let split = self.split();
+        let noise = floor(split, &joint_floors(split, best)) / best.validate(split);
+        THRESHOLDS.same_error
+            + crate::diagnose::thresholds::THRESHOLDS.indistinguishable_share * (1.0 - noise.clamp(0.0, 1.0))
+    }
+}
+
+/// The formula of least numbers among those that are the same to the data as the best one, and the others of these.
+pub(crate) fn simplest(question: &Question, mut formulas: Vec<Formula>) -> Option<(Formula, Vec<Formula>)> {
+    formulas.retain(|formula| question.is_determined(formula));
+    let loss = |formula: &Formula| question.loss(&formula.fitted);
+    formulas.sort_by(|a, b| loss(a).total_cmp(&loss(b)));
+    let best = formulas.first()?;
+    let limit = loss(best) * (1.0 + question.tolerance(&best.fitted));
+    formulas.retain(|formula| loss(formula) <= limit);
+    // As many numbers: what fits better. One more number must show.
+    let order = |formula: &Formula| (formula.law.numbers(), formula.law.channels().len());
+    let index = (0..formulas.len()).min_by(|a, b| {
+        let (a, b) = (&formulas[*a], &formulas[*b]);
+        order(a).cmp(&order(b)).then(loss(a).total_cmp(&loss(b)))
+    })?;
+    let simplest = formulas.remove(index);
+    Some((simplest, formulas))
+}

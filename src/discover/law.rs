@@ -1,0 +1,239 @@
+//! A formula as it is searched: terms at a site, each linear in its coefficients, and the user's effect that it becomes.
+
+use std::borrow::Cow;
+
+use super::channels::Channel;
+use crate::effect::Site;
+use crate::model::{Model, UserEffect, UserParameter};
+
+/// A number inside a term that is not linear: a threshold, a width, a wave number.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Inner {
+    /// The letter that stands for it in the term's parts, behind a `$`.
+    pub letter: char,
+    /// In the unit of the channel (or over it).
+    pub value: f64,
+    pub bounds: (f64, f64),
+    /// Its unit is the channel's to this power.
+    pub power: f64,
+    /// Of which of the term's channels.
+    pub channel: usize,
+}
+
+/// A part of a term: a function of its channels, with the powers of their units that it has.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Part {
+    /// `$x` and `$y` stand for the channels, `$a` and others for inner numbers.
+    pub text: Cow<'static, str>,
+    pub powers: [f64; 2],
+}
+
+/// A term: parts with a coefficient each.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Term {
+    /// What kind of function it is.
+    pub form: &'static str,
+    pub parts: Vec<Part>,
+    pub inner: Vec<Inner>,
+    pub channels: Vec<Channel>,
+}
+
+/// A formula at a site.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Law {
+    pub site: Site,
+    pub terms: Vec<Term>,
+}
+
+/// The SI unit of what a law adds at a site.
+pub(crate) fn unit_at(site: Site) -> &'static str {
+    match site {
+        Site::Command => "-",
+        Site::SteadyRate | Site::RotorRateSensor | Site::BodyRateSensor => "rad/s",
+        Site::RotorAcceleration => "rad/s^2",
+        Site::Thrust => "N",
+        Site::Torque => "N m",
+    }
+}
+
+/// The size that a law at a site may usually have, in its unit: a percent of what acts there.
+pub(crate) fn usual_size(site: Site, model: &Model) -> f64 {
+    let actuator = &model.actuator;
+    let thrust = actuator.thrust_coefficient * actuator.hover_rate.powi(2);
+    0.01 * match site {
+        Site::Command | Site::BodyRateSensor => 1.0,
+        Site::SteadyRate | Site::RotorRateSensor => actuator.hover_rate,
+        Site::RotorAcceleration => actuator.pole * actuator.hover_rate,
+        Site::Thrust => thrust,
+        Site::Torque => model.body.arm * thrust,
+    }
+}
+
+/// `unit` over powers of others.
+fn over(unit: &str, divisors: &[(&str, f64)]) -> String {
+    let powers = divisors.iter().filter(|(unit, power)| *power != 0.0 && *unit != "-");
+    powers.fold(unit.to_owned(), |text, (unit, power)| {
+        let is_sum = unit.contains(['/', ' ']);
+        let bare = if is_sum { format!("({unit})") } else { (*unit).to_owned() };
+        let powered = if power.abs() == 1.0 { bare } else { format!("{bare}^{}", power.abs()) };
+        match (*power > 0.0, text.as_str()) {
+            (true, "-") => format!("1/{powered}"),
+            (true, _) => format!("{text}/{powered}"),
+            (false, "-") => powered,
+            (false, _) => format!("{text} {powered}"),
+        }
+    })
+}
+
+/// Letters of the coefficients of a term's parts.
+const COEFFICIENTS: [&str; 3] = ["k", "q", "r"];
+
+impl Term {
+    /// The name of a number in the formula's term `index`.
+    fn name(letter: &str, index: usize) -> String {
+        if index == 0 { letter.to_owned() } else { format!("{letter}{}", index + 1) }
+    }
+
+    /// Names of its coefficients in term `index`: a letter each, of many numbered ones.
+    fn coefficient_names(&self, index: usize) -> Vec<String> {
+        let count = self.parts.len();
+        if count <= COEFFICIENTS.len() {
+            return COEFFICIENTS.iter().take(count).map(|letter| Self::name(letter, index)).collect();
+        }
+        (1..=count).map(|number| format!("c{number}")).collect()
+    }
+
+    /// A part as an expression in term `index`.
+    fn written(&self, part: &Part, index: usize) -> String {
+        let mut text = part.text.clone().into_owned();
+        for (letter, channel) in ["$x", "$y"].iter().zip(&self.channels) {
+            text = text.replace(letter, channel.signal);
+        }
+        self.inner.iter().fold(text, |text, inner| {
+            text.replace(&format!("${}", inner.letter), &Self::name(&inner.letter.to_string(), index))
+        })
+    }
+
+    /// Its expression in term `index`.
+    fn expression(&self, index: usize) -> String {
+        let part = |(part, name): (&Part, String)| format!("{name}*{}", self.written(part, index));
+        self.parts.iter().zip(self.coefficient_names(index)).map(part).collect::<Vec<_>>().join(" + ")
+    }
+
+    /// Its parameters in term `index`: coefficients, then inner numbers.
+    fn parameters(&self, site: Site, index: usize, coefficients: &[f64]) -> Vec<UserParameter> {
+        let of_part = |((part, name), value): ((&Part, String), &f64)| {
+            let units: Vec<(&str, f64)> =
+                self.channels.iter().map(|channel| channel.unit).zip(part.powers).collect();
+            let most = neat(1e3 * value.abs().max(f64::MIN_POSITIVE));
+            UserParameter {
+                name,
+                unit: over(unit_at(site), &units),
+                start: *value,
+                lower: -most,
+                upper: most,
+            }
+        };
+        let coefficients =
+            self.parts.iter().zip(self.coefficient_names(index)).zip(coefficients).map(of_part);
+        let inner = self.inner.iter().map(|inner| UserParameter {
+            name: Self::name(&inner.letter.to_string(), index),
+            unit: over("-", &[(self.channels[inner.channel].unit, -inner.power)]),
+            start: inner.value,
+            lower: neat(inner.bounds.0),
+            upper: neat(inner.bounds.1),
+        });
+        coefficients.chain(inner).collect()
+    }
+}
+
+/// A bound with one digit.
+fn neat(value: f64) -> f64 {
+    format!("{value:.0e}").parse().unwrap_or(value)
+}
+
+impl Law {
+    /// How many coefficients it has.
+    #[cfg(test)]
+    pub fn coefficients(&self) -> usize {
+        self.terms.iter().map(|term| term.parts.len()).sum()
+    }
+
+    /// How many numbers it has.
+    pub fn numbers(&self) -> usize {
+        self.terms.iter().map(|term| term.parts.len() + term.inner.len()).sum()
+    }
+
+    /// The channels that it looks at, each once.
+    pub fn channels(&self) -> Vec<&Channel> {
+        let mut channels: Vec<&Channel> = Vec::new();
+        for channel in self.terms.iter().flat_map(|term| &term.channels) {
+            if !channels.iter().any(|known| known.signal == channel.signal) {
+                channels.push(channel);
+            }
+        }
+        channels
+    }
+
+    /// What it adds, as an expression.
+    pub fn expression(&self) -> String {
+        let terms = self.terms.iter().enumerate().map(|(index, term)| term.expression(index));
+        terms.collect::<Vec<_>>().join(" + ")
+    }
+
+    /// Names of its coefficients.
+    pub fn coefficient_names(&self) -> Vec<String> {
+        self.terms.iter().enumerate().flat_map(|(index, term)| term.coefficient_names(index)).collect()
+    }
+
+    /// The user's effect that it is, its coefficients at these values.
+    pub fn user_effect(&self, id: &str, coefficients: &[f64]) -> UserEffect {
+        let mut parameters = Vec::new();
+        let mut from = 0;
+        for (index, term) in self.terms.iter().enumerate() {
+            let own = &coefficients[from..from + term.parts.len()];
+            parameters.extend(term.parameters(self.site, index, own));
+            from += term.parts.len();
+        }
+        UserEffect {
+            id: id.to_owned(),
+            site: self.site,
+            expression: self.expression(),
+            parameters,
+            meaning: String::new(),
+        }
+    }
+
+    /// The same with its inner numbers as a model has them.
+    pub fn at(&self, model: &Model, id: &str) -> Self {
+        let mut law = self.clone();
+        for (index, term) in law.terms.iter_mut().enumerate() {
+            for inner in &mut term.inner {
+                let name = format!("{id}.{}", Term::name(&inner.letter.to_string(), index));
+                inner.value = model.parameter(&name).unwrap_or(inner.value);
+            }
+        }
+        law
+    }
+
+    /// Its coefficients as a model has them.
+    pub fn coefficients_in(&self, model: &Model, id: &str) -> Vec<f64> {
+        let names = self.coefficient_names();
+        names.iter().map(|name| model.parameter(&format!("{id}.{name}")).unwrap_or(0.0)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_of_coefficients_are_those_of_the_site_over_the_channels() {
+        assert_eq!(over("N m", &[("rad", 1.0)]), "N m/rad");
+        assert_eq!(over("N m", &[("rad/s", 2.0)]), "N m/(rad/s)^2");
+        assert_eq!(over("rad/s", &[("-", 3.0)]), "rad/s");
+        assert_eq!(over("-", &[("rad", -1.0)]), "rad");
+        assert_eq!(over("-", &[("rad", 1.0)]), "1/rad");
+        assert_eq!(over("N m", &[("rad", 1.0), ("rad/s", 1.0)]), "N m/rad/(rad/s)");
+    }
+}

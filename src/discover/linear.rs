@@ -1,0 +1,308 @@
+//! A block under a model, made linear: how the residuals move when a law is added to it, through the simulation, with the model's own
+//! numbers and the initial states free to follow. One step of Gauss and Newton for any number of laws.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::law::{Law, usual_size};
+use super::thresholds::THRESHOLDS;
+use crate::cancel;
+use crate::diagnose::block_data::BlockData;
+use crate::diagnose::candidate_fit::CandidateFit;
+use crate::diagnose::data_split::DataSplit;
+use crate::diagnose::problem::Problem;
+use crate::estimation::normal_equations::{dot, orthonormal, remove};
+use crate::estimation::output_error::OutputError;
+use crate::model::{Effect, Model};
+
+/// The id of a law that is tried.
+const TRIED: &str = "tried_law";
+/// Share of a law's usual size by which it is put on to see what it does: far above rounding, far below where it bends.
+const STEP: f64 = 1e-3;
+/// The same for the model's own numbers.
+const NUMBER_STEP: f64 = 1e-6;
+
+/// The residuals of the data fitted on, and of those held out.
+pub(crate) type Both = [Vec<f64>; 2];
+
+/// A block and its data under a model that has been fitted.
+pub(crate) struct Linear<'a> {
+    model: &'a Model,
+    known: &'a [Effect],
+    data: [BlockData; 2],
+    locals: [Vec<f64>; 2],
+    base: Both,
+    pairs: Vec<[Plane; 2]>,
+}
+
+/// What is left of residuals where the initial states have taken their part, of the rows that count.
+struct Plane {
+    counts: Vec<bool>,
+    units: Vec<Range<usize>>,
+    bases: Vec<Vec<Vec<f64>>>,
+    residuals: Vec<f64>,
+    nuisance: Vec<Vec<f64>>,
+}
+
+/// What one step does with a law.
+#[derive(Debug, Clone)]
+pub(crate) struct Score {
+    /// Squared residuals on the data fitted on and held out.
+    pub train: f64,
+    pub held_out: f64,
+    /// The law's coefficients (of the first fold).
+    pub coefficients: Vec<f64>,
+    /// Their variance, as far as white noise of the residuals' size goes.
+    pub variances: Vec<f64>,
+    /// The held-out residuals, of all folds.
+    pub residuals: Vec<f64>,
+}
+
+impl Score {
+    /// Both together.
+    pub fn loss(&self) -> f64 {
+        self.train + self.held_out
+    }
+}
+
+impl<'a> Linear<'a> {
+    /// The block under `fitted`, of whose numbers `names` are free; `known` has its effects.
+    pub fn new(
+        split: &'a DataSplit,
+        fitted: &'a CandidateFit,
+        names: &[String],
+        known: &'a [Effect],
+    ) -> Option<Self> {
+        let model = &fitted.model;
+        let is_long = split.train.readings() > THRESHOLDS.screened_readings;
+        let part = |data: &BlockData| {
+            let share = data.readings().div_ceil(THRESHOLDS.screened_readings);
+            if is_long && share > 1 { data.in_long_pieces(share) } else { data.clone() }
+        };
+        let data = [part(&split.train), part(&split.validate)];
+        let of = |data: &BlockData, own: &[f64]| {
+            // A part has other units: their states are found in one step like the rest.
+            let count = data.units().len() * problem(data, model, &[], known).locals();
+            if own.len() == count { own.to_vec() } else { vec![0.0; count] }
+        };
+        let locals = [of(&data[0], &fitted.fit.locals), of(&data[1], &fitted.held_out.locals)];
+        let both = |index: usize| residuals(&problem(&data[index], model, &[], known), &[], &locals[index]);
+        let base = [both(0), both(1)];
+        let mut linear = Self { model, known, data, locals, base, pairs: Vec::new() };
+        let nuisance: Vec<Both> = names.iter().filter_map(|name| linear.number_column(name)).collect();
+        let local_columns = [linear.local_columns(0), linear.local_columns(1)];
+        let is_short = !is_long && !split.folds.is_empty();
+        let plane = |index: usize, counts: Vec<bool>| {
+            let own: Vec<&Vec<f64>> = nuisance.iter().map(|both| &both[index]).collect();
+            Plane::new(&linear.data[index], &linear.base[index], &own, &local_columns[index], counts)
+        };
+        let counting = |residuals: &[f64]| residuals.iter().map(|value| *value != 0.0).collect::<Vec<bool>>();
+        linear.pairs = if is_short {
+            let pairs = split.folds.iter().map(|(train, held_out)| {
+                [train, held_out].map(|data| {
+                    let own = residuals(&problem(data, model, &[], known), &[], &linear.locals[0]);
+                    plane(0, counting(&own))
+                })
+            });
+            pairs.collect()
+        } else {
+            vec![[plane(0, counting(&linear.base[0])), plane(1, counting(&linear.base[1]))]]
+        };
+        linear.base.iter().flatten().all(|value| value.is_finite()).then_some(linear)
+    }
+
+    /// How the residuals move by a number of the model.
+    fn number_column(&self, name: &str) -> Option<Both> {
+        let value = self.model.parameter(name)?;
+        let step = (NUMBER_STEP * value.abs()).max(1e-9);
+        let names = [name.to_owned()];
+        Some([0, 1].map(|index| {
+            let problem = problem(&self.data[index], self.model, &names, self.known);
+            quotient(&residuals(&problem, &[value + step], &self.locals[index]), &self.base[index], step)
+        }))
+    }
+
+    /// How they move by each initial state, of all units at once.
+    fn local_columns(&self, index: usize) -> Vec<Vec<f64>> {
+        let problem = problem(&self.data[index], self.model, &[], self.known);
+        let count = problem.locals();
+        let of = |local: usize| {
+            let step = 1e-3 * problem.local_scale(local);
+            let mut moved = self.locals[index].clone();
+            moved.iter_mut().skip(local).step_by(count.max(1)).for_each(|value| *value += step);
+            quotient(&residuals(&problem, &[], &moved), &self.base[index], step)
+        };
+        (0..count).map(of).collect()
+    }
+
+    /// How they move by each coefficient of a law, its inner numbers held; `None` where it has no value on these data.
+    pub fn columns(&self, law: &Law) -> Option<Vec<Both>> {
+        let names = law.coefficient_names();
+        let count = names.len();
+        let mut model = self.model.clone();
+        model.user_effects.push(law.user_effect(TRIED, &vec![0.0; count]));
+        let effect = model.effect(TRIED).ok()?;
+        let model = model.with(&effect);
+        let largest = |column: &[f64]| column.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let mut columns = Vec::new();
+        for name in names {
+            cancel::check();
+            let names = [format!("{TRIED}.{name}")];
+            // A coefficient's size is not known before: what it does says how far it may go.
+            let mut step = STEP * usual_size(law.site, &model);
+            let mut both: Option<Both> = None;
+            for _ in 0..2 {
+                let found = [0, 1].map(|index| {
+                    let problem = problem(&self.data[index], &model, &names, self.known);
+                    quotient(&residuals(&problem, &[step], &self.locals[index]), &self.base[index], step)
+                });
+                let most = largest(&found[0]).max(largest(&found[1]));
+                if !most.is_finite() || most == 0.0 {
+                    return None;
+                }
+                both = Some(found);
+                // A hundredth of the noise: the law is seen, and nothing bends.
+                let wanted = 1e-2 / most;
+                if (1e-2..1e2).contains(&(step / wanted)) {
+                    break;
+                }
+                step = wanted;
+            }
+            columns.push(both?);
+        }
+        Some(columns)
+    }
+
+    /// What a step with these columns does.
+    pub fn score(&self, columns: &[Both], ridge: f64) -> Option<Score> {
+        let mut score = Score {
+            train: 0.0,
+            held_out: 0.0,
+            coefficients: Vec::new(),
+            variances: Vec::new(),
+            residuals: Vec::new(),
+        };
+        let is_folded = self.pairs.len() > 1;
+        for pair in &self.pairs {
+            let of = |plane: &Plane, index: usize| -> Vec<Vec<f64>> {
+                let own = columns.iter().map(|both| plane.bare(&both[if is_folded { 0 } else { index }]));
+                own.collect()
+            };
+            let (train, held_out) = (of(&pair[0], 0), of(&pair[1], 1));
+            let (solution, variances) = pair[0].solve(&train, ridge)?;
+            let left = pair[0].left(&train, &solution);
+            score.train += dot(&left, &left) / self.pairs.len() as f64;
+            let left = pair[1].left(&held_out, &solution);
+            score.held_out += dot(&left, &left);
+            // Each row is held out in one fold, and zero in the others.
+            score.residuals.resize(left.len(), 0.0);
+            score.residuals.iter_mut().zip(&left).for_each(|(sum, value)| *sum += value);
+            if score.coefficients.is_empty() {
+                let own = pair[0].nuisance.len();
+                score.coefficients = solution[own..].to_vec();
+                score.variances = variances[own..].to_vec();
+            }
+        }
+        (score.train.is_finite() && score.held_out.is_finite()).then_some(score)
+    }
+
+    /// The columns of what moves nothing.
+    pub fn nothing(&self) -> Both {
+        [0, 1].map(|index| vec![0.0; self.base[index].len()])
+    }
+
+    /// What is there without a law.
+    pub fn without(&self) -> Option<Score> {
+        self.score(&[], 0.0)
+    }
+
+    /// The residuals of the data fitted on, channel 0, where each piece lies: what a search for lines looks at.
+    pub fn residuals(&self) -> (&BlockData, &[f64]) {
+        (&self.data[0], &self.base[0])
+    }
+}
+
+impl Plane {
+    fn new(
+        data: &BlockData,
+        residuals: &[f64],
+        nuisance: &[&Vec<f64>],
+        local_columns: &[Vec<f64>],
+        counts: Vec<bool>,
+    ) -> Self {
+        let masked = |column: &[f64]| -> Vec<f64> {
+            column.iter().zip(&counts).map(|(value, counts)| if *counts { *value } else { 0.0 }).collect()
+        };
+        let local_columns: Vec<Vec<f64>> = local_columns.iter().map(|column| masked(column)).collect();
+        let units = data.units().to_vec();
+        let bases = units.iter().map(|unit| orthonormal(&local_columns, unit)).collect();
+        let mut plane = Self { counts, units, bases, residuals: Vec::new(), nuisance: Vec::new() };
+        plane.residuals = plane.bare(residuals);
+        plane.nuisance = nuisance.iter().map(|column| plane.bare(column)).collect();
+        plane
+    }
+
+    /// A column without what the initial states take up.
+    fn bare(&self, column: &[f64]) -> Vec<f64> {
+        let pairs = column.iter().zip(&self.counts);
+        let mut bare: Vec<f64> = pairs.map(|(value, counts)| if *counts { *value } else { 0.0 }).collect();
+        for (unit, basis) in self.units.iter().zip(&self.bases) {
+            remove(basis, &mut bare[unit.clone()]);
+        }
+        bare
+    }
+
+    /// The step of the model's own numbers and of the columns that lowers the squares most, and its variances.
+    fn solve(&self, columns: &[Vec<f64>], ridge: f64) -> Option<(Vec<f64>, Vec<f64>)> {
+        let own = self.nuisance.len();
+        let all: Vec<&Vec<f64>> = self.nuisance.iter().chain(columns).collect();
+        let squares: Vec<f64> = all.iter().map(|column| dot(column, column)).collect();
+        let most = squares.iter().skip(own).copied().fold(0.0, f64::max);
+        let live: Vec<usize> = (0..all.len()).filter(|index| squares[*index] > 0.0).collect();
+        let scale: Vec<f64> = live.iter().map(|index| squares[*index].sqrt()).collect();
+        let matrix = DMatrix::from_fn(live.len(), live.len(), |row, column| {
+            if row < column {
+                return 0.0;
+            }
+            let product = dot(all[live[row]], all[live[column]]) / (scale[row] * scale[column]);
+            // What is nearly the same as another number stays where it is.
+            let damping = if live[row] >= own { ridge * most / squares[live[row]] } else { 0.0 };
+            if row == column { product + damping + 1e-9 } else { product }
+        });
+        let right = DVector::from_fn(live.len(), |row, _| -dot(all[live[row]], &self.residuals) / scale[row]);
+        let factor = matrix.cholesky()?;
+        let solution = factor.solve(&right);
+        let inverse = factor.inverse();
+        let (mut step, mut variances) = (vec![0.0; all.len()], vec![f64::INFINITY; all.len()]);
+        for (row, index) in live.iter().enumerate() {
+            step[*index] = solution[row] / scale[row];
+            variances[*index] = inverse[(row, row)] / scale[row].powi(2);
+        }
+        Some((step, variances))
+    }
+
+    /// The residuals after a step.
+    fn left(&self, columns: &[Vec<f64>], step: &[f64]) -> Vec<f64> {
+        let mut left = self.residuals.clone();
+        for (column, change) in self.nuisance.iter().chain(columns).zip(step) {
+            left.iter_mut().zip(column).for_each(|(value, slope)| *value += change * slope);
+        }
+        left
+    }
+}
+
+fn problem<'a>(data: &'a BlockData, model: &Model, names: &[String], known: &[Effect]) -> Problem<'a> {
+    let inside: Vec<&Effect> = known.iter().filter(|effect| model.has(&effect.id)).collect();
+    Problem::new(data, model.clone(), names.to_vec(), &inside)
+}
+
+fn residuals(problem: &Problem, globals: &[f64], locals: &[f64]) -> Vec<f64> {
+    let mut residuals = vec![0.0; problem.len()];
+    problem.residuals(globals, locals, &mut residuals);
+    residuals
+}
+
+fn quotient(moved: &[f64], base: &[f64], step: f64) -> Vec<f64> {
+    moved.iter().zip(base).map(|(moved, base)| (moved - base) / step).collect()
+}

@@ -1,0 +1,155 @@
+//! Where a law may act: the sites, each with the channels that it may look at. A smooth function of them, without a formula, says how
+//! much of the error a law there could explain at most.
+
+use rand::{RngExt, SeedableRng};
+
+use super::channels::{Channel, Outlook};
+use super::law::{Law, Part, Term};
+use super::linear::{Both, Linear, Score};
+use super::thresholds::THRESHOLDS;
+use crate::effect::Site;
+use crate::estimation::consistency::power;
+use crate::threads::spread;
+
+/// A site, and the channels that a law looks at there.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Place {
+    pub site: Site,
+    pub channels: Vec<Channel>,
+}
+
+/// What a smooth function does at a place.
+#[derive(Debug, Clone)]
+pub(crate) struct PlaceScore {
+    pub place: Place,
+    /// The function: hats over its knots.
+    pub law: Law,
+    pub score: Score,
+}
+
+impl Place {
+    /// Those of a site, of one channel each, and of two.
+    pub fn all(outlooks: &[Outlook], is_two: bool) -> Vec<Self> {
+        let of = |outlook: &Outlook| {
+            let lasting: Vec<&Channel> =
+                outlook.channels.iter().filter(|channel| !channel.is_time()).collect();
+            let one = lasting.iter().map(|channel| vec![(*channel).clone()]);
+            let two = lasting.iter().enumerate().flat_map(|(index, first)| {
+                lasting[index + 1..].iter().map(move |second| vec![(*first).clone(), (*second).clone()])
+            });
+            let sets: Vec<Vec<Channel>> = if is_two { two.collect() } else { one.collect() };
+            sets.into_iter().map(|channels| Self { site: outlook.site, channels }).collect::<Vec<_>>()
+        };
+        outlooks.iter().flat_map(of).collect()
+    }
+
+    /// A function of its channels that is linear between knots.
+    pub fn shape(&self, knots: usize) -> Law {
+        let parts = match &self.channels[..] {
+            [only] => (0..knots).map(|knot| hat("$x", only, knot, knots)).collect::<Vec<_>>(),
+            [first, second, ..] => {
+                let both = (0..knots * knots).map(|index| {
+                    let (one, two) = (index % knots, index / knots);
+                    format!("{}*{}", hat("$x", first, one, knots), hat("$y", second, two, knots))
+                });
+                both.collect()
+            }
+            [] => Vec::new(),
+        };
+        let part = |text: String| Part { text: text.into(), powers: [0.0, 0.0] };
+        let parts = parts.into_iter().map(part).collect();
+        let channels = self.channels.clone();
+        Law { site: self.site, terms: vec![Term { form: "shape", parts, inner: Vec::new(), channels }] }
+    }
+}
+
+/// [unit of the channel] where a knot is.
+pub(crate) fn knot_at(channel: &Channel, knot: usize, knots: usize) -> f64 {
+    channel.low + channel.range() * knot as f64 / (knots - 1) as f64
+}
+
+/// The hat over a knot: one there, none at the next ones, and beyond the ends as at the ends.
+fn hat(variable: &str, channel: &Channel, knot: usize, knots: usize) -> String {
+    let within = format!("min(max({variable},({})),({}))", channel.low, channel.high);
+    let step = channel.range() / (knots - 1) as f64;
+    format!("max(0,1-abs({within}-({}))/({step}))", knot_at(channel, knot, knots))
+}
+
+/// Smooth functions at every place of one channel, the best first, and what is there without one.
+pub(crate) fn scores(linear: &Linear, places: &[Place]) -> Vec<PlaceScore> {
+    let found = spread(places, |place| {
+        if place.channels.len() > 1 {
+            return with_knots(linear, place, THRESHOLDS.pair_knots);
+        }
+        let coarse = with_knots(linear, place, THRESHOLDS.coarse_knots);
+        let fine = with_knots(linear, place, THRESHOLDS.fine_knots);
+        let is_finer = |coarse: &PlaceScore, fine: &PlaceScore| {
+            fine.score.held_out < (1.0 - THRESHOLDS.fine_gain) * coarse.score.held_out
+        };
+        match (coarse, fine) {
+            (Some(coarse), Some(fine)) => Some(if is_finer(&coarse, &fine) { fine } else { coarse }),
+            (coarse, fine) => coarse.or(fine),
+        }
+    });
+    let mut found: Vec<PlaceScore> = found.into_iter().flatten().collect();
+    found.sort_by(|a, b| a.score.held_out.total_cmp(&b.score.held_out));
+    found
+}
+
+fn with_knots(linear: &Linear, place: &Place, knots: usize) -> Option<PlaceScore> {
+    let law = place.shape(knots);
+    let columns = columns_of_parts(linear, &law)?;
+    let score = linear.score(&columns, THRESHOLDS.ridge)?;
+    Some(PlaceScore { place: place.clone(), law, score })
+}
+
+/// The columns of each part by itself: a run with all parts in it costs as much as each of them. A part that no row comes near to moves
+/// nothing.
+fn columns_of_parts(linear: &Linear, law: &Law) -> Option<Vec<Both>> {
+    let term = law.terms.first()?;
+    let of = |part: &Part| {
+        let term = Term { parts: vec![part.clone()], ..term.clone() };
+        let column = linear.columns(&Law { site: law.site, terms: vec![term] });
+        column.and_then(|columns| columns.into_iter().next()).unwrap_or_else(|| linear.nothing())
+    };
+    Some(term.parts.iter().map(of).collect())
+}
+
+/// How often `own` residuals are smaller than each of `others` when stretches of the held-out data are drawn by lot, each as often as
+/// it comes: the bootstrap's share.
+pub(crate) fn confidence(own: &[f64], others: &[&[f64]]) -> f64 {
+    let stretches = |residuals: &[f64]| -> Vec<f64> {
+        residuals.chunks(residuals.len().div_ceil(THRESHOLDS.stretches).max(1)).map(power).collect()
+    };
+    let own = stretches(own);
+    let others: Vec<Vec<f64>> = others.iter().map(|of| stretches(of)).collect();
+    if own.is_empty() {
+        return 0.0;
+    }
+    let mut random = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+    let mut wins = 0;
+    for _ in 0..THRESHOLDS.draws {
+        let drawn: Vec<usize> = own.iter().map(|_| random.random_range(0..own.len())).collect();
+        let sum = |of: &[f64]| drawn.iter().filter_map(|index| of.get(*index)).sum::<f64>();
+        let mine = sum(&own);
+        wins += usize::from(others.iter().all(|other| sum(other) > mine));
+    }
+    wins as f64 / THRESHOLDS.draws as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_is_sure_where_each_stretch_says_so_and_even_where_none_does() {
+        let own = vec![1.0; 400];
+        assert_eq!(confidence(&own, &[&vec![1.1; 400]]), 1.0);
+        assert_eq!(confidence(&vec![1.1; 400], &[&own]), 0.0);
+        // Half of the stretches each way.
+        let (mut one, mut other) = (own.clone(), own);
+        (0..400).for_each(|row| if row / 10 % 2 == 0 { one[row] = 1.2 } else { other[row] = 1.2 });
+        let even = confidence(&one, &[&other]);
+        assert!((0.3..0.7).contains(&even), "{even}");
+    }
+}

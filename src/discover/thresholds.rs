@@ -1,0 +1,58 @@
+//! Numbers of `discover` that decide something.
+
+crate::thresholds! {
+    /// knots of a shape over one channel, first coarse: a bend, a threshold, a slope
+    coarse_knots: usize = 9, "count", "judgement";
+    /// knots of a fine shape: teeth and waves over a channel
+    fine_knots: usize = 25, "count", "judgement";
+    /// share of the held-out error by which a fine shape must do better than a coarse one
+    fine_gain: f64 = 0.02, "-", "diagnose's least_gain";
+    /// knots along each of two channels
+    pair_knots: usize = 5, "count", "judgement";
+    /// share of the held-out error by which a shape over two channels must do better than over one of them
+    pair_gain: f64 = 0.1, "-", "judgement";
+    /// share of a channel's values beyond each end of a shape
+    tail: f64 = 0.002, "-", "judgement: a knot that no row comes near is not determined";
+    /// ridge of a shape's coefficients, over the largest of their squared traces
+    ridge: f64 = 1e-6, "-", "judgement: knots that no row comes near stay at none";
+    /// share of the best shape's gain from which on formulas of a channel are tried
+    promising_gain: f64 = 0.3, "-", "judgement";
+    /// places (site and channels) whose formulas are tried, at most
+    most_places: usize = 4, "count", "times of development cases";
+    /// formulas that are refitted through the whole simulation, at most, of one term and of each further one
+    most_refitted: usize = 10, "count", "times of development cases";
+    /// formulas of one place that are refitted, at most
+    most_of_place: usize = 6, "count", "times of development cases";
+    /// terms of a formula, at most
+    most_terms: usize = 2, "count", "judgement: three terms bend to anything";
+    /// share of the held-out squared error that one more term must take off
+    term_gain: f64 = 0.05, "-", "diagnose's least_gain, with room for how many are tried";
+    /// standard errors by which each coefficient of a formula must differ from none
+    coefficient: f64 = 3.0, "-", "normal distribution: 0.3 %, as hundreds of forms are tried";
+    /// share of the held-out squared error above the noise that a formula must explain
+    least_explained: f64 = 0.6, "-", "judgement";
+    /// times the noise floor below which no formula is looked for: what is left is as little as a floor is off by
+    least_left: f64 = 1.15, "-", "diagnose's at_floor";
+    /// share of the squared error by which two formulas are the same to the data, beside diagnose's own tolerance
+    same_error: f64 = 0.01, "-", "diagnose's same_error, for two logs";
+    /// times the noise floor up to which a shape is an answer
+    shape_near_floor: f64 = 1.5, "-", "diagnose's near_floor";
+    /// share of the error above the noise that a shape must explain to be shown as one
+    shape_explained: f64 = 0.5, "-", "judgement";
+    /// stretches over which it is drawn by lot which place explains most
+    stretches: usize = 40, "count", "judgement";
+    /// draws of those stretches
+    draws: usize = 400, "count", "a share known to 2.5 %";
+    /// confidence below which a place is one of several
+    confident: f64 = 0.9, "-", "judgement";
+    /// readings above which shapes and forms are compared on a part of the data
+    screened_readings: usize = 30_000, "count", "times of long logs";
+    /// lines (frequencies) of the residual that are tried
+    lines: usize = 3, "count", "judgement";
+    /// [Hz] the lowest frequency of a line times the seconds of a log: fewer turns are a drift
+    fewest_turns: f64 = 3.0, "count", "judgement";
+    /// alternatives named beside a formula
+    most_alternatives: usize = 4, "count", "judgement";
+    /// share of what a formula does by which another may differ from it over the visited range and be the same
+    same_law: f64 = 0.1, "-", "judgement: a tenth of an effect is its usual error";
+}

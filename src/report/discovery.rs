@@ -1,0 +1,263 @@
+//! What `discover` found: the text and the page.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::diagnosis::{key_numbers, signals};
+use super::findings::sentence;
+use super::story::{error_table, errors, measured, wrapped};
+use super::verdict;
+use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
+use crate::compare::Comparison;
+use crate::diagnose::diagnosis::FoundParameter;
+use crate::discover::answer::{OtherLaw, Shape, TellApart};
+use crate::discover::{Discovery, LawVerdict};
+use crate::effect::Site;
+use crate::screening::ScreenedLog;
+
+/// Other formulas that are listed.
+const SHOWN: usize = 5;
+
+/// Where a law acts, in words.
+fn at(site: Site) -> &'static str {
+    match site {
+        Site::Command => "the command",
+        Site::SteadyRate => "the steady rate",
+        Site::RotorAcceleration => "the rotor's acceleration",
+        Site::RotorRateSensor => "the rotor's rate sensor",
+        Site::Thrust => "each rotor's thrust",
+        Site::Torque => "the torque on the body",
+        Site::BodyRateSensor => "the gyro",
+    }
+}
+
+/// What kind of function a term is, in words.
+fn kind(form: &str) -> &'static str {
+    match form {
+        "linear" | "drift" => "in proportion",
+        "square" | "cube" | "signed_square" | "root" | "signed_root_cube" => "a power",
+        "absolute" => "in proportion to the size, whatever the sign",
+        "saturation" => "in proportion near zero, and no more than a limit",
+        "stribeck" => "strongest at low speed, and less beyond",
+        "dead_zone" => "nothing up to a threshold on either side, and in proportion beyond it",
+        "rising_ramp" => "nothing up to a threshold, and in proportion above it",
+        "falling_ramp" => "nothing down to a threshold, and in proportion below it",
+        "threshold" => "a step at a threshold",
+        "peak" => "a peak about one place",
+        "wave" | "sine" | "cosine" => "a wave along the channel, as of teeth or poles",
+        "warm_up" => "a change that dies out after the start",
+        "line" => "a swing of one frequency, whatever the channels do",
+        "product" | "product_of_square" | "product_of_absolute" => "a product of two channels",
+        "product_of_saturation" | "product_of_peak" | "product_of_dead_zone" | "product_of_ramp" => {
+            "one channel, scaled by a function of another"
+        }
+        _ => "a function",
+    }
+}
+
+/// The answer in a sentence; names between `mark`s.
+#[must_use]
+pub fn headline(found: &Discovery, mark: &str) -> String {
+    let site = found.site.map_or("", at);
+    let channels = found.channels.iter().map(|name| format!("{mark}{name}{mark}")).collect::<Vec<_>>();
+    let channels = channels.join(" and ");
+    let sure = found.confidence.map_or(String::new(), |share| format!(" ({:.0} % sure)", 100.0 * share));
+    match found.verdict {
+        LawVerdict::Law => {
+            let kinds: Vec<&str> = found.forms.iter().map(|form| kind(form)).collect();
+            format!(
+                "A law outside the catalogue acts on {site}, by {channels}{sure}: {}.",
+                kinds.join("; and ")
+            )
+        }
+        LawVerdict::Shape => format!(
+            "What is missing acts on {site}, by {channels}{sure}: a smooth function of it explains {:.0} % of the error above noise. \
+             No formula that was tried does.",
+            100.0 * found.shape.as_ref().map_or(0.0, |shape| shape.explained)
+        ),
+        LawVerdict::Unknown => {
+            "Something is missing, and no function of what was logged explains it.".to_owned()
+        }
+        LawVerdict::Catalogue | LawVerdict::Adequate => {
+            format!("No law is to be discovered. {}", catalogue(found, mark))
+        }
+        LawVerdict::ParametersChanged | LawVerdict::InsufficientData => {
+            verdict::sentence(&found.diagnosis, mark)
+        }
+    }
+}
+
+fn catalogue(found: &Discovery, mark: &str) -> String {
+    let effects: Vec<String> = found.effects.iter().map(|id| format!("{mark}{id}{mark}")).collect();
+    match found.verdict {
+        LawVerdict::Catalogue => format!("The catalogue explains it as well: {}.", effects.join(" + ")),
+        _ => verdict::sentence(&found.diagnosis, mark),
+    }
+}
+
+/// What the data cannot tell from the formula.
+fn other(other: &OtherLaw, unit: &str) -> String {
+    let far = match other.differs_by {
+        Some(share) => format!(", at most {:.0} % of the law apart over the visited range", 100.0 * share),
+        None => format!(", on {} by {}", at(other.site), other.channels.join(" and ")),
+    };
+    format!("{} (held out {} {unit}{far})", other.expression, number(other.validate, 3))
+}
+
+/// What to record.
+fn experiment(next: &TellApart) -> String {
+    match (&next.channels[..], next.to) {
+        ([only], Some(to)) => format!(
+            "To tell the formulas apart, record a log in which {only} goes to {}: there they differ most.",
+            number(to, 3)
+        ),
+        (several, _) => format!(
+            "To tell the formulas apart, record a log in which {} move apart from each other.",
+            several.join(" and ")
+        ),
+    }
+}
+
+/// What stands beneath the headline: what else it may be.
+fn beneath(found: &Discovery) -> Vec<String> {
+    let unit = found.error.unit;
+    let mut lines: Vec<String> = Vec::new();
+    if !found.alternatives.is_empty() {
+        lines.push("These data cannot tell it from:".to_owned());
+        lines.extend(found.alternatives.iter().take(SHOWN).map(|it| format!("  {}", other(it, unit))));
+    }
+    lines.extend(found.next_experiment.as_ref().map(experiment));
+    if found.verdict == LawVerdict::Law && !found.effects.is_empty() {
+        lines.push(format!("Beside it the catalogue's {} are missing.", found.effects.join(" + ")));
+    }
+    lines
+}
+
+/// The answer as text.
+#[must_use]
+pub fn text(found: &Discovery) -> String {
+    let mut out = wrapped("", &headline(found, ""));
+    if let Some(expression) = &found.expression {
+        let head = if found.verdict == LawVerdict::Law { "" } else { "nearest: " };
+        let _ = writeln!(out, "  {head}+ {expression}");
+        for (name, FoundParameter { value, standard_error, unit }) in &found.parameters {
+            let _ = writeln!(out, "    {name} = {}", measured(*value, *standard_error, unit));
+        }
+    }
+    for changed in &found.changed_parameters {
+        let to = measured(changed.to, changed.standard_error, &changed.unit);
+        let _ = writeln!(out, "  {} ({}): {} -> {to}", changed.name, changed.symbol, number(changed.from, 5));
+    }
+    for line in beneath(found) {
+        let first = if line.starts_with("  ") { "  " } else { "" };
+        out += &wrapped(first, &line);
+    }
+    out.push('\n');
+    out += &errors(&found.error);
+    out += &places(found).map_or(String::new(), |table| format!("\n{}", table.text()));
+    for finding in &found.findings {
+        out += &wrapped("Note: ", &sentence(finding));
+    }
+    out
+}
+
+/// Places that were looked at.
+fn places(found: &Discovery) -> Option<Table> {
+    let mut table = Table::new(["smooth function of", "acts on", "explains [%]"]);
+    for place in found.r#where.iter().take(SHOWN) {
+        table = table.row([
+            place.channels.join(", "),
+            place.site.name().to_owned(),
+            number(100.0 * place.explained, 3),
+        ]);
+    }
+    (!table.is_empty()).then_some(table)
+}
+
+/// Whether a file was written.
+#[must_use]
+pub fn written(is_law: bool, path: &Path) -> String {
+    if is_law {
+        format!("written: {}", path.display())
+    } else {
+        format!("not written: {} takes a model with a law, and there is none", path.display())
+    }
+}
+
+/// The page; `compared` are the model and the one with the law on each of `logs`.
+#[must_use]
+pub fn page(found: &Discovery, compared: &[Vec<Comparison>], logs: &[ScreenedLog]) -> Page {
+    let mut page = Page::new("A law that no catalogue has");
+    let mark = match found.verdict {
+        LawVerdict::Adequate | LawVerdict::Law => Mark::Good,
+        LawVerdict::Unknown => Mark::Bad,
+        _ => Mark::Warning,
+    };
+    page.verdict(mark, headline(found, "**"));
+    key_numbers(&mut page, &found.error);
+    if let Some(expression) = &found.expression {
+        page.formula(expression.clone());
+        let mut table = Table::new(["parameter", "value", "standard error", "unit"]);
+        for (name, it) in &found.parameters {
+            let error = it.standard_error.map_or("-".to_owned(), |error| number(error, 2));
+            table = table.row([name.clone(), number(it.value, 5), error, it.unit.clone()]);
+        }
+        page.table(table);
+    }
+    let lines = beneath(found);
+    if !lines.is_empty() {
+        page.list(lines);
+    }
+    if let Some(shape) = &found.shape {
+        page.heading("Its shape").plot(drawn(shape));
+    }
+    page.heading("How far the error falls");
+    page.table(
+        error_table(&found.error, ["model", "fitted on", "held out"])
+            .caption(found.error.measure.to_string()),
+    );
+    if let Some(table) = places(found) {
+        page.heading("Where it acts").table(table.caption(
+            "Share of the held-out squared error above noise that a smooth function explains, without a formula",
+        ));
+    }
+    if !found.findings.is_empty() {
+        page.heading("Notes").list(found.findings.iter().map(sentence));
+    }
+    signals(&mut page, compared, logs);
+    page
+}
+
+/// The formula over the smooth function and its band; of two channels along the first, at the middle of the second.
+fn drawn(shape: &Shape) -> Plot {
+    let middle = shape.points.len() / 2;
+    let second = shape.points.get(middle).and_then(|point| point.at.get(1)).copied();
+    let shown = shape.points.iter().filter(|point| point.at.get(1).copied() == second);
+    let (mut x, mut y, mut error, mut formula) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for point in shown {
+        x.push(point.at.first().copied().unwrap_or(f64::NAN));
+        y.push(point.value);
+        error.push(2.0 * point.standard_error.unwrap_or(f64::NAN));
+        formula.push(point.formula.unwrap_or(f64::NAN));
+    }
+    // A constant is the base's own numbers' to take up: both are drawn about their means.
+    let centred = |values: &[f64]| -> Vec<f64> {
+        let known: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+        let centre = known.iter().sum::<f64>() / known.len().max(1) as f64;
+        values.iter().map(|value| value - centre).collect()
+    };
+    let y = centred(&y);
+    let edge = |sign: f64| y.iter().zip(&error).map(|(y, error)| y + sign * error).collect::<Vec<f64>>();
+    let channel = shape.channels.first().map_or("", String::as_str);
+    let title = match second {
+        Some(value) => format!("What is added, at {} {}", shape.channels[1], number(value, 3)),
+        None => "What is added".to_owned(),
+    };
+    let mut plot = Plot::new(title, Axis::new(channel, ""), Axis::new("added", &shape.unit))
+        .series(Series::band("95 % band", &x, &edge(-1.0), &edge(1.0)))
+        .series(Series::line("smooth function", &x, &y).tone(Tone::Measured));
+    if formula.iter().any(|value| value.is_finite()) {
+        plot = plot.series(Series::line("formula", &x, &centred(&formula)).tone(Tone::Model));
+    }
+    plot
+}
