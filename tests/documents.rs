@@ -123,13 +123,14 @@ fn check_shown(page: &str, text: &str, said: &str) -> usize {
 const FOREIGN: &str = "Time (s),ESC signal (µs),Motor Electrical Speed (RPM),Voltage (V)\n0,1200,3000,12\n0.1,1300,3600,12\n0.2,1250,3300,12\n";
 
 /// The answers that need no other process, by their schemas.
-const ANSWERS: [(&str, &str); 23] = [
+const ANSWERS: [(&str, &str); 24] = [
     ("check", "check --json"),
     ("compare", "compare --model paper --log held_out.csv --json"),
     ("compare-runs", "compare --runs run.mcap --json"),
     ("design", "design --json"),
     ("design", "design --controller pid --delay-ms 200 --json"),
     ("diagnose", "diagnose --model paper --log train.csv --validate held_out.csv --json"),
+    ("discover", "discover --model paper --log train.csv --validate held_out.csv --json"),
     ("doctor", "doctor --json"),
     ("effects", "effects --json"),
     ("effects-card", "effects gravity_pendulum --json"),

@@ -111,7 +111,11 @@ fn parameters(model: &Model, known: &[Effect], effects: &[String]) -> BTreeMap<S
     parameters
 }
 
-fn changed_parameters(model: &Model, blocks: &[SearchResult], verdicts: &[Verdict]) -> Vec<ChangedParameter> {
+pub(crate) fn changed_parameters(
+    model: &Model,
+    blocks: &[SearchResult],
+    verdicts: &[Verdict],
+) -> Vec<ChangedParameter> {
     let mut changed = Vec::new();
     for (found, _) in
         blocks.iter().zip(verdicts).filter(|(_, verdict)| **verdict != Verdict::InsufficientData)

@@ -9,7 +9,7 @@ use super::law::{Law, unit_at};
 use super::places::PlaceScore;
 use super::search::Hit;
 use super::thresholds::THRESHOLDS;
-use crate::diagnose::assemble::{error_summary, main_channel, merged};
+use crate::diagnose::assemble::{changed_parameters, error_summary, main_channel, merged};
 use crate::diagnose::diagnosis::{FoundParameter, TrainValidate};
 use crate::diagnose::model_selection::{floor, joint_floors};
 use crate::diagnose::search_result::SearchResult;
@@ -54,7 +54,7 @@ pub(crate) fn of_catalogue(diagnosis: Diagnosis) -> Discovery {
 pub(crate) fn conclude(
     asked: &Question,
     diagnosis: Diagnosis,
-    (blocks, verdicts, index): (&[SearchResult], &[Verdict], usize),
+    blocks: (&[SearchResult], &[Verdict], usize),
     hit: Hit,
     config: &DiagnoseConfig,
 ) -> Discovery {
@@ -62,8 +62,8 @@ pub(crate) fn conclude(
     let block = if asked.split().train.is_rotor() { "rotors" } else { "body" };
     answer.block = Some(block.to_owned());
     answer.verdict = LawVerdict::Unknown;
-    let shape = Shaped::of(&hit);
     answer.r#where = shares(&hit);
+    let shape = Shaped::of(&hit);
     let Some(formula) = hit.formula.clone().filter(|formula| explains(&hit, formula)) else {
         return of_shape(answer, &hit, shape);
     };
@@ -72,33 +72,46 @@ pub(crate) fn conclude(
         answer.verdict = LawVerdict::Catalogue;
         return answer;
     }
-    let Some((result, changed)) = with_law(&hit, &formula) else { return of_shape(answer, &hit, shape) };
+    let Some(result) = with_law(&hit, &formula) else { return of_shape(answer, &hit, shape) };
     let is_law = verdict(&result) == Verdict::MissingEffect;
-    let mut blocks = blocks.to_vec();
-    let mut verdicts = verdicts.to_vec();
-    let channel = main_channel(&result);
-    answer.error = error_summary(&result, channel, config);
-    let numbers = numbers(&result.answer.model, &hit, &formula.law);
-    let mut model = asked.model.clone();
-    let coefficients = formula.law.coefficients_in(&result.answer.model, asked.id);
-    let user = formula.law.at(&result.answer.model, asked.id).user_effect(asked.id, &coefficients);
-    model.user_effects.push(user.clone());
-    answer.effects = hit.question.start.effects.clone();
-    answer.alternatives = others(&hit, &formula, &result, channel);
+    answer.alternatives = others(&hit, &formula, main_channel(&result));
     answer.next_experiment = tell_apart(&hit, &formula);
-    (blocks[index], verdicts[index]) = (result, Verdict::MissingEffect);
-    answer.changed_parameters.retain(|it| changed.contains(&it.name));
-    answer.model = merged(&model, &blocks, &verdicts);
-    answer.site = Some(formula.law.site);
-    answer.channels = names(formula.law.channels().into_iter());
     answer.confidence = hit.confidence;
-    answer.expression = Some(user.expression.clone());
-    answer.forms = formula.law.terms.iter().map(|term| term.form).collect();
-    answer.parameters = numbers;
-    answer.user_effect = Some(user);
+    of_law(&mut answer, &hit, &formula.law, (blocks, result), config);
+    let coefficients = formula.law.coefficients_in(&answer.model, asked.id);
     answer.shape = shape.map(|shape| shape.drawn(Some((&formula.law, &coefficients))));
     answer.verdict = if is_law { LawVerdict::Law } else { LawVerdict::Shape };
     answer
+}
+
+/// What is said of a law, with the block's `result` that has it.
+fn of_law(
+    answer: &mut Discovery,
+    hit: &Hit,
+    law: &Law,
+    ((blocks, verdicts, index), result): ((&[SearchResult], &[Verdict], usize), SearchResult),
+    config: &DiagnoseConfig,
+) {
+    let asked = &hit.question;
+    let found = &result.answer.model;
+    answer.error = error_summary(&result, main_channel(&result), config);
+    answer.parameters = numbers(found, hit, law);
+    let user = law.at(found, asked.id).user_effect(asked.id, &law.coefficients_in(found, asked.id));
+    answer.site = Some(law.site);
+    answer.channels = names(law.channels().into_iter());
+    answer.forms = law.terms.iter().map(|term| term.form).collect();
+    answer.expression = Some(user.expression.clone());
+    answer.effects.clone_from(&asked.start.effects);
+    // What was left of this block without the law is no news.
+    let is_of_block = |subject: &str| asked.split().train.channels().iter().any(|it| it.name == subject);
+    answer.findings.retain(|it| it.code != "error_above_floor" || !is_of_block(&it.subject));
+    let (mut blocks, mut verdicts) = (blocks.to_vec(), verdicts.to_vec());
+    (blocks[index], verdicts[index]) = (result, Verdict::MissingEffect);
+    answer.changed_parameters = changed_parameters(asked.model, &blocks, &verdicts);
+    let mut model = asked.model.clone();
+    model.user_effects.push(user.clone());
+    answer.model = merged(&model, &blocks, &verdicts);
+    answer.user_effect = Some(user);
 }
 
 /// Whether a formula takes off most of what is above the noise.
@@ -121,8 +134,8 @@ fn as_good_in_catalogue(hit: &Hit, formula: &Formula) -> Option<Vec<String>> {
 }
 
 /// The block with the law as its answer: of the base's own numbers only those changed that it needs, and standard errors that allow for
-/// what is not in it; and the names of the changed ones.
-fn with_law(hit: &Hit, formula: &Formula) -> Option<(SearchResult, Vec<String>)> {
+/// what is not in it.
+fn with_law(hit: &Hit, formula: &Formula) -> Option<SearchResult> {
     let question = &hit.question;
     let coefficients = formula.law.coefficients_in(&formula.fitted.model, question.id);
     let models = question.with_law(&formula.law, &coefficients)?;
@@ -134,7 +147,6 @@ fn with_law(hit: &Hit, formula: &Formula) -> Option<(SearchResult, Vec<String>)>
     let ladder = vec![found.refitted.clone(), answer.clone()];
     let (singles, alternatives, dropped) = (Vec::new(), Vec::new(), Vec::new());
     let (split, nominal, refitted) = (found.split.clone(), found.nominal.clone(), found.refitted.clone());
-    let changed_names = changed.clone();
     let mut result = SearchResult {
         split,
         nominal,
@@ -148,7 +160,7 @@ fn with_law(hit: &Hit, formula: &Formula) -> Option<(SearchResult, Vec<String>)>
         changed,
     };
     search.allow_for_what_is_missing(&mut result);
-    Some((result, changed_names))
+    Some(result)
 }
 
 /// Without a formula: the smooth function, where it explains enough.
@@ -266,7 +278,7 @@ fn share_channel(one: &Law, other: &Law) -> bool {
     one.site == other.site && signals(one) == signals(other)
 }
 
-fn others(hit: &Hit, formula: &Formula, result: &SearchResult, channel: usize) -> Vec<OtherLaw> {
+fn others(hit: &Hit, formula: &Formula, channel: usize) -> Vec<OtherLaw> {
     let question = &hit.question;
     let own = formula.law.coefficients_in(&formula.fitted.model, question.id);
     let of = |other: &Formula| {
@@ -280,7 +292,7 @@ fn others(hit: &Hit, formula: &Formula, result: &SearchResult, channel: usize) -
             expression: other.law.expression(),
             channels: names(other.law.channels().into_iter()),
             parameters: numbers(&other.fitted.model, hit, &other.law),
-            validate: other.fitted.channel_error(&result.split, channel, true),
+            validate: other.fitted.channel_error(question.split(), channel, true),
             differs_by: both.map(|(own, other)| difference(&own, &other)),
         }
     };

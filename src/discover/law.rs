@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::channels::Channel;
+use super::thresholds::THRESHOLDS;
 use crate::effect::Site;
 use crate::model::{Model, UserEffect, UserParameter};
 
@@ -60,20 +61,23 @@ pub(crate) fn unit_at(site: Site) -> &'static str {
 pub(crate) fn usual_size(site: Site, model: &Model) -> f64 {
     let actuator = &model.actuator;
     let thrust = actuator.thrust_coefficient * actuator.hover_rate.powi(2);
-    0.01 * match site {
-        Site::Command | Site::BodyRateSensor => 1.0,
-        Site::SteadyRate | Site::RotorRateSensor => actuator.hover_rate,
-        Site::RotorAcceleration => actuator.pole * actuator.hover_rate,
-        Site::Thrust => thrust,
-        Site::Torque => model.body.arm * thrust,
-    }
+    THRESHOLDS.usual_share
+        * match site {
+            Site::Command | Site::BodyRateSensor => 1.0,
+            Site::SteadyRate | Site::RotorRateSensor => actuator.hover_rate,
+            Site::RotorAcceleration => actuator.pole * actuator.hover_rate,
+            Site::Thrust => thrust,
+            Site::Torque => model.body.arm * thrust,
+        }
 }
 
 /// `unit` over powers of others.
 fn over(unit: &str, divisors: &[(&str, f64)]) -> String {
     let powers = divisors.iter().filter(|(unit, power)| *power != 0.0 && *unit != "-");
     powers.fold(unit.to_owned(), |text, (unit, power)| {
-        let is_sum = unit.contains(['/', ' ']);
+        // A unit of several parts stands in brackets, unless nothing stands beside it.
+        let is_alone = text == "-" && *power == -1.0;
+        let is_sum = unit.contains(['/', ' ']) && !is_alone;
         let bare = if is_sum { format!("({unit})") } else { (*unit).to_owned() };
         let powered = if power.abs() == 1.0 { bare } else { format!("{bare}^{}", power.abs()) };
         match (*power > 0.0, text.as_str()) {
@@ -234,6 +238,8 @@ mod tests {
         assert_eq!(over("rad/s", &[("-", 3.0)]), "rad/s");
         assert_eq!(over("-", &[("rad", -1.0)]), "rad");
         assert_eq!(over("-", &[("rad", 1.0)]), "1/rad");
+        assert_eq!(over("-", &[("rad/s", -1.0)]), "rad/s");
+        assert_eq!(over("-", &[("rad/s", 1.0)]), "1/(rad/s)");
         assert_eq!(over("N m", &[("rad", 1.0), ("rad/s", 1.0)]), "N m/rad/(rad/s)");
     }
 }

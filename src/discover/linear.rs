@@ -162,9 +162,9 @@ impl<'a> Linear<'a> {
                     return None;
                 }
                 both = Some(found);
-                // A hundredth of the noise: the law is seen, and nothing bends.
-                let wanted = 1e-2 / most;
-                if (1e-2..1e2).contains(&(step / wanted)) {
+                let wanted = THRESHOLDS.put_on / most;
+                let within = THRESHOLDS.put_on_within;
+                if (within.recip()..within).contains(&(step / wanted)) {
                     break;
                 }
                 step = wanted;

@@ -50,7 +50,7 @@ impl Place {
             [first, second, ..] => {
                 let both = (0..knots * knots).map(|index| {
                     let (one, two) = (index % knots, index / knots);
-                    format!("{}*{}", hat("$x", first, one, knots), hat("$y", second, two, knots))
+                    format!("{}*{}", bare_hat("$x", first, one, knots), bare_hat("$y", second, two, knots))
                 });
                 both.collect()
             }
@@ -70,9 +70,13 @@ pub(crate) fn knot_at(channel: &Channel, knot: usize, knots: usize) -> f64 {
 
 /// The hat over a knot: one there, none at the next ones, and beyond the ends as at the ends.
 fn hat(variable: &str, channel: &Channel, knot: usize, knots: usize) -> String {
-    let within = format!("min(max({variable},({})),({}))", channel.low, channel.high);
+    bare_hat(&format!("min(max({variable},{}),{})", channel.low, channel.high), channel, knot, knots)
+}
+
+/// The same, none beyond the ends: an expression has no room for more of two channels.
+fn bare_hat(variable: &str, channel: &Channel, knot: usize, knots: usize) -> String {
     let step = channel.range() / (knots - 1) as f64;
-    format!("max(0,1-abs({within}-({}))/({step}))", knot_at(channel, knot, knots))
+    format!("max(0,1-abs({variable}-{})/{step})", knot_at(channel, knot, knots))
 }
 
 /// Smooth functions at every place of one channel, the best first, and what is there without one.
@@ -140,6 +144,29 @@ pub(crate) fn confidence(own: &[f64], others: &[&[f64]]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::effect::{Expression, Point};
+
+    /// As many knots as there are: an effect of the user's own that the program reads, which adds up to one within the range.
+    #[test]
+    fn a_shape_is_an_effect_that_parses_and_its_hats_add_up_to_one() {
+        let channel =
+            |signal, log, unit| Channel { signal, log, unit, low: -0.4, high: 0.5, is_signed: true };
+        let angle = channel("body_angle", "body_angle_rad", "rad");
+        let rate = channel("body_rate", "body_rate_rad_s", "rad/s");
+        for (channels, knots) in
+            [(vec![angle.clone()], THRESHOLDS.fine_knots), (vec![angle, rate], THRESHOLDS.pair_knots)]
+        {
+            let law = Place { site: Site::Torque, channels }.shape(knots);
+            let user = law.user_effect("a_shape", &vec![1.0; law.coefficients()]);
+            let names: Vec<&str> = user.parameters.iter().map(|it| it.name.as_str()).collect();
+            let expression = Expression::parse(&user.expression, &names).expect("it parses");
+            for (body_angle, body_rate) in [(-0.4, 0.5), (-0.333, 0.1), (0.0, 0.0), (0.41, -0.399)] {
+                let point = Point { body_angle, body_rate, ..Point::default() };
+                let sum = expression.value(&vec![1.0; law.coefficients()], &point);
+                assert!((sum - 1.0).abs() < 1e-9, "{body_angle}, {body_rate}: {sum}");
+            }
+        }
+    }
 
     #[test]
     fn a_place_is_sure_where_each_stretch_says_so_and_even_where_none_does() {

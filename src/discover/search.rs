@@ -1,6 +1,6 @@
 //! The search: places, then formulas at the promising ones, then a second term.
 
-use super::channels::{Channel, outlooks};
+use super::channels::{Channel, Outlook, outlooks};
 use super::forms;
 use super::formula::{Formula, Question, simplest};
 use super::law::{Law, Term};
@@ -66,19 +66,8 @@ fn from_start<'a>(question: Question<'a>, progress: &(dyn Fn(Event) + Sync)) -> 
     };
     let Some(without) = linear.without() else { return nothing };
     let outlooks = outlooks(&question.split().train);
-    let mut places = scores(&linear, &Place::all(&outlooks, false));
-    let pairs = scores(&linear, &Place::all(&outlooks, true));
-    let best_single = places.first().map_or(f64::INFINITY, |place| place.score.held_out);
-    let pays = |pair: &PlaceScore| pair.score.held_out < (1.0 - THRESHOLDS.pair_gain) * best_single;
-    places.extend(pairs.into_iter().filter(pays));
-    places.sort_by(|a, b| a.score.held_out.total_cmp(&b.score.held_out));
-    let times = outlooks.iter().filter(|it| matches!(it.site, Site::Torque | Site::SteadyRate));
-    let times: Vec<Place> = times
-        .flat_map(|it| {
-            it.channels.iter().filter(|channel| channel.is_time()).map(|channel| (it.site, channel))
-        })
-        .map(|(site, channel)| Place { site, channels: vec![channel.clone()] })
-        .collect();
+    let places = places(&linear, &outlooks);
+    let times = times(&outlooks);
     let promising = promising(&places, &without);
     let found_lines = lines(linear.residuals().0, linear.residuals().1);
     let tried: Vec<&Place> = promising.iter().map(|it| &it.place).chain(&times).collect();
@@ -101,6 +90,26 @@ fn from_start<'a>(question: Question<'a>, progress: &(dyn Fn(Event) + Sync)) -> 
     let formula = formula.filter(|it| question.gains(question.start, &it.fitted));
     let confidence = how_sure(formula.as_ref(), &places);
     Hit { question, formula, others, places, without: Some(without), confidence }
+}
+
+/// Every place with its smooth function, the best first: those of two channels where the second pays.
+fn places(linear: &Linear, outlooks: &[Outlook]) -> Vec<PlaceScore> {
+    let mut places = scores(linear, &Place::all(outlooks, false));
+    let pairs = scores(linear, &Place::all(outlooks, true));
+    let best_single = places.first().map_or(f64::INFINITY, |place| place.score.held_out);
+    let pays = |pair: &PlaceScore| pair.score.held_out < (1.0 - THRESHOLDS.pair_gain) * best_single;
+    places.extend(pairs.into_iter().filter(pays));
+    places.sort_by(|a, b| a.score.held_out.total_cmp(&b.score.held_out));
+    places
+}
+
+/// Where laws over time may act: they have no shape that another log would share.
+fn times(outlooks: &[Outlook]) -> Vec<Place> {
+    let of = |outlook: &Outlook| {
+        let time = outlook.channels.iter().find(|channel| channel.is_time())?;
+        Some(Place { site: outlook.site, channels: vec![time.clone()] })
+    };
+    outlooks.iter().filter_map(of).collect()
 }
 
 /// The places whose formulas are tried.

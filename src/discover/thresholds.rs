@@ -1,6 +1,12 @@
 //! Numbers of `discover` that decide something.
 
 crate::thresholds! {
+    /// share of what acts at a site that a law there usually has
+    usual_share: f64 = 0.01, "-", "judgement: the first step of a derivative";
+    /// residual, over the noise, by which a law is put on to see what it does: seen, and nothing bends
+    put_on: f64 = 0.01, "-", "judgement";
+    /// times that by which a first step may miss it
+    put_on_within: f64 = 100.0, "-", "judgement";
     /// knots of a shape over one channel, first coarse: a bend, a threshold, a slope
     coarse_knots: usize = 9, "count", "judgement";
     /// knots of a fine shape: teeth and waves over a channel

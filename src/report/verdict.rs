@@ -268,6 +268,7 @@ fn steps_into(
         ),
         identify: format!("rotorbench identify {logs} -o {own}"),
         ask_again: format!("rotorbench diagnose --model {own} {logs}{held_out}"),
+        discover: format!("rotorbench discover --model {model} {logs}{held_out} -o {}", free_name("law")),
     };
     let mut steps = of_verdict(diagnosis, commands);
     look_first(diagnosis, &mut steps);
@@ -316,6 +317,7 @@ struct Commands {
     recalibrate: String,
     identify: String,
     ask_again: String,
+    discover: String,
 }
 
 /// The steps that a verdict asks for.
@@ -331,14 +333,18 @@ fn of_verdict(diagnosis: &Diagnosis, commands: Commands) -> Vec<NextStep> {
         ],
         Verdict::MissingEffect => vec![NextStep::by("Add it:", commands.extend)],
         Verdict::Unknown if diagnosis.effects.is_empty() => {
-            vec![NextStep::say(
-                "Write what you suspect as an effect of your own, `[[user_effects]]` in the model file, and diagnose \
-                 again: it competes with the catalogue.",
-            )]
+            vec![
+                NextStep::by("Look for the law itself:", commands.discover),
+                NextStep::say(
+                    "Or write what you suspect as an effect of your own, `[[user_effects]]` in the model file, and diagnose \
+                     again: it competes with the catalogue.",
+                ),
+            ]
         }
         Verdict::Unknown => vec![
             NextStep::by("Add what explains a part:", commands.extend),
             NextStep::by("Then look at what is left:", commands.compare),
+            NextStep::by("Or look for a law outside the catalogue:", commands.discover),
         ],
         Verdict::ParametersChanged => {
             vec![NextStep::by("Take the new numbers over:", commands.recalibrate)]

@@ -52,8 +52,18 @@ fn no_code_parses_a_sentence() {
 }
 
 /// Rooms whose results carry codes and numbers. What `model` writes is data: names, units and measures of a model file.
-const ROOMS_OF_RESULTS: [&str; 9] =
-    ["estimation", "screening", "identify", "compare", "diagnose", "emulate", "studies", "session", "guard"];
+const ROOMS_OF_RESULTS: [&str; 10] = [
+    "estimation",
+    "screening",
+    "identify",
+    "compare",
+    "diagnose",
+    "discover",
+    "emulate",
+    "studies",
+    "session",
+    "guard",
+];
 
 /// What a statement names that builds an error or writes to the log.
 const SPEAKS_OF_ERRORS: [&str; 11] = [

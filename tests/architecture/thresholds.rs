@@ -92,12 +92,13 @@ fn the_page_of_thresholds_is_current() {
 }
 
 /// Rooms that decide something by numbers. What formats, codes and the kernel say of themselves is no decision of ours.
-const DECIDING: [&str; 12] = [
+const DECIDING: [&str; 13] = [
     "estimation",
     "screening",
     "identify",
     "compare",
     "diagnose",
+    "discover",
     "control",
     "guard",
     "experiment",
@@ -121,6 +122,7 @@ const OTHER_NUMBERS: &[(&str, &str)] = &[
     ("control/config.rs", "defaults of settings, many of the paper's"),
     ("control/parameters.rs", "the bench of the paper"),
     ("diagnose/config.rs", "defaults of settings"),
+    ("discover/forms.rs", "where the functions of the library start"),
     ("estimation/frequency_response.rs", "Welch's"),
     ("estimation/golden_section.rs", "the golden section"),
     ("estimation/quantile.rs", "the median of a normal variable's size"),

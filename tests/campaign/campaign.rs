@@ -12,6 +12,8 @@ mod catalogue;
 mod compare;
 mod discovered;
 mod experiment;
+mod form;
+mod law_score;
 mod laws;
 mod motion;
 mod plant;

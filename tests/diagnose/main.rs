@@ -6,6 +6,7 @@ mod cancelled;
 mod columns;
 mod dead_time;
 mod desk;
+mod discovered;
 mod found;
 mod holes;
 mod ladder;
