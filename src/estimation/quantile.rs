@@ -13,6 +13,20 @@ pub fn quantile(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64
     Some(*values.select_nth_unstable_by(rank.min(last), f64::total_cmp).1)
 }
 
+/// The same for several shares at once.
+#[must_use]
+pub fn quantiles<const N: usize>(
+    values: impl IntoIterator<Item = f64>,
+    shares: [f64; N],
+) -> Option<[f64; N]> {
+    let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+    let (count, last) = (values.len() as f64, values.len().checked_sub(1)?);
+    Some(shares.map(|share| {
+        let rank = (share * count) as usize;
+        *values.select_nth_unstable_by(rank.min(last), f64::total_cmp).1
+    }))
+}
+
 /// The values in ascending order.
 #[must_use]
 pub fn sorted(values: impl IntoIterator<Item = f64>) -> Vec<f64> {
@@ -63,6 +77,7 @@ mod tests {
             [0.0, 0.25, 0.5, 1.0].map(|share| quantile(values, share)),
             [1.0, 2.0, 3.0, 4.0].map(Some)
         );
+        assert_eq!(quantiles(values, [1.0, 0.0, 0.5]), Some([4.0, 1.0, 3.0]));
         assert_eq!(median([5.0, 1.0, 2.0]), Some(2.0));
         assert_eq!(median([f64::NAN]), None);
         assert_eq!(distinct(&[3.0, f64::NAN, 1.0, 3.0]), [1.0, 3.0]);

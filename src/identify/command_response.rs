@@ -108,7 +108,7 @@ fn crossed(
 ) -> Option<Finding> {
     let follows_other = |at: usize| {
         let commanded = parts[1 - at];
-        let rate = rates[at].get(..commanded.time.len())?.to_vec();
+        let rate = rates[at].get(..commanded.time.len())?.to_vec().into();
         let other = RotorLog { rate, ..commanded.clone() };
         let other = follows(&other, full_voltage).filter(SingleRotorFit::is_plain)?;
         // Commands of two levels have no fit of their own: they say nothing of whose they are.

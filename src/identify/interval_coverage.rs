@@ -59,7 +59,7 @@ fn the_curve_of_a_slow_rotor_from_ramps() {
             for run in 0..RUNS as u64 {
                 let noise = &mut Noise::new(7000 + run, memory);
                 // The battery is known here.
-                let log = RotorLog { rate: noise.on(&truth.rate, 1.5), ..truth.clone() };
+                let log = RotorLog { rate: noise.on(&truth.rate, 1.5).into(), ..truth.clone() };
                 let rows = steady_rows::steady_rows(&[log], K_V, FULL_VOLTAGE).expect("ramps");
                 let known_lag = |known: KnownLag| {
                     let value = known.pole.value + known.pole.standard_error * noise.white();
@@ -145,7 +145,7 @@ fn the_pole_where_the_battery_gives_way(memory: f64, sag: f64, hold: f64) {
         [("c_g2", C_G2), ("c_g1", C_G1), ("k_V", K_V), ("p", POLE)].map(|(n, t)| Count::new(n, t));
     for run in 0..RUNS as u64 {
         let noise = &mut Noise::new(6000 + run, memory);
-        let log = RotorLog { rate: noise.on(&truth.rate, 0.3), ..measured(&truth, noise) };
+        let log = RotorLog { rate: noise.on(&truth.rate, 0.3).into(), ..measured(&truth, noise) };
         joint_estimate(&[log], &mut counts);
     }
     counts.iter().for_each(|count| count.check(memory));
@@ -175,9 +175,9 @@ fn the_thrust_coefficient_from_a_load_cell() {
         let mut count = Count::new("c", THRUST);
         for run in 0..RUNS as u64 {
             let mut noise = Noise::new(3000 + run, memory);
-            let mut log = Dataset::new("stand", "", truth.time.clone()).expect("rising time");
+            let mut log = Dataset::new("stand", "", truth.time.to_vec()).expect("rising time");
             for (name, column) in [
-                ("command_1", truth.command.clone()),
+                ("command_1", truth.command.to_vec()),
                 ("thrust_1_n", noise.on(&thrust, 0.08)),
                 ("propeller_rate_1_rad_s", noise.white_on(&truth.rate, 1.5)),
             ] {

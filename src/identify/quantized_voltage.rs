@@ -44,7 +44,7 @@ pub(crate) fn mend(rotor: &mut RotorLog) -> Option<Finding> {
     let taken = if is_known { Some(fit) } else { alone(fit.likelihood).or(Some(fit).filter(|_| has_load)) };
     let mended = taken.map(|fit| quantized.without_treads(&fit));
     if mended.is_some() {
-        rotor.voltage = mended;
+        rotor.voltage = mended.map(Into::into);
     }
     (!is_known).then(|| rotor.finding("battery_quantized").with("step_v", (1e6 * step).round() / 1e6))
 }

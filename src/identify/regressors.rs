@@ -33,7 +33,7 @@ pub(crate) fn record_of<const M: usize>(
                 let next = (row + 1).min(segment.end - 1);
                 let interval = rotor.time[next] - rotor.time[row];
                 let weight = rotor.instrument.map_or(0.5, |it| end_weight(it.pole * interval));
-                let held = |voltage: &Vec<f64>| voltage[row] + weight * (voltage[next] - voltage[row]);
+                let held = |voltage: &[f64]| voltage[row] + weight * (voltage[next] - voltage[row]);
                 rotor.voltage.as_ref().map_or(0.0, |voltage| full_voltage - held(voltage))
             };
             // `acting` is the row whose command the rotor obeys; before its delay has passed, the first one.

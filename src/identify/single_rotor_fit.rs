@@ -11,6 +11,7 @@ use super::significance;
 use crate::estimation::moments::deviation;
 use crate::estimation::quantile::quantile;
 use crate::estimation::variable_projection::{self, LagFit};
+use crate::log::Cells;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::{Beside, RotorLog};
 
@@ -49,8 +50,7 @@ pub(crate) fn excited_part(rotor: &RotorLog) -> Option<RotorLog> {
     let part = first..first + THRESHOLDS.single_fit_rows;
     let inside = |segment: &Range<usize>| segment.start.max(part.start)..segment.end.min(part.end);
     let segments = rotor.segments.iter().map(inside).filter(|it| it.len() > 1).collect();
-    // Rows behind it are not laid out a second time: a log may hold very many.
-    let head = |values: &Vec<f64>| values[..part.end.min(values.len())].to_vec();
+    let head = |values: &Cells| values.part(0..part.end);
     let beside =
         |beside: &Beside| Beside { command: head(&beside.command), rate: beside.rate.as_ref().map(head) };
     Some(RotorLog {

@@ -83,7 +83,7 @@ fn collect(rotors: &[RotorLog], wanted: SteadyCommand, gain: f64, full_voltage: 
             }
         }
         if rows.from_ramps && !parts.is_empty() {
-            rows.ramps.push(RotorLog { rate: known, segments: parts, ..rotor.clone() });
+            rows.ramps.push(RotorLog { rate: known.into(), segments: parts, ..rotor.clone() });
         }
     }
     rows

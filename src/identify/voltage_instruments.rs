@@ -12,6 +12,7 @@ use super::regressors::record_of;
 use crate::effect::step_response;
 use crate::estimation::hats::hats;
 use crate::estimation::ridge::RidgeSums;
+use crate::log::Cells;
 use crate::screening::rotor_data::{Beside, RotorLog, VoltageInstrument};
 
 /// Functions of a rotor's command: u, u², and the first three powers of the rate that they give; and of both rotors.
@@ -39,7 +40,7 @@ pub(crate) fn course(rotor: &RotorLog) -> RotorLog {
     let Some(voltage) = rotor.voltage.as_deref() else { return rotor.clone() };
     let nothing = OfCommand { functions: [0.0; OF_COMMAND], known: true };
     let course = predict(rotor, voltage, &vec![nothing; rotor.time.len()], 0).map(|(course, _)| course);
-    RotorLog { voltage: Some(course.unwrap_or_else(|| voltage.to_vec())), ..rotor.clone() }
+    RotorLog { voltage: course.map(Cells::from).or_else(|| rotor.voltage.clone()), ..rotor.clone() }
 }
 
 /// The log with its voltage replaced; unchanged where it has none, or too little of it.
@@ -52,7 +53,7 @@ pub(crate) fn without_noise(rotor: &RotorLog, response: RotorResponse) -> RotorL
         let Some((predicted, noise)) = predict(&smooth, voltage, &of_command, count) else {
             return rotor.clone();
         };
-        smooth.voltage = Some(predicted);
+        smooth.voltage = Some(predicted.into());
         smooth.instrument = Some(VoltageInstrument { pole: response.pole, noise });
     }
     smooth

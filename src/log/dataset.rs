@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use super::cells::Cells;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::median;
 use crate::signal::Channel;
@@ -151,15 +152,15 @@ pub struct Hole {
     pub length: f64,
 }
 
-/// A log: rising time and named columns of the same length.
+/// A log: rising time and named columns of the same length. Its copies share the columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dataset {
     source_name: String,
     sha256: String,
-    time: Vec<f64>,
+    time: Cells,
     /// [s] median sampling interval: asked for often.
     interval: f64,
-    columns: Vec<(String, Vec<f64>)>,
+    columns: Vec<(String, Cells)>,
 }
 
 fn median_interval(time: &[f64]) -> f64 {
@@ -193,7 +194,7 @@ impl Dataset {
             }
         }
         let interval = median_interval(&time);
-        Ok(Self { source_name, sha256: sha256.into(), time, interval, columns: Vec::new() })
+        Ok(Self { source_name, sha256: sha256.into(), time: time.into(), interval, columns: Vec::new() })
     }
 
     /// Adds a column.
@@ -210,7 +211,7 @@ impl Dataset {
         if column == "time_s" || self.columns.iter().any(|(name, _)| *name == column) {
             return Err(DatasetError::Duplicate { source_name, column });
         }
-        self.columns.push((column, values));
+        self.columns.push((column, values.into()));
         Ok(())
     }
 
@@ -262,7 +263,20 @@ impl Dataset {
     #[must_use]
     pub fn column(&self, name: &str) -> Option<&[f64]> {
         let (_, values) = self.columns.iter().find(|(column, _)| column == name)?;
-        values.iter().any(|value| value.is_finite()).then_some(values.as_slice())
+        values.iter().any(|value| value.is_finite()).then_some(&values[..])
+    }
+
+    /// The same, shared with who holds it.
+    #[must_use]
+    pub fn cells(&self, name: &str) -> Option<Cells> {
+        self.column(name)?;
+        self.columns.iter().find(|(column, _)| column == name).map(|(_, cells)| cells.clone())
+    }
+
+    /// [s] time of each sample, shared with who holds it.
+    #[must_use]
+    pub fn time_cells(&self) -> Cells {
+        self.time.clone()
     }
 
     /// Values of a column that must be there.
@@ -332,7 +346,7 @@ impl Dataset {
     /// The samples of these stretches of rows, one behind the other, as a log of their own: what lies between them is a hole.
     #[must_use]
     pub fn of_rows(&self, stretches: &[Range<usize>]) -> Self {
-        let cut = |values: &[f64]| -> Vec<f64> {
+        let cut = |values: &[f64]| -> Cells {
             stretches.iter().flat_map(|rows| &values[rows.clone()]).copied().collect()
         };
         let columns = self.columns.iter().map(|(name, values)| (name.clone(), cut(values)));
@@ -350,11 +364,11 @@ impl Dataset {
     pub fn slice(&self, rows: Range<usize>) -> Self {
         let end = rows.end.min(self.len());
         let rows = rows.start.min(end)..end;
-        let columns = self.columns.iter().map(|(name, values)| (name.clone(), values[rows.clone()].to_vec()));
+        let columns = self.columns.iter().map(|(name, values)| (name.clone(), values.part(rows.clone())));
         Self {
             source_name: self.source_name.clone(),
             sha256: self.sha256.clone(),
-            time: self.time[rows.clone()].to_vec(),
+            time: self.time.part(rows.clone()),
             interval: median_interval(&self.time[rows.clone()]),
             columns: columns.collect(),
         }

@@ -1,5 +1,7 @@
 //! One channel of a log as the checks see it: its cells, what moves it, and what earlier checks found in it.
 
+use std::borrow::Cow;
+
 use super::Finding;
 use crate::log::Dataset;
 use crate::log::dataset::{of_rotor, rotor_of};
@@ -96,15 +98,15 @@ impl<'a> Channel<'a> {
     }
 
     /// The cells without those that earlier checks took for no measurements; biased ones stay.
-    pub(crate) fn left(&self) -> Vec<f64> {
+    pub(crate) fn left(&self) -> Cow<'a, [f64]> {
         self.without(|_| true)
     }
 
     /// The cells without those of the findings that `counts` says yes to.
-    pub(crate) fn without(&self, counts: impl Fn(&str) -> bool) -> Vec<f64> {
-        let mut left = self.values.to_vec();
+    pub(crate) fn without(&self, counts: impl Fn(&str) -> bool) -> Cow<'a, [f64]> {
+        let mut left = Cow::Borrowed(self.values);
         let judged = self.found.iter().filter(|judged| counts(judged.finding.code));
-        judged.flat_map(|judged| &judged.rows).for_each(|row| left[*row] = f64::NAN);
+        judged.flat_map(|judged| &judged.rows).for_each(|row| left.to_mut()[*row] = f64::NAN);
         left
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Finding;
 use super::missing_commands::Missing;
-use super::rotor_data::RotorLog;
+use super::rotor_data::{HeldVoltage, RotorLog};
 use crate::log::Dataset;
 
 /// A rotor that is being judged.
@@ -25,8 +25,9 @@ pub(crate) struct Suspicion {
 
 impl<'a> Rotor<'a> {
     /// Rotor `number` (from 1) of a log whose channels were judged; `None` when the log does not hold its command.
-    pub(crate) fn read(log: &'a Dataset, number: usize) -> Option<Self> {
-        let (data, missing) = RotorLog::read(log, number)?;
+    /// `voltage` is that of the log.
+    pub(crate) fn read(log: &'a Dataset, voltage: Option<&HeldVoltage>, number: usize) -> Option<Self> {
+        let (data, missing) = RotorLog::read(log, voltage, number)?;
         let measured = log.column(&format!("propeller_rate_{number}_rad_s")).unwrap_or_default();
         Some(Self { data, missing, measured })
     }

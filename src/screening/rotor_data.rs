@@ -1,6 +1,7 @@
 //! One rotor's part of a log, made ready: commands held between samples, stretches over which all of them are known, and
 //! the rates that count.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use super::Finding;
@@ -9,7 +10,7 @@ use super::missing_commands::{self, Missing};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::extremes;
 use crate::log::segments::held_or;
-use crate::log::{self, Dataset};
+use crate::log::{self, Cells, Dataset};
 
 /// [-] below this command a rotor may stand still; the model does not speak of starting from standstill.
 pub(crate) const LEAST_COMMAND: f64 = THRESHOLDS.least_command;
@@ -22,17 +23,17 @@ pub(crate) struct RotorLog {
     /// The number that the rotor's columns have.
     pub number: usize,
     /// [s]
-    pub time: Vec<f64>,
+    pub time: Cells,
     /// [-] each command held until the next.
-    pub command: Vec<f64>,
+    pub command: Cells,
     /// [rad/s] not-a-number = not measured, or the rotor is standing or starting.
-    pub rate: Vec<f64>,
+    pub rate: Cells,
     /// [V] each reading held until the next.
-    pub voltage: Option<Vec<f64>>,
+    pub voltage: Option<Cells>,
     /// [s] longest time between two readings of the voltage.
     pub voltage_gap: Option<(f64, f64)>,
     /// [N] not-a-number = not measured.
-    pub thrust: Option<Vec<f64>>,
+    pub thrust: Option<Cells>,
     /// Stretches without holes over which every command is known.
     pub segments: Vec<Range<usize>>,
     /// [s] median sampling interval.
@@ -47,9 +48,9 @@ pub(crate) struct RotorLog {
 #[derive(Debug, Clone)]
 pub(crate) struct Beside {
     /// [-] each command held until the next.
-    pub command: Vec<f64>,
+    pub command: Cells,
     /// [rad/s] as `RotorLog::rate`; `None` = no such column.
-    pub rate: Option<Vec<f64>>,
+    pub rate: Option<Cells>,
 }
 
 /// A voltage without the noise of its reading.
@@ -61,17 +62,30 @@ pub(crate) struct VoltageInstrument {
     pub noise: f64,
 }
 
+/// The battery's voltage of a log, which all its rotors share.
+pub(crate) struct HeldVoltage {
+    /// [V] each reading held until the next.
+    held: Cells,
+    /// [s] longest time between two readings.
+    gap: Option<(f64, f64)>,
+}
+
+impl HeldVoltage {
+    /// `None` where the log has none.
+    pub(crate) fn of(log: &Dataset) -> Option<Self> {
+        let voltage = log.cells(BATTERY)?;
+        Some(Self { gap: longest_gap(log.time(), &voltage), held: held_throughout(voltage) })
+    }
+}
+
 /// What the numbers of both rotors of a log add up to.
 const OTHER: usize = 3;
 
 impl Beside {
     fn of(log: &Dataset, rotor: usize) -> Option<Self> {
-        let command = log.column(&format!("command_{rotor}"))?;
-        let rate = log.column(&format!("propeller_rate_{rotor}_rad_s"));
-        command
-            .iter()
-            .any(|command| command.is_finite())
-            .then(|| Self { command: held_or(command, f64::NAN), rate: rate.map(<[f64]>::to_vec) })
+        let command = log.cells(&format!("command_{rotor}"))?;
+        let rate = log.cells(&format!("propeller_rate_{rotor}_rad_s"));
+        Some(Self { command: held_throughout(command), rate })
     }
 }
 
@@ -80,28 +94,27 @@ impl RotorLog {
     pub(crate) const FEWEST_ROWS: usize = THRESHOLDS.fewest_rows;
 
     /// The part of rotor `rotor` (from 1) as it is logged, and the commands that are missing; `None` when the log does not hold
-    /// its command. Without a column of rates none is measured.
-    pub fn read(log: &Dataset, rotor: usize) -> Option<(Self, Missing)> {
-        let column = |stem: &str, unit: &str| log.column(&format!("{stem}_{rotor}{unit}"));
+    /// its command. Without a column of rates none is measured. `voltage` is that of the log.
+    pub fn read(log: &Dataset, voltage: Option<&HeldVoltage>, rotor: usize) -> Option<(Self, Missing)> {
+        let column = |stem: &str, unit: &str| log.cells(&format!("{stem}_{rotor}{unit}"));
         let command = column("command", "")?;
         let rate = column("propeller_rate", "_rad_s");
-        let voltage = log.column(BATTERY);
         let mut segments = log.segments();
         for segment in &mut segments {
             // Before the first command of a stretch nobody knows what the rotor was commanded.
             segment.start = segment.clone().find(|&row| command[row].is_finite()).unwrap_or(segment.end);
         }
         segments.retain(|segment| segment.len() > Self::FEWEST_ROWS);
-        let missing = missing_commands::find(log.time(), command, &segments);
+        let missing = missing_commands::find(log.time(), &command, &segments);
         let this = Self {
             file: log.source_name().to_owned(),
             number: rotor,
-            time: log.time().to_vec(),
-            command: held(command, &segments),
-            rate: rate.map_or_else(|| vec![f64::NAN; log.len()], <[f64]>::to_vec),
-            voltage: voltage.map(|voltage| held_or(voltage, f64::NAN)),
-            voltage_gap: voltage.and_then(|voltage| longest_gap(log.time(), voltage)),
-            thrust: column("thrust", "_n").map(<[f64]>::to_vec),
+            time: log.time_cells(),
+            command: held_cells(command, &segments),
+            rate: rate.unwrap_or_else(|| vec![f64::NAN; log.len()].into()),
+            voltage: voltage.map(|it| it.held.clone()),
+            voltage_gap: voltage.and_then(|it| it.gap),
+            thrust: column("thrust", "_n"),
             segments: missing.known.iter().filter(|known| known.len() > 1).cloned().collect(),
             interval: log.median_interval(),
             instrument: None,
@@ -155,7 +168,7 @@ impl RotorLog {
         let optional = [&mut head.voltage, &mut head.thrust].into_iter().flatten();
         let beside = head.beside.as_mut().map(|it| std::iter::once(&mut it.command).chain(&mut it.rate));
         let columns = columns.into_iter().chain(optional).chain(beside.into_iter().flatten());
-        columns.for_each(|column| column.truncate(rows));
+        columns.for_each(|column| *column = column.part(0..rows));
         head.segments.iter_mut().for_each(|segment| segment.end = segment.end.min(rows));
         head.segments.retain(|segment| segment.start < segment.end);
         head
@@ -191,16 +204,27 @@ pub(crate) fn bounds(values: &[f64]) -> (f64, f64) {
 }
 
 /// Each value held over missing cells, inside each stretch only.
-pub(crate) fn held(values: &[f64], segments: &[Range<usize>]) -> Vec<f64> {
-    let mut held = values.to_vec();
-    for segment in segments {
-        for row in segment.clone().skip(1) {
-            if !held[row].is_finite() {
-                held[row] = held[row - 1];
-            }
-        }
+pub(crate) fn held<'a>(values: &'a [f64], segments: &[Range<usize>]) -> Cow<'a, [f64]> {
+    let rows = || segments.iter().flat_map(|segment| segment.clone().skip(1));
+    let mut held = Cow::Borrowed(values);
+    for row in rows().filter(|row| !values[*row].is_finite()) {
+        let held = held.to_mut();
+        held[row] = held[row - 1];
     }
     held
+}
+
+/// The same of cells that others hold, too.
+fn held_cells(cells: Cells, segments: &[Range<usize>]) -> Cells {
+    match held(&cells, segments) {
+        Cow::Owned(held) => held.into(),
+        Cow::Borrowed(_) => cells,
+    }
+}
+
+/// Each value held over missing cells of the whole column; leading ones hold the first.
+fn held_throughout(values: Cells) -> Cells {
+    if values.iter().all(|value| value.is_finite()) { values } else { held_or(&values, f64::NAN).into() }
 }
 
 /// [s] the longest time in which a column has no reading: from the last before, or the log's begin, to the next, or its end.

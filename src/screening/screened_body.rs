@@ -97,7 +97,7 @@ impl<'a> Input<'a> {
             torque.iter().filter(|it| it.is_finite()).fold(f64::MIN_POSITIVE, |most, it| most.max(it.abs()));
         let commands: Vec<f64> = torque.iter().map(|torque| torque / greatest).collect();
         let known = missing_commands::find(log.time(), &commands, &segments).known;
-        (Self { known, lacks: COMMANDS_MISSING, modelled: None }, held(torque, &segments))
+        (Self { known, lacks: COMMANDS_MISSING, modelled: None }, held(torque, &segments).into_owned())
     }
 }
 

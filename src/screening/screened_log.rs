@@ -8,12 +8,14 @@ use super::battery::Battery;
 use super::channel::{self, BATTERY, Channel, Judgement, OF_BODY};
 use super::checks;
 use super::column::{Column, Remark};
+use super::rotor_data::HeldVoltage;
 use super::screened_body::ScreenedBody;
 use super::screened_rotor::ScreenedRotor;
 use super::screened_thrust::ScreenedThrust;
 use super::{Finding, ScreeningError};
 use crate::log::Dataset;
 use crate::log::dataset::{MOST_ROTORS, rotor_of};
+use crate::threads::spread;
 
 /// A log, and what of it is a measurement. Its copies share what it holds.
 ///
@@ -96,15 +98,16 @@ impl ScreenedChannel {
 impl From<Dataset> for ScreenedLog {
     fn from(raw: Dataset) -> Self {
         let names = channel::screened(&raw);
-        let mut channels: Vec<ScreenedChannel> =
-            names.into_iter().filter_map(|name| ScreenedChannel::of(&raw, name)).collect();
+        let judged = spread(&names, |name| ScreenedChannel::of(&raw, name));
+        let mut channels: Vec<ScreenedChannel> = judged.into_iter().flatten().collect();
         let mut cleaned = None;
         channels.iter().for_each(|channel| channel.take_out(&raw, &mut cleaned));
         let log = cleaned.as_ref().unwrap_or(&raw);
+        let voltage = HeldVoltage::of(log);
         let rotor = |number: usize| {
             let rate = format!("propeller_rate_{number}_rad_s");
             let rates = channels.iter().find(|channel| channel.name == rate);
-            ScreenedRotor::of(log, number, rates.map_or(&[], |channel| &channel.judgements))
+            ScreenedRotor::of(log, voltage.as_ref(), number, rates.map_or(&[], |channel| &channel.judgements))
         };
         let mut rotors: Vec<ScreenedRotor> = (1..=MOST_ROTORS).filter_map(rotor).collect();
         let thrust = |number: usize| {

@@ -9,7 +9,7 @@ use super::channel::Judgement;
 use super::checks;
 use super::left_out::{COMMANDS_MISSING, HOLES, SHORT_RUN};
 use super::rotor::{Rotor, Suspicion};
-use super::rotor_data::{LEAST_COMMAND, RotorLog};
+use super::rotor_data::{HeldVoltage, LEAST_COMMAND, RotorLog};
 use super::{Finding, ScreeningError};
 use crate::log::Dataset;
 
@@ -35,10 +35,16 @@ pub struct ScreenedRotor {
 }
 
 impl ScreenedRotor {
-    /// Judges rotor `number` (from 1) of a log whose channels were judged: `rates` is what was found in its rate. `None` when
+    /// Judges rotor `number` (from 1) of a log whose channels were judged: `rates` is what was found in its rate, `voltage` that of
+    /// the log. `None` when
     /// the log does not hold its command.
-    pub(crate) fn of(log: &Dataset, number: usize, rates: &[Judgement]) -> Option<Self> {
-        let mut rotor = Rotor::read(log, number)?;
+    pub(crate) fn of(
+        log: &Dataset,
+        voltage: Option<&HeldVoltage>,
+        number: usize,
+        rates: &[Judgement],
+    ) -> Option<Self> {
+        let mut rotor = Rotor::read(log, voltage, number)?;
         let mut why = vec![None; log.len()];
         // A row has the first reason that was found.
         rates.iter().rev().for_each(|judged| mark(&mut why, judged));

@@ -122,10 +122,10 @@ pub(crate) fn powered(
     RotorLog {
         file: "test".to_owned(),
         number: 1,
-        time,
-        command,
-        rate,
-        voltage: Some(volts),
+        time: time.into(),
+        command: command.into(),
+        rate: rate.into(),
+        voltage: Some(volts.into()),
         voltage_gap: None,
         thrust: None,
         segments,
@@ -138,8 +138,8 @@ pub(crate) fn powered(
 /// The same run measured: 1.5 rad/s of noise on the rate, 0.01 V on the voltage.
 pub(crate) fn measured(truth: &RotorLog, noise: &mut Noise) -> RotorLog {
     let mut log = truth.clone();
-    log.rate = noise.on(&truth.rate, 1.5);
-    log.voltage = truth.voltage.as_ref().map(|volts| noise.white_on(volts, 0.01));
+    log.rate = noise.on(&truth.rate, 1.5).into();
+    log.voltage = truth.voltage.as_ref().map(|volts| noise.white_on(volts, 0.01).into());
     log
 }
 

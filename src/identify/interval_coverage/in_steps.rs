@@ -17,7 +17,8 @@ fn the_curve_behind_a_battery_read_in_steps() {
         let noise = &mut Noise::new(9000 + run, 0.0);
         let exact = truth.voltage.as_deref().expect("there");
         let read = noise.white_on(exact, 0.02).iter().map(|volts| (10.0 * volts).round() / 10.0).collect();
-        let mut log = RotorLog { rate: noise.on(&truth.rate, 1.5), voltage: Some(read), ..truth.clone() };
+        let mut log =
+            RotorLog { rate: noise.on(&truth.rate, 1.5).into(), voltage: Some(read), ..truth.clone() };
         assert_eq!(quantized_voltage::mend(&mut log), None);
         let rows = steady_rows::steady_rows(&[log], K_V, FULL_VOLTAGE).expect("ramps");
         let curve = |degree| static_curve::identify(&rows, 0.0, degree, None).expect("a curve");

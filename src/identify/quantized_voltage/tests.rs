@@ -29,7 +29,7 @@ fn read(step: f64, noise: f64, moves: bool) -> (RotorLog, Vec<f64>) {
         file: "log.csv".to_owned(),
         number: 1,
         time: (0..ROWS).map(|row| 0.02 * row as f64).collect(),
-        command: vec![0.4; ROWS],
+        command: vec![0.4; ROWS].into(),
         rate: (0..ROWS).map(|row| rate(row, moves)).collect(),
         voltage: Some(read),
         voltage_gap: None,
