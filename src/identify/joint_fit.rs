@@ -17,6 +17,7 @@ use crate::estimation::moments::mean;
 use crate::estimation::variable_projection::{self, LagFit, Record};
 use crate::screening::Finding;
 use crate::screening::rotor_data::RotorLog;
+use crate::threads::spread;
 
 /// The joint fit.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -175,7 +176,7 @@ fn with_battery(
     asked: Option<usize>,
 ) -> Option<JointFit> {
     let is_delayed = |(.., tried): &(Problem<'_>, Vec<DegreeScore>, Candidates)| tried.delayed.is_some();
-    let course: Vec<RotorLog> = rotors.iter().map(voltage_instruments::course).collect();
+    let course: Vec<RotorLog> = spread(rotors, voltage_instruments::course);
     let first = delays.then(|| select(&course, full_voltage, (true, true), asked)).flatten();
     if let Some(first) = first.filter(is_delayed) {
         return Some(beside_delay(rotors, first, asked));
@@ -260,7 +261,7 @@ fn fit_response(
 
 /// The logs with the noise of their voltage taken away.
 fn instrumented(rotors: &[RotorLog], response: RotorResponse) -> Vec<RotorLog> {
-    rotors.iter().map(|rotor| voltage_instruments::without_noise(rotor, response)).collect()
+    spread(rotors, |rotor| voltage_instruments::without_noise(rotor, response))
 }
 
 /// An instrument has lost the noise of the reading, and yet was fitted to readings that have it: what is left in it weighs on the

@@ -1,5 +1,7 @@
 //! From rotor logs to the record that the pole is fitted to: which inputs, and with which delay.
 
+use std::ops::Range;
+
 use super::thresholds::THRESHOLDS;
 use crate::estimation::variable_projection::Record;
 use crate::screening::rotor_data::RotorLog;
@@ -28,41 +30,73 @@ pub(crate) fn record_of<const M: usize>(
     for rotor in rotors {
         for segment in &rotor.segments {
             let start = record.time.len();
-            // A battery does not jump as a command does: over an interval it counts with both ends.
-            let drop_at = |row: usize| {
-                let next = (row + 1).min(segment.end - 1);
-                let interval = rotor.time[next] - rotor.time[row];
-                let weight = rotor.instrument.map_or(0.5, |it| end_weight(it.pole * interval));
-                let held = |voltage: &[f64]| voltage[row] + weight * (voltage[next] - voltage[row]);
-                rotor.voltage.as_ref().map_or(0.0, |voltage| full_voltage - held(voltage))
-            };
-            // `acting` is the row whose command the rotor obeys; before its delay has passed, the first one.
-            let mut acting = segment.start;
-            let heard = if delay > 0.0 {
-                rotor.time[segment.start] + THRESHOLDS.unheard_intervals * rotor.interval
-            } else {
-                f64::NEG_INFINITY
-            };
-            for row in segment.clone() {
-                let now = rotor.time[row];
-                let rate = if now < heard { f64::NAN } else { rotor.rate[row] };
-                while acting < row && rotor.time[acting + 1] + delay <= now {
-                    acting += 1;
-                }
-                push(&mut record, now, rate, inputs(rotor.command[acting], drop_at(row)));
-                let next = if row + 1 < segment.end { rotor.time[row + 1] } else { continue };
-                while acting < row && rotor.time[acting + 1] + delay < next {
-                    acting += 1;
-                    if rotor.command[acting] != rotor.command[acting - 1] {
-                        let switch = rotor.time[acting] + delay;
-                        push(&mut record, switch, f64::NAN, inputs(rotor.command[acting], drop_at(row)));
-                    }
-                }
-            }
+            walk(rotor, segment, full_voltage, delay, |it| {
+                record.time.push(it.time);
+                record.output.push(it.rate);
+                record.inputs.push(inputs(it.command, it.drop));
+            });
             record.segments.push(start..record.time.len());
         }
     }
     record
+}
+
+/// What acts on a rotor from one instant on.
+pub(crate) struct Acting {
+    /// The row of the log; `None` between two rows, where a command comes with its delay.
+    pub row: Option<usize>,
+    /// [s]
+    pub time: f64,
+    /// [rad/s] what was measured; not-a-number = nothing, or not to be scored.
+    pub rate: f64,
+    /// [-] the command that the rotor obeys.
+    pub command: f64,
+    /// [V] v_bmax - v_b.
+    pub drop: f64,
+}
+
+/// Goes through a stretch of a rotor's rows as [`record_of`] lays them out.
+pub(crate) fn walk(
+    rotor: &RotorLog,
+    segment: &Range<usize>,
+    full_voltage: f64,
+    delay: f64,
+    mut visit: impl FnMut(Acting),
+) {
+    let (times, rates, commands) = (&rotor.time[..], &rotor.rate[..], &rotor.command[..]);
+    let voltage = rotor.voltage.as_deref();
+    // A battery does not jump as a command does: over an interval it counts with both ends.
+    let drop_at = |row: usize| {
+        let next = (row + 1).min(segment.end - 1);
+        let interval = times[next] - times[row];
+        let weight = rotor.instrument.map_or(0.5, |it| end_weight(it.pole * interval));
+        let held = |voltage: &[f64]| voltage[row] + weight * (voltage[next] - voltage[row]);
+        voltage.map_or(0.0, |voltage| full_voltage - held(voltage))
+    };
+    // `acting` is the row whose command the rotor obeys; before its delay has passed, the first one.
+    let mut acting = segment.start;
+    let heard = if delay > 0.0 {
+        times[segment.start] + THRESHOLDS.unheard_intervals * rotor.interval
+    } else {
+        f64::NEG_INFINITY
+    };
+    for row in segment.clone() {
+        let time = times[row];
+        let rate = if time < heard { f64::NAN } else { rates[row] };
+        while acting < row && times[acting + 1] + delay <= time {
+            acting += 1;
+        }
+        let drop = drop_at(row);
+        visit(Acting { row: Some(row), time, rate, command: commands[acting], drop });
+        let next = if row + 1 < segment.end { times[row + 1] } else { continue };
+        while acting < row && times[acting + 1] + delay < next {
+            acting += 1;
+            if commands[acting] != commands[acting - 1] {
+                let time = times[acting] + delay;
+                visit(Acting { row: None, time, rate: f64::NAN, command: commands[acting], drop });
+            }
+        }
+    }
 }
 
 /// [-] with which the end of an interval counts beside its beginning, of what moves in it as 1 - e^(-p s), for what follows
@@ -72,10 +106,4 @@ fn end_weight(through: f64) -> f64 {
     let gone = 1.0 - left;
     // Evenly, and 1/12 of p T more, where the difference of the two terms drowns.
     if through.abs() < 1e-3 { 0.5 + through / 12.0 } else { (gone - through * left) / (gone * gone) }
-}
-
-fn push<const M: usize>(record: &mut Record<M>, time: f64, output: f64, inputs: [f64; M]) {
-    record.time.push(time);
-    record.output.push(output);
-    record.inputs.push(inputs);
 }
