@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use super::csv_blocks::{self, number};
+use super::csv_parts::{self, Parts};
 use super::dataset::{Dataset, DatasetError};
 use super::limits::{self, MOST_COLUMNS, shortened};
 use super::lines::Lines;
@@ -81,7 +82,7 @@ pub fn content_hash(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
 }
 
-fn hexadecimal(bytes: &[u8]) -> String {
+pub(super) fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().fold(String::with_capacity(64), |mut text, byte| {
         // Writing to a `String` cannot fail.
         let _ = write!(text, "{byte:02x}");
@@ -110,6 +111,10 @@ pub fn file_hash(path: &Path) -> io::Result<String> {
 /// # Errors
 /// [`LogError`] with file, line and column.
 pub fn read(path: &Path) -> Result<Dataset, LogError> {
+    let all = NonZeroUsize::new(threads::most());
+    if let Some(Parts { header, hash, columns }) = threads::limited(all, || csv_parts::read(path)) {
+        return dataset(header, hash, columns, path);
+    }
     let bytes = limits::read(path).map_err(|source| LogError::File { path: path.to_owned(), source })?;
     parse(&bytes, path)
 }
@@ -119,7 +124,7 @@ pub fn read(path: &Path) -> Result<Dataset, LogError> {
 /// # Errors
 /// [`LogError`] with file, line and column.
 pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
-    let text = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
+    let text = without_mark(bytes);
     let mut reader = csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).from_reader(text);
     let header: Vec<String> =
         reader.headers().map_err(|error| syntax(&error, path))?.iter().map(str::to_owned).collect();
@@ -130,20 +135,58 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
         let reason = format!("{} columns; {MOST_COLUMNS} are the most", header.len());
         return Err(LogError::Syntax { path: path.to_owned(), line: 1, reason });
     }
-    // The first line is the header, unless it is empty or goes on behind a quote: then nothing is plain.
-    let body = memchr::memchr(b'\n', text).map_or(&[][..], |end| &text[end + 1..]);
-    let header_line = text[..text.len() - body.len()].trim_ascii_end();
-    let is_plain = !header_line.is_empty() && memchr::memchr2(b'"', b'\r', header_line).is_none();
-    let plain = || is_plain.then(|| csv_blocks::columns(body, header.len(), time_at)).flatten();
+    let plain = || csv_blocks::columns(plain_body(text)?, header.len(), time_at);
     let all = NonZeroUsize::new(threads::most());
     let (hash, plain) = threads::both(|| content_hash(bytes), || threads::limited(all, plain));
-    let mut columns = match plain {
+    let columns = match plain {
         Some(columns) => columns,
         None => by_rows(reader, text, path, (&header, time_at))?,
     };
-    let time = std::mem::take(&mut columns[time_at]);
+    dataset(Header { names: header, time_at }, hash, columns, path)
+}
+
+/// The names of the columns.
+#[derive(Debug, Clone)]
+pub(super) struct Header {
+    pub names: Vec<String>,
+    /// Which of them is time.
+    pub time_at: usize,
+}
+
+impl Header {
+    /// The header of bytes that begin with a plain line, and where that ends.
+    pub(super) fn of_plain(bytes: &[u8]) -> Option<(Self, usize)> {
+        let text = without_mark(bytes);
+        let body = plain_body(text)?;
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text);
+        let names: Vec<String> = reader.headers().ok()?.iter().map(str::to_owned).collect();
+        let time_at = names.iter().position(|name| name == "time_s")?;
+        (names.len() <= MOST_COLUMNS).then_some((Self { names, time_at }, bytes.len() - body.len()))
+    }
+}
+
+/// The bytes without the mark of their order, which some write before a text.
+fn without_mark(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes)
+}
+
+/// The text behind its header. That is the first line, unless it is empty or goes on behind a quote: then nothing is plain.
+fn plain_body(text: &[u8]) -> Option<&[u8]> {
+    let body = memchr::memchr(b'\n', text).map_or(&[][..], |end| &text[end + 1..]);
+    let header = text[..text.len() - body.len()].trim_ascii_end();
+    (!header.is_empty() && memchr::memchr2(b'"', b'\r', header).is_none()).then_some(body)
+}
+
+/// The log of these columns.
+fn dataset(
+    Header { names, time_at }: Header,
+    hash: String,
+    mut columns: Vec<Vec<f64>>,
+    path: &Path,
+) -> Result<Dataset, LogError> {
+    let time = columns.get_mut(time_at).map(std::mem::take).unwrap_or_default();
     let mut log = Dataset::new(path.display().to_string(), hash, time)?;
-    for (index, (name, values)) in header.into_iter().zip(columns).enumerate() {
+    for (index, (name, values)) in names.into_iter().zip(columns).enumerate() {
         if index != time_at && !name.is_empty() {
             log.insert(name, values)?;
         }

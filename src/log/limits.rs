@@ -5,7 +5,7 @@ use std::io::{self, Read as _};
 use std::path::Path;
 
 /// [bytes] longest file that is read whole.
-const LONGEST_FILE: u64 = 4 << 30;
+pub(super) const LONGEST_FILE: u64 = 4 << 30;
 /// [bytes] most that is read of what has no length, as a pipe.
 const LONGEST_STREAM: u64 = 256 << 20;
 /// Most columns of a table: a log of sixteen rotors has some hundred.

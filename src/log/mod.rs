@@ -11,6 +11,7 @@ pub mod candump;
 pub mod cells;
 pub mod csv;
 mod csv_blocks;
+mod csv_parts;
 mod csv_table;
 pub mod dataflash;
 pub mod dataset;

@@ -1,0 +1,122 @@
+//! A long plain CSV file, read a part at a time: its text need not lie in memory beside its numbers.
+
+use std::fs::File;
+use std::io::{self, Read as _};
+use std::path::Path;
+
+use sha2::{Digest, Sha256};
+
+use super::csv::{Header, hexadecimal};
+use super::csv_blocks;
+use super::limits::LONGEST_FILE;
+use crate::threads::both;
+
+/// [bytes] from which on a file is read in parts.
+const LONG: u64 = 4 * PART as u64;
+/// [bytes] of a part: some blocks for each core.
+const PART: usize = 16 << 20;
+
+/// What a file holds.
+pub(super) struct Parts {
+    pub header: Header,
+    /// SHA-256 of all bytes, in hexadecimal.
+    pub hash: String,
+    pub columns: Vec<Vec<f64>>,
+}
+
+/// The columns of a long plain file; `None` of any other, which is for the reader that knows what it means, or what is wrong.
+pub(super) fn read(path: &Path) -> Option<Parts> {
+    let file = File::open(path).ok()?;
+    let found = file.metadata().ok()?;
+    let is_long = found.is_file() && (LONG..=LONGEST_FILE).contains(&found.len());
+    // What cannot be read here cannot be read whole either, which says why.
+    if is_long { in_parts(file, found.len(), PART).ok().flatten() } else { None }
+}
+
+/// Reads `length` bytes or more, `part` of them at a time.
+fn in_parts(mut input: impl io::Read, length: u64, part: usize) -> io::Result<Option<Parts>> {
+    let mut hash = Sha256::new();
+    let mut found: Option<(Header, Vec<Vec<f64>>)> = None;
+    // Bytes of a line that goes on in the next part.
+    let mut text: Vec<u8> = Vec::new();
+    loop {
+        let carried = text.len();
+        let fresh = input.by_ref().take(part as u64).read_to_end(&mut text)?;
+        // The last line may have no end; any other part goes up to the end of one.
+        let end =
+            if fresh == 0 { text.len() } else { memchr::memrchr(b'\n', &text).map_or(0, |end| end + 1) };
+        let (header, start) = match &found {
+            Some((header, _)) => (header.clone(), 0),
+            // A header longer than a part is none.
+            None if end == 0 => return Ok(None),
+            None => match Header::of_plain(&text[..end]) {
+                Some(header) => header,
+                None => return Ok(None),
+            },
+        };
+        let body = text.get(start..end).unwrap_or_default();
+        let columns = || csv_blocks::columns(body, header.names.len(), header.time_at);
+        let ((), columns) = both(|| hash.update(&text[carried..]), columns);
+        let Some(columns) = columns else { return Ok(None) };
+        match &mut found {
+            None => found = Some((header, with_room(columns, length, end))),
+            Some((_, all)) => {
+                all.iter_mut().zip(&columns).for_each(|(all, part)| all.extend_from_slice(part))
+            }
+        }
+        if fresh == 0 {
+            break;
+        }
+        text.drain(..end);
+    }
+    let hash = hexadecimal(&hash.finalize());
+    Ok(found.map(|(header, mut columns)| {
+        columns.iter_mut().for_each(Vec::shrink_to_fit);
+        Parts { header, hash, columns }
+    }))
+}
+
+/// Columns with room for as many rows as `length` bytes hold, if all are like the first `read`.
+fn with_room(mut columns: Vec<Vec<f64>>, length: u64, read: usize) -> Vec<Vec<f64>> {
+    // A little more, since rows are not all of one length; what is not written to takes no memory.
+    let times = 1.05 * length as f64 / read.max(1) as f64;
+    columns.iter_mut().for_each(|column| column.reserve((times * column.len() as f64) as usize));
+    columns
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::csv;
+
+    fn parts(text: &str, part: usize) -> Option<Parts> {
+        in_parts(text.as_bytes(), text.len() as u64, part).expect("memory can be read")
+    }
+
+    /// Parts that end within lines, at their ends and behind the whole text.
+    #[test]
+    fn a_file_in_parts_is_the_file_as_a_whole() {
+        let rows: String = (0..300).map(|row| format!("{row},{}.25\r\n\n", row * 37 % 100)).collect();
+        for text in [format!("\u{feff}time_s, a\r\n{rows}300,1"), format!("time_s, a\n{rows}")] {
+            let whole = csv::parse(text.as_bytes(), Path::new("log.csv")).expect("a log");
+            for part in [16, 20, 21, 22, 64, 1_000, 100_000] {
+                let Parts { header, hash, columns } = parts(&text, part).expect("plain");
+                assert_eq!(
+                    (&header.names[..], header.time_at),
+                    (&["time_s".to_owned(), "a".to_owned()][..], 0)
+                );
+                assert_eq!(hash, whole.sha256());
+                assert_eq!(columns[0], whole.time(), "{part}");
+                assert_eq!(columns[1], whole.column("a").expect("there"), "{part}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_plain_is_left_to_the_reader_of_the_whole() {
+        for text in ["", "a,b\n0,1\n", "time_s,a\n0,1\n1,x\n", "time_s,\"a\n\"\n0,1\n", "time_s,a\n0,1\n,2\n"]
+        {
+            assert!(parts(text, 10).is_none(), "{text:?}");
+        }
+    }
+}
