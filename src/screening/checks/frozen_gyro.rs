@@ -45,9 +45,19 @@ pub(crate) fn check(channel: &Channel) -> Option<Judgement> {
     Some(Judgement::new(finding, rows))
 }
 
-/// Whether something in the log says what the body does or what turns it: else nothing can be asked.
-pub(super) fn can_ask(log: &Dataset) -> bool {
-    log.column(BODY_ANGLE).is_some() || drive(log).is_some()
+/// Whether the body's angle moves over these rows, or, where none is measured or it never moves, a command, a torque or a rotor: what
+/// the body may have followed. Where the log has none of them nothing can be asked, and it may.
+pub(super) fn body_may_move(log: &Dataset, rows: &[usize]) -> bool {
+    if let Some(angle) = log.column(BODY_ANGLE).filter(|angle| range(angle.iter().copied()) > 0.0) {
+        return !rests(angle, rows);
+    }
+    let is_drive = |name: &&str| name.contains("command") || name.starts_with("propeller_rate");
+    let mut drives = log.names().filter(is_drive).filter_map(|name| log.column(name)).peekable();
+    let moves = |drive: &[f64]| {
+        let all = range(drive.iter().copied());
+        all > 0.0 && range(rows.iter().map(|row| drive[*row])) >= THRESHOLDS.frozen_drive_share * all
+    };
+    drives.peek().is_none() || drives.any(moves)
 }
 
 /// Greatest less least of what is finite.

@@ -1,10 +1,11 @@
 //! A reading that repeats one value for longer than its own motion explains, where nothing can be asked whether what it measures moved
-//! meanwhile: a battery, a current, a thrust. Of a rate beside its command, and of a gyro beside an angle or what turns the body,
-//! `rate_frozen` and `frozen_gyro` ask, and theirs is the word.
+//! meanwhile: a battery, a current, a thrust. Of a rate beside its command `rate_frozen` asks, and its is the word. Of a gyro
+//! `frozen_gyro` asks, and leaves open what a body may do: rest at zero, or turn evenly. That is in doubt where the angle, or what
+//! turns the body, moves meanwhile; where they stand, the body may stand as well.
 
 use std::ops::Range;
 
-use super::frozen_gyro;
+use super::frozen_gyro::{self, GYRO_FROZEN};
 use crate::log::dataset::rotor_of;
 use crate::screening::channel::{BATTERY, BODY_RATE};
 use crate::screening::column::{Column, Remark};
@@ -16,16 +17,34 @@ pub const PERHAPS_FROZEN: &str = "perhaps_frozen";
 
 /// Runs of equal values that are too long for the column. A rotor that stands still reads zero, rightly.
 pub(crate) fn check(column: &Column) -> Vec<Remark> {
+    let values: Vec<f64> = column.present.iter().map(|row| column.values[*row]).collect();
+    if column.name == BODY_RATE {
+        return of_gyro(column, &values);
+    }
     if !column.is_moving_reading() || is_asked_elsewhere(column) {
         return Vec::new();
     }
-    let values: Vec<f64> = column.present.iter().map(|row| column.values[*row]).collect();
     let stands = |value: f64| is_rate(column) && value == 0.0;
     let found = too_long(&values);
     let found = if column.name == BATTERY { without_treads(&values, found) } else { found };
     let runs = found.into_iter().filter(|run| !stands(values[run.start]));
+    remark(column, runs)
+}
+
+fn remark(column: &Column, runs: impl Iterator<Item = Range<usize>>) -> Vec<Remark> {
     let stretch = |run: Range<usize>| column.stretch(column.present[run.start], column.present[run.end - 1]);
     column.remark(PERHAPS_FROZEN, runs.map(stretch).collect())
+}
+
+/// The same of a gyro, all of the log where it never moves, as far as the body does.
+fn of_gyro(column: &Column, values: &[f64]) -> Vec<Remark> {
+    let found =
+        if column.is_constant() { std::iter::once(0..values.len()).collect() } else { too_long(values) };
+    let known = column.judgement(&[GYRO_FROZEN]).map_or(&[][..], |judged| &judged.rows);
+    let rows = |run: &Range<usize>| &column.present[run.clone()];
+    let is_known = |run: &Range<usize>| rows(run).iter().any(|row| known.binary_search(row).is_ok());
+    let moves = |run: &Range<usize>| frozen_gyro::body_may_move(column.log, rows(run));
+    remark(column, found.into_iter().filter(|run| !is_known(run) && moves(run)))
 }
 
 fn is_rate(column: &Column) -> bool {
@@ -34,7 +53,7 @@ fn is_rate(column: &Column) -> bool {
 
 fn is_asked_elsewhere(column: &Column) -> bool {
     let command = || rotor_of(column.name).and_then(|rotor| column.log.column(&format!("command_{rotor}")));
-    is_rate(column) && command().is_some() || column.name == BODY_RATE && frozen_gyro::can_ask(column.log)
+    is_rate(column) && command().is_some()
 }
 
 /// The runs of equal values that a reading did not just go on from: a battery that is read in steps stands on each. At the

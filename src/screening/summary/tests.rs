@@ -100,6 +100,45 @@ fn a_current_that_stands_is_perhaps_frozen() {
     assert!(current.frozen.len() == 1 && (current.frozen[0].length_s - 0.59).abs() < 1e-9);
 }
 
+/// A gyro without an angle beside it: dead at zero for a while, or at one value throughout. It is in doubt while a command moves,
+/// and not while it stands.
+#[test]
+fn a_gyro_that_stands_is_perhaps_frozen_while_what_turns_the_body_moves() {
+    let dead = |from: usize, value: f64| {
+        move |row: usize, rate: &mut f64| {
+            if (from..from + 200).contains(&row) {
+                *rate = value;
+            }
+        }
+    };
+    // It is held for two seconds, and moves before and after.
+    let held = |row: usize| if (300..500).contains(&row) { 0 } else { row / 50 % 2 };
+    let command: Vec<f64> = (0..1000).map(|row| 0.4 + 0.2 * held(row) as f64).collect();
+    let found = |mut log: Dataset, name: &str| {
+        log.insert(name, command.clone()).expect("fits");
+        let found = summary(&log);
+        let of_gyro =
+            found.findings.iter().filter(|it| it.subject == "body_rate_rad_s" && it.code == PERHAPS_FROZEN);
+        assert_eq!(of_gyro.count(), found.channels[0].frozen.len());
+        found.channels[0]
+            .frozen
+            .iter()
+            .map(|it| (it.value, (100.0 * it.length_s).round() as i32))
+            .collect::<Vec<_>>()
+    };
+    let beside = |log: Dataset| found(log, "command_1");
+    assert_eq!(beside(log(dead(600, 0.0))), [(0.0, 199)], "dead at zero");
+    assert_eq!(beside(log(dead(300, 0.0))), [], "beside a command that stands");
+    assert_eq!(beside(log(|_, rate| *rate = 0.0)), [(0.0, 999)], "throughout");
+    assert_eq!(beside(log(|_, rate| *rate = 0.3)), [(0.3, 999)]);
+    assert_eq!(beside(log(|row, rate| *rate = if row < 300 { 0.0 } else { *rate })), [(0.0, 299)]);
+    assert_eq!(found(log(dead(300, 0.0)), "torque_command_nm"), [], "beside a torque that stands");
+    let still = vec![0.4; 1000];
+    let mut at_rest = log(|_, rate| *rate = 0.0);
+    at_rest.insert("command_1", still).expect("fits");
+    assert_eq!(summary(&at_rest).channels[0].frozen, [], "nothing moved");
+}
+
 #[test]
 fn a_quantized_channel_is_neither_frozen_nor_saturated() {
     let findings = summary(&log(|row, value| *value = 15.0 - (row / 20) as f64 * 0.01));
