@@ -31,7 +31,6 @@ mod lag_order;
 mod mistaken_columns;
 mod omitted_torque;
 pub(crate) mod pipeline;
-mod quantized_voltage;
 mod ramp_lag;
 mod regressors;
 mod result;

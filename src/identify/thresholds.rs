@@ -67,26 +67,6 @@ crate::thresholds! {
     other_battery_refused: f64 = 4.5, "-", "judgement";
     /// [-] factor above the model's full voltage from which it is a finding.
     other_battery_noted: f64 = 1.1, "-", "judgement";
-    /// [-] error of an edge between two treads, in steps.
-    edge_error: f64 = 0.05, "-", "emulated benches read in steps";
-    /// [-] error of the voltage's fall, as a share of it, up to which the edges show how it fell.
-    known_fall: f64 = 0.15, "-", "judgement";
-    /// Logarithm of the likelihood by which a load must improve the fit of a quantized voltage.
-    load_likelihood: f64 = 6.0, "-", "chi-squared of one freedom: 5e-4 by chance";
-    /// count: steps of a quantized voltage for each knot of its course.
-    knot_steps: f64 = 2.0, "count", "judgement";
-    /// [s] a discharge bends over no shorter time.
-    shortest_bend: f64 = 10.0, "s", "judgement";
-    /// [-] standard deviation of the load over its mean from which it can be separated from the course.
-    load_spread: f64 = 0.1, "-", "judgement";
-    /// [-] least noise of a quantized voltage, in steps.
-    least_step_noise: f64 = 0.02, "-", "judgement";
-    /// [-] noise in steps from which it carries the reading over the treads, so that nothing is to be mended.
-    most_step_noise: f64 = 0.5, "-", "dither theory: half a step";
-    /// [-] weight of all treads beside all edges where the fit of a quantized voltage starts.
-    tread_weight: f64 = 0.01, "-", "judgement";
-    /// [-] least weight of a row in that fit.
-    least_row_weight: f64 = 1e-3, "-", "judgement";
     /// count: rows for each number fitted to the voltage, at least: the noise they carry over is a tenth of the reading's variance.
     rows_per_number: usize = 10, "count", "one over it is the share of noise";
     /// count: passes of two-stage least squares; each leaves a twentieth of the error before it.
@@ -205,8 +185,4 @@ crate::thresholds! {
     most_knots: usize = 240, "count", "judgement (time of computing)";
     /// [intervals] rows so far apart are drawn with a gap between them
     drawn_gap: f64 = 5.0, "intervals", "judgement";
-    /// passes of the search for the edges of a battery reading's steps, which needs two to eight
-    most_passes: usize = 60, "count", "the development cases";
-    /// share of a step of the reading below which that search has ended
-    pass_ended: f64 = 1e-3, "-", "judgement";
 }

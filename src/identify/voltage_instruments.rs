@@ -13,6 +13,7 @@ use crate::effect::step_response;
 use crate::estimation::hats::hats;
 use crate::estimation::ridge::RidgeSums;
 use crate::log::Cells;
+use crate::screening;
 use crate::screening::rotor_data::{Beside, RotorLog, VoltageInstrument};
 
 /// Functions of a rotor's command: u, u², and the first three powers of the rate that they give.
@@ -88,7 +89,7 @@ fn predict_by<const N: usize>(
     is_known: impl Fn(usize) -> bool,
 ) -> Option<(Vec<f64>, f64)> {
     let (first, last) = (*rotor.time.first()?, *rotor.time.last()?);
-    let bends = ((last - first) / THRESHOLDS.shortest_bend).floor() as usize;
+    let bends = ((last - first) / screening::thresholds::THRESHOLDS.shortest_bend).floor() as usize;
     let knots = bends.clamp(1, THRESHOLDS.most_knots) + 1;
     let spacing = (last - first) / (knots - 1) as f64;
     let size = knots + N;

@@ -4,7 +4,6 @@ use super::dead_time::Delay;
 use super::inertia::Body;
 use super::inputs;
 use super::joint_fit::JointFit;
-use super::quantized_voltage;
 use super::result::{IdentifySettings, Part, PoleFit};
 use super::significance;
 use super::static_curve::StaticCurve;
@@ -12,6 +11,7 @@ use super::thrust_curve::ThrustCurve;
 use super::voltage_gain::BatteryGain;
 use super::{Estimate, IdentifiedActuator, IdentifyError};
 use crate::screening::excitation::FEWEST_JUMPS;
+use crate::screening::quantized_voltage;
 use crate::screening::rotor_data::RotorLog;
 use crate::screening::{Finding, ScreenedLog};
 

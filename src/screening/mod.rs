@@ -22,6 +22,7 @@ mod left_out;
 pub mod many_rotors;
 pub mod missing_commands;
 pub mod plausibility;
+pub(crate) mod quantized_voltage;
 pub mod readings;
 pub mod requirements;
 mod rotor;

@@ -285,4 +285,28 @@ crate::thresholds! {
     scatter_fewest: usize = 50, "count", "judgement";
     /// [-] quantiles of a log's intervals that `import` shows
     shown_intervals: [f64; 3] = [0.05, 0.95, 1.0], "-", "judgement";
+    /// [-] error of an edge between two treads, in steps.
+    edge_error: f64 = 0.05, "-", "emulated benches read in steps";
+    /// [-] error of the voltage's fall, as a share of it, up to which the edges show how it fell.
+    known_fall: f64 = 0.15, "-", "judgement";
+    /// Logarithm of the likelihood by which a load must improve the fit of a quantized voltage.
+    load_likelihood: f64 = 6.0, "-", "chi-squared of one freedom: 5e-4 by chance";
+    /// count: steps of a quantized voltage for each knot of its course.
+    knot_steps: f64 = 2.0, "count", "judgement";
+    /// [s] a discharge bends over no shorter time.
+    shortest_bend: f64 = 10.0, "s", "judgement";
+    /// [-] standard deviation of the load over its mean from which it can be separated from the course.
+    load_spread: f64 = 0.1, "-", "judgement";
+    /// [-] least noise of a quantized voltage, in steps.
+    least_step_noise: f64 = 0.02, "-", "judgement";
+    /// [-] noise in steps from which it carries the reading over the treads, so that nothing is to be mended.
+    most_step_noise: f64 = 0.5, "-", "dither theory: half a step";
+    /// [-] weight of all treads beside all edges where the fit of a quantized voltage starts.
+    tread_weight: f64 = 0.01, "-", "judgement";
+    /// [-] least weight of a row in that fit.
+    least_row_weight: f64 = 1e-3, "-", "judgement";
+    /// passes of the search for the edges of a battery reading's steps, which needs two to eight
+    most_passes: usize = 60, "count", "the development cases";
+    /// share of a step of the reading below which that search has ended
+    pass_ended: f64 = 1e-3, "-", "judgement";
 }

@@ -1,7 +1,8 @@
 //! A battery that is read in steps.
 
 use super::bench::{C_G1, C_G2, Count, FULL_VOLTAGE, K_V, Noise, POLE, RUNS, powered};
-use crate::identify::{quantized_voltage, static_curve, steady_rows};
+use crate::identify::{static_curve, steady_rows};
+use crate::screening::quantized_voltage;
 use crate::screening::rotor_data::RotorLog;
 
 /// Ramps on a battery that gives way under the load, read in tenths of a volt. Seen with the choice of the degree broken: one

@@ -4,7 +4,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use crate::identify::quantized_voltage::*;
+use crate::screening::quantized_voltage::*;
 
 const ROWS: usize = 4500;
 

@@ -7,6 +7,9 @@
 
 mod columns;
 
+use super::Finding;
+use super::battery_treads::step_of;
+use super::rotor_data::RotorLog;
 use super::thresholds::THRESHOLDS;
 use std::collections::BTreeMap;
 
@@ -16,9 +19,6 @@ use crate::estimation::censored_normal::CensoredNormal;
 use crate::estimation::moments::mean;
 use crate::estimation::ridge::{RIDGE, RidgeSums};
 use crate::log::segments::held_or;
-use crate::screening::battery_treads::step_of;
-use crate::screening::rotor_data::RotorLog;
-use crate::screening::{self, Finding};
 use columns::Columns;
 
 /// Puts readings without treads in the place of a quantized reading, as noisy as what is known of the voltage. Says so where the
@@ -52,8 +52,7 @@ pub(crate) fn mend(rotor: &mut RotorLog) -> Option<Finding> {
 /// Rows behind which the next tread begins: there the voltage is in the middle between both.
 fn edges(voltage: &[f64], step: f64) -> Vec<usize> {
     let is_edge = |row: &usize| {
-        ((voltage[row + 1] - voltage[*row]).abs() / step - 1.0).abs()
-            < screening::thresholds::THRESHOLDS.step_tolerance
+        ((voltage[row + 1] - voltage[*row]).abs() / step - 1.0).abs() < THRESHOLDS.step_tolerance
     };
     (0..voltage.len() - 1).filter(is_edge).collect()
 }
