@@ -56,15 +56,15 @@ impl Sample {
 }
 
 /// What has never received anything, known when the program is built: each copy of it is one in the loop.
-pub(super) trait Never {
+pub(super) trait NeverCame {
     /// A channel, or one for each rotor or axis.
     const NEVER: Self;
 }
 
-impl Never for Sample {
+impl NeverCame for Sample {
     const NEVER: Self = Self::never();
 }
 
-impl<const N: usize> Never for [Sample; N] {
+impl<const N: usize> NeverCame for [Sample; N] {
     const NEVER: Self = [Sample::never(); N];
 }

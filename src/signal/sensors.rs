@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::channels::After::{Hold, Never, Seconds};
 // Whatever the rows are written with.
 use super::channels::*;
-use super::sample::Never;
+use super::sample::NeverCame;
 use super::{ROTORS, Sample};
 
 macro_rules! define {
@@ -49,7 +49,7 @@ macro_rules! define {
 
         impl Default for Sensors {
             fn default() -> Self {
-                Self { sequence: 0, stamp_ns: 0, $($field: <$type as Never>::NEVER,)+ }
+                Self { sequence: 0, stamp_ns: 0, $($field: <$type as NeverCame>::NEVER,)+ }
             }
         }
 
