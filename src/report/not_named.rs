@@ -102,7 +102,7 @@ mod tests {
             ),
             (
                 alone(Unmet::Chance { p_value: 0.2, most: 0.05 }),
-                "added alone, it does no better than a meaningless effect may by chance: p-value 0.2, at most 0.05 is accepted",
+                "added alone, it does no better than a meaningless effect may by chance: p-value 0.20, at most 0.05 is accepted",
             ),
             (
                 alone(Unmet::NotExercised { needed: 3 }),
