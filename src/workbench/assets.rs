@@ -24,6 +24,7 @@ files![
     "cursors.js",
     "details.js",
     "dom.js",
+    "drawing.js",
     "files.js",
     "keys.js",
     "ladder.js",

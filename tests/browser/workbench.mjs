@@ -157,6 +157,11 @@ async function exported() {
   check(signals.includes("modelled_body"), "the signals have the model's");
   const drawn = await saved(() => page.getByRole("button", { name: /save a picture/ }).first().click(), "plot.png");
   check(drawn.subarray(1, 4).toString() === "PNG", "a picture");
+  const lines = String(await saved(() => page.getByRole("button", { name: /save a drawing/ }).first().click(), "plot.svg"));
+  writeFileSync(join(pictures, "plot.svg"), lines);
+  check(lines.startsWith("<svg") && !/NaN|undefined|Infinity/.test(lines), "a drawing without a hole in its numbers");
+  const [points, unit] = [(lines.match(/L-?[0-9]/g) || []).length, /rad\/s\]/.test(lines)];
+  check(points > 500 && unit && lines.includes("measured"), `a drawing of ${points} points, with its unit and legend`);
 }
 
 async function back() {

@@ -4,7 +4,7 @@ import { desk } from "./act.js";
 import { cursors, hover } from "./cursors.js";
 import { number } from "./dom.js";
 
-const ink = name => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+export const ink = name => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
 export const isDark = () => matchMedia("(prefers-color-scheme: dark)").matches;
 const FONT = "12px system-ui, sans-serif";
 

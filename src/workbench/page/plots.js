@@ -1,9 +1,10 @@
 // The plots of one log: each block measured and modelled, its error beneath; all of them over the same time.
 
 import { complain, desk, get, onDesk, save, saveBlob } from "./act.js";
-import { Chart, colourOf, isDark } from "./charts.js";
+import { Chart, colourOf, ink, isDark } from "./charts.js";
 import { clear, onCursors, place, rangeTable } from "./cursors.js";
 import { details } from "./details.js";
+import { drawing } from "./drawing.js";
 import { button, command, element, fill, lastPart, number, precise } from "./dom.js";
 
 let middle = null;
@@ -76,8 +77,9 @@ class Figure {
       return { part, host, chart: new Chart({ host, height: part.height, unit: part.unit, name: part.name, onWindow: look, onAll: all }) };
     });
     const picture = button("picture", () => this.charts[0].chart.picture(blob => saveBlob(blob, "plot.png")), { class: "quiet", "aria-label": "save a picture of " + title });
+    const lines = button("SVG", () => saveBlob(drawing(this.charts.map(it => it.chart), title, ink), "plot.svg"), { class: "quiet", "aria-label": "save a drawing of " + title });
     this.root = element("figure", { "aria-label": title },
-      element("figcaption", {}, element("div", { class: "row" }, element("h3", {}, title), picture), under), this.charts.map(it => it.host));
+      element("figcaption", {}, element("div", { class: "row" }, element("h3", {}, title), picture, lines), under), this.charts.map(it => it.host));
     this.range = element("div");
     this.root.append(this.range);
     this.measure();
