@@ -6,6 +6,4 @@ crate::thresholds! {
     /// [s] after the controller's first step, when the guard opens at the latest in a run of the demo that is shown: the first
     /// impulse comes soon after
     open_at_latest_s: f64 = 2.0, "s", "the first impulse of the demo, at 2.5 s";
-    /// [s] time constant of a closed loop from which it is of little use: a body that hovers has long gone by then
-    sluggish_s: f64 = 20.0, "s", "judgement";
 }

@@ -37,6 +37,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         models: arguments.model.clone(),
         session: arguments.session.clone(),
         bench: arguments.bench.load()?,
+        bench_file: arguments.bench.config.clone(),
         port: arguments.port,
     };
     let cancel = cancel_on_signals()?;

@@ -10,7 +10,7 @@ use crate::control::ControllerKind;
 use crate::control::design::{Advice, Improvement, Margins};
 use crate::control::thresholds::THRESHOLDS;
 
-pub use answer::{Design, Eigenvalue, EmcDesign};
+pub use answer::Design;
 pub use page::{page, tables};
 
 /// The answer as text, for a terminal.

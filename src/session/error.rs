@@ -4,6 +4,7 @@ use crate::bench::BenchError;
 use crate::can::CanError;
 use crate::cancel::Cancelled;
 use crate::compare::CompareError;
+use crate::control::ControlError;
 use crate::diagnose::DiagnoseError;
 use crate::identify::IdentifyError;
 use crate::log::ForeignError;
@@ -100,6 +101,9 @@ pub enum SessionError {
     /// A run on the emulated bench.
     #[error(transparent)]
     Process(#[from] ProcessError),
+    /// A controller whose settings are out of their range.
+    #[error(transparent)]
+    Control(#[from] ControlError),
     /// There is no step to undo.
     #[error("the ladder is empty, there is no step to undo")]
     EmptyLadder,

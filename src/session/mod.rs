@@ -9,6 +9,7 @@
 
 mod bench_check;
 mod compare;
+mod control_loop;
 mod diagnose;
 mod discover;
 mod dronecan_nodes;
@@ -27,6 +28,7 @@ pub mod thresholds;
 
 pub use bench_check::{BenchCheck, InterfaceLook};
 pub use compare::{compare, compare_extension};
+pub use control_loop::{ClosedLoop, ControlDesign, ControlLoop, Eigenvalue, EmcDesign};
 pub use diagnose::diagnose;
 pub use discover::discover;
 pub use dronecan_nodes::dronecan_nodes;

@@ -1,4 +1,4 @@
-//! Numbers that decide what is said of a changed model, and of a machine.
+//! Numbers that decide what is said of a changed model, of a controller's loop, and of a machine.
 
 crate::thresholds! {
     /// [-] an error that keeps more than this share has not fallen: half a percent is what any free parameter takes from noise
@@ -15,4 +15,6 @@ crate::thresholds! {
     slow_clock_reading_ns: u64 = 400, "ns", "judgement";
     /// share of a ratio of two periods by which it may miss a whole number: then one is a multiple of the other
     whole_ratio: f64 = 0.01, "-", "judgement";
+    /// [s] time constant of a closed loop from which it is of little use: a body that hovers has long gone by then
+    sluggish_s: f64 = 20.0, "s", "judgement";
 }

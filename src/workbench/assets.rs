@@ -18,6 +18,7 @@ files![
     "index.html",
     "style.css",
     "main.js",
+    "margins.js",
     "act.js",
     "ask.js",
     "charts.js",

@@ -1,5 +1,7 @@
 //! The commands that do by hand what was done on the page.
 
+use std::path::Path;
+
 use super::ActError;
 use super::desk::{Desk, Role};
 
@@ -44,6 +46,15 @@ pub(super) fn extend(desk: &Desk, model: &str, added: &[String], output: &str) -
 /// The last step of the ladder of `model`, undone.
 pub(super) fn step_back(model: &str, output: &str) -> String {
     command(&["extend", "--model", model, "--step-back", "-o", output].map(str::to_owned))
+}
+
+/// The loop of a bench's controller about a model.
+pub(super) fn design(model: &str, bench: Option<&Path>) -> String {
+    let mut words = ["design", "--model", model].map(str::to_owned).to_vec();
+    if let Some(bench) = bench {
+        words.extend(["--config".to_owned(), bench.display().to_string()]);
+    }
+    command(&words)
 }
 
 /// The logs that are fitted on, and those that are held out.

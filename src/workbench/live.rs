@@ -2,6 +2,7 @@
 //! through shared memory, as `monitor` does, for as long as a page looks; it has no way to say anything.
 
 use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -23,6 +24,7 @@ const TRY: Duration = Duration::from_millis(500);
 #[derive(Debug)]
 pub(super) struct Live {
     config: BenchConfig,
+    file: Option<PathBuf>,
     heard: Mutex<Heard>,
 }
 
@@ -50,8 +52,13 @@ fn columns() -> Vec<(&'static str, &'static str)> {
 }
 
 impl Live {
-    pub fn new(config: BenchConfig) -> Arc<Self> {
-        Arc::new(Self { config, heard: Mutex::default() })
+    pub fn new(config: BenchConfig, file: Option<PathBuf>) -> Arc<Self> {
+        Arc::new(Self { config, file, heard: Mutex::default() })
+    }
+
+    /// The bench, and the file that says it.
+    pub fn bench(&self) -> (&BenchConfig, Option<&Path>) {
+        (&self.config, self.file.as_deref())
     }
 
     /// What is known now; moments behind number `since` only. Who asks has it listened to from then on.

@@ -22,6 +22,7 @@ mod error;
 mod export;
 mod guarded;
 mod live;
+mod margins;
 mod places;
 mod plots;
 mod routes;
@@ -58,8 +59,10 @@ pub struct WorkbenchConfig {
     pub models: Vec<PathBuf>,
     /// A session that was saved before.
     pub session: Option<PathBuf>,
-    /// The bench that the live view listens to.
+    /// The bench that the live view listens to, and whose controller closes the loop.
     pub bench: BenchConfig,
+    /// The file that says it; the bench that is built in has none.
+    pub bench_file: Option<PathBuf>,
     /// Port on 127.0.0.1; 0 = any that is free.
     pub port: u16,
 }
@@ -93,7 +96,7 @@ fn open(config: &WorkbenchConfig) -> Result<Arc<Engine>, WorkbenchError> {
     if let Some(saved) = &saved {
         places.admit(saved.files())?;
     }
-    let engine = Engine::start(places, Live::new(config.bench.clone()))?;
+    let engine = Engine::start(places, Live::new(config.bench.clone(), config.bench_file.clone()))?;
     engine.begin(demo.commands, logs, &config.models, saved)?;
     Ok(engine)
 }

@@ -22,6 +22,7 @@ use serde_json::{Value, json};
 use super::act::Act;
 use super::engine::Engine;
 use super::export::{ExportQuery, export};
+use super::margins::margins_of;
 use super::plots::{PlotQuery, PlotTask, failure};
 use super::thresholds::THRESHOLDS;
 use super::{assets, view};
@@ -43,6 +44,7 @@ pub(super) fn router(engine: Arc<Engine>) -> Router {
         .route("/api/plot", get(plot))
         .route("/api/live", get(live))
         .route("/api/failure", get(block_failure))
+        .route("/api/margins", get(margins))
         .route("/api/export", get(download))
         .fallback(get(asset))
         .layer(DefaultBodyLimit::max(THRESHOLDS.largest_body))
@@ -139,6 +141,15 @@ struct BlockQuery {
 
 async fn block_failure(State(engine): Shared, Query(query): Query<BlockQuery>) -> Answer {
     working(move || failure(&engine.desk(), query.log, &query.block, &query.signal)).await
+}
+
+#[derive(Deserialize)]
+struct ModelQuery {
+    model: u64,
+}
+
+async fn margins(State(engine): Shared, Query(query): Query<ModelQuery>) -> Answer {
+    working(move || margins_of(&engine.desk(), engine.live.bench(), query.model)).await
 }
 
 async fn download(State(engine): Shared, Query(query): Query<ExportQuery>) -> Answer {

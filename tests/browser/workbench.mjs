@@ -147,6 +147,13 @@ async function add(effect) {
   const errors = page.locator("figure[data-block]").first().locator(".errors .number");
   const [from, to] = await errors.evaluateAll(all => all.map(it => Number(it.dataset.value)));
   check(to < from / 2, `in view the error falls from ${from} to ${to}`);
+  step("margins of the controller");
+  const fold = page.locator("li[data-model]", { hasText: "step-1" }).locator("details", { hasText: "margins of the controller" }).first();
+  await fold.locator("summary").click();
+  const bandwidth = await fold.locator("tr", { hasText: "bandwidth" }).locator(".number").getAttribute("data-value");
+  const { margins } = JSON.parse(execFileSync(program, ["design", "--model", "step-1.toml", "--json"], { cwd: own }));
+  check(bandwidth === String(margins.bandwidth_rad_s), `the page says a bandwidth of ${bandwidth}, design --json ${margins.bandwidth_rad_s}`);
+  await picture("4-margins");
 }
 
 async function exported() {

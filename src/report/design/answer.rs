@@ -1,10 +1,10 @@
 //! What `design` finds.
 
-use nalgebra::Complex;
 use serde::Serialize;
 
 use crate::control::design::Margins;
 use crate::control::{ControllerKind, PidConfig};
+use crate::session::{ControlDesign, ControlLoop, Eigenvalue, EmcDesign};
 
 /// The answer, as `--json` writes it.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -38,40 +38,28 @@ pub struct Design {
     pub advice: Option<String>,
 }
 
-/// Eigenvalues and gains of EMC.
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[derive(Debug, Serialize)]
-pub struct EmcDesign {
-    /// [-] β.
-    pub beta: f64,
-    /// [-] complementary eigenvalues of the predictor.
-    pub gamma: [f64; 4],
-    /// [-] those of the feedback.
-    pub gamma_c: [f64; 3],
-    /// [-] l_0 to l_3.
-    pub observer_gain: [f64; 4],
-    /// [-] k_1 to k_3.
-    pub feedback_gain: [f64; 3],
-    /// Eigenvalues of the predictor.
-    pub predictor: Vec<Eigenvalue>,
-    /// Eigenvalues of the feedback.
-    pub feedback: Vec<Eigenvalue>,
-}
-
-/// An eigenvalue of a discrete loop.
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[derive(Debug, Clone, Copy, Serialize)]
-pub struct Eigenvalue {
-    /// [-] real part.
-    pub real: f64,
-    /// [-] imaginary part.
-    pub imaginary: f64,
-    /// [-] distance from 0; below 1 is stable.
-    pub modulus: f64,
-}
-
-impl From<&Complex<f64>> for Eigenvalue {
-    fn from(value: &Complex<f64>) -> Self {
-        Self { real: value.re, imaginary: value.im, modulus: value.norm() }
+impl Design {
+    /// What came of a loop, in numbers and sentences.
+    #[must_use]
+    pub fn of(task: &ControlLoop, made: &ControlDesign, note: Option<String>) -> Self {
+        let closed = made.closed.as_ref();
+        let sluggish = closed.and_then(|closed| Some((closed.sluggish?, &closed.margins)));
+        Self {
+            model: task.model.clone(),
+            controller: task.config.kind,
+            period_s: task.period_s,
+            delay_s: task.loop_plant.delay_s,
+            stable: closed.is_some(),
+            refusal: made.refusal.as_ref().map(ToString::to_string),
+            emc: made.emc.clone(),
+            pid: made.pid,
+            closed_loop: closed.map_or_else(Vec::new, |closed| {
+                closed.response.eigenvalues().iter().map(Eigenvalue::from).collect()
+            }),
+            margins: closed.map(|closed| closed.margins),
+            note,
+            warning: sluggish.map(|(fades, margins)| super::sluggish(task.config.kind, fades, margins)),
+            advice: closed.and_then(|closed| closed.advice.as_ref()).map(super::advice),
+        }
     }
 }

@@ -4,6 +4,7 @@ import { act, onDesk, save } from "./act.js";
 import { button, element, fill, number, precise, table } from "./dom.js";
 import { choose } from "./files.js";
 import { colourOf } from "./charts.js";
+import { margins } from "./margins.js";
 
 function parameters(model) {
   const row = it => [
@@ -34,7 +35,7 @@ function entry(model, desk) {
     element("p", { class: "soft" }, effects),
     model.notes.length ? element("details", { "data-key": "model notes " + model.id }, element("summary", {}, `${model.notes.length} findings`),
       element("ul", {}, model.notes.map(note => element("li", {}, note)))) : null,
-    parameters(model));
+    parameters(model), margins(model));
 }
 
 export function build(at) {
