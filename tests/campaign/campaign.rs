@@ -54,11 +54,17 @@ enum CommandLine {
         #[arg(long, default_value_t = 1)]
         seed: u64,
         /// Laws with a formula and what may be taken for one, for `discover`, and nothing else
-        #[arg(long)]
+        #[arg(long, group = "only")]
         discover: bool,
         /// That many cases of an effect beside a small one that nobody names, and nothing else
-        #[arg(long)]
+        #[arg(long, group = "only")]
         blurred: Option<u64>,
+        /// That many cases whose battery is read in steps of 0.05 or 0.1 V, and nothing else
+        #[arg(long, group = "only")]
+        coarse_battery: Option<u64>,
+        /// That many cases of three effects in one block, and nothing else
+        #[arg(long, group = "only")]
+        three: Option<u64>,
     },
     /// Ask the program about every case of a folder, and print the score
     Score {
@@ -84,13 +90,16 @@ enum CommandLine {
 
 fn main() -> ExitCode {
     let done = match CommandLine::parse() {
-        CommandLine::Generate { out, draws, seed, discover, blurred } => {
-            let questions = match blurred {
+        CommandLine::Generate { out, draws, seed, discover, blurred, coarse_battery, three } => {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed);
+            let asked: Vec<Question> = match (blurred, coarse_battery, three) {
+                (Some(count), ..) => (0..count).map(|_| Question::blurred(&mut rng)).collect(),
+                (_, Some(count), _) => (0..count).map(|number| Question::coarse(number, &mut rng)).collect(),
+                (.., Some(count)) => (0..count).map(|_| Question::three(&mut rng)).collect(),
                 _ if discover => discovered::questions(draws),
-                Some(count) => blurs(count, seed),
-                None => questions(draws, seed),
+                _ => questions(draws, seed),
             };
-            generate(&out, &questions, seed).map(|()| true)
+            generate(&out, &asked, seed).map(|()| true)
         }
         CommandLine::Score { folder, binary, jobs, only, discover: true, brief } => {
             discovered::score(&folder, &binary, jobs.max(1), only.as_deref(), brief)
@@ -126,12 +135,6 @@ fn questions(draws: u64, seed: u64) -> Vec<Question> {
     // Behind all others: a seed's cases stay what they were before these were asked.
     (0..draws).for_each(|_| out.extend(Question::sags()));
     out
-}
-
-/// Effects beside small ones, as many as asked for.
-fn blurs(count: u64, seed: u64) -> Vec<Question> {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    (0..count).map(|_| Question::blurred(&mut rng)).collect()
 }
 
 fn generate(out: &Path, questions: &[Question], seed: u64) -> Result<(), Box<dyn Error>> {

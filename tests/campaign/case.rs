@@ -22,6 +22,7 @@ pub enum Question {
     Nothing(Kind),
     Single(&'static Entry, Kind),
     Pair(&'static Entry, &'static Entry, Kind),
+    Three([&'static Entry; 3], Kind),
     /// A parameter of the base: its name, and the bench.
     Changed(&'static str, Kind),
     /// A law outside the catalogue, by number.
@@ -30,6 +31,8 @@ pub enum Question {
     Law(&'static Family, f64),
     /// A strong effect, and a small one that nobody asks about.
     Blurred(&'static Entry, Small, Kind),
+    /// Another question, of logs in which the battery is read in coarse steps, as speed controllers send it.
+    Coarse(Box<Question>),
 }
 
 /// What is too small to be named, and moves the numbers of what is.
@@ -186,10 +189,12 @@ impl Question {
             Self::Nothing(kind)
             | Self::Single(_, kind)
             | Self::Pair(_, _, kind)
+            | Self::Three(_, kind)
             | Self::Changed(_, kind)
             | Self::Outside(_, kind)
             | Self::Blurred(_, _, kind) => *kind,
             Self::Law(family, _) => family.kind,
+            Self::Coarse(question) => question.kind(),
         }
     }
 
@@ -227,6 +232,31 @@ impl Question {
         }
     }
 
+    /// Three random different effects in one block: of a rotor, or of the body.
+    pub fn three(rng: &mut ChaCha8Rng) -> Self {
+        let kind = if rng.random_bool(0.5) { Kind::Actuator } else { Kind::Attitude };
+        let is_own = |entry: &&Entry| kind == Kind::Actuator || !entry.actuator;
+        let all: Vec<&'static Entry> =
+            ENTRIES.iter().filter(|entry| entry.shows_on(kind)).filter(is_own).collect();
+        loop {
+            let [a, b, c] = [0; 3].map(|_| all[rng.random_range(0..all.len())]);
+            if a.id < b.id && b.id < c.id {
+                return Self::Three([a, b, c], kind);
+            }
+        }
+    }
+
+    /// Nothing, a random effect or a random pair, in turns, beside a battery that is read in coarse steps.
+    pub fn coarse(number: u64, rng: &mut ChaCha8Rng) -> Self {
+        let kind = if rng.random_bool(0.5) { Kind::Actuator } else { Kind::Attitude };
+        let singles = Self::singles();
+        Self::Coarse(Box::new(match number % 3 {
+            0 => Self::Nothing(kind),
+            1 => singles[rng.random_range(0..singles.len())].clone(),
+            _ => Self::pair(rng),
+        }))
+    }
+
     /// A random strong effect beside a small one: of the catalogue, or a law outside it.
     pub fn blurred(rng: &mut ChaCha8Rng) -> Self {
         let kind = if rng.random_bool(0.5) { Kind::Actuator } else { Kind::Attitude };
@@ -249,6 +279,14 @@ impl Question {
     }
 
     fn draw(&self, rng: &mut ChaCha8Rng, seed: u64) -> Option<Case> {
+        if let Self::Coarse(question) = self {
+            let mut case = question.draw(rng, seed)?;
+            // Of a clean reading of 4 mV, up to one that flickers over a step.
+            case.noise.battery = rng.random_range(0.002..0.02);
+            case.noise.steps_per_volt = if rng.random_bool(0.5) { 20.0 } else { 10.0 };
+            case.truth["battery_step_v"] = json!(1.0 / case.noise.steps_per_volt);
+            return Some(case);
+        }
         let kind = self.kind();
         let mut base = Base::PAPER;
         if self.lacks_battery() {
@@ -269,6 +307,11 @@ impl Question {
                 }
                 format!("{}+{}", a.id, b.id)
             }
+            Self::Three(entries, _) => {
+                effects.extend(entries.map(|entry| (entry, draw_parameters(entry, rng))));
+                entries.map(|entry| entry.id).join("+")
+            }
+            Self::Coarse(_) => return None,
             Self::Changed(name, _) => {
                 let size = 0.06 * 8.0_f64.powf(rng.random::<f64>());
                 let factor = if rng.random_bool(0.5) { 1.0 + size } else { 1.0 / (1.0 + size) };
@@ -314,7 +357,9 @@ impl Question {
             }
         }
         let mut also = Map::new();
-        if matches!(self, Self::Single(..) | Self::Pair(..)) && rng.random_bool(BASE_CHANGED_AS_WELL) {
+        if matches!(self, Self::Single(..) | Self::Pair(..) | Self::Three(..))
+            && rng.random_bool(BASE_CHANGED_AS_WELL)
+        {
             let name = if kind == Kind::Attitude { "inertia" } else { "pole" };
             let factor = rng.random_range(0.85..1.2);
             change(&mut base, name, factor);

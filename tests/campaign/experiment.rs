@@ -11,18 +11,21 @@ use crate::catalogue::Kind;
 use crate::motion::{Motion, Row};
 use crate::plant::{ARM, Base, FULL_BATTERY, HOVER_COMMAND, HOVER_RATE, Hidden};
 
-/// Standard deviations of the sensors: rotor rate [rad/s], gyroscope [rad/s], angle [rad], battery [V].
+/// Standard deviations of the sensors: rotor rate [rad/s], gyroscope [rad/s], angle [rad], battery [V]; and in how many steps a volt
+/// is read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
     pub rate: f64,
     pub gyro: f64,
     pub angle: f64,
     pub battery: f64,
+    pub steps_per_volt: f64,
 }
 
 impl Noise {
     /// Of the development cases.
-    pub const USUAL: Self = Self { rate: 1.5, gyro: 0.004, angle: 0.001, battery: 0.004 };
+    pub const USUAL: Self =
+        Self { rate: 1.5, gyro: 0.004, angle: 0.001, battery: 0.004, steps_per_volt: 100.0 };
 }
 
 /// What drives a plant, row by row.
@@ -223,7 +226,7 @@ fn digits(value: f64) -> String {
 }
 
 impl Truth {
-    /// The log file: noise on every sensor, the battery read to 0.01 V.
+    /// The log file: noise on every sensor, the battery read in its steps.
     pub fn csv(&self, noise: Noise, rng: &mut ChaCha8Rng) -> String {
         let mut gauss = |size: f64| -> f64 {
             let value: f64 = StandardNormal.sample(rng);
@@ -239,7 +242,8 @@ impl Truth {
         });
         for (k, row) in self.rows.iter().enumerate() {
             let mut cells = vec![inputs.period * k as f64, inputs.commands[k][0]];
-            let read = ((inputs.voltages[k][0] + gauss(noise.battery)) * 100.0).round() / 100.0;
+            let steps = (inputs.voltages[k][0] + gauss(noise.battery)) * noise.steps_per_volt;
+            let read = steps.round() / noise.steps_per_volt;
             if body {
                 cells.extend([inputs.commands[k][1], read]);
                 cells.extend([row.rate[0] + gauss(noise.rate), row.rate[1] + gauss(noise.rate)]);
