@@ -72,7 +72,7 @@ fn actuator(
     let (Some(judged), Some(rate)) = (screened.rotor(rotor + 1), log.column(&signal)) else {
         return Ok(None);
     };
-    let (command, battery) = (&judged.data().command, judged.data().voltage.as_ref());
+    let (command, battery) = (judged.data().command.as_slice(), judged.voltage());
     let mut driven_by = vec![command_name.as_str()];
     driven_by.extend(battery.map(|_| BATTERY));
     let name = format!("actuator_{}", rotor + 1);
@@ -257,7 +257,7 @@ fn commanded<'a>(equations: &Equations, screened: &'a ScreenedLog) -> Option<Bod
             let input = RotorInput {
                 time,
                 command: &data.command[rows.clone()],
-                voltage: data.voltage.as_ref().map(|voltage| &voltage[rows.clone()]),
+                voltage: rotors[rotor].voltage().map(|voltage| &voltage[rows.clone()]),
                 side: side(rotor),
             };
             let first = log.column(RATES[rotor]).and_then(|rates| rates.get(rows.start).copied());

@@ -211,7 +211,7 @@ impl Driver<'_> {
             let input = RotorInput {
                 time: &data.time[rows.clone()],
                 command: &data.command[rows.clone()],
-                voltage: data.voltage.as_ref().map(|voltage| &voltage[rows.clone()]),
+                voltage: judged.voltage().map(|voltage| &voltage[rows.clone()]),
                 side: if rotor == 0 { 1.0 } else { -1.0 },
             };
             self.equations.simulate_rotor(&input, &RotorStart::default(), &mut trace);

@@ -88,7 +88,7 @@ pub fn rotor_runs(logs: &[ScreenedLog]) -> Vec<RotorRun> {
                 runs.push(RotorRun {
                     log,
                     rotor,
-                    voltage: data.voltage.as_ref().map(|voltage| voltage[rows.clone()].to_vec()),
+                    voltage: judged.voltage().map(|voltage| voltage[rows.clone()].to_vec()),
                     time: data.time[rows.clone()].to_vec(),
                     command: data.command[rows.clone()].to_vec(),
                     counts: rows.clone().map(|row| judged.is_scored(row)).collect(),

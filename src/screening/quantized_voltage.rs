@@ -49,6 +49,19 @@ pub(crate) fn mend(rotor: &mut RotorLog) -> Option<Finding> {
     (!is_known).then(|| rotor.finding("battery_quantized").with("step_v", (1e6 * step).round() / 1e6))
 }
 
+/// [V] What a quantized reading steps over, for what it drives: in each row the mean of what the voltage may have been, within the step
+/// that was read and about the course. It never leaves that step: where the course is a poor one, it is the reading again. `None` of a
+/// fine reading, and of one that never moves.
+pub(crate) fn seen_through(rotor: &RotorLog) -> Option<Vec<f64>> {
+    let voltage = rotor.voltage.as_deref()?;
+    let step = step_of(voltage)?;
+    let quantized = QuantizedVoltage { time: &rotor.time, voltage, step, edges: edges(voltage, step) };
+    let loads = load(rotor).map(Some).into_iter().chain([None]);
+    let fit =
+        loads.filter_map(|load| quantized.fit(load)).max_by(|a, b| a.likelihood.total_cmp(&b.likelihood))?;
+    Some((0..voltage.len()).map(|row| fit.value(row) + fit.noise * quantized.cut(&fit, row).mean).collect())
+}
+
 /// Rows behind which the next tread begins: there the voltage is in the middle between both.
 fn edges(voltage: &[f64], step: f64) -> Vec<usize> {
     let is_edge = |row: &usize| {

@@ -4,10 +4,12 @@
 //! plot. But the rotor's law is not asked for it.
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use super::channel::Judgement;
 use super::checks;
 use super::left_out::{COMMANDS_MISSING, HOLES, SHORT_RUN};
+use super::quantized_voltage;
 use super::rotor::{Rotor, Suspicion};
 use super::rotor_data::{HeldVoltage, LEAST_COMMAND, RotorLog};
 use super::{Finding, ScreeningError};
@@ -32,6 +34,8 @@ pub struct ScreenedRotor {
     /// Columns that can hardly be what their names say.
     mistaken: Vec<Finding>,
     findings: Vec<Finding>,
+    /// See [`ScreenedRotor::voltage`]: of a reading in coarse steps, once somebody asks.
+    seen_through: OnceLock<Option<Vec<f64>>>,
 }
 
 impl ScreenedRotor {
@@ -64,7 +68,20 @@ impl ScreenedRotor {
         let mut is_scored = vec![false; log.len()];
         rotor.data.scored().for_each(|row| is_scored[row] = true);
         let (is_measured, data) = (rotor.is_measured(), rotor.data);
-        Some(Self { number, data, is_measured, is_scored, why, rests, runs, refused, mistaken, findings })
+        let seen_through = OnceLock::new();
+        Some(Self {
+            number,
+            data,
+            is_measured,
+            is_scored,
+            why,
+            rests,
+            runs,
+            refused,
+            mistaken,
+            findings,
+            seen_through,
+        })
     }
 
     /// Its number in the columns' names, from 1.
@@ -154,6 +171,13 @@ impl ScreenedRotor {
         &self.data
     }
 
+    /// [V] What its battery has, each reading held until the next; of one that is read in coarse steps, what it steps over.
+    pub(crate) fn voltage(&self) -> Option<&[f64]> {
+        let read = self.data.voltage.as_deref()?;
+        let seen = self.seen_through.get_or_init(|| quantized_voltage::seen_through(&self.data));
+        Some(seen.as_deref().unwrap_or(read))
+    }
+
     /// Scores no row that is not scored in the log that it is a part of: `rows` are its own in it.
     pub(crate) fn keep_to(&mut self, whole: &Self, rows: &[usize]) {
         for (row, own) in rows.iter().enumerate() {
@@ -162,14 +186,21 @@ impl ScreenedRotor {
                     (f64::NAN, false, whole.reason(*own));
             }
         }
-        if whole.data.voltage.is_none() {
-            self.drop_battery();
+        match whole.voltage() {
+            None => self.drop_battery(),
+            // The whole log says more of a reading in steps than a part.
+            Some(_) => {
+                let of_rows = |volts: &Vec<f64>| rows.iter().map(|row| volts[*row]).collect();
+                let seen = whole.seen_through.get().and_then(Option::as_ref).map(of_rows);
+                self.seen_through = OnceLock::from(seen);
+            }
         }
     }
 
     /// Takes the battery away.
     pub(crate) fn drop_battery(&mut self) {
         (self.data.voltage, self.data.voltage_gap) = (None, None);
+        self.seen_through = OnceLock::new();
     }
 }
 
