@@ -14,7 +14,7 @@ use crate::estimation::slope::forward_slopes;
 use crate::estimation::windows;
 use crate::log::Dataset;
 use crate::log::dataset::rotor_of;
-use crate::log::segments::{Stretch, stretches};
+use crate::log::segments::{Stretch, held_throughout, stretches};
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, RotorInput, RotorStart, RotorTrace};
 use crate::screening::{DrivenBy, ScreenedBody, ScreenedLog, readings};
 use crate::signal::{ROTORS, side};
@@ -204,7 +204,29 @@ pub(crate) fn body_inputs<'a>(equations: &Equations, screened: &'a ScreenedLog) 
         }
         DrivenBy::Commands => return None,
     };
+    let stretches = with_memory(equations, log, stretches);
     Some(BodyDrive { stretches, by, judged })
+}
+
+/// The same with what laws add that remember where the body has been: as it was measured.
+fn with_memory(
+    equations: &Equations,
+    log: &Dataset,
+    mut stretches: Vec<(Range<usize>, BodyInput)>,
+) -> Vec<(Range<usize>, BodyInput)> {
+    if !equations.has_remembered_torque() {
+        return stretches;
+    }
+    let held = |name: &str| {
+        let bridged = readings::bridged(log.time(), log.column(name).unwrap_or_default());
+        held_throughout(&bridged)
+    };
+    let (angle, rate) = (held(BODY_ANGLE), held(BODY_RATE));
+    let of = |values: &[f64], rows: &Range<usize>| values.get(rows.clone()).unwrap_or_default().to_vec();
+    for (rows, input) in &mut stretches {
+        equations.add_remembered_torque(input, &of(&angle, rows), &of(&rate, rows));
+    }
+    stretches
 }
 
 fn by_rates(
@@ -271,7 +293,7 @@ fn commanded<'a>(equations: &Equations, screened: &'a ScreenedLog) -> Option<Bod
     });
     let battery = log.column(BATTERY);
     let by = COMMANDS.into_iter().chain(battery.map(|_| BATTERY)).collect();
-    Some(BodyDrive { stretches: body.collect(), by, judged })
+    Some(BodyDrive { stretches: with_memory(equations, log, body.collect()), by, judged })
 }
 
 /// Windows over the body: rate, and angle where it is measured.

@@ -117,9 +117,12 @@ fn scattered(index: usize) -> usize {
 /// The inputs of a run under a model: delayed and lagged as the model says.
 #[must_use]
 pub fn input_under(equations: &Equations, run: &BodyRun) -> Option<BodyInput> {
-    equations.has_torque_stream().then(|| BodyInput {
-        torque: equations.torque_means(&run.input.time, &run.input.torque, &run.torque_slope),
-        ..run.input.clone()
+    let is_other = equations.has_torque_stream() || equations.has_remembered_torque();
+    is_other.then(|| {
+        let torque = equations.torque_means(&run.input.time, &run.input.torque, &run.torque_slope);
+        let mut input = BodyInput { torque, ..run.input.clone() };
+        equations.add_remembered_torque(&mut input, &run.start_angle, &run.start_rate);
+        input
     })
 }
 

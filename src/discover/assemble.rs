@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::answer::{Discovery, LawVerdict, OtherLaw, PlaceShare, Shape, ShapePoint, TellApart};
 use super::channels::Channel;
 use super::formula::{Formula, Question};
-use super::law::{Law, unit_at};
+use super::law::{Law, Term, unit_at};
 use super::places::PlaceScore;
 use super::search::Hit;
 use super::thresholds::THRESHOLDS;
@@ -230,6 +230,10 @@ fn numbers(model: &Model, hit: &Hit, law: &Law) -> BTreeMap<String, FoundParamet
 fn along(law: &Law, coefficients: &[f64], values: &[f64]) -> Option<Vec<f64>> {
     let channels = law.channels();
     let [only] = channels[..] else { return None };
+    // What remembers is no function of where the channel is.
+    if law.terms.iter().any(Term::remembers) {
+        return None;
+    }
     let user = law.user_effect("law", coefficients);
     let names: Vec<&str> = user.parameters.iter().map(|it| it.name.as_str()).collect();
     let numbers: Vec<f64> = user.parameters.iter().map(|it| it.start).collect();

@@ -2,7 +2,8 @@
 //! may start.
 
 use super::channels::Channel;
-use super::law::{Inner, Part, Term};
+use super::law::{Inner, Part, Term, over};
+use crate::effect::Site;
 
 /// Places over a channel's range, or sizes over its size, at which thresholds are tried.
 const TENTHS: [f64; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
@@ -12,6 +13,12 @@ const WIDTHS: [f64; 4] = [0.02, 0.1, 0.3, 0.7];
 const PEAKS: [f64; 3] = [0.04, 0.1, 0.25];
 /// Time constants of a warm-up over the time of a log.
 const WARM_UPS: [f64; 3] = [0.05, 0.15, 0.4];
+/// Widths of a play over a channel's range.
+const PLAYS: [f64; 7] = [0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.35];
+/// [s] time constants of what follows a command late, beside the rotor's own.
+const LAGS: [f64; 5] = [0.03, 0.15, 0.6, 2.5, 10.0];
+/// [s] the shortest and the longest of them.
+const LAGS_WITHIN: (f64, f64) = (5e-3, 100.0);
 /// [rad] by how much the phase at a range's ends moves from one wave number to the next.
 const PHASE_STEP: f64 = 0.7;
 /// Phases [rad] at a range's ends of the longest and the shortest waves, counted in steps.
@@ -21,8 +28,9 @@ fn part(text: &'static str, x: f64, y: f64) -> Part {
     Part { text: text.into(), powers: [x, y] }
 }
 
-fn inner(letter: char, value: f64, bounds: (f64, f64), power: f64) -> Inner {
-    Inner { letter, value, bounds, power, channel: 0 }
+/// A number in a unit that is the channel's to a power.
+fn inner(letter: char, value: f64, bounds: (f64, f64), (channel, power): (&Channel, f64)) -> Inner {
+    Inner { letter, value, bounds, unit: over("-", &[(channel.unit, -power)]) }
 }
 
 /// Terms of one channel; `lines` [rad/s] are frequencies that the residual has.
@@ -55,11 +63,11 @@ fn of_time(channel: &Channel, lines: &[f64], own: Own) -> Vec<Term> {
     let range = channel.range();
     let mut terms = vec![own("drift", vec![part("$x", 1.0, 0.0)], Vec::new())];
     terms.extend(WARM_UPS.iter().map(|share| {
-        let inner = inner('a', share * range, (1e-3 * range, 3.0 * range), 1.0);
+        let inner = inner('a', share * range, (1e-3 * range, 3.0 * range), (channel, 1.0));
         own("warm_up", vec![part("exp(-$x/$a)", 0.0, 0.0)], vec![inner])
     }));
     terms.extend(lines.iter().map(|line| {
-        let inner = inner('w', *line, (0.9 * line, 1.1 * line), -1.0);
+        let inner = inner('w', *line, (0.9 * line, 1.1 * line), (channel, -1.0));
         own("line", vec![part("sin($w*$x)", 0.0, 0.0), part("cos($w*$x)", 0.0, 0.0)], vec![inner])
     }));
     terms
@@ -75,14 +83,14 @@ fn of_signed(channel: &Channel, own: Own) -> Vec<Term> {
         own("signed_root_cube", vec![part("$x*sqrt(abs($x))", 1.5, 0.0)], Vec::new()),
     ];
     for width in WIDTHS {
-        let a = inner('a', width * size, (1e-3 * size, 5.0 * size), 1.0);
+        let a = inner('a', width * size, (1e-3 * size, 5.0 * size), (channel, 1.0));
         terms.push(own("saturation", vec![part("tanh($x/$a)", 0.0, 0.0)], vec![a.clone()]));
-        let b = inner('b', 3.0 * width * size, (1e-2 * size, 5.0 * size), 1.0);
+        let b = inner('b', 3.0 * width * size, (1e-2 * size, 5.0 * size), (channel, 1.0));
         let sharp = Inner { value: WIDTHS[0] * size, ..a };
         terms.push(own("stribeck", vec![part("tanh($x/$a)*exp(-($x/$b)^2)", 0.0, 0.0)], vec![sharp, b]));
     }
     for share in TENTHS {
-        let a = inner('a', share * size, (0.0, size), 1.0);
+        let a = inner('a', share * size, (0.0, size), (channel, 1.0));
         let text = "signum($x)*max(abs($x)-$a,0)";
         terms.push(own("dead_zone", vec![part(text, 1.0, 0.0)], vec![a]));
     }
@@ -94,14 +102,14 @@ fn of_range(channel: &Channel, own: Own) -> Vec<Term> {
     let (low, range) = (channel.low, channel.range());
     let mut terms = Vec::new();
     for share in TENTHS {
-        let a = inner('a', low + share * range, (low, channel.high), 1.0);
+        let a = inner('a', low + share * range, (low, channel.high), (channel, 1.0));
         terms.push(own("rising_ramp", vec![part("max($x-$a,0)", 1.0, 0.0)], vec![a.clone()]));
         terms.push(own("falling_ramp", vec![part("max($a-$x,0)", 1.0, 0.0)], vec![a.clone()]));
-        let b = inner('b', 0.02 * range, (1e-3 * range, 0.3 * range), 1.0);
+        let b = inner('b', 0.02 * range, (1e-3 * range, 0.3 * range), (channel, 1.0));
         let text = "(0.5+0.5*tanh(($x-$a)/$b))";
         terms.push(own("threshold", vec![part(text, 0.0, 0.0)], vec![a.clone(), b]));
         for width in PEAKS {
-            let b = inner('b', width * range, (5e-3 * range, range), 1.0);
+            let b = inner('b', width * range, (5e-3 * range, range), (channel, 1.0));
             let text = "exp(-(($x-$a)/$b)^2)";
             terms.push(own("peak", vec![part(text, 0.0, 0.0)], vec![a.clone(), b]));
         }
@@ -114,7 +122,7 @@ fn waves(channel: &Channel, own: Own) -> Vec<Term> {
     let mut terms = Vec::new();
     for step in WAVES {
         let number = 2.0 * PHASE_STEP * step as f64 / channel.range();
-        let n = inner('n', number, (0.5 * number, 1.5 * number), -1.0);
+        let n = inner('n', number, (0.5 * number, 1.5 * number), (channel, -1.0));
         let (sine, cosine) = (part("sin($n*$x)", 0.0, 0.0), part("cos($n*$x)", 0.0, 0.0));
         terms.push(own("wave", vec![sine.clone(), cosine.clone()], vec![n.clone()]));
         if channel.is_signed {
@@ -141,27 +149,50 @@ pub(crate) fn of_two(first: &Channel, second: &Channel) -> Vec<Term> {
         terms.push(own("product_of_absolute", "abs($x)*$y", [1.0, 1.0], Vec::new()));
         let size = first.size();
         for width in WIDTHS {
-            let a = inner('a', width * size, (1e-3 * size, 5.0 * size), 1.0);
+            let a = inner('a', width * size, (1e-3 * size, 5.0 * size), (first, 1.0));
             terms.push(own("product_of_saturation", "tanh($x/$a)*$y", [0.0, 1.0], vec![a.clone()]));
             terms.push(own("product_of_peak", "exp(-($x/$a)^2)*$y", [0.0, 1.0], vec![a]));
         }
         for share in TENTHS {
-            let a = inner('a', share * size, (0.0, size), 1.0);
+            let a = inner('a', share * size, (0.0, size), (first, 1.0));
             terms.push(own("product_of_dead_zone", "max(abs($x)-$a,0)*$y", [1.0, 1.0], vec![a]));
         }
     }
     for share in TENTHS {
-        let a = inner('a', first.low + share * first.range(), (first.low, first.high), 1.0);
+        let a = inner('a', first.low + share * first.range(), (first.low, first.high), (first, 1.0));
         terms.push(own("product_of_ramp", "max($x-$a,0)*$y", [1.0, 1.0], vec![a]));
     }
     terms
+}
+
+/// Terms that remember where a channel was, of any law at `site` that may.
+pub(crate) fn of_memory(site: Site, channel: &Channel) -> Vec<Term> {
+    let own = |form: &'static str, text: &'static str, inner: Inner| Term {
+        form,
+        parts: vec![part(text, 1.0, 0.0)],
+        inner: vec![inner],
+        channels: vec![channel.clone()],
+    };
+    let range = channel.range();
+    let play = |share: &f64| inner('a', share * range, (1e-4 * range, 0.5 * range), (channel, 1.0));
+    match site {
+        Site::Command => PLAYS.iter().map(|share| own("play", "(play($x,$a)-$x)", play(share))).collect(),
+        Site::Torque => {
+            PLAYS.iter().map(|share| own("hysteresis", "(play($x,$a)-$x)", play(share))).collect()
+        }
+        Site::SteadyRate => {
+            let lag =
+                |span: &f64| Inner { letter: 'a', value: *span, bounds: LAGS_WITHIN, unit: "s".to_owned() };
+            LAGS.iter().map(|span| own("creep", "(lag($x,$a)-$x)", lag(span))).collect()
+        }
+        _ => Vec::new(),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::law::Law;
     use super::*;
-    use crate::effect::Site;
     use crate::model::Model;
 
     /// Each becomes an effect of the user's own that the program reads, with a value wherever the logs are.
@@ -172,10 +203,17 @@ mod tests {
         let angle = channel("body_angle", "body_angle_rad", "rad");
         let rate = channel("body_rate", "body_rate_rad_s", "rad/s");
         let time = channel("time", "time_s", "s");
+        let command = Channel { low: 0.2, is_signed: false, ..channel("command", "command", "-") };
+        let remembering = [(Site::Command, &command), (Site::SteadyRate, &command), (Site::Torque, &angle)];
+        let remembering = remembering.map(|(site, channel)| (site, of_memory(site, channel)));
         let all = [of_one(&angle, &[]), of_one(&time, &[3.0]), of_two(&angle, &rate)].concat();
         assert!(all.len() > 200);
-        for term in all {
-            let law = Law { site: Site::Torque, terms: vec![term.clone(), term] };
+        let twice = all.into_iter().map(|term| (Site::Torque, vec![term.clone(), term]));
+        let once = remembering
+            .into_iter()
+            .flat_map(|(site, terms)| terms.into_iter().map(move |it| (site, vec![it])));
+        for (site, terms) in twice.chain(once) {
+            let law = Law { site, terms };
             let mut model = Model::paper();
             model.user_effects.push(law.user_effect("a_law", &vec![1.0; law.coefficients()]));
             let effect =

@@ -15,10 +15,8 @@ pub(crate) struct Inner {
     /// In the unit of the channel (or over it).
     pub value: f64,
     pub bounds: (f64, f64),
-    /// Its unit is the channel's to this power.
-    pub power: f64,
-    /// Of which of the term's channels.
-    pub channel: usize,
+    /// Its SI unit.
+    pub unit: String,
 }
 
 /// A part of a term: a function of its channels, with the powers of their units that it has.
@@ -72,7 +70,7 @@ pub(crate) fn usual_size(site: Site, model: &Model) -> f64 {
 }
 
 /// `unit` over powers of others.
-fn over(unit: &str, divisors: &[(&str, f64)]) -> String {
+pub(crate) fn over(unit: &str, divisors: &[(&str, f64)]) -> String {
     let powers = divisors.iter().filter(|(unit, power)| *power != 0.0 && *unit != "-");
     powers.fold(unit.to_owned(), |text, (unit, power)| {
         // A unit of several parts stands in brackets, unless nothing stands beside it.
@@ -118,6 +116,11 @@ impl Term {
         })
     }
 
+    /// Whether it remembers.
+    pub fn remembers(&self) -> bool {
+        ["play", "creep", "hysteresis"].contains(&self.form)
+    }
+
     /// Its expression in term `index`.
     fn expression(&self, index: usize) -> String {
         let part = |(part, name): (&Part, String)| format!("{name}*{}", self.written(part, index));
@@ -142,7 +145,7 @@ impl Term {
             self.parts.iter().zip(self.coefficient_names(index)).zip(coefficients).map(of_part);
         let inner = self.inner.iter().map(|inner| UserParameter {
             name: Self::name(&inner.letter.to_string(), index),
-            unit: over("-", &[(self.channels[inner.channel].unit, -inner.power)]),
+            unit: inner.unit.clone(),
             start: inner.value,
             lower: neat(inner.bounds.0),
             upper: neat(inner.bounds.1),
@@ -151,9 +154,9 @@ impl Term {
     }
 }
 
-/// A bound with one digit.
+/// A bound with three digits: with fewer a narrow range loses what lies in it.
 fn neat(value: f64) -> f64 {
-    format!("{value:.0e}").parse().unwrap_or(value)
+    format!("{value:.2e}").parse().unwrap_or(value)
 }
 
 impl Law {
@@ -230,6 +233,14 @@ impl Law {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A frequency that is known to a tenth lies within its bounds.
+    #[test]
+    fn bounds_hold_what_they_are_about() {
+        for value in [19.93, 11.2, 0.0316, 5120.0] {
+            assert!(neat(0.9 * value) < 0.95 * value && neat(1.1 * value) > 1.05 * value, "{value}");
+        }
+    }
 
     #[test]
     fn units_of_coefficients_are_those_of_the_site_over_the_channels() {

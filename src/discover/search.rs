@@ -48,7 +48,24 @@ pub(crate) fn search<'a>(question: &Question<'a>, progress: &(dyn Fn(Event) + Sy
     let beside = from_start(Question { start: &question.found.answer, ..*question }, progress);
     // What needs effects of the catalogue beside it must do the better for them.
     let is_better = beside.loss() < (1.0 - THRESHOLDS.term_gain) * alone.loss();
-    if beside.formula.is_some() && is_better { beside } else { alone }
+    match beside.formula.as_ref().filter(|_| is_better) {
+        Some(formula) => match without_effects(question, formula, &beside) {
+            Some(plain) => {
+                Hit { formula: Some(plain), others: Vec::new(), confidence: beside.confidence, ..alone }
+            }
+            None => beside,
+        },
+        None => alone,
+    }
+}
+
+/// A formula that was found beside effects of the catalogue, refitted without them, where it does as well: they only stood in for it.
+fn without_effects(question: &Question, formula: &Formula, beside: &Hit) -> Option<Formula> {
+    let coefficients = formula.law.coefficients_in(&formula.fitted.model, question.id);
+    let plain = question.refit(&formula.law, &coefficients)?;
+    let limit = beside.loss() * (1.0 + question.tolerance(&formula.fitted).max(THRESHOLDS.term_gain));
+    let gains = question.gains(question.start, &plain.fitted) && question.is_determined(&plain);
+    (gains && question.loss(&plain.fitted) <= limit).then_some(plain)
 }
 
 fn from_start<'a>(question: Question<'a>, progress: &(dyn Fn(Event) + Sync)) -> Hit<'a> {
@@ -70,8 +87,12 @@ fn from_start<'a>(question: Question<'a>, progress: &(dyn Fn(Event) + Sync)) -> 
     let times = times(&outlooks);
     let promising = promising(&places, &without);
     let found_lines = lines(linear.residuals().0, linear.residuals().1);
-    let tried: Vec<&Place> = promising.iter().map(|it| &it.place).chain(&times).collect();
-    let laws = laws(&tried, &found_lines);
+    // Products of two channels show where a smooth function of both has too few rows for its knots.
+    let pairs = Place::all(&outlooks, true);
+    let tried: Vec<&Place> =
+        promising.iter().map(|it| &it.place).filter(|it| it.channels.len() == 1).collect();
+    let tried: Vec<&Place> = tried.into_iter().chain(&times).chain(&pairs).collect();
+    let laws = [laws(&tried, &found_lines), remembering(&outlooks)].concat();
     let formulas = refitted(&question, &linear, &laws, progress);
     let (mut formula, mut others) = match simplest(&question, formulas) {
         Some((formula, others)) => (Some(formula), others),
@@ -132,6 +153,18 @@ fn laws(places: &[&Place], lines: &[f64]) -> Vec<Law> {
         terms.into_iter().map(|term| Law { site: place.site, terms: vec![term] }).collect()
     };
     places.iter().flat_map(of).collect()
+}
+
+/// Laws that remember what the command was, or where the body has been.
+fn remembering(outlooks: &[Outlook]) -> Vec<Law> {
+    let of = |(site, signal): (Site, &str)| {
+        let mut channels = outlooks.iter().flat_map(|outlook| &outlook.channels);
+        let channel = channels.find(|channel| channel.signal == signal);
+        let terms = channel.map_or_else(Vec::new, |channel| forms::of_memory(site, channel));
+        terms.into_iter().map(move |term| Law { site, terms: vec![term] })
+    };
+    let all = [(Site::Command, "command"), (Site::SteadyRate, "command"), (Site::Torque, "body_angle")];
+    all.into_iter().flat_map(of).collect()
 }
 
 /// The laws that do best in one step, the best of each form at each place, best first.

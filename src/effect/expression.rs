@@ -74,6 +74,30 @@ impl Expression {
         self.program.value(parameters, point)
     }
 
+    /// Whether it remembers: its value then hangs on [`Point::memory`].
+    #[must_use]
+    pub fn remembers(&self) -> bool {
+        self.program.remembers()
+    }
+
+    /// What it remembers in the steady state.
+    #[must_use]
+    pub fn memory_at_rest(&self, parameters: &[f64], point: &Point) -> f64 {
+        self.program.memory_at_rest(parameters, point)
+    }
+
+    /// What it remembers `span` [s] after it remembered `held`, the point held.
+    #[must_use]
+    pub fn memory_after(&self, parameters: &[f64], held: f64, point: &Point, span: f64) -> f64 {
+        self.program.memory_after(parameters, held, point, span)
+    }
+
+    /// [1/s] the fastest rate that a simulation has to resolve.
+    #[must_use]
+    pub fn memory_rate(&self, parameters: &[f64]) -> f64 {
+        self.program.memory_rate(parameters)
+    }
+
     /// The signals it looks at, by name without unit, and their values at a point.
     #[must_use]
     pub fn seen(&self, point: &Point) -> Vec<(&'static str, f64)> {
@@ -92,6 +116,13 @@ impl Expression {
     /// # Errors
     /// [`ExpressionError`] with the signal marked that nobody knows there.
     pub fn at(self, site: Site) -> Result<Self, ExpressionError> {
+        if self.remembers() && !site.lets_expressions_remember() {
+            let reason = format!(
+                "`play` and `lag` are known at `command`, `steady_rate` and `torque`, and not at `{}`",
+                site.name()
+            );
+            return Err(ExpressionError::Syntax { text: self.text, column: 0, reason });
+        }
         let known = site.signals();
         let stranger = SIGNALS.iter().find(|(bare, ..)| self.names(bare) && !known.contains(bare));
         let Some((bare, unit, _)) = stranger else { return Ok(self) };

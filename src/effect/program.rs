@@ -1,6 +1,6 @@
 //! A compiled expression: a flat program in postfix order, run on a stack of fixed size.
 
-use super::Point;
+use super::{Point, step_response};
 
 /// Reads one signal of a point.
 pub(super) type Signal = fn(&Point) -> f64;
@@ -8,6 +8,25 @@ pub(super) type Signal = fn(&Point) -> f64;
 pub(super) type Unary = fn(f64) -> f64;
 /// A function of two values, the first of them beneath the second on the stack.
 pub(super) type Binary = fn(f64, f64) -> f64;
+
+/// A function that remembers: of what is beneath on the stack, with the number on top.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Remembering {
+    /// Play: it stands still until what it follows has gone the number away from it, and then is dragged along.
+    Play,
+    /// A first-order lag with the number [s] as its time constant.
+    Lag,
+}
+
+impl Remembering {
+    /// What it holds `span` [s] later, while `value` holds.
+    fn after(self, held: f64, value: f64, number: f64, span: f64) -> f64 {
+        match self {
+            Self::Play => held.max(value - number.abs()).min(value + number.abs()),
+            Self::Lag => held + (value - held) * step_response(number.abs().recip(), span),
+        }
+    }
+}
 
 /// One step of a program. What takes values takes them from the top of the stack and leaves its result there.
 #[derive(Debug, Clone, Copy)]
@@ -25,6 +44,8 @@ pub(super) enum Operation {
     Power,
     Unary(Unary),
     Binary(Binary),
+    /// What is remembered; its value now where nothing is yet.
+    Remember(Remembering),
 }
 
 impl Operation {
@@ -45,6 +66,8 @@ pub(super) struct Program {
     /// Values on the stack behind the last operation, and the most at any time.
     height: usize,
     highest: usize,
+    /// The place of the operation that remembers.
+    remembers: Option<(usize, Remembering)>,
 }
 
 /// Most values on the stack, a power of two: three for each of the 64 brackets and signs that may stand within each other fit.
@@ -66,11 +89,17 @@ impl Program {
         };
         let first = self.operations.len().saturating_sub(operation.takes());
         let mut taken = self.operations.iter().skip(first);
-        let is_done = operation.takes() > 0 && taken.all(|taken| matches!(taken, Operation::Constant(_)));
+        let is_lasting = matches!(operation, Operation::Remember(_));
+        let is_done = operation.takes() > 0
+            && !is_lasting
+            && taken.all(|taken| matches!(taken, Operation::Constant(_)));
+        if let Operation::Remember(kind) = operation {
+            self.remembers = Some((self.operations.len(), kind));
+        }
         self.operations.push(operation);
         if is_done {
             let done: Vec<Operation> = self.operations.drain(first..).collect();
-            self.operations.push(Operation::Constant(run::<USUAL>(&done, &[], &Point::default())));
+            self.operations.push(Operation::Constant(run::<USUAL>(&done, &[], &Point::default()).1));
         }
     }
 
@@ -83,16 +112,47 @@ impl Program {
     #[inline]
     pub fn value(&self, parameters: &[f64], point: &Point) -> f64 {
         if self.highest <= USUAL {
-            run::<USUAL>(&self.operations, parameters, point)
+            run::<USUAL>(&self.operations, parameters, point).1
         } else {
-            run::<DEEPEST>(&self.operations, parameters, point)
+            run::<DEEPEST>(&self.operations, parameters, point).1
+        }
+    }
+
+    /// Whether it has a function that remembers.
+    pub fn remembers(&self) -> bool {
+        self.remembers.is_some()
+    }
+
+    /// What the function that remembers follows, and its number.
+    fn followed(&self, parameters: &[f64], point: &Point) -> Option<(Remembering, f64, f64)> {
+        let (place, kind) = self.remembers?;
+        let (value, number) = run::<DEEPEST>(self.operations.get(..place)?, parameters, point);
+        Some((kind, value, number))
+    }
+
+    /// What it remembers in the steady state.
+    pub fn memory_at_rest(&self, parameters: &[f64], point: &Point) -> f64 {
+        self.followed(parameters, point).map_or(0.0, |(_, value, _)| value)
+    }
+
+    /// What it remembers `span` [s] after it remembered `held`, the point held.
+    pub fn memory_after(&self, parameters: &[f64], held: f64, point: &Point, span: f64) -> f64 {
+        let followed = self.followed(parameters, point);
+        followed.map_or(held, |(kind, value, number)| kind.after(held, value, number, span))
+    }
+
+    /// [1/s] how fast it may forget; none of a play, which does not care for time.
+    pub fn memory_rate(&self, parameters: &[f64]) -> f64 {
+        match self.followed(parameters, &Point::default()) {
+            Some((Remembering::Lag, _, number)) => number.abs().recip(),
+            _ => 0.0,
         }
     }
 }
 
-/// Runs operations on a stack of `SIZE` values, a power of two. The value on top is kept apart from it; places are taken by
+/// Runs operations on a stack of `SIZE` values, a power of two; the last two values, the one on top behind. The value on top is kept apart from it; places are taken by
 /// their remainder, so that none lies outside, which [`Program::fits`] sees to anyway.
-fn run<const SIZE: usize>(operations: &[Operation], parameters: &[f64], point: &Point) -> f64 {
+fn run<const SIZE: usize>(operations: &[Operation], parameters: &[f64], point: &Point) -> (f64, f64) {
     let mut stack = [0.0; SIZE];
     let mut height = 0_usize;
     let mut top = f64::NAN;
@@ -122,6 +182,7 @@ fn run<const SIZE: usize>(operations: &[Operation], parameters: &[f64], point: &
                     Operation::Multiply => under * top,
                     Operation::Divide => under / top,
                     Operation::Binary(function) => function(under, top),
+                    Operation::Remember(_) => point.memory.unwrap_or(under),
                     _ => under.powf(top),
                 };
                 continue;
@@ -132,5 +193,5 @@ fn run<const SIZE: usize>(operations: &[Operation], parameters: &[f64], point: &
         height = height.wrapping_add(1);
         top = pushed;
     }
-    top
+    (stack[height.wrapping_sub(1) % SIZE], top)
 }

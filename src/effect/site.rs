@@ -42,6 +42,12 @@ impl Site {
         }
     }
 
+    /// Whether an expression there may have a memory of its own.
+    #[must_use]
+    pub fn lets_expressions_remember(self) -> bool {
+        matches!(self, Self::Command | Self::SteadyRate | Self::Torque)
+    }
+
     /// The signals that an expression there may look at, by name without unit: those that are known wherever the site's law is
     /// worked out, in `diagnose`, in `compare` and in the emulator.
     #[must_use]
@@ -115,4 +121,6 @@ pub struct Point {
     pub body_angle: f64,
     /// [rad/s] ω_b.
     pub body_rate: f64,
+    /// What an expression with a memory remembers, in the unit of what it follows; `None`: it is at rest.
+    pub memory: Option<f64>,
 }

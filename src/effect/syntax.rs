@@ -3,7 +3,7 @@
 use std::iter::Peekable;
 use std::str::CharIndices;
 
-use super::program::{Binary, Operation, Program, Unary};
+use super::program::{Binary, Operation, Program, Remembering, Unary};
 
 /// Where something is wrong, in characters from 0, and what.
 pub(super) type Fault = (usize, String);
@@ -35,6 +35,8 @@ const UNARY: &[(&str, Unary)] = &[
 ];
 /// Functions of two.
 const BINARY: &[(&str, Binary)] = &[("min", f64::min), ("max", f64::max), ("atan2", f64::atan2)];
+/// Functions of a value and a number that remember.
+const REMEMBERING: &[(&str, Remembering)] = &[("play", Remembering::Play), ("lag", Remembering::Lag)];
 /// Numbers with a name; a parameter of that name goes before.
 const CONSTANTS: &[(&str, f64)] = &[
     ("pi", std::f64::consts::PI),
@@ -82,7 +84,7 @@ pub(super) fn compile(text: &str, bind: &dyn Fn(&str) -> Option<Operation>) -> R
         None => Ok(reader.compiled),
         Some((column, Token::Sign(')'))) => Err((column, "this bracket closes nothing".to_owned())),
         Some((column, Token::Sign(','))) => {
-            Err((column, "a comma stands between two values of min, max or atan2".to_owned()))
+            Err((column, "a comma stands between two values of min, max, atan2, play or lag".to_owned()))
         }
         Some((column, _)) => Err((column, "an operator is missing before this".to_owned())),
     }
@@ -279,7 +281,10 @@ impl Reader<'_> {
                 return Err((self.last(), format!("`{function}` takes one value")));
             }
             self.emit(Operation::Unary(*unary));
-        } else if let Some((_, binary)) = BINARY.iter().find(|(name, _)| *name == function) {
+        } else if let Some(operation) = of_two(function) {
+            if matches!(operation, Operation::Remember(_)) && self.compiled.program.remembers() {
+                return Err((column, "one play or lag is all that a law may have".to_owned()));
+            }
             self.sum()?;
             if self.take(",").is_none() {
                 return Err((column, format!("`{function}` takes two values, with a comma between them")));
@@ -288,7 +293,7 @@ impl Reader<'_> {
             if self.take(",").is_some() {
                 return Err((self.last(), format!("`{function}` takes two values")));
             }
-            self.emit(Operation::Binary(*binary));
+            self.emit(operation);
         } else {
             let known: Vec<&str> = function_names().collect();
             return Err((column, format!("`{function}` is no function; there are {}", known.join(", "))));
@@ -304,13 +309,23 @@ impl Reader<'_> {
                 Ok(())
             }
             Some((column, Token::Sign(','))) => {
-                Err((*column, "a comma stands between two values of min, max or atan2".to_owned()))
+                Err((*column, "a comma stands between two values of min, max, atan2, play or lag".to_owned()))
             }
             Some((column, _)) => Err((*column, "an operator is missing before this".to_owned())),
         }
     }
 }
 
+/// The function of two values with this name.
+fn of_two(function: &str) -> Option<Operation> {
+    let binary = BINARY.iter().find(|(name, _)| *name == function);
+    let remembering = REMEMBERING.iter().find(|(name, _)| *name == function);
+    binary
+        .map(|(_, binary)| Operation::Binary(*binary))
+        .or_else(|| remembering.map(|(_, kind)| Operation::Remember(*kind)))
+}
+
 fn function_names() -> impl Iterator<Item = &'static str> {
-    UNARY.iter().map(|(name, _)| *name).chain(BINARY.iter().map(|(name, _)| *name))
+    let of_two = BINARY.iter().map(|(name, _)| *name).chain(REMEMBERING.iter().map(|(name, _)| *name));
+    UNARY.iter().map(|(name, _)| *name).chain(of_two)
 }

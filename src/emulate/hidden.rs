@@ -217,10 +217,21 @@ impl Laws {
         !self.own.is_empty()
     }
 
-    /// What the expressions add at `site`; one without a value adds nothing.
-    pub fn own(&self, site: Site, point: &Point) -> f64 {
-        let here = self.own.iter().filter(|law| law.site == site);
-        here.filter_map(|law| law.value(point)).sum()
+    /// What the expressions add at `site`; one without a value adds nothing. `memories` are what they remember.
+    pub fn own(&self, site: Site, point: &Point, memories: &[Option<f64>]) -> f64 {
+        let here = self.own.iter().enumerate().filter(|(_, law)| law.site == site);
+        let value = |(index, law): (usize, &OwnLaw)| {
+            law.value(&Point { memory: memories.get(index).copied().flatten(), ..*point })
+        };
+        here.filter_map(value).sum()
+    }
+
+    /// What the expressions remember `span` [s] later, the point held.
+    pub fn remember(&self, point: &Point, span: f64, memories: &mut Vec<Option<f64>>) {
+        memories.resize(self.own.len(), None);
+        for (law, memory) in self.own.iter().zip(memories) {
+            *memory = law.remembered(*memory, point, span);
+        }
     }
 
     /// What the ESC makes of a command.

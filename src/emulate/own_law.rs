@@ -22,6 +22,13 @@ impl OwnLaw {
         Ok(Self { site, expression, parameters: config.parameters.values().copied().collect() })
     }
 
+    /// What it remembers `span` [s] after it remembered `held`; `None` of one that does not.
+    pub fn remembered(&self, held: Option<f64>, point: &Point, span: f64) -> Option<f64> {
+        let at_rest = || self.expression.memory_at_rest(&self.parameters, point);
+        let held = held.unwrap_or_else(at_rest);
+        self.expression.remembers().then(|| self.expression.memory_after(&self.parameters, held, point, span))
+    }
+
     /// What it adds at `point`, where the expression has a value there.
     pub fn value(&self, point: &Point) -> Option<f64> {
         Some(self.expression.value(&self.parameters, point)).filter(|value| value.is_finite())

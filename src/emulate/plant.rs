@@ -54,6 +54,8 @@ pub struct PlantState {
     x: [f64; STATES],
     /// [rad/s] steady rate behind the slew-rate limit, at the beginning and at the end of the step.
     slewed: [[f64; 2]; ROTORS],
+    /// What the laws that only an expression knows remember, of each rotor.
+    memories: [Vec<Option<f64>>; ROTORS],
     history: TorqueHistory,
     /// [K] of each ESC, of each motor.
     temperature: [[f64; ROTORS]; 2],
@@ -120,11 +122,13 @@ impl Plant {
         x[USED] = self.battery.used;
         let delay = self.laws.number(Kind::TorqueDelay).unwrap_or(0.0);
         let temperature = [[AMBIENT; ROTORS]; 2];
-        PlantState { x, slewed: [[0.0; 2]; ROTORS], history: TorqueHistory::new(delay), temperature }
+        let history = TorqueHistory::new(delay);
+        PlantState { x, slewed: [[0.0; 2]; ROTORS], memories: Default::default(), history, temperature }
     }
 
     /// Advances by `span` [s] with constant inputs.
     pub(super) fn step(&self, state: &mut PlantState, inputs: &Inputs, span: f64) {
+        self.remember(state, inputs, span);
         self.prepare_slew(state, inputs, span);
         let at = |x: &[f64; STATES], k: &[f64; STATES], h: f64| {
             let mut y = *x;
@@ -164,12 +168,24 @@ impl Plant {
         }
     }
 
+    /// Memories of expressions move once a step, with the command that holds over it.
+    fn remember(&self, state: &mut PlantState, inputs: &Inputs, span: f64) {
+        if !self.laws.has_own() {
+            return;
+        }
+        for (rotor, memories) in state.memories.iter_mut().enumerate() {
+            let command = self.laws.command(inputs.rotor[rotor].clamp(0.0, 1.0));
+            let point = Point { command, ..self.point(&state.x, rotor, inputs) };
+            self.laws.remember(&point, span, memories);
+        }
+    }
+
     /// The limiter has no derivative where it switches, so it moves once a step and is straight inside it.
     fn prepare_slew(&self, state: &mut PlantState, inputs: &Inputs, span: f64) {
         let Some(rate) = self.laws.number(Kind::SlewRateLimit) else { return };
         let voltage = self.voltage(&state.x);
         for rotor in 0..ROTORS {
-            let target = self.steady_rate(&state.x, rotor, inputs, voltage);
+            let target = self.steady_rate((&state.x, &state.memories), rotor, inputs, voltage);
             let [from, to] = &mut state.slewed[rotor];
             *to = *from + (target - *from).clamp(-rate * span, rate * span);
         }
@@ -200,7 +216,7 @@ impl Plant {
             let [from, to] = state.slewed[rotor];
             let z = match self.laws.number(Kind::SlewRateLimit) {
                 Some(_) => from + part * (to - from),
-                None => self.steady_rate(x, rotor, inputs, voltage),
+                None => self.steady_rate((x, &state.memories), rotor, inputs, voltage),
             };
             self.rotor_derivative(x, rotor, z, inputs, &mut slope);
         }
@@ -217,7 +233,8 @@ impl Plant {
         };
         if !self.config.clamped && !inputs.is_held {
             slope[ANGLE] = x[RATE];
-            slope[RATE] = (inputs.torque + self.body_torque(x, inputs, torque)) / self.config.inertia;
+            slope[RATE] = (inputs.torque + self.body_torque((x, &state.memories[0]), inputs, torque))
+                / self.config.inertia;
         }
         if let Some(pole) = self.laws.number(Kind::GyroLag) {
             slope[GYRO] = pole * (x[RATE] - x[GYRO]);
@@ -255,22 +272,28 @@ impl Plant {
         slope[PROPELLER + rotor] = self.laws.rotor_acceleration(&self.config, driven, w);
         if self.laws.has_own() {
             let point = Point { steady_rate: driven, ..self.point(x, rotor, inputs) };
-            slope[PROPELLER + rotor] += self.laws.own(Site::RotorAcceleration, &point);
+            slope[PROPELLER + rotor] += self.laws.own(Site::RotorAcceleration, &point, &[]);
         }
     }
 
     /// [rad/s] A standing motor is not driven backwards by a weak battery.
-    fn steady_rate(&self, x: &[f64; STATES], rotor: usize, inputs: &Inputs, voltage: f64) -> f64 {
+    fn steady_rate(
+        &self,
+        (x, memories): (&[f64; STATES], &[Vec<Option<f64>>; ROTORS]),
+        rotor: usize,
+        inputs: &Inputs,
+        voltage: f64,
+    ) -> f64 {
         let mut u = self.laws.command(inputs.rotor[rotor].clamp(0.0, 1.0));
         let rate = |u| self.laws.steady_rate(&self.config, u, voltage, x[HEAT + rotor]);
         if !self.laws.has_own() {
             return rate(u).max(0.0);
         }
         let mut point = Point { command: u, ..self.point(x, rotor, inputs) };
-        u += self.laws.own(Site::Command, &point);
+        u += self.laws.own(Site::Command, &point, &memories[rotor]);
         point.command = u;
         point.steady_rate = rate(u);
-        (point.steady_rate + self.laws.own(Site::SteadyRate, &point)).max(0.0)
+        (point.steady_rate + self.laws.own(Site::SteadyRate, &point, &memories[rotor])).max(0.0)
     }
 
     /// What an expression may look at, of one rotor.
@@ -308,18 +331,23 @@ impl Plant {
             if !self.laws.has_own() {
                 return thrust;
             }
-            thrust + self.laws.own(Site::Thrust, &Point { thrust, ..self.point(x, rotor, inputs) })
+            thrust + self.laws.own(Site::Thrust, &Point { thrust, ..self.point(x, rotor, inputs) }, &[])
         };
         [of(1.0, 0), of(-1.0, 1)]
     }
 
     /// [N m] on the body, with `torque` of it from the rotors.
-    fn body_torque(&self, x: &[f64; STATES], inputs: &Inputs, torque: f64) -> f64 {
+    fn body_torque(
+        &self,
+        (x, memories): (&[f64; STATES], &[Option<f64>]),
+        inputs: &Inputs,
+        torque: f64,
+    ) -> f64 {
         let known = torque + self.laws.body_torque(x[ANGLE], x[RATE]);
         if !self.laws.has_own() {
             return known;
         }
-        known + self.laws.own(Site::Torque, &Point { torque, ..self.point(x, 0, inputs) })
+        known + self.laws.own(Site::Torque, &Point { torque, ..self.point(x, 0, inputs) }, memories)
     }
 
     fn rotor_current(&self, x: &[f64; STATES], rotor: usize) -> f64 {
@@ -379,7 +407,7 @@ impl Plant {
         if !self.laws.has_own() {
             return rate;
         }
-        rate + self.laws.own(Site::RotorRateSensor, &self.point(&state.x, rotor, inputs))
+        rate + self.laws.own(Site::RotorRateSensor, &self.point(&state.x, rotor, inputs), &[])
     }
 
     /// [rad/s] what a noise-free gyro would give.
@@ -389,6 +417,6 @@ impl Plant {
         if !self.laws.has_own() {
             return rate;
         }
-        rate + self.laws.own(Site::BodyRateSensor, &self.point(&state.x, 0, inputs))
+        rate + self.laws.own(Site::BodyRateSensor, &self.point(&state.x, 0, inputs), &[])
     }
 }

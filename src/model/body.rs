@@ -1,6 +1,6 @@
 //! Free run of the body: from the actuators' torque to rate and angle.
 
-use super::equations::{Equations, Hook};
+use super::equations::Equations;
 use crate::effect::Point;
 
 /// Inputs of the body over a stretch without holes. Means are over the interval after each sample.
@@ -71,8 +71,8 @@ impl Equations {
                 Point { time: time[row], body_rate: *rate_now, body_angle: *angle_now, ..self.constants };
             if row == 0 {
                 for (hook, state) in self.rate_sensor.iter().zip(&mut states) {
-                    if let Some((memory, parameters)) = hook.memory() {
-                        *state = (memory.steady_state)(parameters, &here);
+                    if let Some(memory) = hook.memory() {
+                        *state = memory.steady_state(&here);
                     }
                 }
             } else {
@@ -102,10 +102,10 @@ impl Equations {
         // How it rises within an interval matters to a law that is faster than the samples. Behind a delay it rises elsewhere.
         let mut is_rising = self.actuator_delay == 0.0;
         for hook in &self.torque_stream {
-            let Some((memory, parameters)) = hook.memory() else { continue };
+            let Some(memory) = hook.memory() else { continue };
             let mut point = self.constants;
             point.torque = means.first().copied().unwrap_or(0.0);
-            let mut state = (memory.steady_state)(parameters, &point);
+            let mut state = memory.steady_state(&point);
             for (row, (mean, pair)) in means.iter_mut().zip(time.windows(2)).enumerate() {
                 let step = (pair[1] - pair[0]) / STREAM_STEPS as f64;
                 let slope = slopes.get(row).copied().filter(|_| is_rising).unwrap_or(0.0);
@@ -113,15 +113,46 @@ impl Equations {
                 for part in 0..STREAM_STEPS {
                     point.torque = *mean + slope * step * (part as f64 + 0.5 - 0.5 * STREAM_STEPS as f64);
                     // The middle of the step stands for its mean.
-                    let middle = (memory.advance)(parameters, state, &point, 0.5 * step);
-                    sum += (memory.add)(parameters, middle, &point);
-                    state = (memory.advance)(parameters, state, &point, step);
+                    let middle = memory.advance(state, &point, 0.5 * step);
+                    sum += memory.add(middle, &point);
+                    state = memory.advance(state, &point, step);
                 }
                 *mean += sum / STREAM_STEPS as f64;
             }
             is_rising = false;
         }
         means
+    }
+
+    /// Whether a law on the torque remembers where the body has been.
+    #[must_use]
+    pub fn has_remembered_torque(&self) -> bool {
+        !self.remembered_torque.is_empty()
+    }
+
+    /// Adds to the torque what laws add that remember where the body has been. A window begins in the middle of what they
+    /// remember: they see the body as it was measured, angle [rad] and rate [rad/s] at the samples.
+    pub fn add_remembered_torque(&self, input: &mut BodyInput, angle: &[f64], rate: &[f64]) {
+        let at = |values: &[f64], row: usize| values.get(row).copied().unwrap_or(0.0);
+        for hook in &self.remembered_torque {
+            let Some(memory) = hook.memory() else { continue };
+            let mut state = None;
+            let mut added = Vec::with_capacity(input.time.len());
+            let mut point = self.constants;
+            for row in 0..input.time.len() {
+                Self::hold(input, row, &mut point);
+                (point.body_angle, point.body_rate) = (at(angle, row), at(rate, row));
+                let step = input.time[row] - input.time[row.saturating_sub(1)];
+                let now = state
+                    .map_or_else(|| memory.steady_state(&point), |state| memory.advance(state, &point, step));
+                state = Some(now);
+                added.push(memory.add(now, &point));
+            }
+            for row in 0..input.time.len() {
+                let next = added.get(row + 1).unwrap_or(&added[row]);
+                input.torque[row] += 0.5 * (added[row] + next);
+            }
+        }
     }
 
     /// Runs the body freely over the rows `from..to` of its inputs; appends to `trace`.
@@ -137,8 +168,8 @@ impl Equations {
         let mut sensor = [0.0; MOST_STATES];
         let at_start = Point { body_rate: rate, body_angle: angle, ..self.constants };
         for (hook, state) in self.rate_sensor.iter().zip(&mut sensor) {
-            if let Some((memory, parameters)) = hook.memory() {
-                *state = (memory.steady_state)(parameters, &at_start) + start.sensor;
+            if let Some(memory) = hook.memory() {
+                *state = memory.steady_state(&at_start) + start.sensor;
             }
         }
         let mut held = self.constants;
@@ -225,9 +256,9 @@ impl Equations {
         }
         let mut point = Point { time, body_rate: rate, body_angle: angle, ..self.constants };
         for (hook, state) in self.rate_sensor.iter().zip(states) {
-            point.body_rate += match hook {
-                Hook::Memory(memory, parameters) => (memory.add)(parameters, *state, &point),
-                hook => hook.add(&point),
+            point.body_rate += match hook.memory() {
+                Some(memory) => memory.add(*state, &point),
+                None => hook.add(&point),
             };
         }
         point.body_rate
@@ -240,12 +271,12 @@ impl Equations {
         for index in 0..steps as usize {
             let mut mean = Point { body_rate: from + (to - from) * part * (index as f64 + 0.5), ..*here };
             for (hook, state) in self.rate_sensor.iter().zip(&mut *states) {
-                mean.body_rate += match hook {
-                    Hook::Memory(memory, parameters) => {
-                        *state = (memory.advance)(parameters, *state, &mean, part * step);
-                        (memory.add)(parameters, *state, &mean)
+                mean.body_rate += match hook.memory() {
+                    Some(memory) => {
+                        *state = memory.advance(*state, &mean, part * step);
+                        memory.add(*state, &mean)
                     }
-                    hook => hook.add(&mean),
+                    None => hook.add(&mean),
                 };
             }
         }

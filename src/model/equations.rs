@@ -27,12 +27,66 @@ impl Hook {
         }
     }
 
-    /// Whether it has a state.
-    pub(super) fn memory(&self) -> Option<(&Memory, &[f64])> {
+    /// Its memory, where it has one.
+    #[inline]
+    pub(super) fn memory(&self) -> Option<Remembers<'_>> {
         match self {
-            Self::Memory(memory, parameters) => Some((memory, parameters)),
+            Self::Memory(memory, parameters) => Some(Remembers::Law(memory, parameters)),
+            Self::Expression(expression, parameters) if expression.remembers() => {
+                Some(Remembers::Own(expression, parameters))
+            }
             _ => None,
         }
+    }
+}
+
+/// A law with a state, of the catalogue or of the user's own.
+#[derive(Clone, Copy)]
+pub(super) enum Remembers<'a> {
+    Law(&'a Memory, &'a [f64]),
+    Own(&'a Expression, &'a [f64]),
+}
+
+impl Remembers<'_> {
+    /// The state at rest at a point.
+    pub(super) fn steady_state(&self, point: &Point) -> f64 {
+        match self {
+            Self::Law(memory, parameters) => (memory.steady_state)(parameters, point),
+            Self::Own(expression, parameters) => expression.memory_at_rest(parameters, point),
+        }
+    }
+
+    /// The state a span [s] later, the point held.
+    #[inline]
+    pub(super) fn advance(&self, state: f64, point: &Point, span: f64) -> f64 {
+        match self {
+            Self::Law(memory, parameters) => (memory.advance)(parameters, state, point, span),
+            Self::Own(expression, parameters) => expression.memory_after(parameters, state, point, span),
+        }
+    }
+
+    /// What it adds to its site.
+    #[inline]
+    pub(super) fn add(&self, state: f64, point: &Point) -> f64 {
+        match self {
+            Self::Law(memory, parameters) => (memory.add)(parameters, state, point),
+            Self::Own(expression, parameters) => {
+                expression.value(parameters, &Point { memory: Some(state), ..*point })
+            }
+        }
+    }
+
+    /// [1/s] the fastest rate a simulation has to resolve.
+    pub(super) fn rate(&self) -> f64 {
+        match self {
+            Self::Law(memory, parameters) => (memory.rate)(parameters),
+            Self::Own(expression, parameters) => expression.memory_rate(parameters),
+        }
+    }
+
+    /// Whether the state at a log's start matters for long.
+    pub(super) fn is_slow(&self) -> bool {
+        matches!(self, Self::Law(memory, _) if memory.slow)
     }
 }
 
@@ -58,6 +112,8 @@ pub struct Equations {
     /// Laws with memory on the actuators' torque, before the body.
     pub(super) torque_stream: Vec<Hook>,
     pub(super) torque: Vec<Hook>,
+    /// Expressions that remember, on the torque: they see the body as it was measured.
+    pub(super) remembered_torque: Vec<Hook>,
     pub(super) rate_sensor: Vec<Hook>,
 }
 
@@ -91,6 +147,7 @@ impl Model {
             actuator_delay: 0.0,
             torque_stream: Vec::new(),
             torque: Vec::new(),
+            remembered_torque: Vec::new(),
             rate_sensor: Vec::new(),
         }
     }
@@ -156,6 +213,9 @@ impl Equations {
             Site::RotorAcceleration => self.acceleration.push(hook),
             Site::RotorRateSensor => self.rotor_sensor.push(hook),
             Site::Thrust => self.thrust.push(hook),
+            Site::Torque if matches!(hook, Hook::Expression(..)) && remembers => {
+                self.remembered_torque.push(hook);
+            }
             Site::Torque if remembers => self.torque_stream.push(hook),
             Site::Torque => self.torque.push(hook),
             Site::BodyRateSensor => self.rate_sensor.push(hook),

@@ -1,6 +1,6 @@
 //! Free run of a rotor: from command and battery to its rate, exact between samples where the law is linear.
 
-use super::equations::{Equations, Hook};
+use super::equations::Equations;
 use super::runge_kutta::{runge_kutta, step_weights};
 use crate::effect::{Point, step_response};
 
@@ -120,6 +120,11 @@ struct Stride {
 impl Equations {
     /// Runs a rotor freely over its inputs.
     pub fn simulate_rotor(&self, input: &RotorInput, start: &RotorStart, trace: &mut RotorTrace) {
+        if self.command.iter().any(|hook| hook.memory().is_some()) {
+            let command = self.remembered_command(input);
+            let plain = Self { command: Vec::new(), ..self.clone() };
+            return plain.simulate_rotor(&RotorInput { command: &command, ..*input }, start, trace);
+        }
         trace.clear();
         let mut point = Point { side: input.side, ..self.constants };
         if self.hold_rotor(&mut point, input, (0, 0)).is_none() {
@@ -173,6 +178,35 @@ impl Equations {
             trace.mean_square.iter_mut().for_each(|all| all.push(squares / (next - now)));
         }
         trace.finish(state.steady);
+    }
+
+    /// [-] what laws with a memory and the others make of the commands, row by row: they hang on nothing that moves.
+    fn remembered_command(&self, input: &RotorInput) -> Vec<f64> {
+        let full = self.constants.full_voltage;
+        let mut states: Vec<Option<f64>> = vec![None; self.command.len()];
+        let mut shaped = Vec::with_capacity(input.command.len());
+        let mut before = input.time.first().copied().unwrap_or(0.0);
+        for (row, (command, time)) in input.command.iter().zip(input.time).enumerate() {
+            let battery_voltage = input.voltage.and_then(|voltage| voltage.get(row)).copied().unwrap_or(full);
+            let mut point =
+                Point { command: *command, battery_voltage, time: *time, side: input.side, ..self.constants };
+            for (hook, state) in self.command.iter().zip(&mut states) {
+                point.command += match hook.memory() {
+                    Some(memory) => {
+                        let now = state.map_or_else(
+                            || memory.steady_state(&point),
+                            |state| memory.advance(state, &point, time - before),
+                        );
+                        *state = Some(now);
+                        memory.add(now, &point)
+                    }
+                    None => hook.add(&point),
+                };
+            }
+            shaped.push(point.command);
+            before = *time;
+        }
+        shaped
     }
 
     /// Whether the rotor is a first-order lag, a dead time apart.
@@ -254,8 +288,7 @@ impl Equations {
     /// How a span is gone through.
     fn stride(&self, span: f64) -> Stride {
         let hooks = self.steady.iter().chain(&self.rotor_sensor);
-        let rates =
-            hooks.filter_map(|hook| hook.memory().map(|(memory, parameters)| (memory.rate)(parameters)));
+        let rates = hooks.filter_map(|hook| hook.memory().map(|memory| memory.rate()));
         // The laws on the acceleration move the pole by a small factor at most.
         let pole = if self.acceleration.is_empty() { 0.5 * self.pole } else { self.pole };
         let fastest = rates.fold(pole, f64::max);
@@ -278,15 +311,15 @@ impl Equations {
         let mut state =
             State { rate: point.propeller_rate, steady: [0.0; MOST_STATES], sensor: [0.0; MOST_STATES] };
         for (at, (hook, memory_state)) in self.steady.iter().zip(&mut state.steady).enumerate() {
-            if let Some((memory, parameters)) = hook.memory() {
+            if let Some(memory) = hook.memory() {
                 *memory_state = match start.before.and_then(|it| Some((*it.states.get(at)?, it.hole))) {
-                    Some((state, hole)) => (memory.advance)(parameters, state, &point, hole),
-                    None => (memory.steady_state)(parameters, &point),
+                    Some((state, hole)) => memory.advance(state, &point, hole),
+                    None => memory.steady_state(&point),
                 };
-                if memory.slow {
+                if memory.is_slow() {
                     *memory_state += start.slow;
                 }
-                point.steady_rate += (memory.add)(parameters, *memory_state, &point);
+                point.steady_rate += memory.add(*memory_state, &point);
             } else {
                 point.steady_rate += hook.add(&point);
             }
@@ -296,8 +329,8 @@ impl Equations {
             point.propeller_rate = state.rate;
         }
         for (hook, memory_state) in self.rotor_sensor.iter().zip(&mut state.sensor) {
-            if let Some((memory, parameters)) = hook.memory() {
-                *memory_state = (memory.steady_state)(parameters, &point);
+            if let Some(memory) = hook.memory() {
+                *memory_state = memory.steady_state(&point);
             }
         }
         state
@@ -306,9 +339,9 @@ impl Equations {
     fn sensed(&self, state: &State, point: &mut Point) -> f64 {
         point.propeller_rate = state.rate;
         for (hook, memory_state) in self.rotor_sensor.iter().zip(&state.sensor) {
-            point.propeller_rate += match hook {
-                Hook::Memory(memory, parameters) => (memory.add)(parameters, *memory_state, point),
-                hook => hook.add(point),
+            point.propeller_rate += match hook.memory() {
+                Some(memory) => memory.add(*memory_state, point),
+                None => hook.add(point),
             };
         }
         point.propeller_rate
@@ -339,7 +372,7 @@ impl Equations {
     fn steady_over(&self, state: &mut State, point: &mut Point, held: f64, step: f64) -> [f64; 3] {
         let mut z = [held; 3];
         for (hook, memory_state) in self.steady.iter().zip(&mut state.steady) {
-            let Some((memory, parameters)) = hook.memory() else {
+            let Some(memory) = hook.memory() else {
                 for value in &mut z {
                     point.steady_rate = *value;
                     *value += hook.add(point);
@@ -350,10 +383,10 @@ impl Equations {
             for (node, add) in added.iter_mut().enumerate() {
                 if node > 0 {
                     point.steady_rate = 0.5 * (z[node - 1] + z[node]);
-                    *memory_state = (memory.advance)(parameters, *memory_state, point, 0.5 * step);
+                    *memory_state = memory.advance(*memory_state, point, 0.5 * step);
                 }
                 point.steady_rate = z[node];
-                *add = (memory.add)(parameters, *memory_state, point);
+                *add = memory.add(*memory_state, point);
             }
             for (value, add) in z.iter_mut().zip(added) {
                 *value += add;
@@ -377,12 +410,12 @@ impl Equations {
 
     fn advance_sensor(&self, state: &mut State, mean: &mut Point, step: f64) {
         for (hook, memory_state) in self.rotor_sensor.iter().zip(&mut state.sensor) {
-            mean.propeller_rate += match hook {
-                Hook::Memory(memory, parameters) => {
-                    *memory_state = (memory.advance)(parameters, *memory_state, mean, step);
-                    (memory.add)(parameters, *memory_state, mean)
+            mean.propeller_rate += match hook.memory() {
+                Some(memory) => {
+                    *memory_state = memory.advance(*memory_state, mean, step);
+                    memory.add(*memory_state, mean)
                 }
-                hook => hook.add(mean),
+                None => hook.add(mean),
             };
         }
     }

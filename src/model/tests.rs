@@ -1,5 +1,7 @@
 use crate::model::*;
 
+mod memory;
+
 #[test]
 fn the_paper_has_its_printed_numbers() {
     let model = Model::paper();

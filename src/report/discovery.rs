@@ -46,6 +46,11 @@ fn kind(form: &str) -> &'static str {
         "peak" => "a peak about one place",
         "wave" | "sine" | "cosine" => "a wave along the channel, as of teeth or poles",
         "warm_up" => "a change that dies out after the start",
+        "play" => "play: it stands still until the command has gone a way, and then is dragged along",
+        "hysteresis" => {
+            "a force that builds up over a way, stays there, and turns with the motion: hysteresis"
+        }
+        "creep" => "a part of the command that follows late",
         "line" => "a swing of one frequency, whatever the channels do",
         "product" | "product_of_square" | "product_of_absolute" => "a product of two channels",
         "product_of_saturation" | "product_of_peak" | "product_of_dead_zone" | "product_of_ramp" => {

@@ -321,6 +321,9 @@ impl Question {
             }
             Self::Outside(number, _) => {
                 let (name, law) = outside(*number, kind, rng);
+                if let Outside::Backlash(half_width) = law {
+                    named.insert("numbers".to_owned(), json!([half_width]));
+                }
                 hidden.outside = law;
                 named.insert("law".to_owned(), json!(name));
                 "unknown".to_owned()

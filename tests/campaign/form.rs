@@ -12,7 +12,7 @@ use serde_json::Value;
 use crate::laws::{Family, Numbers, Seen};
 
 /// Share of the hidden law over the visited range by which a formula may differ from it, rms.
-const SAME: f64 = 0.15;
+pub const SAME: f64 = 0.15;
 /// One row in so many is looked at.
 const ROWS: usize = 7;
 

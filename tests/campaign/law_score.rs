@@ -6,9 +6,11 @@ use std::path::Path;
 use serde_json::Value;
 
 use crate::answer::Answer;
-use crate::form::{Log, is_form};
+use crate::form::{Log, SAME, is_form};
 use crate::laws::{Family, Numbers, family};
 
+/// The law with a memory that has a formula.
+const BACKLASH: &str = "backlash";
 /// Held-out error over the noise floor that counts as explained.
 const NEAR: f64 = 1.5;
 
@@ -49,6 +51,18 @@ impl Found {
             .as_f64()
             .zip(json["error"]["noise_floor"].as_f64())
             .map(|(error, floor)| error / floor);
+    }
+
+    /// How it stands to a hidden play: that has a formula of its own, with a memory.
+    fn beside_play(&mut self, json: &Value, numbers: &Value) {
+        self.is_law = true;
+        self.site = json["site"] == "command";
+        self.channels = list(&json["channels"]) == ["command"];
+        let number = |name: &str| json["parameters"][name]["value"].as_f64().unwrap_or(f64::NAN);
+        let near = |value: f64, truth: f64| (value / truth - 1.0).abs() < SAME;
+        let is_play = list(&json["forms"]) == ["play"];
+        let width = numbers[0].as_f64().unwrap_or(f64::NAN);
+        self.form = self.formula && is_play && near(number("a"), width) && near(number("k"), 1.0);
     }
 
     /// How it stands to the hidden law.
@@ -109,6 +123,9 @@ pub fn judge(name: &str, truth: &Value, folder: &Path, answer: &Answer) -> Resul
         }
     };
     found.read(json);
+    if law == BACKLASH {
+        found.beside_play(json, &truth["parameters"]["numbers"]);
+    }
     let Some(family) = family(law) else { return Ok(found) };
     found.beside(family, json, &truth["parameters"]["numbers"], folder)?;
     Ok(found)

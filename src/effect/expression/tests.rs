@@ -273,3 +273,37 @@ fn the_deepest_expression_that_is_read_is_run_too() {
     assert_eq!(expression.value(&[1.0], &Point::default()), 62.0);
     assert!(expression.value(&[], &Point::default()).is_nan());
 }
+
+/// Play stands still within its width and is dragged along at it; a lag has gone 63 % of its way after its time constant.
+#[test]
+fn play_and_lag_remember() {
+    let at = |command: f64, memory: Option<f64>| Point { command, memory, ..Point::default() };
+    let play = Expression::parse("k*(play(command,w)-command)", &["k", "w"]).expect("parses");
+    let numbers = [2.0, 0.1];
+    assert!(play.remembers());
+    assert_eq!(play.value(&numbers, &at(0.5, None)), 0.0, "at rest");
+    let mut held = play.memory_at_rest(&numbers, &at(0.5, None));
+    for (command, expected) in [(0.55, 0.5), (0.7, 0.6), (0.65, 0.6), (0.4, 0.5)] {
+        held = play.memory_after(&numbers, held, &at(command, None), 0.02);
+        assert!((held - expected).abs() < 1e-12, "{command}: {held}");
+    }
+    assert!((play.value(&numbers, &at(0.4, Some(held))) - 0.2).abs() < 1e-12);
+    assert_eq!(play.memory_rate(&numbers), 0.0);
+    let lag = Expression::parse("lag(command, t)", &["t"]).expect("parses");
+    let after = lag.memory_after(&[0.5], 0.0, &at(1.0, None), 0.5);
+    assert!((after - (1.0 - (-1.0_f64).exp())).abs() < 1e-12 && lag.memory_rate(&[0.5]) == 2.0);
+    assert!(!Expression::parse("k", &["k"]).expect("parses").remembers());
+}
+
+#[test]
+fn one_memory_is_all_that_a_law_has_where_it_may_have_one() {
+    let twice = Expression::parse("k*play(command,k)+lag(command,k)", &["k"]).expect_err("two");
+    let ExpressionError::Syntax { column, .. } = &twice;
+    assert_eq!(*column, 18, "{twice}");
+    let of = |site| Expression::parse("k*play(command,k)", &["k"]).expect("parses").at(site);
+    assert!(of(Site::Command).is_ok() && of(Site::SteadyRate).is_ok());
+    assert!(of(Site::RotorAcceleration).is_err());
+    // Constants are done at once, what remembers is not.
+    let constant = Expression::parse("play(1,0.5)*k", &["k"]).expect("parses");
+    assert_eq!(constant.value(&[1.0], &Point { memory: Some(3.0), ..Point::default() }), 3.0);
+}
