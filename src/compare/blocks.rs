@@ -72,7 +72,7 @@ fn actuator(
     let (Some(judged), Some(rate)) = (screened.rotor(rotor + 1), log.column(&signal)) else {
         return Ok(None);
     };
-    let (command, battery) = (judged.data().command.as_slice(), judged.voltage());
+    let (command, battery) = (&judged.data().command[..], judged.voltage());
     let mut driven_by = vec![command_name.as_str()];
     driven_by.extend(battery.map(|_| BATTERY));
     let name = format!("actuator_{}", rotor + 1);

@@ -112,7 +112,7 @@ fn what_a_coarse_reading_steps_over_is_nearer_to_the_voltage() {
     let switched = |row: usize| 12.0 + 0.3 * ((row / 37 * row / 37 % 5) as f64);
     log.voltage = Some((0..ROWS).map(|row| (switched(row) * 10.0).round() / 10.0).collect());
     let read_as = log.voltage.clone().expect("there");
-    let seen = seen_through(&log).unwrap_or_else(|| read_as.clone());
+    let seen = seen_through(&log).unwrap_or_else(|| read_as.to_vec());
     let farthest = seen.iter().zip(&read_as).map(|(seen, read)| (seen - read).abs()).fold(0.0, f64::max);
     assert!(farthest <= 0.5 * 0.1 + 1e-9, "{farthest}");
     assert_eq!(seen_through(&read(1e-9, 0.02, true).0), None, "a fine reading");
