@@ -26,7 +26,13 @@ use columns::Columns;
 pub(crate) fn mend(rotor: &mut RotorLog) -> Option<Finding> {
     let voltage = rotor.voltage.as_deref()?;
     let step = step_of(voltage)?;
-    let quantized = QuantizedVoltage { time: &rotor.time, voltage, step, edges: edges(voltage, step) };
+    let quantized = QuantizedVoltage {
+        time: &rotor.time,
+        voltage,
+        step,
+        edges: edges(voltage, step),
+        course: Course::DETERMINED,
+    };
     let with_load = load(rotor).and_then(|load| quantized.fit(Some(load)));
     let fit = with_load.or_else(|| quantized.fit(None))?;
     if fit.noise > THRESHOLDS.most_step_noise * step {
@@ -49,17 +55,65 @@ pub(crate) fn mend(rotor: &mut RotorLog) -> Option<Finding> {
     (!is_known).then(|| rotor.finding("battery_quantized").with("step_v", (1e6 * step).round() / 1e6))
 }
 
-/// [V] What a quantized reading steps over, for what it drives: in each row the mean of what the voltage may have been, within the step
-/// that was read and about the course. It never leaves that step: where the course is a poor one, it is the reading again. `None` of a
-/// fine reading, and of one that never moves.
+/// [V] What a quantized reading steps over, for what it drives: the course over time and under load, by more knots than a fit has use
+/// for, and what is left beside it for longer than noise is. `None` of a fine reading, of one that never moves, and where no such
+/// course is found.
 pub(crate) fn seen_through(rotor: &RotorLog) -> Option<Vec<f64>> {
     let voltage = rotor.voltage.as_deref()?;
     let step = step_of(voltage)?;
-    let quantized = QuantizedVoltage { time: &rotor.time, voltage, step, edges: edges(voltage, step) };
+    let edges = edges(voltage, step);
+    let quantized = QuantizedVoltage { time: &rotor.time, voltage, step, edges, course: Course::FOLLOWED };
     let loads = load(rotor).map(Some).into_iter().chain([None]);
-    let fit =
-        loads.filter_map(|load| quantized.fit(load)).max_by(|a, b| a.likelihood.total_cmp(&b.likelihood))?;
-    Some((0..voltage.len()).map(|row| fit.value(row) + fit.noise * quantized.cut(&fit, row).mean).collect())
+    let fits = loads.filter_map(|load| quantized.fit(load));
+    let fit = fits.max_by(|a, b| a.likelihood.total_cmp(&b.likelihood))?;
+    (fit.noise <= THRESHOLDS.most_step_noise * step).then(|| {
+        let beside: Vec<f64> =
+            (0..voltage.len()).map(|row| fit.noise * quantized.cut(&fit, row).mean).collect();
+        let beside = averaged(&rotor.time, &beside, THRESHOLDS.averaged_beside);
+        beside.into_iter().enumerate().map(|(row, beside)| fit.value(row) + beside).collect()
+    })
+}
+
+/// Means over the time around each row, so long to either side.
+fn averaged(time: &[f64], values: &[f64], reach: f64) -> Vec<f64> {
+    let sums: Vec<f64> = std::iter::once(0.0)
+        .chain(values.iter().scan(0.0, |sum, value| {
+            *sum += value;
+            Some(*sum)
+        }))
+        .collect();
+    let mean = |at: &f64| {
+        let from = time.partition_point(|other| *other < at - reach);
+        let to = time.partition_point(|other| *other <= at + reach);
+        (sums[to] - sums[from]) / (to - from) as f64
+    };
+    time.iter().map(mean).collect()
+}
+
+/// How finely a voltage's course over time is followed.
+#[derive(Debug, Clone, Copy)]
+struct Course {
+    /// Steps for each knot.
+    knot_steps: f64,
+    /// [s] between two knots, at the least.
+    shortest_bend: f64,
+    /// In steps: how much it may bend at a knot, one standard deviation; infinite where the reading alone says.
+    bend: f64,
+}
+
+impl Course {
+    /// No more than the edges determine: for a fit that must know what they do not.
+    const DETERMINED: Self = Self {
+        knot_steps: THRESHOLDS.knot_steps,
+        shortest_bend: THRESHOLDS.shortest_bend,
+        bend: f64::INFINITY,
+    };
+    /// As near as it goes: between two edges a smooth way.
+    const FOLLOWED: Self = Self {
+        knot_steps: THRESHOLDS.followed_knot_steps,
+        shortest_bend: THRESHOLDS.followed_bend,
+        bend: THRESHOLDS.followed_smooth,
+    };
 }
 
 /// Rows behind which the next tread begins: there the voltage is in the middle between both.
@@ -85,6 +139,7 @@ struct QuantizedVoltage<'a> {
     step: f64,
     /// Rows behind which the next tread begins.
     edges: Vec<usize>,
+    course: Course,
 }
 
 /// What it steps over.
@@ -111,8 +166,8 @@ impl Fit<'_> {
 impl<'a> QuantizedVoltage<'a> {
     fn fit(&self, load: Option<Vec<f64>>) -> Option<Fit<'a>> {
         let mut fit = self.by_edges(Columns { time: self.time, load, bends: 1 })?;
-        let bends = (fit.fall() / (THRESHOLDS.knot_steps * self.step))
-            .min(fit.columns.span() / THRESHOLDS.shortest_bend) as usize;
+        let bends = (fit.fall() / (self.course.knot_steps * self.step))
+            .min(fit.columns.span() / self.course.shortest_bend) as usize;
         if bends > 1 {
             fit = self.by_edges(Columns { bends, ..fit.columns })?;
         }
@@ -126,6 +181,7 @@ impl<'a> QuantizedVoltage<'a> {
                 variance += fit.noise * fit.noise * (mean * mean + (1.0 - weight).clamp(0.0, 1.0));
                 fit.likelihood += share.ln();
             }
+            self.smooth(&mut sums, &fit.columns, fit.noise, Some(&fit.weights));
             let change = sums.solve(self.voltage.len())?;
             fit.weights += &change;
             fit.noise =
@@ -147,6 +203,7 @@ impl<'a> QuantizedVoltage<'a> {
             let middle = 0.5 * between(self.voltage, row);
             [row, row + 1].into_iter().for_each(|row| sums.add(columns.at(row), 0.5, middle));
         }
+        self.smooth(&mut sums, &columns, THRESHOLDS.edge_error * self.step, None);
         let weights = sums.solve(self.voltage.len())?;
         let mut fit = Fit { columns, weights, noise: 0.0, likelihood: 0.0 };
         let missed = self.edges.iter().map(|row| (between(self.voltage, *row) - fit.value(*row)).powi(2));
@@ -154,6 +211,20 @@ impl<'a> QuantizedVoltage<'a> {
         fit.noise =
             scatter.clamp(THRESHOLDS.least_step_noise * self.step, THRESHOLDS.most_step_noise * self.step);
         Some(fit)
+    }
+
+    /// Where the course may bend no more than so much: as if that had been read at each knot, beside rows with this noise. With
+    /// `weights` the rows ask for their change.
+    fn smooth(&self, sums: &mut RidgeSums, columns: &Columns, noise: f64, weights: Option<&DVector<f64>>) {
+        if self.course.bend.is_infinite() {
+            return;
+        }
+        let weight = (noise / (self.course.bend * self.step)).powi(2);
+        for knot in 1..columns.bends {
+            let bend = [(knot - 1, 1.0), (knot, -2.0), (knot + 1, 1.0)];
+            let now = weights.map_or(0.0, |weights| bend.iter().map(|(at, x)| x * weights[*at]).sum::<f64>());
+            sums.add(bend.into_iter(), weight, -weight * now);
+        }
     }
 
     fn cut(&self, fit: &Fit, row: usize) -> CensoredNormal {

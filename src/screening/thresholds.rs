@@ -293,6 +293,14 @@ crate::thresholds! {
     load_likelihood: f64 = 6.0, "-", "chi-squared of one freedom: 5e-4 by chance";
     /// count: steps of a quantized voltage for each knot of its course.
     knot_steps: f64 = 2.0, "count", "judgement";
+    /// count: steps of a quantized voltage for each knot of the course that is followed for what it drives.
+    followed_knot_steps: f64 = 0.5, "count", "voltages of made benches, known beside their readings";
+    /// [s] between two knots of that course, at the least.
+    followed_bend: f64 = 3.0, "s", "voltages of made benches, known beside their readings";
+    /// count: standard deviation, in steps, of how much that course bends at a knot.
+    followed_smooth: f64 = 0.3, "count", "voltages of made benches, known beside their readings";
+    /// [s] to either side of a row over which what is left beside that course is averaged.
+    averaged_beside: f64 = 0.5, "s", "voltages of made benches, known beside their readings";
     /// [s] a discharge bends over no shorter time.
     shortest_bend: f64 = 10.0, "s", "judgement";
     /// [-] standard deviation of the load over its mean from which it can be separated from the course.

@@ -93,27 +93,31 @@ fn an_edge_under_each_of_two_loads_is_found() {
     assert!(mend(&mut log).is_some());
 }
 
-/// What drives a rotor is nearer to the voltage than the reading is: a third of its error where the course is found, and never further
-/// away than the reading's own step where there is none.
+/// What drives a rotor is nearer to the voltage than the reading is, on a battery that empties unevenly, too: a fifth of its error where
+/// a dozen edges show how it falls, and half of it where there are three. Where no course goes with time and load it is left as read.
 #[test]
 fn what_a_coarse_reading_steps_over_is_nearer_to_the_voltage() {
     let rms = |values: &[f64], truth: &[f64]| {
         let squares = values.iter().zip(truth).map(|(value, truth)| (value - truth).powi(2));
         (squares.sum::<f64>() / truth.len() as f64).sqrt()
     };
-    for (step, noise) in [(0.1, 0.0), (0.1, 0.01), (0.05, 0.005), (0.05, 0.02)] {
-        let (log, truth) = read(step, noise, true);
-        let seen = seen_through(&log).expect("in steps");
-        let (before, after) = (rms(log.voltage.as_deref().expect("there"), &truth), rms(&seen, &truth));
-        assert!(after < 0.35 * before + 0.5 * noise, "{step} {noise}: {before} to {after}");
+    for (step, noise, left) in [(0.1, 0.002, 0.65), (0.1, 0.01, 0.6), (0.05, 0.005, 0.3), (0.05, 0.02, 0.25)]
+    {
+        for moves in [true, false] {
+            let mut random = ChaCha8Rng::seed_from_u64(8);
+            let (mut log, even) = read(step, noise, moves);
+            let uneven = |row: usize| 0.04 * (row as f64 / ROWS as f64 * 18.0).sin();
+            let truth: Vec<f64> = (0..ROWS).map(|row| even[row] + uneven(row)).collect();
+            let mut noisy = |volts: &f64| volts + noise * random.sample::<f64, _>(StandardNormal);
+            log.voltage = Some(truth.iter().map(|volts| (noisy(volts) / step).round() * step).collect());
+            let seen = seen_through(&log).expect("in steps");
+            let (before, after) = (rms(log.voltage.as_deref().expect("there"), &truth), rms(&seen, &truth));
+            assert!(after < left * before, "{step} {noise} {moves}: {before} to {after}");
+        }
     }
     let (mut log, _) = read(0.1, 0.005, false);
-    // A supply that is switched: no course that goes with time and load.
-    let switched = |row: usize| 12.0 + 0.3 * ((row / 37 * row / 37 % 5) as f64);
+    let switched = |row: usize| 12.0 + 0.3 * ((row / 37 * (row / 37) % 5) as f64);
     log.voltage = Some((0..ROWS).map(|row| (switched(row) * 10.0).round() / 10.0).collect());
-    let read_as = log.voltage.clone().expect("there");
-    let seen = seen_through(&log).unwrap_or_else(|| read_as.to_vec());
-    let farthest = seen.iter().zip(&read_as).map(|(seen, read)| (seen - read).abs()).fold(0.0, f64::max);
-    assert!(farthest <= 0.5 * 0.1 + 1e-9, "{farthest}");
+    assert_eq!(seen_through(&log), None, "a supply that is switched");
     assert_eq!(seen_through(&read(1e-9, 0.02, true).0), None, "a fine reading");
 }
