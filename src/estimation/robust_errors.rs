@@ -10,6 +10,12 @@ pub(crate) fn blocks(rows: usize) -> impl Iterator<Item = std::ops::Range<usize>
     (0..count).map(move |block| block * rows / count..(block + 1) * rows / count)
 }
 
+/// [-] What a standard error of so few degrees of freedom is stretched by, so that ±1.96 of it reach as far as Student's quantile:
+/// 1.96 (1 + (1.96² + 1) / (4 ν) + ...).
+pub(crate) fn stretched(freedom: f64) -> f64 {
+    1.0 + 1.21 / freedom
+}
+
 /// `white`, with each coefficient's row and column stretched where the sandwich of block scores says that its
 /// standard error is larger. `inverse` is the inverse of the normal matrix; `scores` are the sums over the
 /// [`blocks`] of `rows` samples, whose residual has this [`memory`](super::autocorrelation::memory).
@@ -30,9 +36,8 @@ pub(crate) fn widened(
         scores.iter().fold(DMatrix::zeros(columns, columns), |sum, score| sum + score * score.transpose());
     let freedom = (blocks - columns) as f64;
     // Small-sample factor of cluster-robust variances: scores are orthogonal to the fitted coefficients. And a
-    // variance from few blocks is itself uncertain: ±1.96 standard errors must reach as far as Student's quantile,
-    // 1.96 (1 + (1.96² + 1) / (4 ν) + ...).
-    let factor = blocks as f64 / freedom * (1.0 + 1.21 / freedom).powi(2) / kept_in(rows / blocks, memory);
+    // variance from few blocks is itself uncertain.
+    let factor = blocks as f64 / freedom * stretched(freedom).powi(2) / kept_in(rows / blocks, memory);
     let sandwich = inverse * meat * inverse * factor;
     let stretch = DVector::from_fn(columns, |index, _| {
         let ratio = sandwich[(index, index)] / white[(index, index)];

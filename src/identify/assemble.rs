@@ -164,6 +164,7 @@ impl Work<'_> {
             validation: validated,
             parts: self.parts,
             battery: self.battery,
+            supplies: self.supplies,
             static_curve: self.static_curve,
             pole: self.pole,
             joint: self.joint,

@@ -7,6 +7,7 @@ use super::inertia::Body;
 use super::joint_fit::JointFit;
 use super::lag_order::LagAlternative;
 use super::static_curve::StaticCurve;
+use super::supply_gain::SupplyGain;
 use super::thrust_curve::ThrustCurve;
 use super::validate::Validation;
 use super::voltage_gain::BatteryGain;
@@ -100,6 +101,9 @@ pub struct Identification {
     pub parts: Vec<Part>,
     /// k_V by Eq. (6).
     pub battery: Option<BatteryGain>,
+    /// k_V from levels at several supplies, a log each.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub supplies: Option<SupplyGain>,
     /// g(u) by Eq. (9).
     pub static_curve: Option<StaticCurve>,
     /// p by output error from z.

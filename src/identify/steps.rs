@@ -10,6 +10,7 @@ use super::result::PoleFit;
 use super::significance;
 use super::static_curve::{self, StaticCurve};
 use super::steady_rows;
+use super::supply_gain::{self, SupplyGain};
 use super::thresholds::THRESHOLDS;
 use super::thrust_curve;
 use super::voltage_gain;
@@ -33,25 +34,42 @@ impl Work<'_> {
             return self.lacks(STEP, why);
         }
         let (gain, left_out) = voltage_gain::identify(&self.rotors);
-        if let Some((gain, why)) =
-            gain.as_ref().and_then(|it| Some((it.gain, significance::no_gain(&it.gain)?)))
-        {
-            self.insignificant_gain = Some(gain);
+        let supplies = supply_gain::identify(&self.rotors, self.full_voltage());
+        let is_shown = |gain: &Estimate| significance::no_gain(gain).is_none();
+        let own = gain.as_ref().map(|it| it.gain);
+        let between = supplies.as_ref().map(|it| it.gain);
+        self.battery = gain.filter(|it| is_shown(&it.gain));
+        self.supplies = supplies.filter(|it| is_shown(&it.gain));
+        // What a supply does under load within a level says little beside what it does from log to log.
+        let none = between.or(own).filter(|_| self.battery.is_none() && self.supplies.is_none());
+        if let Some((shown, why)) = none.and_then(|shown| Some((shown, significance::no_gain(&shown)?))) {
+            self.insignificant_gain = Some(shown);
             return self.note(STEP, false, why);
         }
-        match &gain {
-            Some(gain) => {
-                let fitted = Finding::new("levels_fitted", "voltage_gain").with("levels", gain.levels.len());
-                self.note(STEP, true, fitted.with("levels_left_out", left_out));
+        self.note_levels(STEP, left_out);
+    }
+
+    /// What constant commands came to: the more certain of what the logs' supplies and what single levels say.
+    fn note_levels(&mut self, step: &'static str, left_out: usize) {
+        let own = self.battery.as_ref().map(|own| (own.gain.standard_error, own.levels.len()));
+        let is_sharper = |it: &&SupplyGain| own.is_none_or(|(error, _)| it.gain.standard_error < error);
+        if let Some(supplies) = self.supplies.as_ref().filter(is_sharper) {
+            let fitted = Finding::new("supplies_fitted", "voltage_gain").with("levels", supplies.levels);
+            let fitted = fitted.with("logs", supplies.logs).with("voltage_range_v", supplies.voltage_range);
+            return self.note(step, true, fitted);
+        }
+        match own {
+            Some((_, levels)) => {
+                let fitted = Finding::new("levels_fitted", "voltage_gain").with("levels", levels);
+                self.note(step, true, fitted.with("levels_left_out", left_out));
             }
             None if left_out > 0 => {
                 let moved =
                     Finding::new("voltage_hardly_moved", "battery_voltage_v").with("levels", left_out);
-                self.note(STEP, false, moved);
+                self.note(step, false, moved);
             }
-            None => self.lacks(STEP, "no_constant_commands"),
+            None => self.lacks(step, "no_constant_commands"),
         }
-        self.battery = gain;
     }
 
     /// How many jumps the best log has, how many of them a hole hides, and how many may be used.

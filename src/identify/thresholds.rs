@@ -75,6 +75,16 @@ crate::thresholds! {
     instrument_refits: usize = 2, "count", "emulated battery with 0.3 V of sag at hover";
     /// Standard errors from which the battery shows in the joint estimation.
     battery_shows_errors: f64 = 3.0, "-", "normal distribution: 0.1 % by chance";
+    /// [s] behind the begin of a level until its rotor has settled; half of a short one.
+    level_settles: f64 = 2.0, "s", "a pole of 6 rad/s";
+    /// [s] a command is held for at the least to be a level.
+    shortest_level: f64 = 2.0, "s", "judgement";
+    /// count: readings of a settled rotor that a level has at the least.
+    fewest_of_level: usize = 3, "count", "judgement";
+    /// count: levels more than numbers that k_V between several supplies needs.
+    spare_levels: usize = 3, "count", "judgement";
+    /// [V] by which the supplies of several logs differ at the least for k_V to be taken from that.
+    supplies_differ: f64 = 0.3, "V", "judgement: a battery's own fall in a short log";
     /// First-stage F statistic below which the voltage of a level moved too little over its noise.
     weakest_first_stage: f64 = 15.0, "-", "Stock and Yogo 2005: 10 to 16 for weak instruments";
     /// count: rows of one constant command that k_V needs.

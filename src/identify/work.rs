@@ -7,6 +7,7 @@ use super::joint_fit::JointFit;
 use super::result::{IdentifySettings, Part, PoleFit};
 use super::significance;
 use super::static_curve::StaticCurve;
+use super::supply_gain::SupplyGain;
 use super::thrust_curve::ThrustCurve;
 use super::voltage_gain::BatteryGain;
 use super::{Estimate, IdentifiedActuator, IdentifyError};
@@ -30,6 +31,8 @@ pub(crate) struct Work<'a> {
     pub thrust: Option<ThrustCurve>,
     pub body: Option<Body>,
     /// A k_V that hardly shows in constant commands.
+    /// k_V between logs of several supplies.
+    pub supplies: Option<SupplyGain>,
     pub insignificant_gain: Option<Estimate>,
     /// Whether rotors were found to differ, or to lead their commands: what a fit leaves over then has that reason.
     pub mismatch: bool,
@@ -71,6 +74,7 @@ impl<'a> Work<'a> {
             pole: None,
             thrust: None,
             body: None,
+            supplies: None,
             insignificant_gain: None,
             mismatch: false,
             body_logs: Vec::new(),
@@ -92,14 +96,13 @@ impl<'a> Work<'a> {
         self.settings.template.actuator.full_voltage
     }
 
-    /// The better of both estimates of k_V.
+    /// The best of all estimates of k_V.
     pub(crate) fn voltage_gain(&self) -> Option<Estimate> {
         let steady = self.battery.as_ref().map(|battery| battery.gain);
+        let between = self.supplies.as_ref().map(|supplies| supplies.gain);
         let excited = self.joint.as_ref().and_then(|joint| joint.voltage_gain);
-        match (steady, excited) {
-            (Some(a), Some(b)) => Some(if a.standard_error <= b.standard_error { a } else { b }),
-            (a, b) => a.or(b),
-        }
+        let all = [steady, between, excited].into_iter().flatten();
+        all.min_by(|a, b| a.standard_error.total_cmp(&b.standard_error))
     }
 
     /// A k_V that is known to be next to nothing, though not how much it is.

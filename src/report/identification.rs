@@ -104,8 +104,23 @@ impl Identification {
         rows
     }
 
-    /// k_V of constant commands, and where exciting ones have another: the one in the model first.
+    /// k_V of constant commands and of several supplies, and where exciting commands have another: the one in the model first.
     fn gains(&self) -> Vec<(Estimate, &'static str)> {
+        let Some(between) = self.supplies.as_ref().map(|supplies| supplies.gain) else {
+            return self.own_gains();
+        };
+        let mut gains = self.own_gains();
+        if between.value == self.actuator.voltage_gain {
+            gains.iter_mut().for_each(|(_, from)| *from = from.trim_end_matches(", in the model"));
+            gains.insert(0, (between, "levels at several supplies, in the model"));
+        } else {
+            gains.push((between, "levels at several supplies, less certain"));
+        }
+        gains
+    }
+
+    /// The same without several supplies.
+    fn own_gains(&self) -> Vec<(Estimate, &'static str)> {
         let Some(steady) = self.battery.as_ref().map(|battery| battery.gain) else { return Vec::new() };
         let Some(exciting) = self.joint.as_ref().and_then(|joint| joint.voltage_gain) else {
             return vec![(steady, "constant commands, Eq. (6)")];

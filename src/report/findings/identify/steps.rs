@@ -40,6 +40,12 @@ fn done(finding: &Finding) -> Option<String> {
                 finding.count("levels_left_out")
             )
         }
+        "supplies_fitted" => format!(
+            "{} of {}, whose supplies differ by up to {:.2} V",
+            counted(finding.count("levels"), "level"),
+            counted(finding.count("logs"), "log"),
+            finding.number("voltage_range_v")
+        ),
         "lag_fitted" => format!("{samples} samples"),
         "lag_and_delay_fitted" => format!(
             "{samples} samples, beside a delay of {:.2} ± {:.2} ms",
