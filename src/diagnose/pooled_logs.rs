@@ -67,17 +67,19 @@ fn split(
     Ok(split.filter(|split| split.insufficient_data().is_none()))
 }
 
-/// Whether the logs may be of one bench whose supply was set to other voltages, of which the base knows nothing: the rotor is
-/// faster at the higher one, by no more than a power of it that there are rotors of.
+/// Whether the logs may be of one bench whose supply was set to other voltages, of which the base knows nothing, or by a k_V alone,
+/// which is another law: the rotor is faster at the higher one, by no more than a power of it that there are rotors of.
 fn supply_explains(model: &Model, known: &[Effect], alone: &[(&ScreenedLog, CandidateFit)]) -> bool {
-    if model.actuator.voltage_gain != 0.0 || known.iter().any(|law| reads(law) && model.has(&law.id)) {
+    if known.iter().any(|law| reads(law) && model.has(&law.id)) {
         return false;
     }
     let commands = alone.iter().flat_map(|(log, _)| columns(log.dataset(), &["command_1", "command_2"]));
     let Some(command) = mean(commands) else { return false };
     let each = alone.iter().map(|(log, fitted)| {
         let volts = mean(columns(log.dataset(), &["battery_voltage_v"]))?;
-        Some((volts.ln(), fitted.model.steady_rate(command).ln()))
+        let actuator = &fitted.model.actuator;
+        let lost = actuator.voltage_gain * (actuator.full_voltage - volts);
+        Some((volts.ln(), (fitted.model.steady_rate(command) - lost).ln()))
     });
     let Some(each) = each.collect::<Option<Vec<_>>>() else { return false };
     let pairs =
