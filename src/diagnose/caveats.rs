@@ -9,6 +9,7 @@ use super::thresholds::THRESHOLDS;
 use super::verdict::{fails_in_training_only, turns_against_torque};
 use crate::effect::find;
 use crate::estimation::moments::mean_square;
+use crate::model::Model;
 use crate::screening::summary::LogSummary;
 use crate::screening::{Finding, ScreenedBody, ScreenedLog};
 
@@ -39,6 +40,26 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
         warnings.extend(rotors_differ(logs, found));
     }
     warnings
+}
+
+/// Logs that are held out, all of them or in parts, and that the base's own numbers were identified from.
+pub(crate) fn seen_by_base(model: &Model, train: &[ScreenedLog], validate: &[ScreenedLog]) -> Vec<Finding> {
+    let held_out = if validate.is_empty() { train } else { validate };
+    let saw = |log: &&ScreenedLog| {
+        let (raw, time) = (log.raw(), log.raw().time());
+        let (Some(first), Some(last)) = (time.first(), time.last()) else { return false };
+        model.identified_from.iter().any(|seen| {
+            !seen.sha256.is_empty()
+                && seen.sha256 == raw.sha256()
+                && *first < seen.to_s
+                && seen.from_s < *last
+        })
+    };
+    held_out
+        .iter()
+        .filter(saw)
+        .map(|log| Finding::new("base_saw_held_out", "").of(log.source_name()))
+        .collect()
 }
 
 /// A model that is so far off that it cannot be this bench's. Of rotors only: an unstable body departs from any model.
@@ -208,4 +229,34 @@ fn levels(data: &BlockData, residuals: &[f64]) -> Vec<((usize, usize), f64, f64)
         (power > 0.0).then(|| (who, cross / power, (error / power / independent).sqrt()))
     };
     whose.into_iter().filter_map(level).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::Dataset;
+    use crate::model::SeenRows;
+
+    #[test]
+    fn rows_that_a_model_was_identified_from_are_found_where_they_are_held_out() {
+        let log = |hash: &str, from: f64| {
+            let time = (0..100).map(|row| from + 0.01 * f64::from(row)).collect();
+            ScreenedLog::from(Dataset::new("a.csv", hash, time).expect("time rises"))
+        };
+        let mut model = Model::paper();
+        let seen = |sha256: &str| SeenRows {
+            file: "a.csv".to_owned(),
+            sha256: sha256.to_owned(),
+            from_s: 0.0,
+            to_s: 1.0,
+        };
+        model.identified_from = vec![seen("1"), seen("")];
+        let found =
+            |train: &[ScreenedLog], validate: &[ScreenedLog]| seen_by_base(&model, train, validate).len();
+        assert_eq!(found(&[log("1", 0.0)], &[]), 1, "in thirds");
+        assert_eq!(found(&[log("1", 0.0)], &[log("2", 0.0)]), 0, "another log is held out");
+        assert_eq!(found(&[log("2", 0.0)], &[log("1", 0.5)]), 1, "the other way round, in part");
+        assert_eq!(found(&[log("1", 2.0)], &[]), 0, "another part of it");
+        assert_eq!(found(&[log("", 0.0)], &[]), 0, "no file");
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::blocks::Blocks;
 use super::candidate_fit::CandidateFit;
+use super::caveats;
 use super::config::DiagnoseConfig;
 use super::data_split::DataSplit;
 use super::diagnosis::ErrorSummary;
@@ -54,6 +55,7 @@ pub fn extend(
         logs.iter().try_for_each(ScreenedLog::refuse)?;
     }
     let seen = part.as_ref().map(|part| [&part.train[..], &part.validate[..]].concat());
+    warnings.extend(caveats::seen_by_base(model, train, validate));
     warnings.extend(identify::check_columns(seen.as_ref().unwrap_or(&logs), model)?);
     pooled_logs::check(model, &known, seen.as_ref().unwrap_or(&logs), config.horizon)?;
     let in_block = |split: &DataSplit| -> Vec<String> {

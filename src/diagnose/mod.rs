@@ -130,6 +130,7 @@ fn search_blocks(
     };
     let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs)).chain(findings);
     let said = said.chain(too_seldom(&logs, model.actuator.pole));
+    let said = said.chain(caveats::seen_by_base(model, train, validate));
     diagnosis.findings.splice(0..0, said);
     Ok(SearchedBlocks { diagnosis, found: blocks.found, verdicts: blocks.verdicts })
 }

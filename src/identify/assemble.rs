@@ -10,7 +10,7 @@ use super::work::Work;
 use super::{IdentifiedActuator, IdentifyError};
 use crate::estimation::frequency_response::{self, Signals};
 use crate::estimation::moments::pooled_rms;
-use crate::model::{AddedEffect, ErrorFall, LogReference, Measure, Model, Step};
+use crate::model::{AddedEffect, ErrorFall, LogReference, Measure, Model, SeenRows, Step};
 use crate::screening::duplicate_logs;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::RotorLog;
@@ -146,6 +146,7 @@ impl Work<'_> {
             self.findings.extend(found);
         }
         let mut model = self.model(&actuator);
+        model.identified_from = logs.iter().map(seen_rows).collect();
         if let Some((taken, alone)) = self.delay().zip(self.without_delay(&actuator)) {
             let held_out = if validated.is_empty() {
                 taken.held_out
@@ -185,6 +186,17 @@ impl Work<'_> {
         reasons.extend(others);
         let steps = if self.rotors.is_empty() { Vec::new() } else { self.parts };
         IdentifyError::Nothing { reasons, steps }
+    }
+}
+
+/// The rows that a model's own numbers have seen.
+fn seen_rows(log: &ScreenedLog) -> SeenRows {
+    let time = log.raw().time();
+    SeenRows {
+        file: log.source_name().to_owned(),
+        sha256: log.raw().sha256().to_owned(),
+        from_s: time.first().copied().unwrap_or(0.0),
+        to_s: time.last().copied().unwrap_or(0.0),
     }
 }
 

@@ -16,6 +16,21 @@ pub struct LogReference {
     pub sha256: String,
 }
 
+/// Rows of a log that the numbers of a model were identified from.
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SeenRows {
+    /// File name.
+    pub file: String,
+    /// SHA-256 of its bytes, in hexadecimal; empty of a log that is no file.
+    pub sha256: String,
+    /// [s] time of the first of them.
+    pub from_s: f64,
+    /// [s] time of the last of them.
+    pub to_s: f64,
+}
+
 /// What an error is of, as model files and answers write it: the quantity, how the model was run, and the unit in brackets
 /// at the end.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

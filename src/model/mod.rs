@@ -38,7 +38,7 @@ pub use equations::Equations;
 pub use error::ModelError;
 pub(crate) use expression_domain::UndefinedRow;
 pub use known_effect::{Effect, EffectParameter};
-pub use ladder::{Change, ErrorFall, LogReference, Measure, Step};
+pub use ladder::{Change, ErrorFall, LogReference, Measure, SeenRows, Step};
 pub use rotor::{Remembered, RotorInput, RotorStart, RotorTrace};
 pub use user_effect::{UserEffect, UserParameter};
 
@@ -110,6 +110,9 @@ pub struct Model {
     /// How it got there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ladder: Vec<Step>,
+    /// The rows that its own numbers were identified from.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub identified_from: Vec<SeenRows>,
 }
 
 /// Names of the coefficients of g(u) by power, and their symbols in the paper.
@@ -153,6 +156,7 @@ impl Model {
             user_effects: Vec::new(),
             effects: Vec::new(),
             ladder: Vec::new(),
+            identified_from: Vec::new(),
         }
     }
 

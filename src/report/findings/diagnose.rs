@@ -23,6 +23,9 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
         "error_above_floor" => {
             format!("{subject}: the error stays at {:.2} times the noise floor", finding.number("times_floor"))
         }
+        "base_saw_held_out" => "the model's own numbers were identified from rows that are held out here: held-out errors with numbers \
+                                that stay are smaller than on rows nobody has seen; give another log as `--validate`"
+            .to_owned(),
         "parameter_at_bound" => format!(
             "{subject} stands at {}, the end of what it may be: the data would have it go further, so that this number is no \
              measurement, and the effect may stand in for another",
