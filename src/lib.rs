@@ -55,6 +55,7 @@ pub mod bench;
 pub mod bus_guard;
 pub mod can;
 pub mod cancel;
+pub mod cells;
 pub mod cli;
 pub mod clock;
 pub mod compare;

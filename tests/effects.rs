@@ -27,6 +27,7 @@ fn points(count: usize) -> Vec<Point> {
         torque: draw(-1.0, 1.0),
         body_angle: draw(-0.8, 0.8),
         body_rate: draw(-2.0, 2.0),
+        memory: None,
     };
     (0..count).map(|_| point()).collect()
 }
@@ -220,7 +221,7 @@ fn simulate(model: &Model, rotor: bool) -> Vec<f64> {
     let input = BodyInput {
         torque: equations.torque_means(&time, &torque, &vec![0.0; time.len()]),
         propeller_rate: [rates(1.0), rates(-1.0)],
-        time,
+        time: time.into(),
     };
     let mut trace = BodyTrace::default();
     for window in 0..75 {

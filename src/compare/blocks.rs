@@ -12,9 +12,9 @@ use crate::cancel;
 use crate::effect::Law;
 use crate::estimation::slope::forward_slopes;
 use crate::estimation::windows;
-use crate::log::Dataset;
 use crate::log::dataset::rotor_of;
 use crate::log::segments::{Stretch, held_throughout, stretches};
+use crate::log::{Cells, Dataset};
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, RotorInput, RotorStart, RotorTrace};
 use crate::screening::{DrivenBy, ScreenedBody, ScreenedLog, readings};
 use crate::signal::{ROTORS, side};
@@ -195,7 +195,7 @@ pub(crate) fn body_inputs<'a>(equations: &Equations, screened: &'a ScreenedLog) 
         DrivenBy::MeasuredRates => (RATES.to_vec(), by_rates(equations, log, judged.stretches())),
         DrivenBy::TorqueCommand => {
             let input = |rows: &Range<usize>| {
-                let time = log.time()[rows.clone()].to_vec();
+                let time = log.time_cells().part(rows.clone());
                 let still = vec![0.0; time.len()];
                 let torque = equations.torque_means(&time, &judged.torque()[rows.clone()], &still);
                 (rows.clone(), BodyInput { time, torque, propeller_rate: [Vec::new(), Vec::new()] })
@@ -237,11 +237,13 @@ fn by_rates(
     let rates = RATES.map(|name| readings::carried(log.time(), log.column(name).unwrap_or_default()));
     match stretches {
         // Mostly all of the log: nothing to copy.
-        [all] if all.len() == log.len() => vec![(all.clone(), rotor_driven(equations, log.time(), rates))],
+        [all] if all.len() == log.len() => {
+            vec![(all.clone(), rotor_driven(equations, log.time_cells(), rates))]
+        }
         stretches => {
             let input = |rows: &Range<usize>| {
                 let rates = rates.each_ref().map(|rates| rates[rows.clone()].to_vec());
-                (rows.clone(), rotor_driven(equations, &log.time()[rows.clone()], rates))
+                (rows.clone(), rotor_driven(equations, log.time_cells().part(rows.clone()), rates))
             };
             stretches.iter().map(input).collect()
         }
@@ -249,11 +251,11 @@ fn by_rates(
 }
 
 /// Input of the body from the rates of both rotors at the samples, straight lines between them.
-fn rotor_driven(equations: &Equations, time: &[f64], rates: [Vec<f64>; 2]) -> BodyInput {
+fn rotor_driven(equations: &Equations, time: Cells, rates: [Vec<f64>; 2]) -> BodyInput {
     let [mut rate_1, mut rate_2] = rates;
     let pairs = rate_1.iter().zip(&rate_2);
     let mut torque: Vec<f64> = pairs.map(|(a, b)| equations.rotor_torque(*a, *b)).collect();
-    let slopes = forward_slopes(time, &torque);
+    let slopes = forward_slopes(&time, &torque);
     // In place: of a long log each of these takes as much as a column.
     for values in [&mut rate_1, &mut rate_2, &mut torque] {
         for row in 1..values.len() {
@@ -261,9 +263,9 @@ fn rotor_driven(equations: &Equations, time: &[f64], rates: [Vec<f64>; 2]) -> Bo
         }
     }
     BodyInput {
-        torque: equations.torque_means(time, &torque, &slopes),
+        torque: equations.torque_means(&time, &torque, &slopes),
         propeller_rate: [rate_1, rate_2],
-        time: time.to_vec(),
+        time,
     }
 }
 
@@ -289,7 +291,7 @@ fn commanded<'a>(equations: &Equations, screened: &'a ScreenedLog) -> Option<Bod
             equations.simulate_rotor(&input, &start, &mut trace);
             trace.rate
         });
-        (rows.clone(), rotor_driven(equations, time, rates))
+        (rows.clone(), rotor_driven(equations, log.time_cells().part(rows.clone()), rates))
     });
     let battery = log.column(BATTERY);
     let by = COMMANDS.into_iter().chain(battery.map(|_| BATTERY)).collect();

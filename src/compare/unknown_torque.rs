@@ -4,6 +4,7 @@
 //! States: angle, rate, unknown torque, its slope. The torque wanders; how fast is chosen so that the log
 //! becomes most likely, so a model that lacks nothing gets a torque that stays at zero.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use nalgebra::{Matrix4, RowVector4, Vector4};
@@ -67,14 +68,15 @@ impl UnknownTorque {
 }
 
 /// One stretch, ready for the estimate.
-struct TorqueInput {
+struct TorqueInput<'a> {
     rows: Range<usize>,
-    time: Vec<f64>,
+    time: &'a [f64],
     /// [rad/s] what the model adds to the rate until the next sample.
     gained: Vec<f64>,
     /// [rad/s], [rad] measurements; not-a-number = missing.
-    rate: Vec<f64>,
-    angle: Vec<f64>,
+    rate: Cow<'a, [f64]>,
+    /// Empty where the log has none.
+    angle: &'a [f64],
 }
 
 /// Noise that the estimate reckons with.
@@ -130,7 +132,10 @@ pub(crate) fn smooth(
         standard_error: Vec::new(),
         parts: parts.iter().map(|part| part.rows.clone()).collect(),
     };
-    let mut known = Vec::new();
+    let samples = parts.iter().map(|part| part.time.len()).sum();
+    found.torque.reserve_exact(samples);
+    found.standard_error.reserve_exact(samples);
+    let mut known = Vec::with_capacity(samples);
     for part in &parts {
         for (torque, error) in smoothed(&WanderingTorque { part, spread: &spread, wander }, TORQUE) {
             found.torque.push(torque);
@@ -159,7 +164,7 @@ fn without_gyroscope(model: &Model) -> Result<Model, ModelError> {
 }
 
 /// [N m/√s] the wander under which a stretch is likeliest.
-fn likeliest_wander(part: &TorqueInput, spread: &TorqueNoise) -> f64 {
+fn likeliest_wander(part: &TorqueInput<'_>, spread: &TorqueNoise) -> f64 {
     let wanders: Vec<f64> = (0..THRESHOLDS.wanders_tried)
         .map(|number| THRESHOLDS.slowest_wander * 2.0_f64.powi(number as i32))
         .collect();
@@ -175,16 +180,18 @@ fn likeliest_wander(part: &TorqueInput, spread: &TorqueNoise) -> f64 {
 
 /// What the model says about each step, taken from the measured state; `body` is the model with a gyroscope
 /// that shows the true rate.
-fn torque_input(
+fn torque_input<'a>(
     (equations, body): (&Equations, &Equations),
     rows: Range<usize>,
-    input: &BodyInput,
-    rate: &[f64],
-    angle: Option<&[f64]>,
-) -> TorqueInput {
+    input: &'a BodyInput,
+    rate: &'a [f64],
+    angle: Option<&'a [f64]>,
+) -> TorqueInput<'a> {
     let (mut newest_rate, mut newest_angle) = (0.0, 0.0);
     let mut trace = BodyTrace::default();
-    let (mut gained, mut true_rates) = (Vec::new(), Vec::new());
+    let has_laws = equations.has_rate_sensor_laws();
+    let mut gained = Vec::with_capacity(input.time.len());
+    let mut true_rates = Vec::with_capacity(if has_laws { input.time.len() } else { 0 });
     for row in 0..input.time.len() {
         if let Some(angle) = angle.map(|angle| angle[row]).filter(|angle| angle.is_finite()) {
             newest_angle = angle;
@@ -193,20 +200,22 @@ fn torque_input(
         if turned.is_finite() {
             newest_rate = turned;
         }
-        true_rates.push(turned);
+        if has_laws {
+            true_rates.push(turned);
+        }
         trace.rate.clear();
         trace.angle.clear();
         let start = BodyStart { angle: newest_angle, rate: newest_rate, sensor: 0.0 };
         body.simulate_body(input, row, row + 2, &start, &mut trace);
         gained.push(trace.rate.get(1).map_or(0.0, |after| after - newest_rate));
     }
-    let angle = angle.map_or_else(|| vec![f64::NAN; rate.len()], <[f64]>::to_vec);
-    TorqueInput { rows, time: input.time.clone(), gained, rate: true_rates, angle }
+    let rate = if has_laws { Cow::Owned(true_rates) } else { Cow::Borrowed(rate) };
+    TorqueInput { rows, time: &input.time, gained, rate, angle: angle.unwrap_or_default() }
 }
 
 /// Angle, rate, unknown torque and its slope over a stretch, when the torque wanders by `wander` [N m/√s].
 struct WanderingTorque<'a> {
-    part: &'a TorqueInput,
+    part: &'a TorqueInput<'a>,
     spread: &'a TorqueNoise,
     wander: f64,
 }
@@ -221,7 +230,7 @@ impl LinearSystem<4, 2> for WanderingTorque<'_> {
 
     fn start(&self) -> Belief<4> {
         let first = |values: &[f64]| values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
-        let state = Vector4::new(first(&self.part.angle), first(&self.part.rate), 0.0, 0.0);
+        let state = Vector4::new(first(self.part.angle), first(&self.part.rate), 0.0, 0.0);
         // A torque of 1 N m, and a slope of 1 N m/s, would be much.
         let covariance = Matrix4::from_diagonal(&Vector4::new(1.0, 1.0, 1.0, 1.0));
         Belief { state, covariance }
@@ -233,7 +242,11 @@ impl LinearSystem<4, 2> for WanderingTorque<'_> {
         let (rate, angle) = (RowVector4::new(0.0, 1.0, 0.0, 0.0), RowVector4::new(1.0, 0.0, 0.0, 0.0));
         [
             Reading { value: part.rate[row], noise: spread.gyro, of: rate },
-            Reading { value: part.angle[row], noise: spread.angle, of: angle },
+            Reading {
+                value: part.angle.get(row).copied().unwrap_or(f64::NAN),
+                noise: spread.angle,
+                of: angle,
+            },
         ]
     }
 

@@ -13,6 +13,7 @@ use super::search_result::SearchResult;
 use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
 use crate::effect::Law;
+use crate::log::Cells;
 use crate::log::dataset::MOST_ROTORS;
 use crate::model::Effect;
 use crate::threads::spread;
@@ -35,7 +36,7 @@ fn shifted(data: &BlockData, share: f64) -> BlockData {
     let Runs::Rotor(runs) = &mut copy.runs else { return copy };
     for rotor in 0..MOST_ROTORS {
         let readings = runs.iter_mut().filter(|run| run.rotor == rotor);
-        let mut readings: Vec<&mut Vec<f64>> = readings.filter_map(|run| run.voltage.as_mut()).collect();
+        let mut readings: Vec<&mut Cells> = readings.filter_map(|run| run.voltage.as_mut()).collect();
         let mut volts: Vec<f64> = readings.iter().flat_map(|reading| reading.iter().copied()).collect();
         let by = (share * volts.len() as f64) as usize;
         volts.rotate_left(by);
@@ -114,7 +115,8 @@ mod tests {
         let data = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
         let Runs::Rotor(runs) = shifted(&data, 0.3).runs else { panic!("of rotors") };
         assert_eq!(runs.len(), 2, "a hole");
-        let volts: Vec<f64> = runs.iter().filter_map(|run| run.voltage.clone()).flatten().collect();
+        let volts: Vec<f64> =
+            runs.iter().flat_map(|run| run.voltage.clone().unwrap_or_default().to_vec()).collect();
         let expected: Vec<f64> = (130..200).chain(100..130).map(f64::from).collect();
         assert_eq!(volts, expected);
     }
@@ -134,7 +136,7 @@ mod tests {
         };
         let data = BlockData::new(Runs::Rotor(rotor_runs(&[log(12.6).into(), log(11.0).into()])));
         let Runs::Rotor(runs) = shifted(&data, 0.5).runs else { panic!("of rotors") };
-        let volts: Vec<Option<Vec<f64>>> = runs.into_iter().map(|run| run.voltage).collect();
-        assert_eq!(volts, [Some(vec![11.0; 100]), Some(vec![12.6; 100])]);
+        let volts: Vec<Option<Cells>> = runs.into_iter().map(|run| run.voltage).collect();
+        assert_eq!(volts, [Some(vec![11.0; 100].into()), Some(vec![12.6; 100].into())]);
     }
 }

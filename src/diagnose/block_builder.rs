@@ -1,5 +1,6 @@
 //! From logs to blocks: which blocks the logs hold, what is held out, what drives the body.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use super::block_data::{BlockData, Runs};
@@ -15,6 +16,7 @@ use crate::estimation::noise_floor::white_noise;
 use crate::estimation::quantile::distinct;
 use crate::estimation::slope::forward_slopes;
 use crate::estimation::smoother::{copy_missing, smooth, white};
+use crate::log::Cells;
 use crate::log::dataset::MOST_ROTORS;
 use crate::log::segments::held_throughout;
 use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
@@ -90,11 +92,15 @@ impl Driver<'_> {
         horizon: f64,
     ) -> Vec<BodyRun> {
         let data = screened.dataset();
-        let Some((judged, rate)) = screened.body().zip(data.column("body_rate_rad_s")) else {
+        let Some((judged, rate)) = screened.body().zip(data.cells("body_rate_rad_s")) else {
             return Vec::new();
         };
-        let rate = judged.driven_rows(rate);
-        let angle = data.column("body_angle_rad").map(|angle| judged.driven_rows(angle));
+        let driven = |cells: Cells| match judged.driven_rows(&cells) {
+            Cow::Owned(driven) => driven.into(),
+            Cow::Borrowed(_) => cells,
+        };
+        let rate: Cells = driven(rate);
+        let angle = data.cells("body_angle_rad").map(driven);
         let by_rotors = judged.driven_by() != DrivenBy::TorqueCommand;
         let of_rotor = |rotor| self.rotor_rate(log, rotor, screened, fitted, held_out);
         let rates: Vec<Option<Rates>> =
@@ -109,8 +115,7 @@ impl Driver<'_> {
         let is_modelled = self.fitted.is_some() && by_rotors;
         let mut runs = Vec::new();
         for rows in judged.stretches().iter().cloned() {
-            let cut = |values: &[f64]| values[rows.clone()].to_vec();
-            let zeros = vec![0.0; rows.len()];
+            let zeros = || Cells::from(vec![0.0; rows.len()]);
             let torque = match &rates[..] {
                 [Some(first), Some(second)] => self.torque_of(
                     [first.cut(rows.clone()), second.cut(rows.clone())],
@@ -118,20 +123,20 @@ impl Driver<'_> {
                 ),
                 _ if by_rotors => return Vec::new(),
                 _ => TorqueOver {
-                    mean: cut(judged.torque()),
-                    slope: zeros.clone(),
-                    carried: zeros,
-                    rates: [Vec::new(), Vec::new()],
+                    mean: judged.torque()[rows.clone()].to_vec(),
+                    slope: zeros(),
+                    carried: zeros(),
+                    rates: Default::default(),
                 },
             };
             let source = BodySource {
-                time: cut(data.time()),
+                time: data.time_cells().part(rows.clone()),
                 torque: torque.mean,
                 torque_slope: torque.slope,
                 carried: torque.carried,
-                propeller_rate: torque.rates,
-                rate: cut(&rate),
-                angle: angle.as_deref().map(cut).unwrap_or_default(),
+                propeller_rate: torque.rates.map(|rates| rates.to_vec()),
+                rate: rate.part(rows.clone()),
+                angle: angle.as_ref().map(|angle| angle.part(rows.clone())).unwrap_or_default(),
             };
             let unlogged = if is_modelled && rows.start == 0 { THRESHOLDS.unlogged_command_s } else { 0.0 };
             let begin = source.time.first().map_or(0.0, |first| first + unknown.max(unlogged));
@@ -147,7 +152,7 @@ impl Driver<'_> {
             let pairs = first.iter().zip(second);
             pairs.map(|(first, second)| self.equations.rotor_torque(*first, *second)).collect()
         };
-        let slope = forward_slopes(time, &torque(&first.at, &second.at));
+        let slope = forward_slopes(time, &torque(&first.at, &second.at)).into();
         let mean = torque(&first.mean, &second.mean);
         let noisy = torque(&first.noisy(), &second.noisy());
         let carried = noisy.iter().zip(&mean).map(|(noisy, quiet)| noisy - quiet).collect();
@@ -189,14 +194,16 @@ impl Driver<'_> {
         let lacks: Vec<f64> =
             run.measured.iter().zip(&trace.measured).map(|(measured, model)| measured - model).collect();
         let (lacks, carried) = smooth(&lacks);
+        let Rates { at, mean, carried: noise } = rates;
+        let (at, mean, noise) = (&mut at[..], &mut mean[..], &mut noise[..]);
         for (row, lack) in run.rows.clone().zip(&lacks) {
             let within = row - run.rows.start;
             let next = lacks.get(within + 1).unwrap_or(lack);
-            rates.at[row] = trace.rate[within] + lack;
-            rates.mean[row] = trace.mean[within] + 0.5 * (lack + next);
+            at[row] = trace.rate[within] + lack;
+            mean[row] = trace.mean[within] + 0.5 * (lack + next);
             // Each rotor has noise of its own: the second takes the example backwards.
             let drawn = if run.rotor == 0 { within } else { carried.len() - 1 - within };
-            rates.carried[row] = carried[drawn];
+            noise[row] = carried[drawn];
         }
     }
 
@@ -204,7 +211,7 @@ impl Driver<'_> {
     fn simulated(&self, rotor: usize, screened: &ScreenedLog) -> Option<Rates> {
         let judged = screened.commanded(rotor + 1)?;
         let data = judged.data();
-        let still = vec![0.0; data.time.len()];
+        let still = Cells::from(vec![0.0; data.time.len()]);
         let mut rates = Rates { at: still.clone(), mean: still.clone(), carried: still };
         let mut trace = RotorTrace::default();
         for rows in judged.stretches().iter().cloned() {
@@ -227,19 +234,19 @@ struct TorqueOver {
     /// [N m] over the interval after each sample.
     mean: Vec<f64>,
     /// [N m/s]
-    slope: Vec<f64>,
+    slope: Cells,
     /// [N m] an example of the noise in it.
-    carried: Vec<f64>,
+    carried: Cells,
     /// [rad/s] means of the rotors' rates; empty where it was logged.
-    rates: [Vec<f64>; 2],
+    rates: [Cells; 2],
 }
 
 /// [rad/s] rates of a rotor: at the samples, their means over the interval after each, and an example of the noise in
 /// them.
 struct Rates {
-    at: Vec<f64>,
-    mean: Vec<f64>,
-    carried: Vec<f64>,
+    at: Cells,
+    mean: Cells,
+    carried: Cells,
 }
 
 impl Rates {
@@ -251,11 +258,15 @@ impl Rates {
         let size = white_noise(measured, std::slice::from_ref(&(0..measured.len())));
         let mut carried = white(at.len(), size);
         copy_missing(&mut carried, measured);
-        Self { mean: pairs.chain(at.last().copied()).collect(), carried: lines(&carried), at }
+        Self {
+            mean: pairs.chain(at.last().copied()).collect(),
+            carried: lines(&carried).into(),
+            at: at.into(),
+        }
     }
 
     fn cut(&self, rows: Range<usize>) -> Self {
-        let part = |values: &[f64]| values[rows.clone()].to_vec();
+        let part = |values: &Cells| values.part(rows.clone());
         Self { at: part(&self.at), mean: part(&self.mean), carried: part(&self.carried) }
     }
 

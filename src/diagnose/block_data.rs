@@ -1,10 +1,12 @@
 //! The data of one block, laid out for residuals: of the rotors or of the body.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::body_block::{self, BodyRun};
 use super::rotor_block::{self, RotorRun};
 use super::thresholds::THRESHOLDS;
+use crate::estimation::measured_rows::MeasuredRows;
 use crate::estimation::moments::deviation;
 use crate::estimation::noise_floor::{RESOLUTION, noise_of_reading};
 use crate::estimation::quantization_step::quantization_step;
@@ -36,6 +38,7 @@ pub struct BlockData {
     pub sigma: [f64; 2],
     units: Vec<Range<usize>>,
     len: usize,
+    measured: Option<Arc<MeasuredRows>>,
     carried: [f64; 2],
     quantization_step: [f64; 2],
 }
@@ -71,7 +74,11 @@ impl BlockData {
                 quantization_step(runs.iter().flat_map(|run| run.angle.iter().copied())),
             ],
         };
-        Self { runs, sigma: [1.0; 2], units, len, carried, quantization_step }
+        let measured = match &runs {
+            Runs::Rotor(runs) => rotor_block::measured_rows(runs, &units),
+            Runs::Body(runs) => body_block::measured_rows(runs, &units),
+        };
+        Self { runs, sigma: [1.0; 2], units, len, measured, carried, quantization_step }
     }
 
     /// The noise floor of each channel in its unit, from residuals over the data's own sigma: the sensor's noise, and
@@ -109,6 +116,12 @@ impl BlockData {
     #[must_use]
     pub fn len(&self) -> usize {
         self.len
+    }
+
+    /// The rows in which something was measured; `None` where they are most.
+    #[must_use]
+    pub fn measured_rows(&self) -> Option<&Arc<MeasuredRows>> {
+        self.measured.as_ref()
     }
 
     /// How many of the samples were measured.

@@ -1,11 +1,14 @@
 //! The body block: free runs over short windows, driven by what the rotors were measured to do.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::diagnose::thresholds::THRESHOLDS;
+use crate::estimation::measured_rows::MeasuredRows;
 use crate::estimation::moments::mean;
 use crate::estimation::slope::beside_a_line;
 use crate::estimation::windows;
+use crate::log::Cells;
 use crate::log::segments::held_throughout;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations};
 use crate::screening::readings;
@@ -18,19 +21,19 @@ pub struct BodyRun {
     /// Its samples in the log.
     pub rows: Range<usize>,
     /// [N m/s] how the torque rises within the interval after each sample.
-    pub torque_slope: Vec<f64>,
+    pub torque_slope: Cells,
     /// [N m] an example of the noise that the torque carries from the rotors' sensors.
-    pub carried: Vec<f64>,
+    pub carried: Cells,
     /// The inputs for a model without delay or lag of the torque.
-    pub input: BodyInput,
+    pub input: Arc<BodyInput>,
     /// [rad/s] not-a-number where missing.
-    pub rate: Vec<f64>,
+    pub rate: Cells,
     /// [rad] not-a-number where missing; empty when the log has none.
-    pub angle: Vec<f64>,
+    pub angle: Cells,
     /// [rad/s] where windows start.
-    pub start_rate: Vec<f64>,
+    pub start_rate: Cells,
     /// [rad] where windows start.
-    pub start_angle: Vec<f64>,
+    pub start_angle: Cells,
     /// The windows, in samples of this run.
     pub windows: Vec<Range<usize>>,
     /// Whether each window counts.
@@ -43,8 +46,11 @@ impl BodyRun {
     pub fn new(log: usize, rows: Range<usize>, source: BodySource, horizon: f64) -> Self {
         let BodySource { time, torque, torque_slope, carried, propeller_rate, rate, angle } = source;
         let windows = windows::apart(&time, horizon, THRESHOLDS.window_samples, THRESHOLDS.window_rest);
-        let start = |values: &[f64]| held_throughout(&readings::bridged(&time, values));
-        let angle = if angle.iter().any(|value| value.is_finite()) { angle } else { Vec::new() };
+        let start = |values: &Cells| {
+            let is_whole = values.iter().all(|value| value.is_finite());
+            if is_whole { values.clone() } else { held_throughout(&readings::bridged(&time, values)).into() }
+        };
+        let angle = if angle.iter().any(|value| value.is_finite()) { angle } else { Cells::default() };
         let (start_rate, start_angle) = (start(&rate), start(&angle));
         Self {
             log,
@@ -57,7 +63,7 @@ impl BodyRun {
             angle,
             counts: vec![true; windows.len()],
             windows,
-            input: BodyInput { torque, propeller_rate, time },
+            input: Arc::new(BodyInput { torque, propeller_rate, time }),
         }
     }
 
@@ -94,19 +100,19 @@ impl BodyRun {
 #[derive(Debug, Clone, Default)]
 pub struct BodySource {
     /// [s]
-    pub time: Vec<f64>,
+    pub time: Cells,
     /// [N m] mean over the interval after each sample, before any effect.
     pub torque: Vec<f64>,
     /// [N m/s] how it rises within the interval.
-    pub torque_slope: Vec<f64>,
+    pub torque_slope: Cells,
     /// [N m] an example of the noise in it.
-    pub carried: Vec<f64>,
+    pub carried: Cells,
     /// [rad/s] means; empty when there is none.
     pub propeller_rate: [Vec<f64>; 2],
     /// [rad/s]
-    pub rate: Vec<f64>,
+    pub rate: Cells,
     /// [rad]
-    pub angle: Vec<f64>,
+    pub angle: Cells,
 }
 
 /// A number that follows no rule from one index to the next: Knuth's multiplicative hash.
@@ -120,10 +126,25 @@ pub fn input_under(equations: &Equations, run: &BodyRun) -> Option<BodyInput> {
     let is_other = equations.has_torque_stream() || equations.has_remembered_torque();
     is_other.then(|| {
         let torque = equations.torque_means(&run.input.time, &run.input.torque, &run.torque_slope);
-        let mut input = BodyInput { torque, ..run.input.clone() };
+        let mut input = BodyInput { torque, ..BodyInput::clone(&run.input) };
         equations.add_remembered_torque(&mut input, &run.start_angle, &run.start_rate);
         input
     })
+}
+
+/// The rows of the residuals of these runs in which a rate or an angle was measured.
+pub(crate) fn measured_rows(runs: &[BodyRun], units: &[Range<usize>]) -> Option<Arc<MeasuredRows>> {
+    let of_run = |run: &'_ BodyRun| {
+        let finite = |values: &[f64]| -> Vec<bool> { values.iter().map(|value| value.is_finite()).collect() };
+        let (rate, angle) = (finite(&run.rate), finite(&run.angle));
+        let each = run.windows.iter().flat_map(move |window| {
+            let of = |known: &[bool]| known.get(window.clone()).unwrap_or_default().to_vec();
+            [of(&rate), of(&angle)].concat()
+        });
+        each.collect::<Vec<bool>>()
+    };
+    let measured: Vec<bool> = runs.iter().flat_map(of_run).collect();
+    MeasuredRows::of(measured.iter().copied(), units)
 }
 
 /// What the noise in the torque does to rate and angle of a body of 1 kg m² over the windows, rms, the fitted initial

@@ -8,7 +8,7 @@ use super::grid_search;
 use super::problem::Problem;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::normal_equations::Slopes;
-use crate::estimation::output_error::{Fit, FitConfig, fit, fit_from, validate, validate_from};
+use crate::estimation::output_error::{Fit, FitConfig, Residuals, fit, fit_from, validate, validate_from};
 use crate::model::Model;
 
 /// Starting points of a candidate, ranked by a first look.
@@ -216,7 +216,8 @@ impl Candidate<'_> {
         if split.folds.is_empty() {
             return validate(&problem(&split.validate), &best.globals);
         }
-        let mut joint = Fit { residuals: vec![0.0; best.residuals.len()], cost: 0.0, ..best.clone() };
+        let mut residuals = vec![0.0; best.residuals.len()];
+        let mut joint = Fit { cost: 0.0, ..best.clone() };
         // Their fits start where the one on all data ended. Grids were moved since then, and what is beside them.
         let is_any_discontinuous = names.iter().any(|name| self.is_discontinuous(name));
         let slopes = Some(slopes).filter(|_| !is_any_discontinuous);
@@ -233,8 +234,9 @@ impl Candidate<'_> {
             let held_out = validate_from(&problem(held_out), &part.globals, from);
             joint.cost += held_out.cost;
             // Each sample is held out in one fold, and zero in the others.
-            joint.residuals.iter_mut().zip(&held_out.residuals).for_each(|(sum, residual)| *sum += residual);
+            residuals.iter_mut().zip(&*held_out.residuals.all()).for_each(|(sum, residual)| *sum += residual);
         }
+        joint.residuals = Residuals::of(residuals, split.train.measured_rows());
         joint
     }
 

@@ -8,7 +8,7 @@ use super::thresholds::THRESHOLDS;
 use crate::effect::Law;
 use crate::estimation::consistency::{self as stretchwise, power};
 use crate::estimation::noise_floor::RESOLUTION;
-use crate::estimation::output_error::{Fit, OutputError};
+use crate::estimation::output_error::{Fit, OutputError, Residuals};
 use crate::model::{Effect, EffectParameter, Model};
 
 /// A set of effects after its fit.
@@ -45,8 +45,7 @@ impl CandidateFit {
         let (fit, data) =
             if held_out { (&self.held_out, &split.validate) } else { (&self.fit, &split.train) };
         let pieces = data.pieces(channel);
-        let values =
-            pieces.iter().flat_map(|piece| &fit.residuals[piece.clone()]).filter(|value| **value != 0.0);
+        let values = pieces.iter().flat_map(|piece| fit.residuals.part(piece)).filter(|value| **value != 0.0);
         let (count, sum) = values.fold((0usize, 0.0), |(count, sum), value| (count + 1, sum + value * value));
         let free = count.saturating_sub(live_units(fit, data)).max(1);
         (sum / free as f64).sqrt() * data.sigma[channel]
@@ -69,15 +68,16 @@ impl CandidateFit {
     pub fn in_units_of(&self, own: &DataSplit, other: &DataSplit) -> Option<Self> {
         let scaled = |fit: &Fit, own: &BlockData, other: &BlockData| {
             (own.units() == other.units() && fit.residuals.len() == other.len()).then_some(())?;
-            let mut fit = fit.clone();
+            let mut residuals = fit.residuals.all().into_owned();
             for channel in 0..own.channels().len() {
                 let factor = own.sigma[channel] / other.sigma[channel];
                 for piece in own.pieces(channel) {
-                    fit.residuals[piece].iter_mut().for_each(|residual| *residual *= factor);
+                    residuals[piece].iter_mut().for_each(|residual| *residual *= factor);
                 }
             }
-            fit.cost = power(&fit.residuals);
-            Some(fit)
+            let cost = power(&residuals);
+            let residuals = Residuals::of(residuals, other.measured_rows());
+            Some(Fit { residuals, cost, ..fit.clone() })
         };
         let (fit, held_out) = (
             scaled(&self.fit, &own.train, &other.train)?,
@@ -91,13 +91,14 @@ impl CandidateFit {
     /// stretches do; and where whole levels are held out, errors of the level hide what a law of transients gains.
     #[must_use]
     pub fn consistency(&self, after: &Self) -> f64 {
-        self.held_out_consistency(after).max(consistency(&self.fit.residuals, &after.fit.residuals))
+        self.held_out_consistency(after)
+            .max(consistency(&self.fit.residuals.all(), &after.fit.residuals.all()))
     }
 
     /// The same on the held-out part.
     #[must_use]
     pub fn held_out_consistency(&self, after: &Self) -> f64 {
-        consistency(&self.held_out.residuals, &after.held_out.residuals)
+        consistency(&self.held_out.residuals.all(), &after.held_out.residuals.all())
     }
 
     /// Whether two of its effects work against each other and little is left of both: then they are no physics but
@@ -177,7 +178,7 @@ impl CandidateFit {
         let without = Problem::new(&split.train, model, Vec::new(), &inside);
         let mut residuals = vec![0.0; self.fit.residuals.len()];
         without.residuals(&[], &self.fit.locals, &mut residuals);
-        residuals.iter().zip(&self.fit.residuals).map(|(without, with)| without - with).collect()
+        residuals.iter().zip(&*self.fit.residuals.all()).map(|(without, with)| without - with).collect()
     }
 }
 
@@ -188,15 +189,12 @@ fn consistency(before: &[f64], after: &[f64]) -> f64 {
 
 /// Units in which anything was measured.
 fn live_units(fit: &Fit, data: &BlockData) -> usize {
-    data.units()
-        .iter()
-        .filter(|unit| fit.residuals[(*unit).clone()].iter().any(|value| *value != 0.0))
-        .count()
+    data.units().iter().filter(|unit| fit.residuals.part(unit).iter().any(|value| *value != 0.0)).count()
 }
 
 /// Mean square of the residuals over the noise, the freedom of initial states taken off.
 fn noise_multiple(fit: &Fit, data: &BlockData) -> f64 {
-    let used = fit.residuals.iter().filter(|value| **value != 0.0).count();
+    let used = fit.residuals.measured().iter().filter(|value| **value != 0.0).count();
     let locals = fit.locals.len().checked_div(data.units().len()).unwrap_or(0);
     let free = used.saturating_sub(live_units(fit, data) * locals).max(1);
     fit.cost / free as f64
@@ -233,11 +231,11 @@ mod tests {
         let (torque, zero) = (time.iter().map(|t| -0.144 * (3.0 * t).sin()).collect(), vec![0.0; 400]);
         let source = BodySource {
             torque,
-            torque_slope: zero.clone(),
-            carried: zero,
+            torque_slope: zero.clone().into(),
+            carried: zero.into(),
             rate,
-            angle,
-            time,
+            angle: angle.into(),
+            time: time.into(),
             ..BodySource::default()
         };
         let data = BlockData::new(Runs::Body(vec![BodyRun::new(0, 0..400, source, 0.4)]));
@@ -247,8 +245,14 @@ mod tests {
         let mut residuals = vec![0.0; problem.len()];
         problem.residuals(&[], &locals, &mut residuals);
         let cost = power(&residuals);
-        let fit =
-            Fit { globals: Vec::new(), locals, standard_errors: Vec::new(), cost, residuals, iterations: 0 };
+        let fit = Fit {
+            globals: Vec::new(),
+            locals,
+            standard_errors: Vec::new(),
+            cost,
+            residuals: residuals.into(),
+            iterations: 0,
+        };
         let effects = effects.iter().map(|(id, _)| (*id).to_owned()).collect();
         let fitted = CandidateFit { effects, model, names: Vec::new(), held_out: fit.clone(), fit };
         (DataSplit::new(data.clone(), Some(data)), fitted, known)

@@ -131,7 +131,7 @@ fn at_bounds(found: &SearchResult) -> Vec<Finding> {
 fn slow_drift(logs: &[ScreenedLog], found: &SearchResult) -> Option<Finding> {
     let Runs::Rotor(runs) = &found.split.train.runs else { return None };
     let sigma = found.split.train.sigma[0];
-    let residuals = &found.answer.fit.residuals;
+    let residuals = found.answer.fit.residuals.all();
     let mut whose: Vec<(usize, usize)> = runs.iter().map(|run| (run.log, run.rotor)).collect();
     whose.sort_unstable();
     whose.dedup();
@@ -186,7 +186,7 @@ fn rotors_differ(logs: &[ScreenedLog], found: &SearchResult) -> Option<Finding> 
     if over <= THRESHOLDS.plain_error {
         return None;
     }
-    let levels = levels(&found.split.train, &found.answer.fit.residuals);
+    let levels = levels(&found.split.train, &found.answer.fit.residuals.all());
     let slowest = levels.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
     let fastest = levels.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
     let apart = fastest.1 - slowest.1;

@@ -6,7 +6,7 @@ use super::problem::Problem;
 use super::thresholds::THRESHOLDS;
 use crate::effect::Site;
 use crate::estimation::normal_equations::sum_of_squares;
-use crate::estimation::output_error::{Fit, OutputError};
+use crate::estimation::output_error::{Fit, OutputError, Residuals};
 use crate::estimation::pseudo_huber::pseudo_huber;
 use crate::estimation::quantile::extremes;
 use crate::model::{Effect, Model};
@@ -128,7 +128,7 @@ pub(crate) fn refine_with_error(problem: &Problem, data: &BlockData, index: usiz
         sum_of_squares(&scratch)
     };
     let (value, least) = fine(&mut cost, start, spacing(start, typical), THRESHOLDS.grid_looks);
-    let used = found.residuals.iter().filter(|residual| **residual != 0.0).count().max(1);
+    let used = found.residuals.measured().iter().filter(|residual| **residual != 0.0).count().max(1);
     let rise = least / used as f64;
     let side = |sign: f64, cost: &mut dyn FnMut(f64) -> f64| {
         let step = |count: i32| 2f64.powf(0.5 * f64::from(count)) * 1e-6 * value;
@@ -137,7 +137,8 @@ pub(crate) fn refine_with_error(problem: &Problem, data: &BlockData, index: usiz
     let error = 0.5 * (side(1.0, &mut cost) + side(-1.0, &mut cost));
     found.globals[index] = value;
     found.cost = least;
-    problem.residuals(&found.globals, &found.locals, &mut found.residuals);
+    problem.residuals(&found.globals, &found.locals, &mut scratch);
+    found.residuals = Residuals::of(scratch, problem.measured());
     found.standard_errors[index] = error;
 }
 

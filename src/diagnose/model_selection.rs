@@ -61,15 +61,15 @@ pub(crate) fn period(split: &DataSplit) -> usize {
 /// Noise floors from the answer's residuals on both parts.
 pub(crate) fn joint_floors(split: &DataSplit, best: &CandidateFit) -> [f64; 2] {
     let (train, validate) = (
-        split.train.floors(&best.fit.residuals, best.model.body.inertia),
-        split.validate.floors(&best.held_out.residuals, best.model.body.inertia),
+        split.train.floors(&best.fit.residuals.all(), best.model.body.inertia),
+        split.validate.floors(&best.held_out.residuals.all(), best.model.body.inertia),
     );
     [0.5 * (train[0] + validate[0]), 0.5 * (train[1] + validate[1])]
 }
 
 /// Weighs each channel of the split by how large its noise is.
 pub(crate) fn weigh_channels(split: &mut DataSplit, fitted: &CandidateFit) {
-    let floors = split.train.floors(&fitted.fit.residuals, fitted.model.body.inertia);
+    let floors = split.train.floors(&fitted.fit.residuals.all(), fitted.model.body.inertia);
     let weight = |channel: usize| {
         floors[channel].max(THRESHOLDS.least_channel_weight * fitted.channel_error(split, channel, false))
     };
@@ -124,8 +124,8 @@ pub(crate) fn same_set(a: &[String], b: &[String]) -> bool {
 /// Squared error on all data, fitted and held out, but for how each log begins: there a rotor with a dead time is on its way to what nobody
 /// logged, and laws of delay differ in what they take that to be.
 pub(crate) fn loss(split: &DataSplit, fitted: &CandidateFit) -> f64 {
-    let training = fitted.fit.cost - beginnings(&split.train, &fitted.fit.residuals);
-    let held_out = fitted.held_out.cost - beginnings(&split.validate, &fitted.held_out.residuals);
+    let training = fitted.fit.cost - beginnings(&split.train, &fitted.fit.residuals.all());
+    let held_out = fitted.held_out.cost - beginnings(&split.validate, &fitted.held_out.residuals.all());
     training * fitted.train(split).signum() + held_out
 }
 
@@ -155,8 +155,8 @@ pub(crate) fn indistinguishable(
     fits: &[CandidateFit],
     known: &[Effect],
 ) -> Vec<CandidateFit> {
-    let used =
-        best.fit.residuals.iter().chain(&best.held_out.residuals).filter(|value| **value != 0.0).count();
+    let residuals = [&best.fit.residuals, &best.held_out.residuals];
+    let used = residuals.iter().flat_map(|it| it.measured()).filter(|value| **value != 0.0).count();
     // A difference in log-likelihood of ten, or half a percent of the squared error; and what the answer itself
     // leaves unexplained blurs the difference between laws.
     let left = 1.0 - (floor(split, &joint_floors(split, best)) / best.validate(split)).clamp(0.0, 1.0);

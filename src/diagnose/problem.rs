@@ -1,14 +1,22 @@
 //! A block of the model beside its data, as something that can be fitted.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::block_data::{BlockData, Runs};
+use super::body_block::BodyRun;
+use super::rotor_block::RotorRun;
 use super::thresholds::THRESHOLDS;
 use super::{body_block, rotor_block};
 use crate::cancel;
+use crate::estimation::measured_rows::MeasuredRows;
 use crate::estimation::normal_equations::sum_of_squares;
 use crate::estimation::output_error::OutputError;
-use crate::model::{BodyTrace, Effect, Model, RotorTrace};
+use crate::model::{BodyInput, BodyTrace, Effect, Equations, Model, RotorTrace};
+use crate::threads::spread_out;
+
+/// Windows of the body that are simulated on one core.
+const WINDOWS_OF_A_PIECE: usize = 64;
 
 /// A block under a model, some parameters of which are free.
 pub struct Problem<'a> {
@@ -67,6 +75,87 @@ impl<'a> Problem<'a> {
         Some(rates.collect())
     }
 
+    /// Runs that go on with each other one after another, others side by side.
+    fn rotor_residuals(&self, equations: &Equations, runs: &[RotorRun], locals: &[f64], out: &mut [f64]) {
+        let mut unit = 0;
+        let chains = runs.chunk_by(|before, next| (before.log, before.rotor) == (next.log, next.rotor));
+        let chains = chains.map(|chain| {
+            let first = unit;
+            unit += chain.len();
+            (first..unit, chain)
+        });
+        self.side_by_side(chains.collect(), out, |first, chain: &[RotorRun], out| {
+            let mut trace = RotorTrace::default();
+            let start = self.data.units()[first].start;
+            for (place, run) in chain.iter().enumerate() {
+                cancel::check();
+                let unit = first + place;
+                // Where the fit finds each run's start, the runs must not see each other.
+                let last = chain[..place].last().filter(|_| self.locals == 1);
+                let before = last.and_then(|last| run.goes_on_after(last)).map(|hole| trace.remembered(hole));
+                rotor_block::simulate(equations, run, before, self.local(locals, unit), &mut trace);
+                let rows = &self.data.units()[unit];
+                rotor_block::residuals(
+                    run,
+                    &trace,
+                    self.data.sigma[0],
+                    &mut out[rows.start - start..rows.end - start],
+                );
+            }
+        });
+    }
+
+    /// Windows do not see each other.
+    fn body_residuals(&self, equations: &Equations, runs: &[BodyRun], locals: &[f64], out: &mut [f64]) {
+        let under: Vec<Option<BodyInput>> =
+            runs.iter().map(|run| body_block::input_under(equations, run)).collect();
+        let mut unit = 0;
+        let mut pieces = Vec::new();
+        for (run, under) in runs.iter().zip(&under) {
+            let input = under.as_ref().unwrap_or(&run.input);
+            for from in (0..run.windows.len()).step_by(WINDOWS_OF_A_PIECE) {
+                let windows = from..(from + WINDOWS_OF_A_PIECE).min(run.windows.len());
+                pieces.push((unit..unit + windows.len(), (run, input, windows.clone())));
+                unit += windows.len();
+            }
+        }
+        self.side_by_side(pieces, out, |first, (run, input, windows), out| {
+            let mut trace = BodyTrace::default();
+            let start = self.data.units()[first].start;
+            for (unit, window) in (first..).zip(windows) {
+                cancel::check();
+                let rows = &self.data.units()[unit];
+                let out = &mut out[rows.start - start..rows.end - start];
+                let (own, sigma) = (self.local(locals, unit), self.data.sigma);
+                body_block::window_residuals(equations, (run, input), window, own, sigma, &mut trace, out);
+            }
+        });
+    }
+
+    /// Writes the residuals of pieces, each of some units that follow each other, those of long ones on every core.
+    fn side_by_side<P: Send>(
+        &self,
+        pieces: Vec<(Range<usize>, P)>,
+        mut out: &mut [f64],
+        write: impl Fn(usize, P, &mut [f64]) + Sync,
+    ) {
+        let is_long = out.len() >= THRESHOLDS.parallel_residuals;
+        let mut work = Vec::with_capacity(pieces.len());
+        for (units, piece) in pieces.into_iter().filter(|(units, _)| !units.is_empty()) {
+            let all = &self.data.units()[units.clone()];
+            let length = all.iter().map(Range::len).sum();
+            let Some((part, rest)) = std::mem::take(&mut out).split_at_mut_checked(length) else { return };
+            out = rest;
+            work.push((units.start, piece, part));
+        }
+        let one = |(first, piece, part): (usize, P, &mut [f64])| write(first, piece, part);
+        if is_long {
+            spread_out(work, one);
+        } else {
+            work.into_iter().for_each(one);
+        }
+    }
+
     fn local<'b>(&self, locals: &'b [f64], unit: usize) -> &'b [f64] {
         locals.get(unit * self.locals..(unit + 1) * self.locals).unwrap_or(&[])
     }
@@ -85,49 +174,19 @@ impl OutputError for Problem<'_> {
         self.data.len()
     }
 
+    fn measured(&self) -> Option<&Arc<MeasuredRows>> {
+        self.data.measured_rows()
+    }
+
     fn residuals(&self, globals: &[f64], locals: &[f64], out: &mut [f64]) {
         // The effects of the template were looked up before; an error here cannot happen, and would lose.
         let Ok(equations) = self.model(globals).equations() else {
             out.fill(f64::INFINITY);
             return;
         };
-        let sigma = self.data.sigma;
         match &self.data.runs {
-            Runs::Rotor(runs) => {
-                let mut trace = RotorTrace::default();
-                for (unit, run) in runs.iter().enumerate() {
-                    cancel::check();
-                    // Where the fit finds each run's start, the runs must not see each other.
-                    let last = runs[..unit].last().filter(|_| self.locals == 1);
-                    let before =
-                        last.and_then(|last| run.goes_on_after(last)).map(|hole| trace.remembered(hole));
-                    rotor_block::simulate(&equations, run, before, self.local(locals, unit), &mut trace);
-                    rotor_block::residuals(run, &trace, sigma[0], &mut out[self.data.units()[unit].clone()]);
-                }
-            }
-            Runs::Body(runs) => {
-                let mut trace = BodyTrace::default();
-                let mut unit = 0;
-                for run in runs {
-                    let under = body_block::input_under(&equations, run);
-                    let input = under.as_ref().unwrap_or(&run.input);
-                    for window in 0..run.windows.len() {
-                        cancel::check();
-                        let out = &mut out[self.data.units()[unit].clone()];
-                        let own = self.local(locals, unit);
-                        body_block::window_residuals(
-                            &equations,
-                            (run, input),
-                            window,
-                            own,
-                            sigma,
-                            &mut trace,
-                            out,
-                        );
-                        unit += 1;
-                    }
-                }
-            }
+            Runs::Rotor(runs) => self.rotor_residuals(&equations, runs, locals, out),
+            Runs::Body(runs) => self.body_residuals(&equations, runs, locals, out),
         }
     }
 

@@ -34,6 +34,11 @@ impl Near {
     }
 }
 
+/// What was found of this block with these effects.
+fn near_of<'a>(near: &'a [Near], split: &DataSplit, ids: &[String]) -> Option<&'a Near> {
+    near.iter().find(|near| near.is_rotor == split.train.is_rotor() && near.effects == ids)
+}
+
 impl Search<'_> {
     /// The given effects added and everything refitted.
     #[must_use]
@@ -53,11 +58,25 @@ impl Search<'_> {
     #[must_use]
     pub(crate) fn rung(&self, mut split: DataSplit, ids: &[String], near: &[Near]) -> SearchResult {
         let base_names = split.base_parameters(self.base);
-        let (mut nominal, mut refitted, mut best) = self.first_fits(&mut split, ids, near);
-        if !ids.is_empty() {
+        let (mut nominal, mut refitted, mut best);
+        if ids.is_empty() {
+            (nominal, refitted, best) = self.first_fits(&mut split, ids, near);
+        } else {
+            let start;
+            (start, best) = match near_of(near, &split, ids) {
+                // What a part has shown weighs the channels, too.
+                Some(near) => {
+                    split.set_sigma(near.sigma);
+                    (near.refitted.clone(), self.candidate(&near.answer, ids, &base_names).run(&split))
+                }
+                None => {
+                    let (_, refitted, best) = self.first_fits(&mut split, ids, near);
+                    (refitted.model, best)
+                }
+            };
             weigh_channels(&mut split, &best);
             nominal = self.candidate(self.base, &[], &[]).run(&split);
-            refitted = self.candidate(&refitted.model, &[], &base_names).run(&split);
+            refitted = self.candidate(&start, &[], &base_names).run(&split);
             best = self.candidate(&best.model, ids, &base_names).run(&split);
         }
         let (mut answer, changed) = self.select_parameters(&split, &nominal, &refitted, &best);
@@ -73,8 +92,7 @@ impl Search<'_> {
         near: &[Near],
     ) -> (CandidateFit, CandidateFit, CandidateFit) {
         let base_names = split.base_parameters(self.base);
-        let is_of = |near: &&Near| near.is_rotor == split.train.is_rotor() && near.effects == ids;
-        let Some(near) = near.iter().find(is_of) else {
+        let Some(near) = near_of(near, split, ids) else {
             let (nominal, refitted) = self.bases(split);
             let best = self.with(&refitted, ids, &base_names, split);
             return (nominal, refitted, best);
@@ -116,7 +134,7 @@ impl Search<'_> {
             return;
         }
         let [.., answer] = &fits;
-        split.set_sigma(split.train.floors(&answer.fit.residuals, answer.model.body.inertia));
+        split.set_sigma(split.train.floors(&answer.fit.residuals.all(), answer.model.body.inertia));
         for fitted in fits {
             let inside: Vec<&Effect> =
                 self.known.iter().filter(|effect| fitted.model.has(&effect.id)).collect();

@@ -55,16 +55,17 @@ fn rotor_evidence(data: &BlockData, runs: &[RotorRun], fit: &Fit, rotor: usize) 
         format!("command_{number}_change"),
     ];
     let mut channels: Vec<(String, Vec<f64>)> = names.into_iter().map(|name| (name, Vec::new())).collect();
+    let residuals = fit.residuals.all();
     let mut error = Vec::new();
     for (unit, run) in data.units().iter().zip(runs).filter(|(_, run)| run.rotor == rotor) {
         let simulated: Vec<f64> = run
             .measured
             .iter()
-            .zip(&fit.residuals[unit.clone()])
+            .zip(&residuals[unit.clone()])
             .map(|(measured, residual)| measured - residual * data.sigma[0])
             .collect();
         for row in 0..run.time.len() {
-            let residual = fit.residuals[unit.start + row];
+            let residual = residuals[unit.start + row];
             if residual == 0.0 || !run.measured[row].is_finite() {
                 continue;
             }
@@ -78,7 +79,7 @@ fn rotor_evidence(data: &BlockData, runs: &[RotorRun], fit: &Fit, rotor: usize) 
             channels.iter_mut().zip(values).for_each(|((_, column), value)| column.push(value));
         }
     }
-    let floor = white_noise(&fit.residuals, data.units()) * data.sigma[0];
+    let floor = white_noise(&residuals, data.units()) * data.sigma[0];
     (!error.is_empty()).then(|| ResidualEvidence {
         block: format!("actuator_{number}"),
         error,
@@ -101,10 +102,11 @@ fn body_evidence(data: &BlockData, runs: &[BodyRun], fit: &Fit) -> ResidualEvide
         names.into_iter().map(|name| (name.to_owned(), Vec::new())).collect();
     let mut error = Vec::new();
     let mut spread = Vec::new();
+    let all = fit.residuals.all();
     let windows = runs.iter().flat_map(|run| run.windows.iter().map(move |window| (run, window)));
     for (unit, (run, window)) in data.units().iter().zip(windows) {
         let time = &run.input.time[window.clone()];
-        let residuals = &fit.residuals[unit.start..unit.start + window.len()];
+        let residuals = &all[unit.start..unit.start + window.len()];
         if residuals.iter().all(|value| *value == 0.0) {
             continue;
         }
@@ -130,7 +132,7 @@ fn body_evidence(data: &BlockData, runs: &[BodyRun], fit: &Fit) -> ResidualEvide
         channels.iter_mut().zip(values).for_each(|((_, column), value)| column.push(value));
     }
     channels.retain(|(_, values)| values.iter().any(|value| value.is_finite()));
-    let floor = white_noise(&fit.residuals, &data.pieces(0)) * data.sigma[0];
+    let floor = white_noise(&all, &data.pieces(0)) * data.sigma[0];
     // The variance of a slope under white noise.
     let noise = floor * floor * mean(&spread);
     ResidualEvidence { block: "body".to_owned(), error, noise, channels }

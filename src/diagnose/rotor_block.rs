@@ -1,8 +1,11 @@
 //! The rotor block: free runs of each rotor over the stretches between holes.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::thresholds::THRESHOLDS;
+use crate::estimation::measured_rows::MeasuredRows;
+use crate::log::Cells;
 use crate::model::{Equations, Remembered, RotorInput, RotorStart, RotorTrace};
 use crate::screening::ScreenedLog;
 use crate::signal::{ROTORS, side};
@@ -22,13 +25,13 @@ pub struct RotorRun {
     /// Its samples in the log.
     pub rows: Range<usize>,
     /// [s]
-    pub time: Vec<f64>,
+    pub time: Cells,
     /// [-] missing cells held.
-    pub command: Vec<f64>,
+    pub command: Cells,
     /// [V] missing cells held; `None` when the log has none.
-    pub voltage: Option<Vec<f64>>,
+    pub voltage: Option<Cells>,
     /// [rad/s] not-a-number where missing.
-    pub measured: Vec<f64>,
+    pub measured: Cells,
     /// Whether the sample counts.
     pub counts: Vec<bool>,
 }
@@ -55,14 +58,14 @@ impl RotorRun {
 
     /// `count` of its samples from `from` on.
     pub(crate) fn cut(&self, from: usize, count: usize) -> Self {
-        let part = |values: &[f64]| values[from..from + count].to_vec();
+        let part = |values: &Cells| values.part(from..from + count);
         Self {
             log: self.log,
             rotor: self.rotor,
             rows: self.rows.start + from..self.rows.start + from + count,
             time: part(&self.time),
             command: part(&self.command),
-            voltage: self.voltage.as_deref().map(part),
+            voltage: self.voltage.as_ref().map(part),
             measured: part(&self.measured),
             counts: self.counts[from..from + count].to_vec(),
         }
@@ -82,23 +85,28 @@ pub fn rotor_runs(logs: &[ScreenedLog]) -> Vec<RotorRun> {
         for judged in screened.rotors() {
             let rotor = judged.number() - 1;
             let rates = format!("propeller_rate_{}_rad_s", judged.number());
-            let Some(rates) = screened.dataset().column(&rates) else { continue };
+            let Some(rates) = screened.dataset().cells(&rates) else { continue };
             let data = judged.data();
             for rows in judged.runs().iter().cloned() {
                 runs.push(RotorRun {
                     log,
                     rotor,
-                    voltage: judged.voltage().map(|voltage| voltage[rows.clone()].to_vec()),
-                    time: data.time[rows.clone()].to_vec(),
-                    command: data.command[rows.clone()].to_vec(),
+                    voltage: judged.voltage().map(|voltage| voltage.part(rows.clone())),
+                    time: data.time.part(rows.clone()),
+                    command: data.command.part(rows.clone()),
                     counts: rows.clone().map(|row| judged.is_scored(row)).collect(),
-                    measured: rates[rows.clone()].to_vec(),
+                    measured: rates.part(rows.clone()),
                     rows,
                 });
             }
         }
     }
     runs
+}
+
+/// The rows of the residuals of these runs in which a rate was measured.
+pub(crate) fn measured_rows(runs: &[RotorRun], units: &[Range<usize>]) -> Option<Arc<MeasuredRows>> {
+    MeasuredRows::of(runs.iter().flat_map(|run| run.measured.iter().map(|rate| rate.is_finite())), units)
 }
 
 /// Whether the commands are levels held for long.

@@ -1,6 +1,7 @@
 //! Long logs: what is missing is searched for on a few long stretches in which most moves. The final fit, the errors and the standard
 //! errors are of all rows, and a finding says which rows the search saw.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::thresholds::THRESHOLDS;
@@ -65,19 +66,22 @@ fn said(log: &ScreenedLog, stretches: &[Range<usize>], rows: usize) -> Finding {
 fn most_moved(log: &ScreenedLog, length: usize) -> Vec<Range<usize>> {
     let all = log.raw().len();
     let length = length.max(2).min(all);
-    let motion = Motion::of(log);
     let parts = THRESHOLDS.searched_stretches;
-    let of_part = |part: usize| {
+    let windows_of = |part: usize| -> Vec<Range<usize>> {
         let part = part * all / parts..(part + 1) * all / parts;
         let length = length.min(part.len());
         let step = (length / THRESHOLDS.stretch_steps).max(1);
-        let starts = (part.start..=part.end - length).step_by(step);
-        let windows = starts.map(|start| (motion.over(start..start + length), start));
-        // The first of those in which as much moves.
-        let best = windows.reduce(|best, other| if other.0 > best.0 { other } else { best });
-        best.map(|(_, start)| start..start + length)
+        (part.start..=part.end - length).step_by(step).map(|start| start..start + length).collect()
     };
-    let mut stretches: Vec<Range<usize>> = (0..parts).filter_map(of_part).collect();
+    let windows: Vec<Vec<Range<usize>>> = (0..parts).map(windows_of).collect();
+    let motion = Motion::of(log, windows.iter().flatten());
+    let best_of = |windows: &Vec<Range<usize>>| {
+        let moved = windows.iter().map(|window| (motion.over(window), window));
+        // The first of those in which as much moves.
+        let best = moved.reduce(|best, other| if other.0 > best.0 { other } else { best });
+        best.map(|(_, window)| window.clone())
+    };
+    let mut stretches: Vec<Range<usize>> = windows.iter().filter_map(best_of).collect();
     // Two that touch are one.
     stretches.dedup_by(|next, before| {
         let touches = before.end == next.start;
@@ -89,41 +93,47 @@ fn most_moved(log: &ScreenedLog, length: usize) -> Vec<Range<usize>> {
     stretches
 }
 
-/// How much moves up to each row: of what excites the model, over its variance.
+/// How much moves in some windows: of what excites the model, over its variance.
 struct Motion(Vec<Sums>);
 
-/// Counts, sums and sums of squares up to each row, over the standard deviation of all.
-struct Sums(Vec<[f64; 3]>);
+/// Counts, sums and sums of squares up to the rows at which windows begin and end, and of all.
+struct Sums {
+    up_to: BTreeMap<usize, [f64; 3]>,
+    all: [f64; 3],
+}
 
 impl Motion {
-    fn of(log: &ScreenedLog) -> Self {
+    fn of<'a>(log: &ScreenedLog, windows: impl Iterator<Item = &'a Range<usize>>) -> Self {
+        let ends: BTreeSet<usize> = windows.flat_map(|window| [window.start, window.end]).collect();
         let scored = log.rotors().map(|rotor| {
             let command = &rotor.data().command;
             let rows = command.iter().enumerate();
-            Sums::of(rows.map(|(row, value)| if rotor.is_scored(row) { *value } else { f64::NAN }))
+            Sums::of(&ends, rows.map(|(row, value)| if rotor.is_scored(row) { *value } else { f64::NAN }))
         });
         let data: &Dataset = log.dataset();
         let of_body =
             ["torque_command_nm", "body_rate_rad_s"].into_iter().filter_map(|name| data.column(name));
-        Self(scored.chain(of_body.map(|values| Sums::of(values.iter().copied()))).collect())
+        Self(scored.chain(of_body.map(|values| Sums::of(&ends, values.iter().copied()))).collect())
     }
 
-    fn over(&self, rows: Range<usize>) -> f64 {
-        self.0.iter().map(|sums| sums.over(&rows)).sum()
+    fn over(&self, rows: &Range<usize>) -> f64 {
+        self.0.iter().map(|sums| sums.over(rows)).sum()
     }
 }
 
 impl Sums {
-    fn of(values: impl Iterator<Item = f64>) -> Self {
-        let mut sums = vec![[0.0; 3]];
+    fn of(ends: &BTreeSet<usize>, values: impl Iterator<Item = f64>) -> Self {
+        let mut up_to = BTreeMap::new();
         let mut sum = [0.0; 3];
-        for value in values {
+        let mut ends = ends.iter().copied().peekable();
+        for (row, value) in values.enumerate() {
+            up_to.extend(ends.next_if_eq(&row).map(|row| (row, sum)));
             if value.is_finite() {
                 sum = [sum[0] + 1.0, sum[1] + value, sum[2] + value * value];
             }
-            sums.push(sum);
         }
-        Self(sums)
+        up_to.extend(ends.map(|row| (row, sum)));
+        Self { up_to, all: sum }
     }
 
     /// Sum of squares about the mean of these rows, over the variance of all.
@@ -132,10 +142,12 @@ impl Sums {
             let [count, sum, squares] = [0, 1, 2].map(|at| to[at] - from[at]);
             if count > 0.0 { (squares - sum * sum / count).max(0.0) } else { 0.0 }
         };
-        let (Some(first), Some(last)) = (self.0.first(), self.0.last()) else { return 0.0 };
-        let all = about_mean(*first, *last);
-        let own = about_mean(self.0[rows.start], self.0[rows.end]);
-        if all > 0.0 { own * last[0] / all } else { 0.0 }
+        let (Some(first), Some(last)) = (self.up_to.get(&rows.start), self.up_to.get(&rows.end)) else {
+            return 0.0;
+        };
+        let all = about_mean([0.0; 3], self.all);
+        let own = about_mean(*first, *last);
+        if all > 0.0 { own * self.all[0] / all } else { 0.0 }
     }
 }
 

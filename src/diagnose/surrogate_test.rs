@@ -19,8 +19,8 @@ const CONFIG: SurrogateConfig = SurrogateConfig {
 /// the residual vector (1 = none).
 #[must_use]
 pub fn surrogate(without: &CandidateFit, with: &CandidateFit, period: usize) -> SurrogateTest {
-    let before = &without.held_out.residuals;
+    let before = without.held_out.residuals.all();
     let trace: Vec<f64> =
-        before.iter().zip(&with.held_out.residuals).map(|(before, after)| before - after).collect();
-    SurrogateTest::of(&trace, before, period, &CONFIG)
+        before.iter().zip(&*with.held_out.residuals.all()).map(|(before, after)| before - after).collect();
+    SurrogateTest::of(&trace, &before, period, &CONFIG)
 }

@@ -35,7 +35,7 @@ pub(crate) fn leaves(residuals: Vec<f64>) -> CandidateFit {
         locals: Vec::new(),
         standard_errors: Vec::new(),
         cost,
-        residuals,
+        residuals: residuals.into(),
         iterations: 0,
     };
     let (effects, names, model) = (Vec::new(), Vec::new(), Model::paper());

@@ -88,11 +88,11 @@ mod tests {
         let rates = if driven_by_rotors { vec![600.0; ROWS] } else { Vec::new() };
         let source = BodySource {
             torque: (0..ROWS).map(|row| 0.1 * (row / 40 % 2) as f64).collect(),
-            torque_slope: vec![0.0; ROWS],
-            carried: vec![0.0; ROWS],
+            torque_slope: vec![0.0; ROWS].into(),
+            carried: vec![0.0; ROWS].into(),
             propeller_rate: [rates.clone(), rates],
-            rate: vec![0.1; ROWS],
-            time: time(),
+            rate: vec![0.1; ROWS].into(),
+            time: time().into(),
             ..BodySource::default()
         };
         let data = BlockData::new(Runs::Body(vec![BodyRun::new(0, 0..ROWS, source, 0.4)]));
@@ -110,7 +110,7 @@ mod tests {
             locals: Vec::new(),
             standard_errors: Vec::new(),
             cost: size * size * count,
-            residuals,
+            residuals: residuals.into(),
             iterations: 0,
         };
         let effects = effects.iter().map(|id| (*id).to_owned()).collect();

@@ -60,7 +60,10 @@ pub(crate) fn instrumental(
     let variance = residuals.norm_squared() / (rows - columns) as f64;
     let white = &inverse * variance;
     let scores = |block: std::ops::Range<usize>| {
-        block.fold(DVector::zeros(columns), |sum, row| sum + fitted.row(row).transpose() * residuals[row])
+        block.fold(DVector::zeros(columns), |mut sum, row| {
+            (0..columns).for_each(|column| sum[column] += fitted[(row, column)] * residuals[row]);
+            sum
+        })
     };
     let scores: Vec<DVector<f64>> = blocks(rows).map(scores).collect();
     let covariance = widened(&white, &inverse, &scores, rows, memory(residuals.as_slice()));

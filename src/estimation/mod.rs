@@ -15,6 +15,7 @@ pub(crate) mod kalman_smoother;
 pub mod lag_products;
 mod lagged_products;
 pub mod least_squares;
+pub mod measured_rows;
 pub mod moments;
 pub mod noise_by_blocks;
 pub mod noise_floor;

@@ -4,7 +4,9 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::measured_rows::MeasuredRows;
 use super::thresholds::THRESHOLDS;
+use crate::threads::{spread, spread_out};
 
 /// Derivatives of residuals, column by column.
 #[derive(Debug, Clone)]
@@ -42,6 +44,9 @@ impl Slopes {
     }
 }
 
+/// Pieces into which the units of long residuals are put together.
+const PIECES: usize = 64;
+
 /// Normal equations of the globals, the locals eliminated.
 pub(crate) struct Normal {
     pub(crate) hessian: DMatrix<f64>,
@@ -54,19 +59,19 @@ pub(crate) struct Normal {
 impl Normal {
     /// The normal equations at these residuals.
     pub(crate) fn of(slopes: Slopes, residuals: &[f64], units: &[Range<usize>]) -> Self {
-        let mut residuals = residuals.to_vec();
-        let mut bare_columns = slopes.columns.clone();
-        for unit in units {
-            let basis = orthonormal(&slopes.local_columns, unit);
-            for column in bare_columns.iter_mut().chain(std::iter::once(&mut residuals)) {
-                remove(&basis, &mut column[unit.clone()]);
-            }
-        }
+        let (residuals, bare_columns) = bare(&slopes, residuals, units);
         let size = bare_columns.len();
-        let hessian = DMatrix::from_fn(size, size, |row, column| {
-            // The upper triangle mirrors the lower one.
-            if row >= column { dot(&bare_columns[row], &bare_columns[column]) } else { 0.0 }
-        });
+        // The upper triangle mirrors the lower one.
+        let pairs: Vec<(usize, usize)> =
+            (0..size).flat_map(|row| (0..=row).map(move |column| (row, column))).collect();
+        let product = |(row, column): &(usize, usize)| dot(&bare_columns[*row], &bare_columns[*column]);
+        let products: Vec<f64> = if residuals.len() < THRESHOLDS.parallel_residuals {
+            pairs.iter().map(product).collect()
+        } else {
+            spread(&pairs, product)
+        };
+        let mut hessian = DMatrix::zeros(size, size);
+        pairs.iter().zip(products).for_each(|(at, product)| hessian[*at] = product);
         let hessian = DMatrix::from_fn(size, size, |row, column| hessian[(row.max(column), row.min(column))]);
         let gradient = DVector::from_fn(size, |row, _| dot(&bare_columns[row], &residuals));
         Self { hessian, gradient, slopes, bare_columns }
@@ -114,6 +119,50 @@ impl Normal {
     pub(crate) fn leads_on(&self) -> bool {
         (0..self.gradient.len()).any(|index| self.hessian[(index, index)] > 0.0)
     }
+}
+
+/// A unit, and its part of each column.
+type Unit<'a> = (Range<usize>, Vec<&'a mut [f64]>);
+
+/// Residuals and the globals' columns without what the locals take up, unit by unit. Of long ones, pieces of units side by side:
+/// units do not see each other.
+fn bare(slopes: &Slopes, residuals: &[f64], units: &[Range<usize>]) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let (mut residuals, mut bare_columns) = (residuals.to_vec(), slopes.columns.clone());
+    let remove_all = |unit: &Range<usize>, parts: &mut [&mut [f64]]| {
+        let basis = orthonormal(&slopes.local_columns, unit);
+        parts.iter_mut().for_each(|part| remove(&basis, part));
+    };
+    let mut left: Vec<&mut [f64]> =
+        bare_columns.iter_mut().chain(std::iter::once(&mut residuals)).map(Vec::as_mut_slice).collect();
+    let mut done = 0;
+    let mut cut = |unit: &Range<usize>| {
+        let from = std::mem::replace(&mut done, unit.end);
+        let parts = left.iter_mut().filter_map(|column| {
+            let (part, rest) = std::mem::take(column).split_at_mut_checked(unit.end - from)?;
+            *column = rest;
+            part.get_mut(unit.start - from..)
+        });
+        (unit.clone(), parts.collect::<Vec<&mut [f64]>>())
+    };
+    let of_units: Vec<Unit> = units.iter().map(&mut cut).collect();
+    if slopes.local_columns.first().is_none_or(|column| column.len() < THRESHOLDS.parallel_residuals) {
+        of_units.into_iter().for_each(|(unit, mut parts)| remove_all(&unit, &mut parts));
+    } else {
+        let mut pieces: Vec<Vec<Unit>> = Vec::new();
+        let piece = units.len().div_ceil(PIECES);
+        for (index, of_unit) in of_units.into_iter().enumerate() {
+            if index.is_multiple_of(piece) {
+                pieces.push(Vec::with_capacity(piece));
+            }
+            if let Some(last) = pieces.last_mut() {
+                last.push(of_unit);
+            }
+        }
+        spread_out(pieces, |units| {
+            units.into_iter().for_each(|(unit, mut parts)| remove_all(&unit, &mut parts));
+        });
+    }
+    (residuals, bare_columns)
 }
 
 /// The sum of the squares; the greatest number there is where that is none.
@@ -175,7 +224,13 @@ pub(crate) fn least_squares(columns: &[Vec<f64>], unit: &Range<usize>, target: &
 
 /// The larger of two standard errors: from white noise of the residuals' own size, and from what clusters of
 /// residuals say, which holds for correlated residuals too.
-pub(crate) fn standard_errors(normal: &Normal, residuals: &[f64], units: &[Range<usize>]) -> Vec<f64> {
+/// `residuals` are those of the rows that are kept, of a vector with `units` and this length.
+pub(crate) fn standard_errors(
+    normal: &Normal,
+    residuals: &[f64],
+    (units, len): (&[Range<usize>], usize),
+    rows: Option<&MeasuredRows>,
+) -> Vec<f64> {
     let size = normal.slopes.columns.len();
     let live: Vec<usize> = (0..size).filter(|index| normal.hessian[(*index, *index)] > 0.0).collect();
     let mut errors = vec![f64::INFINITY; size];
@@ -188,7 +243,8 @@ pub(crate) fn standard_errors(normal: &Normal, residuals: &[f64], units: &[Range
     let spent = live.len() + units.len() * normal.slopes.local_columns.len();
     let variance = sum_of_squares(residuals) / used.saturating_sub(spent).max(1) as f64;
     let mut meat = DMatrix::zeros(live.len(), live.len());
-    for cluster in clusters(units, residuals.len()) {
+    for cluster in clusters(units, len) {
+        let cluster = rows.map_or(cluster.clone(), |rows| rows.within(&cluster));
         let score = DVector::from_fn(live.len(), |row, _| {
             dot(&normal.bare_columns[live[row]][cluster.clone()], &residuals[cluster.clone()]) / scale[row]
         });

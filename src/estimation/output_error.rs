@@ -6,9 +6,12 @@
 //! same simulation that serves every other purpose.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
+use super::measured_rows::MeasuredRows;
+pub use super::measured_rows::Residuals;
 pub use super::normal_equations::Slopes;
 pub use super::normal_equations::sum_of_squares;
 use super::normal_equations::{Normal, least_squares, standard_errors};
@@ -30,6 +33,10 @@ pub trait OutputError: Sync {
     /// Whether there is no residual.
     fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+    /// The rows in which something was measured, the same for all parts of the same data; `None` = all are kept.
+    fn measured(&self) -> Option<&Arc<MeasuredRows>> {
+        None
     }
     /// Writes measured minus simulated over its standard deviation; zero where nothing was measured.
     /// `locals` holds those of unit 0, then of unit 1, ...
@@ -87,7 +94,7 @@ pub struct Fit {
     /// Sum of squares of the residuals.
     pub cost: f64,
     /// Residuals at the solution.
-    pub residuals: Vec<f64>,
+    pub residuals: Residuals,
     /// Steps taken.
     pub iterations: usize,
 }
@@ -152,7 +159,7 @@ pub fn fit_from(
             Some(step) => {
                 // The step was the last to swap the residuals.
                 let residuals = (search.scratch.as_slice(), search.residuals.as_slice());
-                search.assembled(normal.updated((&step.globals, &step.locals), residuals, problem.units()))
+                search.assembled(normal.updated((&step.globals, &step.locals), residuals, search.units()))
             }
             None => search.normal(Some(normal)),
         };
@@ -192,15 +199,34 @@ impl Step {
     }
 }
 
+/// The residuals of the rows that are kept; `whole` is room for all of them where these are others.
+fn simulate(
+    problem: &dyn OutputError,
+    (globals, locals): (&[f64], &[f64]),
+    whole: &mut Vec<f64>,
+    kept: &mut Vec<f64>,
+) {
+    let Some(rows) = problem.measured() else {
+        kept.resize(problem.len(), 0.0);
+        return problem.residuals(globals, locals, kept);
+    };
+    whole.resize(problem.len(), 0.0);
+    problem.residuals(globals, locals, whole);
+    rows.take(whole, kept);
+}
+
 /// A search under way.
 struct Search<'a> {
     problem: &'a dyn OutputError,
     free: &'a [Free],
     globals: Vec<f64>,
     locals: Vec<f64>,
+    /// Of the rows that are kept, as all that follows but `whole`.
     residuals: Vec<f64>,
     cost: f64,
     scratch: Vec<f64>,
+    /// Where residuals are written before those that are kept are taken; empty where all are.
+    whole: Vec<f64>,
 }
 
 impl<'a> Search<'a> {
@@ -209,11 +235,16 @@ impl<'a> Search<'a> {
         let locals =
             locals.filter(|given| given.len() == count).map_or_else(|| vec![0.0; count], <[f64]>::to_vec);
         let globals: Vec<f64> = free.iter().map(|free| free.within(free.start)).collect();
-        let mut residuals = vec![0.0; problem.len()];
-        problem.residuals(&globals, &locals, &mut residuals);
+        let (mut residuals, mut whole) = (Vec::new(), Vec::new());
+        simulate(problem, (&globals, &locals), &mut whole, &mut residuals);
         let cost = sum_of_squares(&residuals);
         let scratch = vec![0.0; residuals.len()];
-        Self { problem, free, globals, locals, residuals, cost, scratch }
+        Self { problem, free, globals, locals, residuals, cost, scratch, whole }
+    }
+
+    /// The units among the rows that are kept.
+    fn units(&self) -> &'a [Range<usize>] {
+        self.problem.measured().map_or(self.problem.units(), |rows| rows.units())
     }
 
     /// The difference quotient of the residuals by global `index`.
@@ -239,8 +270,8 @@ impl<'a> Search<'a> {
     }
 
     fn quotient(&self, globals: &[f64], locals: &[f64], step: f64) -> Vec<f64> {
-        let mut moved = vec![0.0; self.residuals.len()];
-        self.problem.residuals(globals, locals, &mut moved);
+        let mut moved = Vec::new();
+        simulate(self.problem, (globals, locals), &mut Vec::new(), &mut moved);
         for (moved, at) in moved.iter_mut().zip(&self.residuals) {
             let slope = (*moved - at) / step;
             *moved = if slope.is_finite() { slope } else { 0.0 };
@@ -250,7 +281,7 @@ impl<'a> Search<'a> {
 
     /// Columns, of long residuals on as many threads as there are: each by itself, so the same numbers whatever their number.
     fn columns(&self, count: usize, of: impl Fn(usize) -> Vec<f64> + Sync) -> Vec<Vec<f64>> {
-        if self.residuals.len() < THRESHOLDS.parallel_residuals {
+        if self.problem.len() < THRESHOLDS.parallel_residuals {
             return (0..count).map(of).collect();
         }
         spread(&(0..count).collect::<Vec<usize>>(), |index| of(*index))
@@ -273,7 +304,7 @@ impl<'a> Search<'a> {
     }
 
     fn assembled(&self, slopes: Slopes) -> Normal {
-        Normal::of(slopes, &self.residuals, self.problem.units())
+        Normal::of(slopes, &self.residuals, self.units())
     }
 
     /// Whether the locals' derivatives taken there still hold: locals enter almost linearly.
@@ -292,12 +323,12 @@ impl<'a> Search<'a> {
             .map(|index| self.free[index].within(self.globals[index] + change[index]))
             .collect();
         let mut locals = self.moved_locals(normal, &globals);
-        self.problem.residuals(&globals, &locals, &mut self.scratch);
+        simulate(self.problem, (&globals, &locals), &mut self.whole, &mut self.scratch);
         let mut cost = sum_of_squares(&self.scratch);
         if cost >= self.cost && !self.locals.is_empty() && globals != self.globals {
             // Locals foreseen for a long step may be far off where the globals alone are not.
             locals.clone_from(&self.locals);
-            self.problem.residuals(&globals, &locals, &mut self.scratch);
+            simulate(self.problem, (&globals, &locals), &mut self.whole, &mut self.scratch);
             cost = sum_of_squares(&self.scratch);
         }
         // Not a number is no fall either.
@@ -359,7 +390,7 @@ impl<'a> Search<'a> {
                 expected.iter_mut().zip(column).for_each(|(value, slope)| *value += change * slope);
             }
         }
-        for (unit, own) in self.problem.units().iter().zip(locals.chunks_mut(count)) {
+        for (unit, own) in self.units().iter().zip(locals.chunks_mut(count)) {
             for (local, change) in
                 own.iter_mut().zip(least_squares(&normal.slopes.local_columns, unit, &expected))
             {
@@ -371,13 +402,15 @@ impl<'a> Search<'a> {
 
     /// The last step was short: its derivatives are those of the end.
     fn finish(self, iterations: usize, normal: Normal) -> (Fit, Slopes) {
-        let standard_errors = standard_errors(&normal, &self.residuals, self.problem.units());
+        let rows = self.problem.measured();
+        let layout = (self.problem.units(), self.problem.len());
+        let standard_errors = standard_errors(&normal, &self.residuals, layout, rows.map(|rows| &**rows));
         let fit = Fit {
             globals: self.globals,
             locals: self.locals,
             standard_errors,
             cost: self.cost,
-            residuals: self.residuals,
+            residuals: Residuals::of_measured(self.residuals, rows.cloned()),
             iterations,
         };
         (fit, normal.slopes)

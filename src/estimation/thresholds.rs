@@ -31,6 +31,8 @@ crate::thresholds! {
     clusters: usize = 40, "count", "judgement";
     /// count: residuals from which on their derivatives are worth a thread each.
     parallel_residuals: usize = 50_000, "count", "judgement: a thread starts in a hundredth of their time";
+    /// [-] share of measured rows from which on all rows of a residual vector are kept.
+    mostly_measured: f64 = 0.8, "-", "judgement (memory)";
     /// [-] share of the cost below which a step's fall is slow.
     slow_fall: f64 = 2e-4, "-", "times of the development cases";
     /// count: slow steps in a row that lead nowhere soon.

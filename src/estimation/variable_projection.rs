@@ -17,6 +17,7 @@ pub use super::lag_products::Record;
 use super::lag_products::{Block, FORGOTTEN, Gram, run};
 use super::robust_errors::{blocks, widened};
 use super::thresholds::THRESHOLDS;
+use crate::threads::spread;
 
 /// What a cost may rise by rounding alone, as a share of the sum of squares it is the small difference of: near the
 /// minimum no step would pass otherwise, and each would be halved to nothing in vain.
@@ -187,9 +188,18 @@ struct Projection<const M: usize> {
 
 impl<const M: usize> Projection<M> {
     fn new(record: &Record<M>, pole: f64) -> Option<Self> {
-        let mut block = Block::EMPTY;
-        let gather = |segment| Gram::gather(record, segment, pole, &mut block).without_initial_state();
-        let grams: Vec<Gram<M>> = record.segments.iter().map(gather).collect();
+        let gather = |segment: &std::ops::Range<usize>, block: &mut Block<M>| {
+            Gram::gather(record, segment, pole, block).without_initial_state()
+        };
+        let grams: Vec<Gram<M>> = if record.time.len() < THRESHOLDS.parallel_residuals {
+            let mut block = Block::EMPTY;
+            record.segments.iter().map(|segment| gather(segment, &mut block)).collect()
+        } else {
+            spread(&record.segments, |segment| {
+                let mut block = Block::EMPTY;
+                gather(segment, &mut block)
+            })
+        };
         let sum = |entry: &dyn Fn(&Gram<M>) -> f64| grams.iter().map(entry).sum::<f64>();
         let samples = grams.iter().map(|gram| gram.samples).sum::<usize>();
         // A stretch without a sample has no state to be fitted.

@@ -24,6 +24,7 @@ use crate::model::RotorTrace;
 use crate::screening::attitude::Mistaken;
 use crate::screening::attitude_units;
 use crate::screening::{DrivenBy, Finding, ScreenedBody, ScreenedLog};
+use crate::threads::spread;
 
 /// What the attitude log says about the body.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -90,13 +91,16 @@ impl Regression {
         for window in windows {
             let mean = |values: &[f64]| mean_of(window.iter().map(|&row| values[row]));
             let means = [mean(&drive.measured), mean(predicted), mean(log.time()), mean(rate)];
+            let own_means = integrals.each_ref().map(|all| mean(all));
             for &row in window {
                 design[(at, 0)] = drive.measured[row] - means[0];
                 instruments[(at, 0)] = predicted[row] - means[1];
                 design[(at, 1)] = log.time()[row] - means[2];
                 instruments[(at, 1)] = design[(at, 1)];
                 y[at] = rate[row] - means[3];
-                integrals.iter().zip(&mut own).for_each(|(all, own)| own[at] = all[row] - mean(all));
+                for ((all, own), mean) in integrals.iter().zip(&mut own).zip(own_means) {
+                    own[at] = all[row] - mean;
+                }
                 at += 1;
             }
         }
@@ -207,12 +211,16 @@ fn drive(log: &Dataset, judged: &ScreenedBody, actuator: &IdentifiedActuator, ar
     let driven_by = judged.driven_by().code();
     let commands = log.column("command_1").zip(log.column("command_2"));
     let voltage = log.column("battery_voltage_v");
-    let runs = commands.map(|(first, second)| {
-        [first, second].map(|command| actuator.run_from(None, log.time(), command, voltage))
-    });
+    let run = |command: &&[f64]| {
+        let mut run = actuator.run_from(None, log.time(), command, voltage);
+        // What else it holds is not asked for, and of a long log as much again.
+        (run.measured, run.mean) = (Vec::new(), Vec::new());
+        run
+    };
+    let runs = commands.map(|(first, second)| spread(&[first, second], run));
     let c = actuator.thrust_coefficient;
     let predicted =
-        runs.as_ref().map(|[first, second]| impulse(log, [&first.rate, &second.rate], runs.as_ref(), c));
+        runs.as_ref().map(|runs| impulse(log, [0, 1].map(|rotor| &runs[rotor].rate[..]), Some(runs), c));
     if judged.driven_by() == DrivenBy::TorqueCommand {
         let measured = integral_of_held(log.time(), judged.torque());
         return Some(Drive { measured, predicted: None, driven_by, lever: 1.0 });
@@ -223,7 +231,7 @@ fn drive(log: &Dataset, judged: &ScreenedBody, actuator: &IdentifiedActuator, ar
             Some(runs) => filled_along(log, rates, &runs[rotor].rate),
             None => interpolated(log.time(), rates),
         };
-        let measured = impulse(log, [&known(0, first), &known(1, second)], runs.as_ref(), c);
+        let measured = impulse(log, [&known(0, first), &known(1, second)], runs.as_deref(), c);
         return Some(Drive { measured, predicted, driven_by, lever: arm });
     }
     predicted.map(|measured| Drive { measured, predicted: None, driven_by, lever: arm })
@@ -231,7 +239,7 @@ fn drive(log: &Dataset, judged: &ScreenedBody, actuator: &IdentifiedActuator, ar
 
 /// [N s] running integral of f_1 - f_2 with f = c ω², by the trapezoidal rule; where the commands are known, with what the
 /// rule misses of the exponentials between the samples, taken from the rotors' free run.
-fn impulse(log: &Dataset, rates: [&[f64]; 2], runs: Option<&[RotorTrace; 2]>, c: f64) -> Vec<f64> {
+fn impulse(log: &Dataset, rates: [&[f64]; 2], runs: Option<&[RotorTrace]>, c: f64) -> Vec<f64> {
     let trapezium =
         |rates: &[f64], row: usize, h: f64| 0.5 * h * (rates[row].powi(2) + rates[row + 1].powi(2));
     running(log.time(), |row, h| {

@@ -15,6 +15,7 @@ use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::quantized_voltage;
 use crate::screening::rotor_data::RotorLog;
 use crate::screening::{Finding, ScreenedLog};
+use crate::threads::spread_out;
 
 /// What is known so far.
 pub(crate) struct Work<'a> {
@@ -51,7 +52,8 @@ impl<'a> Work<'a> {
         let mut rotors = inputs::rotor_logs(logs, settings, &mut warnings)?;
         let use_battery = inputs::uses_battery(&rotors, settings, &mut warnings);
         if use_battery {
-            warnings.extend(rotors.iter_mut().filter_map(quantized_voltage::mend));
+            let mended = spread_out(rotors.iter_mut().collect(), quantized_voltage::mend);
+            warnings.extend(mended.into_iter().flatten());
         } else {
             rotors.iter_mut().for_each(|rotor| rotor.voltage = None);
         }

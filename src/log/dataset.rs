@@ -3,8 +3,8 @@
 
 use std::ops::Range;
 
-use super::cells::Cells;
 use super::thresholds::THRESHOLDS;
+use crate::cells::Cells;
 use crate::estimation::quantile::median;
 use crate::signal::Channel;
 

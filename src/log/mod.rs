@@ -8,7 +8,6 @@ pub mod blf;
 pub(crate) mod bytes;
 pub mod can_capture;
 pub mod candump;
-pub mod cells;
 pub mod csv;
 mod csv_blocks;
 mod csv_parts;
@@ -37,7 +36,7 @@ pub mod thresholds;
 pub mod ulog;
 pub mod unreadable;
 
-pub use cells::Cells;
+pub use crate::cells::Cells;
 pub use dataset::Dataset;
 pub use dataset::DatasetError;
 pub use dataset::LOG_SIGNALS;

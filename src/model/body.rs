@@ -1,13 +1,14 @@
 //! Free run of the body: from the actuators' torque to rate and angle.
 
 use super::equations::Equations;
+use crate::cells::Cells;
 use crate::effect::Point;
 
 /// Inputs of the body over a stretch without holes. Means are over the interval after each sample.
 #[derive(Debug, Clone, Default)]
 pub struct BodyInput {
     /// [s] rising.
-    pub time: Vec<f64>,
+    pub time: Cells,
     /// [N m] mean torque of the actuators, delayed and lagged as the model says.
     pub torque: Vec<f64>,
     /// [rad/s] mean rate of each rotor; empty when the log has none.

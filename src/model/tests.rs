@@ -206,7 +206,7 @@ fn the_rigid_body_is_exact() {
     let equations = Model::paper().equations().expect("binds");
     let time: Vec<f64> = (0..50).map(|k| 0.01 * f64::from(k)).collect();
     let torque = equations.torque_means(&time, &vec![0.064; time.len()], &vec![0.0; time.len()]);
-    let input = BodyInput { time: time.clone(), torque, ..BodyInput::default() };
+    let input = BodyInput { time: time.clone().into(), torque, ..BodyInput::default() };
     let mut trace = BodyTrace::default();
     equations.simulate_body(
         &input,
@@ -229,7 +229,7 @@ fn a_body_slows_down_between_rows_that_are_far_apart() {
     model.set_parameter("pivot_viscous_friction.coefficient", model.body.inertia / 0.04);
     let time: Vec<f64> = (0..6).map(|row| 0.05 * f64::from(row)).collect();
     let torque = vec![0.0; time.len()];
-    let input = BodyInput { time: time.clone(), torque, ..BodyInput::default() };
+    let input = BodyInput { time: time.clone().into(), torque, ..BodyInput::default() };
     let mut trace = BodyTrace::default();
     let start = BodyStart { angle: 0.0, rate: 1.0, sensor: 0.0 };
     model.equations().expect("binds").simulate_body(&input, 0, time.len(), &start, &mut trace);
@@ -316,7 +316,8 @@ fn a_law_at_a_sensor_looks_at_the_row() {
     let still = vec![0.0; time.len()];
     let drifting = with_law(Site::BodyRateSensor, "0.1*(time_s - 100)");
     let equations = drifting.equations().expect("binds");
-    let input = BodyInput { time: time.clone(), torque: still.clone(), propeller_rate: Default::default() };
+    let input =
+        BodyInput { time: time.clone().into(), torque: still.clone(), propeller_rate: Default::default() };
     let mut trace = BodyTrace::default();
     equations.simulate_body(&input, 0, time.len(), &BodyStart::default(), &mut trace);
     let shown = equations.gyroscope(&time, &still, &still);

@@ -33,6 +33,27 @@ struct Pair {
     is_same: bool,
 }
 
+/// Commands that come at an interval, two by two: of a long log they are looked at, and not laid out.
+struct Pairs<'a> {
+    time: &'a [f64],
+    command: &'a [f64],
+    /// [s]
+    interval: f64,
+}
+
+impl Pairs<'_> {
+    /// Of these rows, which have a command.
+    fn of(&self, rows: &[usize]) -> impl Iterator<Item = Pair> {
+        let Self { time, command, interval } = self;
+        rows.windows(2).map(move |pair| {
+            let gap = (time[pair[1]] - time[pair[0]]) / interval;
+            let missing = if gap > THRESHOLDS.command_late { gap.round() as usize - 1 } else { 0 };
+            let is_same = (command[pair[1]] - command[pair[0]]).abs() <= THRESHOLDS.command_same;
+            Pair { rows: (pair[0], pair[1]), missing, is_same }
+        })
+    }
+}
+
 /// Cuts `stretches` (which hold no hole, and begin with a command) where a command is missing. `command` has
 /// not-a-number in empty cells.
 pub(crate) fn find(time: &[f64], command: &[f64], stretches: &[Range<usize>]) -> Missing {
@@ -44,41 +65,33 @@ pub(crate) fn find(time: &[f64], command: &[f64], stretches: &[Range<usize>]) ->
     let gaps: Vec<f64> =
         given.iter().flat_map(|rows| rows.windows(2).map(|pair| time[pair[1]] - time[pair[0]])).collect();
     let Some(interval) = steady_interval(&gaps) else { return uncut };
-    let pairs_of = |rows: &Vec<usize>| -> Vec<Pair> {
-        let pair = |pair: &[usize]| {
-            let gap = (time[pair[1]] - time[pair[0]]) / interval;
-            let missing = if gap > THRESHOLDS.command_late { gap.round() as usize - 1 } else { 0 };
-            let is_same = (command[pair[1]] - command[pair[0]]).abs() <= THRESHOLDS.command_same;
-            Pair { rows: (pair[0], pair[1]), missing, is_same }
-        };
-        rows.windows(2).map(pair).collect()
-    };
-    let pairs: Vec<Vec<Pair>> = given.iter().map(pairs_of).collect();
+    let pairs = Pairs { time, command, interval };
     let change = |pair: &Pair| (command[pair.rows.1] - command[pair.rows.0]).abs();
-    let jumps = pairs.iter().flatten().any(|pair| change(pair) > THRESHOLDS.command_jump);
-    if !jumps || says_only_changes(&pairs, command, stretches) {
+    let jumps =
+        given.iter().flat_map(|rows| pairs.of(rows)).any(|pair| change(&pair) > THRESHOLDS.command_jump);
+    if !jumps || says_only_changes(&pairs, &given, stretches) {
         return uncut;
     }
-    let held = shortest_hold(&pairs);
+    let held = shortest_hold(&pairs, &given);
     let mut missing = Missing { interval, ..Missing::default() };
-    for ((stretch, rows), pairs) in stretches.iter().zip(&given).zip(&pairs) {
+    for (stretch, rows) in stretches.iter().zip(&given) {
         missing.cut(
             time,
             stretch,
             rows,
-            pairs.iter().filter(|it| it.missing > 0 && !(it.is_same && held > it.missing)),
+            pairs.of(rows).filter(|it| it.missing > 0 && !(it.is_same && held > it.missing)),
         );
     }
     missing
 }
 
 impl Missing {
-    fn cut<'a>(
+    fn cut(
         &mut self,
         time: &[f64],
         stretch: &Range<usize>,
         given: &[usize],
-        pairs: impl Iterator<Item = &'a Pair>,
+        pairs: impl Iterator<Item = Pair>,
     ) {
         // Rows behind a command are still its own until the next one is due.
         let until_due = |row: usize, end: usize| {
@@ -129,9 +142,10 @@ fn steady_interval(gaps: &[f64]) -> Option<f64> {
 
 /// Whether cells are empty because a log says a command only when it changes: then every command differs from the one
 /// before, and most do not follow at once.
-fn says_only_changes(pairs: &[Vec<Pair>], command: &[f64], stretches: &[Range<usize>]) -> bool {
+fn says_only_changes(pairs: &Pairs, given: &[Vec<usize>], stretches: &[Range<usize>]) -> bool {
+    let command = pairs.command;
     let empty = stretches.iter().flat_map(Clone::clone).any(|row| !command[row].is_finite());
-    let all = || pairs.iter().flatten();
+    let all = || given.iter().flat_map(|rows| pairs.of(rows));
     let differ = all().filter(|pair| command[pair.rows.0] != command[pair.rows.1]).count();
     let at_once = all().filter(|pair| pair.missing == 0).count();
     let count = all().count() as f64;
@@ -141,12 +155,12 @@ fn says_only_changes(pairs: &[Vec<Pair>], command: &[f64], stretches: &[Range<us
 }
 
 /// Intervals for which a command is held at least, as far as it shows; the greatest number where it never changes twice.
-fn shortest_hold(pairs: &[Vec<Pair>]) -> usize {
+fn shortest_hold(pairs: &Pairs, given: &[Vec<usize>]) -> usize {
     let mut shortest = usize::MAX;
-    for stretch in pairs {
+    for rows in given {
         // `None` until a change was seen with nothing missing since.
         let mut held = None;
-        for pair in stretch {
+        for pair in pairs.of(rows) {
             held = match (pair.missing, pair.is_same) {
                 (0, true) => held.map(|held| held + 1),
                 (0, false) => {

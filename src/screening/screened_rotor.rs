@@ -8,12 +8,12 @@ use std::sync::OnceLock;
 
 use super::channel::Judgement;
 use super::checks;
-use super::left_out::{COMMANDS_MISSING, HOLES, SHORT_RUN};
+use super::left_out::{COMMANDS_MISSING, HOLES, LeftOut, SHORT_RUN};
 use super::quantized_voltage;
 use super::rotor::{Rotor, Suspicion};
 use super::rotor_data::{HeldVoltage, LEAST_COMMAND, RotorLog};
 use super::{Finding, ScreeningError};
-use crate::log::Dataset;
+use crate::log::{Cells, Dataset};
 
 /// One rotor of a log, and which of its rows are scored.
 #[derive(Debug, Clone)]
@@ -24,7 +24,7 @@ pub struct ScreenedRotor {
     is_measured: bool,
     is_scored: Vec<bool>,
     /// Of each row why it is not scored, where that is known.
-    why: Vec<Option<&'static str>>,
+    why: LeftOut,
     /// Whether the rotor stands or starts at each row.
     rests: Vec<bool>,
     /// See [`ScreenedRotor::runs`].
@@ -35,7 +35,7 @@ pub struct ScreenedRotor {
     mistaken: Vec<Finding>,
     findings: Vec<Finding>,
     /// See [`ScreenedRotor::voltage`]: of a reading in coarse steps, once somebody asks.
-    seen_through: OnceLock<Option<Vec<f64>>>,
+    seen_through: OnceLock<Option<Cells>>,
 }
 
 impl ScreenedRotor {
@@ -68,6 +68,7 @@ impl ScreenedRotor {
         let mut is_scored = vec![false; log.len()];
         rotor.data.scored().for_each(|row| is_scored[row] = true);
         let (is_measured, data) = (rotor.is_measured(), rotor.data);
+        let why = LeftOut::of(why.into_iter());
         let seen_through = OnceLock::new();
         Some(Self {
             number,
@@ -116,7 +117,7 @@ impl ScreenedRotor {
     /// Why it is not: a code; `None` of a row that is scored, and of one whose cell is empty.
     #[must_use]
     pub fn reason(&self, row: usize) -> Option<&'static str> {
-        self.why.get(row).copied().flatten()
+        self.why.reason(row)
     }
 
     /// Whether the rotor stands or starts in this row, as far as its commands say.
@@ -172,25 +173,31 @@ impl ScreenedRotor {
     }
 
     /// [V] What its battery has, each reading held until the next; of one that is read in coarse steps, what it steps over.
-    pub(crate) fn voltage(&self) -> Option<&[f64]> {
-        let read = self.data.voltage.as_deref()?;
-        let seen = self.seen_through.get_or_init(|| quantized_voltage::seen_through(&self.data));
-        Some(seen.as_deref().unwrap_or(read))
+    pub(crate) fn voltage(&self) -> Option<&Cells> {
+        let read = self.data.voltage.as_ref()?;
+        let seen = self.seen_through.get_or_init(|| quantized_voltage::seen_through(&self.data).map(Cells::from));
+        Some(seen.as_ref().unwrap_or(read))
     }
 
     /// Scores no row that is not scored in the log that it is a part of: `rows` are its own in it.
     pub(crate) fn keep_to(&mut self, whole: &Self, rows: &[usize]) {
-        for (row, own) in rows.iter().enumerate() {
-            if self.is_scored(row) && !whole.is_scored(*own) {
-                (self.data.rate[row], self.is_scored[row], self.why[row]) =
-                    (f64::NAN, false, whole.reason(*own));
-            }
+        let is_lost = |row: usize, own: usize| self.is_scored(row) && !whole.is_scored(own);
+        let lost = |(row, own): (usize, &usize)| is_lost(row, *own).then_some(row);
+        let lost: Vec<usize> = rows.iter().enumerate().filter_map(lost).collect();
+        if !lost.is_empty() {
+            let why = |(row, own): (usize, &usize)| {
+                if is_lost(row, *own) { whole.reason(*own) } else { self.reason(row) }
+            };
+            self.why = LeftOut::of(rows.iter().enumerate().map(why));
+        }
+        for row in lost {
+            (self.data.rate[row], self.is_scored[row]) = (f64::NAN, false);
         }
         match whole.voltage() {
             None => self.drop_battery(),
             // The whole log says more of a reading in steps than a part.
             Some(_) => {
-                let of_rows = |volts: &Vec<f64>| rows.iter().map(|row| volts[*row]).collect();
+                let of_rows = |volts: &Cells| rows.iter().map(|row| volts[*row]).collect::<Cells>();
                 let seen = whole.seen_through.get().and_then(Option::as_ref).map(of_rows);
                 self.seen_through = OnceLock::from(seen);
             }

@@ -18,9 +18,11 @@ const TABLE: &[(&str, &[&str])] = &[
     ("cancel", &[]),
     // Work on several threads, which share their number and hear of that wish.
     ("threads", &["cancel"]),
+    // Columns that log and model share.
+    ("cells", &[]),
     ("signal", &["unit"]),
     ("effect", &["unit", "signal"]),
-    ("model", &["file", "unit", "signal", "effect"]),
+    ("model", &["cells", "file", "unit", "signal", "effect"]),
     // Mathematics without rotors and without logs.
     ("estimation", &["cancel", "threads", "unit"]),
     ("can", &["file", "unit", "clock", "signal"]),
@@ -31,7 +33,10 @@ const TABLE: &[(&str, &[&str])] = &[
     ("guard", &["unit", "clock", "signal"]),
     ("experiment", &["unit", "clock", "signal", "control", "guard"]),
     ("recording", &["file", "unit", "clock", "signal", "can", "control", "guard", "model"]),
-    ("log", &["cancel", "threads", "file", "unit", "clock", "signal", "can", "estimation", "recording"]),
+    (
+        "log",
+        &["cells", "cancel", "threads", "file", "unit", "clock", "signal", "can", "estimation", "recording"],
+    ),
     ("screening", &["threads", "unit", "signal", "effect", "model", "estimation", "log"]),
     // The guard on the running bench; bridge and emulator both own one.
     ("bus_guard", &["clock", "signal", "shm", "guard", "rt"]),

@@ -66,7 +66,7 @@ fn body_apart(model: &Model, truth: &Truth) -> f64 {
     let input = BodyInput {
         torque: equations.torque_means(&time, &means, &slopes),
         propeller_rate: [middle(0), middle(1)],
-        time,
+        time: time.into(),
     };
     let (mut rates, mut angles) = (Vec::new(), Vec::new());
     for from in (0..truth.rows.len() - 50).step_by(50) {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 /// it is written to.
 ///
 /// ```
-/// use rotorbench::log::Cells;
+/// use rotorbench::cells::Cells;
 ///
 /// let column = Cells::from(vec![1.0, 2.0, 3.0]);
 /// let mut part = column.part(1..3);

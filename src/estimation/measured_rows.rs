@@ -1,0 +1,151 @@
+//! Residuals of rows in which something was measured: of a sensor slower than the rows they are few, and the others, which are
+//! zero, need not be kept.
+
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::thresholds::THRESHOLDS;
+
+/// The rows of a residual vector in which something was measured.
+#[derive(Debug, PartialEq, Eq)]
+pub struct MeasuredRows {
+    /// Ascending.
+    rows: Vec<u32>,
+    /// Length of the whole vector.
+    len: usize,
+    /// The units of the vector, counted in measured rows.
+    units: Vec<Range<usize>>,
+}
+
+impl MeasuredRows {
+    /// Those of a vector with these units, of `measured` values for each row; `None` where they are most of it.
+    #[must_use]
+    pub fn of(measured: impl Iterator<Item = bool> + Clone, units: &[Range<usize>]) -> Option<Arc<Self>> {
+        let (len, count) = (measured.clone().count(), measured.clone().filter(|is| *is).count());
+        if u32::try_from(len).is_err() || count as f64 > THRESHOLDS.mostly_measured * len as f64 {
+            return None;
+        }
+        let mut rows = Vec::with_capacity(count);
+        rows.extend(measured.zip(0..).filter_map(|(is_measured, row)| is_measured.then_some(row)));
+        let mut found = Self { rows, len, units: Vec::new() };
+        found.units = units.iter().map(|unit| found.within(unit)).collect();
+        Some(Arc::new(found))
+    }
+
+    /// The units of the vector, counted in measured rows.
+    #[must_use]
+    pub fn units(&self) -> &[Range<usize>] {
+        &self.units
+    }
+
+    /// How many there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// The places of a part of the vector among the measured rows.
+    #[must_use]
+    pub fn within(&self, part: &Range<usize>) -> Range<usize> {
+        let place = |at: usize| self.rows.partition_point(|row| (*row as usize) < at);
+        place(part.start)..place(part.end)
+    }
+
+    /// What stands in these rows of a whole vector.
+    pub(crate) fn take(&self, whole: &[f64], taken: &mut Vec<f64>) {
+        taken.clear();
+        taken.extend(self.rows.iter().map(|row| whole[*row as usize]));
+    }
+}
+
+/// A residual vector: measured minus simulated over its standard deviation, zero where nothing was measured. Copies share it.
+#[derive(Debug, Clone)]
+pub struct Residuals {
+    measured: Arc<Vec<f64>>,
+    rows: Option<Arc<MeasuredRows>>,
+}
+
+impl Residuals {
+    /// Of the values in these rows, or in all.
+    pub(crate) fn of_measured(measured: Vec<f64>, rows: Option<Arc<MeasuredRows>>) -> Self {
+        Self { measured: Arc::new(measured), rows }
+    }
+
+    /// Of a whole vector, of which these rows are kept.
+    #[must_use]
+    pub fn of(whole: Vec<f64>, rows: Option<&Arc<MeasuredRows>>) -> Self {
+        let Some(rows) = rows else { return whole.into() };
+        let mut measured = Vec::with_capacity(rows.count());
+        rows.take(&whole, &mut measured);
+        Self::of_measured(measured, Some(Arc::clone(rows)))
+    }
+
+    /// The whole vector.
+    #[must_use]
+    pub fn all(&self) -> Cow<'_, [f64]> {
+        let Some(rows) = &self.rows else { return Cow::Borrowed(&self.measured) };
+        let mut whole = vec![0.0; rows.len];
+        rows.rows.iter().zip(self.measured.iter()).for_each(|(row, value)| whole[*row as usize] = *value);
+        Cow::Owned(whole)
+    }
+
+    /// The same without rows in which nothing was measured, as far as these are left out; in order.
+    #[must_use]
+    pub fn measured(&self) -> &[f64] {
+        &self.measured
+    }
+
+    /// Length of the whole vector.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.rows.as_ref().map_or(self.measured.len(), |rows| rows.len)
+    }
+
+    /// Whether the whole vector is empty.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// What is kept of a part of the whole vector.
+    #[must_use]
+    pub fn part(&self, part: &Range<usize>) -> &[f64] {
+        &self.measured[self.rows.as_ref().map_or_else(|| part.clone(), |rows| rows.within(part))]
+    }
+}
+
+impl From<Vec<f64>> for Residuals {
+    fn from(whole: Vec<f64>) -> Self {
+        Self { measured: Arc::new(whole), rows: None }
+    }
+}
+
+impl PartialEq for Residuals {
+    fn eq(&self, other: &Self) -> bool {
+        self.all() == other.all()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_that_are_left_out_come_back_as_zeros() {
+        let measured = (0..20).map(|row| row % 5 == 2);
+        let rows = MeasuredRows::of(measured, &[0..7, 7..7, 7..20]).expect("few");
+        assert_eq!((rows.count(), rows.units()), (4, &[0..1, 1..1, 1..4][..]));
+        let whole: Vec<f64> = (0..20).map(|row| if row % 5 == 2 { f64::from(row) } else { 0.0 }).collect();
+        let found = Residuals::of(whole.clone(), Some(&rows));
+        assert_eq!((found.measured(), found.len()), (&[2.0, 7.0, 12.0, 17.0][..], 20));
+        assert_eq!(found.all(), whole);
+        assert_eq!((found.part(&(7..20)), found.part(&(8..12))), (&[7.0, 12.0, 17.0][..], &[][..]));
+        assert_eq!(found, whole.into());
+    }
+
+    #[test]
+    fn where_most_is_measured_all_is_kept() {
+        assert!(MeasuredRows::of((0..20).map(|row| row != 3), std::slice::from_ref(&(0..20))).is_none());
+    }
+}
