@@ -138,8 +138,9 @@ fn a_long_log_takes_little_more_than_its_columns() {
         of_columns(fits)
     )
     .expect("written");
-    assert!(of_columns(held) < 0.6, "{held} kB beside columns of {columns_kb} kB");
-    assert!(of_columns(fits) < 4.0, "{fits} kB beside columns of {columns_kb} kB");
+    // Held by each rotor it would be 1.8, and laid out for each fit 12.
+    assert!(of_columns(held) < 1.0, "{held} kB beside columns of {columns_kb} kB");
+    assert!(of_columns(fits) < 6.0, "{fits} kB beside columns of {columns_kb} kB");
 }
 
 /// Takes everything and keeps nothing.

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use super::csv_blocks::{self, number};
+use super::csv_header::{Header, plain_body, without_mark};
 use super::csv_parts::{self, Parts};
 use super::dataset::{Dataset, DatasetError};
 use super::limits::{self, MOST_COLUMNS, shortened};
@@ -82,7 +83,7 @@ pub fn content_hash(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
 }
 
-pub(super) fn hexadecimal(bytes: &[u8]) -> String {
+fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().fold(String::with_capacity(64), |mut text, byte| {
         // Writing to a `String` cannot fail.
         let _ = write!(text, "{byte:02x}");
@@ -112,8 +113,8 @@ pub fn file_hash(path: &Path) -> io::Result<String> {
 /// [`LogError`] with file, line and column.
 pub fn read(path: &Path) -> Result<Dataset, LogError> {
     let all = NonZeroUsize::new(threads::most());
-    if let Some(Parts { header, hash, columns }) = threads::limited(all, || csv_parts::read(path)) {
-        return dataset(header, hash, columns, path);
+    if let Some(Parts { header, digest, columns }) = threads::limited(all, || csv_parts::read(path)) {
+        return dataset(header, hexadecimal(&digest), columns, path);
     }
     let bytes = limits::read(path).map_err(|source| LogError::File { path: path.to_owned(), source })?;
     parse(&bytes, path)
@@ -143,38 +144,6 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
         None => by_rows(reader, text, path, (&header, time_at))?,
     };
     dataset(Header { names: header, time_at }, hash, columns, path)
-}
-
-/// The names of the columns.
-#[derive(Debug, Clone)]
-pub(super) struct Header {
-    pub names: Vec<String>,
-    /// Which of them is time.
-    pub time_at: usize,
-}
-
-impl Header {
-    /// The header of bytes that begin with a plain line, and where that ends.
-    pub(super) fn of_plain(bytes: &[u8]) -> Option<(Self, usize)> {
-        let text = without_mark(bytes);
-        let body = plain_body(text)?;
-        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text);
-        let names: Vec<String> = reader.headers().ok()?.iter().map(str::to_owned).collect();
-        let time_at = names.iter().position(|name| name == "time_s")?;
-        (names.len() <= MOST_COLUMNS).then_some((Self { names, time_at }, bytes.len() - body.len()))
-    }
-}
-
-/// The bytes without the mark of their order, which some write before a text.
-fn without_mark(bytes: &[u8]) -> &[u8] {
-    bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes)
-}
-
-/// The text behind its header. That is the first line, unless it is empty or goes on behind a quote: then nothing is plain.
-fn plain_body(text: &[u8]) -> Option<&[u8]> {
-    let body = memchr::memchr(b'\n', text).map_or(&[][..], |end| &text[end + 1..]);
-    let header = text[..text.len() - body.len()].trim_ascii_end();
-    (!header.is_empty() && memchr::memchr2(b'"', b'\r', header).is_none()).then_some(body)
 }
 
 /// The log of these columns.

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use super::csv::{Header, hexadecimal};
 use super::csv_blocks;
+use super::csv_header::Header;
 use super::limits::LONGEST_FILE;
 use crate::threads::both;
 
@@ -19,8 +19,8 @@ const PART: usize = 16 << 20;
 /// What a file holds.
 pub(super) struct Parts {
     pub header: Header,
-    /// SHA-256 of all bytes, in hexadecimal.
-    pub hash: String,
+    /// SHA-256 of all bytes.
+    pub digest: Vec<u8>,
     pub columns: Vec<Vec<f64>>,
 }
 
@@ -69,10 +69,9 @@ fn in_parts(mut input: impl io::Read, length: u64, part: usize) -> io::Result<Op
         }
         text.drain(..end);
     }
-    let hash = hexadecimal(&hash.finalize());
     Ok(found.map(|(header, mut columns)| {
         columns.iter_mut().for_each(Vec::shrink_to_fit);
-        Parts { header, hash, columns }
+        Parts { header, digest: hash.finalize().to_vec(), columns }
     }))
 }
 
@@ -100,12 +99,12 @@ mod tests {
         for text in [format!("\u{feff}time_s, a\r\n{rows}300,1"), format!("time_s, a\n{rows}")] {
             let whole = csv::parse(text.as_bytes(), Path::new("log.csv")).expect("a log");
             for part in [16, 20, 21, 22, 64, 1_000, 100_000] {
-                let Parts { header, hash, columns } = parts(&text, part).expect("plain");
+                let Parts { header, digest, columns } = parts(&text, part).expect("plain");
                 assert_eq!(
                     (&header.names[..], header.time_at),
                     (&["time_s".to_owned(), "a".to_owned()][..], 0)
                 );
-                assert_eq!(hash, whole.sha256());
+                assert_eq!(digest, Sha256::digest(&text).to_vec());
                 assert_eq!(columns[0], whole.time(), "{part}");
                 assert_eq!(columns[1], whole.column("a").expect("there"), "{part}");
             }

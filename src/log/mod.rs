@@ -10,6 +10,7 @@ pub mod can_capture;
 pub mod candump;
 pub mod csv;
 mod csv_blocks;
+mod csv_header;
 mod csv_parts;
 mod csv_table;
 pub mod dataflash;

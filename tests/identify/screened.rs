@@ -267,10 +267,11 @@ fn all_of_them_score_the_same_rows_of_second_rotor_thrust_and_body() {
     let driver = Driver { equations: &equations, fitted: None, split: None };
     let split = body_split(logs, &[], &driver, 0.4).expect("known").expect("a body");
     let Runs::Body(runs) = &split.train.runs else { panic!("a body") };
-    let rows_of = |pick: fn(&rotorbench::diagnose::body_block::BodyRun) -> &Vec<f64>| -> Vec<usize> {
-        let rows = runs.iter().flat_map(|run| run.rows.clone().zip(pick(run)));
-        rows.filter_map(|(row, value)| value.is_finite().then_some(row)).collect()
-    };
+    let rows_of =
+        |pick: fn(&rotorbench::diagnose::body_block::BodyRun) -> &rotorbench::log::Cells| -> Vec<usize> {
+            let rows = runs.iter().flat_map(|run| run.rows.clone().zip(pick(run)));
+            rows.filter_map(|(row, value)| value.is_finite().then_some(row)).collect()
+        };
     assert_eq!(rows_of(|run| &run.rate), gyro, "diagnose and extend");
     assert_eq!(rows_of(|run| &run.angle), angle, "diagnose and extend");
 
