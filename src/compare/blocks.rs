@@ -83,7 +83,9 @@ fn actuator(
     }
     let (mut squares, mut count) = (0.0, 0.0);
     for rows in judged.stretches().iter().cloned() {
-        let inputs = std::iter::once(command).chain(battery).map(|input| input[rows.clone()].to_vec());
+        let inputs = std::iter::once(command)
+            .chain(battery.map(|volts| &volts[..]))
+            .map(|input| input[rows.clone()].to_vec());
         let stretch = Stretch { inputs: inputs.collect(), rows };
         let shown = &rate[stretch.rows.clone()];
         let scored = stretch.rows.clone().zip(shown);

@@ -40,7 +40,8 @@ pub(crate) fn lines(data: &BlockData, residuals: &[f64]) -> Vec<f64> {
     for index in order {
         let frequency = frequencies[index];
         // Beside a line its own foot is no other line.
-        let is_apart = |known: &f64| (known - frequency).abs() > 2.0 * std::f64::consts::TAU / span;
+        let is_apart =
+            |known: &f64| (known - frequency).abs() > THRESHOLDS.lines_apart * std::f64::consts::TAU / span;
         if found.iter().all(is_apart) {
             found.push(frequency);
         }
@@ -53,7 +54,7 @@ pub(crate) fn lines(data: &BlockData, residuals: &[f64]) -> Vec<f64> {
 
 fn pieces(data: &BlockData, residuals: &[f64]) -> Vec<Piece> {
     let times: Vec<&[f64]> = match &data.runs {
-        Runs::Rotor(runs) => runs.iter().map(|run| run.time.as_slice()).collect(),
+        Runs::Rotor(runs) => runs.iter().map(|run| &run.time[..]).collect(),
         Runs::Body(runs) => {
             let windows = runs.iter().flat_map(|run| run.windows.iter().map(move |rows| (run, rows)));
             windows.map(|(run, rows)| &run.input.time[rows.clone()]).collect()

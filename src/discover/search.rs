@@ -244,9 +244,9 @@ fn how_sure(formula: Option<&Formula>, places: &[PlaceScore]) -> Option<f64> {
     let own = match formula {
         // Of a long log a part was looked at, whose rows are others.
         Some(formula) if formula.fitted.held_out.residuals.len() == best.score.residuals.len() => {
-            formula.fitted.held_out.residuals.as_slice()
+            formula.fitted.held_out.residuals.all()
         }
-        _ => places.iter().find(|it| holds_all(&it.place))?.score.residuals.as_slice(),
+        _ => places.iter().find(|it| holds_all(&it.place))?.score.residuals.as_slice().into(),
     };
-    Some(confidence(own, &others))
+    Some(confidence(&own, &others))
 }

@@ -49,10 +49,10 @@ crate::thresholds! {
     stretches: usize = 40, "count", "judgement";
     /// draws of those stretches
     draws: usize = 400, "count", "a share known to 2.5 %";
-    /// confidence below which a place is one of several
-    confident: f64 = 0.9, "-", "judgement";
     /// readings above which shapes and forms are compared on a part of the data
     screened_readings: usize = 30_000, "count", "times of long logs";
+    /// lines of the residual that lie closer than so many turns over the log are one
+    lines_apart: f64 = 2.0, "count", "the foot of a line in a periodogram without a window";
     /// lines (frequencies) of the residual that are tried
     lines: usize = 3, "count", "judgement";
     /// [Hz] the lowest frequency of a line times the seconds of a log: fewer turns are a drift

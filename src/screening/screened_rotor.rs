@@ -175,7 +175,8 @@ impl ScreenedRotor {
     /// [V] What its battery has, each reading held until the next; of one that is read in coarse steps, what it steps over.
     pub(crate) fn voltage(&self) -> Option<&Cells> {
         let read = self.data.voltage.as_ref()?;
-        let seen = self.seen_through.get_or_init(|| quantized_voltage::seen_through(&self.data).map(Cells::from));
+        let seen =
+            self.seen_through.get_or_init(|| quantized_voltage::seen_through(&self.data).map(Cells::from));
         Some(seen.as_ref().unwrap_or(read))
     }
 

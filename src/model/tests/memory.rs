@@ -100,7 +100,7 @@ fn a_torque_that_remembers_sees_the_body_as_it_was_measured() {
     );
     let angle = [0.0, 0.05, 0.3, 0.25, 0.0];
     let time: Vec<f64> = (0..angle.len()).map(|row| 0.01 * row as f64).collect();
-    let mut input = BodyInput { torque: vec![1.0; time.len()], time, ..BodyInput::default() };
+    let mut input = BodyInput { torque: vec![1.0; time.len()], time: time.into(), ..BodyInput::default() };
     equations.add_remembered_torque(&mut input, &angle, &[0.0; 5]);
     // At the samples 0, -0.1, -0.2, -0.1, 0.2 N m: each interval has the mean of its ends.
     let expected = [0.95, 0.85, 0.85, 1.05, 1.2];

@@ -2,8 +2,10 @@
 
 use serde::Serialize;
 
-use crate::control::design::Margins;
+use crate::control::design::{Advice, Improvement, Margins};
+use crate::control::thresholds::THRESHOLDS;
 use crate::control::{ControllerKind, PidConfig};
+use crate::report::number;
 use crate::session::{ControlDesign, ControlLoop, Eigenvalue, EmcDesign};
 
 /// The answer, as `--json` writes it.
@@ -43,7 +45,7 @@ impl Design {
     #[must_use]
     pub fn of(task: &ControlLoop, made: &ControlDesign, note: Option<String>) -> Self {
         let closed = made.closed.as_ref();
-        let sluggish = closed.and_then(|closed| Some((closed.sluggish?, &closed.margins)));
+        let of_little_use = closed.and_then(|closed| Some((closed.sluggish?, &closed.margins)));
         Self {
             model: task.model.clone(),
             controller: task.config.kind,
@@ -58,8 +60,40 @@ impl Design {
             }),
             margins: closed.map(|closed| closed.margins),
             note,
-            warning: sluggish.map(|(fades, margins)| super::sluggish(task.config.kind, fades, margins)),
-            advice: closed.and_then(|closed| closed.advice.as_ref()).map(super::advice),
+            warning: of_little_use.map(|(fades, margins)| sluggish(task.config.kind, fades, margins)),
+            advice: closed.and_then(|closed| closed.advice.as_ref()).map(advice),
         }
     }
+}
+
+/// That a loop is stable and of no use: what is left of a push fades with a time constant [s], by the eigenvalue beside it.
+fn sluggish(kind: ControllerKind, (fades_s, slowest): (f64, f64), margins: &Margins) -> String {
+    let instead = match kind {
+        ControllerKind::Emc => "take a larger γ_0, or smaller α and α_c",
+        ControllerKind::Pid => "ask for smaller margins, or give larger gains",
+    };
+    format!(
+        "the loop is stable and of little use: what a push leaves behind fades with a time constant of {} s (eigenvalue \
+         1 - {:.1e}), at a bandwidth of {:.2} rad/s; {instead}",
+        number(fades_s, 3),
+        1.0 - slowest,
+        margins.bandwidth_rad_s
+    )
+}
+
+/// A change of one knob, and what becomes better.
+fn advice(advice: &Advice) -> String {
+    let Advice { knob, from, to, improvement, .. } = advice;
+    let verb = if to > from { "raise" } else { "lower" };
+    let why = match improvement {
+        Improvement::SensitivityPeak { from, to } => {
+            let calm = THRESHOLDS.nervous_peak;
+            format!("the sensitivity peak falls from {from:.2} to {to:.2}, below {calm} is calm")
+        }
+        Improvement::Bandwidth { from_rad_s, to_rad_s, sensitivity_peak } => format!(
+            "the bandwidth grows from {from_rad_s:.1} to {to_rad_s:.1} rad/s, and the sensitivity peak stays at \
+             {sensitivity_peak:.2}"
+        ),
+    };
+    format!("{verb} {knob} from {from:.3} to {to:.3}: {why}")
 }
