@@ -59,6 +59,4 @@ crate::thresholds! {
     fewest_turns: f64 = 3.0, "count", "judgement";
     /// alternatives named beside a formula
     most_alternatives: usize = 4, "count", "judgement";
-    /// share of what a formula does by which another may differ from it over the visited range and be the same
-    same_law: f64 = 0.1, "-", "judgement: a tenth of an effect is its usual error";
 }
