@@ -311,6 +311,31 @@ mod tests {
         assert_eq!((fourth.reason(300), fourth.scored().count()), (Some("rate_dropout"), 999));
     }
 
+    /// Of a long log each copy of a column is one too many.
+    #[test]
+    fn rotors_share_the_columns_of_their_log() {
+        let mut both = log(|t| 0.4 + 0.1 * f64::from((t * 1.7).sin() > 0.0), 20.0);
+        for (name, like) in [("command_2", "command_1"), ("propeller_rate_2_rad_s", "propeller_rate_1_rad_s")]
+        {
+            let values = both.column(like).unwrap().to_vec();
+            both.insert(name, values).unwrap();
+        }
+        let volts = (0..both.len()).map(|row| 12.5 - 2e-4 * row as f64).collect();
+        both.insert("battery_voltage_v", volts).unwrap();
+        let screened = ScreenedLog::of(&both);
+        let column = |name: &str| both.column(name).unwrap().as_ptr();
+        for (rotor, other) in [(1, 2), (2, 1)] {
+            let data = screened.rotor(rotor).unwrap().data();
+            let of = |number: usize| [format!("command_{number}"), format!("propeller_rate_{number}_rad_s")];
+            assert_eq!(data.time.as_ptr(), both.time().as_ptr());
+            assert_eq!([&data.command, &data.rate].map(|it| it.as_ptr()), of(rotor).map(|it| column(&it)));
+            let beside = data.beside.as_ref().unwrap();
+            let rate = beside.rate.as_ref().unwrap();
+            assert_eq!([&beside.command, rate].map(|it| it.as_ptr()), of(other).map(|it| column(&it)));
+            assert_eq!(data.voltage.as_ref().unwrap().as_ptr(), column("battery_voltage_v"));
+        }
+    }
+
     #[test]
     fn wrong_units_are_found() {
         let (_, warnings) = rotor(&log(|t| 0.9 + 0.01 * t, 20.0));
