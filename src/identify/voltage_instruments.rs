@@ -130,7 +130,7 @@ fn predict_by<const N: usize>(
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
     Unknown,
-    Foretold,
+    Predicted,
     Known,
 }
 
@@ -155,12 +155,12 @@ impl Load {
         predicted_rate(rotor, response, missing, |row, now, is_known| {
             count += 1;
             rate[row] = now;
-            state[row] = if is_known { State::Known } else { State::Foretold };
+            state[row] = if is_known { State::Known } else { State::Predicted };
         });
         let share = 1.0 / count.max(1) as f64;
-        let foretold = || rate.iter().zip(&state).filter(|(_, state)| **state != State::Unknown);
-        let mean = foretold().map(|(rate, _)| rate * share).sum::<f64>();
-        let spread = foretold().map(|(rate, _)| (rate - mean).powi(2) * share).sum::<f64>().sqrt();
+        let predicted = || rate.iter().zip(&state).filter(|(_, state)| **state != State::Unknown);
+        let mean = predicted().map(|(rate, _)| rate * share).sum::<f64>();
+        let spread = predicted().map(|(rate, _)| (rate - mean).powi(2) * share).sum::<f64>().sqrt();
         for (rate, _) in rate.iter_mut().zip(&state).filter(|(_, state)| **state != State::Unknown) {
             *rate = if spread > 0.0 { (*rate - mean) / spread } else { 0.0 };
         }
