@@ -21,7 +21,8 @@ fn play_in_the_command_is_a_run_of_other_commands() {
         meaning: String::new(),
     });
     with_play = with_play.with(&with_play.effect("slack").expect("it parses"));
-    let delay = Model::paper().effect("transport_delay").expect("known");
+    let delay = crate::effect::acting_as(Site::Command, Term::DeadTime).expect("a dead time");
+    let delay = Model::paper().effect(delay.id).expect("known");
     let time: Vec<f64> = (0..400).map(|row| 0.01 * f64::from(row)).collect();
     let command: Vec<f64> = time.iter().map(|time| 0.5 + 0.15 * (3.0 * time).sin()).collect();
     let mut held = command[0];
