@@ -193,7 +193,7 @@ fn keys_beside_their_table_exist() {
         for (line, span) in spans(&text).iter().filter(|(_, span)| span.starts_with('[')) {
             let Some((table, rest)) = span.rsplit_once(']') else { continue };
             let table = format!("{table}]");
-            let of_model = ["effects]", "identified_from]"].iter().any(|it| table.ends_with(it));
+            let of_model = ["effects]]", "identified_from]]"].iter().any(|it| table.ends_with(it));
             let kind = if of_model { "model part" } else { kind };
             if !table.trim_matches(['[', ']']).chars().all(|it| it.is_ascii_lowercase() || "._".contains(it))
             {
