@@ -147,7 +147,7 @@ fn by_the_book(term: Term, p: &[f64], point: &Point) -> Option<f64> {
         Term::QuadraticDrag => -p[0] * body_rate * body_rate.abs(),
         Term::Pendulum => -p[0] * (body_angle + p[1]).sin(),
         Term::Stiffness => -p[0] * body_angle,
-        Term::InflowDamping => {
+        Term::AxialDamping => {
             let speed = point.side * point.arm * body_rate;
             -p[0] * point.thrust_coefficient * point.propeller_rate * speed
         }

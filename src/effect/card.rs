@@ -70,7 +70,7 @@ pub enum Term {
     /// -k θ.
     Stiffness,
     /// -k c ω_p v of the thrust of a rotor that moves at v = ±d ω_b.
-    InflowDamping,
+    AxialDamping,
 }
 
 /// What people read about an effect, and its law.

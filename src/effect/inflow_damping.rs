@@ -24,7 +24,7 @@ pub(super) static CARD: Card = Card {
     needs: &["body_rate_rad_s", "propeller_rate_1_rad_s", "propeller_rate_2_rad_s"],
     symmetry: Symmetry::None,
     needs_both_directions: false,
-    acts_as: Some(Term::InflowDamping),
+    acts_as: Some(Term::AxialDamping),
     report: [
         "The rotor that moves up pushes less and the one that moves down pushes more, so the body is damped.",
         "The damping grows with the speed of the rotors and vanishes when they stand.",

@@ -95,7 +95,7 @@ pub fn loop_of_model(model: &Model, plant: &PlantParameters, known: &Compensatio
     // Of a lag of the rotors' rate the loop knows nothing: the controller does not read it.
     let delays = [Site::Command, Site::Torque].map(|site| value(site, Term::DeadTime));
     let lags = [Site::SteadyRate, Site::Torque].map(|site| value(site, Term::Lag));
-    let inflow = value(Site::Thrust, Term::InflowDamping).unwrap_or(0.0);
+    let axial = value(Site::Thrust, Term::AxialDamping).unwrap_or(0.0);
     let mut linear = LoopPlant {
         delay_s: delays.into_iter().flatten().sum(),
         lags: lags.into_iter().flatten().collect(),
@@ -103,7 +103,7 @@ pub fn loop_of_model(model: &Model, plant: &PlantParameters, known: &Compensatio
         ..LoopPlant::new(plant)
     };
     // Each rotor loses k c ω_p v of its thrust at its own speed v = ± d ω_b.
-    linear.damping += 2.0 * plant.arm * plant.arm * inflow * plant.thrust_coefficient * plant.hover_rate;
+    linear.damping += 2.0 * plant.arm * plant.arm * axial * plant.thrust_coefficient * plant.hover_rate;
     linear.with_torques(known, angle)
 }
 
