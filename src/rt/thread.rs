@@ -6,6 +6,8 @@ use std::io;
 
 use serde::{Deserialize, Serialize};
 
+use super::rights::Rights;
+
 /// The `[real_time]` table of the bench file. What is not permitted is reported, and refused only if `required`.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -105,6 +107,7 @@ impl RealTimeConfig {
     ///
     /// # Errors
     /// [`RealTimeError::Missing`] when `required` and not everything was granted.
+    #[allow(unsafe_code, reason = "std locks no memory and sets no timer slack")]
     pub fn apply(&self) -> Result<Granted, RealTimeError> {
         self.check()?;
         let mut refused = Vec::new();
@@ -114,7 +117,7 @@ impl RealTimeConfig {
             }
         };
         if self.lock_memory {
-            let limit = memory_lock_limit();
+            let limit = Rights::of_this_thread().memory_lock_limit();
             if limit.is_some() {
                 touch_stack();
             }
@@ -153,21 +156,6 @@ impl RealTimeConfig {
     }
 }
 
-/// [byte] that this process may lock at most; `None` = no limit, or none for this process.
-fn memory_lock_limit() -> Option<u64> {
-    /// Linux, `include/uapi/linux/capability.h`.
-    const CAP_IPC_LOCK: u32 = 14;
-    let status = fs::read_to_string("/proc/thread-self/status").unwrap_or_default();
-    let effective = status.lines().find_map(|line| line.strip_prefix("CapEff:"));
-    let effective = effective.and_then(|set| u64::from_str_radix(set.trim(), 16).ok()).unwrap_or(0);
-    let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
-    // SAFETY: `limit` is valid and writable for the call.
-    let code = unsafe { libc::getrlimit(libc::RLIMIT_MEMLOCK, &raw mut limit) };
-    let is_free =
-        effective & (1 << CAP_IPC_LOCK) != 0 || (code == 0 && limit.rlim_cur == libc::RLIM_INFINITY);
-    (!is_free).then_some(limit.rlim_cur)
-}
-
 /// Makes the stack as large as it will ever be: a locked stack does not grow beyond the limit, and a process whose
 /// stack cannot grow is killed.
 #[inline(never)]
@@ -180,6 +168,7 @@ fn result(code: i32) -> io::Result<()> {
     if code == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
 }
 
+#[allow(unsafe_code, reason = "std sets no scheduler")]
 fn schedule(priority: u8) -> io::Result<()> {
     let parameters = libc::sched_param { sched_priority: i32::from(priority) };
     // SAFETY: `parameters` is valid for the call; 0 is the calling thread.
@@ -188,6 +177,7 @@ fn schedule(priority: u8) -> io::Result<()> {
     })
 }
 
+#[allow(unsafe_code, reason = "std does not say what scheduler a thread has")]
 fn granted_priority() -> u8 {
     let mut parameters = libc::sched_param { sched_priority: 0 };
     // SAFETY: no pointer arguments but `parameters`, which is valid; 0 is the calling thread.
@@ -202,6 +192,7 @@ fn granted_priority() -> u8 {
     }
 }
 
+#[allow(unsafe_code, reason = "std holds no thread on a processor")]
 fn stay_on(processor: usize) -> io::Result<()> {
     if processor >= libc::CPU_SETSIZE as usize {
         return Err(io::Error::from_raw_os_error(libc::EINVAL));
@@ -216,6 +207,7 @@ fn stay_on(processor: usize) -> io::Result<()> {
     result(unsafe { libc::sched_setaffinity(0, size_of::<libc::cpu_set_t>(), &raw const set) })
 }
 
+#[allow(unsafe_code, reason = "std does not say on which processors a thread may run")]
 fn granted_processors() -> Vec<usize> {
     // SAFETY: a cpu_set_t is plain bits, for which zero is valid; it is as long as said; 0 is the calling thread.
     unsafe {
@@ -225,6 +217,7 @@ fn granted_processors() -> Vec<usize> {
     }
 }
 
+#[allow(unsafe_code, reason = "std does not say what timer slack a thread has")]
 fn granted_timer_slack() -> u64 {
     // SAFETY: no pointer arguments.
     u64::try_from(unsafe { libc::prctl(libc::PR_GET_TIMERSLACK) }).unwrap_or(0)

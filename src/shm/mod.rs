@@ -37,7 +37,7 @@ pub use bell::{Bell, Waiter};
 pub use channel::{Publisher, Subscriber};
 pub use error::ShmError;
 pub use leftover::{Leftover, PassingBench, guard_without_place, leftovers, running};
-pub use place::{Place, SharedMemoryConfig};
+pub use place::{Place, SharedMemoryConfig, effective_user};
 pub use topic::{
     APPLIED, BUS, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, LOCKSTEP_ANSWERS, LOCKSTEP_STEPS,
     Payload, REQUEST, Role, SENSORS, STOPS, Topic,

@@ -265,12 +265,16 @@ impl Place {
     }
 }
 
-pub(super) fn effective_user() -> u32 {
+/// Number of the user whose rights this process has.
+#[allow(unsafe_code, reason = "std does not say who runs the process")]
+#[must_use]
+pub fn effective_user() -> u32 {
     // SAFETY: geteuid has no arguments and cannot fail.
     unsafe { libc::geteuid() }
 }
 
 /// Numbers of the groups that a user is in, from the user and group files; none for a user who is not there.
+#[allow(unsafe_code, reason = "std does not know a user's groups")]
 fn groups_of(user: u32) -> Vec<u32> {
     // SAFETY: plain data for which zero is valid; getpwuid_r writes it, and what it points to is in `text`.
     let mut entry: libc::passwd = unsafe { std::mem::zeroed() };
@@ -291,6 +295,7 @@ fn groups_of(user: u32) -> Vec<u32> {
 }
 
 /// Number of a Unix group, from the group file.
+#[allow(unsafe_code, reason = "std does not know groups by name")]
 fn group_id(name: &str) -> Result<u32, ShmError> {
     let unknown = || ShmError::Group { name: name.to_owned() };
     let asked = std::ffi::CString::new(name).map_err(|_| unknown())?;

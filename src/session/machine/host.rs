@@ -6,12 +6,9 @@ use std::path::Path;
 use super::check::{MachineCheck, bad, good, warning};
 use crate::bench::BenchConfig;
 use crate::clock;
-use crate::rt::Machine;
+use crate::rt::{Machine, Rights, priority_limit};
 use crate::session::thresholds::THRESHOLDS;
-
-/// Bits of `CapEff` in `/proc/self/status`.
-const CAP_IPC_LOCK: u64 = 1 << 14;
-const CAP_SYS_NICE: u64 = 1 << 23;
+use crate::shm::effective_user;
 
 fn read(path: &str) -> Option<String> {
     fs::read_to_string(path).ok().map(|text| text.trim().to_owned()).filter(|text| !text.is_empty())
@@ -29,30 +26,17 @@ pub(super) fn versions() -> MachineCheck {
 }
 
 pub(super) fn look(config: &BenchConfig) -> Vec<MachineCheck> {
-    let rights = read("/proc/self/status")
-        .and_then(|text| {
-            let line = text.lines().find_map(|line| line.strip_prefix("CapEff:"))?.trim().to_owned();
-            u64::from_str_radix(&line, 16).ok()
-        })
-        .unwrap_or(0);
+    let rights = Rights::of_this_thread();
     let mut findings = vec![real_time(rights), throttling(), locked_memory(rights), governor()];
     findings.extend([shared_memory(), clock_source()]);
     findings.extend(remove_ipc(config));
     findings
 }
 
-/// The soft limit of a resource.
-fn limit(resource: libc::__rlimit_resource_t) -> u64 {
-    let mut limit = libc::rlimit { rlim_cur: 0, rlim_max: 0 };
-    // SAFETY: `limit` is a valid, writable rlimit for the duration of the call; on failure it stays zero.
-    unsafe { libc::getrlimit(resource, &raw mut limit) };
-    limit.rlim_cur
-}
-
-fn real_time(rights: u64) -> MachineCheck {
+fn real_time(rights: Rights) -> MachineCheck {
     const CHECK: &str = "real-time permission";
-    let priority = limit(libc::RLIMIT_RTPRIO);
-    if rights & CAP_SYS_NICE != 0 {
+    let priority = priority_limit();
+    if rights.has_any_priority() {
         return good(CHECK, "any_priority");
     }
     if priority > 0 {
@@ -70,12 +54,11 @@ fn throttling() -> MachineCheck {
     }
 }
 
-fn locked_memory(rights: u64) -> MachineCheck {
+fn locked_memory(rights: Rights) -> MachineCheck {
     const CHECK: &str = "memory lock limit";
-    let bytes = limit(libc::RLIMIT_MEMLOCK);
-    if rights & CAP_IPC_LOCK != 0 || bytes == libc::RLIM_INFINITY {
+    let Some(bytes) = rights.memory_lock_limit() else {
         return good(CHECK, "lock_unlimited");
-    }
+    };
     if bytes >= THRESHOLDS.locked_memory_need {
         return good(CHECK, "lock_enough").with("bytes", bytes as usize);
     }
@@ -113,6 +96,7 @@ fn shared_memory() -> MachineCheck {
 }
 
 /// [byte] free for this user in `/dev/shm`.
+#[allow(unsafe_code, reason = "std does not say how much is free")]
 fn free_bytes() -> Option<u64> {
     // SAFETY: a statvfs is plain data for which zero is valid.
     let mut found: libc::statvfs = unsafe { std::mem::zeroed() };
@@ -157,8 +141,7 @@ fn reading_ns() -> u64 {
 /// systemd removes a user's shared memory when he logs out, and corrupts a bench that still runs.
 fn remove_ipc(config: &BenchConfig) -> Option<MachineCheck> {
     const CHECK: &str = "logind RemoveIPC";
-    // SAFETY: geteuid has no arguments and cannot fail.
-    let is_system_user = unsafe { libc::geteuid() } < 1000;
+    let is_system_user = effective_user() < 1000;
     if is_system_user || config.shared_memory.group.is_some() || !Path::new("/run/systemd/system").is_dir() {
         return None;
     }
