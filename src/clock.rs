@@ -41,6 +41,7 @@ pub fn span_s(nanoseconds: u64) -> f64 {
     nanoseconds as f64 * 1e-9
 }
 
+#[allow(unsafe_code, reason = "Instant does not say its number")]
 fn read_ns(clock: libc::clockid_t) -> u64 {
     let mut now = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: `now` is a valid, writable timespec for the duration of the call. The call cannot fail for
@@ -49,6 +50,7 @@ fn read_ns(clock: libc::clockid_t) -> u64 {
     now.tv_sec.unsigned_abs() * NANOSECONDS_PER_SECOND + now.tv_nsec.unsigned_abs()
 }
 
+#[allow(unsafe_code, reason = "std does not say how fine a clock is")]
 fn resolution_of_ns(clock: libc::clockid_t) -> u64 {
     let mut resolution = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: `resolution` is a valid, writable timespec for the duration of the call; on failure it stays zero.
@@ -60,6 +62,7 @@ fn resolution_of_ns(clock: libc::clockid_t) -> u64 {
 ///
 /// # Errors
 /// The operating system's error of `clock_nanosleep`.
+#[allow(unsafe_code, reason = "std sleeps for a time, not until one")]
 pub fn sleep_until(deadline_ns: u64) -> io::Result<()> {
     let deadline = libc::timespec {
         tv_sec: i64::try_from(deadline_ns / NANOSECONDS_PER_SECOND).unwrap_or(i64::MAX),

@@ -51,6 +51,9 @@
 //! Inside: SI `f64` (rad, rad/s, s, kg m², N, N m, V, A); each public field's doc starts with its unit. Other
 //! units exist only at edges and always show in the name (`_deg`, `_rpm`, `_ms`, `_ns`).
 
+// Each place that needs it says so with its reason; `tests/architecture/unsafe_code.rs` lists their files.
+#![deny(unsafe_code)]
+
 pub mod bench;
 pub mod bus_guard;
 pub mod can;

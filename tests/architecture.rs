@@ -1,4 +1,4 @@
-//! How the source is laid out: rooms, circles inside them, thresholds, effects, sentences. A file for each below
+//! How the source is laid out: rooms, circles inside them, thresholds, effects, sentences, unsafe code. A file for each below
 //! `tests/architecture/`.
 
 #[path = "architecture/circles.rs"]
@@ -16,3 +16,5 @@ mod sentences;
 mod sources;
 #[path = "architecture/thresholds.rs"]
 mod thresholds;
+#[path = "architecture/unsafe_code.rs"]
+mod unsafe_code;

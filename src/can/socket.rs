@@ -42,6 +42,7 @@ pub(super) struct RawArrival {
 }
 
 impl Batch {
+    #[allow(unsafe_code, reason = "buffers of the kernel, zero at first")]
     pub(super) fn new() -> Box<Self> {
         // SAFETY: both fields are arrays of integers, for which all-zero bytes are a value.
         Box::new(unsafe { zeroed() })
@@ -49,6 +50,7 @@ impl Batch {
 
     /// Takes up to `N` frames, [`BATCH`] at most, that are there now and hands each to `take`. The number taken, 0 when
     /// none was there.
+    #[allow(unsafe_code, reason = "socketcan has no recvmmsg")]
     pub(super) fn receive<const N: usize>(
         &mut self,
         fd: RawFd,
@@ -90,6 +92,7 @@ impl Batch {
     }
 }
 
+#[allow(unsafe_code, reason = "control messages are read behind their headers")]
 fn read_arrival(header: &libc::mmsghdr, raw: &libc::canfd_frame) -> RawArrival {
     let mut arrival = RawArrival {
         id: raw.can_id,
@@ -158,6 +161,7 @@ pub(super) const EVERYTHING: libc::can_filter = libc::can_filter { can_id: 0, ca
 
 /// Binds a socket again, to the interface that has the number `index` now. When an interface goes, the kernel unbinds its
 /// sockets and forgets their `filters`; all other options stay.
+#[allow(unsafe_code, reason = "socketcan binds a socket only once")]
 pub(super) fn bind_again(fd: RawFd, index: libc::c_int, filters: &[libc::can_filter]) -> io::Result<()> {
     // SAFETY: the kernel reads the filters, which are as long as said.
     result(unsafe {
@@ -188,6 +192,7 @@ pub(super) fn raw_id(id: Id) -> u32 {
 }
 
 /// Sends a frame without waiting.
+#[allow(unsafe_code, reason = "socketcan has no send that never waits")]
 pub(super) fn send(fd: RawFd, frame: &Frame) -> io::Result<()> {
     let (mut id, mut flags) = (raw_id(frame.id()), 0);
     let size = match frame.kind() {

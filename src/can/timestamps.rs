@@ -31,6 +31,7 @@ pub struct Timestamps {
 
 /// Who can stamp the frames of `interface`; `None` when its driver does not say.
 #[must_use]
+#[allow(unsafe_code, reason = "std has no ioctl")]
 pub fn timestamps(interface: &str) -> Option<Timestamps> {
     let socket = std::net::UdpSocket::bind(("127.0.0.1", 0)).ok()?;
     let mut info = TimestampInfo { command: ETHTOOL_GET_TS_INFO, ..TimestampInfo::default() };

@@ -161,6 +161,7 @@ fn dropped(lanes: &[Arc<Lane>]) -> u64 {
 }
 
 /// The recorder must never compete with the loop: whoever started it, it runs at ordinary priority.
+#[allow(unsafe_code, reason = "std sets no scheduler")]
 fn leave_real_time() {
     let ordinary = libc::sched_param { sched_priority: 0 };
     // SAFETY: `ordinary` is a valid sched_param for the duration of the call; id 0 names this thread only.

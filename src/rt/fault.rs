@@ -42,7 +42,7 @@ pub(super) fn sent() -> usize {
 ///
 /// # Errors
 /// The operating system's.
-#[allow(unsafe_code)]
+#[allow(unsafe_code, reason = "std has no handlers of faults")]
 pub fn survive_lost_memory() -> io::Result<()> {
     // SAFETY: sigactions are plain data for which zero is valid, the calls read and write nothing else, and the handler does
     // only what may be done in one.
@@ -71,7 +71,7 @@ fn check(code: c_int) -> io::Result<()> {
 }
 
 /// The handler. No allocation, no lock: it may run between any two instructions.
-#[allow(unsafe_code)]
+#[allow(unsafe_code, reason = "the handler of a fault, which the kernel calls")]
 extern "C" fn on_fault(signal: c_int, info: *mut siginfo_t, _: *mut c_void) {
     // SAFETY: the kernel hands a siginfo over, whose address is set for faults; errno is this thread's own; the sigaction was
     // the system's own answer.
@@ -97,7 +97,7 @@ extern "C" fn on_fault(signal: c_int, info: *mut siginfo_t, _: *mut c_void) {
 }
 
 /// A page of this process's own in the place of the one at `address`; whether the system gave one.
-#[allow(unsafe_code)]
+#[allow(unsafe_code, reason = "a page is put where one is missing")]
 fn put_a_page_at(address: *mut c_void) -> bool {
     let size = PAGE.load(Ordering::Relaxed);
     let start = (address as usize / size * size) as *mut c_void;
@@ -124,6 +124,7 @@ mod tests {
 
     /// In a process of its own: the flag is for ever.
     #[test]
+    #[allow(unsafe_code, reason = "the test makes the fault in a child process")]
     fn a_look_at_memory_that_is_gone_goes_on() {
         let file = tempfile::tempfile().expect("a file");
         file.set_len(8192).expect("long enough");

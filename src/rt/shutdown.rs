@@ -152,14 +152,14 @@ pub fn tell_limits_of_files_as_errors() {
 }
 
 /// Has `act` done whenever `signal` comes, beside what is done already. It only stores to an atomic.
-#[allow(unsafe_code)]
+#[allow(unsafe_code, reason = "a handler of a signal is named")]
 fn on_signal(signal: c_int, act: impl Fn(&siginfo_t) + Send + Sync + 'static) -> io::Result<()> {
     // SAFETY: every `act` of this file loads and stores atomics and asks for the process's own number, all of which may be done
     // in a signal's handler; none of them panics.
     unsafe { signal_hook_registry::register_sigaction(signal, act) }.map(drop)
 }
 
-#[allow(unsafe_code)]
+#[allow(unsafe_code, reason = "std does not set signals")]
 fn ignore(signal: c_int) {
     // SAFETY: sets the disposition of one signal; no handler is named.
     unsafe { libc::signal(signal, libc::SIG_IGN) };
@@ -167,14 +167,14 @@ fn ignore(signal: c_int) {
 
 /// Whether a write of this very process was answered with the signal: its reader has gone, or the file may not grow. The
 /// error of that write says so to whom it concerns, which is never the guard.
-#[allow(unsafe_code)]
+#[allow(unsafe_code, reason = "who sent a signal stands in a union")]
 fn is_of_a_write(signal: c_int, info: &siginfo_t) -> bool {
     // SAFETY: the kernel sets the sender for the code that is asked for first.
     let is_own = || info.si_code == libc::SI_USER && unsafe { info.si_pid() == libc::getpid() };
     matches!(signal, libc::SIGPIPE | libc::SIGXFSZ) && is_own()
 }
 
-#[allow(unsafe_code)]
+#[allow(unsafe_code, reason = "std does not say what a signal does")]
 fn is_ignored(signal: c_int) -> bool {
     // SAFETY: a sigaction is plain data for which zero is valid; the call only writes it.
     let (code, action) = unsafe {

@@ -19,6 +19,7 @@ pub struct Usage {
 impl Usage {
     /// Of the calling thread, since it began.
     #[must_use]
+    #[allow(unsafe_code, reason = "std has no getrusage")]
     pub fn of_this_thread() -> Self {
         // SAFETY: a rusage is plain data for which zero is valid; the call only writes it. It cannot fail for RUSAGE_THREAD.
         let usage = unsafe {

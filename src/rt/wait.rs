@@ -68,6 +68,7 @@ pub fn wait_from<const N: usize>(descriptors: [RawFd; N], deadline_ns: u64, now_
 const _: () = assert!(size_of::<libc::timespec>() == 2 * size_of::<libc::c_long>());
 
 /// `ppoll` as the kernel has it: `left` becomes what is left of the time, which the C library's keeps to itself.
+#[allow(unsafe_code, reason = "std has no ppoll")]
 fn poll(polled: &mut [libc::pollfd], left: &mut libc::timespec) -> libc::c_long {
     // SAFETY: `polled` is as long as said and `left` is a valid time, both writable; without a signal mask the fourth pointer
     // may be null, and its length is not read.

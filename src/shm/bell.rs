@@ -30,6 +30,7 @@ pub struct Bell {
 
 impl Bell {
     /// Opens the bell of `waiter`, to ring it or to wait for it.
+    #[allow(unsafe_code, reason = "std makes no FIFO")]
     pub(super) fn open(place: &Place, waiter: Waiter) -> Result<Self, ShmError> {
         let path = place.directory().join(match waiter {
             Waiter::Control => "wake-control",

@@ -34,6 +34,7 @@ struct Slot<T> {
 
 // SAFETY: `repr(C)`, an integer and a value that is itself fit for shared memory. The name is the value's, so that a
 // reader of another type is refused.
+#[allow(unsafe_code, reason = "what iceoryx2 asks of a type in shared memory")]
 unsafe impl<T: ZeroCopySend> ZeroCopySend for Slot<T> {
     unsafe fn type_name() -> &'static str {
         // SAFETY: the value's own promise.

@@ -30,6 +30,7 @@ impl<T> DerefMut for Kept<T> {
 }
 
 impl<T> Drop for Kept<T> {
+    #[allow(unsafe_code, reason = "what is kept is dropped, or left, at the end")]
     fn drop(&mut self) {
         if !rt::memory_is_lost() {
             // SAFETY: dropped once, here, and not used again.

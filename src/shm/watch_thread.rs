@@ -56,6 +56,7 @@ pub(super) struct WatchThread {
 }
 
 impl WatchThread {
+    #[allow(unsafe_code, reason = "std has no eventfd")]
     pub fn start(node: Arc<Node<ipc_threadsafe::Service>>, place: Place) -> Result<Self, ShmError> {
         let directory = claim::claims_directory(&place);
         let at = |error| ShmError::Place { path: directory.clone(), error };
@@ -90,6 +91,7 @@ impl WatchThread {
 }
 
 impl Drop for WatchThread {
+    #[allow(unsafe_code, reason = "a descriptor without a type of std is written to")]
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         let one = 1_u64.to_ne_bytes();
@@ -101,6 +103,7 @@ impl Drop for WatchThread {
     }
 }
 
+#[allow(unsafe_code, reason = "a descriptor that a system call made gets its owner")]
 fn owned(descriptor: i32) -> std::io::Result<OwnedFd> {
     if descriptor < 0 {
         return Err(std::io::Error::last_os_error());
@@ -109,6 +112,7 @@ fn owned(descriptor: i32) -> std::io::Result<OwnedFd> {
     Ok(unsafe { OwnedFd::from_raw_fd(descriptor) })
 }
 
+#[allow(unsafe_code, reason = "std has no inotify")]
 fn watch_directory(directory: &std::path::Path) -> std::io::Result<OwnedFd> {
     // SAFETY: no pointer arguments.
     let changes = owned(unsafe { libc::inotify_init1(libc::IN_CLOEXEC | libc::IN_NONBLOCK) })?;
@@ -119,6 +123,7 @@ fn watch_directory(directory: &std::path::Path) -> std::io::Result<OwnedFd> {
 }
 
 /// Waits for a change, for the end, or for [`LOOK_PERIOD_MS`]; leaves nothing unread.
+#[allow(unsafe_code, reason = "std has no poll")]
 fn wait(changes: &OwnedFd, wake: &OwnedFd) {
     let mut descriptors = [changes, wake].map(|descriptor| libc::pollfd {
         fd: descriptor.as_raw_fd(),
