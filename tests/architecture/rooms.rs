@@ -7,7 +7,7 @@ use std::path::Path;
 use super::imports::{from_the_top, paths, read_sources};
 
 /// Room, and the rooms it may import from. `*` = every room above it.
-const TABLE: &[(&str, &[&str])] = &[
+pub const TABLE: &[(&str, &[&str])] = &[
     // Files that appear complete or not at all: recordings, models, reports and logs need the same.
     ("file", &[]),
     ("unit", &[]),

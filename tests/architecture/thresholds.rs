@@ -74,6 +74,11 @@ fn the_page_of_thresholds_is_current() {
         rooms, listed,
         "rooms with a thresholds.rs (left), and those in src/thresholds_page.rs (right)"
     );
+    let place = |room: &str| super::rooms::TABLE.iter().position(|(name, _)| *name == room);
+    assert!(
+        rotorbench::thresholds_page::ROOMS.is_sorted_by_key(|(room, _)| place(room)),
+        "src/thresholds_page.rs has the rooms in another order than tests/architecture/rooms.rs"
+    );
     let mut uses = Uses::new();
     read_sources().iter().for_each(|source| find_uses(source, &mut uses));
     let (path, page) = (
