@@ -179,7 +179,11 @@ impl Identification {
             own.map(|finding| {
                 let said = sentence(finding);
                 let rotor = format!("rotor {}", of.rotor);
-                if finding.place().ends_with(&rotor) { said } else { format!("{rotor}: {said}") }
+                if finding.is_of_rotor && finding.subject == rotor {
+                    said
+                } else {
+                    format!("{rotor}: {said}")
+                }
             })
         });
         of_all.chain(of_rotors).collect()
