@@ -9,6 +9,7 @@ use rotorbench::cancel::Cancel;
 use rotorbench::diagnose::{DiagnoseConfig, Diagnosis};
 use rotorbench::emulate::HiddenConfig;
 use rotorbench::model::Model;
+use rotorbench::report::measure::measure;
 use rotorbench::runtime::controller_plant::ExperimentPlan;
 use rotorbench::screening::ScreenedLog;
 use rotorbench::session::{self, Extended, Job};
@@ -21,7 +22,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
         println!("  {name} = {:.4} {}", parameter.value, parameter.unit);
     }
     let error = &extended.extension.error;
-    println!("{}", error.measure);
+    println!("{}", measure(&error.measure));
     println!("  as it was {:.4}, refitted {:.4}", error.base.validate, error.refitted.validate);
     println!("  extended  {:.4}, noise {:.4}", error.extended.validate, error.noise_floor);
     println!("\n{}", extended.extension.model.emit()?);

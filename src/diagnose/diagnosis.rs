@@ -87,6 +87,7 @@ pub struct TrainValidate {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ErrorSummary {
     /// What it is, with unit.
+    #[cfg_attr(test, schemars(with = "String"))]
     pub measure: Measure,
     /// The channel it is of, with its unit.
     #[serde(skip)]

@@ -55,7 +55,7 @@ impl Work<'_> {
             logs: logs[0].iter().map(reference).collect(),
             validation: logs[1].iter().map(reference).collect(),
             error: ErrorFall {
-                measure: Measure::of("the rotor rate", "rad/s"),
+                measure: Measure::of_fit("propeller_rate_rad_s", "rad/s"),
                 // With the delay what is left is noise: that is why it was taken in.
                 noise_floor: taken.residual_with,
                 train_before,

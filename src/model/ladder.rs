@@ -1,9 +1,10 @@
 //! The ladder: what was added to a model, from which log, and what it did to the error.
 
 use std::collections::BTreeMap;
-use std::fmt;
 
 use serde::{Deserialize, Serialize};
+
+use super::measure::Measure;
 
 /// A log that a step was made from.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -31,52 +32,13 @@ pub struct SeenRows {
     pub to_s: f64,
 }
 
-/// What an error is of, as model files and answers write it: the quantity, how the model was run, and the unit in brackets
-/// at the end.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema), schemars(inline))]
-#[serde(transparent)]
-pub struct Measure(String);
-
-impl Measure {
-    /// The rms of `channel` [`unit`] over free runs: between holes, or over windows of so many seconds, each from a fitted state.
-    #[must_use]
-    pub fn of_free_runs(channel: &str, windows_s: Option<f64>, unit: &str) -> Self {
-        Self(match windows_s {
-            None => format!("rms of {channel}, free run between holes [{unit}]"),
-            Some(seconds) => {
-                format!(
-                    "rms of {channel}, free run over windows of {seconds} s, initial state fitted [{unit}]"
-                )
-            }
-        })
-    }
-
-    /// The rms of `quantity` [`unit`].
-    #[must_use]
-    pub fn of(quantity: &str, unit: &str) -> Self {
-        Self(format!("rms of {quantity} [{unit}]"))
-    }
-
-    /// The unit; empty where a file names none.
-    #[must_use]
-    pub fn unit(&self) -> &str {
-        self.0.rsplit_once('[').map_or("", |(_, rest)| rest.trim_end_matches(']'))
-    }
-}
-
-impl fmt::Display for Measure {
-    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        formatter.write_str(&self.0)
-    }
-}
-
 /// What a step did to the error, in the unit of its measure.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ErrorFall {
     /// What the error is, with its unit.
+    #[cfg_attr(test, schemars(with = "String"))]
     pub measure: Measure,
     /// What sensor noise alone would leave.
     pub noise_floor: f64,

@@ -22,6 +22,7 @@ mod expression_domain;
 mod file;
 mod known_effect;
 mod ladder;
+mod measure;
 mod rotor;
 mod runge_kutta;
 mod step_back;
@@ -38,7 +39,8 @@ pub use equations::Equations;
 pub use error::ModelError;
 pub(crate) use expression_domain::UndefinedRow;
 pub use known_effect::{Effect, EffectParameter};
-pub use ladder::{Change, ErrorFall, LogReference, Measure, SeenRows, Step};
+pub use ladder::{Change, ErrorFall, LogReference, SeenRows, Step};
+pub use measure::Measure;
 pub use rotor::{Remembered, RotorInput, RotorStart, RotorTrace};
 pub use user_effect::{UserEffect, UserParameter};
 

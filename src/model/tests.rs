@@ -44,7 +44,7 @@ fn stepping_back_restores_the_numbers_and_how_well_they_are_known() {
     after.standard_errors.insert("pole".to_owned(), 0.2);
     after.standard_errors.insert("transport_delay.delay".to_owned(), 1e-3);
     let error = ErrorFall {
-        measure: Measure::of("a rate", "rad/s"),
+        measure: Measure::of_fit("a_rate_rad_s", "rad/s"),
         noise_floor: 1.0,
         train_before: 3.0,
         train_after: 1.0,

@@ -165,7 +165,7 @@ pub fn lesson_text(diagnosis: &Diagnosis, hidden: &str) -> String {
         number(error.base.validate, 3),
         number(error.extended.validate, 3),
         number(error.noise_floor, 3),
-        error.measure
+        super::measure::measure(&error.measure)
     ));
     lines.join("\n")
 }

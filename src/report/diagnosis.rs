@@ -1,5 +1,6 @@
 //! The pages of `diagnose` and `extend`: what is missing, why, and how far the error falls.
 
+use super::measure::measure;
 use super::story::{card_sentence, error_table, failing, found_parameters, moves_voltage_gain, step_title};
 use super::verdict::{self, NextStep};
 use super::{Bars, Mark, Page, Table, comparison, number};
@@ -36,7 +37,7 @@ pub fn page(
     page.heading("How far the error falls");
     page.table(
         error_table(&diagnosis.error, ["model", "fitted on", "held out"])
-            .caption(diagnosis.error.measure.to_string()),
+            .caption(measure(&diagnosis.error.measure)),
     );
     ladder(&mut page, diagnosis);
     candidates(&mut page, diagnosis);
@@ -82,7 +83,7 @@ pub fn extension_page(
     parameter_table(&mut page, found_parameters(&extension.model).iter().map(|(name, found)| (name, found)));
     change_table(&mut page, extension.model.last_changes().into_iter());
     page.heading("How far the error falls");
-    page.table(error_table(error, ["model", "fitted on", "held out"]).caption(error.measure.to_string()));
+    page.table(error_table(error, ["model", "fitted on", "held out"]).caption(measure(&error.measure)));
     let mut steps = Table::new(["step", "added", "held-out error before", "after", "what"])
         .caption("The ladder: every step this model has taken");
     for (number_of, step) in extension.model.ladder.iter().enumerate() {
@@ -91,7 +92,7 @@ pub fn extension_page(
             step_title(step),
             number(step.error.validate_before, 4),
             number(step.error.validate_after, 4),
-            step.error.measure.to_string(),
+            measure(&step.error.measure),
         ]);
     }
     page.table(steps);
@@ -116,7 +117,7 @@ pub(super) fn key_numbers(page: &mut Page, error: &ErrorSummary) {
         ("extended", with_unit(error.extended.validate)),
         ("noise floor: what the sensors alone would leave", with_unit(error.noise_floor)),
     ])
-    .paragraph(format!("Error: {}.", error.measure));
+    .paragraph(format!("Error: {}.", measure(&error.measure)));
     if error.is_refitted_worse() {
         page.paragraph(super::story::REFITTED_WORSE);
     }
@@ -200,7 +201,7 @@ fn parameter_table<'a>(page: &mut Page, parameters: impl Iterator<Item = (&'a St
 }
 
 fn ladder(page: &mut Page, diagnosis: &Diagnosis) {
-    let title = format!("The ladder: held-out {}", diagnosis.error.measure);
+    let title = format!("The ladder: held-out {}", measure(&diagnosis.error.measure));
     let mut bars = Bars::new(title, "");
     let mut before: &[String] = &[];
     for rung in &diagnosis.ladder {

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::diagnosis::{key_numbers, signals};
 use super::findings::sentence;
+use super::measure::measure;
 use super::story::{error_table, errors, measured, wrapped};
 use super::verdict;
 use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
@@ -218,8 +219,7 @@ pub fn page(found: &Discovery, compared: &[Vec<Comparison>], logs: &[ScreenedLog
     }
     page.heading("How far the error falls");
     page.table(
-        error_table(&found.error, ["model", "fitted on", "held out"])
-            .caption(found.error.measure.to_string()),
+        error_table(&found.error, ["model", "fitted on", "held out"]).caption(measure(&found.error.measure)),
     );
     if let Some(table) = places(found) {
         page.heading("Where it acts").table(table.caption(

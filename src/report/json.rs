@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 
 use super::comparison::run;
 use super::findings::sentences;
+use super::measure::say_measures;
 use crate::compare::Comparison;
 use crate::diagnose::Diagnosis;
 use crate::screening::Finding;
@@ -22,6 +23,7 @@ pub fn with_sentences(answer: &impl Serialize, findings: &[Finding]) -> Result<V
     if let Value::Object(fields) = &mut value {
         fields.insert("warnings".to_owned(), json!(sentences(findings)));
     }
+    say_measures(&mut value);
     Ok(value)
 }
 
@@ -77,5 +79,6 @@ fn with_version(answer: &impl Serialize) -> Result<Value, serde_json::Error> {
     if let Value::Object(fields) = &mut value {
         fields.insert("schema".to_owned(), json!(SCHEMA));
     }
+    say_measures(&mut value);
     Ok(value)
 }

@@ -72,6 +72,7 @@ pub mod import;
 mod jitter;
 pub mod json;
 mod markup;
+pub mod measure;
 pub mod monitor;
 pub mod not_named;
 mod page;

@@ -10,6 +10,7 @@ use crate::diagnose::diagnosis::{
 use crate::effect::{Card, Law, find};
 use crate::model::{Model, Step};
 use crate::report::findings::sentence;
+use crate::report::measure::measure;
 use crate::report::not_named;
 use crate::report::thresholds::THRESHOLDS;
 use crate::report::verdict::{self, NextStep};
@@ -111,7 +112,8 @@ pub(super) fn in_range(least: f64, greatest: f64, unit: &str) -> String {
 pub(super) fn errors(error: &ErrorSummary) -> String {
     let unit = error.unit;
     let headers = ["model".to_owned(), format!("fitted on [{unit}]"), format!("held out [{unit}]")];
-    let mut out = wrapped("", &format!("Error: {}", error.measure)) + &error_table(error, headers).text();
+    let mut out =
+        wrapped("", &format!("Error: {}", measure(&error.measure))) + &error_table(error, headers).text();
     if error.is_refitted_worse() {
         out += &wrapped("", REFITTED_WORSE);
     }
@@ -293,7 +295,7 @@ pub fn extension(extension: &Extension, added: &[String]) -> String {
             step_title(step),
             number(fall.validate_before, 4),
             number(fall.validate_after, 4),
-            fall.measure.unit()
+            fall.measure.unit
         );
         out += &wrapped(&format!("  {} ", number_of + 1), &sentence);
     }

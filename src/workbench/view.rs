@@ -13,6 +13,7 @@ use crate::diagnose::diagnosis::RankedCandidate;
 use crate::effect::{CATALOGUE, Card, find};
 use crate::log::dataset::log_signal;
 use crate::model::Model;
+use crate::report::measure::say_measures;
 use crate::report::story::step_title;
 use crate::report::{comparison, not_named, verdict};
 
@@ -58,7 +59,7 @@ impl<'a> SearchView<'a> {
 
 /// The whole desk.
 pub(super) fn desk(desk: &Desk) -> Value {
-    json!({
+    let mut view = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "tick": Tick::of(desk),
         "chosen": desk.chosen,
@@ -68,7 +69,9 @@ pub(super) fn desk(desk: &Desk) -> Value {
         "done": desk.done,
         "notices": desk.notices,
         "diagnose_by_hand": desk.model(desk.chosen).ok().map(|model| by_hand::diagnose(desk, &model.typed())),
-    })
+    });
+    say_measures(&mut view);
+    view
 }
 
 fn log(desk: &Desk, log: &DeskLog) -> Value {

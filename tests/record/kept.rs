@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use rotorbench::log::csv;
+use rotorbench::model::{Measure, Model};
 use serde_json::Value;
 
 use super::rotorbench;
@@ -82,6 +83,17 @@ fn a_bench_file_of_version_0_1_0_means_what_it_meant() {
         then.as_object_mut().expect("an object").remove(of_machine).expect("it is there");
     }
     assert_contains(&today, &then, "check");
+}
+
+/// A sentence stood there that is a table today.
+#[test]
+fn what_the_errors_of_a_ladder_of_version_0_1_0_are_of_is_read() {
+    let model = Model::load(kept("model.toml").as_ref()).expect("a model");
+    let windows = Measure::of_free_runs("body_rate_rad_s", Some(0.4), "rad/s");
+    assert_eq!(model.ladder[0].error.measure, windows);
+    let today = model.emit().expect("TOML");
+    assert!(today.contains("window_s = 0.4") && !today.contains("rms of"), "{today}");
+    assert_eq!(Model::parse(&today, "today".as_ref()).expect("reads"), model);
 }
 
 #[test]
