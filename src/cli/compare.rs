@@ -6,13 +6,12 @@ use super::log_arguments::LogArguments;
 use super::output::{Force, writable};
 use super::watched::cancellable;
 use super::{CliResult, Outcome};
+use crate::cancel::Cancel;
 use crate::compare::CompareConfig;
 use crate::emulate::Impulse;
-use crate::log::csv;
 use crate::report::comparison;
 use crate::report::json;
 use crate::session::{self, Job};
-use crate::studies::controller_comparison::compare_runs;
 use crate::unit::short;
 
 /// Arguments of `compare`.
@@ -79,7 +78,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         page.save(path)?;
     }
     if let Some((path, signals)) = signals {
-        csv::write(&signals, path)?;
+        session::save_log(&signals, path)?;
     }
     if arguments.json {
         let comparisons = found.iter().flatten().map(json::comparison).collect::<Result<Vec<_>, _>>()?;
@@ -103,7 +102,8 @@ fn side_by_side(arguments: &Arguments) -> CliResult {
             short(torque)
         )));
     }
-    let compared = compare_runs(&arguments.runs, impulse)?;
+    // Reading recordings is short: Ctrl-C ends the program as it ends any other.
+    let compared = session::compare_runs(&arguments.runs, impulse, &Job::unwatched(&Cancel::default()))?;
     if let Some(path) = &arguments.report {
         compared.page().save(path)?;
     }

@@ -18,6 +18,7 @@ use crate::report;
 use crate::rt::Shutdown;
 use crate::runtime::controller_plant::ExperimentPlan;
 use crate::runtime::experiment::{self, Ending};
+use crate::session;
 
 /// Arguments of `experiment`.
 #[derive(Debug, clap::Args)]
@@ -261,7 +262,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
     } else {
         on_bench(&config, &plan, output, &shutdown)?
     };
-    csv::write(&dataset, output)?;
+    session::save_log(&dataset, output)?;
     let protocol = Protocol {
         bench: &config.name,
         period_s: config.period_s,

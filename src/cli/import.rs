@@ -9,8 +9,8 @@ use super::output::{Force, writable};
 use super::watched::cancellable;
 use super::{CliError, CliResult, Outcome};
 use crate::file::write_atomically;
+use crate::log::Notes;
 use crate::log::can_capture::CaptureNotes;
-use crate::log::{Notes, csv};
 use crate::report::findings::sentences;
 use crate::report::{guess, import};
 use crate::screening::summary::LogSummary;
@@ -77,13 +77,14 @@ pub fn run(arguments: &Arguments) -> CliResult {
     }
     let config = arguments.logs.open_config();
     let (opened, findings) = cancellable(|cancel| {
-        let opened = session::open(&arguments.log, &config, &Job::unwatched(cancel))?;
-        let findings = LogSummary::of(&opened.log);
+        let job = Job::unwatched(cancel);
+        let opened = session::open(&arguments.log, &config, &job)?;
+        let findings = session::summarize(&opened.log, &job)?;
         Ok((opened, findings))
     })?;
     let Opened { log, format, notes, frames } = opened;
     if let Some(output) = &arguments.output {
-        csv::write(log.raw(), output)?;
+        session::save_log(log.raw(), output)?;
     }
     if arguments.json {
         let report = Report {

@@ -1,10 +1,14 @@
 //! Where models fail, and how far an extension mends it.
 
+use std::path::PathBuf;
+
 use super::modelled::Modelled;
 use super::{Job, Progress, SessionError};
 use crate::compare::{self, CompareConfig, Comparison};
+use crate::emulate::Impulse;
 use crate::model::Model;
 use crate::screening::ScreenedLog;
+use crate::studies::controller_comparison::{self, RunComparison};
 
 /// Compares every model with every log, log by log.
 ///
@@ -41,4 +45,17 @@ pub fn compare_extension(
 ) -> Result<Vec<Vec<Comparison>>, SessionError> {
     let extended = Model { name: format!("{}, extended", base.name), ..extended.clone() };
     compare(&[base.clone(), extended], logs, config, job)
+}
+
+/// Holds recordings of runs beside each other in which the body was struck; `given` is what struck it where a recording does
+/// not say.
+///
+/// # Errors
+/// [`SessionError::Runs`] naming the file.
+pub fn compare_runs(
+    recordings: &[PathBuf],
+    given: Option<Impulse>,
+    job: &Job,
+) -> Result<RunComparison, SessionError> {
+    job.run(|| controller_comparison::compare_runs(recordings, given))
 }

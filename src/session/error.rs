@@ -15,6 +15,7 @@ use crate::log::mapping::MappingError;
 use crate::model::ModelError;
 use crate::recording::RecordError;
 use crate::runtime::ProcessError;
+use crate::studies::controller_comparison::RunComparisonError;
 
 /// Why a part of a log cannot be had.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -104,6 +105,9 @@ pub enum SessionError {
     /// A controller whose settings are out of their range.
     #[error(transparent)]
     Control(#[from] ControlError),
+    /// Recordings of runs that cannot be held beside each other.
+    #[error(transparent)]
+    Runs(#[from] RunComparisonError),
     /// There is no step to undo.
     #[error("the ladder is empty, there is no step to undo")]
     EmptyLadder,

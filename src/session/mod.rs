@@ -27,7 +27,7 @@ mod rotors;
 pub mod thresholds;
 
 pub use bench_check::{BenchCheck, InterfaceLook};
-pub use compare::{compare, compare_extension};
+pub use compare::{compare, compare_extension, compare_runs};
 pub use control_loop::{ClosedLoop, ControlDesign, ControlLoop, Eigenvalue, EmcDesign};
 pub use diagnose::diagnose;
 pub use discover::discover;
@@ -42,5 +42,5 @@ pub use identify::identify;
 pub use job::{Job, Progress};
 pub use machine::{Grade, MachineCheck, check_machine};
 pub use models::{name_after, open_model, save_model, step_back};
-pub use open::{OpenConfig, Opened, between, open, open_all, rotors};
+pub use open::{OpenConfig, Opened, between, open, open_all, rotors, save_log, summarize};
 pub use rotors::{diagnose_each, many_rotors};

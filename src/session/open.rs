@@ -14,6 +14,7 @@ use crate::log::format::{FormatError, LogFormat, Request, START, Start};
 use crate::log::formats::{FORMATS, readable};
 use crate::log::{Dataset, Mapping, Notes, can_capture, csv, export, limits, mapped, unreadable};
 use crate::screening::ScreenedLog;
+use crate::screening::summary::LogSummary;
 
 /// What may be said of logs beside their names: what their format needs, and which part of them counts. It holds for those
 /// of several logs that can use it.
@@ -91,6 +92,22 @@ pub fn open(path: &Path, config: &OpenConfig, job: &Job) -> Result<Opened, Sessi
 /// [`SessionError`] of the first that cannot be read.
 pub fn open_all(paths: &[PathBuf], config: &OpenConfig, job: &Job) -> Result<Vec<ScreenedLog>, SessionError> {
     paths.iter().map(|path| open(path, config, job).map(|opened| opened.log)).collect()
+}
+
+/// What a log is like: its rate, its holes, its channels, its rotors and its body.
+///
+/// # Errors
+/// [`SessionError::Cancelled`].
+pub fn summarize(log: &ScreenedLog, job: &Job) -> Result<LogSummary, SessionError> {
+    job.run(|| Ok::<_, SessionError>(LogSummary::of(log)))
+}
+
+/// Saves a log in our format: its file appears whole or not at all.
+///
+/// # Errors
+/// What the system says.
+pub fn save_log(log: &Dataset, path: &Path) -> Result<(), SessionError> {
+    Ok(csv::write(log, path)?)
 }
 
 /// The rotors that logs have commands or rates of, from 1.

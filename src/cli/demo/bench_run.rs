@@ -13,7 +13,7 @@ use crate::cli::thresholds::THRESHOLDS;
 use crate::clock;
 use crate::file::write_atomically;
 use crate::guard::{Cause, State};
-use crate::log::{Dataset, csv};
+use crate::log::Dataset;
 use crate::recording::{Record, Recording};
 use crate::report;
 use crate::rt::Shutdown;
@@ -114,7 +114,7 @@ fn run_once(
     background.finish()?;
     let opened = session::open(&recording, &OpenConfig::default(), &Job::unwatched(&Cancel::default()))?;
     let log = opened.log.raw().clone();
-    csv::write(&log, &out.join(name).with_extension("csv"))?;
+    session::save_log(&log, &out.join(name).with_extension("csv"))?;
     let (steps, events) = steps_and_events(&recording)?;
     Ok(DemoRun { summary, steps, events, log, hold_s: bench.guard.hold_s })
 }
