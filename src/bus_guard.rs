@@ -6,6 +6,7 @@
 //! slew rate. An emergency stop waits for nothing.
 
 use crate::clock;
+use crate::guard::thresholds::THRESHOLDS;
 use crate::guard::{Cause, Guard, GuardState, OperatorAct, State};
 use crate::rt::{Cycle, Release};
 use crate::shm::{
@@ -297,7 +298,7 @@ impl BusGuard {
         if !is_time || now_ns < arming.next_ns {
             return None;
         }
-        arming.next_ns = now_ns.saturating_add(ARMING_PERIOD_NS);
+        arming.next_ns = now_ns.saturating_add(THRESHOLDS.arming_period_ns);
         arming.sequence += 1;
         Some(Request {
             sequence: arming.sequence,
@@ -307,9 +308,6 @@ impl BusGuard {
         })
     }
 }
-
-/// [ns] between two wishes to arm.
-const ARMING_PERIOD_NS: u64 = 100_000_000;
 
 /// A bench that asks its guard to arm.
 #[derive(Debug, Clone, Copy)]

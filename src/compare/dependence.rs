@@ -16,9 +16,6 @@ use crate::log::Dataset;
 use crate::screening::readings;
 use crate::threads::spread;
 
-/// Samples to both sides over which a channel's rate of change is taken.
-pub(crate) const REACH: usize = 2;
-
 /// A column of the log or its rate of change; `d/dt COLUMN` in the JSON.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Regressor {
@@ -182,7 +179,7 @@ fn of_channel(
     binned(&on(false), &bridged, errors, shared, &mut found);
     binned(
         &on(true),
-        &centred_slopes_within(log.time(), &bridged, &log.segments(), REACH),
+        &centred_slopes_within(log.time(), &bridged, &log.segments(), THRESHOLDS.rate_reach),
         errors,
         shared,
         &mut found,

@@ -16,11 +16,12 @@ use crate::screening::readings;
 pub(crate) fn run(equations: &Equations, log: &Dataset) -> Option<BlockRun> {
     let lines = |name: &str| log.column(name).map(|values| readings::bridged(log.time(), values));
     let (rate, angle) = (lines(BODY_RATE)?, lines(BODY_ANGLE)?);
-    let half = ((THRESHOLDS.slope_reach_s / log.median_interval()).round() as usize).clamp(2, 100);
+    let (least, most) = THRESHOLDS.slope_reach;
+    let half = ((THRESHOLDS.slope_reach_s / log.median_interval()).round() as usize).clamp(least, most);
     let mut block = BlockRun::new("sensors", BODY_RATE, "rad/s", &[BODY_ANGLE], NoisePath::Slope(half));
     for stretch in stretches(log, &[&rate, &angle]) {
         let time = &log.time()[stretch.rows.clone()];
-        if time.len() < 4 * half {
+        if time.len() < THRESHOLDS.slope_stretch * half {
             continue;
         }
         let true_rate = centred_slopes(time, &stretch.inputs[1], half);

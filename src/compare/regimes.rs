@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use serde::Serialize;
 
-use super::dependence::{Correlation, Dependence, REACH};
+use super::dependence::{Correlation, Dependence};
 use super::spectrum::{Spectrum, spectrum};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::quantile;
@@ -115,7 +115,7 @@ fn over_time(time: &[f64], residual: &[f64]) -> Vec<(f64, f64)> {
 }
 
 fn groups(time: &[f64], modelled: &[f64], residual: &[f64], pieces: &[Range<usize>]) -> Vec<Group> {
-    let slopes = centred_slopes_within(time, modelled, pieces, REACH);
+    let slopes = centred_slopes_within(time, modelled, pieces, THRESHOLDS.rate_reach);
     let Some(fast) = quantile(slopes.iter().map(|slope| slope.abs()), THRESHOLDS.fast_share) else {
         return Vec::new();
     };

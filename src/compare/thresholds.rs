@@ -11,8 +11,6 @@ crate::thresholds! {
     floor_scatter: f64 = 0.02, "-", "6,000 normal samples: 1.5 %";
     /// the residual of a model shows the noise better than the signal itself where its estimate is below this share
     clearly_less_noise: f64 = 0.9, "-", "judgement";
-    /// values that are there, one in so many, from which on there are enough of four in a row
-    in_a_row: usize = 4, "count", "judgement";
     /// samples of one noise estimate
     noise_block: usize = 200, "count", "judgement";
     /// rank among the estimates of the blocks that stands for the noise: a third of the record may be too fast to see it
@@ -55,4 +53,14 @@ crate::thresholds! {
     wander_samples: usize = 20_000, "count", "times of long logs";
     /// [intervals] pieces so near each other are one to the spectrum
     joined_gap: f64 = 2.5, "intervals", "a row may be missing or late";
+    /// samples to both sides over which a channel's rate of change is taken
+    rate_reach: usize = 2, "count", "judgement";
+    /// samples to both sides, at least and at most, of the window of a slope
+    slope_reach: (usize, usize) = (2, 100), "count", "a slope needs five samples; time of computing";
+    /// [slope's reach] shorter stretches say nothing of the gyroscope: half of each is edge
+    slope_stretch: usize = 4, "count", "judgement";
+    /// [rad/s] noise that a gyroscope has at least: one without visible noise still has a last digit
+    least_gyro_noise: f64 = 1e-6, "rad/s", "judgement";
+    /// [rad] the same of an angle
+    least_angle_noise: f64 = 1e-7, "rad", "judgement";
 }

@@ -113,9 +113,8 @@ pub(crate) fn smooth(
         .collect();
     let spread = TorqueNoise {
         inertia: model.body.inertia,
-        // A sensor without visible noise still has a last digit.
-        gyro: noise.of(BODY_RATE).max(1e-6),
-        angle: noise.of(BODY_ANGLE).max(1e-7),
+        gyro: noise.of(BODY_RATE).max(THRESHOLDS.least_gyro_noise),
+        angle: noise.of(BODY_ANGLE).max(THRESHOLDS.least_angle_noise),
         rotors: rotor_noise(model, noise),
     };
     let Some(longest) = parts.iter().max_by_key(|part| part.time.len()) else { return Ok(None) };

@@ -9,6 +9,7 @@ use super::rotor_block::RotorRun;
 use super::thresholds::THRESHOLDS;
 use super::{body_block, rotor_block};
 use crate::cancel;
+use crate::estimation;
 use crate::estimation::measured_rows::MeasuredRows;
 use crate::estimation::normal_equations::sum_of_squares;
 use crate::estimation::output_error::OutputError;
@@ -139,7 +140,7 @@ impl<'a> Problem<'a> {
         mut out: &mut [f64],
         write: impl Fn(usize, P, &mut [f64]) + Sync,
     ) {
-        let is_long = out.len() >= THRESHOLDS.parallel_residuals;
+        let is_long = out.len() >= estimation::thresholds::THRESHOLDS.parallel_residuals;
         let mut work = Vec::with_capacity(pieces.len());
         for (units, piece) in pieces.into_iter().filter(|(units, _)| !units.is_empty()) {
             let all = &self.data.units()[units.clone()];

@@ -17,8 +17,6 @@ crate::thresholds! {
     coarse_share: usize = 3, "count", "times and answers of the development cases";
     /// readings that suffice to compare starts, of however many
     enough_samples: usize = 12_000, "count", "times and answers of the development cases";
-    /// count: residuals from which on they are computed on every core.
-    parallel_residuals: usize = 50_000, "count", "judgement: a thread starts in a hundredth of their time";
     /// from so many readings on a fit goes on a part of them first
     long_log: usize = 30_000, "count", "times of long synthetic logs";
     /// rows that a search goes over at least: of logs with more than twice as many it sees stretches

@@ -14,6 +14,8 @@ crate::thresholds! {
     bucket_holds: f64 = 3.0, "-", "judgement";
     /// [s] time in which as many swings from limit to limit leak away as are too many
     swing_leak_s: f64 = 3.0, "s", "judgement";
+    /// [ns] between two wishes to arm of a bench that arms itself
+    arming_period_ns: u64 = 100_000_000, "ns", "judgement";
 }
 
 /// [ns] this share of a span.

@@ -14,8 +14,10 @@ pub(crate) fn find(
     follows: impl Fn(&RotorLog, f64) -> Option<LagFit>,
 ) -> Option<Finding> {
     let earlier = a_row_earlier(part);
-    let tried = [(1.0, 0.0), (0.5, 0.5 * part.interval)];
-    let fits = tried.into_iter().filter_map(|(rows, delay)| Some((rows, follows(&earlier, delay)?)));
+    // A row earlier and then late by the rest is less than a row earlier.
+    let delay = |rows: f64| (1.0 - rows) * part.interval;
+    let fits = THRESHOLDS.command_leads.into_iter();
+    let fits = fits.filter_map(|rows| Some((rows, follows(&earlier, delay(rows))?)));
     let (rows, fit) = fits.min_by(|a, b| a.1.residual_rms.total_cmp(&b.1.residual_rms))?;
     (fit.residual_rms < (1.0 - THRESHOLDS.lead_error_share) * left).then(|| {
         part.finding("rates_lead_commands")

@@ -7,7 +7,7 @@ use crate::screening::excitation::SteadyCommand;
 use crate::screening::rotor_data::{RotorLog, bounds};
 
 /// Highest degree tried, as the paper compares several.
-pub const HIGHEST_DEGREE: usize = 4;
+pub const HIGHEST_DEGREE: usize = THRESHOLDS.highest_degree;
 
 /// Rows for Eq. (9).
 pub(crate) struct SteadyRows {

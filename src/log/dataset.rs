@@ -300,9 +300,8 @@ impl Dataset {
     /// The gaps in time that are longer than 2.5 median sampling intervals.
     #[must_use]
     pub fn holes(&self) -> Vec<Hole> {
-        let limit = THRESHOLDS.hole * self.median_interval();
         let gaps = self.time.windows(2).enumerate().map(|(after, pair)| (after, pair[0], pair[1] - pair[0]));
-        gaps.filter(|(_, _, length)| *length > limit)
+        gaps.filter(|(_, _, length)| is_hole(*length, self.interval))
             .map(|(after, start, length)| Hole { after, start, length })
             .collect()
     }
@@ -373,6 +372,12 @@ impl Dataset {
             columns: columns.collect(),
         }
     }
+}
+
+/// Whether a log with this median interval [s] has a hole where two rows are `gap` [s] apart.
+#[must_use]
+pub fn is_hole(gap: f64, median_interval: f64) -> bool {
+    gap > THRESHOLDS.hole * median_interval
 }
 
 #[cfg(test)]

@@ -2,11 +2,8 @@
 //! remarks; and the first rows as numbers.
 
 use super::limits::MOST_COLUMNS;
+use super::thresholds::THRESHOLDS;
 
-/// Rows that are looked at.
-const ROWS: usize = 2_000;
-/// Bytes that are looked at.
-const BYTES: usize = 1 << 20;
 /// Characters that may stand between cells, the likeliest first.
 const DELIMITERS: [char; 4] = [',', ';', '\t', '|'];
 
@@ -39,7 +36,7 @@ pub struct Layout {
 /// Looks at the beginning of a text file; `None` where it is no table.
 #[must_use]
 pub fn layout(bytes: &[u8]) -> Option<Layout> {
-    let part = bytes.get(..BYTES.min(bytes.len()))?;
+    let part = bytes.get(..THRESHOLDS.guess_bytes.min(bytes.len()))?;
     let encoding =
         if std::str::from_utf8(bytes).is_ok() { encoding_rs::UTF_8 } else { encoding_rs::WINDOWS_1252 };
     let (text, _, _) = encoding.decode(part);
@@ -53,7 +50,7 @@ pub fn layout(bytes: &[u8]) -> Option<Layout> {
     let lines: Vec<&str> = whole_lines
         .lines()
         .filter(|line| !line.trim().is_empty() && !comment.is_some_and(|mark| line.starts_with(mark)))
-        .take(ROWS + 1)
+        .take(THRESHOLDS.guess_rows + 1)
         .collect();
     let delimiter = delimiter(&lines)?;
     let rows: Vec<Vec<&str>> = lines.iter().map(|line| cells(line, delimiter)).collect();

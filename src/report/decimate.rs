@@ -1,9 +1,9 @@
 //! Fewer points, the same picture: nothing a pixel would have shown is lost.
 
-/// Buckets along x for a line: more than the pixels of a wide screen.
-const BUCKETS: usize = 1500;
-/// Points kept of a scatter plot.
-const SCATTER_LIMIT: usize = 6000;
+use super::thresholds::THRESHOLDS;
+
+/// Buckets along x for a line.
+const BUCKETS: usize = THRESHOLDS.line_buckets;
 
 /// Indices of `x` in ascending order; rows whose x is not finite are left out.
 fn sorted_rows(x: &[f64]) -> Vec<usize> {
@@ -54,10 +54,10 @@ pub(super) fn line_rows(x: &[f64], y: &[f64], position: impl Fn(f64) -> f64) -> 
 /// Rows to draw of a scatter plot: all, or an even thinning plus what [`line_rows`] keeps.
 pub(super) fn scatter_rows(x: &[f64], y: &[f64], position: impl Fn(f64) -> f64) -> Vec<usize> {
     let rows = sorted_rows(x);
-    if rows.len() <= SCATTER_LIMIT {
+    if rows.len() <= THRESHOLDS.scatter_points {
         return rows;
     }
-    let stride = rows.len().div_ceil(SCATTER_LIMIT);
+    let stride = rows.len().div_ceil(THRESHOLDS.scatter_points);
     let mut keep = vec![false; x.len()];
     for row in rows.iter().step_by(stride) {
         keep[*row] = true;

@@ -27,4 +27,8 @@ crate::thresholds! {
     dshot_scale: f64 = 1e-3, "-", "DShot and the usual PWM have 1/1999 and 1/1000";
     /// [intervals] a curve breaks over a longer gap
     drawn_gap: f64 = 2.5, "intervals", "a row may be missing or late";
+    /// buckets along x of a line, of each of which some samples are drawn: more than the pixels of a wide screen
+    line_buckets: usize = 1500, "count", "judgement";
+    /// points of a scatter plot that are drawn
+    scatter_points: usize = 6000, "count", "judgement";
 }

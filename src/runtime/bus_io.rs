@@ -10,7 +10,7 @@ use crate::can::{
     Arrival, BridgeEnd, Bus, Counts, Fault, InterfaceAnswer, InterfaceStatus, Port, PortCounts,
 };
 use crate::can::{NodeTrouble, Refusal, protocol};
-use crate::clock::{self, NANOSECONDS_PER_SECOND};
+use crate::clock;
 use crate::guard::{Cause, State};
 use crate::rt::{LogQueue, Severity};
 use crate::shm::{BUS, Bench, Publisher};
@@ -42,13 +42,6 @@ pub struct BusIo<B: Bus = Port> {
     /// [ns] that the first frame without an echo had waited when the bus was listened to last.
     unheard_ns: u64,
 }
-
-/// [ns] between two log lines on another sender's commands: a flood of them must not fill the log.
-const FOREIGN_LOGGED_EVERY_NS: u64 = NANOSECONDS_PER_SECOND;
-
-/// Periods after which the bus is listened to for the echoes of the commands: whether it is alive. Nobody waits for the answer, and
-/// where it could be the one that says no, it is asked for at once; see [`BusIo::is_dead`].
-const LISTEN_EVERY: u64 = 4;
 
 /// What a look at the bus brought.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -209,7 +202,7 @@ impl<B: Bus> BusIo<B> {
     fn log_foreign_sender(&mut self) {
         let now_ns = self.port.now_ns();
         if now_ns >= self.foreign_logged_ns {
-            self.foreign_logged_ns = now_ns.saturating_add(FOREIGN_LOGGED_EVERY_NS);
+            self.foreign_logged_ns = now_ns.saturating_add(THRESHOLDS.foreign_logged_every_ns);
             let text = "another sender commands the rotors: frames with our command's identifier so far";
             self.log.say(Severity::Error, text, self.end.counts().foreign_command as f64);
         }
@@ -283,7 +276,8 @@ impl<B: Bus> BusIo<B> {
     /// What is published this period. Of the echoes it says what was heard, and not what nobody has listened for yet.
     pub(crate) fn count(&mut self, now_ns: u64) -> BusStatus {
         self.published += 1;
-        if self.published.is_multiple_of(LISTEN_EVERY) {
+        // Where the answer could be the one that says no, it is asked for at once: `is_dead`.
+        if self.published.is_multiple_of(THRESHOLDS.listen_every) {
             self.listen(now_ns);
         }
         let (port, decoded) = (self.port.counts(), self.end.counts());

@@ -1,10 +1,8 @@
 //! Which gyro frames start a control step where the IMU is the trigger: an IMU that sends faster than the control
 //! period must not make the controller run faster than it is made for.
 
+use super::thresholds::THRESHOLDS;
 use crate::signal::Sample;
-
-/// What a step's distance from its schedule moves the schedule by: the IMU's clock is followed, its jitter is not.
-const FOLLOW: u64 = 8;
 
 /// Picks, of the gyro's frames, those nearest to a schedule of one step a period, which follows the IMU's own clock. At
 /// the control rate that is each frame, however it jitters by less than half a period; at a multiple of it each second,
@@ -45,9 +43,9 @@ impl ImuTrigger {
         }
         self.stepped_ns = stamp_ns;
         self.scheduled_ns = self.period_ns.saturating_add(if stamp_ns < self.scheduled_ns {
-            self.scheduled_ns - (self.scheduled_ns - stamp_ns) / FOLLOW
+            self.scheduled_ns - (self.scheduled_ns - stamp_ns) / THRESHOLDS.followed_share
         } else if stamp_ns - self.scheduled_ns <= half_ns {
-            self.scheduled_ns + (stamp_ns - self.scheduled_ns) / FOLLOW
+            self.scheduled_ns + (stamp_ns - self.scheduled_ns) / THRESHOLDS.followed_share
         } else {
             // The first, or one after a silence, or of an IMU slower than the control rate.
             stamp_ns

@@ -17,4 +17,11 @@ crate::thresholds! {
     arming_grace_s: f64 = 1.0, "s", "judgement";
     /// [s] over which the commands of a finished experiment run out
     run_out_s: f64 = 1.0, "s", "judgement";
+    /// [ns] between two log lines on another sender's commands: a flood of them must not fill the log
+    foreign_logged_every_ns: u64 = 1_000_000_000, "ns", "judgement";
+    /// [count] periods after which the bus is listened to for the echoes of the commands, where nobody waits for the answer
+    listen_every: u64 = 4, "count", "judgement: a look costs a system call";
+    /// [-] what a step's distance from its schedule moves the schedule by, one in so many: the IMU's clock is followed, its
+    /// jitter is not
+    followed_share: u64 = 8, "count", "judgement";
 }

@@ -9,8 +9,9 @@ use super::channel::BATTERY;
 use super::missing_commands::{self, Missing};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::extremes;
+use crate::log::dataset::is_hole;
 use crate::log::segments::held_or;
-use crate::log::{self, Cells, Dataset};
+use crate::log::{Cells, Dataset};
 
 /// [-] below this command a rotor may stand still; the model does not speak of starting from standstill.
 pub(crate) const LEAST_COMMAND: f64 = THRESHOLDS.least_command;
@@ -158,7 +159,7 @@ impl RotorLog {
 
     /// Whether a hole follows this row.
     pub(crate) fn is_hole(&self, row: usize) -> bool {
-        self.time[row + 1] - self.time[row] > log::thresholds::THRESHOLDS.hole * self.interval
+        is_hole(self.time[row + 1] - self.time[row], self.interval)
     }
 
     /// The first `rows` rows.

@@ -20,8 +20,7 @@ use super::screened_rotor::ScreenedRotor;
 use super::thresholds::THRESHOLDS;
 use super::{Evidence, Finding};
 use crate::estimation::quantile::{quantile, sorted};
-use crate::log;
-use crate::log::dataset::Dataset;
+use crate::log::dataset::{Dataset, is_hole};
 
 mod rows;
 #[cfg(test)]
@@ -119,9 +118,8 @@ impl LogSummary {
         let log = screened.raw();
         let time = log.time();
         let median = log.median_interval();
-        let limit = log::thresholds::THRESHOLDS.hole * median;
         let intervals =
-            || time.windows(2).map(|pair| pair[1] - pair[0]).filter(|interval| *interval <= limit);
+            || time.windows(2).map(|pair| pair[1] - pair[0]).filter(|interval| !is_hole(*interval, median));
         let looked_at = log.names().filter_map(|name| screened.look_at(name));
         let channels = looked_at.map(|(column, remarks)| ChannelSummary::of(&column, &remarks)).collect();
         let mut summary = Self {

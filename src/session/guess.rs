@@ -11,10 +11,8 @@ use crate::log::formats::FORMATS;
 use crate::log::guess::{GuessedColumn, guess, signals};
 use crate::log::mapping::{Mapping, MappingConfig, TimeConfig};
 use crate::log::sniff::{SampledColumn, layout};
+use crate::log::thresholds::THRESHOLDS;
 use crate::log::{can_capture, limits, unreadable};
-
-/// Rows of a table that are looked at.
-const ROWS: usize = 2_000;
 
 /// A guess of what a foreign log's columns mean.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -55,7 +53,7 @@ pub fn guess_columns(path: &Path, job: &Job) -> Result<Option<GuessedLog>, Sessi
         }
         let sampled = columns.map(|column| SampledColumn {
             name: column.name.clone(),
-            values: column.values.iter().copied().take(ROWS).collect(),
+            values: column.values.iter().copied().take(THRESHOLDS.guess_rows).collect(),
         });
         Ok(Some(of_columns(&sampled.collect::<Vec<_>>(), MappingConfig::new(None, Vec::new()))))
     })

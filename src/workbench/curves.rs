@@ -13,8 +13,6 @@ use crate::estimation::quantile::median;
 
 /// Usual intervals over which a curve breaks: as the reports draw it.
 const GAP: f64 = crate::report::thresholds::THRESHOLDS.drawn_gap;
-/// Samples that say how often a curve has one.
-const LOOKED_AT: usize = 2_000;
 
 /// A curve over the rows of a log.
 pub(super) struct Line<'a> {
@@ -162,7 +160,7 @@ impl<'a> Slots<'a> {
                 columns.iter().flat_map(Column::pair).collect()
             }
         };
-        let present = samples.filter(|sample| (line.value)(*sample).is_finite()).take(LOOKED_AT);
+        let present = samples.filter(|sample| (line.value)(*sample).is_finite()).take(THRESHOLDS.looked_at);
         let present: Vec<f64> = present.map(|sample| self.time[row_of(sample)]).collect();
         let usual = median(present.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
         let gaps = self.gaps(&y, usual);

@@ -27,4 +27,6 @@ crate::thresholds! {
     live_asked_within_s: u64 = 10, "s", "judgement";
     /// [s] length of the stretch with the largest error that is jumped to
     worst_stretch_s: f64 = 10.0, "s", "judgement";
+    /// [count] samples of a curve that say how often it has one
+    looked_at: usize = 2_000, "count", "judgement";
 }
