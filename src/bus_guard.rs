@@ -137,11 +137,11 @@ impl BusGuard {
             self.newest = Some(command);
             self.is_pending = true;
         }
-        self.hear(now_ns)
+        self.take_request(now_ns)
     }
 
     /// Takes in what an operator asks for, for the next step. Returns whether that is an emergency stop.
-    pub fn hear(&mut self, now_ns: u64) -> bool {
+    pub fn take_request(&mut self, now_ns: u64) -> bool {
         let mut asked = self.topics.stops.iter_mut().find_map(Subscriber::newest);
         if asked.is_none() && self.request.is_none() {
             asked = self.topics.requests.next_in_order();
@@ -157,7 +157,7 @@ impl BusGuard {
         self.is_stop()
     }
 
-    /// Whether the operator wants an emergency stop, as far as he was heard; the next step makes it.
+    /// Whether the operator wants an emergency stop, as far as it was taken in; the next step makes it.
     #[must_use]
     pub fn is_stop(&self) -> bool {
         self.request.is_some_and(|request| request.act == OperatorAct::Stop as u32)
@@ -196,7 +196,7 @@ impl BusGuard {
     }
 
     /// Steps the guard with a command of this very thread: for the process that is bridge and control in one. Such a
-    /// process begins the slots itself, see [`BusGuard::cycle_mut`], and listens to the operator, see [`BusGuard::hear`]. Without a
+    /// process begins the slots itself, see [`BusGuard::cycle_mut`], and listens to the operator, see [`BusGuard::take_request`]. Without a
     /// command it is a miss.
     pub fn step_with(&mut self, now_ns: u64, sensors: &Sensors, command: Option<&Command>) -> Applied {
         if let Some(command) = command {

@@ -199,7 +199,7 @@ fn recorded_runs_are_compared_side_by_side() {
 }
 
 #[test]
-fn a_flight_that_does_not_say_when_it_was_struck_is_judged_from_its_angle_and_says_so() {
+fn a_run_that_does_not_say_when_it_was_struck_is_scored_from_its_angle_and_says_so() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder = folder.path();
     // Nobody strikes: the reference jumps in a quarter of a second, so that the angle is far from it.
@@ -236,7 +236,7 @@ fn a_flight_that_does_not_say_when_it_was_struck_is_judged_from_its_angle_and_sa
 /// A run is measured over the window that `paper` judges, however long it lasts: a drift that crosses the band later, or
 /// the next impulse, is not part of the answer.
 #[test]
-fn a_long_flight_is_judged_over_the_window_behind_each_impulse() {
+fn a_long_run_is_scored_over_the_window_behind_each_impulse() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let folder = folder.path();
     let bench =
@@ -276,7 +276,7 @@ fn a_long_flight_is_judged_over_the_window_behind_each_impulse() {
 
 /// Margins that nobody can reach with a loop of any use: it is said what they cost.
 #[test]
-fn a_loop_that_is_stable_and_of_no_use_is_told() {
+fn a_loop_that_is_stable_and_of_no_use_is_a_finding() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let warning = |line: &str| {
         let output = rotorbench(folder.path(), &line.split(' ').collect::<Vec<_>>());

@@ -39,7 +39,7 @@ pub struct Arguments {
     /// Time from standstill to the first excited period
     #[arg(long, value_name = "S", default_value_t = 3.0)]
     lead_in: f64,
-    /// Add the signal differentially to the running controller, instead of flying open loop
+    /// Add the signal differentially to the running controller, instead of running open loop
     #[arg(long)]
     closed_loop: bool,
     /// On the emulator in virtual time, as fast as it can; without it, on the running bench, which has to be armed

@@ -161,7 +161,7 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
 /// Parses the command line, runs the subcommand, prints its error.
 pub fn main() -> ExitCode {
     start_log();
-    crate::rt::tell_limits_of_files_as_errors();
+    crate::rt::report_file_limits_as_errors();
     let subcommand = command_line().subcommand;
     if subcommand.only_computes() {
         pipe::end_with_the_reader();

@@ -37,7 +37,7 @@ impl Stretches {
                     let own = wanted * log.raw().len() / all;
                     let stretches = most_moved(log, own / THRESHOLDS.searched_stretches);
                     let part = log.of_rows(&stretches);
-                    findings.push(said(log, &stretches, part.raw().len()));
+                    findings.push(finding(log, &stretches, part.raw().len()));
                     part
                 })
                 .collect()
@@ -51,7 +51,7 @@ fn count(logs: &[ScreenedLog]) -> usize {
     logs.iter().map(|log| log.raw().len()).sum()
 }
 
-fn said(log: &ScreenedLog, stretches: &[Range<usize>], rows: usize) -> Finding {
+fn finding(log: &ScreenedLog, stretches: &[Range<usize>], rows: usize) -> Finding {
     let time = log.raw().time();
     let at = |row: fn(&Range<usize>) -> usize| -> Vec<f64> {
         stretches.iter().filter_map(|stretch| time.get(row(stretch)).copied()).collect()

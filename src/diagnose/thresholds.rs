@@ -5,7 +5,7 @@ use crate::estimation::output_error::FitConfig;
 crate::thresholds! {
     /// fewer training samples cannot tell anything of a block
     fewest_samples: usize = 100, "count", "judgement";
-    /// held-out errors of the refitted baseline above so many times the nominal one's are worth a word
+    /// held-out errors of the refitted baseline above so many times the nominal one's are said
     refitted_worse: f64 = 1.05, "-", "judgement";
     /// commands of a rotor that stay within this excite nothing
     least_command_range: f64 = 1e-3, "-", "judgement";

@@ -35,10 +35,10 @@ pub struct BodySummary {
 }
 
 impl BodySummary {
-    pub(super) fn add(&mut self, truth: &Truth, is_flown: bool, time_s: f64) {
+    pub(super) fn add(&mut self, truth: &Truth, is_turning: bool, time_s: f64) {
         self.duration_s = time_s;
         self.battery_voltage_v = truth.battery_voltage;
-        if is_flown {
+        if is_turning {
             self.square_sum += truth.body_angle * truth.body_angle;
             self.count += 1;
             self.angle_rms_rad = (self.square_sum / self.count as f64).sqrt();

@@ -60,9 +60,9 @@ impl EmulatedBus {
             }
             emulator.advance(&mut state, now_ns - start_ns);
             self.receive(emulator, &mut state, log);
-            let is_flown = self.commands.rotor.iter().any(|command| *command > 0.0);
+            let is_turning = self.commands.rotor.iter().any(|command| *command > 0.0);
             if self.send_due(now_ns, &state) {
-                body.add(&emulator.truth(&state), is_flown, clock::span_s(now_ns - start_ns));
+                body.add(&emulator.truth(&state), is_turning, clock::span_s(now_ns - start_ns));
             }
             let _ = rt::wait([self.port.as_raw_fd()], self.end.due_ns().min(now_ns + LONGEST_WAIT_NS));
         }

@@ -4,7 +4,7 @@
 //! sensors. It runs on virtual time in whole nanoseconds and is a function of its settings alone: the same
 //! seed gives the same bits, run after run. [`run_behind_guard`] and [`EmulatedBus`] put it behind shared memory or on a CAN bus.
 //!
-//! A bench with something hidden in it, flown by a program: `examples/compare.rs`.
+//! A bench with something hidden in it, run by a program: `examples/compare.rs`.
 
 use crate::clock;
 use crate::signal::{ROTORS, Sensors};

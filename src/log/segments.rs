@@ -74,7 +74,7 @@ pub(crate) fn held_or(values: &[f64], otherwise: f64) -> Vec<f64> {
     held.collect()
 }
 
-/// Each value held until the next, but not for longer than the channel's own pace allows.
+/// Each value held until the next, but not for longer than the channel's own interval allows.
 fn hold(time: &[f64], values: &[f64]) -> Vec<f64> {
     let mut stamps = time.iter().zip(values).filter(|(_, value)| value.is_finite()).map(|(at, _)| *at);
     let intervals = stamps.next().map(|first| {
@@ -84,13 +84,13 @@ fn hold(time: &[f64], values: &[f64]) -> Vec<f64> {
             Some(interval)
         })
     });
-    let pace = median(intervals.into_iter().flatten()).unwrap_or(0.0);
+    let usual = median(intervals.into_iter().flatten()).unwrap_or(0.0);
     let mut newest = (f64::NEG_INFINITY, f64::NAN);
     let known = time.iter().zip(values).map(|(at, value)| {
         if value.is_finite() {
             newest = (*at, *value);
         }
-        if at - newest.0 <= THRESHOLDS.input_hold * pace { newest.1 } else { *value }
+        if at - newest.0 <= THRESHOLDS.input_hold * usual { newest.1 } else { *value }
     });
     known.collect()
 }

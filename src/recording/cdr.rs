@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn a_schema_holds_each_nested_noun_once() {
+    fn a_schema_holds_each_nested_message_once() {
         let text = schema::<Sensors>();
         assert_eq!(text.matches("MSG: rotorbench/Sample").count(), 1);
         assert!(text.starts_with("uint64 sequence # publications from 1\n"));

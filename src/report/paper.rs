@@ -5,7 +5,7 @@ use super::identification::error_plots;
 use super::runs::{DISTURBANCE, Shown, answer_plots, answer_table};
 use super::{Mark, Page, Table, Tone, number};
 use crate::identify::HIGHEST_DEGREE;
-use crate::studies::paper::{Beside, ControlledRun, PaperRun};
+use crate::studies::paper::{PrintedNumber, ControlledRun, PaperRun};
 use crate::studies::thresholds::THRESHOLDS;
 
 /// That the paper's experiments were not run to their end.
@@ -44,7 +44,7 @@ impl PaperRun {
     /// What a reader of [`PaperRun::identified_table`] will ask: how far off is still chance, and why k_V is there twice.
     #[must_use]
     pub fn remarks(&self) -> Vec<String> {
-        let away = |row: &&Beside| {
+        let away = |row: &&PrintedNumber| {
             let (ours, error) = row.ours.zip(row.standard_error)?;
             Some((row.symbol, (ours - row.printed).abs() / error))
                 .filter(|(_, away)| *away > super::thresholds::THRESHOLDS.remarkable_errors)

@@ -3,7 +3,7 @@
 crate::thresholds! {
     /// a place with a smaller share of the error above the noise is not shown
     shown_share: f64 = 0.01, "-", "judgement";
-    /// share below which a channel explains nothing of an error worth a word
+    /// share below which a channel explains nothing of an error that is shown
     shown_explained: f64 = 0.005, "-", "rounding: it would be written as 0 %";
     /// times what chance reaches that a correlation must be to be spoken of
     plain_correlation: f64 = 1.5, "-", "judgement";

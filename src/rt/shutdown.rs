@@ -147,7 +147,7 @@ pub fn cancel_on_signals() -> io::Result<Cancel> {
 
 /// A file that may not grow further (`ulimit -f`) is an error of the one write, reported as a full disk is, and no end of the
 /// process. For the start of a program, before any thread.
-pub fn tell_limits_of_files_as_errors() {
+pub fn report_file_limits_as_errors() {
     ignore(libc::SIGXFSZ);
 }
 

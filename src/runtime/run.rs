@@ -153,7 +153,7 @@ impl RunLoop {
         }
         // Who asks for something rings. The places where he may have asked are memory gone cold: looked at on the way of a
         // frame for one who rang only.
-        let stop = if has_rung { self.guard.hear(now_ns) } else { self.guard.is_stop() };
+        let stop = if has_rung { self.guard.take_request(now_ns) } else { self.guard.is_stop() };
         let is_due = is_imu && look.gyro && self.imu_trigger.is_due(&self.bus_io.sensors().body_rate);
         let release = if is_due {
             Some(self.guard.cycle_mut().begin_at_arrival(now_ns, period_ns / 2))
@@ -184,7 +184,7 @@ impl RunLoop {
         }
         if !has_rung {
             // One who died before he could ring. A stop ends the next wait at once.
-            self.guard.hear(now_ns);
+            self.guard.take_request(now_ns);
         }
     }
 

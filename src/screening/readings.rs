@@ -3,18 +3,18 @@
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::median;
 
-/// The channel with straight lines over missing cells, where its readings come at a pace and only a few are missing. For
+/// The channel with straight lines over missing cells, where its readings come at an interval and only a few are missing. For
 /// what a channel drives; nothing is judged by what lies on such a line.
 #[must_use]
 pub fn bridged(time: &[f64], values: &[f64]) -> Vec<f64> {
     let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
     let mut bridged = values.to_vec();
     let intervals = known.windows(2).map(|pair| time[pair[1]] - time[pair[0]]);
-    let Some(pace) = median(intervals) else { return bridged };
+    let Some(interval) = median(intervals) else { return bridged };
     for pair in known.windows(2).filter(|pair| pair[1] > pair[0] + 1) {
         let (from, to) = (pair[0], pair[1]);
         let span = time[to] - time[from];
-        if span > THRESHOLDS.bridged * pace {
+        if span > THRESHOLDS.bridged * interval {
             continue;
         }
         for row in from + 1..to {
@@ -30,11 +30,11 @@ pub fn bridged(time: &[f64], values: &[f64]) -> Vec<f64> {
 pub fn carried(time: &[f64], values: &[f64]) -> Vec<f64> {
     let mut carried = bridged(time, values);
     let known: Vec<usize> = (0..values.len()).filter(|row| values[*row].is_finite()).collect();
-    let pace = median(known.windows(2).map(|pair| time[pair[1]] - time[pair[0]]));
-    let Some(pace) = pace else { return carried };
+    let interval = median(known.windows(2).map(|pair| time[pair[1]] - time[pair[0]]));
+    let Some(interval) = interval else { return carried };
     // Half a row less: a reading of every row stands for its own.
     let rows = median(time.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
-    let stands = pace - 0.5 * rows;
+    let stands = interval - 0.5 * rows;
     for row in known {
         for behind in (row + 1..values.len()).take_while(|at| time[*at] - time[row] <= stands) {
             if carried[behind].is_finite() {

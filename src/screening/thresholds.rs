@@ -213,12 +213,12 @@ crate::thresholds! {
     saturated_stands_inside: f64 = 0.4, "-", "made logs of the room's tests";
     /// Share of a usual step with which the channel comes to the end: what settles comes with less and less.
     saturated_comes: f64 = 0.1, "-", "made logs of the room's tests";
-    /// Steps of the reading with which it comes to a level at which it settles, at most.
-    settles_steps: f64 = 2.5, "-", "made logs of the room's tests";
+    /// Steps of the reading with which it comes to a level, and no end, at most.
+    level_steps: f64 = 2.5, "-", "made logs of the room's tests";
     /// Share of its arrivals there that are under one command.
-    settles_share: f64 = 0.9, "-", "made logs of the room's tests";
+    level_share: f64 = 0.9, "-", "made logs of the room's tests";
     /// By how much that command moves.
-    settles_command: f64 = 1e-3, "-", "made logs of the room's tests";
+    level_command: f64 = 1e-3, "-", "made logs of the room's tests";
     /// Share of both rotors' thrust by which the one must outdo the other for a body that rests to be held.
     held_imbalance: f64 = 0.05, "-", "noise of rotor rates of 2 % makes 4 %";
     /// Times its noise up to which a body that is held still may move.

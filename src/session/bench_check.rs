@@ -148,7 +148,7 @@ impl BenchCheck {
             caveats: full
                 .into_iter()
                 .chain(not_required)
-                .chain(unsaid(config, &spoken, guard))
+                .chain(omitted(config, &spoken, guard))
                 .chain(of_interface)
                 .collect(),
             interface_look,
@@ -233,9 +233,9 @@ fn node_not_named(message: &MessageDescription) -> Finding {
     Finding::new("node_not_named", message.name.as_str()).with("id", message.id.to_string())
 }
 
-/// What the bench file leaves unsaid, and somebody who changed it from another may not have meant so: a node, and the counters of
+/// What the bench file omits, and somebody who changed it from another may not have meant so: a node, and the counters of
 /// messages that are not those of the built-in bench.
-fn unsaid(config: &BenchConfig, spoken: &[MessageDescription], guard: &Guard) -> Vec<Finding> {
+fn omitted(config: &BenchConfig, spoken: &[MessageDescription], guard: &Guard) -> Vec<Finding> {
     let is_required = |it: &&MessageDescription| {
         let mut channels = it.signals.iter().filter_map(|it| it.channel);
         channels.any(|channel| guard.requirements().any(|(required, _)| required == channel))
@@ -310,7 +310,7 @@ mod tests {
             let spoken = protocol(&config.bus, config.period_s).expect("a bus").messages();
             let guard = config.guard.build(config.period_s).expect("a guard");
             assert_eq!(
-                unsaid(&config, &spoken, &guard).iter().filter(|it| it.code == "node_not_named").count(),
+                omitted(&config, &spoken, &guard).iter().filter(|it| it.code == "node_not_named").count(),
                 0
             );
             obstacles(&config, &spoken, &guard).iter().any(|it| it.code == "node_not_named")
@@ -319,12 +319,12 @@ mod tests {
     }
 
     #[test]
-    fn what_a_changed_bench_file_leaves_unsaid_is_said() {
+    fn what_a_changed_bench_file_omits_is_found() {
         let found = |text: &str| {
             let config = BenchConfig::parse(text, Path::new("bench.toml")).expect("a bench file");
             let spoken = protocol(&config.bus, config.period_s).expect("a bus");
             let guard = config.guard.build(config.period_s).expect("a guard");
-            let found = unsaid(&config, &spoken.messages(), &guard).into_iter();
+            let found = omitted(&config, &spoken.messages(), &guard).into_iter();
             found.map(|it| (it.code, it.subject)).collect::<Vec<_>>()
         };
         assert_eq!(found(""), []);

@@ -23,7 +23,7 @@ pub fn compare(
     job: &Job,
 ) -> Result<Vec<Vec<Comparison>>, SessionError> {
     let each = logs.iter().enumerate().map(|(index, log)| {
-        job.tell(Progress::Step { name: log.source_name(), number: index + 1, of: logs.len() });
+        job.report(Progress::Step { name: log.source_name(), number: index + 1, of: logs.len() });
         let Modelled { train, finding, .. } = Modelled::of(std::slice::from_ref(log), &[]);
         let mut found = job.run(|| compare::compare(models, train.first().unwrap_or(log), config))?;
         found.iter_mut().for_each(|comparison| comparison.findings.extend(finding.clone()));

@@ -36,8 +36,10 @@ pub(super) fn search(
 ) -> Result<Diagnosis, SessionError> {
     let fitted = AtomicUsize::new(0);
     let hear = |event: Event| match event {
-        Event::Fitted => job.tell(Progress::Candidate { fitted: 1 + fitted.fetch_add(1, Ordering::Relaxed) }),
-        Event::Leading(effects) => job.tell(Progress::Leading { effects }),
+        Event::Fitted => {
+            job.report(Progress::Candidate { fitted: 1 + fitted.fetch_add(1, Ordering::Relaxed) })
+        }
+        Event::Leading(effects) => job.report(Progress::Leading { effects }),
     };
     job.run(|| diagnose::diagnose(model, train, validate, config, &hear))
 }

@@ -23,8 +23,10 @@ pub fn discover(
     let logs = Modelled::of(train, validate);
     let fitted = AtomicUsize::new(0);
     let hear = |event: Event| match event {
-        Event::Fitted => job.tell(Progress::Candidate { fitted: 1 + fitted.fetch_add(1, Ordering::Relaxed) }),
-        Event::Leading(effects) => job.tell(Progress::Leading { effects }),
+        Event::Fitted => {
+            job.report(Progress::Candidate { fitted: 1 + fitted.fetch_add(1, Ordering::Relaxed) })
+        }
+        Event::Leading(effects) => job.report(Progress::Leading { effects }),
     };
     let mut found = job.run(|| discover::discover(model, &logs.train, &logs.validate, config, &hear))?;
     found.findings.extend(logs.finding);

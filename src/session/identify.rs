@@ -92,7 +92,7 @@ fn of_rotors(
     job.run(|| {
         identify_with_progress(&logs.train, &logs.validate, settings, &mut |name| {
             number += 1;
-            job.tell(Progress::Step { name, number, of: STEPS });
+            job.report(Progress::Step { name, number, of: STEPS });
         })
     })
 }

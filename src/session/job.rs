@@ -3,7 +3,7 @@
 use super::error::SessionError;
 use crate::cancel::Cancel;
 
-/// What is heard of long work.
+/// What is reported of long work.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Progress<'a> {
     /// A step begins.
@@ -33,12 +33,12 @@ pub enum Progress<'a> {
 /// use rotorbench::{cancel::Cancel, session::{Job, Progress}};
 ///
 /// let cancel = Cancel::default();
-/// let hear = |progress: Progress| {
+/// let show = |progress: Progress| {
 ///     if let Progress::Leading { effects } = progress {
 ///         eprintln!("in the lead: {}", effects.join(", "));
 ///     }
 /// };
-/// let job = Job::new(&cancel, &hear); // for `session::diagnose` and its like; `cancel.request()` ends them
+/// let job = Job::new(&cancel, &show); // for `session::diagnose` and its like; `cancel.request()` ends them
 /// ```
 #[derive(Clone, Copy)]
 pub struct Job<'a> {
@@ -47,7 +47,7 @@ pub struct Job<'a> {
 }
 
 impl<'a> Job<'a> {
-    /// Work that `cancel` ends, and that tells `progress` how far it is.
+    /// Work that `cancel` ends, and that reports to `progress` how far it is.
     #[must_use]
     pub fn new(cancel: &'a Cancel, progress: &'a (dyn Fn(Progress) + Sync)) -> Self {
         Self { cancel, progress }
@@ -59,7 +59,7 @@ impl<'a> Job<'a> {
         Self { cancel, progress: &|_| () }
     }
 
-    pub(super) fn tell(&self, progress: Progress) {
+    pub(super) fn report(&self, progress: Progress) {
         (self.progress)(progress);
     }
 

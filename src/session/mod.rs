@@ -33,8 +33,6 @@ pub use diagnose::diagnose;
 pub use discover::discover;
 pub use dronecan_nodes::dronecan_nodes;
 pub use emulated_run::run_emulated;
-#[doc(hidden)]
-pub use emulated_run::run_emulated as fly;
 pub use error::{ChoiceError, SessionError};
 pub use extend::{Extended, extend, refit};
 pub use guess::{GuessedLog, guess_columns};

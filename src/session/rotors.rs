@@ -25,7 +25,7 @@ pub fn diagnose_each(
 ) -> Result<RotorDiagnoses, SessionError> {
     let mut found = Vec::new();
     for (index, rotor) in rotors.iter().copied().enumerate() {
-        job.tell(Progress::Step { name: &format!("rotor {rotor}"), number: index + 1, of: rotors.len() });
+        job.report(Progress::Step { name: &format!("rotor {rotor}"), number: index + 1, of: rotors.len() });
         let [train, validate] = [train, validate].map(|logs| of_rotors(logs, &[rotor]));
         let diagnosis = super::diagnose::search(model, &train, &validate, config, job)?;
         found.push(RotorDiagnosis { rotor, diagnosis });

@@ -55,7 +55,8 @@ pub(super) fn demo_logs_in(folder: &Path) -> Result<DemoLogs, WorkbenchError> {
                 lead_in_s: 3.0,
             };
             let plan = ExperimentPlan { closed_loop: true, experiment };
-            let log = session::fly(&bench, &plan, "experiment", &Job::unwatched(&Cancel::default()))?;
+            let log =
+                session::run_emulated(&bench, &plan, "experiment", &Job::unwatched(&Cancel::default()))?;
             csv::write(log.raw(), &path)?;
         }
         let words = format!(

@@ -16,19 +16,19 @@ use rotorbench::clock;
 use rotorbench::guard::{Cause, State};
 use rotorbench::shm::{Bench, Place, REQUEST, Role, STOPS, SharedMemoryConfig};
 
-fn flying(test: &str) -> (TestBench, processes::Process, processes::Process, Watcher) {
+fn armed_bench(test: &str) -> (TestBench, processes::Process, processes::Process, Watcher) {
     let bench = TestBench::new(test, |_| {});
     let emulator = bench.start(&["emulate", "--shm"]);
     let control = bench.start(&["control"]);
     let mut watcher = bench.watch();
-    bench.fly(&mut watcher);
+    bench.arm_and_wait(&mut watcher);
     (bench, emulator, control, watcher)
 }
 
 #[test]
 fn a_killed_controller_is_noticed_and_may_come_back() {
     up_to_six_times(|| {
-        let (bench, _emulator, control, mut watcher) = flying("kill");
+        let (bench, _emulator, control, mut watcher) = armed_bench("kill");
         let at_ns = clock::monotonic_ns();
         control.signal(libc::SIGKILL);
         let safe = watcher.until_safe(at_ns);
@@ -43,7 +43,7 @@ fn a_killed_controller_is_noticed_and_may_come_back() {
         assert_eq!(bench.run(&["disarm"]).status.code(), Some(0));
         let armed = bench.run(&["arm"]);
         assert_eq!(armed.status.code(), Some(0), "{armed:?}");
-        bench.fly(&mut watcher);
+        bench.arm_and_wait(&mut watcher);
         let at_ns = clock::monotonic_ns();
         assert_eq!(bench.run(&["stop"]).status.code(), Some(0));
         let stopped = watcher.until_safe(at_ns);
@@ -58,7 +58,7 @@ fn a_killed_controller_is_noticed_and_may_come_back() {
 #[test]
 fn a_stopped_controller_is_noticed_and_its_return_moves_nothing() {
     up_to_six_times(|| {
-        let (bench, _emulator, control, mut watcher) = flying("pause");
+        let (bench, _emulator, control, mut watcher) = armed_bench("pause");
         let at_ns = clock::monotonic_ns();
         control.signal(libc::SIGSTOP);
         let safe = watcher.until_safe(at_ns);
@@ -73,7 +73,7 @@ fn a_stopped_controller_is_noticed_and_its_return_moves_nothing() {
 #[test]
 fn an_emulator_that_stood_still_latches_when_it_goes_on() {
     up_to_six_times(|| {
-        let (bench, emulator, _control, mut watcher) = flying("still");
+        let (bench, emulator, _control, mut watcher) = armed_bench("still");
         emulator.signal(libc::SIGSTOP);
         std::thread::sleep(Duration::from_secs(1));
         // What was let through before the pause does not count.
@@ -89,7 +89,7 @@ fn an_emulator_that_stood_still_latches_when_it_goes_on() {
 #[test]
 fn an_emulator_that_was_killed_comes_back_disarmed() {
     up_to_six_times(|| {
-        let (bench, emulator, mut control, mut watcher) = flying("back");
+        let (bench, emulator, mut control, mut watcher) = armed_bench("back");
         emulator.signal(libc::SIGKILL);
         std::thread::sleep(Duration::from_millis(300));
         let _emulator = bench.start(&["emulate", "--shm"]);
@@ -98,7 +98,7 @@ fn an_emulator_that_was_killed_comes_back_disarmed() {
             watcher.until("the new life of the emulator", |it| it.stamp_ns > at_ns && it.sequence < 100);
         assert_eq!((back.state, back.rotor), (State::Disarmed as u32, [0.0, 0.0]));
         assert!(control.is_running(), "the controller runs on");
-        bench.fly(&mut watcher);
+        bench.arm_and_wait(&mut watcher);
     });
 }
 
@@ -113,7 +113,7 @@ fn every_way_to_end_the_emulator_ends_in_the_safe_command() {
         (libc::SIGBUS, "SIGBUS of another process"),
     ] {
         up_to_six_times(|| {
-            let (bench, mut emulator, _control, mut watcher) = flying("end");
+            let (bench, mut emulator, _control, mut watcher) = armed_bench("end");
             let at_ns = clock::monotonic_ns();
             emulator.signal(signal);
             let safe = watcher.until_safe(at_ns);
@@ -125,7 +125,7 @@ fn every_way_to_end_the_emulator_ends_in_the_safe_command() {
 }
 
 /// Every signal that would end or suspend a process, at its default, ends this one as Ctrl-C does. (That this is the ramp, the
-/// test before holds; here nothing flies, so that all of them are asked.)
+/// test before holds; here nothing runs, so that all of them are asked.)
 #[test]
 fn every_signal_that_can_be_caught_ends_the_emulator_by_itself() {
     let harmless = [libc::SIGCHLD, libc::SIGCONT, libc::SIGURG, libc::SIGWINCH, libc::SIGTTIN, libc::SIGTTOU];
@@ -153,7 +153,7 @@ fn every_signal_that_can_be_caught_ends_the_emulator_by_itself() {
     ends.into_iter().for_each(ended);
 }
 
-/// Somebody makes the files of the shared memory shorter while it flies: the guard's process and the controller's end by
+/// Somebody makes the files of the shared memory shorter while it runs: the guard's process and the controller's end by
 /// themselves, in the ramp.
 #[test]
 fn memory_that_is_taken_away_in_flight_ends_in_the_ramp() {
@@ -162,7 +162,7 @@ fn memory_that_is_taken_away_in_flight_ends_in_the_ramp() {
         let mut emulator = bench.start(&["emulate", "--shm", "--json"]);
         let mut control = bench.start(&["control"]);
         let mut watcher = bench.watch();
-        bench.fly(&mut watcher);
+        bench.arm_and_wait(&mut watcher);
         // This process must not look at that memory any more.
         drop(watcher);
         bench.truncate_memory();
@@ -183,7 +183,7 @@ fn memory_that_is_taken_away_in_flight_ends_in_the_ramp() {
 #[test]
 fn a_stop_gets_past_operators_who_hang() {
     up_to_six_times(|| {
-        let (bench, _emulator, _control, mut watcher) = flying("hang");
+        let (bench, _emulator, _control, mut watcher) = armed_bench("hang");
         let member =
             Bench::join(&bench.config.name, &SharedMemoryConfig::default(), Role::Operator).expect("there");
         let _arm = member.publish(&REQUEST).expect("free");
@@ -210,15 +210,15 @@ fn a_stop_on_no_bench_leaves_nothing_behind() {
     }
 }
 
-/// A `stop` that asks another bench than the one that flies says which one does.
+/// A `stop` that asks another bench than the one that runs says which one does.
 #[test]
 fn a_stop_on_another_bench_names_those_that_run() {
-    let (flies, _emulator, _control, _watcher) = flying("other");
+    let (other, _emulator, _control, _watcher) = armed_bench("other");
     let refused = TestBench::new("mistaken", |_| {}).run(&["stop"]);
     let sentence = String::from_utf8_lossy(&refused.stderr).into_owned();
     assert_eq!(refused.status.code(), Some(2), "{sentence}");
     let running = sentence.split_once("running: ").expect("named").1;
-    assert!(running.contains(&format!("`{}`", flies.config.name)), "{sentence}");
+    assert!(running.contains(&format!("`{}`", other.config.name)), "{sentence}");
 }
 
 /// The guard hears a `stop` though somebody removed the bench's directory; that it cannot answer is said as it is.
@@ -243,7 +243,7 @@ fn a_stop_whose_answer_cannot_be_seen_says_so() {
 #[test]
 fn a_second_one_of_either_kind_is_refused_in_one_sentence() {
     up_to_six_times(|| {
-        let (bench, _emulator, _control, mut watcher) = flying("second");
+        let (bench, _emulator, _control, mut watcher) = armed_bench("second");
         for (command, other) in [(["control"].as_slice(), "control"), (&["emulate", "--shm"], "emulate")] {
             let refused = bench.run(command);
             let sentence = String::from_utf8_lossy(&refused.stderr).into_owned();
@@ -283,13 +283,13 @@ fn hold(period_s: f64) {
     let mut control = bench.start(&["control", "--json"]);
     let mut monitor = bench.start(&["monitor", "--json"]);
     let mut watcher = bench.watch();
-    bench.fly(&mut watcher);
+    bench.arm_and_wait(&mut watcher);
     // From the first impulse on to the third.
     let until = watcher.newest.stamp_ns + 5_000_000_000;
     watcher.until("five seconds of a run", |applied| applied.stamp_ns > until);
     let state = State::from_code(watcher.newest.state).unwrap_or_default();
     if !state.is_active() {
-        late(format!("it flew to the end, and is {state}: {:?}", watcher.said));
+        late(format!("it ran to the end, and is {state}: {:?}", watcher.said));
     }
     monitor.signal(libc::SIGTERM);
     assert!(monitor.wait().success(), "{}", monitor.log());

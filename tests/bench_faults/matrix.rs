@@ -36,7 +36,7 @@ impl Running {
         let emulator = bench.start(&["emulate", "--shm"]);
         let control = bench.start(&["control"]);
         let mut watcher = bench.watch();
-        bench.fly(&mut watcher);
+        bench.arm_and_wait(&mut watcher);
         watcher.said.clear();
         let mut dice = ChaCha8Rng::seed_from_u64(draw);
         std::thread::sleep(Duration::from_millis(dice.random_range(0..300)));
@@ -56,7 +56,7 @@ struct Seen {
     state: State,
     cause: Cause,
     highest: f64,
-    /// Periods until both rotors were commanded to zero for good; `None` = they fly on.
+    /// Periods until both rotors were commanded to zero for good; `None` = they run on.
     turning: Option<f64>,
 }
 
@@ -92,13 +92,13 @@ fn look(running: &mut Running, at_ns: u64) -> Seen {
     let is_fault = |event: &&GuardEvent| event.stamp_ns >= at_ns && event.from != event.to;
     let first = running.watcher.said.iter().find(is_fault);
     let cause = |code| Cause::from_code(code).unwrap_or_default();
-    let flies = newest.rotor.iter().any(|u| *u > 0.0);
+    let runs = newest.rotor.iter().any(|u| *u > 0.0);
     Seen {
         first: first.map(|event| (periods(event.stamp_ns), cause(event.cause))),
         state: State::from_code(newest.state).unwrap_or_default(),
         cause: cause(newest.cause),
         highest,
-        turning: (!flies).then(|| periods(turning_ns) + 1.0),
+        turning: (!runs).then(|| periods(turning_ns) + 1.0),
     }
 }
 
@@ -184,7 +184,7 @@ fn hurt_recorder(running: &mut Running, signal: i32) -> u64 {
     at_ns
 }
 
-fn fly(row: &Row, draw: u64) -> Seen {
+fn run_row(row: &Row, draw: u64) -> Seen {
     let mut running = Running::new(row.name, draw);
     let at_ns = (row.hurt)(&mut running);
     let seen = look(&mut running, at_ns);
@@ -215,17 +215,17 @@ fn line(row: &Row, seen: &[Seen]) -> String {
         .collect();
     let mut ends: Vec<String> = seen
         .iter()
-        .map(|it| if it.turning.is_none() { "flies on".to_owned() } else { it.state.to_string() })
+        .map(|it| if it.turning.is_none() { "runs on".to_owned() } else { it.state.to_string() })
         .collect();
     for words in [&mut found, &mut ends] {
         words.sort();
         words.dedup();
     }
-    let flying = seen.iter().filter(|it| it.turning.is_none()).count();
-    let turning = match (most(&|it| it.turning), flying) {
-        (_, flying) if flying == seen.len() => "flies on".to_owned(),
+    let running = seen.iter().filter(|it| it.turning.is_none()).count();
+    let turning = match (most(&|it| it.turning), running) {
+        (_, running) if running == seen.len() => "runs on".to_owned(),
         (periods, 0) => periods,
-        (periods, flying) => format!("{periods}, or flies on ({flying} of {})", seen.len()),
+        (periods, running) => format!("{periods}, or runs on ({running} of {})", seen.len()),
     };
     format!(
         "| {} | {} | {} | {} | {:.3} | {turning} |",
@@ -244,7 +244,7 @@ fn no_fault_of_a_process_at_any_moment_breaks_a_promise() {
     for row in &ROWS {
         let mut seen = Vec::new();
         for draw in 1..=draws {
-            up_to_six_times_with(|| fly(row, draw), &mut seen);
+            up_to_six_times_with(|| run_row(row, draw), &mut seen);
         }
         let line = line(row, &seen);
         say(&line);

@@ -13,7 +13,7 @@ use rotorbench::recording::{End, Record, Recording};
 use crate::json_schema;
 use crate::processes::{Process, TestBench, Watcher, late, say, up_to_six_times};
 
-fn flying(test: &str, period_s: f64) -> (TestBench, Process, Process, Watcher) {
+fn armed_bench(test: &str, period_s: f64) -> (TestBench, Process, Process, Watcher) {
     let bench = TestBench::new(test, |config| {
         config.period_s = period_s;
         // These tests are about recording: a busy machine may hold a process up for longer than the built-in hold.
@@ -23,7 +23,7 @@ fn flying(test: &str, period_s: f64) -> (TestBench, Process, Process, Watcher) {
     let emulator = bench.start(&["emulate", "--shm"]);
     let control = bench.start(&["control"]);
     let mut watcher = bench.watch();
-    bench.fly(&mut watcher);
+    bench.arm_and_wait(&mut watcher);
     (bench, emulator, control, watcher)
 }
 
@@ -40,7 +40,7 @@ fn read(path: &Path) -> (Vec<Record>, Option<End>) {
     (records, recording.end().cloned())
 }
 
-fn assert_flies(watcher: &mut Watcher) {
+fn assert_runs(watcher: &mut Watcher) {
     watcher.each(|_| {});
     let state = State::from_code(watcher.newest.state).unwrap_or_default();
     if !state.is_active() {
@@ -53,7 +53,7 @@ fn a_recorder_killed_in_the_middle_of_a_write_leaves_all_but_the_last_second() {
     let mut dice = ChaCha8Rng::seed_from_u64(20);
     let moments: Vec<u64> = (0..5).map(|_| dice.random_range(1_500..3_000)).collect();
     up_to_six_times(|| {
-        let (bench, _emulator, _control, mut watcher) = flying("cut", 0.005);
+        let (bench, _emulator, _control, mut watcher) = armed_bench("cut", 0.005);
         for (number, moment_ms) in moments.iter().enumerate() {
             let (recorder, path) = start_recorder(&bench, &format!("{number}.mcap"));
             std::thread::sleep(Duration::from_millis(*moment_ms));
@@ -78,7 +78,7 @@ fn a_recorder_killed_in_the_middle_of_a_write_leaves_all_but_the_last_second() {
             if missing_s > 1.0 {
                 late(format!("the last {missing_s:.2} s are missing"));
             }
-            assert_flies(&mut watcher);
+            assert_runs(&mut watcher);
         }
     });
 }
@@ -87,7 +87,7 @@ fn a_recorder_killed_in_the_middle_of_a_write_leaves_all_but_the_last_second() {
 #[test]
 fn back_pressure_is_counted_and_never_felt() {
     up_to_six_times(|| {
-        let (bench, _emulator, _control, mut watcher) = flying("slow", 0.001);
+        let (bench, _emulator, _control, mut watcher) = armed_bench("slow", 0.001);
         let (mut recorder, path) = start_recorder(&bench, "slow.mcap");
         std::thread::sleep(Duration::from_millis(700));
         recorder.signal(libc::SIGSTOP);
@@ -95,7 +95,7 @@ fn back_pressure_is_counted_and_never_felt() {
         std::thread::sleep(Duration::from_millis(2_500));
         recorder.signal(libc::SIGCONT);
         std::thread::sleep(Duration::from_millis(500));
-        assert_flies(&mut watcher);
+        assert_runs(&mut watcher);
         recorder.signal(libc::SIGINT);
         assert_eq!(recorder.wait().code(), Some(1), "found wanting: {}", recorder.log());
         let summary = json_schema::answer("record", recorder.output());
@@ -114,13 +114,13 @@ fn back_pressure_is_counted_and_never_felt() {
 #[test]
 fn a_disk_that_refuses_ends_the_recording_and_nothing_else() {
     up_to_six_times(|| {
-        let (bench, _emulator, _control, mut watcher) = flying("disk", 0.005);
+        let (bench, _emulator, _control, mut watcher) = armed_bench("disk", 0.005);
         let path = bench.file.with_file_name("disk.mcap");
         let mut recorder = bench.start_limited(400_000, &["record", "-o", &path.display().to_string()]);
         assert_eq!(recorder.wait().code(), Some(2), "{}", recorder.log());
         let log = recorder.log();
         assert!(log.contains("the recording cannot be written"), "{log}");
-        assert_flies(&mut watcher);
+        assert_runs(&mut watcher);
         let (records, end) = read(&path);
         say(&format!("a disk with room for 400 kB: {} records, {end:?}", records.len()));
         assert!(records.len() > 100 && matches!(end, Some(End::CutOff { .. })), "{end:?}");

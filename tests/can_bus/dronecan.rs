@@ -87,15 +87,15 @@ fn bench(test: &str, bus: &Bus, rate_hz: f64) -> TestBench {
 }
 
 #[test]
-fn the_loop_flies_and_the_reference_sees_every_node_healthy() {
+fn the_loop_runs_and_the_reference_sees_every_node_healthy() {
     let soak: Option<f64> = std::env::var("ROTORBENCH_SOAK_S").ok().and_then(|it| it.parse().ok());
     let rates: &[f64] = if soak.is_some() { &[50.0, 200.0] } else { &[50.0] };
     for &rate_hz in rates {
-        up_to_six_times(|| fly(rate_hz, soak.unwrap_or(6.0)));
+        up_to_six_times(|| run_loop(rate_hz, soak.unwrap_or(6.0)));
     }
 }
 
-fn fly(rate_hz: f64, seconds: f64) {
+fn run_loop(rate_hz: f64, seconds: f64) {
     let bus = Bus::new();
     let bench = bench("dronecan", &bus, rate_hz);
     // Before the flight: while Python starts, one emulated processor does nothing else.
@@ -112,7 +112,7 @@ fn fly(rate_hz: f64, seconds: f64) {
     let mut emulator = bench.start(&["emulate", "--can", &bus.name, "--json"]);
     let mut run = bench.start(&["run", "--json"]);
     let mut watcher = bench.watch();
-    bench.fly(&mut watcher);
+    bench.arm_and_wait(&mut watcher);
     let end = std::time::Instant::now() + std::time::Duration::from_secs_f64(seconds);
     while std::time::Instant::now() < end {
         watcher.each(|_| {});
@@ -127,8 +127,8 @@ fn fly(rate_hz: f64, seconds: f64) {
             Cause::SignalStale,
             Cause::CommandAnswersOldSensors,
         ];
-        assert!(held_up.contains(&cause), "it flew to the end, and is {state}: {:?}", watcher.said);
-        late(format!("it flew to the end, and is {state}: {cause}"));
+        assert!(held_up.contains(&cause), "it ran to the end, and is {state}: {:?}", watcher.said);
+        late(format!("it ran to the end, and is {state}: {cause}"));
     }
     run_program("kill", &["-TERM", &reader.0.id().to_string()]);
     let mut seen = String::new();
@@ -191,7 +191,7 @@ fn a_raw_command_of_another_node_latches_the_guard() {
         let mut emulator = bench.start(&["emulate", "--can", &bus.name, "--json"]);
         let mut run = bench.start(&["run", "--json"]);
         let mut watcher = bench.watch();
-        bench.fly(&mut watcher);
+        bench.arm_and_wait(&mut watcher);
         // A command for one ESC, the second bench's: index 0 is ours, too.
         let id = Id::new(0x0804_0607, true).expect("29 bits");
         let frame = Frame::classic(id, &[0x10, 0x00, 0xC0]).expect("short");

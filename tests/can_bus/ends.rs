@@ -10,7 +10,7 @@ use rotorbench::shm::{Bench, Role};
 use rotorbench::signal::Applied;
 
 use crate::bus::{Bus, ip, receive};
-use crate::faults::{Hardware, bench, flying, safe_on_the_bus};
+use crate::faults::{Hardware, armed_bench, bench, safe_on_the_bus};
 use crate::processes::{Patience, TestBench, late, up_to_six_times};
 
 /// Commands of all frames that arrived, in order.
@@ -61,7 +61,7 @@ fn a_panic_of_another_thread_ends_the_bridge_in_the_safe_command() {
     let summary = std::thread::scope(|scope| {
         let cycle = scope.spawn(|| bridge::bridge(&bench.config, false, None, &shutdown));
         let _control = bench.start(&["control"]);
-        bench.fly(&mut watcher);
+        bench.arm_and_wait(&mut watcher);
         // Only what is sent from here on: its queue is full of the frames before.
         while port.receive(|_| {}).is_ok_and(|taken| taken > 0) {}
         let _ = receive(&mut port, |arrivals| arrivals.len() > 10);
@@ -90,7 +90,7 @@ fn an_interface_that_is_deleted_and_made_again_is_joined_again() {
         let bus = Bus::new();
         let bench = bench("again", &bus);
         let hardware = Hardware::start(&bench);
-        let (mut bridge, _control, mut watcher) = flying(&bench);
+        let (mut bridge, _control, mut watcher) = armed_bench(&bench);
         ip(&["link", "delete", &bus.name]);
         let at_ns = clock::monotonic_ns();
         let safe = watcher.until_safe(at_ns);
@@ -102,7 +102,7 @@ fn an_interface_that_is_deleted_and_made_again_is_joined_again() {
         assert!(bridge.is_running(), "the bridge survives it");
         watcher.assert_latched(&[Cause::BusDead, Cause::SignalStale, Cause::CommandAnswersOldSensors]);
         // Sensors come again, too: the operator may go on.
-        bench.fly(&mut watcher);
+        bench.arm_and_wait(&mut watcher);
         let state = State::from_code(watcher.newest.state).unwrap_or_default();
         if !state.is_active() {
             late(format!("it does not go on, and is {state}: {:?}", watcher.said));
@@ -119,7 +119,7 @@ fn memory_that_is_taken_away_ends_the_bridge_in_frames_that_say_zero() {
         let bus = Bus::new();
         let bench = bench("taken", &bus);
         let _hardware = Hardware::start(&bench);
-        let (mut bridge, _control, watcher) = flying(&bench);
+        let (mut bridge, _control, watcher) = armed_bench(&bench);
         // This process must not look at that memory any more.
         drop(watcher);
         let mut port = bus.port();
@@ -143,18 +143,18 @@ fn a_limit_on_the_recording_is_not_felt_in_flight() {
         let mut watcher = bench.watch();
         let path = bench.file.with_file_name("limited.mcap");
         let mut run = bench.start_limited(LIMIT, &["run", "--record", path.to_str().expect("UTF-8")]);
-        bench.fly(&mut watcher);
+        bench.arm_and_wait(&mut watcher);
         let mut patience = Patience::seconds(60);
         while !run.log().contains("the recording has ended") {
             assert!(patience.lasts() && run.is_running(), "{}", run.log());
             std::thread::sleep(std::time::Duration::from_millis(20));
         }
-        // It flies on.
+        // It runs on.
         let end_ns = clock::monotonic_ns() + 1_000_000_000;
         watcher.until("a second more", |it| it.stamp_ns > end_ns);
         let state = State::from_code(watcher.newest.state).unwrap_or_default();
         if !state.is_active() {
-            late(format!("it does not fly on, and is {state}: {:?}", watcher.said));
+            late(format!("it does not run on, and is {state}: {:?}", watcher.said));
         }
         let mut port = bus.port();
         let at_ns = clock::monotonic_ns();

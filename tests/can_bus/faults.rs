@@ -138,11 +138,11 @@ pub fn bench(test: &str, bus: &Bus) -> TestBench {
     })
 }
 
-pub fn flying(bench: &TestBench) -> (Process, Process, Watcher) {
+pub fn armed_bench(bench: &TestBench) -> (Process, Process, Watcher) {
     let bridge = bench.start(&["bridge"]);
     let control = bench.start(&["control"]);
     let mut watcher = bench.watch();
-    bench.fly(&mut watcher);
+    bench.arm_and_wait(&mut watcher);
     (bridge, control, watcher)
 }
 
@@ -179,7 +179,7 @@ fn every_lie_of_the_sensors_ends_in_the_safe_command() {
             let bench = bench("lie", &bus);
             let hardware = Hardware::start(&bench);
             let mut port = bus.port();
-            let (_bridge, _control, mut watcher) = flying(&bench);
+            let (_bridge, _control, mut watcher) = armed_bench(&bench);
             let at_ns = hardware.lie(lie);
             let safe_ns = safe_on_the_bus(&bench, &mut port, at_ns);
             bench.judge(name, at_ns, safe_ns);
@@ -200,7 +200,7 @@ fn processes_that_die_or_stand_still_end_in_the_safe_command() {
                 let bench = bench("die", &bus);
                 let emulator = bench.start(&["emulate", "--can", &bus.name]);
                 let mut port = bus.port();
-                let (_bridge, control, mut watcher) = flying(&bench);
+                let (_bridge, control, mut watcher) = armed_bench(&bench);
                 let at_ns = clock::monotonic_ns();
                 if victim == "control" {
                     control.signal(signal)
@@ -253,7 +253,7 @@ fn rotors_stop_by_their_own_timeout_when_the_bridge_is_gone() {
             let bench = bench("bridge", &bus);
             let _emulator = bench.start(&["emulate", "--can", &bus.name]);
             let mut port = bus.port();
-            let (bridge, _control, mut watcher) = flying(&bench);
+            let (bridge, _control, mut watcher) = armed_bench(&bench);
             let (mut cruise, settled_ns) = ([0.0; 2], clock::monotonic_ns() + 1_000_000_000);
             speeds(&bench, &mut port, |speed, at_ns| {
                 cruise = speed;
@@ -293,7 +293,7 @@ fn an_interface_that_goes_down_latches_and_carries_zeros_when_it_is_back() {
         let bus = Bus::new();
         let bench = bench("down", &bus);
         let _hardware = Hardware::start(&bench);
-        let (mut bridge, _control, mut watcher) = flying(&bench);
+        let (mut bridge, _control, mut watcher) = armed_bench(&bench);
         let at_ns = bus.down();
         let safe = watcher.until_safe(at_ns);
         bench.judge("interface down", at_ns, safe.stamp_ns);
@@ -319,7 +319,7 @@ fn every_way_to_end_the_bridge_ends_in_frames_that_say_zero() {
             let bench = bench("end", &bus);
             let _hardware = Hardware::start(&bench);
             let mut port = bus.port();
-            let (mut bridge, _control, _watcher) = flying(&bench);
+            let (mut bridge, _control, _watcher) = armed_bench(&bench);
             // Its queue is full of the frames before, and what a bridge says as it ends is said once.
             while port.receive(|_| {}).is_ok_and(|taken| taken > 0) {}
             let at_ns = clock::monotonic_ns();

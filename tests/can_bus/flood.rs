@@ -8,7 +8,7 @@ use rotorbench::clock;
 use rotorbench::guard::{Cause, State};
 
 use crate::bus::Bus;
-use crate::faults::{Hardware, Lie, bench, flying, safe_on_the_bus};
+use crate::faults::{Hardware, Lie, armed_bench, bench, safe_on_the_bus};
 use crate::json_schema;
 use crate::processes::{late, say, up_to_six_times};
 
@@ -51,7 +51,7 @@ fn sensors_that_drown_in_a_flood_end_in_the_safe_command() {
         let bench = bench("drown", &bus);
         let hardware = Hardware::start(&bench);
         let mut port = bus.port();
-        let (_bridge, _control, mut watcher) = flying(&bench);
+        let (_bridge, _control, mut watcher) = armed_bench(&bench);
         let sent = while_flooded(&bus, || {
             std::thread::sleep(Duration::from_millis(100));
             watcher.each(|_| {});
@@ -79,7 +79,7 @@ fn a_flood_and_garbage_move_no_rotor_and_are_counted_by_cause() {
         let mut bridge = bench.start(&["bridge", "--json"]);
         let control = bench.start(&["control"]);
         let mut watcher = bench.watch();
-        bench.fly(&mut watcher);
+        bench.arm_and_wait(&mut watcher);
         let mut port = bus.port();
         let flood = frame(0x555, &[0xAA; 8]);
         let maximum = bench.config.guard.rotor_maximum;

@@ -8,7 +8,7 @@ use rotorbench::guard::{Cause, State};
 use rotorbench::shm::{BUS, Bench, Role, SENSORS};
 
 use crate::bus::{Bus, run};
-use crate::faults::{Hardware, Lie, bench, flying, safe_on_the_bus};
+use crate::faults::{Hardware, Lie, armed_bench, bench, safe_on_the_bus};
 use crate::json_schema;
 use crate::processes::{Process, TestBench, Watcher, late, say, up_to_six_times};
 
@@ -84,7 +84,7 @@ fn cansend_moves_no_rotor_and_is_counted_by_cause() {
     });
 }
 
-/// A gyro that says one impossible thing in an otherwise perfect frame, while the bench flies: counted by cause, used by
+/// A gyro that says one impossible thing in an otherwise perfect frame, while the bench runs: counted by cause, used by
 /// nobody, and no reason to end the run.
 #[test]
 fn one_impossible_value_in_flight_is_counted_and_used_by_nobody() {
@@ -97,7 +97,7 @@ fn one_impossible_value_in_flight_is_counted_and_used_by_nobody() {
         let mut watcher = bench.watch();
         let member = member(&bench);
         let mut sensors = member.subscribe(&SENSORS).expect("subscribed");
-        bench.fly(&mut watcher);
+        bench.arm_and_wait(&mut watcher);
         for lie in [Lie::OneNotANumber, Lie::OneTooFast, Lie::OneNotANumber, Lie::OneTooFast] {
             hardware.lie(lie);
             // Longer than the clean periods after which the guard has forgotten it.
@@ -112,7 +112,7 @@ fn one_impossible_value_in_flight_is_counted_and_used_by_nobody() {
         watcher.each(|applied| assert!(applied.rotor.iter().all(|rotor| (0.0..=maximum).contains(rotor))));
         let state = State::from_code(watcher.newest.state).unwrap_or_default();
         if !state.is_active() {
-            late(format!("it flew on, and is {state}: {:?}", watcher.said));
+            late(format!("it ran on, and is {state}: {:?}", watcher.said));
         }
         assert!(seen >= 4, "the bad values are flagged where they are published: {seen}");
         let decoded = bus_of(bridge)["decoded"].clone();
@@ -131,7 +131,7 @@ fn a_foreign_command_latches_and_our_own_echo_does_not() {
         let bench = bench("foreign", &bus);
         let _hardware = Hardware::start(&bench);
         let mut port = bus.port();
-        let (bridge, _control, mut watcher) = flying(&bench);
+        let (bridge, _control, mut watcher) = armed_bench(&bench);
         let member = member(&bench);
         let mut status = member.subscribe(&BUS).expect("subscribed");
         let before = status.newest().expect("published each period");
@@ -147,6 +147,6 @@ fn a_foreign_command_latches_and_our_own_echo_does_not() {
         assert_eq!(status.newest().expect("published").foreign_command, 1);
         assert!(bridge.log().contains("another sender commands the rotors"), "{}", bridge.log());
         // The other one is silent: the operator may go on.
-        bench.fly(&mut watcher);
+        bench.arm_and_wait(&mut watcher);
     });
 }

@@ -64,7 +64,7 @@ fn the_measured_loop_ends_by_the_ramp() {
         });
         let code = |state: State| state as u32;
         if !states.contains(&code(State::Armed)) {
-            late(format!("it never flew: {states:?}"));
+            late(format!("it never ran: {states:?}"));
         }
         let latched = states.iter().position(|state| *state == code(State::FailsafeLatched));
         assert!(latched.is_some(), "it ended without its guard: {states:?}");

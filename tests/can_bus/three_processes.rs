@@ -83,11 +83,11 @@ fn hold(rate_hz: f64, seconds: f64) {
     let mut bridge = bench.start(&["bridge", "--json"]);
     let mut control = bench.start(&["control", "--seconds", &length, "--json"]);
     let mut watcher = bench.watch();
-    bench.fly(&mut watcher);
+    bench.arm_and_wait(&mut watcher);
     let member =
         Bench::join(&bench.config.name, &SharedMemoryConfig::default(), Role::Monitor).expect("joined");
     let mut sensors = member.subscribe(&SENSORS).expect("subscribed");
-    // Garbage from a third program, with and without the sensors' ids, while it flies: not a number, and a million rad/s.
+    // Garbage from a third program, with and without the sensors' ids, while it runs: not a number, and a million rad/s.
     for frame in [
         "123#DEADBEEF",
         "020#01",
@@ -119,8 +119,8 @@ fn hold(rate_hz: f64, seconds: f64) {
             Cause::SignalStale,
         ];
         let cause = Cause::from_code(watcher.newest.cause).unwrap_or_default();
-        assert!(causes.contains(&cause), "it flew to the end, and is {state}: {:?}", watcher.said);
-        late(format!("it flew to the end, and is {state}: {cause}"));
+        assert!(causes.contains(&cause), "it ran to the end, and is {state}: {:?}", watcher.said);
+        late(format!("it ran to the end, and is {state}: {cause}"));
     }
     assert!(highest <= bench.config.guard.rotor_maximum);
     assert!(bench.run(&["disarm"]).status.success(), "the operator ends the run");

@@ -97,7 +97,7 @@ struct World<'a> {
 }
 
 /// Flies `row`, drawn from `seed`, at `rate_hz`.
-pub fn fly(row: &Row, rate_hz: u32, seed: u64) -> Outcome {
+pub fn run_row(row: &Row, rate_hz: u32, seed: u64) -> Outcome {
     let recorder = (row.kind == Kind::RecorderStuck).then(crate::disk::full);
     fly_recorded(row, rate_hz, seed, recorder)
 }

@@ -99,7 +99,7 @@ pub enum Kind {
 /// What must come of it, beyond what must be true of every row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Expect {
-    FliesOn,
+    RunsOn,
     /// Both rotors commanded to zero for good at most N + this many periods after the fault, N the hold.
     Stops(u64),
     /// The same with a limit in seconds of its own.
@@ -127,7 +127,7 @@ const PASSIVE: u8 = 0x30;
 
 #[rustfmt::skip]
 pub const ROWS: &[Row] = &[
-    row("none", Kind::Nothing, Expect::FliesOn),
+    row("none", Kind::Nothing, Expect::RunsOn),
     row("gyro frames lost, all", Kind::Frames(Whose::Gyro, Spoilt::Dropped(1.0)), Expect::Stops(2)),
     row("frames of one ESC lost, all", Kind::Frames(Whose::Esc2, Spoilt::Dropped(1.0)), Expect::Stops(2)),
     row("sensor frames lost, 1 in 10", Kind::Frames(Whose::Sensors, Spoilt::Dropped(0.1)), Expect::Either),
@@ -140,7 +140,7 @@ pub const ROWS: &[Row] = &[
     row("sensor frames late by 0 to 3 periods", Kind::Frames(Whose::Sensors, Spoilt::Jitter(3)), Expect::Either),
     row("command frames late by 2 periods", Kind::Frames(Whose::Commands, Spoilt::Late(2)), Expect::Either),
     row("sensor frames doubled", Kind::Frames(Whose::Sensors, Spoilt::Doubled), Expect::Stops(2)),
-    row("command frames doubled", Kind::Frames(Whose::Commands, Spoilt::Doubled), Expect::FliesOn),
+    row("command frames doubled", Kind::Frames(Whose::Commands, Spoilt::Doubled), Expect::RunsOn),
     row("sensor frames out of order", Kind::Frames(Whose::Sensors, Spoilt::Swapped), Expect::Either),
     row("command frames out of order", Kind::Frames(Whose::Commands, Spoilt::Swapped), Expect::Either),
     row("bits of sensor frames flipped, 1 in 10", Kind::Frames(Whose::Sensors, Spoilt::Flipped(0.1)), Expect::Either),
@@ -149,12 +149,12 @@ pub const ROWS: &[Row] = &[
     row("speed of one ESC frozen, frames live", Kind::Frames(Whose::Esc2, Spoilt::FrozenValue), Expect::StopsBy(0.5)),
     row("gyro frame repeated", Kind::Frames(Whose::Gyro, Spoilt::RepeatedFrame), Expect::Stops(2)),
     row("gyro counter random", Kind::Frames(Whose::Gyro, Spoilt::Counter), Expect::Either),
-    row("gyro counter jumps once", Kind::Frames(Whose::Gyro, Spoilt::CounterJump), Expect::FliesOn),
+    row("gyro counter jumps once", Kind::Frames(Whose::Gyro, Spoilt::CounterJump), Expect::RunsOn),
     row("gyro not a number", Kind::Frames(Whose::Gyro, Spoilt::NotANumber), Expect::Stops(2)),
     row("gyro out of range", Kind::Frames(Whose::Gyro, Spoilt::OutOfRange), Expect::Stops(2)),
     row("bus off", Kind::Interface(Interface::Off, None), Expect::Stops(2)),
     row("error frame: bus off", Kind::ErrorFrame { class: BUS_OFF, state: 0, repeated: false }, Expect::Stops(2)),
-    row("error frames: passive", Kind::ErrorFrame { class: CONTROLLER, state: PASSIVE, repeated: true }, Expect::FliesOn),
+    row("error frames: passive", Kind::ErrorFrame { class: CONTROLLER, state: PASSIVE, repeated: true }, Expect::RunsOn),
     row("no room to send (ENOBUFS)", Kind::Interface(Interface::Full, None), Expect::Stops(2)),
     row("no room for 1 send in 3", Kind::SometimesFull(3), Expect::Either),
     row("interface down, back within 0.5 s", Kind::Interface(Interface::Down, Some(0.5)), Expect::Either),
@@ -181,5 +181,5 @@ pub const ROWS: &[Row] = &[
     row("command new, answers old sensors (hung)", Kind::Controller(Wrong::Hung), Expect::Stops(3)),
     row("command stamped in the future", Kind::Controller(Wrong::FromTheFuture), Expect::Stops(2)),
     row("command stamped long ago", Kind::Controller(Wrong::Old), Expect::Stops(2)),
-    row("recorder's disk full", Kind::RecorderStuck, Expect::FliesOn),
+    row("recorder's disk full", Kind::RecorderStuck, Expect::RunsOn),
 ];

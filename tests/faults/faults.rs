@@ -1,7 +1,7 @@
 //! The fault campaign in lockstep: each fault of the matrix, drawn from a seed, on the bench over a bus in memory.
 //!
 //! `faults table [--seed N]` prints the matrix, which `tools/faults` writes into docs/evidence/faults.md, `faults row NAME --seed N`
-//! shows one run, `faults check` flies thousands. Its tests hold every promise over every run, and the page's table against what its seed gives.
+//! shows one run, `faults check` runs thousands. Its tests hold every promise over every run, and the page's table against what its seed gives.
 
 mod bench;
 mod bus;
@@ -70,7 +70,11 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
             let row = fault::ROWS.iter().find(|row| row.name.starts_with(&name));
             let row = row.ok_or_else(|| format!("no row begins with `{name}`"))?;
             for (rate_hz, _) in RATES {
-                println!("{} at {rate_hz} Hz, seed {seed}: {:#?}", row.name, bench::fly(row, rate_hz, seed));
+                println!(
+                    "{} at {rate_hz} Hz, seed {seed}: {:#?}",
+                    row.name,
+                    bench::run_row(row, rate_hz, seed)
+                );
             }
         }
     }

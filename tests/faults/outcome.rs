@@ -48,7 +48,7 @@ pub struct Track {
     highest: f64,
     last_turning: Option<u64>,
     slots: u64,
-    flew: bool,
+    ran: bool,
     limited: bool,
     pub recorder_refused: u64,
     digest: u64,
@@ -70,7 +70,7 @@ impl Track {
             highest: 0.0,
             last_turning: None,
             slots: 0,
-            flew: false,
+            ran: false,
             limited: false,
             recorder_refused: 0,
             // FNV-1a.
@@ -112,7 +112,7 @@ impl Track {
         if let Some(applied) = applied {
             let state = State::from_code(applied.state).unwrap_or_default();
             self.end = Some((state, Cause::from_code(applied.cause).unwrap_or_default()));
-            self.flew |= state == State::Armed && slot + 1 == self.from;
+            self.ran |= state == State::Armed && slot + 1 == self.from;
             if applied.rotor.iter().any(|u| !(0.0..=self.maximum).contains(u)) {
                 self.broke(slot, format!("{:?} left the guard", applied.rotor));
             }
@@ -149,8 +149,8 @@ impl Track {
             Some(last) => Some((last + 1).saturating_sub(self.from)),
             None => Some(0),
         };
-        if !self.flew {
-            self.broke(end, "the bench did not fly when the fault came".to_owned());
+        if !self.ran {
+            self.broke(end, "the bench did not run when the fault came".to_owned());
         }
         let limit = match self.expect {
             Expect::Stops(more) => Some(self.hold + more),
@@ -162,7 +162,7 @@ impl Track {
         {
             self.broke(end, format!("the rotors turn for {turning:?} periods, more than {limit}"));
         }
-        if self.expect == Expect::FliesOn && turning.is_some() {
+        if self.expect == Expect::RunsOn && turning.is_some() {
             self.broke(end, format!("the run ended: {:?}, {:?}", self.first, self.end));
         }
         Outcome {

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use crate::bench::fly;
+use crate::bench::run_row;
 use crate::fault::{Expect, ROWS, Row};
 use crate::outcome::Outcome;
 
 /// Control rates, and how many draws of each row are now at each.
 pub const RATES: [(u32, u64); 2] = [(50, 20), (1000, 5)];
-/// Seed of the table on the page; draw n of a row flies with this plus n.
+/// Seed of the table on the page; draw n of a row runs with this plus n.
 pub const SEED: u64 = 1;
 
 /// The first lines of a table.
@@ -30,7 +30,7 @@ pub fn runs(row: &'static Row, seed: u64) -> RowRuns {
     let draws = |draws: u64| if row.kind == crate::fault::Kind::RecorderStuck { 1 } else { draws };
     let outcomes = RATES
         .iter()
-        .map(|(rate_hz, most)| (0..draws(*most)).map(|draw| fly(row, *rate_hz, seed + draw)).collect())
+        .map(|(rate_hz, most)| (0..draws(*most)).map(|draw| run_row(row, *rate_hz, seed + draw)).collect())
         .collect();
     RowRuns { row, outcomes }
 }
@@ -41,7 +41,7 @@ pub fn matrix(seed: u64) -> Vec<RowRuns> {
     std::thread::scope(|scope| {
         let other = scope.spawn(|| back.iter().map(|row| runs(row, seed)).collect::<Vec<_>>());
         let mut all: Vec<RowRuns> = front.iter().map(|row| runs(row, seed)).collect();
-        all.extend(other.join().expect("the other half flies"));
+        all.extend(other.join().expect("the other half runs"));
         all
     })
 }
@@ -94,7 +94,7 @@ fn found_by(outcome: &Outcome) -> String {
 fn ends(outcome: &Outcome) -> String {
     match outcome.end {
         None => "guard dead".to_owned(),
-        Some((state, _)) if state.is_active() && outcome.turning.is_none() => "flies on".to_owned(),
+        Some((state, _)) if state.is_active() && outcome.turning.is_none() => "runs on".to_owned(),
         Some((state, _)) => state.to_string(),
     }
 }
@@ -129,17 +129,17 @@ fn each_rate(runs: &RowRuns, of: impl Fn(&Outcome) -> Option<u64>) -> String {
 fn each_rate_of_turning(runs: &RowRuns) -> String {
     let worst = |outcomes: &Vec<Outcome>| {
         let stopped = outcomes.iter().filter_map(|it| it.turning).max();
-        let flying = outcomes.iter().filter(|it| it.turning.is_none()).count();
-        match (stopped, flying) {
-            (None, _) => "flies on".to_owned(),
+        let running = outcomes.iter().filter(|it| it.turning.is_none()).count();
+        match (stopped, running) {
+            (None, _) => "runs on".to_owned(),
             (Some(periods), 0) => periods.to_string(),
-            (Some(periods), _) => format!("{periods} or flies on"),
+            (Some(periods), _) => format!("{periods} or runs on"),
         }
     };
     let worst: Vec<String> = runs.outcomes.iter().map(worst).collect();
     match runs.row.expect {
         Expect::Beyond => "by the other node".to_owned(),
-        _ if worst.iter().all(|it| it == "flies on") => "flies on".to_owned(),
+        _ if worst.iter().all(|it| it == "runs on") => "runs on".to_owned(),
         _ => worst.join(" · "),
     }
 }
@@ -153,7 +153,7 @@ pub fn check(seed: u64, draws: u64) -> (u64, Vec<String>) {
         for (seed, (row, (rate_hz, _))) in seeds.flat_map(|seed| {
             rows.iter().flat_map(|row| RATES.map(|rate| (row, rate))).map(move |it| (seed, it))
         }) {
-            let broken = fly(row, rate_hz, seed).broken;
+            let broken = run_row(row, rate_hz, seed).broken;
             found.extend(
                 broken.iter().map(|what| format!("{} at {rate_hz} Hz, seed {seed}: {what}", row.name)),
             );
@@ -164,7 +164,7 @@ pub fn check(seed: u64, draws: u64) -> (u64, Vec<String>) {
     let found = std::thread::scope(|scope| {
         let other = scope.spawn(|| fly_all(middle..seed + draws));
         let mut found = fly_all(seed..middle);
-        found.extend(other.join().expect("the other half flies"));
+        found.extend(other.join().expect("the other half runs"));
         found
     });
     (draws * rows.len() as u64 * RATES.len() as u64, found)

@@ -2,7 +2,7 @@
 
 use rotorbench::guard::{Cause, State};
 
-use crate::bench::fly;
+use crate::bench::run_row;
 use crate::fault::{Expect, Kind, ROWS, Row};
 use crate::outcome::Outcome;
 use crate::table::{self, RATES, RowRuns, SEED};
@@ -12,7 +12,7 @@ fn named(name: &str) -> &'static Row {
 }
 
 /// No command beyond the limits leaves the guard or is obeyed, no latch is left by itself, nothing turns past the hold
-/// and two periods where a fault must stop it, nothing is stopped that may fly on; and docs/evidence/faults.md says what came of it.
+/// and two periods where a fault must stop it, nothing is stopped that may run on; and docs/evidence/faults.md says what came of it.
 #[test]
 fn the_matrix_breaks_no_promise_and_is_the_documented_table() {
     let matrix = table::matrix(SEED);
@@ -40,9 +40,9 @@ fn the_matrix_breaks_no_promise_and_is_the_documented_table() {
 #[test]
 fn a_row_repeats_from_its_seed_and_another_seed_is_another_flight() {
     for row in ROWS.iter().filter(|row| row.kind != Kind::RecorderStuck) {
-        let first = fly(row, RATES[0].0, 77);
-        assert_eq!(first, fly(row, RATES[0].0, 77), "{}", row.name);
-        assert_ne!(first.digest, fly(row, RATES[0].0, 78).digest, "{}", row.name);
+        let first = run_row(row, RATES[0].0, 77);
+        assert_eq!(first, run_row(row, RATES[0].0, 77), "{}", row.name);
+        assert_ne!(first.digest, run_row(row, RATES[0].0, 78).digest, "{}", row.name);
     }
 }
 
@@ -50,10 +50,10 @@ fn a_row_repeats_from_its_seed_and_another_seed_is_another_flight() {
 #[test]
 fn a_recorder_whose_disk_is_full_changes_no_bit_of_the_flight() {
     let fault = named("recorder's disk full");
-    let with = fly(fault, 50, 5);
+    let with = run_row(fault, 50, 5);
     assert!(with.recorder_refused > 0, "the queue was full");
     // The same name, so that the same is drawn.
-    let without = fly(&Row { name: fault.name, kind: Kind::Nothing, expect: Expect::FliesOn }, 50, 5);
+    let without = run_row(&Row { name: fault.name, kind: Kind::Nothing, expect: Expect::RunsOn }, 50, 5);
     assert_eq!(with.digest, without.digest);
 }
 
@@ -79,7 +79,7 @@ fn faults_are_found_by_their_own_cause() {
         ("command from limit to limit each period", Cause::Oscillation),
     ] {
         for seed in SEED..SEED + 3 {
-            let outcome: Outcome = fly(named(name), 50, seed);
+            let outcome: Outcome = run_row(named(name), 50, seed);
             assert_eq!(
                 outcome.end,
                 Some((State::FailsafeLatched, cause)),

@@ -108,9 +108,9 @@ impl TestBench {
         }
     }
 
-    /// Arms a running bench and waits until it flies. Starting programs on one emulated processor may hold everything
+    /// Arms a running bench and waits until its rotors turn. Starting programs on one emulated processor may hold everything
     /// up for longer than the guard allows, so this is done without a program, and again if need be.
-    pub fn fly(&self, watcher: &mut Watcher) {
+    pub fn arm_and_wait(&self, watcher: &mut Watcher) {
         let act = |act| operator::act(&self.config, act).expect("the bench runs");
         watcher.until("a guard", |it| it.sequence > 10);
         for _ in 0..6 {
@@ -121,16 +121,16 @@ impl TestBench {
                 // Where commands are missed again and again, but never long enough to latch, the guard need not ever call
                 // the run clean again before it ends (seen at 1 kHz, with 0.5 s to hold and as long to recover).
                 let degraded_ns = at_ns + 2 * NANOSECONDS_PER_SECOND;
-                let flies = |it: &Applied| is_flying(it, it.stamp_ns > degraded_ns);
+                let runs = |it: &Applied| is_running(it, it.stamp_ns > degraded_ns);
                 let settled = watcher.until("armed or latched", |it| {
-                    it.stamp_ns > at_ns && (flies(it) || it.state == State::FailsafeLatched as u32)
+                    it.stamp_ns > at_ns && (runs(it) || it.state == State::FailsafeLatched as u32)
                 });
-                if flies(&settled) {
+                if runs(&settled) {
                     return;
                 }
             }
         }
-        late(format!("the bench does not fly: {:?}", watcher.said));
+        late(format!("the rotors do not turn: {:?}", watcher.said));
     }
 
     pub fn period_ns(&self) -> u64 {
@@ -288,7 +288,7 @@ impl Drop for Process {
     }
 }
 
-fn is_flying(applied: &Applied, may_be_degraded: bool) -> bool {
+fn is_running(applied: &Applied, may_be_degraded: bool) -> bool {
     let is_degraded = applied.state == State::Degraded as u32;
     let is_active = applied.state == State::Armed as u32 || may_be_degraded && is_degraded;
     is_active && applied.rotor.iter().all(|command| *command > 0.3)

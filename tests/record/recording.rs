@@ -90,7 +90,7 @@ fn without_status(recording: &mut Recording) -> Vec<Record> {
 }
 
 #[test]
-fn every_noun_comes_back_bit_for_bit() {
+fn every_message_comes_back_bit_for_bit() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.mcap");
     let mut frame =

@@ -1,7 +1,7 @@
 //! The bench on virtual time: emulator, guard and command source step by step in one thread, bit-identical from run to
 //! run and as fast as the machine can. Timeouts are counted in virtual time, so that failsafe paths repeat too.
 //!
-//! A program that flies a controller of its own: `examples/own_controller.rs`.
+//! A program that runs a controller of its own: `examples/own_controller.rs`.
 
 pub mod digest;
 mod own_controller;
@@ -17,8 +17,6 @@ use super::command_source::{CommandSource, CommandSourceState};
 use super::trace::Trace;
 
 pub use own_controller::run_controller;
-#[doc(hidden)]
-pub use own_controller::run_controller as fly;
 
 /// [ns] at which virtual time begins; zero would mean "never".
 pub const ORIGIN_NS: u64 = clock::NANOSECONDS_PER_SECOND;

@@ -122,11 +122,11 @@ fn approaches_steadily(values: &[f64], known: &[usize], sorted: &[f64], command:
         .collect();
     let Some(usual) = median(arrivals.iter().map(|(_, command)| *command)) else { return false };
     let same =
-        arrivals.iter().filter(|(_, command)| (command - usual).abs() <= THRESHOLDS.settles_command).count()
+        arrivals.iter().filter(|(_, command)| (command - usual).abs() <= THRESHOLDS.level_command).count()
             as f64;
     let comes = median(arrivals.iter().map(|(comes, _)| *comes));
-    same >= THRESHOLDS.settles_share * arrivals.len() as f64
-        && comes.is_some_and(|comes| comes <= THRESHOLDS.settles_steps * step)
+    same >= THRESHOLDS.level_share * arrivals.len() as f64
+        && comes.is_some_and(|comes| comes <= THRESHOLDS.level_steps * step)
 }
 
 /// Share of neighbours that are equal.

@@ -136,7 +136,7 @@ fn beside<T: Send>(
     let end = Shutdown::default();
     thread::scope(|scope| {
         let other = thread::Builder::new().name("peer".to_owned()).spawn_scoped(scope, || {
-            let result = unsaid(|| peer(&end));
+            let result = without_log(|| peer(&end));
             end.request();
             result
         })?;
@@ -148,7 +148,7 @@ fn beside<T: Send>(
 }
 
 /// Without log records: that a loop begins and ends, some times a second, is no news here. Errors come back as values.
-fn unsaid<T>(act: impl FnOnce() -> T) -> T {
+fn without_log<T>(act: impl FnOnce() -> T) -> T {
     tracing::subscriber::with_default(tracing::subscriber::NoSubscriber::default(), act)
 }
 
@@ -157,7 +157,7 @@ fn on_own_thread<T: Send>(
     measured: impl FnOnce() -> Result<T, ProcessError> + Send,
 ) -> Result<T, ProcessError> {
     thread::scope(|scope| {
-        let measured = || unsaid(measured);
+        let measured = || without_log(measured);
         let cycle = thread::Builder::new().name("cycle".to_owned()).spawn_scoped(scope, measured)?;
         cycle.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
     })

@@ -26,7 +26,7 @@ const DELAYS_S: [f64; 2] = [0.0, 0.03];
 /// A printed number and ours.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, Serialize)]
-pub struct Beside {
+pub struct PrintedNumber {
     /// Table of the print.
     pub table: &'static str,
     /// Symbol of the print.
@@ -46,7 +46,7 @@ pub struct Beside {
 #[derive(Debug, Serialize)]
 pub struct PaperRun {
     /// Tables I to IV, number by number.
-    pub beside: Vec<Beside>,
+    pub beside: Vec<PrintedNumber>,
     /// Section III.
     pub identification: Identification,
     /// Gains of EMC from the identified pole, β = γ_0 = 0.276 as printed.
@@ -99,7 +99,7 @@ pub fn run(
 }
 
 /// Tables I and IV from what was identified, Tables II and III from the gains.
-fn beside(found: &Identification, gains: &EmcGains) -> Vec<Beside> {
+fn beside(found: &Identification, gains: &EmcGains) -> Vec<PrintedNumber> {
     let curve = |index: usize| found.static_curve.as_ref()?.coefficients.get(index).copied();
     let identified = [
         ("I", "c_g1", 447.1, curve(1), "rad/s"),
@@ -137,7 +137,7 @@ fn beside(found: &Identification, gains: &EmcGains) -> Vec<Beside> {
         ("IV", "c_p1", 0.0197, tangent, "N s/rad"),
         ("IV", "c_p0", -6.0771, -0.5 * tangent * actuator.hover_rate, "N"),
     ];
-    let identified = identified.map(|(table, symbol, printed, ours, unit)| Beside {
+    let identified = identified.map(|(table, symbol, printed, ours, unit)| PrintedNumber {
         table,
         symbol,
         printed,
@@ -145,7 +145,7 @@ fn beside(found: &Identification, gains: &EmcGains) -> Vec<Beside> {
         standard_error: ours.map(|ours| ours.standard_error),
         unit,
     });
-    let computed = computed.map(|(table, symbol, printed, ours, unit)| Beside {
+    let computed = computed.map(|(table, symbol, printed, ours, unit)| PrintedNumber {
         table,
         symbol,
         printed,
