@@ -11,7 +11,7 @@ use super::gains::{
     complementary_eigenvalues, feedback_gains, feedback_matrix, observer_gains, predictor_matrix,
     require_stable,
 };
-use super::intake::{AngleCorrection, Intake};
+use super::fresh_readings::{AngleCorrection, Intake};
 use super::parameters::PlantParameters;
 use crate::signal::{Applied, Command, CommandFlags, Estimate, Reference, Sensors};
 

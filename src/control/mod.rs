@@ -17,7 +17,7 @@ pub mod design;
 mod emc;
 mod error;
 pub mod gains;
-mod intake;
+mod fresh_readings;
 mod parameters;
 mod pid;
 mod reference;

@@ -5,7 +5,7 @@ use super::compensation::Compensation;
 use super::config::{ControllerConfig, PidConfig};
 use super::controller::{Controller, code};
 use super::error::{ControlError, check_period};
-use super::intake::{AngleCorrection, Intake};
+use super::fresh_readings::{AngleCorrection, Intake};
 use super::parameters::PlantParameters;
 use crate::signal::{Applied, Command, CommandFlags, Estimate, Reference, Sensors};
 
