@@ -7,11 +7,11 @@ use super::compensation::Compensation;
 use super::config::{ControllerConfig, EmcConfig};
 use super::controller::{Controller, code};
 use super::error::{ControlError, check_period, require, require_finite, require_not_negative};
+use super::fresh_readings::{AngleCorrection, FreshReadings};
 use super::gains::{
     complementary_eigenvalues, feedback_gains, feedback_matrix, observer_gains, predictor_matrix,
     require_stable,
 };
-use super::fresh_readings::{AngleCorrection, Intake};
 use super::parameters::PlantParameters;
 use crate::signal::{Applied, Command, CommandFlags, Estimate, Reference, Sensors};
 
@@ -79,7 +79,7 @@ pub struct Emc {
     full_voltage: f64,
 }
 
-/// The embedded model's state x̂, and what the intake remembers.
+/// The embedded model's state x̂, and what is remembered of the readings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EmcState {
     /// x̂_c1, x̂_c2, x̂_c3. [LPC16] Eq. (20).
@@ -87,7 +87,7 @@ pub struct EmcState {
     /// x̂_d1, x̂_d2.
     x_d: [f64; 2],
     sequence: u64,
-    intake: Intake,
+    readings: FreshReadings,
 }
 
 impl Emc {
@@ -172,7 +172,7 @@ impl Controller for Emc {
             x_c: [self.start_angle, 0.0, 0.0],
             x_d: [0.0; 2],
             sequence: 0,
-            intake: Intake::start(self.full_voltage),
+            readings: FreshReadings::start(self.full_voltage),
         }
     }
 
@@ -185,8 +185,8 @@ impl Controller for Emc {
     ) -> Command {
         let (t_c, per_t) = (self.period_s, self.per_period);
         let EmcGains { beta, l, k } = self.gains;
-        let (voltage, voltage_assumed) = state.intake.voltage(sensors);
-        let y = state.intake.body_rate(sensors).map(|rate| t_c * rate);
+        let (voltage, voltage_assumed) = state.readings.voltage(sensors);
+        let y = state.readings.body_rate(sensors).map(|rate| t_c * rate);
         let ([x_1, x_2, x_3], [x_d1, x_d2]) = self.predicted(state, sensors, y, applied, voltage);
 
         // Known physics is a disturbance that need not be estimated: it joins x_d in model and law.

@@ -5,7 +5,7 @@ use crate::signal::{Sample, Sensors};
 
 /// The last values a controller took.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Intake {
+pub(super) struct FreshReadings {
     /// Count and stamp of the gyro sample used last; `None` before the first.
     gyro: Option<(u32, u64)>,
     /// [V] last good voltage, or full.
@@ -13,7 +13,7 @@ pub(super) struct Intake {
 }
 
 // In place, as all of a step: see `Allocator::allocate`.
-impl Intake {
+impl FreshReadings {
     pub(super) fn start(full_voltage: f64) -> Self {
         Self { gyro: None, voltage: full_voltage }
     }

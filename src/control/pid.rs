@@ -5,7 +5,7 @@ use super::compensation::Compensation;
 use super::config::{ControllerConfig, PidConfig};
 use super::controller::{Controller, code};
 use super::error::{ControlError, check_period};
-use super::fresh_readings::{AngleCorrection, Intake};
+use super::fresh_readings::{AngleCorrection, FreshReadings};
 use super::parameters::PlantParameters;
 use crate::signal::{Applied, Command, CommandFlags, Estimate, Reference, Sensors};
 
@@ -37,7 +37,7 @@ pub struct PidState {
     asked: f64,
     saturated: bool,
     sequence: u64,
-    intake: Intake,
+    readings: FreshReadings,
 }
 
 impl Pid {
@@ -106,7 +106,7 @@ impl Controller for Pid {
             asked: 0.0,
             saturated: false,
             sequence: 0,
-            intake: Intake::start(self.full_voltage),
+            readings: FreshReadings::start(self.full_voltage),
         }
     }
 
@@ -118,8 +118,8 @@ impl Controller for Pid {
         applied: &Applied,
     ) -> Command {
         let (t_c, PidConfig { k_p, k_i, k_d }) = (self.period_s, self.gains);
-        let (voltage, voltage_assumed) = state.intake.voltage(sensors);
-        let measured = state.intake.body_rate(sensors);
+        let (voltage, voltage_assumed) = state.readings.voltage(sensors);
+        let measured = state.readings.body_rate(sensors);
         let resting = applied.command_sequence == 0;
         if resting {
             state.angle = self.angle.measured(sensors).unwrap_or(self.start_angle);

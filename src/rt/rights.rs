@@ -57,7 +57,8 @@ mod tests {
 
     #[test]
     fn rights_are_read_from_the_effective_set() {
-        let of = |set: &str| Rights::parse(&format!("CapPrm:\t000001ffffffffff\nCapEff:\t{set}\nCapBnd:\t0\n"));
+        let of =
+            |set: &str| Rights::parse(&format!("CapPrm:\t000001ffffffffff\nCapEff:\t{set}\nCapBnd:\t0\n"));
         let (none, nice, lock) = (of("0000000000000000"), of("0000000000800000"), of("0000000000004000"));
         assert_eq!([none, nice, lock].map(Rights::has_any_priority), [false, true, false]);
         assert_eq!(lock.memory_lock_limit(), None);
