@@ -10,7 +10,7 @@ use crate::cancel::Cancel;
 use crate::compare::CompareConfig;
 use crate::diagnose::{DiagnoseConfig, Diagnosis, RotorDiagnoses, Verdict};
 use crate::model::Model;
-use crate::report::verdict::NextStep;
+use crate::report::next_steps::NextStep;
 use crate::report::{self, json, rotors};
 use crate::screening::ScreenedLog;
 use crate::session::{self, Job};
@@ -128,7 +128,7 @@ fn named(paths: &[PathBuf]) -> Vec<String> {
 fn next_steps(arguments: &Arguments, diagnosis: &Diagnosis) -> Vec<NextStep> {
     let model = arguments.model.display().to_string();
     let logs = (&named(&arguments.log)[..], &named(&arguments.validate)[..]);
-    report::verdict::next_steps(diagnosis, &model, logs, &arguments.logs.as_typed())
+    report::next_steps::next_steps(diagnosis, &model, logs, &arguments.logs.as_typed())
 }
 
 /// The command that takes over what was found of each rotor, as far as there is one.
@@ -137,7 +137,7 @@ fn extensions(arguments: &Arguments, found: &RotorDiagnoses) -> Vec<String> {
         let (model, options) =
             (arguments.model.display().to_string(), arguments.logs.of_rotor(of.rotor).as_typed());
         let logs = (&named(&arguments.log)[..], &named(&arguments.validate)[..]);
-        let steps = report::verdict::next_steps_of_rotor(&of.diagnosis, of.rotor, &model, logs, &options);
+        let steps = report::next_steps::next_steps_of_rotor(&of.diagnosis, of.rotor, &model, logs, &options);
         steps.into_iter().find_map(|step| step.command)
     });
     own.collect()

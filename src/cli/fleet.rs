@@ -119,7 +119,7 @@ fn story(found: &Diagnosed, with_page: bool, job: &Job) -> Result<Story, FleetEr
     let named = |paths: &[PathBuf]| paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>();
     let mapping =
         found.bench.mapping.as_ref().map(|mapping| format!(" --mapping {mapping}")).unwrap_or_default();
-    let next = report::verdict::next_steps(
+    let next = report::next_steps::next_steps(
         found.diagnosis,
         &found.bench.model.display().to_string(),
         (&named(&found.bench.log), &named(&found.bench.validate)),

@@ -119,6 +119,11 @@ pub(crate) fn smooth(
     };
     let Some(longest) = parts.iter().max_by_key(|part| part.time.len()) else { return Ok(None) };
     let wander = likeliest_wander(longest, &spread);
+    Ok(smoothed_over(&parts, &spread, wander))
+}
+
+/// The torque over parts of a log; `None` where they have no sample.
+fn smoothed_over(parts: &[TorqueInput], spread: &TorqueNoise, wander: f64) -> Option<UnknownTorque> {
     let mut found = UnknownTorque {
         rms: 0.0,
         mean: 0.0,
@@ -135,8 +140,8 @@ pub(crate) fn smooth(
     found.torque.reserve_exact(samples);
     found.standard_error.reserve_exact(samples);
     let mut known = Vec::with_capacity(samples);
-    for part in &parts {
-        for (torque, error) in smoothed(&WanderingTorque { part, spread: &spread, wander }, TORQUE) {
+    for part in parts {
+        for (torque, error) in smoothed(&WanderingTorque { part, spread, wander }, TORQUE) {
             found.torque.push(torque);
             found.standard_error.push(error);
         }
@@ -147,7 +152,7 @@ pub(crate) fn smooth(
     found.mean = found.torque.iter().sum::<f64>() / found.torque.len().max(1) as f64;
     found.uncertainty = rms_of_finite(&found.standard_error);
     found.known_rms = rms_of_finite(&known);
-    Ok((!found.torque.is_empty()).then_some(found))
+    (!found.torque.is_empty()).then_some(found)
 }
 
 /// The model without the laws of its gyroscope: the step of the body itself shows.

@@ -14,7 +14,7 @@ use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
 use crate::effect::Law;
 use crate::log::Cells;
-use crate::log::dataset::MOST_ROTORS;
+use crate::log::signals::MOST_ROTORS;
 use crate::model::Effect;
 use crate::threads::spread;
 

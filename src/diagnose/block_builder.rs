@@ -17,8 +17,8 @@ use crate::estimation::quantile::distinct;
 use crate::estimation::slope::forward_slopes;
 use crate::estimation::smoother::{copy_missing, smooth, white};
 use crate::log::Cells;
-use crate::log::dataset::MOST_ROTORS;
 use crate::log::segments::held_throughout;
+use crate::log::signals::MOST_ROTORS;
 use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
 use crate::screening::{DrivenBy, ScreenedBody, ScreenedLog, readings};
 use crate::signal::ROTORS;
@@ -103,8 +103,7 @@ impl Driver<'_> {
         let angle = data.cells("body_angle_rad").map(driven);
         let by_rotors = judged.driven_by() != DrivenBy::TorqueCommand;
         let of_rotor = |rotor| self.rotor_rate(log, rotor, screened, fitted, held_out);
-        let rates: Vec<Option<Rates>> =
-            if by_rotors { (0..ROTORS).map(of_rotor).collect() } else { Vec::new() };
+        let rates: Option<Vec<Option<Rates>>> = by_rotors.then(|| (0..ROTORS).map(of_rotor).collect());
         // A rotor that nobody measured is taken as steady where a stretch begins, which it may not be.
         let unknown = if judged.driven_by() == DrivenBy::Commands {
             THRESHOLDS.forgotten_after / self.equations.rotor_pole()
@@ -115,19 +114,13 @@ impl Driver<'_> {
         let is_modelled = self.fitted.is_some() && by_rotors;
         let mut runs = Vec::new();
         for rows in judged.stretches().iter().cloned() {
-            let zeros = || Cells::from(vec![0.0; rows.len()]);
-            let torque = match &rates[..] {
-                [Some(first), Some(second)] => self.torque_of(
+            let torque = match rates.as_deref() {
+                Some([Some(first), Some(second)]) => self.torque_of(
                     [first.cut(rows.clone()), second.cut(rows.clone())],
                     &data.time()[rows.clone()],
                 ),
-                _ if by_rotors => return Vec::new(),
-                _ => TorqueOver {
-                    mean: judged.torque()[rows.clone()].to_vec(),
-                    slope: zeros(),
-                    carried: zeros(),
-                    rates: Default::default(),
-                },
+                Some(_) => return Vec::new(),
+                None => TorqueOver::commanded(&judged.torque()[rows.clone()]),
             };
             let source = BodySource {
                 time: data.time_cells().part(rows.clone()),
@@ -239,6 +232,14 @@ struct TorqueOver {
     carried: Cells,
     /// [rad/s] means of the rotors' rates; empty where it was logged.
     rates: [Cells; 2],
+}
+
+impl TorqueOver {
+    /// The torque as it was commanded [N m]: held from row to row, and without noise.
+    fn commanded(torque: &[f64]) -> Self {
+        let zeros = || Cells::from(vec![0.0; torque.len()]);
+        Self { mean: torque.to_vec(), slope: zeros(), carried: zeros(), rates: Default::default() }
+    }
 }
 
 /// [rad/s] rates of a rotor: at the samples, their means over the interval after each, and an example of the noise in

@@ -6,7 +6,7 @@ use super::refusal::Refusal;
 use super::rotor_block::RotorRun;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::extremes;
-use crate::log::dataset::MOST_ROTORS;
+use crate::log::signals::MOST_ROTORS;
 use crate::model::{Effect, Model};
 use crate::screening::telemetry_rate::{is_too_seldom, rate_needed, reading_interval};
 

@@ -45,19 +45,7 @@ pub fn extend(
     config: &DiagnoseConfig,
 ) -> Result<Extension, DiagnoseError> {
     let known = model.known_effects()?;
-    let logs = [train, validate].concat();
-    let mut warnings: Vec<Finding> = logs.iter().flat_map(ScreenedLog::findings).cloned().collect();
-    check_effects(model, ids, &logs)?;
-    let requested: Vec<Effect> = known.iter().filter(|effect| ids.contains(&effect.id)).cloned().collect();
-    check_logs(model, &requested, &logs)?;
-    let part = Stretches::of(train, validate, config.searched_rows);
-    if part.is_some() {
-        logs.iter().try_for_each(ScreenedLog::refuse)?;
-    }
-    let seen = part.as_ref().map(|part| [&part.train[..], &part.validate[..]].concat());
-    warnings.extend(caveats::seen_by_base(model, train, validate));
-    warnings.extend(identify::check_columns(seen.as_ref().unwrap_or(&logs), model)?);
-    pooled_logs::check(model, &known, seen.as_ref().unwrap_or(&logs), config.horizon)?;
+    let (part, findings) = check((model, &known), ids, (train, validate), config)?;
     let in_block = |split: &DataSplit| -> Vec<String> {
         let acts_here =
             |id: &&String| known.iter().any(|effect: &Effect| effect.id == **id && split.holds(effect));
@@ -97,7 +85,31 @@ pub fn extend(
     blocks.found.iter_mut().for_each(|found| search.allow_for_what_is_missing(found));
     let mut extended = blocks.merged(model);
     extended.ladder.push(step(model, ids, [train, validate], &error));
-    Ok(Extension { model: extended, error, is_at_floor: blocks.is_at_floor(), findings: warnings })
+    Ok(Extension { model: extended, error, is_at_floor: blocks.is_at_floor(), findings })
+}
+
+/// Whether `ids` can be added to `model` on these logs at all: the stretches of long ones that show where the fit on all rows
+/// starts, and what to know about the data.
+fn check(
+    (model, known): (&Model, &[Effect]),
+    ids: &[String],
+    (train, validate): (&[ScreenedLog], &[ScreenedLog]),
+    config: &DiagnoseConfig,
+) -> Result<(Option<Stretches>, Vec<Finding>), DiagnoseError> {
+    let logs = [train, validate].concat();
+    let mut findings: Vec<Finding> = logs.iter().flat_map(ScreenedLog::findings).cloned().collect();
+    check_effects(model, ids, &logs)?;
+    let requested: Vec<Effect> = known.iter().filter(|effect| ids.contains(&effect.id)).cloned().collect();
+    check_logs(model, &requested, &logs)?;
+    let part = Stretches::of(train, validate, config.searched_rows);
+    if part.is_some() {
+        logs.iter().try_for_each(ScreenedLog::refuse)?;
+    }
+    let seen = part.as_ref().map(|part| [&part.train[..], &part.validate[..]].concat());
+    findings.extend(caveats::seen_by_base(model, train, validate));
+    findings.extend(identify::check_columns(seen.as_ref().unwrap_or(&logs), model)?);
+    pooled_logs::check(model, known, seen.as_ref().unwrap_or(&logs), config.horizon)?;
+    Ok((part, findings))
 }
 
 /// The step that a ladder takes from `model` by adding `ids`.

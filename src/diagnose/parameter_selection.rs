@@ -8,7 +8,7 @@ use super::model_selection::{improves, indistinguishable, is_identifiable};
 use super::parallel::run_all;
 use super::search_space::Search;
 use super::thresholds::THRESHOLDS;
-use crate::model::Effect;
+use crate::model::{Effect, Model};
 
 impl<'a> Search<'a> {
     /// One effect on the base as it was, where it does better than changed numbers of the base, or as well as
@@ -37,6 +37,18 @@ impl<'a> Search<'a> {
         })
     }
 
+    /// A model with the base's numbers as they were, and the effects' as they were found.
+    fn with_own_numbers(&self, found: &Model, names: &[String]) -> Model {
+        let mut model = found.clone();
+        for name in names {
+            if let Some(value) = self.base.parameter(name) {
+                model.set_parameter(name, value);
+            }
+            model.standard_errors.remove(name);
+        }
+        model
+    }
+
     /// The effects of `best` with as few changed base parameters as do as well, found forwards from the base as it
     /// was: a parameter that is refitted for nothing only brings its noise along.
     pub(crate) fn select_parameters(
@@ -48,14 +60,7 @@ impl<'a> Search<'a> {
     ) -> (CandidateFit, Vec<String>) {
         let names = split.base_parameters(self.base);
         let effects = self.lookup(&best.effects);
-        // The base's numbers as they were, the effects' as they were found.
-        let mut model = best.model.clone();
-        for name in &names {
-            if let Some(value) = self.base.parameter(name) {
-                model.set_parameter(name, value);
-            }
-            model.standard_errors.remove(name);
-        }
+        let model = self.with_own_numbers(&best.model, &names);
         let (mut now, target) = if best.effects.is_empty() {
             (nominal.clone(), refitted)
         } else {

@@ -8,7 +8,7 @@ use crate::estimation::moments::{mean, mean_square};
 use crate::estimation::noise_floor::white_noise;
 use crate::estimation::output_error::Fit;
 use crate::estimation::slope::slope;
-use crate::log::dataset::MOST_ROTORS;
+use crate::log::signals::MOST_ROTORS;
 
 /// The error of one part of the model beside what it may depend on.
 pub struct ResidualEvidence {

@@ -6,6 +6,7 @@ pub mod consistency;
 pub mod cross_correlation;
 pub mod dependence;
 pub mod estimate;
+pub(crate) mod fit_problem;
 pub mod frequency_response;
 pub mod golden_section;
 pub(crate) mod hats;

@@ -6,11 +6,10 @@
 //! same simulation that serves every other purpose.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::measured_rows::MeasuredRows;
+pub use super::fit_problem::{Fit, FitConfig, Free, MOST_LOCALS, OutputError};
 pub use super::measured_rows::Residuals;
 pub use super::normal_equations::Slopes;
 pub use super::normal_equations::sum_of_squares;
@@ -18,86 +17,6 @@ use super::normal_equations::{Normal, least_squares, standard_errors};
 use super::thresholds::THRESHOLDS;
 use crate::cancel;
 use crate::threads::spread;
-
-/// Most local parameters of a unit.
-pub const MOST_LOCALS: usize = 3;
-
-/// What can be fitted.
-pub trait OutputError: Sync {
-    /// Where each unit's residuals stand in the residual vector.
-    fn units(&self) -> &[Range<usize>];
-    /// Number of local parameters of each unit, at most [`MOST_LOCALS`].
-    fn locals(&self) -> usize;
-    /// Length of the residual vector.
-    fn len(&self) -> usize;
-    /// Whether there is no residual.
-    fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-    /// The rows in which something was measured, the same for all parts of the same data; `None` = all are kept.
-    fn measured(&self) -> Option<&Arc<MeasuredRows>> {
-        None
-    }
-    /// Writes measured minus simulated over its standard deviation; zero where nothing was measured.
-    /// `locals` holds those of unit 0, then of unit 1, ...
-    fn residuals(&self, globals: &[f64], locals: &[f64], out: &mut [f64]);
-    /// The size of a change of a local parameter that shows: the step of its derivative.
-    fn local_scale(&self, index: usize) -> f64;
-}
-
-/// A global parameter of a fit.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Free {
-    /// Where the fit starts.
-    pub start: f64,
-    /// Smallest and largest value.
-    pub bounds: (f64, f64),
-    /// Its typical size, for the step of the derivative.
-    pub scale: f64,
-}
-
-impl Free {
-    /// The value, or the bound that it is beyond; bounds that are not numbers, as absurd data give them, bound nothing.
-    fn within(&self, value: f64) -> f64 {
-        value.max(self.bounds.0).min(self.bounds.1)
-    }
-}
-
-/// When a fit stops.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FitConfig {
-    /// Most accepted or refused steps.
-    pub iterations: usize,
-    /// It has converged when a step lowers the cost by less than this share.
-    pub tolerance: f64,
-    /// A fit that stays above this cost is for nothing, and is given up when it hardly falls any more.
-    pub goal: Option<f64>,
-    /// Whether a step that went as predicted may be followed by another one without derivatives of its own.
-    pub reuses_slopes: bool,
-}
-
-impl Default for FitConfig {
-    fn default() -> Self {
-        Self { iterations: 40, tolerance: 1e-7, goal: None, reuses_slopes: false }
-    }
-}
-
-/// What a fit found.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Fit {
-    /// Global parameters.
-    pub globals: Vec<f64>,
-    /// Local parameters, unit by unit.
-    pub locals: Vec<f64>,
-    /// Standard error of each global parameter; infinite where the data do not determine it.
-    pub standard_errors: Vec<f64>,
-    /// Sum of squares of the residuals.
-    pub cost: f64,
-    /// Residuals at the solution.
-    pub residuals: Residuals,
-    /// Steps taken.
-    pub iterations: usize,
-}
 
 /// Relative step of the difference quotients: half the digits of a double, rounded up for kinks in the laws.
 const DERIVATIVE_STEP: f64 = 1e-6;
@@ -127,21 +46,9 @@ pub fn fit_from(
         None => search.normal(None),
     };
     while iterations < config.iterations {
-        let mut step = None;
-        while damping < MOST_DAMPING && iterations < config.iterations {
-            cancel::check();
-            iterations += 1;
-            step = search.step(&normal, damping);
-            if step.is_some() {
-                damping = (damping * THRESHOLDS.damping_turn.0).max(1e-12);
-                break;
-            }
-            // Other derivatives, or none to follow: a shorter step is not what is wanting.
-            if on > 0 || !normal.leads_on() {
-                break;
-            }
-            damping *= THRESHOLDS.damping_turn.1;
-        }
+        // Other derivatives, or none to follow: a shorter step is not what is wanting.
+        let may_shorten = on == 0 && normal.leads_on();
+        let step = search.descend(&normal, &mut damping, may_shorten, (&mut iterations, config.iterations));
         let fall = step.as_ref().map(|step| step.fall);
         slow = if fall.is_some_and(|fall| fall > THRESHOLDS.slow_fall) { 0 } else { slow + 1 };
         if slow >= THRESHOLDS.slow_steps && config.goal.is_some_and(|goal| search.cost > goal) {
@@ -240,6 +147,31 @@ impl<'a> Search<'a> {
         let cost = sum_of_squares(&residuals);
         let scratch = vec![0.0; residuals.len()];
         Self { problem, free, globals, locals, residuals, cost, scratch, whole }
+    }
+
+    /// A step that lowers the cost, with more damping each time that one does not, where it `may_shorten`; counts the steps tried
+    /// up to the most of them.
+    fn descend(
+        &mut self,
+        normal: &Normal,
+        damping: &mut f64,
+        may_shorten: bool,
+        (iterations, most): (&mut usize, usize),
+    ) -> Option<Step> {
+        while *damping < MOST_DAMPING && *iterations < most {
+            cancel::check();
+            *iterations += 1;
+            let step = self.step(normal, *damping);
+            if step.is_some() {
+                *damping = (*damping * THRESHOLDS.damping_turn.0).max(1e-12);
+                return step;
+            }
+            if !may_shorten {
+                break;
+            }
+            *damping *= THRESHOLDS.damping_turn.1;
+        }
+        None
     }
 
     /// The units among the rows that are kept.

@@ -186,20 +186,25 @@ struct Projection<const M: usize> {
     states: usize,
 }
 
+/// The products of each stretch, its initial state left out; those of a long record on every core.
+fn grams<const M: usize>(record: &Record<M>, pole: f64) -> Vec<Gram<M>> {
+    let gather = |segment: &std::ops::Range<usize>, block: &mut Block<M>| {
+        Gram::gather(record, segment, pole, block).without_initial_state()
+    };
+    if record.time.len() < THRESHOLDS.parallel_residuals {
+        let mut block = Block::EMPTY;
+        record.segments.iter().map(|segment| gather(segment, &mut block)).collect()
+    } else {
+        spread(&record.segments, |segment| {
+            let mut block = Block::EMPTY;
+            gather(segment, &mut block)
+        })
+    }
+}
+
 impl<const M: usize> Projection<M> {
     fn new(record: &Record<M>, pole: f64) -> Option<Self> {
-        let gather = |segment: &std::ops::Range<usize>, block: &mut Block<M>| {
-            Gram::gather(record, segment, pole, block).without_initial_state()
-        };
-        let grams: Vec<Gram<M>> = if record.time.len() < THRESHOLDS.parallel_residuals {
-            let mut block = Block::EMPTY;
-            record.segments.iter().map(|segment| gather(segment, &mut block)).collect()
-        } else {
-            spread(&record.segments, |segment| {
-                let mut block = Block::EMPTY;
-                gather(segment, &mut block)
-            })
-        };
+        let grams = grams(record, pole);
         let sum = |entry: &dyn Fn(&Gram<M>) -> f64| grams.iter().map(entry).sum::<f64>();
         let samples = grams.iter().map(|gram| gram.samples).sum::<usize>();
         // A stretch without a sample has no state to be fitted.

@@ -117,6 +117,27 @@ impl Work<'_> {
         model
     }
 
+    /// The model, what it was identified from, and a delay that was taken in as its first step up; `other` are the rotors of the
+    /// validation logs, and `validated` their runs.
+    fn model_of(
+        &self,
+        actuator: &IdentifiedActuator,
+        logs: [&[ScreenedLog]; 2],
+        (other, validated): (&[RotorLog], &[Validation]),
+    ) -> Model {
+        let mut model = self.model(actuator);
+        model.identified_from = logs[0].iter().map(seen_rows).collect();
+        let Some((taken, alone)) = self.delay().zip(self.without_delay(actuator)) else { return model };
+        let held_out = if validated.is_empty() {
+            taken.held_out
+        } else {
+            [&runs(other, &alone)[..], validated]
+                .map(|runs| pooled_rms(runs.iter().map(|run| (run.rms, run.samples))))
+        };
+        let errors = [[taken.residual_without, taken.residual_with], held_out];
+        self.with_delay(model, actuator, logs, errors)
+    }
+
     pub(crate) fn finish(
         mut self,
         logs: &[ScreenedLog],
@@ -131,32 +152,18 @@ impl Work<'_> {
         self.check_results();
         let signals = self.excited.iter().map(|rotor| signals(rotor, &actuator));
         let response = frequency_response::response(&signals.collect::<Vec<Signals<'_>>>());
-        let run = |rotors: &[RotorLog], actuator: &IdentifiedActuator| -> Vec<Validation> {
-            rotors.iter().filter_map(|rotor| validate::validate(rotor, actuator)).collect()
-        };
         self.findings.extend(validation.iter().flat_map(ScreenedLog::channel_findings).cloned());
         let mut other = rotor_logs(validation, self.settings, &mut self.findings)?;
         if !self.use_battery {
             other.iter_mut().for_each(|rotor| rotor.voltage = None);
         }
-        let (training, validated) = (run(&self.rotors, &actuator), run(&other, &actuator));
+        let (training, validated) = (runs(&self.rotors, &actuator), runs(&other, &actuator));
         if !self.mismatch {
             let runs = training.iter().chain(&validated);
             let found = not_explained(self.rotors.iter().chain(&other), &runs.collect::<Vec<_>>());
             self.findings.extend(found);
         }
-        let mut model = self.model(&actuator);
-        model.identified_from = logs.iter().map(seen_rows).collect();
-        if let Some((taken, alone)) = self.delay().zip(self.without_delay(&actuator)) {
-            let held_out = if validated.is_empty() {
-                taken.held_out
-            } else {
-                [&run(&other, &alone), &validated]
-                    .map(|runs| pooled_rms(runs.iter().map(|run| (run.rms, run.samples))))
-            };
-            let errors = [[taken.residual_without, taken.residual_with], held_out];
-            model = self.with_delay(model, &actuator, [logs, validation], errors);
-        }
+        let model = self.model_of(&actuator, [logs, validation], (&other, &validated));
         Ok(Identification {
             model,
             frequency_response: response,
@@ -223,4 +230,9 @@ fn signals<'a>(rotor: &'a RotorLog, actuator: &IdentifiedActuator) -> Signals<'a
 /// [rad/s] coefficients by ascending power, from u^0.
 fn powers(coefficients: &[f64]) -> Vec<f64> {
     std::iter::once(0.0).chain(coefficients.iter().copied()).collect()
+}
+
+/// A free run of each rotor.
+fn runs(rotors: &[RotorLog], actuator: &IdentifiedActuator) -> Vec<Validation> {
+    rotors.iter().filter_map(|rotor| validate::validate(rotor, actuator)).collect()
 }

@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use meanings::{MEANINGS, Meaning};
 
-use super::dataset::{MOST_ROTORS, log_signal};
 use super::mapping::SignalMapping;
+use super::signals::{MOST_ROTORS, log_signal};
 use super::sniff::SampledColumn;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{extremes, median, quantile};

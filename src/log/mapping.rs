@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use crate::file::{read_settings_text, toml_error};
 use crate::unit::{Unit, UnitError};
 
-use super::dataset::{LOG_SIGNALS, log_signal};
 use super::row_filter::RowFilter;
+use super::signals::{LOG_SIGNALS, log_signal};
 use super::thresholds::THRESHOLDS;
 
 pub use error::MappingError;

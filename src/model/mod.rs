@@ -24,6 +24,7 @@ mod known_effect;
 mod ladder;
 mod measure;
 mod rotor;
+mod rotor_trace;
 mod runge_kutta;
 mod step_back;
 mod user_effect;
@@ -41,7 +42,7 @@ pub(crate) use expression_domain::UndefinedRow;
 pub use known_effect::{Effect, EffectParameter};
 pub use ladder::{Change, ErrorFall, LogReference, SeenRows, Step};
 pub use measure::Measure;
-pub use rotor::{Remembered, RotorInput, RotorStart, RotorTrace};
+pub use rotor_trace::{Remembered, RotorInput, RotorStart, RotorTrace};
 pub use user_effect::{UserEffect, UserParameter};
 
 /// Rotor: from command and battery to rate and thrust.

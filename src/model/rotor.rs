@@ -1,90 +1,9 @@
 //! Free run of a rotor: from command and battery to its rate, exact between samples where the law is linear.
 
 use super::equations::Equations;
+use super::rotor_trace::{MOST_STATES, RotorInput, RotorStart, RotorTrace};
 use super::runge_kutta::{runge_kutta, step_weights};
 use crate::effect::{Point, step_response};
-
-/// Inputs of a rotor over a stretch without holes; each value holds until the next sample.
-#[derive(Debug, Clone, Copy)]
-pub struct RotorInput<'a> {
-    /// [s] rising.
-    pub time: &'a [f64],
-    /// [-] u.
-    pub command: &'a [f64],
-    /// [V] v_b; `None` = full battery.
-    pub voltage: Option<&'a [f64]>,
-    /// +1 rotor 1, -1 rotor 2.
-    pub side: f64,
-}
-
-/// Where a free run starts.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct RotorStart {
-    /// [rad/s] rate at the first sample; `None` = the steady one.
-    pub rate: Option<f64>,
-    /// Departure of slow states (heat) from the steady state at the first sample.
-    pub slow: f64,
-    /// What the laws with memory remember of the segment before; `None` = the steady state.
-    pub before: Option<Remembered>,
-    /// Here the log begins, and what was commanded before is not known: a rotor with a dead time goes on as it is found until the
-    /// first command arrives. Behind a hole that command was probably in force already.
-    pub is_first: bool,
-}
-
-/// States of laws with memory at the end of a stretch, and how long ago that was: heat outlives a hole in the log, a
-/// filter's state does not.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Remembered {
-    states: [f64; MOST_STATES],
-    /// [s] from the last sample of the stretch before to the first of this one.
-    pub hole: f64,
-}
-
-/// What a free run gives, at the samples.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct RotorTrace {
-    /// [rad/s] the rotor's rate.
-    pub rate: Vec<f64>,
-    /// [rad/s] what its sensor would read.
-    pub measured: Vec<f64>,
-    /// [rad/s] mean rate over the interval after each sample; the last one repeats the rate.
-    pub mean: Vec<f64>,
-    /// [rad²/s²] mean of the squared rate over the interval after each sample, the last one of the rate there; `None` where
-    /// nobody asked for it.
-    pub mean_square: Option<Vec<f64>>,
-    /// States of laws with memory at the last sample.
-    end: [f64; MOST_STATES],
-}
-
-impl RotorTrace {
-    /// A trace that takes down the mean of the squared rate, too.
-    #[must_use]
-    pub fn with_squares() -> Self {
-        Self { mean_square: Some(Vec::new()), ..Self::default() }
-    }
-
-    /// Forgets a run before the next.
-    fn clear(&mut self) {
-        self.rate.clear();
-        self.measured.clear();
-        self.mean.clear();
-        self.mean_square.iter_mut().for_each(Vec::clear);
-    }
-
-    /// At the last sample there is no interval any more: means are those of the rate there.
-    fn finish(&mut self, end: [f64; MOST_STATES]) {
-        let last = self.rate.last().copied();
-        self.mean.extend(last);
-        self.mean_square.iter_mut().for_each(|all| all.extend(last.map(|rate| rate * rate)));
-        self.end = end;
-    }
-
-    /// What a stretch that begins `hole` [s] after this one remembers of it.
-    #[must_use]
-    pub fn remembered(&self, hole: f64) -> Remembered {
-        Remembered { states: self.end, hole }
-    }
-}
 
 /// A step of integration covers at most this share of the fastest time constant.
 const STEP_SHARE: f64 = 0.35;
@@ -92,8 +11,6 @@ const STEP_SHARE: f64 = 0.35;
 const SHORTEST_STEP: f64 = 2.5e-3;
 /// Spans that differ by less than this share are the same: times are written with few digits.
 const SAME_SPAN: f64 = 1e-9;
-/// Most states of laws with memory.
-const MOST_STATES: usize = 8;
 
 /// Everything that moves.
 struct State {
@@ -130,12 +47,23 @@ impl Equations {
         if self.hold_rotor(&mut point, input, (0, 0)).is_none() {
             return;
         }
-        let mut state = self.initial_state(point, start);
+        let state = self.initial_state(point, start);
         if self.is_lag() && self.command_delay == 0.0 && trace.mean_square.is_none() {
             self.simulate_lag(input, state.rate, trace);
             trace.end = state.steady;
             return;
         }
+        self.simulate_steps((input, start), point, state, trace);
+    }
+
+    /// The run of any rotor, in steps between the changes of what it is given.
+    fn simulate_steps(
+        &self,
+        (input, start): (&RotorInput, &RotorStart),
+        mut point: Point,
+        mut state: State,
+        trace: &mut RotorTrace,
+    ) {
         let mut sensor = point;
         // A law without memory, one of the user's, may look at what changes from row to row.
         let sensor_looks = self.rotor_sensor.iter().any(|hook| hook.memory().is_none());

@@ -105,9 +105,8 @@ pub fn sentence(finding: &Finding) -> String {
     }
 }
 
-/// The resolved bench as tables.
-#[must_use]
-pub fn text(check: &BenchCheck) -> String {
+/// The messages of a bench, one a row.
+fn message_table(check: &BenchCheck) -> Table {
     let mut messages = Table::new([
         "message",
         "direction",
@@ -130,6 +129,12 @@ pub fn text(check: &BenchCheck) -> String {
             format!("{:.2}", row.load_percent),
         ]);
     }
+    messages
+}
+
+/// The resolved bench as tables.
+#[must_use]
+pub fn text(check: &BenchCheck) -> String {
     let mut signals =
         Table::new(["role", "signal", "bits", "unit", "SI", "factor to SI", "offset", "least", "greatest"]);
     for row in &check.signals {
@@ -154,7 +159,7 @@ pub fn text(check: &BenchCheck) -> String {
         check.bit_rate,
         model(&check.model),
         controller(check.controller),
-        messages.text(),
+        message_table(check).text(),
         signals.text(),
         check.bus_load_percent
     )

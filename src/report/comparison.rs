@@ -6,7 +6,7 @@ use super::{Axis, Bars, Mark, Page, Plot, Series, Table, Tone, number};
 use crate::compare::{Block, Comparison, Direction, Regressor};
 use crate::estimation::quantile::median;
 use crate::log::Dataset;
-use crate::log::dataset::LOG_SIGNALS;
+use crate::log::signals::LOG_SIGNALS;
 use crate::report::thresholds::THRESHOLDS;
 use crate::screening::ScreenedLog;
 use story::{about, block_table, blocks_of, change, keys, notes, once, percent, sentences, torque_sentence};

@@ -1,8 +1,9 @@
 //! The pages of `diagnose` and `extend`: what is missing, why, and how far the error falls.
 
 use super::measure::measure;
+use super::next_steps::NextStep;
 use super::story::{card_sentence, error_table, failing, found_parameters, moves_voltage_gain, step_title};
-use super::verdict::{self, NextStep};
+use super::verdict;
 use super::{Bars, Mark, Page, Table, comparison, number};
 use crate::compare::Comparison;
 use crate::diagnose::diagnosis::{ErrorSummary, FailurePlace, FoundParameter, RankedCandidate};

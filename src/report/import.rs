@@ -2,8 +2,8 @@
 
 use super::findings::text as sentence;
 use crate::log::can_capture::CaptureNotes;
-use crate::log::dataset::rotor_of;
 use crate::log::import_notes::Places;
+use crate::log::signals::rotor_of;
 use crate::log::tables::Skipped;
 use crate::log::{Dataset, Notes};
 use crate::screening::summary::LogSummary;

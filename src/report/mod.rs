@@ -74,6 +74,7 @@ pub mod json;
 mod markup;
 pub mod measure;
 pub mod monitor;
+pub mod next_steps;
 pub mod not_named;
 mod page;
 pub mod paper;

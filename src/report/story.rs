@@ -11,9 +11,10 @@ use crate::effect::{Card, Law, find};
 use crate::model::{Model, Step};
 use crate::report::findings::sentence;
 use crate::report::measure::measure;
+use crate::report::next_steps::NextStep;
 use crate::report::not_named;
 use crate::report::thresholds::THRESHOLDS;
-use crate::report::verdict::{self, NextStep};
+use crate::report::verdict;
 use crate::screening::Finding;
 
 /// Columns of a small terminal.

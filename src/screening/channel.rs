@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::Finding;
 use crate::log::Dataset;
-use crate::log::dataset::{of_rotor, rotor_of};
+use crate::log::signals::{of_rotor, rotor_of};
 use crate::signal;
 
 /// The battery's voltage.

@@ -7,7 +7,8 @@ use super::Finding;
 use super::channel::Judgement;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{median, sorted};
-use crate::log::dataset::{Dataset, LOG_SIGNALS};
+use crate::log::dataset::Dataset;
+use crate::log::signals::LOG_SIGNALS;
 
 /// A stretch of time in one channel.
 #[cfg_attr(test, derive(schemars::JsonSchema))]

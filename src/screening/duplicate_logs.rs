@@ -4,7 +4,7 @@ use super::excitation::FEWEST_JUMPS;
 use super::rotor_data::RotorLog;
 use super::screened_log::ScreenedLog;
 use crate::log::Dataset;
-use crate::log::dataset::MOST_ROTORS;
+use crate::log::signals::MOST_ROTORS;
 use crate::screening::Finding;
 
 /// The logs without copies of one of them, which would count twice and make the errors too small.

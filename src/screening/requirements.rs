@@ -3,7 +3,7 @@
 use super::thresholds::THRESHOLDS;
 use super::{Finding, ScreenedLog, ScreeningError};
 use crate::log::Dataset;
-use crate::log::dataset::rotor_of;
+use crate::log::signals::rotor_of;
 use crate::model::Model;
 
 /// Refuses values whose squares are no numbers.

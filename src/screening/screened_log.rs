@@ -14,7 +14,7 @@ use super::screened_rotor::ScreenedRotor;
 use super::screened_thrust::ScreenedThrust;
 use super::{Finding, ScreeningError};
 use crate::log::Dataset;
-use crate::log::dataset::{MOST_ROTORS, rotor_of};
+use crate::log::signals::{MOST_ROTORS, rotor_of};
 use crate::threads::spread;
 
 /// A log, and what of it is a measurement. Its copies share what it holds.

@@ -11,7 +11,7 @@ use super::curves::{Drawn, Line, RangeStatistics, Slots};
 use super::desk::{Desk, OpenLog};
 use super::thresholds::THRESHOLDS;
 use crate::compare::{Block, Comparison};
-use crate::log::dataset::log_signal;
+use crate::log::signals::log_signal;
 
 /// The name of a plot of the torque that a model lacks.
 const UNKNOWN_TORQUE: &str = "unknown_torque";

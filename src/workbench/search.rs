@@ -11,7 +11,7 @@ use crate::cancel::Cancel;
 use crate::diagnose::{DiagnoseConfig, Diagnosis};
 use crate::model::Model;
 use crate::report::findings::sentences;
-use crate::report::verdict::{NextStep, next_steps};
+use crate::report::next_steps::{NextStep, next_steps};
 use crate::screening::ScreenedLog;
 use crate::session::{self, Extended, Job, Progress, SessionError};
 

@@ -11,7 +11,7 @@ use super::desk::{Answered, Compared, Desk, DeskLog, DeskModel, LogContent, Orig
 use crate::compare::{Block, Comparison};
 use crate::diagnose::diagnosis::RankedCandidate;
 use crate::effect::{CATALOGUE, Card, find};
-use crate::log::dataset::log_signal;
+use crate::log::signals::log_signal;
 use crate::model::Model;
 use crate::report::measure::say_measures;
 use crate::report::story::step_title;

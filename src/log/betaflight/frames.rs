@@ -111,35 +111,18 @@ impl<'a> Frames<'a> {
         at: usize,
         sink: &mut dyn Sink,
     ) -> Result<Option<Event>, String> {
-        let header = self.header;
         let event = match letter {
-            b'E' => {
-                let Ok(Some(event)) = self.event(cursor) else { return Ok(None) };
-                event
-            }
+            b'E' => match self.event(cursor) {
+                Ok(Some(event)) => event,
+                _ => return Ok(None),
+            },
             b'H' | b'G' | b'S' => {
-                let fields = match letter {
-                    b'H' => &header.home,
-                    b'G' => &header.gps,
-                    _ => &header.slow,
-                };
-                let Some(fields) = fields else { return Ok(None) };
-                let mut numbers = vec![0; fields.names.len()];
-                let read = self.numbers(fields, cursor, None, &mut numbers);
-                if read.is_err() || !ends_well(cursor, at) {
-                    return Ok(None);
-                }
+                let Some(numbers) = self.slow_frame(letter, cursor, at) else { return Ok(None) };
                 self.keep(letter, numbers, sink)?;
                 return Ok(Some(Event::Other));
             }
             b'I' | b'P' => {
-                let fields = if letter == b'I' { Some(&header.intra) } else { header.inter.as_ref() };
-                let Some(fields) = fields else { return Ok(None) };
-                let mut current = std::mem::take(&mut self.current);
-                let differences = (letter == b'P').then_some(());
-                let read = self.numbers(fields, cursor, differences, &mut current);
-                self.current = current;
-                if read.is_err() || !ends_well(cursor, at) {
+                if self.main_frame(letter, cursor, at).is_none() {
                     return Ok(None);
                 }
                 self.judge(letter, at, sink)?;
@@ -157,6 +140,30 @@ impl<'a> Frames<'a> {
             self.doubted = Some(stamp);
         }
         Ok(Some(event))
+    }
+
+    /// The numbers of a frame of what changes slowly: home, GPS, the flight's state.
+    fn slow_frame(&self, letter: u8, cursor: &mut Cursor, at: usize) -> Option<Vec<i32>> {
+        let fields = match letter {
+            b'H' => &self.header.home,
+            b'G' => &self.header.gps,
+            _ => &self.header.slow,
+        };
+        let fields = fields.as_ref()?;
+        let mut numbers = vec![0; fields.names.len()];
+        self.numbers(fields, cursor, None, &mut numbers).ok()?;
+        ends_well(cursor, at).then_some(numbers)
+    }
+
+    /// Reads a frame of the loop's own numbers into the current ones.
+    fn main_frame(&mut self, letter: u8, cursor: &mut Cursor, at: usize) -> Option<()> {
+        let header = self.header;
+        let fields = if letter == b'I' { Some(&header.intra) } else { header.inter.as_ref() }?;
+        let mut current = std::mem::take(&mut self.current);
+        let differences = (letter == b'P').then_some(());
+        let read = self.numbers(fields, cursor, differences, &mut current);
+        self.current = current;
+        (read.is_ok() && ends_well(cursor, at)).then_some(())
     }
 
     /// Reads the numbers of one frame; `differences` to the frames before, where it has them.

@@ -6,7 +6,7 @@
 use std::ops::Range;
 
 use super::frozen_gyro::{self, GYRO_FROZEN};
-use crate::log::dataset::rotor_of;
+use crate::log::signals::rotor_of;
 use crate::screening::channel::{BATTERY, BODY_RATE};
 use crate::screening::column::{Column, Remark};
 use crate::screening::equal_runs::{smallest_step, too_long};

@@ -55,6 +55,24 @@ pub struct PaperRun {
     pub runs: Vec<ControlledRun>,
 }
 
+/// Experiments that the model is identified from; the others validate it.
+const FITTED: usize = 3;
+
+/// The experiments of section III.
+fn experiments(settings: &PaperSettings) -> [(Shape, &'static str); 5] {
+    let PaperSettings { seed, prbs_s, hold_s } = *settings;
+    let levels = vec![0.35, 0.4, 0.45, 0.5, 0.55, 0.6];
+    let ramp = |slope| Shape::Ramp { low: 0.3, high: 0.65, slope, cycles: 2 };
+    let prbs = |seed, duration_s| Shape::Prbs { amplitude: 0.08, bandwidth_hz: 0.0, duration_s, seed };
+    [
+        (Shape::Constant { levels, hold_s }, "constant commands"),
+        (ramp(0.01), "ramps"),
+        (prbs(seed, prbs_s), "PRBS"),
+        (ramp(0.02), "ramps of another slope"),
+        (prbs(seed.wrapping_add(1), 60.0), "another PRBS"),
+    ]
+}
+
 /// Runs the paper on an emulated bench with the paper's parameters. `report` is called with what is being done, and the share
 /// that is done; `shutdown` stops it.
 ///
@@ -65,17 +83,7 @@ pub fn run(
     shutdown: &Shutdown,
     report: &mut dyn FnMut(&str, f64),
 ) -> Result<PaperRun, PaperError> {
-    let PaperSettings { seed, prbs_s, hold_s } = *settings;
-    let levels = vec![0.35, 0.4, 0.45, 0.5, 0.55, 0.6];
-    let ramp = |slope| Shape::Ramp { low: 0.3, high: 0.65, slope, cycles: 2 };
-    let prbs = |seed, duration_s| Shape::Prbs { amplitude: 0.08, bandwidth_hz: 0.0, duration_s, seed };
-    let experiments = [
-        (Shape::Constant { levels, hold_s }, "constant commands"),
-        (ramp(0.01), "ramps"),
-        (prbs(seed, prbs_s), "PRBS"),
-        (ramp(0.02), "ramps of another slope"),
-        (prbs(seed.wrapping_add(1), 60.0), "another PRBS"),
-    ];
+    let experiments = experiments(settings);
     let runs: Vec<(f64, &'static str, ControllerKind)> = DELAYS_S
         .iter()
         .flat_map(|delay| [(*delay, "EMC", ControllerKind::Emc), (*delay, "PID", ControllerKind::Pid)])
@@ -85,7 +93,7 @@ pub fn run(
     for (shape, name) in experiments {
         logs.push(benches.experiment(shape, name, report)?);
     }
-    let validation = logs.split_off(3);
+    let validation = logs.split_off(FITTED);
     let identification =
         identify_with_progress(&logs, &validation, &IdentifySettings::default(), &mut |step| {
             report(step, benches.share());
