@@ -6,6 +6,7 @@
 use super::block_run::{BlockRun, NoisePath};
 use super::channels::{BODY_ANGLE, BODY_RATE};
 use super::thresholds::THRESHOLDS;
+use crate::estimation::integral::running;
 use crate::estimation::slope::centred_slopes;
 use crate::log::Dataset;
 use crate::log::segments::stretches;
@@ -38,21 +39,16 @@ pub(crate) fn run(equations: &Equations, log: &Dataset) -> Option<BlockRun> {
 /// The integral from the first sample on. A body that is quick beside the rows bends between them: where rows are even, a
 /// cubic through four of them.
 fn integral(time: &[f64], values: &[f64]) -> Vec<f64> {
-    let mut turned = 0.0;
-    let rest = (1..values.len()).map(|k| {
-        let step = time[k] - time[k - 1];
+    running(time, |row, step| {
         let is_even = |other: f64| (other / step - 1.0).abs() < THRESHOLDS.even_rows;
-        let neighbours = (k >= 2 && k + 1 < values.len())
-            .then(|| is_even(time[k - 1] - time[k - 2]) && is_even(time[k + 1] - time[k]));
-        let mean = 0.5 * (values[k - 1] + values[k]);
-        turned += step
-            * match neighbours {
-                Some(true) => mean + (values[k - 1] + values[k] - values[k - 2] - values[k + 1]) / 24.0,
-                _ => mean,
-            };
-        turned
-    });
-    std::iter::once(0.0).chain(rest).collect()
+        let has_neighbours = row >= 1 && row + 2 < values.len();
+        let mean = 0.5 * (values[row] + values[row + 1]);
+        if has_neighbours && is_even(time[row] - time[row - 1]) && is_even(time[row + 2] - time[row + 1]) {
+            step * (mean + (values[row] + values[row + 1] - values[row - 1] - values[row + 2]) / 24.0)
+        } else {
+            step * mean
+        }
+    })
 }
 
 /// [-] by how much more noise stays in a slope over a channel of which only one row in so many holds a reading.
