@@ -21,6 +21,7 @@ mod own_law;
 mod plant;
 mod sensor;
 mod settings;
+mod temperature;
 
 pub use battery::BatteryConfig;
 pub use behind_guard::{BodySummary, EmulationOptions, run as run_behind_guard};

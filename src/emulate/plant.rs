@@ -13,6 +13,7 @@ use super::error::EmulateError;
 use super::hidden::{Kind, Law, Laws};
 use super::hidden_config::HiddenConfig;
 use super::history::TorqueHistory;
+use super::temperature::Temperatures;
 
 /// Number of continuous states.
 const STATES: usize = 13;
@@ -57,8 +58,7 @@ pub struct PlantState {
     /// What the laws that only an expression knows remember, of each rotor.
     memories: [Vec<Option<f64>>; ROTORS],
     history: TorqueHistory,
-    /// [K] of each ESC, of each motor.
-    temperature: [[f64; ROTORS]; 2],
+    temperature: Temperatures,
 }
 
 /// What really is, noise-free: for tests and pictures, never for a controller.
@@ -84,21 +84,6 @@ pub struct Truth {
     pub motor_temperature: [f64; ROTORS],
 }
 
-/// [K] of the air, and of everything at the start.
-const AMBIENT: f64 = 293.15;
-
-/// What warms up by its own losses: first order towards an end that lies above ambient.
-struct Heated {
-    /// [K] above ambient in the end, at hover.
-    rise: f64,
-    /// [s]
-    time_constant: f64,
-}
-
-/// ESC and motor, as of small ones without a heat sink. They only show the load: nothing in the plant depends on them.
-const HEATED: [Heated; 2] =
-    [Heated { rise: 12.0, time_constant: 20.0 }, Heated { rise: 20.0, time_constant: 60.0 }];
-
 impl Plant {
     pub(super) fn build(
         config: &PlantConfig,
@@ -121,7 +106,7 @@ impl Plant {
         x[ANGLE] = angle;
         x[USED] = self.battery.used;
         let delay = self.laws.number(Kind::TorqueDelay).unwrap_or(0.0);
-        let temperature = [[AMBIENT; ROTORS]; 2];
+        let temperature = Temperatures::default();
         let history = TorqueHistory::new(delay);
         PlantState { x, slewed: [[0.0; 2]; ROTORS], memories: Default::default(), history, temperature }
     }
@@ -146,25 +131,14 @@ impl Plant {
             *x += span / 6.0 * (k1[index] + 2.0 * (k2[index] + k3[index]) + k4[index]);
         }
         self.meet_stops(&mut state.x);
-        self.warm(state, span);
+        let ratio = |rotor| state.x[PROPELLER + rotor] / self.config.hover_rate;
+        state.temperature.advance([ratio(0), ratio(1)], span);
         for slew in &mut state.slewed {
             slew[0] = slew[1];
         }
         if self.laws.number(Kind::TorqueDelay).is_some() {
             let torque = self.rotor_torque(&state.x, inputs);
             state.history.push(inputs.time + span, torque);
-        }
-    }
-
-    /// Losses grow with the power, the third power of the rate, and the wash that cools with the rate itself: what they end at
-    /// grows with its square.
-    fn warm(&self, state: &mut PlantState, span: f64) {
-        for (part, temperatures) in HEATED.iter().zip(&mut state.temperature) {
-            for (rotor, temperature) in temperatures.iter_mut().enumerate() {
-                let ratio = state.x[PROPELLER + rotor] / self.config.hover_rate;
-                let end = AMBIENT + part.rise * ratio * ratio;
-                *temperature += span / part.time_constant * (end - *temperature);
-            }
         }
     }
 
@@ -373,8 +347,8 @@ impl Plant {
             battery_voltage: self.voltage(x),
             current: [self.rotor_current(x, 0), self.rotor_current(x, 1)],
             disturbance_torque: inputs.torque,
-            esc_temperature: state.temperature[0],
-            motor_temperature: state.temperature[1],
+            esc_temperature: state.temperature.esc,
+            motor_temperature: state.temperature.motor,
         }
     }
 
