@@ -5,13 +5,11 @@ mod plots;
 use plots::body_plots;
 pub(super) use plots::error_plots;
 
-use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
+use super::{Mark, Page, Table, number};
 use crate::effect::{self, Site, Term};
-use crate::estimation::frequency_response::{LagResponse, near};
 use crate::identify::{DegreeScore, Estimate, Identification, Validation};
 use crate::report::findings::{driven_by, outcome, sentence, step};
 use crate::report::json::with_sentences;
-use crate::report::thresholds::THRESHOLDS;
 
 /// Value and 95 % interval as cells of a row.
 fn cells(name: &str, estimate: Estimate, unit: &str, from: &str) -> [String; 6] {
@@ -372,51 +370,5 @@ impl Identification {
                  course.",
             );
         }
-    }
-
-    /// Fig. 5: frequency response of data and model.
-    pub fn response_plots(&self, page: &mut Page) {
-        let good: Vec<_> = self
-            .frequency_response
-            .iter()
-            .filter(|point| point.coherence > THRESHOLDS.shown_coherence)
-            .collect();
-        if good.is_empty() {
-            return;
-        }
-        let frequency: Vec<f64> = good.iter().map(|point| point.frequency).collect();
-        let of = |pick: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..good.len()).map(pick).collect() };
-        let lag = LagResponse { pole: self.actuator.pole, delay: self.actuator.delay };
-        let sampled = |k: usize| lag.sampled(self.interval, frequency[k]);
-        let continuous = |k: usize| lag.continuous(frequency[k]);
-        // Unwound as the model's: a delay turns it more than once.
-        let phase = of(&|k| near(good[k].phase_deg, sampled(k).1));
-        let axis = || Axis::new("frequency", "Hz").logarithmic();
-        let low = of(&|k| good[k].magnitude - 1.96 * good[k].magnitude_error);
-        let high = of(&|k| good[k].magnitude + 1.96 * good[k].magnitude_error);
-        page.plot(
-            Plot::new("Magnitude from z to ω_p (Fig. 5)", axis(), Axis::new("magnitude", "-").logarithmic())
-                .group("bode")
-                .series(Series::band("95 %", &frequency, &low, &high).tone(Tone::Quiet))
-                .series(Series::points("data", &frequency, &of(&|k| good[k].magnitude)).tone(Tone::Measured))
-                .series(Series::line("model, sampled", &frequency, &of(&|k| sampled(k).0)).tone(Tone::Model))
-                .series(Series::line("model, continuous", &frequency, &of(&|k| continuous(k).0)).dashed()),
-        )
-        .plot(
-            Plot::new("Phase", axis(), Axis::new("phase", "deg"))
-                .group("bode")
-                .height(220)
-                .series(Series::points("data", &frequency, &phase).tone(Tone::Measured))
-                .series(Series::line("model, sampled", &frequency, &of(&|k| sampled(k).1)).tone(Tone::Model))
-                .series(Series::line("model, continuous", &frequency, &of(&|k| continuous(k).1)).dashed()),
-        )
-        .plot(
-            Plot::new("Coherence", axis(), Axis::new("coherence", "-").range(0.0, 1.05))
-                .group("bode")
-                .height(200)
-                .series(
-                    Series::line("coherence", &frequency, &of(&|k| good[k].coherence)).tone(Tone::Measured),
-                ),
-        );
     }
 }
