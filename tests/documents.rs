@@ -2,8 +2,8 @@
 //!
 //! Blocks marked `sh` are run, line by line, in a folder that holds `train.csv` and `held_out.csv`; each line of a block marked
 //! `text output` is a line that one of the page's commands says; each block of TOML is marked with its kind, whose reader accepts it:
-//! `toml bench` (`toml bench=FILE`: that the page's commands read), `toml mapping`, `toml plan`, and parts of files, `toml bench part`
-//! and `toml model part`; all others are for reading.
+//! `toml bench` and `toml plan` (`toml bench=FILE`, `toml plan=FILE`: that the page's commands read), `toml mapping`, and parts of
+//! files, `toml bench part` and `toml model part`; all others are for reading.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -65,11 +65,11 @@ fn blocks(text: &str, kind: &str) -> Vec<String> {
     found
 }
 
-/// Blocks marked `toml bench=FILE`: bench files that the page's commands read.
+/// Blocks marked `toml bench=FILE` or `toml plan=FILE`: files that the page's commands read.
 fn named_files(text: &str) -> Vec<(String, String)> {
-    let named = text.lines().filter_map(|line| line.strip_prefix("```toml bench="));
-    let block = |name: &str| blocks(text, &format!("toml bench={name}")).concat();
-    named.map(|name| (name.to_owned(), block(name))).collect()
+    let named = text.lines().filter_map(|line| line.strip_prefix("```toml "));
+    let named = named.filter_map(|kind| Some((kind, kind.split_once('=')?.1)));
+    named.map(|(kind, name)| (name.to_owned(), blocks(text, &format!("toml {kind}")).concat())).collect()
 }
 
 fn rotorbench(folder: &Path, arguments: &[&str]) -> Output {
