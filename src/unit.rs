@@ -19,7 +19,7 @@ pub enum UnitError {
         known: String,
     },
     /// The unit exists and measures something else.
-    #[error("unit `{unit}` measures {measures}, but {needed} is needed")]
+    #[error("unit `{unit}` measures {measures}, but {needed} is needed: {known}")]
     Mismatch {
         /// Spelling found.
         unit: String,
@@ -27,6 +27,8 @@ pub enum UnitError {
         measures: &'static str,
         /// SI unit of what is needed.
         needed: &'static str,
+        /// The spellings that there are for it.
+        known: String,
     },
 }
 
@@ -87,7 +89,9 @@ impl Unit {
             other = Some(candidate.si);
         }
         Err(match other {
-            Some(measures) => UnitError::Mismatch { unit: name.to_owned(), measures, needed: si },
+            Some(measures) => {
+                UnitError::Mismatch { unit: name.to_owned(), measures, needed: si, known: spellings(si) }
+            }
             None => UnitError::Unknown { unit: name.to_owned(), needed: si, known: spellings(si) },
         })
     }
@@ -165,8 +169,8 @@ mod tests {
     fn names_the_unit_that_does_not_fit() {
         assert!((Unit::parse("rpm", "rad/s").expect("known").to_si(60.0) - TAU).abs() < 1e-12);
         assert_eq!(
-            Unit::parse("V", "rad/s").unwrap_err().to_string(),
-            "unit `V` measures V, but rad/s is needed"
+            Unit::parse("g", "N").unwrap_err().to_string(),
+            "unit `g` measures kg, but N is needed: `N`, `mN`, `gf`, `kgf`, `lbf`, `ozf`"
         );
         assert_eq!(
             Unit::parse("furlong", "m").unwrap_err().to_string(),

@@ -153,13 +153,21 @@ impl Arguments {
         self.rotors.unwrap_or(if self.closed_loop { Rotors::Differential } else { Rotors::One })
     }
 
-    /// Refuses to write over what is there.
-    fn refuse_to_overwrite(&self) -> Result<(), CliError> {
+    /// Refuses to write over what is there, and with `--force`, too, over the bench file and its model.
+    fn refuse_to_overwrite(&self, config: &BenchConfig) -> Result<(), CliError> {
         let log = &self.output;
         let recording = (!self.lockstep).then(|| log.with_extension("mcap"));
         let mut files = vec![log.clone(), log.with_extension("toml")];
         files.extend(recording.clone());
-        writable(&files, [], self.force)?;
+        let mut inputs = vec![PathBuf::from(&config.model)];
+        inputs.extend(self.bench.config.clone());
+        writable([log], &inputs, self.force)?;
+        writable(&files, &inputs, self.force).map_err(|error| {
+            let also = if self.lockstep { "FILE.toml" } else { "FILE.toml and FILE.mcap" };
+            CliError::new(format!(
+                "{error} (beside -o FILE.csv this command writes {also}: choose another -o)"
+            ))
+        })?;
         recording.map_or(Ok(()), |recording| self.force.make_way(&recording))
     }
 
@@ -248,7 +256,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             lead_in_s: arguments.lead_in,
         },
     };
-    arguments.refuse_to_overwrite()?;
+    arguments.refuse_to_overwrite(&config)?;
     let began_unix_s = clock::realtime_ns() / clock::NANOSECONDS_PER_SECOND;
     let shutdown = Shutdown::listen()?;
     let output = &arguments.output;

@@ -150,8 +150,12 @@ impl Law {
     pub fn build(config: &HiddenConfig) -> Result<Self, EmulateError> {
         let fault = |reason: String| EmulateError::Hidden { effect: config.effect.clone(), reason };
         let entry = LAWS.iter().find(|entry| entry.id == config.effect).ok_or_else(|| {
-            let ids: Vec<&str> = LAWS.iter().map(|entry| entry.id).collect();
-            fault(format!("the emulator knows no such effect; it knows {}", ids.join(", ")))
+            let words: Vec<&str> = config.effect.split('_').filter(|word| word.len() > 2).collect();
+            let is_like = |id: &&str| words.iter().any(|word| id.contains(word));
+            let like: Vec<&str> = LAWS.iter().map(|entry| entry.id).filter(is_like).collect();
+            let like =
+                if like.is_empty() { String::new() } else { format!(" (like it: {})", like.join(", ")) };
+            fault(format!("the emulator knows no such effect{like}; `rotorbench effects` lists all"))
         })?;
         if let Some(name) =
             config.parameters.keys().find(|name| !entry.parameters.iter().any(|range| range.name == **name))

@@ -64,20 +64,25 @@ impl<'a> CommandResponses<'a> {
         Ok(())
     }
 
-    /// Whether rates lead their commands, or the rotors of a log differ: what a fit leaves over then has that reason.
-    pub fn mismatch(&self) -> Option<Finding> {
+    /// Whether rates lead their commands: the first rotor whose do.
+    pub fn lead(&self) -> Option<Finding> {
         let lead = |(part, own): (&Option<RotorLog>, &Option<SingleRotorFit>)| {
             let part = part.as_ref()?;
             let left = own.as_ref().map_or_else(|| scatter(part), |own| own.fit.residual_rms);
             command_timing::find(part, left, |part, delay| lag(part, self.full_voltage, delay))
         };
+        self.excited.iter().zip(&self.own).find_map(lead)
+    }
+
+    /// Whether rates lead their commands, or the rotors of a log differ: what a fit leaves over then has that reason.
+    pub fn mismatch(&self) -> Option<Finding> {
         let of_a_log = || {
             let mut pairs = self.pairs.iter();
             pairs.find_map(|&(one, other)| {
                 rotor_mismatch::of_a_log([self.fitted(one), self.fitted(other)], self.full_voltage)
             })
         };
-        self.excited.iter().zip(&self.own).find_map(lead).or_else(of_a_log)
+        self.lead().or_else(of_a_log)
     }
 
     /// Whether rotors of two logs differ: each against the first that moves.

@@ -35,7 +35,9 @@ pub fn check_columns(logs: &[ScreenedLog], model: &Model) -> Result<Vec<Finding>
         }
         found.extend(check_attitude(log.dataset())?);
     }
-    CommandResponses::fit(&rotors, model.actuator.full_voltage).refuse(Some(model.actuator.pole))?;
+    let responses = CommandResponses::fit(&rotors, model.actuator.full_voltage);
+    responses.refuse(Some(model.actuator.pole))?;
+    found.extend(responses.lead());
     Ok(found)
 }
 
@@ -150,6 +152,23 @@ mod tests {
         let mut governed = Model::paper();
         governed.actuator.steady_rate = vec![600.0, 30.0];
         assert_eq!(check(log(16.0, |u| governed.steady_rate(u), |rate| rate), &governed), Ok(vec![]));
+    }
+
+    #[test]
+    fn commands_that_are_written_a_row_late_are_found() {
+        let paper = Model::paper();
+        let right = log(16.0, |u| paper.steady_rate(u), |rate| rate);
+        let column = |name: &str| right.column(name).expect("there").to_vec();
+        let sent = column("command_1");
+        let written = (0..sent.len()).map(|row| sent[row.saturating_sub(1)]).collect();
+        let mut late = Dataset::new("late.csv", "", right.time().to_vec()).expect("time rises");
+        late.insert("command_1", written).expect("fits");
+        late.insert("propeller_rate_1_rad_s", column("propeller_rate_1_rad_s")).expect("fits");
+        let found = check(late, &paper).expect("not refused");
+        assert_eq!(
+            (found.len(), found[0].code, found[0].number("rows_earlier")),
+            (1, "rates_lead_commands", 1.0)
+        );
     }
 
     #[test]

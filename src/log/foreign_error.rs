@@ -4,6 +4,22 @@ use std::path::PathBuf;
 
 use super::dataset::{DatasetError, nanoseconds};
 
+/// What to do about a cell that is no number.
+fn instead_of(cell: &str) -> &'static str {
+    if is_date(cell) {
+        "stamps of date and time are not read: write seconds, or give the mapping a `period_s` in place of the column"
+    } else {
+        "if it means no value, name it in the mapping's `missing`"
+    }
+}
+
+/// Whether a cell holds a date, as `2026-11-20 14:03:05`, or the time of a day, as `14:03:05.123`.
+fn is_date(cell: &str) -> bool {
+    let is_digit = |letter: char| letter.is_ascii_digit();
+    let numbers = |mark: char| cell.split(mark).filter(|part| part.starts_with(is_digit)).count();
+    cell.starts_with(is_digit) && ['-', '/', ':'].iter().any(|mark| numbers(*mark) >= 3)
+}
+
 /// Why a foreign log cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ForeignError {
@@ -40,10 +56,7 @@ pub enum ForeignError {
         header: String,
     },
     /// A cell is not a number.
-    #[error(
-        "{path}, line {line}, column `{column}`: `{cell}` is not a number (if it means no value, name it in the \
-         mapping's `missing`)"
-    )]
+    #[error("{path}, line {line}, column `{column}`: `{cell}` is not a number ({})", instead_of(cell))]
     Cell {
         /// The file.
         path: PathBuf,
@@ -99,4 +112,27 @@ pub enum ForeignError {
     /// What was read is no log.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stamp_of_date_or_time_is_known_as_one() {
+        let said = |cell: &str| {
+            let (path, column) = (PathBuf::from("a.csv"), "t".to_owned());
+            ForeignError::Cell { path, line: 2, column, cell: cell.to_owned() }.to_string()
+        };
+        for stamp in ["2026-11-20 14:03:05.123", "20/11/2026", "14:03:05.123", "2026-11-20T14:03:05Z"] {
+            assert!(said(stamp).contains("stamps of date and time are not read: write seconds"), "{stamp}");
+        }
+        for cell in ["off", "-1e-3-", "--:--:--", "1-2", "1.5.3"] {
+            assert!(
+                said(cell)
+                    .ends_with("is not a number (if it means no value, name it in the mapping's `missing`)"),
+                "{cell}"
+            );
+        }
+    }
 }

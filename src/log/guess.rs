@@ -80,13 +80,14 @@ pub fn signals(guessed: &[GuessedColumn]) -> Vec<SignalMapping> {
         offset: it.offset,
         clamp: it.signal.starts_with("command_").then_some([0.0, 1.0]),
         valid: None,
+        rows_later: 0,
         optional: false,
     });
     mapped.collect()
 }
 
 /// Words that end a name and say its unit.
-const ENDINGS: [(&[&str], &str); 17] = [
+const ENDINGS: [(&[&str], &str); 19] = [
     (&["rad", "s"], "rad/s"),
     (&["deg", "s"], "deg/s"),
     (&["rpm"], "rpm"),
@@ -95,6 +96,8 @@ const ENDINGS: [(&[&str], &str); 17] = [
     (&["ma"], "mA"),
     (&["a"], "A"),
     (&["gf"], "gf"),
+    (&["kg"], "kg"),
+    (&["g"], "g"),
     (&["n"], "N"),
     (&["ms"], "ms"),
     (&["us"], "us"),
@@ -155,6 +158,11 @@ impl Words {
         Self { words, unit, number }
     }
 
+    /// Its unit, for this meaning.
+    fn unit_for(&self, meaning: &Meaning) -> Option<&'static str> {
+        if meaning.si == "N" { self.unit.map(weight) } else { self.unit }
+    }
+
     fn has(&self, wanted: &str) -> bool {
         let parts: Vec<&str> = wanted.split('_').collect();
         self.words.windows(parts.len()).any(|words| words == parts)
@@ -184,13 +192,23 @@ fn measures(unit: &str, si: &str) -> bool {
     UNITS.iter().any(|known| known.name == unit && known.si == si)
 }
 
+/// The force that a unit of mass means where a force is read: load cells are labelled in grams.
+fn weight(unit: &'static str) -> &'static str {
+    match unit {
+        "g" => "gf",
+        "kg" => "kgf",
+        _ => unit,
+    }
+}
+
 fn meant(column: &SampledColumn, counts_from_zero: bool) -> Option<GuessedColumn> {
     let words = Words::of(&column.name);
     if let Some(known) = log_signal(&column.name) {
         return Some(guessed(column, column.name.clone(), known.unit, (1.0, 0.0), Certainty::Named));
     }
     let meaning = MEANINGS.iter().find(|meaning| {
-        let fits = words.unit.is_none_or(|unit| measures(unit, meaning.si) || is_pulse(meaning, unit));
+        let fits =
+            words.unit_for(meaning).is_none_or(|unit| measures(unit, meaning.si) || is_pulse(meaning, unit));
         let excluded = meaning.without.iter().any(|word| words.has(word));
         let more = meaning.with.is_empty() || meaning.with.iter().any(|word| words.has(word));
         let named = more && meaning.words.iter().any(|word| words.has(word));
@@ -214,7 +232,7 @@ fn meant(column: &SampledColumn, counts_from_zero: bool) -> Option<GuessedColumn
     }
     let size = quantile_of_size(column);
     let by_values = meaning.units.iter().find(|(most, _)| size <= *most).map(|(_, unit)| *unit);
-    match (words.unit, by_values) {
+    match (words.unit_for(meaning), by_values) {
         (Some(unit), _) => Some(guessed(column, signal, unit, (1.0, 0.0), Certainty::Named)),
         (None, Some(unit)) => Some(guessed(column, signal, unit, (1.0, 0.0), Certainty::UnitGuessed)),
         (None, None) => None,

@@ -113,7 +113,10 @@ impl Assembly<'_> {
     fn log(&mut self, tables: &[Table], bytes: &[u8]) -> Result<Dataset, ForeignError> {
         let mut clocks = Vec::new();
         for clock in self.clocks(tables)? {
-            let clock = clock.with_time(self.notes).part(self.path, self.part, self.notes)?;
+            let mut clock = clock.with_time(self.notes).part(self.path, self.part, self.notes)?;
+            for (signal, values) in &mut clock.signals {
+                moved_up(values, self.mapping.config.signal[*signal].rows_later);
+            }
             clocks.push(clock.in_rising_time(self.notes));
         }
         let count = self.mapping.config.signal.len();
@@ -281,6 +284,13 @@ impl Assembly<'_> {
         let columns = columns.into_iter().map(|values| values.map(only)).collect();
         (only(time), columns)
     }
+}
+
+/// Moves values that a file has `rows` too late up to their own rows; of the last rows nobody knows any.
+fn moved_up(values: &mut [f64], rows: usize) {
+    let kept = values.len().saturating_sub(rows);
+    values.rotate_left(values.len() - kept);
+    values[kept..].fill(f64::NAN);
 }
 
 /// The value within the mapping's ranges.

@@ -119,6 +119,9 @@ pub struct SignalMapping {
     /// Values outside this range (in SI) are no measurement: the cell counts as missing.
     #[serde(default)]
     pub valid: Option<[f64; 2]>,
+    /// Rows of the file by which the column is written late: each value belongs to the row so many rows above its own.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub rows_later: usize,
     /// Whether the column may be absent.
     #[serde(default, skip_serializing_if = "is_not")]
     pub optional: bool,
@@ -225,6 +228,7 @@ impl Mapping {
             offset: 0.0,
             clamp: None,
             valid: None,
+            rows_later: 0,
             optional: false,
         });
         let time = TimeConfig { column: Some("time_s".to_owned()), unit: second(), period_s: None };

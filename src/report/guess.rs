@@ -57,7 +57,8 @@ pub fn text(guessed: &GuessedLog) -> String {
         );
     }
     if guessed.mapping.time.is_none() {
-        text += "No column looks like the time: write it, or the period, into [time] of the mapping.\n";
+        text += "No column looks like the time (stamps of date and time are not read): write one of seconds, or `period_s`, into [time] of \
+                 the mapping.\n";
     }
     text
 }
@@ -81,7 +82,7 @@ pub fn mapping_file(guessed: &GuessedLog, log: &str) -> Result<String, toml::ser
     let mut text = String::from("# Guessed from names and values: check each signal, above all its unit.\n");
     text += toml::to_string(&layout)?.replace("signal = []\n", "").trim_end();
     if guessed.mapping.time.is_none() {
-        text += "\n\n# No column looked like the time: name it, or write period_s = 0.01.\n[time]\ncolumn = \"?\"\nunit = \"s\"";
+        text += "\n\n# No column looked like the time (dates are not read): name one of seconds, or write period_s = 0.01 in its place.\n[time]\ncolumn = \"?\"\nunit = \"s\"";
     }
     for signal in &guessed.mapping.signal {
         let column = guessed.columns.iter().find(|it| it.signal == signal.name);

@@ -18,7 +18,7 @@ pub fn text(log: &Dataset, notes: &Notes, findings: &LogSummary) -> String {
     lines.push(format!("{} (sha256 {:.12})", log.source_name(), log.sha256()));
     lines.push(format!(
         "{} samples from {start:.3} s to {end:.3} s, {rate:.1} Hz; intervals 5-95 %: {low:.2} to {high:.2} ms, longest \
-         {longest:.2} ms, holes apart",
+         {longest:.2} ms (holes not counted)",
         findings.samples
     ));
     lines.push(format!(

@@ -117,7 +117,7 @@ impl RunComparison {
     #[must_use]
     pub fn table(&self) -> Table {
         let judged = self.runs.first().map_or(0.0, |run| run.window_s);
-        let caption = format!("ImpulseResponse to the impulse, judged for {} s behind it", number(judged, 3));
+        let caption = format!("Response to the impulse, judged for {} s behind it", number(judged, 3));
         answer_table(&self.shown(), &caption)
     }
 

@@ -183,8 +183,17 @@ pub fn control(
     control.start();
     tracing::info!(bench = config.name, period_s = config.period_s, "control: {granted}");
     let end_ns = end_after(seconds);
+    let waiting_ns = end_after(Some(THRESHOLDS.waiting_s));
+    let mut is_new = true;
     while !shutdown.is_requested() && is_before(end_ns) && !control.output.is_finished() {
         control.turn();
+        let has_sensors = control.newest.sequence > 0;
+        if is_new && (has_sensors || !is_before(waiting_ns)) {
+            is_new = false;
+            if !has_sensors {
+                tracing::info!("control waits for sensors: neither bridge nor emulate --shm has sent any");
+            }
+        }
     }
     shutdown.request();
     tracing::info!("control ends: {}", shutdown.reason());

@@ -9,6 +9,8 @@ crate::thresholds! {
     longest_end_s: f64 = 1.0, "s", "judgement";
     /// [s] in which a running guard publishes at least once: the longest period of a bench and some
     silence_s: f64 = 2.0, "s", "twice the longest period of a bench, 1 s";
+    /// [s] without sensors after which a controller says that it waits for them
+    waiting_s: f64 = 1.0, "s", "judgement";
     /// [s] of the machine's clock after which a silent peer in lockstep is taken as gone
     patience_s: f64 = 2.0, "s", "judgement";
     /// [s] for which `arm`, `disarm` and `stop` wait for the guard's answer; `arm` the time of its checks longer

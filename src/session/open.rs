@@ -142,6 +142,8 @@ struct Read {
 }
 
 fn read(path: &Path, config: &OpenConfig) -> Result<Read, SessionError> {
+    // Asked for also where a log of ours needs none: a name that is no mapping is a mistake.
+    let mapping = config.mapping.as_deref().map(Mapping::load).transpose()?;
     let bytes = beginning(path);
     let start = Start { bytes: &bytes, path };
     if bytes.is_empty() && fs::metadata(path).is_ok_and(|found| found.is_file()) {
@@ -159,7 +161,7 @@ fn read(path: &Path, config: &OpenConfig) -> Result<Read, SessionError> {
         return Ok(Read { frames: Some(frames), ..plain(log, format) });
     }
     if let Some(format) = FORMATS.iter().find(|format| format.recognises(&start)) {
-        return tabular(path, *format, config);
+        return tabular(path, *format, mapping, config);
     }
     if let Some((what, instead)) = unreadable::recognised(&start) {
         return Err(
@@ -169,9 +171,9 @@ fn read(path: &Path, config: &OpenConfig) -> Result<Read, SessionError> {
     if unreadable::is_binary(&start) {
         return Err(FormatError::Unknown { path: path.to_owned(), readable: readable() }.into());
     }
-    match &config.mapping {
+    match mapping {
         Some(mapping) if !is_ours(&start) => {
-            let (log, notes) = mapped::read(path, &Mapping::load(mapping)?, config.part)?;
+            let (log, notes) = mapped::read(path, &mapping, config.part)?;
             Ok(Read { notes, ..plain(log, "mapped CSV") })
         }
         _ => Ok(plain(csv::read(path)?, "CSV")),
@@ -184,9 +186,14 @@ fn plain(log: Dataset, format: &'static str) -> Read {
 }
 
 /// A log of tables, through the format's own mapping or the user's.
-fn tabular(path: &Path, format: &dyn LogFormat, config: &OpenConfig) -> Result<Read, SessionError> {
-    let mapping = match (&config.mapping, format.mapping()) {
-        (Some(mapping), _) => Some(Mapping::load(mapping)?),
+fn tabular(
+    path: &Path,
+    format: &dyn LogFormat,
+    given: Option<Mapping>,
+    config: &OpenConfig,
+) -> Result<Read, SessionError> {
+    let mapping = match (given, format.mapping()) {
+        (Some(mapping), _) => Some(mapping),
         (None, Some(text)) => Some(Mapping::parse(text, Path::new(format.name()))?),
         (None, None) => None,
     };

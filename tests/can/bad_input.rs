@@ -168,8 +168,8 @@ fn a_role_that_cannot_be_filled_is_refused_with_its_place() {
     let wanted = [
         "bus.sensors.body_rate: message `GYRO` has no signal `speed`; it has `counter`, `temperature`, `rate`",
         "bus.sensors.body_rate: `GYRO` is not of the form MESSAGE.signal",
-        "bus.sensors.body_rate: `GYRO.temperature`: unit `degC` measures K, but rad/s is needed",
-        "bus.sensors.body_rate: `GYRO.counter`: unit `` measures -, but rad/s is needed",
+        "bus.sensors.body_rate: `GYRO.temperature`: unit `degC` measures K, but rad/s is needed: `rad/s`, `deg/s`, `°/s`, `dps`, `rpm`, `RPM`, `Hz`, `rev/s`, `krpm`",
+        "bus.sensors.body_rate: `GYRO.counter`: unit `` measures -, but rad/s is needed: `rad/s`, `deg/s`, `°/s`, `dps`, `rpm`, `RPM`, `Hz`, `rev/s`, `krpm`",
         "bus.sensors.propeller_rate_1: `ESC_1_STATUS.speed` is already `sensors.body_rate`",
         "bus.sensors.body_rate: `GYRO.rate`: unknown unit `rads`; for what is measured in rad/s: `rad/s`, `deg/s`, `°/s`, `dps`, `rpm`, `RPM`, `Hz`, `rev/s`, `krpm`",
         "bus.sensors.body_rate: `GYRO.rate`: pole_pairs belong to the unit ERPM, and this is `rad/s`",

@@ -1,10 +1,13 @@
 //! Numbers in prose that the program decides by are the program's: each phrase is made from the threshold or the default, and stands on
 //! its page.
 
+use std::collections::BTreeSet;
 use std::fs;
 
 use rotorbench::guard::GuardConfig;
+use rotorbench::log::LOG_SIGNALS;
 use rotorbench::signal::{After, Sensor};
+use rotorbench::unit::UNITS;
 use rotorbench::{can, diagnose, fleet, identify, screening, studies};
 
 use super::{pages, root};
@@ -172,6 +175,18 @@ fn what_a_fleet_and_a_bus_are_judged_by_is_what_their_pages_say() {
         "docs/guide/dronecan.md",
         &[format!("silent for {silent} s"), format!("After {silent} s of silence")],
     );
+}
+
+/// Of each unit that a column may have, its spelling.
+#[test]
+fn every_unit_of_a_column_is_on_the_page_of_mappings() {
+    let text = fs::read_to_string(root().join("docs/guide/import.md")).expect("UTF-8");
+    let table =
+        text.split("| for | units |").nth(1).expect("the table").split("\n\n").next().expect("its rows");
+    let shown: BTreeSet<&str> = table.split('`').skip(1).step_by(2).collect();
+    let measured: BTreeSet<&str> = LOG_SIGNALS.iter().map(|signal| signal.unit).collect();
+    let units = UNITS.iter().filter(|unit| measured.contains(unit.si) && !unit.name.is_empty());
+    assert_eq!(shown, units.map(|unit| unit.name).collect());
 }
 
 /// A range as the table of the guard has it.

@@ -110,6 +110,44 @@ fn mappings_combine_columns_and_choose_rows() {
     refused(&["import", &log, "--mapping", &nothing], "no row holds a time and a value");
 }
 
+/// A logger that writes each command a row late: its column is moved up, within each log of the file, and the rest stays.
+#[test]
+fn a_column_that_is_written_late_is_moved_up() {
+    let folder = Folder::new();
+    let rows = |from: i32| -> String {
+        (0..60).map(|row| format!("{}.5,0.{},{}\n", row, from + row, 100 + row)).collect()
+    };
+    let log = folder.write("late.csv", format!("t,u,w\n{}{}", rows(10), rows(30)));
+    let signal = |name: &str, column: &str, unit: &str, more: &str| {
+        format!("[[signal]]\nname = \"{name}\"\ncolumn = \"{column}\"\nunit = \"{unit}\"\n{more}")
+    };
+    let command = signal("command_1", "u", "-", "rows_later = 2\n");
+    let rate = signal("propeller_rate_1_rad_s", "w", "rad/s", "");
+    let mapping = folder.write("m.toml", format!("[time]\ncolumn = \"t\"\n{command}{rate}"));
+    let out = folder.at("out.csv");
+    let done = rotorbench(&["import", &log, "--mapping", &mapping, "--part", "1", "-o", &out]);
+    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
+    let read = csv::read(Path::new(&out)).expect("our own log");
+    let (commands, rates) = (read.column("command_1"), read.column("propeller_rate_1_rad_s").expect("there"));
+    let commands = commands.expect("there");
+    assert_eq!((read.len(), commands[0], commands[57], rates[0], rates[59]), (60, 0.12, 0.69, 100.0, 159.0));
+    assert!(
+        commands[58..].iter().all(|it| it.is_nan()),
+        "none comes from the file's next log: {:?}",
+        &commands[55..]
+    );
+}
+
+/// A name that is no mapping is a mistake, also where the log is one of ours and needs none.
+#[test]
+fn a_mapping_that_is_not_there_is_refused_for_every_log() {
+    let folder = Folder::new();
+    let log = folder.write("ours.csv", "time_s,command_1\n0,0.1\n0.1,0.2\n0.2,0.3\n");
+    let done = rotorbench(&["import", &log, "--mapping", "rcbenchmark"]);
+    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
+    refused(&["import", &log, "--mapping", "NONSENSE"], "no mapping `NONSENSE`");
+}
+
 #[test]
 fn channels_with_clocks_of_their_own_are_put_together() {
     let folder = Folder::new();

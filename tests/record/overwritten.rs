@@ -56,6 +56,32 @@ fn no_result_is_written_over_what_the_command_reads() {
     assert!(!fs::exists(&other).expect("a folder"), "something was written");
 }
 
+/// An experiment writes beside its log, too: there its own bench file may lie, and stays, with `--force` as well.
+#[test]
+fn an_experiment_leaves_its_bench_file_and_says_what_it_writes() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name).to_str().expect("UTF-8").to_owned();
+    let (bench, model) = (at("q.toml"), at("m.toml"));
+    fs::write(&bench, "name = \"q\"\nmodel = \"m.toml\"\n").expect("written");
+    fs::write(&model, rotorbench::model::Model::paper().emit().expect("text")).expect("written");
+    let experiment = ["experiment", "steps", "--count", "1", "--lockstep", "--config", &bench, "-o"];
+    for (log, file) in [(at("q.csv"), &bench), (at("m.csv"), &model)] {
+        let before = fs::read_to_string(file).expect("there");
+        let words = format!("{file}: this command reads that file");
+        refused(&[&experiment[..], &[&log]].concat(), &words);
+        refused(
+            &[&experiment[..], &[&log, "--force"]].concat(),
+            "this command writes FILE.toml: choose another -o",
+        );
+        assert_eq!(fs::read_to_string(file).expect("there"), before);
+        assert!(!fs::exists(&log).expect("a folder"));
+    }
+    fs::write(at("r.toml"), "mine").expect("written");
+    let said =
+        "r.toml: is there already; --force replaces it (beside -o FILE.csv this command writes FILE.toml";
+    refused(&[&experiment[..], &[&at("r.csv")]].concat(), said);
+}
+
 /// One rule for all: what is there is refused before the work begins, and `--force` replaces it.
 #[test]
 fn nothing_that_is_there_is_replaced_unless_forced() {

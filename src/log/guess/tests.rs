@@ -52,6 +52,17 @@ fn motors_a_and_b_of_a_stand_are_rotors_1_and_2() {
     is(&found[3], "propeller_rate_2_rad_s", "RPM", Certainty::Named);
 }
 
+/// Load cells are labelled in grams: where a force is read, that is its weight.
+#[test]
+fn a_thrust_in_grams_is_a_force() {
+    for (name, unit) in
+        [("Thrust (g)", "gf"), ("Thrust (kg)", "kgf"), ("thrust_g", "gf"), ("Lift [Kg]", "kgf")]
+    {
+        is(&guess_of(&[(name, &[100.0, 700.0])])[0], "thrust_1_n", unit, Certainty::Named);
+    }
+    is(&guess_of(&[("Mass (g)", &[100.0, 700.0])])[0], "mass_g", "", Certainty::Unknown);
+}
+
 #[test]
 fn units_come_from_values_where_names_have_none() {
     let found = guess_of(&[

@@ -49,11 +49,11 @@ fn errors_name_the_place_and_the_signal() {
     assert_eq!(
         error(&signal("column = \"u\"\nunits = \"-\"\n")),
         "m.toml: line 6, column 1: unknown field `units`, expected one of `name`, `column`, `columns`, `combine`, \
-         `time_column`, `unit`, `scale`, `offset`, `clamp`, `valid`, `optional`"
+         `time_column`, `unit`, `scale`, `offset`, `clamp`, `valid`, `rows_later`, `optional`"
     );
     assert_eq!(
         error(&signal("column = \"u\"\nunit = \"V\"\n")),
-        "m.toml: signal `command_1`: unit `V` measures V, but - is needed"
+        "m.toml: signal `command_1`: unit `V` measures V, but - is needed: `-`, `1`, `%`"
     );
     assert_eq!(
         error(&signal("column = \"u\"\n")),

@@ -9,11 +9,15 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
     let (rotor, other) = (finding.count("rotor"), finding.count("other_rotor"));
     Some(match finding.code {
         "rates_lead_commands" => {
-            let by = if n("rows_earlier") == 1.0 { "a row" } else { "half a row" };
+            let (by, left) = match n("rows_earlier") == 1.0 {
+                true => ("a row", ""),
+                false => ("half a row", ", and leaves a delay of half a row"),
+            };
             format!(
                 "the rates lead the commands: with each command {by} earlier the error falls from {:.2} to {:.2} rad/s, with a \
-                 pole of {:.2} rad/s; the logger writes a command later than it is sent (move the column of the commands up by \
-                 {by}, or log each command with the row in which it is sent); until then no number of this rotor can be trusted",
+                 pole of {:.2} rad/s; the logger writes a command later than it is sent (`rows_later = 1` at the command in a \
+                 mapping moves it up by a row{left}; or log each command with the row in which it is sent); until then no \
+                 number of this rotor can be trusted",
                 n("rms_rad_s"),
                 n("rms_earlier_rad_s"),
                 n("pole_rad_s")
