@@ -53,5 +53,5 @@ pub use protocol::{
 };
 pub use roles::{CommandFrames, Counts, Decoded, ReceiverState, Roles, RotorCommands, SenderState};
 pub use route::{Binding, Refusal, Route};
-pub use select::protocol;
+pub use select::{join, protocol};
 pub use timestamps::{Timestamps, timestamps};

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::config::{BusConfig, ProtocolName};
-use super::dronecan::{DronecanBus, DronecanConfig};
+use super::dronecan::{self, DronecanBus, DronecanConfig};
 use super::error::CanError;
 use super::protocol::Protocol;
 use super::resolve::fail;
@@ -20,6 +20,18 @@ pub fn protocol(config: &BusConfig, period_s: f64) -> Result<Box<dyn Protocol>, 
         }
         ProtocolName::Dbc => Ok(Box::new(Roles::build(config, period_s)?)),
         ProtocolName::Dronecan => Ok(Box::new(DronecanBus::build(config, period_s)?)),
+    }
+}
+
+/// The same table with what the bus has to give before a bench can speak there: on DroneCAN a node id, where the bench file leaves
+/// that to an allocator. Waits for it, and says nothing else meanwhile.
+///
+/// # Errors
+/// See [`dronecan::join`].
+pub fn join(config: &BusConfig) -> Result<BusConfig, CanError> {
+    match config.protocol {
+        ProtocolName::Dbc => Ok(config.clone()),
+        ProtocolName::Dronecan => dronecan::join(config),
     }
 }
 

@@ -15,6 +15,10 @@ crate::thresholds! {
     node_silent_ns: u64 = 3_000_000_000, "ns", "DroneCAN specification (OFFLINE_TIMEOUT_MS)";
     /// [ns] between two restarts of a node: within it two nodes are taken to have one id, as their uptimes alternate
     node_restart_apart_ns: u64 = 5_000_000_000, "ns", "judgement";
+    /// [ns] between two parts of a unique id, beyond which a node that asks for a node id begins anew
+    allocation_part_ns: u64 = 500_000_000, "ns", "DroneCAN specification (FOLLOWUP_TIMEOUT_MS)";
+    /// [ns] for which a bench waits for a node id before it gives up: some ten requests
+    allocation_patience_ns: u64 = 10_000_000_000, "ns", "judgement";
     /// [ns/ns] most that an adapter's clock and the machine's run apart
     adapter_drift: f64 = 200e-6, "-", "crystals of 100 ppm on both sides";
     /// [ns] beyond which an adapter's clock has been set anew rather than drifted

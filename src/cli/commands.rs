@@ -65,6 +65,8 @@ const EXAMPLES: &[(&str, &str)] = &[
     ("check", "rotorbench check --config bench.toml"),
     ("dronecan", "rotorbench dronecan list --interface can0"),
     ("dronecan list", "rotorbench dronecan list --interface can0"),
+    ("dronecan allocate", "rotorbench dronecan allocate --interface can0 --table nodes.toml"),
+    ("dronecan param", "rotorbench dronecan param 20 --interface can0"),
     ("emulate", "rotorbench emulate --shm --hide gravity_pendulum:moment=0.4"),
     ("run", "rotorbench run --lockstep --seconds 20 --record run.mcap"),
     ("bridge", "rotorbench bridge --config bench.toml"),

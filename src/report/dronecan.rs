@@ -1,7 +1,7 @@
 //! Who is on a bus that speaks DroneCAN, as a table.
 
 use super::Table;
-use crate::can::dronecan::NodeReport;
+use crate::can::dronecan::{AllocationEvent, NodeReport, Parameter, ParameterValue};
 
 /// The nodes that were heard.
 #[must_use]
@@ -27,6 +27,50 @@ pub fn nodes(nodes: &[NodeReport]) -> String {
         ]);
     }
     table.text()
+}
+
+/// Parameters of a node.
+#[must_use]
+pub fn parameters(parameters: &[Parameter]) -> String {
+    let mut table = Table::new(["name", "value", "default", "least", "greatest", "type"]);
+    for parameter in parameters {
+        let shown =
+            |value: &Option<ParameterValue>| value.as_ref().map_or_else(String::new, |it| it.to_string());
+        table = table.row([
+            parameter.name.clone(),
+            shown(&parameter.value),
+            shown(&parameter.default),
+            shown(&parameter.least),
+            shown(&parameter.greatest),
+            parameter.value.as_ref().map_or("", ParameterValue::name).to_owned(),
+        ]);
+    }
+    table.text()
+}
+
+/// What is said where a node has no parameters.
+#[must_use]
+pub fn no_parameters(node: u8) -> String {
+    format!("node {node} has no parameters")
+}
+
+/// What is said after a parameter was written and not saved.
+pub const NOT_SAVED: &str = "until the node restarts; to keep it beyond: --save";
+
+/// What an allocator did.
+#[must_use]
+pub fn allocation(event: &AllocationEvent) -> String {
+    match event {
+        AllocationEvent::Given { unique_id, node_id, is_new } => {
+            let again = if *is_new { "" } else { ", as before" };
+            format!("{unique_id} is node {node_id}{again}")
+        }
+        AllocationEvent::NoneLeft { unique_id } => format!("{unique_id} gets no node id: none is left"),
+        AllocationEvent::NotKept { error } => {
+            format!("no node id is given: the table cannot be written ({error})")
+        }
+        AllocationEvent::NotAlone { node } => format!("node {node} gives node ids, too"),
+    }
 }
 
 /// What is said where nobody was heard.

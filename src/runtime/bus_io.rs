@@ -9,7 +9,7 @@ use crate::bus_guard::BusGuard;
 use crate::can::{
     Arrival, BridgeEnd, Bus, Counts, Fault, InterfaceAnswer, InterfaceStatus, Port, PortCounts,
 };
-use crate::can::{NodeTrouble, Refusal, protocol};
+use crate::can::{NodeTrouble, Refusal, join, protocol};
 use crate::clock;
 use crate::guard::{Cause, State};
 use crate::rt::{LogQueue, Severity};
@@ -74,7 +74,7 @@ impl BusIo {
     /// # Errors
     /// A DBC file, a role or an interface that cannot be, with its name.
     pub fn open(config: &BenchConfig, bench: &Bench, log: LogQueue) -> Result<Self, ProcessError> {
-        let end = protocol(&config.bus, config.period_s)?.bridge_end();
+        let end = protocol(&join(&config.bus)?, config.period_s)?.bridge_end();
         let interface = &config.bus.interface;
         let port = Port::open_with_echo_of(interface, config.bus.fd, &end.own())?;
         let status = InterfaceStatus::read(interface)?;

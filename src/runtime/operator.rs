@@ -9,7 +9,7 @@ use crate::clock;
 use crate::guard::{Cause, OperatorAct, State};
 use crate::shm::{
     APPLIED, Bench, GUARD_EVENTS, Place, Publisher, REQUEST, Role, STOPS, ShmError, Subscriber, Waiter,
-    guard_without_place,
+    guard_without_place, is_guarded, running_places,
 };
 use crate::signal::{Applied, GuardEvent, Request};
 
@@ -78,6 +78,34 @@ pub fn require_guard(config: &BenchConfig) -> Result<(), ProcessError> {
     let bench = Bench::join(&config.name, &config.shared_memory, Role::Monitor)?;
     let mut applied = bench.subscribe(&APPLIED)?;
     running(&mut applied).map(|_| ()).ok_or_else(|| silent(config, bench.place()))
+}
+
+/// What a guard says of a bench of this machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GuardLook {
+    /// Its state.
+    State(State),
+    /// Something of the bench runs, and no guard: a recorder, a monitor.
+    NoGuard,
+    /// A guard may be there, and says nothing.
+    Silent,
+}
+
+/// What the guards say of all benches that run on this machine, of this user and of this user's groups.
+#[must_use]
+pub fn look() -> Vec<(String, GuardLook)> {
+    running_places().into_iter().map(|place| (place.bench().to_owned(), look_at(place))).collect()
+}
+
+fn look_at(place: Place) -> GuardLook {
+    if !is_guarded(&place) {
+        return GuardLook::NoGuard;
+    }
+    let joined = Bench::join_at(place, Role::Monitor).and_then(|bench| bench.subscribe(&APPLIED));
+    match joined.ok().and_then(|mut applied| running(&mut applied)) {
+        Some(applied) => GuardLook::State(state(&applied)),
+        None => GuardLook::Silent,
+    }
 }
 
 /// Refuses a bench that nobody ever made, and leaves nothing of it behind. One whose directory was removed while a process

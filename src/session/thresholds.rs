@@ -17,4 +17,10 @@ crate::thresholds! {
     whole_ratio: f64 = 0.01, "-", "judgement";
     /// [s] time constant of a closed loop from which it is of little use: a body that hovers has long gone by then
     sluggish_s: f64 = 20.0, "s", "judgement";
+    /// [ns] for which a bus is listened to before node ids are given: each node says once a second who it is, and an allocator that
+    /// is there already answers within one
+    allocator_listens_ns: u64 = 3_000_000_000, "ns", "judgement";
+    /// [ns] for which nobody on a bus may have said that rotors may turn, or turned one, before a node's parameter is written: who
+    /// arms says so twice a second here, and each second elsewhere
+    disarmed_for_ns: u64 = 3_000_000_000, "ns", "judgement";
 }

@@ -36,11 +36,15 @@ pub(super) fn claims_directory(place: &Place) -> PathBuf {
 /// Whether somebody publishes something there, or whether that cannot be found out.
 pub(super) fn any_is_held(place: &Place) -> bool {
     let Ok(claims) = std::fs::read_dir(claims_directory(place)) else { return true };
-    let is_held = |path: PathBuf| {
-        let opened = OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOFOLLOW).open(path);
-        opened.map_or(true, |file| file.try_lock().is_err())
-    };
     claims.flatten().any(|claim| is_held(claim.path()))
+}
+
+/// Whether a process holds the claim of this file, or whether that cannot be found out. Where there is no file, nobody does.
+pub(super) fn is_held(path: PathBuf) -> bool {
+    match OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOFOLLOW).open(path) {
+        Ok(file) => file.try_lock().is_err(),
+        Err(error) => error.kind() != std::io::ErrorKind::NotFound,
+    }
 }
 
 impl Claim {

@@ -82,16 +82,28 @@ pub fn leftovers() -> Vec<Leftover> {
 /// Names of the benches of this user, and of groups this user is in, on which somebody publishes something.
 #[must_use]
 pub fn running() -> Vec<String> {
+    running_places().iter().map(|place| place.bench().to_owned()).collect()
+}
+
+/// Where these benches are, by their names.
+#[must_use]
+pub fn running_places() -> Vec<Place> {
     let mut found = Vec::new();
     for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
         let place = Place::found(&entry.file_name().to_string_lossy());
         let Some((place, metadata)) = place.zip(entry.metadata().ok()) else { continue };
         if metadata.is_dir() && place.is_ours(&metadata) && claim::any_is_held(&place) {
-            found.push(place.bench().to_owned());
+            found.push(place);
         }
     }
-    found.sort();
+    found.sort_by(|a, b| a.bench().cmp(b.bench()));
     found
+}
+
+/// Whether a process has the guard of the bench at `place`.
+#[must_use]
+pub fn is_guarded(place: &Place) -> bool {
+    claim::is_held(claim::claims_directory(place).join(APPLIED.name()))
 }
 
 /// The process that guards the bench of `place` though its directory was removed: it hears what is asked of it, and its answers

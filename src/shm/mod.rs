@@ -36,7 +36,9 @@ use iceoryx2::prelude::{LogLevel, SignalHandlingMode, ipc_threadsafe, set_log_le
 pub use bell::{Bell, Waiter};
 pub use channel::{Publisher, Subscriber};
 pub use error::ShmError;
-pub use leftover::{Leftover, PassingBench, guard_without_place, leftovers, running};
+pub use leftover::{
+    Leftover, PassingBench, guard_without_place, is_guarded, leftovers, running, running_places,
+};
 pub use place::{Place, SharedMemoryConfig, effective_user};
 pub use topic::{
     APPLIED, BUS, COMMAND, CONTROL_STEPS, GUARD_EVENTS, GUARD_STEPS, LOCKSTEP_ANSWERS, LOCKSTEP_STEPS,
@@ -68,9 +70,16 @@ impl Bench {
     /// # Errors
     /// A place that is not ours; iceoryx2's refusals.
     pub fn join(bench: &str, config: &SharedMemoryConfig, role: Role) -> Result<Self, ShmError> {
+        Self::join_at(Place::open(bench, config)?, role)
+    }
+
+    /// The same of a bench that is there, one of [`running_places`].
+    ///
+    /// # Errors
+    /// As [`Bench::join`].
+    pub fn join_at(place: Place, role: Role) -> Result<Self, ShmError> {
         // Its messages are formatted where they happen; in a cycle that would allocate. Errors come back as values.
         set_log_level(LogLevel::Fatal);
-        let place = Place::open(bench, config)?;
         crate::rt::survive_lost_memory()
             .map_err(|error| ShmError::Place { path: place.directory().to_owned(), error })?;
         let node = NodeBuilder::new()

@@ -1,6 +1,6 @@
 //! A bench on DroneCAN, both ends of its bus in memory: roles, arming, other nodes, and what is refused.
 
-use rotorbench::can::dronecan::{Body, RollCall, Value, decode, empty_message};
+use rotorbench::can::dronecan::{Body, RollCall, Talk, Value, decode, empty_message};
 use rotorbench::can::dronecan::{
     CommandKind, DsdlConfig, Frames, Header, Kinship, Library, Subscription, encode,
 };
@@ -21,7 +21,7 @@ pub fn config() -> BusConfig {
     BusConfig { protocol: ProtocolName::Dronecan, ..BusConfig::default() }
 }
 
-fn ends(config: &BusConfig) -> (Box<dyn BridgeEnd>, Box<dyn BenchEnd>) {
+pub fn ends(config: &BusConfig) -> (Box<dyn BridgeEnd>, Box<dyn BenchEnd>) {
     let spoken = protocol(config, 0.02).expect("sound");
     (spoken.bridge_end(), spoken.bench_end(S))
 }
@@ -30,7 +30,7 @@ fn applied(state: u32, rotor: [f64; 2]) -> Applied {
     Applied { state, rotor, ..Applied::default() }
 }
 
-fn measured(now_ns: u64) -> Sensors {
+pub fn measured(now_ns: u64) -> Sensors {
     let mut sensors = Sensors::default();
     for (index, channel) in Channel::ALL.into_iter().enumerate() {
         *channel.of_mut(&mut sensors) = Sample::good(10.0 + index as f64, now_ns, 1);
@@ -40,14 +40,14 @@ fn measured(now_ns: u64) -> Sensors {
 }
 
 /// What the bench sends at `now_ns`.
-fn sent(bench: &mut dyn BenchEnd, now_ns: u64, sensors: &Sensors) -> Vec<Frame> {
+pub fn sent(bench: &mut dyn BenchEnd, now_ns: u64, sensors: &Sensors) -> Vec<Frame> {
     let mut frames = Vec::new();
     bench.send_due(now_ns, sensors, &mut |frame| frames.push(*frame));
     frames
 }
 
 /// A transfer of another node.
-fn transfer(name: &str, kinship: Kinship, source: u8, transfer_id: u8, value: &Value) -> Vec<Frame> {
+pub fn transfer(name: &str, kinship: Kinship, source: u8, transfer_id: u8, value: &Value) -> Vec<Frame> {
     let library = Library::build(&[]).expect("sound");
     let compound = library.get(name).expect("published");
     let structure = match (&compound.body, kinship) {
@@ -62,11 +62,11 @@ fn transfer(name: &str, kinship: Kinship, source: u8, transfer_id: u8, value: &V
     Frames::new(header, subscription.seed, transfer_id, &payload).collect()
 }
 
-fn integers(values: &[i128]) -> Value {
+pub fn integers(values: &[i128]) -> Value {
     Value::List(values.iter().copied().map(Value::Integer).collect())
 }
 
-fn raw_command(source: u8, transfer_id: u8, values: &[i128]) -> Vec<Frame> {
+pub fn raw_command(source: u8, transfer_id: u8, values: &[i128]) -> Vec<Frame> {
     let value = Value::List(vec![integers(values)]);
     transfer("uavcan.equipment.esc.RawCommand", Kinship::Message, source, transfer_id, &value)
 }

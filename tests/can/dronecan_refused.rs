@@ -1,6 +1,6 @@
 //! Tables of a bench on DroneCAN that cannot be.
 
-use rotorbench::can::dronecan::CommandKind;
+use rotorbench::can::dronecan::{CommandKind, NodeId};
 use rotorbench::can::{BusConfig, DatabaseConfig, MessageConfig, SignalConfig, protocol};
 use rotorbench::signal::Channel;
 
@@ -34,7 +34,7 @@ fn a_table_that_cannot_be_is_refused_with_its_place() {
         ),
         (&|it| it.commands.clear(), "bus.commands: "),
         (&|it| it.interface.clear(), "bus.interface: "),
-        (&|it| it.dronecan.node_id = 128, "bus.dronecan.node_id: 128 is no node id"),
+        (&|it| it.dronecan.node_id = NodeId::Fixed(128), "bus.dronecan.node_id: 128 is no node id"),
         (&|it| it.dronecan.esc_index = [1, 1], "bus.dronecan.esc_index: "),
         (&|it| it.dronecan.esc_index = [1, 20], "bus.dronecan.esc_index: "),
         (&|it| it.dronecan.raw_maximum = 0, "bus.dronecan.raw_maximum: 0"),
@@ -72,7 +72,7 @@ fn a_table_that_cannot_be_is_refused_with_its_place() {
     assert!(of_node(&|role| role.minimum = Some(1e9)).contains("no value lies between"));
     // And of the other protocol.
     let mut dbc = BusConfig::default();
-    dbc.dronecan.node_id = 7;
+    dbc.dronecan.node_id = NodeId::Fixed(7);
     assert!(protocol(&dbc, 0.02).map(drop).expect_err("refused").to_string().starts_with("bus.dronecan: "));
     let mut dbc = BusConfig::default();
     dbc.sensors.get_mut(&Channel::BodyRate).expect("built in").esc = Some(1);

@@ -3,7 +3,9 @@
 
 mod bad_input;
 mod dronecan;
+mod dronecan_allocation;
 mod dronecan_bench;
+mod dronecan_param;
 mod dronecan_random;
 mod dronecan_refused;
 mod fuzz;

@@ -61,14 +61,14 @@ impl Drop for Reader {
 }
 
 /// Python with the reference implementation; `tools/witnesses` installs it.
-fn python() -> PathBuf {
+pub fn python() -> PathBuf {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("target/dronecan-venv/bin/python");
     assert!(path.exists(), "{} is there after tools/witnesses", path.display());
     path
 }
 
 /// The bench of `examples/benches/dronecan.toml` on a bus of the test's own.
-fn bench(test: &str, bus: &Bus, rate_hz: f64) -> TestBench {
+pub fn bench(test: &str, bus: &Bus, rate_hz: f64) -> TestBench {
     let template = include_str!("../../examples/benches/dronecan.toml");
     TestBench::new(test, |config| {
         let name = std::mem::take(&mut config.name);

@@ -7,6 +7,7 @@ mod bus;
 #[path = "../processes/counting.rs"]
 mod counting;
 mod dronecan;
+mod dronecan_nodes;
 mod ends;
 mod faults;
 mod flood;

@@ -8,7 +8,7 @@ use rotorbench::guard::GuardConfig;
 use rotorbench::log::LOG_SIGNALS;
 use rotorbench::signal::{After, Sensor};
 use rotorbench::unit::UNITS;
-use rotorbench::{can, diagnose, fleet, identify, screening, studies};
+use rotorbench::{can, diagnose, fleet, identify, screening, session, studies};
 
 use super::{pages, root};
 
@@ -171,9 +171,16 @@ fn what_a_fleet_and_a_bus_are_judged_by_is_what_their_pages_say() {
     );
     holds("docs/guide/bench-file.md", &[format!("above {warned} % bus load with a warning")]);
     let silent = bus.node_silent_ns as f64 / 1e9;
+    let asked = session::thresholds::THRESHOLDS;
     holds(
         "docs/guide/dronecan.md",
-        &[format!("silent for {silent} s"), format!("After {silent} s of silence")],
+        &[
+            format!("silent for {silent} s"),
+            format!("After {silent} s of silence"),
+            format!("for {} s nobody on the bus has said", asked.disarmed_for_ns as f64 / 1e9),
+            format!("after {} s without an answer", bus.allocation_patience_ns as f64 / 1e9),
+            format!("It listens for {} s", asked.allocator_listens_ns as f64 / 1e9),
+        ],
     );
 }
 

@@ -62,7 +62,7 @@ impl Commands {
         let own = |command: &str| match command {
             "experiment" => &["constant", "ramp", "steps", "prbs", "chirp"][..],
             "fleet" => &["plan", "run", "merge"],
-            "dronecan" => &["list"],
+            "dronecan" => &["list", "param", "allocate"],
             _ => &[],
         };
         let options = |command: &String| {

@@ -7,10 +7,11 @@ use crate::can::route::Refusal;
 use crate::clock::{self, NANOSECONDS_PER_SECOND};
 use crate::signal::{Channel, Sensors};
 
-use super::assembler::{Assembler, Subscription};
+use super::assembler::{Assembler, Subscription, Transfer};
 use super::bus::DronecanBus;
 use super::node::Node;
 use super::place::Place;
+use super::store::{MOST_ANSWER, Store};
 use super::transfer::{Frames, GREATEST_NODE, Header, TransferId, priority};
 
 /// [ns] for which an ESC believes that it is armed without hearing it again.
@@ -43,6 +44,8 @@ enum Purpose {
     Command,
     Arming,
     InfoRequest { node: usize },
+    Parameter { node: usize },
+    Opcode { node: usize },
 }
 
 /// The bench's end of a bus on DroneCAN.
@@ -53,6 +56,8 @@ pub(super) struct Bench {
     purposes: Vec<Purpose>,
     counts: Counts,
     nodes: Vec<Node>,
+    /// Parameters of each node; those of an ESC have some.
+    stores: Vec<Option<Store>>,
     messages: Vec<Sent>,
     /// Whether the rotors may turn, as it was heard last, and when [ns].
     armed: (bool, u64),
@@ -61,11 +66,13 @@ pub(super) struct Bench {
 impl Bench {
     pub fn new(bus: &DronecanBus, now_ns: u64) -> Self {
         let (mut nodes, mut messages): (Vec<Node>, Vec<Sent>) = (Vec::new(), Vec::new());
+        let mut stores: Vec<Option<Store>> = Vec::new();
         for (at, received) in bus.received.iter().enumerate() {
             for ((node, esc), bounds) in received.senders() {
                 let id = node.unwrap_or_else(|| free_id(bus, at, esc));
                 let place = nodes.iter().position(|known| known.id == id).unwrap_or_else(|| {
                     nodes.push(Node::new(&bus.common, id, NAME));
+                    stores.push(esc.map(Store::of_esc));
                     nodes.len() - 1
                 });
                 let mut payload = received.empty_payload();
@@ -85,16 +92,13 @@ impl Bench {
                 });
             }
         }
-        let mut all =
-            vec![(bus.command.subscription, Purpose::Command), (bus.common.arming, Purpose::Arming)];
-        let asked = nodes.iter().enumerate();
-        all.extend(asked.map(|(node, it)| (bus.common.info_request(it.id), Purpose::InfoRequest { node })));
-        let (subscriptions, purposes) = all.into_iter().unzip();
+        let (subscriptions, purposes) = listened_to(bus, &nodes, &stores).into_iter().unzip();
         Self {
             assembler: Assembler::new(subscriptions),
             purposes,
             counts: Counts::default(),
             nodes,
+            stores,
             messages,
             armed: (false, 0),
             bus: bus.clone(),
@@ -104,6 +108,33 @@ impl Bench {
     fn refuse(&mut self, refusal: Refusal) -> Decoded {
         self.counts.add(refusal);
         Decoded { updated: 0, refused: Some(refusal) }
+    }
+}
+
+/// What the emulated nodes listen to, and what for.
+fn listened_to(bus: &DronecanBus, nodes: &[Node], stores: &[Option<Store>]) -> Vec<(Subscription, Purpose)> {
+    let common = &bus.common;
+    let mut all = vec![(bus.command.subscription, Purpose::Command), (common.arming, Purpose::Arming)];
+    for (node, (it, store)) in nodes.iter().zip(stores).enumerate() {
+        all.push((common.info_request(it.id), Purpose::InfoRequest { node }));
+        if store.is_some() {
+            all.push((common.get_set.requests_to(it.id), Purpose::Parameter { node }));
+            all.push((common.execute_opcode.requests_to(it.id), Purpose::Opcode { node }));
+        }
+    }
+    all
+}
+
+/// Has an emulated node answer who asks for one of its parameters, or what to do with them.
+fn answer(bus: &DronecanBus, node: &mut Node, store: &mut Store, transfer: &Transfer<'_>, is_opcode: bool) {
+    let mut answer = [0; MOST_ANSWER];
+    let (service, length) = if is_opcode {
+        (&bus.common.execute_opcode, store.execute(transfer.payload, &mut answer))
+    } else {
+        (&bus.common.get_set, store.get_set(transfer.payload, &mut answer))
+    };
+    if let Some(payload) = length.and_then(|length| answer.get(..length)) {
+        node.respond(service, transfer.header.source, transfer.transfer_id, payload);
     }
 }
 
@@ -125,7 +156,7 @@ impl BenchEnd for Bench {
     fn receive(&mut self, frame: &Frame, stamp_ns: u64, commands: &mut RotorCommands) -> Decoded {
         self.counts.frames = self.counts.frames.wrapping_add(1);
         let nothing = Decoded { updated: 0, refused: None };
-        let Self { bus, assembler, purposes, counts, nodes, armed, .. } = self;
+        let Self { bus, assembler, purposes, counts, nodes, stores, armed, .. } = self;
         let transfer = match assembler.receive(frame, stamp_ns) {
             Ok(Some(transfer)) => transfer,
             Ok(None) => return nothing,
@@ -161,6 +192,13 @@ impl BenchEnd for Bench {
             Some(Purpose::InfoRequest { node }) => {
                 if let Some(node) = nodes.get_mut(*node) {
                     node.ask(transfer.header.source, transfer.transfer_id);
+                }
+                nothing
+            }
+            Some(Purpose::Parameter { node } | Purpose::Opcode { node }) => {
+                let is_opcode = matches!(purposes.get(transfer.subscription), Some(Purpose::Opcode { .. }));
+                if let (Some(it), Some(Some(store))) = (nodes.get_mut(*node), stores.get_mut(*node)) {
+                    answer(bus, it, store, &transfer, is_opcode);
                 }
                 nothing
             }

@@ -72,7 +72,7 @@ impl Bridge {
             purposes,
             counts: Counts::default(),
             watch: Watch::new(),
-            node: Node::new(&bus.common, bus.node_id, NAME),
+            node: Node::with_unique_id(&bus.common, bus.node_id, NAME, bus.unique_id),
             command_id: TransferId::default(),
             arming_id: TransferId::default(),
             armed: None,
@@ -103,7 +103,8 @@ impl BridgeEnd for Bridge {
             Err(refusal) => return self.refuse(refusal),
         };
         let source = transfer.header.source;
-        if source == bus.node_id {
+        // Nobody's number is that of many.
+        if source == bus.node_id && source != 0 {
             watch.twice(source, stamp_ns);
         }
         let refused = match purposes.get(transfer.subscription).copied() {
@@ -131,6 +132,9 @@ impl BridgeEnd for Bridge {
     }
 
     fn commands(&mut self, applied: &Applied) -> &[Frame] {
+        if self.bus.node_id == 0 {
+            return &[];
+        }
         let Commanding { full, rotors, length, type_id, subscription, .. } = self.bus.command;
         let mut payload = [0; MOST_COMMAND * 8];
         for (place, rotor) in rotors.iter().zip(applied.rotor) {
@@ -148,6 +152,9 @@ impl BridgeEnd for Bridge {
     }
 
     fn owed(&mut self, now_ns: u64, applied: &Applied) -> &[Frame] {
+        if self.bus.node_id == 0 {
+            return &[];
+        }
         let mut count = 0;
         let mut owe = |frame: Option<Frame>| {
             if let (Some(frame), Some(place)) = (frame, self.owed.get_mut(count)) {

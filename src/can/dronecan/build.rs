@@ -14,6 +14,7 @@ use super::bus::{Commanding, DronecanBus};
 use super::common::{Common, name};
 use super::config::{CommandKind, DronecanConfig, DsdlConfig};
 use super::describe::{descriptions, load};
+use super::join::unique_id;
 use super::library::{Definition, Library};
 use super::place::Place;
 use super::received::receive;
@@ -57,7 +58,9 @@ impl DronecanBus {
         let (command, other_command) = if own.command == CommandKind::Raw { (raw, rpm) } else { (rpm, raw) };
         let received = receive(config, &library, period_s)?;
         let bus = Self {
-            node_id: own.node_id,
+            // Nobody's, until an allocator has given one: what is said before is left unsaid.
+            node_id: own.node_id.number().unwrap_or(0),
+            unique_id: unique_id(config),
             esc_index: own.esc_index,
             command,
             other_command,
@@ -85,8 +88,8 @@ fn check_table(config: &BusConfig) -> Result<(), CanError> {
     if config.commands != default.commands {
         return Err(fail("commands", "the commands of DroneCAN are said in bus.dronecan".to_owned()));
     }
-    if !(1..=GREATEST_NODE).contains(&own.node_id) {
-        let reason = format!("{} is no node id of 1 to {GREATEST_NODE}", own.node_id);
+    if let Some(number) = own.node_id.number().filter(|it| !(1..=GREATEST_NODE).contains(it)) {
+        let reason = format!("{number} is no node id of 1 to {GREATEST_NODE}");
         return Err(fail("dronecan.node_id", reason));
     }
     if own.esc_index[0] == own.esc_index[1] || own.esc_index.iter().any(|index| *index > LAST_ESC) {

@@ -2,6 +2,7 @@
 
 use crate::signal::ROTORS;
 
+use super::allocation::UniqueId;
 use super::assembler::Subscription;
 use super::common::Common;
 use super::place::Place;
@@ -27,7 +28,10 @@ pub(super) struct Commanding {
 /// The `[bus]` table of a bench on DroneCAN, resolved.
 #[derive(Debug, Clone)]
 pub struct DronecanBus {
+    /// 0 = an allocator has given none yet.
     pub(super) node_id: u8,
+    /// Of this bench, for the allocator and who asks.
+    pub(super) unique_id: UniqueId,
     pub(super) esc_index: [u8; ROTORS],
     /// What is sent, and, of the same kind or the other, what nobody else may send.
     pub(super) command: Commanding,

@@ -7,6 +7,7 @@ use super::assembler::Subscription;
 use super::dsdl::Body;
 use super::library::Library;
 use super::place::Place;
+use super::service::{self, Service};
 use super::transfer::Kinship;
 use super::value::{empty_message, encode};
 
@@ -35,6 +36,9 @@ pub(super) struct Common {
     pub info: Vec<u8>,
     /// Where the sixteen bytes of a node's unique id begin in `info`.
     pub unique_id: usize,
+    /// Parameters of a node, and what it does with them.
+    pub get_set: Service,
+    pub execute_opcode: Service,
 }
 
 impl Common {
@@ -68,6 +72,8 @@ impl Common {
             info_signature: info.signature,
             unique_id: place("hardware_version.unique_id[0]")?.at / 8,
             info: bytes,
+            get_set: Service::find(library, service::name::GET_SET)?,
+            execute_opcode: Service::find(library, service::name::EXECUTE_OPCODE)?,
         })
     }
 

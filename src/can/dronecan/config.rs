@@ -3,13 +3,17 @@
 use std::fs::File;
 use std::io::Read;
 
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::can::error::CanError;
 use crate::signal::ROTORS;
 
 /// Greatest size of a file of DSDL [byte].
 const LARGEST_FILE: u64 = 1 << 20;
+
+/// Word for a node id that an allocator gives.
+const DYNAMIC: &str = "dynamic";
 
 /// Which message carries the commands.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -22,12 +26,62 @@ pub enum CommandKind {
     Rpm,
 }
 
+/// The number of a node of ours.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NodeId {
+    /// This one.
+    Fixed(u8),
+    /// One that an allocator gives; it has given none yet.
+    Dynamic,
+    /// The one that it gave.
+    Allocated(u8),
+}
+
+impl NodeId {
+    /// The number, if there is one.
+    #[must_use]
+    pub fn number(self) -> Option<u8> {
+        match self {
+            Self::Fixed(number) | Self::Allocated(number) => Some(number),
+            Self::Dynamic => None,
+        }
+    }
+}
+
+/// As people write it: a number, or a word for one that is given.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged)]
+enum WrittenNodeId {
+    Number(u8),
+    Word(String),
+}
+
+impl Serialize for NodeId {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let written = match self {
+            Self::Fixed(number) => WrittenNodeId::Number(*number),
+            Self::Dynamic | Self::Allocated(_) => WrittenNodeId::Word(DYNAMIC.to_owned()),
+        };
+        written.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for NodeId {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        match WrittenNodeId::deserialize(deserializer) {
+            Ok(WrittenNodeId::Number(number)) => Ok(Self::Fixed(number)),
+            Ok(WrittenNodeId::Word(word)) if word == DYNAMIC => Ok(Self::Dynamic),
+            _ => Err(D::Error::custom("a node id of 1 to 127 or \"dynamic\" is expected")),
+        }
+    }
+}
+
 /// The `[bus.dronecan]` table.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct DronecanConfig {
-    /// Node id of the bridge, 1 to 127.
-    pub node_id: u8,
+    /// Node id of the bridge, 1 to 127, or `dynamic`: an allocator on the bus gives one.
+    pub node_id: NodeId,
     /// Index that the ESC of each rotor has in commands and in what it reports.
     pub esc_index: [u8; ROTORS],
     /// Which message carries the commands.
@@ -54,7 +108,7 @@ pub struct DsdlConfig {
 impl Default for DronecanConfig {
     fn default() -> Self {
         Self {
-            node_id: 100,
+            node_id: NodeId::Fixed(100),
             esc_index: [0, 1],
             command: CommandKind::Raw,
             raw_maximum: 8191,

@@ -28,6 +28,7 @@ published! {
     "uavcan/protocol/HardwareVersion.uavcan"
     "uavcan/protocol/SoftwareVersion.uavcan"
     "uavcan/protocol/dynamic_node_id/1.Allocation.uavcan"
+    "uavcan/protocol/param/10.ExecuteOpcode.uavcan"
     "uavcan/protocol/param/11.GetSet.uavcan"
     "uavcan/protocol/param/Empty.uavcan"
     "uavcan/protocol/param/NumericValue.uavcan"
@@ -202,6 +203,7 @@ mod tests {
             ("uavcan.equipment.safety.ArmingStatus", 1100, 0x8700_f375_556a_8003),
             ("uavcan.protocol.dynamic_node_id.Allocation", 1, 0x0b2a_8126_20a1_1d40),
             ("uavcan.protocol.GetNodeInfo", 1, 0xee46_8a81_21c4_6a9e),
+            ("uavcan.protocol.param.ExecuteOpcode", 10, 0x3b13_1ac5_eb69_d2cd),
             ("uavcan.protocol.param.GetSet", 11, 0xa7b6_22f9_39d1_a4d5),
         ] {
             let compound = library.get(name).expect(name);

@@ -9,6 +9,9 @@
 //! DroneCAN specification v1 (dronecan.github.io/Specification); checked bit for bit against its reference implementation in
 //! Python (`tools/golden-dronecan`).
 
+mod allocatee;
+mod allocation;
+mod allocator;
 mod assembler;
 mod bench;
 mod bits;
@@ -20,22 +23,33 @@ mod config;
 mod crc;
 mod describe;
 mod dsdl;
+mod join;
 mod library;
 mod node;
+mod parameter;
 mod parse;
 mod place;
 mod received;
 mod roll_call;
+mod service;
+mod store;
+mod talk;
 mod transfer;
 mod value;
 mod watch;
 
+pub use allocatee::Allocatee;
+pub use allocation::UniqueId;
+pub use allocator::{AllocationEvent, AllocationTable, Allocator, Keep};
 pub use assembler::{Assembler, Subscription, Transfer};
 pub use bus::DronecanBus;
-pub use config::{CommandKind, DronecanConfig, DsdlConfig};
+pub use config::{CommandKind, DronecanConfig, DsdlConfig, NodeId};
 pub use dsdl::{Array, Body, Cast, Compound, Field, Kind, Primitive, Structure, Type};
+pub use join::join;
 pub use library::{Definition, Library};
+pub use parameter::{Answer, Heard, Parameter, ParameterTalk, ParameterValue, Question};
 pub use place::Place;
 pub use roll_call::{NodeInfo, NodeReport, RollCall};
+pub use talk::Talk;
 pub use transfer::{FRAME_BYTES, Frames, GREATEST_NODE, Header, Kinship, Tail, TransferId, priority};
 pub use value::{Value, ValueError, decode, empty, empty_message, encode};

@@ -3,8 +3,11 @@
 use crate::can::frame::Frame;
 use crate::clock::NANOSECONDS_PER_SECOND;
 
+use super::allocation::{UNIQUE, UniqueId};
 use super::common::Common;
 use super::crc;
+use super::service::Service;
+use super::store::MOST_ANSWER;
 use super::transfer::{Frames, Header, Kinship, TransferId, priority};
 
 /// [ns] between two of a node's `NodeStatus`.
@@ -26,7 +29,7 @@ pub(super) struct Node {
     due_ns: u64,
     status_id: TransferId,
     seed: u16,
-    /// The response to `GetNodeInfo`, and its frames that are still to be sent.
+    /// The response to `GetNodeInfo`, and the frames of an answer that are still to be sent.
     info: Vec<u8>,
     answer: Vec<Frame>,
     answered: usize,
@@ -35,13 +38,19 @@ pub(super) struct Node {
 impl Node {
     /// The node with this id, `name` and a unique id of its own on this bus.
     pub fn new(common: &Common, id: u8, name: &str) -> Self {
-        let mut info = common.info.clone();
+        let mut unique_id = UniqueId([0; UNIQUE]);
         let unique = b"rotorbench".iter().chain(std::iter::once(&id));
-        for (place, byte) in info.iter_mut().skip(common.unique_id).zip(unique) {
-            *place = *byte;
-        }
+        unique_id.0.iter_mut().zip(unique).for_each(|(place, byte)| *place = *byte);
+        Self::with_unique_id(common, id, name, unique_id)
+    }
+
+    /// The same with this unique id.
+    pub fn with_unique_id(common: &Common, id: u8, name: &str, unique_id: UniqueId) -> Self {
+        let mut info = common.info.clone();
+        let place = info.iter_mut().skip(common.unique_id);
+        place.zip(unique_id.0).for_each(|(place, byte)| *place = byte);
         info.extend_from_slice(name.as_bytes());
-        let answer = Vec::with_capacity(Frames::count(info.len()));
+        let answer = Vec::with_capacity(Frames::count(info.len().max(MOST_ANSWER)));
         let seed = crc::transfer_seed(common.info_signature);
         Self {
             id,
@@ -87,6 +96,15 @@ impl Node {
         self.answer.clear();
         // Room was made for exactly these.
         self.answer.extend(Frames::new(header, self.seed, transfer_id, &self.info));
+        self.answered = 0;
+    }
+
+    /// Answers who asked for something else, in [`MOST_ANSWER`] bytes at most; in the place of an answer that is still under
+    /// way, whose receiver asks again.
+    pub fn respond(&mut self, service: &Service, who: u8, transfer_id: u8, payload: &[u8]) {
+        let payload = payload.get(..MOST_ANSWER).unwrap_or(payload);
+        self.answer.clear();
+        self.answer.extend(Frames::new(service.response(self.id, who), service.seed(), transfer_id, payload));
         self.answered = 0;
     }
 

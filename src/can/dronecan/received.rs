@@ -213,7 +213,9 @@ fn bind(
     let node = role.node.map(|node| {
         let node = u8::try_from(node).ok().filter(|node| (1..=GREATEST_NODE).contains(node));
         match node.ok_or(format!("a node id is 1 to {GREATEST_NODE}"))? {
-            node if node == config.dronecan.node_id => Err(format!("{node} is the bridge's own node id")),
+            node if Some(node) == config.dronecan.node_id.number() => {
+                Err(format!("{node} is the bridge's own node id"))
+            }
             node => Ok(node),
         }
     });

@@ -12,11 +12,14 @@ use super::common::{Common, name};
 use super::dsdl::{Body, Structure};
 use super::library::Library;
 use super::node::Node;
+use super::talk::Talk;
 use super::transfer::{Frames, GREATEST_NODE, Header, Kinship, TransferId, priority};
 use super::value::{Value, decode};
 
 /// [ns] after which a node that did not answer is asked again.
 const ASK_AGAIN_NS: u64 = NANOSECONDS_PER_SECOND / 2;
+/// Which of its subscriptions is that of a node that asks who this is.
+const INFO_REQUEST: usize = 2;
 /// How this node names itself while it asks.
 const NAME: &str = "org.rotorbench.list";
 
@@ -81,7 +84,7 @@ impl RollCall {
         let kinship = Kinship::Response { to: own };
         let answers = Subscription::new(common.info_id, kinship, common.info_signature, response.most_bits());
         Ok(Self {
-            assembler: Assembler::new(vec![common.status, answers]),
+            assembler: Assembler::new(vec![common.status, answers, common.info_request(own)]),
             node: Node::new(&common, own, NAME),
             seed: answers.seed,
             transfer_ids: BTreeMap::new(),
@@ -91,11 +94,28 @@ impl RollCall {
         })
     }
 
-    /// Takes in a frame of another node.
-    pub fn receive(&mut self, frame: &Frame, now_ns: u64) {
+    /// The number that it asks under.
+    #[must_use]
+    pub fn own(&self) -> u8 {
+        self.node.id
+    }
+
+    /// Who was heard, by number.
+    #[must_use]
+    pub fn nodes(&self) -> Vec<NodeReport> {
+        self.nodes.values().map(|(report, _)| report.clone()).collect()
+    }
+}
+
+impl Talk for RollCall {
+    fn receive(&mut self, frame: &Frame, now_ns: u64) {
         // What is not whole is asked for again.
         let Ok(Some(transfer)) = self.assembler.receive(frame, now_ns) else { return };
         let id = transfer.header.source;
+        if transfer.subscription == INFO_REQUEST {
+            self.node.ask(id, transfer.transfer_id);
+            return;
+        }
         let (report, _) = self.nodes.entry(id).or_default();
         report.id = id;
         if transfer.subscription == 0 {
@@ -109,9 +129,9 @@ impl RollCall {
         }
     }
 
-    /// What is to be sent at `now_ns`: our own state, and questions.
-    pub fn owed(&mut self, now_ns: u64) -> Vec<Frame> {
+    fn owed(&mut self, now_ns: u64) -> Vec<Frame> {
         let mut frames: Vec<Frame> = self.node.status(now_ns, 0).into_iter().collect();
+        frames.extend(std::iter::from_fn(|| self.node.answer()));
         for (id, (report, asked_ns)) in &mut self.nodes {
             let is_time = *asked_ns == 0 || now_ns.saturating_sub(*asked_ns) >= ASK_AGAIN_NS;
             if report.info.is_some() || !is_time {
@@ -129,12 +149,6 @@ impl RollCall {
             frames.extend(Frames::new(header, self.seed, transfer_id, &[]));
         }
         frames
-    }
-
-    /// Who was heard, by number.
-    #[must_use]
-    pub fn nodes(&self) -> Vec<NodeReport> {
-        self.nodes.values().map(|(report, _)| report.clone()).collect()
     }
 }
 

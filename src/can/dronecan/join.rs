@@ -1,0 +1,78 @@
+//! A node id of the bench's own, where the bench file leaves that to an allocator: asked for once, before a bench is there.
+
+use std::fs;
+use std::time::Duration;
+
+use crate::can::bus::Arrival;
+use crate::can::config::BusConfig;
+use crate::can::error::CanError;
+use crate::can::port::Port;
+use crate::can::thresholds::THRESHOLDS;
+use crate::clock;
+
+use super::allocatee::Allocatee;
+use super::allocation::{UNIQUE, UniqueId};
+use super::config::NodeId;
+use super::talk::Talk;
+
+/// How often it looks what came.
+const LOOK_EVERY: Duration = Duration::from_millis(2);
+
+/// The unique id of a bench: of this machine, the interface and the ESCs, so that it is the same after each start and no other
+/// bench has it.
+pub(super) fn unique_id(config: &BusConfig) -> UniqueId {
+    let machine = fs::read_to_string("/etc/machine-id")
+        .or_else(|_| fs::read_to_string("/proc/sys/kernel/hostname"))
+        .unwrap_or_default();
+    let whole = format!("rotorbench {} {} {:?}", machine.trim(), config.interface, config.dronecan.esc_index);
+    // Twice FNV-1a, forwards and backwards: nothing of the machine can be read from it.
+    let hash = |bytes: &mut dyn Iterator<Item = u8>| {
+        bytes.fold(0xCBF2_9CE4_8422_2325_u64, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3)
+        })
+    };
+    let mut bytes = [0; UNIQUE];
+    let (low, high) = bytes.split_at_mut(UNIQUE / 2);
+    low.copy_from_slice(&hash(&mut whole.bytes()).to_le_bytes());
+    high.copy_from_slice(&hash(&mut whole.bytes().rev()).to_le_bytes());
+    UniqueId(bytes)
+}
+
+/// The same table with a node id: asks an allocator where there is none yet, and says nothing else meanwhile.
+///
+/// # Errors
+/// An interface that cannot be opened or goes down, and [`CanError::Interface`] where nobody gives one in time.
+pub fn join(config: &BusConfig) -> Result<BusConfig, CanError> {
+    let mut config = config.clone();
+    if config.dronecan.node_id != NodeId::Dynamic {
+        return Ok(config);
+    }
+    let fail = |reason: String| CanError::Interface { interface: config.interface.clone(), reason };
+    let mut port = Port::open(&config.interface, false)?;
+    let mut allocatee = Allocatee::new(unique_id(&config), 0)?;
+    let end_ns = clock::monotonic_ns().saturating_add(THRESHOLDS.allocation_patience_ns);
+    while clock::monotonic_ns() < end_ns {
+        let received = port.receive(|arrival| {
+            if let Arrival::Frame { frame, stamp_ns, .. } = arrival {
+                allocatee.receive(&frame, stamp_ns);
+            }
+        });
+        received.map_err(|fault| fail(fault.to_string()))?;
+        if let Some((node_id, _)) = allocatee.given() {
+            config.dronecan.node_id = NodeId::Allocated(node_id);
+            return Ok(config);
+        }
+        for frame in allocatee.owed(clock::monotonic_ns()) {
+            // Dropped where there is no room: asked again.
+            let _ = port.send(&frame);
+        }
+        std::thread::sleep(LOOK_EVERY);
+    }
+    let seconds = clock::span_s(THRESHOLDS.allocation_patience_ns);
+    Err(fail(match allocatee.allocator() {
+        Some(node) => format!("node {node} gives node ids, and gave none to this bench within {seconds} s"),
+        None => format!(
+            "nobody gave this bench a node id within {seconds} s: `rotorbench dronecan allocate` does, or name one in bus.dronecan.node_id"
+        ),
+    }))
+}

@@ -1,0 +1,64 @@
+//! A bus for somebody who talks on it without a bench: frames to and fro, and the time.
+
+use std::os::fd::AsRawFd;
+
+use crate::can::dronecan::Talk;
+use crate::can::{Arrival, CanError, Port};
+use crate::clock;
+use crate::rt;
+
+/// [ns] between two looks at what is to be sent, though no frame comes.
+const LOOK_EVERY_NS: u64 = 50_000_000;
+
+/// What carries the frames.
+pub(super) trait Wire {
+    /// Lets `talk` hear and speak for a moment, which ends at `until_ns` at the latest; the time after it [ns].
+    ///
+    /// # Errors
+    /// A bus that is no longer there.
+    fn turn(&mut self, talk: &mut dyn Talk, until_ns: u64) -> Result<u64, CanError>;
+
+    /// [ns] now.
+    fn now_ns(&self) -> u64;
+}
+
+/// A CAN interface.
+pub(super) struct PortWire {
+    interface: String,
+    port: Port,
+}
+
+impl PortWire {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// See [`Port::open`].
+    pub(super) fn open(interface: &str) -> Result<Self, CanError> {
+        Ok(Self { port: Port::open(interface, false)?, interface: interface.to_owned() })
+    }
+}
+
+impl Wire for PortWire {
+    fn turn(&mut self, talk: &mut dyn Talk, until_ns: u64) -> Result<u64, CanError> {
+        let received = self.port.receive(|arrival| {
+            if let Arrival::Frame { frame, stamp_ns, .. } = arrival {
+                talk.receive(&frame, stamp_ns);
+            }
+        });
+        received.map_err(|fault| CanError::Interface {
+            interface: self.interface.clone(),
+            reason: fault.to_string(),
+        })?;
+        let now_ns = clock::monotonic_ns();
+        for frame in talk.owed(now_ns) {
+            // Dropped where there is no room: owed again.
+            let _ = self.port.send(&frame);
+        }
+        let _ = rt::wait([self.port.as_raw_fd()], until_ns.min(now_ns.saturating_add(LOOK_EVERY_NS)));
+        Ok(clock::monotonic_ns())
+    }
+
+    fn now_ns(&self) -> u64 {
+        clock::monotonic_ns()
+    }
+}
