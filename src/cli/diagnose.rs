@@ -2,13 +2,12 @@
 
 use std::path::PathBuf;
 
-use super::log_arguments::LogArguments;
 use super::output::{Force, writable};
+use super::search_arguments::SearchArguments;
 use super::watched::{cancellable, searching};
 use super::{CliError, CliResult, Outcome};
 use crate::cancel::Cancel;
-use crate::compare::CompareConfig;
-use crate::diagnose::{DiagnoseConfig, Diagnosis, RotorDiagnoses, Verdict};
+use crate::diagnose::{Diagnosis, RotorDiagnoses, Verdict};
 use crate::model::Model;
 use crate::report::next_steps::NextStep;
 use crate::report::{self, json, rotors};
@@ -18,20 +17,8 @@ use crate::session::{self, Job};
 /// Arguments of `diagnose`.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// Model file, or `paper`
-    #[arg(long, default_value = "paper")]
-    model: PathBuf,
-    /// Logs to fit on
-    #[arg(long, required = true, num_args = 1..)]
-    log: Vec<PathBuf>,
-    /// Validation logs; without them every third stretch of the training logs is held out
-    #[arg(long, num_args = 1..)]
-    validate: Vec<PathBuf>,
     #[command(flatten)]
-    pub(super) logs: LogArguments,
-    /// Windows over which the body runs freely [s]
-    #[arg(value_parser = super::log_arguments::horizon, long, default_value_t = DiagnoseConfig::default().horizon)]
-    horizon_s: f64,
+    pub(super) search: SearchArguments,
     #[command(flatten)]
     force: Force,
     /// Answer as JSON on standard output
@@ -44,26 +31,24 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
-    let inputs = arguments.log.iter().chain(&arguments.validate).chain([&arguments.model]);
-    writable(&arguments.report, inputs, arguments.force)?;
-    let model = session::open_model(&arguments.model)?;
-    let config = DiagnoseConfig { horizon: arguments.horizon_s, ..DiagnoseConfig::default() };
+    let search = &arguments.search;
+    writable(&arguments.report, search.inputs(), arguments.force)?;
+    let model = session::open_model(&search.model)?;
     let (answer, page) = cancellable(|cancel| {
-        let open = arguments.logs.open_config();
-        let train = session::open_all(&arguments.log, &open, &Job::unwatched(cancel))?;
-        let validate = session::open_all(&arguments.validate, &open, &Job::unwatched(cancel))?;
+        let (train, validate) = search.open(cancel)?;
         let rotors = session::many_rotors(&train);
         if !rotors.is_empty() {
             let found = each_rotor(arguments, &model, (&train, &validate), &rotors, cancel)?;
             return Ok((Answer::Rotors(found), None));
         }
-        let diagnosis = searching(cancel, |job| session::diagnose(&model, &train, &validate, &config, job))?;
-        let next = next_steps(arguments, &diagnosis);
+        let diagnosis =
+            searching(cancel, |job| session::diagnose(&model, &train, &validate, &search.config(), job))?;
+        let next = next_steps(search, &diagnosis);
         let shown = if validate.is_empty() { &train } else { &validate };
-        let windows = CompareConfig { horizon_s: arguments.horizon_s, ..CompareConfig::default() };
         let job = Job::unwatched(cancel);
         let page = arguments.report.as_ref().map(|path| {
-            let compared = session::compare_extension(&model, &diagnosis.model, shown, &windows, &job)?;
+            let compared =
+                session::compare_extension(&model, &diagnosis.model, shown, &search.windows(), &job)?;
             Ok::<_, CliError>((path, report::diagnosis::page(&diagnosis, &compared, shown, &next)))
         });
         let page = page.transpose()?;
@@ -85,8 +70,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
             if arguments.json {
                 println!("{}", json::answer(&rotors::diagnoses_json(found)?)?);
             } else {
-                let whole = whole_story(arguments, found);
-                print!("{}", rotors::diagnoses(found, &extensions(arguments, found), &whole));
+                let whole = whole_story(search, found);
+                print!("{}", rotors::diagnoses(found, &extensions(search, found), &whole));
             }
             found.verdict
         }
@@ -116,7 +101,7 @@ fn each_rotor(
             rotors[0]
         )));
     }
-    let config = DiagnoseConfig { horizon: arguments.horizon_s, ..DiagnoseConfig::default() };
+    let config = arguments.search.config();
     Ok(searching(cancel, |job| session::diagnose_each(model, logs, rotors, &config, job))?)
 }
 
@@ -125,18 +110,18 @@ fn named(paths: &[PathBuf]) -> Vec<String> {
 }
 
 /// What to do next.
-fn next_steps(arguments: &Arguments, diagnosis: &Diagnosis) -> Vec<NextStep> {
-    let model = arguments.model.display().to_string();
-    let logs = (&named(&arguments.log)[..], &named(&arguments.validate)[..]);
-    report::next_steps::next_steps(diagnosis, &model, logs, &arguments.logs.as_typed())
+fn next_steps(search: &SearchArguments, diagnosis: &Diagnosis) -> Vec<NextStep> {
+    let model = search.model.display().to_string();
+    let logs = (&named(&search.log)[..], &named(&search.validate)[..]);
+    report::next_steps::next_steps(diagnosis, &model, logs, &search.logs.as_typed())
 }
 
 /// The command that takes over what was found of each rotor, as far as there is one.
-fn extensions(arguments: &Arguments, found: &RotorDiagnoses) -> Vec<String> {
+fn extensions(search: &SearchArguments, found: &RotorDiagnoses) -> Vec<String> {
     let own = found.rotors.iter().filter_map(|of| {
         let (model, options) =
-            (arguments.model.display().to_string(), arguments.logs.of_rotor(of.rotor).as_typed());
-        let logs = (&named(&arguments.log)[..], &named(&arguments.validate)[..]);
+            (search.model.display().to_string(), search.logs.of_rotor(of.rotor).as_typed());
+        let logs = (&named(&search.log)[..], &named(&search.validate)[..]);
         let steps = report::next_steps::next_steps_of_rotor(&of.diagnosis, of.rotor, &model, logs, &options);
         steps.into_iter().find_map(|step| step.command)
     });
@@ -144,14 +129,14 @@ fn extensions(arguments: &Arguments, found: &RotorDiagnoses) -> Vec<String> {
 }
 
 /// The command that tells the whole story of the first rotor.
-fn whole_story(arguments: &Arguments, found: &RotorDiagnoses) -> String {
+fn whole_story(search: &SearchArguments, found: &RotorDiagnoses) -> String {
     let rotor = found.rotors.first().map_or(1, |of| of.rotor);
-    let validate = named(&arguments.validate).join(" ");
+    let validate = named(&search.validate).join(" ");
     let held_out = if validate.is_empty() { String::new() } else { format!(" --validate {validate}") };
     format!(
         "rotorbench diagnose --model {} --log {}{}{held_out}",
-        arguments.model.display(),
-        named(&arguments.log).join(" "),
-        arguments.logs.of_rotor(rotor).as_typed()
+        search.model.display(),
+        named(&search.log).join(" "),
+        search.logs.of_rotor(rotor).as_typed()
     )
 }

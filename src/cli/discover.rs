@@ -2,12 +2,10 @@
 
 use std::path::PathBuf;
 
-use super::log_arguments::LogArguments;
 use super::output::{Force, writable};
+use super::search_arguments::SearchArguments;
 use super::watched::{cancellable, searching};
 use super::{CliResult, Outcome};
-use crate::compare::CompareConfig;
-use crate::diagnose::DiagnoseConfig;
 use crate::discover::LawVerdict;
 use crate::report::{self, json};
 use crate::session::{self, Job};
@@ -15,20 +13,8 @@ use crate::session::{self, Job};
 /// Arguments of `discover`.
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
-    /// Model file, or `paper`
-    #[arg(long, default_value = "paper")]
-    model: PathBuf,
-    /// Logs to fit on
-    #[arg(long, required = true, num_args = 1..)]
-    log: Vec<PathBuf>,
-    /// Validation logs; without them every third stretch of the training logs is held out
-    #[arg(long, num_args = 1..)]
-    validate: Vec<PathBuf>,
     #[command(flatten)]
-    pub(super) logs: LogArguments,
-    /// Windows over which the body runs freely [s]
-    #[arg(value_parser = super::log_arguments::horizon, long, default_value_t = DiagnoseConfig::default().horizon)]
-    horizon_s: f64,
+    pub(super) search: SearchArguments,
     /// Model file to write: the model with the law, where one is found
     #[arg(short, long)]
     output: Option<PathBuf>,
@@ -44,20 +30,17 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
-    let inputs = arguments.log.iter().chain(&arguments.validate).chain([&arguments.model]);
-    writable(arguments.output.iter().chain(&arguments.report), inputs, arguments.force)?;
-    let model = session::open_model(&arguments.model)?;
-    let config = DiagnoseConfig { horizon: arguments.horizon_s, ..DiagnoseConfig::default() };
+    let search = &arguments.search;
+    writable(arguments.output.iter().chain(&arguments.report), search.inputs(), arguments.force)?;
+    let model = session::open_model(&search.model)?;
     let (mut found, page) = cancellable(|cancel| {
-        let open = arguments.logs.open_config();
-        let train = session::open_all(&arguments.log, &open, &Job::unwatched(cancel))?;
-        let validate = session::open_all(&arguments.validate, &open, &Job::unwatched(cancel))?;
-        let found = searching(cancel, |job| session::discover(&model, &train, &validate, &config, job))?;
+        let (train, validate) = search.open(cancel)?;
+        let found =
+            searching(cancel, |job| session::discover(&model, &train, &validate, &search.config(), job))?;
         let Some(path) = &arguments.report else { return Ok((found, None)) };
         let shown = if validate.is_empty() { &train } else { &validate };
-        let windows = CompareConfig { horizon_s: arguments.horizon_s, ..CompareConfig::default() };
         let job = Job::unwatched(cancel);
-        let compared = session::compare_extension(&model, &found.model, shown, &windows, &job)?;
+        let compared = session::compare_extension(&model, &found.model, shown, &search.windows(), &job)?;
         let page = report::discovery::page(&found, &compared, shown);
         Ok((found, Some((path, page))))
     })?;

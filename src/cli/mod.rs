@@ -56,6 +56,7 @@ mod record;
 mod replay;
 mod run;
 mod schema;
+mod search_arguments;
 mod stop;
 pub(crate) mod thresholds;
 mod watched;
@@ -221,8 +222,8 @@ impl Subcommand {
             Self::Import(arguments) => arguments.logs.threads,
             Self::Identify(arguments) => arguments.logs.threads,
             Self::Compare(arguments) => arguments.logs.threads,
-            Self::Diagnose(arguments) => arguments.logs.threads,
-            Self::Discover(arguments) => arguments.logs.threads,
+            Self::Diagnose(arguments) => arguments.search.logs.threads,
+            Self::Discover(arguments) => arguments.search.logs.threads,
             Self::Extend(arguments) => arguments.logs.threads,
             _ => None,
         }
