@@ -6,7 +6,8 @@ use rand_chacha::ChaCha8Rng;
 use rotorbench::model::{BodyInput, BodyStart, BodyTrace, Model, RotorInput, RotorStart, RotorTrace};
 
 use crate::catalogue::{ENTRIES, Entry, Kind, SAG};
-use crate::experiment::{Noise, Truth, actuator, attitude};
+use crate::experiment::{Truth, actuator, attitude};
+use crate::noise::Noise;
 use crate::plant::{Base, HOVER_RATE, Hidden};
 
 /// The library's model with the entry's effect.

@@ -16,6 +16,7 @@ mod form;
 mod law_score;
 mod laws;
 mod motion;
+mod noise;
 mod plant;
 mod score;
 mod strength;
@@ -65,6 +66,9 @@ enum CommandLine {
         /// That many cases of three effects in one block, and nothing else
         #[arg(long, group = "only")]
         three: Option<u64>,
+        /// That many cases of nothing but noise that is not white, and nothing else
+        #[arg(long, group = "only")]
+        noisy: Option<u64>,
     },
     /// Ask the program about every case of a folder, and print the score
     Score {
@@ -90,12 +94,13 @@ enum CommandLine {
 
 fn main() -> ExitCode {
     let done = match CommandLine::parse() {
-        CommandLine::Generate { out, draws, seed, discover, blurred, coarse_battery, three } => {
+        CommandLine::Generate { out, draws, seed, discover, blurred, coarse_battery, three, noisy } => {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            let asked: Vec<Question> = match (blurred, coarse_battery, three) {
+            let asked: Vec<Question> = match (blurred, coarse_battery, three, noisy) {
                 (Some(count), ..) => (0..count).map(|_| Question::blurred(&mut rng)).collect(),
-                (_, Some(count), _) => (0..count).map(|number| Question::coarse(number, &mut rng)).collect(),
-                (.., Some(count)) => (0..count).map(|_| Question::three(&mut rng)).collect(),
+                (_, Some(count), ..) => (0..count).map(|number| Question::coarse(number, &mut rng)).collect(),
+                (_, _, Some(count), _) => (0..count).map(|_| Question::three(&mut rng)).collect(),
+                (.., Some(count)) => (0..count).map(Question::flawed).collect(),
                 _ if discover => discovered::questions(draws),
                 _ => questions(draws, seed),
             };

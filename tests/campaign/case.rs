@@ -10,10 +10,11 @@ use rand_distr::{Distribution, StandardNormal};
 use serde_json::{Map, Value, json};
 
 use crate::catalogue::{ENTRIES, Entry, Kind, SAG};
-use crate::experiment::{Noise, Truth, actuator, attitude};
+use crate::experiment::{Truth, actuator, attitude};
 use crate::laws::Family;
+use crate::noise::{Flaw, Noise};
 use crate::plant::{Base, Hidden, Outside};
-use crate::score::BESIDE;
+use crate::score::{BESIDE, NOTHING_BUT};
 use crate::strength::{ROUNDS, Rest, without};
 
 /// What a case is about.
@@ -33,6 +34,8 @@ pub enum Question {
     Blurred(&'static Entry, Small, Kind),
     /// Another question, of logs in which the battery is read in coarse steps, as speed controllers send it.
     Coarse(Box<Question>),
+    /// Nothing is missing, and the sensors' noise is not white: which flaw in turn, and the bench.
+    Flawed(u64, Kind),
 }
 
 /// What is too small to be named, and moves the numbers of what is.
@@ -187,6 +190,7 @@ impl Question {
     pub fn kind(&self) -> Kind {
         match self {
             Self::Nothing(kind)
+            | Self::Flawed(_, kind)
             | Self::Single(_, kind)
             | Self::Pair(_, _, kind)
             | Self::Three(_, kind)
@@ -257,6 +261,11 @@ impl Question {
         }))
     }
 
+    /// Each flaw of the sensors in turn, on either bench.
+    pub fn flawed(number: u64) -> Self {
+        Self::Flawed(number / 2, if number.is_multiple_of(2) { Kind::Actuator } else { Kind::Attitude })
+    }
+
     /// A random strong effect beside a small one: of the catalogue, or a law outside it.
     pub fn blurred(rng: &mut ChaCha8Rng) -> Self {
         let kind = if rng.random_bool(0.5) { Kind::Actuator } else { Kind::Attitude };
@@ -294,9 +303,13 @@ impl Question {
         }
         let mut hidden = Hidden::nothing();
         let mut effects: Vec<(&'static Entry, Vec<f64>)> = Vec::new();
-        let mut named = Map::new();
+        let (mut named, mut flaw) = (Map::new(), Flaw::White);
         let effect = match self {
             Self::Nothing(_) => "none".to_owned(),
+            Self::Flawed(number, _) => {
+                flaw = Flaw::draw(*number, kind, rng);
+                format!("{NOTHING_BUT}{}", flaw.name())
+            }
             Self::Single(entry, _) => {
                 effects.push((*entry, draw_parameters(entry, rng)));
                 entry.id.to_owned()
@@ -373,6 +386,7 @@ impl Question {
             rate: Noise::USUAL.rate * spread,
             gyro: Noise::USUAL.gyro * spread,
             angle: Noise::USUAL.angle * spread,
+            flaw,
             ..Noise::USUAL
         };
         let mut run = |validate| match kind {
@@ -388,7 +402,7 @@ impl Question {
         let truth = json!({
             "bench": kind.name(), "effect": effect, "parameters": named,
             "base_changed_as_well": also, "seed": seed, "removal": removal,
-            "noise": {"propeller_rate_rad_s": noise.rate, "body_rate_rad_s": noise.gyro, "body_angle_rad": noise.angle},
+            "flaw": format!("{flaw:?}"), "noise": {"propeller_rate_rad_s": noise.rate, "body_rate_rad_s": noise.gyro, "body_angle_rad": noise.angle},
         });
         Some(Case { train, validate, noise, truth, lacks_battery: self.lacks_battery() })
     }

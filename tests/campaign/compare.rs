@@ -10,7 +10,8 @@ use rotorbench::model::Model;
 use rotorbench::screening::ScreenedLog;
 
 use crate::catalogue::Kind;
-use crate::experiment::{Noise, actuator, attitude};
+use crate::experiment::{actuator, attitude};
+use crate::noise::Noise;
 use crate::plant::{Base, Hidden};
 
 fn made(kind: Kind, hidden: &Hidden, seed: u64) -> Dataset {

@@ -9,24 +9,8 @@ use rand_distr::{Distribution, StandardNormal};
 
 use crate::catalogue::Kind;
 use crate::motion::{Motion, Row};
+use crate::noise::{Channel, Noise, Reader};
 use crate::plant::{ARM, Base, FULL_BATTERY, HOVER_COMMAND, HOVER_RATE, Hidden};
-
-/// Standard deviations of the sensors: rotor rate [rad/s], gyroscope [rad/s], angle [rad], battery [V]; and in how many steps a volt
-/// is read.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Noise {
-    pub rate: f64,
-    pub gyro: f64,
-    pub angle: f64,
-    pub battery: f64,
-    pub steps_per_volt: f64,
-}
-
-impl Noise {
-    /// Of the development cases.
-    pub const USUAL: Self =
-        Self { rate: 1.5, gyro: 0.004, angle: 0.001, battery: 0.004, steps_per_volt: 100.0 };
-}
 
 /// What drives a plant, row by row.
 pub struct Inputs {
@@ -228,10 +212,6 @@ fn digits(value: f64) -> String {
 impl Truth {
     /// The log file: noise on every sensor, the battery read in its steps.
     pub fn csv(&self, noise: Noise, rng: &mut ChaCha8Rng) -> String {
-        let mut gauss = |size: f64| -> f64 {
-            let value: f64 = StandardNormal.sample(rng);
-            size * value
-        };
         let inputs = &self.inputs;
         let body = inputs.kind == Kind::Attitude;
         let mut out = String::from(if body {
@@ -240,16 +220,19 @@ impl Truth {
         } else {
             "time_s,command_1,battery_voltage_v,propeller_rate_1_rad_s\n"
         });
-        for (k, row) in self.rows.iter().enumerate() {
+        let mut reader = Reader::new(&self.rows, noise);
+        for (k, voltage) in inputs.voltages.iter().enumerate() {
+            reader.begin(rng);
             let mut cells = vec![inputs.period * k as f64, inputs.commands[k][0]];
-            let steps = (inputs.voltages[k][0] + gauss(noise.battery)) * noise.steps_per_volt;
-            let read = steps.round() / noise.steps_per_volt;
+            let off: f64 = StandardNormal.sample(rng);
+            let steps = (voltage[0] + noise.battery * off) * noise.steps_per_volt;
+            let battery = steps.round() / noise.steps_per_volt;
             if body {
-                cells.extend([inputs.commands[k][1], read]);
-                cells.extend([row.rate[0] + gauss(noise.rate), row.rate[1] + gauss(noise.rate)]);
-                cells.extend([row.body_rate + gauss(noise.gyro), row.angle + gauss(noise.angle)]);
+                cells.extend([inputs.commands[k][1], battery]);
+                let channels = [Channel::Rate1, Channel::Rate2, Channel::Gyro, Channel::Angle];
+                cells.extend(channels.map(|channel| reader.read(channel, k, rng)));
             } else {
-                cells.extend([read, row.rate[0] + gauss(noise.rate)]);
+                cells.extend([battery, reader.read(Channel::Rate1, k, rng)]);
             }
             out.push_str(&cells.into_iter().map(digits).collect::<Vec<_>>().join(","));
             out.push('\n');

@@ -57,6 +57,9 @@ pub struct Judged {
 /// What follows the id of an effect beside which a small one is hidden.
 pub const BESIDE: &str = " beside a small one";
 
+/// What begins a truth in which nothing is hidden, and what the noise is.
+pub const NOTHING_BUT: &str = "nothing but ";
+
 /// Sets named beside the first that may still count.
 const ALTERNATIVES: usize = 2;
 
@@ -118,6 +121,7 @@ fn mark(effect: &str, wanted: &[String], json: &Value) -> Mark {
     let verdict = json["verdict"].as_str().unwrap_or_default();
     let expected = match effect {
         "none" => "adequate",
+        nothing if nothing.starts_with(NOTHING_BUT) => "adequate",
         "unknown" => "unknown",
         changed if changed.ends_with("_change") => "parameters_changed",
         _ => "missing_effect",
@@ -327,7 +331,11 @@ pub fn goals(cases: &[Judged]) -> (String, bool) {
         strong.iter().filter(|case| pick(&case.truth)).copied().collect()
     };
     let special = |truth: &str| {
-        truth == "none" || truth == "unknown" || truth.ends_with("_change") || truth.ends_with(BESIDE)
+        truth == "none"
+            || truth.starts_with(NOTHING_BUT)
+            || truth == "unknown"
+            || truth.ends_with("_change")
+            || truth.ends_with(BESIDE)
     };
     let mut out = String::from("| goal | reached | of | |\n|---|---|---|---|\n");
     let mut all_reached = true;
@@ -372,6 +380,20 @@ pub fn goals(cases: &[Judged]) -> (String, bool) {
         "| where named: parameters within 10 % or 3 standard errors | {} | {given} | |\n",
         per_cent(close, given)
     ));
+    let noisy: Vec<&Judged> = of(&|truth| truth.starts_with(NOTHING_BUT));
+    if !noisy.is_empty() {
+        let unknown = noisy.iter().filter(|case| case.said.starts_with("unknown")).count();
+        let named = noisy.iter().filter(|case| case.mark == Mark::FalseAlarm).count() - unknown;
+        for (what, most, found) in [("something named", 2, named), ("`unknown`", 5, unknown)] {
+            let reached = 100 * found <= most * noisy.len();
+            all_reached &= reached;
+            let (share, verdict) = (per_cent(found, noisy.len()), if reached { "yes" } else { "**no**" });
+            out.push_str(&format!(
+                "| nothing hidden, noise that is not white: {what} ≤ {most} % | {share} | {} | {verdict} |\n",
+                noisy.len()
+            ));
+        }
+    }
     let beside: Vec<&Judged> = cases.iter().filter(|case| case.truth.ends_with(BESIDE)).collect();
     let (held, of) = beside.iter().fold((0, 0), |s, c| (s.0 + c.intervals.0, s.1 + c.intervals.1));
     if of > 0 {

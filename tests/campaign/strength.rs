@@ -4,8 +4,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::catalogue::{Entry, Kind};
-use crate::experiment::{Noise, Truth};
+use crate::experiment::Truth;
 use crate::motion::Row;
+use crate::noise::Noise;
 use crate::plant::{ARM, Base, HOVER_RATE, Hidden};
 
 /// [s] step of the plant in this search: a hundredth of a per cent on the paper's pole.

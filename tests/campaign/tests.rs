@@ -10,7 +10,8 @@ use serde_json::{Value, json};
 use crate::answer::Answer;
 use crate::case::Question;
 use crate::catalogue::{ENTRIES, Kind};
-use crate::experiment::{Noise, SUBSTEP, actuator, attitude};
+use crate::experiment::{SUBSTEP, actuator, attitude};
+use crate::noise::Noise;
 use crate::plant::{Base, Hidden};
 use crate::score::{Mark, judge};
 use crate::strength::{ROUNDS, Rest, without};
@@ -149,6 +150,9 @@ fn the_judge_cannot_be_flattered() {
     assert_eq!(mark("none", missing(&["a"], &[])), Mark::FalseAlarm);
     assert_eq!(mark("none", answer("unknown", &[], &[], &[])), Mark::FalseAlarm);
     assert_eq!(mark("none", answer("adequate", &[], &[], &[])), Mark::Named);
+    assert_eq!(mark("nothing but an uneven clock", answer("adequate", &[], &[], &[])), Mark::Named);
+    assert_eq!(mark("nothing but an uneven clock", missing(&["a"], &[])), Mark::FalseAlarm);
+    assert_eq!(mark("nothing but an uneven clock", answer("insufficient_data", &[], &[], &[])), Mark::Missed);
     assert_eq!(mark("unknown", missing(&["a"], &[])), Mark::Wrong);
     assert_eq!(mark("inertia_change", answer("parameters_changed", &[], &[], &["inertia"])), Mark::Named);
     assert_eq!(
