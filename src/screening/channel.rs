@@ -1,6 +1,7 @@
 //! One channel of a log as the checks see it: its cells, what moves it, and what earlier checks found in it.
 
 use std::borrow::Cow;
+use std::ops::Range;
 
 use super::Finding;
 use crate::log::Dataset;
@@ -54,6 +55,28 @@ impl Judgement {
     /// Rows that are left out, and nothing beside them.
     pub(crate) fn new(finding: Finding, rows: Vec<usize>) -> Self {
         Self { finding: finding.rows(rows.len()), rows, biased: Vec::new() }
+    }
+
+    /// The same of a part of the log: of these stretches, which ascend. `None` where what was found lies outside them.
+    pub(crate) fn of_rows(&self, stretches: &[Range<usize>]) -> Option<Self> {
+        let starts: Vec<usize> = stretches
+            .iter()
+            .scan(0, |rows, stretch| Some(std::mem::replace(rows, *rows + stretch.len())))
+            .collect();
+        let place = |row: &usize| {
+            let at = stretches.partition_point(|stretch| stretch.end <= *row);
+            let stretch = stretches.get(at).filter(|stretch| stretch.contains(row))?;
+            Some(starts[at] + row - stretch.start)
+        };
+        let within = |rows: &[usize]| -> Vec<usize> { rows.iter().filter_map(place).collect() };
+        let (rows, biased) = (within(&self.rows), within(&self.biased));
+        let concerns_rows = !(self.rows.is_empty() && self.biased.is_empty());
+        if concerns_rows && rows.is_empty() && biased.is_empty() {
+            return None;
+        }
+        let finding = self.finding.clone();
+        let finding = if self.rows.is_empty() { finding } else { finding.rows(rows.len()) };
+        Some(Self { finding, rows, biased })
     }
 }
 

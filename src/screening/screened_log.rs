@@ -44,6 +44,8 @@ struct Judged {
     channels: Vec<ScreenedChannel>,
     /// Of the log as a whole: columns that are not read.
     column_findings: Vec<Finding>,
+    /// What was found of the battery beside the rotors; it stands last in its channel, too.
+    of_battery: Option<Judgement>,
     /// Those whose commands the log holds.
     rotors: Vec<ScreenedRotor>,
     thrusts: Vec<ScreenedThrust>,
@@ -99,7 +101,22 @@ impl From<Dataset> for ScreenedLog {
     fn from(raw: Dataset) -> Self {
         let names = channel::screened(&raw);
         let judged = spread(&names, |name| ScreenedChannel::of(&raw, name));
-        let mut channels: Vec<ScreenedChannel> = judged.into_iter().flatten().collect();
+        let channels = judged.into_iter().flatten().collect();
+        let of_columns = checks::LOG.iter().flat_map(|check| check(&raw)).collect();
+        Self(Arc::new(Judged::of(raw, channels, of_columns, |battery| {
+            checks::BATTERY.iter().find_map(|check| check(battery))
+        })))
+    }
+}
+
+impl Judged {
+    /// A log whose channels and columns are judged; `judge` looks at the battery beside the rotors.
+    fn of(
+        raw: Dataset,
+        mut channels: Vec<ScreenedChannel>,
+        column_findings: Vec<Finding>,
+        judge: impl FnOnce(&Battery) -> Option<Judgement>,
+    ) -> Self {
         let mut cleaned = None;
         channels.iter().for_each(|channel| channel.take_out(&raw, &mut cleaned));
         let log = cleaned.as_ref().unwrap_or(&raw);
@@ -118,8 +135,8 @@ impl From<Dataset> for ScreenedLog {
         let body = ScreenedBody::of(log, &rotors);
         let chain = body.as_ref().and_then(|body| body.commanded(log, &rotors));
         let turning = rotors.iter().filter(|it| it.is_measured() && it.turns()).map(ScreenedRotor::data);
-        let battery = Battery { log, turning: turning.collect() };
-        let found = checks::BATTERY.iter().find_map(|check| check(&battery));
+        let found = judge(&Battery { log, turning: turning.collect() });
+        let of_battery = found.clone();
         if let Some((channel, found)) = channels.iter_mut().find(|channel| channel.name == BATTERY).zip(found)
         {
             let is_useless = !found.rows.is_empty();
@@ -129,8 +146,7 @@ impl From<Dataset> for ScreenedLog {
                 rotors.iter_mut().for_each(ScreenedRotor::drop_battery);
             }
         }
-        let column_findings = checks::LOG.iter().flat_map(|check| check(&raw)).collect();
-        Self(Arc::new(Judged { raw, cleaned, channels, column_findings, rotors, thrusts, body, chain }))
+        Self { raw, cleaned, channels, column_findings, of_battery, rotors, thrusts, body, chain }
     }
 }
 
@@ -318,6 +334,7 @@ impl ScreenedLog {
             cleaned: judged.cleaned.as_ref().map(|cleaned| cleaned.with_columns(keeps)),
             channels: judged.channels.iter().filter(|channel| keeps(&channel.name)).cloned().collect(),
             column_findings: judged.column_findings.clone(),
+            of_battery: judged.of_battery.clone(),
             rotors: judged.rotors.iter().filter(|rotor| rotors.contains(&rotor.number())).cloned().collect(),
             thrusts: judged.thrusts.iter().filter(|it| rotors.contains(&it.number())).cloned().collect(),
             body: None,
@@ -325,14 +342,24 @@ impl ScreenedLog {
         }))
     }
 
-    /// The log of these stretches of rows, which ascend. Where its runs begin and end is judged at the cuts; but what is not scored
-    /// in the whole, where more is known, is not scored in a part.
+    /// The log of these stretches of rows, which ascend, with its cells, its battery and its columns as they were judged. Where runs
+    /// of rotors and body begin and end is judged at the cuts; but what is not scored in the whole, where more is known, is not scored
+    /// in a part.
     #[must_use]
     pub(crate) fn of_rows(&self, stretches: &[Range<usize>]) -> Self {
-        let mut part = Self::from(self.dataset().of_rows(stretches));
+        let whole = &*self.0;
+        let of_battery = |channel: &ScreenedChannel| channel.name == BATTERY && whole.of_battery.is_some();
+        let within = |channel: &ScreenedChannel| {
+            let own = channel.judgements.len() - usize::from(of_battery(channel));
+            let judgements = channel.judgements[..own].iter().filter_map(|judged| judged.of_rows(stretches));
+            ScreenedChannel { name: channel.name.clone(), judgements: judgements.collect() }
+        };
+        let channels = whole.channels.iter().map(within).collect();
+        let mut judged =
+            Judged::of(whole.raw.of_rows(stretches), channels, whole.column_findings.clone(), |_| {
+                whole.of_battery.as_ref().and_then(|judged| judged.of_rows(stretches))
+            });
         let rows: Vec<usize> = stretches.iter().cloned().flatten().collect();
-        // It was made here, and has no copies.
-        let Some(judged) = Arc::get_mut(&mut part.0) else { return part };
         for rotor in &mut judged.rotors {
             if let Some(whole) = self.commanded(rotor.number()) {
                 rotor.keep_to(whole, &rows);
@@ -348,7 +375,7 @@ impl ScreenedLog {
                 body.keep_to(whole, &rows);
             }
         }
-        part
+        Self(Arc::new(judged))
     }
 }
 

@@ -279,3 +279,38 @@ fn what_is_not_scored_in_a_log_is_not_scored_in_a_part_of_it() {
     assert!(rotor.scored().count() > 500, "{}", rotor.scored().count());
     assert!((0..400).any(|row| own.reason(1600 + row).is_some()), "the frozen recorder is seen in the whole");
 }
+
+/// A battery that a log of two thirds of zeros takes out, and a rate with a run of zeros that the whole knows as lost frames: a part
+/// that begins behind them, or holds nothing else, would judge otherwise.
+#[test]
+fn cells_and_battery_of_a_part_are_as_they_were_judged_in_the_whole() {
+    let time: Vec<f64> = (0..3000).map(|row| 0.02 * f64::from(row)).collect();
+    let noise = |row: usize| (row.wrapping_mul(2_654_435_761) >> 9 & 255) as f64 / 255.0;
+    let command = |row: usize| 0.5 + 0.05 * f64::from((row / 40 % 2) as u32);
+    let rate = |row: usize| if (1640..1700).contains(&row) { 0.0 } else { 600.0 + noise(row) };
+    let volts = |row: usize| if row.is_multiple_of(3) { 12.0 + 0.1 * noise(row) } else { 0.0 };
+    let mut log = Dataset::new("a.csv", "", time).expect("time rises");
+    for (name, values) in [
+        ("command_1", (0..3000).map(command).collect::<Vec<f64>>()),
+        ("propeller_rate_1_rad_s", (0..3000).map(rate).collect()),
+        ("battery_voltage_v", (0..3000).map(volts).collect()),
+    ] {
+        log.insert(name, values).expect("as long");
+    }
+    let whole = ScreenedLog::from(log);
+    let stretches = [1000..1300, 1640..1705];
+    let part = whole.of_rows(&stretches);
+    for name in ["command_1", "propeller_rate_1_rad_s", "battery_voltage_v"] {
+        let (own, all) =
+            (part.dataset().column(name).expect("there"), whole.dataset().column(name).expect("there"));
+        for (row, in_whole) in stretches.iter().cloned().flatten().enumerate() {
+            assert_eq!(own[row].to_bits(), all[in_whole].to_bits(), "{name}, row {in_whole}");
+        }
+    }
+    let codes = |log: &ScreenedLog| -> Vec<&'static str> {
+        log.channel_findings().map(|finding| finding.code).collect()
+    };
+    assert!(!codes(&whole).is_empty() && codes(&part).iter().all(|code| codes(&whole).contains(code)));
+    let rates = part.channel("propeller_rate_1_rad_s").expect("looked at");
+    assert!(rates.left_out().all(|row| (300..365).contains(&row)), "{:?}", rates.judgements);
+}
