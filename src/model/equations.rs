@@ -22,7 +22,7 @@ impl Hook {
     pub(super) fn add(&self, point: &Point) -> f64 {
         match self {
             Self::Static(law, parameters) => law(parameters, point),
-            Self::Expression(expression, parameters) => expression.value(parameters, point),
+            Self::Expression(expression, parameters) => value_of(expression, parameters, point),
             Self::Memory(..) => 0.0,
         }
     }
@@ -38,6 +38,24 @@ impl Hook {
             _ => None,
         }
     }
+}
+
+// Inside the loops of a free run an expression's stack and a copy of the point would crowd out what every law needs, at a third
+// of the time: each of these is a call of its own.
+
+#[inline(never)]
+fn value_of(expression: &Expression, parameters: &[f64], point: &Point) -> f64 {
+    expression.value(parameters, point)
+}
+
+#[inline(never)]
+fn value_with(expression: &Expression, parameters: &[f64], state: f64, point: &Point) -> f64 {
+    expression.value(parameters, &Point { memory: Some(state), ..*point })
+}
+
+#[inline(never)]
+fn memory_after(expression: &Expression, parameters: &[f64], state: f64, point: &Point, span: f64) -> f64 {
+    expression.memory_after(parameters, state, point, span)
 }
 
 /// A law with a state, of the catalogue or of the user's own.
@@ -61,7 +79,7 @@ impl Remembers<'_> {
     pub(super) fn advance(&self, state: f64, point: &Point, span: f64) -> f64 {
         match self {
             Self::Law(memory, parameters) => (memory.advance)(parameters, state, point, span),
-            Self::Own(expression, parameters) => expression.memory_after(parameters, state, point, span),
+            Self::Own(expression, parameters) => memory_after(expression, parameters, state, point, span),
         }
     }
 
@@ -70,9 +88,7 @@ impl Remembers<'_> {
     pub(super) fn add(&self, state: f64, point: &Point) -> f64 {
         match self {
             Self::Law(memory, parameters) => (memory.add)(parameters, state, point),
-            Self::Own(expression, parameters) => {
-                expression.value(parameters, &Point { memory: Some(state), ..*point })
-            }
+            Self::Own(expression, parameters) => value_with(expression, parameters, state, point),
         }
     }
 

@@ -133,6 +133,7 @@ pub const MOST_COEFFICIENTS: usize = CURVE.len();
 
 /// Σ c_j u^j, `coefficients` by ascending power from u^0 on (Horner).
 #[must_use]
+#[inline]
 pub fn polynomial(coefficients: &[f64], u: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, coefficient| sum * u + coefficient)
 }
