@@ -4,15 +4,17 @@
 use super::channel::BODY_RATE;
 use super::{Finding, ScreenedLog};
 use crate::log::Dataset;
+use crate::log::signals::MOST_ROTORS;
 use crate::signal::ROTORS;
 
-/// The rotors that turn, from 1, where one of them is no rotor of an attitude bench; else none.
+/// The rotors that turn, from 1, where one of them is no rotor of an attitude bench; else none. One whose rate nobody measured
+/// turns, too: a log of a quadrotor without telemetry of its ESCs is no attitude bench's.
 #[must_use]
 pub fn beyond_bench(logs: &[ScreenedLog]) -> Vec<usize> {
-    let turning = logs.iter().flat_map(ScreenedLog::rotors).filter(|rotor| rotor.turns());
-    let mut turning: Vec<usize> = turning.map(super::ScreenedRotor::number).collect();
-    turning.sort_unstable();
-    turning.dedup();
+    let turns = |number: &usize| {
+        logs.iter().filter_map(|log| log.commanded(*number)).any(super::ScreenedRotor::turns)
+    };
+    let turning: Vec<usize> = (1..=MOST_ROTORS).filter(turns).collect();
     if turning.last().is_some_and(|last| *last > ROTORS) { turning } else { Vec::new() }
 }
 
@@ -51,6 +53,8 @@ mod tests {
         log.insert("body_rate_rad_s", (0..300).map(|row| 0.01 * f64::from(row % 7)).collect()).expect("fits");
         let logs = [ScreenedLog::from(log)];
         assert_eq!(beyond_bench(&logs), [1, 3]);
+        let unmeasured = logs[0].raw().with_columns(|name| !name.starts_with("propeller_rate"));
+        assert_eq!(beyond_bench(&[unmeasured.into()]), [1, 3], "no telemetry of the ESCs");
         assert!(body_left_out(&logs, &[1, 3]).is_some());
         let own = &of_rotors(&logs, &[3])[0];
         let names: Vec<&str> = own.raw().names().collect();

@@ -121,7 +121,8 @@ impl Missing {
     }
 }
 
-/// [s] the interval at which commands come; `None` where they come at none.
+/// [s] the interval at which commands come; `None` where they come at none. Stamps in whole milliseconds are all multiples of one:
+/// most commands must come after the interval itself.
 fn steady_interval(gaps: &[f64]) -> Option<f64> {
     if gaps.len() < THRESHOLDS.command_fewest {
         return None;
@@ -136,7 +137,10 @@ fn steady_interval(gaps: &[f64]) -> Option<f64> {
         let times = *gap / interval;
         times > 0.5 && (times - times.round()).abs() <= THRESHOLDS.command_near
     };
-    (gaps.iter().filter(near).count() as f64 >= THRESHOLDS.command_steady * gaps.len() as f64)
+    let count = gaps.len() as f64;
+    let itself = gaps.iter().filter(|gap| (**gap / interval).round() == 1.0).count() as f64;
+    (gaps.iter().filter(near).count() as f64 >= THRESHOLDS.command_steady * count
+        && itself >= THRESHOLDS.command_itself * count)
         .then_some(interval)
 }
 
@@ -240,6 +244,16 @@ mod tests {
         let mut changes = whole.clone();
         (1..400).filter(|&row| whole.1[row] == whole.1[row - 1]).for_each(|row| changes.1[row] = f64::NAN);
         assert_eq!(found(&changes).known, vec![0..400]);
+    }
+
+    /// A logger that writes two rows at a time, stamped in whole milliseconds: all gaps are multiples of the shortest.
+    #[test]
+    fn rows_in_pairs_are_no_missing_rows() {
+        let (mut time, command) = grid(binary(1));
+        for (row, time) in time.iter_mut().enumerate() {
+            *time = 0.001 * (17 * (row / 2) + row % 2 + (row / 7) % 3) as f64;
+        }
+        assert_eq!(found(&(time, command)).known, vec![0..400]);
     }
 
     #[test]

@@ -185,16 +185,27 @@ impl RotorLog {
         bounds(&self.command).1 >= LEAST_COMMAND
     }
 
-    /// Rows at which the rotor stands or starts, also behind a hole: the model has no law for that.
+    /// Rows at which the rotor stands or starts, also behind a hole: the model has no law for that. Where the rate is measured, it
+    /// says so: an ESC that idles at a command of nearly nothing never stands, and a rotor that has not started yet stands at one
+    /// that would turn it.
     pub(crate) fn at_rest(&self) -> Vec<usize> {
+        let standing = THRESHOLDS.standing_share * bounds(&self.rate).1;
+        let stands = |row: usize| self.rate[row] <= standing;
+        let low = |row: &usize| self.command[*row] < LEAST_COMMAND;
+        let rows = || self.whole().into_iter().flatten();
+        let is_measured = |row: &usize| self.rate[*row].is_finite();
+        if rows().any(|row| low(&row)) && !rows().filter(low).any(|row| !is_measured(&row) || stands(row)) {
+            return Vec::new();
+        }
         let mut waiting_until = f64::NEG_INFINITY;
         let mut rests = |row: &usize| {
-            if self.command[*row] < LEAST_COMMAND {
+            let has_not_started = standing > 0.0 && self.time[*row] <= waiting_until && stands(*row);
+            if low(row) || has_not_started {
                 waiting_until = self.time[*row] + THRESHOLDS.starting;
             }
             self.time[*row] <= waiting_until
         };
-        self.whole().into_iter().flatten().filter(|row| rests(row)).collect()
+        rows().filter(|row| rests(row)).collect()
     }
 }
 

@@ -51,6 +51,8 @@ crate::thresholds! {
     command_near: f64 = 0.2, "-", "made logs of the room's tests";
     /// Share of the gaps near a multiple, from which commands come at an interval at all.
     command_steady: f64 = 0.85, "-", "made logs of the room's tests";
+    /// Share of the gaps that are the interval itself, from which its multiples are commands that are missing.
+    command_itself: f64 = 0.5, "-", "else another interval is the usual one";
     /// Share of the lower quartile of the gaps below which one is no interval.
     command_early: f64 = 0.75, "-", "made logs of the room's tests";
     /// Intervals without a command from which one is missing.
@@ -175,6 +177,8 @@ crate::thresholds! {
     greatest_value: f64 = 1e100, "SI", "range of f64";
     /// Below it a rotor may stand still; the model does not speak of starting from standstill.
     least_command: f64 = 0.05, "-", "judgement";
+    /// Share of a rotor's greatest measured rate below which it stands, or has not started yet.
+    standing_share: f64 = 0.05, "-", "judgement";
     /// [s] after leaving standstill before samples count.
     starting: f64 = 0.5, "s", "judgement";
     /// [time constants] rates further apart show a rotor that has settled, whatever its pole: 92 of 100 of its way.
