@@ -126,7 +126,10 @@ impl Work<'_> {
         (other, validated): (&[RotorLog], &[Validation]),
     ) -> Model {
         let mut model = self.model(actuator);
-        model.identified_from = logs[0].iter().map(seen_rows).collect();
+        // A template that no log has changed has seen none.
+        if model.parameters() != self.settings.template.parameters() {
+            model.identified_from = logs[0].iter().map(seen_rows).collect();
+        }
         let Some((taken, alone)) = self.delay().zip(self.without_delay(actuator)) else { return model };
         let held_out = if validated.is_empty() {
             taken.held_out

@@ -32,7 +32,8 @@ fn k_v_and_the_curve_from_levels_and_ramps() {
         for run in 0..RUNS as u64 {
             let mut noise = Noise::new(1000 + run, memory);
             let gain = voltage_gain::identify(&[measured(&levels, &mut noise)]).0.expect("levels").gain;
-            let rows = steady_rows::steady_rows(&[measured(&ramps, &mut noise)], gain.value, FULL_VOLTAGE);
+            let rows =
+                steady_rows::steady_rows(&[measured(&ramps, &mut noise)], gain.value, FULL_VOLTAGE, false);
             let curve = static_curve::identify(&rows.expect("ramps"), gain.standard_error, Some(2), None);
             let curve = curve.expect("a curve").coefficients;
             for (count, estimate) in counts.iter_mut().zip([gain, curve[0], curve[1]]) {
@@ -60,7 +61,7 @@ fn the_curve_of_a_slow_rotor_from_ramps() {
                 let noise = &mut Noise::new(7000 + run, memory);
                 // The battery is known here.
                 let log = RotorLog { rate: noise.on(&truth.rate, 1.5).into(), ..truth.clone() };
-                let rows = steady_rows::steady_rows(&[log], K_V, FULL_VOLTAGE).expect("ramps");
+                let rows = steady_rows::steady_rows(&[log], K_V, FULL_VOLTAGE, false).expect("ramps");
                 let known_lag = |known: KnownLag| {
                     let value = known.pole.value + known.pole.standard_error * noise.white();
                     KnownLag { pole: Estimate { value, ..known.pole }, ..known }

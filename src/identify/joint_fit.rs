@@ -162,7 +162,7 @@ pub(crate) fn identify(
         assembled(&problem, degrees, tried)
     };
     if battery && found.voltage_gain.is_none() {
-        warnings.push(Finding::new("battery_not_significant", "voltage_gain"));
+        warnings.push(without_battery(rotors, full_voltage, delays, degree));
     }
     Some(found)
 }
@@ -207,7 +207,7 @@ fn beside_delay(
             let degree = asked.or(preferred).unwrap_or(problem.degree);
             let problem = Problem { rotors: &smooth, full_voltage, degree, battery };
             let behind = sized!(problem, behind(&first))?;
-            (!battery || shows(degree, &behind)).then(|| assembled(&problem, degrees, behind))
+            (!battery || shows(&problem, &behind)).then(|| assembled(&problem, degrees, behind))
         });
         let Some(again) = again else { break };
         found = again;
@@ -278,11 +278,40 @@ pub(crate) fn allow_for_reading_noise(fit: &mut LagFit, rotors: &[RotorLog], gai
     fit.covariance += &fit.per_noise * (fit.coefficients[gain].powi(2) * variance);
 }
 
-/// Whether the battery shows beside `degree` powers of the command. Judged beside the delay: what a lag alone leaves over
+/// Whether the battery shows beside the powers of the command. Judged beside the delay: what a lag alone leaves over
 /// would hide it. A battery that gives way never makes a rotor faster.
-fn shows(degree: usize, found: &Candidates) -> bool {
+fn shows(problem: &Problem<'_>, found: &Candidates) -> bool {
+    let (gain, error) = voltage_gain(problem, found);
+    gain >= THRESHOLDS.battery_shows_errors * error && impossible_gain(problem, found).is_none()
+}
+
+/// [rad/(s V)] k_V of a problem with the battery, and its standard error.
+fn voltage_gain(problem: &Problem<'_>, found: &Candidates) -> (f64, f64) {
     let fit = found.delayed.as_ref().map_or(&found.lag, |delayed| &delayed.fit);
-    fit.coefficients[degree] >= THRESHOLDS.battery_shows_errors * fit.error(degree)
+    (fit.coefficients[problem.degree], fit.error(problem.degree))
+}
+
+/// [rad/(s V)] a k_V that no motor has, and the most that one could have. Something else goes with the voltage (a motor that warms up),
+/// and pole and curve would be bent to it.
+fn impossible_gain(problem: &Problem<'_>, found: &Candidates) -> Option<(f64, f64)> {
+    let fit = found.delayed.as_ref().map_or(&found.lag, |delayed| &delayed.fit);
+    let measured = problem.rotors.iter().flat_map(|rotor| &rotor.rate).copied();
+    let at_full: f64 = fit.coefficients[..problem.degree].iter().sum();
+    let greatest = measured.filter(|rate| rate.is_finite()).fold(at_full, f64::max);
+    let (gain, most) = (voltage_gain(problem, found).0, greatest / problem.full_voltage);
+    (gain > THRESHOLDS.voltage_gain_of_motor * most).then_some((gain, most))
+}
+
+/// Why a fit goes without the battery.
+fn without_battery(rotors: &[RotorLog], full_voltage: f64, delays: bool, asked: Option<usize>) -> Finding {
+    let tried = tried(rotors, full_voltage, (true, delays), asked);
+    match tried.and_then(|(problem, _, found)| impossible_gain(&problem, &found)) {
+        Some((gain, most)) => Finding::new("voltage_gain_impossible", "voltage_gain")
+            .with("value", gain)
+            .with("most_rad_s_v", most)
+            .with("left_out", 1.0),
+        None => Finding::new("battery_not_significant", "voltage_gain"),
+    }
 }
 
 /// What is fitted in the end, the degrees among which it was chosen, and the fit: with the battery where it shows.
@@ -292,16 +321,23 @@ fn select<'a>(
     (battery, delays): (bool, bool),
     asked: Option<usize>,
 ) -> Option<(Problem<'a>, Vec<DegreeScore>, Candidates)> {
-    let tried = |battery: bool| {
-        // The curve's degree, too, is not to be chosen beside a battery that does not show.
-        let (degrees, preferred) = compare_degrees(rotors, full_voltage, battery, 0.0);
-        // Where no comparison succeeds, the curve of one coefficient is the last thing to try.
-        let degree = asked.or(preferred).unwrap_or(1);
-        let problem = Problem { rotors, full_voltage, degree, battery };
-        Some((problem, degrees, sized!(problem, with_alternatives(delays))?))
-    };
-    let with_battery = battery.then(|| tried(true)).flatten();
-    with_battery.filter(|(problem, _, found)| shows(problem.degree, found)).or_else(|| tried(false))
+    let with_battery = battery.then(|| tried(rotors, full_voltage, (true, delays), asked)).flatten();
+    let shown = with_battery.filter(|(problem, _, found)| shows(problem, found));
+    shown.or_else(|| tried(rotors, full_voltage, (false, delays), asked))
+}
+
+fn tried(
+    rotors: &[RotorLog],
+    full_voltage: f64,
+    (battery, delays): (bool, bool),
+    asked: Option<usize>,
+) -> Option<(Problem<'_>, Vec<DegreeScore>, Candidates)> {
+    // The curve's degree, too, is not to be chosen beside a battery that does not show.
+    let (degrees, preferred) = compare_degrees(rotors, full_voltage, battery, 0.0);
+    // Where no comparison succeeds, the curve of one coefficient is the last thing to try.
+    let degree = asked.or(preferred).unwrap_or(1);
+    let problem = Problem { rotors, full_voltage, degree, battery };
+    Some((problem, degrees, sized!(problem, with_alternatives(delays))?))
 }
 
 fn assembled(problem: &Problem<'_>, degrees: Vec<DegreeScore>, found: Candidates) -> JointFit {

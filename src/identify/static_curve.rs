@@ -188,13 +188,15 @@ fn held_out(command: &[f64], y: &DVector<f64>, degree: usize) -> Option<Vec<f64>
 }
 
 /// The lowest degree whose held-out error is not significantly above the best: block by block, the mean
-/// difference of the squared errors is within `degree_errors` standard errors.
+/// difference of the squared errors is within `degree_errors` standard errors, and the error itself is not far above it: where the
+/// difference is all in one block, its standard error is as large as itself.
 pub(crate) fn simplest(scores: &[DegreeScore], blocks: &[Vec<f64>]) -> Option<usize> {
     let best = (0..scores.len()).min_by(|&a, &b| scores[a].held_out.total_cmp(&scores[b].held_out))?;
     let near = |errors: &Vec<f64>| {
         let differences: Vec<f64> = errors.iter().zip(&blocks[best]).map(|(a, b)| a - b).collect();
         let (mean, error) = mean_and_error(&differences);
-        mean <= THRESHOLDS.degree_errors * error
+        let most = THRESHOLDS.degree_squares * scores[best].held_out.powi(2);
+        mean <= THRESHOLDS.degree_errors * error && scores[best].held_out.powi(2) + mean <= most
     };
     let at = blocks.iter().position(near).unwrap_or(best);
     scores.get(at).map(|score| score.degree)

@@ -29,18 +29,83 @@ pub(crate) struct SteadyRows {
     pub gain: f64,
 }
 
-/// Collects steady rows: ramps where they are enough and span a range, else constant levels.
-pub(crate) fn steady_rows(rotors: &[RotorLog], gain: f64, full_voltage: f64) -> Option<SteadyRows> {
+/// Collects steady rows: ramps where they are enough and span a range, else constant levels, else, `with_short`, levels that are held
+/// for less long: a stand that steps every few seconds shows a curve by them, where nothing shows how its rotor follows.
+pub(crate) fn steady_rows(
+    rotors: &[RotorLog],
+    gain: f64,
+    full_voltage: f64,
+    with_short: bool,
+) -> Option<SteadyRows> {
     let ramps = collect(rotors, SteadyCommand::Ramp, gain, full_voltage);
     if ramps.command.len() >= THRESHOLDS.fewest_curve_rows
         && spread(&ramps.command) >= THRESHOLDS.narrowest_curve
     {
         return Some(ramps);
     }
+    let suffice = |rows: &SteadyRows| {
+        rows.command.len() >= THRESHOLDS.fewest_curve_rows
+            && spread(&rows.command) >= THRESHOLDS.narrowest_curve
+    };
     let levels = collect(rotors, SteadyCommand::Constant, gain, full_voltage);
-    (levels.command.len() >= THRESHOLDS.fewest_curve_rows
-        && spread(&levels.command) >= THRESHOLDS.narrowest_curve)
-        .then_some(levels)
+    let short = || with_short.then(|| short_levels(rotors, gain, full_voltage));
+    Some(levels).filter(suffice).or_else(|| short().filter(suffice))
+}
+
+/// Of each held command the rows at which the rotor has settled: two seconds behind its begin, at the latest in its second half.
+pub(crate) fn settled_levels(rotor: &RotorLog) -> Vec<Range<usize>> {
+    let mut levels = Vec::new();
+    for segment in rotor.whole() {
+        let mut from = segment.start;
+        for held in rotor.command[segment].chunk_by(|a, b| a == b) {
+            let rows = from..from + held.len();
+            from = rows.end;
+            let (begin, end) = (rotor.time[rows.start], rotor.time[rows.end - 1]);
+            let settled = begin + THRESHOLDS.level_settles.min(0.5 * (end - begin));
+            if end - begin >= THRESHOLDS.shortest_level {
+                let unsettled = rotor.time[rows.clone()].partition_point(|time| *time < settled);
+                levels.push(rows.start + unsettled..rows.end);
+            }
+        }
+    }
+    levels
+}
+
+/// Rows of levels of a few seconds. As in Eq. (9) each counts for itself, so that a longer one says more.
+fn short_levels(rotors: &[RotorLog], gain: f64, full_voltage: f64) -> SteadyRows {
+    let mut rows = SteadyRows::none(false, gain, full_voltage);
+    for rotor in rotors {
+        for row in settled_levels(rotor).into_iter().flatten() {
+            let voltage = rotor.voltage.as_ref().map_or(full_voltage, |voltage| voltage[row]);
+            if rotor.rate[row].is_finite() && voltage.is_finite() {
+                rows.push(rotor, row, full_voltage - voltage, 0.0);
+            }
+        }
+    }
+    rows
+}
+
+impl SteadyRows {
+    fn none(from_ramps: bool, gain: f64, full_voltage: f64) -> Self {
+        Self {
+            command: Vec::new(),
+            corrected_rate: Vec::new(),
+            voltage_drop: Vec::new(),
+            slope: Vec::new(),
+            from_ramps,
+            ramps: Vec::new(),
+            full_voltage,
+            gain,
+        }
+    }
+
+    fn push(&mut self, rotor: &RotorLog, row: usize, voltage_drop: f64, slope: f64) {
+        self.slope.push(slope);
+        self.command.push(rotor.command[row]);
+        self.voltage_drop.push(voltage_drop);
+        // Plus: see the head of this file.
+        self.corrected_rate.push(rotor.rate[row] + self.gain * voltage_drop);
+    }
 }
 
 fn spread(values: &[f64]) -> f64 {
@@ -49,16 +114,7 @@ fn spread(values: &[f64]) -> f64 {
 }
 
 fn collect(rotors: &[RotorLog], wanted: SteadyCommand, gain: f64, full_voltage: f64) -> SteadyRows {
-    let mut rows = SteadyRows {
-        command: Vec::new(),
-        corrected_rate: Vec::new(),
-        voltage_drop: Vec::new(),
-        slope: Vec::new(),
-        from_ramps: wanted == SteadyCommand::Ramp,
-        ramps: Vec::new(),
-        full_voltage,
-        gain,
-    };
+    let mut rows = SteadyRows::none(wanted == SteadyCommand::Ramp, gain, full_voltage);
     for rotor in rotors {
         let parts = rotor.steady().into_iter().filter(|(kind, _)| *kind == wanted);
         let parts: Vec<Range<usize>> = parts.map(|(_, part)| part).collect();
@@ -74,11 +130,8 @@ fn collect(rotors: &[RotorLog], wanted: SteadyCommand, gain: f64, full_voltage: 
                 let (before, after) =
                     (row.saturating_sub(reach).max(part.start), (row + reach).min(part.end - 1));
                 let span = (rotor.time[after] - rotor.time[before]).max(f64::MIN_POSITIVE);
-                rows.slope.push((rotor.command[after] - rotor.command[before]) / span);
-                rows.command.push(rotor.command[row]);
-                rows.voltage_drop.push(full_voltage - voltage);
-                // Plus: see the head of this file.
-                rows.corrected_rate.push(rotor.rate[row] + gain * (full_voltage - voltage));
+                let slope = (rotor.command[after] - rotor.command[before]) / span;
+                rows.push(rotor, row, full_voltage - voltage, slope);
                 known[row] = rotor.rate[row];
             }
         }

@@ -124,7 +124,9 @@ impl Work<'_> {
     pub(crate) fn static_curve(&mut self) {
         const STEP: &str = "static_curve";
         let gain = self.voltage_gain().unwrap_or_else(|| self.assumed_voltage_gain());
-        let Some(rows) = steady_rows::steady_rows(&self.rotors, gain.value, self.full_voltage()) else {
+        let rows =
+            steady_rows::steady_rows(&self.rotors, gain.value, self.full_voltage(), self.joint.is_none());
+        let Some(rows) = rows else {
             return self.lacks(STEP, "no_ramps_and_no_levels");
         };
         let known = self.joint.as_ref().map(|joint| KnownLag {

@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use super::Estimate;
-use super::steady_rows::HIGHEST_DEGREE;
+use super::steady_rows::{HIGHEST_DEGREE, settled_levels};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::least_squares::{LinearFit, least_squares};
 use crate::estimation::moments::{deviation, mean};
@@ -64,29 +64,22 @@ fn levels(rotor: &RotorLog) -> Vec<Level<'_>> {
     let Some(voltage) = rotor.voltage.as_deref() else { return Vec::new() };
     let step = step_of(voltage).unwrap_or(0.0);
     let mut levels = Vec::new();
-    for segment in rotor.whole() {
-        let mut from = segment.start;
-        for held in rotor.command[segment].chunk_by(|a, b| a == b) {
-            let rows = from..from + held.len();
-            from = rows.end;
-            let (begin, end) = (rotor.time[rows.start], rotor.time[rows.end - 1]);
-            let settled = begin + THRESHOLDS.level_settles.min(0.5 * (end - begin));
-            let counts = |row: &usize| rotor.rate[*row].is_finite() && voltage[*row].is_finite();
-            let rows: Vec<usize> = rows.filter(|row| rotor.time[*row] >= settled).filter(counts).collect();
-            if end - begin < THRESHOLDS.shortest_level || rows.len() < THRESHOLDS.fewest_of_level {
-                continue;
-            }
-            let of = |values: &[f64]| rows.iter().map(|row| values[*row]).collect::<Vec<f64>>();
-            let (rates, volts) = (of(&rotor.rate), of(voltage));
-            let scatter = deviation(volts.iter().copied()) / (volts.len() as f64).sqrt();
-            levels.push(Level {
-                file: &rotor.file,
-                command: held[0],
-                rate: mean(&rates),
-                voltage: mean(&volts),
-                voltage_error: scatter.hypot(step / 12f64.sqrt()),
-            });
+    for settled in settled_levels(rotor) {
+        let counts = |row: &usize| rotor.rate[*row].is_finite() && voltage[*row].is_finite();
+        let rows: Vec<usize> = settled.clone().filter(counts).collect();
+        if rows.len() < THRESHOLDS.fewest_of_level {
+            continue;
         }
+        let of = |values: &[f64]| rows.iter().map(|row| values[*row]).collect::<Vec<f64>>();
+        let (rates, volts) = (of(&rotor.rate), of(voltage));
+        let scatter = deviation(volts.iter().copied()) / (volts.len() as f64).sqrt();
+        levels.push(Level {
+            file: &rotor.file,
+            command: rotor.command[settled.start],
+            rate: mean(&rates),
+            voltage: mean(&volts),
+            voltage_error: scatter.hypot(step / 12f64.sqrt()),
+        });
     }
     levels
 }

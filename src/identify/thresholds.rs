@@ -99,6 +99,8 @@ crate::thresholds! {
     curve_folds: usize = 5, "count", "judgement";
     /// count: blocks of neighbouring samples that stay together in one fold.
     curve_blocks: usize = 40, "count", "judgement";
+    /// Times the best degree's held-out squared error that a lower one may leave.
+    degree_squares: f64 = 1.5, "-", "public logs of a nanodrone: 1.8 moved the pole by a fifth";
     /// Standard errors of the held-out difference from which a higher degree is better; with 1 it was too high one time in twenty.
     degree_errors: f64 = 2.0, "-", "emulated benches";
     /// count: steady rows from which a curve may be fitted.

@@ -26,6 +26,11 @@ fn cells(name: &str, estimate: Estimate, unit: &str, from: &str) -> [String; 6] 
 
 const SYMBOLS: [&str; 4] = ["c_g2 (linear)", "c_g1 (quadratic)", "c_g3 (cubic)", "c_g4 (quartic)"];
 
+/// Four digits; a share of a rate that stands is none.
+fn finite_or_dash(value: f64) -> String {
+    if value.is_finite() { number(value, 4) } else { "-".to_owned() }
+}
+
 impl Identification {
     /// Everything identified, with standard errors, as one table.
     #[must_use]
@@ -207,8 +212,7 @@ impl Identification {
         let headers = ["log", "rms [rad/s]", "rms [%]", "99 % within [%]", "fit [%]", "samples"];
         let row = |table: Table, (kind, run): (&str, &Validation)| {
             let name = format!("{} ({kind})", run.source);
-            let numbers =
-                [run.rms, run.rms_percent, run.worst_percent, run.fit_percent].map(|value| number(value, 4));
+            let numbers = [run.rms, run.rms_percent, run.worst_percent, run.fit_percent].map(finite_or_dash);
             table.row([name].into_iter().chain(numbers).chain([run.samples.to_string()]))
         };
         let training = self.training.iter().map(|run| ("training", run));

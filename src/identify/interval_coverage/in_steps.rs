@@ -21,7 +21,7 @@ fn the_curve_behind_a_battery_read_in_steps() {
         let mut log =
             RotorLog { rate: noise.on(&truth.rate, 1.5).into(), voltage: Some(read), ..truth.clone() };
         assert_eq!(quantized_voltage::mend(&mut log), None);
-        let rows = steady_rows::steady_rows(&[log], K_V, FULL_VOLTAGE).expect("ramps");
+        let rows = steady_rows::steady_rows(&[log], K_V, FULL_VOLTAGE, false).expect("ramps");
         let curve = |degree| static_curve::identify(&rows, 0.0, degree, None).expect("a curve");
         above += usize::from(curve(None).preferred_degree > 2);
         let coefficients = curve(Some(2)).coefficients;

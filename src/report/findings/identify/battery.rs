@@ -39,8 +39,7 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
         }
         "voltage_gain_impossible" => format!(
             "k_V = {} rad/(s V) is none that a motor has: {}; the rates drifted with something else while the voltage fell (a motor \
-             that warms up, a supply that wanders). Give logs of several charges, or leave the battery out (--no-battery); do not \
-             fly with this k_V",
+             that warms up, a supply that wanders). Give logs of several charges{}",
             short((1e2 * n("value")).round() / 1e2),
             if n("value") < 0.0 {
                 "it would turn faster on an emptier battery".to_owned()
@@ -49,6 +48,11 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
                     "all of its rate over all of its volts is {} rad/(s V)",
                     short(n("most_rad_s_v").round())
                 )
+            },
+            if finding.number("left_out") == 1.0 {
+                "; the model goes without the battery's part"
+            } else {
+                ", or leave the battery out (--no-battery); do not arm with this k_V"
             }
         ),
         "battery_not_logged" => format!(
