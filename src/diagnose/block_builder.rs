@@ -8,10 +8,11 @@ use super::body_block::{BodyRun, BodySource};
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
 use super::directions::Directions;
+use super::gyro_and_angle::GyroLag;
 use super::refusal::Refusal;
 use super::rotor_block::{COMMANDS, PROPELLER_RATES, RotorRun, rotor_runs, simulate};
 use super::thresholds::THRESHOLDS;
-use crate::effect::{Law, Term};
+use crate::effect::{Law, Site, Term};
 use crate::estimation::noise_floor::white_noise;
 use crate::estimation::quantile::distinct;
 use crate::estimation::slope::forward_slopes;
@@ -335,7 +336,12 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<R
         // A torque command stands in for rotor rates only where the law does not look at them.
         (!logs.iter().all(there)).then(|| Refusal::ColumnLacking { column: need.clone() })
     });
-    lacking.or_else(|| {
+    let of_gyro = || {
+        let lags = effect.site == Site::BodyRateSensor && matches!(effect.law, Law::Memory(_));
+        let shown = lags.then(|| GyroLag::of(logs)).flatten().filter(|shown| shown.is_none())?;
+        Some(Refusal::AngleShowsNoLag { lag_ms: 1e3 * shown.lag, error_ms: 1e3 * shown.error })
+    };
+    lacking.or_else(of_gyro).or_else(|| {
         effect.card.filter(|card| card.needs_both_directions)?;
         let ways = Directions::of(&rotor_runs(logs), model.actuator.pole);
         ways.is_one_way().then_some(Refusal::OneDirection { rising: ways.rising, falling: ways.falling })

@@ -36,6 +36,7 @@ pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Fin
             warnings.push(Finding::new("turns_against_torque", "body"));
         }
         warnings.extend(at_bounds(found));
+        warnings.extend(not_known(&found.answer.model, &found.answer.effects));
         warnings.extend(only_in_training(found));
         warnings.extend(rotors_differ(logs, found));
     }
@@ -124,6 +125,30 @@ fn at_bounds(found: &SearchResult) -> Vec<Finding> {
     };
     let all = found.answer.effects.iter().flat_map(of_effect);
     all.map(|(name, value)| Finding::new("parameter_at_bound", name).with("value", value)).collect()
+}
+
+/// Numbers of the answer's effects whose stated error reaches what stands for no effect, or half of a number that has none: that the
+/// effect is there, the error that it takes off says; how large it is, nobody knows.
+pub(crate) fn not_known(model: &Model, effects: &[String]) -> Vec<Finding> {
+    let of_effect = |id: &String| {
+        let parameters = find(id).map_or(&[][..], |card| card.parameters);
+        let known_badly = parameters.iter().filter_map(|parameter| {
+            let name = format!("{id}.{}", parameter.name);
+            let value = model.parameter(&name)?;
+            let error = model.standard_errors.get(&name).filter(|error| error.is_finite())?;
+            // An angle may well be zero, and is known by its error all the same.
+            let is_size = parameter.neutral.is_finite() || parameter.lower > 0.0;
+            let none = if parameter.neutral.is_finite() { parameter.neutral } else { 0.0 };
+            let is_known = !is_size || (value - none).abs() > THRESHOLDS.identifiable * error;
+            (!is_known).then(|| {
+                Finding::new("parameter_not_known", name.clone())
+                    .with("value", value)
+                    .with("standard_error", *error)
+            })
+        });
+        known_badly.collect::<Vec<_>>()
+    };
+    effects.iter().flat_map(of_effect).collect()
 }
 
 /// A rotor's rate that drifts with time, whatever the command: heat that makes it faster, or a battery that gives way upwards,
@@ -236,6 +261,32 @@ mod tests {
     use super::*;
     use crate::log::Dataset;
     use crate::model::SeenRows;
+
+    #[test]
+    fn numbers_within_two_standard_errors_of_no_effect_are_said() {
+        let known = Model::paper().known_effects().expect("the catalogue");
+        let said = |id: &str, numbers: &[(&str, f64, f64)]| -> Vec<String> {
+            let mut model = Model::paper().with(known.iter().find(|effect| effect.id == id).expect("known"));
+            for (name, value, error) in numbers {
+                let name = format!("{id}.{name}");
+                model.set_parameter(&name, *value);
+                model.standard_errors.insert(name, *error);
+            }
+            not_known(&model, &[id.to_owned()]).into_iter().map(|finding| finding.subject).collect()
+        };
+        let heat = |gain: f64, time: f64| {
+            said("motor_heating", &[("gain", 0.02, gain), ("time_constant", 30.0, time)])
+        };
+        assert_eq!(heat(0.009, 14.0), Vec::<String>::new());
+        assert_eq!(heat(0.011, 14.0), ["motor_heating.gain"]);
+        assert_eq!(heat(0.009, 16.0), ["motor_heating.time_constant"]);
+        // A scale is away from one, a pole from the infinitely fast one by its time, an angle from nowhere.
+        assert_eq!(said("gyro_scale", &[("scale", 1.03, 0.02)]), ["gyro_scale.scale"]);
+        assert_eq!(said("rotor_lag", &[("pole", 50.0, 24.0)]), Vec::<String>::new());
+        assert_eq!(said("rotor_lag", &[("pole", 50.0, 26.0)]), ["rotor_lag.pole"]);
+        let pendulum = [("moment", 0.4, 0.01), ("angle_offset", 0.0, 0.1)];
+        assert_eq!(said("gravity_pendulum", &pendulum), Vec::<String>::new());
+    }
 
     #[test]
     fn rows_that_a_model_was_identified_from_are_found_where_they_are_held_out() {

@@ -45,7 +45,7 @@ pub fn extend(
     config: &DiagnoseConfig,
 ) -> Result<Extension, DiagnoseError> {
     let known = model.known_effects()?;
-    let (part, findings) = check((model, &known), ids, (train, validate), config)?;
+    let (part, mut findings) = check((model, &known), ids, (train, validate), config)?;
     let in_block = |split: &DataSplit| -> Vec<String> {
         let acts_here =
             |id: &&String| known.iter().any(|effect: &Effect| effect.id == **id && split.holds(effect));
@@ -83,6 +83,8 @@ pub fn extend(
     }
     let search = Search { base: model, known: &known, eligible: Vec::new(), progress: &|_| () };
     blocks.found.iter_mut().for_each(|found| search.allow_for_what_is_missing(found));
+    let answers = blocks.found.iter().map(|found| &found.answer);
+    findings.extend(answers.flat_map(|answer| caveats::not_known(&answer.model, &answer.effects)));
     let mut extended = blocks.merged(model);
     extended.ladder.push(step(model, ids, [train, validate], &error));
     Ok(Extension { model: extended, error, is_at_floor: blocks.is_at_floor(), findings })

@@ -23,6 +23,7 @@ mod error;
 mod extend;
 mod forward;
 mod grid_search;
+mod gyro_and_angle;
 pub(crate) mod model_selection;
 mod model_uncertainty;
 pub mod multistart;

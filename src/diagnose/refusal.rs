@@ -42,6 +42,16 @@ pub enum Refusal {
         /// Scored rows on the way down.
         falling: usize,
     },
+    /// A law of the gyro in time, and the measured angle moves with it.
+    #[error(
+        "the slope of the measured angle leads the gyro by {lag_ms:.1} ± {error_ms:.1} ms: it does not lag"
+    )]
+    AngleShowsNoLag {
+        /// [ms] lag of the gyro behind the angle's slope.
+        lag_ms: f64,
+        /// [ms] its standard error.
+        error_ms: f64,
+    },
     /// A log has not got what the effect reads.
     #[error("needs `{column}`, which a log lacks")]
     ColumnLacking {

@@ -9,6 +9,7 @@ use super::refusal::Refusal;
 use super::search_result::{SearchResult, SingleEffect};
 use super::search_space::Search;
 use super::surrogate_test::{SurrogateTest, surrogate};
+use super::thresholds::THRESHOLDS;
 use super::unnamed;
 
 impl Search<'_> {
@@ -17,7 +18,7 @@ impl Search<'_> {
     pub fn run(&self, mut split: DataSplit) -> SearchResult {
         let base_names = split.base_parameters(self.base);
         let (nominal, refitted) = self.bases(&mut split);
-        let singles = self.singles(&split, &refitted, &base_names);
+        let singles = self.singles(&split, (&nominal, &refitted), &base_names);
         let fits: Vec<CandidateFit> = singles.iter().filter_map(|single| single.fitted.clone()).collect();
         self.among(split, (nominal, refitted), singles, fits)
     }
@@ -51,14 +52,23 @@ impl Search<'_> {
         Search { eligible, ..*self }.among(split, (nominal, refitted), singles, fits)
     }
 
-    fn singles(&self, split: &DataSplit, refitted: &CandidateFit, base: &[String]) -> Vec<SingleEffect> {
+    fn singles(
+        &self,
+        split: &DataSplit,
+        (nominal, refitted): (&CandidateFit, &CandidateFit),
+        base: &[String],
+    ) -> Vec<SingleEffect> {
         let admitted = self.admitted();
+        // A body whose weight or friction nobody modelled asks for any inertia, and from there no fit finds its way back.
+        let inertia = |fitted: &CandidateFit| fitted.model.body.inertia;
+        let has_run_off = inertia(refitted) > THRESHOLDS.held_inertia * inertia(nominal);
+        let from = if has_run_off { &nominal.model } else { &refitted.model };
         let candidates: Vec<Candidate> = admitted
             .iter()
             .map(|effect| Candidate {
                 effects: vec![*effect],
                 without: Some(refitted.fit.cost),
-                ..self.start(&refitted.model, base)
+                ..self.start(from, base)
             })
             .collect();
         let fits = run_singles(&candidates, split, self.progress);
@@ -139,12 +149,16 @@ impl Search<'_> {
         let better = better.filter(|fitted| loss(split, fitted) < loss(split, best))?;
         // What goes on from it may have been passed over with it: a law that shows in one stretch gains nothing by itself.
         let size = better.effects.len();
-        let mut best = self.grow_answer_from(split, better, fits);
-        let dropped = if best.effects.len() > size {
-            self.eliminate(split, &mut best, &base_names, refitted, fits)
-        } else {
-            self.each_dropped(split, &best, &base_names, refitted, fits)
-        };
+        let mut best = self.grow_answer_from(split, better.clone(), fits);
+        if best.effects.len() > size {
+            let dropped = self.eliminate(split, &mut best, &base_names, refitted, fits);
+            // The one that does better may go out for another that came in beside it, and does worse alone.
+            if best.effects.len() > size || loss(split, &best) <= loss(split, &better) {
+                return Some((best, dropped));
+            }
+            best = better;
+        }
+        let dropped = self.each_dropped(split, &best, &base_names, refitted, fits);
         Some((best, dropped))
     }
 }

@@ -37,6 +37,14 @@ crate::thresholds! {
     most_pieces: usize = 10, "count", "judgement";
     /// stretches that data are cut into, so that each fold has something of everything
     fold_stretches: usize = 30, "count", "judgement";
+    /// [s] window over which the gyro is held against the angle: longer than the angle's noise, shorter than a swing.
+    gyro_window_s: f64 = 0.1, "s", "judgement";
+    /// Windows from which on that says anything.
+    fewest_gyro_windows: usize = 50, "count", "judgement";
+    /// Standard errors that are added to the lag which the angle shows.
+    gyro_lag_errors: f64 = 3.0, "-", "normal distribution: 0.3 %";
+    /// Rows below which a lag is none.
+    gyro_lag_rows: f64 = 0.15, "rows", "a twentieth of a row on a public pitch bench";
     /// heat at the start is fitted for at most so many stretches: for many short ones it is not identifiable
     most_slow_starts: usize = 4, "count", "judgement";
     /// time constants after which a rotor has forgotten where it began: e^-8 is below any noise

@@ -26,7 +26,8 @@ pub(super) static CARD: Card = Card {
             name: "time_constant",
             symbol: "τ",
             unit: "s",
-            lower: 0.5,
+            // The windings of the smallest motors warm for seconds; what is quicker is no heat.
+            lower: 3.0,
             upper: 2e3,
             start: 20.0,
             others: &[5.0, 80.0],

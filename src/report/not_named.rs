@@ -10,7 +10,7 @@ use crate::unit::short;
 pub fn words(why: &NotNamed) -> String {
     match &why.condition {
         Unmet::Indistinguishable { set } => {
-            return format!("these data cannot distinguish it from {}", set.join(" + "));
+            return format!("{} explains these data as well as what is named", set.join(" + "));
         }
         Unmet::LessThanAnother if why.beside.is_empty() => {
             return "another set lowers the error further".to_owned();
@@ -113,7 +113,7 @@ mod tests {
                 "added to a + b, one of its numbers may as well be that of no effect",
             ),
             (beside(Unmet::Cancels), "added to a + b, it and another effect of the set cancel each other"),
-            (beside(Unmet::Indistinguishable { set }), "these data cannot distinguish it from c + d"),
+            (beside(Unmet::Indistinguishable { set }), "c + d explains these data as well as what is named"),
             (alone(Unmet::LessThanAnother), "another set lowers the error further"),
             (beside(Unmet::LessThanAnother), "a + b lowers the error further"),
             (alone(Unmet::BodyDecides), "fitted to rotors and body together, another set is better"),

@@ -31,6 +31,11 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
              measurement, and the effect may stand in for another",
             short(finding.number("value"))
         ),
+        "parameter_not_known" => format!(
+            "{subject} = {} ± {}: these logs show that the effect is there, and not how large this number is",
+            short(finding.number("value")),
+            short(finding.number("standard_error"))
+        ),
         "slow_drift" => format!(
             "{:.0} % of what is left is a slow drift of the rates, {:+.2} rad/s each second, cause unknown: nothing in the \
              catalogue may drift that way; a tachometer or a supply that drifts, wear, or weather may",

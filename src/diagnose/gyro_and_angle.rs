@@ -1,0 +1,105 @@
+//! Where the body's angle is measured beside its rate, their difference in time is measured, too, without a model of what turns it.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::thresholds::THRESHOLDS;
+use crate::estimation::integral::trapezoidal;
+use crate::estimation::least_squares::least_squares;
+use crate::screening::ScreenedLog;
+use crate::screening::channel::{BODY_ANGLE, BODY_RATE};
+
+/// By how much the gyro follows the slope of the measured angle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct GyroLag {
+    /// [s] its time constant.
+    pub(crate) lag: f64,
+    /// [s] standard error.
+    pub(crate) error: f64,
+    /// [s] between rows, the longest of the logs.
+    pub(crate) interval: f64,
+}
+
+impl GyroLag {
+    /// A gyro y with a scale k, a bias and a lag τ obeys k τ y' + k y + b = θ', so over a window k τ Δy + k ∫y + b Δt = Δθ: linear in
+    /// all three. `None` where no angle is logged, or too little of it.
+    pub(crate) fn of(logs: &[ScreenedLog]) -> Option<Self> {
+        let mut rows: Vec<[f64; 4]> = Vec::new();
+        let mut interval: f64 = 0.0;
+        for log in logs.iter().map(ScreenedLog::dataset) {
+            let Some((rate, angle)) = log.column(BODY_RATE).zip(log.column(BODY_ANGLE)) else { continue };
+            interval = interval.max(log.median_interval());
+            let length = (THRESHOLDS.gyro_window_s / log.median_interval()).round().max(1.0) as usize;
+            for segment in log.segments() {
+                let (time, rate, angle) =
+                    (&log.time()[segment.clone()], &rate[segment.clone()], &angle[segment]);
+                let turned =
+                    |from: usize| trapezoidal(&time[from..=from + length], &rate[from..=from + length]);
+                let windows = (0..time.len().saturating_sub(length)).step_by(length);
+                rows.extend(windows.filter_map(|from| {
+                    let to = from + length;
+                    let row = [
+                        rate[to] - rate[from],
+                        turned(from).last().copied()?,
+                        time[to] - time[from],
+                        angle[to] - angle[from],
+                    ];
+                    row.iter().all(|value| value.is_finite()).then_some(row)
+                }));
+            }
+        }
+        if rows.len() < THRESHOLDS.fewest_gyro_windows {
+            return None;
+        }
+        let design = DMatrix::from_fn(rows.len(), 3, |row, column| rows[row][column]);
+        let fit = least_squares(&design, &DVector::from_fn(rows.len(), |row, _| rows[row][3]))?;
+        let scale = fit.coefficients[1];
+        let (lag, error) = (fit.coefficients[0] / scale, fit.standard_error(0) / scale.abs());
+        (lag.is_finite() && error.is_finite() && scale > 0.0).then_some(Self { lag, error, interval })
+    }
+
+    /// Whether it is less than what a law of the gyro could be seen by.
+    pub(crate) fn is_none(self) -> bool {
+        self.lag + THRESHOLDS.gyro_lag_errors * self.error < THRESHOLDS.gyro_lag_rows * self.interval
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::Dataset;
+
+    /// A body that swings, its gyro with a scale, a bias, noise and a lag [s], and whether its angle is logged.
+    fn log(lag: f64, has_angle: bool) -> ScreenedLog {
+        let noise = |row: usize| ((row.wrapping_mul(2_654_435_761) >> 9) & 1023) as f64 / 512.0 - 1.0;
+        let time: Vec<f64> = (0..6000).map(|row| 0.01 * f64::from(row)).collect();
+        // The lag of a sum of sines is known for each.
+        let sines = [(0.4, 1.7), (0.2, 4.1), (0.05, 9.0)];
+        let angle = |t: f64| sines.iter().map(|(size, w)| size * (w * t).sin()).sum::<f64>();
+        let gyro = |t: f64| -> f64 {
+            let one = |(size, w): &(f64, f64)| {
+                let (way, turn) = (1.0 / (1.0 + (w * lag).powi(2)).sqrt(), (w * lag).atan());
+                size * w * way * (w * t - turn).cos()
+            };
+            0.02 + 1.05 * sines.iter().map(one).sum::<f64>()
+        };
+        let rates = time.iter().enumerate().map(|(row, t)| gyro(*t) + 0.005 * noise(row)).collect();
+        let angles = time.iter().enumerate().map(|(row, t)| angle(*t) + 0.001 * noise(row + 7919)).collect();
+        let mut log = Dataset::new("here", "", time).expect("time rises");
+        log.insert(BODY_RATE, rates).expect("fits");
+        if has_angle {
+            log.insert(BODY_ANGLE, angles).expect("fits");
+        }
+        log.into()
+    }
+
+    #[test]
+    fn the_lag_of_a_gyro_is_read_off_the_angle_beside_it() {
+        for lag in [0.0, 0.01, 0.05] {
+            let found = GyroLag::of(&[log(lag, true)]).expect("measured");
+            // Half a millisecond for the trapezes that stand in for the integral.
+            assert!((found.lag - lag).abs() < 3.0 * found.error + 5e-4, "{lag}: {found:?}");
+            assert_eq!(found.is_none(), lag == 0.0, "{lag}: {found:?}");
+        }
+        assert_eq!(GyroLag::of(&[log(0.0, false)]), None);
+    }
+}
