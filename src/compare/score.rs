@@ -20,7 +20,7 @@ pub struct ErrorStatistics {
     /// Rms, in the signal's unit.
     pub rms: f64,
     /// [%] 100 (1 - |y - m| / |y - mean y|), as MATLAB's `compare` prints it; not-a-number, as the shares, where the
-    /// signal never moves.
+    /// signal never moves, or by less than noise alone.
     pub fit_percent: f64,
     /// Rms that the noise of the sensors alone would leave, in the signal's unit.
     pub noise_floor: f64,
@@ -177,14 +177,17 @@ impl BlockRun {
                 limit,
             };
         }
-        let noise = (noise_floor * noise_floor * count / spread).min(squares / spread);
+        let floor = noise_floor * noise_floor * count / spread;
+        // One that moves by much less than noise does is one that never moves: a body that is held.
+        let of_motion = |share: f64| if floor > THRESHOLDS.still_noise { f64::NAN } else { share };
+        let noise = floor.min(squares / spread);
         ErrorStatistics {
             rms: (squares / count).sqrt(),
-            fit_percent: 100.0 * (1.0 - (squares / spread).sqrt()),
+            fit_percent: of_motion(100.0 * (1.0 - (squares / spread).sqrt())),
             noise_floor,
-            explained: (1.0 - squares / spread).max(0.0),
-            noise,
-            unexplained: (squares / spread).min(1.0) - noise.min(1.0),
+            explained: of_motion((1.0 - squares / spread).max(0.0)),
+            noise: of_motion(noise),
+            unexplained: of_motion((squares / spread).min(1.0) - noise.min(1.0)),
             one_step: self.one_step,
             limit: THRESHOLDS.floor_error
                 + 2.0

@@ -5,6 +5,8 @@ crate::thresholds! {
     fewest_samples: usize = 50, "count", "judgement";
     /// departure of a slow state from its steady state that is tried to learn what it does: the response is close to linear
     slow_trial: f64 = -0.5, "-", "linearity of the memory laws";
+    /// variance of the noise alone over that of the signal, from which on the signal counts as one that never moves
+    still_noise: f64 = 1.5, "-", "a signal that is noise and nothing else: 1";
     /// what a noise floor may be off by its assumptions: white noise, straight lines between samples
     floor_error: f64 = 1.05, "-", "judgement";
     /// relative scatter of a noise estimate

@@ -162,3 +162,23 @@ fn telemetry_at_a_few_hertz_gets_no_pole_and_no_delay() {
     let truth = |u: f64| 1124.5 * u + 447.1 * u * u;
     assert!([0.35, 0.5].iter().all(|u| (steady(*u) / truth(*u) - 1.0).abs() < 0.01), "{found}");
 }
+
+/// Of a body that is held while both thrusts are equal nothing can be explained: its gyro reads noise, and that is no share of anything.
+#[test]
+fn a_signal_that_is_noise_only_has_no_shares() {
+    let desk = Desk::new();
+    let log = desk.path("both.csv").display().to_string();
+    let recorded =
+        run(&["experiment", "prbs", "--rotors", "both", "--lockstep", "--duration", "30", "-o", &log]);
+    assert!(recorded.status.success(), "{}", said(&recorded));
+    let compared = run(&["compare", "--log", &log, "--json"]);
+    assert_eq!(compared.status.code(), Some(0), "{}", said(&compared));
+    let compared: Value = serde_json::from_slice(&compared.stdout).expect("JSON");
+    let blocks = compared["comparisons"][0]["blocks"].as_array().expect("blocks");
+    let shares = |block: &Value| ["fit_percent", "explained", "noise"].map(|it| block["error"][it].as_f64());
+    let of = |signal: &str| blocks.iter().filter(|it| it["signal"] == signal).map(shares).collect::<Vec<_>>();
+    let body = of("body_rate_rad_s");
+    assert!(body.len() >= 2 && body.iter().all(|it| *it == [None; 3]), "{body:?}");
+    let rotor = of("propeller_rate_1_rad_s");
+    assert!(rotor.iter().flatten().all(|it| it.is_some_and(|share| share > 0.0)), "{rotor:?}");
+}

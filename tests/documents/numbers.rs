@@ -193,7 +193,7 @@ fn every_unit_of_a_column_is_on_the_page_of_mappings() {
     let shown: BTreeSet<&str> = table.split('`').skip(1).step_by(2).collect();
     let measured: BTreeSet<&str> = LOG_SIGNALS.iter().map(|signal| signal.unit).collect();
     let units = UNITS.iter().filter(|unit| measured.contains(unit.si) && !unit.name.is_empty());
-    assert_eq!(shown, units.map(|unit| unit.name).collect());
+    assert_eq!(shown, units.map(|unit| unit.name).collect::<BTreeSet<&str>>());
 }
 
 /// A range as the table of the guard has it.
