@@ -8,7 +8,7 @@ use super::body_block::{BodyRun, BodySource};
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
 use super::directions::Directions;
-use super::gyro_and_angle::GyroLag;
+use super::gyro_and_angle::BehindAngle;
 use super::refusal::Refusal;
 use super::rotor_block::{COMMANDS, PROPELLER_RATES, RotorRun, rotor_runs, simulate};
 use super::thresholds::THRESHOLDS;
@@ -338,7 +338,7 @@ pub fn refusal(effect: &Effect, model: &Model, logs: &[ScreenedLog]) -> Option<R
     });
     let of_gyro = || {
         let lags = effect.site == Site::BodyRateSensor && matches!(effect.law, Law::Memory(_));
-        let shown = lags.then(|| GyroLag::of(logs)).flatten().filter(|shown| shown.is_none())?;
+        let shown = lags.then(|| BehindAngle::of(logs)).flatten().filter(|shown| shown.is_none())?;
         Some(Refusal::AngleShowsNoLag { lag_ms: 1e3 * shown.lag, error_ms: 1e3 * shown.error })
     };
     lacking.or_else(of_gyro).or_else(|| {

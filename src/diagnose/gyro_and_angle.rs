@@ -10,7 +10,7 @@ use crate::screening::channel::{BODY_ANGLE, BODY_RATE};
 
 /// By how much the gyro follows the slope of the measured angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct GyroLag {
+pub(crate) struct BehindAngle {
     /// [s] its time constant.
     pub(crate) lag: f64,
     /// [s] standard error.
@@ -19,7 +19,7 @@ pub(crate) struct GyroLag {
     pub(crate) interval: f64,
 }
 
-impl GyroLag {
+impl BehindAngle {
     /// A gyro y with a scale k, a bias and a lag τ obeys k τ y' + k y + b = θ', so over a window k τ Δy + k ∫y + b Δt = Δθ: linear in
     /// all three. `None` where no angle is logged, or too little of it.
     pub(crate) fn of(logs: &[ScreenedLog]) -> Option<Self> {
@@ -59,7 +59,7 @@ impl GyroLag {
 
     /// Whether it is less than what a law of the gyro could be seen by.
     pub(crate) fn is_none(self) -> bool {
-        self.lag + THRESHOLDS.gyro_lag_errors * self.error < THRESHOLDS.gyro_lag_rows * self.interval
+        self.lag + THRESHOLDS.behind_angle_errors * self.error < THRESHOLDS.behind_angle_rows * self.interval
     }
 }
 
@@ -95,11 +95,11 @@ mod tests {
     #[test]
     fn the_lag_of_a_gyro_is_read_off_the_angle_beside_it() {
         for lag in [0.0, 0.01, 0.05] {
-            let found = GyroLag::of(&[log(lag, true)]).expect("measured");
+            let found = BehindAngle::of(&[log(lag, true)]).expect("measured");
             // Half a millisecond for the trapezes that stand in for the integral.
             assert!((found.lag - lag).abs() < 3.0 * found.error + 5e-4, "{lag}: {found:?}");
             assert_eq!(found.is_none(), lag == 0.0, "{lag}: {found:?}");
         }
-        assert_eq!(GyroLag::of(&[log(0.0, false)]), None);
+        assert_eq!(BehindAngle::of(&[log(0.0, false)]), None);
     }
 }

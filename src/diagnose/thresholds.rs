@@ -42,9 +42,9 @@ crate::thresholds! {
     /// Windows from which on that says anything.
     fewest_gyro_windows: usize = 50, "count", "judgement";
     /// Standard errors that are added to the lag which the angle shows.
-    gyro_lag_errors: f64 = 3.0, "-", "normal distribution: 0.3 %";
+    behind_angle_errors: f64 = 3.0, "-", "normal distribution: 0.3 %";
     /// Rows below which a lag is none.
-    gyro_lag_rows: f64 = 0.15, "rows", "a twentieth of a row on a public pitch bench";
+    behind_angle_rows: f64 = 0.15, "rows", "a twentieth of a row on a public pitch bench";
     /// heat at the start is fitted for at most so many stretches: for many short ones it is not identifiable
     most_slow_starts: usize = 4, "count", "judgement";
     /// time constants after which a rotor has forgotten where it began: e^-8 is below any noise

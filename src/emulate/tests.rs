@@ -248,7 +248,7 @@ fn what_cannot_be_is_refused_by_name() {
     assert!(refused(|config| config.battery.used = 2.0).contains("`battery.used`"));
     let unknown = HiddenConfig::parse("warp_drive:power=1").expect("readable");
     let sentence = Law::build(&unknown).unwrap_err().to_string();
-    assert!(sentence.contains("warp_drive") && sentence.contains("gravity_pendulum"), "{sentence}");
+    assert!(sentence.contains("warp_drive") && sentence.contains("rotorbench effects"), "{sentence}");
     let misnamed = HiddenConfig::parse("gravity_pendulum:mass=1").expect("readable");
     assert!(Law::build(&misnamed).unwrap_err().to_string().contains("no parameter `mass`"));
     assert!(HiddenConfig::parse("gravity_pendulum:moment").is_err());

@@ -119,8 +119,10 @@ mod tests {
             (0..3000).map(|row| 0.2 + 0.4 * f64::from(row / 15 * 37 % 101) / 101.0).collect();
         let mut rate = curve(command[0]);
         let follow = |command: &f64| {
+            // A command holds from its row on.
+            let now = rate;
             rate += (1.0 - (-0.02 * pole).exp()) * (curve(*command) - rate);
-            read(rate)
+            read(now)
         };
         let rates = command.iter().map(follow).collect();
         let mut log = Dataset::new("made.csv", "", time).expect("time rises");

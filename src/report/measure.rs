@@ -6,6 +6,14 @@ use serde_json::{Value, json};
 use crate::model::Measure;
 
 /// What an error is of, in words.
+///
+/// ```
+/// use rotorbench::model::Measure;
+/// use rotorbench::report::measure::measure;
+///
+/// let of = Measure::of_free_runs("body_rate_rad_s", Some(0.4), "rad/s");
+/// assert_eq!(measure(&of), "rms of body_rate_rad_s, free run over windows of 0.4 s, initial state fitted [rad/s]");
+/// ```
 #[must_use]
 pub fn measure(of: &Measure) -> String {
     let Measure { channel, unit, free_run, window_s } = of;

@@ -5,7 +5,7 @@ use super::identification::error_plots;
 use super::runs::{DISTURBANCE, Shown, answer_plots, answer_table};
 use super::{Mark, Page, Table, Tone, number};
 use crate::identify::HIGHEST_DEGREE;
-use crate::studies::paper::{PrintedNumber, ControlledRun, PaperRun};
+use crate::studies::paper::{ControlledRun, PaperRun, PrintedNumber};
 use crate::studies::thresholds::THRESHOLDS;
 
 /// That the paper's experiments were not run to their end.

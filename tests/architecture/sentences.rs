@@ -22,6 +22,9 @@ const PARSERS: [&str; 9] = [
 /// What the kernel writes is no sentence of ours.
 const OTHERS_TEXT: &[&str] = &[" /dev/shm tmpfs "];
 
+/// Of the sentence that model files held up to 0.1: it is read in old files, and made nowhere.
+const OLD_FILES_TEXT: &[&str] = &["rms of ", ", free run ", "over windows of "];
+
 /// Literals of two words or more that a text is searched for.
 fn searched_for(text: &str) -> Vec<&str> {
     let literal =
@@ -44,7 +47,9 @@ fn no_code_parses_a_sentence() {
         let program = program(&text);
         let code: Vec<&str> = program.lines().filter(|line| !line.trim_start().starts_with("//")).collect();
         let code = code.join("\n");
-        let searched = searched_for(&code).into_iter().filter(|literal| !OTHERS_TEXT.contains(literal));
+        let searched = searched_for(&code)
+            .into_iter()
+            .filter(|literal| !OTHERS_TEXT.contains(literal) && !OLD_FILES_TEXT.contains(literal));
         found.extend(searched.map(|literal| format!("{name} looks for \"{literal}\"")));
     }
     assert!(found.is_empty(), "match a code instead: {found:#?}");
