@@ -115,7 +115,12 @@ fn check(
 }
 
 /// The step that a ladder takes from `model` by adding `ids`.
-fn step(model: &Model, ids: &[String], [train, validate]: [&[ScreenedLog]; 2], error: &ErrorSummary) -> Step {
+pub(crate) fn step(
+    model: &Model,
+    ids: &[String],
+    [train, validate]: [&[ScreenedLog]; 2],
+    error: &ErrorSummary,
+) -> Step {
     Step {
         added: ids.to_vec(),
         logs: train.iter().map(reference).collect(),

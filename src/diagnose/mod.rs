@@ -67,6 +67,7 @@ use crate::screening::telemetry_rate::too_seldom;
 pub use config::DiagnoseConfig;
 pub use diagnosis::{Diagnosis, Verdict};
 pub use error::DiagnoseError;
+pub(crate) use extend::step;
 pub use extend::{Extension, extend};
 pub use progress::Event;
 pub use rotors::{CommonNumber, RotorDiagnoses, RotorDiagnosis};

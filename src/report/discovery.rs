@@ -124,8 +124,9 @@ fn experiment(next: &TellApart) -> String {
     }
 }
 
-/// What stands beneath the headline: what else it may be.
-fn beneath(found: &Discovery) -> Vec<String> {
+/// What stands beneath the headline: what else it may be, and what would tell.
+#[must_use]
+pub fn beneath(found: &Discovery) -> Vec<String> {
     let unit = found.error.unit;
     let mut lines: Vec<String> = Vec::new();
     if !found.alternatives.is_empty() {

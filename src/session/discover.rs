@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::modelled::Modelled;
 use super::{Job, Progress, SessionError};
-use crate::diagnose::{DiagnoseConfig, Event};
-use crate::discover::{self, Discovery};
+use crate::diagnose::{DiagnoseConfig, Event, step};
+use crate::discover::{self, Discovery, LawVerdict};
 use crate::model::Model;
 use crate::screening::ScreenedLog;
 
@@ -29,6 +29,13 @@ pub fn discover(
         Event::Leading(effects) => job.report(Progress::Leading { effects }),
     };
     let mut found = job.run(|| discover::discover(model, &logs.train, &logs.validate, config, &hear))?;
+    // A law is a step of the ladder as any effect is: it can be looked at and taken back.
+    if found.verdict == LawVerdict::Law {
+        let effects = found.model.effects.iter().map(|added| &added.id).filter(|id| !model.has(id));
+        let added: Vec<String> = effects.cloned().collect();
+        let step = step(model, &added, [&logs.train, &logs.validate], &found.error);
+        found.model.ladder.push(step);
+    }
     found.findings.extend(logs.finding);
     Ok(found)
 }

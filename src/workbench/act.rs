@@ -51,6 +51,12 @@ pub(super) enum Act {
     },
     /// Searches for what the chosen model is missing.
     Diagnose,
+    /// Searches for the law itself, where no effect of the catalogue explains it.
+    Discover,
+    /// Adds the law that was found to the chosen model.
+    AddLaw,
+    /// The same, to be looked at.
+    TryLaw,
     /// Adds effects to the chosen model, refitted.
     Add {
         /// Their ids.

@@ -29,10 +29,12 @@ files![
     "files.js",
     "keys.js",
     "ladder.js",
+    "law.js",
     "live.js",
     "logs.js",
     "models.js",
     "plots.js",
+    "progress.js",
     "shell.js",
 ];
 

@@ -21,11 +21,16 @@ pub(super) fn compare(desk: &Desk, log: u64) -> Result<String, ActError> {
     Ok(command(&words))
 }
 
-/// The search for what `model` lacks.
-pub(super) fn diagnose(desk: &Desk, model: &str) -> String {
-    let mut words = ["diagnose", "--model", model].map(str::to_owned).to_vec();
+/// The search for what `model` lacks, by `diagnose` or `discover`.
+pub(super) fn search(desk: &Desk, command: &str, model: &str) -> String {
+    let mut words = [command, "--model", model].map(str::to_owned).to_vec();
     words.extend(logs(desk));
-    command(&words)
+    self::command(&words)
+}
+
+/// The same command, its result in a file.
+pub(super) fn written_to(command: &str, output: &str) -> String {
+    format!("{command} -o {}", quoted(output))
 }
 
 /// `model` with more effects, or, with none, its own numbers refitted.

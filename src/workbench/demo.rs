@@ -44,20 +44,7 @@ pub(super) fn demo_logs_in(folder: &Path) -> Result<DemoLogs, WorkbenchError> {
     for (name, seed) in LOGS {
         let path = folder.join(name);
         if !path.exists() {
-            let mut bench = BenchConfig::default();
-            bench.emulator.plant.clamped = false;
-            bench.emulator.seed = seed;
-            bench.emulator.hidden.extend(HiddenConfig::draw(HIDE_SEED, |_| true));
-            let experiment = ExperimentConfig {
-                shape: Shape::Prbs { amplitude: AMPLITUDE, bandwidth_hz: 0.0, duration_s: DURATION_S, seed },
-                rotors: Rotors::Differential,
-                around: 0.4633,
-                lead_in_s: 3.0,
-            };
-            let plan = ExperimentPlan { closed_loop: true, experiment };
-            let log =
-                session::run_emulated(&bench, &plan, "experiment", &Job::unwatched(&Cancel::default()))?;
-            csv::write(log.raw(), &path)?;
+            record(&path, HiddenConfig::draw(HIDE_SEED, |_| true), seed, DURATION_S)?;
         }
         let words = format!(
             "experiment prbs --lockstep --closed-loop --amplitude {AMPLITUDE} --duration {DURATION_S} --hide-seed \
@@ -69,4 +56,26 @@ pub(super) fn demo_logs_in(folder: &Path) -> Result<DemoLogs, WorkbenchError> {
         demo.logs.push(path);
     }
     Ok(demo)
+}
+
+/// Flies the bench with an effect hidden in it, and writes the log.
+pub(super) fn record(
+    path: &Path,
+    hidden: Option<HiddenConfig>,
+    seed: u64,
+    duration_s: f64,
+) -> Result<(), WorkbenchError> {
+    let mut bench = BenchConfig::default();
+    bench.emulator.plant.clamped = false;
+    bench.emulator.seed = seed;
+    bench.emulator.hidden.extend(hidden);
+    let experiment = ExperimentConfig {
+        shape: Shape::Prbs { amplitude: AMPLITUDE, bandwidth_hz: 0.0, duration_s, seed },
+        rotors: Rotors::Differential,
+        around: 0.4633,
+        lead_in_s: 3.0,
+    };
+    let plan = ExperimentPlan { closed_loop: true, experiment };
+    let log = session::run_emulated(&bench, &plan, "experiment", &Job::unwatched(&Cancel::default()))?;
+    Ok(csv::write(log.raw(), path)?)
 }

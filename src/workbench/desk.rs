@@ -6,12 +6,12 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use super::ActError;
 use super::bands::Bands;
 use crate::cancel::Cancel;
 use crate::compare::Comparison;
-use crate::diagnose::Diagnosis;
 use crate::model::Model;
 use crate::screening::ScreenedLog;
 
@@ -101,21 +101,38 @@ pub(super) struct DeskModel {
     pub recipe: Option<Recipe>,
 }
 
+/// A log as it was read: one that has grown since is another.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct ReadLog {
+    pub id: u64,
+    /// SHA-256 of its bytes; empty where it was not read.
+    pub sha256: String,
+}
+
+/// What a search was asked of: a model, and logs as they were then.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Question {
+    pub model: u64,
+    pub fit: Vec<ReadLog>,
+    pub held_out: Vec<ReadLog>,
+}
+
+impl Question {
+    /// The chosen model, by the logs as they lie on the desk.
+    pub fn of(desk: &Desk) -> Self {
+        let of_role = |role| {
+            let logs = desk.logs.iter().filter(|log| log.role == role);
+            logs.map(|log| ReadLog { id: log.id, sha256: log.sha256().to_owned() }).collect()
+        };
+        Self { model: desk.chosen, fit: of_role(Role::Fit), held_out: of_role(Role::HeldOut) }
+    }
+}
+
 /// What a model was made of.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Recipe {
-    pub from: u64,
     pub added: Vec<String>,
-    pub fit: Vec<u64>,
-    pub held_out: Vec<u64>,
-}
-
-impl Recipe {
-    /// `effects` added to a model by the logs as they lie on the desk.
-    pub fn of(desk: &Desk, from: u64, effects: &[String]) -> Self {
-        let (fit, held_out) = (desk.of_role(Role::Fit), desk.of_role(Role::HeldOut));
-        Self { from, added: effects.to_vec(), fit, held_out }
-    }
+    pub of: Question,
 }
 
 /// What a search looks for.
@@ -126,6 +143,7 @@ pub(super) enum Quest {
     Extend,
     Try,
     Recalibrate,
+    Discover,
 }
 
 /// How a search is, or ended.
@@ -153,15 +171,20 @@ pub(super) struct Search {
     pub cancel: Cancel,
 }
 
-/// What a diagnosis said, and of what.
+/// What a search said, and of what.
 #[derive(Debug, Clone)]
 pub(super) struct Answered {
-    pub diagnosis: Arc<Diagnosis>,
-    pub model: u64,
-    pub fit: Vec<u64>,
-    pub held_out: Vec<u64>,
-    /// What to do next, in sentences.
-    pub next: Vec<String>,
+    pub of: Question,
+    /// As the page shows it.
+    pub shown: Arc<Value>,
+}
+
+/// What the search for a law said.
+#[derive(Debug, Clone)]
+pub(super) struct Discovered {
+    pub answered: Answered,
+    /// The model with the law, where there is one, and what to know of it in sentences.
+    pub made: Option<(Model, Vec<String>)>,
 }
 
 /// All of it.
@@ -173,7 +196,9 @@ pub(super) struct Desk {
     /// Id of the model that is diagnosed and extended.
     pub chosen: u64,
     pub search: Option<Search>,
+    /// What the last search for missing effects said, and the last for a law.
     pub answered: Option<Answered>,
+    pub discovered: Option<Discovered>,
     /// What is being read or compared, and the wish to end it.
     pub looking: Option<(String, Cancel)>,
     /// The commands that do what was done, in its order.
@@ -202,6 +227,7 @@ impl Desk {
             chosen: 1,
             search: None,
             answered: None,
+            discovered: None,
             looking: None,
             done: Vec::new(),
             notices: Vec::new(),
@@ -217,9 +243,9 @@ impl Desk {
     }
 
     /// A name that no model on this desk has: that of its file when it is exported.
-    pub fn fresh_name(&mut self) -> String {
+    pub fn fresh_name(&mut self, stem: &str) -> String {
         loop {
-            let name = format!("step-{}", self.next_step);
+            let name = format!("{stem}-{}", self.next_step);
             self.next_step += 1;
             if self.models.iter().all(|it| it.model.name != name) {
                 return name;
@@ -248,11 +274,6 @@ impl Desk {
         self.models.iter().filter(|model| model.shown).map(|model| model.id).collect()
     }
 
-    /// Ids of the logs of a role.
-    pub fn of_role(&self, role: Role) -> Vec<u64> {
-        self.logs.iter().filter(|log| log.role == role).map(|log| log.id).collect()
-    }
-
     pub fn is_searching(&self) -> bool {
         self.search.as_ref().is_some_and(|search| search.state == SearchState::Running)
     }
@@ -271,6 +292,14 @@ impl DeskLog {
         match &self.content {
             LogContent::Open(log) => Ok(log),
             _ => Err(ActError::Opening(self.typed.clone())),
+        }
+    }
+
+    /// SHA-256 of its bytes; empty where it was not read.
+    pub fn sha256(&self) -> &str {
+        match &self.content {
+            LogContent::Open(open) => open.log.raw().sha256(),
+            _ => "",
         }
     }
 }

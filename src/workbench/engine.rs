@@ -11,14 +11,16 @@ use tokio::sync::watch;
 use super::act::Act;
 use super::bands::Bands;
 use super::desk::{
-    Compared, Desk, DeskLog, DeskModel, LogContent, OpenLog, Origin, Quest, Recipe, Role, SearchState,
+    Compared, Desk, DeskLog, DeskModel, LogContent, OpenLog, Origin, Quest, Question, Recipe, Role,
+    SearchState,
 };
 use super::guarded::{Ended, guarded};
+use super::lay::{file, lay_law, lay_log, lay_model, lightly};
 use super::live::Live;
-use super::places::{Places, as_typed};
+use super::places::Places;
 use super::saved::{Saved, SavedModel};
 use super::search::SearchTask;
-use super::{ActError, WorkbenchError, by_hand};
+use super::{ActError, WorkbenchError, by_hand, lay};
 use crate::cancel::Cancel;
 use crate::compare::CompareConfig;
 use crate::model::Model;
@@ -94,7 +96,7 @@ impl Engine {
         for SavedModel { file, model, shown } in saved.models {
             let (model, origin) = match (file, model) {
                 (Some(file), _) if file.as_os_str() == "paper" => continue,
-                (Some(file), _) => (session::open_model(&file)?, self::file(&file)),
+                (Some(file), _) => (session::open_model(&file)?, lay::file(&file)),
                 (None, Some(model)) => (model, Origin::Made),
                 (None, None) => continue,
             };
@@ -156,6 +158,9 @@ impl Engine {
             Act::Try { effects } => self.search(Quest::Try, effects),
             Act::Add { effects } if self.keep_tried(&effects) => Ok(()),
             Act::Add { effects } => self.search(Quest::Extend, effects),
+            Act::Discover => self.search(Quest::Discover, Vec::new()),
+            Act::AddLaw => self.change(|desk| lay_law(desk, Origin::Made)),
+            Act::TryLaw => self.change(|desk| lay_law(desk, Origin::Tried)),
             Act::Recalibrate => self.search(Quest::Recalibrate, Vec::new()),
             Act::OpenLog { path } => {
                 let path = self.places.file(&path)?;
@@ -213,7 +218,7 @@ impl Engine {
     /// Adds the model that was tried with just these effects, which need not be fitted again.
     fn keep_tried(&self, effects: &[String]) -> bool {
         self.change(|desk| {
-            let recipe = Recipe::of(desk, desk.chosen, effects);
+            let recipe = Recipe { added: effects.to_vec(), of: Question::of(desk) };
             let tried = desk.models.iter_mut().find(|it| it.origin == Origin::Tried);
             let Some(tried) = tried.filter(|it| it.recipe.as_ref() == Some(&recipe)) else { return false };
             tried.origin = Origin::Made;
@@ -315,83 +320,4 @@ fn opened_log(desk: &mut Desk, id: u64, opened: Result<OpenLog, Ended>) {
     if let Some(name) = changed {
         desk.notices.push(super::error::Changed(name).to_string());
     }
-}
-
-fn lay_log(desk: &mut Desk, path: PathBuf, role: Role, remembered: Option<String>) {
-    // By the path that a command would have: a model's ladder names its logs by it.
-    let (id, path) = (desk.fresh_id(), as_typed(&path));
-    let typed = path.display().to_string();
-    let content = LogContent::Opening;
-    desk.logs.push(DeskLog { id, path, typed, role, remembered, content, compared: None });
-}
-
-fn file(path: &Path) -> Origin {
-    Origin::File(as_typed(path).display().to_string())
-}
-
-fn lay_model(desk: &mut Desk, model: Model, origin: Origin) {
-    let id = desk.fresh_id();
-    desk.models.push(DeskModel { id, model, origin, shown: true, notes: Vec::new(), recipe: None });
-    desk.chosen = id;
-    desk.look_anew();
-}
-
-/// Acts that take no time.
-fn lightly(desk: &mut Desk, act: Act) -> Result<(), ActError> {
-    match act {
-        Act::CloseLog { log } => {
-            desk.log(log)?;
-            desk.logs.retain(|it| it.id != log);
-            desk.look_anew();
-        }
-        Act::Role { log, role } => desk.log_mut(log)?.role = role,
-        Act::Show { model, shown } => {
-            desk.model_mut(model)?.shown = shown;
-            desk.look_anew();
-        }
-        Act::Choose { model } => {
-            desk.model_mut(model)?.shown = true;
-            desk.chosen = model;
-            desk.look_anew();
-        }
-        Act::CloseModel { model } => {
-            desk.model(model)?;
-            if model == desk.chosen {
-                return Err(ActError::Chosen);
-            }
-            desk.models.retain(|it| it.id != model);
-            desk.look_anew();
-        }
-        Act::StepBack => step_back(desk)?,
-        Act::Cancel => {
-            if let Some(search) = desk.search.as_ref().filter(|search| search.state == SearchState::Running) {
-                search.cancel.request();
-            }
-        }
-        Act::Read => desk.notices.clear(),
-        // Those that take time were seen to before.
-        Act::OpenLog { .. }
-        | Act::OpenModel { .. }
-        | Act::Diagnose
-        | Act::Add { .. }
-        | Act::Try { .. }
-        | Act::Recalibrate => {}
-    }
-    Ok(())
-}
-
-fn step_back(desk: &mut Desk) -> Result<(), ActError> {
-    if desk.is_searching() {
-        return Err(ActError::Busy);
-    }
-    let from = desk.model(desk.chosen)?;
-    let (from_id, typed) = (from.id, from.typed());
-    let mut back = session::step_back(&from.model)?;
-    back.name = desk.fresh_name();
-    let output = format!("{}.toml", back.name);
-    desk.done.push(by_hand::step_back(&typed, &output));
-    lay_model(desk, back, Origin::Made);
-    let chosen = desk.chosen;
-    desk.models.iter_mut().for_each(|model| model.shown = [from_id, chosen].contains(&model.id));
-    Ok(())
 }

@@ -69,6 +69,9 @@ pub enum ActError {
     /// Nothing was asked that there is to export.
     #[error("there is nothing to export yet: {0}")]
     Nothing(&'static str),
+    /// A law of another model, or of other logs.
+    #[error("no law was found of the chosen model by these logs: look for it again")]
+    NoLaw,
     /// The one that everything starts from.
     #[error("the model that is chosen stays: choose another one first")]
     Chosen,

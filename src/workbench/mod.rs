@@ -10,6 +10,7 @@
 //! reaches a bench: no command, no arming, no bus; what is shown of a running one is heard (`live.rs`).
 
 mod act;
+mod answers;
 mod assets;
 mod bands;
 mod by_hand;
@@ -21,6 +22,7 @@ mod engine;
 mod error;
 mod export;
 mod guarded;
+mod lay;
 mod live;
 mod margins;
 mod places;

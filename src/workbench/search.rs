@@ -4,11 +4,15 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::desk::{Answered, Desk, DeskModel, OpenLog, Origin, Quest, Recipe, Search, SearchState};
+use super::desk::{
+    Answered, Desk, DeskModel, Discovered, OpenLog, Origin, Quest, Question, ReadLog, Recipe, Search,
+    SearchState,
+};
 use super::guarded::Ended;
-use super::{ActError, by_hand};
+use super::{ActError, answers, by_hand};
 use crate::cancel::Cancel;
 use crate::diagnose::{DiagnoseConfig, Diagnosis};
+use crate::discover::{Discovery, LawVerdict};
 use crate::model::Model;
 use crate::report::findings::sentences;
 use crate::report::next_steps::{NextStep, next_steps};
@@ -40,6 +44,7 @@ pub(super) struct Begun {
 /// What a search found.
 pub(super) enum Found {
     Diagnosis(Box<Diagnosis>),
+    Law(Box<Discovery>),
     Model(Box<Extended>),
 }
 
@@ -49,24 +54,30 @@ impl SearchTask {
         if desk.is_searching() {
             return Err(ActError::Busy);
         }
-        let recipe = Recipe::of(desk, desk.chosen, &added);
-        if recipe.fit.is_empty() {
+        let recipe = Recipe { added, of: Question::of(desk) };
+        let Question { fit, held_out, .. } = &recipe.of;
+        if fit.is_empty() {
             return Err(ActError::NoLog);
         }
-        let open = |ids: &[u64]| -> Result<Vec<Arc<OpenLog>>, ActError> {
-            ids.iter().map(|id| Ok(Arc::clone(desk.log(*id)?.open()?))).collect()
+        let open = |logs: &[ReadLog]| -> Result<Vec<Arc<OpenLog>>, ActError> {
+            logs.iter().map(|log| Ok(Arc::clone(desk.log(log.id)?.open()?))).collect()
         };
-        let names = |ids: &[u64]| -> Result<Vec<String>, ActError> {
-            ids.iter().map(|id| Ok(desk.log(*id)?.typed.clone())).collect()
+        let names = |logs: &[ReadLog]| -> Result<Vec<String>, ActError> {
+            logs.iter().map(|log| Ok(desk.log(log.id)?.typed.clone())).collect()
         };
-        let (fit, held_out) = (open(&recipe.fit)?, open(&recipe.held_out)?);
+        let typed = (names(fit)?, names(held_out)?);
+        let (fit, held_out) = (open(fit)?, open(held_out)?);
         let from = desk.model(desk.chosen)?;
-        let (model, typed) = (from.model.clone(), from.typed());
-        let typed = (typed, names(&recipe.fit)?, names(&recipe.held_out)?);
-        let name = if quest == Quest::Diagnose { String::new() } else { desk.fresh_name() };
+        let (model, typed) = (from.model.clone(), (from.typed(), typed.0, typed.1));
+        let name = match quest {
+            Quest::Diagnose => String::new(),
+            Quest::Discover => desk.fresh_name("law"),
+            _ => desk.fresh_name("step"),
+        };
         let by_hand = match quest {
-            Quest::Diagnose => by_hand::diagnose(desk, &typed.0),
-            _ => by_hand::extend(desk, &typed.0, &added, &format!("{name}.toml")),
+            Quest::Diagnose => by_hand::search(desk, "diagnose", &typed.0),
+            Quest::Discover => by_hand::search(desk, "discover", &typed.0),
+            _ => by_hand::extend(desk, &typed.0, &recipe.added, &format!("{name}.toml")),
         };
         Ok(Self { quest, recipe, model, name, fit, held_out, by_hand, typed })
     }
@@ -99,6 +110,9 @@ impl SearchTask {
             Quest::Diagnose => {
                 Found::Diagnosis(Box::new(session::diagnose(&self.model, &fit, &held_out, &config, &job)?))
             }
+            Quest::Discover => {
+                Found::Law(Box::new(session::discover(&self.model, &fit, &held_out, &config, &job)?))
+            }
             Quest::Recalibrate => Found::Model(Box::new(session::refit(&self.model, logs, &config, &job)?)),
             Quest::Extend | Quest::Try => {
                 Found::Model(Box::new(session::extend(&self.model, &self.recipe.added, logs, &config, &job)?))
@@ -112,6 +126,10 @@ impl SearchTask {
         let state = match ended {
             Ok(Found::Diagnosis(diagnosis)) => {
                 self.answer(desk, *diagnosis);
+                SearchState::Done
+            }
+            Ok(Found::Law(found)) => {
+                self.law(desk, *found);
                 SearchState::Done
             }
             Ok(Found::Model(extended)) => {
@@ -130,15 +148,23 @@ impl SearchTask {
     fn answer(&self, desk: &mut Desk, diagnosis: Diagnosis) {
         let (model, fit, held_out) = &self.typed;
         let next = next_steps(&diagnosis, model, (fit, held_out), "");
-        let next = next.iter().map(NextStep::text).collect();
+        let next: Vec<String> = next.iter().map(NextStep::text).collect();
         desk.done.push(self.by_hand.clone());
-        desk.answered = Some(Answered {
-            diagnosis: Arc::new(diagnosis),
-            model: self.recipe.from,
-            fit: self.recipe.fit.clone(),
-            held_out: self.recipe.held_out.clone(),
-            next,
-        });
+        let shown = Arc::new(answers::of_diagnosis(&diagnosis, next));
+        desk.answered = Some(Answered { of: self.recipe.of.clone(), shown });
+    }
+
+    /// The law is kept beside the desk until it is added.
+    fn law(&self, desk: &mut Desk, mut found: Discovery) {
+        found.model.name.clone_from(&self.name);
+        let is_law = found.verdict == LawVerdict::Law;
+        let file = format!("{}.toml", self.name);
+        let output = if is_law { by_hand::written_to(&self.by_hand, &file) } else { self.by_hand.clone() };
+        let shown = Arc::new(answers::of_law(&found, &output));
+        desk.done.push(output);
+        let answered = Answered { of: self.recipe.of.clone(), shown };
+        let made = is_law.then(|| (found.model, sentences(&found.findings)));
+        desk.discovered = Some(Discovered { answered, made });
     }
 
     fn lay_model(&self, desk: &mut Desk, extended: Extended) {
@@ -147,7 +173,7 @@ impl SearchTask {
         let is_tried = self.quest == Quest::Try;
         desk.models.retain(|it| it.origin != Origin::Tried || it.id == desk.chosen);
         let id = desk.fresh_id();
-        let shown = [self.recipe.from, id];
+        let shown = [self.recipe.of.model, id];
         desk.models.iter_mut().for_each(|it| it.shown = shown.contains(&it.id));
         desk.models.push(DeskModel {
             id,

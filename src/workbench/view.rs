@@ -1,21 +1,19 @@
 //! The desk as the page reads it: names, numbers and sentences, no curves.
 
-use std::collections::BTreeMap;
-
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::answers::{self, card};
 use super::by_hand;
 use super::curves::worst_stretch;
-use super::desk::{Answered, Compared, Desk, DeskLog, DeskModel, LogContent, Origin, Search, SearchState};
+use super::desk::{Compared, Desk, DeskLog, DeskModel, LogContent, Origin, Search, SearchState};
 use crate::compare::{Block, Comparison};
-use crate::diagnose::diagnosis::RankedCandidate;
-use crate::effect::{CATALOGUE, Card, find};
+use crate::effect::find;
 use crate::log::signals::log_signal;
 use crate::model::Model;
+use crate::report::comparison;
 use crate::report::measure::say_measures;
 use crate::report::story::step_title;
-use crate::report::{comparison, not_named, verdict};
 
 /// What the page hears while something goes on.
 #[derive(Debug, Serialize)]
@@ -59,16 +57,19 @@ impl<'a> SearchView<'a> {
 
 /// The whole desk.
 pub(super) fn desk(desk: &Desk) -> Value {
+    let chosen = desk.model(desk.chosen).ok();
+    let by_hand = |search| chosen.map(|model| by_hand::search(desk, search, &model.typed()));
     let mut view = json!({
         "version": env!("CARGO_PKG_VERSION"),
         "tick": Tick::of(desk),
         "chosen": desk.chosen,
         "logs": desk.logs.iter().map(|it| log(desk, it)).collect::<Vec<_>>(),
         "models": desk.models.iter().map(model).collect::<Vec<_>>(),
-        "answered": desk.answered.as_ref().map(|it| answered(desk, it)),
+        "answered": desk.answered.as_ref().map(|it| answers::shown(desk, it)),
+        "discovered": desk.discovered.as_ref().map(|it| answers::shown(desk, &it.answered)),
         "done": desk.done,
         "notices": desk.notices,
-        "diagnose_by_hand": desk.model(desk.chosen).ok().map(|model| by_hand::diagnose(desk, &model.typed())),
+        "by_hand": json!({ "diagnose": by_hand("diagnose"), "discover": by_hand("discover") }),
     });
     say_measures(&mut view);
     view
@@ -215,55 +216,4 @@ fn parameters(model: &Model) -> Vec<Value> {
         })
     });
     each.collect()
-}
-
-fn card(card: &Card) -> Value {
-    json!({
-        "id": card.id,
-        "meaning": card.meaning,
-        "equation": card.equation,
-        "source": card.source,
-        "report": card.report,
-        "residual": card.residual,
-        "confused_with": card.confused_with,
-        "experiment": card.experiment,
-    })
-}
-
-fn answered(desk: &Desk, answered: &Answered) -> Value {
-    let it = &answered.diagnosis;
-    let model = desk.model(answered.model).ok();
-    let roles = (desk.of_role(super::desk::Role::Fit), desk.of_role(super::desk::Role::HeldOut));
-    let known = it.model.user_effects.iter().map(|effect| {
-        (effect.id.clone(), json!({ "meaning": effect.meaning, "equation": effect.expression }))
-    });
-    let cards: BTreeMap<String, Value> =
-        CATALOGUE.iter().map(|it| (it.id.to_owned(), card(it))).chain(known).collect();
-    json!({
-        "model": model.map(|model| &model.model.name),
-        // Of other logs, or of a model that is no longer chosen, it says nothing of what is to be seen.
-        "is_current": answered.model == desk.chosen && roles == (answered.fit.clone(), answered.held_out.clone()),
-        "verdict": it.verdict,
-        "sentence": verdict::sentence(it, ""),
-        "effects": it.effects,
-        "alternatives": it.alternatives,
-        "error": it.error,
-        "unit": it.error.unit,
-        "candidates": it.candidates.iter().map(candidate).collect::<Vec<_>>(),
-        "cards": cards,
-        "findings": crate::report::findings::sentences(&it.findings),
-        "next": answered.next,
-    })
-}
-
-fn candidate(candidate: &RankedCandidate) -> Value {
-    json!({
-        "effect": candidate.effect,
-        "channel": candidate.channel,
-        "validate": candidate.validate,
-        "chance": candidate.p_value,
-        "drop_one": candidate.drop_one,
-        "why": candidate.refusal.as_ref().map(ToString::to_string),
-        "not_named": candidate.not_named.as_ref().map(not_named::words),
-    })
 }

@@ -78,6 +78,12 @@ fn a_law_that_no_catalogue_has_is_found_and_its_file_is_a_model() {
     let page = fs::read_to_string(&page).expect("a page");
     assert!(page.contains("sin(n*body_angle)") && page.contains("smooth function"), "the picture");
 
+    // The law is a step that can be taken back.
+    let back = desk.path("back.toml").display().to_string();
+    assert!(run(&["extend", "--model", &law, "--step-back", "-o", &back]).status.success());
+    let back = fs::read_to_string(&back).expect("a model file");
+    assert!(back.contains("[[user_effects]]") && !back.contains("[[effects]]"), "{back}");
+
     // The model with the law lacks nothing any more, and the emulator runs it.
     let (answer, _) = diagnose(&law, &train, &held_out);
     assert_eq!(answer["verdict"], "adequate", "{answer:#}");

@@ -60,6 +60,7 @@ async function read() {
   revision = fresh.tick.revision;
   desk = fresh;
   for (const hear of listeners) hear(desk);
+  for (const hear of progress) hear(desk.tick);
 }
 
 // Hears of changes until the page is closed. When the server has gone the browser tries again by itself.

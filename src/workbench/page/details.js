@@ -15,7 +15,7 @@ function shape(tag, properties, text) {
 }
 
 // A small drawing of curves that are few points: [{ tone, points: [[x, y], ...] }].
-function drawing(title, curves, { log = false } = {}) {
+export function drawing(title, curves, { log = false } = {}) {
   const scale = log ? Math.log10 : value => value;
   const back = log ? value => 10 ** value : value => value;
   const points = curves.map(curve => curve.points.filter(([x, y]) => isFinite(y) && (!log || (x > 0 && y > 0))).map(([x, y]) => [scale(x), scale(y)]));

@@ -18,6 +18,7 @@ const KEYS = [
   ["0", "both cursors off", () => clear()],
   ["n", "the next log", () => plots.nextLog()],
   ["m", "ask what is missing", () => act("diagnose")],
+  ["l", "look for the law itself", () => act("discover")],
   ["c", "cancel the search", () => act("cancel")],
   ["b", "step back", () => desk && act("step_back")],
 ];

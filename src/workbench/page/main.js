@@ -5,6 +5,7 @@ import { button, element, fill } from "./dom.js";
 import * as ask from "./ask.js";
 import * as keys from "./keys.js";
 import * as ladder from "./ladder.js";
+import * as law from "./law.js";
 import * as live from "./live.js";
 import * as logs from "./logs.js";
 import * as models from "./models.js";
@@ -35,7 +36,7 @@ document.addEventListener("complaint", event => {
   notices();
 });
 
-for (const panel of [logs, models, plots, ask, ladder, shell, live]) panel.build(at);
+for (const panel of [logs, models, plots, ask, law, ladder, shell, live]) panel.build(at);
 onDesk(notices);
 onTick(tick => {
   at("doing").textContent = doing(tick);

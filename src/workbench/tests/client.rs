@@ -13,7 +13,7 @@ use crate::cancel::Cancel;
 use crate::workbench::{WorkbenchConfig, serve};
 
 /// Long enough for any answer on a busy machine; nothing waits for it when all is well.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_secs(600);
 
 /// A workbench on a port of its own; it ends when this is dropped.
 pub struct Running {

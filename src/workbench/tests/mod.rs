@@ -2,4 +2,5 @@
 
 mod circle;
 mod client;
+mod law;
 mod safe;

@@ -1,0 +1,125 @@
+//! Laying things on the desk and taking them away: what takes no time.
+
+use std::path::{Path, PathBuf};
+
+use super::act::Act;
+use super::desk::{Desk, DeskLog, DeskModel, LogContent, Origin, Question, Role, SearchState};
+use super::places::as_typed;
+use super::{ActError, by_hand};
+use crate::model::Model;
+use crate::session;
+
+/// Lays a log down, to be read.
+pub(super) fn lay_log(desk: &mut Desk, path: PathBuf, role: Role, remembered: Option<String>) {
+    // By the path that a command would have: a model's ladder names its logs by it.
+    let (id, path) = (desk.fresh_id(), as_typed(&path));
+    let typed = path.display().to_string();
+    let content = LogContent::Opening;
+    desk.logs.push(DeskLog { id, path, typed, role, remembered, content, compared: None });
+}
+
+/// Where a model's file is, as one types it.
+pub(super) fn file(path: &Path) -> Origin {
+    Origin::File(as_typed(path).display().to_string())
+}
+
+/// Lays a model down and chooses it.
+pub(super) fn lay_model(desk: &mut Desk, model: Model, origin: Origin) {
+    let id = desk.fresh_id();
+    desk.models.push(DeskModel { id, model, origin, shown: true, notes: Vec::new(), recipe: None });
+    desk.chosen = id;
+    desk.look_anew();
+}
+
+/// Acts that take no time.
+pub(super) fn lightly(desk: &mut Desk, act: Act) -> Result<(), ActError> {
+    match act {
+        Act::CloseLog { log } => {
+            desk.log(log)?;
+            desk.logs.retain(|it| it.id != log);
+            desk.look_anew();
+        }
+        Act::Role { log, role } => desk.log_mut(log)?.role = role,
+        Act::Show { model, shown } => {
+            desk.model_mut(model)?.shown = shown;
+            desk.look_anew();
+        }
+        Act::Choose { model } => {
+            desk.model_mut(model)?.shown = true;
+            desk.chosen = model;
+            desk.look_anew();
+        }
+        Act::CloseModel { model } => {
+            desk.model(model)?;
+            if model == desk.chosen {
+                return Err(ActError::Chosen);
+            }
+            desk.models.retain(|it| it.id != model);
+            desk.look_anew();
+        }
+        Act::StepBack => step_back(desk)?,
+        Act::Cancel => {
+            if let Some(search) = desk.search.as_ref().filter(|search| search.state == SearchState::Running) {
+                search.cancel.request();
+            }
+        }
+        Act::Read => desk.notices.clear(),
+        // Those that take time were seen to before.
+        Act::OpenLog { .. }
+        | Act::OpenModel { .. }
+        | Act::Diagnose
+        | Act::Discover
+        | Act::AddLaw
+        | Act::TryLaw
+        | Act::Add { .. }
+        | Act::Try { .. }
+        | Act::Recalibrate => {}
+    }
+    Ok(())
+}
+
+fn step_back(desk: &mut Desk) -> Result<(), ActError> {
+    if desk.is_searching() {
+        return Err(ActError::Busy);
+    }
+    let from = desk.model(desk.chosen)?;
+    let (from_id, typed) = (from.id, from.typed());
+    let mut back = session::step_back(&from.model)?;
+    back.name = desk.fresh_name("step");
+    let output = format!("{}.toml", back.name);
+    desk.done.push(by_hand::step_back(&typed, &output));
+    lay_model(desk, back, Origin::Made);
+    let chosen = desk.chosen;
+    desk.models.iter_mut().for_each(|model| model.shown = [from_id, chosen].contains(&model.id));
+    Ok(())
+}
+
+/// Lays down the model with the law that was found: added, or to be looked at. The command that found it writes that model.
+pub(super) fn lay_law(desk: &mut Desk, origin: Origin) -> Result<(), ActError> {
+    if desk.is_searching() {
+        return Err(ActError::Busy);
+    }
+    let current = Question::of(desk);
+    let found = desk.discovered.as_ref().filter(|it| it.answered.of == current);
+    let (model, notes) = found.and_then(|it| it.made.clone()).ok_or(ActError::NoLaw)?;
+    let is_added = origin == Origin::Made;
+    let there = desk.models.iter_mut().find(|it| it.model == model);
+    let id = if let Some(there) = there {
+        if is_added {
+            there.origin = Origin::Made;
+        }
+        there.id
+    } else {
+        desk.models.retain(|it| it.origin != Origin::Tried || it.id == desk.chosen);
+        let id = desk.fresh_id();
+        desk.models.push(DeskModel { id, model, origin, shown: true, notes, recipe: None });
+        id
+    };
+    let shown = [current.model, id];
+    desk.models.iter_mut().for_each(|it| it.shown = shown.contains(&it.id));
+    if is_added {
+        desk.chosen = id;
+    }
+    desk.look_anew();
+    Ok(())
+}

@@ -1,0 +1,40 @@
+// A search while it runs, and how it ended.
+
+import { act, desk, onTick } from "./act.js";
+import { button, element, fill } from "./dom.js";
+
+const QUESTS = {
+  diagnose: "Searching for what is missing", extend: "Fitting the extended model", try: "Fitting it, to be looked at",
+  recalibrate: "Refitting the model's own numbers", discover: "Looking for the law itself",
+};
+
+function state(search) {
+  const seconds = search.seconds.toFixed(1) + " s";
+  const leading = search.leading.length ? `, leading: ${search.leading.join(" + ")}` : "";
+  const said = `${QUESTS[search.quest]}: ${search.fitted} fitted${leading}, ${seconds}`;
+  switch (search.state) {
+    case "running": return [
+      element("progress", { "aria-label": "search" }), element("p", { id: "progress" }, said), button("Cancel", () => act("cancel"))];
+    case "cancelled": return element("p", { id: "progress" }, `Cancelled after ${seconds}; nothing has changed.`);
+    case "failed": return element("p", { id: "progress", class: "bad" }, search.why);
+    default: return element("p", { id: "progress", class: "soft" }, `Done in ${seconds}.`);
+  }
+}
+
+// An element that shows the newest search, where it is one of these quests. It stays the same element: a search that goes on
+// keeps its button.
+export function progressOf(quests) {
+  const host = element("div", { class: "progress" });
+  const hear = tick => {
+    if (!tick) return;
+    const search = quests.includes(tick.search?.quest) ? tick.search : null;
+    const made = search && state(search);
+    // A button that is put anew between press and release is not pressed: while it runs only the words change.
+    const words = search?.state === "running" && host.querySelector("progress") && host.querySelector("p");
+    if (words) words.textContent = made[1].textContent;
+    else fill(host, made);
+  };
+  onTick(hear);
+  if (desk) hear(desk.tick);
+  return host;
+}
