@@ -295,11 +295,11 @@ impl DeskLog {
         }
     }
 
-    /// SHA-256 of its bytes; empty where it was not read.
+    /// SHA-256 of its bytes; where it was not read, what a session remembers, or nothing.
     pub fn sha256(&self) -> &str {
         match &self.content {
             LogContent::Open(open) => open.log.raw().sha256(),
-            _ => "",
+            _ => self.remembered.as_deref().unwrap_or_default(),
         }
     }
 }

@@ -15,16 +15,16 @@ use super::desk::{
     SearchState,
 };
 use super::guarded::{Ended, guarded};
-use super::lay::{file, lay_law, lay_log, lay_model, lightly};
+use super::lay::{file, lay_law, lay_log, lay_model, lay_saved, lightly};
 use super::live::Live;
 use super::places::Places;
-use super::saved::{Saved, SavedModel};
+use super::saved::Saved;
 use super::search::SearchTask;
-use super::{ActError, WorkbenchError, by_hand, lay};
+use super::{ActError, WorkbenchError, by_hand, kept};
 use crate::cancel::Cancel;
 use crate::compare::CompareConfig;
 use crate::model::Model;
-use crate::report::findings::{explained, sentence};
+use crate::report::findings::sentence;
 use crate::report::import::note_lines;
 use crate::session::{self, Job, OpenConfig, Progress, SessionError};
 
@@ -80,37 +80,10 @@ impl Engine {
                 lay_model(desk, session::open_model(&path)?, file(&path));
             }
             if let Some(saved) = saved {
-                self.lay_saved(desk, saved)?;
+                lay_saved(desk, &self.places, saved)?;
             }
             Ok(())
         })
-    }
-
-    fn lay_saved(&self, desk: &mut Desk, saved: Saved) -> Result<(), WorkbenchError> {
-        for log in saved.logs {
-            match self.places.file(&log.path) {
-                Ok(path) => lay_log(desk, path, log.role, Some(log.sha256)),
-                Err(error) => desk.notices.push(explained(&error)),
-            }
-        }
-        for SavedModel { file, model, shown } in saved.models {
-            let (model, origin) = match (file, model) {
-                (Some(file), _) if file.as_os_str() == "paper" => continue,
-                (Some(file), _) => (session::open_model(&file)?, lay::file(&file)),
-                (None, Some(model)) => (model, Origin::Made),
-                (None, None) => continue,
-            };
-            lay_model(desk, model, origin);
-            if let Some(last) = desk.models.last_mut() {
-                last.shown = shown;
-            }
-        }
-        if let Some(model) = desk.models.iter().find(|model| model.model.name == saved.chosen) {
-            desk.chosen = model.id;
-        }
-        desk.models[0].shown = saved.shows_paper;
-        desk.done = saved.done;
-        Ok(())
     }
 
     /// The desk, to be looked at.
@@ -307,17 +280,21 @@ fn opened_log(desk: &mut Desk, id: u64, opened: Result<OpenLog, Ended>) {
     desk.looking = None;
     // It may have been taken away meanwhile.
     let Ok(log) = desk.log_mut(id) else { return };
-    let mut changed = None;
+    let mut is_other = false;
     log.content = match opened {
         Ok(open) => {
-            let is_other = |sha256: &String| !sha256.is_empty() && sha256 != open.log.raw().sha256();
-            changed = log.remembered.take().filter(is_other).map(|_| log.typed.clone());
+            let remembered = log.remembered.take().filter(|sha256| !sha256.is_empty());
+            is_other = remembered.is_some_and(|sha256| sha256 != open.log.raw().sha256());
             LogContent::Open(Arc::new(open))
         }
         Err(Ended::Failed(why)) => LogContent::Failed(why),
         Err(Ended::Cancelled) => return,
     };
-    if let Some(name) = changed {
+    let (name, is_failed) = (log.typed.clone(), matches!(log.content, LogContent::Failed(_)));
+    if is_other {
         desk.notices.push(super::error::Changed(name).to_string());
+    }
+    if is_other || is_failed {
+        kept::drop_of_log(desk, id);
     }
 }

@@ -88,3 +88,30 @@ pub(super) struct Broken;
 #[derive(Debug, thiserror::Error)]
 #[error("{0} has changed since the session was saved: what was found of it then was found of other rows")]
 pub(super) struct Changed(pub String);
+
+/// An answer that a session kept, and that is not shown again.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum Outdated {
+    /// A log or a model that is another now.
+    #[error("what `{search}` had said is left out: {file} is not what it was then; ask again")]
+    File {
+        /// The command that answers so.
+        search: &'static str,
+        /// The log, or the model's name.
+        file: String,
+    },
+    /// Another program said it.
+    #[error("what `{search}` had said is left out: version {version} of the program said it; ask again")]
+    Program {
+        /// The command that answers so.
+        search: &'static str,
+        /// Of the program.
+        version: String,
+    },
+    /// Somebody has written in it.
+    #[error("what `{search}` had said is left out: its text in the session was changed; ask again")]
+    Text {
+        /// The command that answers so.
+        search: &'static str,
+    },
+}

@@ -4,9 +4,11 @@ use std::path::{Path, PathBuf};
 
 use super::act::Act;
 use super::desk::{Desk, DeskLog, DeskModel, LogContent, Origin, Question, Role, SearchState};
-use super::places::as_typed;
-use super::{ActError, by_hand};
+use super::places::{Places, as_typed};
+use super::saved::{Saved, SavedModel};
+use super::{ActError, WorkbenchError, by_hand, kept};
 use crate::model::Model;
+use crate::report::findings::explained;
 use crate::session;
 
 /// Lays a log down, to be read.
@@ -29,6 +31,39 @@ pub(super) fn lay_model(desk: &mut Desk, model: Model, origin: Origin) {
     desk.models.push(DeskModel { id, model, origin, shown: true, notes: Vec::new(), recipe: None });
     desk.chosen = id;
     desk.look_anew();
+}
+
+/// Lays down what a session had.
+pub(super) fn lay_saved(desk: &mut Desk, places: &Places, saved: Saved) -> Result<(), WorkbenchError> {
+    for log in saved.logs {
+        match places.file(&log.path) {
+            Ok(path) => lay_log(desk, path, log.role, Some(log.sha256)),
+            Err(error) => desk.notices.push(explained(&error)),
+        }
+    }
+    for SavedModel { file, model, shown } in saved.models {
+        let (model, origin) = match (file, model) {
+            (Some(file), _) if file.as_os_str() == "paper" => continue,
+            (Some(file), _) => (session::open_model(&file)?, self::file(&file)),
+            (None, Some(model)) => (model, Origin::Made),
+            (None, None) => continue,
+        };
+        lay_model(desk, model, origin);
+        if let Some(last) = desk.models.last_mut() {
+            last.shown = shown;
+        }
+    }
+    if let Some(model) = desk.models.iter().find(|model| model.model.name == saved.chosen) {
+        desk.chosen = model.id;
+    }
+    desk.models[0].shown = saved.shows_paper;
+    desk.done = saved.done;
+    for answer in saved.answers {
+        if let Err(outdated) = kept::lay(desk, answer) {
+            desk.notices.push(outdated.to_string());
+        }
+    }
+    Ok(())
 }
 
 /// Acts that take no time.

@@ -22,6 +22,7 @@ mod engine;
 mod error;
 mod export;
 mod guarded;
+mod kept;
 mod lay;
 mod live;
 mod margins;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, absolute};
 
 use serde::Serialize;
 
@@ -151,4 +151,11 @@ pub(super) fn as_typed(path: &Path) -> PathBuf {
     let here = std::env::current_dir().ok().and_then(|here| here.canonicalize().ok());
     let below = here.and_then(|here| path.strip_prefix(here).ok().map(Path::to_owned));
     below.unwrap_or_else(|| path.to_owned())
+}
+
+/// A path that leads there from any folder; the name of a model that is built in stays one.
+pub(super) fn whole(path: &Path) -> PathBuf {
+    let is_built_in = path.as_os_str() == "paper";
+    let absolute = (!is_built_in).then(|| absolute(path).ok()).flatten();
+    absolute.unwrap_or_else(|| path.to_owned())
 }

@@ -1,13 +1,15 @@
-//! A session as a file: what is open, what was made and by which commands. It opens again next week, and says which logs have
+//! A session as a file: what is open, what was made and by which commands, and what searches said. It opens again next week, and says which logs have
 //! changed since.
 
 use std::fs;
-use std::path::{Path, PathBuf, absolute};
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::WorkbenchError;
-use super::desk::{Desk, LogContent, Origin, Role};
+use super::desk::{Desk, Origin, Role};
+use super::kept::{self, SavedAnswer};
+use super::places::whole;
 use crate::file::toml_error;
 use crate::model::Model;
 
@@ -30,6 +32,9 @@ pub(super) struct Saved {
     pub logs: Vec<SavedLog>,
     #[serde(default)]
     pub models: Vec<SavedModel>,
+    /// What searches said last.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub answers: Vec<SavedAnswer>,
 }
 
 /// A log of a session.
@@ -58,10 +63,7 @@ impl Saved {
     pub fn of(desk: &Desk) -> Self {
         let logs = desk.logs.iter().map(|log| SavedLog {
             path: whole(&log.path),
-            sha256: match &log.content {
-                LogContent::Open(open) => open.log.raw().sha256().to_owned(),
-                _ => log.remembered.clone().unwrap_or_default(),
-            },
+            sha256: log.sha256().to_owned(),
             role: log.role,
         });
         let kept = desk.models.iter().filter(|model| model.origin != Origin::Tried);
@@ -78,6 +80,7 @@ impl Saved {
             done: desk.done.clone(),
             logs: logs.collect(),
             models: models.collect(),
+            answers: kept::of(desk),
         }
     }
 
@@ -88,13 +91,6 @@ impl Saved {
     }
 }
 
-/// A path that leads there from any folder; the name of a model that is built in stays one.
-fn whole(path: &Path) -> PathBuf {
-    let is_built_in = path.as_os_str() == "paper";
-    let absolute = (!is_built_in).then(|| absolute(path).ok()).flatten();
-    absolute.unwrap_or_else(|| path.to_owned())
-}
-
 /// Reads a session file.
 pub(super) fn read(path: &Path) -> Result<Saved, WorkbenchError> {
     let refuse = |reason: String| WorkbenchError::Saved { path: path.to_owned(), reason };
@@ -103,7 +99,8 @@ pub(super) fn read(path: &Path) -> Result<Saved, WorkbenchError> {
     if saved.version != VERSION {
         return Err(refuse(format!("version {}; this program reads version {VERSION}", saved.version)));
     }
-    for model in saved.models.iter().filter_map(|it| it.model.as_ref()) {
+    let laws = saved.answers.iter().filter_map(|it| it.law.as_ref());
+    for model in saved.models.iter().filter_map(|it| it.model.as_ref()).chain(laws) {
         model.check().map_err(|error| refuse(error.to_string()))?;
     }
     Ok(saved)

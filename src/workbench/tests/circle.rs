@@ -97,7 +97,12 @@ fn session_opens_again(it: &Running, logs: &[PathBuf], folder: &std::path::Path)
     };
     let desk = again.wait_for("open", is_open);
     assert_eq!(chosen(&desk)["name"], "step-2");
-    assert_eq!(desk["notices"].as_array().map(Vec::len), Some(1), "{}", desk["notices"]);
+    assert_eq!(
+        desk["notices"].as_array().map(Vec::len),
+        Some(2),
+        "the log, and its answer: {}",
+        desk["notices"]
+    );
     assert_eq!(again.get("/api/export?what=model&id=3").status, 409, "a log is no model");
 }
 

@@ -2,5 +2,4 @@
 
 mod circle;
 mod client;
-mod law;
 mod safe;

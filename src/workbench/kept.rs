@@ -1,0 +1,158 @@
+//! Answers that a session keeps, and whether they still hold when it opens again.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::desk::{Answered, Desk, Discovered, Question, ReadLog};
+use super::error::Outdated;
+use super::places::whole;
+use crate::log::csv::content_hash;
+use crate::model::Model;
+
+/// An answer of a session.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct SavedAnswer {
+    /// The command that answers so.
+    pub search: Search,
+    /// Version of the program that answered.
+    pub program: String,
+    /// Name of the model that was asked of.
+    pub model: String,
+    /// SHA-256 of its file's text, in hexadecimal.
+    pub model_sha256: String,
+    /// Logs of the session that it was fitted on, and those held out.
+    pub fit: Vec<PathBuf>,
+    #[serde(default)]
+    pub held_out: Vec<PathBuf>,
+    /// SHA-256 of `answer`.
+    pub answer_sha256: String,
+    /// The answer as the page shows it, JSON.
+    pub answer: String,
+    /// What to know of the model with the law, in sentences.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+    /// The model with the law.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub law: Option<Model>,
+}
+
+/// What was looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Search {
+    Diagnose,
+    Discover,
+}
+
+impl Search {
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Diagnose => "diagnose",
+            Self::Discover => "discover",
+        }
+    }
+}
+
+/// The answers on the desk that can be kept: those of models and logs that are there as they were.
+pub(super) fn of(desk: &Desk) -> Vec<SavedAnswer> {
+    let missing = desk.answered.as_ref().map(|it| (Search::Diagnose, it, None));
+    let law = desk.discovered.as_ref().map(|it| (Search::Discover, &it.answered, it.made.as_ref()));
+    let all = missing.into_iter().chain(law);
+    all.filter_map(|(search, answered, made)| saved(desk, search, answered, made)).collect()
+}
+
+fn saved(
+    desk: &Desk,
+    search: Search,
+    answered: &Answered,
+    made: Option<&(Model, Vec<String>)>,
+) -> Option<SavedAnswer> {
+    let Question { model, fit, held_out } = &answered.of;
+    let model = &desk.model(*model).ok()?.model;
+    let paths = |logs: &[ReadLog]| -> Option<Vec<PathBuf>> {
+        let path = |read: &ReadLog| {
+            let log = desk.log(read.id).ok().filter(|log| log.sha256() == read.sha256)?;
+            Some(whole(&log.path))
+        };
+        logs.iter().map(path).collect()
+    };
+    let answer = answered.shown.to_string();
+    Some(SavedAnswer {
+        search,
+        program: env!("CARGO_PKG_VERSION").to_owned(),
+        model: model.name.clone(),
+        model_sha256: hash(model)?,
+        fit: paths(fit)?,
+        held_out: paths(held_out)?,
+        answer_sha256: content_hash(answer.as_bytes()),
+        answer,
+        notes: made.map(|(_, notes)| notes.clone()).unwrap_or_default(),
+        law: made.map(|(model, _)| model.clone()),
+    })
+}
+
+fn hash(model: &Model) -> Option<String> {
+    Some(content_hash(model.emit().ok()?.as_bytes()))
+}
+
+/// Puts an answer back where its model is as it was; its logs are looked at when they are read.
+///
+/// # Errors
+/// Why it does not hold any more.
+pub(super) fn lay(desk: &mut Desk, saved: SavedAnswer) -> Result<(), Outdated> {
+    let search = saved.search.name();
+    if saved.program != env!("CARGO_PKG_VERSION") {
+        return Err(Outdated::Program { search, version: saved.program });
+    }
+    let is_it = |hash: &String| *hash == saved.model_sha256;
+    let model = desk.models.iter().find(|it| hash(&it.model).as_ref().is_some_and(is_it));
+    let Some(model) = model.map(|it| it.id) else {
+        return Err(Outdated::File { search, file: saved.model });
+    };
+    let read = |paths: &[PathBuf]| -> Result<Vec<ReadLog>, Outdated> {
+        paths.iter().map(|path| log_at(desk, path).ok_or_else(|| outdated(search, path))).collect()
+    };
+    let of = Question { model, fit: read(&saved.fit)?, held_out: read(&saved.held_out)? };
+    let is_whole = content_hash(saved.answer.as_bytes()) == saved.answer_sha256;
+    let shown = Some(&saved.answer).filter(|_| is_whole).and_then(|text| serde_json::from_str(text).ok());
+    let shown: Value = shown.ok_or(Outdated::Text { search })?;
+    let answered = Answered { of, shown: Arc::new(shown) };
+    match saved.search {
+        Search::Diagnose => desk.answered = Some(answered),
+        Search::Discover => {
+            let made = saved.law.map(|law| (law, saved.notes));
+            desk.discovered = Some(Discovered { answered, made });
+        }
+    }
+    Ok(())
+}
+
+fn outdated(search: &'static str, path: &Path) -> Outdated {
+    Outdated::File { search, file: path.display().to_string() }
+}
+
+fn log_at(desk: &Desk, path: &Path) -> Option<ReadLog> {
+    let log = desk.logs.iter().find(|log| whole(&log.path) == *path)?;
+    Some(ReadLog { id: log.id, sha256: log.sha256().to_owned() })
+}
+
+/// Takes away the answers that were of a log which is another now, or cannot be read, and says so.
+pub(super) fn drop_of_log(desk: &mut Desk, log: u64) {
+    let name = desk.log(log).map(|log| log.typed.clone()).unwrap_or_default();
+    let is_of = |it: &Answered| it.of.fit.iter().chain(&it.of.held_out).any(|read| read.id == log);
+    let mut dropped = Vec::new();
+    if desk.answered.take_if(|it| is_of(it)).is_some() {
+        dropped.push(Search::Diagnose);
+    }
+    if desk.discovered.take_if(|it| is_of(&it.answered)).is_some() {
+        dropped.push(Search::Discover);
+    }
+    let said = dropped
+        .into_iter()
+        .map(|search| Outdated::File { search: search.name(), file: name.clone() }.to_string());
+    desk.notices.extend(said);
+}
