@@ -27,6 +27,10 @@ pub struct Arguments {
     /// Write what the columns of a foreign log may mean as a mapping file, to be looked at and mended
     #[arg(long, value_name = "M.toml", conflicts_with_all = ["mapping", "output"])]
     write_mapping: Option<PathBuf>,
+    /// What a column becomes, where the guess of it is wrong: a signal and the unit it comes in, or `-` to leave it out; of commands the
+    /// units are -, %, us, ms and dshot. May be given several times
+    #[arg(long, value_name = "COLUMN=SIGNAL[:UNIT]", conflicts_with_all = ["mapping", "output"])]
+    column: Vec<String>,
     /// Write the log here; without it only the report is made
     #[arg(short, long, value_name = "FILE.csv")]
     output: Option<PathBuf>,
@@ -66,12 +70,13 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let inputs = std::iter::once(&arguments.log).chain(&beside);
     writable(arguments.output.iter().chain(&arguments.write_mapping), inputs, arguments.force)?;
     if !arguments.logs.has_mapping()
-        && let Some(guessed) =
+        && let Some(mut guessed) =
             cancellable(|cancel| Ok(session::guess_columns(&arguments.log, &Job::unwatched(cancel))?))?
     {
+        arguments.column.iter().try_for_each(|said| mend(&mut guessed, said))?;
         return show_guess(arguments, &guessed);
     }
-    if arguments.write_mapping.is_some() {
+    if arguments.write_mapping.is_some() || !arguments.column.is_empty() {
         let log = arguments.log.display();
         return Err(CliError::new(format!("{log}: says itself what its columns mean: nothing is guessed")));
     }
@@ -108,6 +113,18 @@ pub fn run(arguments: &Arguments) -> CliResult {
         }
     }
     Ok(Outcome::Done)
+}
+
+/// Mends a guess by `COLUMN=SIGNAL[:UNIT]`; signals have neither `=` nor `:`, columns may.
+fn mend(guessed: &mut GuessedLog, said: &str) -> Result<(), CliError> {
+    let (column, becomes) = said.rsplit_once('=').ok_or_else(|| {
+        CliError::new(format!("--column {said}: write COLUMN=SIGNAL or COLUMN=SIGNAL:UNIT"))
+    })?;
+    let (signal, unit) = match becomes.split_once(':') {
+        Some((signal, unit)) => (signal, Some(unit)),
+        None => (becomes, None),
+    };
+    Ok(guessed.mend(column, signal, unit)?)
 }
 
 /// Shows what the columns of a foreign log may mean, or writes it as a mapping file.

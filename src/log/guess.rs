@@ -2,10 +2,12 @@
 //! becomes a mapping file; nothing is fitted on one that nobody saw.
 
 mod meanings;
+mod mended;
 
 use serde::Serialize;
 
 use meanings::{MEANINGS, Meaning};
+pub use mended::{Conversion, MendError, conversions, is_in, mend, own_name};
 
 use super::mapping::SignalMapping;
 use super::signals::{MOST_ROTORS, log_signal};
@@ -30,6 +32,18 @@ pub enum Certainty {
     Unknown,
     /// No number is seen in it: it is left out.
     Empty,
+    /// Somebody has said so.
+    Said,
+    /// Somebody has said that it is left out.
+    LeftOut,
+}
+
+impl Certainty {
+    /// Whether the column becomes a signal.
+    #[must_use]
+    pub fn is_read(self) -> bool {
+        !matches!(self, Self::Empty | Self::LeftOut)
+    }
 }
 
 /// What a column may mean.
@@ -68,14 +82,14 @@ pub fn guess(columns: &[SampledColumn]) -> Vec<GuessedColumn> {
 /// The signals of a guess as a mapping has them, time apart.
 #[must_use]
 pub fn signals(guessed: &[GuessedColumn]) -> Vec<SignalMapping> {
-    let signals = guessed.iter().filter(|it| it.signal != "time_s" && it.certainty != Certainty::Empty);
+    let signals = guessed.iter().filter(|it| it.signal != "time_s" && it.certainty.is_read());
     let mapped = signals.map(|it| SignalMapping {
         name: it.signal.clone(),
         column: Some(it.column.clone()),
         columns: Vec::new(),
         combine: None,
         time_column: None,
-        unit: (it.certainty != Certainty::Unknown).then(|| it.unit.clone()),
+        unit: log_signal(&it.signal).map(|_| it.unit.clone()),
         scale: it.scale,
         offset: it.offset,
         clamp: it.signal.starts_with("command_").then_some([0.0, 1.0]),
@@ -263,19 +277,9 @@ fn guessed(
     }
 }
 
-/// A column of which nothing is known, under its own name, with letters that a mapping takes.
+/// A column of which nothing is known, under its own name.
 fn unknown(column: &SampledColumn, before: &[GuessedColumn]) -> GuessedColumn {
-    let plain: String = column
-        .name
-        .chars()
-        .map(|letter| if letter.is_ascii_alphanumeric() { letter.to_ascii_lowercase() } else { '_' })
-        .collect();
-    let plain = plain.split('_').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("_");
-    let plain =
-        if plain.is_empty() || log_signal(&plain).is_some() { format!("column_{plain}") } else { plain };
-    let is_taken = |name: &String| name == "time_s" || before.iter().any(|it| it.signal == *name);
-    let mut names = std::iter::once(plain.clone()).chain((2..).map(|number| format!("{plain}_{number}")));
-    let name = names.find(|name| !is_taken(name)).unwrap_or(plain);
+    let name = own_name(&column.name, before.iter().map(|it| it.signal.as_str()));
     let is_empty = column.values.iter().all(|value| value.is_nan());
     let certainty = if is_empty { Certainty::Empty } else { Certainty::Unknown };
     guessed(column, name, "", (1.0, 0.0), certainty)

@@ -238,6 +238,13 @@ impl Mapping {
         Self { config, encoding: encoding_rs::UTF_8, filter: None, time_unit, units }
     }
 
+    /// The columns that it needs.
+    pub fn columns(&self) -> impl Iterator<Item = &str> {
+        let time = self.config.time.iter().filter_map(|time| time.column.as_deref());
+        let needed = self.config.signal.iter().filter(|it| !it.optional).flat_map(SignalMapping::columns);
+        time.chain(needed)
+    }
+
     /// Whether it looks at the column of a table.
     #[must_use]
     pub fn wants(&self, table: &str, column: &str) -> bool {

@@ -8,12 +8,15 @@ use crate::session::GuessedLog;
 use crate::unit::short;
 
 /// How sure a guess is, in words.
-fn certainty(of: Certainty) -> &'static str {
+#[must_use]
+pub fn certainty(of: Certainty) -> &'static str {
     match of {
         Certainty::Named => "its name says so",
         Certainty::UnitGuessed => "unit guessed from the values",
         Certainty::Unknown => "not recognised",
         Certainty::Empty => "no numbers: left out",
+        Certainty::Said => "as you say",
+        Certainty::LeftOut => "left out, as you say",
     }
 }
 
@@ -26,7 +29,8 @@ fn conversion(column: &GuessedColumn) -> String {
     };
     match (column.certainty, column.unit.as_str()) {
         (Certainty::Unknown, _) => "as it is".to_owned(),
-        (Certainty::Empty, _) => "-".to_owned(),
+        (Certainty::Empty | Certainty::LeftOut, _) => "-".to_owned(),
+        (Certainty::Said, "") => "as it is".to_owned(),
         (_, "-") if column.scale == 1.0 && column.offset == 0.0 => "0 to 1".to_owned(),
         (_, "-") if column.scale == 1e-3 => "pulses of 1000 to 2000 µs".to_owned(),
         (_, "-") if column.scale < THRESHOLDS.dshot_scale => "DShot, 48 to 2047".to_owned(),
@@ -44,7 +48,7 @@ pub fn text(guessed: &GuessedLog) -> String {
         let samples: Vec<String> = column.samples.iter().map(|value| short(*value)).collect();
         table = table.row([
             column.column.clone(),
-            if column.certainty == Certainty::Empty { "-".to_owned() } else { column.signal.clone() },
+            if column.certainty.is_read() { column.signal.clone() } else { "-".to_owned() },
             conversion(column),
             certainty(column.certainty).to_owned(),
             samples.join(", "),

@@ -11,6 +11,7 @@ use crate::log::ForeignError;
 use crate::log::can_capture::CaptureError;
 use crate::log::csv::LogError;
 use crate::log::format::FormatError;
+use crate::log::guess::MendError;
 use crate::log::mapping::MappingError;
 use crate::model::ModelError;
 use crate::recording::RecordError;
@@ -75,6 +76,9 @@ pub enum SessionError {
     /// The mapping of a foreign log.
     #[error(transparent)]
     Mapping(#[from] MappingError),
+    /// What a column is said to mean.
+    #[error(transparent)]
+    Mend(#[from] MendError),
     /// A recording.
     #[error(transparent)]
     Record(#[from] RecordError),

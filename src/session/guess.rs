@@ -8,7 +8,7 @@ use super::open::{beginning, is_ours};
 use super::{Job, SessionError};
 use crate::log::format::{FormatError, Request, Start};
 use crate::log::formats::FORMATS;
-use crate::log::guess::{GuessedColumn, guess, signals};
+use crate::log::guess::{GuessedColumn, guess, mend, signals};
 use crate::log::mapping::{Mapping, MappingConfig, TimeConfig};
 use crate::log::sniff::{SampledColumn, layout};
 use crate::log::thresholds::THRESHOLDS;
@@ -75,14 +75,34 @@ fn of_text(bytes: &[u8]) -> Option<GuessedLog> {
     Some(of_columns(&layout.columns, mapping))
 }
 
-fn of_columns(columns: &[SampledColumn], mut mapping: MappingConfig) -> GuessedLog {
-    let columns = guess(columns);
-    mapping.time = columns.iter().find(|it| it.signal == "time_s").map(|time| TimeConfig {
-        column: Some(time.column.clone()),
-        unit: time.unit.clone(),
-        period_s: None,
-    });
-    mapping.signal = signals(&columns);
-    let names: Vec<&str> = columns.iter().map(|it| it.column.as_str()).collect();
-    GuessedLog { shipped: Mapping::shipped_for(&names, &mapping.signal), columns, mapping }
+fn of_columns(columns: &[SampledColumn], mapping: MappingConfig) -> GuessedLog {
+    let mut guessed = GuessedLog { columns: guess(columns), mapping, shipped: None };
+    guessed.settle();
+    guessed
+}
+
+impl GuessedLog {
+    /// Says what a column becomes: a signal in a unit (SI where none is said; of a command `-`, `%`, `us`, `ms` or `dshot`), a channel
+    /// of its own without a unit, or nothing (`-`).
+    ///
+    /// # Errors
+    /// [`SessionError::Mend`]; nothing is changed then.
+    pub fn mend(&mut self, column: &str, signal: &str, unit: Option<&str>) -> Result<(), SessionError> {
+        mend(&mut self.columns, column, signal, unit)?;
+        self.settle();
+        Ok(())
+    }
+
+    /// The mapping that the columns make.
+    fn settle(&mut self) {
+        let time = self.columns.iter().find(|it| it.signal == "time_s");
+        self.mapping.time = time.map(|time| TimeConfig {
+            column: Some(time.column.clone()),
+            unit: time.unit.clone(),
+            period_s: None,
+        });
+        self.mapping.signal = signals(&self.columns);
+        let names: Vec<&str> = self.columns.iter().map(|it| it.column.as_str()).collect();
+        self.shipped = Mapping::shipped_for(&names, &self.mapping.signal);
+    }
 }

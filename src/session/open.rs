@@ -64,10 +64,32 @@ pub struct Opened {
 /// # Errors
 /// [`SessionError`], from the reader of the format.
 pub fn open(path: &Path, config: &OpenConfig, job: &Job) -> Result<Opened, SessionError> {
+    opened(path, config, None, job)
+}
+
+/// The same through a mapping that is at hand, for a foreign log; `config` names none.
+///
+/// # Errors
+/// [`SessionError`], from the reader of the format.
+pub fn open_mapped(
+    path: &Path,
+    mapping: &Mapping,
+    config: &OpenConfig,
+    job: &Job,
+) -> Result<Opened, SessionError> {
+    opened(path, config, Some(mapping), job)
+}
+
+fn opened(
+    path: &Path,
+    config: &OpenConfig,
+    mapping: Option<&Mapping>,
+    job: &Job,
+) -> Result<Opened, SessionError> {
     job.run(|| {
         let (path, part) = addressed(path);
         let Read { log, format, notes, frames } =
-            read(&path, &OpenConfig { part: part.or(config.part), ..config.clone() })?;
+            read(&path, &OpenConfig { part: part.or(config.part), ..config.clone() }, mapping)?;
         if log.is_empty() {
             return Err(
                 FormatError::Unusable { path, reason: "it has a header and no rows".to_owned() }.into()
@@ -141,9 +163,9 @@ struct Read {
     frames: Option<CaptureNotes>,
 }
 
-fn read(path: &Path, config: &OpenConfig) -> Result<Read, SessionError> {
+fn read(path: &Path, config: &OpenConfig, at_hand: Option<&Mapping>) -> Result<Read, SessionError> {
     // Asked for also where a log of ours needs none: a name that is no mapping is a mistake.
-    let mapping = config.mapping.as_deref().map(Mapping::load).transpose()?;
+    let mapping = said(config, at_hand)?;
     let bytes = beginning(path);
     let start = Start { bytes: &bytes, path };
     if bytes.is_empty() && fs::metadata(path).is_ok_and(|found| found.is_file()) {
@@ -176,7 +198,16 @@ fn read(path: &Path, config: &OpenConfig) -> Result<Read, SessionError> {
             let (log, notes) = mapped::read(path, &mapping, config.part)?;
             Ok(Read { notes, ..plain(log, "mapped CSV") })
         }
-        _ => Ok(plain(csv::read(path)?, "CSV")),
+        None => Ok(plain(csv::read(path)?, "CSV")),
+    }
+}
+
+/// What the user says of foreign columns.
+fn said(config: &OpenConfig, at_hand: Option<&Mapping>) -> Result<Option<Mapping>, SessionError> {
+    match (at_hand, &config.mapping) {
+        (Some(mapping), _) => Ok(Some(mapping.clone())),
+        (None, Some(name)) => Ok(Some(Mapping::load(name)?)),
+        (None, None) => Ok(None),
     }
 }
 

@@ -27,6 +27,29 @@ pub(super) enum Act {
         /// What it is for.
         role: Role,
     },
+    /// Says what a column of a foreign log becomes.
+    Mend {
+        /// The log's number.
+        log: u64,
+        /// The column's name.
+        column: String,
+        /// The signal that it becomes; `-` = none.
+        signal: String,
+        /// Unit that it comes in.
+        unit: Option<String>,
+    },
+    /// Confirms what the columns of a foreign log mean: it is read.
+    Confirm {
+        /// The log's number.
+        log: u64,
+        /// Name of a mapping that says it; without one, what the page shows.
+        like: Option<String>,
+    },
+    /// Goes back to the columns of a foreign log.
+    AskAgain {
+        /// The log's number.
+        log: u64,
+    },
     /// Opens a model file below the folders that were named.
     OpenModel {
         /// Its path.

@@ -27,6 +27,7 @@ files![
     "dom.js",
     "drawing.js",
     "files.js",
+    "guess.js",
     "keys.js",
     "ladder.js",
     "law.js",

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::ActError;
-use super::desk::{Desk, Role};
+use super::desk::{Desk, DeskLog, Role};
 
 /// A command of these words, as it is typed into a shell.
 pub(super) fn command(words: &[String]) -> String {
@@ -17,8 +17,17 @@ pub(super) fn compare(desk: &Desk, log: u64) -> Result<String, ActError> {
     for model in desk.models.iter().filter(|model| model.shown) {
         words.extend(["--model".to_owned(), model.typed()]);
     }
-    words.extend(["--log".to_owned(), desk.log(log)?.typed.clone()]);
+    let log = desk.log(log)?;
+    words.extend(log.mapping.iter().flat_map(|it| ["--mapping".to_owned(), it.name.clone()]));
+    words.extend(["--log".to_owned(), log.typed.clone()]);
     Ok(command(&words))
+}
+
+/// The guess of a foreign log's columns, mended, as a mapping file.
+pub(super) fn write_mapping(log: &str, output: &str, mended: &[String]) -> String {
+    let mut words = ["import", log, "--write-mapping", output].map(str::to_owned).to_vec();
+    words.extend(mended.iter().flat_map(|it| ["--column".to_owned(), it.clone()]));
+    command(&words)
 }
 
 /// The search for what `model` lacks, by `diagnose` or `discover`.
@@ -64,7 +73,10 @@ pub(super) fn design(model: &str, bench: Option<&Path>) -> String {
 
 /// The logs that are fitted on, and those that are held out.
 fn logs(desk: &Desk) -> Vec<String> {
-    let mut words = Vec::new();
+    let mapped = desk.logs.iter().filter(|log| log.role != Role::Look);
+    let mapping = mapped.filter_map(|log| log.mapping.as_ref()).next();
+    let mut words: Vec<String> =
+        mapping.iter().flat_map(|it| ["--mapping".to_owned(), it.name.clone()]).collect();
     for (option, role) in [("--log", Role::Fit), ("--validate", Role::HeldOut)] {
         let typed: Vec<String> =
             desk.logs.iter().filter(|log| log.role == role).map(|log| log.typed.clone()).collect();
@@ -74,6 +86,17 @@ fn logs(desk: &Desk) -> Vec<String> {
         }
     }
     words
+}
+
+/// Refuses logs that no single command can read: its `--mapping` is for all of them that it could be for.
+pub(super) fn check_mappings(desk: &Desk) -> Result<(), ActError> {
+    let fitted = || desk.logs.iter().filter(|log| log.role != Role::Look);
+    let Some(first) = fitted().find(|log| log.mapping.is_some()) else { return Ok(()) };
+    let takes = |log: &&DeskLog| log.mapping.is_some() || log.open().is_ok_and(|open| open.takes_mapping);
+    match fitted().filter(takes).find(|log| log.mapping != first.mapping) {
+        Some(other) => Err(ActError::Mappings(first.typed.clone(), other.typed.clone())),
+        None => Ok(()),
+    }
 }
 
 /// A word as a shell takes it for one.

@@ -10,6 +10,7 @@ use serde_json::Value;
 
 use super::ActError;
 use super::bands::Bands;
+use super::columns::{DeskMapping, Guess};
 use crate::cancel::Cancel;
 use crate::compare::Comparison;
 use crate::model::Model;
@@ -41,6 +42,10 @@ pub(super) struct DeskLog {
     pub remembered: Option<String>,
     pub content: LogContent,
     pub compared: Option<Compared>,
+    /// What its columns may mean, of a foreign log.
+    pub guess: Option<Box<Guess>>,
+    /// What they mean, confirmed.
+    pub mapping: Option<Arc<DeskMapping>>,
 }
 
 /// How far the reading of a log is.
@@ -48,6 +53,8 @@ pub(super) struct DeskLog {
 pub(super) enum LogContent {
     /// It waits to be read.
     Opening,
+    /// What its columns mean is a guess that nobody has confirmed.
+    Guessed,
     /// It was read.
     Open(Arc<OpenLog>),
     /// It cannot be read, and why.
@@ -60,6 +67,8 @@ pub(super) struct OpenLog {
     pub log: ScreenedLog,
     /// Name of its format.
     pub format: &'static str,
+    /// Whether a command's `--mapping` would be for it, too.
+    pub takes_mapping: bool,
     /// What the reader left out and what screening found, in sentences.
     pub notes: Vec<String>,
     /// The same where it has rows.
@@ -291,6 +300,7 @@ impl DeskLog {
     pub fn open(&self) -> Result<&Arc<OpenLog>, ActError> {
         match &self.content {
             LogContent::Open(log) => Ok(log),
+            LogContent::Guessed => Err(ActError::Guessed(self.typed.clone())),
             _ => Err(ActError::Opening(self.typed.clone())),
         }
     }

@@ -10,6 +10,7 @@ use tokio::sync::watch;
 
 use super::act::Act;
 use super::bands::Bands;
+use super::columns::{DeskMapping, Guess};
 use super::desk::{
     Compared, Desk, DeskLog, DeskModel, LogContent, OpenLog, Origin, Quest, Question, Recipe, Role,
     SearchState,
@@ -42,7 +43,7 @@ pub(super) struct Engine {
 
 /// What is to be looked at next.
 enum Look {
-    Open { log: u64, path: PathBuf },
+    Open { log: u64, path: PathBuf, mapping: Option<Arc<DeskMapping>> },
     Compare { log: u64, content: Arc<OpenLog>, shown: Vec<u64>, models: Vec<Model> },
 }
 
@@ -209,8 +210,8 @@ impl Engine {
         while let Some((next, cancel)) = self.next_look() {
             self.tell();
             match next {
-                Look::Open { log, path } => {
-                    let opened = guarded(|| read(&path, &cancel));
+                Look::Open { log, path, mapping } => {
+                    let opened = guarded(|| read(&path, mapping.as_deref(), &cancel));
                     self.change(|desk| opened_log(desk, log, opened));
                 }
                 Look::Compare { log, content, shown, models } => {
@@ -255,7 +256,8 @@ impl Engine {
 fn next_look(desk: &Desk) -> Option<(Look, String)> {
     let waits = |log: &&DeskLog| matches!(log.content, LogContent::Opening);
     if let Some(log) = desk.logs.iter().find(waits) {
-        return Some((Look::Open { log: log.id, path: log.path.clone() }, log.typed.clone()));
+        let (path, mapping) = (log.path.clone(), log.mapping.clone());
+        return Some((Look::Open { log: log.id, path, mapping }, log.typed.clone()));
     }
     let shown = desk.shown();
     let is_due = |log: &&DeskLog| {
@@ -267,25 +269,45 @@ fn next_look(desk: &Desk) -> Option<(Look, String)> {
     Some((Look::Compare { log: log.id, content, shown, models }, log.typed.clone()))
 }
 
-fn read(path: &Path, cancel: &Cancel) -> Result<OpenLog, SessionError> {
-    let job = Job::unwatched(cancel);
-    let opened = session::open(path, &OpenConfig::default(), &job)?;
+/// What reading a log gives.
+enum Seen {
+    Open(Box<OpenLog>),
+    Guess(Box<Guess>),
+}
+
+fn read(path: &Path, mapping: Option<&DeskMapping>, cancel: &Cancel) -> Result<Seen, SessionError> {
+    let (job, config) = (Job::unwatched(cancel), OpenConfig::default());
+    let opened = if let Some(mapping) = mapping {
+        session::open_mapped(path, &mapping.load()?, &config, &job)?
+    } else {
+        if let Some(guessed) = session::guess_columns(path, &job)? {
+            return Ok(Seen::Guess(Box::new(Guess::new(guessed))));
+        }
+        session::open(path, &config, &job)?
+    };
     let found = opened.log.findings().map(sentence);
     let notes = note_lines(&opened.notes).into_iter().chain(found).collect();
     let bands = Bands::of(&opened.log);
-    Ok(OpenLog { bands, notes, format: opened.format, log: opened.log })
+    // Our own say themselves what they are.
+    let takes_mapping = opened.frames.is_none() && !["CSV", "recording"].contains(&opened.format);
+    let (format, log) = (opened.format, opened.log);
+    Ok(Seen::Open(Box::new(OpenLog { bands, notes, format, takes_mapping, log })))
 }
 
-fn opened_log(desk: &mut Desk, id: u64, opened: Result<OpenLog, Ended>) {
+fn opened_log(desk: &mut Desk, id: u64, seen: Result<Seen, Ended>) {
     desk.looking = None;
     // It may have been taken away meanwhile.
     let Ok(log) = desk.log_mut(id) else { return };
     let mut is_other = false;
-    log.content = match opened {
-        Ok(open) => {
+    log.content = match seen {
+        Ok(Seen::Guess(guess)) => {
+            log.guess = Some(guess);
+            LogContent::Guessed
+        }
+        Ok(Seen::Open(open)) => {
             let remembered = log.remembered.take().filter(|sha256| !sha256.is_empty());
             is_other = remembered.is_some_and(|sha256| sha256 != open.log.raw().sha256());
-            LogContent::Open(Arc::new(open))
+            LogContent::Open(Arc::from(open))
         }
         Err(Ended::Failed(why)) => LogContent::Failed(why),
         Err(Ended::Cancelled) => return,

@@ -57,6 +57,24 @@ pub enum ActError {
     /// A log that is still being read.
     #[error("{0} is still being read")]
     Opening(String),
+    /// A foreign log whose columns nobody has confirmed.
+    #[error("{0}: what its columns mean is a guess yet: confirm it first")]
+    Guessed(String),
+    /// A log whose columns nobody asks for.
+    #[error("{0}: it says itself what its columns mean, or they are confirmed")]
+    NotAsked(String),
+    /// A mapping that is not here, or not for these columns.
+    #[error("no mapping `{0}` is here that fits these columns")]
+    NoMapping(String),
+    /// No column is said to be the time.
+    #[error("{0}: none of its columns is said to be the time (`time_s`)")]
+    NoTime(String),
+    /// A mapping that has no text.
+    #[error("the mapping cannot be written: {0}")]
+    Spelling(String),
+    /// Logs whose columns mean different things by the same command.
+    #[error("{0} and {1} need different mappings, and a command takes one for all of its logs")]
+    Mappings(String, String),
     /// No log to fit on.
     #[error("no log to fit on: choose `fit` for one of the logs")]
     NoLog,

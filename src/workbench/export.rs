@@ -6,6 +6,8 @@ use serde::Deserialize;
 
 use super::ActError;
 use super::desk::Desk;
+use super::guesses;
+use super::places::plain;
 use super::saved::Saved;
 use crate::compare::Comparison;
 use crate::log::csv;
@@ -26,7 +28,7 @@ pub(super) struct Download {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ExportQuery {
-    /// `model`, `report`, `signals`, `session`.
+    /// `model`, `report`, `signals`, `mapping`, `session`.
     pub what: String,
     /// Number of the log or of the model.
     pub id: Option<u64>,
@@ -43,6 +45,7 @@ pub(super) fn export(desk: &Desk, query: &ExportQuery) -> Result<Download, ActEr
                 text.map_err(|error| SessionError::from(ModelError::Value { what: error.to_string() }))?;
             Ok(Download { name: "session.toml".to_owned(), kind: "application/toml", text })
         }
+        "mapping" => mapping(desk, query.id.unwrap_or_default()),
         what => of_log(desk, what == "report", query.id.unwrap_or_default()),
     }
 }
@@ -51,6 +54,18 @@ fn model(desk: &Desk, id: u64) -> Result<Download, ActError> {
     let model = &desk.model(id)?.model;
     let text = model.emit().map_err(SessionError::from)?;
     Ok(Download { name: format!("{}.toml", plain(&model.name)), kind: "application/toml", text })
+}
+
+/// What the columns of a foreign log are said to mean, as `import --write-mapping` writes it.
+fn mapping(desk: &Desk, id: u64) -> Result<Download, ActError> {
+    let log = desk.log(id)?;
+    let said = log.mapping.as_ref().and_then(|it| Some((it.name.clone(), it.text.clone()?)));
+    let (name, text) = match (said, &log.guess) {
+        (Some(said), _) => said,
+        (None, Some(guess)) => ("mapping.toml".to_owned(), guesses::text(&guess.now, &log.typed)?),
+        (None, None) => return Err(ActError::NotAsked(log.typed.clone())),
+    };
+    Ok(Download { name, kind: "application/toml", text })
 }
 
 /// The page of `compare`, or the log with the signals of the last model shown, as `compare --report` and `--signals` write them.
@@ -70,12 +85,4 @@ fn of_log(desk: &Desk, is_report: bool, id: u64) -> Result<Download, ActError> {
     let signals =
         last.signals(open.log.raw()).map_err(|error| SessionError::from(csv::LogError::from(error)))?;
     Ok(Download { name: format!("{stem}_signals.csv"), kind: "text/csv", text: csv::emit(&signals) })
-}
-
-/// A name that a browser takes as it is, and no folder.
-fn plain(name: &str) -> String {
-    let letter = |it: char| if it.is_ascii_alphanumeric() || "-_.".contains(it) { it } else { '_' };
-    let name: String = name.chars().map(letter).take(100).collect();
-    let name = name.trim_start_matches('.');
-    if name.is_empty() { "export".to_owned() } else { name.to_owned() }
 }

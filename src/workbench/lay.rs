@@ -1,23 +1,42 @@
 //! Laying things on the desk and taking them away: what takes no time.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::act::Act;
+use super::columns::DeskMapping;
 use super::desk::{Desk, DeskLog, DeskModel, LogContent, Origin, Question, Role, SearchState};
 use super::places::{Places, as_typed};
 use super::saved::{Saved, SavedModel};
-use super::{ActError, WorkbenchError, by_hand, kept};
+use super::{ActError, WorkbenchError, by_hand, guesses, kept};
 use crate::model::Model;
 use crate::report::findings::explained;
 use crate::session;
 
 /// Lays a log down, to be read.
-pub(super) fn lay_log(desk: &mut Desk, path: PathBuf, role: Role, remembered: Option<String>) {
+pub(super) fn lay_log(
+    desk: &mut Desk,
+    path: PathBuf,
+    role: Role,
+    saved: Option<(String, Option<DeskMapping>)>,
+) {
     // By the path that a command would have: a model's ladder names its logs by it.
     let (id, path) = (desk.fresh_id(), as_typed(&path));
     let typed = path.display().to_string();
     let content = LogContent::Opening;
-    desk.logs.push(DeskLog { id, path, typed, role, remembered, content, compared: None });
+    let (remembered, mapping) = saved.map_or((None, None), |(sha256, mapping)| (Some(sha256), mapping));
+    let mapping = mapping.map(Arc::new);
+    desk.logs.push(DeskLog {
+        id,
+        path,
+        typed,
+        role,
+        remembered,
+        content,
+        compared: None,
+        guess: None,
+        mapping,
+    });
 }
 
 /// Where a model's file is, as one types it.
@@ -37,7 +56,7 @@ pub(super) fn lay_model(desk: &mut Desk, model: Model, origin: Origin) {
 pub(super) fn lay_saved(desk: &mut Desk, places: &Places, saved: Saved) -> Result<(), WorkbenchError> {
     for log in saved.logs {
         match places.file(&log.path) {
-            Ok(path) => lay_log(desk, path, log.role, Some(log.sha256)),
+            Ok(path) => lay_log(desk, path, log.role, Some((log.sha256, log.mapping))),
             Err(error) => desk.notices.push(explained(&error)),
         }
     }
@@ -99,6 +118,11 @@ pub(super) fn lightly(desk: &mut Desk, act: Act) -> Result<(), ActError> {
             }
         }
         Act::Read => desk.notices.clear(),
+        Act::Mend { log, column, signal, unit } => {
+            guesses::mend(desk, log, (&column, &signal, unit.as_deref()))?;
+        }
+        Act::Confirm { log, like } => guesses::confirm(desk, log, like.as_deref())?,
+        Act::AskAgain { log } => guesses::ask_again(desk, log)?,
         // Those that take time were seen to before.
         Act::OpenLog { .. }
         | Act::OpenModel { .. }

@@ -159,3 +159,11 @@ pub(super) fn whole(path: &Path) -> PathBuf {
     let absolute = (!is_built_in).then(|| absolute(path).ok()).flatten();
     absolute.unwrap_or_else(|| path.to_owned())
 }
+
+/// A name that a browser takes as it is, and no folder.
+pub(super) fn plain(name: &str) -> String {
+    let letter = |it: char| if it.is_ascii_alphanumeric() || "-_.".contains(it) { it } else { '_' };
+    let name: String = name.chars().map(letter).take(100).collect();
+    let name = name.trim_start_matches('.');
+    if name.is_empty() { "export".to_owned() } else { name.to_owned() }
+}

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use super::WorkbenchError;
+use super::columns::DeskMapping;
 use super::desk::{Desk, Origin, Role};
 use super::kept::{self, SavedAnswer};
 use super::places::whole;
@@ -45,6 +46,9 @@ pub(super) struct SavedLog {
     /// SHA-256 of its bytes, in hexadecimal; empty where it was not read.
     pub sha256: String,
     pub role: Role,
+    /// What its columns mean, of a foreign log.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mapping: Option<DeskMapping>,
 }
 
 /// A model of a session: a file, or one that was made.
@@ -65,6 +69,7 @@ impl Saved {
             path: whole(&log.path),
             sha256: log.sha256().to_owned(),
             role: log.role,
+            mapping: log.mapping.as_deref().cloned(),
         });
         let kept = desk.models.iter().filter(|model| model.origin != Origin::Tried);
         let models = kept.map(|it| match &it.origin {

@@ -59,6 +59,7 @@ impl SearchTask {
         if fit.is_empty() {
             return Err(ActError::NoLog);
         }
+        by_hand::check_mappings(desk)?;
         let open = |logs: &[ReadLog]| -> Result<Vec<Arc<OpenLog>>, ActError> {
             logs.iter().map(|log| Ok(Arc::clone(desk.log(log.id)?.open()?))).collect()
         };

@@ -7,6 +7,7 @@ use super::answers::{self, card};
 use super::by_hand;
 use super::curves::worst_stretch;
 use super::desk::{Compared, Desk, DeskLog, DeskModel, LogContent, Origin, Search, SearchState};
+use super::guesses;
 use crate::compare::{Block, Comparison};
 use crate::effect::find;
 use crate::log::signals::log_signal;
@@ -76,9 +77,14 @@ pub(super) fn desk(desk: &Desk) -> Value {
 }
 
 fn log(desk: &Desk, log: &DeskLog) -> Value {
-    let mut view = json!({ "id": log.id, "name": log.typed, "role": log.role });
+    let mapping = log.mapping.as_ref().map(|it| &it.name);
+    let mut view = json!({ "id": log.id, "name": log.typed, "role": log.role, "mapping": mapping });
     match &log.content {
         LogContent::Opening => view["state"] = json!("opening"),
+        LogContent::Guessed => {
+            view["state"] = json!("guessed");
+            view["guess"] = json!(log.guess.as_ref().map(|guess| guesses::view(desk, guess)));
+        }
         LogContent::Failed(why) => {
             view["state"] = json!("failed");
             view["why"] = json!(why);

@@ -18,18 +18,20 @@ function roles(log) {
 
 function about(log) {
   if (log.state === "opening") return element("p", { class: "soft" }, "being read ...");
-  if (log.state === "failed") return element("p", { class: "bad" }, log.why);
+  const again = log.mapping && button("its columns ...", () => act("ask_again", { log: log.id }), { class: "quiet", "aria-label": "the columns of " + log.name });
+  if (log.state === "failed") return [element("p", { class: "bad" }, log.why), again];
+  if (log.state === "guessed") return element("p", { class: "bad" }, "What its columns mean is a guess: confirm it.");
   const [from, to] = log.ends_s;
   const notes = log.notes.length && element("details", { "data-key": "notes " + log.id },
     element("summary", {}, `${log.notes.length} findings`),
     element("ul", {}, log.notes.map(note => element("li", {}, note))));
-  return [element("p", { class: "soft" }, `${log.rows.toLocaleString("en")} rows, ${(to - from).toFixed(1)} s, ${log.format}`), notes];
+  return [element("p", { class: "soft" }, `${log.rows.toLocaleString("en")} rows, ${(to - from).toFixed(1)} s, ${log.format}`), again, notes];
 }
 
 function entry(log) {
   const name = button(lastPart(log.name), () => view.show(log.id), {
     class: "name", title: log.name, "aria-pressed": String(view.shownLog() === log.id), "aria-label": "show " + log.name,
-    disabled: log.state !== "open",
+    disabled: !["open", "guessed"].includes(log.state),
   });
   const close = button("×", () => act("close_log", { log: log.id }), { class: "quiet", "aria-label": "close " + log.name });
   return element("li", { "data-log": log.id }, element("div", { class: "row" }, name, close), about(log), roles(log));

@@ -5,6 +5,7 @@ import { Chart, colourOf, ink, isDark } from "./charts.js";
 import { clear, onCursors, place, rangeTable } from "./cursors.js";
 import { details } from "./details.js";
 import { drawing } from "./drawing.js";
+import { columns } from "./guess.js";
 import { button, command, element, fill, lastPart, number, precise } from "./dom.js";
 
 let middle = null;
@@ -191,11 +192,20 @@ function bar(it) {
 // Draws anew what has changed: other blocks or models are other plots.
 function update(force) {
   const it = current();
-  if (!it) {
-    const next = desk?.logs.findLast(log => log.state === "open");
-    if (next) return show(next.id);
+  const none = () => {
     for (const figure of figures) figure.charts.forEach(({ chart }) => chart.destroy());
     [figures, built] = [[], ""];
+  };
+  const asked = desk?.logs.find(it => it.id === log && it.state === "guessed");
+  if (asked) {
+    none();
+    return fill(middle, columns(asked));
+  }
+  if (!it) {
+    const next = desk?.logs.findLast(log => log.state === "guessed") || desk?.logs.findLast(log => log.state === "open");
+    // One that was just confirmed is waited for.
+    if (next && !desk.logs.some(it => it.id === log && it.state === "opening")) return show(next.id);
+    none();
     return fill(middle, element("p", { class: "soft" }, desk?.logs.length ? "Being read ..." : "Open a log to see it here."));
   }
   const signature = JSON.stringify([log, it.compared?.models, it.compared?.blocks, it.compared?.why, channels, desk.models.map(it => [it.id, it.name, it.is_tried])]);

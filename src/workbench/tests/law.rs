@@ -15,7 +15,7 @@ use crate::model::Model;
 use crate::report::json::with_sentences;
 use crate::screening::ScreenedLog;
 use crate::session::{self, Job};
-use crate::workbench::demo::fly;
+use crate::workbench::demo::record;
 
 /// [s] a law with two numbers wants no more.
 const SECONDS: f64 = 8.0;
@@ -30,7 +30,7 @@ pub fn teeth(folder: &Path) -> Vec<PathBuf> {
     };
     let log = |(name, seed): (&str, u64)| {
         let path = folder.join(name);
-        fly(&path, Some(law.clone()), seed, SECONDS).expect("flown");
+        record(&path, Some(law.clone()), seed, SECONDS).expect("flown");
         path
     };
     [("train.csv", 5), ("held_out.csv", 6)].map(log).to_vec()

@@ -2,4 +2,7 @@
 
 mod circle;
 mod client;
+mod columns;
+mod kept;
+mod law;
 mod safe;

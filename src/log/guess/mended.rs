@@ -1,0 +1,250 @@
+//! A guess that somebody mends: what a column becomes, and in which unit it comes.
+
+use super::super::dataset::log_signal;
+use super::{Certainty, GuessedColumn};
+use crate::unit::{UNITS, Unit, UnitError};
+
+/// Why a guess cannot be mended so.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum MendError {
+    /// No such column.
+    #[error("there is no column `{column}`; there are {present}")]
+    Column {
+        /// What was asked for.
+        column: String,
+        /// The columns that are there.
+        present: String,
+    },
+    /// A name that no signal can have.
+    #[error(
+        "column `{column}`: `{signal}` is no name of a signal: names are of small letters, digits and `_`"
+    )]
+    Signal {
+        /// The column.
+        column: String,
+        /// What it was to become.
+        signal: String,
+    },
+    /// A unit that does not measure the signal.
+    #[error("column `{column}`")]
+    Unit {
+        /// The column.
+        column: String,
+        /// What is wrong with it.
+        source: UnitError,
+    },
+    /// A unit of a channel that is only carried along.
+    #[error(
+        "column `{column}`: `{signal}` is no signal of the log format: it is carried along as it is, without a unit"
+    )]
+    Own {
+        /// The column.
+        column: String,
+        /// What it was to become.
+        signal: String,
+    },
+}
+
+/// How a column's numbers become a signal: `(cell * scale + offset)` in `unit`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Conversion {
+    /// What it is called: the unit, or of a command the form it comes in.
+    pub name: &'static str,
+    /// Unit of what scale and offset make of it.
+    pub unit: &'static str,
+    /// Factor.
+    pub scale: f64,
+    /// Added after the factor.
+    pub offset: f64,
+}
+
+const fn conversion(name: &'static str, unit: &'static str, scale: f64, offset: f64) -> Conversion {
+    Conversion { name, unit, scale, offset }
+}
+
+/// Forms that commands come in: 0 to 1, percent, pulses of 1000 to 2000 µs, the same in ms, DShot of 48 to 2047.
+const COMMANDS: [Conversion; 5] = [
+    conversion("-", "-", 1.0, 0.0),
+    conversion("%", "%", 1.0, 0.0),
+    conversion("us", "-", 1e-3, -1.0),
+    conversion("ms", "-", 1.0, -1.0),
+    conversion("dshot", "-", 1.0 / 1999.0, -48.0 / 1999.0),
+];
+
+/// The units that a signal may come in, each once; none of a channel that is only carried along.
+#[must_use]
+pub fn conversions(signal: &str) -> Vec<Conversion> {
+    let Some(known) = log_signal(signal) else { return Vec::new() };
+    if signal.starts_with("command_") {
+        return COMMANDS.to_vec();
+    }
+    let mut found: Vec<&Unit> = Vec::new();
+    for unit in UNITS.iter().filter(|unit| unit.si == known.unit && !unit.name.is_empty()) {
+        if !found.iter().any(|it| (it.scale, it.offset) == (unit.scale, unit.offset)) {
+            found.push(unit);
+        }
+    }
+    found.into_iter().map(|unit| conversion(unit.name, unit.name, 1.0, 0.0)).collect()
+}
+
+/// Whether a column comes so.
+#[must_use]
+pub fn is_in(column: &GuessedColumn, conversion: &Conversion) -> bool {
+    let spelled = |name: &str| UNITS.iter().find(|unit| unit.name == name);
+    let same = |a: &Unit, b: &Unit| (a.si, a.scale, a.offset) == (b.si, b.scale, b.offset);
+    let is_same = spelled(&column.unit).zip(spelled(conversion.unit)).is_some_and(|(a, b)| same(a, b));
+    is_same && (column.scale, column.offset) == (conversion.scale, conversion.offset)
+}
+
+/// A column's own name with letters that a mapping takes, and that is not `taken`.
+#[must_use]
+pub fn own_name<'a>(column: &str, taken: impl Iterator<Item = &'a str> + Clone) -> String {
+    let plain: String = column
+        .chars()
+        .map(|letter| if letter.is_ascii_alphanumeric() { letter.to_ascii_lowercase() } else { '_' })
+        .collect();
+    let plain = plain.split('_').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("_");
+    let plain =
+        if plain.is_empty() || log_signal(&plain).is_some() { format!("column_{plain}") } else { plain };
+    let is_taken = |name: &String| name == "time_s" || taken.clone().any(|it| it == name);
+    let mut names = std::iter::once(plain.clone()).chain((2..).map(|number| format!("{plain}_{number}")));
+    names.find(|name| !is_taken(name)).unwrap_or(plain)
+}
+
+/// Says what a column becomes: a signal in a unit (SI where none is said), a channel of its own, or, as `-`, nothing. A column that was
+/// to become the same is carried along instead.
+///
+/// # Errors
+/// [`MendError`]; nothing is changed then.
+pub fn mend(
+    columns: &mut [GuessedColumn],
+    column: &str,
+    signal: &str,
+    unit: Option<&str>,
+) -> Result<(), MendError> {
+    let Some(place) = columns.iter().position(|it| it.column == column) else {
+        let present: Vec<String> = columns.iter().map(|it| format!("`{}`", it.column)).collect();
+        return Err(MendError::Column { column: column.to_owned(), present: present.join(", ") });
+    };
+    if signal == "-" {
+        let name = free(columns, place);
+        put(&mut columns[place], name, ("", 1.0, 0.0), Certainty::LeftOut);
+        return Ok(());
+    }
+    let plain = |letter: char| letter.is_ascii_lowercase() || letter.is_ascii_digit() || letter == '_';
+    if signal.is_empty() || !signal.chars().all(plain) {
+        return Err(MendError::Signal { column: column.to_owned(), signal: signal.to_owned() });
+    }
+    let comes = comes_in(column, signal, unit)?;
+    if let Some(other) = columns.iter().position(|it| it.signal == signal).filter(|it| *it != place) {
+        let name = free(columns, other);
+        let certainty =
+            if columns[other].certainty.is_read() { Certainty::Said } else { columns[other].certainty };
+        put(&mut columns[other], name, ("", 1.0, 0.0), certainty);
+    }
+    put(&mut columns[place], signal.to_owned(), comes, Certainty::Said);
+    Ok(())
+}
+
+fn put(
+    column: &mut GuessedColumn,
+    signal: String,
+    (unit, scale, offset): (&str, f64, f64),
+    certainty: Certainty,
+) {
+    unit.clone_into(&mut column.unit);
+    (column.signal, column.scale, column.offset, column.certainty) = (signal, scale, offset, certainty);
+}
+
+/// The own name of a column beside the signals of the others.
+fn free(columns: &[GuessedColumn], place: usize) -> String {
+    let others = columns.iter().enumerate().filter(|(at, _)| *at != place).map(|(_, it)| it.signal.as_str());
+    own_name(&columns[place].column, others)
+}
+
+/// Unit, factor and offset of a column that becomes `signal`.
+fn comes_in<'a>(column: &str, signal: &str, unit: Option<&'a str>) -> Result<(&'a str, f64, f64), MendError> {
+    let Some(known) = log_signal(signal) else {
+        let own = || MendError::Own { column: column.to_owned(), signal: signal.to_owned() };
+        return if unit.is_none_or(str::is_empty) { Ok(("", 1.0, 0.0)) } else { Err(own()) };
+    };
+    let word = unit.unwrap_or(known.unit);
+    let form = if signal.starts_with("command_") { COMMANDS.iter().find(|it| it.name == word) } else { None };
+    if let Some(form) = form {
+        return Ok((form.unit, form.scale, form.offset));
+    }
+    match Unit::parse(word, known.unit) {
+        Ok(_) => Ok((word, 1.0, 0.0)),
+        Err(source) => Err(MendError::Unit { column: column.to_owned(), source }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::guess;
+    use super::*;
+    use crate::log::sniff::SampledColumn;
+
+    fn stand() -> Vec<GuessedColumn> {
+        let column =
+            |name: &str, values: &[f64]| SampledColumn { name: name.to_owned(), values: values.to_vec() };
+        guess(&[
+            column("Time (s)", &[0.0, 0.01]),
+            column("ESC (µs)", &[1000.0, 1500.0]),
+            column("Speed", &[700.0, 710.0]),
+            column("Optical Speed (rpm)", &[7000.0, 7100.0]),
+            column("note", &[f64::NAN, f64::NAN]),
+        ])
+    }
+
+    fn column<'a>(columns: &'a [GuessedColumn], name: &str) -> &'a GuessedColumn {
+        columns.iter().find(|it| it.column == name).expect("a column")
+    }
+
+    #[test]
+    fn what_is_said_replaces_the_guess_and_a_signal_is_given_once() {
+        let mut columns = stand();
+        let signal = "propeller_rate_1_rad_s";
+        let other = if column(&columns, "Speed").signal == signal { "Optical Speed (rpm)" } else { "Speed" };
+        let had = columns.iter().find(|it| it.signal == signal).expect("guessed").column.clone();
+        mend(&mut columns, other, signal, Some("rpm")).expect("mended");
+        let said = column(&columns, other);
+        assert_eq!(
+            (said.signal.as_str(), said.unit.as_str(), said.certainty),
+            (signal, "rpm", Certainty::Said)
+        );
+        assert_ne!(column(&columns, &had).signal, signal, "it is carried along");
+        mend(&mut columns, "ESC (µs)", "command_2", Some("dshot")).expect("mended");
+        let command = column(&columns, "ESC (µs)");
+        assert_eq!((command.unit.as_str(), command.scale), ("-", 1.0 / 1999.0));
+        let is = |it: &&Conversion| is_in(command, it);
+        assert_eq!(
+            conversions("command_2").iter().filter(is).map(|it| it.name).collect::<Vec<_>>(),
+            ["dshot"]
+        );
+        mend(&mut columns, other, "-", None).expect("left out");
+        assert!(!column(&columns, other).certainty.is_read());
+        mend(&mut columns, other, "my_speed", None).expect("carried along");
+        assert_eq!(column(&columns, other).signal, "my_speed");
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_and_changes_nothing() {
+        let mut columns = stand();
+        let before = columns.clone();
+        for (name, signal, unit) in [
+            ("gone", "command_1", None),
+            ("Speed", "Not a name", None),
+            ("Speed", "", None),
+            ("Speed", "propeller_rate_1_rad_s", Some("V")),
+            ("Speed", "propeller_rate_1_rad_s", Some("us")),
+            ("Speed", "my_speed", Some("rpm")),
+        ] {
+            assert!(mend(&mut columns, name, signal, unit).is_err(), "{name}, {signal}, {unit:?}");
+        }
+        assert_eq!(columns, before);
+        assert_eq!(conversions("my_speed"), []);
+        let rates = conversions("propeller_rate_3_rad_s");
+        assert!(rates.iter().any(|it| it.name == "rpm") && !rates.iter().any(|it| it.name == "RPM"));
+    }
+}

@@ -1,0 +1,63 @@
+//! What the columns of foreign logs mean: guessed, and confirmed.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::log::Mapping;
+use crate::log::guess::{GuessedColumn, conversions, is_in};
+use crate::session::{GuessedLog, SessionError};
+
+/// A guess, and what somebody has made of it.
+#[derive(Debug, Clone)]
+pub(super) struct Guess {
+    pub now: GuessedLog,
+    /// The columns as they were guessed.
+    first: Vec<GuessedColumn>,
+}
+
+/// What the columns of a log mean, confirmed by somebody.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DeskMapping {
+    /// As a command names it: a file, or a mapping that is shipped.
+    pub name: String,
+    /// Text of the file; none of a shipped one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub text: Option<String>,
+}
+
+impl DeskMapping {
+    /// The mapping itself.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn load(&self) -> Result<Mapping, SessionError> {
+        Ok(match &self.text {
+            Some(text) => Mapping::parse(text, Path::new(&self.name))?,
+            None => Mapping::load(&self.name)?,
+        })
+    }
+}
+
+impl Guess {
+    pub fn new(guessed: GuessedLog) -> Self {
+        Self { first: guessed.columns.clone(), now: guessed }
+    }
+
+    /// What was mended, as `--column` says it.
+    pub fn mended(&self) -> Vec<String> {
+        let pairs = self.now.columns.iter().zip(&self.first);
+        let other = pairs.filter(|(now, first)| now != first).map(|(now, _)| {
+            let signal = if now.certainty.is_read() { now.signal.as_str() } else { "-" };
+            let unit = unit_of(now).map_or(String::new(), |unit| format!(":{unit}"));
+            format!("{}={signal}{unit}", now.column)
+        });
+        other.collect()
+    }
+}
+
+/// The word by which a column's unit is said; none of one that is carried along.
+pub(super) fn unit_of(column: &GuessedColumn) -> Option<&'static str> {
+    conversions(&column.signal).into_iter().find(|it| is_in(column, it)).map(|it| it.name)
+}
