@@ -20,6 +20,11 @@ pub(super) enum Act {
         /// Its number.
         log: u64,
     },
+    /// Reads a log again where its file is another now: a recording that is being written.
+    Reread {
+        /// Its number.
+        log: u64,
+    },
     /// Says what a log is for.
     Role {
         /// The log's number.

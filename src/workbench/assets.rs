@@ -27,6 +27,7 @@ files![
     "dom.js",
     "drawing.js",
     "files.js",
+    "follow.js",
     "guess.js",
     "keys.js",
     "ladder.js",

@@ -11,6 +11,7 @@ use serde_json::Value;
 use super::ActError;
 use super::bands::Bands;
 use super::columns::{DeskMapping, Guess};
+use super::places::Stamp;
 use crate::cancel::Cancel;
 use crate::compare::Comparison;
 use crate::model::Model;
@@ -42,6 +43,10 @@ pub(super) struct DeskLog {
     pub remembered: Option<String>,
     pub content: LogContent,
     pub compared: Option<Compared>,
+    /// It is to be read again: there may be more of it.
+    pub again: bool,
+    /// Why it could not be read again; what was read before stays.
+    pub stuck: Option<String>,
     /// What its columns may mean, of a foreign log.
     pub guess: Option<Box<Guess>>,
     /// What they mean, confirmed.
@@ -65,6 +70,8 @@ pub(super) enum LogContent {
 #[derive(Debug)]
 pub(super) struct OpenLog {
     pub log: ScreenedLog,
+    /// The file as it was just before.
+    pub stamp: Option<Stamp>,
     /// Name of its format.
     pub format: &'static str,
     /// Whether a command's `--mapping` would be for it, too.
@@ -78,6 +85,8 @@ pub(super) struct OpenLog {
 /// The models that are shown, held beside a log.
 #[derive(Debug, Clone)]
 pub(super) struct Compared {
+    /// The log as it was then: it may have grown since.
+    pub content: Arc<OpenLog>,
     /// Ids of the models, in the order of the comparisons.
     pub models: Vec<u64>,
     /// One for each model; or why they could not be compared.

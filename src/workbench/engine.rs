@@ -18,7 +18,7 @@ use super::desk::{
 use super::guarded::{Ended, guarded};
 use super::lay::{file, lay_law, lay_log, lay_model, lay_saved, lightly};
 use super::live::Live;
-use super::places::Places;
+use super::places::{Places, Stamp};
 use super::saved::Saved;
 use super::search::SearchTask;
 use super::{ActError, WorkbenchError, by_hand, kept};
@@ -144,6 +144,7 @@ impl Engine {
                 });
                 Ok(())
             }
+            Act::Reread { log } => self.reread(log),
             Act::OpenModel { path } => {
                 let path = self.places.file(&path)?;
                 let model = session::open_model(&path)?;
@@ -152,6 +153,19 @@ impl Engine {
             }
             light => self.change(|desk| lightly(desk, light)),
         }
+    }
+
+    /// Has a log read again where its file has changed since. Where it has not, nobody hears of it.
+    fn reread(&self, id: u64) -> Result<(), ActError> {
+        let (path, stamp) = {
+            let desk = self.desk();
+            let log = desk.log(id)?;
+            (log.path.clone(), log.open()?.stamp)
+        };
+        if Stamp::of(&path) != stamp {
+            self.change(|desk| desk.log_mut(id).map(|log| log.again = true))?;
+        }
+        Ok(())
     }
 
     /// Begins a search.
@@ -227,7 +241,7 @@ impl Engine {
                             Err(Ended::Failed(why)) => Err(why),
                         };
                         if let Ok(log) = desk.log_mut(log) {
-                            log.compared = Some(Compared { models: shown, found });
+                            log.compared = Some(Compared { content, models: shown, found });
                         }
                     });
                 }
@@ -254,16 +268,19 @@ impl Engine {
 
 /// A log that waits to be read, or else one that waits to be compared with what is shown.
 fn next_look(desk: &Desk) -> Option<(Look, String)> {
-    let waits = |log: &&DeskLog| matches!(log.content, LogContent::Opening);
+    let waits = |log: &&DeskLog| matches!(log.content, LogContent::Opening) || log.again;
     if let Some(log) = desk.logs.iter().find(waits) {
         let (path, mapping) = (log.path.clone(), log.mapping.clone());
         return Some((Look::Open { log: log.id, path, mapping }, log.typed.clone()));
     }
     let shown = desk.shown();
     let is_due = |log: &&DeskLog| {
-        log.compared.as_ref().is_none_or(|compared| compared.models != shown) && !shown.is_empty()
+        let is_of = |open: &Arc<OpenLog>, compared: &Compared| {
+            compared.models == shown && Arc::ptr_eq(&compared.content, open)
+        };
+        log.open().is_ok_and(|open| log.compared.as_ref().is_none_or(|compared| !is_of(open, compared)))
     };
-    let log = desk.logs.iter().find(|log| log.open().is_ok() && is_due(log))?;
+    let log = desk.logs.iter().filter(|_| !shown.is_empty()).find(is_due)?;
     let content = Arc::clone(log.open().ok()?);
     let models = desk.models.iter().filter(|model| model.shown).map(|model| model.model.clone()).collect();
     Some((Look::Compare { log: log.id, content, shown, models }, log.typed.clone()))
@@ -277,6 +294,8 @@ enum Seen {
 
 fn read(path: &Path, mapping: Option<&DeskMapping>, cancel: &Cancel) -> Result<Seen, SessionError> {
     let (job, config) = (Job::unwatched(cancel), OpenConfig::default());
+    // Before it is read: what is written meanwhile is seen the next time.
+    let stamp = Stamp::of(path);
     let opened = if let Some(mapping) = mapping {
         session::open_mapped(path, &mapping.load()?, &config, &job)?
     } else {
@@ -291,7 +310,7 @@ fn read(path: &Path, mapping: Option<&DeskMapping>, cancel: &Cancel) -> Result<S
     // Our own say themselves what they are.
     let takes_mapping = opened.frames.is_none() && !["CSV", "recording"].contains(&opened.format);
     let (format, log) = (opened.format, opened.log);
-    Ok(Seen::Open(Box::new(OpenLog { bands, notes, format, takes_mapping, log })))
+    Ok(Seen::Open(Box::new(OpenLog { stamp, bands, notes, format, takes_mapping, log })))
 }
 
 fn opened_log(desk: &mut Desk, id: u64, seen: Result<Seen, Ended>) {
@@ -299,6 +318,8 @@ fn opened_log(desk: &mut Desk, id: u64, seen: Result<Seen, Ended>) {
     // It may have been taken away meanwhile.
     let Ok(log) = desk.log_mut(id) else { return };
     let mut is_other = false;
+    let is_again = std::mem::take(&mut log.again) && matches!(log.content, LogContent::Open(_));
+    log.stuck = None;
     log.content = match seen {
         Ok(Seen::Guess(guess)) => {
             log.guess = Some(guess);
@@ -309,6 +330,8 @@ fn opened_log(desk: &mut Desk, id: u64, seen: Result<Seen, Ended>) {
             is_other = remembered.is_some_and(|sha256| sha256 != open.log.raw().sha256());
             LogContent::Open(Arc::from(open))
         }
+        // A file that is being written may end within a row.
+        Err(Ended::Failed(why)) if is_again => return log.stuck = Some(why),
         Err(Ended::Failed(why)) => LogContent::Failed(why),
         Err(Ended::Cancelled) => return,
     };

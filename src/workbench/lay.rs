@@ -34,6 +34,8 @@ pub(super) fn lay_log(
         remembered,
         content,
         compared: None,
+        again: false,
+        stuck: None,
         guess: None,
         mapping,
     });
@@ -125,6 +127,7 @@ pub(super) fn lightly(desk: &mut Desk, act: Act) -> Result<(), ActError> {
         Act::AskAgain { log } => guesses::ask_again(desk, log)?,
         // Those that take time were seen to before.
         Act::OpenLog { .. }
+        | Act::Reread { .. }
         | Act::OpenModel { .. }
         | Act::Diagnose
         | Act::Discover

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf, absolute};
+use std::time::SystemTime;
 
 use serde::Serialize;
 
@@ -144,6 +145,22 @@ fn canonical(path: &Path) -> Result<(PathBuf, String), PlaceError> {
         return Ok((whole, format!("#{number}")));
     }
     Err(PlaceError::File { path: path.to_owned(), source })
+}
+
+/// How long a file is and when it was written last: by which one sees that it has grown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Stamp {
+    bytes: u64,
+    written: Option<SystemTime>,
+}
+
+impl Stamp {
+    /// Of a file as it is now; of `FILE#N` that of the file.
+    pub fn of(path: &Path) -> Option<Self> {
+        let file = canonical(path).ok()?.0;
+        let found = fs::metadata(file).ok()?;
+        Some(Self { bytes: found.len(), written: found.modified().ok() })
+    }
 }
 
 /// A path as one would type it here: relative where it lies below the current folder.

@@ -84,8 +84,10 @@ impl PlotTask {
     /// What the desk has of it.
     pub fn of(desk: &Desk, query: PlotQuery) -> Result<Self, ActError> {
         let log = desk.log(query.log)?;
-        let content = Arc::clone(log.open()?);
         let compared = log.compared.as_ref();
+        // The curves of a block are of the rows that were compared, of which there may be more by now.
+        let of_block = compared.filter(|_| query.block.is_some()).map(|it| &it.content);
+        let content = Arc::clone(of_block.map_or_else(|| log.open(), Ok)?);
         let compared = compared.and_then(|it| Some((it.models.clone(), Arc::clone(it.found.as_ref().ok()?))));
         Ok(Self { query, content, compared })
     }

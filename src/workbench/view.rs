@@ -1,5 +1,7 @@
 //! The desk as the page reads it: names, numbers and sentences, no curves.
 
+use std::sync::Arc;
+
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -103,6 +105,10 @@ fn log(desk: &Desk, log: &DeskLog) -> Value {
             view["ends_s"] = json!(ends);
             view["channels"] = channels.collect();
             view["notes"] = json!(open.notes);
+            view["stuck"] = json!(log.stuck);
+            view["sha256"] = json!(open.log.raw().sha256());
+            view["is_compared"] =
+                json!(log.compared.as_ref().is_some_and(|it| Arc::ptr_eq(&it.content, open)));
             view["by_hand"] = json!(by_hand::compare(desk, log.id).ok());
         }
     }

@@ -1,8 +1,9 @@
 // The logs: what each is for, and what screening found.
 
-import { act, onDesk } from "./act.js";
+import { act, onDesk, save } from "./act.js";
 import { button, element, fill, lastPart } from "./dom.js";
 import { choose } from "./files.js";
+import { follow, isFollowed, onFollowed } from "./follow.js";
 import * as view from "./plots.js";
 
 const ROLES = [["fit", "fit"], ["held_out", "held out"], ["look", "look"]];
@@ -18,14 +19,22 @@ function roles(log) {
 
 function about(log) {
   if (log.state === "opening") return element("p", { class: "soft" }, "being read ...");
-  const again = log.mapping && button("its columns ...", () => act("ask_again", { log: log.id }), { class: "quiet", "aria-label": "the columns of " + log.name });
+  const again = log.mapping && [
+    button("its columns ...", () => act("ask_again", { log: log.id }), { class: "quiet", "aria-label": "the columns of " + log.name }),
+    button("save mapping", () => save({ what: "mapping", id: log.id }), { class: "quiet", "aria-label": "save the mapping of " + log.name })];
   if (log.state === "failed") return [element("p", { class: "bad" }, log.why), again];
   if (log.state === "guessed") return element("p", { class: "bad" }, "What its columns mean is a guess: confirm it.");
   const [from, to] = log.ends_s;
+  const grow = element("div", { class: "row" },
+    button("read again", () => act("reread", { log: log.id }), { class: "quiet", "aria-label": "read again: " + log.name, title: "where the file is being written: read what is there by now" }),
+    element("label", { class: "soft", title: "read again every two seconds" }, element("input", {
+      type: "checkbox", checked: isFollowed(log.id), "data-key": "follow " + log.id, "aria-label": "follow " + log.name,
+      onchange: event => follow(log.id, event.target.checked),
+    }), " follow"), again);
   const notes = log.notes.length && element("details", { "data-key": "notes " + log.id },
     element("summary", {}, `${log.notes.length} findings`),
     element("ul", {}, log.notes.map(note => element("li", {}, note))));
-  return [element("p", { class: "soft" }, `${log.rows.toLocaleString("en")} rows, ${(to - from).toFixed(1)} s, ${log.format}`), again, notes];
+  return [element("p", { class: "soft" }, `${log.rows.toLocaleString("en")} rows, ${(to - from).toFixed(1)} s, ${log.format}`), log.stuck && element("p", { class: "bad" }, "It could not be read again: " + log.stuck), notes, grow];
 }
 
 function entry(log) {
@@ -44,4 +53,5 @@ export function build(at) {
     desk.logs.length ? element("ul", { class: "cards" }, desk.logs.map(entry)) : element("p", { class: "soft" }, "Open a log to begin."));
   onDesk(draw);
   view.onShown(draw);
+  onFollowed(draw);
 }

@@ -13,6 +13,7 @@ let log = null;
 let span = null;
 let figures = [];
 let built = "";
+let rows = "";
 let channels = [];
 const listeners = [];
 
@@ -206,11 +207,16 @@ function update(force) {
     // One that was just confirmed is waited for.
     if (next && !desk.logs.some(it => it.id === log && it.state === "opening")) return show(next.id);
     none();
-    return fill(middle, element("p", { class: "soft" }, desk?.logs.length ? "Being read ..." : "Open a log to see it here."));
+    return fill(middle, element("p", { class: "soft" }, desk?.logs.some(it => it.state === "opening") ? "Being read ..." : "Open a log to see it here."));
   }
   const signature = JSON.stringify([log, it.compared?.models, it.compared?.blocks, it.compared?.why, channels, desk.models.map(it => [it.id, it.name, it.is_tried])]);
-  if (signature === built && force !== true) return;
-  built = signature;
+  if (signature === built && force !== true) {
+    // More of it was read.
+    if (rows !== it.sha256) refresh();
+    rows = it.sha256;
+    return;
+  }
+  [built, rows] = [signature, it.sha256];
   const top = middle.scrollTop;
   for (const figure of figures) figure.charts.forEach(({ chart }) => chart.destroy());
   figures = makeFigures(it);

@@ -3,6 +3,7 @@
 mod circle;
 mod client;
 mod columns;
+mod grows;
 mod kept;
 mod law;
 mod safe;
