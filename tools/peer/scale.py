@@ -3,55 +3,12 @@
 scale.py PROGRAM FOLDER ROWS...
 """
 import json
-import os
-import subprocess
 import sys
-import time
 from pathlib import Path
 
-MOMENT = 0.4  # [N m] of the hidden pendulum
-MOVES = [(5, 0.5, 3), (15, -0.5, 4), (28, 0.3, 1.5), (40, -0.4, 2), (55, 0.6, 3), (70, -0.6, 4), (85, 0.2, 1), (100, -0.2, 2)]
+from long_logs import measured, recorded
 
 program, folder, all_rows = sys.argv[1], Path(sys.argv[2]), [int(word) for word in sys.argv[3:]]
-
-
-def bench(seconds):
-    """A bench at 1 kHz whose body is moved about again and again, with a battery that lasts."""
-    moves = [
-        f"{{ at_s = {start + at}, angle_rad = {angle}, duration_s = {duration} }},"
-        for start in range(0, seconds + 1, 115)
-        for at, angle, duration in MOVES
-    ]
-    return "\n".join(
-        ['name = "scale"', "period_s = 0.001", "[guard]", "slew_per_s = 100", "[emulator.battery]", "capacity_ah = 40",
-         "[controller.reference]", "moves = [", *moves, "]", ""]
-    )
-
-
-def measured(command):
-    """Wall time [s], time of the processors [s], greatest memory [MB] and standard output of a program."""
-    start = time.perf_counter()
-    child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    output, said = child.stdout.read(), child.stderr.read()
-    _, status, usage = os.wait4(child.pid, 0)
-    # 1: found wanting, which is so.
-    if os.waitstatus_to_exitcode(status) not in (0, 1):
-        sys.exit(f"{' '.join(map(str, command))}: {said}")
-    seconds = time.perf_counter() - start
-    return seconds, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1000, output
-
-
-def recorded(rows, number):
-    path = folder / f"{'log' if number == 1 else 'validation'}_{rows}.csv"
-    if not path.exists():
-        config = folder / "bench.toml"
-        config.write_text(bench(rows // 1000))
-        command = [program, "experiment", "prbs", "--config", config, "--duration", str(rows / 1000), "--lockstep",
-                   "--closed-loop", "--amplitude", "0.03", "--bandwidth", "25", "--seed", str(number), "--sequence",
-                   str(number), "--hide", f"gravity_pendulum:moment={MOMENT},angle_offset=0", "-o", path, "--force"]
-        measured(command)
-    return path
-
 
 PANDAS = "import sys, pandas; print(len(pandas.read_csv(sys.argv[1])))"
 # The rotor's pole and curve by variable projection over the pole, as a script for one evening would have it.
@@ -74,7 +31,7 @@ print(minimize_scalar(left, bounds=(5, 50), method="bounded", options={"xatol": 
 
 def table(rows):
     """Lines of the table for logs of so many rows."""
-    log, validation = recorded(rows, 1), recorded(rows, 2)
+    log, validation = recorded(program, folder, rows, 1), recorded(program, folder, rows, 2)
     size = log.stat().st_size / 1e6
     read = measured([sys.executable, "-c", PANDAS, log])
     fitted = measured([sys.executable, "-c", SCIPY, log])
