@@ -235,6 +235,111 @@ async function wicked() {
   await wave.waitFor({ state: "detached" });
 }
 
+// A bench whose pivot has teeth, which no effect of the catalogue is; its logs, in our words and in those of another program.
+function teeth() {
+  writeFileSync(join(folder, "teeth.toml"), `[emulator.plant]\nclamped = false\n[[emulator.hidden]]\neffect = "teeth"\nsite = "torque"\n` +
+    `expression = "k*sin(n*body_angle)"\nparameters = { k = 0.04, n = 30.0 }\n`);
+  for (const [name, seed] of [["teeth_1.csv", "5"], ["teeth_2.csv", "6"]]) {
+    execFileSync(program, ["experiment", "prbs", "--lockstep", "--closed-loop", "--config", "teeth.toml", "--amplitude", "0.03", "--duration", "20",
+      "--seed", seed, "--sequence", seed, "-o", name], { cwd: folder, stdio: ["ignore", "ignore", "inherit"] });
+    const lines = readFileSync(join(folder, name), "utf8").trimEnd().split("\n");
+    const heads = lines[0].split(",").map(it => ({ time_s: "Time (s)", propeller_rate_1_rad_s: "Spin left", propeller_rate_2_rad_s: "Spin right" })[it] || it);
+    writeFileSync(join(folder, name.replace("teeth", "stand")), [heads.join(","), ...lines.slice(1)].join("\n") + "\n");
+  }
+}
+
+async function law() {
+  step("a law that no catalogue has, and beside the commands by hand");
+  teeth();
+  await page.goto(await start("teeth_1.csv", "teeth_2.csv"));
+  await drawn();
+  await page.getByRole("button", { name: "What is missing?" }).click();
+  await page.locator("#verdict[data-verdict=unknown]").waitFor();
+  const look = page.getByRole("button", { name: "Look for the law itself" });
+  await look.click();
+  await page.getByRole("button", { name: "Cancel" }).click();
+  await page.getByText(/^Cancelled after/).waitFor();
+  await look.click();
+  await page.locator("#law-verdict[data-verdict=law]").waitFor();
+  check(/sin\(n\*body_angle\)/.test(await page.locator("#law-formula").textContent()), "its formula");
+  await page.locator("#law-verdict").scrollIntoViewIfNeeded();
+  await picture("9-law-light");
+  await page.emulateMedia({ colorScheme: "dark" });
+  await page.locator("figure[data-block=body][data-scheme=dark]").first().waitFor();
+  await picture("9-law-dark");
+  await page.emulateMedia({ colorScheme: "light" });
+  await page.reload();
+  await page.locator("#law-verdict[data-verdict=law]").waitFor();
+  await page.getByRole("button", { name: "Add the law" }).click();
+  await page.locator("[data-rung=discovered_law]").waitFor();
+  const own = join(folder, "law by hand");
+  execFileSync("mkdir", ["-p", own]);
+  for (const log of ["teeth_1.csv", "teeth_2.csv"]) writeFileSync(join(own, log), readFileSync(join(folder, log)));
+  const said = JSON.parse(byHand(await texts("#shell .commands code"), own, "--json"));
+  const after = await page.locator("[data-rung=discovered_law] [data-is=after]").getAttribute("data-value");
+  check(after === String(said.error.extended.validate), `the page says ${after}, discover --json ${said.error.extended.validate}`);
+  const name = await page.locator("li[data-model] .name[aria-pressed=true]").textContent();
+  const model = await saved(() => page.getByRole("button", { name: "save model " + name }).click(), name + ".toml");
+  check(model.equals(readFileSync(join(own, name + ".toml"))), "the model with the law is another by hand");
+  step("its answers in a session");
+  writeFileSync(join(folder, "law.toml"), await saved(() => page.getByRole("button", { name: "Save session" }).click(), "session.toml"));
+  await page.goto(await start("--session", "law.toml"));
+  await page.getByRole("button", { name: "work on paper" }).click();
+  await page.locator("#verdict[data-verdict=unknown]").waitFor();
+  await page.locator("#law-verdict[data-verdict=law]").waitFor();
+  check(await page.locator(".notice").count() === 0, "nothing is left out");
+}
+
+async function columns() {
+  step("a log of another program: its columns mended and confirmed");
+  await page.goto(await start("stand_1.csv", "stand_2.csv"));
+  await page.getByRole("button", { name: "show stand_1.csv" }).click();
+  await page.locator("table.columns").waitFor();
+  check(await page.getByRole("button", { name: "What is missing?" }).isEnabled(), "it may be asked");
+  await page.getByRole("button", { name: "What is missing?" }).click();
+  await page.getByText(/is a guess yet/).waitFor();
+  await page.getByRole("button", { name: "dismiss the notices" }).click();
+  for (const [column, signal] of [["Spin left", "propeller_rate_1_rad_s"], ["Spin right", "propeller_rate_2_rad_s"]]) {
+    await page.getByLabel(`what ${column} becomes`).selectOption(signal);
+    await page.waitForFunction(([label, signal]) => document.querySelector(`select[aria-label="${label}"]`)?.value === signal, [`what ${column} becomes`, signal]);
+    await page.getByLabel("unit of " + column).waitFor();
+  }
+  await picture("10-columns");
+  await page.locator("#confirm").click();
+  await page.getByRole("button", { name: "show stand_2.csv" }).click();
+  await page.getByRole("button", { name: "Read it by stand_1.toml" }).click();
+  await drawn();
+  const own = join(folder, "columns by hand");
+  execFileSync("mkdir", ["-p", own]);
+  for (const log of ["stand_1.csv", "stand_2.csv"]) writeFileSync(join(own, log), readFileSync(join(folder, log)));
+  byHand(await texts("#shell .commands code"), own, "");
+  const mapping = await saved(() => page.getByRole("button", { name: "save the mapping of stand_1.csv" }).click(), "stand_1.toml");
+  check(mapping.equals(readFileSync(join(own, "stand_1.toml"))), "the mapping is another by hand");
+  const compared = JSON.parse(byHand([await page.locator(".by-hand code").textContent()], own, "--json"));
+  const body = compared.comparisons[0].blocks.find(it => it.name === "body");
+  const shown = await page.locator("figure[data-block=body] [data-error-of=paper] .number").first().getAttribute("data-value");
+  check(shown === String(body.error.rms), `the page says ${shown}, compare --json ${body.error.rms}`);
+}
+
+async function grows() {
+  step("a log that is being written");
+  const lines = readFileSync(join(folder, "teeth_1.csv"), "utf8").trimEnd().split("\n");
+  const grown = share => writeFileSync(join(folder, "grows.csv"), lines.slice(0, Math.round(share * lines.length)).join("\n") + "\n");
+  grown(0.5);
+  await page.goto(await start("grows.csv"));
+  await drawn();
+  await page.getByLabel("follow grows.csv").check();
+  for (const share of [0.75, 1]) {
+    const before = await page.locator("li[data-log] p").first().textContent();
+    grown(share);
+    await page.waitForFunction(was => document.querySelector("li[data-log] p").textContent !== was, before);
+  }
+  const rows = (lines.length - 1).toLocaleString("en");
+  check((await page.locator("li[data-log] p").first().textContent()).startsWith(rows + " rows"), "all of it is read");
+  await drawn();
+  await picture("11-grows");
+}
+
 async function live() {
   step("a running bench");
   writeFileSync(join(folder, "bench.toml"), `name = "browser-${process.pid}"\n`);
@@ -276,6 +381,9 @@ try {
   await back();
   await cancelled();
   await wicked();
+  await law();
+  await columns();
+  await grows();
   await live();
   check(complaints.length === 0, "the browser complained:\n" + complaints.join("\n"));
 } catch (error) {
