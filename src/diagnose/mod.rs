@@ -46,6 +46,7 @@ pub mod surrogate_test;
 #[cfg(test)]
 pub(crate) mod tests;
 pub mod thresholds;
+mod torque_beside;
 mod unnamed;
 pub(crate) mod verdict;
 

@@ -1,17 +1,17 @@
 //! From what a search found to the word for it.
 
-use super::candidate_fit::CandidateFit;
 use super::diagnosis::Verdict;
 use super::search_result::SearchResult;
 use super::thresholds::THRESHOLDS;
+use super::torque_beside::turns_the_body;
 
 /// Whether a body with all the inertia in the world is the best that the torque on it can be made of: one that turns against
 /// its torque, as with a gyro of the wrong sign or with rotors 1 and 2 exchanged. A pendulum whose weight nobody modelled asks for
-/// such an inertia, too, and for one of its own once its weight is in.
+/// such an inertia, too; beside its angle the torque then turns it the right way.
 fn does_not_follow(found: &SearchResult) -> bool {
-    let most = THRESHOLDS.held_inertia * found.nominal.model.body.inertia;
-    let exceeds = |fitted: &CandidateFit| fitted.model.body.inertia > most;
-    !found.split.train.is_rotor() && exceeds(&found.refitted) && exceeds(&found.answer)
+    !found.split.train.is_rotor()
+        && found.refitted.model.body.inertia > THRESHOLDS.held_inertia * found.nominal.model.body.inertia
+        && !turns_the_body(&found.split)
 }
 
 /// Whether a body moves, and not as the torque on it would have it, and no effect explains that either.
@@ -62,6 +62,7 @@ pub(crate) fn joint(verdicts: &[Verdict]) -> Verdict {
 mod tests {
     use super::super::block_data::{BlockData, Runs};
     use super::super::body_block::{BodyRun, BodySource};
+    use super::super::candidate_fit::CandidateFit;
     use super::super::data_split::DataSplit;
     use super::super::rotor_block::rotor_runs;
     use super::*;

@@ -26,8 +26,7 @@ pub(super) static CARD: Card = Card {
             name: "time_constant",
             symbol: "τ",
             unit: "s",
-            // The windings of the smallest motors warm for seconds; what is quicker is no heat.
-            lower: 3.0,
+            lower: 0.5,
             upper: 2e3,
             start: 20.0,
             others: &[5.0, 80.0],

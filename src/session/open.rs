@@ -198,7 +198,7 @@ fn read(path: &Path, config: &OpenConfig, at_hand: Option<&Mapping>) -> Result<R
             let (log, notes) = mapped::read(path, &mapping, config.part)?;
             Ok(Read { notes, ..plain(log, "mapped CSV") })
         }
-        None => Ok(plain(csv::read(path)?, "CSV")),
+        _ => Ok(plain(csv::read(path)?, "CSV")),
     }
 }
 

@@ -9,8 +9,8 @@ use super::columns::{DeskMapping, Guess, unit_of};
 use super::desk::{Desk, LogContent};
 use super::places::plain;
 use super::{ActError, by_hand};
-use crate::log::dataset::{LOG_SIGNALS, MOST_ROTORS, of_rotor, rotor_of};
 use crate::log::guess::{GuessedColumn, conversions, own_name};
+use crate::log::signals::{LOG_SIGNALS, MOST_ROTORS, of_rotor, rotor_of};
 use crate::report::guess::{certainty, mapping_file};
 use crate::session::GuessedLog;
 

@@ -1,6 +1,6 @@
 //! A guess that somebody mends: what a column becomes, and in which unit it comes.
 
-use super::super::dataset::log_signal;
+use super::super::signals::log_signal;
 use super::{Certainty, GuessedColumn};
 use crate::unit::{UNITS, Unit, UnitError};
 
