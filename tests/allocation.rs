@@ -160,7 +160,14 @@ fn frames_of_dronecan_do_not_allocate() {
                     used += 1;
                 }
             });
-            for frame in received[..used].iter().chain(&garbage).chain([&asks]) {
+            // Node 20 is asked for its first parameter, and told to save all.
+            let id = |service: u32| Id::Extended(0x1800_94E4 | service << 16);
+            let asked = |service, data: [u8; 2]| {
+                let bytes = [data[0], data[1], 0, 0, 0, 0, 0, 0xC0 | turn as u8 & 31];
+                Frame::classic(id(service), &bytes).expect("short")
+            };
+            let parameters = [asked(11, [0, 0]), asked(10, [0, 0])];
+            for frame in received[..used].iter().chain(&garbage).chain([&asks]).chain(&parameters) {
                 bridge.receive(frame, now_ns, &mut read);
                 bench.receive(frame, now_ns, &mut commands);
             }

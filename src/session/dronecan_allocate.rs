@@ -180,9 +180,7 @@ fn read(path: &Path) -> Result<AllocationTable, AllocateError> {
 
 /// The text of a table.
 fn text(table: &AllocationTable) -> String {
-    let head = "# unique_id = node_id\n";
-    let lines = table.iter().map(|(unique_id, node_id)| format!("{unique_id} = {node_id}\n"));
-    lines.fold(head.to_owned(), |text, line| text + &line)
+    table.iter().map(|(unique_id, node_id)| format!("{unique_id} = {node_id}\n")).collect()
 }
 
 #[cfg(test)]
