@@ -203,7 +203,7 @@ impl<B: Bus> BusIo<B> {
         let now_ns = self.port.now_ns();
         if now_ns >= self.foreign_logged_ns {
             self.foreign_logged_ns = now_ns.saturating_add(THRESHOLDS.foreign_logged_every_ns);
-            let text = "another sender commands the rotors: frames with our command's identifier so far";
+            let text = "another sender commands the rotors; its frames so far";
             self.log.say(Severity::Error, text, self.end.counts().foreign_command as f64);
         }
     }

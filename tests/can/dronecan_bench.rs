@@ -2,7 +2,7 @@
 
 use rotorbench::can::dronecan::{Body, RollCall, Talk, Value, decode, empty_message};
 use rotorbench::can::dronecan::{
-    CommandKind, DsdlConfig, Frames, Header, Kinship, Library, Subscription, encode,
+    CommandKind, DsdlConfig, Frames, Header, Kinship, Library, NodeId, Subscription, encode,
 };
 use rotorbench::can::{
     BenchEnd, BridgeEnd, BusConfig, CanError, Frame, NodeTrouble, ProtocolName, Refusal, RotorCommands,
@@ -218,7 +218,7 @@ fn who_asks_what_a_node_is_is_told_in_a_few_frames_a_period() {
 }
 
 #[test]
-fn another_node_that_commands_our_rotors_is_foreign_and_one_that_commands_others_is_not() {
+fn another_node_that_commands_any_esc_or_says_whether_they_may_turn_is_foreign() {
     let mut own = config();
     own.dronecan.esc_index = [2, 3];
     let (mut bridge, _) = ends(&own);
@@ -226,13 +226,49 @@ fn another_node_that_commands_our_rotors_is_foreign_and_one_that_commands_others
     let mut last = |frames: Vec<Frame>| {
         frames.iter().fold(None, |_, frame| bridge.receive(frame, S, &mut sensors).refused)
     };
-    assert_eq!(last(raw_command(9, 0, &[100, 100])), None, "a bench beside this one");
+    assert_eq!(last(raw_command(9, 0, &[])), None, "nobody is commanded");
+    // Our commands hold zeros for these two.
+    assert_eq!(last(raw_command(9, 3, &[100, 100])), Some(Refusal::ForeignCommand));
+    assert_eq!(last(raw_command(9, 4, &[0])), Some(Refusal::ForeignCommand));
     assert_eq!(last(raw_command(9, 1, &[100, 100, 0])), Some(Refusal::ForeignCommand));
     assert_eq!(last(raw_command(9, 2, &[0; 20])), Some(Refusal::ForeignCommand), "in six frames");
     let rpm = Value::List(vec![integers(&[500; 4])]);
     let rpm = transfer("uavcan.equipment.esc.RPMCommand", Kinship::Message, 9, 0, &rpm);
     assert_eq!(last(rpm), Some(Refusal::ForeignCommand));
-    assert_eq!(bridge.counts().foreign_command, 3);
+    for (transfer_id, status) in [(0, 0), (1, 255)] {
+        let status = Value::List(vec![Value::Integer(status)]);
+        let arming = |source, id| {
+            transfer("uavcan.equipment.safety.ArmingStatus", Kinship::Message, source, id, &status)
+        };
+        assert_eq!(last(arming(9, transfer_id)), Some(Refusal::ForeignCommand));
+        // With our own number it is found as a second node with that.
+        assert_eq!(last(arming(100, transfer_id)), None);
+    }
+    assert_eq!(bridge.counts().foreign_command, 7);
+}
+
+/// Two benches on one bus: a command names every ESC from the first on, and arming names none. Neither hears the other as somebody
+/// it may fly beside.
+#[test]
+fn two_benches_on_one_bus_are_foreign_to_each_other_whatever_their_indices() {
+    let bench = |node: u8, esc_index: [u8; 2]| {
+        let mut config = config();
+        config.dronecan.node_id = NodeId::Fixed(node);
+        config.dronecan.esc_index = esc_index;
+        ends(&config).0
+    };
+    for state in [DISARMED, ARMED, FAILSAFE] {
+        let mut benches = [bench(100, [0, 1]), bench(101, [2, 3])];
+        for from in [0, 1] {
+            let own = applied(state, [0.0; 2]);
+            for frames in [benches[from].commands(&own).to_vec(), benches[from].owed(S, &own).to_vec()] {
+                let heard = &mut benches[1 - from];
+                let mut sensors = Sensors::default();
+                let refused = frames.iter().filter_map(|frame| heard.receive(frame, S, &mut sensors).refused);
+                assert!(refused.collect::<Vec<_>>().contains(&Refusal::ForeignCommand), "{state}, {from}");
+            }
+        }
+    }
 }
 
 /// Gives the bridge what node 20 and its fellows measure, and `status` of each node that is said to be there.

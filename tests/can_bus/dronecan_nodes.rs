@@ -5,7 +5,7 @@ use std::process::{Child, ChildStdout, Command, Output, Stdio};
 use std::time::Duration;
 
 use rotorbench::can::dronecan::NodeId;
-use rotorbench::guard::{OperatorAct, State};
+use rotorbench::guard::{Cause, OperatorAct, State};
 use rotorbench::runtime::operator;
 
 use crate::bus::Bus;
@@ -49,22 +49,15 @@ impl Drop for Reference {
 }
 
 fn text(output: &Output) -> String {
-    let [out, error] =
-        [&output.stdout, &output.stderr].map(|it| String::from_utf8_lossy(it).into_owned());
+    let [out, error] = [&output.stdout, &output.stderr].map(|it| String::from_utf8_lossy(it).into_owned());
     out + &error
 }
 
 /// Cells of the table's line that begins with `name`.
 fn cells(output: &Output, name: &str) -> Vec<String> {
     let text = text(output);
-    let mut lines = text.lines().map(|line| {
-        line.split_whitespace()
-            .map(str::to_owned)
-            .collect::<Vec<_>>()
-    });
-    lines
-        .find(|cells| cells.first().is_some_and(|it| it == name))
-        .unwrap_or_else(|| panic!("{text}"))
+    let mut lines = text.lines().map(|line| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>());
+    lines.find(|cells| cells.first().is_some_and(|it| it == name)).unwrap_or_else(|| panic!("{text}"))
 }
 
 /// `rotorbench dronecan ...`, again until the node answers: the emulator may not be there yet.
@@ -110,37 +103,22 @@ fn parameters_are_read_and_written_and_not_while_the_bench_is_armed() {
         let _emulator = bench.start(&["emulate", "--can", &bus.name, "--json"]);
         let all = asked(&bench, &["param", "20"]);
         assert!(all.status.success(), "{}", text(&all));
-        assert_eq!(
-            cells(&all, "esc_index")[..5],
-            ["esc_index", "0", "0", "0", "19"]
-        );
+        assert_eq!(cells(&all, "esc_index")[..5], ["esc_index", "0", "0", "0", "19"]);
         assert_eq!(cells(&all, "timeout_s")[1], "0.5");
         let written = asked(&bench, &["param", "20", "timeout_s", "0.125", "--save"]);
         assert!(written.status.success(), "{}", text(&written));
         assert_eq!(cells(&written, "timeout_s")[1..3], ["0.125", "0.5"]);
         for (arguments, said) in [
-            (
-                ["param", "20", "timeout_s", "9"],
-                "`timeout_s` takes 0.05 to 5: 9 is out of range",
-            ),
-            (
-                ["param", "20", "esc_index", "x"],
-                "`esc_index` is a whole number: `x` is none",
-            ),
-            (
-                ["param", "20", "gain", "1"],
-                "node 20 has no parameter `gain`",
-            ),
+            (["param", "20", "timeout_s", "9"], "`timeout_s` takes 0.05 to 5: 9 is out of range"),
+            (["param", "20", "esc_index", "x"], "`esc_index` is a whole number: `x` is none"),
+            (["param", "20", "gain", "1"], "node 20 has no parameter `gain`"),
         ] {
             let refused = asked(&bench, &arguments);
             assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
             assert!(text(&refused).contains(said), "{}", text(&refused));
         }
         let silent = bench.run(&["dronecan", "param", "99"]);
-        assert_eq!(
-            (silent.status.code(), text(&silent).trim()),
-            (Some(1), "node 99 does not answer")
-        );
+        assert_eq!((silent.status.code(), text(&silent).trim()), (Some(1), "node 99 does not answer"));
 
         let mut run = bench.start(&["run", "--json"]);
         let mut watcher = bench.watch();
@@ -148,16 +126,8 @@ fn parameters_are_read_and_written_and_not_while_the_bench_is_armed() {
         // Starting a program may have latched the guard here: it is not disarmed in any case.
         let refused = bench.run(&["dronecan", "param", "20", "timeout_s", "0.5"]);
         assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
-        assert!(
-            text(&refused).contains("parameters are written only while"),
-            "{}",
-            text(&refused)
-        );
-        assert!(
-            operator::act(&bench.config, OperatorAct::Disarm)
-                .expect("the bench runs")
-                .obeyed
-        );
+        assert!(text(&refused).contains("parameters are written only while"), "{}", text(&refused));
+        assert!(operator::act(&bench.config, OperatorAct::Disarm).expect("the bench runs").obeyed);
         let one = asked(&bench, &["param", "20", "timeout_s"]);
         assert_eq!(cells(&one, "timeout_s")[1], "0.125", "nothing was written");
         let written = asked(&bench, &["param", "20", "timeout_s", "0.5"]);
@@ -224,29 +194,15 @@ fn a_node_of_the_reference_says_and_takes_parameters_of_every_type() {
     assert_eq!(cells(&all, "label")[1], "left");
     assert_eq!(cells(&all, "poles")[1..5], ["-7", "-7", "-9", "9"]);
     assert_eq!(cells(&all, "zz_on")[1], "true");
-    for (name, value) in [
-        ("label", "right"),
-        ("poles", "9"),
-        ("zz_on", "false"),
-        ("gain", "-0.25"),
-    ] {
+    for (name, value) in [("label", "right"), ("poles", "9"), ("zz_on", "false"), ("gain", "-0.25")] {
         let written = asked(&bench, &["param", "60", name, value]);
         assert!(written.status.success(), "{}", text(&written));
         assert_eq!(cells(&written, name)[1], value);
     }
-    assert_eq!(
-        asked(&bench, &["param", "60", "poles", "10"]).status.code(),
-        Some(2)
-    );
+    assert_eq!(asked(&bench, &["param", "60", "poles", "10"]).status.code(), Some(2));
     assert!(asked(&bench, &["param", "60", "--save"]).status.success());
     let said = reference.line();
-    for part in [
-        "-0.25",
-        "'right'",
-        "'poles', 'integer_value', 9",
-        "'zz_on', 'boolean_value', ",
-        "[0]",
-    ] {
+    for part in ["-0.25", "'right'", "'poles', 'integer_value', 9", "'zz_on', 'boolean_value', ", "[0]"] {
         assert!(said.contains(part), "{said}");
     }
 }
@@ -281,11 +237,7 @@ fn the_reference_gives_a_bench_its_node_id_and_no_second_allocator_begins() {
     let mut reference = Reference::start(GIVES, &[&bus.name]);
     let refused = asked(&bench, &["allocate", "--seconds", "1"]);
     assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
-    assert!(
-        text(&refused).contains("node 126 gives node ids on this bus already"),
-        "{}",
-        text(&refused)
-    );
+    assert!(text(&refused).contains("node 126 gives node ids on this bus already"), "{}", text(&refused));
     let mut run = bench.start(&["run", "--json"]);
     let mut watcher = bench.watch();
     watcher.until("a guard", |it| it.sequence > 10);
@@ -297,10 +249,7 @@ fn the_reference_gives_a_bench_its_node_id_and_no_second_allocator_begins() {
         seen = reference.line();
     }
     say(&format!("the reference gave a node id and sees: {seen}"));
-    assert!(
-        seen.contains("(125, 'org.rotorbench.bridge')"),
-        "the highest free one: {seen}"
-    );
+    assert!(seen.contains("(125, 'org.rotorbench.bridge')"), "the highest free one: {seen}");
     run.signal(libc::SIGTERM);
     assert!(run.wait().success());
 }
@@ -340,12 +289,7 @@ fn our_allocator_gives_ids_to_the_reference_and_to_a_bench_and_remembers_them() 
     let bench = dynamic("dronecan-gives", &bus);
     let folder = tempfile::tempdir().expect("a folder");
     let table = folder.path().join("nodes.toml");
-    let serve = [
-        "dronecan",
-        "allocate",
-        "--table",
-        table.to_str().expect("UTF-8"),
-    ];
+    let serve = ["dronecan", "allocate", "--table", table.to_str().expect("UTF-8")];
     let unique = "00112233445566778899aabbccddeeff";
     let mut server = bench.start(&serve);
     let mut reference = Reference::start(ASKS_FOR_AN_ID, &[&bus.name, unique]);
@@ -355,12 +299,7 @@ fn our_allocator_gives_ids_to_the_reference_and_to_a_bench_and_remembers_them() 
     let mut watcher = bench.watch();
     watcher.until("a guard", |it| it.sequence > 10);
     let list = asked(&bench, &["list"]);
-    assert_eq!(
-        cells(&list, "124")[1],
-        "org.rotorbench.bridge",
-        "{}",
-        text(&list)
-    );
+    assert_eq!(cells(&list, "124")[1], "org.rotorbench.bridge", "{}", text(&list));
     run.signal(libc::SIGTERM);
     assert!(run.wait().success());
     server.signal(libc::SIGTERM);
@@ -368,10 +307,7 @@ fn our_allocator_gives_ids_to_the_reference_and_to_a_bench_and_remembers_them() 
     let said = server.output();
     assert!(said.contains(&format!("{unique} is node 125\n")), "{said}");
     let kept = std::fs::read_to_string(&table).expect("the table");
-    assert!(
-        kept.contains(&format!("{unique} = 125")) && kept.lines().count() == 2,
-        "{kept}"
-    );
+    assert!(kept.contains(&format!("{unique} = 125")) && kept.lines().count() == 2, "{kept}");
     // Another allocator with the same table, and the same two again.
     let mut server = bench.start(&serve);
     let mut reference = Reference::start(ASKS_FOR_AN_ID, &[&bus.name, unique]);
@@ -382,6 +318,27 @@ fn our_allocator_gives_ids_to_the_reference_and_to_a_bench_and_remembers_them() 
     assert_eq!(std::fs::read_to_string(&table).expect("the table"), kept);
 }
 
+/// Whatever their indices: each command of one holds a number for the ESCs of the other, and arming names nobody.
+#[test]
+fn of_two_benches_on_one_bus_both_latch_before_a_rotor_turns() {
+    let bus = Bus::new();
+    let one = bench("dronecan-one", &bus, 50.0);
+    let mut other = bench("dronecan-other", &bus, 50.0);
+    other.config.bus.dronecan.node_id = NodeId::Fixed(101);
+    other.config.bus.dronecan.esc_index = [2, 3];
+    std::fs::write(&other.file, toml::to_string(&other.config).expect("TOML")).expect("written");
+    let mut runs = [one.start(&["run", "--json"]), other.start(&["run", "--json"])];
+    for bench in [&one, &other] {
+        let mut watcher = bench.watch();
+        watcher.until("a latch", |it| it.state == State::FailsafeLatched as u32);
+        watcher.assert_latched(&[Cause::ForeignCommand]);
+    }
+    for run in &mut runs {
+        run.signal(libc::SIGTERM);
+        assert!(run.wait().success());
+    }
+}
+
 /// Nobody gives ids: the bench says so and ends, without a word on the bus but the question.
 #[test]
 fn a_bench_that_gets_no_node_id_says_so_and_ends() {
@@ -390,11 +347,7 @@ fn a_bench_that_gets_no_node_id_says_so_and_ends() {
     let mut port = bus.port();
     let run = bench.run(&["run", "--json"]);
     assert_eq!(run.status.code(), Some(2), "{}", text(&run));
-    assert!(
-        text(&run).contains("nobody gave this bench a node id within 10 s"),
-        "{}",
-        text(&run)
-    );
+    assert!(text(&run).contains("nobody gave this bench a node id within 10 s"), "{}", text(&run));
     std::thread::sleep(Duration::from_millis(20));
     let mut frames = Vec::new();
     port.receive(|arrival| {
@@ -404,8 +357,5 @@ fn a_bench_that_gets_no_node_id_says_so_and_ends() {
     })
     .expect("the bus is up");
     assert!((5..=20).contains(&frames.len()), "{frames:x?}");
-    assert!(
-        frames.iter().all(|id| id & 0x3FF == 0x100),
-        "requests without a sender's number: {frames:x?}"
-    );
+    assert!(frames.iter().all(|id| id & 0x3FF == 0x100), "requests without a sender's number: {frames:x?}");
 }

@@ -35,6 +35,8 @@ enum Purpose {
     Command {
         is_own_kind: bool,
     },
+    /// Somebody else says whether rotors may turn: ours, too, as it names none.
+    Arming,
 }
 
 /// The bridge's end of a bus on DroneCAN.
@@ -66,6 +68,7 @@ impl Bridge {
         all.push((bus.common.info_request(bus.node_id), Purpose::InfoRequest));
         all.push((bus.command.subscription, Purpose::Command { is_own_kind: true }));
         all.push((bus.other_command.subscription, Purpose::Command { is_own_kind: false }));
+        all.push((bus.common.arming, Purpose::Arming));
         let (subscriptions, purposes) = all.into_iter().unzip();
         Self {
             assembler: Assembler::new(subscriptions),
@@ -124,8 +127,11 @@ impl BridgeEnd for Bridge {
             }
             Some(Purpose::Command { is_own_kind }) => {
                 let command = if is_own_kind { &bus.command } else { &bus.other_command };
-                reaches(command, transfer.payload).then_some(Refusal::ForeignCommand)
+                // A command holds a number for each ESC from the first on, and so does ours: whoever commands any is in our way,
+                // or we in his.
+                command.first.read(transfer.payload).map(|_| Refusal::ForeignCommand)
             }
+            Some(Purpose::Arming) => (source != bus.node_id).then_some(Refusal::ForeignCommand),
             None => Some(Refusal::UnknownId),
         };
         refused.map_or(Decoded { updated: 0, refused: None }, |refusal| self.refuse(refusal))
@@ -188,11 +194,6 @@ impl BridgeEnd for Bridge {
     fn counts(&self) -> Counts {
         self.counts
     }
-}
-
-/// Whether a command is long enough for one of our rotors. One that is not speaks to others.
-fn reaches(command: &Commanding, payload: &[u8]) -> bool {
-    command.rotors.iter().any(|place| place.read(payload).is_some())
 }
 
 /// Takes the good values of a transfer.

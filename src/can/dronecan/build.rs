@@ -131,5 +131,6 @@ fn commanding(library: &Library, kind: CommandKind, own: &DronecanConfig) -> Res
     let rotors = [place(own.esc_index[0])?, place(own.esc_index[1])?];
     let length = rotors.iter().map(Place::end).max().unwrap_or(0).div_ceil(8);
     let subscription = Subscription::new(type_id, Kinship::Message, compound.signature, message.most_bits());
-    Ok(Commanding { name: type_name, field, unit, full, rotors, length, type_id, subscription })
+    let first = place(0)?;
+    Ok(Commanding { name: type_name, field, unit, full, rotors, first, length, type_id, subscription })
 }

@@ -19,6 +19,8 @@ pub(super) struct Commanding {
     pub full: f64,
     /// The number of each rotor in the message.
     pub rotors: [Place; ROTORS],
+    /// The first number in the message: a command without it commands nobody.
+    pub first: Place,
     /// [byte] of the message.
     pub length: usize,
     pub type_id: u16,
