@@ -2,7 +2,7 @@
 //! Frames, codec, counters, the bridge's wire and guard and the controller are the program's own.
 
 use rotorbench::bench::BenchConfig;
-use rotorbench::can::{Frame, ReceiverState, Roles, RotorCommands, SenderState};
+use rotorbench::can::{BridgeEnd, Frame, Protocol, ReceiverState, Roles, RotorCommands, SenderState};
 use rotorbench::emulate::{Emulator, EmulatorState, Impulse};
 use rotorbench::guard::{Cause, Guard, GuardState, OperatorAct, State};
 use rotorbench::recording::{RecordSender, Recorder};
@@ -16,6 +16,7 @@ use rotorbench::signal::{Applied, Command, ControlStep, GuardEvent, GuardStep, R
 use crate::bus::MemoryBus;
 use crate::fault::{Kind, Row, Who};
 use crate::injector::Injector;
+use crate::nodes::{self, Nodes};
 use crate::outcome::{Outcome, Track};
 
 /// [s] of a run; the fault comes in its second second.
@@ -32,16 +33,20 @@ pub struct Parts {
     pub period_ns: u64,
     pub hold: u64,
     pub maximum: f64,
+    /// Of a bench on DroneCAN, whose roles are then not used.
+    spoken: Option<Box<dyn Protocol>>,
+    flight_s: f64,
 }
 
 impl Parts {
     /// The built-in bench at `rate_hz`, with ESCs whose own timeout is the guard's hold, and somebody who strikes it.
-    pub fn new(rate_hz: u32, seed: u64) -> Self {
+    pub fn new(kind: Kind, rate_hz: u32, seed: u64) -> Self {
         let mut config = BenchConfig { period_s: 1.0 / f64::from(rate_hz), ..BenchConfig::default() };
         config.emulator.seed = seed;
         config.emulator.esc_timeout_s = config.guard.hold_s;
         config.emulator.impulse = vec![Impulse { at_s: 1.0, duration_s: 0.05, torque: 0.4 }];
         let guard = config.guard.build(config.period_s).expect("the built-in guard");
+        let is_dronecan = matches!(kind, Kind::Dronecan(_));
         Self {
             emulator: config.emulator.build().expect("the built-in plant"),
             roles: Roles::build(&config.bus, config.period_s).expect("the built-in bus"),
@@ -49,12 +54,18 @@ impl Parts {
             period_ns: 1_000_000_000 / u64::from(rate_hz),
             hold: u64::from(guard.hold_periods()),
             maximum: guard.limits().maximum,
+            spoken: is_dronecan.then(|| nodes::spoken(config.period_s)),
+            flight_s: if is_dronecan { nodes::FLIGHT_S } else { FLIGHT_S },
             guard,
         }
     }
 
     pub fn slots(&self) -> u64 {
-        (FLIGHT_S * 1e9) as u64 / self.period_ns
+        (self.flight_s * 1e9) as u64 / self.period_ns
+    }
+
+    fn bridge_end(&self) -> Box<dyn BridgeEnd> {
+        self.spoken.as_ref().map_or_else(|| self.roles.clone().into(), |spoken| spoken.bridge_end())
     }
 }
 
@@ -69,7 +80,7 @@ struct Bridge {
 impl Bridge {
     fn new(parts: &Parts, bus: &MemoryBus) -> Self {
         Self {
-            bus_io: BusIo::on(bus.clone(), parts.roles.clone(), LogQueue::new(16)),
+            bus_io: BusIo::on(bus.clone(), parts.bridge_end(), LogQueue::new(16)),
             guard: GuardState::new(),
             applied: Applied::default(),
             tripped: None,
@@ -85,6 +96,7 @@ struct World<'a> {
     sender: SenderState,
     receiver: ReceiverState,
     commands: RotorCommands,
+    nodes: Option<Nodes<'a>>,
     /// Frames on their way to the ESCs, with the slot in which they arrive.
     under_way: Vec<(u64, Frame)>,
     bridge: Bridge,
@@ -103,7 +115,7 @@ pub fn run_row(row: &Row, rate_hz: u32, seed: u64) -> Outcome {
 }
 
 fn fly_recorded(row: &Row, rate_hz: u32, seed: u64, recorder: Option<Recorder>) -> Outcome {
-    let parts = Parts::new(rate_hz, seed);
+    let parts = Parts::new(row.kind, rate_hz, seed);
     let mut injector = Injector::new(row, &parts, seed);
     let mut track = Track::new(row, &parts, injector.from);
     let bus = MemoryBus::new();
@@ -112,6 +124,11 @@ fn fly_recorded(row: &Row, rate_hz: u32, seed: u64, recorder: Option<Recorder>) 
         sender: parts.roles.sensor_sender(),
         receiver: parts.roles.command_receiver(),
         commands: RotorCommands::default(),
+        nodes: parts
+            .spoken
+            .as_deref()
+            .zip(row.kind.of_node())
+            .map(|(spoken, fault)| Nodes::new(spoken, fault, injector.from, parts.period_ns, ORIGIN_NS)),
         under_way: Vec::new(),
         bridge: Bridge::new(&parts, &bus),
         sensors: Sensors::default(),
@@ -170,6 +187,12 @@ impl World<'_> {
     /// ESCs and IMU send what they measured.
     fn measure(&mut self, slot: u64, now_ns: u64, injector: &mut Injector) {
         let seen = injector.seen(slot, *self.bench.sensors());
+        if let Some(nodes) = &mut self.nodes {
+            for frame in nodes.measure(slot, now_ns, &seen) {
+                self.bus.carry(now_ns, frame);
+            }
+            return;
+        }
         let messages = self.parts.roles.sensor_messages();
         for (index, message) in messages.iter().enumerate() {
             let Some(frame) = self.parts.roles.encode_sensors(&mut self.sender, index, &seen) else {
@@ -256,13 +279,20 @@ impl World<'_> {
             self.parts.emulator.command(&mut self.bench, [0.0; 2]);
             return;
         }
-        for (_, frame) in due {
-            let Self { parts, receiver, commands, bench, .. } = self;
-            let stamp_ns = ORIGIN_NS + bench.now_ns();
-            let updated = parts.roles.decode_commands(receiver, &frame, stamp_ns, commands).updated;
+        let Self { parts, receiver, commands, bench, nodes, .. } = self;
+        let stamp_ns = ORIGIN_NS + bench.now_ns();
+        let said = nodes.as_ref().and_then(|nodes| nodes.said_to_escs(slot));
+        for frame in due.into_iter().map(|(_, frame)| frame).chain(said) {
+            let updated = match nodes {
+                Some(nodes) => nodes.obey(slot, stamp_ns, &frame, commands),
+                None => parts.roles.decode_commands(receiver, &frame, stamp_ns, commands).updated,
+            };
             for rotor in (0..2).filter(|rotor| updated & (1 << rotor) != 0) {
                 parts.emulator.command_rotor(bench, rotor, commands.rotor[rotor]);
             }
+        }
+        if nodes.as_ref().is_some_and(|nodes| !nodes.may_turn(stamp_ns)) {
+            parts.emulator.command(bench, [0.0; 2]);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The rows of the matrix: what is done to the bench, and what must come of it.
 
 use crate::bus::Interface;
+use crate::nodes::NodeFault;
 
 /// Whose frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,6 +95,18 @@ pub enum Kind {
     Starved,
     /// The recorder's disk is full.
     RecorderStuck,
+    /// The bench on DroneCAN.
+    Dronecan(NodeFault),
+}
+
+impl Kind {
+    /// What goes wrong on DroneCAN, of a bench that speaks it.
+    pub fn of_node(self) -> Option<NodeFault> {
+        match self {
+            Self::Dronecan(fault) => Some(fault),
+            _ => None,
+        }
+    }
 }
 
 /// What must come of it, beyond what must be true of every row.
@@ -182,4 +195,14 @@ pub const ROWS: &[Row] = &[
     row("command stamped in the future", Kind::Controller(Wrong::FromTheFuture), Expect::Stops(2)),
     row("command stamped long ago", Kind::Controller(Wrong::Old), Expect::Stops(2)),
     row("recorder's disk full", Kind::RecorderStuck, Expect::RunsOn),
+    row("DroneCAN: none", Kind::Dronecan(NodeFault::Nothing), Expect::RunsOn),
+    row("DroneCAN: every node begins anew", Kind::Dronecan(NodeFault::Restarts), Expect::Either),
+    row("DroneCAN: checksums of one ESC wrong", Kind::Dronecan(NodeFault::Checksum), Expect::Stops(2)),
+    row("DroneCAN: toggle bits of the IMU wrong", Kind::Dronecan(NodeFault::Toggle), Expect::Stops(2)),
+    row("DroneCAN: second node with one ESC's number", Kind::Dronecan(NodeFault::Twice), Expect::StopsBy(4.0)),
+    row("DroneCAN: one ESC silent about how it is", Kind::Dronecan(NodeFault::Silent), Expect::StopsBy(3.1)),
+    row("DroneCAN: one ESC in health ERROR", Kind::Dronecan(NodeFault::Unwell), Expect::StopsBy(1.1)),
+    row("DroneCAN: ESCs report at 10 Hz", Kind::Dronecan(NodeFault::Slow), Expect::Either),
+    row("DroneCAN: ArmingStatus lost on its way", Kind::Dronecan(NodeFault::ArmingLost), Expect::StopsBy(2.1)),
+    row("DroneCAN: another node says that no rotor may turn", Kind::Dronecan(NodeFault::Disarmed), Expect::Stops(2)),
 ];

@@ -8,6 +8,7 @@ mod bus;
 mod disk;
 mod fault;
 mod injector;
+mod nodes;
 mod outcome;
 mod table;
 #[cfg(test)]

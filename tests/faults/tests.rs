@@ -77,6 +77,12 @@ fn faults_are_found_by_their_own_cause() {
         ("command stamped in the future", Cause::CommandFromFuture),
         ("command new, answers old sensors (hung)", Cause::CommandAnswersOldSensors),
         ("command from limit to limit each period", Cause::Oscillation),
+        ("DroneCAN: checksums of one ESC wrong", Cause::SignalStale),
+        ("DroneCAN: toggle bits of the IMU wrong", Cause::SignalStale),
+        ("DroneCAN: second node with one ESC's number", Cause::NodeIdTwice),
+        ("DroneCAN: one ESC silent about how it is", Cause::NodeSilent),
+        ("DroneCAN: one ESC in health ERROR", Cause::NodeUnhealthy),
+        ("DroneCAN: another node says that no rotor may turn", Cause::ForeignCommand),
     ] {
         for seed in SEED..SEED + 3 {
             let outcome: Outcome = run_row(named(name), 50, seed);
