@@ -117,7 +117,7 @@ fn of_law(
 /// Whether a formula takes off most of what is above the noise.
 fn explains(hit: &Hit, formula: &Formula) -> bool {
     let question = &hit.question;
-    let left = question.over_floor(question.start);
+    let left = question.over_floor(question.before);
     left > THRESHOLDS.least_left && question.explained(&formula.fitted) > THRESHOLDS.least_explained
 }
 
@@ -170,12 +170,12 @@ fn of_shape(mut answer: Discovery, hit: &Hit, shape: Option<Shaped>) -> Discover
     };
     // One step of Gauss and Newton says what it may do; the whole fit, what it does.
     let question = &hit.question;
-    let Some(refitted) = question.refit(&shape.place.law, &shape.place.score.coefficients) else {
+    let Some(refitted) = question.refit(&shape.place.law, &shape.place.score.coefficients, &[]) else {
         return answer;
     };
     let is_near = question.over_floor(&refitted.fitted) <= THRESHOLDS.shape_near_floor
         || question.explained(&refitted.fitted) > THRESHOLDS.shape_explained;
-    if !is_near || !question.gains(question.start, &refitted.fitted) {
+    if !is_near || !question.gains(question.before, &refitted.fitted) {
         return answer;
     }
     let channel = main_channel(question.found);
@@ -276,18 +276,12 @@ fn difference(one: &[f64], other: &[f64]) -> f64 {
     if size > 0.0 { most / size } else { 0.0 }
 }
 
-/// Whether two laws look at one and the same channel at one site.
-fn share_channel(one: &Law, other: &Law) -> bool {
-    let signals = |law: &Law| law.channels().iter().map(|it| it.signal).collect::<Vec<_>>();
-    one.site == other.site && signals(one) == signals(other)
-}
-
 fn others(hit: &Hit, formula: &Formula, channel: usize) -> Vec<OtherLaw> {
     let question = &hit.question;
     let own = formula.law.coefficients_in(&formula.fitted.model, question.id);
     let of = |other: &Formula| {
         let coefficients = other.law.coefficients_in(&other.fitted.model, question.id);
-        let same = share_channel(&formula.law, &other.law);
+        let same = formula.law.shares_place(&other.law);
         let visited = formula.law.channels().first().map(|it| spaced(it.low, it.high)).filter(|_| same);
         let both = visited
             .and_then(|at| Some((along(&formula.law, &own, &at)?, along(&other.law, &coefficients, &at)?)));
@@ -313,7 +307,7 @@ const BEYOND: f64 = 0.5;
 fn tell_apart(hit: &Hit, formula: &Formula) -> Option<TellApart> {
     let other = hit.others.first()?;
     let channels = formula.law.channels();
-    if !share_channel(&formula.law, &other.law) || channels.len() > 1 {
+    if !formula.law.shares_place(&other.law) || channels.len() > 1 {
         let mut all = names(channels.into_iter());
         let more = names(other.law.channels().into_iter());
         all.extend(more.into_iter().filter(|name| !formula.law.channels().iter().any(|it| it.log == name)));

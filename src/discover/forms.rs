@@ -28,9 +28,19 @@ fn part(text: &'static str, x: f64, y: f64) -> Part {
     Part { text: text.into(), powers: [x, y] }
 }
 
-/// A number in a unit that is the channel's to a power.
-fn inner(letter: char, value: f64, bounds: (f64, f64), (channel, power): (&Channel, f64)) -> Inner {
-    Inner { letter, value, bounds, unit: over("-", &[(channel.unit, -power)]) }
+/// A number in a unit that is the channel's to a power; values are tried twice `step` apart.
+fn inner(
+    letter: char,
+    (value, step): (f64, f64),
+    bounds: (f64, f64),
+    (channel, power): (&Channel, f64),
+) -> Inner {
+    Inner { letter, value, step, bounds, unit: over("-", &[(channel.unit, -power)]) }
+}
+
+/// A size that is tried at values of which each is some times the one before.
+fn sized(value: f64) -> (f64, f64) {
+    (value, 0.5 * value)
 }
 
 /// Terms of one channel; `lines` [rad/s] are frequencies that the residual has.
@@ -62,12 +72,15 @@ type Own<'a> = &'a dyn Fn(&'static str, Vec<Part>, Vec<Inner>) -> Term;
 fn of_time(channel: &Channel, lines: &[f64], own: Own) -> Vec<Term> {
     let range = channel.range();
     let mut terms = vec![own("drift", vec![part("$x", 1.0, 0.0)], Vec::new())];
+    // The clock of a log need not begin when the drift did.
+    let since = inner('a', (0.0, range), (-10.0 * range, 10.0 * range), (channel, 1.0));
+    terms.push(own("drift_since", vec![part("($x-$a)", 1.0, 0.0)], vec![since]));
     terms.extend(WARM_UPS.iter().map(|share| {
-        let inner = inner('a', share * range, (1e-3 * range, 3.0 * range), (channel, 1.0));
+        let inner = inner('a', sized(share * range), (1e-3 * range, 3.0 * range), (channel, 1.0));
         own("warm_up", vec![part("exp(-$x/$a)", 0.0, 0.0)], vec![inner])
     }));
     terms.extend(lines.iter().map(|line| {
-        let inner = inner('w', *line, (0.9 * line, 1.1 * line), (channel, -1.0));
+        let inner = inner('w', (*line, 1.0 / range), (0.9 * line, 1.1 * line), (channel, -1.0));
         own("line", vec![part("sin($w*$x)", 0.0, 0.0), part("cos($w*$x)", 0.0, 0.0)], vec![inner])
     }));
     terms
@@ -83,14 +96,14 @@ fn of_signed(channel: &Channel, own: Own) -> Vec<Term> {
         own("signed_root_cube", vec![part("$x*sqrt(abs($x))", 1.5, 0.0)], Vec::new()),
     ];
     for width in WIDTHS {
-        let a = inner('a', width * size, (1e-3 * size, 5.0 * size), (channel, 1.0));
+        let a = inner('a', sized(width * size), (1e-3 * size, 5.0 * size), (channel, 1.0));
         terms.push(own("saturation", vec![part("tanh($x/$a)", 0.0, 0.0)], vec![a.clone()]));
-        let b = inner('b', 3.0 * width * size, (1e-2 * size, 5.0 * size), (channel, 1.0));
-        let sharp = Inner { value: WIDTHS[0] * size, ..a };
+        let b = inner('b', sized(3.0 * width * size), (1e-2 * size, 5.0 * size), (channel, 1.0));
+        let sharp = Inner { value: WIDTHS[0] * size, step: 0.5 * WIDTHS[0] * size, ..a };
         terms.push(own("stribeck", vec![part("tanh($x/$a)*exp(-($x/$b)^2)", 0.0, 0.0)], vec![sharp, b]));
     }
     for share in TENTHS {
-        let a = inner('a', share * size, (0.0, size), (channel, 1.0));
+        let a = inner('a', (share * size, 0.05 * size), (0.0, size), (channel, 1.0));
         let text = "signum($x)*max(abs($x)-$a,0)";
         terms.push(own("dead_zone", vec![part(text, 1.0, 0.0)], vec![a]));
     }
@@ -102,14 +115,14 @@ fn of_range(channel: &Channel, own: Own) -> Vec<Term> {
     let (low, range) = (channel.low, channel.range());
     let mut terms = Vec::new();
     for share in TENTHS {
-        let a = inner('a', low + share * range, (low, channel.high), (channel, 1.0));
+        let a = inner('a', (low + share * range, 0.05 * range), (low, channel.high), (channel, 1.0));
         terms.push(own("rising_ramp", vec![part("max($x-$a,0)", 1.0, 0.0)], vec![a.clone()]));
         terms.push(own("falling_ramp", vec![part("max($a-$x,0)", 1.0, 0.0)], vec![a.clone()]));
-        let b = inner('b', 0.02 * range, (1e-3 * range, 0.3 * range), (channel, 1.0));
+        let b = inner('b', sized(0.02 * range), (1e-3 * range, 0.3 * range), (channel, 1.0));
         let text = "(0.5+0.5*tanh(($x-$a)/$b))";
         terms.push(own("threshold", vec![part(text, 0.0, 0.0)], vec![a.clone(), b]));
         for width in PEAKS {
-            let b = inner('b', width * range, (5e-3 * range, range), (channel, 1.0));
+            let b = inner('b', sized(width * range), (5e-3 * range, range), (channel, 1.0));
             let text = "exp(-(($x-$a)/$b)^2)";
             terms.push(own("peak", vec![part(text, 0.0, 0.0)], vec![a.clone(), b]));
         }
@@ -122,7 +135,8 @@ fn waves(channel: &Channel, own: Own) -> Vec<Term> {
     let mut terms = Vec::new();
     for step in WAVES {
         let number = 2.0 * PHASE_STEP * step as f64 / channel.range();
-        let n = inner('n', number, (0.5 * number, 1.5 * number), (channel, -1.0));
+        let n =
+            inner('n', (number, PHASE_STEP / channel.range()), (0.5 * number, 1.5 * number), (channel, -1.0));
         let (sine, cosine) = (part("sin($n*$x)", 0.0, 0.0), part("cos($n*$x)", 0.0, 0.0));
         terms.push(own("wave", vec![sine.clone(), cosine.clone()], vec![n.clone()]));
         if channel.is_signed {
@@ -149,17 +163,22 @@ pub(crate) fn of_two(first: &Channel, second: &Channel) -> Vec<Term> {
         terms.push(own("product_of_absolute", "abs($x)*$y", [1.0, 1.0], Vec::new()));
         let size = first.size();
         for width in WIDTHS {
-            let a = inner('a', width * size, (1e-3 * size, 5.0 * size), (first, 1.0));
+            let a = inner('a', sized(width * size), (1e-3 * size, 5.0 * size), (first, 1.0));
             terms.push(own("product_of_saturation", "tanh($x/$a)*$y", [0.0, 1.0], vec![a.clone()]));
             terms.push(own("product_of_peak", "exp(-($x/$a)^2)*$y", [0.0, 1.0], vec![a]));
         }
         for share in TENTHS {
-            let a = inner('a', share * size, (0.0, size), (first, 1.0));
+            let a = inner('a', (share * size, 0.05 * size), (0.0, size), (first, 1.0));
             terms.push(own("product_of_dead_zone", "max(abs($x)-$a,0)*$y", [1.0, 1.0], vec![a]));
         }
     }
     for share in TENTHS {
-        let a = inner('a', first.low + share * first.range(), (first.low, first.high), (first, 1.0));
+        let a = inner(
+            'a',
+            (first.low + share * first.range(), 0.05 * first.range()),
+            (first.low, first.high),
+            (first, 1.0),
+        );
         terms.push(own("product_of_ramp", "max($x-$a,0)*$y", [1.0, 1.0], vec![a]));
     }
     terms
@@ -174,15 +193,20 @@ pub(crate) fn of_memory(site: Site, channel: &Channel) -> Vec<Term> {
         channels: vec![channel.clone()],
     };
     let range = channel.range();
-    let play = |share: &f64| inner('a', share * range, (1e-4 * range, 0.5 * range), (channel, 1.0));
+    let play = |share: &f64| inner('a', sized(share * range), (1e-4 * range, 0.5 * range), (channel, 1.0));
     match site {
         Site::Command => PLAYS.iter().map(|share| own("play", "(play($x,$a)-$x)", play(share))).collect(),
         Site::Torque => {
             PLAYS.iter().map(|share| own("hysteresis", "(play($x,$a)-$x)", play(share))).collect()
         }
         Site::SteadyRate => {
-            let lag =
-                |span: &f64| Inner { letter: 'a', value: *span, bounds: LAGS_WITHIN, unit: "s".to_owned() };
+            let lag = |span: &f64| Inner {
+                letter: 'a',
+                value: *span,
+                step: 0.5 * span,
+                bounds: LAGS_WITHIN,
+                unit: "s".to_owned(),
+            };
             LAGS.iter().map(|span| own("creep", "(lag($x,$a)-$x)", lag(span))).collect()
         }
         _ => Vec::new(),

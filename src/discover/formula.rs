@@ -1,13 +1,16 @@
 //! Formulas refitted by output error through the whole simulation, everything else beside them.
 
 use super::law::Law;
+use super::linear::Numbers;
 use super::thresholds::THRESHOLDS;
 use crate::diagnose::candidate_fit::CandidateFit;
 use crate::diagnose::candidate_set::Candidate;
 use crate::diagnose::data_split::DataSplit;
 use crate::diagnose::model_selection::{floor, joint_floors, loss, over_floor, shortfall};
+use crate::diagnose::problem::Problem;
 use crate::diagnose::search_result::SearchResult;
 use crate::diagnose::search_space::Search;
+use crate::effect::Site;
 use crate::model::{Effect, Model};
 
 /// A block in which something is missing, and the fit from which laws start.
@@ -21,6 +24,8 @@ pub(crate) struct Question<'a> {
     pub found: &'a SearchResult,
     /// The block's fit that a law is added to.
     pub start: &'a CandidateFit,
+    /// The fit that a law must do better than.
+    pub before: &'a CandidateFit,
     /// Id of the law.
     pub id: &'a str,
 }
@@ -44,6 +49,27 @@ impl WithLaw {
     /// The search in which the law is one of the effects.
     pub fn search(&self) -> Search<'_> {
         Search { base: &self.base, known: &self.known, eligible: Vec::new(), progress: &|_| () }
+    }
+
+    /// The model that the law is added to, its own numbers at those of the values that are nearest to the data with the law.
+    fn nearest(&self, question: &Question, numbers: &[Numbers]) -> Model {
+        let at = |numbers: &Numbers| {
+            let mut model = self.from.clone();
+            numbers.iter().for_each(|(name, value)| model.set_parameter(name, *value));
+            model
+        };
+        let cost = |model: &Model| {
+            let with = self.known.last().map_or_else(|| model.clone(), |law| model.with(law));
+            let inside: Vec<&Effect> = self.known.iter().filter(|effect| with.has(&effect.id)).collect();
+            let cost =
+                Problem::new(&question.split().train, with.clone(), Vec::new(), &inside).cost_of(&with);
+            if cost.is_finite() { cost } else { f64::INFINITY }
+        };
+        let mut models: Vec<Model> = numbers.iter().map(at).collect();
+        models.push(self.from.clone());
+        let costs: Vec<f64> = models.iter().map(cost).collect();
+        let best = (0..models.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b]));
+        best.map_or_else(|| self.from.clone(), |index| models.swap_remove(index))
     }
 }
 
@@ -82,14 +108,16 @@ impl<'a> Question<'a> {
         Some(WithLaw { base, from, known })
     }
 
-    /// The law beside everything else, refitted through the simulation.
-    pub fn refit(&self, law: &Law, coefficients: &[f64]) -> Option<Formula> {
+    /// The law beside everything else, refitted through the simulation, from the best of these values of the model's own numbers and
+    /// those of the start.
+    pub fn refit(&self, law: &Law, coefficients: &[f64], numbers: &[Numbers]) -> Option<Formula> {
         let models = self.with_law(law, coefficients)?;
         let search = models.search();
         let base_names = self.split().base_parameters(self.model);
         let ids: Vec<String> = self.start.effects.iter().cloned().chain([self.id.to_owned()]).collect();
-        let candidate = search.candidate(&models.from, &ids, &base_names);
-        let fitted = Candidate { without: Some(self.start.fit.cost), ..candidate }.run(self.split());
+        let from = models.nearest(self, numbers);
+        let candidate = search.candidate(&from, &ids, &base_names);
+        let fitted = Candidate { without: Some(self.before.fit.cost), ..candidate }.run(self.split());
         let law = law.at(&fitted.model, self.id);
         fitted.held_out.cost.is_finite().then_some(Formula { law, fitted })
     }
@@ -104,10 +132,10 @@ impl<'a> Question<'a> {
         over_floor(self.split(), fitted, &joint_floors(self.split(), fitted)).0
     }
 
-    /// Share of the held-out squared error above the noise that a fit takes off what the start leaves.
+    /// Share of the held-out squared error above the noise that a fit takes off what there was before.
     pub fn explained(&self, fitted: &CandidateFit) -> f64 {
         let split = self.split();
-        let (before, after) = (self.start.validate(split), fitted.validate(split));
+        let (before, after) = (self.before.validate(split), fitted.validate(split));
         let room = before - floor(split, &joint_floors(split, fitted));
         if room > 0.0 { ((before - after) / room).clamp(0.0, 1.0) } else { 0.0 }
     }
@@ -119,9 +147,14 @@ impl<'a> Question<'a> {
         share > THRESHOLDS.term_gain && shortfall(split, before, after).is_none()
     }
 
-    /// Whether each of a formula's coefficients differs from none.
+    /// Whether each of a formula's coefficients differs from none, and no size in it is as large as it may be: then the formula is
+    /// another one, of which the data show the beginning.
     pub fn is_determined(&self, formula: &Formula) -> bool {
         let model = &formula.fitted.model;
+        let mut inner = formula.law.terms.iter().flat_map(|term| &term.inner);
+        if inner.any(|it| it.is_size() && it.value > THRESHOLDS.at_bound * it.bounds.1) {
+            return false;
+        }
         let differs = |name: &String| {
             let name = format!("{}.{name}", self.id);
             match (model.parameter(&name), model.standard_errors.get(&name)) {
@@ -153,15 +186,28 @@ pub(crate) fn simplest(question: &Question, mut formulas: Vec<Formula>) -> Optio
     formulas.retain(|formula| question.is_determined(formula));
     let loss = |formula: &Formula| question.loss(&formula.fitted);
     formulas.sort_by(|a, b| loss(a).total_cmp(&loss(b)));
-    let best = formulas.first()?;
-    let limit = loss(best) * (1.0 + question.tolerance(&best.fitted));
-    formulas.retain(|formula| loss(formula) <= limit);
+    let best = formulas.first()?.clone();
+    let limit = loss(&best) * (1.0 + question.tolerance(&best.fitted));
+    // At another place it is another claim: there it must not be beaten from stretch to stretch, however little.
+    let is_beaten = |formula: &Formula| {
+        !formula.law.shares_place(&best.law)
+            && formula.fitted.consistency(&best.fitted) > THRESHOLDS.steadily_better
+    };
+    formulas.retain(|formula| loss(formula) <= limit && !is_beaten(formula));
     // As many numbers: what fits better. One more number must show.
     let order = |formula: &Formula| (formula.law.numbers(), formula.law.channels().len());
-    let index = (0..formulas.len()).min_by(|a, b| {
-        let (a, b) = (&formulas[*a], &formulas[*b]);
-        order(a).cmp(&order(b)).then(loss(a).total_cmp(&loss(b)))
-    })?;
+    let least = |formulas: &[Formula], is_asked: &dyn Fn(&Law) -> bool| {
+        let asked = (0..formulas.len()).filter(|index| is_asked(&formulas[*index].law));
+        asked.min_by(|a, b| {
+            let (a, b) = (&formulas[*a], &formulas[*b]);
+            order(a).cmp(&order(b)).then(loss(a).total_cmp(&loss(b)))
+        })
+    };
+    let mut index = least(&formulas, &|_| true)?;
+    // What a body feels by the torque that its rotors make, it feels from them: where thrust does as well, it is the thrust.
+    if formulas[index].law.is_by_torque() {
+        index = least(&formulas, &|law| law.site == Site::Thrust).unwrap_or(index);
+    }
     let simplest = formulas.remove(index);
     Some((simplest, formulas))
 }

@@ -14,9 +14,18 @@ pub(crate) struct Inner {
     pub letter: char,
     /// In the unit of the channel (or over it).
     pub value: f64,
+    /// In the same: half of how far apart values are tried.
+    pub step: f64,
     pub bounds: (f64, f64),
     /// Its SI unit.
     pub unit: String,
+}
+
+impl Inner {
+    /// Whether it is a width or a time, and no place along a channel: it may be of any order of magnitude.
+    pub fn is_size(&self) -> bool {
+        self.bounds.0 > 0.0 && self.bounds.1 > 10.0 * self.bounds.0
+    }
 }
 
 /// A part of a term: a function of its channels, with the powers of their units that it has.
@@ -121,6 +130,11 @@ impl Term {
         ["play", "creep", "hysteresis"].contains(&self.form)
     }
 
+    /// Whether it swings along its channel.
+    pub fn is_wave(&self) -> bool {
+        ["wave", "sine", "cosine"].contains(&self.form)
+    }
+
     /// Its expression in term `index`.
     fn expression(&self, index: usize) -> String {
         let part = |(part, name): (&Part, String)| format!("{name}*{}", self.written(part, index));
@@ -180,6 +194,17 @@ impl Law {
             }
         }
         channels
+    }
+
+    /// Whether it looks at the same channels at the same site.
+    pub fn shares_place(&self, other: &Self) -> bool {
+        let signals = |law: &Self| law.channels().iter().map(|it| it.signal).collect::<Vec<_>>();
+        self.site == other.site && signals(self) == signals(other)
+    }
+
+    /// Whether it acts on the body by nothing but the torque that the rotors make.
+    pub fn is_by_torque(&self) -> bool {
+        self.site == Site::Torque && self.channels().iter().all(|channel| channel.signal == "torque")
     }
 
     /// What it adds, as an expression.

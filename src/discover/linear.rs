@@ -6,12 +6,14 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector};
 
 use super::law::{Law, usual_size};
+use super::measured_path::{Torques, torques, with_torques};
 use super::thresholds::THRESHOLDS;
 use crate::cancel;
 use crate::diagnose::block_data::BlockData;
 use crate::diagnose::candidate_fit::CandidateFit;
 use crate::diagnose::data_split::DataSplit;
 use crate::diagnose::problem::Problem;
+use crate::effect::Site;
 use crate::estimation::normal_equations::{dot, orthonormal, remove};
 use crate::estimation::output_error::OutputError;
 use crate::model::{Effect, Model};
@@ -26,6 +28,9 @@ const NUMBER_STEP: f64 = 1e-6;
 /// The residuals of the data fitted on, and of those held out.
 pub(crate) type Both = [Vec<f64>; 2];
 
+/// Numbers of a model by name.
+pub(crate) type Numbers = Vec<(String, f64)>;
+
 /// A block and its data under a model that has been fitted.
 pub(crate) struct Linear<'a> {
     model: &'a Model,
@@ -33,6 +38,8 @@ pub(crate) struct Linear<'a> {
     data: [BlockData; 2],
     locals: [Vec<f64>; 2],
     base: Both,
+    /// The model's own numbers that are free.
+    names: Vec<String>,
     pairs: Vec<[Plane; 2]>,
 }
 
@@ -53,6 +60,8 @@ pub(crate) struct Score {
     pub held_out: f64,
     /// The law's coefficients (of the first fold).
     pub coefficients: Vec<f64>,
+    /// By how much the model's own free numbers move beside them.
+    pub steps: Vec<f64>,
     /// Their variance, as far as white noise of the residuals' size goes.
     pub variances: Vec<f64>,
     /// The held-out residuals, of all folds.
@@ -89,8 +98,10 @@ impl<'a> Linear<'a> {
         let locals = [of(&data[0], &fitted.fit.locals), of(&data[1], &fitted.held_out.locals)];
         let both = |index: usize| residuals(&problem(&data[index], model, &[], known), &[], &locals[index]);
         let base = [both(0), both(1)];
-        let mut linear = Self { model, known, data, locals, base, pairs: Vec::new() };
-        let nuisance: Vec<Both> = names.iter().filter_map(|name| linear.number_column(name)).collect();
+        let mut linear = Self { model, known, data, locals, base, names: Vec::new(), pairs: Vec::new() };
+        let columns = names.iter().filter_map(|name| Some((name.clone(), linear.number_column(name)?)));
+        let (names, nuisance): (Vec<String>, Vec<Both>) = columns.unzip();
+        linear.names = names;
         let local_columns = [linear.local_columns(0), linear.local_columns(1)];
         let is_short = !is_long && !split.folds.is_empty();
         let plane = |index: usize, counts: Vec<bool>| {
@@ -136,42 +147,62 @@ impl<'a> Linear<'a> {
         (0..count).map(of).collect()
     }
 
-    /// How they move by each coefficient of a law, its inner numbers held; `None` where it has no value on these data.
+    /// How they move by each coefficient of a law, its inner numbers held; `None` where it has no value on these data. A law that adds
+    /// to the torque does so along the path that was measured, others in the simulation.
     pub fn columns(&self, law: &Law) -> Option<Vec<Both>> {
         let names = law.coefficient_names();
         let count = names.len();
+        // Behind a delay of the torque what a law adds at the pivot is not to be late.
+        let is_late = self.model.equations().is_ok_and(|equations| equations.has_torque_stream());
+        let along = |coefficient: usize| -> Option<[Torques; 2]> {
+            let of = |data: &BlockData| torques(data, self.model, law, coefficient).filter(|_| !is_late);
+            Some([of(&self.data[0])?, of(&self.data[1])?])
+        };
+        if let Some(torques) = (0..count).map(along).collect::<Option<Vec<_>>>() {
+            let column = |torques: &[Torques; 2]| {
+                self.column(law.site, self.model, &|step, index| {
+                    let data = with_torques(&self.data[index], &torques[index], step);
+                    residuals(&problem(&data, self.model, &[], self.known), &[], &self.locals[index])
+                })
+            };
+            return torques.iter().map(column).collect();
+        }
         let mut model = self.model.clone();
         model.user_effects.push(law.user_effect(TRIED, &vec![0.0; count]));
         let effect = model.effect(TRIED).ok()?;
         let model = model.with(&effect);
-        let largest = |column: &[f64]| column.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-        let mut columns = Vec::new();
-        for name in names {
-            cancel::check();
+        let column = |name: String| {
             let names = [format!("{TRIED}.{name}")];
-            // A coefficient's size is not known before: what it does says how far it may go.
-            let mut step = STEP * usual_size(law.site, &model);
-            let mut both: Option<Both> = None;
-            for _ in 0..2 {
-                let found = [0, 1].map(|index| {
-                    let problem = problem(&self.data[index], &model, &names, self.known);
-                    quotient(&residuals(&problem, &[step], &self.locals[index]), &self.base[index], step)
-                });
-                let most = largest(&found[0]).max(largest(&found[1]));
-                if !most.is_finite() || most == 0.0 {
-                    return None;
-                }
-                both = Some(found);
-                let wanted = THRESHOLDS.put_on / most;
-                let within = THRESHOLDS.put_on_within;
-                if (within.recip()..within).contains(&(step / wanted)) {
-                    break;
-                }
-                step = wanted;
+            self.column(law.site, &model, &|step, index| {
+                let problem = problem(&self.data[index], &model, &names, self.known);
+                residuals(&problem, &[step], &self.locals[index])
+            })
+        };
+        names.into_iter().map(column).collect()
+    }
+
+    /// How the residuals move by a coefficient; `moved` gives them with so much of it on.
+    fn column(&self, site: Site, model: &Model, moved: &dyn Fn(f64, usize) -> Vec<f64>) -> Option<Both> {
+        cancel::check();
+        let largest = |column: &[f64]| column.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        // A coefficient's size is not known before: what it does says how far it may go.
+        let mut step = STEP * usual_size(site, model);
+        let mut both: Option<Both> = None;
+        for _ in 0..2 {
+            let found = [0, 1].map(|index| quotient(&moved(step, index), &self.base[index], step));
+            let most = largest(&found[0]).max(largest(&found[1]));
+            if !most.is_finite() || most == 0.0 {
+                return None;
             }
-            columns.push(both?);
+            both = Some(found);
+            let wanted = THRESHOLDS.put_on / most;
+            let within = THRESHOLDS.put_on_within;
+            if (within.recip()..within).contains(&(step / wanted)) {
+                break;
+            }
+            step = wanted;
         }
-        Some(columns)
+        both
     }
 
     /// What a step with these columns does.
@@ -180,6 +211,7 @@ impl<'a> Linear<'a> {
             train: 0.0,
             held_out: 0.0,
             coefficients: Vec::new(),
+            steps: Vec::new(),
             variances: Vec::new(),
             residuals: Vec::new(),
         };
@@ -201,10 +233,27 @@ impl<'a> Linear<'a> {
             if score.coefficients.is_empty() {
                 let own = pair[0].nuisance.len();
                 score.coefficients = solution[own..].to_vec();
+                score.steps = solution[..own].to_vec();
                 score.variances = variances[own..].to_vec();
             }
         }
         (score.train.is_finite() && score.held_out.is_finite()).then_some(score)
+    }
+
+    /// The model's own free numbers as they are and where a step puts them: as they go, and as their reciprocals do, of which a body's
+    /// motion is linear in its inertia. None changes its sign.
+    pub fn numbers_after(&self, score: &Score) -> [Numbers; 3] {
+        let moved = |go: &dyn Fn(f64, f64) -> f64| -> Numbers {
+            let pairs = self.names.iter().zip(&score.steps);
+            let number = |(name, step): (&String, &f64)| {
+                let value = self.model.parameter(name)?;
+                let after = go(value, *step);
+                Some((name.clone(), if after * value > 0.0 && after.is_finite() { after } else { value }))
+            };
+            pairs.filter_map(number).collect()
+        };
+        let reciprocal = |value: f64, step: f64| value / (1.0 - step / value);
+        [moved(&|value, _| value), moved(&|value, step| value + step), moved(&reciprocal)]
     }
 
     /// The columns of what moves nothing.

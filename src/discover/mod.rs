@@ -12,7 +12,9 @@ mod formula;
 mod law;
 mod linear;
 mod lines;
+mod measured_path;
 mod places;
+mod polish;
 mod search;
 pub mod thresholds;
 
@@ -50,7 +52,8 @@ pub fn discover(
     let known = model.known_effects()?;
     let id = free_id(model);
     let found = &searched.found[index];
-    let question = Question { model, known: &known, found, start: &found.refitted, id: &id };
+    let question =
+        Question { model, known: &known, found, start: &found.refitted, before: &found.refitted, id: &id };
     let hit = search::search(&question, progress);
     Ok(assemble::conclude(
         &question,

@@ -7,8 +7,10 @@ use super::law::{Law, Term};
 use super::linear::{Linear, Score};
 use super::lines::lines;
 use super::places::{Place, PlaceScore, confidence, scores};
+use super::polish::polished;
 use super::thresholds::THRESHOLDS;
 use crate::diagnose::Event;
+use crate::diagnose::candidate_fit::CandidateFit;
 use crate::effect::Site;
 use crate::model::Effect;
 use crate::threads::spread;
@@ -39,13 +41,21 @@ impl Hit<'_> {
     }
 }
 
-/// Beside the refitted base; and where that does not come to the noise, beside what the catalogue explains a part with.
+/// Beside the refitted base; and where that does not come to the noise, beside the base as it is, and beside what the catalogue
+/// explains a part with.
 pub(crate) fn search<'a>(question: &Question<'a>, progress: &(dyn Fn(Event) + Sync)) -> Hit<'a> {
-    let alone = from_start(*question, progress);
+    let mut alone = from_start(*question, progress);
+    if !alone.reaches() && has_moved(question) {
+        // A number that went far off took up a part of what is missing: beside it no law is what it is.
+        let found = question.found;
+        let as_it_is = from_start(Question { start: &found.nominal, ..*question }, progress);
+        alone = if as_it_is.loss() < alone.loss() { as_it_is } else { alone };
+    }
     if alone.reaches() || question.found.answer.effects.is_empty() {
         return alone;
     }
-    let beside = from_start(Question { start: &question.found.answer, ..*question }, progress);
+    let answer = &question.found.answer;
+    let beside = from_start(Question { start: answer, before: answer, ..*question }, progress);
     // What needs effects of the catalogue beside it must do the better for them.
     let is_better = beside.loss() < (1.0 - THRESHOLDS.term_gain) * alone.loss();
     match beside.formula.as_ref().filter(|_| is_better) {
@@ -59,12 +69,23 @@ pub(crate) fn search<'a>(question: &Question<'a>, progress: &(dyn Fn(Event) + Sy
     }
 }
 
+/// Whether a number of the base went far off when it was refitted.
+fn has_moved(question: &Question) -> bool {
+    let names = question.split().base_parameters(question.model);
+    let value = |fitted: &CandidateFit, name: &String| fitted.model.parameter(name).unwrap_or(0.0);
+    names.iter().any(|name| {
+        let [now, own] =
+            [&question.found.refitted, &question.found.nominal].map(|fitted| value(fitted, name));
+        (now - own).abs() > THRESHOLDS.moved_base * own.abs()
+    })
+}
+
 /// A formula that was found beside effects of the catalogue, refitted without them, where it does as well: they only stood in for it.
 fn without_effects(question: &Question, formula: &Formula, beside: &Hit) -> Option<Formula> {
     let coefficients = formula.law.coefficients_in(&formula.fitted.model, question.id);
-    let plain = question.refit(&formula.law, &coefficients)?;
+    let plain = question.refit(&formula.law, &coefficients, &[])?;
     let limit = beside.loss() * (1.0 + question.tolerance(&formula.fitted).max(THRESHOLDS.term_gain));
-    let gains = question.gains(question.start, &plain.fitted) && question.is_determined(&plain);
+    let gains = question.gains(question.before, &plain.fitted) && question.is_determined(&plain);
     (gains && question.loss(&plain.fitted) <= limit).then_some(plain)
 }
 
@@ -92,7 +113,7 @@ fn from_start<'a>(question: Question<'a>, progress: &(dyn Fn(Event) + Sync)) -> 
     let tried: Vec<&Place> =
         promising.iter().map(|it| &it.place).filter(|it| it.channels.len() == 1).collect();
     let tried: Vec<&Place> = tried.into_iter().chain(&times).chain(&pairs).collect();
-    let laws = [laws(&tried, &found_lines), remembering(&outlooks)].concat();
+    let laws = [laws(&tried, &found_lines), waves(&outlooks, &tried), remembering(&outlooks)].concat();
     let formulas = refitted(&question, &linear, &laws, progress);
     let (mut formula, mut others) = match simplest(&question, formulas) {
         Some((formula, others)) => (Some(formula), others),
@@ -108,8 +129,8 @@ fn from_start<'a>(question: Question<'a>, progress: &(dyn Fn(Event) + Sync)) -> 
         };
         (formula, others) = (Some(better), beside);
     }
-    let formula = formula.filter(|it| question.gains(question.start, &it.fitted));
-    let confidence = how_sure(formula.as_ref(), &places);
+    let formula = formula.filter(|it| question.gains(question.before, &it.fitted));
+    let confidence = how_sure(formula.as_ref(), &others, &places);
     Hit { question, formula, others, places, without: Some(without), confidence }
 }
 
@@ -155,6 +176,13 @@ fn laws(places: &[&Place], lines: &[f64]) -> Vec<Law> {
     places.iter().flat_map(of).collect()
 }
 
+/// Waves where a smooth function shows little: teeth finer than its knots are none to it.
+fn waves(outlooks: &[Outlook], tried: &[&Place]) -> Vec<Law> {
+    let singles = Place::all(outlooks, false);
+    let others: Vec<&Place> = singles.iter().filter(|place| !tried.contains(place)).collect();
+    laws(&others, &[]).into_iter().filter(|law| law.terms.iter().all(Term::is_wave)).collect()
+}
+
 /// Laws that remember what the command was, or where the body has been.
 fn remembering(outlooks: &[Outlook]) -> Vec<Law> {
     let of = |(site, signal): (Site, &str)| {
@@ -185,7 +213,7 @@ fn screened(linear: &Linear, laws: &[Law]) -> Vec<(Law, Score)> {
         is_taken
     });
     scored.truncate(THRESHOLDS.most_refitted);
-    scored
+    spread(&scored, |(law, score)| polished(linear, law, score))
 }
 
 fn refitted(
@@ -196,7 +224,7 @@ fn refitted(
 ) -> Vec<Formula> {
     let formulas = spread(&screened(linear, laws), |(law, score)| {
         progress(Event::Fitted);
-        question.refit(law, &score.coefficients)
+        question.refit(law, &score.coefficients, &linear.numbers_after(score))
     });
     formulas.into_iter().flatten().collect()
 }
@@ -218,35 +246,99 @@ fn with_one_more(
         progress(Event::Fitted);
         let terms = [&now.law.terms[..], &law.terms[..]].concat();
         let coefficients = [&coefficients[..], &score.coefficients[..]].concat();
-        question.refit(&Law { terms, ..now.law.clone() }, &coefficients)
+        question.refit(&Law { terms, ..now.law.clone() }, &coefficients, &linear.numbers_after(score))
     });
     let gains = |formula: &Formula| question.gains(&now.fitted, &formula.fitted);
     let formulas: Vec<Formula> = formulas.into_iter().flatten().filter(gains).collect();
     simplest(question, formulas)
 }
 
-/// How sure the place of the answer is: of the formula, or of the best smooth function.
-fn how_sure(formula: Option<&Formula>, places: &[PlaceScore]) -> Option<f64> {
+/// How sure the place of the answer is, of the formula or of the best smooth function, beside the smooth functions elsewhere and the
+/// formulas elsewhere that do as well.
+fn how_sure(formula: Option<&Formula>, formulas: &[Formula], places: &[PlaceScore]) -> Option<f64> {
     let best = places.first()?;
     let (site, channels) = match formula {
         Some(formula) => (formula.law.site, formula.law.channels()),
         None => (best.place.site, best.place.channels.iter().collect()),
     };
-    let holds_all = |place: &Place| {
-        let has = |channel: &&Channel| place.channels.iter().any(|it| it.signal == channel.signal);
-        place.site == site && channels.iter().all(has)
+    let holds_all = |at: Site, own: &[&Channel]| {
+        let has = |channel: &&Channel| own.iter().any(|it| it.signal == channel.signal);
+        at == site && channels.iter().all(has)
     };
-    let others: Vec<&[f64]> = places
-        .iter()
-        .filter(|other| !holds_all(&other.place))
-        .map(|other| other.score.residuals.as_slice())
-        .collect();
+    let is_place = |it: &PlaceScore| holds_all(it.place.site, &it.place.channels.iter().collect::<Vec<_>>());
+    let mut others: Vec<&[f64]> =
+        places.iter().filter(|it| !is_place(it)).map(|it| it.score.residuals.as_slice()).collect();
     let own = match formula {
         // Of a long log a part was looked at, whose rows are others.
         Some(formula) if formula.fitted.held_out.residuals.len() == best.score.residuals.len() => {
             formula.fitted.held_out.residuals.all()
         }
-        _ => places.iter().find(|it| holds_all(&it.place))?.score.residuals.as_slice().into(),
+        _ => places.iter().find(|it| is_place(it))?.score.residuals.as_slice().into(),
     };
+    let elsewhere = formulas.iter().filter(|it| !holds_all(it.law.site, &it.law.channels()));
+    let elsewhere: Vec<_> = elsewhere.map(|it| it.fitted.held_out.residuals.all()).collect();
+    others.extend(elsewhere.iter().filter(|it| it.len() == own.len()).map(|it| &**it));
     Some(confidence(&own, &others))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::block_data::{BlockData, Runs};
+    use crate::diagnose::body_block::{BodyRun, BodySource};
+    use crate::diagnose::data_split::DataSplit;
+    use crate::diagnose::search_space::Search;
+    use crate::diagnose::tests::noise;
+    use crate::model::Model;
+
+    const TEETH: f64 = 55.0;
+    const ROWS: usize = 2400;
+
+    /// A body that is driven to and fro over strong fine teeth: within a window of 0.4 s a model without them is several teeth off.
+    fn over_teeth(seed: usize) -> BlockData {
+        let inertia = Model::paper().body.inertia;
+        let (mut angle, mut rate) = (0.0_f64, 0.0);
+        let (mut torques, mut angles, mut rates) = (Vec::new(), Vec::new(), Vec::new());
+        for row in 0..ROWS {
+            let wanted = 0.35 * noise(seed + row / 300);
+            let torque = 1.2 * (wanted - angle) - 0.2 * rate + 0.12 * noise(seed + 1000 + row / 23);
+            torques.push(torque);
+            angles.push(angle + 1e-3 * noise(seed + 10_000 + row));
+            rates.push(rate + 5e-3 * noise(seed + 50_000 + row));
+            for _ in 0..50 {
+                rate += 2e-4 * (torque + 0.09 * (TEETH * angle + 1.0).sin()) / inertia;
+                angle += 2e-4 * rate;
+            }
+        }
+        let source = BodySource {
+            time: (0..ROWS).map(|row| 0.01 * row as f64).collect(),
+            torque: torques,
+            torque_slope: vec![0.0; ROWS].into(),
+            carried: vec![0.0; ROWS].into(),
+            rate: rates.into(),
+            angle: angles.into(),
+            ..BodySource::default()
+        };
+        BlockData::new(Runs::Body(vec![BodyRun::new(0, 0..ROWS, source, 0.4)]))
+    }
+
+    #[test]
+    fn strong_fine_teeth_are_seen_along_the_path_that_was_measured() {
+        let model = Model::paper();
+        let known = model.known_effects().expect("the catalogue");
+        let search = Search { base: &model, known: &known, eligible: Vec::new(), progress: &|_| () };
+        let mut split = DataSplit::new(over_teeth(1), Some(over_teeth(200_000)));
+        let (_, refitted) = search.bases(&mut split);
+        let linear = Linear::new(&split, &refitted, &split.base_parameters(&model), &known).expect("finite");
+        let angle = Place::all(&outlooks(&split.train), false).into_iter();
+        let angle =
+            angle.filter(|place| place.site == Site::Torque && place.channels[0].signal == "body_angle");
+        let places: Vec<Place> = angle.collect();
+        let found = screened(&linear, &laws(&places.iter().collect::<Vec<_>>(), &[]));
+        let (law, score) = &found[0];
+        let number = law.terms[0].inner[0].value;
+        assert!(law.terms[0].is_wave() && (number - TEETH).abs() < 0.2, "{}: {number}", law.expression());
+        let left = score.held_out / linear.without().expect("finite").held_out;
+        assert!(left < 0.05, "{left} of the error is left");
+    }
 }

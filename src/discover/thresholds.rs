@@ -41,6 +41,12 @@ crate::thresholds! {
     least_left: f64 = 1.15, "-", "diagnose's at_floor";
     /// share of the squared error by which two formulas are the same to the data, beside diagnose's own tolerance
     same_error: f64 = 0.01, "-", "diagnose's same_error, for two logs";
+    /// share of its upper bound from which on a size in a formula is at it
+    at_bound: f64 = 0.99, "-", "bounds are written with three digits";
+    /// standard errors from stretch to stretch by which one formula does better than another at another place: then it is that place
+    steadily_better: f64 = 3.0, "-", "normal distribution: 0.3 %";
+    /// share by which a number of the base differs from the model's own from which on laws are looked for beside the model's, too
+    moved_base: f64 = 0.5, "-", "judgement: no law bends a number so far, unless the number stands in for it";
     /// times the noise floor up to which a shape is an answer
     shape_near_floor: f64 = 1.5, "-", "diagnose's near_floor";
     /// share of the error above the noise that a shape must explain to be shown as one

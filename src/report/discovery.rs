@@ -36,6 +36,7 @@ fn at(site: Site) -> &'static str {
 fn kind(form: &str) -> &'static str {
     match form {
         "linear" | "drift" => "in proportion",
+        "drift_since" => "in proportion to the time since some moment",
         "square" | "cube" | "signed_square" | "root" | "signed_root_cube" => "a power",
         "absolute" => "in proportion to the size, whatever the sign",
         "saturation" => "in proportion near zero, and no more than a limit",
