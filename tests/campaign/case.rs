@@ -334,8 +334,8 @@ impl Question {
             }
             Self::Outside(number, _) => {
                 let (name, law) = outside(*number, kind, rng);
-                if let Outside::Backlash(half_width) = law {
-                    named.insert("numbers".to_owned(), json!([half_width]));
+                if let Some(numbers) = law.numbers() {
+                    named.insert("numbers".to_owned(), json!(numbers));
                 }
                 hidden.outside = law;
                 named.insert("law".to_owned(), json!(name));

@@ -25,6 +25,8 @@ pub struct Found {
     formula: bool,
     site: bool,
     channels: bool,
+    /// Site and channels are those of the answer or of one of its alternatives.
+    set: bool,
     form: bool,
     over_floor: Option<f64>,
     seconds: f64,
@@ -53,11 +55,19 @@ impl Found {
             .map(|(error, floor)| error / floor);
     }
 
+    /// Whether it is the place of the hidden law, or one that it says it cannot tell from it.
+    fn place(&mut self, json: &Value, site: &str, channels: &[String]) {
+        self.site = json["site"] == site;
+        self.channels = list(&json["channels"]) == channels;
+        let others = json["alternatives"].as_array();
+        let is_there = |other: &Value| other["site"] == site && list(&other["channels"]) == channels;
+        self.set = self.site && self.channels || others.into_iter().flatten().any(is_there);
+    }
+
     /// How it stands to a hidden play: that has a formula of its own, with a memory.
     fn beside_play(&mut self, json: &Value, numbers: &Value) {
         self.is_law = true;
-        self.site = json["site"] == "command";
-        self.channels = list(&json["channels"]) == ["command"];
+        self.place(json, "command", &["command".to_owned()]);
         let number = |name: &str| json["parameters"][name]["value"].as_f64().unwrap_or(f64::NAN);
         let near = |value: f64, truth: f64| (value / truth - 1.0).abs() < SAME;
         let is_play = list(&json["forms"]) == ["play"];
@@ -76,8 +86,7 @@ impl Found {
         self.is_law = true;
         let mut wanted: Vec<String> = family.channels.iter().map(|name| (*name).to_owned()).collect();
         wanted.sort();
-        self.site = json["site"] == family.site;
-        self.channels = list(&json["channels"]) == wanted;
+        self.place(json, family.site, &wanted);
         let all = numbers.as_array().into_iter().flatten().filter_map(Value::as_f64);
         let mut own: Numbers = [0.0; 4];
         own.iter_mut().zip(all).for_each(|(number, value)| *number = value);
@@ -111,6 +120,7 @@ pub fn judge(name: &str, truth: &Value, folder: &Path, answer: &Answer) -> Resul
         formula: false,
         site: false,
         channels: false,
+        set: false,
         form: false,
         over_floor: None,
         seconds: answer.seconds,
@@ -194,6 +204,7 @@ pub fn tables(all: &[Found]) -> (String, bool) {
     };
     least("held-out error within 1.5 of the floor ≥ 70 %", &Found::is_near, 0.7);
     least("site and channels right ≥ 85 %", &|it| it.site && it.channels, 0.85);
+    least("site and channels right, or among the alternatives ≥ 85 %", &|it| it.set, 0.85);
     least("form right over the visited range ≥ 60 %", &|it| it.form, 0.6);
     let named: Vec<&Found> = laws.iter().filter(|found| found.formula).copied().collect();
     let right = count(&named, &|it| it.form);
@@ -201,6 +212,15 @@ pub fn tables(all: &[Found]) -> (String, bool) {
     let wrong = count(&others, &|it| it.formula);
     let few = wrong as f64 <= 0.02 * others.len() as f64;
     goal("a formula where nothing or a catalogue effect is hidden ≤ 2 %", wrong, others.len(), few);
+    // Some of these the library comes near to: hysteresis to a spring that remembers.
+    let untold: Vec<&Found> =
+        all.iter().filter(|found| !found.is_law && kind_of(&found.truth) == UNTOLD).collect();
+    goal(
+        "laws of chance or with another memory: a formula named",
+        count(&untold, &|it| it.formula),
+        untold.len(),
+        true,
+    );
     (out, is_reached)
 }
 
@@ -231,6 +251,7 @@ mod tests {
             formula,
             site: formula,
             channels: formula,
+            set: formula,
             form: formula,
             over_floor: Some(1.0),
             seconds: 1.0,

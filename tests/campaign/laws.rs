@@ -118,7 +118,11 @@ impl Family {
     }
 }
 
+/// Laws of the campaign of `diagnose` that are of a family, too.
+const ALSO: [(&str, &str); 2] = [("cogging", "teeth"), ("soft stops", "end stops")];
+
 /// The family of this name.
 pub fn family(name: &str) -> Option<&'static Family> {
-    FAMILIES.iter().find(|family| family.name == name)
+    let own = ALSO.iter().find(|(also, _)| *also == name).map_or(name, |(_, own)| own);
+    FAMILIES.iter().find(|family| family.name == own)
 }

@@ -152,6 +152,17 @@ impl Outside {
         }
     }
 
+    /// The numbers of a law that has a formula, in its family's order; of a play its half width.
+    pub fn numbers(&self) -> Option<Vec<f64>> {
+        match *self {
+            Self::Law(_, numbers) => Some(numbers.to_vec()),
+            Self::Cogging(amplitude, teeth) => Some(vec![amplitude, teeth]),
+            Self::Stops([angle, stiffness]) => Some(vec![stiffness, angle]),
+            Self::Backlash(half_width) => Some(vec![half_width]),
+            _ => None,
+        }
+    }
+
     /// The same law, this many times as strong.
     pub fn scaled(self, factor: f64) -> Self {
         let all = |path: Vec<f64>| path.into_iter().map(|value| factor * value).collect();
