@@ -2,12 +2,10 @@
 //! becomes a mapping file; nothing is fitted on one that nobody saw.
 
 mod meanings;
-mod mended;
 
 use serde::Serialize;
 
 use meanings::{MEANINGS, Meaning};
-pub use mended::{Conversion, MendError, conversions, is_in, mend, own_name};
 
 use super::mapping::SignalMapping;
 use super::signals::{MOST_ROTORS, log_signal};
@@ -283,6 +281,21 @@ fn unknown(column: &SampledColumn, before: &[GuessedColumn]) -> GuessedColumn {
     let is_empty = column.values.iter().all(|value| value.is_nan());
     let certainty = if is_empty { Certainty::Empty } else { Certainty::Unknown };
     guessed(column, name, "", (1.0, 0.0), certainty)
+}
+
+/// A column's own name with letters that a mapping takes, and that is not `taken`.
+#[must_use]
+pub fn own_name<'a>(column: &str, taken: impl Iterator<Item = &'a str> + Clone) -> String {
+    let plain: String = column
+        .chars()
+        .map(|letter| if letter.is_ascii_alphanumeric() { letter.to_ascii_lowercase() } else { '_' })
+        .collect();
+    let plain = plain.split('_').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("_");
+    let plain =
+        if plain.is_empty() || log_signal(&plain).is_some() { format!("column_{plain}") } else { plain };
+    let is_taken = |name: &String| name == "time_s" || taken.clone().any(|it| it == name);
+    let mut names = std::iter::once(plain.clone()).chain((2..).map(|number| format!("{plain}_{number}")));
+    names.find(|name| !is_taken(name)).unwrap_or(plain)
 }
 
 /// Unit, factor and offset of a command.

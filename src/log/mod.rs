@@ -25,6 +25,7 @@ pub mod limits;
 pub mod lines;
 pub mod mapped;
 pub mod mapping;
+pub mod mended;
 mod number;
 pub mod parquet;
 mod row_clock;

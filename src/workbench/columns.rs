@@ -5,7 +5,8 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::log::Mapping;
-use crate::log::guess::{GuessedColumn, conversions, is_in};
+use crate::log::guess::GuessedColumn;
+use crate::log::mended::{conversions, is_in};
 use crate::session::{GuessedLog, SessionError};
 
 /// A guess, and what somebody has made of it.

@@ -39,7 +39,7 @@ const browser = await driver.launch({ executablePath: chromium, args: options })
 const context = await browser.newContext({ viewport: { width: 1280, height: 720 }, permissions: ["clipboard-read", "clipboard-write"], acceptDownloads: true });
 context.setDefaultTimeout(PATIENCE);
 const page = await context.newPage();
-page.on("console", message => { if (["error", "warning"].includes(message.type())) complaints.push("console: " + message.text()); });
+page.on("console", message => { if (["error", "warning"].includes(message.type())) complaints.push(`console: ${message.text()} ${message.location().url}`); });
 page.on("pageerror", error => complaints.push("page: " + error.message));
 page.on("request", request => { if (!/^(about:|http:\/\/127\.0\.0\.1:|data:|blob:)/.test(request.url())) complaints.push("asked for " + request.url()); });
 
@@ -262,7 +262,7 @@ async function law() {
   await look.click();
   await page.locator("#law-verdict[data-verdict=law]").waitFor();
   check(/sin\(n\*body_angle\)/.test(await page.locator("#law-formula").textContent()), "its formula");
-  await page.locator("#law-verdict").scrollIntoViewIfNeeded();
+  await page.locator("#law").evaluate(it => it.scrollIntoView());
   await picture("9-law-light");
   await page.emulateMedia({ colorScheme: "dark" });
   await page.locator("figure[data-block=body][data-scheme=dark]").first().waitFor();
@@ -295,10 +295,7 @@ async function columns() {
   await page.goto(await start("stand_1.csv", "stand_2.csv"));
   await page.getByRole("button", { name: "show stand_1.csv" }).click();
   await page.locator("table.columns").waitFor();
-  check(await page.getByRole("button", { name: "What is missing?" }).isEnabled(), "it may be asked");
-  await page.getByRole("button", { name: "What is missing?" }).click();
-  await page.getByText(/is a guess yet/).waitFor();
-  await page.getByRole("button", { name: "dismiss the notices" }).click();
+  check(await page.locator("#ask-button").isDisabled(), "nothing is asked before the columns are confirmed");
   for (const [column, signal] of [["Spin left", "propeller_rate_1_rad_s"], ["Spin right", "propeller_rate_2_rad_s"]]) {
     await page.getByLabel(`what ${column} becomes`).selectOption(signal);
     await page.waitForFunction(([label, signal]) => document.querySelector(`select[aria-label="${label}"]`)?.value === signal, [`what ${column} becomes`, signal]);

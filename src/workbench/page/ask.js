@@ -67,6 +67,12 @@ function answered(answer) {
   return now(answer, "answer before", whole);
 }
 
+// Whether there is something to fit on, and all of it has been read.
+export function ready() {
+  const fitted = desk.logs.filter(it => it.role !== "look");
+  return fitted.some(it => it.role === "fit") && fitted.every(it => it.state === "open");
+}
+
 const names = role => desk.logs.filter(it => it.role === role).map(it => lastPart(it.name)).join(", ");
 
 function draw() {
@@ -75,7 +81,8 @@ function draw() {
   const held = names("held_out");
   fill(host, element("h2", {}, "What is missing?"),
     element("p", { class: "soft" }, `Model ${model?.name}, fitted on ${names("fit") || "no log"}${held ? ", held out " + held : ""}.`),
-    button("What is missing?", () => act("diagnose"), { class: "primary", disabled: running || !names("fit"), id: "ask-button" }),
+    button("What is missing?", () => act("diagnose"), { class: "primary", disabled: running || !ready(), id: "ask-button" }),
+    desk.logs.some(it => it.role !== "look" && it.state === "guessed") && element("p", { class: "bad" }, "Confirm first what the columns of the logs mean."),
     progress, desk.answered && answered(desk.answered), desk.by_hand.diagnose && element("details", { "data-key": "ask by hand" }, element("summary", {}, "the same by hand"), command(desk.by_hand.diagnose)));
 }
 

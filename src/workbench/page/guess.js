@@ -36,7 +36,7 @@ export function columns(log) {
     like.length > 0 && element("p", {}, "These columns are known already: ", like.map(name => button(`Read it by ${name}`, () => act("confirm", { log: log.id, like: name }), { class: "primary" }))),
     table(["column", "becomes", "in", "how sure", "first values"], guess.columns.map(it => row(log, guess, it)), { class: "columns" }),
     !guess.has_time && element("p", { class: "bad" }, "No column is the time yet: choose time_s for one."),
-    element("div", { class: "row" },
+    element("div", { class: "row confirm" },
       button("Confirm, and read it", () => act("confirm", { log: log.id }), { class: like.length ? null : "primary", disabled: !guess.has_time, id: "confirm" }),
       button("save the mapping", () => save({ what: "mapping", id: log.id }), { class: "quiet" })),
   ];

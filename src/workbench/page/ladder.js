@@ -1,6 +1,7 @@
 // The ladder of the model that is worked on: what was added, and how far the error fell with each step.
 
 import { act, onDesk } from "./act.js";
+import { ready } from "./ask.js";
 import { button, element, fill, number, precise } from "./dom.js";
 
 // A bar as long as the error is, beside the largest of the ladder.
@@ -29,6 +30,6 @@ export function build(at) {
       steps.length > 0 && element("p", { class: "soft" }, steps.at(-1).error.measure),
       element("div", { class: "row" },
         button("Step back", () => act("step_back"), { disabled: running || !steps.length }),
-        button("Refit its own numbers", () => act("recalibrate"), { disabled: running })));
+        button("Refit its own numbers", () => act("recalibrate"), { disabled: running || !ready() })));
   });
 }

@@ -1,7 +1,7 @@
 // "Look for the law itself": where no effect of the catalogue explains what is missing, what does.
 
 import { act, desk, onDesk } from "./act.js";
-import { add, errors, now } from "./ask.js";
+import { add, errors, now, ready } from "./ask.js";
 import { drawing } from "./details.js";
 import { button, command, element, fill, number, precise, table } from "./dom.js";
 import { progressOf } from "./progress.js";
@@ -74,7 +74,7 @@ export function build(at) {
     const running = desk.tick.search?.state === "running";
     fill(at("law"), element("h2", {}, "The law itself"),
       element("p", { class: "soft" }, "Where no effect of the catalogue explains what is missing: where it acts, its shape, and a formula."),
-      button("Look for the law itself", () => act("discover"), { disabled: running || !desk.logs.some(it => it.role === "fit"), class: open ? "primary" : null }),
+      button("Look for the law itself", () => act("discover"), { disabled: running || !ready(), class: open ? "primary" : null }),
       progress, desk.discovered && answered(desk.discovered),
       !desk.discovered && desk.by_hand.discover && element("details", { "data-key": "law to be by hand" }, element("summary", {}, "the same by hand"), command(desk.by_hand.discover)));
   });

@@ -1,7 +1,7 @@
 //! A guess that somebody mends: what a column becomes, and in which unit it comes.
 
-use super::super::signals::log_signal;
-use super::{Certainty, GuessedColumn};
+use super::guess::{Certainty, GuessedColumn, own_name};
+use super::signals::log_signal;
 use crate::unit::{UNITS, Unit, UnitError};
 
 /// Why a guess cannot be mended so.
@@ -96,21 +96,6 @@ pub fn is_in(column: &GuessedColumn, conversion: &Conversion) -> bool {
     is_same && (column.scale, column.offset) == (conversion.scale, conversion.offset)
 }
 
-/// A column's own name with letters that a mapping takes, and that is not `taken`.
-#[must_use]
-pub fn own_name<'a>(column: &str, taken: impl Iterator<Item = &'a str> + Clone) -> String {
-    let plain: String = column
-        .chars()
-        .map(|letter| if letter.is_ascii_alphanumeric() { letter.to_ascii_lowercase() } else { '_' })
-        .collect();
-    let plain = plain.split('_').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("_");
-    let plain =
-        if plain.is_empty() || log_signal(&plain).is_some() { format!("column_{plain}") } else { plain };
-    let is_taken = |name: &String| name == "time_s" || taken.clone().any(|it| it == name);
-    let mut names = std::iter::once(plain.clone()).chain((2..).map(|number| format!("{plain}_{number}")));
-    names.find(|name| !is_taken(name)).unwrap_or(plain)
-}
-
 /// Says what a column becomes: a signal in a unit (SI where none is said), a channel of its own, or, as `-`, nothing. A column that was
 /// to become the same is carried along instead.
 ///
@@ -181,7 +166,7 @@ fn comes_in<'a>(column: &str, signal: &str, unit: Option<&'a str>) -> Result<(&'
 
 #[cfg(test)]
 mod tests {
-    use super::super::guess;
+    use super::super::guess::guess;
     use super::*;
     use crate::log::sniff::SampledColumn;
 
