@@ -124,7 +124,7 @@ impl CandidateFit {
     #[must_use]
     pub fn is_determined(&self, split: &DataSplit, known: &[Effect]) -> bool {
         let has_free_start = self.fit.locals.len() > split.train.units().len();
-        if self.is_no_slow_state(split, known, has_free_start) {
+        if has_free_start && self.is_a_level(split, known) {
             return false;
         }
         let added = known.iter().filter(|effect| self.effects.contains(&effect.id));
@@ -149,8 +149,8 @@ impl CandidateFit {
     }
 
     /// Whether a slow state hardly moves within the longest run: with a free start for each run it is a level of its own for
-    /// each, which any two logs that differ ask for. Or it moves nearly as fast as the rotor: windings take far longer to warm.
-    fn is_no_slow_state(&self, split: &DataSplit, known: &[Effect], has_free_start: bool) -> bool {
+    /// each, which any two logs that differ ask for.
+    fn is_a_level(&self, split: &DataSplit, known: &[Effect]) -> bool {
         let Runs::Rotor(runs) = &split.train.runs else { return false };
         let span =
             |run: &RotorRun| run.time.last().zip(run.time.first()).map_or(0.0, |(last, first)| last - first);
@@ -162,14 +162,12 @@ impl CandidateFit {
                     _ => None,
                 },
             );
-        let fastest = self.model.actuator.pole / THRESHOLDS.slow_to_rotor;
         slow.into_iter().any(|(memory, effect)| {
             let value = |parameter: &EffectParameter| {
                 self.model.parameter(&format!("{}.{}", effect.id, parameter.name)).unwrap_or(f64::NAN)
             };
             let values: Vec<f64> = effect.parameters.iter().map(value).collect();
-            let rate = (memory.rate)(&values);
-            has_free_start && rate * longest < THRESHOLDS.least_slow_course || rate > fastest
+            (memory.rate)(&values) * longest < THRESHOLDS.least_slow_course
         })
     }
 

@@ -85,8 +85,6 @@ crate::thresholds! {
     fewest_stretches_compared: usize = 4, "count", "judgement";
     /// standard errors by which the one parameter of an effect must differ from none
     identifiable: f64 = 2.0, "-", "normal distribution: 5 %";
-    /// Time constants of the rotor that a slow state takes at the least.
-    slow_to_rotor: f64 = 30.0, "-", "judgement: public logs of small motors; a winding warms for seconds";
     /// time constants of a slow state that the longest run must last: less is a level of its own for each run
     least_slow_course: f64 = 0.2, "-", "development cases of tools/campaign";
     /// standard errors by which the one parameter of an effect must differ from none, for an effect whose state at the start of each run is free, too

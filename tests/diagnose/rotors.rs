@@ -93,7 +93,10 @@ fn each_rotor_of_a_quadrotor_is_diagnosed_and_what_they_share_is_said() {
     // A delay of 50 ms beside a battery that hardly moves is more than `identify` finds its way to.
     assert_eq!(of_rotors("own_model_worse"), ["rotor 3", "rotor 4"], "{}", found["findings"]);
     let shown = said_out(&run(&["identify", "--log", &train]));
-    assert!(shown.contains("rotor 3: its own model leaves"), "what is said of a rotor is said beside the others: {shown}");
+    assert!(
+        shown.contains("rotor 3: its own model leaves"),
+        "what is said of a rotor is said beside the others: {shown}"
+    );
     let page = text(&desk.path("page.html"));
     refused(&[&asked[..], &["--report", &page]].concat(), &["--report is a page of one rotor", "--rotors 1"]);
 }
