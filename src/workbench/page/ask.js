@@ -5,7 +5,7 @@ import { button, command, element, fill, lastPart, number, precise, table } from
 import { progressOf } from "./progress.js";
 
 const SHOWN = 6;
-let host = null;
+const [head, body] = [element("div"), element("div")];
 const progress = progressOf(["diagnose", "extend", "try", "recalibrate"]);
 
 function card(it, id) {
@@ -79,14 +79,16 @@ function draw() {
   const model = desk.models.find(it => it.id === desk.chosen);
   const running = desk.tick.search?.state === "running";
   const held = names("held_out");
-  fill(host, element("h2", {}, "What is missing?"),
+  fill(head, element("h2", {}, "What is missing?"),
     element("p", { class: "soft" }, `Model ${model?.name}, fitted on ${names("fit") || "no log"}${held ? ", held out " + held : ""}.`),
     button("What is missing?", () => act("diagnose"), { class: "primary", disabled: running || !ready(), id: "ask-button" }),
-    desk.logs.some(it => it.role !== "look" && it.state === "guessed") && element("p", { class: "bad" }, "Confirm first what the columns of the logs mean."),
-    progress, desk.answered && answered(desk.answered), desk.by_hand.diagnose && element("details", { "data-key": "ask by hand" }, element("summary", {}, "the same by hand"), command(desk.by_hand.diagnose)));
+    desk.logs.some(it => it.role !== "look" && it.state === "guessed") && element("p", { class: "bad" }, "Confirm first what the columns of the logs mean."));
+  fill(body, desk.answered && answered(desk.answered),
+    desk.by_hand.diagnose && element("details", { "data-key": "ask by hand" }, element("summary", {}, "the same by hand"), command(desk.by_hand.diagnose)));
 }
 
 export function build(at) {
-  host = at("ask");
+  // The progress stays where it is: a press of its button is not lost when the desk changes.
+  at("ask").append(head, progress, body);
   onDesk(draw);
 }

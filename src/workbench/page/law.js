@@ -67,15 +67,17 @@ function answered(answer) {
 }
 
 export function build(at) {
+  const [head, body] = [element("div"), element("div")];
+  at("law").append(head, progress, body);
   onDesk(() => {
     // Behind the catalogue's answer: what that explains is not looked for.
-    if (!desk.answered && !desk.discovered && desk.tick.search?.quest !== "discover") return fill(at("law"));
+    at("law").hidden = !desk.answered && !desk.discovered && desk.tick.search?.quest !== "discover";
     const open = desk.answered?.is_current && desk.answered.verdict === "unknown" && !desk.discovered?.is_current;
     const running = desk.tick.search?.state === "running";
-    fill(at("law"), element("h2", {}, "The law itself"),
+    fill(head, element("h2", {}, "The law itself"),
       element("p", { class: "soft" }, "Where no effect of the catalogue explains what is missing: where it acts, its shape, and a formula."),
-      button("Look for the law itself", () => act("discover"), { disabled: running || !ready(), class: open ? "primary" : null }),
-      progress, desk.discovered && answered(desk.discovered),
+      button("Look for the law itself", () => act("discover"), { disabled: running || !ready(), class: open ? "primary" : null }));
+    fill(body, desk.discovered && answered(desk.discovered),
       !desk.discovered && desk.by_hand.discover && element("details", { "data-key": "law to be by hand" }, element("summary", {}, "the same by hand"), command(desk.by_hand.discover)));
   });
 }
