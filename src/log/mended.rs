@@ -112,7 +112,7 @@ pub fn mend(
         return Err(MendError::Column { column: column.to_owned(), present: present.join(", ") });
     };
     if signal == "-" {
-        let name = free(columns, place);
+        let name = free(columns, place, "");
         put(&mut columns[place], name, ("", 1.0, 0.0), Certainty::LeftOut);
         return Ok(());
     }
@@ -122,7 +122,7 @@ pub fn mend(
     }
     let comes = comes_in(column, signal, unit)?;
     if let Some(other) = columns.iter().position(|it| it.signal == signal).filter(|it| *it != place) {
-        let name = free(columns, other);
+        let name = free(columns, other, signal);
         let certainty =
             if columns[other].certainty.is_read() { Certainty::Said } else { columns[other].certainty };
         put(&mut columns[other], name, ("", 1.0, 0.0), certainty);
@@ -141,10 +141,10 @@ fn put(
     (column.signal, column.scale, column.offset, column.certainty) = (signal, scale, offset, certainty);
 }
 
-/// The own name of a column beside the signals of the others.
-fn free(columns: &[GuessedColumn], place: usize) -> String {
+/// The own name of a column beside the signals of the others, and one that is given away.
+fn free(columns: &[GuessedColumn], place: usize, given: &str) -> String {
     let others = columns.iter().enumerate().filter(|(at, _)| *at != place).map(|(_, it)| it.signal.as_str());
-    own_name(&columns[place].column, others)
+    own_name(&columns[place].column, others.chain([given]))
 }
 
 /// Unit, factor and offset of a column that becomes `signal`.
@@ -211,6 +211,10 @@ mod tests {
         assert!(!column(&columns, other).certainty.is_read());
         mend(&mut columns, other, "my_speed", None).expect("carried along");
         assert_eq!(column(&columns, other).signal, "my_speed");
+        // A column's own name may be given to another, too.
+        mend(&mut columns, other, "note", None).expect("carried along");
+        let named = |name: &str| columns.iter().filter(|it| it.signal == name).count();
+        assert_eq!((named("note"), named("note_2")), (1, 1));
     }
 
     #[test]
