@@ -62,7 +62,8 @@ fn answers_are_there_again_until_a_log_a_model_or_their_text_has_changed() {
     };
     let program = format!("program = \"{}\"", env!("CARGO_PKG_VERSION"));
     assert!(changed(&program, "program = \"0.0.1\"")[0].contains("0.0.1"));
-    changed("noise_floor", "noise_flour");
+    // A word of either answer, whatever was found.
+    changed("sentence", "sentense");
     let model = saved::read(&file).expect("it reads").answers[0].model_sha256.clone();
     assert!(changed(&model, &"0".repeat(64))[0].contains("paper"));
 
