@@ -24,7 +24,7 @@ pub(crate) struct Inner {
 impl Inner {
     /// Whether it is a width or a time, and no place along a channel: it may be of any order of magnitude.
     pub fn is_size(&self) -> bool {
-        self.bounds.0 > 0.0 && self.bounds.1 > 10.0 * self.bounds.0
+        self.bounds.0 > 0.0 && self.bounds.1 > THRESHOLDS.scale_span * self.bounds.0
     }
 }
 

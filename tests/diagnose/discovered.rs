@@ -101,9 +101,9 @@ fn a_law_that_no_catalogue_has_is_found_and_its_file_is_a_model() {
     assert!(output.status.success(), "{}{}", said_out(&output), said(&output));
     let extended: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let again = number(&extended, &["error", "extended", "validate"]);
-    // The same law, data and windows: only how each channel is weighed differs. A hundredth of the error is far less than another
-    // law would do, and a third of a standard error less than the data know.
-    assert!((again / after - 1.0).abs() < 0.01, "{again} after {after}");
+    // The same law, data and windows, weighed by what is then left, so that it may do better. A hundredth more of the error is far
+    // less than another law would do, and a third of a standard error less than the data know.
+    assert!(again / after < 1.01, "{again} after {after}");
     let extended = Model::load(Path::new(&better)).expect("a model");
     for name in ["discovered_law.k", "discovered_law.n"] {
         let [one, two] = [&found, &extended].map(|model| model.parameter(name).expect("in the model"));
