@@ -7,8 +7,8 @@ crate::thresholds! {
     put_on: f64 = 0.01, "-", "judgement";
     /// times that by which a first step may miss it
     put_on_within: f64 = 100.0, "-", "judgement";
-    /// times its lower bound that a number's upper one lies above it, from which on it is tried in steps of its size
-    scale_span: f64 = 10.0, "-", "judgement: a decade";
+    /// times its lower bound beyond which the upper bound of a number inside a formula lies where it is a size: of a place it is less
+    scale_span: f64 = 10.0, "-", "the library sizes span a factor of 20 and more, wave numbers and lines 3 at most";
     /// knots of a shape over one channel, first coarse: a bend, a threshold, a slope
     coarse_knots: usize = 9, "count", "judgement";
     /// knots of a fine shape: teeth and waves over a channel

@@ -101,14 +101,15 @@ fn a_law_that_no_catalogue_has_is_found_and_its_file_is_a_model() {
     assert!(output.status.success(), "{}{}", said_out(&output), said(&output));
     let extended: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let again = number(&extended, &["error", "extended", "validate"]);
-    // The same law, data and windows, weighed by what is then left, so that it may do better. A hundredth more of the error is far
-    // less than another law would do, and a third of a standard error less than the data know.
-    assert!(again / after < 1.01, "{again} after {after}");
+    // The same law, data and windows. `discover` weighs rate and angle by what the base leaves, `extend` by the noise that the law
+    // leaves: that takes no more of the rate's error.
+    assert!(again < 1.01 * after && again > 0.8 * floor, "{again} after {after}, noise {floor}");
     let extended = Model::load(Path::new(&better)).expect("a model");
     for name in ["discovered_law.k", "discovered_law.n"] {
         let [one, two] = [&found, &extended].map(|model| model.parameter(name).expect("in the model"));
         let error = found.standard_errors[name];
-        assert!((one - two).abs() < 0.3 * error, "{name}: {one} ± {error}, and {two}");
+        // Other weights move a number within what is said of it.
+        assert!((one - two).abs() < 2.0 * error, "{name}: {one} ± {error}, and {two}");
     }
     // `compare` and `emulate` take the file as it is.
     let compared = run(&["compare", "--model", &law, "--log", &held_out, "--json"]);
