@@ -122,7 +122,7 @@ fn parameters_are_read_and_written_and_not_while_the_bench_is_armed() {
 
         let mut run = bench.start(&["run", "--json"]);
         let mut watcher = bench.watch();
-        bench.fly(&mut watcher);
+        bench.arm_and_wait(&mut watcher);
         // Starting a program may have latched the guard here: it is not disarmed in any case.
         let refused = bench.run(&["dronecan", "param", "20", "timeout_s", "0.5"]);
         assert_eq!(refused.status.code(), Some(2), "{}", text(&refused));
