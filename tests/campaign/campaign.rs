@@ -17,6 +17,7 @@ mod law_score;
 mod laws;
 mod motion;
 mod noise;
+mod outside;
 mod plant;
 mod score;
 mod strength;
@@ -37,8 +38,9 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use serde_json::{Map, Value};
 
-use case::{CHANGES, OUTSIDE_ACTUATOR, OUTSIDE_ATTITUDE, Question};
+use case::{CHANGES, Question};
 use catalogue::Kind;
+use outside::{OUTSIDE_ACTUATOR, OUTSIDE_ATTITUDE};
 use score::Judged;
 
 #[derive(Parser)]

@@ -9,10 +9,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use serde_json::{Map, Value};
 
 use crate::answer::{self, Answer};
-use crate::case::{OUTSIDE_ACTUATOR, OUTSIDE_ATTITUDE, Question};
+use crate::case::Question;
 use crate::catalogue::Kind;
 use crate::law_score::{Found, judge, line, tables};
 use crate::laws::FAMILIES;
+use crate::outside::{OUTSIDE_ACTUATOR, OUTSIDE_ATTITUDE};
 
 /// Strengths of each law.
 const STRENGTHS: u64 = 5;
