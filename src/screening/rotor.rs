@@ -13,6 +13,8 @@ pub(crate) struct Rotor<'a> {
     pub missing: Missing,
     /// [rad/s] its rates as they were measured; empty without a column.
     pub measured: &'a [f64],
+    /// Rows at which it stands or starts, by its rates before any check took one out.
+    pub at_rest: Vec<usize>,
 }
 
 /// A column that can hardly be what its name says.
@@ -29,7 +31,8 @@ impl<'a> Rotor<'a> {
     pub(crate) fn read(log: &'a Dataset, voltage: Option<&HeldVoltage>, number: usize) -> Option<Self> {
         let (data, missing) = RotorLog::read(log, voltage, number)?;
         let measured = log.column(&format!("propeller_rate_{number}_rad_s")).unwrap_or_default();
-        Some(Self { data, missing, measured })
+        let at_rest = data.at_rest();
+        Some(Self { data, missing, measured, at_rest })
     }
 
     /// Whether any of its rates is a measurement.

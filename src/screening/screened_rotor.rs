@@ -55,7 +55,7 @@ impl ScreenedRotor {
         let (refused, mistaken) = look_at_columns(&rotor);
         mark_unknown(&mut why, log, &rotor.data);
         let mut rests = vec![false; log.len()];
-        rotor.data.at_rest().into_iter().for_each(|row| rests[row] = true);
+        rotor.at_rest.iter().for_each(|row| rests[*row] = true);
         let mut findings = Vec::new();
         for judged in checks::ROTOR.iter().filter_map(|check| check(&mut rotor)) {
             mark(&mut why, &judged);

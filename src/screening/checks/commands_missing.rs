@@ -6,7 +6,7 @@ use crate::screening::rotor::Rotor;
 
 /// What is missing, and what was made of it. The rows themselves lie beside the stretches of known commands.
 pub(crate) fn check(rotor: &mut Rotor) -> Option<Judgement> {
-    let Rotor { data, missing, measured } = rotor;
+    let Rotor { data, missing, measured, .. } = rotor;
     if missing.places == 0 || !data.turns() {
         return None;
     }

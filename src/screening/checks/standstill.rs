@@ -8,9 +8,8 @@ use crate::screening::thresholds::THRESHOLDS;
 
 /// Takes the rates of a rotor that stands or starts out of the score.
 pub(crate) fn check(rotor: &mut Rotor) -> Option<Judgement> {
-    let rotor = &mut rotor.data;
-    let at_rest = rotor.at_rest();
-    let rows: Vec<usize> = at_rest.into_iter().filter(|row| rotor.rate[*row].is_finite()).collect();
+    let (at_rest, rotor) = (&rotor.at_rest, &mut rotor.data);
+    let rows: Vec<usize> = at_rest.iter().copied().filter(|row| rotor.rate[*row].is_finite()).collect();
     rows.iter().for_each(|row| rotor.rate[*row] = f64::NAN);
     let finding = rotor.finding(STANDSTILL).with("least_command", LEAST_COMMAND);
     let finding = finding.with("starting_s", THRESHOLDS.starting);

@@ -14,6 +14,7 @@ use crate::screening::{Finding, Judgement, ScreenedLog};
 mod ends;
 mod outliers;
 mod rates;
+mod standstill;
 
 const RATE: &str = "propeller_rate_1_rad_s";
 const ROWS: usize = 6000;
