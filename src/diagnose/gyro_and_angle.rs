@@ -65,8 +65,10 @@ impl BehindAngle {
 
 #[cfg(test)]
 mod tests {
+    use super::super::block_builder::refusal;
     use super::*;
     use crate::log::Dataset;
+    use crate::model::Model;
 
     /// A body that swings, its gyro with a scale, a bias, noise and a lag [s], and whether its angle is logged.
     fn log(lag: f64, has_angle: bool) -> ScreenedLog {
@@ -101,5 +103,18 @@ mod tests {
             assert_eq!(found.is_none(), lag == 0.0, "{lag}: {found:?}");
         }
         assert_eq!(BehindAngle::of(&[log(0.0, false)]), None);
+    }
+
+    #[test]
+    fn a_law_of_the_gyro_in_time_is_not_tried_where_the_angle_shows_none() {
+        let model = Model::paper();
+        let known = model.known_effects().expect("the catalogue");
+        let is_tried = |id: &str, log: &ScreenedLog| {
+            let effect = known.iter().find(|effect| effect.id == id).expect("known");
+            refusal(effect, &model, std::slice::from_ref(log)).is_none()
+        };
+        assert!(!is_tried("gyro_lag", &log(0.0, true)));
+        assert!(is_tried("gyro_lag", &log(0.05, true)) && is_tried("gyro_lag", &log(0.0, false)));
+        assert!(is_tried("gyro_bias", &log(0.0, true)), "no law in time");
     }
 }

@@ -152,13 +152,37 @@ impl Search<'_> {
         let mut best = self.grow_answer_from(split, better.clone(), fits);
         if best.effects.len() > size {
             let dropped = self.eliminate(split, &mut best, &base_names, refitted, fits);
-            // The one that does better may go out for another that came in beside it, and does worse alone.
-            if best.effects.len() > size || loss(split, &best) <= loss(split, &better) {
+            if is_no_step_back(split, &better, &best) {
                 return Some((best, dropped));
             }
             best = better;
         }
         let dropped = self.each_dropped(split, &best, &base_names, refitted, fits);
         Some((best, dropped))
+    }
+}
+
+/// Whether what is left of a set that was grown from `from` does no worse than that with as many effects: the one that did better may
+/// have gone out for another that came in beside it, and does worse alone.
+fn is_no_step_back(split: &DataSplit, from: &CandidateFit, left: &CandidateFit) -> bool {
+    left.effects.len() > from.effects.len() || loss(split, left) <= loss(split, from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{ROWS, leaves, noise, split};
+    use super::*;
+
+    #[test]
+    fn a_worse_effect_does_not_take_the_place_of_the_one_it_came_in_beside() {
+        let split = split();
+        let set = |effects: &[&str], size: f64| {
+            let effects = effects.iter().map(|id| (*id).to_owned()).collect();
+            CandidateFit { effects, ..leaves((0..ROWS).map(|row| size * noise(row)).collect()) }
+        };
+        let from = set(&["better"], 2.0);
+        assert!(is_no_step_back(&split, &from, &set(&["better", "other"], 1.0)));
+        assert!(is_no_step_back(&split, &from, &set(&["other"], 1.9)));
+        assert!(!is_no_step_back(&split, &from, &set(&["other"], 2.1)));
     }
 }

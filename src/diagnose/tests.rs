@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::block_data::{BlockData, Runs};
+use super::body_block::{BodyRun, BodySource};
 use super::candidate_fit::CandidateFit;
 use super::data_split::DataSplit;
 use super::diagnosis::{ChangedParameter, Diagnosis, ErrorSummary, TrainValidate, Verdict};
@@ -99,4 +100,34 @@ impl Diagnosis {
         };
         Self { changed_parameters: vec![changed], ..self }
     }
+}
+
+/// A weight that pulls the body back a hundred times as hard as the torque on it pushes, which is in no model; a torque of this sign,
+/// and the angle where it is logged.
+pub(crate) fn weighed_down(sign: f64, has_angle: bool) -> DataSplit {
+    const ROWS: usize = 4000;
+    let torque: Vec<f64> = (0..ROWS).map(|row| 0.02 * f64::from((row * 37 / 50 % 5) as u32) - 0.04).collect();
+    let (mut angle, mut rate) = (vec![0.5_f64], vec![0.0_f64]);
+    for row in 1..ROWS {
+        // A hundred small steps a row: J = 0.03, a weight of 3 N m, some friction.
+        let (mut now, mut turning) = (angle[row - 1], rate[row - 1]);
+        for _ in 0..100 {
+            turning += 1e-4 * (torque[row - 1] - 3.0 * now.sin() - 0.01 * turning) / 0.03;
+            now += 1e-4 * turning;
+        }
+        angle.push(now);
+        rate.push(turning);
+    }
+    let zeros = vec![0.0; ROWS];
+    let source = BodySource {
+        time: (0..ROWS).map(|row| 0.01 * row as f64).collect::<Vec<f64>>().into(),
+        torque: torque.into_iter().map(|torque| sign * torque).collect(),
+        torque_slope: zeros.clone().into(),
+        carried: zeros.into(),
+        rate: rate.into(),
+        angle: if has_angle { angle.into() } else { Default::default() },
+        ..BodySource::default()
+    };
+    let data = BlockData::new(Runs::Body(vec![BodyRun::new(0, 0..ROWS, source, 0.4)]));
+    DataSplit::new(data.clone(), Some(data))
 }

@@ -38,3 +38,16 @@ pub(crate) fn turns_the_body(split: &DataSplit) -> bool {
     least_squares(&design, &rates)
         .is_some_and(|fit| fit.coefficients[0] > THRESHOLDS.behind_angle_errors * fit.standard_error(0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::weighed_down;
+    use super::*;
+
+    #[test]
+    fn a_torque_is_seen_beside_a_weight_that_nobody_modelled() {
+        assert!(turns_the_body(&weighed_down(1.0, true)));
+        assert!(!turns_the_body(&weighed_down(-1.0, true)), "the other way round");
+        assert!(!turns_the_body(&weighed_down(1.0, false)), "without an angle nobody can tell");
+    }
+}

@@ -65,6 +65,7 @@ mod tests {
     use super::super::candidate_fit::CandidateFit;
     use super::super::data_split::DataSplit;
     use super::super::rotor_block::rotor_runs;
+    use super::super::tests::weighed_down;
     use super::*;
     use crate::estimation::output_error::Fit;
     use crate::log::Dataset;
@@ -120,9 +121,9 @@ mod tests {
         CandidateFit { effects, model: Model::paper(), names: Vec::new(), held_out: fit.clone(), fit }
     }
 
-    /// What is said where the base leaves `before` times the noise and the answer `after`.
-    fn said(split: DataSplit, before: f64, after: f64, effects: &[&str], changed: &[&str]) -> Verdict {
-        let found = SearchResult {
+    /// What was found where the base leaves `before` times the noise and the answer `after`.
+    fn found(split: DataSplit, before: f64, after: f64, effects: &[&str], changed: &[&str]) -> SearchResult {
+        SearchResult {
             nominal: leaves(&split, before, &[]),
             refitted: leaves(&split, before, &[]),
             singles: Vec::new(),
@@ -133,8 +134,26 @@ mod tests {
             floors: [1.0; 2],
             changed: changed.iter().map(|name| (*name).to_owned()).collect(),
             split,
+        }
+    }
+
+    /// What is said of that.
+    fn said(split: DataSplit, before: f64, after: f64, effects: &[&str], changed: &[&str]) -> Verdict {
+        verdict(&found(split, before, after, effects, changed))
+    }
+
+    /// Two hundred times the template's inertia is the best that the base can make of it.
+    #[test]
+    fn a_weight_that_nobody_modelled_is_no_torque_of_the_wrong_sign() {
+        let turns_against = |sign: f64, has_angle: bool, inertias: f64| {
+            let mut found = found(weighed_down(sign, has_angle), 9.0, 2.0, &["gravity_pendulum"], &[]);
+            found.refitted.model.body.inertia *= inertias;
+            turns_against_torque(&found)
         };
-        verdict(&found)
+        assert!(!turns_against(1.0, true, 200.0));
+        assert!(turns_against(-1.0, true, 200.0), "the other way round");
+        assert!(turns_against(1.0, false, 200.0), "without an angle nobody can tell");
+        assert!(!turns_against(-1.0, true, 50.0));
     }
 
     #[test]

@@ -258,3 +258,38 @@ fn check_ramp(rows: &SteadyRows, beside: &Beside, lag_fitted: bool) -> RampCheck
     let slow_enough = !seen || error < THRESHOLDS.ramp_lag_share * range.max(f64::MIN_POSITIVE);
     RampCheck { fastest_slope, lag, error, slow_enough, lag_fitted }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Squared errors of three degrees in eight blocks: what the lowest leaves in its last block, and the middle one everywhere.
+    fn chosen(in_one_block: f64, everywhere: f64) -> Option<usize> {
+        let blocks: Vec<Vec<f64>> = [[1.0, in_one_block], [everywhere, everywhere], [1.0, 1.0]]
+            .iter()
+            .map(|[others, last]| {
+                // The blocks scatter by a tenth: a difference has a standard error.
+                let mut block: Vec<f64> = (0..8).map(|row| others + 0.1 * f64::from(row % 2)).collect();
+                block[7] = *last;
+                block
+            })
+            .collect();
+        let score = |(at, block): (usize, &Vec<f64>)| DegreeScore {
+            degree: at + 1,
+            train: 1.0,
+            held_out: (block.iter().sum::<f64>() / block.len() as f64).sqrt(),
+            coefficients: Vec::new(),
+        };
+        let scores: Vec<DegreeScore> = blocks.iter().enumerate().map(score).collect();
+        simplest(&scores, &blocks)
+    }
+
+    #[test]
+    fn a_degree_whose_error_is_all_in_one_block_is_not_taken() {
+        assert_eq!(chosen(1.0, 2.0), Some(1), "no difference");
+        // Within two standard errors of the best in both: of 1.2 and of 27 times its squared error.
+        assert_eq!(chosen(2.5, 2.0), Some(1));
+        assert_eq!(chosen(200.0, 2.0), Some(3), "the middle one is plainly worse");
+        assert_eq!(chosen(200.0, 1.0), Some(2));
+    }
+}

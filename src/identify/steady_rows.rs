@@ -151,3 +151,37 @@ pub(crate) fn goes_both_ways(rows: &SteadyRows) -> bool {
     let least = THRESHOLDS.both_ways_share;
     share(|slope| slope > 0.0) > least && share(|slope| slope < 0.0) > least
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::log::Dataset;
+    use crate::screening::ScreenedLog;
+
+    /// Six levels of `seconds` each, at 50 Hz; the rotor needs `slow` seconds of each to get there.
+    fn levels(seconds: f64, slow: f64) -> RotorLog {
+        let time: Vec<f64> = (0..(300.0 * seconds) as usize).map(|row| 0.02 * row as f64).collect();
+        let level = |time: &f64| 0.2 + 0.1 * ((time + 1e-9) / seconds).floor();
+        let rate = |time: &f64| {
+            let within = (time + 1e-9).rem_euclid(seconds);
+            1000.0 * level(time) - if within < slow { 90.0 } else { 0.0 }
+        };
+        let mut log = Dataset::new("log.csv", "", time.clone()).expect("time rises");
+        log.insert("command_1", time.iter().map(level).collect()).expect("fits");
+        log.insert("propeller_rate_1_rad_s", time.iter().map(rate).collect()).expect("fits");
+        ScreenedLog::from(log).rotor(1).expect("a rotor").data().clone()
+    }
+
+    #[test]
+    fn levels_of_three_seconds_give_a_curve_where_they_are_asked_for() {
+        let rotor = [levels(3.0, 1.4)];
+        assert!(steady_rows(&rotor, 0.0, 12.6, false).is_none());
+        let rows = steady_rows(&rotor, 0.0, 12.6, true).expect("a curve");
+        // Of each level the second half, in which it has settled.
+        assert!((6 * 72..=6 * 76).contains(&rows.command.len()), "{}", rows.command.len());
+        let pairs = rows.command.iter().zip(&rows.corrected_rate);
+        assert!(pairs.clone().all(|(command, rate)| (rate - 1000.0 * command).abs() < 1e-6));
+        assert!(!rows.from_ramps);
+        assert!(steady_rows(&[levels(1.5, 0.5)], 0.0, 12.6, true).is_none(), "too short to have settled");
+    }
+}

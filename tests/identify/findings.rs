@@ -57,5 +57,9 @@ fn a_voltage_gain_that_no_motor_has_is_said() {
         let found = identify(&[log.into()], &[], &IdentifySettings::default()).expect("identified");
         let said = found.findings.iter().any(|it| it.code == "voltage_gain_impossible");
         assert_eq!(said, is_said, "k_V = {}: {:?}", found.actuator.voltage_gain, found.findings);
+        // It bends neither pole nor curve: the model goes without.
+        let gain = found.actuator.voltage_gain;
+        assert!(if is_said { gain == 0.0 } else { (gain - 40.0).abs() < 20.0 }, "{gain}");
+        assert!((found.actuator.pole - 16.0).abs() < 2.0, "{}", found.actuator.pole);
     }
 }
