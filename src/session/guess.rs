@@ -78,7 +78,7 @@ fn of_text(bytes: &[u8]) -> Option<GuessedLog> {
 
 fn of_columns(columns: &[SampledColumn], mapping: MappingConfig) -> GuessedLog {
     let mut guessed = GuessedLog { columns: guess(columns), mapping, shipped: None };
-    guessed.settle();
+    guessed.build_mapping();
     guessed
 }
 
@@ -90,12 +90,12 @@ impl GuessedLog {
     /// [`SessionError::Mend`]; nothing is changed then.
     pub fn mend(&mut self, column: &str, signal: &str, unit: Option<&str>) -> Result<(), SessionError> {
         mend(&mut self.columns, column, signal, unit)?;
-        self.settle();
+        self.build_mapping();
         Ok(())
     }
 
     /// The mapping that the columns make.
-    fn settle(&mut self) {
+    fn build_mapping(&mut self) {
         let time = self.columns.iter().find(|it| it.signal == "time_s");
         self.mapping.time = time.map(|time| TimeConfig {
             column: Some(time.column.clone()),

@@ -1,4 +1,4 @@
-//! The two logs of the demonstration: the emulated bench with an effect hidden in it that nobody names, flown twice.
+//! The two logs of the demonstration: the emulated bench with an effect hidden in it that nobody names, recorded twice.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -32,7 +32,7 @@ pub(super) struct DemoLogs {
     pub commands: Vec<String>,
 }
 
-/// Flies what is not there yet. A file that is there is taken as it is.
+/// Records what is not there yet. A file that is there is taken as it is.
 pub(super) fn demo_logs() -> Result<DemoLogs, WorkbenchError> {
     demo_logs_in(Path::new(FOLDER))
 }
@@ -58,7 +58,7 @@ pub(super) fn demo_logs_in(folder: &Path) -> Result<DemoLogs, WorkbenchError> {
     Ok(demo)
 }
 
-/// Flies the bench with an effect hidden in it, and writes the log.
+/// Records the bench with an effect hidden in it, and writes the log.
 pub(super) fn record(
     path: &Path,
     hidden: Option<HiddenConfig>,

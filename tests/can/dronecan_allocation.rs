@@ -237,7 +237,7 @@ proptest! {
     #[test]
     fn no_two_nodes_ever_get_one_id(
         ways in prop::collection::vec(way(), 997),
-        // Nodes whose unique ids begin alike, and others.
+        // Nodes whose unique ids begin with the same bytes, and others.
         nodes in prop::collection::btree_set((0_u8..3, 0_u8..4), 1..6),
     ) {
         let mut gives = allocator((100, 125), AllocationTable::new(), keeps());

@@ -247,8 +247,8 @@ fn another_node_that_commands_any_esc_or_says_whether_they_may_turn_is_foreign()
     assert_eq!(bridge.counts().foreign_command, 7);
 }
 
-/// Two benches on one bus: a command names every ESC from the first on, and arming names none. Neither hears the other as somebody
-/// it may fly beside.
+/// Two benches on one bus: a command names every ESC from the first on, and arming names none. Neither takes the other for a bench
+/// beside which it may be armed.
 #[test]
 fn two_benches_on_one_bus_are_foreign_to_each_other_whatever_their_indices() {
     let bench = |node: u8, esc_index: [u8; 2]| {

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Laws outside the catalogue by PySINDy or by gplearn, asked as `rotorbench discover` is, so that `campaign score` judges all alike:
+"""Laws outside the catalogue by PySINDy or by gplearn, asked as `rotorbench discover` is, so that `campaign score` judges all by one rule:
 
     laws.py discover --json --model paper --log a.csv --validate b.csv        (ROTORBENCH_PEER=pysindy or gplearn)
 

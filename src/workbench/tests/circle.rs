@@ -40,7 +40,7 @@ fn by_hand(logs: &[PathBuf], effects: &[String]) -> Model {
 #[test]
 fn what_is_missing_is_found_added_and_taken_back_as_by_hand() {
     let folder = tempfile::tempdir().expect("a folder");
-    let demo = demo_logs_in(folder.path()).expect("flown");
+    let demo = demo_logs_in(folder.path()).expect("recorded");
     let it = Running::with(&demo.logs);
     let is_compared = |desk: &Value| {
         desk["logs"]
@@ -109,7 +109,7 @@ fn session_opens_again(it: &Running, logs: &[PathBuf], folder: &std::path::Path)
 #[test]
 fn a_search_is_cancelled_and_leaves_the_desk_as_it_was() {
     let folder = tempfile::tempdir().expect("a folder");
-    let demo = demo_logs_in(folder.path()).expect("flown");
+    let demo = demo_logs_in(folder.path()).expect("recorded");
     let it = Running::with(&demo.logs);
     it.wait_for("open", |desk| desk["logs"][1]["state"] == "open" && desk["logs"][0]["state"] == "open");
     assert_eq!(it.act("{\"act\":\"diagnose\"}").status, 200);

@@ -30,7 +30,7 @@ pub fn teeth(folder: &Path) -> Vec<PathBuf> {
     };
     let log = |(name, seed): (&str, u64)| {
         let path = folder.join(name);
-        record(&path, Some(law.clone()), seed, SECONDS).expect("flown");
+        record(&path, Some(law.clone()), seed, SECONDS).expect("recorded");
         path
     };
     [("train.csv", 5), ("held_out.csv", 6)].map(log).to_vec()
@@ -102,7 +102,7 @@ fn a_law_is_looked_at_added_and_taken_back_as_by_hand() {
 #[test]
 fn where_the_catalogue_has_the_answer_no_law_is_added_and_a_search_is_cancelled() {
     let folder = tempfile::tempdir().expect("a folder");
-    let demo = crate::workbench::demo::demo_logs_in(folder.path()).expect("flown");
+    let demo = crate::workbench::demo::demo_logs_in(folder.path()).expect("recorded");
     let it = Running::with(&demo.logs);
     it.wait_for("open", are_open);
     assert_eq!(it.act("{\"act\":\"discover\"}").status, 200);
