@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use super::block_run::BlockRun;
 use super::channels::RATES;
 use super::thresholds::THRESHOLDS;
-use crate::estimation;
 use crate::estimation::moments::deviation;
 use crate::estimation::noise_by_blocks::{NoiseBlocks, noise_by_blocks};
 use crate::estimation::noise_floor::{DITHERED, RESOLUTION};
@@ -15,7 +14,6 @@ use crate::model::Model;
 use crate::threads::spread;
 
 const BLOCKS: NoiseBlocks = NoiseBlocks {
-    in_a_row: estimation::thresholds::THRESHOLDS.in_a_row,
     samples: THRESHOLDS.noise_block,
     rank: THRESHOLDS.noise_rank,
     scatter: THRESHOLDS.noise_scatter,

@@ -17,7 +17,7 @@ use super::noise::{Noise, rotor_noise};
 use super::thresholds::THRESHOLDS;
 use super::{CompareConfig, CompareError};
 use crate::effect::Site;
-use crate::estimation::kalman_smoother::{Belief, LinearSystem, Reading, Step, log_likelihood, smoothed};
+use crate::estimation::kalman_smoother::{Belief, LinearSystem, Reading, Step, likelihood, smoothed};
 use crate::estimation::moments::rms_of_finite;
 use crate::log::Dataset;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, ModelError};
@@ -174,7 +174,7 @@ fn likeliest_wander(part: &TorqueInput<'_>, spread: &TorqueNoise) -> f64 {
         .collect();
     let tried = threads::spread(&wanders, |wander| {
         let system = WanderingTorque { part, spread, wander: *wander };
-        (*wander, log_likelihood(&system, THRESHOLDS.wander_samples))
+        (*wander, likelihood(&system, THRESHOLDS.wander_samples).known())
     });
     tried
         .into_iter()

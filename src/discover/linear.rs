@@ -3,8 +3,6 @@
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector};
-
 use super::law::{Law, usual_size};
 use super::measured_path::{Torques, torques, with_torques};
 use super::thresholds::THRESHOLDS;
@@ -16,6 +14,7 @@ use crate::diagnose::problem::Problem;
 use crate::effect::Site;
 use crate::estimation::normal_equations::{dot, orthonormal, remove};
 use crate::estimation::output_error::OutputError;
+use crate::estimation::ridge::ridge_step;
 use crate::model::{Effect, Model};
 
 /// The id of a law that is tried.
@@ -302,33 +301,11 @@ impl Plane {
         bare
     }
 
-    /// The step of the model's own numbers and of the columns that lowers the squares most, and its variances.
+    /// The step of the model's own numbers and of the columns that lowers the squares most, and its variances. What of the columns is
+    /// nearly the same as another number stays where it is.
     fn solve(&self, columns: &[Vec<f64>], ridge: f64) -> Option<(Vec<f64>, Vec<f64>)> {
-        let own = self.nuisance.len();
-        let all: Vec<&Vec<f64>> = self.nuisance.iter().chain(columns).collect();
-        let squares: Vec<f64> = all.iter().map(|column| dot(column, column)).collect();
-        let most = squares.iter().skip(own).copied().fold(0.0, f64::max);
-        let live: Vec<usize> = (0..all.len()).filter(|index| squares[*index] > 0.0).collect();
-        let scale: Vec<f64> = live.iter().map(|index| squares[*index].sqrt()).collect();
-        let matrix = DMatrix::from_fn(live.len(), live.len(), |row, column| {
-            if row < column {
-                return 0.0;
-            }
-            let product = dot(all[live[row]], all[live[column]]) / (scale[row] * scale[column]);
-            // What is nearly the same as another number stays where it is.
-            let damping = if live[row] >= own { ridge * most / squares[live[row]] } else { 0.0 };
-            if row == column { product + damping + 1e-9 } else { product }
-        });
-        let right = DVector::from_fn(live.len(), |row, _| -dot(all[live[row]], &self.residuals) / scale[row]);
-        let factor = matrix.cholesky()?;
-        let solution = factor.solve(&right);
-        let inverse = factor.inverse();
-        let (mut step, mut variances) = (vec![0.0; all.len()], vec![f64::INFINITY; all.len()]);
-        for (row, index) in live.iter().enumerate() {
-            step[*index] = solution[row] / scale[row];
-            variances[*index] = inverse[(row, row)] / scale[row].powi(2);
-        }
-        Some((step, variances))
+        let all: Vec<&[f64]> = self.nuisance.iter().chain(columns).map(Vec::as_slice).collect();
+        ridge_step(&all, self.nuisance.len(), &self.residuals, ridge)
     }
 
     /// The residuals after a step.

@@ -61,13 +61,42 @@ struct Filter<'a, S, const N: usize, const M: usize> {
     system: &'a S,
     /// Before the next sample is read.
     belief: Belief<N>,
-    /// Logarithm of the likelihood of all readings so far, a constant apart.
-    likelihood: f64,
+    /// Of all readings so far.
+    likelihood: Likelihood,
+}
+
+/// What the likelihood of readings is made of.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Likelihood {
+    /// Sum of the squared innovations, each over its variance.
+    squares: f64,
+    /// Sum of the logarithms of those variances.
+    logs: f64,
+    readings: f64,
+}
+
+impl Likelihood {
+    fn add(&mut self, innovation: f64, variance: f64) {
+        self.squares += innovation * innovation / variance;
+        self.logs += variance.ln();
+        self.readings += 1.0;
+    }
+
+    /// Its logarithm, a constant apart, where all variances are known.
+    pub(crate) fn known(&self) -> f64 {
+        -0.5 * (self.squares + self.logs)
+    }
+
+    /// Its logarithm, a constant apart, at the likeliest common factor of all variances.
+    pub(crate) fn at_best_scale(&self) -> f64 {
+        let readings = self.readings.max(1.0);
+        -0.5 * (readings * (self.squares / readings).max(f64::MIN_POSITIVE).ln() + self.logs)
+    }
 }
 
 impl<'a, S: LinearSystem<N, M>, const N: usize, const M: usize> Filter<'a, S, N, M> {
     fn of(system: &'a S) -> Self {
-        Self { system, belief: system.start(), likelihood: 0.0 }
+        Self { system, belief: system.start(), likelihood: Likelihood::default() }
     }
 
     /// Takes in what was read at a sample, and goes on to the next.
@@ -85,7 +114,7 @@ impl<'a, S: LinearSystem<N, M>, const N: usize, const M: usize> Filter<'a, S, N,
             *state += gain * innovation;
             *covariance -= gain * of * *covariance;
             *covariance = 0.5 * (*covariance + covariance.transpose());
-            *likelihood -= 0.5 * (innovation * innovation / variance + variance.ln());
+            likelihood.add(innovation, variance);
         }
         let after = Belief { state: *state, covariance: *covariance };
         let Step { transition, input, variance } = system.step(sample);
@@ -96,11 +125,11 @@ impl<'a, S: LinearSystem<N, M>, const N: usize, const M: usize> Filter<'a, S, N,
     }
 }
 
-/// Logarithm of the likelihood of the first `samples`, a constant apart.
-pub(crate) fn log_likelihood<const N: usize, const M: usize>(
+/// The likelihood of the first `samples`.
+pub(crate) fn likelihood<const N: usize, const M: usize>(
     system: &impl LinearSystem<N, M>,
     samples: usize,
-) -> f64 {
+) -> Likelihood {
     let mut filter = Filter::of(system);
     for sample in 0..system.samples().min(samples) {
         let _ = filter.pass(sample);
@@ -231,14 +260,14 @@ mod tests {
     #[test]
     fn filter_and_smoother_find_what_the_joint_distribution_says() {
         let walk = walk(60);
-        let (states, likelihood) = jointly(&walk);
+        let (states, log_likelihood) = jointly(&walk);
         // Both solve the same equations: they differ by rounding.
         for (found, expected) in smoothed(&walk, 0).iter().zip(&states) {
             assert!((found.0 - expected.0).abs() < 1e-10 && (found.1 - expected.1).abs() < 1e-10);
         }
-        assert!((log_likelihood(&walk, 1_000) - likelihood).abs() < 1e-9);
+        assert!((likelihood(&walk, 1_000).known() - log_likelihood).abs() < 1e-9);
         let first = jointly(&Walk { read: walk.read[..20].to_vec(), ..walk }).1;
-        assert!((log_likelihood(&self::walk(60), 20) - first).abs() < 1e-9);
+        assert!((likelihood(&self::walk(60), 20).known() - first).abs() < 1e-9);
     }
 
     /// Over more samples than are kept at a time, the seams do not show.

@@ -1,13 +1,11 @@
 //! The white noise of a signal that also steps and moves fast: estimated block by block, the quiet blocks together.
 
 use super::quantile::{MEDIAN_OF_NORMAL, median, sorted};
-use super::third_differences::THIRD_DIFFERENCE;
+use super::third_differences::{THIRD_DIFFERENCE, third_differences};
 
 /// How a signal is cut into blocks, and which of them count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NoiseBlocks {
-    /// Values that are there, one in so many, from which on there are enough of four in a row.
-    pub in_a_row: usize,
     /// Samples of one block.
     pub samples: usize,
     /// [-] rank among the estimates of the blocks that stands for the noise.
@@ -22,22 +20,8 @@ pub struct NoiseBlocks {
 /// third differences over blocks: steps and spikes, being few, do not count, and neither do stretches that
 /// move too fast.
 #[must_use]
-pub fn noise_by_blocks<'a>(pieces: impl Iterator<Item = &'a [f64]>, config: &NoiseBlocks) -> f64 {
-    let sizes = |piece: &[f64]| -> Vec<f64> {
-        let differences = piece.windows(4).map(|w| (w[0] - 3.0 * w[1] + 3.0 * w[2] - w[3]).abs());
-        differences.filter(|size| size.is_finite()).collect()
-    };
-    let pieces: Vec<&[f64]> = pieces.collect();
-    let there = |piece: &&[f64]| piece.iter().filter(|value| value.is_finite()).count();
-    let known: usize = pieces.iter().map(there).sum();
-    let mut differences: Vec<f64> = pieces.iter().flat_map(|piece| sizes(piece)).collect();
-    // A sensor slower than the rows hardly ever has four values in a row: then its own rows count.
-    if config.in_a_row * differences.len() < known {
-        let own = pieces
-            .iter()
-            .map(|piece| -> Vec<f64> { piece.iter().copied().filter(|value| value.is_finite()).collect() });
-        differences = own.flat_map(|own| sizes(&own)).collect();
-    }
+pub fn noise_by_blocks<'a>(pieces: impl Iterator<Item = &'a [f64]> + Clone, config: &NoiseBlocks) -> f64 {
+    let differences = third_differences(pieces, |value| value.is_finite());
     let blocks = (differences.len() / config.samples).max(1);
     let blocks = differences.chunks(differences.len().div_ceil(blocks).max(1));
     let estimates = sorted(blocks.map(|block| of_block(block, config)));
@@ -67,8 +51,7 @@ mod tests {
     use rand::SeedableRng;
     use rand_distr::{Distribution, Normal};
 
-    const CONFIG: NoiseBlocks =
-        NoiseBlocks { in_a_row: 4, samples: 200, rank: 0.4, scatter: 1.15, outliers: 3.5 };
+    const CONFIG: NoiseBlocks = NoiseBlocks { samples: 200, rank: 0.4, scatter: 1.15, outliers: 3.5 };
 
     #[test]
     fn white_noise_is_found_below_a_smooth_signal_with_steps() {

@@ -1,11 +1,15 @@
-//! Least squares by normal equations whose rows have few columns that are not zero, with a ridge.
+//! Least squares by normal equations with a ridge: of rows with few columns that are not zero, and of whole columns.
 
 use nalgebra::{DMatrix, DVector};
 
+use super::normal_equations::dot;
 use super::thresholds::THRESHOLDS;
 
 /// Share of the rows that is added to each column's own.
 pub(crate) const RIDGE: f64 = THRESHOLDS.ridge;
+
+/// The same where none is asked for: what two columns that say the same need to be solved at all.
+const LEAST_RIDGE: f64 = 1e-9;
 
 /// Normal equations.
 pub(crate) struct RidgeSums {
@@ -64,9 +68,53 @@ impl RidgeSums {
     }
 }
 
+/// The step along each column of slopes that lowers the squares of the residuals most, and its variance at residuals of size one:
+/// infinite where a column is zero. From column `from` on there is a ridge, as a share of the largest of those columns' squares.
+pub(crate) fn ridge_step(
+    columns: &[&[f64]],
+    from: usize,
+    residuals: &[f64],
+    ridge: f64,
+) -> Option<(Vec<f64>, Vec<f64>)> {
+    let squares: Vec<f64> = columns.iter().map(|column| dot(column, column)).collect();
+    let most = squares.iter().skip(from).copied().fold(0.0, f64::max);
+    let live: Vec<usize> = (0..columns.len()).filter(|index| squares[*index] > 0.0).collect();
+    let scale: Vec<f64> = live.iter().map(|index| squares[*index].sqrt()).collect();
+    // A factorization takes the lower half.
+    let matrix = DMatrix::from_fn(live.len(), live.len(), |row, column| {
+        if row < column {
+            return 0.0;
+        }
+        let product = dot(columns[live[row]], columns[live[column]]) / (scale[row] * scale[column]);
+        let damping = if live[row] >= from { ridge * most / squares[live[row]] } else { 0.0 };
+        if row == column { product + damping + LEAST_RIDGE } else { product }
+    });
+    let right = DVector::from_fn(live.len(), |row, _| -dot(columns[live[row]], residuals) / scale[row]);
+    let factor = matrix.cholesky()?;
+    let solution = factor.solve(&right);
+    let inverse = factor.inverse();
+    let (mut step, mut variances) = (vec![0.0; columns.len()], vec![f64::INFINITY; columns.len()]);
+    for (row, index) in live.iter().enumerate() {
+        step[*index] = solution[row] / scale[row];
+        variances[*index] = inverse[(row, row)] / scale[row].powi(2);
+    }
+    Some((step, variances))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Two columns at right angles: the first as least squares says, the second halved by a ridge of its own size.
+    #[test]
+    fn a_ridge_holds_back_the_columns_that_it_is_for() {
+        let columns: [&[f64]; 3] = [&[1.0, 1.0, 0.0], &[0.0, 0.0, 2.0], &[0.0; 3]];
+        let (step, variances) = ridge_step(&columns, 1, &[-3.0, -3.0, -4.0], 1.0).expect("solved");
+        // The least ridge moves the ninth digit.
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-7;
+        assert!(near(step[0], 3.0) && near(step[1], 1.0) && step[2] == 0.0, "{step:?}");
+        assert!(near(variances[0], 0.5) && near(variances[1], 0.125) && variances[2].is_infinite());
+    }
 
     #[test]
     fn rows_with_a_dense_part_are_summed_as_any_others() {

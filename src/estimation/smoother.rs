@@ -3,11 +3,11 @@
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
+use super::kalman_smoother::{Belief, LinearSystem, Reading, Step, likelihood, smoothed};
 use super::noise_floor::white_noise;
 use super::thresholds::THRESHOLDS;
 
-/// The level under noisy values: a random walk, its wandering chosen by likelihood, smoothed forwards and
-/// backwards (Kalman, Rauch-Tung-Striebel). Not-a-number = missing. With it an example of the noise that the level
+/// The level under noisy values: a random walk, its wandering chosen by likelihood. Not-a-number = missing. With it an example of the noise that the level
 /// still carries: white noise of the same size, smoothed in the same way.
 #[must_use]
 pub fn smooth(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
@@ -18,7 +18,7 @@ pub fn smooth(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
     }
     let mut noise = white(values.len(), white_noise(values, std::slice::from_ref(&(0..values.len()))));
     copy_missing(&mut noise, values);
-    (smoothed(values, wandering), smoothed(&noise, wandering))
+    (level(values, wandering), level(&noise, wandering))
 }
 
 /// Marks as missing in an example of noise what is missing in the values that it belongs to.
@@ -34,24 +34,48 @@ pub fn white(count: usize, size: f64) -> Vec<f64> {
     (0..count).map(|_| size * Distribution::<f64>::sample(&StandardNormal, &mut generator)).collect()
 }
 
+/// A level that wanders from sample to sample, read with noise; both over the size of the noise.
+struct Level<'a> {
+    values: &'a [f64],
+    wandering: f64,
+}
+
+impl LinearSystem<1, 1> for Level<'_> {
+    fn samples(&self) -> usize {
+        self.values.len()
+    }
+
+    /// As uncertain as a sample of noise, so that the first sample does not stand for the level; half of that where it is there.
+    fn start(&self) -> Belief<1> {
+        let first = self.values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
+        let is_read = self.values.first().is_some_and(|value| value.is_finite());
+        Belief { state: [first].into(), covariance: [[if is_read { 0.5 } else { 1.0 }]].into() }
+    }
+
+    /// The first sample is where the level starts.
+    fn readings(&self, sample: usize) -> [Reading<1>; 1] {
+        let value = if sample == 0 { f64::NAN } else { self.values[sample] };
+        [Reading { value, noise: 1.0, of: [[1.0]].into() }]
+    }
+
+    fn step(&self, _sample: usize) -> Step<1> {
+        let variance = [self.wandering * self.wandering].into();
+        Step { transition: [[1.0]].into(), input: [0.0].into(), variance }
+    }
+}
+
 /// How much the level wanders from sample to sample, over the noise.
 fn wandering(values: &[f64]) -> f64 {
-    let likelihood = |wandering: &f64| {
-        let penalty = if *wandering > 0.0 { THRESHOLDS.wandering_penalty } else { 0.0 };
-        filter(values, *wandering).0 - penalty
+    let likelihood = |wandering: f64| {
+        let penalty = if wandering > 0.0 { THRESHOLDS.wandering_penalty } else { 0.0 };
+        likelihood(&Level { values, wandering }, values.len()).at_best_scale() - penalty
     };
-    let best = THRESHOLDS.wanderings.iter().copied().map(|wandering| (likelihood(&wandering), wandering));
+    let best = THRESHOLDS.wanderings.iter().copied().map(|wandering| (likelihood(wandering), wandering));
     best.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |(_, wandering)| wandering)
 }
 
-fn smoothed(values: &[f64], wandering: f64) -> Vec<f64> {
-    let (_, levels, variances) = filter(values, wandering);
-    let mut smooth = levels.clone();
-    for row in (0..values.len().saturating_sub(1)).rev() {
-        let gain = variances[row] / (variances[row] + wandering * wandering);
-        smooth[row] = levels[row] + gain * (smooth[row + 1] - levels[row]);
-    }
-    smooth
+fn level(values: &[f64], wandering: f64) -> Vec<f64> {
+    smoothed(&Level { values, wandering }, 0).into_iter().map(|(level, _)| level).collect()
 }
 
 /// The mean where it is plainly not zero: a mean within its own scatter is noise, and noise would drive what
@@ -62,37 +86,6 @@ fn constant(values: &[f64]) -> f64 {
     let mean = finite().sum::<f64>() / count;
     let scatter = finite().map(|value| (value - mean).powi(2)).sum::<f64>().sqrt() / count;
     if mean.abs() > THRESHOLDS.mean_errors * scatter { mean } else { 0.0 }
-}
-
-/// The log-likelihood with the noise's size concentrated out, and level and variance (over noise) at each sample.
-fn filter(values: &[f64], wandering: f64) -> (f64, Vec<f64>, Vec<f64>) {
-    let first = values.iter().copied().find(|value| value.is_finite()).unwrap_or(0.0);
-    // A start as uncertain as a few samples of noise, so that the first sample does not stand for the level.
-    let (mut level, mut variance) = (first, 1.0);
-    let (mut squares, mut logs, mut count) = (0.0, 0.0, 0.0_f64);
-    let mut levels = Vec::with_capacity(values.len());
-    let mut variances = Vec::with_capacity(values.len());
-    for (row, value) in values.iter().enumerate() {
-        if row > 0 {
-            variance += wandering * wandering;
-        }
-        if value.is_finite() {
-            let total = variance + 1.0;
-            let surprise = value - level;
-            if row > 0 {
-                squares += surprise * surprise / total;
-                logs += total.ln();
-                count += 1.0;
-            }
-            let gain = variance / total;
-            level += gain * surprise;
-            variance *= 1.0 - gain;
-        }
-        levels.push(level);
-        variances.push(variance);
-    }
-    let count = count.max(1.0);
-    (-0.5 * (count * (squares / count).max(f64::MIN_POSITIVE).ln() + logs), levels, variances)
 }
 
 #[cfg(test)]
