@@ -8,6 +8,7 @@ use super::steady_rows::HIGHEST_DEGREE;
 use super::work::Work;
 use crate::screening::ScreenedLog;
 use crate::screening::duplicate_logs;
+use crate::screening::requirements::check_magnitudes;
 
 /// Steps of [`identify_with_progress`].
 pub const STEPS: usize = 7;
@@ -39,6 +40,9 @@ pub fn identify_with_progress(
     }
     if logs.is_empty() {
         return Err(IdentifyError::NoLog);
+    }
+    for log in logs.iter().chain(validation) {
+        check_magnitudes(log.raw())?;
     }
     let mut copies = Vec::new();
     let logs = &duplicate_logs::without_copies(logs, &mut copies)[..];

@@ -37,9 +37,11 @@ pub(crate) fn without_seen(
     without_copies(&fresh, warnings)
 }
 
-fn is_copy(one: &ScreenedLog, other: &ScreenedLog) -> bool {
-    let [one, other] = [one.raw().sha256(), other.raw().sha256()];
-    !one.is_empty() && one == other
+/// Whether two logs are the same rows of one file. Two parts or flights of one recording are two logs.
+pub(super) fn is_copy(one: &ScreenedLog, other: &ScreenedLog) -> bool {
+    let [one, other] = [one.raw(), other.raw()];
+    let ends = |log: &Dataset| (log.time().first().copied(), log.time().last().copied());
+    !one.sha256().is_empty() && one.sha256() == other.sha256() && ends(one) == ends(other)
 }
 
 /// A log that has no part in the result, and why.
@@ -98,4 +100,29 @@ fn reason(log: &Dataset, rotors: &[&RotorLog], in_vain: Option<&Finding>) -> Fin
     let seconds = log.time().last().zip(log.time().first()).map_or(0.0, |(last, first)| last - first);
     let finding = not_used(log, "not_excited").rows(samples).with("seconds", seconds);
     finding.with("fewest_jumps", FEWEST_JUMPS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::requirements::repeated;
+    use super::*;
+
+    #[test]
+    fn flights_of_one_file_are_logs_of_their_own_for_every_command() {
+        let flight = |hash: &str, from: f64| -> ScreenedLog {
+            Dataset::new("f.bbl", hash, vec![from, from + 1.0]).expect("time rises").into()
+        };
+        let (first, second) = ([flight("1", 0.0)], [flight("1", 5.0)]);
+        let mut findings = Vec::new();
+        assert_eq!(without_seen(&first, &second, &mut findings).len(), 1);
+        assert!(findings.is_empty() && repeated(&first, &second).is_empty());
+        assert!(without_seen(&first, &first, &mut findings).is_empty());
+        assert_eq!(
+            (findings[0].code, repeated(&first, &first)[0].code),
+            ("validation_log_was_fitted", "log_fitted_and_validated")
+        );
+        // What no file holds has no hash: the same times do not make two logs one.
+        assert_eq!(without_copies(&[flight("", 0.0), flight("", 0.0)], &mut findings).len(), 2);
+        assert!(repeated(&[flight("", 0.0)], &[flight("", 0.0)]).is_empty());
+    }
 }

@@ -1,5 +1,6 @@
 //! What logs must be like before any model is held against them.
 
+use super::duplicate_logs::is_copy;
 use super::thresholds::THRESHOLDS;
 use super::{Finding, ScreenedLog, ScreeningError};
 use crate::log::Dataset;
@@ -40,20 +41,14 @@ pub fn without_battery(model: &Model, logs: &[ScreenedLog]) -> Vec<Finding> {
 /// Logs that are there twice: what was fitted cannot judge the fit.
 #[must_use]
 pub fn repeated(train: &[ScreenedLog], validate: &[ScreenedLog]) -> Vec<Finding> {
-    // Two parts of one recording are two logs.
-    let is_same = |one: &ScreenedLog, other: &ScreenedLog| {
-        let [one, other] = [one.raw(), other.raw()];
-        let ends = |log: &Dataset| (log.time().first().copied(), log.time().last().copied());
-        one.sha256() == other.sha256() && ends(one) == ends(other)
-    };
     let of = |code, log: &ScreenedLog| Finding::new(code, "").of(log.source_name());
     let mut found = Vec::new();
     for (index, log) in train.iter().enumerate() {
-        if train[..index].iter().any(|other| is_same(log, other)) {
+        if train[..index].iter().any(|other| is_copy(log, other)) {
             found.push(of("log_given_twice", log));
         }
     }
-    let judged = validate.iter().filter(|log| train.iter().any(|other| is_same(log, other)));
+    let judged = validate.iter().filter(|log| train.iter().any(|other| is_copy(log, other)));
     found.extend(judged.map(|log| of("log_fitted_and_validated", log)));
     found
 }
