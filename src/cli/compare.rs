@@ -20,7 +20,7 @@ pub struct Arguments {
     /// Model file, or `paper`; several are held side by side
     #[arg(long, default_value = "paper")]
     model: Vec<PathBuf>,
-    /// Log (CSV); several are compared one by one
+    /// Log of any format that is read; several are compared one by one
     #[arg(long, required_unless_present = "runs", num_args = 1..)]
     log: Vec<PathBuf>,
     #[command(flatten)]

@@ -70,6 +70,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
         if settings.rotors.is_empty() {
             let last = session::rotors(&logs).last().copied().unwrap_or(0);
             settings.rotors = (1..=last.max(ROTORS)).collect();
+        } else {
+            session::require_rotors(&logs, &settings.rotors)?;
         }
         let found = in_steps(cancel, |job| session::identify(&logs, &validation, &settings, job))?;
         let page = arguments.report.as_ref().map(|path| (path, found.page()));

@@ -47,5 +47,7 @@ pub use identify::identify;
 pub use job::{Job, Progress};
 pub use machine::{Grade, MachineCheck, check_machine};
 pub use models::{name_after, open_model, save_model, step_back};
-pub use open::{OpenConfig, Opened, between, open, open_all, open_mapped, rotors, save_log, summarize};
+pub use open::{
+    OpenConfig, Opened, between, open, open_all, open_mapped, require_rotors, rotors, save_log, summarize,
+};
 pub use rotors::{diagnose_each, many_rotors};

@@ -138,6 +138,21 @@ pub fn rotors(logs: &[ScreenedLog]) -> Vec<usize> {
     rotors_of(logs.iter().map(ScreenedLog::raw))
 }
 
+/// Refuses rotors that none of the logs has.
+///
+/// # Errors
+/// [`ChoiceError::Rotor`] names the first, and what there is.
+pub fn require_rotors(logs: &[ScreenedLog], rotors: &[usize]) -> Result<(), SessionError> {
+    let present = self::rotors(logs);
+    let missing = rotors.iter().find(|rotor| !present.contains(rotor));
+    match (missing, logs.first()) {
+        (Some(&rotor), Some(log)) => {
+            Err(ChoiceError::Rotor { log: log.source_name().to_owned(), rotor, present }.into())
+        }
+        _ => Ok(()),
+    }
+}
+
 fn rotors_of<'a>(logs: impl Iterator<Item = &'a Dataset>) -> Vec<usize> {
     let mut found: Vec<usize> = logs.flat_map(Dataset::names).filter_map(rotor_of).collect();
     found.sort_unstable();

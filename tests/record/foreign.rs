@@ -196,6 +196,7 @@ fn rotors_and_spans_are_chosen() {
     assert_eq!(read.names().collect::<Vec<_>>(), ["command_2", "command_1", "propeller_rate_1_rad_s"]);
     assert_eq!(read.column("command_1").expect("there")[0], 0.3);
     refused(&["import", &log, "--rotor", "5"], "no rotor 5; it holds 1, 2, 3, 4");
+    refused(&["identify", "--log", &log, "--rotor", "5"], "no rotor 5; it holds 1, 2, 3, 4");
     refused(&["compare", "--log", &log, "--from-s", "20"], "it goes from 0 s to 9.9 s");
 }
 
