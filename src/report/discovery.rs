@@ -10,7 +10,7 @@ use super::story::{error_table, errors, measured, wrapped};
 use super::verdict;
 use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
 use crate::compare::Comparison;
-use crate::diagnose::diagnosis::FoundParameter;
+use crate::diagnose::diagnosis::{FoundParameter, Verdict};
 use crate::discover::answer::{OtherLaw, Shape, TellApart};
 use crate::discover::{Discovery, LawVerdict};
 use crate::effect::Site;
@@ -97,6 +97,11 @@ pub fn headline(found: &Discovery, mark: &str) -> String {
 fn catalogue(found: &Discovery, mark: &str) -> String {
     let effects: Vec<String> = found.effects.iter().map(|id| format!("{mark}{id}{mark}")).collect();
     match found.verdict {
+        LawVerdict::Catalogue if found.diagnosis.verdict == Verdict::Unknown => format!(
+            "No formula does better than {} of the catalogue, and with {} something is still missing.",
+            effects.join(" + "),
+            if effects.len() == 1 { "it" } else { "them" }
+        ),
         LawVerdict::Catalogue => format!("The catalogue explains it as well: {}.", effects.join(" + ")),
         _ => verdict::sentence(&found.diagnosis, mark),
     }
