@@ -153,7 +153,7 @@ fn logs_that_no_model_can_be_held_against_are_refused_in_a_sentence() {
         rows(&|row| format!("{},{},1e160\n", 0.01 * row as f64, 0.4 + 0.2 * (row / 50 % 2) as f64))
     );
     let huge = desk.write("huge.csv", &huge).display().to_string();
-    for command in ["compare", "diagnose"] {
+    for command in ["compare", "diagnose", "identify"] {
         refused(&[command, "--log", &huge], &["huge.csv", "`propeller_rate_1_rad_s` is 1e160", "0 s"]);
     }
     for horizon in ["0", "-1", "1e9", "nan", "inf"] {

@@ -71,7 +71,10 @@ fn what_diagnose_decides_by_is_what_its_pages_say() {
         &[
             joins.replace("% (", "% off the squared error ("),
             format!("falls by {} standard errors from stretch to stretch", word(it.consistent)),
-            format!("differs by {} standard errors", word(it.identifiable)),
+            format!(
+                "differs by {} standard errors from the value that stands for no effect",
+                word(it.identifiable)
+            ),
             format!("in fewer than 1 of {} tries", (1.0 / it.significance_level).round()),
             format!("a large one (above {})", it.significance_level),
             format!("{} times, everything fitted again", it.battery_surrogates),
