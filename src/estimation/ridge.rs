@@ -105,15 +105,15 @@ pub(crate) fn ridge_step(
 mod tests {
     use super::*;
 
-    /// Two columns at right angles: the first as least squares says, the second halved by a ridge of its own size.
+    /// Two columns at right angles: the first, however large, as least squares says; the second halved by a ridge of its own size.
     #[test]
     fn a_ridge_holds_back_the_columns_that_it_is_for() {
-        let columns: [&[f64]; 3] = [&[1.0, 1.0, 0.0], &[0.0, 0.0, 2.0], &[0.0; 3]];
+        let columns: [&[f64]; 3] = [&[3.0, 3.0, 0.0], &[0.0, 0.0, 2.0], &[0.0; 3]];
         let (step, variances) = ridge_step(&columns, 1, &[-3.0, -3.0, -4.0], 1.0).expect("solved");
         // The least ridge moves the ninth digit.
         let near = |a: f64, b: f64| (a - b).abs() < 1e-7;
-        assert!(near(step[0], 3.0) && near(step[1], 1.0) && step[2] == 0.0, "{step:?}");
-        assert!(near(variances[0], 0.5) && near(variances[1], 0.125) && variances[2].is_infinite());
+        assert!(near(step[0], 1.0) && near(step[1], 1.0) && step[2] == 0.0, "{step:?}");
+        assert!(near(variances[0], 1.0 / 18.0) && near(variances[1], 0.125) && variances[2].is_infinite());
     }
 
     #[test]
