@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::log_arguments::LogArguments;
 use super::output::{Force, writable};
+use super::usage_error::UsageError;
 use super::watched::cancellable;
 use super::{CliResult, Outcome};
 use crate::cancel::Cancel;
@@ -12,7 +13,6 @@ use crate::emulate::Impulse;
 use crate::report::comparison;
 use crate::report::json;
 use crate::session::{self, Job};
-use crate::unit::short;
 
 /// Arguments of `compare`.
 #[derive(Debug, clap::Args)]
@@ -56,7 +56,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return side_by_side(arguments);
     }
     if arguments.signals.is_some() && arguments.log.len() > 1 {
-        return Err(super::CliError::new("--signals writes the signals of one log; several were given"));
+        return Err(UsageError::SignalsOfLogs.into());
     }
     let models =
         arguments.model.iter().map(|path| session::open_model(path)).collect::<Result<Vec<_>, _>>()?;
@@ -95,12 +95,7 @@ fn side_by_side(arguments: &Arguments) -> CliResult {
     let impulse = arguments.impulse.as_deref().map(super::emulate::impulse).transpose()?;
     if let Some(it) = impulse.filter(|it| !(it.at_s >= 0.0 && it.duration_s > 0.0 && it.torque.is_finite())) {
         let Impulse { at_s, duration_s, torque } = it;
-        return Err(super::CliError::new(format!(
-            "--impulse {}:{}:{}: three numbers, the first not below zero, the second above it",
-            short(at_s),
-            short(duration_s),
-            short(torque)
-        )));
+        return Err(UsageError::Impulse { at_s, duration_s, torque }.into());
     }
     // Reading recordings is short: Ctrl-C ends the program as it ends any other.
     let compared = session::compare_runs(&arguments.runs, impulse, &Job::unwatched(&Cancel::default()))?;

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::output::Force;
 use super::thresholds::THRESHOLDS;
+use super::usage_error::UsageError;
 use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
 use crate::control::MoveConfig;
@@ -18,7 +19,7 @@ use crate::shm::PassingBench;
 mod bench_run;
 mod lesson;
 
-use bench_run::{Attempts, DemoRun, at, degraded, guard_lines, run_whole};
+use bench_run::{Attempts, DemoRun, degraded, guard_lines, run_whole};
 
 /// Arguments of `demo`.
 #[derive(Debug, clap::Args)]
@@ -48,9 +49,9 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let out = &arguments.out;
     let (mut bench, emulator) = benches(arguments)?;
     arguments.force.check(&ALWAYS.iter().chain(&LATE).map(|name| out.join(name)).collect::<Vec<_>>())?;
-    fs::create_dir_all(out).map_err(|error| at(out, &error))?;
+    fs::create_dir_all(out).map_err(UsageError::at(out))?;
     for path in LATE.map(|name| out.join(name)).iter().filter(|path| path.exists()) {
-        fs::remove_file(path).map_err(|error| at(path, &error))?;
+        fs::remove_file(path).map_err(UsageError::at(path))?;
     }
     let hidden: Vec<String> = emulator.emulator.hidden.iter().map(ToString::to_string).collect();
     let user = Shutdown::listen()?;

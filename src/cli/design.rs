@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::operate::BenchArguments;
 use super::output::{Force, say, writable};
+use super::usage_error::{Idle, UsageError};
 use super::{CliError, CliResult, Outcome};
 use crate::control::design::pid_by_margins;
 use crate::control::{Beta, BetaRule, ControllerConfig, ControllerKind};
@@ -11,7 +12,6 @@ use crate::effect::{Site, Term, acting_as};
 use crate::model::Model;
 use crate::report::design::{self, Design};
 use crate::session::ControlLoop;
-use crate::unit::short;
 
 /// Arguments of `design`. What is not given here comes from the bench file.
 #[derive(Debug, clap::Args)]
@@ -109,8 +109,13 @@ impl Arguments {
         bench.check()?;
         let angle_deg = self.angle_deg.unwrap_or(0.0);
         if !(-180.0..=180.0).contains(&angle_deg) {
-            let angle = short(angle_deg);
-            return Err(CliError::new(format!("--angle-deg must lie in -180..180, not {angle}")));
+            return Err(UsageError::Range {
+                option: "--angle-deg",
+                value: angle_deg,
+                low: -180.0,
+                high: 180.0,
+            }
+            .into());
         }
         let path = self.model.clone().unwrap_or_else(|| PathBuf::from(&bench.model));
         writable(&self.report, self.bench.config.iter().chain([&path]), self.force)?;
@@ -128,11 +133,10 @@ impl Arguments {
         self.refuse_idle(config)?;
         // Of all torques on the body the pendulum's alone has another slope at another angle.
         if self.angle_deg.is_some() && task.known.pendulum_moment == 0.0 {
-            return Err(CliError::new(format!(
-                "--angle-deg would do nothing: model `{}` has no effect whose slope depends on the angle ({})",
-                model.name,
-                acting_as(Site::Torque, Term::Pendulum).map_or("", |card| card.id)
-            )));
+            let effect = acting_as(Site::Torque, Term::Pendulum).map_or("", |card| card.id);
+            return Err(
+                UsageError::idle("--angle-deg", Idle::SameAtAllAngles { model: model.name, effect }).into()
+            );
         }
         let emc = &mut config.emc;
         emc.beta = self.beta.unwrap_or(emc.beta);
@@ -143,9 +147,7 @@ impl Arguments {
         task.loop_plant.delay_s += 1e-3 * self.delay_ms;
         if let Some([phase_deg, gain]) = self.pid_margins {
             if !(phase_deg > 0.0 && (..180.0).contains(&phase_deg) && gain >= 1.0) {
-                return Err(CliError::new(
-                    "--pid-margins needs degrees between 0 and 180 and a factor of at least 1",
-                ));
+                return Err(UsageError::Margins { phase_deg, gain }.into());
             }
             task.config.pid =
                 pid_by_margins(&task.plant, &task.loop_plant, task.period_s, phase_deg.to_radians(), gain)?;
@@ -155,16 +157,15 @@ impl Arguments {
     }
 
     /// Refuses what would do nothing for the controller of `config`.
-    fn refuse_idle(&self, config: &ControllerConfig) -> Result<(), CliError> {
-        let refuse =
-            |option: &str, why: &str| Err(CliError::new(format!("{option} would do nothing: {why}")));
+    fn refuse_idle(&self, config: &ControllerConfig) -> Result<(), UsageError> {
+        let refuse = |option: &str, reason| Err(UsageError::idle(option, reason));
         if config.kind == ControllerKind::Emc {
             if self.pid_margins.is_some() {
-                return refuse("--pid-margins", "the controller is EMC; leave out --controller emc");
+                return refuse("--pid-margins", Idle::OfPid);
             }
             let placed = self.feedback_gain.is_none() && config.emc.feedback_gain.is_none();
             if self.alpha_c.is_some() && !placed {
-                return refuse("--alpha-c", "the feedback gain is given, not placed by eigenvalues");
+                return refuse("--alpha-c", Idle::GainIsGiven);
             }
             return Ok(());
         }
@@ -175,8 +176,6 @@ impl Arguments {
             ("--alpha-c", self.alpha_c.is_some()),
             ("--feedback-gain", self.feedback_gain.is_some()),
         ];
-        of_emc.iter().find(|(_, given)| *given).map_or(Ok(()), |(option, _)| {
-            refuse(option, "the controller is a PID, and this is a setting of EMC")
-        })
+        of_emc.iter().find(|(_, given)| *given).map_or(Ok(()), |(option, _)| refuse(option, Idle::OfEmc))
     }
 }

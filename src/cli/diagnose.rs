@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::output::{Force, writable};
 use super::search_arguments::SearchArguments;
+use super::usage_error::UsageError;
 use super::watched::{cancellable, searching};
 use super::{CliError, CliResult, Outcome};
 use crate::cancel::Cancel;
@@ -95,11 +96,7 @@ fn each_rotor(
     cancel: &Cancel,
 ) -> Result<RotorDiagnoses, CliError> {
     if arguments.report.is_some() {
-        return Err(CliError::new(format!(
-            "--report is a page of one rotor, and the logs have {}; name it with --rotors {}",
-            rotors.len(),
-            rotors[0]
-        )));
+        return Err(UsageError::ReportOfRotors { count: rotors.len(), first: rotors[0] }.into());
     }
     let config = arguments.search.config();
     Ok(searching(cancel, |job| session::diagnose_each(model, logs, rotors, &config, job))?)

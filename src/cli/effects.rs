@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
+use super::usage_error::UsageError;
 use super::{CliError, CliResult, Outcome, output};
 use crate::effect::{CATALOGUE, Card, Site, find};
 use crate::model::Model;
@@ -54,7 +55,10 @@ pub fn run(arguments: &Arguments) -> CliResult {
     let Some(card) = find(id) else {
         let own = model.user_effects.iter().find(|user| user.id == *id);
         let own = own.ok_or_else(|| {
-            model.effect(id).err().map_or_else(|| CliError::new("unknown effect"), CliError::from)
+            model
+                .effect(id)
+                .err()
+                .map_or_else(|| UsageError::UnknownEffect { id: id.clone() }.into(), CliError::from)
         })?;
         println!("{} ({}): {}\n  {}", own.id, own.site.name(), own.expression, own.meaning);
         return Ok(Outcome::Done);

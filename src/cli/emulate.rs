@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::operate::BenchArguments;
+use super::usage_error::UsageError;
 use super::{CliError, CliResult, Outcome, output};
 use crate::bench::BenchConfig;
 use crate::effect::{Law, Site, find};
@@ -131,12 +132,11 @@ impl PlantArguments {
 }
 
 /// The impulse that `text` writes as `at_s:duration_s:torque_nm`.
-pub(super) fn impulse(text: &str) -> Result<Impulse, CliError> {
+pub(super) fn impulse(text: &str) -> Result<Impulse, UsageError> {
     let numbers: Result<Vec<f64>, _> = text.split(':').map(|number| number.trim().parse()).collect();
     let Ok(&[at_s, duration_s, torque]) = numbers.as_deref() else {
-        return Err(CliError::new(format!(
-            "--impulse {text}: write at_s:duration_s:torque_nm, as in 3:0.05:0.6"
-        )));
+        let form = "at_s:duration_s:torque_nm, as in 3:0.05:0.6";
+        return Err(UsageError::Form { option: "--impulse", value: text.to_owned(), form });
     };
     Ok(Impulse { at_s, duration_s, torque })
 }

@@ -8,6 +8,7 @@ use super::emulate::PlantArguments;
 use super::operate::BenchArguments;
 use super::output::{Force, writable};
 use super::progress::Progress;
+use super::usage_error::{Idle, UsageError};
 use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
 use crate::clock;
@@ -154,7 +155,7 @@ impl Arguments {
     }
 
     /// Refuses to write over what is there, and with `--force`, too, over the bench file and its model.
-    fn refuse_to_overwrite(&self, config: &BenchConfig) -> Result<(), CliError> {
+    fn refuse_to_overwrite(&self, config: &BenchConfig) -> Result<(), UsageError> {
         let log = &self.output;
         let recording = (!self.lockstep).then(|| log.with_extension("mcap"));
         let mut files = vec![log.clone(), log.with_extension("toml")];
@@ -162,40 +163,32 @@ impl Arguments {
         let mut inputs = vec![PathBuf::from(&config.model)];
         inputs.extend(self.bench.config.clone());
         writable([log], &inputs, self.force)?;
-        writable(&files, &inputs, self.force).map_err(|error| {
-            let also = if self.lockstep { "FILE.toml" } else { "FILE.toml and FILE.mcap" };
-            CliError::new(format!(
-                "{error} (beside -o FILE.csv this command writes {also}: choose another -o)"
-            ))
-        })?;
+        writable(&files, &inputs, self.force)
+            .map_err(|error| UsageError::Beside { error: Box::new(error), is_recorded: !self.lockstep })?;
         recording.map_or(Ok(()), |recording| self.force.make_way(&recording))
     }
 
     /// Refuses what would do nothing.
-    fn refuse_idle(&self) -> Result<(), CliError> {
-        let refuse =
-            |option: &str, why: &str| Err(CliError::new(format!("{option} would do nothing: {why}")));
+    fn refuse_idle(&self) -> Result<(), UsageError> {
+        let refuse = |option: &str, reason| Err(UsageError::idle(option, reason));
         if !self.lockstep
             && let Some(option) = self.plant.given().first()
         {
-            return refuse(
-                option,
-                "it is the emulator's, and without --lockstep the running bench is driven",
-            );
+            return refuse(option, Idle::BenchRuns);
         }
         if self.closed_loop && self.rotors() != Rotors::Differential {
-            return refuse("--rotors", "with --closed-loop the signal is added differentially");
+            return refuse("--rotors", Idle::AddedDifferentially);
         }
         let of_levels = matches!(self.shape, ShapeArguments::Constant { .. } | ShapeArguments::Ramp { .. });
         if self.around.is_some() && self.closed_loop && !of_levels {
-            return refuse("--around", "with --closed-loop the signal is added to the controller's commands");
+            return refuse("--around", Idle::AddedToCommands);
         }
         if self.around.is_some() && !self.closed_loop && of_levels && self.rotors() != Rotors::Differential {
-            return refuse("--around", "the levels are commands themselves");
+            return refuse("--around", Idle::LevelsAreCommands);
         }
         let held = self.lockstep && !self.closed_loop && !self.free_body;
         if let Some(option) = self.plant.moving_the_body().filter(|_| held) {
-            return refuse(&option, "open loop holds the body still; --free-body lets it swing");
+            return refuse(&option, Idle::BodyIsHeld);
         }
         Ok(())
     }
@@ -296,8 +289,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
 
 fn write_protocol(protocol: &Protocol, path: &Path) -> Result<(), CliError> {
     let text = toml::to_string(protocol)?;
-    let failed = |error| CliError::new(format!("{}: {error}", path.display()));
-    write_atomically(path, text.as_bytes()).map_err(failed)
+    Ok(write_atomically(path, text.as_bytes()).map_err(UsageError::at(path))?)
 }
 
 fn in_lockstep(
@@ -312,7 +304,7 @@ fn in_lockstep(
     })?;
     drop(progress);
     if trace.is_empty() {
-        return Err(CliError::new(format!("nothing was recorded: {}", report::guard::ending(&ending))));
+        return Err(UsageError::NothingRecorded(ending).into());
     }
     Ok((trace.into_dataset("experiment")?, ending))
 }

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::output::{Force, writable};
-use super::{CliError, CliResult, Outcome};
+use super::usage_error::UsageError;
+use super::{CliResult, Outcome};
 use crate::log::export;
 use crate::recording::End;
 
@@ -62,14 +63,11 @@ pub fn run(arguments: &Arguments) -> CliResult {
         ("frames", arguments.candump.as_ref(), export::write_candump),
     ];
     if outputs.iter().all(|(_, output, _)| output.is_none()) {
-        return Err(CliError::new("export: nothing to write; give -o FILE.csv, --candump FILE.log or both"));
+        return Err(UsageError::NoOutput.into());
     }
     let is_frames = |path: &&PathBuf| path.extension().is_some_and(|it| it == "log" || it == "candump");
     if let Some(path) = arguments.output.as_ref().filter(is_frames) {
-        return Err(CliError::new(format!(
-            "export: -o writes the CSV log, and `{}` is named like raw frames: give --candump for those",
-            path.display()
-        )));
+        return Err(UsageError::NamedLikeFrames { path: path.clone() }.into());
     }
     writable(arguments.output.iter().chain(&arguments.candump), [&arguments.recording], arguments.force)?;
     let mut answer = Answer::default();

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::log_arguments::LogArguments;
 use super::output::{Force, writable};
+use super::usage_error::UsageError;
 use super::watched::{cancellable, searching};
 use super::{CliError, CliResult, Outcome};
 use crate::cancel::Cancel;
@@ -177,7 +178,7 @@ fn work(model: &Model, arguments: &Arguments, cancel: &Cancel) -> Result<Work, C
 /// Undoes the last step of the model's ladder.
 fn step_back(model: &Model, arguments: &Arguments) -> CliResult {
     let mut back = session::step_back(model)
-        .map_err(|error| CliError::new(format!("{}: {error}", arguments.model.display())))?;
+        .map_err(|error| UsageError::Model { path: arguments.model.clone(), error: Box::new(error) })?;
     session::name_after(&mut back, &arguments.output);
     session::save_model(&back, &arguments.output)?;
     if arguments.json {

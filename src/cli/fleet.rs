@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::output::Force;
+use super::usage_error::UsageError;
 use super::watched::cancellable;
-use super::{CliError, CliResult, Outcome};
+use super::{CliResult, Outcome};
 use crate::compare::CompareConfig;
 use crate::diagnose::DiagnoseConfig;
 use crate::file::write_atomically;
@@ -89,8 +90,7 @@ fn plan(arguments: &PlanArguments) -> CliResult {
     let plan = Plan::of_folders(&arguments.folders)?;
     let text = toml::to_string(&plan)?;
     match &arguments.output {
-        Some(path) => write_atomically(path, text.as_bytes())
-            .map_err(|error| CliError::new(format!("{}: {error}", path.display())))?,
+        Some(path) => write_atomically(path, text.as_bytes()).map_err(UsageError::at(path))?,
         None => print!("{text}"),
     }
     Ok(Outcome::Done)
@@ -139,10 +139,7 @@ fn merge(arguments: &MergeArguments) -> CliResult {
     let folder: &Path = &arguments.folder;
     let fleet = fleet::merge(folder, plan.as_ref())?;
     if fleet.benches.is_empty() {
-        return Err(CliError::new(format!(
-            "{}: no answer of `fleet run` is in this folder",
-            folder.display()
-        )));
+        return Err(UsageError::NoFleetAnswer { folder: folder.to_owned() }.into());
     }
     if let Some(path) = &arguments.report {
         report::fleet::page(&fleet).save(path)?;

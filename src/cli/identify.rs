@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use super::log_arguments::LogArguments;
 use super::output::{Force, writable};
+use super::usage_error::UsageError;
 use super::watched::{cancellable, in_steps};
 use super::{CliError, CliResult, Outcome};
 use crate::identify::{Identification, IdentifySettings};
 use crate::report::{json, rotors};
 use crate::session::{self, Job, OpenConfig};
 use crate::signal::ROTORS;
-use crate::unit::short;
 
 /// Arguments of `identify`.
 #[derive(Debug, clap::Args)]
@@ -123,17 +123,14 @@ fn of_rotor(path: &Path, rotor: usize) -> PathBuf {
 
 fn settings(arguments: &Arguments) -> Result<IdentifySettings, CliError> {
     let mut template = session::open_model(&arguments.template)?;
-    for (given, place, name, [low, high]) in [
+    for (given, place, option, [low, high]) in [
         (arguments.arm_m, &mut template.body.arm, "--arm-m", [0.001, 100.0]),
         (arguments.full_voltage_v, &mut template.actuator.full_voltage, "--full-voltage-v", [1.0, 1000.0]),
         (arguments.hover_rate, &mut template.actuator.hover_rate, "--hover-rate", [1.0, 10_000.0]),
     ] {
         match given {
             Some(value) if (low..=high).contains(&value) => *place = value,
-            Some(value) => {
-                let range = format!("{}..{}", short(low), short(high));
-                return Err(CliError::new(format!("{name} must lie in {range}, not {}", short(value))));
-            }
+            Some(value) => return Err(UsageError::Range { option, value, low, high }.into()),
             None => {}
         }
     }

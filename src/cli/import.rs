@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::log_arguments::LogArguments;
 use super::output::{Force, writable};
+use super::usage_error::UsageError;
 use super::watched::cancellable;
 use super::{CliError, CliResult, Outcome};
 use crate::file::write_atomically;
@@ -77,8 +78,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return show_guess(arguments, &guessed);
     }
     if arguments.write_mapping.is_some() || !arguments.column.is_empty() {
-        let log = arguments.log.display();
-        return Err(CliError::new(format!("{log}: says itself what its columns mean: nothing is guessed")));
+        return Err(UsageError::NothingGuessed { log: arguments.log.clone() }.into());
     }
     let config = arguments.logs.open_config();
     let (opened, findings) = cancellable(|cancel| {
@@ -118,7 +118,8 @@ pub fn run(arguments: &Arguments) -> CliResult {
 /// Mends a guess by `COLUMN=SIGNAL[:UNIT]`; signals have neither `=` nor `:`, columns may.
 fn mend(guessed: &mut GuessedLog, said: &str) -> Result<(), CliError> {
     let (column, becomes) = said.rsplit_once('=').ok_or_else(|| {
-        CliError::new(format!("--column {said}: write COLUMN=SIGNAL or COLUMN=SIGNAL:UNIT"))
+        let form = "COLUMN=SIGNAL or COLUMN=SIGNAL:UNIT";
+        UsageError::Form { option: "--column", value: said.to_owned(), form }
     })?;
     let (signal, unit) = match becomes.split_once(':') {
         Some((signal, unit)) => (signal, Some(unit)),
@@ -131,15 +132,11 @@ fn mend(guessed: &mut GuessedLog, said: &str) -> Result<(), CliError> {
 fn show_guess(arguments: &Arguments, guessed: &GuessedLog) -> CliResult {
     let log = arguments.log.display().to_string();
     if arguments.output.is_some() {
-        return Err(CliError::new(format!(
-            "{log}: what its columns mean is a guess, and no log is written on a guess: look at it with `import {log}`, and \
-             say it with --mapping"
-        )));
+        return Err(UsageError::Guessed { log: arguments.log.clone() }.into());
     }
     if let Some(path) = &arguments.write_mapping {
         let text = guess::mapping_file(guessed, &log)?;
-        write_atomically(path, text.as_bytes())
-            .map_err(|error| CliError::new(format!("{}: {error}", path.display())))?;
+        write_atomically(path, text.as_bytes()).map_err(UsageError::at(path))?;
     }
     if arguments.json {
         println!("{}", crate::report::json::answer(guessed)?);

@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         eprintln!("report: {}", path.display());
     }
     if arguments.json {
-        println!("{}", crate::report::json::answer(&measured)?);
+        println!("{}", report::json::answer(&report::json::jitter(&measured)?)?);
     } else {
         println!("{}\n{}", measured.machine_table().text(), measured.span_table().text());
         println!("{}", measured.count_table().text());

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use clap_mangen::Man;
 
 use super::output::Force;
-use super::{CliError, CliResult, Outcome, commands};
+use super::usage_error::UsageError;
+use super::{CliResult, Outcome, commands};
 use crate::file::write_atomically;
 
 /// Arguments of `man`.
@@ -27,12 +28,12 @@ pub fn run(arguments: &Arguments, command: clap::Command) -> CliResult {
     let pages: Vec<(PathBuf, Man)> =
         pages(command).into_iter().map(|page| (folder.join(page.get_filename()), page)).collect();
     arguments.force.check(pages.iter().map(|(path, _)| path))?;
-    fs::create_dir_all(folder).map_err(|error| CliError::new(format!("{}: {error}", folder.display())))?;
+    fs::create_dir_all(folder).map_err(UsageError::at(folder))?;
     for (path, page) in pages {
         let mut text = Vec::new();
         page.render(&mut text)
             .and_then(|()| write_atomically(&path, &text))
-            .map_err(|error| CliError::new(format!("{}: {error}", path.display())))?;
+            .map_err(UsageError::at(&path))?;
     }
     println!("{}", crate::report::files::manual_pages(folder));
     Ok(Outcome::Done)

@@ -59,6 +59,7 @@ mod schema;
 mod search_arguments;
 mod stop;
 pub(crate) mod thresholds;
+mod usage_error;
 mod watched;
 mod workbench;
 
@@ -171,7 +172,7 @@ pub fn main() -> ExitCode {
     match threads::limited(subcommand.threads(), || dispatch(subcommand)) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::FoundWanting) => ExitCode::from(1),
-        Err(error) if error.is_cancelled => {
+        Err(error @ CliError::Cancelled(_)) => {
             let _ = writeln!(std::io::stderr(), "{error}");
             ExitCode::from(1)
         }

@@ -10,7 +10,8 @@ use std::time::Duration;
 use crossterm::event::{self, Event, KeyCode, KeyModifiers};
 
 use super::operate::BenchArguments;
-use super::{CliError, CliResult, Outcome};
+use super::usage_error::UsageError;
+use super::{CliResult, Outcome};
 use crate::clock;
 use crate::report;
 use crate::rt::Shutdown;
@@ -35,7 +36,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return print_lines(&mut view, &shutdown);
     }
     if !stdout().is_terminal() {
-        return Err(CliError::new("monitor draws on a terminal; without one, use --json"));
+        return Err(UsageError::NoTerminal.into());
     }
     let mut terminal = ratatui::try_init()?;
     let result = watch(&mut terminal, &mut view, &shutdown);

@@ -5,6 +5,7 @@ use std::fmt;
 use std::path::Path;
 
 use super::place::Setting;
+use super::usage_error::UsageError;
 use crate::cancel::Cancelled;
 use crate::report::findings::explained;
 use crate::session::SessionError;
@@ -20,42 +21,57 @@ pub enum Outcome {
 
 /// Bad usage or bad input: exit 2, one clear sentence with the place.
 #[derive(Debug)]
-pub struct CliError {
-    sentence: String,
-    /// What of the bench file it speaks of, where it does not yet say in which file that is.
-    setting: Option<Setting>,
+pub enum CliError {
+    /// What the command itself refuses.
+    Usage(UsageError),
+    /// What a room refuses.
+    Room {
+        /// Its error.
+        error: Box<dyn Error + Send + Sync>,
+        /// What of the bench file it speaks of, where it does not say in which file that is.
+        setting: Option<Setting>,
+        /// Where that stands: file and line.
+        place: Option<String>,
+    },
     /// The user did not want to wait: exit 1, and no error.
-    pub(super) is_cancelled: bool,
+    Cancelled(Box<dyn Error + Send + Sync>),
 }
 
 impl CliError {
-    /// An error that says `sentence`.
-    pub fn new(sentence: impl Into<String>) -> Self {
-        Self { sentence: sentence.into(), setting: None, is_cancelled: false }
-    }
-
     /// The same with its place in the bench file at `path`, with the content `text`, where it speaks of that.
     pub(super) fn in_bench_file(self, path: &Path, text: &str) -> Self {
-        match self.setting.and_then(|setting| setting.place(path, text)) {
-            Some(place) => Self::new(format!("{place}: {}", self.sentence)),
-            None => Self::new(self.sentence),
+        match self {
+            Self::Room { error, setting, .. } => {
+                let place = setting.as_ref().and_then(|setting| setting.place(path, text));
+                Self::Room { error, setting, place }
+            }
+            other => other,
         }
     }
 }
 
 impl fmt::Display for CliError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(&self.sentence)
+        match self {
+            Self::Usage(error) => formatter.write_str(&explained(error)),
+            Self::Room { error, place: Some(place), .. } => {
+                write!(formatter, "{place}: {}", explained(&**error))
+            }
+            Self::Room { error, .. } | Self::Cancelled(error) => formatter.write_str(&explained(&**error)),
+        }
     }
 }
 
 // `CliError` does not implement `Error`, so that every room's error converts with `?`, causes included.
-impl<E: std::error::Error + 'static> From<E> for CliError {
+impl<E: Error + Send + Sync + 'static> From<E> for CliError {
     fn from(error: E) -> Self {
-        let setting = Setting::of(&error);
-        let is_cancelled = is_cancelled(&error);
-        let sentence = explained(&error);
-        Self { sentence, setting, is_cancelled }
+        let (setting, is_cancelled) = (Setting::of(&error), is_cancelled(&error));
+        let error: Box<dyn Error + Send + Sync> = Box::new(error);
+        match error.downcast::<UsageError>() {
+            Ok(usage) => Self::Usage(*usage),
+            Err(error) if is_cancelled => Self::Cancelled(error),
+            Err(error) => Self::Room { error, setting, place: None },
+        }
     }
 }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::CliError;
+use super::usage_error::UsageError;
 use crate::file::{check_place, is_there};
 use crate::report::json;
 
@@ -33,19 +34,16 @@ pub struct Force {
 
 impl Force {
     /// Refuses what is there already, unless it may be replaced.
-    pub(super) fn check<'a>(self, results: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), CliError> {
+    pub(super) fn check<'a>(self, results: impl IntoIterator<Item = &'a PathBuf>) -> Result<(), UsageError> {
         let there = results.into_iter().find(|path| !self.force && is_there(path));
-        there.map_or(Ok(()), |path| {
-            Err(CliError::new(format!("{}: is there already; --force replaces it", path.display())))
-        })
+        there.map_or(Ok(()), |path| Err(UsageError::IsThere { path: path.clone() }))
     }
 
     /// Makes way for a recording, which is written where it stays and not beside it: takes away what may be replaced.
-    pub(super) fn make_way(self, recording: &Path) -> Result<(), CliError> {
+    pub(super) fn make_way(self, recording: &Path) -> Result<(), UsageError> {
         self.check([&recording.to_owned()])?;
         if self.force && is_there(recording) {
-            std::fs::remove_file(recording)
-                .map_err(|error| CliError::new(format!("{}: {error}", recording.display())))?;
+            std::fs::remove_file(recording).map_err(UsageError::at(recording))?;
         }
         Ok(())
     }
@@ -57,21 +55,18 @@ pub(super) fn writable<'a>(
     results: impl IntoIterator<Item = &'a PathBuf>,
     inputs: impl IntoIterator<Item = &'a PathBuf>,
     force: Force,
-) -> Result<(), CliError> {
+) -> Result<(), UsageError> {
     let inputs: Vec<PathBuf> = inputs.into_iter().map(|path| place(path)).collect();
     let mut taken = Vec::new();
     for path in results {
-        let refuse = |reason: &str| Err(CliError::new(format!("{}: {reason}", path.display())));
         let place = place(path);
         if inputs.contains(&place) {
-            return refuse("this command reads that file; its result has to go elsewhere");
+            return Err(UsageError::IsInput { path: path.clone() });
         }
         if taken.contains(&place) {
-            return refuse("two results of this command would go there");
+            return Err(UsageError::TwoResults { path: path.clone() });
         }
-        if let Err(reason) = check_place(path) {
-            return refuse(&reason.to_string());
-        }
+        check_place(path).map_err(UsageError::at(path))?;
         force.check([path])?;
         taken.push(place);
     }

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use super::output::{Force, writable};
 use super::progress::Progress;
-use super::{CliError, CliResult, Outcome};
+use super::usage_error::UsageError;
+use super::{CliResult, Outcome};
 use crate::report::findings::step;
 use crate::rt::Shutdown;
 use crate::studies::paper::{self, PaperError, PaperSettings};
-use crate::unit::short;
 
 /// Arguments of `paper`.
 #[derive(Debug, clap::Args)]
@@ -34,9 +34,10 @@ pub struct Arguments {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> CliResult {
-    for (name, value) in [("--prbs-s", arguments.prbs_s), ("--hold-s", arguments.hold_s)] {
-        if !(20.0..=86_400.0).contains(&value) {
-            return Err(CliError::new(format!("{name} must lie in 20..86400, not {}", short(value))));
+    for (option, value) in [("--prbs-s", arguments.prbs_s), ("--hold-s", arguments.hold_s)] {
+        let (low, high) = (20.0, 86_400.0);
+        if !(low..=high).contains(&value) {
+            return Err(UsageError::Range { option, value, low, high }.into());
         }
     }
     writable([&arguments.report], [], arguments.force)?;

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::usage_error::{SetError, UsageError};
 use super::{CliError, CliResult, Outcome};
 use crate::bench::BenchConfig;
 use crate::model::Model;
@@ -68,8 +69,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         && controller.first_difference.is_none()
         && guard.first_difference.is_none()
     {
-        let file = arguments.recording.display();
-        return Err(CliError::new(format!("{file}: it holds no step of a controller or guard to replay")));
+        return Err(UsageError::NothingToReplay { recording: arguments.recording.clone() }.into());
     }
     let cut_off = match recording.end() {
         Some(End::CutOff { byte, reason }) => Some(format!("at byte {byte}: {reason}")),
@@ -105,7 +105,8 @@ fn settings(arguments: &Arguments, metadata: &RecordingMetadata) -> Result<(Benc
         // By way of the text: a second way of writing the whole bench would be compiled for nothing else.
         let mut table: toml::Table = toml::from_str(&toml::to_string(&config)?)?;
         for assignment in &arguments.set {
-            set(&mut table, assignment)?;
+            let failed = |reason| UsageError::Set { assignment: assignment.clone(), reason };
+            set(&mut table, assignment).map_err(failed)?;
         }
         config = BenchConfig::parse(&toml::to_string(&table)?, Path::new("--set"))?;
     }
@@ -124,31 +125,26 @@ fn plan(recording: &Path, metadata: &RecordingMetadata) -> Result<Option<Experim
     if metadata.experiment.is_empty() {
         return Ok(None);
     }
-    toml::from_str(&metadata.experiment).map(Some).map_err(|error| {
-        CliError::new(format!("{}: experiment.toml: {}", recording.display(), error.message()))
-    })
+    let failed = |error| UsageError::RecordedExperiment { recording: recording.to_owned(), error };
+    Ok(toml::from_str(&metadata.experiment).map(Some).map_err(failed)?)
 }
 
 /// Applies `key.of.table=value` to the bench file's table; the key must be there.
-fn set(table: &mut toml::Table, assignment: &str) -> Result<(), CliError> {
-    let (path, text) = assignment
-        .split_once('=')
-        .ok_or_else(|| CliError::new(format!("--set {assignment}: write KEY=VALUE")))?;
-    let wrong = |what: &str| CliError::new(format!("--set {assignment}: {what}"));
+fn set(table: &mut toml::Table, assignment: &str) -> Result<(), SetError> {
+    let (path, text) = assignment.split_once('=').ok_or(SetError::Form)?;
     let value: toml::Value = toml::from_str::<toml::Table>(&format!("value = {}", text.trim()))
         .ok()
         .and_then(|mut table| table.remove("value"))
-        .ok_or_else(|| wrong("the value is not one of TOML (text needs quotes)"))?;
+        .ok_or(SetError::Value)?;
     let mut keys = path.trim().split('.').peekable();
     let mut here = table;
     while let Some(key) = keys.next() {
-        let there =
-            here.get_mut(key).ok_or_else(|| wrong(&format!("the bench file has no `{key}` there")))?;
+        let there = here.get_mut(key).ok_or_else(|| SetError::NoKey { key: key.to_owned() })?;
         if keys.peek().is_none() {
             *there = value;
             return Ok(());
         }
-        here = there.as_table_mut().ok_or_else(|| wrong(&format!("`{key}` is not a table")))?;
+        here = there.as_table_mut().ok_or_else(|| SetError::NoTable { key: key.to_owned() })?;
     }
-    Err(wrong("the key is empty"))
+    Err(SetError::Empty)
 }

@@ -3,7 +3,8 @@
 use super::emulate::PlantArguments;
 use super::operate::{ArmAndEnd, BenchArguments};
 use super::output::Force;
-use super::{CliError, CliResult, Outcome, output};
+use super::usage_error::UsageError;
+use super::{CliResult, Outcome, output};
 use crate::report::run_summary;
 use crate::rt::Shutdown;
 use crate::runtime::lockstep::run as lockstep_run;
@@ -38,9 +39,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
         return in_lockstep(arguments);
     }
     if !arguments.plant.given().is_empty() {
-        return Err(CliError::new(
-            "the emulated plant is for `run --lockstep`; on a bus it is `emulate --can`'s",
-        ));
+        return Err(UsageError::PlantOnBus.into());
     }
     let config = arguments.bench.load()?;
     let source = controller_plant::command_source(&config)?;

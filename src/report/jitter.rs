@@ -2,8 +2,10 @@
 
 use hdrhistogram::Histogram;
 
+use super::findings::text;
 use super::{Axis, Mark, Page, Plot, Series, Table, Tone, number};
 use crate::rt::{Granted, Machine, Percentiles};
+use crate::screening::Finding;
 use crate::studies::jitter::{Jitter, Ratios, StageResult};
 
 /// [ns] in a µs.
@@ -39,12 +41,12 @@ impl Jitter {
     /// What was not measured, and why.
     #[must_use]
     pub fn omissions(&self) -> Vec<String> {
-        let reason = |why: &Option<String>| why.clone().unwrap_or_else(|| "not reached".to_owned());
+        let reason = |why: &Option<Finding>| why.as_ref().map_or_else(|| "not reached".to_owned(), text);
         let stages = self.stages.iter().filter(|result| result.timing.is_none());
         let mut said: Vec<String> =
-            stages.map(|it| format!("{}: not measured: {}", it.stage, reason(&it.not_measured))).collect();
+            stages.map(|it| format!("{}: not measured: {}", it.stage, reason(&it.finding))).collect();
         if self.cyclictest.latency.is_none() {
-            said.push(format!("cyclictest: not measured: {}", reason(&self.cyclictest.not_measured)));
+            said.push(format!("cyclictest: not measured: {}", reason(&self.cyclictest.finding)));
         }
         said
     }

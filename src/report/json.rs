@@ -4,11 +4,12 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::comparison::run;
-use super::findings::sentences;
+use super::findings::{sentences, text};
 use super::measure::say_measures;
 use crate::compare::Comparison;
 use crate::diagnose::Diagnosis;
 use crate::screening::Finding;
+use crate::studies::jitter::Jitter;
 
 /// Version of the form of all answers: it rises when a field goes or changes its meaning.
 pub const SCHEMA: u32 = 2;
@@ -53,6 +54,21 @@ pub fn diagnosis(diagnosis: &Diagnosis) -> Result<Value, serde_json::Error> {
         let note = candidate.refusal.as_ref().map_or_else(String::new, ToString::to_string);
         fields["note"] = json!(note);
     }
+    Ok(value)
+}
+
+/// A measurement of timing with the sentences of what was not measured.
+///
+/// # Errors
+///
+/// What cannot be written as JSON.
+pub fn jitter(jitter: &Jitter) -> Result<Value, serde_json::Error> {
+    let mut value = serde_json::to_value(jitter)?;
+    let not_measured = |finding: &Option<Finding>| json!(finding.as_ref().map(text));
+    for (at, stage) in jitter.stages.iter().enumerate() {
+        value["stages"][at]["not_measured"] = not_measured(&stage.finding);
+    }
+    value["cyclictest"]["not_measured"] = not_measured(&jitter.cyclictest.finding);
     Ok(value)
 }
 

@@ -28,7 +28,7 @@ fn bus_of(done: &Output) -> Value {
 fn a_virtual_bus_is_measured_from_frame_to_command() {
     let bus = Bus::new();
     let result = bus_of(&jitter(&["--duration-s", "1", "--interface", &bus.name]));
-    assert!(result["not_measured"].is_null(), "{result}");
+    assert!(result["finding"].is_null() && result["not_measured"].is_null(), "{result}");
     let timing = &result["timing"];
     let count = |value: &Value| value.as_u64().expect("a count");
     assert_eq!(count(&timing["slots"]), count(&timing["run"]) + count(&timing["skipped"]));
@@ -75,7 +75,8 @@ fn the_measured_loop_ends_by_the_ramp() {
 #[test]
 fn an_interface_that_is_not_there_or_may_be_real_is_named_and_left_alone() {
     let result = bus_of(&jitter(&["--duration-s", "0.1", "--interface", "vt-none"]));
-    assert!(result["not_measured"].as_str().is_some_and(|why| why.contains("vt-none")), "{result}");
+    assert_eq!(result["finding"]["code"], "bus_unusable", "{result}");
+    assert_eq!(result["finding"]["subject"], "vt-none");
     assert!(result["timing"].is_null());
 
     // As real as an interface gets here: by its name.
@@ -85,8 +86,10 @@ fn an_interface_that_is_not_there_or_may_be_real_is_named_and_left_alone() {
     let file = folder.path().join("bench.toml");
     std::fs::write(&file, "name = 'jitter-real'\n[bus]\ninterface = 'can7'\n").expect("written");
     let result = bus_of(&jitter(&["--duration-s", "0.1", "--config", file.to_str().expect("UTF-8")]));
-    let why = result["not_measured"].as_str().expect("not measured");
-    assert!(why.contains("--interface can7"), "{why}");
+    assert_eq!(
+        (&result["finding"]["code"], &result["finding"]["subject"]),
+        (&"interface_not_named".into(), &"can7".into())
+    );
     let mut heard = 0;
     port.receive(|_| heard += 1).expect("it is up");
     assert_eq!(heard, 0, "not a word was said on it");

@@ -10,6 +10,7 @@ use crate::cancel::Cancel;
 use crate::cli::CliError;
 use crate::cli::progress::{self, Progress};
 use crate::cli::thresholds::THRESHOLDS;
+use crate::cli::usage_error::UsageError;
 use crate::clock;
 use crate::file::write_atomically;
 use crate::guard::{Cause, State};
@@ -47,17 +48,13 @@ pub struct DemoRun {
     pub hold_s: f64,
 }
 
-pub(super) fn at(path: &Path, error: &std::io::Error) -> CliError {
-    CliError::new(format!("{}: {error}", path.display()))
-}
-
 /// The emulator's process; ends with this one, however this one ends.
 struct EmulatorProcess(Child);
 
 impl EmulatorProcess {
     fn start(config: &BenchConfig, out: &Path) -> Result<Self, CliError> {
         let file = out.join("emulator.toml");
-        write_atomically(&file, toml::to_string(config)?.as_bytes()).map_err(|error| at(&file, &error))?;
+        write_atomically(&file, toml::to_string(config)?.as_bytes()).map_err(UsageError::at(&file))?;
         let seconds = RUN_S + AFTER_S;
         let program = std::env::current_exe()?;
         let child = Program::new(program)
@@ -72,11 +69,7 @@ impl EmulatorProcess {
     /// Waits for its end; a failure is this command's failure.
     fn finish(mut self) -> Result<(), CliError> {
         let status = self.0.wait()?;
-        if status.success() {
-            Ok(())
-        } else {
-            Err(CliError::new(format!("the emulator's process: {status}")))
-        }
+        if status.success() { Ok(()) } else { Err(UsageError::Emulator(status).into()) }
     }
 }
 
@@ -99,7 +92,7 @@ fn run_once(
     let source = controller_plant::command_source(bench)?;
     let recording = out.join(name).with_extension("mcap");
     if recording.exists() {
-        fs::remove_file(&recording).map_err(|error| at(&recording, &error))?;
+        fs::remove_file(&recording).map_err(UsageError::at(&recording))?;
     }
     let background = Background::start(bench, &recording, "demo", None)?;
     let process = EmulatorProcess::start(emulator, out)?;

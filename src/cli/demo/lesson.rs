@@ -3,6 +3,7 @@
 
 use super::bench_run::DemoRun;
 use crate::cli::CliError;
+use crate::cli::usage_error::UsageError;
 use crate::diagnose::{DiagnoseConfig, Diagnosis, Extension, Verdict};
 use crate::log::Dataset;
 use crate::model::Model;
@@ -24,7 +25,7 @@ pub(super) struct Lesson {
 /// Asks what the paper's model is missing. Only the log is looked at.
 pub(super) fn learn(log: &Dataset, job: &Job) -> Result<Lesson, CliError> {
     let model = Model::paper();
-    let armed = armed_at(log).ok_or_else(|| CliError::new("the demo's guard was never open"))?;
+    let armed = armed_at(log).ok_or(UsageError::NeverArmed)?;
     let part = |from: f64, to: f64| session::between(log, armed + from, armed + to);
     let (train, validate) = ([part(QUIET_FROM_S, LEARN_TO_S)?], [part(LEARN_TO_S, TEST_TO_S)?]);
     let config = DiagnoseConfig::default();

@@ -132,7 +132,15 @@ fn of(name: &str) -> Value {
         }
         "import" => schema::<import::Report>(name),
         "import-guess" => schema::<GuessedLog>("import of a foreign log"),
-        "jitter" => schema::<Jitter>(name),
+        "jitter" => {
+            let mut root = schema::<Jitter>(name);
+            let meaning = "Why it was not measured, as a sentence.";
+            let rule = json!({ "type": ["string", "null"], "description": meaning });
+            ["StageResult", "CyclictestResult"]
+                .iter()
+                .for_each(|it| add(&mut root, it, "not_measured", &rule));
+            root
+        }
         "monitor" => schema::<monitor::Line>(name),
         "paper" => {
             let mut root = schema::<PaperRun>(name);

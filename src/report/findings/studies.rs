@@ -5,6 +5,7 @@ use crate::unit::short;
 
 /// The sentence of a finding of this room.
 pub(crate) fn sentence(finding: &Finding) -> Option<String> {
+    let subject = &finding.subject;
     let number = |name: &str| short(finding.number(name));
     let impulse = |[torque, duration, at]: [&str; 3]| {
         format!("{} N m for {} s at {} s", number(torque), number(duration), number(at))
@@ -38,6 +39,15 @@ pub(crate) fn sentence(finding: &Finding) -> Option<String> {
             finding.number("other_torque_nm"),
             finding.number("other_duration_s")
         ),
+        "interface_not_named" => format!(
+            "`{subject}` may have hardware on it: `--interface {subject}` measures there, sending the safe command only"
+        ),
+        "bus_unusable" => finding.text("reason").to_owned(),
+        "cyclictest_missing" => "not installed (Debian: apt-get install rt-tests), or not asked for".to_owned(),
+        "cyclictest_failed" => format!("{}: {}", finding.text("program"), finding.text("reason")),
+        "cyclictest_without_values" => {
+            format!("it gave no value ({}): {}", finding.text("status"), finding.text("said"))
+        }
         _ => return None,
     };
     Some(sentence)

@@ -8,6 +8,10 @@ use std::time::Duration;
 use hdrhistogram::Histogram;
 
 use crate::rt::{self, RealTimeConfig, Shutdown};
+use crate::screening::Finding;
+
+/// Its name.
+pub(super) const NAME: &str = "cyclictest";
 
 /// An installed cyclictest.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -19,7 +23,7 @@ impl Cyclictest {
     /// The one that the search path finds, or where Debian puts it for root.
     #[must_use]
     pub fn find() -> Option<Self> {
-        ["cyclictest", "/usr/sbin/cyclictest"].into_iter().find_map(Self::at)
+        [NAME, "/usr/sbin/cyclictest"].into_iter().find_map(Self::at)
     }
 
     /// `program`, if it can be called.
@@ -27,7 +31,7 @@ impl Cyclictest {
     pub fn at(program: &str) -> Option<Self> {
         let called = Command::new(program).arg("--help").stdin(Stdio::null()).output().ok()?;
         let said = [called.stdout, called.stderr].concat();
-        let is_it = String::from_utf8_lossy(&said).contains("cyclictest");
+        let is_it = String::from_utf8_lossy(&said).contains(NAME);
         is_it.then(|| Self { program: program.to_owned() })
     }
 
@@ -51,18 +55,22 @@ impl Cyclictest {
     }
 }
 
-/// Runs it to its end or until `shutdown`: its latencies [ns], or what it said in place of them.
-pub(crate) fn run(call: &[String], shutdown: &Shutdown) -> Result<Histogram<u64>, String> {
-    let Some((program, arguments)) = call.split_first() else { return Err("no program".to_owned()) };
+/// Runs it to its end or until `shutdown`: its latencies [ns], or why there are none.
+pub(crate) fn run(call: &[String], shutdown: &Shutdown) -> Result<Histogram<u64>, Finding> {
+    let (program, arguments) =
+        call.split_first().map_or((NAME, call), |(first, rest)| (first.as_str(), rest));
+    let failed = |reason: &str| {
+        Finding::new("cyclictest_failed", NAME).with("program", program).with("reason", reason)
+    };
     let mut child = Command::new(program)
         .args(arguments)
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
-        .map_err(|error| format!("{program}: {error}"))?;
+        .map_err(|error| failed(&error.to_string()))?;
     let (Some(output), Some(errors)) = (child.stdout.take(), child.stderr.take()) else {
-        return Err(format!("{program}: it has no output"));
+        return Err(failed("no output"));
     };
     let (sender, receiver) = mpsc::channel();
     let said = std::thread::scope(|scope| {
@@ -85,11 +93,12 @@ pub(crate) fn run(call: &[String], shutdown: &Shutdown) -> Result<Histogram<u64>
         };
         (histogram, words.join().unwrap_or_default())
     });
-    let status = child.wait().map_err(|error| format!("{program}: {error}"))?;
+    let status = child.wait().map_err(|error| failed(&error.to_string()))?;
     let (histogram, words) = said;
     if histogram.is_empty() {
-        let reason = words.split_whitespace().collect::<Vec<_>>().join(" ");
-        return Err(format!("it gave no value ({status}): {reason}"));
+        let said = words.split_whitespace().collect::<Vec<_>>().join(" ");
+        let finding = Finding::new("cyclictest_without_values", NAME);
+        return Err(finding.with("status", status.to_string()).with("said", said));
     }
     Ok(histogram)
 }
@@ -146,9 +155,12 @@ mod tests {
     #[test]
     fn a_program_that_says_nothing_useful_is_told() {
         let call = ["sh", "-c", "echo cannot do it >&2; exit 3"].map(str::to_owned);
-        let reason = run(&call, &Shutdown::default()).expect_err("no values");
-        assert!(reason.contains("cannot do it") && reason.contains('3'), "{reason}");
-        assert!(run(&["/nonexistent/cyclictest".to_owned()], &Shutdown::default()).is_err());
+        let found = run(&call, &Shutdown::default()).expect_err("no values");
+        assert_eq!((found.code, found.text("said")), ("cyclictest_without_values", "cannot do it"));
+        assert!(found.text("status").contains('3'), "{found:?}");
+        let failed =
+            run(&["/nonexistent/cyclictest".to_owned()], &Shutdown::default()).expect_err("nothing there");
+        assert_eq!((failed.code, failed.text("program")), ("cyclictest_failed", "/nonexistent/cyclictest"));
         assert_eq!(Cyclictest::at("/nonexistent/cyclictest"), None);
     }
 

@@ -16,6 +16,7 @@ use crate::clock;
 use crate::estimation::quantile::middle;
 use crate::rt::{self, Granted, Machine, Percentiles, RealTimeConfig, Shutdown, Statistics, Summary, Usage};
 use crate::runtime::ProcessError;
+use crate::screening::Finding;
 
 pub use config::JitterConfig;
 pub use cyclictest::Cyclictest;
@@ -27,8 +28,8 @@ pub use measurement::Stage;
 pub struct StageResult {
     /// What ran in the cycle.
     pub stage: Stage,
-    /// Why it was not measured; the rest is then absent.
-    pub not_measured: Option<String>,
+    /// Why it was not measured; the rest is then absent. Beside it in the JSON, as a sentence: `not_measured`.
+    pub finding: Option<Finding>,
     /// Timing over all rounds.
     pub timing: Option<Summary>,
     /// What the kernel counted of the cycle's thread.
@@ -48,8 +49,8 @@ pub struct StageResult {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Serialize)]
 pub struct CyclictestResult {
-    /// Why it was not measured; the rest is then absent.
-    pub not_measured: Option<String>,
+    /// Why it was not measured; the rest is then absent. Beside it in the JSON, as a sentence: `not_measured`.
+    pub finding: Option<Finding>,
     /// How it was called.
     pub command: String,
     /// Its latency over all rounds.
@@ -174,7 +175,7 @@ impl StageResult {
     fn new(stage: Stage) -> Self {
         Self {
             stage,
-            not_measured: None,
+            finding: None,
             timing: None,
             usage: Usage::default(),
             granted: None,
@@ -185,14 +186,14 @@ impl StageResult {
     }
 
     fn measure(&mut self, config: &JitterConfig, shutdown: &Shutdown) -> Result<(), ProcessError> {
-        if self.not_measured.is_some() {
+        if self.finding.is_some() {
             return Ok(());
         }
         let measured = match measurement::measure(self.stage, config, config.slots(), shutdown) {
             Ok(measured) => measured,
             // A machine without a bus is no failure: it is what the user asked to know.
             Err(error) if self.stage == Stage::Bus => {
-                self.not_measured = Some(error.to_string());
+                self.finding = Some(without_bus(&config.bench.bus.interface, &error));
                 return Ok(());
             }
             Err(error) => return Err(error),
@@ -208,11 +209,19 @@ impl StageResult {
     }
 }
 
+/// Why nothing was measured on the bus.
+fn without_bus(interface: &str, error: &ProcessError) -> Finding {
+    match error {
+        ProcessError::JitterOnHardware { .. } => Finding::new("interface_not_named", interface),
+        _ => Finding::new("bus_unusable", interface).with("reason", error.to_string()),
+    }
+}
+
 impl CyclictestResult {
     fn new(config: &JitterConfig) -> Self {
-        let missing = "not installed (Debian: apt-get install rt-tests), or not asked for";
+        let missing = || Finding::new("cyclictest_missing", cyclictest::NAME);
         Self {
-            not_measured: config.cyclictest.is_none().then(|| missing.to_owned()),
+            finding: config.cyclictest.is_none().then(missing),
             command: String::new(),
             latency: None,
             rounds: Vec::new(),
@@ -221,7 +230,7 @@ impl CyclictestResult {
     }
 
     fn measure(&mut self, config: &JitterConfig, granted: &Granted, shutdown: &Shutdown) {
-        let (Some(cyclictest), None) = (&config.cyclictest, &self.not_measured) else { return };
+        let (Some(cyclictest), None) = (&config.cyclictest, &self.finding) else { return };
         let asked = &config.bench.real_time;
         // What we did not get it would not get either, and it would not run without.
         let settings = RealTimeConfig {
@@ -238,7 +247,7 @@ impl CyclictestResult {
                 // The same bounds: each value of one has a place in the other.
                 let _ = self.histogram.add(&histogram);
             }
-            Err(reason) => self.not_measured = Some(reason),
+            Err(finding) => self.finding = Some(finding),
         }
     }
 }
