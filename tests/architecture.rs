@@ -1,4 +1,4 @@
-//! How the source is laid out: rooms, circles inside them, thresholds, effects, sentences, unsafe code. A file for each below
+//! How the source is laid out: rooms, circles inside them, thresholds, sensors, effects, sentences, unsafe code. A file for each below
 //! `tests/architecture/`.
 
 #[path = "architecture/circles.rs"]
@@ -11,6 +11,8 @@ mod examples;
 mod imports;
 #[path = "architecture/rooms.rs"]
 mod rooms;
+#[path = "architecture/sensors.rs"]
+mod sensors;
 #[path = "architecture/sentences.rs"]
 mod sentences;
 mod sources;

@@ -4,7 +4,6 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::block_run::{BlockRun, NoisePath};
-use super::channels::{self, BATTERY, BODY_ANGLE, BODY_RATE, COMMANDS, RATES, TORQUE_COMMAND};
 use super::run::Run;
 use super::thresholds::THRESHOLDS;
 use super::{CompareConfig, CompareError, gyro_block};
@@ -17,6 +16,9 @@ use crate::log::signals::rotor_of;
 use crate::log::{Cells, Dataset};
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, RotorInput, RotorStart, RotorTrace};
 use crate::screening::{DrivenBy, ScreenedBody, ScreenedLog, readings};
+use crate::signal::columns::{
+    self, BATTERY_VOLTAGE, BODY_ANGLE, BODY_RATE, COMMANDS, PROPELLER_RATES, TORQUE_COMMAND,
+};
 use crate::signal::{ROTORS, side};
 use crate::threads::spread;
 
@@ -68,13 +70,13 @@ fn actuator(
     rotor: usize,
 ) -> Result<Option<BlockRun>, CompareError> {
     let log = screened.dataset();
-    let (signal, command_name) = (channels::rate(rotor), channels::command(rotor));
+    let (signal, command_name) = (columns::propeller_rate(rotor + 1), columns::command(rotor + 1));
     let (Some(judged), Some(rate)) = (screened.rotor(rotor + 1), log.column(&signal)) else {
         return Ok(None);
     };
     let (command, battery) = (&judged.data().command[..], judged.voltage());
     let mut driven_by = vec![command_name.as_str()];
-    driven_by.extend(battery.map(|_| BATTERY));
+    driven_by.extend(battery.map(|_| BATTERY_VOLTAGE));
     let name = format!("actuator_{}", rotor + 1);
     let mut block = BlockRun::new(&name, &signal, "rad/s", &driven_by, NoisePath::Sensor);
     let mut is_slow = false;
@@ -154,7 +156,7 @@ fn rotor_run(
 /// Measured rate to thrust.
 fn thrust(model: &Model, equations: &Equations, screened: &ScreenedLog, rotor: usize) -> Option<BlockRun> {
     let log = screened.dataset();
-    let (signal, rate_name) = (channels::thrust(rotor), channels::rate(rotor));
+    let (signal, rate_name) = (columns::thrust(rotor + 1), columns::propeller_rate(rotor + 1));
     let (judged, rate) = (screened.thrust(rotor + 1)?, log.column(&rate_name)?);
     let scored = judged.scored(log);
     // Where the body matters to a law of the model, it has to be known.
@@ -194,7 +196,7 @@ pub(crate) fn body_inputs<'a>(equations: &Equations, screened: &'a ScreenedLog) 
     let log = screened.dataset();
     let judged = screened.body().filter(|judged| !judged.is_held())?;
     let (by, stretches) = match judged.driven_by() {
-        DrivenBy::MeasuredRates => (RATES.to_vec(), by_rates(equations, log, judged.stretches())),
+        DrivenBy::MeasuredRates => (PROPELLER_RATES.to_vec(), by_rates(equations, log, judged.stretches())),
         DrivenBy::TorqueCommand => {
             let input = |rows: &Range<usize>| {
                 let time = log.time_cells().part(rows.clone());
@@ -236,7 +238,8 @@ fn by_rates(
     log: &Dataset,
     stretches: &[Range<usize>],
 ) -> Vec<(Range<usize>, BodyInput)> {
-    let rates = RATES.map(|name| readings::carried(log.time(), log.column(name).unwrap_or_default()));
+    let rates =
+        PROPELLER_RATES.map(|name| readings::carried(log.time(), log.column(name).unwrap_or_default()));
     match stretches {
         // Mostly all of the log: nothing to copy.
         [all] if all.len() == log.len() => {
@@ -286,7 +289,7 @@ fn commanded<'a>(equations: &Equations, screened: &'a ScreenedLog) -> Option<Bod
                 voltage: rotors[rotor].voltage().map(|voltage| &voltage[rows.clone()]),
                 side: side(rotor),
             };
-            let first = log.column(RATES[rotor]).and_then(|rates| rates.get(rows.start).copied());
+            let first = log.column(PROPELLER_RATES[rotor]).and_then(|rates| rates.get(rows.start).copied());
             let rate = first.filter(|rate| rate.is_finite());
             let start = RotorStart { rate, is_first: rows.start == 0, ..RotorStart::default() };
             let mut trace = RotorTrace::default();
@@ -295,8 +298,8 @@ fn commanded<'a>(equations: &Equations, screened: &'a ScreenedLog) -> Option<Bod
         });
         (rows.clone(), rotor_driven(equations, log.time_cells().part(rows.clone()), rates))
     });
-    let battery = log.column(BATTERY);
-    let by = COMMANDS.into_iter().chain(battery.map(|_| BATTERY)).collect();
+    let battery = log.column(BATTERY_VOLTAGE);
+    let by = COMMANDS.into_iter().chain(battery.map(|_| BATTERY_VOLTAGE)).collect();
     Some(BodyDrive { stretches: with_memory(equations, log, body.collect()), by, judged })
 }
 
@@ -315,7 +318,7 @@ fn body(
     // Where a window starts; it is scored by what was measured.
     let start_angle = shown_angle.map(|angle| readings::bridged(log.time(), angle));
     let in_part = matches!(rate, Cow::Owned(_));
-    let rotors = driven.by.first() == Some(&RATES[0]);
+    let rotors = driven.by.first() == Some(&PROPELLER_RATES[0]);
     let floor = |angle| NoisePath::Window { rotors, angle };
     let mut rates = BlockRun::new(name, BODY_RATE, "rad/s", &driven.by, floor(false));
     let mut angles = BlockRun::new(name, BODY_ANGLE, "rad", &driven.by, floor(true));

@@ -4,7 +4,6 @@
 //! reading. The measured reading is smoothed by the same weights: integrated, then its slope taken alike.
 
 use super::block_run::{BlockRun, NoisePath};
-use super::channels::{BODY_ANGLE, BODY_RATE};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::integral::running;
 use crate::estimation::slope::centred_slopes;
@@ -12,6 +11,7 @@ use crate::log::Dataset;
 use crate::log::segments::stretches;
 use crate::model::Equations;
 use crate::screening::readings;
+use crate::signal::columns::{BODY_ANGLE, BODY_RATE};
 
 /// Runs the block; `None` where one of the two sensors is missing.
 pub(crate) fn run(equations: &Equations, log: &Dataset) -> Option<BlockRun> {

@@ -16,7 +16,6 @@
 
 mod block_run;
 mod blocks;
-mod channels;
 mod config;
 mod dependence;
 mod error;

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use super::block_run::BlockRun;
-use super::channels::RATES;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::moments::deviation;
 use crate::estimation::noise_by_blocks::{NoiseBlocks, noise_by_blocks};
@@ -11,6 +10,7 @@ use crate::estimation::noise_floor::{DITHERED, RESOLUTION};
 use crate::estimation::quantization_step::quantization_step;
 use crate::log::Dataset;
 use crate::model::Model;
+use crate::signal::columns::PROPELLER_RATES;
 use crate::threads::spread;
 
 const BLOCKS: NoiseBlocks = NoiseBlocks {
@@ -81,7 +81,7 @@ impl Noise {
 pub(crate) fn rotor_noise(model: &Model, noise: &Noise) -> f64 {
     let actuator = &model.actuator;
     let slope = 2.0 * model.body.arm * actuator.thrust_coefficient * actuator.hover_rate / model.body.inertia;
-    slope * noise.of(RATES[0]).hypot(noise.of(RATES[1]))
+    slope * noise.of(PROPELLER_RATES[0]).hypot(noise.of(PROPELLER_RATES[1]))
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use super::block_run::{BlockRun, NoisePath};
-use super::channels::{BODY_ANGLE, BODY_RATE};
 use super::dependence::{Relations, at_rows};
 use super::noise::{Noise, rotor_noise};
 use super::regimes::Failure;
@@ -12,6 +11,7 @@ use super::thresholds::THRESHOLDS;
 use super::{CompareConfig, gyro_block};
 use crate::log::Dataset;
 use crate::model::Model;
+use crate::signal::columns::{BODY_ANGLE, BODY_RATE};
 
 /// How large the error of a block is, and of what it consists.
 #[cfg_attr(test, derive(schemars::JsonSchema))]

@@ -11,7 +11,6 @@ use nalgebra::{Matrix4, RowVector4, Vector4};
 use serde::Serialize;
 
 use super::blocks::{body_inputs, true_rate};
-use super::channels::{BODY_ANGLE, BODY_RATE};
 use super::dependence::{Dependence, at_rows};
 use super::noise::{Noise, rotor_noise};
 use super::thresholds::THRESHOLDS;
@@ -22,6 +21,7 @@ use crate::estimation::moments::rms_of_finite;
 use crate::log::Dataset;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, ModelError};
 use crate::screening::ScreenedLog;
+use crate::signal::columns::{BODY_ANGLE, BODY_RATE};
 use crate::threads;
 
 /// The smoothed unknown torque.

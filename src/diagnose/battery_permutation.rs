@@ -16,16 +16,16 @@ use crate::effect::Law;
 use crate::log::Cells;
 use crate::log::signals::MOST_ROTORS;
 use crate::model::Effect;
+use crate::signal::Channel;
 use crate::threads::spread;
 
 /// The signal in an expression.
-const BATTERY: &str = "battery_voltage";
 
 /// Whether a law reads the battery.
 pub(crate) fn reads(effect: &Effect) -> bool {
     match &effect.law {
-        Law::Expression(expression) => expression.names(BATTERY),
-        _ => effect.needs.iter().any(|need| need == "battery_voltage_v"),
+        Law::Expression(expression) => expression.names(Channel::BatteryVoltage.name()),
+        _ => effect.needs.iter().any(|need| need == Channel::BatteryVoltage.column()),
     }
 }
 
@@ -111,7 +111,7 @@ mod tests {
         let same = |value: f64| vec![value; 100];
         log.insert("command_1", same(0.5)).expect("fits");
         log.insert("propeller_rate_1_rad_s", same(600.0)).expect("fits");
-        log.insert("battery_voltage_v", (100..200).map(f64::from).collect()).expect("fits");
+        log.insert(Channel::BatteryVoltage.column(), (100..200).map(f64::from).collect()).expect("fits");
         let data = BlockData::new(Runs::Rotor(rotor_runs(&[log.into()])));
         let Runs::Rotor(runs) = shifted(&data, 0.3).runs else { panic!("of rotors") };
         assert_eq!(runs.len(), 2, "a hole");
@@ -127,9 +127,11 @@ mod tests {
         let log = |volts: f64| {
             let time: Vec<f64> = (0..100).map(|row| 0.01 * f64::from(row)).collect();
             let mut log = Dataset::new("here", "", time).expect("time rises");
-            for (name, value) in
-                [("command_1", 0.5), ("propeller_rate_1_rad_s", 600.0), ("battery_voltage_v", volts)]
-            {
+            for (name, value) in [
+                ("command_1", 0.5),
+                ("propeller_rate_1_rad_s", 600.0),
+                (Channel::BatteryVoltage.column(), volts),
+            ] {
                 log.insert(name, vec![value; 100]).expect("fits");
             }
             log

@@ -10,7 +10,7 @@ use super::data_split::DataSplit;
 use super::directions::Directions;
 use super::gyro_and_angle::BehindAngle;
 use super::refusal::Refusal;
-use super::rotor_block::{COMMANDS, PROPELLER_RATES, RotorRun, rotor_runs, simulate};
+use super::rotor_block::{RotorRun, rotor_runs, simulate};
 use super::thresholds::THRESHOLDS;
 use crate::effect::{Law, Site, Term};
 use crate::estimation::noise_floor::white_noise;
@@ -23,6 +23,7 @@ use crate::log::signals::MOST_ROTORS;
 use crate::model::{Effect, Equations, Model, ModelError, RotorInput, RotorStart, RotorTrace};
 use crate::screening::{DrivenBy, ScreenedBody, ScreenedLog, readings};
 use crate::signal::ROTORS;
+use crate::signal::columns;
 
 /// The rotor block of the logs; `None` when no log has a command beside a rotor rate.
 #[must_use]
@@ -93,7 +94,7 @@ impl Driver<'_> {
         horizon: f64,
     ) -> Vec<BodyRun> {
         let data = screened.dataset();
-        let Some((judged, rate)) = screened.body().zip(data.cells("body_rate_rad_s")) else {
+        let Some((judged, rate)) = screened.body().zip(data.cells(columns::BODY_RATE)) else {
             return Vec::new();
         };
         let driven = |cells: Cells| match judged.driven_rows(&cells) {
@@ -101,7 +102,7 @@ impl Driver<'_> {
             Cow::Borrowed(_) => cells,
         };
         let rate: Cells = driven(rate);
-        let angle = data.cells("body_angle_rad").map(driven);
+        let angle = data.cells(columns::BODY_ANGLE).map(driven);
         let by_rotors = judged.driven_by() != DrivenBy::TorqueCommand;
         let of_rotor = |rotor| self.rotor_rate(log, rotor, screened, fitted, held_out);
         let rates: Option<Vec<Option<Rates>>> = by_rotors.then(|| (0..ROTORS).map(of_rotor).collect());
@@ -163,8 +164,8 @@ impl Driver<'_> {
         held_out: bool,
     ) -> Option<Rates> {
         let data = screened.dataset();
-        let measured = data.column(PROPELLER_RATES[rotor]);
-        let has_command = data.column(COMMANDS[rotor]).is_some();
+        let measured = data.column(columns::PROPELLER_RATES[rotor]);
+        let has_command = data.column(columns::COMMANDS[rotor]).is_some();
         match (measured, fitted, self.split) {
             (Some(measured), Some(fitted), Some(split)) if has_command => {
                 let mut rates = Rates::between(data.time(), measured);
@@ -298,7 +299,7 @@ fn runs_of<'a>(
 
 fn different_commands(log: &ScreenedLog) -> usize {
     let log = log.dataset();
-    let commands = (1..=MOST_ROTORS).filter_map(|rotor| log.column(&format!("command_{rotor}")));
+    let commands = (1..=MOST_ROTORS).filter_map(|rotor| log.column(&columns::command(rotor)));
     commands.map(|commands| distinct(commands).len()).max().unwrap_or(0)
 }
 

@@ -10,6 +10,7 @@ use crate::estimation::measured_rows::MeasuredRows;
 use crate::estimation::moments::deviation;
 use crate::estimation::noise_floor::{RESOLUTION, noise_of_reading};
 use crate::estimation::quantization_step::quantization_step;
+use crate::signal::{Sensor, columns};
 
 /// What is measured at a block's end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -143,10 +144,10 @@ impl BlockData {
     /// Channels: what is measured at the block's end.
     #[must_use]
     pub fn channels(&self) -> Vec<Channel> {
-        let rate = Channel { name: "body_rate_rad_s", unit: "rad/s" };
-        let angle = Channel { name: "body_angle_rad", unit: "rad" };
+        let rate = Channel { name: columns::BODY_RATE, unit: "rad/s" };
+        let angle = Channel { name: columns::BODY_ANGLE, unit: "rad" };
         match &self.runs {
-            Runs::Rotor(_) => vec![Channel { name: "propeller_rate_rad_s", unit: "rad/s" }],
+            Runs::Rotor(_) => vec![Channel { name: Sensor::PropellerRate.name_with_unit(), unit: "rad/s" }],
             Runs::Body(runs) if runs.iter().all(|run| run.channels() == 2) => vec![rate, angle],
             Runs::Body(_) => vec![rate],
         }

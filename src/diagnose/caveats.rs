@@ -12,6 +12,7 @@ use crate::estimation::moments::mean_square;
 use crate::model::Model;
 use crate::screening::summary::LogSummary;
 use crate::screening::{Finding, ScreenedBody, ScreenedLog};
+use crate::signal::columns;
 
 /// What the logs are found to hold, what is not compared, what stays unexplained.
 pub(crate) fn warnings(logs: &[ScreenedLog], blocks: &[SearchResult]) -> Vec<Finding> {
@@ -105,7 +106,7 @@ fn insufficient(why: Refusal) -> Option<Finding> {
 
 /// Whether a log has a body that was not held still.
 fn has_free_body(log: &ScreenedLog) -> bool {
-    log.raw().column("body_rate_rad_s").is_some() && !log.body().is_some_and(ScreenedBody::is_held)
+    log.raw().column(columns::BODY_RATE).is_some() && !log.body().is_some_and(ScreenedBody::is_held)
 }
 
 /// Parameters of the answer's effects that a fit would have taken further than their cards let them: such a number is no measurement.

@@ -6,7 +6,7 @@ use super::thresholds::THRESHOLDS;
 use crate::estimation::integral::trapezoidal;
 use crate::estimation::least_squares::least_squares;
 use crate::screening::ScreenedLog;
-use crate::screening::channel::{BODY_ANGLE, BODY_RATE};
+use crate::signal::columns::{BODY_ANGLE, BODY_RATE};
 
 /// By how much the gyro follows the slope of the measured angle.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -12,6 +12,7 @@ use crate::estimation::moments::mean_of;
 use crate::log::Dataset;
 use crate::model::{Effect, Model, ModelError};
 use crate::screening::ScreenedLog;
+use crate::signal::columns;
 
 /// Refuses logs that one set of the base's numbers cannot describe, where a set for each log can, and the supply's voltage
 /// is no reason for it.
@@ -73,10 +74,10 @@ fn supply_explains(model: &Model, known: &[Effect], alone: &[(&ScreenedLog, Cand
     if known.iter().any(|law| reads(law) && model.has(&law.id)) {
         return false;
     }
-    let commands = alone.iter().flat_map(|(log, _)| columns(log.dataset(), &["command_1", "command_2"]));
+    let commands = alone.iter().flat_map(|(log, _)| columns(log.dataset(), &columns::COMMANDS));
     let Some(command) = mean(commands) else { return false };
     let each = alone.iter().map(|(log, fitted)| {
-        let volts = mean(columns(log.dataset(), &["battery_voltage_v"]))?;
+        let volts = mean(columns(log.dataset(), &[columns::BATTERY_VOLTAGE]))?;
         let actuator = &fitted.model.actuator;
         let lost = actuator.voltage_gain * (actuator.full_voltage - volts);
         Some((volts.ln(), (fitted.model.steady_rate(command) - lost).ln()))

@@ -9,6 +9,7 @@ use crate::estimation::noise_floor::white_noise;
 use crate::estimation::output_error::Fit;
 use crate::estimation::slope::slope;
 use crate::log::signals::MOST_ROTORS;
+use crate::signal::{Sensor, columns};
 
 /// The error of one part of the model beside what it may depend on.
 pub struct ResidualEvidence {
@@ -45,14 +46,15 @@ pub fn evidence(data: &BlockData, fit: &Fit) -> Vec<ResidualEvidence> {
 }
 
 fn rotor_evidence(data: &BlockData, runs: &[RotorRun], fit: &Fit, rotor: usize) -> Option<ResidualEvidence> {
+    const RATE: Sensor = Sensor::PropellerRate;
     let number = rotor + 1;
     let names = [
-        "time_s".to_owned(),
-        format!("command_{number}"),
-        "battery_voltage_v".to_owned(),
-        format!("propeller_rate_{number}_rad_s"),
-        format!("propeller_rate_{number}_change_rad_s"),
-        format!("command_{number}_change"),
+        columns::TIME.to_owned(),
+        columns::command(number),
+        columns::BATTERY_VOLTAGE.to_owned(),
+        columns::propeller_rate(number),
+        format!("{}_{number}_change{}", RATE.name(), RATE.suffix()),
+        format!("{}_change", columns::command(number)),
     ];
     let mut channels: Vec<(String, Vec<f64>)> = names.into_iter().map(|name| (name, Vec::new())).collect();
     let residuals = fit.residuals.all();
@@ -90,13 +92,13 @@ fn rotor_evidence(data: &BlockData, runs: &[RotorRun], fit: &Fit, rotor: usize) 
 
 fn body_evidence(data: &BlockData, runs: &[BodyRun], fit: &Fit) -> ResidualEvidence {
     let names = [
-        "time_s",
-        "body_angle_rad",
-        "body_rate_rad_s",
+        columns::TIME,
+        columns::BODY_ANGLE,
+        columns::BODY_RATE,
         "torque",
         "torque_change",
-        "propeller_rate_1_rad_s",
-        "propeller_rate_2_rad_s",
+        columns::PROPELLER_RATES[0],
+        columns::PROPELLER_RATES[1],
     ];
     let mut channels: Vec<(String, Vec<f64>)> =
         names.into_iter().map(|name| (name.to_owned(), Vec::new())).collect();

@@ -8,12 +8,7 @@ use crate::estimation::measured_rows::MeasuredRows;
 use crate::log::Cells;
 use crate::model::{Equations, Remembered, RotorInput, RotorStart, RotorTrace};
 use crate::screening::ScreenedLog;
-use crate::signal::{ROTORS, side};
-
-/// Column names of the rotors.
-pub const COMMANDS: [&str; ROTORS] = ["command_1", "command_2"];
-/// Column names of the rotors' rates.
-pub const PROPELLER_RATES: [&str; ROTORS] = ["propeller_rate_1_rad_s", "propeller_rate_2_rad_s"];
+use crate::signal::{columns, side};
 
 /// One rotor over one stretch of one log.
 #[derive(Debug, Clone)]
@@ -84,7 +79,7 @@ pub fn rotor_runs(logs: &[ScreenedLog]) -> Vec<RotorRun> {
     for (log, screened) in logs.iter().enumerate() {
         for judged in screened.rotors() {
             let rotor = judged.number() - 1;
-            let rates = format!("propeller_rate_{}_rad_s", judged.number());
+            let rates = columns::propeller_rate(judged.number());
             let Some(rates) = screened.dataset().cells(&rates) else { continue };
             let data = judged.data();
             for rows in judged.runs().iter().cloned() {

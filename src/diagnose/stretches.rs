@@ -7,6 +7,7 @@ use std::ops::Range;
 use super::thresholds::THRESHOLDS;
 use crate::log::Dataset;
 use crate::screening::{Finding, ScreenedLog};
+use crate::signal::columns;
 
 /// The stretches that a search goes over.
 pub(crate) struct Stretches {
@@ -112,7 +113,7 @@ impl Motion {
         });
         let data: &Dataset = log.dataset();
         let of_body =
-            ["torque_command_nm", "body_rate_rad_s"].into_iter().filter_map(|name| data.column(name));
+            [columns::TORQUE_COMMAND, columns::BODY_RATE].into_iter().filter_map(|name| data.column(name));
         Self(scored.chain(of_body.map(|values| Sums::of(&ends, values.iter().copied()))).collect())
     }
 

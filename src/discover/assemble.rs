@@ -15,6 +15,7 @@ use crate::diagnose::model_selection::{floor, joint_floors};
 use crate::diagnose::search_result::SearchResult;
 use crate::diagnose::verdict::verdict;
 use crate::diagnose::{DiagnoseConfig, Diagnosis, Verdict};
+use crate::effect::signals;
 use crate::effect::{Expression, Point};
 use crate::model::Model;
 
@@ -241,13 +242,13 @@ fn along(law: &Law, coefficients: &[f64], values: &[f64]) -> Option<Vec<f64>> {
     let of = |value: &f64| {
         let mut point = Point::default();
         let place = match only.signal {
-            "time" => &mut point.time,
-            "command" => &mut point.command,
-            "battery_voltage" => &mut point.battery_voltage,
-            "propeller_rate" => &mut point.propeller_rate,
-            "torque" => &mut point.torque,
-            "body_angle" => &mut point.body_angle,
-            "body_rate" => &mut point.body_rate,
+            signals::TIME => &mut point.time,
+            signals::COMMAND => &mut point.command,
+            signals::BATTERY_VOLTAGE => &mut point.battery_voltage,
+            signals::PROPELLER_RATE => &mut point.propeller_rate,
+            signals::TORQUE => &mut point.torque,
+            signals::BODY_ANGLE => &mut point.body_angle,
+            signals::BODY_RATE => &mut point.body_rate,
             _ => return None,
         };
         *place = *value;

@@ -5,7 +5,9 @@ use crate::diagnose::block_data::{BlockData, Runs};
 use crate::diagnose::body_block::BodyRun;
 use crate::diagnose::rotor_block::RotorRun;
 use crate::effect::Site;
+use crate::effect::signals;
 use crate::estimation::quantile::{extremes, quantile};
+use crate::signal::{Sensor, columns};
 
 /// A channel as a law at a site sees it.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,11 +58,15 @@ pub(crate) fn outlooks(data: &BlockData) -> Vec<Outlook> {
 
 fn of_rotor(runs: &[RotorRun]) -> Vec<Outlook> {
     let of = |values: fn(&RotorRun) -> &[f64]| runs.iter().flat_map(move |run| values(run).iter().copied());
-    let command = channel(("command", "command", "-"), of(|run| &run.command), false);
-    let rate = channel(("propeller_rate", "propeller_rate_rad_s", "rad/s"), of(|run| &run.measured), false);
+    let command = channel((signals::COMMAND, "command", "-"), of(|run| &run.command), false);
+    let rate = channel(
+        (signals::PROPELLER_RATE, Sensor::PropellerRate.name_with_unit(), "rad/s"),
+        of(|run| &run.measured),
+        false,
+    );
     let battery = runs.iter().flat_map(|run| run.voltage.iter().flatten().copied());
-    let battery = channel(("battery_voltage", "battery_voltage_v", "V"), battery, false);
-    let time = channel(("time", "time_s", "s"), of(|run| &run.time), false);
+    let battery = channel((signals::BATTERY_VOLTAGE, columns::BATTERY_VOLTAGE, "V"), battery, false);
+    let time = channel((signals::TIME, columns::TIME, "s"), of(|run| &run.time), false);
     let some = |channels: [&Option<Channel>; 3]| channels.into_iter().flatten().cloned().collect();
     vec![
         Outlook { site: Site::SteadyRate, channels: some([&command, &battery, &time]) },
@@ -71,12 +77,13 @@ fn of_rotor(runs: &[RotorRun]) -> Vec<Outlook> {
 
 fn of_body(runs: &[BodyRun]) -> Vec<Outlook> {
     let of = |values: fn(&BodyRun) -> &[f64]| runs.iter().flat_map(move |run| values(run).iter().copied());
-    let angle = channel(("body_angle", "body_angle_rad", "rad"), of(|run| &run.angle), true);
-    let rate = channel(("body_rate", "body_rate_rad_s", "rad/s"), of(|run| &run.rate), true);
-    let torque = channel(("torque", "torque_nm", "N m"), of(|run| &run.input.torque), true);
-    let time = channel(("time", "time_s", "s"), of(|run| &run.input.time), false);
+    let angle = channel((signals::BODY_ANGLE, columns::BODY_ANGLE, "rad"), of(|run| &run.angle), true);
+    let rate = channel((signals::BODY_RATE, columns::BODY_RATE, "rad/s"), of(|run| &run.rate), true);
+    let torque = channel((signals::TORQUE, "torque_nm", "N m"), of(|run| &run.input.torque), true);
+    let time = channel((signals::TIME, columns::TIME, "s"), of(|run| &run.input.time), false);
     let rotors = runs.iter().flat_map(|run| run.input.propeller_rate.iter().flatten().copied());
-    let propeller = channel(("propeller_rate", "propeller_rate_rad_s", "rad/s"), rotors, false);
+    let propeller =
+        channel((signals::PROPELLER_RATE, Sensor::PropellerRate.name_with_unit(), "rad/s"), rotors, false);
     let some = |channels: [&Option<Channel>; 4]| channels.into_iter().flatten().cloned().collect();
     vec![
         Outlook { site: Site::Torque, channels: some([&angle, &rate, &torque, &time]) },

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::law::{Law, Term};
 use crate::diagnose::block_data::{BlockData, Runs};
 use crate::diagnose::body_block::BodyRun;
+use crate::effect::signals;
 use crate::effect::{Expression, Point, Site};
 use crate::model::{BodyInput, Model};
 
@@ -27,9 +28,9 @@ pub(crate) fn torques(data: &BlockData, model: &Model, law: &Law, coefficient: u
     let numbers: Vec<f64> = user.parameters.iter().map(|it| it.start).collect();
     let expression = Expression::parse(&user.expression, &names).ok()?;
     let seen = |signal: &str| law.channels().iter().any(|channel| channel.signal == signal);
-    let moves = seen("body_angle") || seen("body_rate");
+    let moves = seen(signals::BODY_ANGLE) || seen(signals::BODY_RATE);
     let is_seen = |run: &BodyRun| {
-        (!seen("body_angle") || run.start_angle.len() == run.input.time.len())
+        (!seen(signals::BODY_ANGLE) || run.start_angle.len() == run.input.time.len())
             && (law.site != Site::Thrust || run.input.propeller_rate.iter().all(|rates| !rates.is_empty()))
     };
     let of = |run: &BodyRun| {

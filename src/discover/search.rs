@@ -12,6 +12,7 @@ use super::thresholds::THRESHOLDS;
 use crate::diagnose::Event;
 use crate::diagnose::candidate_fit::CandidateFit;
 use crate::effect::Site;
+use crate::effect::signals;
 use crate::model::Effect;
 use crate::threads::spread;
 
@@ -191,7 +192,11 @@ fn remembering(outlooks: &[Outlook]) -> Vec<Law> {
         let terms = channel.map_or_else(Vec::new, |channel| forms::of_memory(site, channel));
         terms.into_iter().map(move |term| Law { site, terms: vec![term] })
     };
-    let all = [(Site::Command, "command"), (Site::SteadyRate, "command"), (Site::Torque, "body_angle")];
+    let all = [
+        (Site::Command, signals::COMMAND),
+        (Site::SteadyRate, signals::COMMAND),
+        (Site::Torque, signals::BODY_ANGLE),
+    ];
     all.into_iter().flat_map(of).collect()
 }
 
@@ -331,8 +336,8 @@ mod tests {
         let (_, refitted) = search.bases(&mut split);
         let linear = Linear::new(&split, &refitted, &split.base_parameters(&model), &known).expect("finite");
         let angle = Place::all(&outlooks(&split.train), false).into_iter();
-        let angle =
-            angle.filter(|place| place.site == Site::Torque && place.channels[0].signal == "body_angle");
+        let angle = angle
+            .filter(|place| place.site == Site::Torque && place.channels[0].signal == signals::BODY_ANGLE);
         let places: Vec<Place> = angle.collect();
         let found = screened(&linear, &laws(&places.iter().collect::<Vec<_>>(), &[]));
         let (law, score) = &found[0];

@@ -1,6 +1,7 @@
 //! One rotor pushes harder than the other.
 
 use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use crate::signal::columns::{BODY_RATE, PROPELLER_RATES};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -21,7 +22,7 @@ pub(super) static CARD: Card = Card {
         meaning: "half the relative difference",
     }],
     law: Law::Static(add),
-    needs: &["body_rate_rad_s", "propeller_rate_1_rad_s", "propeller_rate_2_rad_s"],
+    needs: &[BODY_RATE, PROPELLER_RATES[0], PROPELLER_RATES[1]],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: None,

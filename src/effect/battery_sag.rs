@@ -1,6 +1,7 @@
 //! The rotor slows as the battery empties.
 
 use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
+use crate::signal::columns::{ANY_COMMAND, ANY_PROPELLER_RATE, BATTERY_VOLTAGE};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -22,7 +23,7 @@ pub(super) static CARD: Card = Card {
         meaning: "rate lost per volt",
     }],
     law: Law::Static(add),
-    needs: &["command_*", "propeller_rate_*_rad_s", "battery_voltage_v"],
+    needs: &[ANY_COMMAND, ANY_PROPELLER_RATE, BATTERY_VOLTAGE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: Some(Term::VoltageDrop),

@@ -1,6 +1,7 @@
 //! The speed controller puts a share of the battery voltage on the motor, so the command scales with the battery.
 
 use super::{Card, Law, Point, Site, Symmetry, Term};
+use crate::signal::columns::{ANY_COMMAND, ANY_PROPELLER_RATE, BATTERY_VOLTAGE};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -11,7 +12,7 @@ pub(super) static CARD: Card = Card {
     site: Site::Command,
     parameters: &[],
     law: Law::Static(add),
-    needs: &["command_*", "propeller_rate_*_rad_s", "battery_voltage_v"],
+    needs: &[ANY_COMMAND, ANY_PROPELLER_RATE, BATTERY_VOLTAGE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: Some(Term::VoltageScaling),

@@ -1,6 +1,7 @@
 //! The cables pull the body back.
 
 use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
+use crate::signal::columns::{BODY_ANGLE, BODY_RATE};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -22,7 +23,7 @@ pub(super) static CARD: Card = Card {
         meaning: "torque per angle",
     }],
     law: Law::Static(add),
-    needs: &["body_rate_rad_s", "body_angle_rad"],
+    needs: &[BODY_RATE, BODY_ANGLE],
     symmetry: Symmetry::OddInBodyMotion,
     needs_both_directions: false,
     acts_as: Some(Term::Stiffness),

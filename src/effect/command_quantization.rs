@@ -1,6 +1,7 @@
 //! The command takes effect only in steps.
 
 use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use crate::signal::columns::{ANY_COMMAND, ANY_PROPELLER_RATE};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -21,7 +22,7 @@ pub(super) static CARD: Card = Card {
         meaning: "step of the grid",
     }],
     law: Law::PiecewiseConstant(add),
-    needs: &["command_*", "propeller_rate_*_rad_s"],
+    needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: None,

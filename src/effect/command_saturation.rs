@@ -1,6 +1,7 @@
 //! Commands above a limit do nothing more.
 
 use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
+use crate::signal::columns::{ANY_COMMAND, ANY_PROPELLER_RATE};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -21,7 +22,7 @@ pub(super) static CARD: Card = Card {
         meaning: "largest command that has effect",
     }],
     law: Law::Static(add),
-    needs: &["command_*", "propeller_rate_*_rad_s"],
+    needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: Some(Term::Saturation),

@@ -1,7 +1,8 @@
 //! A user's own law: an expression in signal names and parameters, no compiler needed.
 
 use super::program::{Operation, Program, Signal};
-use super::{Point, Site, syntax};
+use super::{Point, Site, signals, syntax};
+use crate::signal::Sensor;
 
 /// Why an expression cannot be a law.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -30,19 +31,19 @@ pub struct Expression {
 /// Signals an expression may name: with the unit as in a log, or without.
 #[rustfmt::skip]
 const SIGNALS: &[(&str, &str, Signal)] = &[
-    ("time", "_s", |point| point.time),
-    ("command", "", |point| point.command),
-    ("battery_voltage", "_v", |point| point.battery_voltage),
-    ("full_voltage", "_v", |point| point.full_voltage),
-    ("steady_rate", "_rad_s", |point| point.steady_rate),
-    ("propeller_rate", "_rad_s", |point| point.propeller_rate),
-    ("propeller_rate_1", "_rad_s", |point| point.propeller_rate_1),
-    ("propeller_rate_2", "_rad_s", |point| point.propeller_rate_2),
-    ("hover_rate", "_rad_s", |point| point.hover_rate),
-    ("thrust", "_n", |point| point.thrust),
-    ("torque", "_nm", |point| point.torque),
-    ("body_angle", "_rad", |point| point.body_angle),
-    ("body_rate", "_rad_s", |point| point.body_rate),
+    (signals::TIME, "_s", |point| point.time),
+    (signals::COMMAND, "", |point| point.command),
+    (signals::BATTERY_VOLTAGE, Sensor::BatteryVoltage.suffix(), |point| point.battery_voltage),
+    ("full_voltage", Sensor::BatteryVoltage.suffix(), |point| point.full_voltage),
+    ("steady_rate", Sensor::PropellerRate.suffix(), |point| point.steady_rate),
+    (signals::PROPELLER_RATE, Sensor::PropellerRate.suffix(), |point| point.propeller_rate),
+    (signals::PROPELLER_RATES[0], Sensor::PropellerRate.suffix(), |point| point.propeller_rate_1),
+    (signals::PROPELLER_RATES[1], Sensor::PropellerRate.suffix(), |point| point.propeller_rate_2),
+    ("hover_rate", Sensor::PropellerRate.suffix(), |point| point.hover_rate),
+    ("thrust", Sensor::Thrust.suffix(), |point| point.thrust),
+    (signals::TORQUE, "_nm", |point| point.torque),
+    (signals::BODY_ANGLE, Sensor::BodyAngle.suffix(), |point| point.body_angle),
+    (signals::BODY_RATE, Sensor::BodyRate.suffix(), |point| point.body_rate),
     ("side", "", |point| point.side),
 ];
 

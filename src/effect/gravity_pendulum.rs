@@ -1,6 +1,7 @@
 //! The centre of mass is not on the axis.
 
 use super::{Card, Law, Parameter, Point, Site, Symmetry, Term, sin};
+use crate::signal::columns::{BODY_ANGLE, BODY_RATE};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -34,7 +35,7 @@ pub(super) static CARD: Card = Card {
         },
     ],
     law: Law::Static(add),
-    needs: &["body_rate_rad_s", "body_angle_rad"],
+    needs: &[BODY_RATE, BODY_ANGLE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: Some(Term::Pendulum),

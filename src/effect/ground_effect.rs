@@ -1,6 +1,7 @@
 //! A rotor near the floor pushes harder.
 
 use super::{Card, Law, Parameter, Point, Site, Symmetry, sin};
+use crate::signal::columns::{BODY_ANGLE, BODY_RATE, PROPELLER_RATES};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -34,7 +35,7 @@ pub(super) static CARD: Card = Card {
         },
     ],
     law: Law::Static(add),
-    needs: &["body_rate_rad_s", "body_angle_rad", "propeller_rate_1_rad_s", "propeller_rate_2_rad_s"],
+    needs: &[BODY_RATE, BODY_ANGLE, PROPELLER_RATES[0], PROPELLER_RATES[1]],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: None,

@@ -1,6 +1,7 @@
 //! The gyroscope is off by a constant.
 
 use super::{Card, Law, Parameter, Site, Symmetry, Term, constant};
+use crate::signal::columns::{BODY_ANGLE, BODY_RATE};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -21,7 +22,7 @@ pub(super) static CARD: Card = Card {
         meaning: "reading at rest",
     }],
     law: Law::Static(constant),
-    needs: &["body_rate_rad_s", "body_angle_rad"],
+    needs: &[BODY_RATE, BODY_ANGLE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: Some(Term::Constant),

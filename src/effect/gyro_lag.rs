@@ -2,6 +2,7 @@
 
 use super::lag::pole;
 use super::{Card, Law, Site, Symmetry, Term};
+use crate::signal::columns::BODY_RATE;
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -12,7 +13,7 @@ pub(super) static CARD: Card = Card {
     site: Site::BodyRateSensor,
     parameters: &[pole("p_g", 2.0, (60.0, &[20.0, 200.0]), "pole of the filter")],
     law: Law::Memory(lag!(body_rate, slow: false)),
-    needs: &["body_rate_rad_s"],
+    needs: &[BODY_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: Some(Term::Lag),

@@ -1,6 +1,7 @@
 //! The gyroscope reads in a wrong scale.
 
 use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use crate::signal::columns::{BODY_ANGLE, BODY_RATE};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -21,7 +22,7 @@ pub(super) static CARD: Card = Card {
         meaning: "reading over truth",
     }],
     law: Law::Static(add),
-    needs: &["body_rate_rad_s", "body_angle_rad"],
+    needs: &[BODY_RATE, BODY_ANGLE],
     symmetry: Symmetry::OddInBodyMotion,
     needs_both_directions: false,
     acts_as: None,

@@ -1,6 +1,7 @@
 //! A rotor that moves into its own wake pushes less.
 
 use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
+use crate::signal::columns::{BODY_RATE, PROPELLER_RATES};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -21,7 +22,7 @@ pub(super) static CARD: Card = Card {
         meaning: "thrust lost per speed, over c ω_p",
     }],
     law: Law::Static(add),
-    needs: &["body_rate_rad_s", "propeller_rate_1_rad_s", "propeller_rate_2_rad_s"],
+    needs: &[BODY_RATE, PROPELLER_RATES[0], PROPELLER_RATES[1]],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: Some(Term::AxialDamping),

@@ -13,6 +13,7 @@ mod expression;
 mod functions;
 mod law;
 mod program;
+pub mod signals;
 mod site;
 mod syntax;
 

@@ -1,6 +1,7 @@
 //! The motor weakens as it warms up.
 
 use super::{Card, Law, Memory, Parameter, Point, Site, Symmetry, step_response};
+use crate::signal::columns::{ANY_COMMAND, ANY_PROPELLER_RATE};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -35,7 +36,7 @@ pub(super) static CARD: Card = Card {
         },
     ],
     law: Law::Memory(Memory { steady_state, advance, add, rate, slow: true }),
-    needs: &["command_*", "propeller_rate_*_rad_s"],
+    needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: None,

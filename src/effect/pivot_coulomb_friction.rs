@@ -1,6 +1,7 @@
 //! Dry friction in the pivot.
 
 use super::{Card, Law, Parameter, Point, Site, Symmetry, Term, tanh};
+use crate::signal::columns::BODY_RATE;
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -34,7 +35,7 @@ pub(super) static CARD: Card = Card {
         },
     ],
     law: Law::Stiff(add),
-    needs: &["body_rate_rad_s"],
+    needs: &[BODY_RATE],
     symmetry: Symmetry::Dissipative,
     needs_both_directions: false,
     acts_as: Some(Term::CoulombFriction),

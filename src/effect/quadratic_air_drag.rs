@@ -1,6 +1,7 @@
 //! Air drag with the square of the rate.
 
 use super::{Card, Law, Parameter, Point, Site, Symmetry, Term};
+use crate::signal::columns::BODY_RATE;
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -21,7 +22,7 @@ pub(super) static CARD: Card = Card {
         meaning: "torque per rate squared",
     }],
     law: Law::Static(add),
-    needs: &["body_rate_rad_s"],
+    needs: &[BODY_RATE],
     symmetry: Symmetry::Dissipative,
     needs_both_directions: false,
     acts_as: Some(Term::QuadraticDrag),

@@ -1,6 +1,7 @@
 //! The air brakes the rotor with the square of its speed.
 
 use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use crate::signal::columns::{ANY_COMMAND, ANY_PROPELLER_RATE};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -21,7 +22,7 @@ pub(super) static CARD: Card = Card {
         meaning: "drag torque over rotor inertia and speed squared",
     }],
     law: Law::Static(add),
-    needs: &["command_*", "propeller_rate_*_rad_s"],
+    needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: None,

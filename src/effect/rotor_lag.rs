@@ -2,6 +2,7 @@
 
 use super::lag::pole;
 use super::{Card, Law, Site, Symmetry, Term};
+use crate::signal::columns::BODY_RATE;
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -12,7 +13,7 @@ pub(super) static CARD: Card = Card {
     site: Site::Torque,
     parameters: &[pole("p_r", 1.0, (50.0, &[15.0, 200.0]), "pole of the lag")],
     law: Law::Memory(lag!(torque, slow: false)),
-    needs: &["body_rate_rad_s"],
+    needs: &[BODY_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: Some(Term::Lag),

@@ -2,6 +2,7 @@
 
 use super::lag::pole;
 use super::{Card, Law, Site, Symmetry, Term};
+use crate::signal::columns::{ANY_COMMAND, ANY_PROPELLER_RATE};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -12,7 +13,7 @@ pub(super) static CARD: Card = Card {
     site: Site::SteadyRate,
     parameters: &[pole("p_2", 1.0, (60.0, &[20.0, 200.0]), "the second pole")],
     law: Law::Memory(lag!(steady_rate, slow: true)),
-    needs: &["command_*", "propeller_rate_*_rad_s"],
+    needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: Some(Term::Lag),

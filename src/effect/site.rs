@@ -1,5 +1,9 @@
 //! Where effects act, and what their laws may look at there.
 
+use super::signals::{
+    BATTERY_VOLTAGE, BODY_ANGLE, BODY_RATE, COMMAND, PROPELLER_RATE, PROPELLER_RATES, TIME, TORQUE,
+};
+
 /// Where an effect acts: the quantity its law adds to. Of a law of one's own: `examples/own_effect.rs`.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -53,31 +57,31 @@ impl Site {
     #[must_use]
     pub fn signals(self) -> &'static [&'static str] {
         match self {
-            Self::Command => &["time", "command", "battery_voltage", "full_voltage", "hover_rate", "side"],
+            Self::Command => &[TIME, COMMAND, BATTERY_VOLTAGE, "full_voltage", "hover_rate", "side"],
             Self::SteadyRate | Self::RotorAcceleration | Self::RotorRateSensor => &[
-                "time",
-                "command",
-                "battery_voltage",
+                TIME,
+                COMMAND,
+                BATTERY_VOLTAGE,
                 "full_voltage",
                 "steady_rate",
-                "propeller_rate",
+                PROPELLER_RATE,
                 "hover_rate",
                 "side",
             ],
             Self::Thrust => {
-                &["thrust", "propeller_rate", "hover_rate", "body_angle", "body_rate", "full_voltage", "side"]
+                &["thrust", PROPELLER_RATE, "hover_rate", BODY_ANGLE, BODY_RATE, "full_voltage", "side"]
             }
             Self::Torque => &[
-                "time",
-                "torque",
-                "propeller_rate_1",
-                "propeller_rate_2",
+                TIME,
+                TORQUE,
+                PROPELLER_RATES[0],
+                PROPELLER_RATES[1],
                 "hover_rate",
-                "body_angle",
-                "body_rate",
+                BODY_ANGLE,
+                BODY_RATE,
                 "full_voltage",
             ],
-            Self::BodyRateSensor => &["time", "body_angle", "body_rate", "hover_rate", "full_voltage"],
+            Self::BodyRateSensor => &[TIME, BODY_ANGLE, BODY_RATE, "hover_rate", "full_voltage"],
         }
     }
 }

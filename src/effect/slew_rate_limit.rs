@@ -1,6 +1,7 @@
 //! The speed controller ramps its target instead of stepping it.
 
 use super::{Card, Law, Memory, Parameter, Point, Site, Symmetry};
+use crate::signal::columns::{ANY_COMMAND, ANY_PROPELLER_RATE};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -21,7 +22,7 @@ pub(super) static CARD: Card = Card {
         meaning: "fastest change of the steady rate",
     }],
     law: Law::Memory(Memory { steady_state, advance, add, rate, slow: false }),
-    needs: &["command_*", "propeller_rate_*_rad_s"],
+    needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: None,

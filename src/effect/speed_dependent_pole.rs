@@ -1,6 +1,7 @@
 //! The rotor answers faster at high speed than at low speed.
 
 use super::{Card, Law, Parameter, Point, Site, Symmetry};
+use crate::signal::columns::{ANY_COMMAND, ANY_PROPELLER_RATE};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -21,7 +22,7 @@ pub(super) static CARD: Card = Card {
         meaning: "relative growth of the pole per relative growth of the speed",
     }],
     law: Law::Static(add),
-    needs: &["command_*", "propeller_rate_*_rad_s"],
+    needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: None,

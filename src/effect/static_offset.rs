@@ -1,6 +1,7 @@
 //! The static curve is shifted.
 
 use super::{Card, Law, Parameter, Site, Symmetry, Term, constant};
+use crate::signal::columns::{ANY_COMMAND, ANY_PROPELLER_RATE};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -21,7 +22,7 @@ pub(super) static CARD: Card = Card {
         meaning: "the shift",
     }],
     law: Law::Static(constant),
-    needs: &["command_*", "propeller_rate_*_rad_s"],
+    needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: Some(Term::Constant),

@@ -1,6 +1,7 @@
 //! A constant torque.
 
 use super::{Card, Law, Parameter, Site, Symmetry, Term, constant};
+use crate::signal::columns::BODY_RATE;
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -21,7 +22,7 @@ pub(super) static CARD: Card = Card {
         meaning: "the torque",
     }],
     law: Law::Static(constant),
-    needs: &["body_rate_rad_s"],
+    needs: &[BODY_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: Some(Term::Constant),

@@ -1,6 +1,7 @@
 //! The torque comes late.
 
 use super::{Card, Law, Site, Symmetry, Term, dead_time};
+use crate::signal::columns::BODY_RATE;
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -11,7 +12,7 @@ pub(super) static CARD: Card = Card {
     site: Site::Torque,
     parameters: &[dead_time::parameter("T", &[0.03, 0.08])],
     law: Law::Delay(dead_time::of),
-    needs: &["body_rate_rad_s"],
+    needs: &[BODY_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: Some(Term::DeadTime),

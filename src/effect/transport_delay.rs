@@ -1,6 +1,7 @@
 //! The command reaches the motor late.
 
 use super::{Card, Law, Site, Symmetry, Term, dead_time};
+use crate::signal::columns::{ANY_COMMAND, ANY_PROPELLER_RATE};
 
 /// The card.
 pub(super) static CARD: Card = Card {
@@ -11,7 +12,7 @@ pub(super) static CARD: Card = Card {
     site: Site::Command,
     parameters: &[dead_time::parameter("τ", &[0.03, 0.06, 0.12])],
     law: Law::Delay(dead_time::of),
-    needs: &["command_*", "propeller_rate_*_rad_s"],
+    needs: &[ANY_COMMAND, ANY_PROPELLER_RATE],
     symmetry: Symmetry::None,
     needs_both_directions: false,
     acts_as: Some(Term::DeadTime),

@@ -15,6 +15,7 @@ use crate::screening::duplicate_logs;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::RotorLog;
 use crate::screening::{Finding, ScreenedLog};
+use crate::signal::Sensor;
 
 impl Work<'_> {
     /// The rotor as a first-order lag alone would have it, where a delay was taken in.
@@ -55,7 +56,7 @@ impl Work<'_> {
             logs: logs[0].iter().map(reference).collect(),
             validation: logs[1].iter().map(reference).collect(),
             error: ErrorFall {
-                measure: Measure::of_fit("propeller_rate_rad_s", "rad/s"),
+                measure: Measure::of_fit(Sensor::PropellerRate.name_with_unit(), "rad/s"),
                 // With the delay what is left is noise: that is why it was taken in.
                 noise_floor: taken.residual_with,
                 train_before,

@@ -10,6 +10,7 @@ use super::thresholds::THRESHOLDS;
 use crate::estimation::moments::{deviation, mean};
 use crate::screening::rotor_data::{RotorLog, bounds};
 use crate::screening::{Finding, ScreeningError};
+use crate::signal::Sensor;
 
 /// Milliseconds and microseconds in a second, and a factor that says about as much.
 const TIMES: [f64; 2] = [1e3, 1e6];
@@ -123,7 +124,7 @@ fn crossed(
     let found: Vec<usize> = (0..2).filter_map(follows_other).collect();
     let (first, at) = (parts[0], *found.first()?);
     let number = |at: usize| parts[at].number;
-    let found_in = Finding::new("rates_of_other_rotor", "propeller_rate").of(&first.file);
+    let found_in = Finding::new("rates_of_other_rotor", Sensor::PropellerRate.name()).of(&first.file);
     let found_in = found_in.with("rotor", number(at)).with("other_rotor", number(1 - at));
     Some(found_in.with("crossed", found.len()))
 }

@@ -24,6 +24,7 @@ use crate::model::RotorTrace;
 use crate::screening::attitude::Mistaken;
 use crate::screening::attitude_units;
 use crate::screening::{DrivenBy, Finding, ScreenedBody, ScreenedLog};
+use crate::signal::columns;
 use crate::threads::spread;
 
 /// What the attitude log says about the body.
@@ -133,7 +134,7 @@ pub(crate) fn identify(
     warnings: &mut Vec<Finding>,
 ) -> Option<Body> {
     let log = screened.dataset();
-    let rate = log.column("body_rate_rad_s")?;
+    let rate = log.column(columns::BODY_RATE)?;
     if !can_show_inertia(screened, rate, warnings) {
         return None;
     }
@@ -209,8 +210,8 @@ fn fit(
 
 fn drive(log: &Dataset, judged: &ScreenedBody, actuator: &IdentifiedActuator, arm: f64) -> Option<Drive> {
     let driven_by = judged.driven_by().code();
-    let commands = log.column("command_1").zip(log.column("command_2"));
-    let voltage = log.column("battery_voltage_v");
+    let commands = log.column(columns::COMMANDS[0]).zip(log.column(columns::COMMANDS[1]));
+    let voltage = log.column(columns::BATTERY_VOLTAGE);
     let run = |command: &&[f64]| {
         let mut run = actuator.run_from(None, log.time(), command, voltage);
         // What else it holds is not asked for, and of a long log as much again.
@@ -225,7 +226,7 @@ fn drive(log: &Dataset, judged: &ScreenedBody, actuator: &IdentifiedActuator, ar
         let measured = integral_of_held(log.time(), judged.torque());
         return Some(Drive { measured, predicted: None, driven_by, lever: 1.0 });
     }
-    let measured = log.column("propeller_rate_1_rad_s").zip(log.column("propeller_rate_2_rad_s"));
+    let measured = log.column(columns::PROPELLER_RATES[0]).zip(log.column(columns::PROPELLER_RATES[1]));
     if let Some((first, second)) = measured {
         let known = |rotor: usize, rates: &[f64]| match &runs {
             Some(runs) => filled_along(log, rates, &runs[rotor].rate),
@@ -263,7 +264,7 @@ fn filled_along(log: &Dataset, values: &[f64], run: &[f64]) -> Vec<f64> {
 fn integrals(log: &Dataset, rate: &[f64]) -> [Vec<f64>; 2] {
     let time = log.time();
     let turned = trapezoidal(time, &interpolated(time, rate));
-    let angle = log.column("body_angle_rad").map(|angle| interpolated(time, angle));
+    let angle = log.column(columns::BODY_ANGLE).map(|angle| interpolated(time, angle));
     let swung = trapezoidal(time, angle.as_deref().filter(|angle| angle[0].is_finite()).unwrap_or(&turned));
     [turned, swung]
 }

@@ -5,10 +5,11 @@ use super::{IdentifyError, IdentifySettings};
 use crate::estimation::quantile::quantile;
 use crate::screening::rotor_data::{RotorLog, bounds};
 use crate::screening::{Finding, ScreenedLog, checks};
+use crate::signal::columns;
 
 /// [V] what the battery had at its best, where that is more than the template's has when full.
 pub(crate) fn fuller_battery(logs: &[ScreenedLog], settings: &IdentifySettings) -> Option<f64> {
-    let columns = logs.iter().filter_map(|log| log.dataset().column("battery_voltage_v"));
+    let columns = logs.iter().filter_map(|log| log.dataset().column(columns::BATTERY_VOLTAGE));
     // A glitch of the reading is not the battery.
     let best = quantile(columns.flatten().copied(), THRESHOLDS.best_voltage)?;
     (best > THRESHOLDS.fuller_battery * settings.template.actuator.full_voltage)
@@ -18,7 +19,7 @@ pub(crate) fn fuller_battery(logs: &[ScreenedLog], settings: &IdentifySettings) 
 /// The battery had `volts` [V], more than is taken for full.
 pub(crate) fn above_full(volts: f64, settings: &IdentifySettings) -> Finding {
     let full = settings.template.actuator.full_voltage;
-    Finding::new("battery_above_full_voltage", "battery_voltage_v")
+    Finding::new("battery_above_full_voltage", columns::BATTERY_VOLTAGE)
         .with("voltage_v", volts)
         .with("full_voltage_v", full)
         .with("full_voltage_from", settings.full_voltage_from())
@@ -66,14 +67,14 @@ pub(crate) fn uses_battery(
     let without = rotors.iter().filter(|rotor| rotor.voltage.is_none()).map(|rotor| rotor.source());
     let without: Vec<String> = without.collect();
     if !without.is_empty() {
-        warnings.push(Finding::new("battery_not_logged", "battery_voltage_v").with("logs", without));
+        warnings.push(Finding::new("battery_not_logged", columns::BATTERY_VOLTAGE).with("logs", without));
         return false;
     }
     let ranges = rotors.iter().filter_map(|rotor| rotor.voltage.as_deref().map(bounds));
     let (low, high) =
         ranges.fold((f64::INFINITY, f64::NEG_INFINITY), |all, own| (all.0.min(own.0), all.1.max(own.1)));
     if low >= high {
-        warnings.push(Finding::new("battery_constant", "battery_voltage_v").with("voltage_v", low));
+        warnings.push(Finding::new("battery_constant", columns::BATTERY_VOLTAGE).with("voltage_v", low));
         return false;
     }
     for check in checks::BATTERY_IN_FIT {

@@ -12,6 +12,7 @@ use crate::screening::attitude_units;
 use crate::screening::plausibility::{ANOTHER, LEAST_HELD, UNITS, is_another, too_far_apart};
 use crate::screening::rotor_data::{RotorLog, bounds};
 use crate::screening::{Finding, ScreenedLog, ScreeningError};
+use crate::signal::columns;
 
 /// Parts of a volt that a voltage may have been written in.
 const VOLTS: [(f64, &str); 3] = [(1e3, "mV"), (1e2, "0.01 V"), (1e1, "0.1 V")];
@@ -42,10 +43,10 @@ pub fn check_columns(logs: &[ScreenedLog], model: &Model) -> Result<Vec<Finding>
 }
 
 fn check_attitude(log: &Dataset) -> Result<Option<Finding>, IdentifyError> {
-    let Some(rate) = log.column("body_rate_rad_s") else { return Ok(None) };
+    let Some(rate) = log.column(columns::BODY_RATE) else { return Ok(None) };
     let interval = log.median_interval();
     if interval > THRESHOLDS.sparsest_attitude {
-        refuse(Some(too_far_apart(log.source_name(), "body_rate_rad_s", interval)))?;
+        refuse(Some(too_far_apart(log.source_name(), columns::BODY_RATE, interval)))?;
     }
     match attitude_units::mistaken(log, rate) {
         Some(Mistaken::Rate(finding) | Mistaken::Angle(finding)) => refuse(Some(finding)).map(|()| None),

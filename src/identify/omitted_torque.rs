@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::Estimate;
 use crate::estimation::least_squares::{self, LinearFit};
+use crate::signal::Channel;
 
 /// A torque that is missing, and what J would be with it.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -36,7 +37,11 @@ pub(crate) fn find(
     };
     let fit = least_squares::instrumental(&beside(design), &beside(instruments), y)?;
     let shows = |index: usize| fit.coefficients[index].abs() / fit.standard_error(index);
-    let (what, shows) = if shows(2) > shows(3) { ("body_rate", shows(2)) } else { ("body_angle", shows(3)) };
+    let (what, shows) = if shows(2) > shows(3) {
+        (Channel::BodyRate.name(), shows(2))
+    } else {
+        (Channel::BodyAngle.name(), shows(3))
+    };
     let moved = (fit.coefficients[0] - alone.coefficients[0]).abs();
     let matters = moved > THRESHOLDS.omitted_torque_shift * alone.standard_error(0)
         && shows > THRESHOLDS.omitted_torque_errors

@@ -21,6 +21,7 @@ use crate::model::polynomial;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::{RotorLog, VoltageInstrument};
 use crate::screening::{Finding, ScreenedLog};
+use crate::signal::{Sensor, columns};
 
 impl Work<'_> {
     pub(crate) fn battery(&mut self) {
@@ -65,7 +66,7 @@ impl Work<'_> {
             }
             None if left_out > 0 => {
                 let moved =
-                    Finding::new("voltage_hardly_moved", "battery_voltage_v").with("levels", left_out);
+                    Finding::new("voltage_hardly_moved", columns::BATTERY_VOLTAGE).with("levels", left_out);
                 self.note(step, false, moved);
             }
             None => self.lacks(step, "no_constant_commands"),
@@ -90,7 +91,7 @@ impl Work<'_> {
             return self.note(STEP, false, seldom.unwrap_or_else(|| self.too_few_jumps()));
         }
         if samples < THRESHOLDS.fewest_samples {
-            let why = Finding::new("too_few_samples", "propeller_rate").with("samples", samples);
+            let why = Finding::new("too_few_samples", Sensor::PropellerRate.name()).with("samples", samples);
             return self.note(STEP, false, why.with("samples_needed", THRESHOLDS.fewest_samples));
         }
         let (full_voltage, degree) = (self.full_voltage(), self.settings.degree);

@@ -5,6 +5,7 @@ use super::thresholds::THRESHOLDS;
 use super::work::Work;
 use crate::screening::Finding;
 use crate::screening::rotor_data::{RotorLog, bounds};
+use crate::signal::columns;
 
 impl Work<'_> {
     /// What no log shows.
@@ -70,7 +71,7 @@ impl Work<'_> {
         if let Some((low, high)) = volts
             && high < THRESHOLDS.low_battery_share * template.full_voltage
         {
-            let below = Finding::new("battery_below_full_voltage", "battery_voltage_v");
+            let below = Finding::new("battery_below_full_voltage", columns::BATTERY_VOLTAGE);
             let below = below.with("lowest_v", low).with("highest_v", high);
             let below = below.with("full_voltage_v", template.full_voltage);
             found.push(below.with("full_voltage_from", self.settings.full_voltage_from()));

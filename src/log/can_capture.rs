@@ -15,6 +15,7 @@ use super::export::Collected;
 use super::format::{FormatError, START, Start};
 use super::limits;
 use super::tables::Skipped;
+use crate::signal::columns;
 
 /// Why a capture cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -130,7 +131,7 @@ pub fn read(
     notes.out_of_order = collected.out_of_order();
     let hash =
         super::csv::file_hash(path).map_err(|source| CandumpError::File { path: path.to_owned(), source })?;
-    let wanted = |name: &str| !name.starts_with("guard_") && (has_commands || !name.starts_with("command_"));
+    let wanted = |name: &str| !name.starts_with("guard_") && (has_commands || !columns::is_command(name));
     Ok((collected.dataset(path, hash, wanted)?, notes))
 }
 

@@ -17,6 +17,7 @@ use super::limits::{self, MOST_COLUMNS, shortened};
 use super::lines::Lines;
 use crate::cancel;
 use crate::file::write_atomically;
+use crate::signal::columns;
 use crate::threads;
 
 /// Why a log file cannot be read or written.
@@ -129,7 +130,7 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<Dataset, LogError> {
     let mut reader = csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).from_reader(text);
     let header: Vec<String> =
         reader.headers().map_err(|error| syntax(&error, path))?.iter().map(str::to_owned).collect();
-    let Some(time_at) = header.iter().position(|name| name == "time_s") else {
+    let Some(time_at) = header.iter().position(|name| name == columns::TIME) else {
         return Err(LogError::NoTime { path: path.to_owned(), header: shortened_header(&header) });
     };
     if header.len() > MOST_COLUMNS {
@@ -220,7 +221,7 @@ fn shortened_header(header: &[String]) -> String {
 pub fn emit(log: &Dataset) -> String {
     let columns: Vec<&[f64]> = log.names().filter_map(|name| log.column(name)).collect();
     let names = log.names().filter(|name| log.column(name).is_some());
-    let mut text = std::iter::once("time_s").chain(names).collect::<Vec<_>>().join(",");
+    let mut text = std::iter::once(columns::TIME).chain(names).collect::<Vec<_>>().join(",");
     text.push('\n');
     for (row, time) in log.time().iter().enumerate() {
         // Writing to a `String` cannot fail.

@@ -1,6 +1,7 @@
 //! The header of a CSV text: the names of its columns, and where its rows begin.
 
 use super::limits::MOST_COLUMNS;
+use crate::signal::columns;
 
 /// The names of the columns.
 #[derive(Debug, Clone)]
@@ -17,7 +18,7 @@ impl Header {
         let body = plain_body(text)?;
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text);
         let names: Vec<String> = reader.headers().ok()?.iter().map(str::to_owned).collect();
-        let time_at = names.iter().position(|name| name == "time_s")?;
+        let time_at = names.iter().position(|name| name == columns::TIME)?;
         (names.len() <= MOST_COLUMNS).then_some((Self { names, time_at }, bytes.len() - body.len()))
     }
 }

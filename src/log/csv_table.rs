@@ -8,6 +8,7 @@ use super::lines::Lines;
 use super::mapping::{Mapping, MappingConfig};
 use super::tables::{Column, Table};
 use crate::cancel;
+use crate::signal::columns;
 use std::path::Path;
 
 /// Columns of a header that a message shows.
@@ -168,7 +169,7 @@ impl Reader<'_> {
         let config = self.mapping.config.clone();
         let empty = |name: String| Table::new(name, Vec::new());
         let first = match config.time.as_ref().and_then(|time| time.column.as_ref()) {
-            Some(column) => Some((self.find(header, column, "time_s")?, column.clone())),
+            Some(column) => Some((self.find(header, column, columns::TIME)?, column.clone())),
             None => None,
         };
         let mut clocks = vec![Clock { column: first, table: empty(String::new()) }];

@@ -6,6 +6,7 @@ use std::ops::Range;
 use super::thresholds::THRESHOLDS;
 use crate::cells::Cells;
 use crate::estimation::quantile::median;
+use crate::signal::columns;
 
 /// [s] to the nanosecond: what is finer is the rounding of a sum.
 pub(crate) fn nanoseconds(time: f64) -> f64 {
@@ -129,7 +130,7 @@ impl Dataset {
             let (found, expected) = (values.len(), self.time.len());
             return Err(DatasetError::Length { source_name, column, found, expected });
         }
-        if column == "time_s" || self.columns.iter().any(|(name, _)| *name == column) {
+        if column == columns::TIME || self.columns.iter().any(|(name, _)| *name == column) {
             return Err(DatasetError::Duplicate { source_name, column });
         }
         self.columns.push((column, values.into()));

@@ -14,9 +14,10 @@ use crate::recording::RecordError;
 use crate::recording::raw_frame::RawFrame;
 pub(crate) use crate::recording::reader::{End, Recording};
 pub(crate) use crate::recording::sender::Record;
+use crate::signal::columns;
 
 /// Columns before those of the sensors.
-const COMMANDS: [&str; 3] = ["command_1", "command_2", "torque_command_nm"];
+const COMMANDS: [&str; 3] = [columns::COMMANDS[0], columns::COMMANDS[1], columns::TORQUE_COMMAND];
 
 /// Columns behind those of the sensors.
 const ESTIMATES: [&str; 5] =
@@ -150,7 +151,7 @@ pub fn write_log(recording: &Path, log: &Path) -> Result<ExportSummary, RecordEr
     let mut failure = None;
     let result = write_atomically_with(log, |file| {
         let names = COLUMNS.iter().zip(used).filter(|(_, used)| *used).map(|(name, _)| *name);
-        writeln!(file, "{}", std::iter::once("time_s").chain(names).collect::<Vec<_>>().join(","))?;
+        writeln!(file, "{}", std::iter::once(columns::TIME).chain(names).collect::<Vec<_>>().join(","))?;
         for record in source.by_ref() {
             match record {
                 Ok(Record::GuardStep(step)) => {

@@ -12,6 +12,7 @@ use super::signals::{MOST_ROTORS, log_signal};
 use super::sniff::SampledColumn;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::{extremes, median, quantile};
+use crate::signal::columns;
 use crate::unit::UNITS;
 
 /// Values of a column that are shown beside the guess.
@@ -80,7 +81,7 @@ pub fn guess(columns: &[SampledColumn]) -> Vec<GuessedColumn> {
 /// The signals of a guess as a mapping has them, time apart.
 #[must_use]
 pub fn signals(guessed: &[GuessedColumn]) -> Vec<SignalMapping> {
-    let signals = guessed.iter().filter(|it| it.signal != "time_s" && it.certainty.is_read());
+    let signals = guessed.iter().filter(|it| it.signal != columns::TIME && it.certainty.is_read());
     let mapped = signals.map(|it| SignalMapping {
         name: it.signal.clone(),
         column: Some(it.column.clone()),
@@ -90,7 +91,7 @@ pub fn signals(guessed: &[GuessedColumn]) -> Vec<SignalMapping> {
         unit: log_signal(&it.signal).map(|_| it.unit.clone()),
         scale: it.scale,
         offset: it.offset,
-        clamp: it.signal.starts_with("command_").then_some([0.0, 1.0]),
+        clamp: columns::is_command(&it.signal).then_some([0.0, 1.0]),
         valid: None,
         rows_later: 0,
         optional: false,
@@ -231,15 +232,15 @@ fn meant(column: &SampledColumn, counts_from_zero: bool) -> Option<GuessedColumn
     if !(1..=MOST_ROTORS).contains(&number) {
         return None;
     }
-    let signal = meaning.signal.replace("_N", &format!("_{number}"));
+    let signal = columns::of_number(meaning.signal, number);
     if column.values.iter().all(|value| value.is_nan()) {
         return None;
     }
-    if meaning.signal == "command_N" {
+    if meaning.signal == columns::ANY_COMMAND {
         let (unit, scale, offset, certainty) = command(column, &words)?;
         return Some(guessed(column, signal, unit, (scale, offset), certainty));
     }
-    if meaning.signal == "time_s" && words.unit.is_none() {
+    if meaning.signal == columns::TIME && words.unit.is_none() {
         return Some(guessed(column, signal, time_unit(column)?, (1.0, 0.0), Certainty::UnitGuessed));
     }
     let size = quantile_of_size(column);
@@ -253,7 +254,7 @@ fn meant(column: &SampledColumn, counts_from_zero: bool) -> Option<GuessedColumn
 
 /// Whether it is a command as the length of a pulse.
 fn is_pulse(meaning: &Meaning, unit: &str) -> bool {
-    meaning.signal == "command_N" && measures(unit, "s")
+    meaning.signal == columns::ANY_COMMAND && measures(unit, "s")
 }
 
 fn guessed(
@@ -293,7 +294,7 @@ pub fn own_name<'a>(column: &str, taken: impl Iterator<Item = &'a str> + Clone) 
     let plain = plain.split('_').filter(|part| !part.is_empty()).collect::<Vec<_>>().join("_");
     let plain =
         if plain.is_empty() || log_signal(&plain).is_some() { format!("column_{plain}") } else { plain };
-    let is_taken = |name: &String| name == "time_s" || taken.clone().any(|it| it == name);
+    let is_taken = |name: &String| name == columns::TIME || taken.clone().any(|it| it == name);
     let mut names = std::iter::once(plain.clone()).chain((2..).map(|number| format!("{plain}_{number}")));
     names.find(|name| !is_taken(name)).unwrap_or(plain)
 }

@@ -14,6 +14,7 @@ use super::mapping::{Mapping, SignalMapping};
 use super::row_clock;
 use super::table_clock::Clock;
 use super::tables::{Table, Tables};
+use crate::signal::columns;
 
 /// Reads the CSV log at `path` through `mapping`. Where the file holds several logs, one behind the other, `part`
 /// (from 1) chooses.
@@ -95,7 +96,8 @@ impl Assembly<'_> {
         let time = self.mapping.config.time.as_ref();
         let mut tables = tables.to_vec();
         let of_column = time.and_then(|time| time.column.as_deref());
-        let place = of_column.map(|column| self.find_named(&tables, column, "time_s", None)).transpose()?;
+        let place =
+            of_column.map(|column| self.find_named(&tables, column, columns::TIME, None)).transpose()?;
         let period = time.and_then(|time| time.period_s);
         let stamps = place.map(|(table, at)| tables[table].columns[at].values.clone());
         for table in tables.iter_mut().filter(|table| lacks_clock(table)) {

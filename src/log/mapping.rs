@@ -13,6 +13,7 @@ use crate::unit::{Unit, UnitError};
 use super::row_filter::RowFilter;
 use super::signals::{LOG_SIGNALS, log_signal};
 use super::thresholds::THRESHOLDS;
+use crate::signal::columns;
 
 pub use error::MappingError;
 pub use shipped::SHIPPED;
@@ -217,7 +218,7 @@ impl Mapping {
     /// The mapping of a table whose columns have our names and units: each is taken as it is, `time_s` as the time.
     #[must_use]
     pub fn ours<'a>(columns: impl Iterator<Item = &'a str>) -> Self {
-        let signals = columns.filter(|name| *name != "time_s").map(|name| SignalMapping {
+        let signals = columns.filter(|name| *name != columns::TIME).map(|name| SignalMapping {
             name: name.to_owned(),
             column: Some(name.to_owned()),
             columns: Vec::new(),
@@ -231,7 +232,7 @@ impl Mapping {
             rows_later: 0,
             optional: false,
         });
-        let time = TimeConfig { column: Some("time_s".to_owned()), unit: second(), period_s: None };
+        let time = TimeConfig { column: Some(columns::TIME.to_owned()), unit: second(), period_s: None };
         let config = MappingConfig::new(Some(time), signals.collect());
         let units = vec![None; config.signal.len()];
         let time_unit = Unit { name: "s", si: "s", scale: 1.0, offset: 0.0 };
@@ -371,7 +372,7 @@ impl SignalMapping {
 
     /// The unit to convert from, or what is wrong; `before` are the signals mapped already.
     pub(super) fn check(&self, before: &[Self]) -> Result<Option<Unit>, String> {
-        if self.name == "time_s" {
+        if self.name == columns::TIME {
             return Err("time has a table of its own, [time]".to_owned());
         }
         if before.iter().any(|other| other.name == self.name) {

@@ -2,6 +2,7 @@
 
 use super::guess::{Certainty, GuessedColumn, own_name};
 use super::signals::log_signal;
+use crate::signal::columns;
 use crate::unit::{UNITS, Unit, UnitError};
 
 /// Why a guess cannot be mended so.
@@ -75,7 +76,7 @@ const COMMANDS: [Conversion; 5] = [
 #[must_use]
 pub fn conversions(signal: &str) -> Vec<Conversion> {
     let Some(known) = log_signal(signal) else { return Vec::new() };
-    if signal.starts_with("command_") {
+    if columns::is_command(signal) {
         return COMMANDS.to_vec();
     }
     let mut found: Vec<&Unit> = Vec::new();
@@ -154,7 +155,7 @@ fn comes_in<'a>(column: &str, signal: &str, unit: Option<&'a str>) -> Result<(&'
         return if unit.is_none_or(str::is_empty) { Ok(("", 1.0, 0.0)) } else { Err(own()) };
     };
     let word = unit.unwrap_or(known.unit);
-    let form = if signal.starts_with("command_") { COMMANDS.iter().find(|it| it.name == word) } else { None };
+    let form = if columns::is_command(signal) { COMMANDS.iter().find(|it| it.name == word) } else { None };
     if let Some(form) = form {
         return Ok((form.unit, form.scale, form.offset));
     }

@@ -1,6 +1,6 @@
 //! The signals that the log format knows, by the names of their columns.
 
-use crate::signal::Channel;
+use crate::signal::{Channel, columns};
 
 /// A signal of the log format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,10 +19,10 @@ const fn signal(name: &'static str, unit: &'static str, meaning: &'static str) -
 
 /// Signals of the log format that are not measured by a sensor; they come first.
 const UNMEASURED: [LogSignal; 4] = [
-    signal("time_s", "s", "time"),
-    signal("command_1", "-", "command of rotor 1, 0 to 1"),
-    signal("command_2", "-", "command of rotor 2, 0 to 1"),
-    signal("torque_command_nm", "N m", "commanded torque"),
+    signal(columns::TIME, "s", "time"),
+    signal(columns::COMMANDS[0], "-", "command of rotor 1, 0 to 1"),
+    signal(columns::COMMANDS[1], "-", "command of rotor 2, 0 to 1"),
+    signal(columns::TORQUE_COMMAND, "N m", "commanded torque"),
 ];
 
 /// The signals that the log format knows; other columns are carried along under their own names.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::{Model, ModelError, polynomial};
 use crate::effect::{Expression, Law, Memory, Point, Site, StaticLaw};
+use crate::signal::columns;
 
 /// One effect at its site.
 #[derive(Debug, Clone)]
@@ -244,17 +245,17 @@ impl Equations {
         let read =
             |name: &str, otherwise: f64| at(name).filter(|value| value.is_finite()).unwrap_or(otherwise);
         let constants = self.constants;
-        let command = read("command_1", constants.hover_command);
-        let voltage = read("battery_voltage_v", constants.full_voltage);
+        let command = read(columns::COMMANDS[0], constants.hover_command);
+        let voltage = read(columns::BATTERY_VOLTAGE, constants.full_voltage);
         let mut point = self.steady_point(time, command, voltage, 1.0);
-        point.propeller_rate_1 = read("propeller_rate_1_rad_s", constants.hover_rate);
-        point.propeller_rate_2 = read("propeller_rate_2_rad_s", constants.hover_rate);
+        point.propeller_rate_1 = read(columns::PROPELLER_RATES[0], constants.hover_rate);
+        point.propeller_rate_2 = read(columns::PROPELLER_RATES[1], constants.hover_rate);
         point.propeller_rate = point.propeller_rate_1;
         point.thrust = constants.thrust_coefficient * point.propeller_rate * point.propeller_rate;
         point.torque =
-            read("torque_command_nm", self.rotor_torque(point.propeller_rate_1, point.propeller_rate_2));
-        point.body_angle = read("body_angle_rad", 0.0);
-        point.body_rate = read("body_rate_rad_s", 0.0);
+            read(columns::TORQUE_COMMAND, self.rotor_torque(point.propeller_rate_1, point.propeller_rate_2));
+        point.body_angle = read(columns::BODY_ANGLE, 0.0);
+        point.body_rate = read(columns::BODY_RATE, 0.0);
         point
     }
 

@@ -3,6 +3,7 @@
 use super::error::ModelError;
 use super::user_effect::UserEffect;
 use crate::effect::{Card, Expression, Law, Site};
+use crate::signal::{Channel, columns};
 
 /// An effect as the fitter sees it, from the catalogue or of the user's own.
 #[derive(Debug, Clone)]
@@ -61,15 +62,13 @@ impl Effect {
             .and_then(|expression| expression.at(user.site))
             .map_err(|source| ModelError::Expression { effect: user.id.clone(), source })?;
         let own: &[&str] = if user.site.is_rotor() {
-            &["command_*", "propeller_rate_*_rad_s"]
+            &[columns::ANY_COMMAND, columns::ANY_PROPELLER_RATE]
         } else {
-            &["body_rate_rad_s"]
+            &[columns::BODY_RATE]
         };
-        let looked_at =
-            LOGGED.iter().filter(|(signals, _)| signals.iter().any(|name| expression.names(name)));
-        let looked_at = looked_at.flat_map(|(_, columns)| *columns);
+        let looked_at = LOGGED.iter().filter(|channel| expression.names(channel.name()));
         let mut needs: Vec<String> = own.iter().map(|name| (*name).to_owned()).collect();
-        needs.extend(looked_at.map(|name| (*name).to_owned()));
+        needs.extend(looked_at.map(|channel| channel.column().to_owned()));
         let parameters = user.parameters.iter().map(|parameter| EffectParameter {
             name: parameter.name.clone(),
             unit: parameter.unit.clone(),
@@ -89,12 +88,8 @@ impl Effect {
 }
 
 /// What a log must have where an expression of the body looks at these, or one of a rotor at its battery.
-const LOGGED: &[(&[&str], &[&str])] = &[
-    (&["battery_voltage"], &["battery_voltage_v"]),
-    (&["body_angle"], &["body_angle_rad"]),
-    (&["propeller_rate_1"], &["propeller_rate_1_rad_s"]),
-    (&["propeller_rate_2"], &["propeller_rate_2_rad_s"]),
-];
+const LOGGED: &[Channel] =
+    &[Channel::BatteryVoltage, Channel::BodyAngle, Channel::PropellerRate1, Channel::PropellerRate2];
 
 /// Where fits of a user's parameter start: where he says, with the other sign, and ten times as strong. He does not know how
 /// strong his law is on this bench, and a law that begins too weak or the wrong way round may never come home.

@@ -7,6 +7,7 @@ use super::thresholds::THRESHOLDS;
 use super::verdict::{ONE_DIRECTION, is_of_other_bench};
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::effect::{self, Site, Term, find};
+use crate::signal::columns;
 
 /// `stem.toml`, or the first of `stem_2.toml`, `stem_3.toml`, ... that is neither there nor the model that it starts from:
 /// nothing is written over what is there.
@@ -70,7 +71,9 @@ fn inertia_stands_for(diagnosis: &Diagnosis) -> Option<String> {
     }
     let needs_angle = |id: &str| {
         let card = effect::find(id);
-        card.is_some_and(|card| card.site == Site::BodyRateSensor && card.needs.contains(&"body_angle_rad"))
+        card.is_some_and(|card| {
+            card.site == Site::BodyRateSensor && card.needs.contains(&columns::BODY_ANGLE)
+        })
     };
     let is_gyro_unchecked = diagnosis
         .candidates

@@ -2,10 +2,10 @@
 
 use crate::clock;
 use crate::log::dataset::{Dataset, DatasetError};
+use crate::signal::columns;
 use crate::signal::{Applied, Channel, ROTORS, Sensors};
 
 /// The commands' columns of a trace; those of the log format's sensors follow.
-const COMMANDS: [&str; ROTORS] = ["command_1", "command_2"];
 const SENSORS: usize = Channel::LOG_SIGNALS.len();
 
 /// A log under construction: one row each slot, with the commands applied from then on.
@@ -54,7 +54,7 @@ impl Trace {
     /// [`DatasetError::Time`] when rows were pushed out of order.
     pub fn into_dataset(self, source_name: &str) -> Result<Dataset, DatasetError> {
         let mut dataset = Dataset::new(source_name, "", self.time)?;
-        let names = COMMANDS.into_iter().chain(Channel::LOG_SIGNALS.map(Channel::column));
+        let names = columns::COMMANDS.into_iter().chain(Channel::LOG_SIGNALS.map(Channel::column));
         for (name, column) in names.zip(self.commands.into_iter().chain(self.measured)) {
             if column.iter().any(|value| value.is_finite()) {
                 dataset.insert(name, column)?;

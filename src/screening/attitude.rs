@@ -1,13 +1,13 @@
 //! Rate and angle of the body beside each other: one is the slope of the other, whatever their units are.
 
 use super::Finding;
-use super::channel::{BODY_ANGLE, BODY_RATE};
 use super::plausibility::MOST;
 use super::rotor_data::bounds;
 use super::thresholds::THRESHOLDS;
 use crate::estimation::moments::mean_of;
 use crate::estimation::quantile::quantile;
 use crate::log::Dataset;
+use crate::signal::columns::{BODY_ANGLE, BODY_RATE};
 
 /// Around 180/π: as far as noise and the lag of a sensor can move the ratio of a rate to the slope of its angle.
 pub const DEGREES: std::ops::Range<f64> = THRESHOLDS.degrees_least..THRESHOLDS.degrees_greatest;

@@ -1,9 +1,9 @@
 //! The battery of a log as the checks see it that judge its reading as a whole. Its single cells are a channel's.
 
 use super::Finding;
-use super::channel::BATTERY;
 use super::rotor_data::RotorLog;
 use crate::log::Dataset;
+use crate::signal::columns::BATTERY_VOLTAGE;
 
 /// A battery whose reading is being judged.
 pub(crate) struct Battery<'a> {
@@ -16,12 +16,12 @@ pub(crate) struct Battery<'a> {
 impl Battery<'_> {
     /// A finding in its reading.
     pub(crate) fn finding(&self, code: &'static str) -> Finding {
-        Finding::new(code, BATTERY).of(self.log.source_name())
+        Finding::new(code, BATTERY_VOLTAGE).of(self.log.source_name())
     }
 
     /// Rows that hold a reading.
     pub(crate) fn rows(&self) -> Vec<usize> {
-        let readings = self.log.column(BATTERY).unwrap_or_default();
+        let readings = self.log.column(BATTERY_VOLTAGE).unwrap_or_default();
         (0..readings.len()).filter(|row| readings[*row].is_finite()).collect()
     }
 }

@@ -7,21 +7,14 @@ use super::Finding;
 use crate::log::Dataset;
 use crate::log::signals::{of_rotor, rotor_of};
 use crate::signal;
+use crate::signal::columns::{self, BATTERY_VOLTAGE, BODY_ANGLE, BODY_RATE, TORQUE_COMMAND};
 
-/// The battery's voltage.
-pub const BATTERY: &str = "battery_voltage_v";
-/// Rate and angle of the body.
-pub const BODY_RATE: &str = "body_rate_rad_s";
-/// See [`BODY_RATE`].
-pub const BODY_ANGLE: &str = "body_angle_rad";
-/// A commanded torque on the body.
-pub(super) const TORQUE_COMMAND: &str = "torque_command_nm";
 /// Columns of the body.
 pub(super) const OF_BODY: [&str; 3] = [BODY_RATE, BODY_ANGLE, TORQUE_COMMAND];
 
 /// [rad/s] the measured rates of both rotors of a bench.
 pub(super) fn rates_of_both(log: &Dataset) -> [Option<&[f64]>; signal::ROTORS] {
-    std::array::from_fn(|rotor| log.column(&format!("propeller_rate_{}_rad_s", rotor + 1)))
+    std::array::from_fn(|rotor| log.column(columns::PROPELLER_RATES[rotor]))
 }
 
 /// Channels of a log that are looked at, those of every rotor beside each other: what is measured, and what a fit rests on.
@@ -98,16 +91,16 @@ impl<'a> Channel<'a> {
     /// The channel of this name; `None` where the log has none.
     pub(crate) fn of(log: &'a Dataset, name: &'a str) -> Option<Self> {
         let values = log.column(name)?;
-        let command = rotor_of(name).and_then(|number| log.column(&format!("command_{number}")));
+        let command = rotor_of(name).and_then(|number| log.column(&columns::command(number)));
         Some(Self { log, name, values, command, found: Vec::new() })
     }
 
     pub(crate) fn is_battery(&self) -> bool {
-        self.name == BATTERY
+        self.name == BATTERY_VOLTAGE
     }
 
     pub(crate) fn is_rotor_rate(&self) -> bool {
-        self.name.starts_with("propeller_rate_")
+        columns::is_propeller_rate(self.name)
     }
 
     /// A finding in this channel.

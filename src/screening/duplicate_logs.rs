@@ -6,6 +6,7 @@ use super::screened_log::ScreenedLog;
 use crate::log::Dataset;
 use crate::log::signals::MOST_ROTORS;
 use crate::screening::Finding;
+use crate::signal::columns;
 
 /// The logs without copies of one of them, which would count twice and make the errors too small.
 pub(crate) fn without_copies(logs: &[ScreenedLog], warnings: &mut Vec<Finding>) -> Vec<ScreenedLog> {
@@ -82,8 +83,7 @@ fn reason(log: &Dataset, rotors: &[&RotorLog], in_vain: Option<&Finding>) -> Fin
         return not_used(log, "body_not_seen").because(in_vain.clone());
     }
     let has = |name: String| log.column(&name).is_some();
-    let (command, rate) =
-        (|rotor: usize| format!("command_{rotor}"), |rotor: usize| format!("propeller_rate_{rotor}_rad_s"));
+    let (command, rate) = (columns::command, columns::propeller_rate);
     let mut numbers = 1..=MOST_ROTORS;
     if !numbers.clone().any(|rotor| has(command(rotor)) && has(rate(rotor))) {
         let without_commands =

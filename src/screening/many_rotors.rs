@@ -1,11 +1,11 @@
 //! Logs of a machine with more rotors than an attitude bench has, as a quadrotor: each rotor is a model of its own, and the
 //! body that all of them turn is none of ours.
 
-use super::channel::BODY_RATE;
 use super::{Finding, ScreenedLog};
 use crate::log::Dataset;
 use crate::log::signals::MOST_ROTORS;
 use crate::signal::ROTORS;
+use crate::signal::columns::BODY_RATE;
 
 /// The rotors that turn, from 1, where one of them is no rotor of an attitude bench; else none. One whose rate nobody measured
 /// turns, too: a log of a quadrotor without telemetry of its ESCs is no attitude bench's.

@@ -6,6 +6,7 @@ use super::{Finding, ScreenedLog, ScreeningError};
 use crate::log::Dataset;
 use crate::log::signals::rotor_of;
 use crate::model::Model;
+use crate::signal::columns;
 
 /// Refuses values whose squares are no numbers.
 ///
@@ -31,11 +32,13 @@ pub fn check_magnitudes(log: &Dataset) -> Result<(), ScreeningError> {
 #[must_use]
 pub fn without_battery(model: &Model, logs: &[ScreenedLog]) -> Vec<Finding> {
     let drives =
-        |log: &&Dataset| log.names().any(|name| rotor_of(name).is_some() && name.starts_with("command_"));
-    let lacks = |log: &&Dataset| log.column("battery_voltage_v").is_none();
-    let wants = model.actuator.voltage_gain != 0.0 || model.needs("battery_voltage_v");
+        |log: &&Dataset| log.names().any(|name| rotor_of(name).is_some() && columns::is_command(name));
+    let lacks = |log: &&Dataset| log.column(columns::BATTERY_VOLTAGE).is_none();
+    let wants = model.actuator.voltage_gain != 0.0 || model.needs(columns::BATTERY_VOLTAGE);
     let without = logs.iter().map(ScreenedLog::dataset).filter(|log| wants && drives(log) && lacks(log));
-    without.map(|log| Finding::new("no_battery_voltage", "battery_voltage_v").of(log.source_name())).collect()
+    without
+        .map(|log| Finding::new("no_battery_voltage", columns::BATTERY_VOLTAGE).of(log.source_name()))
+        .collect()
 }
 
 /// Logs that are there twice: what was fitted cannot judge the fit.

@@ -4,6 +4,7 @@ use super::Finding;
 use super::missing_commands::Missing;
 use super::rotor_data::{HeldVoltage, RotorLog};
 use crate::log::Dataset;
+use crate::signal::columns;
 
 /// A rotor that is being judged.
 pub(crate) struct Rotor<'a> {
@@ -30,7 +31,7 @@ impl<'a> Rotor<'a> {
     /// `voltage` is that of the log.
     pub(crate) fn read(log: &'a Dataset, voltage: Option<&HeldVoltage>, number: usize) -> Option<Self> {
         let (data, missing) = RotorLog::read(log, voltage, number)?;
-        let measured = log.column(&format!("propeller_rate_{number}_rad_s")).unwrap_or_default();
+        let measured = log.column(&columns::propeller_rate(number)).unwrap_or_default();
         let at_rest = data.at_rest();
         Some(Self { data, missing, measured, at_rest })
     }

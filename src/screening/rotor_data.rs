@@ -5,13 +5,13 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use super::Finding;
-use super::channel::BATTERY;
 use super::missing_commands::{self, Missing};
 use super::thresholds::THRESHOLDS;
 use crate::estimation::quantile::extremes;
 use crate::log::dataset::is_hole;
 use crate::log::segments::held_or;
 use crate::log::{Cells, Dataset};
+use crate::signal::columns::{self, BATTERY_VOLTAGE};
 
 /// [-] below this command a rotor may stand still; the model does not speak of starting from standstill.
 pub(crate) const LEAST_COMMAND: f64 = THRESHOLDS.least_command;
@@ -74,7 +74,7 @@ pub(crate) struct HeldVoltage {
 impl HeldVoltage {
     /// `None` where the log has none.
     pub(crate) fn of(log: &Dataset) -> Option<Self> {
-        let voltage = log.cells(BATTERY)?;
+        let voltage = log.cells(BATTERY_VOLTAGE)?;
         Some(Self { gap: longest_gap(log.time(), &voltage), held: held_throughout(voltage) })
     }
 }
@@ -84,8 +84,8 @@ const OTHER: usize = 3;
 
 impl Beside {
     fn of(log: &Dataset, rotor: usize) -> Option<Self> {
-        let command = log.cells(&format!("command_{rotor}"))?;
-        let rate = log.cells(&format!("propeller_rate_{rotor}_rad_s"));
+        let command = log.cells(&columns::command(rotor))?;
+        let rate = log.cells(&columns::propeller_rate(rotor));
         Some(Self { command: held_throughout(command), rate })
     }
 }
@@ -97,9 +97,8 @@ impl RotorLog {
     /// The part of rotor `rotor` (from 1) as it is logged, and the commands that are missing; `None` when the log does not hold
     /// its command. Without a column of rates none is measured. `voltage` is that of the log.
     pub fn read(log: &Dataset, voltage: Option<&HeldVoltage>, rotor: usize) -> Option<(Self, Missing)> {
-        let column = |stem: &str, unit: &str| log.cells(&format!("{stem}_{rotor}{unit}"));
-        let command = column("command", "")?;
-        let rate = column("propeller_rate", "_rad_s");
+        let command = log.cells(&columns::command(rotor))?;
+        let rate = log.cells(&columns::propeller_rate(rotor));
         let mut segments = log.segments();
         for segment in &mut segments {
             // Before the first command of a stretch nobody knows what the rotor was commanded.
@@ -115,7 +114,7 @@ impl RotorLog {
             rate: rate.unwrap_or_else(|| vec![f64::NAN; log.len()].into()),
             voltage: voltage.map(|it| it.held.clone()),
             voltage_gap: voltage.and_then(|it| it.gap),
-            thrust: column("thrust", "_n"),
+            thrust: log.cells(&columns::thrust(rotor)),
             segments: missing.known.iter().filter(|known| known.len() > 1).cloned().collect(),
             interval: log.median_interval(),
             instrument: None,

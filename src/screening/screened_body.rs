@@ -17,7 +17,7 @@ use std::ops::Range;
 
 use super::Finding;
 use super::body::Body;
-use super::channel::{BODY_RATE, TORQUE_COMMAND, rates_of_both};
+use super::channel::rates_of_both;
 use super::checks;
 use super::checks::body_held::BODY_HELD;
 use super::left_out::{COMMANDS_MISSING, HOLES, LeftOut, ROTOR_RATE_MISSING, STANDSTILL};
@@ -28,6 +28,7 @@ use super::screened_rotor::ScreenedRotor;
 use crate::log::Dataset;
 use crate::log::segments::common;
 use crate::signal::ROTORS;
+use crate::signal::columns::{BODY_RATE, TORQUE_COMMAND};
 
 /// What drives the body of a log, by what is best known of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

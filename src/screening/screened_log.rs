@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use super::battery::Battery;
-use super::channel::{self, BATTERY, Channel, Judgement, OF_BODY};
+use super::channel::{self, Channel, Judgement, OF_BODY};
 use super::checks;
 use super::column::{Column, Remark};
 use super::rotor_data::HeldVoltage;
@@ -15,6 +15,7 @@ use super::screened_thrust::ScreenedThrust;
 use super::{Finding, ScreeningError};
 use crate::log::Dataset;
 use crate::log::signals::{MOST_ROTORS, rotor_of};
+use crate::signal::columns::{self, BATTERY_VOLTAGE};
 use crate::threads::spread;
 
 /// A log, and what of it is a measurement. Its copies share what it holds.
@@ -122,7 +123,7 @@ impl Judged {
         let log = cleaned.as_ref().unwrap_or(&raw);
         let voltage = HeldVoltage::of(log);
         let rotor = |number: usize| {
-            let rate = format!("propeller_rate_{number}_rad_s");
+            let rate = columns::propeller_rate(number);
             let rates = channels.iter().find(|channel| channel.name == rate);
             ScreenedRotor::of(log, voltage.as_ref(), number, rates.map_or(&[], |channel| &channel.judgements))
         };
@@ -137,7 +138,8 @@ impl Judged {
         let turning = rotors.iter().filter(|it| it.is_measured() && it.turns()).map(ScreenedRotor::data);
         let found = judge(&Battery { log, turning: turning.collect() });
         let of_battery = found.clone();
-        if let Some((channel, found)) = channels.iter_mut().find(|channel| channel.name == BATTERY).zip(found)
+        if let Some((channel, found)) =
+            channels.iter_mut().find(|channel| channel.name == BATTERY_VOLTAGE).zip(found)
         {
             let is_useless = !found.rows.is_empty();
             channel.judgements.push(found);
@@ -348,7 +350,8 @@ impl ScreenedLog {
     #[must_use]
     pub(crate) fn of_rows(&self, stretches: &[Range<usize>]) -> Self {
         let whole = &*self.0;
-        let of_battery = |channel: &ScreenedChannel| channel.name == BATTERY && whole.of_battery.is_some();
+        let of_battery =
+            |channel: &ScreenedChannel| channel.name == BATTERY_VOLTAGE && whole.of_battery.is_some();
         let within = |channel: &ScreenedChannel| {
             let own = channel.judgements.len() - usize::from(of_battery(channel));
             let judgements = channel.judgements[..own].iter().filter_map(|judged| judged.of_rows(stretches));

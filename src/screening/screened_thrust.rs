@@ -14,6 +14,7 @@ use super::readings;
 use super::screened_rotor::ScreenedRotor;
 use super::thresholds::THRESHOLDS;
 use crate::log::Dataset;
+use crate::signal::columns;
 
 /// The thrust of one rotor of a log, and which of its rows are scored.
 #[derive(Debug, Clone)]
@@ -29,7 +30,7 @@ impl ScreenedThrust {
     /// Judges the thrust of rotor `number` (from 1) in a log whose channels were judged; `None` when it or the rate is not
     /// there. `rotor` is what is known of its commands.
     pub(crate) fn of(log: &Dataset, number: usize, rotor: Option<&ScreenedRotor>) -> Option<Self> {
-        let columns = [format!("thrust_{number}_n"), format!("propeller_rate_{number}_rad_s")];
+        let columns = [columns::thrust(number), columns::propeller_rate(number)];
         let (thrust, rate) = (log.column(&columns[0])?, log.column(&columns[1])?);
         let lines = readings::bridged(log.time(), rate);
         let of_rotor = |row: usize| {

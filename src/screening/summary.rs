@@ -21,6 +21,7 @@ use super::thresholds::THRESHOLDS;
 use super::{Evidence, Finding};
 use crate::estimation::quantile::{quantile, sorted};
 use crate::log::dataset::{Dataset, is_hole};
+use crate::signal::columns;
 
 mod rows;
 #[cfg(test)]
@@ -144,7 +145,8 @@ impl LogSummary {
         let mut found: Vec<Finding> = log.column_findings().to_vec();
         if let Some(longest) = self.holes.iter().map(|hole| hole.length_s).max_by(f64::total_cmp) {
             let count = |step| self.holes.iter().filter(|hole| hole.at_step == Some(step)).count();
-            let finding = of("holes", "time_s").with("count", self.holes.len()).with("longest_s", longest);
+            let finding =
+                of("holes", columns::TIME).with("count", self.holes.len()).with("longest_s", longest);
             let finding = finding.with("interval_s", self.median_interval_s);
             found.push(finding.with("at_up_steps", count(Step::Up)).with("at_down_steps", count(Step::Down)));
         }
@@ -237,8 +239,10 @@ impl Serialize for NotMeasured {
 }
 
 fn holes(log: &Dataset) -> Vec<HoleFinding> {
-    let commands: Vec<&[f64]> =
-        ["command_1", "command_2", "torque_command_nm"].iter().filter_map(|name| log.column(name)).collect();
+    let commands: Vec<&[f64]> = [columns::COMMANDS[0], columns::COMMANDS[1], columns::TORQUE_COMMAND]
+        .iter()
+        .filter_map(|name| log.column(name))
+        .collect();
     let step_around = |after: usize, start: f64| {
         let first = log.time().partition_point(|time| *time < start - THRESHOLDS.before_hole);
         commands.iter().find_map(|command| {

@@ -14,6 +14,7 @@ use crate::log::mended::mend;
 use crate::log::sniff::{SampledColumn, layout};
 use crate::log::thresholds::THRESHOLDS;
 use crate::log::{can_capture, limits, unreadable};
+use crate::signal::columns;
 
 /// A guess of what a foreign log's columns mean.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -49,7 +50,7 @@ pub fn guess_columns(path: &Path, job: &Job) -> Result<Option<GuessedLog>, Sessi
         };
         let tables = format.read(&Request { path, bytes: &all, part: None, wants: &|_, _| true })?;
         let columns = tables.tables.iter().flat_map(|table| &table.columns);
-        if columns.clone().any(|column| column.name == "time_s") {
+        if columns.clone().any(|column| column.name == columns::TIME) {
             return Ok(None);
         }
         let sampled = columns.map(|column| SampledColumn {
@@ -96,7 +97,7 @@ impl GuessedLog {
 
     /// The mapping that the columns make.
     fn build_mapping(&mut self) {
-        let time = self.columns.iter().find(|it| it.signal == "time_s");
+        let time = self.columns.iter().find(|it| it.signal == columns::TIME);
         self.mapping.time = time.map(|time| TimeConfig {
             column: Some(time.column.clone()),
             unit: time.unit.clone(),

@@ -15,6 +15,7 @@ use crate::log::signals::{of_rotor, rotor_of};
 use crate::log::{Dataset, Mapping, Notes, can_capture, csv, export, limits, mapped, unreadable};
 use crate::screening::ScreenedLog;
 use crate::screening::summary::LogSummary;
+use crate::signal::columns;
 
 /// What may be said of logs beside their names: what their format needs, and which part of them counts. It holds for those
 /// of several logs that can use it.
@@ -257,7 +258,7 @@ fn tabular(
 pub(super) fn is_ours(start: &Start) -> bool {
     let line = start.bytes.split(|byte| *byte == b'\n').next().unwrap_or_default();
     let line = String::from_utf8_lossy(line);
-    line.trim_start_matches('\u{feff}').split(',').any(|name| name.trim() == "time_s")
+    line.trim_start_matches('\u{feff}').split(',').any(|name| name.trim() == columns::TIME)
 }
 
 /// The first bytes of a file; none of what cannot be read twice, as a pipe, or at all: that is left to the reader of our own

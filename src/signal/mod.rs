@@ -4,6 +4,7 @@
 //! recording and a function call.
 
 pub(crate) mod channels;
+pub mod columns;
 mod command;
 mod sample;
 mod sensors;

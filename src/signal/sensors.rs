@@ -70,6 +70,30 @@ macro_rules! define {
                 }
             }
 
+            /// As files spell it, unit included: what its columns in a log have in common.
+            #[must_use]
+            pub const fn name_with_unit(self) -> &'static str {
+                match self {
+                    $(Self::$sensor => concat!(stringify!($field), $suffix),)+
+                }
+            }
+
+            /// The end of its columns' names, which says the unit.
+            #[must_use]
+            pub const fn suffix(self) -> &'static str {
+                match self {
+                    $(Self::$sensor => $suffix,)+
+                }
+            }
+
+            /// Its column in a log for any rotor, of a sensor on each: [`super::columns::ANY_ROTOR`] stands for the number.
+            #[must_use]
+            pub const fn column_of_any_rotor(self) -> &'static str {
+                match self {
+                    $(Self::$sensor => concat!(stringify!($field), "_*", $suffix),)+
+                }
+            }
+
             /// SI unit, as [`crate::unit::Unit::si`] spells it.
             #[must_use]
             pub const fn unit(self) -> &'static str {

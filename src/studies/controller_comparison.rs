@@ -14,6 +14,7 @@ use crate::recording::{Record, RecordError, Recording};
 use crate::runtime::lockstep::ORIGIN_NS;
 use crate::screening::Finding;
 use crate::signal::ControlStep;
+use crate::signal::columns;
 
 /// Why runs cannot be compared.
 #[derive(Debug, thiserror::Error)]
@@ -371,7 +372,7 @@ fn findings(runs: &[RecordedRun]) -> Vec<Finding> {
     for run in runs {
         let name = &run.recording;
         if !run.is_angle_measured {
-            findings.push(Finding::new("angle_not_measured", "body_angle_rad").of(name));
+            findings.push(Finding::new("angle_not_measured", columns::BODY_ANGLE).of(name));
         }
         findings.extend(run.recorded_otherwise.clone());
         if run.struck_from == StruckFrom::Angle {

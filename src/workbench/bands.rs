@@ -10,6 +10,7 @@ use super::thresholds::THRESHOLDS;
 use crate::log::Dataset;
 use crate::log::dataset::Hole;
 use crate::screening::ScreenedLog;
+use crate::signal::columns;
 
 /// What was found in the channels of a log, and where. Taken once: to look through millions of rows takes longer than to draw.
 #[derive(Debug)]
@@ -53,7 +54,7 @@ impl Bands {
         }
         let log = screened.raw();
         for rotor in screened.rotors() {
-            let channel = format!("propeller_rate_{}_rad_s", rotor.number());
+            let channel = columns::propeller_rate(rotor.number());
             // The channel's own are there already.
             let is_new =
                 |code: &&str| !found.iter().any(|it: &Found| it.channel == channel && it.code == *code);

@@ -93,14 +93,13 @@ const WORDS_OF_DATA: &[(&str, &str)] = &[
     ("session/machine/bus.rs", "the name of a check"),
     ("studies/paper/mod.rs", "the names of its logs"),
     ("studies/paper/bench.rs", "the names of its runs"),
-    ("studies/jitter/mod.rs", "why another program gave no numbers, as that program's own errors"),
 ];
 
 /// Macros that print or write.
 const PRINTERS: [&str; 4] = ["print!(", "println!(", "write!(", "writeln!("];
 
 /// Literals of a file of Rust with what stands before each in its statement; without attributes, comments and tests.
-fn literals(text: &str) -> Vec<(String, String)> {
+pub fn literals(text: &str) -> Vec<(String, String)> {
     let program = program(text);
     let is_code = |line: &&str| !line.trim_start().starts_with("//");
     let code = program.lines().filter(is_code).collect::<Vec<_>>().join("\n");
@@ -139,7 +138,7 @@ fn literals(text: &str) -> Vec<(String, String)> {
 }
 
 /// Whether a literal has four words or more beside what stands in braces.
-fn is_sentence(literal: &str) -> bool {
+pub fn is_sentence(literal: &str) -> bool {
     let mut depth = 0;
     let outside = literal.chars().filter(|letter| {
         depth += i32::from(*letter == '{') - i32::from(*letter == '}');

@@ -8,6 +8,7 @@ use crate::diagnose::{DiagnoseConfig, Diagnosis, Extension, Verdict};
 use crate::log::Dataset;
 use crate::model::Model;
 use crate::session::{self, Job};
+use crate::signal::columns;
 
 /// [s] after arming: from here on nobody strikes the body, and the angle is moved.
 const QUIET_FROM_S: f64 = 6.0;
@@ -42,7 +43,7 @@ pub(super) fn learn(log: &Dataset, job: &Job) -> Result<Lesson, CliError> {
 
 /// [s] when a rotor was first commanded.
 fn armed_at(log: &Dataset) -> Option<f64> {
-    let commands = log.column("command_1")?;
+    let commands = log.column(columns::COMMANDS[0])?;
     let row = commands.iter().position(|command| *command > 0.0)?;
     log.time().get(row).copied()
 }

@@ -1,10 +1,11 @@
 //! The words by which columns of others are known.
 
 use crate::log::thresholds::THRESHOLDS;
+use crate::signal::{Sensor, columns};
 
 /// A signal, and the words that mean it.
 pub(super) struct Meaning {
-    /// Name in our log; `N` is the rotor's number.
+    /// Column of our log; [`columns::ANY_ROTOR`] stands for the rotor's number.
     pub signal: &'static str,
     /// SI unit.
     pub si: &'static str,
@@ -23,7 +24,7 @@ pub(super) struct Meaning {
 /// The meanings, in the order in which they are asked.
 pub(super) const MEANINGS: &[Meaning] = &[
     Meaning {
-        signal: "time_s",
+        signal: columns::TIME,
         si: "s",
         words: &["time", "t", "timestamp", "zeit", "seconds", "clock", "ts"],
         with: &[],
@@ -32,7 +33,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         units: &[],
     },
     Meaning {
-        signal: "thrust_N_n",
+        signal: Sensor::Thrust.column_of_any_rotor(),
         si: "N",
         words: &["thrust", "lift", "schub"],
         with: &[],
@@ -41,7 +42,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         units: &[(THRESHOLDS.guess_thrust, "N"), (f64::INFINITY, "gf")],
     },
     Meaning {
-        signal: "battery_voltage_v",
+        signal: columns::BATTERY_VOLTAGE,
         si: "V",
         words: &["voltage", "volt", "volts", "vbat", "spannung", "vbus"],
         with: &[],
@@ -50,7 +51,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         units: &[(THRESHOLDS.guess_voltage, "V"), (f64::INFINITY, "mV")],
     },
     Meaning {
-        signal: "current_N_a",
+        signal: Sensor::Current.column_of_any_rotor(),
         si: "A",
         words: &["current", "amperage", "amps", "strom"],
         with: &[],
@@ -59,7 +60,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         units: &[(THRESHOLDS.guess_current, "A"), (f64::INFINITY, "mA")],
     },
     Meaning {
-        signal: "motor_temperature_N_k",
+        signal: Sensor::MotorTemperature.column_of_any_rotor(),
         si: "K",
         words: &["temperature", "temp"],
         with: &[],
@@ -68,7 +69,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         units: &[(THRESHOLDS.guess_temperature, "degC"), (f64::INFINITY, "K")],
     },
     Meaning {
-        signal: "esc_temperature_N_k",
+        signal: Sensor::EscTemperature.column_of_any_rotor(),
         si: "K",
         words: &["temperature", "temp"],
         with: &[],
@@ -77,7 +78,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         units: &[(THRESHOLDS.guess_temperature, "degC"), (f64::INFINITY, "K")],
     },
     Meaning {
-        signal: "body_rate_rad_s",
+        signal: columns::BODY_RATE,
         si: "rad/s",
         words: &["gyro", "body_rate", "bodyrate", "pitchrate", "rollrate"],
         with: &[],
@@ -86,7 +87,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         units: &[(THRESHOLDS.guess_body_rate, "rad/s"), (f64::INFINITY, "deg/s")],
     },
     Meaning {
-        signal: "body_angle_rad",
+        signal: columns::BODY_ANGLE,
         si: "rad",
         words: &["angle", "theta", "attitude", "pitch", "roll", "winkel"],
         with: &[],
@@ -95,7 +96,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         units: &[(THRESHOLDS.guess_body_angle, "rad"), (f64::INFINITY, "deg")],
     },
     Meaning {
-        signal: "propeller_rate_N_rad_s",
+        signal: columns::ANY_PROPELLER_RATE,
         si: "rad/s",
         words: &["rpm", "speed", "omega", "drehzahl", "propeller_rate", "w"],
         with: &[],
@@ -114,7 +115,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         units: &[(THRESHOLDS.guess_propeller_rate, "rad/s"), (f64::INFINITY, "rpm")],
     },
     Meaning {
-        signal: "torque_command_nm",
+        signal: columns::TORQUE_COMMAND,
         si: "N m",
         words: &["torque", "moment"],
         // A torque that is measured, as on a thrust stand, is none that was commanded.
@@ -124,7 +125,7 @@ pub(super) const MEANINGS: &[Meaning] = &[
         units: &[(f64::INFINITY, "N m")],
     },
     Meaning {
-        signal: "command_N",
+        signal: columns::ANY_COMMAND,
         si: "-",
         words: &["command", "throttle", "esc", "cmd", "pwm", "duty", "dshot", "u", "motor"],
         with: &[],

@@ -15,6 +15,7 @@ mod thrift;
 use super::format::{FormatError, LogFormat, Request, Start};
 use super::limits::MOST_COLUMNS;
 use super::tables::{Column, Table, Tables};
+use crate::signal::columns;
 use metadata::{Leaf, Metadata};
 use number::Number;
 
@@ -22,7 +23,7 @@ use number::Number;
 pub struct Parquet;
 
 /// Column whose values are the table's time.
-const TIME: &str = "time_s";
+const TIME: &str = columns::TIME;
 
 /// Bytes behind the description: its length and the format's mark.
 const END: usize = 8;

@@ -9,6 +9,7 @@ use crate::report::thresholds::THRESHOLDS;
 use crate::report::{Mark, Table, number, sparkline};
 use crate::screening::ScreenedLog;
 use crate::screening::summary::LogSummary;
+use crate::signal::columns;
 
 /// How a block was run.
 #[must_use]
@@ -137,8 +138,8 @@ fn narrow_table(comparisons: &[Comparison]) -> Table {
 /// The name of a block that says the signal.
 fn label(name: &str, signal: &str) -> String {
     let what = match signal {
-        "body_rate_rad_s" => " rate",
-        "body_angle_rad" => " angle",
+        columns::BODY_RATE => " rate",
+        columns::BODY_ANGLE => " angle",
         _ => "",
     };
     format!("{name}{what}")

@@ -9,7 +9,8 @@ use std::ops::Range;
 use super::saturation::SATURATED;
 use crate::estimation::quantile::median;
 use crate::log::dataset::Dataset;
-use crate::screening::channel::{BODY_ANGLE, BODY_RATE, Channel, Judgement, TORQUE_COMMAND};
+use crate::screening::channel::{Channel, Judgement};
+use crate::signal::columns::{self, BODY_ANGLE, BODY_RATE, COMMANDS, TORQUE_COMMAND};
 use crate::screening::equal_runs::{smallest_step, too_long};
 use crate::screening::thresholds::THRESHOLDS;
 
@@ -51,7 +52,7 @@ pub(super) fn body_may_move(log: &Dataset, rows: &[usize]) -> bool {
     if let Some(angle) = log.column(BODY_ANGLE).filter(|angle| range(angle.iter().copied()) > 0.0) {
         return !rests(angle, rows);
     }
-    let is_drive = |name: &&str| name.contains("command") || name.starts_with("propeller_rate");
+    let is_drive = |name: &&str| name.contains("command") || columns::is_propeller_rate(name);
     let mut drives = log.names().filter(is_drive).filter_map(|name| log.column(name)).peekable();
     let moves = |drive: &[f64]| {
         let all = range(drive.iter().copied());
@@ -93,7 +94,7 @@ fn drive(log: &Dataset) -> Option<Vec<f64>> {
     if let Some(torque) = log.column(TORQUE_COMMAND) {
         return Some(torque.to_vec());
     }
-    match (log.column("command_1"), log.column("command_2")) {
+    match (log.column(COMMANDS[0]), log.column(COMMANDS[1])) {
         (Some(first), Some(second)) => Some(first.iter().zip(second).map(|(a, b)| a - b).collect()),
         (one, other) => one.or(other).map(<[f64]>::to_vec),
     }

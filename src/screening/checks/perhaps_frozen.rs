@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::frozen_gyro::{self, GYRO_FROZEN};
 use crate::log::signals::rotor_of;
-use crate::screening::channel::{BATTERY, BODY_RATE};
+use crate::signal::columns::{self, BATTERY_VOLTAGE, BODY_RATE};
 use crate::screening::column::{Column, Remark};
 use crate::screening::equal_runs::{smallest_step, too_long};
 use crate::screening::thresholds::THRESHOLDS;
@@ -26,7 +26,7 @@ pub(crate) fn check(column: &Column) -> Vec<Remark> {
     }
     let stands = |value: f64| is_rate(column) && value == 0.0;
     let found = too_long(&values);
-    let found = if column.name == BATTERY { without_treads(&values, found) } else { found };
+    let found = if column.name == BATTERY_VOLTAGE { without_treads(&values, found) } else { found };
     let runs = found.into_iter().filter(|run| !stands(values[run.start]));
     remark(column, runs)
 }
@@ -48,11 +48,11 @@ fn of_gyro(column: &Column, values: &[f64]) -> Vec<Remark> {
 }
 
 fn is_rate(column: &Column) -> bool {
-    column.name.starts_with("propeller_rate")
+    columns::is_propeller_rate(column.name)
 }
 
 fn is_asked_elsewhere(column: &Column) -> bool {
-    let command = || rotor_of(column.name).and_then(|rotor| column.log.column(&format!("command_{rotor}")));
+    let command = || rotor_of(column.name).and_then(|rotor| column.log.column(&columns::command(rotor)));
     is_rate(column) && command().is_some()
 }
 

@@ -2,7 +2,7 @@
 
 use super::battery_saturated::BATTERY_SATURATED;
 use super::saturation::{self, SATURATED, piles};
-use crate::screening::channel::BATTERY;
+use crate::signal::columns::{BATTERY_VOLTAGE, COMMANDS};
 use crate::screening::column::{Column, Remark};
 
 /// The code: a channel that piles up at one value.
@@ -14,8 +14,8 @@ pub(crate) fn check(column: &Column) -> Vec<Remark> {
         return Vec::new();
     }
     let mut ends = piles(&column.sorted);
-    if column.name == BATTERY && !ends.is_empty() {
-        let command = column.log.column("command_1").or(column.log.column("command_2"));
+    if column.name == BATTERY_VOLTAGE && !ends.is_empty() {
+        let command = column.log.column(COMMANDS[0]).or(column.log.column(COMMANDS[1]));
         let found = saturation::find(column.values, command);
         ends.retain(|end| found.as_ref().is_some_and(|found| found.at.contains(&end.at)));
     }

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::screening::channel::{BODY_ANGLE, BODY_RATE};
 use crate::screening::screened_log::ScreenedLog;
 use crate::screening::screened_rotor::ScreenedRotor;
+use crate::signal::columns::{BODY_ANGLE, BODY_RATE};
 
 /// Which rows of one rotor are held against a model.
 #[cfg_attr(test, derive(schemars::JsonSchema))]

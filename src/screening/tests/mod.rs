@@ -1,7 +1,6 @@
 //! Logs in which readings repeat, and logs in which they seem to.
 
 use crate::log::Dataset;
-use crate::screening::channel::BATTERY;
 use crate::screening::checks::battery_range::BATTERY_DROPOUT;
 use crate::screening::checks::frozen_gyro::GYRO_FROZEN;
 use crate::screening::checks::outliers::{OUTLIERS, TOO_MANY_OUTLIERS};
@@ -10,6 +9,7 @@ use crate::screening::checks::sample_and_hold::SAMPLE_AND_HOLD;
 use crate::screening::checks::saturation::{self, SATURATED};
 use crate::screening::readings::bridged;
 use crate::screening::{Finding, Judgement, ScreenedLog};
+use crate::signal::columns::BATTERY_VOLTAGE;
 
 mod ends;
 mod outliers;
@@ -215,11 +215,14 @@ fn each_row_that_is_left_out_has_its_reason() {
     (values[1000], values[2000]) = (5000.0, 0.0);
     let mut log = log(RATE, 0.02, &commands, values);
     let volts = (0..ROWS).map(|row| if row == 70 { 0.0 } else { 12.0 + 0.01 * hash(row) }).collect();
-    log.insert(BATTERY, volts).unwrap();
+    log.insert(BATTERY_VOLTAGE, volts).unwrap();
     let screened = ScreenedLog::of(&log);
     let reason = |name: &str, row| screened.channel(name).and_then(|channel| channel.reason(row));
     assert_eq!([reason(RATE, 1000), reason(RATE, 1001)], [Some(OUTLIERS), None]);
-    assert_eq!([reason(RATE, 2000), reason(BATTERY, 70)], [Some(RATE_DROPOUT), Some(BATTERY_DROPOUT)]);
+    assert_eq!(
+        [reason(RATE, 2000), reason(BATTERY_VOLTAGE, 70)],
+        [Some(RATE_DROPOUT), Some(BATTERY_DROPOUT)]
+    );
     assert_eq!(screened.channels().iter().flat_map(|channel| channel.left_out()).count(), 3);
 }
 

@@ -1,6 +1,7 @@
 //! Sentences for the body and its inertia.
 
 use crate::screening::Finding;
+use crate::signal::Channel;
 use crate::unit::with_error;
 
 /// The sentence of a finding about the body.
@@ -30,7 +31,11 @@ pub(super) fn sentence(finding: &Finding) -> Option<String> {
         "body_torque_omitted" => format!(
             "a torque that goes with {} shows ({:.0} standard errors), and beside it J would be {} kg m²: something is missing in \
              the body's model; J's error allows for it, `diagnose` looks for it",
-            if finding.text("goes_with") == "body_rate" { "the body's rate" } else { "the body's angle" },
+            if finding.text("goes_with") == Channel::BodyRate.name() {
+                "the body's rate"
+            } else {
+                "the body's angle"
+            },
             n("standard_errors"),
             with_error(n("inertia_kg_m2"), n("inertia_error_kg_m2"))
         ),
