@@ -9,12 +9,12 @@ mod assemble;
 mod channels;
 mod forms;
 mod formula;
+mod inner_numbers;
 mod law;
 mod linear;
 mod lines;
 mod measured_path;
 mod places;
-mod polish;
 mod search;
 pub mod thresholds;
 

@@ -3,11 +3,11 @@
 use super::channels::{Channel, Outlook, outlooks};
 use super::forms;
 use super::formula::{Formula, Question, simplest};
+use super::inner_numbers::polished;
 use super::law::{Law, Term};
 use super::linear::{Linear, Score};
 use super::lines::lines;
 use super::places::{Place, PlaceScore, confidence, scores};
-use super::polish::polished;
 use super::thresholds::THRESHOLDS;
 use crate::diagnose::Event;
 use crate::diagnose::candidate_fit::CandidateFit;

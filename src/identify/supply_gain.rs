@@ -16,7 +16,7 @@ use crate::estimation::least_squares::{LinearFit, least_squares};
 use crate::estimation::moments::{deviation, mean};
 use crate::estimation::quantile::extremes;
 use crate::estimation::robust_errors::stretched;
-use crate::screening::battery_treads::step_of;
+use crate::screening::battery_plateaus::step_of;
 use crate::screening::rotor_data::RotorLog;
 
 /// k_V from levels at several supplies.

@@ -8,7 +8,7 @@
 pub mod attitude;
 pub(crate) mod attitude_units;
 mod battery;
-pub(crate) mod battery_treads;
+pub(crate) mod battery_plateaus;
 mod body;
 pub mod channel;
 pub mod checks;

@@ -8,7 +8,7 @@
 mod columns;
 
 use super::Finding;
-use super::battery_treads::step_of;
+use super::battery_plateaus::step_of;
 use super::rotor_data::RotorLog;
 use super::thresholds::THRESHOLDS;
 use std::collections::BTreeMap;

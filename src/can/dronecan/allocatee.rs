@@ -6,7 +6,7 @@ use crate::can::frame::Frame;
 use super::allocation::{Allocation, PART, UNIQUE, UniqueId, subscription};
 use super::assembler::{Assembler, Subscription};
 use super::library::Library;
-use super::talk::Talk;
+use super::participant::Talk;
 use super::transfer::{Frames, GREATEST_NODE, Header, Kinship, TransferId, priority};
 
 /// [ns] least time between two first requests, and what is drawn beside it, so that two nodes do not ask at once.

@@ -11,8 +11,8 @@ use crate::can::thresholds::THRESHOLDS;
 use super::allocation::{Allocation, PART, UNIQUE, UniqueId, subscription};
 use super::assembler::{Assembler, Subscription};
 use super::library::Library;
-use super::roll_call::RollCall;
-use super::talk::Talk;
+use super::node_monitor::RollCall;
+use super::participant::Talk;
 use super::transfer::{Frames, GREATEST_NODE, Header, TransferId, priority};
 
 /// Who has which node id.
@@ -182,7 +182,7 @@ impl<'a> Allocator<'a> {
 
     /// Ids of nodes that are known to be others than the one with this unique id.
     fn others(&self, unique_id: UniqueId) -> Vec<u8> {
-        let is_other = |info: &super::roll_call::NodeInfo| info.unique_id != unique_id.0;
+        let is_other = |info: &super::node_monitor::NodeInfo| info.unique_id != unique_id.0;
         let reports = self.call.nodes().into_iter();
         reports.filter(|it| it.info.as_ref().is_some_and(is_other)).map(|it| it.id).collect()
     }

@@ -13,7 +13,7 @@ use crate::clock;
 use super::allocatee::Allocatee;
 use super::allocation::{UNIQUE, UniqueId};
 use super::config::NodeId;
-use super::talk::Talk;
+use super::participant::Talk;
 
 /// How often it looks what came.
 const LOOK_EVERY: Duration = Duration::from_millis(2);

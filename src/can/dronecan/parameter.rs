@@ -12,8 +12,8 @@ use super::common::{Common, name};
 use super::dsdl::Structure;
 use super::library::Library;
 use super::node::Node;
+use super::participant::Talk;
 use super::service::Service;
-use super::talk::Talk;
 use super::transfer::{Frames, GREATEST_NODE, Kinship, TransferId};
 use super::value::{Value, decode, encode};
 

@@ -1,7 +1,7 @@
 //! A battery whose reading keeps one value for longer than one that is read in steps does.
 
 use crate::screening::Finding;
-use crate::screening::battery_treads::longest_tread;
+use crate::screening::battery_plateaus::longest_tread;
 use crate::screening::rotor_data::RotorLog;
 use crate::screening::thresholds::THRESHOLDS;
 

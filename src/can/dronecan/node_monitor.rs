@@ -12,7 +12,7 @@ use super::common::{Common, name};
 use super::dsdl::{Body, Structure};
 use super::library::Library;
 use super::node::Node;
-use super::talk::Talk;
+use super::participant::Talk;
 use super::transfer::{Frames, GREATEST_NODE, Header, Kinship, TransferId, priority};
 use super::value::{Value, decode};
 
