@@ -174,7 +174,7 @@ fn frames_of_dronecan_do_not_allocate() {
             for frame in bridge.commands(&applied) {
                 bench.receive(frame, now_ns, &mut commands);
             }
-            for frame in bridge.owed(now_ns, &applied) {
+            for frame in bridge.due_frames(now_ns, &applied) {
                 bench.receive(frame, now_ns, &mut commands);
             }
             assert!(bridge.trouble(now_ns).is_none() && bench.may_turn(now_ns));

@@ -45,8 +45,8 @@ pub trait BridgeEnd: fmt::Debug + Send {
     /// The frames that carry what the guard let through, a period's.
     fn commands(&mut self, applied: &Applied) -> &[Frame];
 
-    /// What is owed to the bus beside the commands, asked for once a period after they are out at `now_ns`; a few frames.
-    fn owed(&mut self, _now_ns: u64, _applied: &Applied) -> &[Frame] {
+    /// What is due on the bus beside the commands, asked for once a period after they are out at `now_ns`; a few frames.
+    fn due_frames(&mut self, _now_ns: u64, _applied: &Applied) -> &[Frame] {
         &[]
     }
 

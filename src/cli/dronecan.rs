@@ -6,7 +6,7 @@ use super::operate::BenchArguments;
 use super::{CliResult, Outcome};
 use crate::report::dronecan;
 use crate::rt::Shutdown;
-use crate::session::{self, AllocationWish, ParameterError, ParameterWish};
+use crate::session::{self, AllocationTask, ParameterError, ParameterTask};
 
 /// Arguments of `dronecan`.
 #[derive(Debug, clap::Args)]
@@ -125,22 +125,22 @@ fn list(List { asking, seconds }: &List) -> CliResult {
 
 fn allocate(Allocate { from, to, table, seconds, asking }: &Allocate) -> CliResult {
     let shutdown = Shutdown::listen()?;
-    let wish = AllocationWish {
+    let task = AllocationTask {
         interface: asking.interface()?,
         own: asking.node_id,
         range: (*from, *to),
         table: table.clone(),
         seconds: *seconds,
     };
-    session::allocate_node_ids(&wish, &|event| println!("{}", dronecan::allocation(event)), &|| {
+    session::allocate_node_ids(&task, &|event| println!("{}", dronecan::allocation(event)), &|| {
         shutdown.is_requested()
     })?;
     Ok(Outcome::Done)
 }
 
 fn param(Param { node, name, value, save, asking }: &Param) -> CliResult {
-    let wish = ParameterWish { node: *node, name: name.clone(), value: value.clone(), save: *save };
-    let found = session::dronecan_parameters(&asking.interface()?, asking.node_id, &wish);
+    let task = ParameterTask { node: *node, name: name.clone(), value: value.clone(), save: *save };
+    let found = session::dronecan_parameters(&asking.interface()?, asking.node_id, &task);
     let parameters = match found {
         Err(silent @ ParameterError::Silent { .. }) => {
             eprintln!("{silent}");

@@ -243,10 +243,10 @@ impl<B: Bus> BusIo<B> {
         self.is_quiet = false;
         self.is_disarmed = applied.state == State::Disarmed as u32;
         let (out_ns, fault) = self.port.send_all(self.end.commands(applied));
-        let owed = self.end.owed(out_ns, applied);
-        if !owed.is_empty() {
-            // Whether there is room for the commands decides; what is owed is owed again.
-            let _ = self.port.send_all(owed);
+        let due = self.end.due_frames(out_ns, applied);
+        if !due.is_empty() {
+            // Whether there is room for the commands decides; what is due stays due.
+            let _ = self.port.send_all(due);
         }
         let Some(fault) = fault else {
             self.refused_in_a_row = 0;

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use super::dronecan_wire::{PortWire, Wire};
 use super::thresholds::THRESHOLDS;
 use crate::can::dronecan::{
-    Allocatee, AllocationEvent, AllocationTable, Allocator, GREATEST_NODE, Keep, RollCall, Talk, UniqueId,
+    Allocatee, AllocationEvent, AllocationTable, Allocator, GREATEST_NODE, Keep, NodeMonitor, Participant,
+    UniqueId,
 };
 use crate::can::{CanError, Frame};
 use crate::clock;
@@ -18,7 +19,7 @@ const PROBE: UniqueId = UniqueId(*b"rotorbench.probe");
 
 /// Who gives which ids on which bus.
 #[derive(Debug, Clone, PartialEq)]
-pub struct AllocationWish {
+pub struct AllocationTask {
     /// CAN interface.
     pub interface: String,
     /// Node id of the allocator.
@@ -74,37 +75,37 @@ pub enum AllocateError {
 /// # Errors
 /// [`AllocateError`]; nothing is given where somebody else does.
 pub fn allocate_node_ids(
-    wish: &AllocationWish,
+    task: &AllocationTask,
     tell: &dyn Fn(&AllocationEvent),
     is_over: &dyn Fn() -> bool,
 ) -> Result<(), AllocateError> {
-    let table = wish.table.as_deref().map_or_else(|| Ok(AllocationTable::new()), read)?;
-    let keep: Keep<'_> = match &wish.table {
+    let table = task.table.as_deref().map_or_else(|| Ok(AllocationTable::new()), read)?;
+    let keep: Keep<'_> = match &task.table {
         Some(path) => Box::new(|table| file::write_atomically(path, text(table).as_bytes())),
         None => Box::new(|_| Ok(())),
     };
-    if let Some(path) = &wish.table {
+    if let Some(path) = &task.table {
         let refuse = |source| AllocateError::File { act: "write", file: path.display().to_string(), source };
         file::check_place(path).map_err(refuse)?;
     }
-    let mut call = RollCall::new(wish.own)?;
-    let mut wire = PortWire::open(&wish.interface)?;
-    listen(&mut wire, &mut call)?;
-    let allocator = Allocator::new(call, wish.range, table, keep)?;
-    serve(&mut wire, allocator, wish.seconds, tell, is_over)
+    let mut monitor = NodeMonitor::new(task.own)?;
+    let mut wire = PortWire::open(&task.interface)?;
+    listen(&mut wire, &mut monitor)?;
+    let allocator = Allocator::new(monitor, task.range, table, keep)?;
+    serve(&mut wire, allocator, task.seconds, tell, is_over)
 }
 
 /// Hears who is on the bus, and whether somebody gives node ids there.
-fn listen(wire: &mut impl Wire, call: &mut RollCall) -> Result<(), AllocateError> {
-    let mut probe = Probe { call, allocatee: Allocatee::new(PROBE, 0)? };
+fn listen(wire: &mut impl Wire, monitor: &mut NodeMonitor) -> Result<(), AllocateError> {
+    let mut probe = Probe { monitor, allocatee: Allocatee::new(PROBE, 0)? };
     let until_ns = wire.now_ns().saturating_add(THRESHOLDS.allocator_listens_ns);
     while wire.turn(&mut probe, until_ns)? < until_ns {
         if let Some(node) = probe.allocatee.allocator() {
             return Err(AllocateError::NotAlone { node });
         }
     }
-    let own = probe.call.own();
-    if probe.call.nodes().iter().any(|node| node.id == own) {
+    let own = probe.monitor.own();
+    if probe.monitor.nodes().iter().any(|node| node.id == own) {
         return Err(AllocateError::Taken { own });
     }
     Ok(())
@@ -131,21 +132,21 @@ fn serve(
 
 /// Hears who is there, and asks for a node id to hear whether anybody answers.
 struct Probe<'a> {
-    call: &'a mut RollCall,
+    monitor: &'a mut NodeMonitor,
     allocatee: Allocatee,
 }
 
-impl Talk for Probe<'_> {
+impl Participant for Probe<'_> {
     fn receive(&mut self, frame: &Frame, now_ns: u64) {
-        self.call.receive(frame, now_ns);
+        self.monitor.receive(frame, now_ns);
         self.allocatee.receive(frame, now_ns);
     }
 
-    fn owed(&mut self, now_ns: u64) -> Vec<Frame> {
-        let mut frames = self.call.owed(now_ns);
+    fn due_frames(&mut self, now_ns: u64) -> Vec<Frame> {
+        let mut frames = self.monitor.due_frames(now_ns);
         // The first part only: whoever answers it is found.
         if self.allocatee.allocator().is_none() {
-            frames.extend(self.allocatee.owed(now_ns));
+            frames.extend(self.allocatee.due_frames(now_ns));
         }
         frames
     }

@@ -2,7 +2,7 @@
 
 use super::dronecan_wire::{PortWire, Wire};
 use crate::can::CanError;
-use crate::can::dronecan::{NodeReport, RollCall};
+use crate::can::dronecan::{NodeMonitor, NodeReport};
 use crate::clock;
 
 /// Listens on `interface` for `seconds`, as the node with the number `own`, and asks each node that is heard what it is.
@@ -10,9 +10,9 @@ use crate::clock;
 /// # Errors
 /// A number that no node has; an interface that cannot be opened, or goes down.
 pub fn dronecan_nodes(interface: &str, own: u8, seconds: f64) -> Result<Vec<NodeReport>, CanError> {
-    let mut call = RollCall::new(own)?;
+    let mut monitor = NodeMonitor::new(own)?;
     let mut wire = PortWire::open(interface)?;
     let end_ns = wire.now_ns().saturating_add(clock::span_ns(seconds));
-    while wire.turn(&mut call, end_ns)? < end_ns {}
-    Ok(call.nodes())
+    while wire.turn(&mut monitor, end_ns)? < end_ns {}
+    Ok(monitor.nodes())
 }

@@ -3,19 +3,16 @@
 use super::dronecan_error::ParameterError;
 use super::dronecan_wire::{PortWire, Wire};
 use super::thresholds::THRESHOLDS;
-use crate::can::dronecan::{Answer, Parameter, ParameterTalk, ParameterValue, Question};
-use crate::clock::NANOSECONDS_PER_SECOND;
+use crate::can::dronecan::{Parameter, ParameterClient, ParameterRequest, ParameterResponse, ParameterValue};
 use crate::guard::State;
 use crate::runtime::operator::{self, GuardLook};
 
 /// Most parameters of a node: its number has thirteen bits.
 const MOST_PARAMETERS: u16 = 1 << 13;
-/// [ns] beyond every answer and every silence.
-const LONGEST_NS: u64 = 10 * NANOSECONDS_PER_SECOND;
 
 /// What is wished of a node's parameters.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct ParameterWish {
+pub struct ParameterTask {
     /// The node.
     pub node: u8,
     /// Which parameter; `None` = all.
@@ -33,11 +30,11 @@ pub struct ParameterWish {
 pub fn dronecan_parameters(
     interface: &str,
     own: u8,
-    wish: &ParameterWish,
+    task: &ParameterTask,
 ) -> Result<Vec<Parameter>, ParameterError> {
-    let talk = ParameterTalk::new(own, wish.node)?;
-    Asking { wire: PortWire::open(interface)?, talk, own, node: wish.node, benches: &operator::look }
-        .fulfil(wish)
+    let client = ParameterClient::new(own, task.node)?;
+    Asking { wire: PortWire::open(interface)?, client, own, node: task.node, benches: &operator::look }
+        .fulfil(task)
 }
 
 /// What the guards of this machine's benches say.
@@ -46,31 +43,31 @@ type Benches<'a> = &'a dyn Fn() -> Vec<(String, GuardLook)>;
 /// Somebody who asks a node on a bus.
 struct Asking<'a, W: Wire> {
     wire: W,
-    talk: ParameterTalk,
+    client: ParameterClient,
     own: u8,
     node: u8,
     benches: Benches<'a>,
 }
 
 impl<W: Wire> Asking<'_, W> {
-    fn fulfil(&mut self, wish: &ParameterWish) -> Result<Vec<Parameter>, ParameterError> {
-        let writes = wish.value.is_some() || wish.save;
+    fn fulfil(&mut self, task: &ParameterTask) -> Result<Vec<Parameter>, ParameterError> {
+        let writes = task.value.is_some() || task.save;
         if writes {
             self.check_benches()?;
             // Who may turn rotors says so again and again.
             let until_ns = self.wire.now_ns().saturating_add(THRESHOLDS.disarmed_for_ns);
-            while self.wire.turn(&mut self.talk, until_ns)? < until_ns {}
+            while self.wire.turn(&mut self.client, until_ns)? < until_ns {}
             self.check_bus()?;
         }
-        let mut parameters = match (&wish.name, &wish.value) {
+        let mut parameters = match (&task.name, &task.value) {
             (Some(name), Some(value)) => vec![self.set(name, value)?],
             (Some(name), None) => vec![self.named(name)?],
             (None, _) => self.all()?,
         };
-        if wish.save {
+        if task.save {
             self.check_benches()?;
-            match self.ask(&Question::Save)? {
-                Answer::Done(true) => {}
+            match self.ask(&ParameterRequest::Save)? {
+                ParameterResponse::Done(true) => {}
                 _ => return Err(ParameterError::NotSaved { node: self.node }),
             }
         }
@@ -79,22 +76,22 @@ impl<W: Wire> Asking<'_, W> {
     }
 
     /// Asks, and waits for the answer.
-    fn ask(&mut self, question: &Question) -> Result<Answer, ParameterError> {
-        self.talk.ask(question)?;
-        let until_ns = self.wire.now_ns().saturating_add(LONGEST_NS);
-        let writes = matches!(question, Question::Set(..) | Question::Save);
+    fn ask(&mut self, question: &ParameterRequest) -> Result<ParameterResponse, ParameterError> {
+        self.client.ask(question)?;
+        let until_ns = self.wire.now_ns().saturating_add(THRESHOLDS.longest_exchange_ns);
+        let writes = matches!(question, ParameterRequest::Set(..) | ParameterRequest::Save);
         let mut now_ns = 0;
         while now_ns < until_ns {
             if writes {
                 // Asked again, it would be written again.
                 self.check_bus()?;
             }
-            now_ns = self.wire.turn(&mut self.talk, until_ns)?;
-            if self.talk.heard().has_twin {
+            now_ns = self.wire.turn(&mut self.client, until_ns)?;
+            if self.client.heard().is_id_taken {
                 return Err(ParameterError::Taken { own: self.own });
             }
-            match self.talk.take_answer() {
-                Some(Answer::Silence) => break,
+            match self.client.take_answer() {
+                Some(ParameterResponse::Silence) => break,
                 Some(answer) => return Ok(answer),
                 None => {}
             }
@@ -105,8 +102,8 @@ impl<W: Wire> Asking<'_, W> {
     fn all(&mut self) -> Result<Vec<Parameter>, ParameterError> {
         let mut all = Vec::new();
         for index in 0..MOST_PARAMETERS {
-            match self.ask(&Question::At(index))? {
-                Answer::Parameter(Some(parameter)) => all.push(parameter),
+            match self.ask(&ParameterRequest::At(index))? {
+                ParameterResponse::Parameter(Some(parameter)) => all.push(parameter),
                 _ => break,
             }
         }
@@ -114,8 +111,8 @@ impl<W: Wire> Asking<'_, W> {
     }
 
     fn named(&mut self, name: &str) -> Result<Parameter, ParameterError> {
-        match self.ask(&Question::Named(name.to_owned()))? {
-            Answer::Parameter(Some(parameter)) => Ok(parameter),
+        match self.ask(&ParameterRequest::Named(name.to_owned()))? {
+            ParameterResponse::Parameter(Some(parameter)) => Ok(parameter),
             _ => Err(ParameterError::NoSuch { node: self.node, name: name.to_owned() }),
         }
     }
@@ -124,8 +121,8 @@ impl<W: Wire> Asking<'_, W> {
         let before = self.named(name)?;
         let value = wanted(&before, text)?;
         self.check_benches()?;
-        let question = Question::Set(name.to_owned(), value.clone());
-        let Answer::Parameter(Some(after)) = self.ask(&question)? else {
+        let question = ParameterRequest::Set(name.to_owned(), value.clone());
+        let ParameterResponse::Parameter(Some(after)) = self.ask(&question)? else {
             return Err(ParameterError::NoSuch { node: self.node, name: name.to_owned() });
         };
         if after.value.as_ref() == Some(&value) {
@@ -152,7 +149,7 @@ impl<W: Wire> Asking<'_, W> {
                 .filter(|(_, stamp_ns)| now_ns.saturating_sub(*stamp_ns) <= THRESHOLDS.disarmed_for_ns)
                 .map(|(node, _)| node)
         };
-        let heard = self.talk.heard();
+        let heard = self.client.heard();
         if let Some(node) = is_recent(heard.armed) {
             return Err(ParameterError::ArmedOnBus { node });
         }
@@ -183,11 +180,11 @@ fn wanted(parameter: &Parameter, text: &str) -> Result<ParameterValue, Parameter
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::can::dronecan::Talk;
+    use crate::can::dronecan::Participant;
     use crate::can::{BenchEnd, BusConfig, CanError, Frame, ProtocolName, RotorCommands, protocol};
     use crate::signal::Sensors;
 
-    const S: u64 = NANOSECONDS_PER_SECOND;
+    const S: u64 = crate::clock::NANOSECONDS_PER_SECOND;
 
     /// The emulated ESCs, on a clock that goes on by 10 ms a turn, and what others say.
     struct Emulated {
@@ -197,15 +194,15 @@ mod tests {
     }
 
     impl Wire for Emulated {
-        fn turn(&mut self, talk: &mut dyn Talk, _until_ns: u64) -> Result<u64, CanError> {
+        fn turn(&mut self, client: &mut dyn Participant, _until_ns: u64) -> Result<u64, CanError> {
             self.now_ns += S / 100;
-            for frame in talk.owed(self.now_ns) {
+            for frame in client.due_frames(self.now_ns) {
                 self.bench.receive(&frame, self.now_ns, &mut RotorCommands::default());
             }
             let now_ns = self.now_ns;
-            self.bench.send_due(now_ns, &Sensors::default(), &mut |frame| talk.receive(frame, now_ns));
+            self.bench.send_due(now_ns, &Sensors::default(), &mut |frame| client.receive(frame, now_ns));
             for (_, frame) in self.others.extract_if(.., |(at_ns, _)| *at_ns <= now_ns) {
-                talk.receive(&frame, now_ns);
+                client.receive(&frame, now_ns);
             }
             Ok(now_ns)
         }
@@ -215,18 +212,18 @@ mod tests {
         }
     }
 
-    /// What `wish` comes to, beside what others say at the given times.
+    /// What `task` comes to, beside what others say at the given times.
     fn fulfilled(
-        wish: &ParameterWish,
+        task: &ParameterTask,
         others: Vec<(u64, Frame)>,
         benches: Benches<'_>,
     ) -> (Result<Vec<Parameter>, ParameterError>, u64) {
         let bus = BusConfig { protocol: ProtocolName::Dronecan, ..BusConfig::default() };
         let bench = protocol(&bus, 0.02).expect("sound").bench_end(S);
         let wire = Emulated { bench, now_ns: S, others };
-        let talk = ParameterTalk::new(127, wish.node).expect("numbers");
-        let mut asking = Asking { wire, talk, own: 127, node: wish.node, benches };
-        let result = asking.fulfil(wish);
+        let client = ParameterClient::new(127, task.node).expect("numbers");
+        let mut asking = Asking { wire, client, own: 127, node: task.node, benches };
+        let result = asking.fulfil(task);
         (result, asking.wire.now_ns)
     }
 
@@ -234,9 +231,9 @@ mod tests {
         Vec::new()
     }
 
-    fn write(name: &str, value: &str) -> ParameterWish {
+    fn write(name: &str, value: &str) -> ParameterTask {
         let (name, value) = (Some(name.to_owned()), Some(value.to_owned()));
-        ParameterWish { node: 20, name, value, save: false }
+        ParameterTask { node: 20, name, value, save: false }
     }
 
     fn armed_by(node: u8, at_ns: u64) -> (u64, Frame) {
@@ -246,7 +243,7 @@ mod tests {
 
     #[test]
     fn all_are_read_at_once_and_one_is_written_after_nobody_armed_for_three_seconds() {
-        let read = ParameterWish { node: 21, ..ParameterWish::default() };
+        let read = ParameterTask { node: 21, ..ParameterTask::default() };
         let (all, now_ns) = fulfilled(&read, Vec::new(), &nobody);
         let names: Vec<String> = all.expect("read").into_iter().map(|it| it.name).collect();
         assert_eq!(names, ["esc_index", "reversed", "timeout_s"]);
@@ -255,7 +252,7 @@ mod tests {
         let [only] = &written.expect("written")[..] else { panic!("one") };
         assert_eq!(only.value, Some(ParameterValue::Real(0.1)));
         assert!(now_ns >= 4 * S);
-        let save = ParameterWish { save: true, ..write("esc_index", "3") };
+        let save = ParameterTask { save: true, ..write("esc_index", "3") };
         let (written, _) = fulfilled(&save, Vec::new(), &nobody);
         assert_eq!(written.expect("saved")[0].value, Some(ParameterValue::Integer(3)));
     }
@@ -263,7 +260,7 @@ mod tests {
     #[test]
     fn what_cannot_be_is_refused_in_a_sentence() {
         let said =
-            |wish: &ParameterWish| fulfilled(wish, Vec::new(), &nobody).0.expect_err("refused").to_string();
+            |task: &ParameterTask| fulfilled(task, Vec::new(), &nobody).0.expect_err("refused").to_string();
         assert_eq!(said(&write("esc_index", "20")), "`esc_index` takes 0 to 19: 20 is out of range");
         assert_eq!(said(&write("esc_index", "1.5")), "`esc_index` is a whole number: `1.5` is none");
         assert_eq!(said(&write("timeout_s", "nan")), "`timeout_s` is a number: `nan` is none");
@@ -271,29 +268,29 @@ mod tests {
         assert_eq!(said(&write("reversed", "no")), "`reversed` is true or false: `no` is none");
         let none = "node 20 has no parameter `gain`; without a name all are shown";
         assert_eq!(said(&write("gain", "1")), none);
-        let read = ParameterWish { node: 20, name: Some("gain".to_owned()), ..ParameterWish::default() };
+        let read = ParameterTask { node: 20, name: Some("gain".to_owned()), ..ParameterTask::default() };
         assert_eq!(said(&read), none);
-        let silent = ParameterWish { node: 99, ..ParameterWish::default() };
+        let silent = ParameterTask { node: 99, ..ParameterTask::default() };
         assert_eq!(said(&silent), "node 99 does not answer");
     }
 
     #[test]
     fn nothing_is_written_while_somebody_arms_or_commands() {
-        let wish = write("timeout_s", "0.1");
-        let (armed, _) = fulfilled(&wish, vec![armed_by(100, 2 * S)], &nobody);
+        let task = write("timeout_s", "0.1");
+        let (armed, _) = fulfilled(&task, vec![armed_by(100, 2 * S)], &nobody);
         assert!(matches!(armed, Err(ParameterError::ArmedOnBus { node: 100 })), "{armed:?}");
         // Between the listening and the writing: the last look is before the frame that writes.
-        let (armed, _) = fulfilled(&wish, vec![armed_by(100, 4 * S + S / 100)], &nobody);
+        let (armed, _) = fulfilled(&task, vec![armed_by(100, 4 * S + S / 100)], &nobody);
         assert!(matches!(armed, Err(ParameterError::ArmedOnBus { node: 100 })), "{armed:?}");
-        let save = ParameterWish { node: 20, save: true, ..ParameterWish::default() };
+        let save = ParameterTask { node: 20, save: true, ..ParameterTask::default() };
         let (armed, _) = fulfilled(&save, vec![armed_by(100, 4 * S + S / 100)], &nobody);
         assert!(matches!(armed, Err(ParameterError::ArmedOnBus { node: 100 })), "{armed:?}");
         let id = crate::can::Id::new(0x0804_0607, true).expect("29 bits");
         let command = Frame::classic(id, &[0x10, 0x00, 0xC0]).expect("short");
-        let (commanded, _) = fulfilled(&wish, vec![(2 * S, command)], &nobody);
+        let (commanded, _) = fulfilled(&task, vec![(2 * S, command)], &nobody);
         assert!(matches!(commanded, Err(ParameterError::Commanded { node: 7 | 6 })), "{commanded:?}");
         // Reading harms nobody.
-        let read = ParameterWish { value: None, ..wish };
+        let read = ParameterTask { value: None, ..task };
         fulfilled(&read, vec![armed_by(100, S)], &nobody).0.expect("read");
         let (twin, _) = fulfilled(&read, vec![armed_by(127, S)], &nobody);
         assert!(matches!(twin, Err(ParameterError::Taken { own: 127 })), "{twin:?}");
@@ -301,8 +298,8 @@ mod tests {
 
     #[test]
     fn nothing_is_written_while_a_bench_of_this_machine_is_not_disarmed() {
-        let wish = write("timeout_s", "0.1");
-        let look = |look: GuardLook| fulfilled(&wish, Vec::new(), &|| vec![("one".to_owned(), look)]).0;
+        let task = write("timeout_s", "0.1");
+        let look = |look: GuardLook| fulfilled(&task, Vec::new(), &|| vec![("one".to_owned(), look)]).0;
         look(GuardLook::State(State::Disarmed)).expect("written");
         look(GuardLook::NoGuard).expect("a recorder harms nobody");
         for state in

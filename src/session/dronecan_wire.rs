@@ -1,8 +1,8 @@
-//! A bus for somebody who talks on it without a bench: frames to and fro, and the time.
+//! A bus for a participant without a bench: frames to and fro, and the time.
 
 use std::os::fd::AsRawFd;
 
-use crate::can::dronecan::Talk;
+use crate::can::dronecan::Participant;
 use crate::can::{Arrival, CanError, Port};
 use crate::clock;
 use crate::rt;
@@ -12,11 +12,11 @@ const LOOK_EVERY_NS: u64 = 50_000_000;
 
 /// What carries the frames.
 pub(super) trait Wire {
-    /// Lets `talk` hear and speak for a moment, which ends at `until_ns` at the latest; the time after it [ns].
+    /// Lets `participant` hear and speak for a moment, which ends at `until_ns` at the latest; the time after it [ns].
     ///
     /// # Errors
     /// A bus that is no longer there.
-    fn turn(&mut self, talk: &mut dyn Talk, until_ns: u64) -> Result<u64, CanError>;
+    fn turn(&mut self, participant: &mut dyn Participant, until_ns: u64) -> Result<u64, CanError>;
 
     /// [ns] now.
     fn now_ns(&self) -> u64;
@@ -39,10 +39,10 @@ impl PortWire {
 }
 
 impl Wire for PortWire {
-    fn turn(&mut self, talk: &mut dyn Talk, until_ns: u64) -> Result<u64, CanError> {
+    fn turn(&mut self, participant: &mut dyn Participant, until_ns: u64) -> Result<u64, CanError> {
         let received = self.port.receive(|arrival| {
             if let Arrival::Frame { frame, stamp_ns, .. } = arrival {
-                talk.receive(&frame, stamp_ns);
+                participant.receive(&frame, stamp_ns);
             }
         });
         received.map_err(|fault| CanError::Interface {
@@ -50,8 +50,8 @@ impl Wire for PortWire {
             reason: fault.to_string(),
         })?;
         let now_ns = clock::monotonic_ns();
-        for frame in talk.owed(now_ns) {
-            // Dropped where there is no room: owed again.
+        for frame in participant.due_frames(now_ns) {
+            // Dropped where there is no room: still due.
             let _ = self.port.send(&frame);
         }
         let _ = rt::wait([self.port.as_raw_fd()], until_ns.min(now_ns.saturating_add(LOOK_EVERY_NS)));

@@ -23,4 +23,8 @@ crate::thresholds! {
     /// [ns] for which nobody on a bus may have said that rotors may turn, or turned one, before a node's parameter is written: who
     /// arms says so twice a second here, and each second elsewhere
     disarmed_for_ns: u64 = 3_000_000_000, "ns", "judgement";
+    /// [ns] after which an exchange about a node's parameters has ended, whatever comes
+    longest_exchange_ns: u64 = 10_000_000_000, "ns", "beyond every answer and every silence";
+    /// batches of readings of the clock, of which the fastest counts, and readings of a batch
+    clock_readings: (u64, u64) = (50, 100), "count", "judgement: one of them is not interrupted";
 }

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use rotorbench::can::dronecan::{
-    Assembler, Body, Compound, Definition, Frames, Header, Kinship, Library, Place, Structure, Subscription,
-    Type, Value, decode, empty_message, encode,
+    Assembler, Body, Compound, Definition, Frames, Header, Library, Place, Structure, Subscription,
+    TransferKind, Type, Value, decode, empty_message, encode,
 };
 use rotorbench::can::{Frame, Id, Refusal};
 use serde_json::Value as Json;
@@ -58,10 +58,10 @@ impl Vector {
         let compound = LIBRARY.get(json["type"].as_str().expect("a name")).expect("defined");
         let name = json["part"].as_str().expect("a name").to_owned();
         let to = number("to") as u8;
-        let kinship = match name.as_str() {
-            "request" => Kinship::Request { to },
-            "response" => Kinship::Response { to },
-            _ => Kinship::Message,
+        let kind = match name.as_str() {
+            "request" => TransferKind::Request { to },
+            "response" => TransferKind::Response { to },
+            _ => TransferKind::Message,
         };
         let frame = |frame: &Json| {
             let text = |index: usize| frame[index].as_str().expect("text");
@@ -77,7 +77,7 @@ impl Vector {
                 priority: number("priority") as u8,
                 type_id: compound.id.expect("a transfer has one"),
                 source: number("source") as u8,
-                kinship,
+                kind,
                 discriminator: number("discriminator") as u16,
             },
             transfer_id: number("transfer_id") as u8,
@@ -92,7 +92,7 @@ impl Vector {
     fn subscription(&self) -> Subscription {
         let structure = part(self.compound, &self.part);
         let (id, signature) = (self.header.type_id, self.compound.signature);
-        Subscription::new(id, self.header.kinship, signature, structure.most_bits())
+        Subscription::new(id, self.header.kind, signature, structure.most_bits())
     }
 }
 
@@ -225,7 +225,7 @@ pub fn listening(name: &str) -> (Assembler, Subscription) {
     let compound = of_type(name);
     let most = compound.message().expect("a message").most_bits();
     let subscription =
-        Subscription::new(compound.id.expect("sent"), Kinship::Message, compound.signature, most);
+        Subscription::new(compound.id.expect("sent"), TransferKind::Message, compound.signature, most);
     (Assembler::new(vec![subscription]), subscription)
 }
 
@@ -367,7 +367,7 @@ fn what_is_no_transfer_is_refused() {
 fn an_anonymous_message_is_one_frame() {
     let (mut assembler, _) = listening("uavcan.protocol.dynamic_node_id.Allocation");
     let header =
-        Header { priority: 20, type_id: 1, source: 0, kinship: Kinship::Message, discriminator: 0x2AB };
+        Header { priority: 20, type_id: 1, source: 0, kind: TransferKind::Message, discriminator: 0x2AB };
     let frame = |tail: u8| Frame::classic(Id::Extended(header.id()), &[1, 2, 3, tail]).expect("short");
     for _ in 0..2 {
         let transfer = assembler.receive(&frame(0xC0), MS).expect("sound").expect("whole");

@@ -7,8 +7,8 @@ use std::io;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rotorbench::can::dronecan::{
-    Allocatee, AllocationEvent, AllocationTable, Allocator, DronecanConfig, Keep, Kinship, NodeId, RollCall,
-    Talk, UniqueId, Value,
+    Allocatee, AllocationEvent, AllocationTable, Allocator, DronecanConfig, Keep, NodeId, NodeMonitor,
+    Participant, TransferKind, UniqueId, Value,
 };
 use rotorbench::can::{BusConfig, Frame, Id, ProtocolName, protocol};
 use rotorbench::signal::{Applied, Sensors};
@@ -26,7 +26,7 @@ fn unique(first: u8, last: u8) -> UniqueId {
 }
 
 fn allocator<'a>(range: (u8, u8), table: AllocationTable, keep: Keep<'a>) -> Allocator<'a> {
-    Allocator::new(RollCall::new(127).expect("a number"), range, table, keep).expect("ids")
+    Allocator::new(NodeMonitor::new(127).expect("a number"), range, table, keep).expect("ids")
 }
 
 fn keeps<'a>() -> Keep<'a> {
@@ -49,11 +49,11 @@ fn talk(allocator: &mut Allocator<'_>, nodes: &mut [Allocatee], seconds: u64, wa
     for turn in 1..=seconds * 200 {
         let now_ns = S + turn * 5 * MS;
         let mut sent = Vec::new();
-        for frame in allocator.owed(now_ns) {
+        for frame in allocator.due_frames(now_ns) {
             sent.push((usize::MAX, frame));
         }
         for (index, node) in nodes.iter_mut().enumerate() {
-            sent.extend(node.owed(now_ns).into_iter().map(|frame| (index, frame)));
+            sent.extend(node.due_frames(now_ns).into_iter().map(|frame| (index, frame)));
         }
         for (from, frame) in sent {
             for to in (0..nodes.len()).chain([usize::MAX]).filter(|to| *to != from) {
@@ -106,8 +106,9 @@ fn an_id_that_is_heard_or_remembered_is_not_given_and_none_is_left_in_the_end() 
     let table: AllocationTable = [(unique(9, 9), 102)].into();
     let mut gives = allocator((100, 102), table, keeps());
     // Node 101 is there, by hand.
-    let status =
-        |id| transfer("uavcan.protocol.NodeStatus", Kinship::Message, 101, id, &integers(&[1, 0, 0, 0, 0]));
+    let status = |id| {
+        transfer("uavcan.protocol.NodeStatus", TransferKind::Message, 101, id, &integers(&[1, 0, 0, 0, 0]))
+    };
     gives.receive(&status(0)[0], S);
     let mut nodes = [1, 2].map(|first| Allocatee::new(unique(first, 1), 0).expect("sound"));
     talk(&mut gives, &mut nodes, 15, &mut || GOOD);
@@ -125,7 +126,7 @@ fn an_id_that_is_heard_or_remembered_is_not_given_and_none_is_left_in_the_end() 
 fn an_id_that_another_node_has_by_now_is_not_given_again() {
     let mut gives = allocator((100, 125), [(unique(1, 1), 125)].into(), keeps());
     let status =
-        transfer("uavcan.protocol.NodeStatus", Kinship::Message, 125, 0, &integers(&[1, 0, 0, 0, 0]));
+        transfer("uavcan.protocol.NodeStatus", TransferKind::Message, 125, 0, &integers(&[1, 0, 0, 0, 0]));
     gives.receive(&status[0], S);
     let info = Value::List(vec![
         integers(&[1, 0, 0, 0, 0]),
@@ -133,8 +134,8 @@ fn an_id_that_another_node_has_by_now_is_not_given_again() {
         Value::List(vec![Value::Integer(1), Value::Integer(0), integers(&[5; 16]), integers(&[])]),
         integers(&[110]),
     ]);
-    gives.owed(S + 1);
-    for frame in transfer("uavcan.protocol.GetNodeInfo", Kinship::Response { to: 127 }, 125, 0, &info) {
+    gives.due_frames(S + 1);
+    for frame in transfer("uavcan.protocol.GetNodeInfo", TransferKind::Response { to: 127 }, 125, 0, &info) {
         gives.receive(&frame, S + 2);
     }
     let mut nodes = [Allocatee::new(unique(1, 1), 0).expect("sound")];
@@ -163,7 +164,7 @@ fn what_cannot_be_remembered_is_not_given() {
 fn where_another_allocator_is_nothing_is_given() {
     let mut gives = allocator((100, 125), AllocationTable::new(), keeps());
     let other = Value::List(vec![Value::Integer(0), Value::Integer(0), integers(&[1, 2, 3, 4, 5, 6])]);
-    for frame in transfer(ALLOCATION, Kinship::Message, 126, 0, &other) {
+    for frame in transfer(ALLOCATION, TransferKind::Message, 126, 0, &other) {
         gives.receive(&frame, S);
     }
     assert!(matches!(gives.take_event(), Some(AllocationEvent::NotAlone { node: 126 })));
@@ -171,7 +172,7 @@ fn where_another_allocator_is_nothing_is_given() {
     talk(&mut gives, &mut nodes, 5, &mut || GOOD);
     assert!(nodes[0].given().is_none() && gives.take_event().is_none());
     for range in [(0, 5), (5, 128), (6, 5)] {
-        let call = RollCall::new(127).expect("a number");
+        let call = NodeMonitor::new(127).expect("a number");
         assert!(Allocator::new(call, range, AllocationTable::new(), keeps()).is_err(), "{range:?}");
     }
 }
@@ -187,7 +188,7 @@ fn a_bench_without_a_number_is_silent() {
         let now_ns = S + turn * 20 * MS;
         let anonymous = Frame::classic(Id::Extended(0x1800_0100), &[1, 2, 3, 0xC0]).expect("short");
         bridge.receive(&anonymous, now_ns, &mut Sensors::default());
-        assert!(bridge.commands(&applied).is_empty() && bridge.owed(now_ns, &applied).is_empty());
+        assert!(bridge.commands(&applied).is_empty() && bridge.due_frames(now_ns, &applied).is_empty());
         assert_eq!(bridge.trouble(now_ns), None);
     }
     let mut given = config;
@@ -281,8 +282,8 @@ proptest! {
             let now_ns = S + index as u64 * 20 * MS;
             gives.receive(&frame, now_ns);
             asks.receive(&frame, now_ns);
-            gives.owed(now_ns);
-            asks.owed(now_ns);
+            gives.due_frames(now_ns);
+            asks.due_frames(now_ns);
         }
         prop_assert!(gives.table().values().all(|id| (100..=101).contains(id)));
     }

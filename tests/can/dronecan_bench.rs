@@ -1,8 +1,8 @@
 //! A bench on DroneCAN, both ends of its bus in memory: roles, arming, other nodes, and what is refused.
 
-use rotorbench::can::dronecan::{Body, RollCall, Talk, Value, decode, empty_message};
+use rotorbench::can::dronecan::{Body, NodeMonitor, Participant, Value, decode, empty_message};
 use rotorbench::can::dronecan::{
-    CommandKind, DsdlConfig, Frames, Header, Kinship, Library, NodeId, Subscription, encode,
+    CommandKind, DsdlConfig, Frames, Header, Library, NodeId, Subscription, TransferKind, encode,
 };
 use rotorbench::can::{
     BenchEnd, BridgeEnd, BusConfig, CanError, Frame, NodeTrouble, ProtocolName, Refusal, RotorCommands,
@@ -47,18 +47,18 @@ pub fn sent(bench: &mut dyn BenchEnd, now_ns: u64, sensors: &Sensors) -> Vec<Fra
 }
 
 /// A transfer of another node.
-pub fn transfer(name: &str, kinship: Kinship, source: u8, transfer_id: u8, value: &Value) -> Vec<Frame> {
+pub fn transfer(name: &str, kind: TransferKind, source: u8, transfer_id: u8, value: &Value) -> Vec<Frame> {
     let library = Library::build(&[]).expect("sound");
     let compound = library.get(name).expect("published");
-    let structure = match (&compound.body, kinship) {
+    let structure = match (&compound.body, kind) {
         (Body::Message(message), _) => message,
-        (Body::Service(request, _), Kinship::Request { .. }) => request,
+        (Body::Service(request, _), TransferKind::Request { .. }) => request,
         (Body::Service(_, response), _) => response,
     };
     let type_id = compound.id.expect("sent");
-    let subscription = Subscription::new(type_id, kinship, compound.signature, structure.most_bits());
+    let subscription = Subscription::new(type_id, kind, compound.signature, structure.most_bits());
     let payload = encode(structure, value).expect("of this type");
-    let header = Header { priority: 16, type_id, source, kinship, discriminator: 0 };
+    let header = Header { priority: 16, type_id, source, kind, discriminator: 0 };
     Frames::new(header, subscription.seed, transfer_id, &payload).collect()
 }
 
@@ -68,13 +68,13 @@ pub fn integers(values: &[i128]) -> Value {
 
 pub fn raw_command(source: u8, transfer_id: u8, values: &[i128]) -> Vec<Frame> {
     let value = Value::List(vec![integers(values)]);
-    transfer("uavcan.equipment.esc.RawCommand", Kinship::Message, source, transfer_id, &value)
+    transfer("uavcan.equipment.esc.RawCommand", TransferKind::Message, source, transfer_id, &value)
 }
 
 /// Uptime, health, mode.
 fn node_status(source: u8, transfer_id: u8, [uptime, health, mode]: [i128; 3]) -> Vec<Frame> {
     let value = integers(&[uptime, health, mode, 0, 0]);
-    transfer("uavcan.protocol.NodeStatus", Kinship::Message, source, transfer_id, &value)
+    transfer("uavcan.protocol.NodeStatus", TransferKind::Message, source, transfer_id, &value)
 }
 
 #[test]
@@ -154,7 +154,7 @@ fn the_rotors_may_turn_while_the_guard_says_so_and_never_otherwise() {
     ] {
         for _ in 0..3 {
             now_ns += 20 * MS;
-            for frame in bridge.owed(now_ns, &applied(state, [rotor, 0.0])).to_vec() {
+            for frame in bridge.due_frames(now_ns, &applied(state, [rotor, 0.0])).to_vec() {
                 bench.receive(&frame, now_ns, &mut commands);
             }
             assert_eq!(bench.may_turn(now_ns), may_turn, "state {state}, {rotor}");
@@ -164,8 +164,8 @@ fn the_rotors_may_turn_while_the_guard_says_so_and_never_otherwise() {
     let said = |bridge: &mut Box<dyn BridgeEnd>, from_ns: u64| {
         let id = |frame: &&Frame| frame.id().number() >> 8 & 0xFFFF == 1100;
         let turn = |turn: u64| from_ns + turn * 20 * MS;
-        let each =
-            (0..100).map(|it| bridge.owed(turn(it), &applied(ARMED, [0.1; 2])).iter().filter(id).count());
+        let each = (0..100)
+            .map(|it| bridge.due_frames(turn(it), &applied(ARMED, [0.1; 2])).iter().filter(id).count());
         each.sum::<usize>()
     };
     assert_eq!(said(&mut bridge, now_ns), 4, "each half second");
@@ -180,7 +180,7 @@ fn every_node_says_once_a_second_how_it_is() {
     let (mut own, mut others) = (0, 0);
     for turn in 0..250 {
         let now_ns = S + turn * 20 * MS;
-        own += bridge.owed(now_ns, &applied(DISARMED, [0.0; 2])).iter().filter(is_status).count();
+        own += bridge.due_frames(now_ns, &applied(DISARMED, [0.0; 2])).iter().filter(is_status).count();
         others += sent(&mut *bench, now_ns, &measured(now_ns)).iter().filter(is_status).count();
     }
     assert_eq!((own, others), (5, 15));
@@ -189,20 +189,25 @@ fn every_node_says_once_a_second_how_it_is() {
 #[test]
 fn who_asks_what_a_node_is_is_told_in_a_few_frames_a_period() {
     let (mut bridge, _) = ends(&config());
-    let request =
-        transfer("uavcan.protocol.GetNodeInfo", Kinship::Request { to: 100 }, 9, 5, &Value::List(vec![]));
+    let request = transfer(
+        "uavcan.protocol.GetNodeInfo",
+        TransferKind::Request { to: 100 },
+        9,
+        5,
+        &Value::List(vec![]),
+    );
     bridge.receive(&request[0], S, &mut Sensors::default());
     let mut answer = Vec::new();
     for turn in 0..20 {
-        let owed = bridge.owed(S + turn, &applied(DISARMED, [0.0; 2])).to_vec();
-        assert!(owed.len() <= 4);
-        answer.extend(owed.into_iter().filter(|frame| frame.id().number() & 0x80 != 0));
+        let due = bridge.due_frames(S + turn, &applied(DISARMED, [0.0; 2])).to_vec();
+        assert!(due.len() <= 4);
+        answer.extend(due.into_iter().filter(|frame| frame.id().number() & 0x80 != 0));
     }
     let library = Library::build(&[]).expect("sound");
     let compound = library.get("uavcan.protocol.GetNodeInfo").expect("published");
     let Body::Service(_, response) = &compound.body else { panic!("a service") };
     let subscription =
-        Subscription::new(1, Kinship::Response { to: 9 }, compound.signature, response.most_bits());
+        Subscription::new(1, TransferKind::Response { to: 9 }, compound.signature, response.most_bits());
     let mut assembler = rotorbench::can::dronecan::Assembler::new(vec![subscription]);
     let mut whole = None;
     for frame in &answer {
@@ -233,12 +238,12 @@ fn another_node_that_commands_any_esc_or_says_whether_they_may_turn_is_foreign()
     assert_eq!(last(raw_command(9, 1, &[100, 100, 0])), Some(Refusal::ForeignCommand));
     assert_eq!(last(raw_command(9, 2, &[0; 20])), Some(Refusal::ForeignCommand), "in six frames");
     let rpm = Value::List(vec![integers(&[500; 4])]);
-    let rpm = transfer("uavcan.equipment.esc.RPMCommand", Kinship::Message, 9, 0, &rpm);
+    let rpm = transfer("uavcan.equipment.esc.RPMCommand", TransferKind::Message, 9, 0, &rpm);
     assert_eq!(last(rpm), Some(Refusal::ForeignCommand));
     for (transfer_id, status) in [(0, 0), (1, 255)] {
         let status = Value::List(vec![Value::Integer(status)]);
         let arming = |source, id| {
-            transfer("uavcan.equipment.safety.ArmingStatus", Kinship::Message, source, id, &status)
+            transfer("uavcan.equipment.safety.ArmingStatus", TransferKind::Message, source, id, &status)
         };
         assert_eq!(last(arming(9, transfer_id)), Some(Refusal::ForeignCommand));
         // With our own number it is found as a second node with that.
@@ -261,7 +266,8 @@ fn two_benches_on_one_bus_are_foreign_to_each_other_whatever_their_indices() {
         let mut benches = [bench(100, [0, 1]), bench(101, [2, 3])];
         for from in [0, 1] {
             let own = applied(state, [0.0; 2]);
-            for frames in [benches[from].commands(&own).to_vec(), benches[from].owed(S, &own).to_vec()] {
+            for frames in [benches[from].commands(&own).to_vec(), benches[from].due_frames(S, &own).to_vec()]
+            {
                 let heard = &mut benches[1 - from];
                 let mut sensors = Sensors::default();
                 let refused = frames.iter().filter_map(|frame| heard.receive(frame, S, &mut sensors).refused);
@@ -343,7 +349,8 @@ fn of_two_that_measure_the_same_the_first_is_believed_until_it_is_silent() {
     let mut say = |source: u8, transfer_id: u8, rate: f64, now_ns: u64| {
         fields[2] = Value::List(vec![Value::Float(0.0), Value::Float(0.0), Value::Float(rate)]);
         let value = Value::List(fields.clone());
-        let frames = transfer("uavcan.equipment.ahrs.RawIMU", Kinship::Message, source, transfer_id, &value);
+        let frames =
+            transfer("uavcan.equipment.ahrs.RawIMU", TransferKind::Message, source, transfer_id, &value);
         let mut sensors = Sensors::default();
         let each = |_, frame| bridge.receive(frame, now_ns, &mut sensors).refused;
         let refused = frames.iter().fold(None, each);
@@ -395,33 +402,38 @@ fn whatever_the_bridge_sends_is_its_own() {
     let is_own = |frame: &Frame| {
         own.iter().any(|it| (frame.id().number() ^ it.id.number()) & it.bits == 0 && frame.id().is_extended())
     };
-    let request =
-        transfer("uavcan.protocol.GetNodeInfo", Kinship::Request { to: 100 }, 9, 5, &Value::List(vec![]));
+    let request = transfer(
+        "uavcan.protocol.GetNodeInfo",
+        TransferKind::Request { to: 100 },
+        9,
+        5,
+        &Value::List(vec![]),
+    );
     assert!(!is_own(&request[0]));
     bridge.receive(&request[0], S, &mut Sensors::default());
     let mut frames = bridge.commands(&applied(ARMED, [0.1; 2])).to_vec();
-    frames.extend_from_slice(bridge.owed(S, &applied(ARMED, [0.1; 2])));
+    frames.extend_from_slice(bridge.due_frames(S, &applied(ARMED, [0.1; 2])));
     assert!(frames.len() >= 4 && frames.iter().all(is_own), "{frames:?}");
 }
 
 /// Each node is asked what it is until it has answered, and one that is only heard is there, too.
 #[test]
-fn a_roll_call_hears_every_node_and_what_it_is() {
+fn a_monitor_hears_every_node_and_what_it_is() {
     let (mut bridge, mut bench) = ends(&config());
-    let mut call = RollCall::new(127).expect("a number");
+    let mut monitor = NodeMonitor::new(127).expect("a number");
     let (mut sensors, mut commands) = (Sensors::default(), RotorCommands::default());
-    call.receive(&node_status(77, 0, [9, 1, 2])[0], S);
+    monitor.receive(&node_status(77, 0, [9, 1, 2])[0], S);
     for turn in 0..200 {
         let now_ns = S + turn * 20 * MS;
         let mut frames = sent(&mut *bench, now_ns, &measured(now_ns));
-        frames.extend_from_slice(bridge.owed(now_ns, &applied(ARMED, [0.0; 2])));
-        frames.iter().for_each(|frame| call.receive(frame, now_ns));
-        for frame in call.owed(now_ns) {
+        frames.extend_from_slice(bridge.due_frames(now_ns, &applied(ARMED, [0.0; 2])));
+        frames.iter().for_each(|frame| monitor.receive(frame, now_ns));
+        for frame in monitor.due_frames(now_ns) {
             bridge.receive(&frame, now_ns, &mut sensors);
             bench.receive(&frame, now_ns, &mut commands);
         }
     }
-    let nodes = call.nodes();
+    let nodes = monitor.nodes();
     let seen: Vec<_> = nodes.iter().map(|it| (it.id, it.info.as_ref().map(|it| it.name.as_str()))).collect();
     let emulated = Some("org.rotorbench.emulated");
     let bridge = Some("org.rotorbench.bridge");
@@ -432,5 +444,5 @@ fn a_roll_call_hears_every_node_and_what_it_is() {
     let version = (env!("CARGO_PKG_VERSION_MAJOR").parse(), env!("CARGO_PKG_VERSION_MINOR").parse());
     let software = own.info.as_ref().map(|it| it.software).expect("it answered");
     assert_eq!((Ok(software.0), Ok(software.1)), version);
-    assert!(RollCall::new(0).is_err() && RollCall::new(128).is_err());
+    assert!(NodeMonitor::new(0).is_err() && NodeMonitor::new(128).is_err());
 }

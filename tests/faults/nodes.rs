@@ -1,6 +1,6 @@
 //! The bench on DroneCAN: each ESC and the IMU a node, and what a node, or the way of its frames, does wrong.
 
-use rotorbench::can::dronecan::{Header, Kinship};
+use rotorbench::can::dronecan::{Header, TransferKind};
 use rotorbench::can::{BenchEnd, BusConfig, Frame, Id, Protocol, ProtocolName, RotorCommands, protocol};
 use rotorbench::signal::Sensors;
 
@@ -140,7 +140,7 @@ impl<'a> Nodes<'a> {
 
 fn header(frame: &Frame) -> Option<Header> {
     match frame.id() {
-        Id::Extended(id) => Some(Header::parse(id)).filter(|it| it.kinship == Kinship::Message),
+        Id::Extended(id) => Some(Header::parse(id)).filter(|it| it.kind == TransferKind::Message),
         Id::Standard(_) => None,
     }
 }

@@ -6,8 +6,8 @@ use crate::can::frame::Frame;
 use super::allocation::{Allocation, PART, UNIQUE, UniqueId, subscription};
 use super::assembler::{Assembler, Subscription};
 use super::library::Library;
-use super::participant::Talk;
-use super::transfer::{Frames, GREATEST_NODE, Header, Kinship, TransferId, priority};
+use super::participant::Participant;
+use super::transfer::{Frames, GREATEST_NODE, Header, TransferId, TransferKind, priority};
 
 /// [ns] least time between two first requests, and what is drawn beside it, so that two nodes do not ask at once.
 const REQUEST_NS: u64 = 600_000_000;
@@ -94,14 +94,14 @@ impl Allocatee {
             priority: priority::LOW,
             type_id: self.subscription.type_id,
             source: 0,
-            kinship: Kinship::Message,
+            kind: TransferKind::Message,
             discriminator,
         };
         Frames::new(header, self.subscription.seed, self.transfer_id.take(), &payload).next()
     }
 }
 
-impl Talk for Allocatee {
+impl Participant for Allocatee {
     fn receive(&mut self, frame: &Frame, now_ns: u64) {
         let Ok(Some(transfer)) = self.assembler.receive(frame, now_ns) else { return };
         let source = transfer.header.source;
@@ -123,7 +123,7 @@ impl Talk for Allocatee {
         }
     }
 
-    fn owed(&mut self, now_ns: u64) -> Vec<Frame> {
+    fn due_frames(&mut self, now_ns: u64) -> Vec<Frame> {
         if self.given.is_some() {
             return Vec::new();
         }

@@ -10,7 +10,7 @@ use crate::can::resolve::fail;
 
 use super::assembler::Subscription;
 use super::library::Library;
-use super::transfer::Kinship;
+use super::transfer::TransferKind;
 
 /// Name of the message.
 const NAME: &str = "uavcan.protocol.dynamic_node_id.Allocation";
@@ -77,7 +77,7 @@ pub(super) fn subscription(library: &Library) -> Result<Subscription, CanError> 
     let missing = || fail("dronecan", format!("no type `{NAME}`"));
     let compound = library.get(NAME).ok_or_else(missing)?;
     let (message, id) = compound.message().zip(compound.id).ok_or_else(missing)?;
-    Ok(Subscription::new(id, Kinship::Message, compound.signature, message.most_bits()))
+    Ok(Subscription::new(id, TransferKind::Message, compound.signature, message.most_bits()))
 }
 
 #[cfg(test)]

@@ -11,8 +11,8 @@ use crate::can::thresholds::THRESHOLDS;
 use super::allocation::{Allocation, PART, UNIQUE, UniqueId, subscription};
 use super::assembler::{Assembler, Subscription};
 use super::library::Library;
-use super::node_monitor::RollCall;
-use super::participant::Talk;
+use super::node_monitor::NodeMonitor;
+use super::participant::Participant;
 use super::transfer::{Frames, GREATEST_NODE, Header, TransferId, priority};
 
 /// Who has which node id.
@@ -61,7 +61,7 @@ pub struct Allocator<'a> {
     assembler: Assembler,
     transfer_id: TransferId,
     /// Who else is on the bus.
-    call: RollCall,
+    monitor: NodeMonitor,
     /// Bytes of a unique id heard so far, and when the last of them came [ns].
     query: Vec<u8>,
     query_ns: u64,
@@ -82,12 +82,12 @@ impl std::fmt::Debug for Allocator<'_> {
 }
 
 impl<'a> Allocator<'a> {
-    /// Gives ids of `from` to `to` beside those of `table`, as the node that asks in `call`, which knows who is on the bus.
+    /// Gives ids of `from` to `to` beside those of `table`, as the node that asks in `monitor`, which knows who is on the bus.
     ///
     /// # Errors
     /// [`CanError::Role`] when one is no node id, or there is none to give.
     pub fn new(
-        call: RollCall,
+        monitor: NodeMonitor,
         (from, to): (u8, u8),
         table: AllocationTable,
         keep: Keep<'a>,
@@ -99,7 +99,7 @@ impl<'a> Allocator<'a> {
         }
         let subscription = subscription(&Library::build(&[])?)?;
         Ok(Self {
-            own: call.own(),
+            own: monitor.own(),
             from,
             to,
             table,
@@ -107,7 +107,7 @@ impl<'a> Allocator<'a> {
             subscription,
             assembler: Assembler::new(vec![subscription]),
             transfer_id: TransferId::default(),
-            call,
+            monitor,
             query: Vec::with_capacity(UNIQUE),
             query_ns: 0,
             frames: Vec::new(),
@@ -183,13 +183,13 @@ impl<'a> Allocator<'a> {
     /// Ids of nodes that are known to be others than the one with this unique id.
     fn others(&self, unique_id: UniqueId) -> Vec<u8> {
         let is_other = |info: &super::node_monitor::NodeInfo| info.unique_id != unique_id.0;
-        let reports = self.call.nodes().into_iter();
+        let reports = self.monitor.nodes().into_iter();
         reports.filter(|it| it.info.as_ref().is_some_and(is_other)).map(|it| it.id).collect()
     }
 
     /// The id that is wished or the next free one above; else the highest that is free.
     fn free(&self, wished: u8, others: &[u8]) -> Option<u8> {
-        let heard: Vec<u8> = self.call.nodes().iter().map(|it| it.id).collect();
+        let heard: Vec<u8> = self.monitor.nodes().iter().map(|it| it.id).collect();
         let is_free = |id: &u8| {
             *id != self.own
                 && !heard.contains(id)
@@ -201,9 +201,9 @@ impl<'a> Allocator<'a> {
     }
 }
 
-impl Talk for Allocator<'_> {
+impl Participant for Allocator<'_> {
     fn receive(&mut self, frame: &Frame, now_ns: u64) {
-        self.call.receive(frame, now_ns);
+        self.monitor.receive(frame, now_ns);
         let Ok(Some(transfer)) = self.assembler.receive(frame, now_ns) else { return };
         let source = transfer.header.source;
         if source != 0 {
@@ -225,8 +225,8 @@ impl Talk for Allocator<'_> {
         }
     }
 
-    fn owed(&mut self, now_ns: u64) -> Vec<Frame> {
-        let mut frames = self.call.owed(now_ns);
+    fn due_frames(&mut self, now_ns: u64) -> Vec<Frame> {
+        let mut frames = self.monitor.due_frames(now_ns);
         frames.append(&mut self.frames);
         frames
     }

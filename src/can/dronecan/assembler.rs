@@ -8,7 +8,7 @@ use crate::can::route::Refusal;
 use crate::can::thresholds::THRESHOLDS;
 
 use super::crc;
-use super::transfer::{FRAME_BYTES, GREATEST_NODE, Header, Kinship, Tail};
+use super::transfer::{FRAME_BYTES, GREATEST_NODE, Header, Tail, TransferKind};
 
 /// Places for senders: the node ids, 0 among them.
 const SENDERS: usize = GREATEST_NODE as usize + 1;
@@ -21,7 +21,7 @@ pub struct Subscription {
     /// Data type id.
     pub type_id: u16,
     /// A message, or a request or response to the node named in it.
-    pub kinship: Kinship,
+    pub kind: TransferKind,
     /// What the checksum begins with.
     pub seed: u16,
     /// [byte] greatest length of a payload.
@@ -31,8 +31,8 @@ pub struct Subscription {
 impl Subscription {
     /// To transfers of the type with this signature.
     #[must_use]
-    pub fn new(type_id: u16, kinship: Kinship, signature: u64, most_bits: usize) -> Self {
-        Self { type_id, kinship, seed: crc::transfer_seed(signature), most: most_bits.div_ceil(8) }
+    pub fn new(type_id: u16, kind: TransferKind, signature: u64, most_bits: usize) -> Self {
+        Self { type_id, kind, seed: crc::transfer_seed(signature), most: most_bits.div_ceil(8) }
     }
 }
 
@@ -78,7 +78,7 @@ struct Current {
 pub struct Assembler {
     subscriptions: Vec<Subscription>,
     /// Kind, type and place of the subscriptions, sorted.
-    index: Vec<(Kinship, u16, usize)>,
+    index: Vec<(TransferKind, u16, usize)>,
     sessions: Vec<Session>,
     /// Room for the payloads of each subscription, one for each sender.
     rooms: Vec<Vec<u8>>,
@@ -91,7 +91,7 @@ impl Assembler {
     #[must_use]
     pub fn new(subscriptions: Vec<Subscription>) -> Self {
         let each = subscriptions.iter().enumerate();
-        let mut index: Vec<_> = each.map(|(at, it)| (it.kinship, it.type_id, at)).collect();
+        let mut index: Vec<_> = each.map(|(at, it)| (it.kind, it.type_id, at)).collect();
         index.sort_unstable();
         let room = |it: &Subscription| {
             if it.most > FRAME_BYTES { vec![0; SENDERS * (it.most + 2)] } else { Vec::new() }
@@ -119,9 +119,9 @@ impl Assembler {
             return None;
         }
         let header = Header::parse(id);
-        let at = self.index.partition_point(|entry| (entry.0, entry.1) < (header.kinship, header.type_id));
-        let (kinship, type_id, place) = self.index.get(at)?;
-        ((*kinship, *type_id) == (header.kinship, header.type_id)).then_some((*place, header))
+        let at = self.index.partition_point(|entry| (entry.0, entry.1) < (header.kind, header.type_id));
+        let (kind, type_id, place) = self.index.get(at)?;
+        ((*kind, *type_id) == (header.kind, header.type_id)).then_some((*place, header))
     }
 
     /// Takes a frame that came at `stamp_ns`; the transfer that it completes.
@@ -211,7 +211,7 @@ impl Assembler {
         data: &[u8],
         stamp_ns: u64,
     ) -> Result<Option<Transfer<'_>>, Refusal> {
-        if !(tail.start && tail.end && header.kinship == Kinship::Message) {
+        if !(tail.start && tail.end && header.kind == TransferKind::Message) {
             return Err(Refusal::Incomplete);
         }
         if tail.toggle {

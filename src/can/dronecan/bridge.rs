@@ -17,8 +17,8 @@ use super::watch::Watch;
 const NAME: &str = "org.rotorbench.bridge";
 /// Most frames of a command: 20 ESCs of 18 bits.
 const MOST_COMMAND: usize = 7;
-/// Most frames that are owed at once: arming, state, and a part of an answer.
-const MOST_OWED: usize = 2 + AT_ONCE;
+/// Most frames that are due at once: arming, state, and a part of an answer.
+const MOST_DUE: usize = 2 + AT_ONCE;
 /// Codes of the guard's states in which commands leave (`guard::State`).
 const LIVE: [u32; 2] = [2, 3];
 /// What `ArmingStatus` says.
@@ -53,7 +53,7 @@ pub(super) struct Bridge {
     /// What was said of arming last, and when [ns].
     armed: Option<(bool, u64)>,
     command: [Frame; MOST_COMMAND],
-    owed: [Frame; MOST_OWED],
+    due: [Frame; MOST_DUE],
 }
 
 impl Bridge {
@@ -80,7 +80,7 @@ impl Bridge {
             arming_id: TransferId::default(),
             armed: None,
             command: [Frame::EMPTY; MOST_COMMAND],
-            owed: [Frame::EMPTY; MOST_OWED],
+            due: [Frame::EMPTY; MOST_DUE],
             bus: bus.clone(),
         }
     }
@@ -157,13 +157,13 @@ impl BridgeEnd for Bridge {
         self.command.get(..count).unwrap_or(&[])
     }
 
-    fn owed(&mut self, now_ns: u64, applied: &Applied) -> &[Frame] {
+    fn due_frames(&mut self, now_ns: u64, applied: &Applied) -> &[Frame] {
         if self.bus.node_id == 0 {
             return &[];
         }
         let mut count = 0;
         let mut owe = |frame: Option<Frame>| {
-            if let (Some(frame), Some(place)) = (frame, self.owed.get_mut(count)) {
+            if let (Some(frame), Some(place)) = (frame, self.due.get_mut(count)) {
                 *place = frame;
                 count += 1;
             }
@@ -184,7 +184,7 @@ impl BridgeEnd for Bridge {
         for _ in 0..AT_ONCE {
             owe(self.node.answer());
         }
-        self.owed.get(..count).unwrap_or(&[])
+        self.due.get(..count).unwrap_or(&[])
     }
 
     fn trouble(&self, now_ns: u64) -> Option<NodeTrouble> {

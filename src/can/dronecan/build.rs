@@ -18,7 +18,7 @@ use super::join::unique_id;
 use super::library::{Definition, Library};
 use super::place::Place;
 use super::received::receive;
-use super::transfer::{GREATEST_NODE, Kinship};
+use super::transfer::{GREATEST_NODE, TransferKind};
 
 /// Index of the last ESC that a command reaches.
 const LAST_ESC: u8 = 19;
@@ -130,7 +130,8 @@ fn commanding(library: &Library, kind: CommandKind, own: &DronecanConfig) -> Res
     };
     let rotors = [place(own.esc_index[0])?, place(own.esc_index[1])?];
     let length = rotors.iter().map(Place::end).max().unwrap_or(0).div_ceil(8);
-    let subscription = Subscription::new(type_id, Kinship::Message, compound.signature, message.most_bits());
+    let subscription =
+        Subscription::new(type_id, TransferKind::Message, compound.signature, message.most_bits());
     let first = place(0)?;
     Ok(Commanding { name: type_name, field, unit, full, rotors, first, length, type_id, subscription })
 }

@@ -8,7 +8,7 @@ use super::dsdl::Body;
 use super::library::Library;
 use super::place::Place;
 use super::service::{self, Service};
-use super::transfer::Kinship;
+use super::transfer::TransferKind;
 use super::value::{empty_message, encode};
 
 /// The types that every bench speaks of.
@@ -47,7 +47,10 @@ impl Common {
         let message = |name: &'static str| {
             let compound = library.get(name).ok_or_else(|| missing(name))?;
             let (message, id) = compound.message().zip(compound.id).ok_or_else(|| missing(name))?;
-            Ok((message, Subscription::new(id, Kinship::Message, compound.signature, message.most_bits())))
+            Ok((
+                message,
+                Subscription::new(id, TransferKind::Message, compound.signature, message.most_bits()),
+            ))
         };
         let (_, arming) = message(name::ARMING_STATUS)?;
         let (node_status, status) = message(name::NODE_STATUS)?;
@@ -79,7 +82,7 @@ impl Common {
 
     /// Listens to who asks `node` what it is.
     pub fn info_request(&self, node: u8) -> Subscription {
-        Subscription::new(self.info_id, Kinship::Request { to: node }, self.info_signature, 0)
+        Subscription::new(self.info_id, TransferKind::Request { to: node }, self.info_signature, 0)
     }
 }
 

@@ -13,7 +13,7 @@ use crate::clock;
 use super::allocatee::Allocatee;
 use super::allocation::{UNIQUE, UniqueId};
 use super::config::NodeId;
-use super::participant::Talk;
+use super::participant::Participant;
 
 /// How often it looks what came.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
@@ -62,7 +62,7 @@ pub fn join(config: &BusConfig) -> Result<BusConfig, CanError> {
             config.dronecan.node_id = NodeId::Allocated(node_id);
             return Ok(config);
         }
-        for frame in allocatee.owed(clock::monotonic_ns()) {
+        for frame in allocatee.due_frames(clock::monotonic_ns()) {
             // Dropped where there is no room: asked again.
             let _ = port.send(&frame);
         }

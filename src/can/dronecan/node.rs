@@ -8,7 +8,7 @@ use super::common::Common;
 use super::crc;
 use super::service::Service;
 use super::store::MOST_ANSWER;
-use super::transfer::{Frames, Header, Kinship, TransferId, priority};
+use super::transfer::{Frames, Header, TransferId, TransferKind, priority};
 
 /// [ns] between two of a node's `NodeStatus`.
 pub(super) const STATUS_EVERY_NS: u64 = NANOSECONDS_PER_SECOND;
@@ -90,9 +90,9 @@ impl Node {
 
     /// Somebody asks what it is. The last one who asks is answered.
     pub fn ask(&mut self, who: u8, transfer_id: u8) {
-        let kinship = Kinship::Response { to: who };
+        let kind = TransferKind::Response { to: who };
         let type_id = self.common.info_id;
-        let header = Header { priority: priority::LOW, type_id, source: self.id, kinship, discriminator: 0 };
+        let header = Header { priority: priority::LOW, type_id, source: self.id, kind, discriminator: 0 };
         self.answer.clear();
         // Room was made for exactly these.
         self.answer.extend(Frames::new(header, self.seed, transfer_id, &self.info));

@@ -12,8 +12,8 @@ use super::common::{Common, name};
 use super::dsdl::{Body, Structure};
 use super::library::Library;
 use super::node::Node;
-use super::participant::Talk;
-use super::transfer::{Frames, GREATEST_NODE, Header, Kinship, TransferId, priority};
+use super::participant::Participant;
+use super::transfer::{Frames, GREATEST_NODE, Header, TransferId, TransferKind, priority};
 use super::value::{Value, decode};
 
 /// [ns] after which a node that did not answer is asked again.
@@ -53,9 +53,9 @@ pub struct NodeInfo {
     pub unique_id: Vec<u8>,
 }
 
-/// Asks round.
+/// Watches for nodes, and asks each what it is.
 #[derive(Debug)]
-pub struct RollCall {
+pub struct NodeMonitor {
     common: Common,
     response: Structure,
     seed: u16,
@@ -66,7 +66,7 @@ pub struct RollCall {
     nodes: BTreeMap<u8, (NodeReport, u64)>,
 }
 
-impl RollCall {
+impl NodeMonitor {
     /// Asks as the node with the number `own`.
     ///
     /// # Errors
@@ -81,8 +81,8 @@ impl RollCall {
             Some(Body::Service(_, response)) => response.clone(),
             _ => return Err(fail("dronecan", format!("no type `{}`", name::NODE_INFO))),
         };
-        let kinship = Kinship::Response { to: own };
-        let answers = Subscription::new(common.info_id, kinship, common.info_signature, response.most_bits());
+        let kind = TransferKind::Response { to: own };
+        let answers = Subscription::new(common.info_id, kind, common.info_signature, response.most_bits());
         Ok(Self {
             assembler: Assembler::new(vec![common.status, answers, common.info_request(own)]),
             node: Node::new(&common, own, NAME),
@@ -107,7 +107,7 @@ impl RollCall {
     }
 }
 
-impl Talk for RollCall {
+impl Participant for NodeMonitor {
     fn receive(&mut self, frame: &Frame, now_ns: u64) {
         // What is not whole is asked for again.
         let Ok(Some(transfer)) = self.assembler.receive(frame, now_ns) else { return };
@@ -129,7 +129,7 @@ impl Talk for RollCall {
         }
     }
 
-    fn owed(&mut self, now_ns: u64) -> Vec<Frame> {
+    fn due_frames(&mut self, now_ns: u64) -> Vec<Frame> {
         let mut frames: Vec<Frame> = self.node.status(now_ns, 0).into_iter().collect();
         frames.extend(std::iter::from_fn(|| self.node.answer()));
         for (id, (report, asked_ns)) in &mut self.nodes {
@@ -142,7 +142,7 @@ impl Talk for RollCall {
                 priority: priority::LOW,
                 type_id: self.common.info_id,
                 source: self.node.id,
-                kinship: Kinship::Request { to: *id },
+                kind: TransferKind::Request { to: *id },
                 discriminator: 0,
             };
             let transfer_id = self.transfer_ids.entry(*id).or_default().take();

@@ -12,9 +12,9 @@ use super::common::{Common, name};
 use super::dsdl::Structure;
 use super::library::Library;
 use super::node::Node;
-use super::participant::Talk;
+use super::participant::Participant;
 use super::service::Service;
-use super::transfer::{Frames, GREATEST_NODE, Kinship, TransferId};
+use super::transfer::{Frames, GREATEST_NODE, TransferId, TransferKind};
 use super::value::{Value, decode, encode};
 
 /// [ns] after which a question is asked again, and how often in all.
@@ -64,7 +64,7 @@ pub struct Parameter {
 
 /// What a node is asked.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Question {
+pub enum ParameterRequest {
     /// The parameter with this number, from 0.
     At(u16),
     /// The parameter of this name.
@@ -77,7 +77,7 @@ pub enum Question {
 
 /// What it answers.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Answer {
+pub enum ParameterResponse {
     /// A parameter; `None` where it has none of this number or name.
     Parameter(Option<Parameter>),
     /// Whether it did what was asked for.
@@ -94,7 +94,7 @@ pub struct Heard {
     /// Commanded a rotor to turn.
     pub commanded: Option<(u8, u64)>,
     /// Sent under our own number.
-    pub has_twin: bool,
+    pub is_id_taken: bool,
 }
 
 /// A question that waits for its answer.
@@ -110,7 +110,7 @@ struct Pending {
 
 /// Asks a node for its parameters.
 #[derive(Debug)]
-pub struct ParameterTalk {
+pub struct ParameterClient {
     node: u8,
     common: Common,
     commands: [Structure; 2],
@@ -118,11 +118,11 @@ pub struct ParameterTalk {
     own: Node,
     transfer_ids: [TransferId; 2],
     pending: Option<Pending>,
-    answer: Option<Answer>,
+    answer: Option<ParameterResponse>,
     heard: Heard,
 }
 
-impl ParameterTalk {
+impl ParameterClient {
     /// Asks `node` as the node with the number `own`.
     ///
     /// # Errors
@@ -143,7 +143,7 @@ impl ParameterTalk {
             let missing = || fail("dronecan", format!("`{name}` is no message"));
             let (message, id) = compound.message().zip(compound.id).ok_or_else(missing)?;
             let subscription =
-                Subscription::new(id, Kinship::Message, compound.signature, message.most_bits());
+                Subscription::new(id, TransferKind::Message, compound.signature, message.most_bits());
             Ok::<_, CanError>((message.clone(), subscription))
         };
         let (raw, raw_subscription) = message(name::RAW_COMMAND)?;
@@ -174,8 +174,8 @@ impl ParameterTalk {
     ///
     /// # Errors
     /// [`CanError::Role`] for a name or text that is longer than a message may hold.
-    pub fn ask(&mut self, question: &Question) -> Result<(), CanError> {
-        let is_opcode = *question == Question::Save;
+    pub fn ask(&mut self, question: &ParameterRequest) -> Result<(), CanError> {
+        let is_opcode = *question == ParameterRequest::Save;
         let service = self.service(is_opcode);
         let payload = encode(&service.request, &request(question))
             .map_err(|_| fail("dronecan", "a name of 92 bytes at most, a text of 128".to_owned()))?;
@@ -185,7 +185,7 @@ impl ParameterTalk {
     }
 
     /// The answer, once.
-    pub fn take_answer(&mut self) -> Option<Answer> {
+    pub fn take_answer(&mut self) -> Option<ParameterResponse> {
         self.answer.take()
     }
 
@@ -200,13 +200,13 @@ impl ParameterTalk {
     }
 }
 
-impl Talk for ParameterTalk {
+impl Participant for ParameterClient {
     fn receive(&mut self, frame: &Frame, now_ns: u64) {
         let Self { node, common, commands, assembler, own, pending, answer, heard, .. } = self;
         // What is not whole is asked for again.
         let Ok(Some(transfer)) = assembler.receive(frame, now_ns) else { return };
         let source = transfer.header.source;
-        heard.has_twin |= source == own.id;
+        heard.is_id_taken |= source == own.id;
         match transfer.subscription {
             STATUS => {}
             INFO_REQUEST => own.ask(source, transfer.transfer_id),
@@ -235,7 +235,7 @@ impl Talk for ParameterTalk {
         }
     }
 
-    fn owed(&mut self, now_ns: u64) -> Vec<Frame> {
+    fn due_frames(&mut self, now_ns: u64) -> Vec<Frame> {
         let mut frames: Vec<Frame> = self.own.status(now_ns, 0).into_iter().collect();
         frames.extend(std::iter::from_fn(|| self.own.answer()));
         let Self { node, common, own, pending, answer, transfer_ids, .. } = self;
@@ -244,7 +244,7 @@ impl Talk for ParameterTalk {
             return frames;
         }
         if question.tries == MOST_TRIES {
-            (*answer, *pending) = (Some(Answer::Silence), None);
+            (*answer, *pending) = (Some(ParameterResponse::Silence), None);
             return frames;
         }
         let service = if question.is_opcode { &common.execute_opcode } else { &common.get_set };
@@ -267,13 +267,13 @@ fn turns(command: &Value) -> bool {
 }
 
 /// The request that a question is.
-fn request(question: &Question) -> Value {
+fn request(question: &ParameterRequest) -> Value {
     let text = |text: &str| Value::List(text.bytes().map(|it| Value::Integer(i128::from(it))).collect());
     let nothing = || Value::Union(0, Box::new(Value::List(Vec::new())));
     let (index, value, name) = match question {
-        Question::At(index) => (i128::from(*index), nothing(), ""),
-        Question::Named(name) => (0, nothing(), name.as_str()),
-        Question::Set(name, value) => {
+        ParameterRequest::At(index) => (i128::from(*index), nothing(), ""),
+        ParameterRequest::Named(name) => (0, nothing(), name.as_str()),
+        ParameterRequest::Set(name, value) => {
             let (kind, value) = match value {
                 ParameterValue::Integer(value) => (1, Value::Integer(i128::from(*value))),
                 ParameterValue::Real(value) => (2, Value::Float(f64::from(*value))),
@@ -282,16 +282,16 @@ fn request(question: &Question) -> Value {
             };
             (0, Value::Union(kind, Box::new(value)), name.as_str())
         }
-        Question::Save => return Value::List(vec![Value::Integer(SAVE), Value::Integer(0)]),
+        ParameterRequest::Save => return Value::List(vec![Value::Integer(SAVE), Value::Integer(0)]),
     };
     Value::List(vec![Value::Integer(index), value, text(name)])
 }
 
 /// What a response says; `None`: nothing that can be understood.
-fn understood(fields: &[Value], is_opcode: bool) -> Option<Answer> {
+fn understood(fields: &[Value], is_opcode: bool) -> Option<ParameterResponse> {
     if is_opcode {
         let [_, Value::Integer(ok)] = fields else { return None };
-        return Some(Answer::Done(*ok != 0));
+        return Some(ParameterResponse::Done(*ok != 0));
     }
     let [value, default, greatest, least, name] = fields else { return None };
     let name = text(name)?;
@@ -303,7 +303,7 @@ fn understood(fields: &[Value], is_opcode: bool) -> Option<Answer> {
         least: read(least),
         greatest: read(greatest),
     });
-    Some(Answer::Parameter(parameter))
+    Some(ParameterResponse::Parameter(parameter))
 }
 
 fn text(value: &Value) -> Option<String> {

@@ -13,7 +13,7 @@ use super::assembler::{Subscription, Transfer};
 use super::dsdl::{Compound, Structure};
 use super::library::Library;
 use super::place::Place;
-use super::transfer::{GREATEST_NODE, Kinship};
+use super::transfer::{GREATEST_NODE, TransferKind};
 use super::value::{empty_message, encode};
 
 /// A number of a message that feeds a channel.
@@ -75,7 +75,12 @@ pub(super) type Sender = (Option<u8>, Option<u8>);
 
 impl Received {
     pub fn subscription(&self) -> Subscription {
-        Subscription::new(self.type_id, Kinship::Message, self.compound.signature, self.message().most_bits())
+        Subscription::new(
+            self.type_id,
+            TransferKind::Message,
+            self.compound.signature,
+            self.message().most_bits(),
+        )
     }
 
     pub fn message(&self) -> &Structure {

@@ -7,7 +7,7 @@ use super::assembler::Subscription;
 use super::crc;
 use super::dsdl::{Body, Structure};
 use super::library::Library;
-use super::transfer::{Header, Kinship, priority};
+use super::transfer::{Header, TransferKind, priority};
 
 /// Services that nodes are asked for.
 pub(super) mod name {
@@ -42,27 +42,27 @@ impl Service {
 
     /// Listens to who asks `node`.
     pub fn requests_to(&self, node: u8) -> Subscription {
-        let kinship = Kinship::Request { to: node };
-        Subscription::new(self.type_id, kinship, self.signature, self.request.most_bits())
+        let kind = TransferKind::Request { to: node };
+        Subscription::new(self.type_id, kind, self.signature, self.request.most_bits())
     }
 
     /// Listens to what `node` is answered.
     pub fn responses_to(&self, node: u8) -> Subscription {
-        let kinship = Kinship::Response { to: node };
-        Subscription::new(self.type_id, kinship, self.signature, self.response.most_bits())
+        let kind = TransferKind::Response { to: node };
+        Subscription::new(self.type_id, kind, self.signature, self.response.most_bits())
     }
 
     /// The header of a request.
     pub fn request(&self, source: u8, to: u8) -> Header {
-        self.header(source, Kinship::Request { to })
+        self.header(source, TransferKind::Request { to })
     }
 
     /// The header of a response.
     pub fn response(&self, source: u8, to: u8) -> Header {
-        self.header(source, Kinship::Response { to })
+        self.header(source, TransferKind::Response { to })
     }
 
-    fn header(&self, source: u8, kinship: Kinship) -> Header {
-        Header { priority: priority::LOW, type_id: self.type_id, source, kinship, discriminator: 0 }
+    fn header(&self, source: u8, kind: TransferKind) -> Header {
+        Header { priority: priority::LOW, type_id: self.type_id, source, kind, discriminator: 0 }
     }
 }

@@ -23,7 +23,7 @@ pub mod priority {
 
 /// What a transfer is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kinship {
+pub enum TransferKind {
     /// A message, to everybody.
     Message,
     /// A request to the node.
@@ -48,7 +48,7 @@ pub struct Header {
     /// Node that sends; 0 = a node without an id.
     pub source: u8,
     /// What it is.
-    pub kinship: Kinship,
+    pub kind: TransferKind,
     /// Random bits of a message by nobody, which keep two such nodes apart.
     pub discriminator: u16,
 }
@@ -57,7 +57,7 @@ impl Header {
     /// Of a message of this node.
     #[must_use]
     pub fn message(priority: u8, type_id: u16, source: u8) -> Self {
-        Self { priority, type_id, source, kinship: Kinship::Message, discriminator: 0 }
+        Self { priority, type_id, source, kind: TransferKind::Message, discriminator: 0 }
     }
 
     /// What an identifier of 29 bits says.
@@ -66,13 +66,13 @@ impl Header {
     pub fn parse(id: u32) -> Self {
         let (priority, source) = ((id >> 24 & 0x1F) as u8, (id & 0x7F) as u8);
         let to = (id >> 8 & 0x7F) as u8;
-        let (kinship, type_id, discriminator) = match (id & 0x80 != 0, source) {
-            (true, _) if id & 0x8000 != 0 => (Kinship::Request { to }, id >> 16 & 0xFF, 0),
-            (true, _) => (Kinship::Response { to }, id >> 16 & 0xFF, 0),
-            (false, 0) => (Kinship::Message, id >> 8 & 3, id >> 10 & 0x3FFF),
-            (false, _) => (Kinship::Message, id >> 8 & 0xFFFF, 0),
+        let (kind, type_id, discriminator) = match (id & 0x80 != 0, source) {
+            (true, _) if id & 0x8000 != 0 => (TransferKind::Request { to }, id >> 16 & 0xFF, 0),
+            (true, _) => (TransferKind::Response { to }, id >> 16 & 0xFF, 0),
+            (false, 0) => (TransferKind::Message, id >> 8 & 3, id >> 10 & 0x3FFF),
+            (false, _) => (TransferKind::Message, id >> 8 & 0xFFFF, 0),
         };
-        Self { priority, type_id: type_id as u16, source, kinship, discriminator: discriminator as u16 }
+        Self { priority, type_id: type_id as u16, source, kind, discriminator: discriminator as u16 }
     }
 
     /// The identifier of 29 bits.
@@ -80,13 +80,13 @@ impl Header {
     #[inline]
     pub fn id(&self) -> u32 {
         let type_id = u32::from(self.type_id);
-        let rest = match self.kinship {
-            Kinship::Message if self.source == 0 => {
+        let rest = match self.kind {
+            TransferKind::Message if self.source == 0 => {
                 u32::from(self.discriminator & 0x3FFF) << 10 | (type_id & 3) << 8
             }
-            Kinship::Message => type_id << 8,
-            Kinship::Request { to } => (type_id & 0xFF) << 16 | 0x8080 | u32::from(to & 0x7F) << 8,
-            Kinship::Response { to } => (type_id & 0xFF) << 16 | 0x80 | u32::from(to & 0x7F) << 8,
+            TransferKind::Message => type_id << 8,
+            TransferKind::Request { to } => (type_id & 0xFF) << 16 | 0x8080 | u32::from(to & 0x7F) << 8,
+            TransferKind::Response { to } => (type_id & 0xFF) << 16 | 0x80 | u32::from(to & 0x7F) << 8,
         };
         u32::from(self.priority & 0x1F) << 24 | rest | u32::from(self.source & 0x7F)
     }

@@ -129,13 +129,13 @@ fn clock_source() -> MachineCheck {
 
 /// [ns] that a reading of the clock takes, when nothing interrupts it.
 fn reading_ns() -> u64 {
-    const READINGS: u64 = 100;
+    let (batches, readings) = THRESHOLDS.clock_readings;
     let batch = |_| {
         let start_ns = clock::monotonic_ns();
-        let end_ns = (1..READINGS).fold(start_ns, |_, _| clock::monotonic_ns());
-        (end_ns - start_ns) / (READINGS - 1)
+        let end_ns = (1..readings).fold(start_ns, |_, _| clock::monotonic_ns());
+        (end_ns - start_ns) / (readings - 1)
     };
-    (0..50).map(batch).min().unwrap_or(0)
+    (0..batches).map(batch).min().unwrap_or(0)
 }
 
 /// systemd removes a user's shared memory when he logs out, and corrupts a bench that still runs.
