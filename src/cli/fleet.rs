@@ -9,7 +9,7 @@ use super::{CliResult, Outcome};
 use crate::compare::CompareConfig;
 use crate::diagnose::DiagnoseConfig;
 use crate::file::write_atomically;
-use crate::fleet::{self, Diagnosed, Event, FleetError, Plan, Shard, Story, Writer};
+use crate::fleet::{self, AnswerAndPage, Diagnosed, Event, FleetError, Plan, Shard, Writer};
 use crate::report::{self, json};
 use crate::session::{self, Job};
 
@@ -17,11 +17,11 @@ use crate::session::{self, Job};
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     #[command(subcommand)]
-    step: Step,
+    command: FleetCommand,
 }
 
 #[derive(Debug, clap::Subcommand)]
-enum Step {
+enum FleetCommand {
     /// Write a plan of folders, one for each bench
     Plan(PlanArguments),
     /// Diagnose the benches of a plan, or a shard of them
@@ -78,10 +78,10 @@ struct MergeArguments {
 
 /// Runs the command: exit 1 when a bench failed or has no answer.
 pub fn run(arguments: &Arguments) -> CliResult {
-    match &arguments.step {
-        Step::Plan(arguments) => plan(arguments),
-        Step::Run(arguments) => shard(arguments),
-        Step::Merge(arguments) => merge(arguments),
+    match &arguments.command {
+        FleetCommand::Plan(arguments) => plan(arguments),
+        FleetCommand::Run(arguments) => shard(arguments),
+        FleetCommand::Merge(arguments) => merge(arguments),
     }
 }
 
@@ -111,7 +111,7 @@ fn shard(arguments: &RunArguments) -> CliResult {
 }
 
 /// The answer of a bench as `diagnose --json` has it, and its page.
-fn story(found: &Diagnosed, with_page: bool, job: &Job) -> Result<Story, FleetError> {
+fn story(found: &Diagnosed, with_page: bool, job: &Job) -> Result<AnswerAndPage, FleetError> {
     let answer = json::diagnosis(found.diagnosis)?;
     if !with_page {
         return Ok((answer, None));

@@ -11,7 +11,7 @@ use crate::model::Model;
 use crate::recording::{End, Record, Recording, RecordingMetadata};
 use crate::report;
 use crate::runtime::controller_plant::{self, ExperimentPlan};
-use crate::runtime::replay::{Replay, Verdict};
+use crate::runtime::replay::{Replay, ReplayResult};
 
 /// Arguments of `replay`.
 #[derive(Debug, clap::Args)]
@@ -39,9 +39,9 @@ pub(super) struct Report<'a> {
     /// The recording.
     recording: &'a Path,
     /// What replaying the controller came to.
-    controller: &'a Verdict,
+    controller: &'a ReplayResult,
     /// What replaying the guard came to.
-    guard: &'a Verdict,
+    guard: &'a ReplayResult,
     /// Events of the guard that were equal.
     equal_guard_events: u64,
     /// Records that the recorder lost.
@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments) -> CliResult {
             lost = status.dropped;
         }
     }))?;
-    let (controller, guard) = (&replay.controller, &replay.guard_verdict);
+    let (controller, guard) = (&replay.controller, &replay.guard_result);
     if controller.equal + controller.unknown + guard.equal + guard.unknown == 0
         && controller.first_difference.is_none()
         && guard.first_difference.is_none()

@@ -150,7 +150,7 @@ impl SharedRows {
         Self { rows: (0..errors.len()).map(rows).collect(), places: (0..errors.len()).map(places).collect() }
     }
 
-    /// The errors whose first twin is `first`.
+    /// The errors over the same rows as `first`, the first of them.
     fn group(of: &[usize], first: usize) -> impl Iterator<Item = usize> {
         (first..of.len()).filter(move |at| of[*at] == first)
     }

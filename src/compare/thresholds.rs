@@ -45,14 +45,14 @@ crate::thresholds! {
     few_missing: f64 = 0.03, "-", "judgement";
     /// samples of a piece that is transformed at once; half of it overlaps the next
     spectrum_piece: usize = 512, "count", "judgement";
-    /// how fast the slope of the unknown torque wanders beside the torque itself
+    /// how fast the slope of the unknown torque walks beside the torque itself
     slope_rate: f64 = 1.0, "1/s", "judgement";
-    /// least wander of the unknown torque tried
-    slowest_wander: f64 = 1e-4, "N m/sqrt(s)", "torques of benches of 0.1 to 10 N m";
-    /// wanders tried, each twice the one before
-    wanders_tried: usize = 17, "count", "slowest_wander to 10 N m/sqrt(s)";
-    /// samples from which the wander is chosen
-    wander_samples: usize = 20_000, "count", "times of long logs";
+    /// least walk of the unknown torque tried
+    slowest_walk: f64 = 1e-4, "N m/sqrt(s)", "torques of benches of 0.1 to 10 N m";
+    /// walks tried, each twice the one before
+    walks_tried: usize = 17, "count", "slowest_walk to 10 N m/sqrt(s)";
+    /// samples from which the walk is chosen
+    walk_samples: usize = 20_000, "count", "times of long logs";
     /// [intervals] pieces so near each other are one to the spectrum
     joined_gap: f64 = 2.5, "intervals", "a row may be missing or late";
     /// samples to both sides over which a channel's rate of change is taken
@@ -65,4 +65,6 @@ crate::thresholds! {
     least_gyro_noise: f64 = 1e-6, "rad/s", "judgement";
     /// [rad] the same of an angle
     least_angle_noise: f64 = 1e-7, "rad", "judgement";
+    /// rows from one reading to the next, at most, for the spectrum of an error that is not there in each row
+    widest_stride: usize = 4, "count", "judgement";
 }

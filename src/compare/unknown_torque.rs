@@ -1,7 +1,7 @@
 //! The torque that the model lacks, over time: the disturbance state of the embedded model, [LPC16] Eqs. (20)
 //! to (23), from all samples ([`kalman_smoother`](crate::estimation::kalman_smoother)).
 //!
-//! States: angle, rate, unknown torque, its slope. The torque wanders; how fast is chosen so that the log
+//! States: angle, rate, unknown torque, its slope. The torque is a random walk; how fast is chosen so that the log
 //! becomes most likely, so a model that lacks nothing gets a torque that stays at zero.
 
 use std::borrow::Cow;
@@ -16,7 +16,7 @@ use super::noise::{Noise, rotor_noise};
 use super::thresholds::THRESHOLDS;
 use super::{CompareConfig, CompareError};
 use crate::effect::Site;
-use crate::estimation::kalman_smoother::{Belief, LinearSystem, Reading, Step, likelihood, smoothed};
+use crate::estimation::kalman_smoother::{Belief, LinearSystem, Reading, Transition, likelihood, smoothed};
 use crate::estimation::moments::rms_of_finite;
 use crate::log::Dataset;
 use crate::model::{BodyInput, BodyStart, BodyTrace, Equations, Model, ModelError};
@@ -118,12 +118,12 @@ pub(crate) fn smooth(
         rotors: rotor_noise(model, noise),
     };
     let Some(longest) = parts.iter().max_by_key(|part| part.time.len()) else { return Ok(None) };
-    let wander = likeliest_wander(longest, &spread);
-    Ok(smoothed_over(&parts, &spread, wander))
+    let walk = likeliest_walk(longest, &spread);
+    Ok(smoothed_over(&parts, &spread, walk))
 }
 
 /// The torque over parts of a log; `None` where they have no sample.
-fn smoothed_over(parts: &[TorqueInput], spread: &TorqueNoise, wander: f64) -> Option<UnknownTorque> {
+fn smoothed_over(parts: &[TorqueInput], spread: &TorqueNoise, walk: f64) -> Option<UnknownTorque> {
     let mut found = UnknownTorque {
         rms: 0.0,
         mean: 0.0,
@@ -141,7 +141,7 @@ fn smoothed_over(parts: &[TorqueInput], spread: &TorqueNoise, wander: f64) -> Op
     found.standard_error.reserve_exact(samples);
     let mut known = Vec::with_capacity(samples);
     for part in parts {
-        for (torque, error) in smoothed(&WanderingTorque { part, spread, wander }, TORQUE) {
+        for (torque, error) in smoothed(&RandomWalkTorque { part, spread, walk }, TORQUE) {
             found.torque.push(torque);
             found.standard_error.push(error);
         }
@@ -167,19 +167,16 @@ fn without_gyroscope(model: &Model) -> Result<Model, ModelError> {
     Ok(body)
 }
 
-/// [N m/√s] the wander under which a stretch is likeliest.
-fn likeliest_wander(part: &TorqueInput<'_>, spread: &TorqueNoise) -> f64 {
-    let wanders: Vec<f64> = (0..THRESHOLDS.wanders_tried)
-        .map(|number| THRESHOLDS.slowest_wander * 2.0_f64.powi(number as i32))
+/// [N m/√s] the walk under which a stretch is likeliest.
+fn likeliest_walk(part: &TorqueInput<'_>, spread: &TorqueNoise) -> f64 {
+    let walks: Vec<f64> = (0..THRESHOLDS.walks_tried)
+        .map(|number| THRESHOLDS.slowest_walk * 2.0_f64.powi(number as i32))
         .collect();
-    let tried = threads::spread(&wanders, |wander| {
-        let system = WanderingTorque { part, spread, wander: *wander };
-        (*wander, likelihood(&system, THRESHOLDS.wander_samples).known())
+    let tried = threads::spread(&walks, |walk| {
+        let system = RandomWalkTorque { part, spread, walk: *walk };
+        (*walk, likelihood(&system, THRESHOLDS.walk_samples).known())
     });
-    tried
-        .into_iter()
-        .max_by(|a, b| a.1.total_cmp(&b.1))
-        .map_or(THRESHOLDS.slowest_wander, |(wander, _)| wander)
+    tried.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(THRESHOLDS.slowest_walk, |(walk, _)| walk)
 }
 
 /// What the model says about each step, taken from the measured state; `body` is the model with a gyroscope
@@ -217,17 +214,17 @@ fn torque_input<'a>(
     TorqueInput { rows, time: &input.time, gained, rate, angle: angle.unwrap_or_default() }
 }
 
-/// Angle, rate, unknown torque and its slope over a stretch, when the torque wanders by `wander` [N m/√s].
-struct WanderingTorque<'a> {
+/// Angle, rate, unknown torque and its slope over a stretch, when the torque walks at random by `walk` [N m/√s].
+struct RandomWalkTorque<'a> {
     part: &'a TorqueInput<'a>,
     spread: &'a TorqueNoise,
-    wander: f64,
+    walk: f64,
 }
 
 /// Which of the states is the torque [N m].
 const TORQUE: usize = 2;
 
-impl LinearSystem<4, 2> for WanderingTorque<'_> {
+impl LinearSystem<4, 2> for RandomWalkTorque<'_> {
     fn samples(&self) -> usize {
         self.part.time.len()
     }
@@ -255,8 +252,8 @@ impl LinearSystem<4, 2> for WanderingTorque<'_> {
     }
 
     #[inline]
-    fn step(&self, row: usize) -> Step<4> {
-        let Self { part, spread, wander } = self;
+    fn step(&self, row: usize) -> Transition<4> {
+        let Self { part, spread, walk } = self;
         let step = part.time.get(row + 1).map_or(0.0, |next| next - part.time[row]);
         let turn = step / spread.inertia;
         #[rustfmt::skip]
@@ -268,14 +265,14 @@ impl LinearSystem<4, 2> for WanderingTorque<'_> {
         );
         let gained = part.gained[row];
         let kick = spread.rotors * step;
-        Step {
+        Transition {
             transition,
             input: Vector4::new(0.5 * step * gained, gained, 0.0, 0.0),
             variance: Vector4::new(
                 0.0,
                 kick * kick,
-                *wander * *wander * step,
-                (THRESHOLDS.slope_rate * *wander).powi(2) * step,
+                *walk * *walk * step,
+                (THRESHOLDS.slope_rate * *walk).powi(2) * step,
             ),
         }
     }

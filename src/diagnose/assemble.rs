@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::block_data::Channel;
+use super::block_data::BlockOutput;
 use super::candidate_fit::CandidateFit;
 use super::config::DiagnoseConfig;
 use super::diagnosis::{
@@ -158,7 +158,7 @@ pub(crate) fn error_summary(found: &SearchResult, channel: usize, config: &Diagn
 }
 
 /// A channel with its unit.
-fn label(channel: Channel) -> String {
+fn label(channel: BlockOutput) -> String {
     format!("{} [{}]", channel.name, channel.unit)
 }
 

@@ -14,7 +14,7 @@ use crate::signal::{Sensor, columns};
 
 /// What is measured at a block's end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Channel {
+pub struct BlockOutput {
     /// Its name.
     pub name: &'static str,
     /// Its SI unit.
@@ -143,11 +143,13 @@ impl BlockData {
 
     /// Channels: what is measured at the block's end.
     #[must_use]
-    pub fn channels(&self) -> Vec<Channel> {
-        let rate = Channel { name: columns::BODY_RATE, unit: "rad/s" };
-        let angle = Channel { name: columns::BODY_ANGLE, unit: "rad" };
+    pub fn channels(&self) -> Vec<BlockOutput> {
+        let rate = BlockOutput { name: columns::BODY_RATE, unit: "rad/s" };
+        let angle = BlockOutput { name: columns::BODY_ANGLE, unit: "rad" };
         match &self.runs {
-            Runs::Rotor(_) => vec![Channel { name: Sensor::PropellerRate.name_with_unit(), unit: "rad/s" }],
+            Runs::Rotor(_) => {
+                vec![BlockOutput { name: Sensor::PropellerRate.name_with_unit(), unit: "rad/s" }]
+            }
             Runs::Body(runs) if runs.iter().all(|run| run.channels() == 2) => vec![rate, angle],
             Runs::Body(_) => vec![rate],
         }

@@ -15,7 +15,7 @@ use super::stretches::Stretches;
 use super::thresholds::THRESHOLDS;
 use super::{DiagnoseError, check_logs};
 use crate::identify;
-use crate::model::{Effect, ErrorFall, LogReference, Model, Step};
+use crate::model::{Effect, ErrorFall, LogReference, Model, ModelStep};
 use crate::screening::{Finding, ScreenedLog};
 
 /// A model with more effects.
@@ -51,17 +51,14 @@ pub fn extend(
             |id: &&String| known.iter().any(|effect: &Effect| effect.id == **id && split.holds(effect));
         ids.iter().filter(acts_here).cloned().collect()
     };
-    let rung = |split: DataSplit, effects: &[String], near: &[Near]| {
-        Search { base: model, known: &known, eligible: Vec::new(), progress: &|_| () }
-            .rung(split, effects, near)
-    };
+    let search = || Search { base: model, known: &known, eligible: Vec::new(), progress: &|_| () };
+    let rung = |split: DataSplit, effects: &[String], near: &[Near]| search().rung(split, effects, near);
     let fit_rung = |split: DataSplit, effects: &[String]| rung(split, effects, &[]);
     let select_parameters = |found: &SearchResult, fitted: &CandidateFit| {
         if !ids.is_empty() {
             return (fitted.clone(), Vec::new());
         }
-        let search = Search { base: model, known: &known, eligible: Vec::new(), progress: &|_| () };
-        search.select_parameters(&found.split, &found.nominal, &found.refitted, fitted)
+        search().select_parameters(&found.split, &found.nominal, &found.refitted, fitted)
     };
     let build = |train: &[ScreenedLog], validate: &[ScreenedLog], near: &[Near]| {
         let find = |split: DataSplit| -> SearchResult {
@@ -81,8 +78,7 @@ pub fn extend(
     if ids.is_empty() {
         check_numbers(model, &blocks.merged(model), &blocks, &error)?;
     }
-    let search = Search { base: model, known: &known, eligible: Vec::new(), progress: &|_| () };
-    blocks.found.iter_mut().for_each(|found| search.allow_for_what_is_missing(found));
+    blocks.found.iter_mut().for_each(|found| search().allow_for_what_is_missing(found));
     let answers = blocks.found.iter().map(|found| &found.answer);
     findings.extend(answers.flat_map(|answer| caveats::not_known(&answer.model, &answer.effects)));
     let mut extended = blocks.merged(model);
@@ -120,8 +116,8 @@ pub(crate) fn step(
     ids: &[String],
     [train, validate]: [&[ScreenedLog]; 2],
     error: &ErrorSummary,
-) -> Step {
-    Step {
+) -> ModelStep {
+    ModelStep {
         added: ids.to_vec(),
         logs: train.iter().map(reference).collect(),
         validation: validate.iter().map(reference).collect(),

@@ -126,10 +126,10 @@ fn search_blocks(
     let seen = seen.as_ref().unwrap_or(&logs);
     let findings = identify::check_columns(seen, model)?;
     pooled_logs::check(model, &known, seen, config.horizon)?;
-    let question = Question { model, known: &known, logs: &logs, config, progress, keeps_blocks };
+    let task = DiagnosisTask { model, known: &known, logs: &logs, config, progress, keeps_blocks };
     let (mut diagnosis, blocks) = match &part {
-        None => question.answer(question.searched(train, validate)?, &logs),
-        Some(part) => question.on_stretches(part, seen, (train, validate))?,
+        None => task.answer(task.searched(train, validate)?, &logs),
+        Some(part) => task.on_stretches(part, seen, (train, validate))?,
     };
     let said = repeated(train, validate).into_iter().chain(without_battery(model, &logs)).chain(findings);
     let said = said.chain(too_seldom(&logs, model.actuator.pole));
@@ -139,7 +139,7 @@ fn search_blocks(
 }
 
 /// What is asked.
-struct Question<'a> {
+struct DiagnosisTask<'a> {
     model: &'a Model,
     known: &'a [Effect],
     /// All of them: what they lack is not tried.
@@ -150,7 +150,7 @@ struct Question<'a> {
     keeps_blocks: bool,
 }
 
-impl<'a> Question<'a> {
+impl<'a> DiagnosisTask<'a> {
     /// A search in which nothing is eligible: it fits what it is given.
     fn fits(&self) -> Search<'a> {
         Search { base: self.model, known: self.known, eligible: Vec::new(), progress: self.progress }

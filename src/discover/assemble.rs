@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::answer::{Discovery, LawVerdict, OtherLaw, PlaceShare, Shape, ShapePoint, TellApart};
-use super::channels::Channel;
-use super::formula::{Formula, Question};
+use super::channels::LawInput;
+use super::formula::{Formula, LawTask};
 use super::law::{Law, Term, unit_at};
 use super::places::PlaceScore;
-use super::search::Hit;
+use super::search::BlockResult;
 use super::thresholds::THRESHOLDS;
 use crate::diagnose::assemble::{changed_parameters, error_summary, main_channel, merged};
 use crate::diagnose::diagnosis::{FoundParameter, TrainValidate};
@@ -53,32 +53,32 @@ pub(crate) fn of_catalogue(diagnosis: Diagnosis) -> Discovery {
 
 /// The answer about the block `index` of those searched.
 pub(crate) fn conclude(
-    asked: &Question,
+    asked: &LawTask,
     diagnosis: Diagnosis,
     blocks: (&[SearchResult], &[Verdict], usize),
-    hit: Hit,
+    searched: BlockResult,
     config: &DiagnoseConfig,
 ) -> Discovery {
     let mut answer = of_catalogue(diagnosis);
     let block = if asked.split().train.is_rotor() { "rotors" } else { "body" };
     answer.block = Some(block.to_owned());
     answer.verdict = LawVerdict::Unknown;
-    answer.r#where = shares(&hit);
-    let shape = Shaped::of(&hit);
-    let Some(formula) = hit.formula.clone().filter(|formula| explains(&hit, formula)) else {
-        return of_shape(answer, &hit, shape);
+    answer.r#where = shares(&searched);
+    let shape = Shaped::of(&searched);
+    let Some(formula) = searched.formula.clone().filter(|formula| explains(&searched, formula)) else {
+        return of_shape(answer, &searched, shape);
     };
-    if let Some(effects) = as_good_in_catalogue(&hit, &formula) {
+    if let Some(effects) = as_good_in_catalogue(&searched, &formula) {
         answer.effects = effects;
         answer.verdict = LawVerdict::Catalogue;
         return answer;
     }
-    let Some(result) = with_law(&hit, &formula) else { return of_shape(answer, &hit, shape) };
+    let Some(result) = with_law(&searched, &formula) else { return of_shape(answer, &searched, shape) };
     let is_law = verdict(&result) == Verdict::MissingEffect;
-    answer.alternatives = others(&hit, &formula, main_channel(&result));
-    answer.next_experiment = tell_apart(&hit, &formula);
-    answer.confidence = hit.confidence;
-    of_law(&mut answer, &hit, &formula.law, (blocks, result), config);
+    answer.alternatives = others(&searched, &formula, main_channel(&result));
+    answer.next_experiment = tell_apart(&searched, &formula);
+    answer.confidence = searched.confidence;
+    of_law(&mut answer, &searched, &formula.law, (blocks, result), config);
     let coefficients = formula.law.coefficients_in(&answer.model, asked.id);
     answer.shape = shape.map(|shape| shape.drawn(Some((&formula.law, &coefficients))));
     answer.verdict = if is_law { LawVerdict::Law } else { LawVerdict::Shape };
@@ -88,15 +88,15 @@ pub(crate) fn conclude(
 /// What is said of a law, with the block's `result` that has it.
 fn of_law(
     answer: &mut Discovery,
-    hit: &Hit,
+    searched: &BlockResult,
     law: &Law,
     ((blocks, verdicts, index), result): ((&[SearchResult], &[Verdict], usize), SearchResult),
     config: &DiagnoseConfig,
 ) {
-    let asked = &hit.question;
+    let asked = &searched.task;
     let found = &result.answer.model;
     answer.error = error_summary(&result, main_channel(&result), config);
-    answer.parameters = numbers(found, hit, law);
+    answer.parameters = numbers(found, searched, law);
     let user = law.at(found, asked.id).user_effect(asked.id, &law.coefficients_in(found, asked.id));
     answer.site = Some(law.site);
     answer.channels = names(law.channels().into_iter());
@@ -116,32 +116,32 @@ fn of_law(
 }
 
 /// Whether a formula takes off most of what is above the noise.
-fn explains(hit: &Hit, formula: &Formula) -> bool {
-    let question = &hit.question;
-    let left = question.over_floor(question.before);
-    left > THRESHOLDS.least_left && question.explained(&formula.fitted) > THRESHOLDS.least_explained
+fn explains(searched: &BlockResult, formula: &Formula) -> bool {
+    let task = &searched.task;
+    let left = task.over_floor(task.before);
+    left > THRESHOLDS.least_left && task.explained(&formula.fitted) > THRESHOLDS.least_explained
 }
 
 /// A set of the catalogue that does as well.
-fn as_good_in_catalogue(hit: &Hit, formula: &Formula) -> Option<Vec<String>> {
-    let question = &hit.question;
-    let found = question.found;
-    let limit = question.loss(&formula.fitted) * (1.0 + question.tolerance(&formula.fitted));
+fn as_good_in_catalogue(searched: &BlockResult, formula: &Formula) -> Option<Vec<String>> {
+    let task = &searched.task;
+    let found = task.found;
+    let limit = task.loss(&formula.fitted) * (1.0 + task.tolerance(&formula.fitted));
     let singles = found.singles.iter().filter_map(|single| single.fitted.as_ref());
     let sets = singles.chain(&found.alternatives).chain([&found.answer]);
-    let sets = sets.filter(|fitted| !fitted.effects.is_empty() && question.loss(fitted) <= limit);
-    let best = sets.min_by(|a, b| question.loss(a).total_cmp(&question.loss(b)))?;
+    let sets = sets.filter(|fitted| !fitted.effects.is_empty() && task.loss(fitted) <= limit);
+    let best = sets.min_by(|a, b| task.loss(a).total_cmp(&task.loss(b)))?;
     Some(best.effects.clone())
 }
 
 /// The block with the law as its answer: of the base's own numbers only those changed that it needs, and standard errors that allow for
 /// what is not in it.
-fn with_law(hit: &Hit, formula: &Formula) -> Option<SearchResult> {
-    let question = &hit.question;
-    let coefficients = formula.law.coefficients_in(&formula.fitted.model, question.id);
-    let models = question.with_law(&formula.law, &coefficients)?;
+fn with_law(searched: &BlockResult, formula: &Formula) -> Option<SearchResult> {
+    let task = &searched.task;
+    let coefficients = formula.law.coefficients_in(&formula.fitted.model, task.id);
+    let models = task.with_law(&formula.law, &coefficients)?;
     let search = models.search();
-    let found = question.found;
+    let found = task.found;
     let (answer, changed) =
         search.select_parameters(&found.split, &found.nominal, &found.refitted, &formula.fitted);
     let floors = joint_floors(&found.split, &answer);
@@ -165,58 +165,58 @@ fn with_law(hit: &Hit, formula: &Formula) -> Option<SearchResult> {
 }
 
 /// Without a formula: the smooth function, where it explains enough.
-fn of_shape(mut answer: Discovery, hit: &Hit, shape: Option<Shaped>) -> Discovery {
+fn of_shape(mut answer: Discovery, searched: &BlockResult, shape: Option<Shaped>) -> Discovery {
     let Some(shape) = shape.filter(|shape| shape.explained > THRESHOLDS.shape_explained) else {
         return answer;
     };
     // One step of Gauss and Newton says what it may do; the whole fit, what it does.
-    let question = &hit.question;
-    let Some(refitted) = question.refit(&shape.place.law, &shape.place.score.coefficients, &[]) else {
+    let task = &searched.task;
+    let Some(refitted) = task.refit(&shape.place.law, &shape.place.score.coefficients, &[]) else {
         return answer;
     };
-    let is_near = question.over_floor(&refitted.fitted) <= THRESHOLDS.shape_near_floor
-        || question.explained(&refitted.fitted) > THRESHOLDS.shape_explained;
-    if !is_near || !question.gains(question.before, &refitted.fitted) {
+    let is_near = task.over_floor(&refitted.fitted) <= THRESHOLDS.shape_near_floor
+        || task.explained(&refitted.fitted) > THRESHOLDS.shape_explained;
+    if !is_near || !task.gains(task.before, &refitted.fitted) {
         return answer;
     }
-    let channel = main_channel(question.found);
-    let error = |held_out| refitted.fitted.channel_error(question.split(), channel, held_out);
+    let channel = main_channel(task.found);
+    let error = |held_out| refitted.fitted.channel_error(task.split(), channel, held_out);
     answer.error.extended = TrainValidate { train: error(false), validate: error(true) };
     answer.verdict = LawVerdict::Shape;
     answer.site = Some(shape.place.place.site);
     answer.channels = names(shape.place.place.channels.iter());
-    answer.confidence = hit.confidence;
+    answer.confidence = searched.confidence;
     answer.shape = Some(shape.drawn(None));
     answer
 }
 
-fn names<'a>(channels: impl Iterator<Item = &'a Channel>) -> Vec<String> {
+fn names<'a>(channels: impl Iterator<Item = &'a LawInput>) -> Vec<String> {
     channels.map(|channel| channel.log.to_owned()).collect()
 }
 
 /// Share of the held-out squared error above the noise that a place explains.
-fn share(hit: &Hit, place: &PlaceScore) -> f64 {
-    let Some(without) = &hit.without else { return 0.0 };
-    let (split, start) = (hit.question.split(), hit.question.start);
-    let best = hit.formula.as_ref().map_or(start, |formula| &formula.fitted);
+fn share(searched: &BlockResult, place: &PlaceScore) -> f64 {
+    let Some(without) = &searched.without else { return 0.0 };
+    let (split, start) = (searched.task.split(), searched.task.start);
+    let best = searched.formula.as_ref().map_or(start, |formula| &formula.fitted);
     let noise = floor(split, &joint_floors(split, best)) / start.validate(split);
     let room = 1.0 - noise.min(1.0);
     let fall = 1.0 - place.score.held_out / without.held_out;
     if room > 0.0 { (fall / room).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-fn shares(hit: &Hit) -> Vec<PlaceShare> {
+fn shares(searched: &BlockResult) -> Vec<PlaceShare> {
     let of = |place: &PlaceScore| PlaceShare {
         site: place.place.site,
         channels: names(place.place.channels.iter()),
-        explained: share(hit, place),
+        explained: share(searched, place),
     };
-    hit.places.iter().map(of).collect()
+    searched.places.iter().map(of).collect()
 }
 
 /// The parameters of the law with the standard errors of the answer.
-fn numbers(model: &Model, hit: &Hit, law: &Law) -> BTreeMap<String, FoundParameter> {
-    let id = hit.question.id;
+fn numbers(model: &Model, searched: &BlockResult, law: &Law) -> BTreeMap<String, FoundParameter> {
+    let id = searched.task.id;
     let coefficients = law.coefficients_in(model, id);
     let of = |parameter: crate::model::UserParameter| {
         let name = format!("{id}.{}", parameter.name);
@@ -277,11 +277,11 @@ fn difference(one: &[f64], other: &[f64]) -> f64 {
     if size > 0.0 { most / size } else { 0.0 }
 }
 
-fn others(hit: &Hit, formula: &Formula, channel: usize) -> Vec<OtherLaw> {
-    let question = &hit.question;
-    let own = formula.law.coefficients_in(&formula.fitted.model, question.id);
+fn others(searched: &BlockResult, formula: &Formula, channel: usize) -> Vec<OtherLaw> {
+    let task = &searched.task;
+    let own = formula.law.coefficients_in(&formula.fitted.model, task.id);
     let of = |other: &Formula| {
-        let coefficients = other.law.coefficients_in(&other.fitted.model, question.id);
+        let coefficients = other.law.coefficients_in(&other.fitted.model, task.id);
         let same = formula.law.shares_place(&other.law);
         let visited = formula.law.channels().first().map(|it| spaced(it.low, it.high)).filter(|_| same);
         let both = visited
@@ -290,23 +290,20 @@ fn others(hit: &Hit, formula: &Formula, channel: usize) -> Vec<OtherLaw> {
             site: other.law.site,
             expression: other.law.expression(),
             channels: names(other.law.channels().into_iter()),
-            parameters: numbers(&other.fitted.model, hit, &other.law),
-            validate: other.fitted.channel_error(question.split(), channel, true),
+            parameters: numbers(&other.fitted.model, searched, &other.law),
+            validate: other.fitted.channel_error(task.split(), channel, true),
             differs_by: both.map(|(own, other)| difference(&own, &other)),
         }
     };
-    let mut others: Vec<OtherLaw> = hit.others.iter().map(of).collect();
+    let mut others: Vec<OtherLaw> = searched.others.iter().map(of).collect();
     others.sort_by(|a, b| a.validate.total_cmp(&b.validate));
     others.truncate(THRESHOLDS.most_alternatives);
     others
 }
 
-/// How far beyond the visited range formulas are held against each other, over that range.
-const BEYOND: f64 = 0.5;
-
 /// What would tell the formula from the others: of one channel further out, of several apart.
-fn tell_apart(hit: &Hit, formula: &Formula) -> Option<TellApart> {
-    let other = hit.others.first()?;
+fn tell_apart(searched: &BlockResult, formula: &Formula) -> Option<TellApart> {
+    let other = searched.others.first()?;
     let channels = formula.law.channels();
     if !formula.law.shares_place(&other.law) || channels.len() > 1 {
         let mut all = names(channels.into_iter());
@@ -315,10 +312,10 @@ fn tell_apart(hit: &Hit, formula: &Formula) -> Option<TellApart> {
         return Some(TellApart { channels: all, to: None });
     }
     let channel = channels.first()?;
-    let more = BEYOND * channel.range();
+    let more = THRESHOLDS.compared_beyond * channel.range();
     let at = spaced(channel.low - more, channel.high + more);
     let values = |formula: &Formula| {
-        along(&formula.law, &formula.law.coefficients_in(&formula.fitted.model, hit.question.id), &at)
+        along(&formula.law, &formula.law.coefficients_in(&formula.fitted.model, searched.task.id), &at)
     };
     let (one, two) = (values(formula)?, values(other)?);
     let apart = |index: &usize| (one[*index] - two[*index]).abs();
@@ -335,27 +332,27 @@ struct Shaped<'a> {
 
 impl<'a> Shaped<'a> {
     /// At the place of the formula where there is one, else where it explains most.
-    fn of(hit: &'a Hit) -> Option<Self> {
+    fn of(searched: &'a BlockResult) -> Option<Self> {
         let is_of_formula = |place: &&PlaceScore| {
             let signals: Vec<&str> = place.place.channels.iter().map(|it| it.signal).collect();
-            hit.formula.as_ref().is_none_or(|formula| {
+            searched.formula.as_ref().is_none_or(|formula| {
                 let own: Vec<&str> = formula.law.channels().iter().map(|it| it.signal).collect();
                 formula.law.site == place.place.site
                     && own.len() == signals.len()
                     && own.iter().all(|name| signals.contains(name))
             })
         };
-        let place = hit.places.iter().find(is_of_formula)?;
+        let place = searched.places.iter().find(is_of_formula)?;
         let rows = place.score.residuals.iter().filter(|value| **value != 0.0).count();
         let variance = place.score.held_out / rows.max(1) as f64;
-        Some(Self { place, explained: share(hit, place), variance })
+        Some(Self { place, explained: share(searched, place), variance })
     }
 
     fn drawn(&self, formula: Option<(&Law, &Vec<f64>)>) -> Shape {
         let channels = &self.place.place.channels;
         let count = self.place.score.coefficients.len();
         let knots = if channels.len() > 1 { THRESHOLDS.pair_knots } else { count };
-        let along_channel = |channel: &Channel, knot: usize| super::places::knot_at(channel, knot, knots);
+        let along_channel = |channel: &LawInput, knot: usize| super::places::knot_at(channel, knot, knots);
         let at = |index: usize| -> Vec<f64> {
             match &channels[..] {
                 [first, second, ..] => {

@@ -11,7 +11,7 @@ use crate::signal::{Sensor, columns};
 
 /// A channel as a law at a site sees it.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Channel {
+pub(crate) struct LawInput {
     /// Its name in expressions.
     pub signal: &'static str,
     /// Its name in logs.
@@ -25,7 +25,7 @@ pub(crate) struct Channel {
     pub is_signed: bool,
 }
 
-impl Channel {
+impl LawInput {
     /// How far the logs went.
     pub fn range(&self) -> f64 {
         self.high - self.low
@@ -44,7 +44,7 @@ impl Channel {
 /// A site and the channels that a law there may look at.
 pub(crate) struct Outlook {
     pub site: Site,
-    pub channels: Vec<Channel>,
+    pub channels: Vec<LawInput>,
 }
 
 /// What laws of a block may look at, site by site. Of sites at which a law of a channel does the same to the block, the one that
@@ -67,7 +67,7 @@ fn of_rotor(runs: &[RotorRun]) -> Vec<Outlook> {
     let battery = runs.iter().flat_map(|run| run.voltage.iter().flatten().copied());
     let battery = channel((signals::BATTERY_VOLTAGE, columns::BATTERY_VOLTAGE, "V"), battery, false);
     let time = channel((signals::TIME, columns::TIME, "s"), of(|run| &run.time), false);
-    let some = |channels: [&Option<Channel>; 3]| channels.into_iter().flatten().cloned().collect();
+    let some = |channels: [&Option<LawInput>; 3]| channels.into_iter().flatten().cloned().collect();
     vec![
         Outlook { site: Site::SteadyRate, channels: some([&command, &battery, &time]) },
         Outlook { site: Site::RotorAcceleration, channels: some([&rate, &None, &None]) },
@@ -84,7 +84,7 @@ fn of_body(runs: &[BodyRun]) -> Vec<Outlook> {
     let rotors = runs.iter().flat_map(|run| run.input.propeller_rate.iter().flatten().copied());
     let propeller =
         channel((signals::PROPELLER_RATE, Sensor::PropellerRate.name_with_unit(), "rad/s"), rotors, false);
-    let some = |channels: [&Option<Channel>; 4]| channels.into_iter().flatten().cloned().collect();
+    let some = |channels: [&Option<LawInput>; 4]| channels.into_iter().flatten().cloned().collect();
     vec![
         Outlook { site: Site::Torque, channels: some([&angle, &rate, &torque, &time]) },
         Outlook { site: Site::Thrust, channels: some([&propeller, &None, &None, &None]) },
@@ -97,10 +97,10 @@ fn channel(
     (signal, log, unit): (&'static str, &'static str, &'static str),
     values: impl Iterator<Item = f64> + Clone,
     is_signed: bool,
-) -> Option<Channel> {
+) -> Option<LawInput> {
     let (least, most) = extremes(values.clone());
     let low = quantile(values.clone(), THRESHOLDS.tail)?;
     let high = quantile(values, 1.0 - THRESHOLDS.tail)?;
     let moves = high - low > 1e-9 * least.abs().max(most.abs());
-    moves.then_some(Channel { signal, log, unit, low, high, is_signed })
+    moves.then_some(LawInput { signal, log, unit, low, high, is_signed })
 }

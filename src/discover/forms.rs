@@ -1,7 +1,7 @@
 //! The library: functions as an engineer writes them, of one channel and of two, each at the inner numbers from which a fit of it
 //! may start.
 
-use super::channels::Channel;
+use super::channels::LawInput;
 use super::law::{Inner, Part, Term, over};
 use crate::effect::Site;
 
@@ -33,7 +33,7 @@ fn inner(
     letter: char,
     (value, step): (f64, f64),
     bounds: (f64, f64),
-    (channel, power): (&Channel, f64),
+    (channel, power): (&LawInput, f64),
 ) -> Inner {
     Inner { letter, value, step, bounds, unit: over("-", &[(channel.unit, -power)]) }
 }
@@ -44,132 +44,132 @@ fn sized(value: f64) -> (f64, f64) {
 }
 
 /// Terms of one channel; `lines` [rad/s] are frequencies that the residual has.
-pub(crate) fn of_one(channel: &Channel, lines: &[f64]) -> Vec<Term> {
-    let own = |form: &'static str, parts: Vec<Part>, inner: Vec<Inner>| Term {
+pub(crate) fn of_one(channel: &LawInput, lines: &[f64]) -> Vec<Term> {
+    let term = |form: &'static str, parts: Vec<Part>, inner: Vec<Inner>| Term {
         form,
         parts,
         inner,
         channels: vec![channel.clone()],
     };
     if channel.is_time() {
-        return of_time(channel, lines, &own);
+        return of_time(channel, lines, &term);
     }
     let mut terms = vec![
-        own("linear", vec![part("$x", 1.0, 0.0)], Vec::new()),
-        own("square", vec![part("$x^2", 2.0, 0.0)], Vec::new()),
-        own("cube", vec![part("$x^3", 3.0, 0.0)], Vec::new()),
+        term("linear", vec![part("$x", 1.0, 0.0)], Vec::new()),
+        term("square", vec![part("$x^2", 2.0, 0.0)], Vec::new()),
+        term("cube", vec![part("$x^3", 3.0, 0.0)], Vec::new()),
     ];
     if channel.is_signed {
-        terms.extend(of_signed(channel, &own));
+        terms.extend(of_signed(channel, &term));
     }
-    terms.extend(of_range(channel, &own));
-    terms.extend(waves(channel, &own));
+    terms.extend(of_range(channel, &term));
+    terms.extend(waves(channel, &term));
     terms
 }
 
-type Own<'a> = &'a dyn Fn(&'static str, Vec<Part>, Vec<Inner>) -> Term;
+type MakeTerm<'a> = &'a dyn Fn(&'static str, Vec<Part>, Vec<Inner>) -> Term;
 
-fn of_time(channel: &Channel, lines: &[f64], own: Own) -> Vec<Term> {
+fn of_time(channel: &LawInput, lines: &[f64], term: MakeTerm) -> Vec<Term> {
     let range = channel.range();
-    let mut terms = vec![own("drift", vec![part("$x", 1.0, 0.0)], Vec::new())];
+    let mut terms = vec![term("drift", vec![part("$x", 1.0, 0.0)], Vec::new())];
     // The clock of a log need not begin when the drift did.
     let since = inner('a', (0.0, range), (-10.0 * range, 10.0 * range), (channel, 1.0));
-    terms.push(own("drift_since", vec![part("($x-$a)", 1.0, 0.0)], vec![since]));
+    terms.push(term("drift_since", vec![part("($x-$a)", 1.0, 0.0)], vec![since]));
     terms.extend(WARM_UPS.iter().map(|share| {
         let inner = inner('a', sized(share * range), (1e-3 * range, 3.0 * range), (channel, 1.0));
-        own("warm_up", vec![part("exp(-$x/$a)", 0.0, 0.0)], vec![inner])
+        term("warm_up", vec![part("exp(-$x/$a)", 0.0, 0.0)], vec![inner])
     }));
     terms.extend(lines.iter().map(|line| {
         let inner = inner('w', (*line, 1.0 / range), (0.9 * line, 1.1 * line), (channel, -1.0));
-        own("line", vec![part("sin($w*$x)", 0.0, 0.0), part("cos($w*$x)", 0.0, 0.0)], vec![inner])
+        term("line", vec![part("sin($w*$x)", 0.0, 0.0), part("cos($w*$x)", 0.0, 0.0)], vec![inner])
     }));
     terms
 }
 
 /// Of a channel with two sides.
-fn of_signed(channel: &Channel, own: Own) -> Vec<Term> {
+fn of_signed(channel: &LawInput, term: MakeTerm) -> Vec<Term> {
     let size = channel.size();
     let mut terms = vec![
-        own("absolute", vec![part("abs($x)", 1.0, 0.0)], Vec::new()),
-        own("signed_square", vec![part("$x*abs($x)", 2.0, 0.0)], Vec::new()),
-        own("root", vec![part("signum($x)*sqrt(abs($x))", 0.5, 0.0)], Vec::new()),
-        own("signed_root_cube", vec![part("$x*sqrt(abs($x))", 1.5, 0.0)], Vec::new()),
+        term("absolute", vec![part("abs($x)", 1.0, 0.0)], Vec::new()),
+        term("signed_square", vec![part("$x*abs($x)", 2.0, 0.0)], Vec::new()),
+        term("root", vec![part("signum($x)*sqrt(abs($x))", 0.5, 0.0)], Vec::new()),
+        term("signed_root_cube", vec![part("$x*sqrt(abs($x))", 1.5, 0.0)], Vec::new()),
     ];
     for width in WIDTHS {
         let a = inner('a', sized(width * size), (1e-3 * size, 5.0 * size), (channel, 1.0));
-        terms.push(own("saturation", vec![part("tanh($x/$a)", 0.0, 0.0)], vec![a.clone()]));
+        terms.push(term("saturation", vec![part("tanh($x/$a)", 0.0, 0.0)], vec![a.clone()]));
         let b = inner('b', sized(3.0 * width * size), (1e-2 * size, 5.0 * size), (channel, 1.0));
         let sharp = Inner { value: WIDTHS[0] * size, step: 0.5 * WIDTHS[0] * size, ..a };
-        terms.push(own("stribeck", vec![part("tanh($x/$a)*exp(-($x/$b)^2)", 0.0, 0.0)], vec![sharp, b]));
+        terms.push(term("stribeck", vec![part("tanh($x/$a)*exp(-($x/$b)^2)", 0.0, 0.0)], vec![sharp, b]));
     }
     for share in TENTHS {
         let a = inner('a', (share * size, 0.05 * size), (0.0, size), (channel, 1.0));
         let text = "signum($x)*max(abs($x)-$a,0)";
-        terms.push(own("dead_zone", vec![part(text, 1.0, 0.0)], vec![a]));
+        terms.push(term("dead_zone", vec![part(text, 1.0, 0.0)], vec![a]));
     }
     terms
 }
 
 /// Of a place in a channel's range.
-fn of_range(channel: &Channel, own: Own) -> Vec<Term> {
+fn of_range(channel: &LawInput, term: MakeTerm) -> Vec<Term> {
     let (low, range) = (channel.low, channel.range());
     let mut terms = Vec::new();
     for share in TENTHS {
         let a = inner('a', (low + share * range, 0.05 * range), (low, channel.high), (channel, 1.0));
-        terms.push(own("rising_ramp", vec![part("max($x-$a,0)", 1.0, 0.0)], vec![a.clone()]));
-        terms.push(own("falling_ramp", vec![part("max($a-$x,0)", 1.0, 0.0)], vec![a.clone()]));
+        terms.push(term("rising_ramp", vec![part("max($x-$a,0)", 1.0, 0.0)], vec![a.clone()]));
+        terms.push(term("falling_ramp", vec![part("max($a-$x,0)", 1.0, 0.0)], vec![a.clone()]));
         let b = inner('b', sized(0.02 * range), (1e-3 * range, 0.3 * range), (channel, 1.0));
         let text = "(0.5+0.5*tanh(($x-$a)/$b))";
-        terms.push(own("threshold", vec![part(text, 0.0, 0.0)], vec![a.clone(), b]));
+        terms.push(term("threshold", vec![part(text, 0.0, 0.0)], vec![a.clone(), b]));
         for width in PEAKS {
             let b = inner('b', sized(width * range), (5e-3 * range, range), (channel, 1.0));
             let text = "exp(-(($x-$a)/$b)^2)";
-            terms.push(own("peak", vec![part(text, 0.0, 0.0)], vec![a.clone(), b]));
+            terms.push(term("peak", vec![part(text, 0.0, 0.0)], vec![a.clone(), b]));
         }
     }
     terms
 }
 
 /// Waves over a channel, of any phase; of a channel with two sides odd and even ones, too.
-fn waves(channel: &Channel, own: Own) -> Vec<Term> {
+fn waves(channel: &LawInput, term: MakeTerm) -> Vec<Term> {
     let mut terms = Vec::new();
     for step in WAVES {
         let number = 2.0 * PHASE_STEP * step as f64 / channel.range();
         let n =
             inner('n', (number, PHASE_STEP / channel.range()), (0.5 * number, 1.5 * number), (channel, -1.0));
         let (sine, cosine) = (part("sin($n*$x)", 0.0, 0.0), part("cos($n*$x)", 0.0, 0.0));
-        terms.push(own("wave", vec![sine.clone(), cosine.clone()], vec![n.clone()]));
+        terms.push(term("wave", vec![sine.clone(), cosine.clone()], vec![n.clone()]));
         if channel.is_signed {
-            terms.push(own("sine", vec![sine], vec![n.clone()]));
-            terms.push(own("cosine", vec![cosine], vec![n]));
+            terms.push(term("sine", vec![sine], vec![n.clone()]));
+            terms.push(term("cosine", vec![cosine], vec![n]));
         }
     }
     terms
 }
 
 /// Terms of two channels, the second of which counts as it is.
-pub(crate) fn of_two(first: &Channel, second: &Channel) -> Vec<Term> {
-    let own = |form: &'static str, text: &'static str, powers: [f64; 2], inner: Vec<Inner>| Term {
+pub(crate) fn of_two(first: &LawInput, second: &LawInput) -> Vec<Term> {
+    let term = |form: &'static str, text: &'static str, powers: [f64; 2], inner: Vec<Inner>| Term {
         form,
         parts: vec![Part { text: text.into(), powers }],
         inner,
         channels: vec![first.clone(), second.clone()],
     };
     let mut terms = vec![
-        own("product", "$x*$y", [1.0, 1.0], Vec::new()),
-        own("product_of_square", "$x^2*$y", [2.0, 1.0], Vec::new()),
+        term("product", "$x*$y", [1.0, 1.0], Vec::new()),
+        term("product_of_square", "$x^2*$y", [2.0, 1.0], Vec::new()),
     ];
     if first.is_signed {
-        terms.push(own("product_of_absolute", "abs($x)*$y", [1.0, 1.0], Vec::new()));
+        terms.push(term("product_of_absolute", "abs($x)*$y", [1.0, 1.0], Vec::new()));
         let size = first.size();
         for width in WIDTHS {
             let a = inner('a', sized(width * size), (1e-3 * size, 5.0 * size), (first, 1.0));
-            terms.push(own("product_of_saturation", "tanh($x/$a)*$y", [0.0, 1.0], vec![a.clone()]));
-            terms.push(own("product_of_peak", "exp(-($x/$a)^2)*$y", [0.0, 1.0], vec![a]));
+            terms.push(term("product_of_saturation", "tanh($x/$a)*$y", [0.0, 1.0], vec![a.clone()]));
+            terms.push(term("product_of_peak", "exp(-($x/$a)^2)*$y", [0.0, 1.0], vec![a]));
         }
         for share in TENTHS {
             let a = inner('a', (share * size, 0.05 * size), (0.0, size), (first, 1.0));
-            terms.push(own("product_of_dead_zone", "max(abs($x)-$a,0)*$y", [1.0, 1.0], vec![a]));
+            terms.push(term("product_of_dead_zone", "max(abs($x)-$a,0)*$y", [1.0, 1.0], vec![a]));
         }
     }
     for share in TENTHS {
@@ -179,14 +179,14 @@ pub(crate) fn of_two(first: &Channel, second: &Channel) -> Vec<Term> {
             (first.low, first.high),
             (first, 1.0),
         );
-        terms.push(own("product_of_ramp", "max($x-$a,0)*$y", [1.0, 1.0], vec![a]));
+        terms.push(term("product_of_ramp", "max($x-$a,0)*$y", [1.0, 1.0], vec![a]));
     }
     terms
 }
 
 /// Terms that remember where a channel was, of any law at `site` that may.
-pub(crate) fn of_memory(site: Site, channel: &Channel) -> Vec<Term> {
-    let own = |form: &'static str, text: &'static str, inner: Inner| Term {
+pub(crate) fn of_memory(site: Site, channel: &LawInput) -> Vec<Term> {
+    let term = |form: &'static str, text: &'static str, inner: Inner| Term {
         form,
         parts: vec![part(text, 1.0, 0.0)],
         inner: vec![inner],
@@ -195,9 +195,9 @@ pub(crate) fn of_memory(site: Site, channel: &Channel) -> Vec<Term> {
     let range = channel.range();
     let play = |share: &f64| inner('a', sized(share * range), (1e-4 * range, 0.5 * range), (channel, 1.0));
     match site {
-        Site::Command => PLAYS.iter().map(|share| own("play", "(play($x,$a)-$x)", play(share))).collect(),
+        Site::Command => PLAYS.iter().map(|share| term("play", "(play($x,$a)-$x)", play(share))).collect(),
         Site::Torque => {
-            PLAYS.iter().map(|share| own("hysteresis", "(play($x,$a)-$x)", play(share))).collect()
+            PLAYS.iter().map(|share| term("hysteresis", "(play($x,$a)-$x)", play(share))).collect()
         }
         Site::SteadyRate => {
             let lag = |span: &f64| Inner {
@@ -207,7 +207,7 @@ pub(crate) fn of_memory(site: Site, channel: &Channel) -> Vec<Term> {
                 bounds: LAGS_WITHIN,
                 unit: "s".to_owned(),
             };
-            LAGS.iter().map(|span| own("creep", "(lag($x,$a)-$x)", lag(span))).collect()
+            LAGS.iter().map(|span| term("creep", "(lag($x,$a)-$x)", lag(span))).collect()
         }
         _ => Vec::new(),
     }
@@ -223,11 +223,11 @@ mod tests {
     #[test]
     fn every_term_is_an_effect_that_parses() {
         let channel =
-            |signal, log, unit| Channel { signal, log, unit, low: -0.4, high: 0.5, is_signed: true };
+            |signal, log, unit| LawInput { signal, log, unit, low: -0.4, high: 0.5, is_signed: true };
         let angle = channel("body_angle", "body_angle_rad", "rad");
         let rate = channel("body_rate", "body_rate_rad_s", "rad/s");
         let time = channel("time", "time_s", "s");
-        let command = Channel { low: 0.2, is_signed: false, ..channel("command", "command", "-") };
+        let command = LawInput { low: 0.2, is_signed: false, ..channel("command", "command", "-") };
         let remembering = [(Site::Command, &command), (Site::SteadyRate, &command), (Site::Torque, &angle)];
         let remembering = remembering.map(|(site, channel)| (site, of_memory(site, channel)));
         let all = [of_one(&angle, &[]), of_one(&time, &[3.0]), of_two(&angle, &rate)].concat();

@@ -15,7 +15,7 @@ use crate::model::{Effect, Model};
 
 /// A block in which something is missing, and the fit from which laws start.
 #[derive(Clone, Copy)]
-pub(crate) struct Question<'a> {
+pub(crate) struct LawTask<'a> {
     /// The model asked about.
     pub model: &'a Model,
     /// Its effects and the catalogue's.
@@ -52,7 +52,7 @@ impl WithLaw {
     }
 
     /// The model that the law is added to, its own numbers at those of the values that are nearest to the data with the law.
-    fn nearest(&self, question: &Question, numbers: &[Numbers]) -> Model {
+    fn nearest(&self, task: &LawTask, numbers: &[Numbers]) -> Model {
         let at = |numbers: &Numbers| {
             let mut model = self.from.clone();
             numbers.iter().for_each(|(name, value)| model.set_parameter(name, *value));
@@ -61,8 +61,7 @@ impl WithLaw {
         let cost = |model: &Model| {
             let with = self.known.last().map_or_else(|| model.clone(), |law| model.with(law));
             let inside: Vec<&Effect> = self.known.iter().filter(|effect| with.has(&effect.id)).collect();
-            let cost =
-                Problem::new(&question.split().train, with.clone(), Vec::new(), &inside).cost_of(&with);
+            let cost = Problem::new(&task.split().train, with.clone(), Vec::new(), &inside).cost_of(&with);
             if cost.is_finite() { cost } else { f64::INFINITY }
         };
         let mut models: Vec<Model> = numbers.iter().map(at).collect();
@@ -73,7 +72,7 @@ impl WithLaw {
     }
 }
 
-impl<'a> Question<'a> {
+impl<'a> LawTask<'a> {
     pub fn split(&self) -> &'a DataSplit {
         &self.found.split
     }
@@ -182,12 +181,12 @@ impl<'a> Question<'a> {
 }
 
 /// The formula of least numbers among those that are the same to the data as the best one, and the others of these.
-pub(crate) fn simplest(question: &Question, mut formulas: Vec<Formula>) -> Option<(Formula, Vec<Formula>)> {
-    formulas.retain(|formula| question.is_determined(formula));
-    let loss = |formula: &Formula| question.loss(&formula.fitted);
+pub(crate) fn simplest(task: &LawTask, mut formulas: Vec<Formula>) -> Option<(Formula, Vec<Formula>)> {
+    formulas.retain(|formula| task.is_determined(formula));
+    let loss = |formula: &Formula| task.loss(&formula.fitted);
     formulas.sort_by(|a, b| loss(a).total_cmp(&loss(b)));
     let best = formulas.first()?.clone();
-    let limit = loss(&best) * (1.0 + question.tolerance(&best.fitted));
+    let limit = loss(&best) * (1.0 + task.tolerance(&best.fitted));
     // At another place it is another claim: there it must not be beaten from stretch to stretch, however little.
     let is_beaten = |formula: &Formula| {
         !formula.law.shares_place(&best.law)

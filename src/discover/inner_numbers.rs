@@ -3,21 +3,19 @@
 
 use super::law::Law;
 use super::linear::{Linear, Score};
-
-/// How often each inner number is moved, each time by a third of how far before.
-const ROUNDS: usize = 3;
+use super::thresholds::THRESHOLDS;
 
 /// The law with its inner numbers moved, one after the other, and what one step with it does.
 pub(crate) fn polished(linear: &Linear, law: &Law, score: &Score) -> (Law, Score) {
     let mut best = (law.clone(), score.clone());
     let mut share = 1.0;
-    for _ in 0..ROUNDS {
+    for _ in 0..THRESHOLDS.inner_rounds {
         for term in 0..law.terms.len() {
             for inner in 0..law.terms[term].inner.len() {
                 move_one(linear, &mut best, (term, inner), share);
             }
         }
-        share /= 3.0;
+        share /= THRESHOLDS.inner_shrink;
     }
     best
 }

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::channels::Channel;
+use super::channels::LawInput;
 use super::thresholds::THRESHOLDS;
 use crate::effect::Site;
 use crate::model::{Model, UserEffect, UserParameter};
@@ -43,7 +43,7 @@ pub(crate) struct Term {
     pub form: &'static str,
     pub parts: Vec<Part>,
     pub inner: Vec<Inner>,
-    pub channels: Vec<Channel>,
+    pub channels: Vec<LawInput>,
 }
 
 /// A formula at a site.
@@ -146,7 +146,7 @@ impl Term {
         let of_part = |((part, name), value): ((&Part, String), &f64)| {
             let units: Vec<(&str, f64)> =
                 self.channels.iter().map(|channel| channel.unit).zip(part.powers).collect();
-            let most = neat(1e3 * value.abs().max(f64::MIN_POSITIVE));
+            let most = three_digits(1e3 * value.abs().max(f64::MIN_POSITIVE));
             UserParameter {
                 name,
                 unit: over(unit_at(site), &units),
@@ -161,15 +161,15 @@ impl Term {
             name: Self::name(&inner.letter.to_string(), index),
             unit: inner.unit.clone(),
             start: inner.value,
-            lower: neat(inner.bounds.0),
-            upper: neat(inner.bounds.1),
+            lower: three_digits(inner.bounds.0),
+            upper: three_digits(inner.bounds.1),
         });
         coefficients.chain(inner).collect()
     }
 }
 
 /// A bound with three digits: with fewer a narrow range loses what lies in it.
-fn neat(value: f64) -> f64 {
+fn three_digits(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }
 
@@ -186,8 +186,8 @@ impl Law {
     }
 
     /// The channels that it looks at, each once.
-    pub fn channels(&self) -> Vec<&Channel> {
-        let mut channels: Vec<&Channel> = Vec::new();
+    pub fn channels(&self) -> Vec<&LawInput> {
+        let mut channels: Vec<&LawInput> = Vec::new();
         for channel in self.terms.iter().flat_map(|term| &term.channels) {
             if !channels.iter().any(|known| known.signal == channel.signal) {
                 channels.push(channel);
@@ -263,7 +263,10 @@ mod tests {
     #[test]
     fn bounds_hold_what_they_are_about() {
         for value in [19.93, 11.2, 0.0316, 5120.0] {
-            assert!(neat(0.9 * value) < 0.95 * value && neat(1.1 * value) > 1.05 * value, "{value}");
+            assert!(
+                three_digits(0.9 * value) < 0.95 * value && three_digits(1.1 * value) > 1.05 * value,
+                "{value}"
+            );
         }
     }
 

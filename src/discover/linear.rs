@@ -25,7 +25,7 @@ const STEP: f64 = 1e-3;
 const NUMBER_STEP: f64 = 1e-6;
 
 /// The residuals of the data fitted on, and of those held out.
-pub(crate) type Both = [Vec<f64>; 2];
+pub(crate) type FittedAndHeldOut = [Vec<f64>; 2];
 
 /// Numbers of a model by name.
 pub(crate) type Numbers = Vec<(String, f64)>;
@@ -36,7 +36,7 @@ pub(crate) struct Linear<'a> {
     known: &'a [Effect],
     data: [BlockData; 2],
     locals: [Vec<f64>; 2],
-    base: Both,
+    base: FittedAndHeldOut,
     /// The model's own numbers that are free.
     names: Vec<String>,
     pairs: Vec<[Plane; 2]>,
@@ -99,7 +99,7 @@ impl<'a> Linear<'a> {
         let base = [both(0), both(1)];
         let mut linear = Self { model, known, data, locals, base, names: Vec::new(), pairs: Vec::new() };
         let columns = names.iter().filter_map(|name| Some((name.clone(), linear.number_column(name)?)));
-        let (names, nuisance): (Vec<String>, Vec<Both>) = columns.unzip();
+        let (names, nuisance): (Vec<String>, Vec<FittedAndHeldOut>) = columns.unzip();
         linear.names = names;
         let local_columns = [linear.local_columns(0), linear.local_columns(1)];
         let is_short = !is_long && !split.folds.is_empty();
@@ -123,7 +123,7 @@ impl<'a> Linear<'a> {
     }
 
     /// How the residuals move by a number of the model.
-    fn number_column(&self, name: &str) -> Option<Both> {
+    fn number_column(&self, name: &str) -> Option<FittedAndHeldOut> {
         let value = self.model.parameter(name)?;
         let step = (NUMBER_STEP * value.abs()).max(1e-9);
         let names = [name.to_owned()];
@@ -148,7 +148,7 @@ impl<'a> Linear<'a> {
 
     /// How they move by each coefficient of a law, its inner numbers held; `None` where it has no value on these data. A law that adds
     /// to the torque does so along the path that was measured, others in the simulation.
-    pub fn columns(&self, law: &Law) -> Option<Vec<Both>> {
+    pub fn columns(&self, law: &Law) -> Option<Vec<FittedAndHeldOut>> {
         let names = law.coefficient_names();
         let count = names.len();
         // Behind a delay of the torque what a law adds at the pivot is not to be late.
@@ -181,12 +181,17 @@ impl<'a> Linear<'a> {
     }
 
     /// How the residuals move by a coefficient; `moved` gives them with so much of it on.
-    fn column(&self, site: Site, model: &Model, moved: &dyn Fn(f64, usize) -> Vec<f64>) -> Option<Both> {
+    fn column(
+        &self,
+        site: Site,
+        model: &Model,
+        moved: &dyn Fn(f64, usize) -> Vec<f64>,
+    ) -> Option<FittedAndHeldOut> {
         cancel::check();
         let largest = |column: &[f64]| column.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
         // A coefficient's size is not known before: what it does says how far it may go.
         let mut step = STEP * usual_size(site, model);
-        let mut both: Option<Both> = None;
+        let mut both: Option<FittedAndHeldOut> = None;
         for _ in 0..2 {
             let found = [0, 1].map(|index| quotient(&moved(step, index), &self.base[index], step));
             let most = largest(&found[0]).max(largest(&found[1]));
@@ -205,7 +210,7 @@ impl<'a> Linear<'a> {
     }
 
     /// What a step with these columns does.
-    pub fn score(&self, columns: &[Both], ridge: f64) -> Option<Score> {
+    pub fn score(&self, columns: &[FittedAndHeldOut], ridge: f64) -> Option<Score> {
         let mut score = Score {
             train: 0.0,
             held_out: 0.0,
@@ -256,7 +261,7 @@ impl<'a> Linear<'a> {
     }
 
     /// The columns of what moves nothing.
-    pub fn nothing(&self) -> Both {
+    pub fn nothing(&self) -> FittedAndHeldOut {
         [0, 1].map(|index| vec![0.0; self.base[index].len()])
     }
 

@@ -6,13 +6,6 @@ use crate::estimation::moments::mean;
 use crate::estimation::quantile::{extremes, median};
 use crate::threads::spread;
 
-/// Frequencies tried for each turn that the whole log lasts: a line lies within a sixth of a turn of one.
-const PER_TURN: f64 = 3.0;
-/// Share of the readings' rate up to which lines are looked for: half of Nyquist's.
-const HIGHEST: f64 = 0.25;
-/// Most frequencies that are tried.
-const MOST: usize = 6000;
-
 /// A stretch of the residual's first channel, its mean taken off.
 struct Piece {
     time: Vec<f64>,
@@ -25,11 +18,12 @@ pub(crate) fn lines(data: &BlockData, residuals: &[f64]) -> Vec<f64> {
     let (first, last) = extremes(pieces.iter().flat_map(|piece| piece.time.iter().copied()));
     let gaps = pieces.iter().flat_map(|piece| piece.time.windows(2).map(|pair| pair[1] - pair[0]));
     let (span, Some(gap)) = (last - first, median(gaps)) else { return Vec::new() };
-    let (low, high) = (THRESHOLDS.fewest_turns / span, HIGHEST / gap);
+    let (low, high) = (THRESHOLDS.fewest_turns / span, THRESHOLDS.highest_line / gap);
     if !(low.is_finite() && high.is_finite() && low < high) {
         return Vec::new();
     }
-    let step = (1.0 / (PER_TURN * span)).max((high - low) / MOST as f64);
+    let step =
+        (1.0 / (THRESHOLDS.tries_per_turn * span)).max((high - low) / THRESHOLDS.most_lines_tried as f64);
     let count = ((high - low) / step) as usize;
     let frequencies: Vec<f64> =
         (0..count).map(|index| std::f64::consts::TAU * (low + step * index as f64)).collect();

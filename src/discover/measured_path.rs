@@ -97,7 +97,7 @@ pub(crate) fn with_torques(data: &BlockData, torques: &Torques, share: f64) -> B
 
 #[cfg(test)]
 mod tests {
-    use super::super::channels::Channel;
+    use super::super::channels::LawInput;
     use super::super::forms::of_one;
     use super::*;
     use crate::diagnose::body_block::BodySource;
@@ -118,16 +118,16 @@ mod tests {
         BlockData::new(Runs::Body(vec![BodyRun::new(0, 0..100, source, 0.4)]))
     }
 
-    fn law(site: Site, channel: &Channel, form: &str, inner: f64) -> Law {
+    fn law(site: Site, channel: &LawInput, form: &str, inner: f64) -> Law {
         let mut terms = of_one(channel, &[]).into_iter();
         let mut term = terms.find(|term| term.form == form).expect("a form of the library");
         term.inner.iter_mut().for_each(|number| number.value = inner);
         Law { site, terms: vec![term] }
     }
 
-    fn angle() -> Channel {
+    fn angle() -> LawInput {
         let (signal, log, unit) = ("body_angle", "body_angle_rad", "rad");
-        Channel { signal, log, unit, low: -0.4, high: 0.4, is_signed: true }
+        LawInput { signal, log, unit, low: -0.4, high: 0.4, is_signed: true }
     }
 
     /// Fine teeth go by within a sample: what counts is their mean from one to the next.
@@ -149,7 +149,7 @@ mod tests {
     #[test]
     fn a_law_of_the_thrust_pulls_at_both_arms() {
         let (signal, log, unit) = ("propeller_rate", "propeller_rate_rad_s", "rad/s");
-        let rate = Channel { signal, log, unit, low: 400.0, high: 700.0, is_signed: false };
+        let rate = LawInput { signal, log, unit, low: 400.0, high: 700.0, is_signed: false };
         let square = law(Site::Thrust, &rate, "square", 0.0);
         let found = torques(&body(true), &Model::paper(), &square, 0).expect("along the path");
         let wanted = Model::paper().body.arm * (600.0_f64.powi(2) - 500.0_f64.powi(2));

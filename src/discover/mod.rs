@@ -21,7 +21,7 @@ pub mod thresholds;
 use crate::diagnose::{DiagnoseConfig, DiagnoseError, Event, Verdict, diagnose_blocks};
 use crate::model::Model;
 use crate::screening::ScreenedLog;
-use formula::Question;
+use formula::LawTask;
 
 pub use answer::{Discovery, LawVerdict};
 
@@ -52,11 +52,11 @@ pub fn discover(
     let known = model.known_effects()?;
     let id = free_id(model);
     let found = &searched.found[index];
-    let question =
-        Question { model, known: &known, found, start: &found.refitted, before: &found.refitted, id: &id };
-    let hit = search::search(&question, progress);
+    let task =
+        LawTask { model, known: &known, found, start: &found.refitted, before: &found.refitted, id: &id };
+    let hit = search::search(&task, progress);
     Ok(assemble::conclude(
-        &question,
+        &task,
         searched.diagnosis,
         (&searched.found, &searched.verdicts, index),
         hit,

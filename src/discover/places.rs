@@ -3,9 +3,9 @@
 
 use rand::{RngExt, SeedableRng};
 
-use super::channels::{Channel, Outlook};
+use super::channels::{LawInput, Outlook};
 use super::law::{Law, Part, Term};
-use super::linear::{Both, Linear, Score};
+use super::linear::{FittedAndHeldOut, Linear, Score};
 use super::thresholds::THRESHOLDS;
 use crate::effect::Site;
 use crate::estimation::consistency::power;
@@ -15,7 +15,7 @@ use crate::threads::spread;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Place {
     pub site: Site,
-    pub channels: Vec<Channel>,
+    pub channels: Vec<LawInput>,
 }
 
 /// What a smooth function does at a place.
@@ -31,13 +31,13 @@ impl Place {
     /// Those of a site, of one channel each, and of two.
     pub fn all(outlooks: &[Outlook], is_two: bool) -> Vec<Self> {
         let of = |outlook: &Outlook| {
-            let lasting: Vec<&Channel> =
+            let lasting: Vec<&LawInput> =
                 outlook.channels.iter().filter(|channel| !channel.is_time()).collect();
             let one = lasting.iter().map(|channel| vec![(*channel).clone()]);
             let two = lasting.iter().enumerate().flat_map(|(index, first)| {
                 lasting[index + 1..].iter().map(move |second| vec![(*first).clone(), (*second).clone()])
             });
-            let sets: Vec<Vec<Channel>> = if is_two { two.collect() } else { one.collect() };
+            let sets: Vec<Vec<LawInput>> = if is_two { two.collect() } else { one.collect() };
             sets.into_iter().map(|channels| Self { site: outlook.site, channels }).collect::<Vec<_>>()
         };
         outlooks.iter().flat_map(of).collect()
@@ -64,17 +64,17 @@ impl Place {
 }
 
 /// [unit of the channel] where a knot is.
-pub(crate) fn knot_at(channel: &Channel, knot: usize, knots: usize) -> f64 {
+pub(crate) fn knot_at(channel: &LawInput, knot: usize, knots: usize) -> f64 {
     channel.low + channel.range() * knot as f64 / (knots - 1) as f64
 }
 
 /// The hat over a knot: one there, none at the next ones, and beyond the ends as at the ends.
-fn hat(variable: &str, channel: &Channel, knot: usize, knots: usize) -> String {
+fn hat(variable: &str, channel: &LawInput, knot: usize, knots: usize) -> String {
     bare_hat(&format!("min(max({variable},{}),{})", channel.low, channel.high), channel, knot, knots)
 }
 
 /// The same, none beyond the ends: an expression has no room for more of two channels.
-fn bare_hat(variable: &str, channel: &Channel, knot: usize, knots: usize) -> String {
+fn bare_hat(variable: &str, channel: &LawInput, knot: usize, knots: usize) -> String {
     let step = channel.range() / (knots - 1) as f64;
     format!("max(0,1-abs({variable}-{})/{step})", knot_at(channel, knot, knots))
 }
@@ -109,7 +109,7 @@ fn with_knots(linear: &Linear, place: &Place, knots: usize) -> Option<PlaceScore
 
 /// The columns of each part by itself: a run with all parts in it costs as much as each of them. A part that no row comes near to moves
 /// nothing.
-fn columns_of_parts(linear: &Linear, law: &Law) -> Option<Vec<Both>> {
+fn columns_of_parts(linear: &Linear, law: &Law) -> Option<Vec<FittedAndHeldOut>> {
     let term = law.terms.first()?;
     let of = |part: &Part| {
         let term = Term { parts: vec![part.clone()], ..term.clone() };
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn a_shape_is_an_effect_that_parses_and_its_hats_add_up_to_one() {
         let channel =
-            |signal, log, unit| Channel { signal, log, unit, low: -0.4, high: 0.5, is_signed: true };
+            |signal, log, unit| LawInput { signal, log, unit, low: -0.4, high: 0.5, is_signed: true };
         let angle = channel("body_angle", "body_angle_rad", "rad");
         let rate = channel("body_rate", "body_rate_rad_s", "rad/s");
         for (channels, knots) in

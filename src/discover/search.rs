@@ -1,8 +1,8 @@
 //! The search: places, then formulas at the promising ones, then a second term.
 
-use super::channels::{Channel, Outlook, outlooks};
+use super::channels::{LawInput, Outlook, outlooks};
 use super::forms;
-use super::formula::{Formula, Question, simplest};
+use super::formula::{Formula, LawTask, simplest};
 use super::inner_numbers::polished;
 use super::law::{Law, Term};
 use super::linear::{Linear, Score};
@@ -17,9 +17,9 @@ use crate::model::Effect;
 use crate::threads::spread;
 
 /// What was found of a block.
-pub(crate) struct Hit<'a> {
+pub(crate) struct BlockResult<'a> {
     /// With the fit that the law was added to.
-    pub question: Question<'a>,
+    pub task: LawTask<'a>,
     /// The formula, refitted; and others that are the same to the data.
     pub formula: Option<Formula>,
     pub others: Vec<Formula>,
@@ -30,40 +30,43 @@ pub(crate) struct Hit<'a> {
     pub confidence: Option<f64>,
 }
 
-impl Hit<'_> {
+impl BlockResult<'_> {
     /// Whether a formula leaves little more than noise.
     fn reaches(&self) -> bool {
-        let at_floor = self.question.found.at_floor();
-        self.formula.as_ref().is_some_and(|it| self.question.over_floor(&it.fitted) <= at_floor)
+        let at_floor = self.task.found.at_floor();
+        self.formula.as_ref().is_some_and(|it| self.task.over_floor(&it.fitted) <= at_floor)
     }
 
     fn loss(&self) -> f64 {
-        self.formula.as_ref().map_or(f64::INFINITY, |it| self.question.loss(&it.fitted))
+        self.formula.as_ref().map_or(f64::INFINITY, |it| self.task.loss(&it.fitted))
     }
 }
 
 /// Beside the refitted base; and where that does not come to the noise, beside the base as it is, and beside what the catalogue
 /// explains a part with.
-pub(crate) fn search<'a>(question: &Question<'a>, progress: &(dyn Fn(Event) + Sync)) -> Hit<'a> {
-    let mut alone = from_start(*question, progress);
-    if !alone.reaches() && has_moved(question) {
+pub(crate) fn search<'a>(task: &LawTask<'a>, progress: &(dyn Fn(Event) + Sync)) -> BlockResult<'a> {
+    let mut alone = from_start(*task, progress);
+    if !alone.reaches() && has_moved(task) {
         // A number that went far off took up a part of what is missing: beside it no law is what it is.
-        let found = question.found;
-        let as_it_is = from_start(Question { start: &found.nominal, ..*question }, progress);
+        let found = task.found;
+        let as_it_is = from_start(LawTask { start: &found.nominal, ..*task }, progress);
         alone = if as_it_is.loss() < alone.loss() { as_it_is } else { alone };
     }
-    if alone.reaches() || question.found.answer.effects.is_empty() {
+    if alone.reaches() || task.found.answer.effects.is_empty() {
         return alone;
     }
-    let answer = &question.found.answer;
-    let beside = from_start(Question { start: answer, before: answer, ..*question }, progress);
+    let answer = &task.found.answer;
+    let beside = from_start(LawTask { start: answer, before: answer, ..*task }, progress);
     // What needs effects of the catalogue beside it must do the better for them.
     let is_better = beside.loss() < (1.0 - THRESHOLDS.term_gain) * alone.loss();
     match beside.formula.as_ref().filter(|_| is_better) {
-        Some(formula) => match without_effects(question, formula, &beside) {
-            Some(plain) => {
-                Hit { formula: Some(plain), others: Vec::new(), confidence: beside.confidence, ..alone }
-            }
+        Some(formula) => match without_effects(task, formula, &beside) {
+            Some(plain) => BlockResult {
+                formula: Some(plain),
+                others: Vec::new(),
+                confidence: beside.confidence,
+                ..alone
+            },
             None => beside,
         },
         None => alone,
@@ -71,40 +74,39 @@ pub(crate) fn search<'a>(question: &Question<'a>, progress: &(dyn Fn(Event) + Sy
 }
 
 /// Whether a number of the base went far off when it was refitted.
-fn has_moved(question: &Question) -> bool {
-    let names = question.split().base_parameters(question.model);
+fn has_moved(task: &LawTask) -> bool {
+    let names = task.split().base_parameters(task.model);
     let value = |fitted: &CandidateFit, name: &String| fitted.model.parameter(name).unwrap_or(0.0);
     names.iter().any(|name| {
-        let [now, own] =
-            [&question.found.refitted, &question.found.nominal].map(|fitted| value(fitted, name));
+        let [now, own] = [&task.found.refitted, &task.found.nominal].map(|fitted| value(fitted, name));
         (now - own).abs() > THRESHOLDS.moved_base * own.abs()
     })
 }
 
 /// A formula that was found beside effects of the catalogue, refitted without them, where it does as well: they only stood in for it.
-fn without_effects(question: &Question, formula: &Formula, beside: &Hit) -> Option<Formula> {
-    let coefficients = formula.law.coefficients_in(&formula.fitted.model, question.id);
-    let plain = question.refit(&formula.law, &coefficients, &[])?;
-    let limit = beside.loss() * (1.0 + question.tolerance(&formula.fitted).max(THRESHOLDS.term_gain));
-    let gains = question.gains(question.before, &plain.fitted) && question.is_determined(&plain);
-    (gains && question.loss(&plain.fitted) <= limit).then_some(plain)
+fn without_effects(task: &LawTask, formula: &Formula, beside: &BlockResult) -> Option<Formula> {
+    let coefficients = formula.law.coefficients_in(&formula.fitted.model, task.id);
+    let plain = task.refit(&formula.law, &coefficients, &[])?;
+    let limit = beside.loss() * (1.0 + task.tolerance(&formula.fitted).max(THRESHOLDS.term_gain));
+    let gains = task.gains(task.before, &plain.fitted) && task.is_determined(&plain);
+    (gains && task.loss(&plain.fitted) <= limit).then_some(plain)
 }
 
-fn from_start<'a>(question: Question<'a>, progress: &(dyn Fn(Event) + Sync)) -> Hit<'a> {
-    let nothing = Hit {
-        question,
+fn from_start<'a>(task: LawTask<'a>, progress: &(dyn Fn(Event) + Sync)) -> BlockResult<'a> {
+    let nothing = BlockResult {
+        task,
         formula: None,
         others: Vec::new(),
         places: Vec::new(),
         without: None,
         confidence: None,
     };
-    let names = question.free_names();
-    let Some(linear) = Linear::new(question.split(), question.start, &names, question.known) else {
+    let names = task.free_names();
+    let Some(linear) = Linear::new(task.split(), task.start, &names, task.known) else {
         return nothing;
     };
     let Some(without) = linear.without() else { return nothing };
-    let outlooks = outlooks(&question.split().train);
+    let outlooks = outlooks(&task.split().train);
     let places = places(&linear, &outlooks);
     let times = times(&outlooks);
     let promising = promising(&places, &without);
@@ -115,24 +117,24 @@ fn from_start<'a>(question: Question<'a>, progress: &(dyn Fn(Event) + Sync)) -> 
         promising.iter().map(|it| &it.place).filter(|it| it.channels.len() == 1).collect();
     let tried: Vec<&Place> = tried.into_iter().chain(&times).chain(&pairs).collect();
     let laws = [laws(&tried, &found_lines), waves(&outlooks, &tried), remembering(&outlooks)].concat();
-    let formulas = refitted(&question, &linear, &laws, progress);
-    let (mut formula, mut others) = match simplest(&question, formulas) {
+    let formulas = refitted(&task, &linear, &laws, progress);
+    let (mut formula, mut others) = match simplest(&task, formulas) {
         Some((formula, others)) => (Some(formula), others),
         None => (None, Vec::new()),
     };
     for _ in 1..THRESHOLDS.most_terms {
         let Some(now) = formula.as_ref() else { break };
-        if question.over_floor(&now.fitted) <= crate::diagnose::thresholds::THRESHOLDS.done_at_floor {
+        if task.over_floor(&now.fitted) <= crate::diagnose::thresholds::THRESHOLDS.done_at_floor {
             break;
         }
-        let Some((better, beside)) = with_one_more(&question, now, &tried, &found_lines, progress) else {
+        let Some((better, beside)) = with_one_more(&task, now, &tried, &found_lines, progress) else {
             break;
         };
         (formula, others) = (Some(better), beside);
     }
-    let formula = formula.filter(|it| question.gains(question.before, &it.fitted));
+    let formula = formula.filter(|it| task.gains(task.before, &it.fitted));
     let confidence = how_sure(formula.as_ref(), &others, &places);
-    Hit { question, formula, others, places, without: Some(without), confidence }
+    BlockResult { task, formula, others, places, without: Some(without), confidence }
 }
 
 /// Every place with its smooth function, the best first: those of two channels where the second pays.
@@ -207,7 +209,7 @@ fn screened(linear: &Linear, laws: &[Law]) -> Vec<(Law, Score)> {
         laws.iter().zip(scored).filter_map(|(law, score)| Some((law.clone(), score?))).collect();
     scored.sort_by(|a, b| a.1.loss().total_cmp(&b.1.loss()));
     let mut taken: Vec<(Site, Vec<&'static str>, &'static str)> = Vec::new();
-    let signals = |law: &Law| law.terms[0].channels.iter().map(|it: &Channel| it.signal).collect::<Vec<_>>();
+    let signals = |law: &Law| law.terms[0].channels.iter().map(|it: &LawInput| it.signal).collect::<Vec<_>>();
     scored.retain(|(law, _)| {
         let own = (law.site, signals(law), law.terms[0].form);
         let of_place = taken.iter().filter(|(site, signals, _)| *site == own.0 && *signals == own.1).count();
@@ -222,40 +224,40 @@ fn screened(linear: &Linear, laws: &[Law]) -> Vec<(Law, Score)> {
 }
 
 fn refitted(
-    question: &Question,
+    task: &LawTask,
     linear: &Linear,
     laws: &[Law],
     progress: &(dyn Fn(Event) + Sync),
 ) -> Vec<Formula> {
     let formulas = spread(&screened(linear, laws), |(law, score)| {
         progress(Event::Fitted);
-        question.refit(law, &score.coefficients, &linear.numbers_after(score))
+        task.refit(law, &score.coefficients, &linear.numbers_after(score))
     });
     formulas.into_iter().flatten().collect()
 }
 
 /// A formula with one more term at its site, where that gains enough; and others that are the same to the data.
 fn with_one_more(
-    question: &Question,
+    task: &LawTask,
     now: &Formula,
     places: &[&Place],
     lines: &[f64],
     progress: &(dyn Fn(Event) + Sync),
 ) -> Option<(Formula, Vec<Formula>)> {
-    let coefficients = now.law.coefficients_in(&now.fitted.model, question.id);
-    let known: Vec<Effect> = [question.known, &[now.fitted.model.effect(question.id).ok()?]].concat();
-    let linear = Linear::new(question.split(), &now.fitted, &now.fitted.names, &known)?;
+    let coefficients = now.law.coefficients_in(&now.fitted.model, task.id);
+    let known: Vec<Effect> = [task.known, &[now.fitted.model.effect(task.id).ok()?]].concat();
+    let linear = Linear::new(task.split(), &now.fitted, &now.fitted.names, &known)?;
     let here: Vec<&Place> = places.iter().filter(|place| place.site == now.law.site).copied().collect();
     let best = screened(&linear, &laws(&here, lines));
     let formulas = spread(&best, |(law, score)| {
         progress(Event::Fitted);
         let terms = [&now.law.terms[..], &law.terms[..]].concat();
         let coefficients = [&coefficients[..], &score.coefficients[..]].concat();
-        question.refit(&Law { terms, ..now.law.clone() }, &coefficients, &linear.numbers_after(score))
+        task.refit(&Law { terms, ..now.law.clone() }, &coefficients, &linear.numbers_after(score))
     });
-    let gains = |formula: &Formula| question.gains(&now.fitted, &formula.fitted);
+    let gains = |formula: &Formula| task.gains(&now.fitted, &formula.fitted);
     let formulas: Vec<Formula> = formulas.into_iter().flatten().filter(gains).collect();
-    simplest(question, formulas)
+    simplest(task, formulas)
 }
 
 /// How sure the place of the answer is, of the formula or of the best smooth function, beside the smooth functions elsewhere and the
@@ -266,8 +268,8 @@ fn how_sure(formula: Option<&Formula>, formulas: &[Formula], places: &[PlaceScor
         Some(formula) => (formula.law.site, formula.law.channels()),
         None => (best.place.site, best.place.channels.iter().collect()),
     };
-    let holds_all = |at: Site, own: &[&Channel]| {
-        let has = |channel: &&Channel| own.iter().any(|it| it.signal == channel.signal);
+    let holds_all = |at: Site, own: &[&LawInput]| {
+        let has = |channel: &&LawInput| own.iter().any(|it| it.signal == channel.signal);
         at == site && channels.iter().all(has)
     };
     let is_place = |it: &PlaceScore| holds_all(it.place.site, &it.place.channels.iter().collect::<Vec<_>>());

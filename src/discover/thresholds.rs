@@ -67,4 +67,16 @@ crate::thresholds! {
     fewest_turns: f64 = 3.0, "count", "judgement";
     /// alternatives named beside a formula
     most_alternatives: usize = 4, "count", "judgement";
+    /// frequencies tried for each turn that the whole log lasts
+    tries_per_turn: f64 = 3.0, "1/turn", "a line lies within a sixth of a turn of one";
+    /// share of the readings' rate up to which lines are looked for
+    highest_line: f64 = 0.25, "-", "half of Nyquist's";
+    /// frequencies that are tried, at most
+    most_lines_tried: usize = 6000, "count", "times of long logs";
+    /// times that each number inside a formula is moved before the whole simulation refits it
+    inner_rounds: usize = 3, "count", "judgement";
+    /// how far it was moved the time before, over how far it is now
+    inner_shrink: f64 = 3.0, "-", "judgement";
+    /// how far beyond the visited range formulas are held against each other, over that range
+    compared_beyond: f64 = 0.5, "-", "judgement";
 }

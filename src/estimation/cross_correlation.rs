@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::lagged_products::{Centred, lagged_products};
+use super::thresholds::THRESHOLDS;
 
 /// Where the cross-correlation of a signal with another is largest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,7 +33,7 @@ impl<'a> Coloured<'a> {
         let known = signal.iter().filter(|value| value.is_finite()).count();
         let signal = Centred::of(signal);
         // Bartlett's sum needs the colour until it has died away.
-        let reach = 4 * most_lag.min(signal.len() / 8);
+        let reach = THRESHOLDS.colour_lags * most_lag.min(signal.len() / THRESHOLDS.shortest_of_lag);
         Self { colour: lagged_products(&signal, &signal, (0, reach)), signal, known, most_lag }
     }
 
@@ -46,7 +47,7 @@ impl<'a> Coloured<'a> {
         let products = self.colour.iter().zip(&other.colour).skip(1).map(|(a, b)| a * b);
         let stretch: f64 = 1.0 + 2.0 * products.sum::<f64>();
         let standard_error = (stretch.max(1.0) / self.known as f64).sqrt();
-        let most = self.most_lag.min(self.signal.len() / 8);
+        let most = self.most_lag.min(self.signal.len() / THRESHOLDS.shortest_of_lag);
         let products = lagged_products(&self.signal, &other.signal, (most, most));
         let at = |lag: i64| {
             let (late, early) = (lag.max(0) as usize, (-lag).max(0) as usize);

@@ -18,7 +18,7 @@ pub fn explained(error: &[f64], channel: &[f64]) -> f64 {
     let count = THRESHOLDS.bins;
     let mut order: Vec<usize> = (0..error.len()).filter(|row| channel[*row].is_finite()).collect();
     order.sort_by(|a, b| channel[*a].total_cmp(&channel[*b]));
-    if order.len() < 4 * count {
+    if order.len() < THRESHOLDS.fewest_in_bin * count {
         return 0.0;
     }
     let size = order.len().div_ceil(count);
@@ -62,7 +62,7 @@ impl Bins {
         let is_there = |row: &usize| channel[*row].is_finite() && error[*row].is_finite();
         let count = (0..error.len()).filter(is_there).count();
         let known = error.iter().filter(|error| error.is_finite()).count();
-        if count < 4 * bins || 2 * count < known {
+        if count < THRESHOLDS.fewest_in_bin * bins || 2 * count < known {
             return None;
         }
         let kept = (count < error.len()).then(|| {

@@ -1,7 +1,7 @@
 //! Golden-section search (Kiefer 1953).
 
-/// Evaluations behind the first two: the bracket shrinks to 5e-4 of its width.
-const STEPS: usize = 16;
+use super::thresholds::THRESHOLDS;
+
 /// The smaller part of the golden ratio, 1/φ.
 const SHARE: f64 = 0.618_033_988_749_895;
 
@@ -9,7 +9,7 @@ const SHARE: f64 = 0.618_033_988_749_895;
 pub(crate) fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> (f64, f64) {
     let (mut left, mut right) = (high - SHARE * (high - low), low + SHARE * (high - low));
     let (mut f_left, mut f_right) = (f(left), f(right));
-    for _ in 0..STEPS {
+    for _ in 0..THRESHOLDS.golden_steps {
         if f_left <= f_right {
             (high, right, f_right) = (right, left, f_left);
             left = high - SHARE * (high - low);

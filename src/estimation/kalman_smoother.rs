@@ -20,7 +20,7 @@ pub(crate) trait LinearSystem<const N: usize, const M: usize> {
     fn readings(&self, sample: usize) -> [Reading<N>; M];
 
     /// How the state goes on to the next sample.
-    fn step(&self, sample: usize) -> Step<N>;
+    fn step(&self, sample: usize) -> Transition<N>;
 }
 
 /// What is known of a state.
@@ -41,7 +41,7 @@ pub(crate) struct Reading<const N: usize> {
 }
 
 /// From a sample to the next: the state becomes `transition` times it, plus `input`.
-pub(crate) struct Step<const N: usize> {
+pub(crate) struct Transition<const N: usize> {
     pub transition: SMatrix<f64, N, N>,
     pub input: SVector<f64, N>,
     /// Variances that are added to those of the states.
@@ -117,7 +117,7 @@ impl<'a, S: LinearSystem<N, M>, const N: usize, const M: usize> Filter<'a, S, N,
             likelihood.add(innovation, variance);
         }
         let after = Belief { state: *state, covariance: *covariance };
-        let Step { transition, input, variance } = system.step(sample);
+        let Transition { transition, input, variance } = system.step(sample);
         *state = transition * *state + input;
         *covariance = transition * *covariance * transition.transpose()
             + SMatrix::<f64, N, N>::from_diagonal(&variance);
@@ -199,10 +199,10 @@ mod tests {
     use super::*;
     use nalgebra::{DMatrix, DVector};
 
-    /// A value that wanders, and is read with noise, now and then not at all.
+    /// A random walk that is read with noise, now and then not at all.
     struct Walk {
         read: Vec<f64>,
-        wander: f64,
+        step: f64,
     }
 
     const NOISE: f64 = 0.5;
@@ -220,26 +220,25 @@ mod tests {
             [Reading { value: self.read[sample], noise: NOISE, of: RowSVector::from([[1.0]]) }]
         }
 
-        fn step(&self, _sample: usize) -> Step<1> {
-            Step {
+        fn step(&self, _sample: usize) -> Transition<1> {
+            Transition {
                 transition: SMatrix::from([[1.0]]),
                 input: SVector::from([0.1]),
-                variance: SVector::from([self.wander * self.wander]),
+                variance: SVector::from([self.step * self.step]),
             }
         }
     }
 
     fn walk(samples: usize) -> Walk {
         let read = |at: usize| if at % 7 == 3 { f64::NAN } else { 0.1 * at as f64 + (0.7 * at as f64).sin() };
-        Walk { read: (0..samples).map(read).collect(), wander: 0.2 }
+        Walk { read: (0..samples).map(read).collect(), step: 0.2 }
     }
 
     /// The same from the joint normal distribution of all values and readings: mean and standard deviation given the readings,
     /// and the logarithm of the readings' density.
     fn jointly(walk: &Walk) -> (Vec<(f64, f64)>, f64) {
         let samples = walk.read.len();
-        let prior =
-            DMatrix::from_fn(samples, samples, |i, j| 4.0 + walk.wander * walk.wander * i.min(j) as f64);
+        let prior = DMatrix::from_fn(samples, samples, |i, j| 4.0 + walk.step * walk.step * i.min(j) as f64);
         let there: Vec<usize> = (0..samples).filter(|at| walk.read[*at].is_finite()).collect();
         let covariance = DMatrix::from_fn(there.len(), there.len(), |i, j| {
             prior[(there[i], there[j])] + if i == j { NOISE * NOISE } else { 0.0 }

@@ -20,8 +20,6 @@ use crate::threads::spread;
 
 /// Relative step of the difference quotients: half the digits of a double, rounded up for kinks in the laws.
 const DERIVATIVE_STEP: f64 = 1e-6;
-/// Damping at which a step is so short that no descent is left.
-const MOST_DAMPING: f64 = 1e10;
 
 /// Fits a problem.
 pub fn fit(problem: &dyn OutputError, free: &[Free], locals: Option<&[f64]>, config: &FitConfig) -> Fit {
@@ -90,7 +88,7 @@ pub fn validate_from(problem: &dyn OutputError, globals: &[f64], from: Option<(&
 }
 
 /// A step that lowered the cost.
-struct Step {
+struct AcceptedStep {
     /// Share by which it did, and by which it should have.
     fall: f64,
     predicted: f64,
@@ -99,7 +97,7 @@ struct Step {
     locals: Vec<f64>,
 }
 
-impl Step {
+impl AcceptedStep {
     fn went_as_predicted(&self) -> bool {
         let (least, most) = THRESHOLDS.as_predicted;
         (least..most).contains(&(self.fall / self.predicted))
@@ -157,8 +155,8 @@ impl<'a> Search<'a> {
         damping: &mut f64,
         may_shorten: bool,
         (iterations, most): (&mut usize, usize),
-    ) -> Option<Step> {
-        while *damping < MOST_DAMPING && *iterations < most {
+    ) -> Option<AcceptedStep> {
+        while *damping < THRESHOLDS.most_damping && *iterations < most {
             cancel::check();
             *iterations += 1;
             let step = self.step(normal, *damping);
@@ -249,7 +247,7 @@ impl<'a> Search<'a> {
     }
 
     /// Tries one step; `None` when the cost did not fall.
-    fn step(&mut self, normal: &Normal, damping: f64) -> Option<Step> {
+    fn step(&mut self, normal: &Normal, damping: f64) -> Option<AcceptedStep> {
         let change = self.direction(normal, damping);
         let globals: Vec<f64> = (0..self.globals.len())
             .map(|index| self.free[index].within(self.globals[index] + change[index]))
@@ -270,7 +268,7 @@ impl<'a> Search<'a> {
         let difference = |now: &[f64], before: &[f64]| -> Vec<f64> {
             now.iter().zip(before).map(|(now, before)| now - before).collect()
         };
-        let step = Step {
+        let step = AcceptedStep {
             fall: (self.cost - cost) / self.cost,
             predicted: normal.predicted_fall(&difference(&globals, &self.globals)) / self.cost,
             globals: difference(&globals, &self.globals),

@@ -3,22 +3,22 @@
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::kalman_smoother::{Belief, LinearSystem, Reading, Step, likelihood, smoothed};
+use super::kalman_smoother::{Belief, LinearSystem, Reading, Transition, likelihood, smoothed};
 use super::noise_floor::white_noise;
 use super::thresholds::THRESHOLDS;
 
-/// The level under noisy values: a random walk, its wandering chosen by likelihood. Not-a-number = missing. With it an example of the noise that the level
-/// still carries: white noise of the same size, smoothed in the same way.
+/// The level under noisy values: a random walk, its step chosen by likelihood. Not-a-number = missing. With it an example of
+/// the noise that the level still carries: white noise of the same size, smoothed in the same way.
 #[must_use]
 pub fn smooth(values: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let wandering = wandering(values);
-    if wandering == 0.0 {
+    let walk = walk(values);
+    if walk == 0.0 {
         // The mean of many values carries next to none.
         return (vec![constant(values); values.len()], vec![0.0; values.len()]);
     }
     let mut noise = white(values.len(), white_noise(values, std::slice::from_ref(&(0..values.len()))));
     copy_missing(&mut noise, values);
-    (level(values, wandering), level(&noise, wandering))
+    (level(values, walk), level(&noise, walk))
 }
 
 /// Marks as missing in an example of noise what is missing in the values that it belongs to.
@@ -34,10 +34,10 @@ pub fn white(count: usize, size: f64) -> Vec<f64> {
     (0..count).map(|_| size * Distribution::<f64>::sample(&StandardNormal, &mut generator)).collect()
 }
 
-/// A level that wanders from sample to sample, read with noise; both over the size of the noise.
+/// A level that is a random walk from sample to sample, read with noise; both over the size of the noise.
 struct Level<'a> {
     values: &'a [f64],
-    wandering: f64,
+    walk: f64,
 }
 
 impl LinearSystem<1, 1> for Level<'_> {
@@ -58,24 +58,24 @@ impl LinearSystem<1, 1> for Level<'_> {
         [Reading { value, noise: 1.0, of: [[1.0]].into() }]
     }
 
-    fn step(&self, _sample: usize) -> Step<1> {
-        let variance = [self.wandering * self.wandering].into();
-        Step { transition: [[1.0]].into(), input: [0.0].into(), variance }
+    fn step(&self, _sample: usize) -> Transition<1> {
+        let variance = [self.walk * self.walk].into();
+        Transition { transition: [[1.0]].into(), input: [0.0].into(), variance }
     }
 }
 
-/// How much the level wanders from sample to sample, over the noise.
-fn wandering(values: &[f64]) -> f64 {
-    let likelihood = |wandering: f64| {
-        let penalty = if wandering > 0.0 { THRESHOLDS.wandering_penalty } else { 0.0 };
-        likelihood(&Level { values, wandering }, values.len()).at_best_scale() - penalty
+/// How far the level walks from sample to sample, over the noise.
+fn walk(values: &[f64]) -> f64 {
+    let likelihood = |walk: f64| {
+        let penalty = if walk > 0.0 { THRESHOLDS.walk_penalty } else { 0.0 };
+        likelihood(&Level { values, walk }, values.len()).at_best_scale() - penalty
     };
-    let best = THRESHOLDS.wanderings.iter().copied().map(|wandering| (likelihood(wandering), wandering));
-    best.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |(_, wandering)| wandering)
+    let best = THRESHOLDS.walks.iter().copied().map(|walk| (likelihood(walk), walk));
+    best.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(0.0, |(_, walk)| walk)
 }
 
-fn level(values: &[f64], wandering: f64) -> Vec<f64> {
-    smoothed(&Level { values, wandering }, 0).into_iter().map(|(level, _)| level).collect()
+fn level(values: &[f64], walk: f64) -> Vec<f64> {
+    smoothed(&Level { values, walk }, 0).into_iter().map(|(level, _)| level).collect()
 }
 
 /// The mean where it is plainly not zero: a mean within its own scatter is noise, and noise would drive what

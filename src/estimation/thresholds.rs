@@ -74,10 +74,10 @@ crate::thresholds! {
     on_grid: f64 = 0.95, "-", "judgement";
     /// count: gaps that show a grid.
     fewest_gaps: usize = 5, "count", "judgement";
-    /// [-] log-likelihood that a level which wanders must win over a constant one: a wandering one carries noise along.
-    wandering_penalty: f64 = 5.0, "-", "judgement";
-    /// [-] wanderings of a level from sample to sample, over the noise, of which the likeliest is taken.
-    wanderings: [f64; 12] = [0.0, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0], "-", "a factor of three apart";
+    /// [-] log-likelihood that a random walk must win over a constant level: a walk carries noise along.
+    walk_penalty: f64 = 5.0, "-", "judgement";
+    /// [-] walks of a level from sample to sample, over the noise, of which the likeliest is taken.
+    walks: [f64; 12] = [0.0, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0], "-", "a factor of three apart";
     /// [-] share of a record by which a channel is shifted at least, and at most short of all of it, to mean nothing.
     least_shift: f64 = 0.05, "-", "judgement: none is near to no shift at all";
     /// Standard errors from which a mean is not zero.
@@ -88,4 +88,20 @@ crate::thresholds! {
     least_pivot: f64 = 1e-6, "-", "judgement";
     /// share of the rows that keeps directions apart which the data do not separate, as two levels do u and u²
     ridge: f64 = 1e-9, "-", "judgement";
+    /// evaluations of a golden-section search behind the first two
+    golden_steps: usize = 16, "count", "the bracket shrinks to 5e-4 of its width";
+    /// damping at which a step of a fit is so short that no descent is left
+    most_damping: f64 = 1e10, "-", "judgement";
+    /// steps of the search for a pole, at most
+    most_pole_steps: usize = 40, "count", "judgement";
+    /// times that such a step is halved, at most, until it lowers the cost
+    most_halvings: usize = 20, "count", "a millionth of the step";
+    /// least and greatest relative change of the pole in one step
+    pole_step: (f64, f64) = (-0.5, 1.0), "-", "a factor of two to both sides";
+    /// rows that a bin has on average, at least, where an error is held against a channel
+    fewest_in_bin: usize = 4, "count", "judgement";
+    /// times the largest lag over which a signal's own correlation is taken to have died away
+    colour_lags: usize = 4, "count", "judgement";
+    /// times the largest lag that a signal lasts, at least, where it is correlated with another
+    shortest_of_lag: usize = 8, "count", "judgement: most of both is still in common";
 }

@@ -25,7 +25,6 @@ const ROUNDING: f64 = 1e-13;
 /// Relative change of p at which the search ends, and the same in standard errors of p.
 const TOLERANCE: f64 = 1e-9;
 const TOLERANCE_IN_ERRORS: f64 = 1e-5;
-const MOST_STEPS: usize = 40;
 
 /// A fitted first-order lag.
 #[derive(Debug, Clone)]
@@ -81,14 +80,15 @@ pub(crate) fn fit_at<const M: usize>(record: &Record<M>, pole: f64) -> Option<La
 /// Gauss-Newton on the pole alone.
 fn search<const M: usize>(record: &Record<M>, near: f64) -> Option<Projection<M>> {
     let mut at = Projection::new(record, near)?;
-    for _ in 0..MOST_STEPS {
-        // At most a factor of two per step: the profile is not a parabola far from its minimum.
-        let mut step = (at.step / at.pole).clamp(-0.5, 1.0);
+    for _ in 0..THRESHOLDS.most_pole_steps {
+        // The profile is not a parabola far from its minimum.
+        let (least, most) = THRESHOLDS.pole_step;
+        let mut step = (at.step / at.pole).clamp(least, most);
         if step.abs() < TOLERANCE || at.step_in_errors() < TOLERANCE_IN_ERRORS {
             break;
         }
         let mut better = None;
-        for _ in 0..20 {
+        for _ in 0..THRESHOLDS.most_halvings {
             let trial = Projection::new(record, at.pole * (1.0 + step));
             if let Some(trial) = trial.filter(|trial| trial.cost <= at.cost + ROUNDING * at.total) {
                 better = Some(trial);

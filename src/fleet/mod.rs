@@ -18,5 +18,5 @@ pub use answer::{Answer, Errors, Found};
 pub use error::FleetError;
 pub use merge::merge;
 pub use plan::{Bench, Plan};
-pub use run::{Diagnosed, Event, Shard, Story, Writer, run};
+pub use run::{AnswerAndPage, Diagnosed, Event, Shard, Writer, run};
 pub use summary::{EffectCount, Fleet, ParameterSpread, Row, VerdictCount};

@@ -81,12 +81,12 @@ pub struct Diagnosed<'a> {
 }
 
 /// The answer of a bench as JSON, and its page where one is wanted.
-pub type Story = (Value, Option<String>);
+pub type AnswerAndPage = (Value, Option<String>);
 
 /// What an answer is made of, and how a failure is said.
 pub struct Writer<'a> {
     /// Answer and page of a bench.
-    pub story: &'a dyn Fn(&Diagnosed) -> Result<Story, FleetError>,
+    pub story: &'a dyn Fn(&Diagnosed) -> Result<AnswerAndPage, FleetError>,
     /// The sentence of an error.
     pub refusal: &'a dyn Fn(&FleetError) -> String,
 }
@@ -166,7 +166,7 @@ impl Work<'_> {
     }
 
     /// Answer and page, an error, or what a panic said: one bench must not end the shard.
-    fn caught(&self, bench: &Bench) -> Result<Result<Story, FleetError>, String> {
+    fn caught(&self, bench: &Bench) -> Result<Result<AnswerAndPage, FleetError>, String> {
         catch_unwind(AssertUnwindSafe(|| self.diagnose(bench))).or_else(|panic| {
             if panic.is::<Cancelled>() {
                 return Ok(Err(SessionError::Cancelled(Cancelled).into()));
@@ -179,7 +179,7 @@ impl Work<'_> {
         })
     }
 
-    fn diagnose(&self, bench: &Bench) -> Result<Story, FleetError> {
+    fn diagnose(&self, bench: &Bench) -> Result<AnswerAndPage, FleetError> {
         let model = session::open_model(&bench.model)?;
         let open = OpenConfig {
             mapping: bench.mapping.clone(),

@@ -32,7 +32,7 @@ pub(super) struct SignalTrack {
 
 /// What a signal is now.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Verdict {
+pub(super) enum SignalState {
     Good,
     /// Bad, and still within the time that the last good value may be used.
     Bad(Cause),
@@ -48,7 +48,7 @@ impl SignalTrack {
         sample: &Sample,
         now_ns: u64,
         turning: bool,
-    ) -> Verdict {
+    ) -> SignalState {
         let bits = sample.value.to_bits();
         let changed = bits != self.bits;
         let live = sample.count != self.count;
@@ -63,15 +63,17 @@ impl SignalTrack {
         let still = limit.frozen_after_ns > 0 && still_ns > limit.frozen_after_ns;
         self.frozen = still && (live || self.frozen);
         if still && live {
-            return Verdict::Lost(complaint.unwrap_or(Cause::SignalFrozen));
+            return SignalState::Lost(complaint.unwrap_or(Cause::SignalFrozen));
         }
         match complaint {
             None => {
                 self.good_ns = sample.stamp_ns;
-                Verdict::Good
+                SignalState::Good
             }
-            Some(cause) if now_ns.saturating_sub(self.good_ns) > limit.stale_after_ns => Verdict::Lost(cause),
-            Some(cause) => Verdict::Bad(cause),
+            Some(cause) if now_ns.saturating_sub(self.good_ns) > limit.stale_after_ns => {
+                SignalState::Lost(cause)
+            }
+            Some(cause) => SignalState::Bad(cause),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::built::Guard;
 use super::memory::{GuardState, NO_SUBJECT};
-use super::signals::Verdict;
+use super::signals::SignalState;
 use super::table::Cause;
 use super::thresholds::{THRESHOLDS, share_of};
 
@@ -51,9 +51,9 @@ impl Guard {
             }
             let sample = channel.of(sensors);
             let (cause, trips) = match track.assess(limit, sample, now_ns, turning) {
-                Verdict::Good => continue,
-                Verdict::Bad(cause) => (cause, false),
-                Verdict::Lost(cause) => (cause, true),
+                SignalState::Good => continue,
+                SignalState::Bad(cause) => (cause, false),
+                SignalState::Lost(cause) => (cause, true),
             };
             if worst.is_none_or(|worst| trips && !worst.trips) {
                 worst = Some(Trouble { cause, subject: channel.subject(), value: sample.value, trips });

@@ -10,7 +10,7 @@ use super::work::Work;
 use super::{IdentifiedActuator, IdentifyError};
 use crate::estimation::frequency_response::{self, Signals};
 use crate::estimation::moments::pooled_rms;
-use crate::model::{AddedEffect, ErrorFall, LogReference, Measure, Model, SeenRows, Step};
+use crate::model::{AddedEffect, ErrorFall, LogReference, Measure, Model, ModelStep, SeenRows};
 use crate::screening::duplicate_logs;
 use crate::screening::excitation::FEWEST_JUMPS;
 use crate::screening::rotor_data::RotorLog;
@@ -51,7 +51,7 @@ impl Work<'_> {
         before.actuator.voltage_gain = alone.voltage_gain;
         before.actuator.pole = alone.pole;
         let [[train_before, train_after], [validate_before, validate_after]] = errors;
-        model.ladder.push(Step {
+        model.ladder.push(ModelStep {
             added: vec![card.id.to_owned()],
             logs: logs[0].iter().map(reference).collect(),
             validation: logs[1].iter().map(reference).collect(),

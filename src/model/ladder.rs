@@ -56,7 +56,7 @@ pub struct ErrorFall {
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Step {
+pub struct ModelStep {
     /// Ids of the effects added; empty: only parameters were refitted.
     pub added: Vec<String>,
     /// Training logs.

@@ -40,7 +40,7 @@ pub use equations::Equations;
 pub use error::ModelError;
 pub(crate) use expression_domain::UndefinedRow;
 pub use known_effect::{Effect, EffectParameter};
-pub use ladder::{Change, ErrorFall, LogReference, SeenRows, Step};
+pub use ladder::{Change, ErrorFall, LogReference, ModelStep, SeenRows};
 pub use measure::Measure;
 pub use rotor_trace::{Remembered, RotorInput, RotorStart, RotorTrace};
 pub use user_effect::{UserEffect, UserParameter};
@@ -112,7 +112,7 @@ pub struct Model {
     pub effects: Vec<AddedEffect>,
     /// How it got there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub ladder: Vec<Step>,
+    pub ladder: Vec<ModelStep>,
     /// The rows that its own numbers were identified from.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub identified_from: Vec<SeenRows>,

@@ -51,7 +51,7 @@ fn stepping_back_restores_the_numbers_and_how_well_they_are_known() {
         validate_before: 3.0,
         validate_after: 1.0,
     };
-    after.ladder.push(Step {
+    after.ladder.push(ModelStep {
         added: vec!["transport_delay".to_owned()],
         logs: Vec::new(),
         validation: Vec::new(),

@@ -1,12 +1,12 @@
 //! What `replay` says.
 
-use crate::runtime::replay::Verdict;
+use crate::runtime::replay::ReplayResult;
 
 /// The verdicts on controller and guard, what of the guard's events came again, how many records were lost, and where the
 /// recording is cut off.
 #[must_use]
 pub fn text(
-    [controller, guard]: [&Verdict; 2],
+    [controller, guard]: [&ReplayResult; 2],
     (equal_events, lost): (u64, u64),
     cut_off: Option<&str>,
 ) -> String {
@@ -21,7 +21,7 @@ pub fn text(
     text
 }
 
-fn verdict(verdict: &Verdict, who: &str, step: &str) -> String {
+fn verdict(verdict: &ReplayResult, who: &str, step: &str) -> String {
     let mut text = format!("{who}: {} {step}s equal, bit for bit\n", verdict.equal);
     if verdict.unknown > 0 {
         text += &format!(

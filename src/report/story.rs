@@ -8,7 +8,7 @@ use crate::diagnose::diagnosis::{
     Diagnosis, ErrorSummary, FailurePlace, FoundParameter, RankedCandidate, TrainValidate, Verdict,
 };
 use crate::effect::{Card, Law, find};
-use crate::model::{Model, Step};
+use crate::model::{Model, ModelStep};
 use crate::report::findings::sentence;
 use crate::report::measure::measure;
 use crate::report::next_steps::NextStep;
@@ -318,7 +318,7 @@ pub fn nothing_to_change(finding: &Finding, error: &ErrorSummary) -> String {
 
 /// What a step of the ladder did.
 #[must_use]
-pub fn step_title(step: &Step) -> String {
+pub fn step_title(step: &ModelStep) -> String {
     if step.added.is_empty() {
         "its own numbers refitted".to_owned()
     } else {

@@ -26,7 +26,7 @@ pub struct FirstDifference {
 /// What replaying one of the two came to.
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Verdict {
+pub struct ReplayResult {
     /// Steps replayed and found equal, bit for bit.
     pub equal: u64,
     /// Steps that could not be replayed, because what came before them is not in the recording.
@@ -38,7 +38,7 @@ pub struct Verdict {
     pub first_difference: Option<FirstDifference>,
 }
 
-impl Verdict {
+impl ReplayResult {
     /// Whether everything recorded could be replayed and was equal.
     #[must_use]
     pub fn is_equal(&self) -> bool {
@@ -59,9 +59,9 @@ pub struct Replay<'a> {
     recorded: VecDeque<GuardEvent>,
     first_ns: Option<u64>,
     /// The controller's outcome.
-    pub controller: Verdict,
+    pub controller: ReplayResult,
     /// The guard's outcome.
-    pub guard_verdict: Verdict,
+    pub guard_result: ReplayResult,
     /// Events of the guard that were equal.
     pub equal_events: u64,
 }
@@ -78,8 +78,8 @@ impl<'a> Replay<'a> {
             replayed: VecDeque::new(),
             recorded: VecDeque::new(),
             first_ns: None,
-            controller: Verdict::default(),
-            guard_verdict: Verdict::default(),
+            controller: ReplayResult::default(),
+            guard_result: ReplayResult::default(),
             equal_events: 0,
         }
     }
@@ -137,17 +137,17 @@ impl<'a> Replay<'a> {
 
     fn guard_step(&mut self, step: &GuardStep) {
         let time_s = self.time_s(step.now_ns);
-        if self.guard_verdict.first_difference.is_some() {
+        if self.guard_result.first_difference.is_some() {
             return;
         }
         let sequence = step.applied.sequence;
         if sequence == 1 {
             self.guarding = Some((GuardState::new(), 0));
-            self.guard_verdict.starts += 1;
+            self.guard_result.starts += 1;
         }
         let Some((state, last)) = self.guarding.as_mut().filter(|(_, last)| last + 1 == sequence) else {
             self.guarding = None;
-            self.guard_verdict.unknown += 1;
+            self.guard_result.unknown += 1;
             return;
         };
         *last = sequence;
@@ -158,9 +158,9 @@ impl<'a> Replay<'a> {
             self.guard.step(state, step.now_ns, &step.sensors, step.newest(), step.request());
         self.replayed.extend(state.take_events());
         match first_difference(&step.applied, &applied) {
-            None => self.guard_verdict.equal += 1,
+            None => self.guard_result.equal += 1,
             Some(difference) => {
-                self.guard_verdict.first_difference = Some(FirstDifference { sequence, time_s, difference });
+                self.guard_result.first_difference = Some(FirstDifference { sequence, time_s, difference });
             }
         }
         self.compare_events();
@@ -175,7 +175,7 @@ impl<'a> Replay<'a> {
     /// Compares the events of both so far, in order.
     fn compare_events(&mut self) {
         while let (Some(recorded), Some(replayed)) = (self.recorded.front(), self.replayed.front()) {
-            if self.guard_verdict.first_difference.is_some() {
+            if self.guard_result.first_difference.is_some() {
                 return;
             }
             let (sequence, stamp_ns) = (recorded.sequence, recorded.stamp_ns);
@@ -183,7 +183,7 @@ impl<'a> Replay<'a> {
                 None => self.equal_events += 1,
                 Some(difference) => {
                     let time_s = self.time_s(stamp_ns);
-                    self.guard_verdict.first_difference =
+                    self.guard_result.first_difference =
                         Some(FirstDifference { sequence, time_s, difference });
                 }
             }

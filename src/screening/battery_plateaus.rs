@@ -1,4 +1,4 @@
-//! A battery that is read in few steps stands on each of them, its treads.
+//! A battery that is read in few steps stands on each of them, its plateaus.
 
 use super::rotor_data::bounds;
 use super::thresholds::THRESHOLDS;
@@ -12,9 +12,9 @@ pub(crate) fn step_of(voltage: &[f64]) -> Option<f64> {
     (high - low <= THRESHOLDS.quantized_steps * step && !changes().any(off)).then_some(step)
 }
 
-/// [s] what a tread may last, by how long those last over which a quantized reading goes; zero where it is none.
-pub(crate) fn longest_tread(time: &[f64], voltage: &[f64]) -> f64 {
+/// [s] what a plateau may last, by how long those last over which a quantized reading goes; zero where it is none.
+pub(crate) fn longest_plateau(time: &[f64], voltage: &[f64]) -> f64 {
     let (low, high) = bounds(voltage);
-    let treads = step_of(voltage).map(|step| (high - low) / step + 1.0);
-    treads.map_or(0.0, |treads| THRESHOLDS.longest_tread * (time[time.len() - 1] - time[0]) / treads)
+    let plateaus = step_of(voltage).map(|step| (high - low) / step + 1.0);
+    plateaus.map_or(0.0, |plateaus| THRESHOLDS.longest_plateau * (time[time.len() - 1] - time[0]) / plateaus)
 }

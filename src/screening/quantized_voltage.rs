@@ -1,7 +1,7 @@
 //! A battery that is read in steps as coarse as its noise, or coarser: over a few steps what is read is a quantized curve, which
 //! no fit averages out. It bends with time as a battery does, and is taken for one.
 //!
-//! When a tread ends is known far better than where on the tread the voltage is. So what is read is taken for what it is, an
+//! When a plateau ends is known far better than where on the plateau the voltage is. So what is read is taken for what it is, an
 //! interval of one step around it, in which the voltage lies with its noise: the course over time, and what the load takes
 //! with the cube of the rate, are those of greatest likelihood. Where steps are fine against the noise that is least squares.
 
@@ -21,7 +21,7 @@ use crate::estimation::ridge::{RIDGE, RidgeSums};
 use crate::log::segments::held_or;
 use columns::Columns;
 
-/// Puts readings without treads in the place of a quantized reading, as noisy as what is known of the voltage. Says so where the
+/// Puts readings without plateaus in the place of a quantized reading, as noisy as what is known of the voltage. Says so where the
 /// edges do not determine how it fell.
 pub(crate) fn mend(rotor: &mut RotorLog) -> Option<Finding> {
     let voltage = rotor.voltage.as_deref()?;
@@ -48,7 +48,7 @@ pub(crate) fn mend(rotor: &mut RotorLog) -> Option<Finding> {
             .filter(|it| quantized.determines(it) && it.likelihood + THRESHOLDS.load_likelihood > likelihood)
     };
     let taken = if is_known { Some(fit) } else { alone(fit.likelihood).or(Some(fit).filter(|_| has_load)) };
-    let mended = taken.map(|fit| quantized.without_treads(&fit));
+    let mended = taken.map(|fit| quantized.without_plateaus(&fit));
     if mended.is_some() {
         rotor.voltage = mended.map(Into::into);
     }
@@ -116,7 +116,7 @@ impl Course {
     };
 }
 
-/// Rows behind which the next tread begins: there the voltage is in the middle between both.
+/// Rows behind which the next plateau begins: there the voltage is in the middle between both.
 fn edges(voltage: &[f64], step: f64) -> Vec<usize> {
     let is_edge = |row: &usize| {
         ((voltage[row + 1] - voltage[*row]).abs() / step - 1.0).abs() < THRESHOLDS.step_tolerance
@@ -137,7 +137,7 @@ struct QuantizedVoltage<'a> {
     voltage: &'a [f64],
     /// [V]
     step: f64,
-    /// Rows behind which the next tread begins.
+    /// Rows behind which the next plateau begins.
     edges: Vec<usize>,
     course: Course,
 }
@@ -193,10 +193,10 @@ impl<'a> QuantizedVoltage<'a> {
         Some(fit)
     }
 
-    /// Least squares on the edges, and a little on the treads.
+    /// Least squares on the edges, and a little on the plateaus.
     fn by_edges(&self, columns: Columns<'a>) -> Option<Fit<'a>> {
         let mut sums = RidgeSums::new(columns.count());
-        let weight = THRESHOLDS.tread_weight * self.edges.len() as f64 / self.voltage.len() as f64;
+        let weight = THRESHOLDS.plateau_weight * self.edges.len() as f64 / self.voltage.len() as f64;
         (0..self.voltage.len()).for_each(|row| sums.add(columns.at(row), weight, weight * self.voltage[row]));
         for &row in &self.edges {
             // Half on either side.
@@ -256,9 +256,9 @@ impl<'a> QuantizedVoltage<'a> {
         error < THRESHOLDS.known_fall * fit.fall().max(self.step)
     }
 
-    /// [V] What is left of the likelihood's slope has no part in the columns. With it, and as strong as what the treads say
+    /// [V] What is left of the likelihood's slope has no part in the columns. With it, and as strong as what the plateaus say
     /// is weak, least squares on what is given here finds the same course, and with the errors that it has.
-    fn without_treads(&self, fit: &Fit) -> Vec<f64> {
+    fn without_plateaus(&self, fit: &Fit) -> Vec<f64> {
         let rows = || 0..self.voltage.len();
         let weight =
             rows().map(|row| self.cut(fit, row).mean.powi(2)).sum::<f64>() / self.voltage.len() as f64;

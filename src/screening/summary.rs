@@ -33,7 +33,7 @@ pub use rows::{BodySummary, RotorSummary};
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Step {
+pub enum StepDirection {
     /// A command rose.
     Up,
     /// A command fell.
@@ -49,7 +49,7 @@ pub struct HoleFinding {
     /// [s] how long it is.
     pub length_s: f64,
     /// Which way a command stepped just before or inside it.
-    pub at_step: Option<Step>,
+    pub at_step: Option<StepDirection>,
 }
 
 /// What one channel looks like.
@@ -148,7 +148,11 @@ impl LogSummary {
             let finding =
                 of("holes", columns::TIME).with("count", self.holes.len()).with("longest_s", longest);
             let finding = finding.with("interval_s", self.median_interval_s);
-            found.push(finding.with("at_up_steps", count(Step::Up)).with("at_down_steps", count(Step::Down)));
+            found.push(
+                finding
+                    .with("at_up_steps", count(StepDirection::Up))
+                    .with("at_down_steps", count(StepDirection::Down)),
+            );
         }
         if let Some(first) = self.standstill_starts_s.first() {
             let finding = of("starts_from_standstill", "").with("count", self.standstill_starts_s.len());
@@ -248,7 +252,11 @@ fn holes(log: &Dataset) -> Vec<HoleFinding> {
         commands.iter().find_map(|command| {
             let before = command.get(first.saturating_sub(1))?;
             let behind = command.get(after + 1)?;
-            (behind != before).then_some(if behind > before { Step::Up } else { Step::Down })
+            (behind != before).then_some(if behind > before {
+                StepDirection::Up
+            } else {
+                StepDirection::Down
+            })
         })
     };
     log.holes()

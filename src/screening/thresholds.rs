@@ -241,18 +241,18 @@ crate::thresholds! {
     gap_factor: f64 = 2.5, "-", "judgement";
     /// Steps of its reading that a battery takes at once, at most.
     battery_step: f64 = 2.5, "-", "judgement";
-    /// Times as long as its other treads that the last one of a battery may be at the end of a log.
-    battery_last_tread: usize = 2, "-", "judgement";
+    /// Times as long as its other plateaus that the last one of a battery may be at the end of a log.
+    battery_last_plateau: usize = 2, "-", "judgement";
     /// [s] longer than this no battery under load keeps its voltage to the last digit.
     battery_frozen: f64 = 30.0, "s", "judgement";
-    /// count: steps that a log reaches over from which their treads average out.
+    /// count: steps that a log reaches over from which their plateaus average out.
     quantized_steps: f64 = 30.0, "count", "emulated benches read in steps";
     /// [-] share of a step by which the difference of two readings may miss a multiple of it.
     step_tolerance: f64 = 0.02, "-", "judgement";
     /// [V] no reading is as fine: smaller differences are rounding.
     finest_step: f64 = 1e-6, "V", "digits of a CSV log";
-    /// [-] length of a tread over the mean of all from which a reading froze.
-    longest_tread: f64 = 3.0, "-", "judgement";
+    /// [-] length of a plateau over the mean of all from which a reading froze.
+    longest_plateau: f64 = 3.0, "-", "judgement";
     /// [s] longest time without a reading over which a held voltage is not worth a word.
     battery_gap: f64 = 30.0, "s", "judgement";
     /// Share of the time for which commands are held that a hole may last for the rotor to run on across it.
@@ -289,7 +289,7 @@ crate::thresholds! {
     scatter_fewest: usize = 50, "count", "judgement";
     /// [-] quantiles of a log's intervals that `import` shows
     shown_intervals: [f64; 3] = [0.05, 0.95, 1.0], "-", "judgement";
-    /// [-] error of an edge between two treads, in steps.
+    /// [-] error of an edge between two plateaus, in steps.
     edge_error: f64 = 0.05, "-", "emulated benches read in steps";
     /// [-] error of the voltage's fall, as a share of it, up to which the edges show how it fell.
     known_fall: f64 = 0.15, "-", "judgement";
@@ -311,14 +311,16 @@ crate::thresholds! {
     load_spread: f64 = 0.1, "-", "judgement";
     /// [-] least noise of a quantized voltage, in steps.
     least_step_noise: f64 = 0.02, "-", "judgement";
-    /// [-] noise in steps from which it carries the reading over the treads, so that nothing is to be mended.
+    /// [-] noise in steps from which it carries the reading over the plateaus, so that nothing is to be mended.
     most_step_noise: f64 = 0.5, "-", "dither theory: half a step";
-    /// [-] weight of all treads beside all edges where the fit of a quantized voltage starts.
-    tread_weight: f64 = 0.01, "-", "judgement";
+    /// [-] weight of all plateaus beside all edges where the fit of a quantized voltage starts.
+    plateau_weight: f64 = 0.01, "-", "judgement";
     /// [-] least weight of a row in that fit.
     least_row_weight: f64 = 1e-3, "-", "judgement";
     /// passes of the search for the edges of a battery reading's steps, which needs two to eight
     most_passes: usize = 60, "count", "the development cases";
     /// share of a step of the reading below which that search has ended
     pass_ended: f64 = 1e-3, "-", "judgement";
+    /// share of what is seen of a transient behind which it has settled
+    transient_late: f64 = 0.5, "-", "judgement";
 }

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::desk::{Answered, Desk, Question};
+use super::desk::{Answered, Desk, SearchInputs};
 use crate::diagnose::Diagnosis;
 use crate::diagnose::diagnosis::RankedCandidate;
 use crate::discover::Discovery;
@@ -50,7 +50,7 @@ pub(super) fn of_law(it: &Discovery, by_hand: &str) -> Value {
 pub(super) fn shown(desk: &Desk, answered: &Answered) -> Value {
     let mut shown = Value::clone(&answered.shown);
     shown["model"] = json!(desk.model(answered.of.model).ok().map(|model| &model.model.name));
-    shown["is_current"] = json!(answered.of == Question::of(desk));
+    shown["is_current"] = json!(answered.of == SearchInputs::of(desk));
     if let Some(cards) = shown.get_mut("cards").and_then(Value::as_object_mut) {
         cards.extend(CATALOGUE.iter().map(|it| (it.id.to_owned(), card(it))));
     }

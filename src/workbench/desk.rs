@@ -129,13 +129,13 @@ pub(super) struct ReadLog {
 
 /// What a search was asked of: a model, and logs as they were then.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Question {
+pub(super) struct SearchInputs {
     pub model: u64,
     pub fit: Vec<ReadLog>,
     pub held_out: Vec<ReadLog>,
 }
 
-impl Question {
+impl SearchInputs {
     /// The chosen model, by the logs as they lie on the desk.
     pub fn of(desk: &Desk) -> Self {
         let of_role = |role| {
@@ -150,13 +150,13 @@ impl Question {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Recipe {
     pub added: Vec<String>,
-    pub of: Question,
+    pub of: SearchInputs,
 }
 
 /// What a search looks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Quest {
+pub(super) enum SearchKind {
     Diagnose,
     Extend,
     Try,
@@ -178,7 +178,7 @@ pub(super) enum SearchState {
 #[derive(Debug, Clone)]
 pub(super) struct Search {
     pub id: u64,
-    pub quest: Quest,
+    pub kind: SearchKind,
     pub state: SearchState,
     /// Candidates fitted so far.
     pub fitted: usize,
@@ -192,7 +192,7 @@ pub(super) struct Search {
 /// What a search said, and of what.
 #[derive(Debug, Clone)]
 pub(super) struct Answered {
-    pub of: Question,
+    pub of: SearchInputs,
     /// As the page shows it.
     pub shown: Arc<Value>,
 }

@@ -12,7 +12,7 @@ use super::act::Act;
 use super::bands::Bands;
 use super::columns::{DeskMapping, Guess};
 use super::desk::{
-    Compared, Desk, DeskLog, DeskModel, LogContent, OpenLog, Origin, Quest, Question, Recipe, Role,
+    Compared, Desk, DeskLog, DeskModel, LogContent, OpenLog, Origin, Recipe, Role, SearchInputs, SearchKind,
     SearchState,
 };
 use super::guarded::{Ended, guarded};
@@ -128,14 +128,14 @@ impl Engine {
     /// Does what a page asks for, or begins it.
     pub fn act(self: &Arc<Self>, act: Act) -> Result<(), ActError> {
         match act {
-            Act::Diagnose => self.search(Quest::Diagnose, Vec::new()),
-            Act::Try { effects } => self.search(Quest::Try, effects),
+            Act::Diagnose => self.search(SearchKind::Diagnose, Vec::new()),
+            Act::Try { effects } => self.search(SearchKind::Try, effects),
             Act::Add { effects } if self.keep_tried(&effects) => Ok(()),
-            Act::Add { effects } => self.search(Quest::Extend, effects),
-            Act::Discover => self.search(Quest::Discover, Vec::new()),
+            Act::Add { effects } => self.search(SearchKind::Extend, effects),
+            Act::Discover => self.search(SearchKind::Discover, Vec::new()),
             Act::AddLaw => self.change(|desk| lay_law(desk, Origin::Made)),
             Act::TryLaw => self.change(|desk| lay_law(desk, Origin::Tried)),
-            Act::Recalibrate => self.search(Quest::Recalibrate, Vec::new()),
+            Act::Recalibrate => self.search(SearchKind::Recalibrate, Vec::new()),
             Act::OpenLog { path } => {
                 let path = self.places.file(&path)?;
                 self.change(|desk| {
@@ -169,9 +169,9 @@ impl Engine {
     }
 
     /// Begins a search.
-    fn search(self: &Arc<Self>, quest: Quest, added: Vec<String>) -> Result<(), ActError> {
+    fn search(self: &Arc<Self>, kind: SearchKind, added: Vec<String>) -> Result<(), ActError> {
         let (task, search) = self.change(|desk| {
-            let task = SearchTask::of(desk, quest, added)?;
+            let task = SearchTask::of(desk, kind, added)?;
             let search = task.begin(desk);
             Ok::<_, ActError>((task, search))
         })?;
@@ -206,7 +206,7 @@ impl Engine {
     /// Adds the model that was tried with just these effects, which need not be fitted again.
     fn keep_tried(&self, effects: &[String]) -> bool {
         self.change(|desk| {
-            let recipe = Recipe { added: effects.to_vec(), of: Question::of(desk) };
+            let recipe = Recipe { added: effects.to_vec(), of: SearchInputs::of(desk) };
             let tried = desk.models.iter_mut().find(|it| it.origin == Origin::Tried);
             let Some(tried) = tried.filter(|it| it.recipe.as_ref() == Some(&recipe)) else { return false };
             tried.origin = Origin::Made;

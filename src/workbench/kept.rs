@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::desk::{Answered, Desk, Discovered, Question, ReadLog};
+use super::desk::{Answered, Desk, Discovered, ReadLog, SearchInputs};
 use super::error::Outdated;
 use super::places::whole;
 use crate::log::csv::content_hash;
@@ -71,7 +71,7 @@ fn saved(
     answered: &Answered,
     made: Option<&(Model, Vec<String>)>,
 ) -> Option<SavedAnswer> {
-    let Question { model, fit, held_out } = &answered.of;
+    let SearchInputs { model, fit, held_out } = &answered.of;
     let model = &desk.model(*model).ok()?.model;
     let paths = |logs: &[ReadLog]| -> Option<Vec<PathBuf>> {
         let path = |read: &ReadLog| {
@@ -116,7 +116,7 @@ pub(super) fn lay(desk: &mut Desk, saved: SavedAnswer) -> Result<(), Outdated> {
     let read = |paths: &[PathBuf]| -> Result<Vec<ReadLog>, Outdated> {
         paths.iter().map(|path| log_at(desk, path).ok_or_else(|| outdated(search, path))).collect()
     };
-    let of = Question { model, fit: read(&saved.fit)?, held_out: read(&saved.held_out)? };
+    let of = SearchInputs { model, fit: read(&saved.fit)?, held_out: read(&saved.held_out)? };
     let is_whole = content_hash(saved.answer.as_bytes()) == saved.answer_sha256;
     let shown = Some(&saved.answer).filter(|_| is_whole).and_then(|text| serde_json::from_str(text).ok());
     let shown: Value = shown.ok_or(Outdated::Text { search })?;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use super::desk::{
-    Answered, Desk, DeskModel, Discovered, OpenLog, Origin, Quest, Question, ReadLog, Recipe, Search,
-    SearchState,
+    Answered, Desk, DeskModel, Discovered, OpenLog, Origin, ReadLog, Recipe, Search, SearchInputs,
+    SearchKind, SearchState,
 };
 use super::guarded::Ended;
 use super::{ActError, answers, by_hand};
@@ -21,7 +21,7 @@ use crate::session::{self, Extended, Job, Progress, SessionError};
 
 /// What a search needs.
 pub(super) struct SearchTask {
-    quest: Quest,
+    kind: SearchKind,
     recipe: Recipe,
     model: Model,
     /// Name of the model that it makes.
@@ -50,12 +50,12 @@ pub(super) enum Found {
 
 impl SearchTask {
     /// What lies on the desk now.
-    pub fn of(desk: &mut Desk, quest: Quest, added: Vec<String>) -> Result<Self, ActError> {
+    pub fn of(desk: &mut Desk, kind: SearchKind, added: Vec<String>) -> Result<Self, ActError> {
         if desk.is_searching() {
             return Err(ActError::Busy);
         }
-        let recipe = Recipe { added, of: Question::of(desk) };
-        let Question { fit, held_out, .. } = &recipe.of;
+        let recipe = Recipe { added, of: SearchInputs::of(desk) };
+        let SearchInputs { fit, held_out, .. } = &recipe.of;
         if fit.is_empty() {
             return Err(ActError::NoLog);
         }
@@ -70,17 +70,17 @@ impl SearchTask {
         let (fit, held_out) = (open(fit)?, open(held_out)?);
         let from = desk.model(desk.chosen)?;
         let (model, typed) = (from.model.clone(), (from.typed(), typed.0, typed.1));
-        let name = match quest {
-            Quest::Diagnose => String::new(),
-            Quest::Discover => desk.fresh_name("law"),
+        let name = match kind {
+            SearchKind::Diagnose => String::new(),
+            SearchKind::Discover => desk.fresh_name("law"),
             _ => desk.fresh_name("step"),
         };
-        let by_hand = match quest {
-            Quest::Diagnose => by_hand::search(desk, "diagnose", &typed.0),
-            Quest::Discover => by_hand::search(desk, "discover", &typed.0),
+        let by_hand = match kind {
+            SearchKind::Diagnose => by_hand::search(desk, "diagnose", &typed.0),
+            SearchKind::Discover => by_hand::search(desk, "discover", &typed.0),
             _ => by_hand::extend(desk, &typed.0, &recipe.added, &format!("{name}.toml")),
         };
-        Ok(Self { quest, recipe, model, name, fit, held_out, by_hand, typed })
+        Ok(Self { kind, recipe, model, name, fit, held_out, by_hand, typed })
     }
 
     /// Puts it on the desk as running.
@@ -88,7 +88,7 @@ impl SearchTask {
         let begun = Begun { id: desk.fresh_id(), cancel: Cancel::default() };
         desk.search = Some(Search {
             id: begun.id,
-            quest: self.quest,
+            kind: self.kind,
             state: SearchState::Running,
             fitted: 0,
             leading: Vec::new(),
@@ -107,15 +107,17 @@ impl SearchTask {
             |logs: &[Arc<OpenLog>]| logs.iter().map(|open| open.log.clone()).collect::<Vec<ScreenedLog>>();
         let (fit, held_out) = (own(&self.fit), own(&self.held_out));
         let logs = (&fit[..], &held_out[..]);
-        let found = match self.quest {
-            Quest::Diagnose => {
+        let found = match self.kind {
+            SearchKind::Diagnose => {
                 Found::Diagnosis(Box::new(session::diagnose(&self.model, &fit, &held_out, &config, &job)?))
             }
-            Quest::Discover => {
+            SearchKind::Discover => {
                 Found::Law(Box::new(session::discover(&self.model, &fit, &held_out, &config, &job)?))
             }
-            Quest::Recalibrate => Found::Model(Box::new(session::refit(&self.model, logs, &config, &job)?)),
-            Quest::Extend | Quest::Try => {
+            SearchKind::Recalibrate => {
+                Found::Model(Box::new(session::refit(&self.model, logs, &config, &job)?))
+            }
+            SearchKind::Extend | SearchKind::Try => {
                 Found::Model(Box::new(session::extend(&self.model, &self.recipe.added, logs, &config, &job)?))
             }
         };
@@ -171,7 +173,7 @@ impl SearchTask {
     fn lay_model(&self, desk: &mut Desk, extended: Extended) {
         let mut model = extended.extension.model;
         model.name.clone_from(&self.name);
-        let is_tried = self.quest == Quest::Try;
+        let is_tried = self.kind == SearchKind::Try;
         desk.models.retain(|it| it.origin != Origin::Tried || it.id == desk.chosen);
         let id = desk.fresh_id();
         let shown = [self.recipe.of.model, id];

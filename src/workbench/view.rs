@@ -30,7 +30,7 @@ pub(super) struct Tick<'a> {
 
 #[derive(Debug, Serialize)]
 struct SearchView<'a> {
-    quest: super::desk::Quest,
+    kind: super::desk::SearchKind,
     #[serde(flatten)]
     state: &'a SearchState,
     fitted: usize,
@@ -49,7 +49,7 @@ impl<'a> Tick<'a> {
 impl<'a> SearchView<'a> {
     fn of(search: &'a Search) -> Self {
         Self {
-            quest: search.quest,
+            kind: search.kind,
             state: &search.state,
             fitted: search.fitted,
             leading: &search.leading,
@@ -187,7 +187,7 @@ fn block(each: &[(u64, &Block)]) -> Value {
 
 fn model(model: &DeskModel) -> Value {
     let own = &model.model;
-    let rung = |step: &crate::model::Step| json!({ "title": step_title(step), "added": step.added, "error": step.error });
+    let rung = |step: &crate::model::ModelStep| json!({ "title": step_title(step), "added": step.added, "error": step.error });
     let effects =
         own.effects.iter().map(|added| json!({ "id": added.id, "card": find(&added.id).map(card) }));
     json!({

@@ -264,7 +264,7 @@ pub fn case_table(cases: &[Judged]) -> String {
 /// A line per hidden thing; weak cases, which hardly rise above the noise, in their own column.
 pub fn summary_table(cases: &[Judged]) -> String {
     let mut out = String::from(
-        "| hidden | bench | cases | named | twin | too many | part | missed | false alarm | unknown | wrong | broken \
+        "| hidden | bench | cases | named | indistinguishable | too many | part | missed | false alarm | unknown | wrong | broken \
          | weak: right of | parameters close | extended error / floor: median, worst |\n\
          |---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
@@ -352,9 +352,9 @@ pub fn goals(cases: &[Judged]) -> (String, bool) {
             ));
         }
     };
-    line("one effect: named or twin ≥ 95 %", &of(&|t| !special(t) && effects(t) == 1), 0.95);
-    line("two effects: named or twin ≥ 85 %", &of(&|t| effects(t) == 2), 0.85);
-    line("three effects: named or twin ≥ 85 %", &of(&|t| effects(t) == 3), 0.85);
+    line("one effect: named or indistinguishable ≥ 95 %", &of(&|t| !special(t) && effects(t) == 1), 0.95);
+    line("two effects: named or indistinguishable ≥ 85 %", &of(&|t| effects(t) == 2), 0.85);
+    line("three effects: named or indistinguishable ≥ 85 %", &of(&|t| effects(t) == 3), 0.85);
     line("nothing hidden: quiet ≥ 98 %", &of(&|t| t == "none"), 0.98);
     line("law outside the catalogue: unknown ≥ 90 %", &of(&|t| t == "unknown"), 0.90);
     line("parameter of the base changed: reported ≥ 95 %", &of(&|t| t.ends_with("_change")), 0.95);

@@ -91,7 +91,7 @@ fn rotors_that_were_on_their_way_when_the_log_began_are_late_all_the_same() {
 /// A delay of less than a row and a second lag beside the pole look nearly the same: whichever is named, the other one is,
 /// too. Where a delay is identifiable it comes first.
 #[test]
-fn a_delay_of_a_few_milliseconds_comes_with_its_twin() {
+fn a_delay_of_a_few_milliseconds_comes_with_an_indistinguishable_lag() {
     let desk = Desk::new();
     for (seed, delay, kick_size, noise, is_first) in
         [(25, 0.004, 0.035, 1.0, true), (15, 0.004, 0.012, 2.4, false), (25, 0.0035, 0.012, 2.4, false)]

@@ -40,12 +40,12 @@ fn record(bench: &BenchConfig, seconds: f64, path: &Path) {
 fn replay(
     path: &Path,
     bench: &BenchConfig,
-) -> (rotorbench::runtime::replay::Verdict, rotorbench::runtime::replay::Verdict, u64) {
+) -> (rotorbench::runtime::replay::ReplayResult, rotorbench::runtime::replay::ReplayResult, u64) {
     let source = controller_plant::command_source(bench).expect("a controller");
     let guard = bench.guard.build(bench.period_s).expect("a guard");
     let mut replay = Replay::new(&source, &guard);
     replay.run(Recording::open(path).expect("a recording")).expect("readable");
-    (replay.controller.clone(), replay.guard_verdict.clone(), replay.equal_events)
+    (replay.controller.clone(), replay.guard_result.clone(), replay.equal_events)
 }
 
 #[test]
@@ -123,7 +123,7 @@ fn what_came_late_or_was_lost_is_not_claimed() {
         .filter(|record| !matches!(record, Ok(Record::ControlStep(step)) if step.command.sequence == 100));
     gap.run(records).expect("readable");
     assert_eq!((gap.controller.equal, gap.controller.unknown), (99, 900));
-    assert!(gap.controller.first_difference.is_none() && gap.guard_verdict.is_equal());
+    assert!(gap.controller.first_difference.is_none() && gap.guard_result.is_equal());
 }
 
 #[test]

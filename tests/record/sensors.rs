@@ -219,9 +219,5 @@ fn a_recording_of_the_first_twelve_channels_is_read_and_replayed() {
     let mut replay = Replay::new(&source, &guard);
     replay.run(recording).expect("readable");
     assert!(replay.controller.is_equal() && replay.controller.equal == 20, "{:?}", replay.controller);
-    assert!(
-        replay.guard_verdict.is_equal() && replay.guard_verdict.equal == 20,
-        "{:?}",
-        replay.guard_verdict
-    );
+    assert!(replay.guard_result.is_equal() && replay.guard_result.equal == 20, "{:?}", replay.guard_result);
 }

@@ -1,7 +1,7 @@
 //! A battery whose reading keeps one value for longer than one that is read in steps does.
 
 use crate::screening::Finding;
-use crate::screening::battery_plateaus::longest_tread;
+use crate::screening::battery_plateaus::longest_plateau;
 use crate::screening::rotor_data::RotorLog;
 use crate::screening::thresholds::THRESHOLDS;
 
@@ -11,7 +11,7 @@ pub(crate) fn check(rotor: &RotorLog) -> Option<Finding> {
     let (from, to, volts) = standing(&rotor.time, voltage)?;
     // Where it was not read it is held: that is `battery_reading_gap`.
     let is_held = rotor.voltage_gap.is_some_and(|gap| from >= gap.0 && to <= gap.1);
-    let longest = THRESHOLDS.battery_frozen.max(longest_tread(&rotor.time, voltage));
+    let longest = THRESHOLDS.battery_frozen.max(longest_plateau(&rotor.time, voltage));
     let finding = rotor.finding("battery_reading_frozen").with("voltage_v", volts);
     (!is_held && to - from > longest).then(|| finding.with("from_s", from).with("to_s", to))
 }

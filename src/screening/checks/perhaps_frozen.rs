@@ -26,7 +26,7 @@ pub(crate) fn check(column: &Column) -> Vec<Remark> {
     }
     let stands = |value: f64| is_rate(column) && value == 0.0;
     let found = too_long(&values);
-    let found = if column.name == BATTERY_VOLTAGE { without_treads(&values, found) } else { found };
+    let found = if column.name == BATTERY_VOLTAGE { without_plateaus(&values, found) } else { found };
     let runs = found.into_iter().filter(|run| !stands(values[run.start]));
     remark(column, runs)
 }
@@ -58,7 +58,7 @@ fn is_asked_elsewhere(column: &Column) -> bool {
 
 /// The runs of equal values that a reading did not just go on from: a battery that is read in steps stands on each. At the
 /// end of the log one that is no longer than others were will have gone on, too.
-fn without_treads(values: &[f64], runs: Vec<Range<usize>>) -> Vec<Range<usize>> {
+fn without_plateaus(values: &[f64], runs: Vec<Range<usize>>) -> Vec<Range<usize>> {
     let step = smallest_step(values);
     let goes_on = |run: &Range<usize>| {
         values
@@ -67,6 +67,6 @@ fn without_treads(values: &[f64], runs: Vec<Range<usize>>) -> Vec<Range<usize>> 
     };
     let longest = runs.iter().filter(|run| goes_on(run)).map(Range::len).max().unwrap_or(0);
     let is_last =
-        |run: &Range<usize>| run.end == values.len() && run.len() <= THRESHOLDS.battery_last_tread * longest;
+        |run: &Range<usize>| run.end == values.len() && run.len() <= THRESHOLDS.battery_last_plateau * longest;
     runs.into_iter().filter(|run| !goes_on(run) && !is_last(run)).collect()
 }

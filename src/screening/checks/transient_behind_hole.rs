@@ -122,7 +122,7 @@ impl RotorLog {
             return None;
         }
         let measured = || (rows.start..end).filter(|row| self.rate[*row].is_finite());
-        let late = measured().filter(|row| since(*row) > 0.5 * THRESHOLDS.transient_seen);
+        let late = measured().filter(|row| since(*row) > THRESHOLDS.transient_late * THRESHOLDS.transient_seen);
         let level = median(late.clone().map(|row| self.rate[row]))?;
         let scatter = median(late.map(|row| (self.rate[row] - level).abs()))?;
         let from =
@@ -132,7 +132,7 @@ impl RotorLog {
         let away = measured().rfind(|row| (self.rate[*row] - level).abs() > near);
         let settled = away.map_or(0.0, since) + self.interval;
         // Away until late: it does not settle in sight.
-        (settled < 0.5 * THRESHOLDS.transient_seen).then_some(settled)
+        (settled < THRESHOLDS.transient_late * THRESHOLDS.transient_seen).then_some(settled)
     }
 }
 

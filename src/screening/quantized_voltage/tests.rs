@@ -58,7 +58,7 @@ fn a_staircase_is_read_as_what_it_steps_over() {
             let before = off(&log, &truth);
             assert_eq!(mend(&mut log), None);
             let after = off(&log, &truth);
-            // Where the rate moves, the noise is strong or treads are short, 300 rows go over several.
+            // Where the rate moves, the noise is strong or plateaus are short, 300 rows go over several.
             assert!(moves || noise > 0.06 * step || before > 0.2 * step, "{step} {noise}: {before}");
             assert!(after < 0.1 * step, "{step} {noise} {moves}: {before} to {after}");
         }

@@ -207,7 +207,7 @@ fn holes_name_the_step_and_starts_from_standstill_are_counted() {
     log.insert("propeller_rate_1_rad_s", rate).expect("right length");
     let findings = summary(&log);
     assert_eq!(findings.holes.len(), 1);
-    assert_eq!(findings.holes[0].at_step, Some(Step::Up));
+    assert_eq!(findings.holes[0].at_step, Some(StepDirection::Up));
     assert_eq!(findings.standstill_starts_s.len(), 1);
     let codes: Vec<&str> = findings.findings.iter().map(|it| it.code).collect();
     assert_eq!(codes, ["holes", "starts_from_standstill", "standstill_left_out"]);

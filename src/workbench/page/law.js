@@ -71,7 +71,7 @@ export function build(at) {
   at("law").append(head, progress, body);
   onDesk(() => {
     // Behind the catalogue's answer: what that explains is not looked for.
-    at("law").hidden = !desk.answered && !desk.discovered && desk.tick.search?.quest !== "discover";
+    at("law").hidden = !desk.answered && !desk.discovered && desk.tick.search?.kind !== "discover";
     const open = desk.answered?.is_current && desk.answered.verdict === "unknown" && !desk.discovered?.is_current;
     const running = desk.tick.search?.state === "running";
     fill(head, element("h2", {}, "The law itself"),

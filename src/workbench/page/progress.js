@@ -3,7 +3,7 @@
 import { act, desk, onTick } from "./act.js";
 import { button, element, fill } from "./dom.js";
 
-const QUESTS = {
+const KINDS = {
   diagnose: "Searching for what is missing", extend: "Fitting the extended model", try: "Fitting it, to be looked at",
   recalibrate: "Refitting the model's own numbers", discover: "Looking for the law itself",
 };
@@ -11,7 +11,7 @@ const QUESTS = {
 function state(search) {
   const seconds = search.seconds.toFixed(1) + " s";
   const leading = search.leading.length ? `, leading: ${search.leading.join(" + ")}` : "";
-  const said = `${QUESTS[search.quest]}: ${search.fitted} fitted${leading}, ${seconds}`;
+  const said = `${KINDS[search.kind]}: ${search.fitted} fitted${leading}, ${seconds}`;
   switch (search.state) {
     case "running": return [
       element("progress", { "aria-label": "search" }), element("p", { id: "progress" }, said), button("Cancel", () => act("cancel"))];
@@ -21,13 +21,13 @@ function state(search) {
   }
 }
 
-// An element that shows the newest search, where it is one of these quests. It stays the same element: a search that goes on
+// An element that shows the newest search, where it is one of these kinds. It stays the same element: a search that goes on
 // keeps its button.
-export function progressOf(quests) {
+export function progressOf(kinds) {
   const host = element("div", { class: "progress" });
   const hear = tick => {
     if (!tick) return;
-    const search = quests.includes(tick.search?.quest) ? tick.search : null;
+    const search = kinds.includes(tick.search?.kind) ? tick.search : null;
     const made = search && state(search);
     // A button that is put anew between press and release is not pressed: while it runs only the words change.
     const words = search?.state === "running" && host.querySelector("progress") && host.querySelector("p");
